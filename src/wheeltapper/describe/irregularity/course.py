@@ -1,0 +1,136 @@
+"""A course: the height of an irregularity over the whole line, as smooth stretches. What lowering reads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Function = Callable[[NDArray[Any]], NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """The exact form offset + sine·sin(wavenumber·(x - origin)) + cosine·cos(wavenumber·(x - origin)), in m."""
+
+    offset: float
+    sine: float
+    cosine: float
+    wavenumber: float
+    origin: float
+
+
+@dataclass(frozen=True)
+class Polynomials:
+    """Polynomial pieces: on [breaks[i], breaks[i+1]] the height is the sum of coefficients[i, k]·(x - breaks[i])^k."""
+
+    breaks: FloatArray
+    coefficients: FloatArray
+
+    def derivative(self, x: NDArray[Any], order: int) -> NDArray[Any]:
+        """Return the derivative of the given order (0 for the value) at x."""
+        piece = np.clip(np.searchsorted(self.breaks, x.real, side="right") - 1, 0, len(self.breaks) - 2)
+        local = x - self.breaks[piece]
+        total = np.zeros_like(local)
+        for k in range(self.coefficients.shape[1] - 1, order - 1, -1):
+            falling = float(np.prod(np.arange(k - order + 1, k + 1)))
+            total = total * local + falling * self.coefficients[piece, k]
+        return total
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """One smooth stretch: value, slope and curvature (second derivative) are vectorised functions of x."""
+
+    start: float
+    end: float
+    value: Function
+    slope: Function
+    curvature: Function
+    exact: Harmonic | Polynomials | None = None
+
+
+@dataclass(frozen=True)
+class Course:
+    """The height of an irregularity over the whole line.
+
+    Attributes
+    ----------
+    stretches
+        Contiguous smooth stretches; the first starts at -inf, the last ends at +inf.
+    height
+        Characteristic height in m, the scale of the fit's tolerance.
+    period
+        If given, the course repeats with this period (m) for ever from `repeats_from` on.
+    followed
+        True where the wheel's centre follows the course itself even if the wheel rolls as a circle (an ideal step).
+    """
+
+    stretches: tuple[Stretch, ...]
+    height: float
+    period: float | None = None
+    repeats_from: float = -inf
+    followed: bool = False
+
+    def value(self, x: NDArray[Any]) -> NDArray[Any]:
+        """Return the height in m at x."""
+        return self._each(x, "value")
+
+    def slope(self, x: NDArray[Any]) -> NDArray[Any]:
+        """Return the slope at x; at a border, that of the stretch which begins there."""
+        return self._each(x, "slope")
+
+    def curvature(self, x: NDArray[Any]) -> NDArray[Any]:
+        """Return the second derivative in 1/m at x."""
+        return self._each(x, "curvature")
+
+    def folded(self, x: NDArray[Any]) -> NDArray[Any]:
+        """Return x moved by whole periods into the first period."""
+        if self.period is None:
+            return x
+        if np.isneginf(self.repeats_from):
+            return x - self.period * np.floor(x.real / self.period)
+        return x - self.period * np.maximum(np.floor((x.real - self.repeats_from) / self.period), 0.0)
+
+    def _each(self, x: NDArray[Any], which: str) -> NDArray[Any]:
+        x = self.folded(np.asarray(x))
+        starts = np.array([stretch.start for stretch in self.stretches])
+        index = np.searchsorted(starts, x.real, side="right") - 1
+        out = np.zeros(x.shape, dtype=x.dtype if np.iscomplexobj(x) else np.float64)
+        for i in np.unique(index):
+            inside = index == i
+            out[inside] = getattr(self.stretches[i], which)(x[inside])
+        return out
+
+
+def level(start: float, end: float, height: float = 0.0) -> Stretch:
+    """Return a stretch of constant height."""
+
+    def value(x: NDArray[Any]) -> NDArray[Any]:
+        return np.zeros_like(x) + height
+
+    return Stretch(start, end, value, np.zeros_like, np.zeros_like, Harmonic(height, 0.0, 0.0, 0.0, 0.0))
+
+
+def harmonic(start: float, end: float, form: Harmonic) -> Stretch:
+    """Return a stretch that is exactly one harmonic."""
+    k = form.wavenumber
+
+    def phase(x: NDArray[Any]) -> NDArray[Any]:
+        return k * (x - form.origin)
+
+    def value(x: NDArray[Any]) -> NDArray[Any]:
+        return form.offset + form.sine * np.sin(phase(x)) + form.cosine * np.cos(phase(x))
+
+    def slope(x: NDArray[Any]) -> NDArray[Any]:
+        return k * (form.sine * np.cos(phase(x)) - form.cosine * np.sin(phase(x)))
+
+    def curvature(x: NDArray[Any]) -> NDArray[Any]:
+        return -k * k * (form.sine * np.sin(phase(x)) + form.cosine * np.cos(phase(x)))
+
+    return Stretch(start, end, value, slope, curvature, form)
