@@ -37,49 +37,42 @@ PEAK_TIME, PEAK_FORCE, PEAK_CORNER = range(3)
 PEAK_COLUMNS = 3
 
 
-class Path(NamedTuple):
-    """The path of the rolling wheel's centre over position, and the factor on the contact force, as pieces.
+# Columns of a piece of the path. With ξ = (x - CENTRE)/SCALE, its height in m is Σ COEFFICIENT[k]·ξ^k
+# + SINE·sin φ + COSINE·cos φ, φ = WAVENUMBER·(x - CENTRE), and the factor on the contact force Σ FACTOR[k]·ξ^k.
+TERMS = MAX_DEGREE + 1
+START, STOP, CENTRE, SCALE, JOIN, DEGREE, COEFFICIENT = range(7)
+SINE = COEFFICIENT + TERMS
+COSINE, WAVENUMBER, FACTOR_DEGREE, FACTOR = range(SINE + 1, SINE + 5)
+PIECE_COLUMNS = FACTOR + TERMS
 
-    Piece i holds on [breaks[i], breaks[i+1]]. With ξ = (x - centre[i])/scale[i], the height in m is
-    Σ coefficient[i, k]·ξ^k + harmonic[i, 0]·sin φ + harmonic[i, 1]·cos φ, φ = harmonic[i, 2]·(x - centre[i]).
-    The factor on the contact force is Σ factor[i, k]·ξ^k.
-    After the last piece the table goes on with piece `loop`; loop = number of pieces where it just ends.
-    """
-
-    breaks: FloatArray  # (n + 1,) m
-    centre: FloatArray  # (n,) m
-    scale: FloatArray  # (n,) m
-    degree: IntArray  # (n,)
-    coefficient: FloatArray  # (n, MAX_DEGREE + 1) m
-    harmonic: FloatArray  # (n, 3) m, m, 1/m
-    factor_degree: IntArray  # (n,) -1 where the factor is one
-    factor: FloatArray  # (n, MAX_DEGREE + 1)
-    join: IntArray  # (n,) SOFT, KINK or JUMP: how piece i is entered from piece i - 1
-    loop: int
-    loop_join: int  # how piece `loop` is entered from the last piece
+# Entries of the numbers, scaled units but for PACE and LIFT.
+PACE = 0  # m of travel per unit of time
+LIFT = 1  # units of length per m
+STIFFNESS = 2  # K of the suspension
+DAMPING = 3  # G of the suspension
+QUADRATIC = 4  # contact force: quadratic·u² + cubic·u³, u = sqrt(indentation)
+CUBIC = 5
+HYSTERESIS = 6  # η: the contact force is multiplied by 1 + η·w, w the indentation rate
+BILATERAL = 7  # 1 where the contact also pulls
+DECK_MASS = 8  # μ; zero without a deck
+DECK_STIFFNESS = 9  # κ
+DECK_DAMPING = 10  # γ
+PRESTRESS = 11  # static force that the deck's bearing is prestressed with
+DECK_FROM = 12  # time of entry on the deck
+DECK_TO = 13  # time of exit
+START_HEIGHT = 14  # the wheel's displacement and velocity at time zero
+START_VELOCITY = 15
+END = 16  # time at which the march ends
+ORDER = 17
+TOLERANCE = 18
+EVENT_LIMIT = 19
+LOOP = 20  # the table goes on with this piece after its last one; the number of pieces where it just ends
+LOOP_JOIN = 21  # how that piece is entered from the last one
+NUMBERS = 22
 
 
 class Program(NamedTuple):
-    """One wheel on a stiff rail or a deck, ready to march. Scaled units throughout."""
+    """One wheel on a stiff rail or a deck, ready to march: pieces of the path, and numbers."""
 
-    path: Path
-    pace: float  # m of travel per unit of time
-    lift: float  # units of length per m
-    stiffness: float  # K of the suspension
-    damping: float  # G of the suspension
-    quadratic: float  # contact force: quadratic·u² + cubic·u³, u = sqrt(indentation)
-    cubic: float
-    hysteresis: float  # η: the contact force is multiplied by 1 + η·w, w the indentation rate
-    bonded: bool  # the contact also pulls (bilateral)
-    deck_mass: float  # μ; zero without a deck
-    deck_stiffness: float  # κ
-    deck_damping: float  # γ
-    prestress: float  # static force that the deck's bearing is prestressed with
-    deck_from: float  # time of entry on the deck
-    deck_to: float  # time of exit
-    start_height: float  # wheel's displacement at time zero
-    start_velocity: float
-    end: float  # time at which the march ends
-    order: int
-    tolerance: float
-    event_limit: int
+    pieces: FloatArray  # (n, PIECE_COLUMNS)
+    numbers: FloatArray  # (NUMBERS,)

@@ -11,8 +11,8 @@ coefficients bounds the number of roots inside, and is exact when it is 0 or 1. 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray
 
 MAX_TERMS = 24
@@ -21,58 +21,58 @@ NOISE = 1e-13
 TOUCH = 1e-10
 
 
-@njit(cache=True, error_model="numpy")
-def evaluate(a: FloatArray, n: int, x: float) -> float:
-    """Return Σ a[k]·x^k, k = 0 … n."""
-    total = a[n]
+@kernel
+def evaluate(a: FloatArray, at: int, n: int, x: float) -> float:
+    """Return Σ a[at + k]·x^k, k = 0 … n."""
+    total = a[at + n]
     for k in range(n - 1, -1, -1):
-        total = total * x + a[k]
+        total = total * x + a[at + k]
     return total
 
 
-@njit(cache=True, error_model="numpy")
-def evaluate_derivative(a: FloatArray, n: int, x: float) -> float:
-    """Return the derivative of Σ a[k]·x^k."""
+@kernel
+def evaluate_derivative(a: FloatArray, at: int, n: int, x: float) -> float:
+    """Return the derivative of Σ a[at + k]·x^k."""
     total = 0.0
     for k in range(n, 0, -1):
-        total = total * x + k * a[k]
+        total = total * x + k * a[at + k]
     return total
 
 
-@njit(cache=True, error_model="numpy")
-def _may_cross(a: FloatArray, n: int, hi: float) -> bool:
+@kernel
+def _may_cross(a: FloatArray, at: int, n: int, hi: float) -> bool:
     """Return False where the constant term outweighs all others up to hi: no root can be there."""
     total = 0.0
     for k in range(n, 0, -1):
-        total = (total + abs(a[k])) * hi
-    return not abs(a[0]) > total
+        total = (total + abs(a[at + k])) * hi
+    return not abs(a[at]) > total
 
 
-@njit(cache=True, error_model="numpy")
-def _sign_changes(a: FloatArray, n: int, lo: float, width: float, b: FloatArray) -> tuple[int, float, float]:
+@kernel
+def _sign_changes(a: FloatArray, at: int, n: int, lo: float, width: float, b: int) -> tuple[int, float, float]:
     """Count sign changes of the Bernstein coefficients on (lo, lo + width); return also the first and last sign."""
     for k in range(n + 1):
-        b[k] = a[k]
+        a[b + k] = a[at + k]
     if lo != 0.0:
         for i in range(n):
             for k in range(n - 1, i - 1, -1):
-                b[k] += lo * b[k + 1]
+                a[b + k] += lo * a[b + k + 1]
     power = 1.0
     for k in range(n + 1):
-        b[k] *= power
+        a[b + k] *= power
         power *= width
     # Reversed polynomial shifted by one: its coefficients are the Bernstein ones times binomials, right end first.
     for k in range((n + 1) // 2):
-        b[k], b[n - k] = b[n - k], b[k]
+        a[b + k], a[b + n - k] = a[b + n - k], a[b + k]
     for i in range(n):
         for k in range(n - 1, i - 1, -1):
-            b[k] += b[k + 1]
+            a[b + k] += a[b + k + 1]
     changes = 0
     sign = 0.0
     first = 0.0
     binomial = 1.0
     for i in range(n + 1):  # from the left end of the interval to the right
-        c = b[n - i]
+        c = a[b + n - i]
         if abs(c) > NOISE * binomial:
             now = 1.0 if c > 0.0 else -1.0
             if sign == 0.0:
@@ -84,16 +84,16 @@ def _sign_changes(a: FloatArray, n: int, lo: float, width: float, b: FloatArray)
     return changes, first, sign
 
 
-@njit(cache=True, error_model="numpy")
-def _sharpen(a: FloatArray, n: int, lo: float, hi: float, sign: float) -> float:
+@kernel
+def _sharpen(a: FloatArray, at: int, n: int, lo: float, hi: float, sign: float) -> float:
     """Return the only root in (lo, hi); `sign` is that of the polynomial just after lo."""
     x = 0.5 * (lo + hi)
     for _ in range(200):
-        value = a[n]
+        value = a[at + n]
         slope = 0.0
         for k in range(n - 1, -1, -1):
             slope = slope * x + value
-            value = value * x + a[k]
+            value = value * x + a[at + k]
         if value == 0.0:
             return x
         if (value > 0.0) == (sign > 0.0):
@@ -110,27 +110,27 @@ def _sharpen(a: FloatArray, n: int, lo: float, hi: float, sign: float) -> float:
     return x
 
 
-@njit(cache=True, error_model="numpy")
-def first_root(a: FloatArray, n: int, lo: float, hi: float, direction: float, b: FloatArray) -> float:
-    """Return the first crossing of Σ a[k]·x^k in (lo, hi), or NONE.
+@kernel
+def first_root(a: FloatArray, at: int, n: int, lo: float, hi: float, direction: float, b: int) -> float:
+    """Return the first crossing of Σ a[at + k]·x^k in (lo, hi), or NONE.
 
-    direction -1: only from + to -; +1: only from - to +. `b` is scratch for n + 1 numbers.
+    direction -1: only from + to -; +1: only from - to +. From a[b] on there is scratch for n + 1 numbers.
     """
-    if lo == 0.0 and not _may_cross(a, n, hi):
+    if lo == 0.0 and not _may_cross(a, at, n, hi):
         return NONE
     smallest = TOUCH * (hi - lo)
     left = lo
     width = hi - lo
     before = 0.0
     while left < hi:
-        changes, first, last = _sign_changes(a, n, left, width, b)
+        changes, first, last = _sign_changes(a, at, n, left, width, b)
         if changes >= 2 and width > smallest:
             width *= 0.5
             continue
         if before * first < 0.0 and first * direction > 0.0:
             return left  # the root lies exactly where two intervals meet
         if changes % 2 == 1 and first * direction < 0.0:
-            return _sharpen(a, n, left, left + width, first)
+            return _sharpen(a, at, n, left, left + width, first)
         # Nothing (or the other direction, or a touch) here: go right, with the widest dyadic interval that fits.
         before = last if last != 0.0 else before
         left += width
@@ -140,7 +140,7 @@ def first_root(a: FloatArray, n: int, lo: float, hi: float, direction: float, b:
     return NONE
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _next_width(done: float, width: float, whole: float) -> float:
     """Return the largest dyadic interval that may start after `done` of the whole."""
     cells = np.round(done / width)

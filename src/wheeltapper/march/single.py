@@ -1,14 +1,14 @@
 """The marcher: one wheel on a stiff rail or on a deck, from event to event.
 
-    phase CONTACT   step in s from (u, w, Y, Z); ends at the tolerance, at a breakpoint, or where u = 0 (loss)
-    phase FLIGHT    step in t from (y, v, Y, Z); ends at a breakpoint or at the first touch (impact)
-    phase RELEASED  still indented, but Hunt-Crossley's force would pull: no force until δ = 0 or it would push again
-    phase BONDED    bilateral contact: linear, no events
+phase CONTACT   step in s from (u, w, Y, Z); ends at the tolerance, at a breakpoint, or where u = 0 (loss)
+phase FLIGHT    step in t from (y, v, Y, Z); ends at a breakpoint or at the first touch (impact)
+phase RELEASED  still indented, but Hunt-Crossley's force would pull: no force until δ = 0 or it would push again
+phase BONDED    bilateral contact: linear, no events
 
-    until the end:
-        series of the step -> its end and what ends it -> force maxima before that end -> row of the step
-        go to the end; at a loss or an impact change phase, at a breakpoint go to the next piece and carry
-        displacement and velocity over it (the indentation takes the path's jump, its rate the path's kink)
+until the end:
+series of the step -> its end and what ends it -> force maxima before that end -> row of the step
+go to the end; at a loss or an impact change phase, at a breakpoint go to the next piece and carry
+displacement and velocity over it (the indentation takes the path's jump, its rate the path's kink)
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import (
     BONDED,
     CONTACT,
@@ -55,16 +55,18 @@ from wheeltapper.march.program import (
 from wheeltapper.march.roots import NONE, evaluate, first_root
 from wheeltapper.march.series import (
     CLEAR,
+    COUNT,
     FLIGHT_ORDER,
-    LOCAL,
-    ROWS,
+    MARK,
+    SCRATCH,
+    STATE,
     TREND,
-    WIDTH,
     WORK,
     N,
     T,
     U,
     W,
+    Y,
     Z,
     contact_series,
     factor_at,
@@ -75,14 +77,12 @@ from wheeltapper.march.series import (
 from wheeltapper.march.step import (
     BREAK,
     GRIPS,
-    LANDS,
     NOTHING,
     OPENS,
     RELEASES,
     contact_end,
     flight_end,
     is_bad,
-    series_end,
     trend_series,
 )
 
@@ -94,379 +94,386 @@ QUIET = 1e-13
 CORNER_SET, CORNER_TIME, CORNER_FORCE, CORNER_RISING = range(4)
 
 
-@njit(cache=True, error_model="numpy")
-def _force(program: Program, local: FloatArray, after: float, u: float, w: float) -> float:
+@kernel
+def _force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) -> float:
     """Return the contact force at indentation u² and rate w."""
-    factor, _ = factor_at(local, after)
-    return max(factor * u * u * (program.quadratic + program.cubic * u) * (1.0 + program.hysteresis * w), 0.0)
+    factor, _ = factor_at(after, S)
+    return max(
+        factor
+        * u
+        * u
+        * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
+        * (1.0 + numbers[contract.HYSTERESIS] * w),
+        0.0,
+    )
 
 
-@njit(cache=True, error_model="numpy")
-def _log_event(time: float, kind: int, rate: float, cause: float, events: FloatArray, counts: FloatArray) -> None:
-    row = int(counts[1])
+@kernel
+def _log_step(length: float, steps: FloatArray, S: FloatArray) -> None:
+    row = int(S[COUNT])
+    for k in range(LENGTH):
+        steps[row, k] = S[STATE + k]
+    steps[row, LENGTH] = length
+    S[COUNT] += 1
+
+
+@kernel
+def _log_event(time: float, kind: int, rate: float, cause: float, events: FloatArray, S: FloatArray) -> None:
+    row = int(S[COUNT + 1])
     events[row, contract.EVENT_TIME] = time
     events[row, contract.EVENT_KIND] = kind
     events[row, contract.EVENT_RATE] = rate
     events[row, contract.EVENT_CAUSE] = cause
-    counts[1] += 1
+    S[COUNT + 1] += 1
 
 
-@njit(cache=True, error_model="numpy")
-def _log_peak(time: float, force: float, corner: float, peaks: FloatArray, counts: FloatArray) -> None:
-    row = int(counts[2])
+@kernel
+def _log_peak(time: float, force: float, at_corner: float, peaks: FloatArray, S: FloatArray) -> None:
+    row = int(S[COUNT + 2])
     peaks[row, contract.PEAK_TIME] = time
     peaks[row, contract.PEAK_FORCE] = force
-    peaks[row, contract.PEAK_CORNER] = corner
-    counts[2] += 1
+    peaks[row, contract.PEAK_CORNER] = at_corner
+    S[COUNT + 2] += 1
 
 
-@njit(cache=True, error_model="numpy")
-def _settle_corner(force: float, trend: float, corner: FloatArray, peaks: FloatArray, counts: FloatArray) -> None:
+@kernel
+def _settle_corner(force: float, trend: float, peaks: FloatArray, S: FloatArray) -> None:
     """Decide, with the force and its trend behind a breakpoint, whether the force had a maximum there."""
-    if corner[CORNER_SET] == 0.0:
+    if S[MARK + CORNER_SET] == 0.0:
         return
-    corner[CORNER_SET] = 0.0
-    before = corner[CORNER_FORCE]
-    rising = corner[CORNER_RISING] > QUIET
+    S[MARK + CORNER_SET] = 0.0
+    before = S[MARK + CORNER_FORCE]
+    rising = S[MARK + CORNER_RISING] > QUIET
     drop = before - force > 1e-12 * (1.0 + before)
     rise = force - before > 1e-12 * (1.0 + before)
     if (rising and (drop or (not rise and trend < -QUIET))) or (rise and trend < -QUIET):
-        _log_peak(corner[CORNER_TIME], max(before, force), 1.0, peaks, counts)
+        _log_peak(S[MARK + CORNER_TIME], max(before, force), 1.0, peaks, S)
 
 
-@njit(cache=True, error_model="numpy")
-def _log_maxima(
-    program: Program, local: FloatArray, time: float, order: int, degree: int, length: float,
-    S: FloatArray, peaks: FloatArray, counts: FloatArray,
-) -> None:  # fmt: skip
-    """Record every force maximum inside a contact step; TREND holds the sign of the force's rate."""
+@kernel
+def _log_maxima(numbers: FloatArray, time: float, order: int, trend: int, degree: int, length: float, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
+    """Record every force maximum inside a contact step; row `trend` holds the sign of the force's rate."""
     start = 0.0
     while True:
-        root = first_root(S[TREND], degree, start, length, -1.0, S[WORK])
-        if root == NONE or counts[2] >= peaks.shape[0]:
+        root = first_root(S, trend, degree, start, length, -1.0, WORK)
+        if root == NONE or S[COUNT + 2] >= peaks.shape[0]:
             return
-        after = evaluate(S[T], order, root)
-        u = evaluate(S[U], order, root)
-        w = evaluate(S[W], order, root)
-        _log_peak(time + after, _force(program, local, after, u, w), 0.0, peaks, counts)
+        after = evaluate(S, T, order, root)
+        u = evaluate(S, U, order, root)
+        w = evaluate(S, W, order, root)
+        _log_peak(time + after, _force(numbers, after, u, w, S), 0.0, peaks, S)
         start = root
 
 
-@njit(cache=True, error_model="numpy")
-def _next_piece(program: Program, state: FloatArray) -> int:
+@kernel
+def _next_piece(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> int:
     """Enter the next piece of the table; return how it joins, or -1 at the table's end."""
-    path = program.path
-    piece = int(state[PIECE]) + 1
-    if piece < len(path.centre):
-        state[PIECE] = piece
-        return int(path.join[piece])
-    if path.loop >= len(path.centre):
+    piece = int(S[STATE + PIECE]) + 1
+    if piece < len(pieces):
+        S[STATE + PIECE] = piece
+        return int(pieces[piece, contract.JOIN])
+    loop = int(numbers[contract.LOOP])
+    if loop >= len(pieces):
         return -1
-    state[SHIFT] += path.breaks[piece] - path.breaks[path.loop]
-    state[PIECE] = path.loop
-    return int(path.loop_join)
+    S[STATE + SHIFT] += pieces[piece - 1, contract.STOP] - pieces[loop, contract.START]
+    S[STATE + PIECE] = loop
+    return int(numbers[contract.LOOP_JOIN])
 
 
-@njit(cache=True, error_model="numpy")
-def _piece_end(program: Program, state: FloatArray) -> float:
+@kernel
+def _piece_end(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
     """Return the time at which the present piece ends."""
-    end = program.path.breaks[int(state[PIECE]) + 1]
-    if np.isinf(end) or program.pace == 0.0:
+    end = pieces[int(S[STATE + PIECE]), contract.STOP]
+    if np.isinf(end) or numbers[contract.PACE] == 0.0:
         return np.inf
-    return (end + state[SHIFT]) / program.pace
+    return (end + S[STATE + SHIFT]) / numbers[contract.PACE]
 
 
-@njit(cache=True, error_model="numpy")
-def _take_contact(program: Program, state: FloatArray, delta: float, rate: float) -> None:
+@kernel
+def _take_contact(numbers: FloatArray, delta: float, rate: float, S: FloatArray) -> None:
     """Enter contact with an indentation and its rate."""
-    state[PHASE] = CONTACT
-    state[A] = sqrt(max(delta, 0.0))
-    state[B] = rate
-    if program.hysteresis * rate < -1.0 and delta > 0.0:
-        state[PHASE] = RELEASED
+    S[STATE + PHASE] = CONTACT
+    S[STATE + A] = sqrt(max(delta, 0.0))
+    S[STATE + B] = rate
+    if numbers[contract.HYSTERESIS] * rate < -1.0 and delta > 0.0:
+        S[STATE + PHASE] = RELEASED
 
 
-@njit(cache=True, error_model="numpy")
-def _free_acceleration(program: Program, local: FloatArray, state: FloatArray, y: float, v: float) -> float:
+@kernel
+def _free_acceleration(numbers: FloatArray, y: float, v: float, S: FloatArray) -> float:
     """Return δ'' without contact force."""
-    _, _, a = path_at(local, 0.0)
-    a += 1.0 + program.stiffness * y + program.damping * v
-    if state[ON_DECK] != 0.0:
-        a += (program.prestress - program.deck_stiffness * state[DECK_Y] - program.deck_damping * state[DECK_V]) / (
-            program.deck_mass
-        )
+    _, _, a = path_at(0.0, S)
+    a += 1.0 + numbers[contract.STIFFNESS] * y + numbers[contract.DAMPING] * v
+    if S[STATE + ON_DECK] != 0.0:
+        a += (
+            numbers[contract.PRESTRESS]
+            - numbers[contract.DECK_STIFFNESS] * S[STATE + DECK_Y]
+            - numbers[contract.DECK_DAMPING] * S[STATE + DECK_V]
+        ) / (numbers[contract.DECK_MASS])
     return a
 
 
-@njit(cache=True, error_model="numpy")
-def _place(
-    program: Program, local: FloatArray, state: FloatArray, y: float, v: float,
-    was: int, cause: float, events: FloatArray, counts: FloatArray,
-) -> None:  # fmt: skip
+@kernel
+def _place(numbers: FloatArray, y: float, v: float, was: int, cause: float, events: FloatArray, S: FloatArray) -> None:  # fmt: skip
     """Choose the phase from displacement and velocity at a start or a breakpoint, and record a change of it."""
-    height, velocity, _ = path_at(local, 0.0)
-    if state[ON_DECK] != 0.0:
-        height += state[DECK_Y]
-        velocity += state[DECK_V]
+    height, velocity, _ = path_at(0.0, S)
+    if S[STATE + ON_DECK] != 0.0:
+        height += S[STATE + DECK_Y]
+        velocity += S[STATE + DECK_V]
     delta = height - y
     rate = velocity - v
-    if program.bonded:
-        state[PHASE] = BONDED
-        state[A] = y
-        state[B] = v
+    if numbers[contract.BILATERAL] != 0.0:
+        S[STATE + PHASE] = BONDED
+        S[STATE + A] = y
+        S[STATE + B] = v
         return
     touching = delta > 0.0
     if delta == 0.0:
-        touching = rate > 0.0 or (rate == 0.0 and _free_acceleration(program, local, state, y, v) > 0.0)
+        touching = rate > 0.0 or (rate == 0.0 and _free_acceleration(numbers, y, v, S) > 0.0)
     if touching:
-        _take_contact(program, state, delta, rate)
+        _take_contact(numbers, delta, rate, S)
         if was == FLIGHT:
-            _log_event(state[TIME], IMPACT, rate, cause, events, counts)
-        if state[PHASE] == RELEASED:
-            state[A] = y
-            state[B] = v
+            _log_event(S[STATE + TIME], IMPACT, rate, cause, events, S)
+        if S[STATE + PHASE] == RELEASED:
+            S[STATE + A] = y
+            S[STATE + B] = v
     else:
-        state[PHASE] = FLIGHT
-        state[A] = y
-        state[B] = v
+        S[STATE + PHASE] = FLIGHT
+        S[STATE + A] = y
+        S[STATE + B] = v
         if was == CONTACT or was == RELEASED:
-            _log_event(state[TIME], LOSS, rate, cause, events, counts)
+            _log_event(S[STATE + TIME], LOSS, rate, cause, events, S)
 
 
-@njit(cache=True, error_model="numpy")
-def _leave_grazing(program: Program, local: FloatArray, state: FloatArray, y: float, v: float) -> None:
+@kernel
+def _leave_grazing(numbers: FloatArray, y: float, v: float, S: FloatArray) -> None:
     """Leave the rest point u = w = 0 of the regularised system along the motion that it starts, if it starts one."""
-    a = _free_acceleration(program, local, state, y, v)
-    if state[A] == 0.0 and abs(state[B]) < GRAZE:
+    a = _free_acceleration(numbers, y, v, S)
+    if S[STATE + A] == 0.0 and abs(S[STATE + B]) < GRAZE:
         if a > 0.0:
-            state[A] = LIFT
-            state[B] = LIFT * sqrt(2.0 * a)
-            state[TIME] += LIFT * sqrt(2.0 / a)
+            S[STATE + A] = LIFT
+            S[STATE + B] = LIFT * sqrt(2.0 * a)
+            S[STATE + TIME] += LIFT * sqrt(2.0 / a)
         else:
-            state[PHASE] = FLIGHT
-            state[A] = y
-            state[B] = v
+            S[STATE + PHASE] = FLIGHT
+            S[STATE + A] = y
+            S[STATE + B] = v
 
 
-@njit(cache=True, error_model="numpy")
-def _cross_break(
-    program: Program, local: FloatArray, state: FloatArray, events: FloatArray, counts: FloatArray
-) -> int:
+@kernel
+def _cross_break(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> int:
     """Go over the breakpoint(s) at the present time; `local` belongs to the piece behind, time zero is now."""
-    time = state[TIME]
-    phase = int(state[PHASE])
-    height, velocity, _ = path_at(local, 0.0)
-    if state[ON_DECK] != 0.0:
-        height += state[DECK_Y]
-        velocity += state[DECK_V]
-    y = state[A]
-    v = state[B]
+    time = S[STATE + TIME]
+    phase = int(S[STATE + PHASE])
+    height, velocity, _ = path_at(0.0, S)
+    if S[STATE + ON_DECK] != 0.0:
+        height += S[STATE + DECK_Y]
+        velocity += S[STATE + DECK_V]
+    y = S[STATE + A]
+    v = S[STATE + B]
     if phase == CONTACT:
-        y = height - state[A] * state[A]
-        v = velocity - state[B]
+        y = height - S[STATE + A] * S[STATE + A]
+        v = velocity - S[STATE + B]
     hard = False
     jumped = False
-    while _piece_end(program, state) <= time * (1.0 + 4e-16):
-        join = _next_piece(program, state)
+    while _piece_end(pieces, numbers, S) <= time * (1.0 + 4e-16):
+        join = _next_piece(pieces, numbers, S)
         if join < 0:
             return END_OF_PATH
         hard = hard or join != SOFT
         jumped = jumped or join == JUMP
-    on_deck = program.deck_from <= time < program.deck_to
-    if program.deck_mass > 0.0 and on_deck != (state[ON_DECK] != 0.0):
-        state[ON_DECK] = 1.0 if on_deck else 0.0
+    on_deck = numbers[contract.DECK_FROM] <= time < numbers[contract.DECK_TO]
+    if numbers[contract.DECK_MASS] > 0.0 and on_deck != (S[STATE + ON_DECK] != 0.0):
+        S[STATE + ON_DECK] = 1.0 if on_deck else 0.0
         hard = True
         jumped = True
-    localise(program, int(state[PIECE]), state[SHIFT], time, local)
+    localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
     if not hard:
         return RUNNING
     if phase == CONTACT and not jumped:  # a kink: the indentation itself is kept to the last digit
-        _, after, _ = path_at(local, 0.0)
-        if state[ON_DECK] != 0.0:
-            after += state[DECK_V]
-        state[B] = after - v
-        if program.hysteresis * state[B] < -1.0 and state[A] > 0.0:
-            state[PHASE] = RELEASED
-            state[A] = y
-            state[B] = v
+        _, after, _ = path_at(0.0, S)
+        if S[STATE + ON_DECK] != 0.0:
+            after += S[STATE + DECK_V]
+        S[STATE + B] = after - v
+        if numbers[contract.HYSTERESIS] * S[STATE + B] < -1.0 and S[STATE + A] > 0.0:
+            S[STATE + PHASE] = RELEASED
+            S[STATE + A] = y
+            S[STATE + B] = v
         return RUNNING
-    _place(program, local, state, y, v, phase, 1.0, events, counts)
+    _place(numbers, y, v, phase, 1.0, events, S)
     return RUNNING
 
 
-@njit(cache=True, error_model="numpy")
-def _contact_step(
-    program: Program, until: float, local: FloatArray, state: FloatArray, row: FloatArray,
-    events: FloatArray, peaks: FloatArray, counts: FloatArray, corner: FloatArray, S: FloatArray,
-) -> int:  # fmt: skip
+@kernel
+def _contact_step(numbers: FloatArray, until: float, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> int:  # fmt: skip
     """Make one step in contact; return what ended it."""
-    order = program.order
-    time = state[TIME]
-    contact_series(program, order, local, state[A], state[B], state[DECK_Y], state[DECK_V], state[ON_DECK] != 0.0, S)
-    length, what = contact_end(program, order, program.tolerance, until - time, local, S)
-    degree = trend_series(program, order, local, S)
-    _settle_corner(max(S[N, 0], 0.0), S[TREND, 0], corner, peaks, counts)
-    _log_maxima(program, local, time, order, degree, length, S, peaks, counts)
-    row[:LENGTH] = state[:LENGTH]
-    row[LENGTH] = length
-    rising = evaluate(S[TREND], degree, length)
-    u, w, y, z = series_end(S, order, length)
-    after = evaluate(S[T], order, length)
-    state[TIME] = until if what == BREAK else time + after
-    state[DECK_Y] = y
-    state[DECK_V] = z
-    state[A] = u
-    state[B] = w
+    order = int(numbers[contract.ORDER])
+    time = S[STATE + TIME]
+    contact_series(
+        numbers, order, S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V], S[STATE + ON_DECK] != 0.0, S
+    )
+    length, what, after, u, w, turns = contact_end(numbers, order, until - time, S)
+    trend, degree = trend_series(numbers, order, S)
+    _settle_corner(max(S[N], 0.0), S[trend], peaks, S)
+    if turns or trend != W:
+        _log_maxima(numbers, time, order, trend, degree, length, peaks, S)
+    _log_step(length, steps, S)
+    y = 0.0
+    z = 0.0
+    if numbers[contract.DECK_MASS] > 0.0:
+        y = evaluate(S, Y, order, length)
+        z = evaluate(S, Z, order, length)
+    S[STATE + TIME] = until if what == BREAK else time + after
+    S[STATE + DECK_Y] = y
+    S[STATE + DECK_V] = z
+    S[STATE + A] = u
+    S[STATE + B] = w
     if what == BREAK:
-        corner[CORNER_SET] = 1.0
-        corner[CORNER_TIME] = until
-        corner[CORNER_FORCE] = _force(program, local, after, u, w)
-        corner[CORNER_RISING] = rising
-        state[A] = max(u, 0.0)
+        S[MARK + CORNER_SET] = 1.0
+        S[MARK + CORNER_TIME] = until
+        S[MARK + CORNER_FORCE] = _force(numbers, after, u, w, S)
+        S[MARK + CORNER_RISING] = evaluate(S, trend, degree, length)
+        S[STATE + A] = max(u, 0.0)
     elif what == OPENS or what == RELEASES:
-        height, velocity, _ = path_at(local, after)
-        if state[ON_DECK] != 0.0:
+        height, velocity, _ = path_at(after, S)
+        if S[STATE + ON_DECK] != 0.0:
             height += y
             velocity += z
         if what == OPENS:
-            _log_event(state[TIME], LOSS, w, 0.0, events, counts)
+            _log_event(S[STATE + TIME], LOSS, w, 0.0, events, S)
             u = 0.0
-        state[PHASE] = FLIGHT if what == OPENS else RELEASED
-        state[A] = height - u * u
-        state[B] = velocity - w
+        S[STATE + PHASE] = FLIGHT if what == OPENS else RELEASED
+        S[STATE + A] = height - u * u
+        S[STATE + B] = velocity - w
     return what
 
 
-@njit(cache=True, error_model="numpy")
-def _bonded_maxima(
-    program: Program, time: float, length: float, S: FloatArray, peaks: FloatArray, counts: FloatArray
-) -> None:
+@kernel
+def _bonded_maxima(numbers: FloatArray, time: float, length: float, peaks: FloatArray, S: FloatArray) -> None:
     """Record the force maxima of a step in a bilateral contact."""
     for k in range(FLIGHT_ORDER):
-        S[TREND, k] = (k + 1) * S[N, k + 1]
+        S[TREND + k] = (k + 1) * S[N + k + 1]
     start = 0.0
-    while counts[2] < peaks.shape[0]:
-        root = first_root(S[TREND], FLIGHT_ORDER - 1, start, length, -1.0, S[WORK])
+    while S[COUNT + 2] < peaks.shape[0]:
+        root = first_root(S, TREND, FLIGHT_ORDER - 1, start, length, -1.0, WORK)
         if root == NONE:
             return
-        _log_peak(time + root, evaluate(S[N], FLIGHT_ORDER, root), 0.0, peaks, counts)
+        _log_peak(time + root, evaluate(S, N, FLIGHT_ORDER, root), 0.0, peaks, S)
         start = root
 
 
-@njit(cache=True, error_model="numpy")
-def _flight_step(
-    program: Program, until: float, landed: bool, local: FloatArray, state: FloatArray, row: FloatArray,
-    events: FloatArray, peaks: FloatArray, counts: FloatArray, corner: FloatArray, S: FloatArray,
-) -> int:  # fmt: skip
+@kernel
+def _flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> int:  # fmt: skip
     """Make one step in flight, released or bonded; return what ended it. `landed`: this flight begins at δ = 0."""
-    time = state[TIME]
-    released = state[PHASE] == RELEASED
-    on_deck = state[ON_DECK] != 0.0
-    flight_series(program, FLIGHT_ORDER, local, state[A], state[B], state[DECK_Y], state[DECK_V], on_deck, S)
+    time = S[STATE + TIME]
+    released = S[STATE + PHASE] == RELEASED
+    on_deck = S[STATE + ON_DECK] != 0.0
+    flight_series(numbers, FLIGHT_ORDER, S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V], on_deck, S)
     if landed:
-        S[CLEAR, 0] = 0.0
-    length, what = flight_end(program, released, until - time, local, S)
-    if program.bonded:
-        _settle_corner(S[N, 0], S[N, 1], corner, peaks, counts)
-        _bonded_maxima(program, time, length, S, peaks, counts)
+        S[CLEAR] = 0.0
+    length, what = flight_end(numbers, released, until - time, S)
+    if numbers[contract.BILATERAL] != 0.0:
+        _settle_corner(S[N], S[N + 1], peaks, S)
+        _bonded_maxima(numbers, time, length, peaks, S)
         if what == BREAK:
-            corner[CORNER_SET] = 1.0
-            corner[CORNER_TIME] = until
-            corner[CORNER_FORCE] = evaluate(S[N], FLIGHT_ORDER, length)
-            corner[CORNER_RISING] = (evaluate(S[N], FLIGHT_ORDER, length) - evaluate(S[N], FLIGHT_ORDER, 0.999 * length))
+            S[MARK + CORNER_SET] = 1.0
+            S[MARK + CORNER_TIME] = until
+            S[MARK + CORNER_FORCE] = evaluate(S, N, FLIGHT_ORDER, length)
+            S[MARK + CORNER_RISING] = evaluate(S, N, FLIGHT_ORDER, length) - evaluate(
+                S, N, FLIGHT_ORDER, 0.999 * length
+            )
     else:
-        _settle_corner(0.0, 0.0, corner, peaks, counts)
-    row[:LENGTH] = state[:LENGTH]
-    row[LENGTH] = length
-    y, v, deck_y, deck_v = series_end(S, FLIGHT_ORDER, length)
-    state[TIME] = until if what == BREAK else time + length
-    state[DECK_Y] = deck_y
-    state[DECK_V] = deck_v
-    state[A] = y
-    state[B] = v
+        _settle_corner(0.0, 0.0, peaks, S)
+    _log_step(length, steps, S)
+    y = evaluate(S, U, FLIGHT_ORDER, length)
+    v = evaluate(S, W, FLIGHT_ORDER, length)
+    deck_y = evaluate(S, Y, FLIGHT_ORDER, length)
+    deck_v = evaluate(S, Z, FLIGHT_ORDER, length)
+    S[STATE + TIME] = until if what == BREAK else time + length
+    S[STATE + DECK_Y] = deck_y
+    S[STATE + DECK_V] = deck_v
+    S[STATE + A] = y
+    S[STATE + B] = v
     if what == NOTHING or what == BREAK:
         return what
-    height, velocity, _ = path_at(local, length)
+    height, velocity, _ = path_at(length, S)
     if on_deck:
         height += deck_y
         velocity += deck_v
     rate = velocity - v
     if what == OPENS:
-        state[PHASE] = FLIGHT
-        _log_event(state[TIME], LOSS, rate, 0.0, events, counts)
+        S[STATE + PHASE] = FLIGHT
+        _log_event(S[STATE + TIME], LOSS, rate, 0.0, events, S)
     elif what == GRIPS:
-        _take_contact(program, state, height - y, -1.0 / program.hysteresis)
+        _take_contact(numbers, height - y, -1.0 / numbers[contract.HYSTERESIS], S)
     else:
-        _take_contact(program, state, 0.0, rate)
-        _log_event(state[TIME], IMPACT, rate, 0.0, events, counts)
+        _take_contact(numbers, 0.0, rate, S)
+        _log_event(S[STATE + TIME], IMPACT, rate, 0.0, events, S)
     return what
 
 
-@njit(cache=True, error_model="numpy")
-def march_kernel(
-    program: Program, state: FloatArray, steps: FloatArray, events: FloatArray, peaks: FloatArray,
-    counts: FloatArray, corner: FloatArray, local: FloatArray, S: FloatArray,
-) -> int:  # fmt: skip
+@kernel
+def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> int:  # fmt: skip
     """March from `state` until the end, or until a table is full; return why it stopped. May be called again."""
-    time = state[TIME]
-    localise(program, int(state[PIECE]), state[SHIFT], time, local)
-    opened = counts[3] != 0.0
+    time = S[STATE + TIME]
+    localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
+    opened = S[COUNT + 3] != 0.0
     idle = 0
     while True:
-        if counts[0] + 1 > steps.shape[0] or counts[1] + 4 > events.shape[0] or counts[2] + 8 > peaks.shape[0]:
-            counts[3] = 1.0 if opened else 0.0
+        if S[COUNT] + 1 > steps.shape[0] or S[COUNT + 1] + 4 > events.shape[0] or S[COUNT + 2] + 8 > peaks.shape[0]:
+            S[COUNT + 3] = 1.0 if opened else 0.0
             return FULL
-        if counts[1] >= program.event_limit:
+        if S[COUNT + 1] >= numbers[contract.EVENT_LIMIT]:
             return TOO_MANY_EVENTS
-        time = state[TIME]
-        until = min(_piece_end(program, state), program.end)
-        if program.deck_mass > 0.0:
-            if time < program.deck_from:
-                until = min(until, program.deck_from)
-            elif time < program.deck_to:
-                until = min(until, program.deck_to)
-        localise(program, int(state[PIECE]), state[SHIFT], time, local)
-        row = steps[int(counts[0])]
-        if state[PHASE] == CONTACT and state[A] == 0.0 and abs(state[B]) < GRAZE:
-            height, velocity, _ = path_at(local, 0.0)
-            if state[ON_DECK] != 0.0:
-                height += state[DECK_Y]
-                velocity += state[DECK_V]
-            _leave_grazing(program, local, state, height, velocity - state[B])
-            opened = state[PHASE] == FLIGHT
+        time = S[STATE + TIME]
+        until = min(_piece_end(pieces, numbers, S), numbers[contract.END])
+        if numbers[contract.DECK_MASS] > 0.0:
+            if time < numbers[contract.DECK_FROM]:
+                until = min(until, numbers[contract.DECK_FROM])
+            elif time < numbers[contract.DECK_TO]:
+                until = min(until, numbers[contract.DECK_TO])
+        localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
+        if S[STATE + PHASE] == CONTACT and S[STATE + A] == 0.0 and abs(S[STATE + B]) < GRAZE:
+            height, velocity, _ = path_at(0.0, S)
+            if S[STATE + ON_DECK] != 0.0:
+                height += S[STATE + DECK_Y]
+                velocity += S[STATE + DECK_V]
+            _leave_grazing(numbers, height, velocity - S[STATE + B], S)
+            opened = S[STATE + PHASE] == FLIGHT
             continue
-        if state[PHASE] == CONTACT:
-            what = _contact_step(program, until, local, state, row, events, peaks, counts, corner, S)
+        if S[STATE + PHASE] == CONTACT:
+            what = _contact_step(numbers, until, steps, events, peaks, S)
         else:
-            what = _flight_step(program, until, opened, local, state, row, events, peaks, counts, corner, S)
-        counts[0] += 1
+            what = _flight_step(numbers, until, opened, steps, events, peaks, S)
         opened = what == OPENS
-        if is_bad(state[TIME] + state[A] + state[B] + state[DECK_Y] + state[DECK_V]):
+        if is_bad(S[STATE + TIME] + S[STATE + A] + S[STATE + B] + S[STATE + DECK_Y] + S[STATE + DECK_V]):
             return NOT_FINITE
-        idle = idle + 1 if state[TIME] <= time else 0
+        idle = idle + 1 if S[STATE + TIME] <= time else 0
         if idle > 1000:
             return STALLED
         if what == BREAK:
-            if state[TIME] >= program.end:
+            if S[STATE + TIME] >= numbers[contract.END]:
                 return DONE
-            localise(program, int(state[PIECE]), state[SHIFT], state[TIME], local)
-            status = _cross_break(program, local, state, events, counts)
+            localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
+            status = _cross_break(pieces, numbers, events, S)
             if status != RUNNING:
                 return status
 
 
-@njit(cache=True, error_model="numpy")
-def start_kernel(
-    program: Program, state: FloatArray, events: FloatArray, counts: FloatArray, local: FloatArray
-) -> None:
+@kernel
+def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Set the state at time zero from the start's displacement and velocity."""
-    state[:] = 0.0
-    while _piece_end(program, state) <= 0.0:
-        if _next_piece(program, state) < 0:
+    S[STATE : STATE + LENGTH] = 0.0
+    while _piece_end(pieces, numbers, S) <= 0.0:
+        if _next_piece(pieces, numbers, S) < 0:
             break
-    state[ON_DECK] = 1.0 if program.deck_mass > 0.0 and program.deck_from <= 0.0 < program.deck_to else 0.0
-    localise(program, int(state[PIECE]), state[SHIFT], 0.0, local)
-    _place(program, local, state, program.start_height, program.start_velocity, -1, 0.0, events, counts)
+    S[STATE + ON_DECK] = (
+        1.0
+        if numbers[contract.DECK_MASS] > 0.0 and numbers[contract.DECK_FROM] <= 0.0 < numbers[contract.DECK_TO]
+        else 0.0
+    )
+    localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], 0.0, S)
+    _place(numbers, numbers[contract.START_HEIGHT], numbers[contract.START_VELOCITY], -1, 0.0, events, S)
 
 
 class March(NamedTuple):
@@ -490,20 +497,17 @@ def _grown(table: FloatArray, used: float) -> FloatArray:
 
 def march(program: Program) -> March:
     """March a program from its start to its end."""
-    state = np.zeros(LENGTH)
-    counts = np.zeros(4)
-    corner = np.zeros(4)
-    local = np.zeros(LOCAL)
-    scratch = np.zeros((ROWS, WIDTH))
+    work = np.zeros(SCRATCH)
     steps = np.empty((2048, STEP_COLUMNS))
     events = np.empty((256, EVENT_COLUMNS))
     peaks = np.empty((256, PEAK_COLUMNS))
-    start_kernel(program, state, events, counts, local)
+    start_kernel(program.pieces, program.numbers, events, work)
     while True:
-        status = march_kernel(program, state, steps, events, peaks, counts, corner, local, scratch)
+        status = march_kernel(program.pieces, program.numbers, steps, events, peaks, work)
+        used = work[COUNT : COUNT + 3].astype(int)
         if status != FULL:
-            used = counts.astype(int)
+            state = work[STATE : STATE + LENGTH].copy()
             return March(status, steps[: used[0]], events[: used[1]], peaks[: used[2]], state)
-        steps = _grown(steps, counts[0])
-        events = _grown(events, counts[1])
-        peaks = _grown(peaks, counts[2])
+        steps = _grown(steps, used[0])
+        events = _grown(events, used[1])
+        peaks = _grown(peaks, used[2])

@@ -1,0 +1,66 @@
+"""The decorator of all kernels: compiled once, cached on disk, and compiled again when any kernel's source changes.
+
+Numba stamps a cached function with its own file only, so an edited callee in another file would silently leave the old
+machine code in use. The locators below stamp every kernel with all of this folder's sources. Where the package's
+folder cannot be written, the cache goes to the user's cache directory.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core import caching
+
+FOLDER = Path(__file__).resolve().parent
+FASTMATH = {"contract", "reassoc", "arcp", "nsz", "afn"}
+"""Never nnan or ninf: infinities and NaN are data here (open ends, failures)."""
+
+
+def source_stamp() -> str:
+    """Return a digest of all kernel sources."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    for file in sorted(FOLDER.glob("*.py")):
+        digest.update(file.name.encode())
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+STAMP = source_stamp()
+
+
+class _Stamped:
+    """Claims the functions of this folder, and stamps them with all of its sources."""
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> Any:
+        if Path(py_file).resolve().parent != FOLDER:
+            return None
+        return super().from_function(py_func, py_file)  # type: ignore[misc]
+
+    def get_source_stamp(self) -> str:
+        return STAMP
+
+
+class _Environment(_Stamped, caching.UserProvidedCacheLocator):  # type: ignore[misc]
+    """The folder that NUMBA_CACHE_DIR names."""
+
+
+class _InTree(_Stamped, caching.InTreeCacheLocator):  # type: ignore[misc]
+    """Beside the sources."""
+
+
+class _UserWide(_Stamped, caching.UserWideCacheLocator):  # type: ignore[misc]
+    """The user's cache directory."""
+
+
+caching.CacheImpl._locator_classes[:0] = [_Environment, _InTree, _UserWide]
+
+kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH)
+
+
+def is_compiled(dispatcher: Any) -> bool:
+    """Return True where machine code for the kernel lies in the cache or in memory already."""
+    return bool(dispatcher.signatures) or bool(dispatcher._cache._cache_file._load_index())

@@ -1,0 +1,96 @@
+"""The documentation: every Python block runs and states a number that holds; every scenario in TOML loads."""
+
+import re
+import shutil
+import textwrap
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+import wheeltapper as wt
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.rst") if "_build" not in path.parts)]
+FENCED = re.compile(r"^```(?P<language>\w+)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
+DIRECTIVE = re.compile(
+    r"^\.\. code-block:: (?P<language>\w+)\n(?:[ ]+:.*\n)*\n(?P<body>(?:(?:[ ]{3}.*)?\n)+)", re.MULTILINE
+)
+RUN = "pip install uv && uv run wheeltapper run examples/wheel_flat.toml"
+TEST = "pip install uv && uv run pytest"
+
+
+class Block(NamedTuple):
+    """A piece of code in a page, and the line on which it starts."""
+
+    language: str
+    code: str
+    line: int
+
+
+def blocks(page: Path, language: str) -> list[Block]:
+    text = page.read_text(encoding="utf-8") + "\n"
+    pattern = FENCED if page.suffix == ".md" else DIRECTIVE
+    found = [
+        Block(match["language"], textwrap.dedent(match["body"]), text.count("\n", 0, match.start("body")))
+        for match in pattern.finditer(text)
+    ]
+    return [block for block in found if block.language == language]
+
+
+def with_blocks(language: str) -> list[Path]:
+    return [page for page in PAGES if blocks(page, language)]
+
+
+def name(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("page", with_blocks("python"), ids=name)
+def test_the_code_of_the_page_runs_and_its_numbers_hold(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    found = blocks(page, "python")
+    assert any("assert" in block.code for block in found), "the page states no number"
+    namespace: dict[str, object] = {"__name__": "page"}
+    for block in found:
+        # Blank lines before the block let a traceback point to the page's own line.
+        exec(compile("\n" * block.line + block.code, str(page), "exec"), namespace)
+
+
+@pytest.mark.parametrize("page", with_blocks("toml"), ids=name)
+def test_the_scenarios_of_the_page_load(page: Path, tmp_path: Path) -> None:
+    whole = [block for block in blocks(page, "toml") if block.code.startswith(("speed", "#"))]
+    assert whole, "the page shows no whole scenario"
+    for block in whole:
+        path = tmp_path / f"line_{block.line}.toml"
+        path.write_text(block.code, encoding="utf-8")
+        assert isinstance(wt.load(path), wt.Scenario)
+
+
+def test_the_pages_are_found() -> None:
+    assert len(with_blocks("python")) >= 8
+
+
+def test_the_readme_gives_both_commands_and_ci_runs_the_second() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8").split("\n")
+    assert RUN in readme
+    assert TEST in readme
+    assert TEST in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+
+
+def test_every_public_name_has_its_place_in_the_reference() -> None:
+    reference = (ROOT / "docs" / "api.rst").read_text(encoding="utf-8").split()
+    assert [name for name in wt.__all__ if name != "__version__" and name not in reference] == []
+
+
+def test_every_decision_is_listed() -> None:
+    listed = (ROOT / "docs" / "development.rst").read_text(encoding="utf-8")
+    for path in sorted((ROOT / "docs" / "decisions").glob("*.md")):
+        title = path.read_text(encoding="utf-8").partition("\n")[0]
+        number, _, sentence = title.removeprefix("# ").partition(". ")
+        assert int(number) == int(path.name[:4])
+        assert f"{number}. {sentence}" in listed.replace("``", ""), path.name

@@ -1,0 +1,83 @@
+"""The front door: what `import wheeltapper` offers, and what it must not load."""
+
+import subprocess
+import sys
+
+import pytest
+
+import wheeltapper as wt
+
+NAMES = [
+    "Corrugation",
+    "CosineBump",
+    "FloatingDeck",
+    "Hertz",
+    "InputError",
+    "Linear",
+    "Measured",
+    "OutOfRound",
+    "Profile",
+    "Record",
+    "Repeated",
+    "Scenario",
+    "Step",
+    "StiffTrack",
+    "WheelFlat",
+    "Wheelset",
+    "__version__",
+    "contact",
+    "load",
+    "plot",
+    "simulate",
+]
+HEAVY = {"numba", "xarray", "matplotlib", "scipy", "pint", "pandas", "h5netcdf"}
+
+
+def loaded_by(statement: str) -> set[str]:
+    code = f"import sys\n{statement}\nprint(*{{name.partition('.')[0] for name in sys.modules}})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
+
+
+def test_the_public_names_are_these_and_at_most_thirty() -> None:
+    assert sorted(wt.__all__) == NAMES
+    assert len(NAMES) <= 30
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_name_is_there(name: str) -> None:
+    assert getattr(wt, name) is not None
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_name_is_listed(name: str) -> None:
+    assert name in dir(wt)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name[0].isalpha()])
+def test_each_name_is_documented(name: str) -> None:
+    text = getattr(wt, name).__doc__
+    assert text
+    assert text.strip()
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="Whellset"):
+        wt.Whellset  # noqa: B018
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    assert not loaded_by("import wheeltapper") & HEAVY
+
+
+def test_describing_a_scenario_loads_nothing_heavy() -> None:
+    statement = (
+        "import wheeltapper as wt; "
+        "wt.Scenario(vehicle=wt.Wheelset(mass=1500, load=91307, stiffness=2.44e6, damping=2e4, radius=0.46), "
+        "track=wt.StiffTrack(), contact=wt.Hertz(constant=1.405e11), speed=5.0, duration=0.5)"
+    )
+    assert not loaded_by(statement) & HEAVY
+
+
+def test_the_command_line_loads_nothing_heavy() -> None:
+    assert not loaded_by("import wheeltapper.faces.cli") & HEAVY

@@ -1,0 +1,79 @@
+"""The repository: nothing from somebody's machine or network in it, and no file that should have been two."""
+
+import ast
+import re
+import subprocess
+import tomllib
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SOURCES = sorted((ROOT / "src").rglob("*.py"))
+LONGEST = 400
+GENERATED = {"unrolled.py"}
+
+# Written in pieces, so that this file does not contain what it looks for.
+REGISTRIES = [
+    "pypi" + ".org",
+    "python" + "hosted.org",
+    "conda" + ".anaconda.org",
+    "registry.npm" + "js",
+]
+WORKPLACES = [f"/{place}/" for place in ("work", "tmp", "home", "root")]
+FORBIDDEN = re.compile("|".join(re.escape(text) for text in REGISTRIES + WORKPLACES))
+
+
+def git(*arguments: str) -> str:
+    try:
+        done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        pytest.skip("git is not installed")
+    if done.returncode == 128:
+        pytest.skip("not a git checkout")
+    return done.stdout
+
+
+@cache
+def files() -> list[Path]:
+    """List the tracked files and those that would be added."""
+    names = git("ls-files", "--cached", "--others", "--exclude-standard").split("\n")
+    return [ROOT / name for name in names if name and (ROOT / name).is_file()]
+
+
+def test_no_file_names_a_package_registry_or_a_place_of_some_machine() -> None:
+    found = []
+    for path in files():
+        text = path.read_text(encoding="utf-8", errors="replace")
+        for number, line in enumerate(text.split("\n"), start=1):
+            if FORBIDDEN.search(line):
+                found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()[:100]}")
+    assert not found, "\n".join(found)
+
+
+def test_the_lock_file_is_ignored() -> None:
+    assert git("check-ignore", "uv.lock").strip() == "uv.lock"
+    assert git("ls-files", "uv.lock") == ""
+
+
+def test_the_project_points_to_no_package_index() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert not {"index", "index-url", "extra-index-url", "find-links"} & set(project["tool"]["uv"])
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_each_source_file_says_what_it_is_for(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    if text.strip() or path.name != "__init__.py":
+        assert ast.get_docstring(ast.parse(text))
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_no_source_file_is_asking_to_be_two(path: Path) -> None:
+    if path.name not in GENERATED:
+        assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST
+
+
+def test_the_typing_marker_is_shipped() -> None:
+    assert (ROOT / "src" / "wheeltapper" / "py.typed").is_file()
