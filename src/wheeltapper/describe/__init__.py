@@ -1,0 +1,1 @@
+"""The nouns: what the user describes, frozen and without any computation."""

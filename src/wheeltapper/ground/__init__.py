@@ -1,0 +1,1 @@
+"""The ground floor: errors, outcomes and quantities, on the standard library alone."""

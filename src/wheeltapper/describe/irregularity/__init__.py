@@ -1,0 +1,1 @@
+"""Irregularities of rail and wheel, one law in each file."""

@@ -1,0 +1,79 @@
+"""Hertz contact, with material damping after Hunt and Crossley."""
+
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+
+from wheeltapper.describe.contact.restitution import hysteresis_from_restitution
+from wheeltapper.describe.noun import HertzConstant, Noun, PositiveLength, Pressure, Speed, TimePerLength
+
+
+class Hertz(Noun):
+    """A contact that can only push: N = C·δ^1.5·(1 + χ·δ'), never below zero.
+
+    C is given, or computed exactly from radii and elastic constants (Hertz 1882; the project's physics reference,
+    section 5). With `curvature` it follows the local longitudinal curvature of the irregularity: the paper's
+    parametric excitation. χ is Hunt and Crossley's (1975) material damping.
+
+    Parameters
+    ----------
+    constant
+        C per wheelset, N/m^1.5.
+    constant_per_wheel
+        C of one wheel, N/m^1.5; at the same indentation a wheelset's is the sum over its wheels.
+    rail_radius
+        Transverse radius of the rail's crown, m.
+    youngs_modulus, poisson
+        Of both bodies.
+    curvature
+        Whether C follows the local longitudinal curvature; by default a given constant does not, a computed one does.
+    restitution, impact_speed
+        Coefficient of restitution (0 < e ≤ 1) of a free impact at this speed, m/s; χ = h(e)/speed exactly.
+    hysteresis
+        χ itself, s/m.
+    """
+
+    constant: HertzConstant | None = None
+    constant_per_wheel: HertzConstant | None = None
+    rail_radius: PositiveLength = 0.3
+    youngs_modulus: Pressure = 210e9
+    poisson: float = Field(default=0.3, ge=0, lt=0.5)
+    curvature: bool | None = None
+    restitution: float | None = Field(default=None, gt=0, le=1)
+    impact_speed: Speed | None = None
+    hysteresis: TimePerLength | None = None
+
+    @model_validator(mode="after")
+    def _no_contradiction(self) -> Hertz:
+        if self.constant is not None and self.constant_per_wheel is not None:
+            raise ValueError("found both constant and constant_per_wheel; allowed: one of them, or neither to compute it")
+        elastic = sorted({"rail_radius", "youngs_modulus", "poisson"} & self.model_fields_set)
+        if self.given is not None and elastic and not self.curvature:
+            raise ValueError(
+                f"found a given constant together with {', '.join(elastic)}; allowed: one or the other "
+                "(both only with curvature = true, where the radii shape its variation)"
+            )
+        if self.hysteresis is not None and self.restitution is not None:
+            raise ValueError("found both hysteresis and restitution; allowed: one of them")
+        if (self.restitution is None) != (self.impact_speed is None):
+            raise ValueError("found one of restitution and impact_speed; allowed: both (the speed at which it holds), or neither")
+        if self.impact_speed is not None and self.impact_speed <= 0:
+            raise ValueError(f"found impact_speed {self.impact_speed:g} m/s; allowed: more than 0 m/s")
+        return self
+
+    @property
+    def given(self) -> float | None:
+        """The given constant, whichever way it was given; None where it is computed."""
+        return self.constant if self.constant is not None else self.constant_per_wheel
+
+    @property
+    def follows_curvature(self) -> bool:
+        """Whether the constant follows the local longitudinal curvature."""
+        return self.given is None if self.curvature is None else self.curvature
+
+    @property
+    def hysteresis_factor(self) -> float:
+        """χ in s/m."""
+        if self.restitution is not None and self.impact_speed is not None:
+            return hysteresis_from_restitution(self.restitution) / float(self.impact_speed)
+        return float(self.hysteresis or 0.0)

@@ -1,0 +1,21 @@
+"""Linear contact, for comparison with the literature's bilateral models."""
+
+from __future__ import annotations
+
+from wheeltapper.describe.noun import Noun, PositiveStiffness
+
+
+class Linear(Noun):
+    """A linear contact spring, N = k_H·δ.
+
+    Parameters
+    ----------
+    stiffness
+        k_H per wheelset, N/m; (3/2)·C·sqrt(δ0) linearises a Hertz contact at its static indentation δ0.
+    bilateral
+        True: the contact also pulls (N < 0) and is never lost, as in the models that the paper criticises.
+        False: it can only push.
+    """
+
+    stiffness: PositiveStiffness
+    bilateral: bool = False

@@ -1,0 +1,33 @@
+"""A single irregularity of cosine shape (the paper, section 3)."""
+
+from __future__ import annotations
+
+from math import inf, pi
+
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.course import Course, Harmonic, harmonic, level
+from wheeltapper.describe.noun import Length, PositiveLength
+
+
+class CosineBump(Irregularity):
+    """y_r = h/2·(1 - cos(2π·X/length)) on 0 ≤ X ≤ length, X = x - start, and zero elsewhere.
+
+    Parameters
+    ----------
+    height
+        h, m; < 0 is a dip.
+    length
+        m.
+    start
+        Where it begins, m.
+    """
+
+    height: Length
+    length: PositiveLength
+    start: Length
+
+    def course(self, radius: float) -> Course:
+        """Return the deviation over the rolled distance."""
+        end = self.start + self.length
+        wave = Harmonic(0.5 * self.height, 0.0, -0.5 * self.height, 2 * pi / self.length, self.start)
+        return Course((level(-inf, self.start), harmonic(self.start, end, wave), level(end, inf)), abs(self.height))

@@ -1,0 +1,74 @@
+"""Repetition of an irregularity."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Any
+
+import numpy as np
+from pydantic import Field, SerializeAsAny, model_validator
+
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.course import Course, Polynomials, Stretch
+from wheeltapper.describe.noun import PositiveLength
+
+
+class Repeated(Irregularity):
+    """An irregularity of the rail again and again: y(x) = Σ of(x - i·period), i = 0, 1, 2 …
+
+    Parameters
+    ----------
+    of
+        What is repeated; level outside a part no longer than the period.
+    period
+        m.
+    count
+        How often; None for ever.
+    """
+
+    of: SerializeAsAny[Any]
+    period: PositiveLength
+    count: int | None = Field(default=None, ge=1)
+
+    @model_validator(mode="after")
+    def _fits(self) -> Repeated:
+        if not isinstance(self.of, Irregularity) or self.of.borne != "rail":
+            raise ValueError(f"found {self.of!r}; allowed: an irregularity of the rail")
+        course = self.of.course(1.0)
+        if course.period is not None:
+            raise ValueError("found an irregularity that already repeats; allowed: one that does not")
+        first, last = course.stretches[0].end, course.stretches[-1].start
+        if last - first > self.period * (1 + 1e-12):
+            raise ValueError(f"found a period of {self.period:g} m; allowed: at least the irregularity's length {last - first:g} m")
+        if abs(float(course.value(np.array([last + 1.0]))[0])) > 1e-12 * course.height:
+            raise ValueError("found an irregularity that ends at another height than it began; allowed: one that returns to zero")
+        return self
+
+    def course(self, radius: float) -> Course:
+        """Return the deviation over the rolled distance."""
+        once = self.of.course(radius)
+        if self.count is None:
+            return Course(once.stretches, once.height, self.period, once.stretches[0].end)
+        first, *inner, last = once.stretches
+        stretches: list[Stretch] = [first]
+        for i in range(self.count):
+            stretches += [moved(s, i * self.period) for s in inner]
+            gap_end = inf if i == self.count - 1 else first.end + (i + 1) * self.period
+            gap = moved(last, i * self.period)
+            stretches.append(Stretch(gap.start, gap_end, gap.value, gap.slope, gap.curvature, gap.exact))
+        return Course(tuple(s for s in stretches if s.end > s.start), once.height)
+
+
+def moved(stretch: Stretch, by: float) -> Stretch:
+    """Return a stretch moved along the line by a distance in m."""
+    from dataclasses import replace
+
+    exact = stretch.exact
+    if isinstance(exact, Polynomials):
+        exact = Polynomials(exact.breaks + by, exact.coefficients)
+    elif exact is not None:
+        exact = replace(exact, origin=exact.origin + by)
+    return Stretch(
+        stretch.start + by, stretch.end + by,
+        lambda x: stretch.value(x - by), lambda x: stretch.slope(x - by), lambda x: stretch.curvature(x - by), exact,
+    )  # fmt: skip

@@ -1,0 +1,49 @@
+"""Corrugation: a sinusoidal irregularity that begins with a corner (the paper, section 5)."""
+
+from __future__ import annotations
+
+from math import inf, pi, sin
+
+from pydantic import model_validator
+
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.course import Course, Harmonic, harmonic, level
+from wheeltapper.describe.noun import Length, PositiveLength
+
+
+class Corrugation(Irregularity):
+    """y_r = +a·sin(2π·X/wavelength) for X = x - start ≥ 0, and zero before.
+
+    Parameters
+    ----------
+    amplitude
+        a, m; the paper's sign, falling first, is a < 0.
+    wavelength
+        m.
+    start
+        Where it begins, with an exact corner, m.
+    end
+        Where it ends, m (the rail goes on level at the height reached); None for never.
+    """
+
+    amplitude: Length
+    wavelength: PositiveLength
+    start: Length
+    end: Length | None = None
+
+    @model_validator(mode="after")
+    def _ends_behind_its_start(self) -> Corrugation:
+        if self.end is not None and self.end <= self.start:
+            raise ValueError(f"found end {self.end:g} m; allowed: more than start {self.start:g} m")
+        return self
+
+    def course(self, radius: float) -> Course:
+        """Return the deviation over the rolled distance."""
+        k = 2 * pi / self.wavelength
+        wave = Harmonic(0.0, self.amplitude, 0.0, k, self.start)
+        if self.end is None:
+            stretches = (level(-inf, self.start), harmonic(self.start, inf, wave))
+            return Course(stretches, abs(self.amplitude), self.wavelength, self.start)
+        rest = self.amplitude * sin(k * (self.end - self.start))
+        stretches = (level(-inf, self.start), harmonic(self.start, self.end, wave), level(self.end, inf, rest))
+        return Course(stretches, abs(self.amplitude))

@@ -1,0 +1,94 @@
+"""A wheel flat, fresh or rounded."""
+
+from __future__ import annotations
+
+from math import inf, pi, sqrt
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.course import Course, Harmonic, Stretch, harmonic, level
+from wheeltapper.describe.noun import Length, PositiveLength
+
+
+class WheelFlat(Irregularity):
+    """A flat on the wheel: a chord of sagitta d (fresh), or the haversine that wear makes of it (rounded).
+
+    Fresh: the radius is short by R - (R - d)/cos φ, of half-length L = sqrt(2·R·d - d²), d ≈ l²/(8·R).
+    Rounded: (d/2)·(1 + cos(2π·X/l)) for |X| < l/2, d = l²/(16·R) unless both are given.
+
+    Parameters
+    ----------
+    depth, length
+        d and l, m: one of them (both only for a rounded flat).
+    position
+        Where its middle first meets the rail, m.
+    repeat
+        Whether it comes back every revolution, 2π·R.
+    shape
+        "fresh" or "rounded".
+    """
+
+    borne: ClassVar[Literal["rail", "wheel"]] = "wheel"
+    depth: PositiveLength | None = None
+    length: PositiveLength | None = None
+    position: Length
+    repeat: bool = True
+    shape: Literal["fresh", "rounded"] = "fresh"
+
+    @model_validator(mode="after")
+    def _one_size(self) -> WheelFlat:
+        if self.depth is None and self.length is None:
+            raise ValueError("found neither depth nor length; allowed: one of them")
+        if self.depth is not None and self.length is not None and self.shape == "fresh":
+            raise ValueError("found both depth and length; allowed: one of them, since a chord's depth follows from its length")
+        return self
+
+    def size(self, radius: float) -> tuple[float, float]:
+        """Return depth and length in m on a wheel of this radius (m)."""
+        if self.shape == "rounded":
+            length = self.length if self.length is not None else 4.0 * sqrt(radius * (self.depth or 0.0))
+            return self.depth if self.depth is not None else length**2 / (16.0 * radius), length
+        if self.depth is not None:
+            return self.depth, 2.0 * sqrt(2.0 * radius * self.depth - self.depth**2)
+        half = 0.5 * (self.length or 0.0)
+        return half**2 / (radius + sqrt(radius**2 - half**2)), 2.0 * half
+
+    def course(self, radius: float) -> Course:
+        """Return the deviation over the rolled distance."""
+        depth, length = self.size(radius)
+        start, end = self.position - 0.5 * length, self.position + 0.5 * length
+        middle = _chord(start, end, radius, 0.5 * length) if self.shape == "fresh" else _haversine(start, end, depth)
+        if not self.repeat:
+            return Course((level(-inf, start), middle, level(end, inf)), depth)
+        turn = 2.0 * pi * radius
+        stretches = (level(-inf, start), middle, level(end, inf))
+        return Course(stretches, depth, turn, self.position - 0.5 * turn)
+
+
+def _chord(start: float, end: float, radius: float, half: float) -> Stretch:
+    """Return a chord of half-length `half` in a circle: its deviation sqrt(R² - L²) - sqrt(R² - X²)."""
+    middle = 0.5 * (start + end)
+    below = sqrt(radius**2 - half**2)
+
+    def root(x: NDArray[Any]) -> NDArray[Any]:
+        return np.sqrt(radius**2 - (x - middle) ** 2)
+
+    def value(x: NDArray[Any]) -> NDArray[Any]:
+        near = (x - start) * (x - end)
+        return near / (below + root(x))
+
+    def slope(x: NDArray[Any]) -> NDArray[Any]:
+        return (x - middle) / root(x)
+
+    def curvature(x: NDArray[Any]) -> NDArray[Any]:
+        return radius**2 / root(x) ** 3
+
+    return Stretch(start, end, value, slope, curvature)
+
+
+def _haversine(start: float, end: float, depth: float) -> Stretch:
+    return harmonic(start, end, Harmonic(-0.5 * depth, 0.0, 0.5 * depth, 2 * pi / (end - start), start))

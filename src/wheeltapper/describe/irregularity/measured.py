@@ -1,0 +1,91 @@
+"""A measured profile of the rail."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from math import inf
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+
+from wheeltapper.describe.irregularity import samples, spline
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.course import Course, level
+from wheeltapper.describe.noun import Length, PositiveLength
+
+FloatArray = NDArray[np.float64]
+
+
+class Measured(Irregularity):
+    """The height of the rail from samples, joined by a spline.
+
+    Before the first sample the rail is level at the first height, so that nothing jumps; behind the last one it is
+    what `beyond` states. Without noise the spline is cubic and passes through every sample.
+
+    Parameters
+    ----------
+    path
+        Text file with columns position and height, in m or with a unit in the header.
+    positions, heights
+        The samples themselves, m, instead of a file.
+    columns
+        Names or numbers of the two columns; the first two by default.
+    start
+        Where the first sample lies, m; by default where the file says.
+    beyond
+        "flat": level at the last height; "repeat": again and again (the last height must equal the first); None: the
+        run must end before the samples do.
+    noise
+        Standard deviation of the heights' noise, m: a smoothing spline then stays that far from the samples.
+    allow_gaps
+        Whether a gap (20 times the median spacing) may be bridged by the spline.
+    """
+
+    path: Path | None = None
+    positions: tuple[float, ...] | None = None
+    heights: tuple[float, ...] | None = None
+    columns: tuple[str | int, str | int] | None = None
+    start: Length | None = None
+    beyond: Literal["flat", "repeat"] | None = None
+    noise: PositiveLength | None = None
+    allow_gaps: bool = False
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Measured:
+        arrays = self.positions is not None and self.heights is not None
+        if (self.path is not None) == arrays or (self.positions is None) != (self.heights is None):
+            raise ValueError("found neither or both of path and positions with heights; allowed: a path, or positions and heights")
+        return self
+
+    @cached_property
+    def samples(self) -> tuple[FloatArray, FloatArray]:
+        """Checked positions and heights in m."""
+        if self.path is not None:
+            x, y, lines = samples.read_columns(self.path, self.columns)
+            samples.check(x, y, str(self.path), lines, self.allow_gaps)
+        else:
+            x, y = np.array(self.positions, dtype=float), np.array(self.heights, dtype=float)
+            samples.check(x, y, "", None, self.allow_gaps)
+        return (x if self.start is None else x - x[0] + self.start), y
+
+    def course(self, radius: float) -> Course:
+        """Return the deviation over the rolled distance."""
+        x, y = self.samples
+        form = spline.smoothing(x, y, self.noise) if self.noise else spline.interpolating(x, y)
+        part = spline.stretch(form)
+        ends = form.derivative(form.breaks[[0, -1]], 0)
+        height = float(np.ptp(y)) or 1e-9
+        parts = (level(-inf, part.start, float(ends[0])), part, level(part.end, inf, float(ends[1])))
+        if self.beyond == "repeat":
+            return Course(parts, height, part.end - part.start, part.start)
+        return Course(parts, height)
+
+    def beyond_known(self, end: float) -> str | None:
+        """Return what is missing if the run goes on to x = end."""
+        last = float(self.samples[0][-1])
+        if self.beyond is not None or end <= last:
+            return None
+        return f"samples up to {last:.6g} m for a run to {end:.6g} m"

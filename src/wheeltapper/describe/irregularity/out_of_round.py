@@ -1,0 +1,110 @@
+"""A wheel that is out of round."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from math import cos, inf, pi, sin
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+
+from wheeltapper.describe.irregularity import samples, spline
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.combination import moved
+from wheeltapper.describe.irregularity.course import Course, Harmonic, Stretch, harmonic, level
+from wheeltapper.describe.noun import Angle, Length, PositiveLength
+
+FloatArray = NDArray[np.float64]
+
+
+class OutOfRound(Irregularity):
+    """The radius deviation of a wheel over its circumference, periodic in 2π·R.
+
+    Either harmonics, Δr = Σ amplitude·cos(order·θ + phase) with θ = (x - position)/R, or measured samples over the
+    angle (rad, deg) or the arc (m), closed to a ring.
+
+    Parameters
+    ----------
+    orders, amplitudes, phases
+        Harmonics of the circumference; amplitudes in m, phases in rad (zero by default).
+    path
+        Text file with columns angle or arc, and deviation (missing material negative).
+    columns
+        Names or numbers of the two columns.
+    over
+        What the first column is: "arc" in m or "angle" in rad (after conversion by the header's unit).
+    noise
+        Standard deviation of the samples' noise, m.
+    position
+        Where the material at angle zero meets the rail, m.
+    """
+
+    borne: ClassVar[Literal["rail", "wheel"]] = "wheel"
+    orders: tuple[int, ...] = ()
+    amplitudes: tuple[Length, ...] = ()
+    phases: tuple[Angle, ...] | None = None
+    path: Path | None = None
+    columns: tuple[str | int, str | int] | None = None
+    over: Literal["arc", "angle"] = "arc"
+    noise: PositiveLength | None = None
+    position: Length = 0.0
+
+    @model_validator(mode="after")
+    def _one_source(self) -> OutOfRound:
+        if (self.path is None) == (not self.orders):
+            raise ValueError("found neither or both of orders and path; allowed: one of them")
+        if len(self.orders) != len(self.amplitudes):
+            raise ValueError(f"found {len(self.amplitudes)} amplitudes for {len(self.orders)} orders; allowed: one for each")
+        if self.phases is not None and len(self.phases) != len(self.orders):
+            raise ValueError(f"found {len(self.phases)} phases for {len(self.orders)} orders; allowed: one for each")
+        if any(order < 1 for order in self.orders):
+            raise ValueError(f"found orders {self.orders}; allowed: 1, 2, 3 …")
+        return self
+
+    @cached_property
+    def samples(self) -> tuple[FloatArray, FloatArray]:
+        """Checked arc or angle, and deviation in m."""
+        assert self.path is not None
+        x, y, lines = samples.read_columns(self.path, self.columns)
+        samples.check(x, y, str(self.path), lines, allow_gaps=True)
+        return x, y
+
+    def course(self, radius: float) -> Course:
+        """Return the deviation over the rolled distance."""
+        turn = 2.0 * pi * radius
+        if self.path is not None:
+            return self._measured(radius, turn)
+        if len(self.orders) == 1:
+            order, amplitude, phase = self.orders[0], self.amplitudes[0], (self.phases or (0.0,))[0]
+            form = Harmonic(0.0, -amplitude * sin(phase), amplitude * cos(phase), order / radius, self.position)
+            return Course((harmonic(-inf, inf, form),), abs(amplitude), turn / order)
+        parts = Stretch(-inf, inf, self._sum(radius, 0), self._sum(radius, 1), self._sum(radius, 2))
+        return Course((parts,), sum(abs(a) for a in self.amplitudes), turn)
+
+    def _sum(self, radius: float, derivative: int) -> Any:
+        phases = self.phases or (0.0,) * len(self.orders)
+
+        def function(x: NDArray[Any]) -> NDArray[Any]:
+            out = np.zeros_like(np.asarray(x), dtype=np.result_type(x, float))
+            for order, amplitude, phase in zip(self.orders, self.amplitudes, phases, strict=True):
+                k = order / radius
+                argument = k * (x - self.position) + phase + 0.5 * pi * derivative
+                out = out + amplitude * k**derivative * np.cos(argument)
+            return out
+
+        return function
+
+    def _measured(self, radius: float, turn: float) -> Course:
+        x, y = self.samples
+        arc = x * radius if self.over == "angle" else x
+        if arc[-1] - arc[0] >= turn * (1 + 1e-9):
+            raise ValueError(f"found samples over {arc[-1] - arc[0]:.6g} m; allowed: less than one revolution, {turn:.6g} m")
+        closed = np.append(arc, arc[0] + turn) + self.position
+        heights = np.append(y, y[0])
+        form = spline.smoothing(closed, heights, self.noise, True) if self.noise else spline.interpolating(closed, heights, True)
+        part = spline.stretch(form)
+        part = moved(part, -turn * np.ceil((part.start + turn) / turn))  # a whole turn before the run at least
+        return Course((level(-inf, part.start), part, level(part.end, inf)), float(np.ptp(y)), turn, part.start)

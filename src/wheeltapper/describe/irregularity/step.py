@@ -1,0 +1,34 @@
+"""A step of the rail."""
+
+from __future__ import annotations
+
+from math import inf
+
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.course import Course, level
+from wheeltapper.describe.noun import Length
+
+
+class Step(Irregularity):
+    """A sudden change of the rail's height: y_r = 0 for x < position, height for x ≥ position (the paper, Fig. 4).
+
+    A wheel that rolls as a circle takes it on an arc of length sqrt(2·R·h - h²): before a step up, behind one down.
+
+    Parameters
+    ----------
+    height
+        m; > 0 up, < 0 down.
+    position
+        Of the corner, m.
+    ideal
+        True: the wheel's centre jumps with the rail (the limit R → 0), however the wheel rolls.
+    """
+
+    height: Length
+    position: Length
+    ideal: bool = False
+
+    def course(self, radius: float) -> Course:
+        """Return the deviation over the rolled distance."""
+        levels = (level(-inf, self.position), level(self.position, inf, self.height))
+        return Course(levels, abs(self.height), followed=self.ideal)

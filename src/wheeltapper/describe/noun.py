@@ -1,0 +1,65 @@
+"""What all nouns share: frozen, strict about names, with units in strings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isfinite
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_serializer, model_validator
+
+from wheeltapper.ground.quantities import to_si
+
+
+class Noun(BaseModel):
+    """A frozen description: equal by value, hashable, picklable, printable; unknown names are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, validate_default=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _take_type(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "type" in data and "type" not in cls.model_fields:
+            if data["type"] != cls.__name__:
+                raise ValueError(f"found type {data['type']!r}; allowed: {cls.__name__!r}")
+            return {name: value for name, value in data.items() if name != "type"}
+        return data
+
+    @model_serializer(mode="wrap")
+    def _give_type(self, handler: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
+        plain = {name: value for name, value in handler(self).items() if value is not None}
+        return {"type": type(self).__name__} | plain
+
+
+def _reader(dimension: str) -> Callable[[Any], float]:
+    def read(value: Any) -> float:
+        number = to_si(value, dimension)
+        if not isfinite(number):
+            raise ValueError(f"found {value!r}; allowed: a finite {dimension}")
+        return number
+
+    return read
+
+
+def quantity(dimension: str, **bounds: float) -> Any:
+    """Return the annotated type of a quantity: a float in SI units, or a string with a unit."""
+    schema = {"type": ["number", "string"], "description": f"{dimension}: a number in SI units, or with a unit"}
+    return Annotated[
+        float, BeforeValidator(_reader(dimension), json_schema_input_type=float | str), Field(json_schema_extra=schema, **bounds)
+    ]
+
+
+Length = quantity("length")
+PositiveLength = quantity("length", gt=0)
+Mass = quantity("mass", gt=0)
+Force = quantity("force")
+Stiffness = quantity("stiffness", ge=0)
+PositiveStiffness = quantity("stiffness", gt=0)
+Damping = quantity("damping", ge=0)
+Speed = quantity("speed")
+Duration = quantity("time", gt=0)
+Pressure = quantity("pressure", gt=0)
+HertzConstant = quantity("Hertz constant", gt=0)
+Acceleration = quantity("acceleration", ge=0)
+Angle = quantity("angle")
+TimePerLength = quantity("time per length", ge=0)

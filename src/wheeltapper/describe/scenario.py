@@ -1,0 +1,240 @@
+"""The scenario: everything that a simulation needs, and nothing computed."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal, Union, get_args
+
+from pydantic import BeforeValidator, Discriminator, Tag, ValidationError, model_validator
+
+from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.contact.linear import Linear
+from wheeltapper.describe.irregularity.bump import CosineBump
+from wheeltapper.describe.irregularity.combination import Repeated
+from wheeltapper.describe.irregularity.corrugation import Corrugation
+from wheeltapper.describe.irregularity.flat import WheelFlat
+from wheeltapper.describe.irregularity.measured import Measured
+from wheeltapper.describe.irregularity.out_of_round import OutOfRound
+from wheeltapper.describe.irregularity.profile import Profile
+from wheeltapper.describe.irregularity.step import Step
+from wheeltapper.describe.noun import Duration, Length, Noun, Speed
+from wheeltapper.describe.track.deck import FloatingDeck
+from wheeltapper.describe.track.stiff import StiffTrack
+from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.ground.errors import InputError
+
+IRREGULARITIES = (Step, CosineBump, Corrugation, Measured, Profile, Repeated, WheelFlat, OutOfRound)
+FORMAT = 1
+"""Version of the TOML files' layout."""
+
+
+def _kind(value: Any) -> str | None:
+    return value.get("type") if isinstance(value, dict) else type(value).__name__
+
+
+def _choice(*kinds: type[Noun]) -> Any:
+    """Return the type of a field that holds one of several nouns, chosen by `type`."""
+    if len(kinds) == 1:
+        return kinds[0]
+    union: Any = Union[tuple(Annotated[kind, Tag(kind.__name__)] for kind in kinds)]
+    return Annotated[union, Discriminator(_kind)]
+
+
+def _nested(value: Any) -> Any:
+    """Turn the table inside a repeated irregularity into its noun first."""
+    if isinstance(value, dict) and value.get("type") == "Repeated" and isinstance(value.get("of"), dict):
+        kinds = {kind.__name__: kind for kind in IRREGULARITIES}
+        inner = value["of"]
+        kind = kinds.get(inner.get("type", ""))
+        if kind is not None:
+            return {**value, "of": kind.model_validate(inner)}
+    return value
+
+
+class Start(Noun):
+    """Displacement (m) and velocity (m/s) of the wheel at time zero, upwards."""
+
+    displacement: Length = 0.0
+    velocity: Speed = 0.0
+
+
+def _listed(value: Any) -> Any:
+    if value is None:
+        return ()
+    items = value if isinstance(value, list | tuple) else [value]
+    return [_nested(item) for item in items]
+
+
+class Scenario(Noun):
+    """A vehicle that runs over a track at constant speed, x = V·t.
+
+    Parameters
+    ----------
+    vehicle
+        A `Wheelset`.
+    track
+        `StiffTrack` or `FloatingDeck`.
+    contact
+        `Hertz` or `Linear`.
+    creep
+        None: no tangential force (the core models have none).
+    irregularity
+        None, one, or several, which are summed.
+    rolling
+        "circle": the wheel rolls as a circle (the paper, equation 2.2); "point": its centre follows the irregularity.
+    speed
+        V, m/s.
+    duration
+        s.
+    start
+        "equilibrium": static indentation on the path at x = 0, velocity zero; or displacement and velocity.
+    """
+
+    vehicle: _choice(Wheelset)  # type: ignore[valid-type]
+    track: _choice(StiffTrack, FloatingDeck) = StiffTrack()  # type: ignore[valid-type]
+    contact: _choice(Hertz, Linear) = Hertz()  # type: ignore[valid-type]
+    creep: None = None
+    irregularity: Annotated[
+        tuple[_choice(*IRREGULARITIES), ...],  # type: ignore[misc]
+        BeforeValidator(_listed),
+    ] = ()
+    rolling: Literal["circle", "point"] = "circle"
+    speed: Speed
+    duration: Duration
+    start: Literal["equilibrium"] | Start = "equilibrium"
+
+    @model_validator(mode="after")
+    def _possible(self) -> Scenario:
+        if self.speed < 0:
+            raise ValueError(f"speed: found {self.speed:g} m/s; allowed: 0 m/s or more")
+        if self.speed == 0 and self.irregularity:
+            raise ValueError("speed: found 0 m/s together with an irregularity; allowed: more than 0 m/s (0 is a drop test)")
+        return self
+
+    @property
+    def irregularities(self) -> tuple[Any, ...]:
+        """The irregularities, always as a tuple."""
+        return tuple(self.irregularity)
+
+    def check_extent(self) -> None:
+        """Refuse a run that goes on beyond what its irregularities state."""
+        for i, item in enumerate(self.irregularities):
+            missing = item.beyond_known(float(self.speed * self.duration))
+            if missing:
+                raise InputError(
+                    "", f"irregularity.{i}", missing, 'a run within the samples, or what lies beyond them: beyond = "flat" or "repeat"'
+                )
+
+    def replaced(self, changes: dict[str, Any]) -> Scenario:
+        """Return a changed copy; keys are paths such as "vehicle.mass" or "irregularity.0.height"."""
+        values: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields}
+        for path, value in changes.items():
+            head, *rest = path.split(".")
+            if head not in values:
+                raise InputError("", path, "no such field", _suggest(head, list(values)))
+            values[head] = _changed(values[head], rest, value, path)
+        return _validated(values, "")
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Scenario:
+        """Read a scenario; files that it names are taken relative to it."""
+        path = Path(path)
+        try:
+            data = tomllib.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InputError(str(path), "", f"no readable file ({error.strerror})", "a TOML file with a scenario") from error
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise InputError(str(path), "", f"text that is not TOML: {error}", "a TOML file with a scenario") from error
+        if not data:
+            raise InputError(str(path), "", "an empty file", "a TOML file with a scenario")
+        version = data.pop("format", FORMAT)
+        if version != FORMAT:
+            raise InputError(str(path), "format", repr(version), f"{FORMAT}; a newer file needs a newer wheeltapper")
+        return _validated(_relative(data, path.parent), str(path))
+
+    def to_toml(self, path: str | Path) -> None:
+        """Write the scenario as TOML."""
+        import tomli_w
+
+        Path(path).write_text(tomli_w.dumps({"format": FORMAT} | self.model_dump(mode="json")), encoding="utf-8")
+
+
+def _changed(value: Any, rest: list[str], new: Any, path: str) -> Any:
+    if not rest:
+        return new
+    head, *deeper = rest
+    if isinstance(value, tuple) and head.isdigit() and int(head) < len(value):
+        i = int(head)
+        return (*value[:i], _changed(value[i], deeper, new, path), *value[i + 1 :])
+    if isinstance(value, Noun) and head in type(value).model_fields:
+        given = {name: getattr(value, name) for name in value.model_fields_set}
+        given[head] = _changed(getattr(value, head), deeper, new, path)
+        return {"type": type(value).__name__} | given
+    names = list(type(value).model_fields) if isinstance(value, Noun) else [str(i) for i in range(len(value or ()))]
+    raise InputError("", path, f"no such field {head!r}", _suggest(head, names))
+
+
+def _relative(data: Any, folder: Path) -> Any:
+    if isinstance(data, dict):
+        return {k: str(folder / v) if k == "path" and isinstance(v, str) else _relative(v, folder) for k, v in data.items()}
+    if isinstance(data, list):
+        return [_relative(item, folder) for item in data]
+    return data
+
+
+def _suggest(name: str, names: list[str]) -> str:
+    close = difflib.get_close_matches(name, names, n=1)
+    hint = f" (did you mean {close[0]!r}?)" if close else ""
+    return ", ".join(names) + hint
+
+
+def _fields_at(location: tuple[Any, ...]) -> list[str]:
+    """Return the names that may stand where an unknown one was found."""
+    kinds: dict[str, Any] = {kind.__name__: kind for kind in (Wheelset, StiffTrack, FloatingDeck, Hertz, Linear, *IRREGULARITIES)}
+    for part in reversed(location[:-1]):
+        if part in kinds:
+            return list(kinds[part].model_fields)
+    here: Any = Scenario
+    for part in location[:-1]:
+        field = getattr(here, "model_fields", {}).get(part)
+        candidates = [field.annotation, *get_args(field.annotation)] if field else []
+        here = next((c for c in candidates if hasattr(c, "model_fields")), here)
+    return list(here.model_fields)
+
+
+def explained(error: ValidationError, source: str) -> InputError:
+    """Return pydantic's first complaint as one clear message."""
+    first = error.errors()[0]
+    location = first["loc"]
+    kinds = {kind.__name__ for kind in (Wheelset, StiffTrack, FloatingDeck, Hertz, Linear, Start, *IRREGULARITIES)}
+    field = ".".join(str(part) for part in location if part not in kinds and part != "literal['equilibrium']")
+    message = first["msg"].removeprefix("Value error, ")
+    found = repr(first.get("input"))
+    if len(found) > 80:
+        found = found[:77] + "..."
+    if first["type"] == "extra_forbidden":
+        return InputError(source, field, f"the unknown name {location[-1]!r}", _suggest(str(location[-1]), _fields_at(location)))
+    if first["type"] == "missing":
+        return InputError(source, field, "nothing", "a value, which is required here")
+    if first["type"] == "union_tag_invalid":
+        context = first.get("ctx", {})
+        return InputError(source, f"{field}.type", repr(context.get("tag")), str(context.get("expected_tags")))
+    if first["type"] == "union_tag_not_found":
+        return InputError(source, f"{field}.type", "nothing", "the type of the noun, which is required here")
+    if first["type"] == "value_error":
+        head, mark, rest = message.partition("found ")
+        name = ".".join(p for p in (field, head.strip(" :")) if p)
+        what, _, allowed = rest.partition("; allowed: ")
+        return InputError(source, name, what if mark else message, allowed)
+    return InputError(source, field, found, message)
+
+
+def _validated(data: dict[str, Any], source: str) -> Scenario:
+    try:
+        return Scenario.model_validate(data)
+    except ValidationError as error:
+        raise explained(error, source) from error
+    except InputError as error:
+        raise error.at(source) from error

@@ -1,0 +1,41 @@
+"""A floating deck used as a scale (the paper, Fig. 1b)."""
+
+from __future__ import annotations
+
+from pydantic import model_validator
+
+from wheeltapper.describe.noun import Damping, Length, Mass, Noun, PositiveLength, Stiffness
+
+
+class FloatingDeck(Noun):
+    """A rigid deck of mass M on a bearing K-C_d, prestressed: at rest at zero under the static wheel load N0.
+
+    M·ÿ_M = -(N - N0) - K·y_M - C_d·ẏ_M (the paper, equation 2.3, with the bearing's damping, which it omits).
+    Off the deck a constant force equal to the prestress stands in for the wheel; at entry the wheel takes over, at
+    exit the indentation jumps by -y_M.
+
+    Parameters
+    ----------
+    mass
+        M, kg.
+    stiffness
+        K of the bearing, N/m.
+    damping
+        C_d of the bearing, N·s/m.
+    start
+        Position of the entry, m; None where the whole track is the deck.
+    length
+        m; None where the deck never ends.
+    """
+
+    mass: Mass
+    stiffness: Stiffness
+    damping: Damping = 0.0
+    start: Length | None = None
+    length: PositiveLength | None = None
+
+    @model_validator(mode="after")
+    def _length_needs_a_start(self) -> FloatingDeck:
+        if self.length is not None and self.start is None:
+            raise ValueError("found a length without a start; allowed: both, a start alone, or neither")
+        return self

@@ -1,0 +1,37 @@
+"""How a computation ended: each outcome is a sentence and a remedy."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Outcome(Enum):
+    """The end of a simulation; `sentence` says what happened, `remedy` what one can do."""
+
+    COMPLETED = ("the run reached its end", "")
+    EVENT_LIMIT = (
+        "the run stopped because contact was lost and regained more often than the limit allows",
+        "shorten the duration; if the wheel truly chatters for ever, add damping or hysteresis to the contact",
+    )
+    NOT_FINITE = (
+        "the motion left the range of numbers",
+        "check the orders of magnitude of stiffness, damping and mass",
+    )
+    STALLED = (
+        "time no longer advances: events follow each other faster than numbers can resolve",
+        "check for breakpoints of the irregularity that lie closer together than 1e-12 m",
+    )
+    END_OF_PATH = (
+        "the irregularity ends before the run does",
+        'state what lies beyond (beyond="flat") or shorten the duration',
+    )
+
+    @property
+    def sentence(self) -> str:
+        """What happened."""
+        return str(self.value[0])
+
+    @property
+    def remedy(self) -> str:
+        """What one can do; empty where nothing is wrong."""
+        return str(self.value[1])

@@ -1,0 +1,94 @@
+"""Quantities: "0.1 mm" to SI. Own table of common units; pint only for the rest, because it costs half a second."""
+
+from __future__ import annotations
+
+import re
+
+PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
+
+
+def _scaled(unit: str, prefixes: str, suffix: str = "") -> dict[str, float]:
+    return {f"{p}{unit}{suffix}": PREFIXES[p] for p in prefixes} | {f"{unit}{suffix}": 1.0}
+
+
+_PER_LENGTH = {f"{force}/{length}": a / b for force, a in _scaled("N", "kMG").items() for length, b in (("m", 1.0), ("mm", 1e-3))}
+_DAMPING = {
+    f"{force}{join}s/{length}": a / b
+    for force, a in _scaled("N", "kM").items()
+    for join in (" ", "*", "·", "")
+    for length, b in (("m", 1.0), ("mm", 1e-3))
+}
+
+UNITS: dict[str, dict[str, float]] = {
+    "length": _scaled("m", "nuµμmck") | {"inch": 0.0254, "in": 0.0254},
+    "mass": {"kg": 1.0, "t": 1e3, "g": 1e-3, "lb": 0.45359237},
+    "force": _scaled("N", "kM") | {"kip": 4448.2216152605, "lbf": 4.4482216152605},
+    "stiffness": _PER_LENGTH,
+    "damping": _DAMPING,
+    "speed": {"m/s": 1.0, "km/h": 1 / 3.6, "mm/s": 1e-3, "mph": 0.44704},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "h": 3600.0},
+    "pressure": _scaled("Pa", "kMG") | {"N/mm^2": 1e6, "N/m^2": 1.0},
+    "Hertz constant": {"N/m^1.5": 1.0, "N/mm^1.5": 10**4.5, "kN/mm^1.5": 10**7.5, "N/m^(3/2)": 1.0},
+    "acceleration": {"m/s^2": 1.0, "m/s2": 1.0, "g": 9.80665},
+    "angle": {"rad": 1.0, "deg": 0.017453292519943295, "°": 0.017453292519943295, "mrad": 1e-3},
+    "curvature": {"1/m": 1.0, "1/mm": 1e3, "1/km": 1e-3},
+    "time per length": {"s/m": 1.0, "s/mm": 1e3},
+    "number": {"": 1.0, "%": 0.01},
+}
+PINT = {
+    "length": "m", "mass": "kg", "force": "N", "stiffness": "N/m", "damping": "N*s/m", "speed": "m/s", "time": "s",
+    "pressure": "Pa", "Hertz constant": "N/m**1.5", "acceleration": "m/s**2", "angle": "rad", "curvature": "1/m",
+    "time per length": "s/m", "number": "",
+}  # fmt: skip
+_TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+
+
+def to_si(value: object, dimension: str) -> float:
+    """Return a number in SI units.
+
+    Parameters
+    ----------
+    value
+        A number (taken as SI) or a string with a unit, "0.1 mm".
+    dimension
+        A key of `UNITS`.
+
+    Raises
+    ------
+    ValueError
+        If it is no quantity of that dimension; the message says what was found and what is allowed.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueError(f"found {value!r}; allowed: {_allowed(dimension)}")
+    if not isinstance(value, str):
+        return float(value)
+    match = _TEXT.fullmatch(value)
+    if match is None:
+        raise ValueError(f"found {value!r}; allowed: {_allowed(dimension)}")
+    number, unit = float(match[1]), match[2]
+    if unit == "":
+        return number
+    if unit in UNITS[dimension]:
+        return number * UNITS[dimension][unit]
+    return _by_pint(value, number, unit, dimension)
+
+
+def unit_factor(unit: str, dimension: str) -> float:
+    """Return the SI value of one unit."""
+    return to_si(f"1 {unit}", dimension)
+
+
+def _allowed(dimension: str) -> str:
+    units = [unit for unit in UNITS[dimension] if unit][:6]
+    return f"a {dimension} as a number in SI units or with a unit such as {', '.join(units)}"
+
+
+def _by_pint(text: str, number: float, unit: str, dimension: str) -> float:
+    if any(unit in table for table in UNITS.values()):
+        raise ValueError(f"found {text!r}, which is not a {dimension}; allowed: {_allowed(dimension)}")
+    import pint
+
+    try:
+        return float(pint.UnitRegistry().Quantity(number, unit).to(PINT[dimension] or "dimensionless").magnitude)
+    except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError, SyntaxError) as error:
+        raise ValueError(f"found {text!r}, whose unit is not one of {dimension}; allowed: {_allowed(dimension)}") from error

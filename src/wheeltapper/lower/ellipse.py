@@ -1,0 +1,130 @@
+"""Hertz's contact ellipse, exactly: the contact constant from radii and elastic constants.
+
+The gap of the unloaded bodies is A·x² + B·y² with A = (1/R_w + κ)/2 along the rail and B = 1/(2·R_rail) across it. With
+the eccentricity e of the ellipse (semi-axes a ≥ b) and complete elliptic integrals K, E of modulus e:
+
+    larger/smaller of A, B = [(a/b)²·E - K]/[K - E],     a³ = 3·N·(K - E)/(2π·A·e²·E*),     δ = 3·N·K/(2π·a·E*)
+
+so that C = N/δ^1.5 does not depend on N (Johnson 1985, section 4.2; the project's physics reference, section 5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ellipe, ellipkm1
+
+from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.contact.linear import Linear
+from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.ground.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+
+def _integrals(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return K, E and D = (K - E)/e² for p = 1 - e² = (b/a)²; D by its own series near the circle."""
+    e2 = 1.0 - p
+    k, e = ellipkm1(p), ellipe(e2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        d = np.where(e2 > 0.05, (k - e) / np.where(e2 > 0, e2, 1.0), 0.0)
+    term, series = np.ones_like(p), np.zeros_like(p)
+    for n in range(1, 30):  # D = (π/2)·Σ [(2n-1)!!/(2n)!!]²·(2n/(2n-1))·e^(2n-2)
+        term = term * ((2 * n - 1) / (2 * n)) ** 2
+        series = series + term * (2 * n / (2 * n - 1)) * np.minimum(e2, 0.05) ** (n - 1)
+    return k, e, np.where(e2 > 0.05, d, 0.5 * np.pi * series)
+
+
+def _ratio(p: FloatArray) -> FloatArray:
+    """Return the ratio (≥ 1) of the principal curvatures whose ellipse has (b/a)² = p."""
+    k, _, d = _integrals(p)
+    # [(1/p)·E - K]/(K - E) with E = K - e²·D is (K - D)/(p·D): free of cancellation
+    return np.asarray((k - d) / (p * d))
+
+
+def axis_ratio_squared(curvature_ratio: ArrayLike) -> FloatArray:
+    """Return (b/a)² of the contact ellipse for a ratio ≥ 1 of the principal relative curvatures."""
+    target = np.log(np.atleast_1d(np.asarray(curvature_ratio, dtype=float)))
+    lo, hi = np.full_like(target, -40.0), np.zeros_like(target)
+    z = np.clip(-4.0 / 3.0 * target, -39.0, 0.0)  # z = ln p; near the circle and far from it b/a ~ ratio^(-2/3)
+    for _ in range(100):
+        f = np.log(_ratio(np.exp(z))) - target
+        lo, hi = np.where(f > 0, z, lo), np.where(f > 0, hi, z)
+        h = 1e-6
+        slope = (np.log(_ratio(np.exp(np.minimum(z + h, 0.0)))) - np.log(_ratio(np.exp(z - h)))) / (
+            np.minimum(z + h, 0.0) - (z - h)
+        )
+        new = z - f / slope
+        new = np.where((new >= lo) & (new <= hi), new, 0.5 * (lo + hi))
+        if np.all(np.abs(new - z) <= 1e-15 * (1.0 + np.abs(z))):
+            z = new
+            break
+        z = new
+    return np.asarray(np.exp(z))
+
+
+def contact_constant(
+    wheel_radius: float,
+    rail_radius: float,
+    youngs_modulus: float,
+    poisson: float,
+    rail_curvature: ArrayLike = 0.0,
+) -> FloatArray:
+    """Return C = N/δ^1.5 of one contact, N/m^1.5.
+
+    Parameters
+    ----------
+    wheel_radius, rail_radius
+        Rolling radius of the wheel and transverse radius of the rail's crown, m.
+    youngs_modulus, poisson
+        Of both bodies.
+    rail_curvature
+        κ along the rail, 1/m, positive on a crest; an array gives an array.
+
+    Raises
+    ------
+    InputError
+        Where 1/R_w + κ ≤ 0: the surfaces conform and Hertz's theory does not hold.
+    """
+    kappa = np.asarray(rail_curvature, dtype=float)
+    along = 0.5 * (1.0 / wheel_radius + kappa)
+    if np.any(along <= 0.0):
+        worst = float(kappa.min())
+        raise InputError(
+            "", "contact", f"a hollow of curvature {worst:.4g} 1/m under a wheel of curvature {1 / wheel_radius:.4g} 1/m",
+            "hollows less curved than the wheel where the contact follows the curvature (or curvature = false)",
+        )  # fmt: skip
+    across = 0.5 / rail_radius
+    small, large = np.minimum(along, across), np.maximum(along, across)
+    p = axis_ratio_squared((large / small).ravel()).reshape(kappa.shape)
+    k, _, d = _integrals(p)
+    modulus = youngs_modulus / (2.0 * (1.0 - poisson**2))
+    # a³ = 3·N·D/(2π·A·E*), δ = 3·N·K/(2π·a·E*)  =>  C = δ^-1.5·N
+    return np.asarray((2 * np.pi * modulus / (3 * k)) ** 1.5 * np.sqrt(3 * d / (2 * np.pi * small * modulus)))
+
+
+def constant(contact: Hertz, vehicle: Wheelset) -> float:
+    """Return the contact constant of a whole wheelset on a smooth rail, N/m^1.5."""
+    if contact.constant is not None:
+        return float(contact.constant)
+    if contact.constant_per_wheel is not None:
+        return float(contact.constant_per_wheel) * vehicle.wheels
+    return float(_per_wheel(contact, vehicle, np.zeros(1))[0]) * vehicle.wheels
+
+
+def _per_wheel(contact: Hertz, vehicle: Wheelset, kappa: FloatArray) -> FloatArray:
+    return contact_constant(vehicle.radius, contact.rail_radius, contact.youngs_modulus, contact.poisson, kappa)
+
+
+def factor_function(contact: Hertz | Linear, vehicle: Wheelset) -> Callable[[FloatArray], FloatArray] | None:
+    """Return C/C(smooth) as a function of the profile's second derivative (1/m), or None where C stays constant."""
+    if isinstance(contact, Linear) or not contact.follows_curvature:
+        return None
+    smooth = _per_wheel(contact, vehicle, np.zeros(1))[0]
+
+    def factor(second_derivative: FloatArray) -> FloatArray:
+        return _per_wheel(contact, vehicle, -np.asarray(second_derivative)) / smooth
+
+    return factor

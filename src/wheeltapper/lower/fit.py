@@ -1,0 +1,88 @@
+"""From a smooth function to pieces: polynomials of degree 8 that meet in value and slope exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Function = Callable[[FloatArray], FloatArray]
+
+DEGREE = 8
+INNER = np.cos(np.pi * (2 * np.arange(5) + 1) / 10)
+CHECK = np.cos(np.pi * np.arange(1, 12) / 12) * 0.99
+NARROWEST = 2.0**-40
+
+
+def _conditions() -> FloatArray:
+    """Return the matrix from monomial coefficients to end values, end slopes and inner values on [-1, 1]."""
+    powers = np.arange(DEGREE + 1)
+    ends = np.array([-1.0, 1.0])
+    values = ends[:, None] ** powers
+    slopes = powers * ends[:, None] ** np.maximum(powers - 1, 0)
+    return np.vstack([values, slopes, INNER[:, None] ** powers])
+
+
+TO_MONOMIALS = np.linalg.inv(_conditions())
+
+
+def hermite(value: Function, slope: Function, left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return monomial coefficients in ξ = (x - middle)/half-width, one row for each interval [left, right]."""
+    middle = 0.5 * (left + right)
+    half = 0.5 * (right - left)
+    inner = middle[:, None] + half[:, None] * INNER
+    data = np.column_stack(
+        [value(left), value(right), half * slope(left), half * slope(right), value(inner.ravel()).reshape(inner.shape)]
+    )
+    return np.asarray(data @ TO_MONOMIALS.T)
+
+
+def fit(
+    functions: list[tuple[Function, Function]], start: float, end: float, tolerances: list[float], knots: FloatArray | None = None
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Fit several smooth functions on [start, end] with common pieces.
+
+    Parameters
+    ----------
+    functions
+        Pairs of value and slope, vectorised over x.
+    tolerances
+        Largest allowed deviation of each.
+    knots
+        Places inside at which a piece must end, because a higher derivative jumps there.
+
+    Returns
+    -------
+    breaks
+        Ends of the pieces, (n + 1,).
+    coefficients
+        For each function, (n, 9) monomial coefficients in ξ = (x - middle)/half-width.
+    """
+    first = np.array([start, *(knots if knots is not None else ()), end])
+    waiting = np.column_stack([first[:-1], first[1:]])
+    intervals: list[FloatArray] = []
+    found: list[list[FloatArray]] = [[] for _ in functions]
+    while len(waiting):
+        left, right = waiting[:, 0], waiting[:, 1]
+        middle, half = 0.5 * (left + right), 0.5 * (right - left)
+        check = (middle[:, None] + half[:, None] * CHECK).ravel()
+        good = np.ones(len(waiting), dtype=bool)
+        rows = []
+        for (value, slope), tolerance in zip(functions, tolerances, strict=True):
+            coefficients = hermite(value, slope, left, right)
+            rows.append(coefficients)
+            error = np.abs(np.polynomial.polynomial.polyval(CHECK, coefficients.T) - value(check).reshape(len(left), -1))
+            good &= error.max(axis=1) <= tolerance
+        good |= half < NARROWEST * max(end - start, abs(start), abs(end))
+        intervals.append(waiting[good])
+        for kept, coefficients in zip(found, rows, strict=True):
+            kept.append(coefficients[good])
+        halves = waiting[~good]
+        cut = halves.mean(axis=1)
+        waiting = np.vstack([np.column_stack([halves[:, 0], cut]), np.column_stack([cut, halves[:, 1]])])
+    done = np.vstack(intervals)
+    order = np.argsort(done[:, 0])
+    breaks = np.append(done[order, 0], end)
+    return breaks, [np.vstack(kept)[order] for kept in found]

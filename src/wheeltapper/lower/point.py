@@ -1,0 +1,214 @@
+"""Point rolling: the wheel's centre follows the sum of the irregularities themselves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, inf, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials, Stretch
+from wheeltapper.lower.fit import Function, fit
+from wheeltapper.lower.table import Table, assemble, blank, polynomial_rows, set_factor
+from wheeltapper.march import program as contract
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A stretch of a course, moved by whole periods."""
+
+    stretch: Stretch
+    shift: float
+    start: float
+    end: float
+
+    def value(self, x: FloatArray) -> FloatArray:
+        """Return the height at x."""
+        return np.asarray(self.stretch.value(x - self.shift))
+
+    def slope(self, x: FloatArray) -> FloatArray:
+        """Return the slope at x."""
+        return np.asarray(self.stretch.slope(x - self.shift))
+
+    def curvature(self, x: FloatArray) -> FloatArray:
+        """Return the second derivative at x."""
+        return np.asarray(self.stretch.curvature(x - self.shift))
+
+
+def unrolled(course: Course, start: float, end: float) -> list[Placed]:
+    """Return the stretches of a course that meet [start, end], periods written out."""
+    if course.period is None:
+        placed = [Placed(s, 0.0, s.start, s.end) for s in course.stretches]
+        return [p for p in placed if p.end > start and p.start < end]
+    period, origin = course.period, course.repeats_from
+    lead = [Placed(s, 0.0, s.start, min(s.end, origin)) for s in course.stretches if s.start < origin]
+    if np.isneginf(origin):
+        lead, origin = [], 0.0
+    first = int(np.floor((max(start, origin) - origin) / period)) if start > origin or not lead else 0
+    last = int(np.ceil((end - origin) / period))
+    inside = [
+        (s, max(s.start, origin), min(s.end, origin + period))
+        for s in course.stretches
+        if s.end > origin and s.start < origin + period
+    ]
+    out = lead + [
+        Placed(s, k * period, a + k * period, b + k * period) for k in range(first, last + 1) for s, a, b in inside
+    ]
+    return [p for p in out if p.end > start and p.start < end and p.end > p.start]
+
+
+def cells(courses: list[Course], start: float, end: float) -> list[tuple[float, float, list[Placed]]]:
+    """Return the intervals between all borders in [start, end], each with the stretches that hold there."""
+    lists = [unrolled(course, start, end) for course in courses]
+    borders = np.unique([b for placed in lists for p in placed for b in (p.start, p.end) if start < b < end])
+    edges = [start, *borders.tolist(), end]
+    at = [0] * len(lists)
+    out = []
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        present = []
+        for i, placed in enumerate(lists):
+            while placed[at[i]].end <= a and at[i] + 1 < len(placed):
+                at[i] += 1
+            present.append(placed[at[i]])
+        out.append((a, b, present))
+    return out
+
+
+def total(present: list[Placed], which: str) -> Function:
+    """Return the sum of one property of the stretches as a function."""
+
+    def function(x: FloatArray) -> FloatArray:
+        return np.asarray(sum((getattr(p, which)(x) for p in present), np.zeros_like(x)))
+
+    return function
+
+
+def _harmonics(present: list[Placed]) -> tuple[float, list[tuple[Harmonic, float]]] | None:
+    """Return the offset and the waves (with their shifts) where all are exact harmonics of at most one wavenumber."""
+    offset, waves = 0.0, []
+    for p in present:
+        form = p.stretch.exact
+        if not isinstance(form, Harmonic):
+            return None
+        offset += form.offset
+        if form.wavenumber and (form.sine or form.cosine):
+            waves.append((form, p.shift))
+    if len({form.wavenumber for form, _ in waves}) > 1:
+        return None
+    return offset, waves
+
+
+def _harmonic_row(start: float, end: float, offset: float, waves: list[tuple[Harmonic, float]]) -> FloatArray:
+    row = blank(1)
+    centre = start if np.isfinite(start) else 0.0
+    row[0, [contract.START, contract.STOP, contract.CENTRE, contract.COEFFICIENT]] = start, end, centre, offset
+    for form, shift in waves:
+        phase = form.wavenumber * (centre - form.origin - shift)
+        row[0, contract.SINE] += form.sine * cos(phase) - form.cosine * sin(phase)
+        row[0, contract.COSINE] += form.sine * sin(phase) + form.cosine * cos(phase)
+        row[0, contract.WAVENUMBER] = form.wavenumber
+    return row
+
+
+def _polynomial_rows(placed: Placed, start: float, end: float, offset: float, height: float) -> FloatArray:
+    """Return the exact pieces of a stretch that is polynomial, cut to [start, end]."""
+    form = placed.stretch.exact
+    assert isinstance(form, Polynomials)
+    breaks = form.breaks + placed.shift
+    first = max(int(np.searchsorted(breaks, start, side="right")) - 1, 0)
+    last = min(int(np.searchsorted(breaks, end, side="left")), len(breaks) - 1)
+    coefficients = form.coefficients[first:last].copy()
+    coefficients[:, 0] += offset
+    scale = np.diff(breaks)[first:last]
+    cut = np.concatenate([[max(start, breaks[first])], breaks[first + 1 : last], [min(end, breaks[last])]])
+    scaled = coefficients * scale[:, None] ** np.arange(coefficients.shape[1])
+    rows = polynomial_rows(cut, scaled, 1e-18 * height)
+    rows[:, contract.CENTRE] = breaks[first:last]
+    rows[:, contract.SCALE] = scale
+    return rows
+
+
+def _is_polynomial(present: list[Placed]) -> bool:
+    others = [p for p in present if not isinstance(p.stretch.exact, Polynomials)]
+    flat = _harmonics(others)
+    return len(others) == len(present) - 1 and flat is not None and not flat[1]
+
+
+def _cell_rows(
+    cell: tuple[float, float, list[Placed]], height: float, tolerance: float, factor: Function | None
+) -> FloatArray:
+    """Return the pieces of one cell; `factor` gives the factor on the contact force from the profile's curvature."""
+    start, end, present = cell
+    exact = _harmonics(present)
+    bent = factor is not None and not (exact is not None and not exact[1])
+    if exact is not None and not bent:
+        return _harmonic_row(start, end, *exact)
+    if _is_polynomial(present) and not bent:
+        form = next(p for p in present if isinstance(p.stretch.exact, Polynomials))
+        others = _harmonics([p for p in present if p is not form])
+        return _polynomial_rows(form, start, end, others[0] if others else 0.0, height)
+    functions = [(total(present, "value"), total(present, "slope"))]
+    tolerances = [tolerance * height]
+    if bent:
+        assert factor is not None
+        functions.append(_factor_functions(factor, total(present, "curvature"), start, end))
+        tolerances.append(tolerance)
+    breaks, fitted = fit(functions, start, end, tolerances)
+    rows = polynomial_rows(breaks, fitted[0], 1e-18 * height)
+    if bent:
+        set_factor(rows, fitted[1])
+    return rows
+
+
+def _factor_functions(factor: Function, curvature: Function, start: float, end: float) -> tuple[Function, Function]:
+    """Return the factor over position and its slope (by differences: it only steers the fit's own ends)."""
+    step = 1e-4 * (end - start)
+
+    def value(x: FloatArray) -> FloatArray:
+        return factor(curvature(x))
+
+    def slope(x: FloatArray) -> FloatArray:
+        nodes = np.clip(x, start + 2 * step, end - 2 * step)
+        near = (8 * (value(nodes + step) - value(nodes - step)) - value(nodes + 2 * step) + value(nodes - 2 * step)) / (
+            12 * step
+        )
+        return np.asarray(near)
+
+    return value, slope
+
+
+def point_table(
+    courses: list[Course], end: float, height: float, tolerance: float, factor: Function | None = None
+) -> Table:
+    """Return the path of a wheel whose centre follows the courses' sum from x = 0 to x = end.
+
+    Parameters
+    ----------
+    courses
+        The irregularities.
+    end
+        Position at the end of the run, m.
+    height
+        Characteristic height, m; the fit keeps within tolerance·height.
+    factor
+        From the profile's curvature (second derivative, 1/m) to the factor on the contact force; None for one.
+    """
+    repeating = [c for c in courses if c.period is not None]
+    loop = None
+    stop = end
+    if len(courses) == 1 and repeating:
+        (course,) = repeating
+        origin = max(course.repeats_from, 0.0)
+        period = course.period or 0.0
+        if origin + 2 * period < end:
+            stop, loop = origin + period, origin
+    found = [_cell_rows(cell, height, tolerance, factor) for cell in cells(courses, 0.0, stop)]
+    rows = np.vstack(found)
+    if loop is None:
+        rows[-1, contract.STOP] = inf
+        return assemble(rows, height)
+    index = int(np.searchsorted(rows[:, contract.START], loop - 1e-12 * (1.0 + loop)))
+    return assemble(rows, height, index)

@@ -1,0 +1,142 @@
+"""Tables of pieces: assembling, joining and evaluating the path that the kernels read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.march import program as contract
+
+FloatArray = NDArray[np.float64]
+
+
+def blank(count: int) -> FloatArray:
+    """Return rows for pieces that are level at zero and leave the contact force as it is."""
+    rows = np.zeros((count, contract.PIECE_COLUMNS))
+    rows[:, contract.SCALE] = 1.0
+    rows[:, contract.FACTOR_DEGREE] = -1.0
+    return rows
+
+
+def polynomial_rows(breaks: FloatArray, coefficients: FloatArray, negligible: float) -> FloatArray:
+    """Return rows for polynomials in ξ = (x - middle)/half-width; trailing coefficients below `negligible` go."""
+    rows = blank(len(breaks) - 1)
+    rows[:, contract.START] = breaks[:-1]
+    rows[:, contract.STOP] = breaks[1:]
+    rows[:, contract.CENTRE] = 0.5 * (breaks[:-1] + breaks[1:])
+    rows[:, contract.SCALE] = 0.5 * (breaks[1:] - breaks[:-1])
+    width = coefficients.shape[1]
+    rows[:, contract.COEFFICIENT : contract.COEFFICIENT + width] = coefficients
+    rows[:, contract.DEGREE] = used_degree(coefficients, negligible)
+    return rows
+
+
+def used_degree(coefficients: FloatArray, negligible: float) -> FloatArray:
+    """Return the highest power in each row whose coefficient is larger than `negligible`."""
+    large = np.abs(coefficients) > negligible
+    large[:, 0] = True
+    return (coefficients.shape[1] - 1 - np.argmax(large[:, ::-1], axis=1)).astype(float)
+
+
+def set_factor(rows: FloatArray, coefficients: FloatArray) -> None:
+    """Write the factor on the contact force, as polynomials in the rows' own ξ."""
+    rows[:, contract.FACTOR : contract.FACTOR + coefficients.shape[1]] = coefficients
+    rows[:, contract.FACTOR_DEGREE] = used_degree(coefficients, 1e-17)
+
+
+def _powers(rows: FloatArray, x: FloatArray, first: int) -> FloatArray:
+    xi = (x - rows[:, contract.CENTRE]) / rows[:, contract.SCALE]
+    total = np.zeros_like(xi)
+    for k in range(contract.MAX_DEGREE, -1, -1):
+        total = total * xi + rows[:, first + k]
+    return total
+
+
+def row_values(rows: FloatArray, x: FloatArray) -> FloatArray:
+    """Return the height in m of each row's piece at its own x."""
+    phase = rows[:, contract.WAVENUMBER] * (x - rows[:, contract.CENTRE])
+    wave = rows[:, contract.SINE] * np.sin(phase) + rows[:, contract.COSINE] * np.cos(phase)
+    return _powers(rows, x, contract.COEFFICIENT) + wave
+
+
+def row_slopes(rows: FloatArray, x: FloatArray) -> FloatArray:
+    """Return the slope of each row's piece at its own x."""
+    scale = rows[:, contract.SCALE]
+    xi = (x - rows[:, contract.CENTRE]) / scale
+    total = np.zeros_like(xi)
+    for k in range(contract.MAX_DEGREE, 0, -1):
+        total = total * xi + k * rows[:, contract.COEFFICIENT + k]
+    k = rows[:, contract.WAVENUMBER]
+    phase = k * (x - rows[:, contract.CENTRE])
+    return total / scale + k * (rows[:, contract.SINE] * np.cos(phase) - rows[:, contract.COSINE] * np.sin(phase))
+
+
+def _joins(before: FloatArray, after: FloatArray, height: float, steepest: float) -> FloatArray:
+    """Return how each row of `after` is entered from its row of `before`."""
+    end, start = before[:, contract.STOP], after[:, contract.START]
+    jump = np.abs(row_values(after, start) - row_values(before, end)) > 1e-12 * height
+    kink = np.abs(row_slopes(after, start) - row_slopes(before, end)) > 1e-11 * steepest
+    return np.where(jump, contract.JUMP, np.where(kink, contract.KINK, contract.SOFT)).astype(float)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Pieces in order, how they join, and where the table goes on after its end."""
+
+    rows: FloatArray
+    loop: int
+    loop_join: int
+
+    @property
+    def period(self) -> float:
+        """Length in m of the part that repeats; zero if none does."""
+        if self.loop >= len(self.rows):
+            return 0.0
+        return float(self.rows[-1, contract.STOP] - self.rows[self.loop, contract.START])
+
+    def _located(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        x = np.asarray(x, dtype=float)
+        if self.period:
+            first = self.rows[self.loop, contract.START]
+            x = x - self.period * np.maximum(np.floor((x - first) / self.period), 0.0)
+        index = np.clip(np.searchsorted(self.rows[:, contract.START], x, side="right") - 1, 0, len(self.rows) - 1)
+        return self.rows[index], x
+
+    def height(self, x: FloatArray) -> FloatArray:
+        """Return the path's height in m at x."""
+        rows, x = self._located(np.ravel(x))
+        return row_values(rows, x)
+
+    def slope(self, x: FloatArray) -> FloatArray:
+        """Return the path's slope at x, at a kink that behind it."""
+        rows, x = self._located(np.ravel(x))
+        return row_slopes(rows, x)
+
+    def factor(self, x: FloatArray) -> FloatArray:
+        """Return the factor on the contact force at x."""
+        rows, x = self._located(np.ravel(x))
+        return np.where(rows[:, contract.FACTOR_DEGREE] < 0, 1.0, _powers(rows, x, contract.FACTOR))
+
+    def kinks(self) -> FloatArray:
+        """Return the positions in m of the kinks and jumps of the first round."""
+        hard = self.rows[:, contract.JOIN] != contract.SOFT
+        return np.asarray(self.rows[hard, contract.START])
+
+
+def assemble(rows: FloatArray, height: float, loop: int | None = None) -> Table:
+    """Return the table of these pieces, with their joins found from values and slopes at the borders."""
+    rows = rows.copy()
+    ends = np.where(np.isinf(rows[:, contract.STOP]), rows[:, contract.START], rows[:, contract.STOP])
+    steepest = max(
+        float(np.abs(row_slopes(rows, rows[:, contract.START])).max(initial=0.0)),
+        float(np.abs(row_slopes(rows, ends)).max(initial=0.0)),
+        float(np.abs(rows[:, contract.WAVENUMBER] * np.hypot(rows[:, contract.SINE], rows[:, contract.COSINE])).max()),
+        1e-300,
+    )
+    height = max(height, 1e-300)
+    rows[1:, contract.JOIN] = _joins(rows[:-1], rows[1:], height, steepest)
+    if loop is None:
+        return Table(rows, len(rows), contract.SOFT)
+    return Table(rows, loop, int(_joins(rows[-1:], rows[loop : loop + 1], height, steepest)[0]))
