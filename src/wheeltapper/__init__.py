@@ -1,1 +1,71 @@
 """Exact vibro-impacts of railway wheels on irregular rails, and the faults that they reveal."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from wheeltapper._version import __version__
+
+if TYPE_CHECKING:
+    from wheeltapper.describe import contact as contact
+    from wheeltapper.describe.contact.hertz import Hertz as Hertz
+    from wheeltapper.describe.contact.linear import Linear as Linear
+    from wheeltapper.describe.irregularity.bump import CosineBump as CosineBump
+    from wheeltapper.describe.irregularity.combination import Repeated as Repeated
+    from wheeltapper.describe.irregularity.corrugation import Corrugation as Corrugation
+    from wheeltapper.describe.irregularity.flat import WheelFlat as WheelFlat
+    from wheeltapper.describe.irregularity.measured import Measured as Measured
+    from wheeltapper.describe.irregularity.out_of_round import OutOfRound as OutOfRound
+    from wheeltapper.describe.irregularity.profile import Profile as Profile
+    from wheeltapper.describe.irregularity.step import Step as Step
+    from wheeltapper.describe.scenario import Scenario as Scenario
+    from wheeltapper.describe.track.deck import FloatingDeck as FloatingDeck
+    from wheeltapper.describe.track.stiff import StiffTrack as StiffTrack
+    from wheeltapper.describe.vehicle.wheelset import Wheelset as Wheelset
+    from wheeltapper.faces.plot import plot as plot
+    from wheeltapper.ground.errors import InputError as InputError
+    from wheeltapper.record.record import Record as Record
+    from wheeltapper.record.simulate import simulate as simulate
+    from wheeltapper.record.store import load as load
+
+_HOMES = {
+    "Corrugation": "describe.irregularity.corrugation",
+    "CosineBump": "describe.irregularity.bump",
+    "FloatingDeck": "describe.track.deck",
+    "Hertz": "describe.contact.hertz",
+    "InputError": "ground.errors",
+    "Linear": "describe.contact.linear",
+    "Measured": "describe.irregularity.measured",
+    "OutOfRound": "describe.irregularity.out_of_round",
+    "Profile": "describe.irregularity.profile",
+    "Record": "record.record",
+    "Repeated": "describe.irregularity.combination",
+    "Scenario": "describe.scenario",
+    "Step": "describe.irregularity.step",
+    "StiffTrack": "describe.track.stiff",
+    "WheelFlat": "describe.irregularity.flat",
+    "Wheelset": "describe.vehicle.wheelset",
+    "load": "record.store",
+    "plot": "faces.plot",
+    "simulate": "record.simulate",
+}
+
+__all__ = [  # noqa: PLE0604, RUF022 - the names, then the module and the version
+    *sorted(_HOMES),
+    "contact",
+    "__version__",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used."""
+    if name == "contact":
+        return import_module("wheeltapper.describe.contact")
+    if name not in _HOMES:
+        raise AttributeError(f"module 'wheeltapper' has no attribute {name!r}")
+    return getattr(import_module(f"wheeltapper.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,138 @@
+"""The energy balance of a run: it must close, and the record says by how much.
+
+Along a smooth stretch: change of (kinetic + elastic) = work of the load + work of the irregularity - dissipated. Where
+the path jumps or the wheel leaves a displaced deck, the indentation jumps and with it the contact's elastic energy;
+that difference is work of the irregularity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.lower.build import Lowered
+from wheeltapper.march import program as contract
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wheeltapper.march.single import March
+
+FloatArray = NDArray[np.float64]
+NODES = 24
+
+
+@dataclass(frozen=True)
+class Integrals:
+    """Scaled integrals of each step, and the quantities at the steps' ends."""
+
+    columns: FloatArray  # (steps, INTEGRALS)
+    ends: FloatArray  # (steps, 2, OUT_COLUMNS)
+    elastic: FloatArray  # (steps, 2): elastic energy of the contact at the ends
+    on_deck: NDArray[np.bool_]
+
+    @property
+    def impulse(self) -> FloatArray:
+        """Impulse of the contact force in each step."""
+        from wheeltapper.march.dense import IMPULSE
+
+        return np.asarray(self.columns[:, IMPULSE])
+
+
+def integrate(lowered: Lowered, march: March) -> Integrals:
+    """Integrate over every step of a march."""
+    from wheeltapper.march import dense
+
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    columns = np.zeros((len(march.steps), dense.INTEGRALS))
+    ends = np.zeros((len(march.steps), 2, dense.OUT_COLUMNS))
+    program = lowered.program
+    dense.integrals(program.pieces, program.numbers, march.steps, 0.5 * (nodes + 1.0), 0.5 * weights, columns, ends)
+    return Integrals(columns, ends, _elastic(lowered, march, ends), march.steps[:, contract.ON_DECK] != 0.0)
+
+
+def _elastic(lowered: Lowered, march: March, ends: FloatArray) -> FloatArray:
+    from wheeltapper.march import dense
+
+    numbers, steps = lowered.program.numbers, march.steps
+    delta = ends[:, :, dense.DELTA]
+    touching = (steps[:, contract.PHASE] != contract.FLIGHT)[:, None]
+    bonded = (steps[:, contract.PHASE] == contract.BONDED)[:, None]
+    depth = np.where(touching, np.where(bonded, delta, np.maximum(delta, 0.0)), 0.0)
+    law = 0.5 * numbers[contract.QUADRATIC] * depth**2 + 0.4 * numbers[contract.CUBIC] * np.abs(depth) ** 2.5
+    return np.asarray(law * _factors(lowered, march))
+
+
+def _factors(lowered: Lowered, march: March) -> FloatArray:
+    """Return the factor on the contact force at both ends of each step, each taken in the step's own piece."""
+    rows = lowered.program.pieces[march.steps[:, contract.PIECE].astype(int)]
+    if np.all(rows[:, contract.FACTOR_DEGREE] < 0):
+        return np.ones((len(rows), 2))
+    pace = lowered.program.numbers[contract.PACE]
+    begins = march.steps[:, contract.TIME]
+    finishes = np.append(begins[1:], march.state[contract.TIME])
+    out = np.ones((len(rows), 2))
+    for i, time in enumerate((begins, finishes)):
+        xi = (pace * time - march.steps[:, contract.SHIFT] - rows[:, contract.CENTRE]) / rows[:, contract.SCALE]
+        powers = sum(rows[:, contract.FACTOR + k] * xi**k for k in range(contract.TERMS))
+        out[:, i] = np.where(rows[:, contract.FACTOR_DEGREE] < 0, 1.0, powers)
+    return out
+
+
+def _state_energy(lowered: Lowered, ends: FloatArray) -> tuple[float, float]:
+    """Return kinetic energy and elastic energy of the springs (without the contact) at one instant, scaled."""
+    from wheeltapper.march import dense
+
+    numbers = lowered.program.numbers
+    kinetic = 0.5 * ends[dense.WHEEL_V] ** 2 + 0.5 * numbers[contract.DECK_MASS] * ends[dense.OUT_DECK_V] ** 2
+    springs = numbers[contract.STIFFNESS] * ends[dense.WHEEL_Y] ** 2
+    springs += numbers[contract.DECK_STIFFNESS] * ends[dense.OUT_DECK_Y] ** 2
+    return float(kinetic), float(0.5 * springs)
+
+
+def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:
+    """Return the energy balance over the whole run, in J.
+
+    `imbalance` is the difference of both sides; `relative_imbalance` divides it by the energy exchanged, the sum of
+    the largest kinetic and elastic energies and of all works taken by amount.
+    """
+    import xarray as xr
+
+    from wheeltapper.march import dense
+
+    ends, columns = integrals.ends, integrals.columns
+    kinetic0, springs0 = _state_energy(lowered, ends[0, 0])
+    kinetic1, springs1 = _state_energy(lowered, ends[-1, 1])
+    elastic = springs1 + integrals.elastic[-1, 1] - springs0 - integrals.elastic[0, 0]
+    jumps = float((integrals.elastic[1:, 0] - integrals.elastic[:-1, 1]).sum())
+    work_path = float(columns[:, dense.WORK_PATH].sum() + columns[:, dense.WORK_FACTOR].sum()) + jumps
+    rise = ends[:, 1, dense.OUT_DECK_Y] - ends[:, 0, dense.OUT_DECK_Y]
+    prestress = lowered.program.numbers[contract.PRESTRESS] * float(rise[integrals.on_deck].sum())
+    work_load = -(ends[-1, 1, dense.WHEEL_Y] - ends[0, 0, dense.WHEEL_Y]) + prestress
+    lost = columns[:, [dense.LOST_SUSPENSION, dense.LOST_DECK, dense.LOST_CONTACT]].sum(axis=0)
+    imbalance = kinetic1 - kinetic0 + elastic - work_path - work_load + lost.sum()
+    exchanged = (
+        0.5 * float((ends[:, 0, dense.WHEEL_V] ** 2).max())
+        + float(integrals.elastic.max())
+        + float(np.abs(columns[:, dense.WORK_PATH]).sum())
+        + float(lost.sum())
+        + abs(work_load)
+    )
+    joule = lowered.force * lowered.length
+    values = {
+        "kinetic": (kinetic1 - kinetic0, "change of kinetic energy"),
+        "elastic": (elastic, "change of elastic energy of contact and springs"),
+        "dissipated": (float(lost.sum()), "energy dissipated in suspension, deck bearing and contact"),
+        "dissipated_suspension": (float(lost[0]), "energy dissipated in the suspension"),
+        "dissipated_deck": (float(lost[1]), "energy dissipated in the deck's bearing"),
+        "dissipated_contact": (float(lost[2]), "energy dissipated in the contact"),
+        "work_of_load": (work_load, "work of load, weight and prestress"),
+        "work_of_irregularity": (work_path, "work of the irregularity"),
+        "imbalance": (imbalance, "what is left of the balance"),
+    }
+    variables = {name: ((), value * joule, {"units": "J", "long_name": text}) for name, (value, text) in values.items()}
+    variables["relative_imbalance"] = ((), imbalance / exchanged, {"units": "", "long_name": "imbalance over energy exchanged"})
+    return xr.Dataset(variables)

@@ -1,0 +1,48 @@
+"""Names, units and meanings of everything that a record shows: the one place where they are written."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+EVENT_KINDS = ("loss", "impact")
+
+HISTORY = {
+    "wheel_displacement": ("m", "displacement of the wheel's centre, upwards"),
+    "wheel_velocity": ("m/s", "velocity of the wheel's centre, upwards"),
+    "wheel_acceleration": ("m/s^2", "acceleration of the wheel's centre, upwards"),
+    "normal_force": ("N", "normal contact force, per wheelset"),
+    "indentation": ("m", "indentation, negative in flight"),
+    "constraint": ("m", "path of the rigid wheel's centre over the irregularity"),
+    "deck_displacement": ("m", "displacement of the deck from its static position, upwards"),
+    "deck_velocity": ("m/s", "velocity of the deck, upwards"),
+    "deck_acceleration": ("m/s^2", "acceleration of the deck, upwards"),
+}
+LABELS = HISTORY | {
+    "time": ("s", "time since the wheel was at x = 0"),
+    "kind": ("", "loss or impact"),
+    "contact": ("", "number of the contact"),
+    "position": ("m", "position of the wheel's centre along the rail"),
+    "indentation_rate": ("m/s", "rate of the indentation at the event"),
+    "corner": ("", "true where a kink of the input makes the maximum"),
+    "closing_speed": ("m/s", "indentation rate at the impact"),
+    "peak_force": ("N", "largest normal force between this impact and the next, per wheelset"),
+    "duration": ("s", "time until the next loss of contact"),
+    "impulse": ("N s", "impulse of the normal force until the next loss of contact, per wheelset"),
+    "interval": ("s", "time from this onset of contact to the next"),
+    "force_ratio": ("", "this impact's largest force over the next one's"),
+}
+
+
+def dataset(dimension: str, **columns: Any) -> xr.Dataset:
+    """Return a labelled dataset of columns over one dimension; a column named like the dimension is its coordinate."""
+    import xarray as xr
+
+    variables = {}
+    for name, values in columns.items():
+        unit, meaning = LABELS[name]
+        variables[name] = (dimension, values, {"units": unit, "long_name": meaning})
+    coordinates = {dimension: variables.pop(dimension)} if dimension in variables else {}
+    return xr.Dataset(variables, coords=coordinates)

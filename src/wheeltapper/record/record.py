@@ -1,0 +1,247 @@
+"""The record of a simulation: outcome, tables of events, peaks and impacts, and the dense solution."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wheeltapper._version import __version__
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.outcome import Outcome
+from wheeltapper.lower.build import Lowered
+from wheeltapper.march import program as contract
+from wheeltapper.record import energy
+from wheeltapper.record.labels import EVENT_KINDS, HISTORY, dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wheeltapper.march.single import March
+
+FloatArray = NDArray[np.float64]
+
+OUTCOMES = {
+    contract.DONE: Outcome.COMPLETED,
+    contract.TOO_MANY_EVENTS: Outcome.EVENT_LIMIT,
+    contract.NOT_FINITE: Outcome.NOT_FINITE,
+    contract.STALLED: Outcome.STALLED,
+    contract.END_OF_PATH: Outcome.END_OF_PATH,
+}
+
+
+class Record:
+    """What a simulation found; every table is an `xarray.Dataset` in SI units.
+
+    Attributes
+    ----------
+    scenario
+        What was simulated.
+    method
+        "default" or "strict".
+    notes
+        What the user should know: contact at two points, edges, warnings with numbers.
+    """
+
+    def __init__(self, scenario: Scenario, method: str, lowered: Lowered, march: March) -> None:
+        self.scenario, self.method = scenario, method
+        self._lowered, self._march = lowered, march
+        self.notes = lowered.notes
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the computation ended."""
+        return OUTCOMES[self._march.status]
+
+    @property
+    def end(self) -> float:
+        """Time in s up to which was computed."""
+        return float(self._march.state[contract.TIME] * self._lowered.time)
+
+    @property
+    def static_force(self) -> float:
+        """Static contact force N0 of the wheelset, N."""
+        return self._lowered.static_force
+
+    @property
+    def contact_constant(self) -> float:
+        """Contact constant of the wheelset on a smooth rail: N/m^1.5, of a linear contact N/m."""
+        return self._lowered.contact_constant
+
+    @property
+    def provenance(self) -> dict[str, str]:
+        """Versions and method that made this record."""
+        import numba
+
+        return {"wheeltapper": __version__, "numba": numba.__version__, "numpy": np.__version__, "method": self.method}
+
+    # -- tables ---------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def events(self) -> xr.Dataset:
+        """Losses of contact and impacts: time, kind, contact, position, indentation rate."""
+        rows, units = self._march.events, self._lowered
+        time = rows[:, contract.EVENT_TIME] * units.time
+        kinds = np.array(EVENT_KINDS)[rows[:, contract.EVENT_KIND].astype(int)]
+        return dataset(
+            "event",
+            time=time,
+            kind=kinds,
+            contact=np.zeros(len(rows), dtype=int),
+            position=self.scenario.speed * time,
+            indentation_rate=rows[:, contract.EVENT_RATE] * units.length / units.time,
+        )
+
+    @cached_property
+    def peaks(self) -> xr.Dataset:
+        """Maxima of the contact force; `corner` where a kink of the input makes one."""
+        rows, units = self._march.peaks, self._lowered
+        return dataset(
+            "peak",
+            time=rows[:, contract.PEAK_TIME] * units.time,
+            contact=np.zeros(len(rows), dtype=int),
+            normal_force=rows[:, contract.PEAK_FORCE] * units.force,
+            corner=rows[:, contract.PEAK_CORNER] == 1.0,
+        )
+
+    @cached_property
+    def impacts(self) -> xr.Dataset:
+        """Impacts with what follows each: closing speed, largest force until the next, duration, impulse, interval.
+
+        `interval` is the time from this onset of contact to the next; `force_ratio` this impact's largest force over
+        the next one's (r_N of the paper). Both are NaN where there is no next impact; `duration` and `impulse` where
+        the contact outlasts the run.
+        """
+        events = self.events
+        is_impact = events.kind.values == "impact"
+        time = events.time.values[is_impact]
+        losses = events.time.values[~is_impact]
+        until = np.append(time[1:], self.end)
+        peak = self._largest_between(time, until)
+        after = np.searchsorted(losses, time, side="right")
+        ends = np.append(losses, np.nan)[np.minimum(after, len(losses))]
+        missing = np.full(min(len(time), 1), np.nan)
+        return dataset(
+            "impact",
+            time=time,
+            closing_speed=events.indentation_rate.values[is_impact],
+            peak_force=peak,
+            duration=ends - time,
+            impulse=self._impulses(time, ends),
+            interval=np.append(np.diff(time), missing),
+            force_ratio=np.append(peak[:-1] / peak[1:], missing),
+        )
+
+    def _largest_between(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        times, forces = self.peaks.time.values, self.peaks.normal_force.values
+        out = np.full(len(start), np.nan)
+        for i, (a, b) in enumerate(zip(np.searchsorted(times, start), np.searchsorted(times, end), strict=True)):
+            if b > a:
+                out[i] = forces[a:b].max()
+        return out
+
+    def _impulses(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        units = self._lowered
+        begins = self._march.steps[:, contract.TIME] * units.time
+        total = np.append(0.0, np.cumsum(self._integrals.impulse)) * units.force * units.time
+        margin = 1e-12 * max(self.end, 1e-300)
+        first = np.searchsorted(begins, start - margin)
+        last = np.searchsorted(begins, np.nan_to_num(end) - margin)
+        return np.where(np.isnan(end), np.nan, total[last] - total[first])
+
+    # -- the dense solution -----------------------------------------------------------------------------------------
+
+    def history(self, rate: float | None = None) -> xr.Dataset:
+        """Return everything over uniform times.
+
+        Parameters
+        ----------
+        rate
+            Samples per second; by default enough for about 20 000 samples.
+        """
+        rate = 20_000 / self.end if rate is None else rate
+        if not rate > 0:
+            raise InputError("", "rate", repr(rate), "more than 0 samples per second")
+        return self.at(np.arange(int(np.floor(self.end * rate * (1 + 1e-12))) + 1) / rate)
+
+    def at(self, times: ArrayLike) -> xr.Dataset:
+        """Return everything at the given times (s), from the solution's own series."""
+        from wheeltapper.march.dense import OUT_COLUMNS, dense
+
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        if len(wanted) and not (np.all(wanted >= 0.0) and np.all(wanted <= self.end * (1 + 1e-12))):
+            raise InputError("", "times", f"times from {wanted.min():g} to {wanted.max():g} s", f"0 to {self.end:g} s")
+        order = np.argsort(wanted, kind="stable")
+        out = np.empty((len(wanted), OUT_COLUMNS))
+        program, units = self._lowered.program, self._lowered
+        dense(program.pieces, program.numbers, self._march.steps, wanted[order] / units.time, out)
+        rows = np.empty_like(out)
+        rows[order] = out
+        return self._labelled(wanted, rows)
+
+    def _labelled(self, times: FloatArray, rows: FloatArray) -> xr.Dataset:
+        from wheeltapper.march import dense
+
+        units = self._lowered
+        speed, acceleration = units.length / units.time, units.length / units.time**2
+        columns: dict[str, Any] = {
+            "wheel_displacement": rows[:, dense.WHEEL_Y] * units.length,
+            "wheel_velocity": rows[:, dense.WHEEL_V] * speed,
+            "wheel_acceleration": rows[:, dense.WHEEL_A] * acceleration,
+            "normal_force": rows[:, dense.FORCE] * units.force,
+            "indentation": rows[:, dense.DELTA] * units.length,
+            "constraint": rows[:, dense.PATH_Y] * units.length,
+        }
+        if program_has_deck(units):
+            columns |= {
+                "deck_displacement": rows[:, dense.OUT_DECK_Y] * units.length,
+                "deck_velocity": rows[:, dense.OUT_DECK_V] * speed,
+                "deck_acceleration": rows[:, dense.OUT_DECK_A] * acceleration,
+            }
+        assert set(columns) <= set(HISTORY)
+        return dataset("time", time=times, **columns)
+
+    # -- energy and summary -----------------------------------------------------------------------------------------
+
+    @cached_property
+    def _integrals(self) -> energy.Integrals:
+        return energy.integrate(self._lowered, self._march)
+
+    @cached_property
+    def energy(self) -> xr.Dataset:
+        """Energy balance over the whole run, J: kinetic, elastic, dissipated, works, and the imbalance that is left."""
+        return energy.balance(self._lowered, self._integrals)
+
+    @property
+    def time_in_air(self) -> float:
+        """Total time without contact, s."""
+        rows = self._march.steps[self._march.steps[:, contract.PHASE] == contract.FLIGHT]
+        return float(rows[:, contract.LENGTH].sum() * self._lowered.time)
+
+    def __str__(self) -> str:
+        impacts = int((self._march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
+        largest = float(self._march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * self._lowered.force
+        peak = f"largest force {largest / self.static_force:.3f} of static ({largest / 1e3:.1f} kN)"
+        if not len(self._march.peaks):
+            peak = "no force maximum"
+        plural = "impact" if impacts == 1 else "impacts"
+        state = self.outcome.sentence if self.outcome is not Outcome.COMPLETED else f"completed, {self.end:.6g} s"
+        return f"{state}: {impacts} {plural}, {peak}, {1e3 * self.time_in_air:.3f} ms in the air"
+
+    def __repr__(self) -> str:
+        return f"<Record {self}>"
+
+    def save(self, path: str | Path) -> None:
+        """Write the record as netCDF; it opens in plain xarray, and with `wheeltapper.load`."""
+        from wheeltapper.record.store import save
+
+        save(self, Path(path))
+
+
+def program_has_deck(lowered: Lowered) -> bool:
+    """Return True where the program has a deck."""
+    return bool(lowered.program.numbers[contract.DECK_MASS] > 0.0)

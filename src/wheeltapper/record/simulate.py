@@ -1,0 +1,58 @@
+"""The verb: simulate a scenario."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from typing import Literal
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.build import METHODS, lower
+from wheeltapper.record.record import Record
+
+
+class ModelWarning(UserWarning):
+    """The scenario is valid, but its result may not mean what the user thinks."""
+
+
+def simulate(scenario: Scenario, method: Literal["default", "strict"] = "default") -> Record:
+    """Simulate a scenario: every loss of contact, every impact and every force maximum, located exactly.
+
+    Parameters
+    ----------
+    scenario
+        What to simulate.
+    method
+        "default": Taylor series of order 12; "strict": order 20 with a thousand times smaller step tolerance.
+
+    Returns
+    -------
+    Record
+        Also where the computation could not finish: its `outcome` says why, and what was computed is kept.
+
+    Raises
+    ------
+    InputError
+        If the scenario cannot be simulated.
+    """
+    if method not in METHODS:
+        raise InputError("", "method", repr(method), " or ".join(repr(name) for name in METHODS))
+    scenario.check_extent()
+    lowered = lower(scenario, method)
+    for note in lowered.notes:
+        if "cannot follow" in note:
+            warnings.warn(note, ModelWarning, stacklevel=2)
+    _announce_compilation()
+    from wheeltapper.march.single import march
+
+    return Record(scenario, method, lowered, march(lowered.program))
+
+
+def _announce_compilation() -> None:
+    """Tell the user once, on standard error, that the kernels are being compiled."""
+    from wheeltapper.march.kernel import is_compiled
+    from wheeltapper.march.single import march_kernel
+
+    if not is_compiled(march_kernel):
+        print("wheeltapper: compiling its kernels for this machine, once; this takes some seconds", file=sys.stderr)

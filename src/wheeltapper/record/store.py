@@ -1,0 +1,117 @@
+"""Records on disk: netCDF that opens in plain xarray and holds all that is needed to answer any time again."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wheeltapper._version import __version__
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.build import Lowered
+from wheeltapper.lower.table import Table
+from wheeltapper.march import program as contract
+from wheeltapper.march.program import Program
+from wheeltapper.record.labels import EVENT_KINDS
+from wheeltapper.record.record import Record
+
+FORMAT = 1
+"""Version of the files' layout; a newer file is refused."""
+
+
+def save(record: Record, path: Path) -> None:
+    """Write a record as netCDF."""
+    import xarray as xr
+
+    lowered, march = record._lowered, record._march
+    events = record.events.rename(time="event_time", contact="event_contact")
+    kinds = np.array([EVENT_KINDS.index(kind) for kind in events.kind.values], dtype=np.int8)
+    meaning = {"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "loss impact"}
+    events["kind"] = ("event", kinds, meaning)
+    peaks = record.peaks.rename(time="peak_time", contact="peak_contact", normal_force="peak_normal_force")
+    peaks["corner"] = peaks.corner.astype(np.int8)
+    tables = {
+        "program_pieces": (("piece", "piece_column"), lowered.program.pieces),
+        "program_numbers": (("number",), lowered.program.numbers),
+        "march_steps": (("step", "step_column"), march.steps),
+        "march_events": (("event", "event_column"), march.events),
+        "march_peaks": (("peak", "peak_column"), march.peaks),
+        "march_state": (("state",), march.state),
+        "units": (("unit",), np.array([lowered.length, lowered.time, lowered.force, lowered.static_force, lowered.contact_constant])),
+    }  # fmt: skip
+    attributes: dict[str, Any] = {
+        "format": FORMAT,
+        "title": "wheeltapper record",
+        "outcome": record.outcome.name,
+        "status": march.status,
+        "summary": str(record),
+        "scenario": _scenario_text(record.scenario),
+        "notes": json.dumps(list(record.notes)),
+        "loop": [lowered.table.loop, lowered.table.loop_join],
+        **record.provenance,
+    }
+    data = xr.merge([events, peaks, xr.Dataset(tables)], combine_attrs="drop").assign_attrs(attributes)
+    for name, value in record.energy.data_vars.items():
+        data[f"energy_{name}"] = value
+    try:
+        data.to_netcdf(path, engine="h5netcdf")
+    except OSError as error:
+        raise InputError(str(path), "output", f"a place that cannot be written ({error.strerror or error})", "a writable path") from error
+
+
+def _scenario_text(scenario: Scenario) -> str:
+    """Return the scenario as JSON, or its printed form where it holds a Python function."""
+    try:
+        return json.dumps(scenario.model_dump(mode="json"))
+    except ValueError:
+        return repr(scenario)
+
+
+def load(path: str | Path) -> Any:
+    """Load by suffix: .toml gives a `Scenario`, .nc a `Record`.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, foreign, or written by a newer format.
+    """
+    path = Path(path)
+    if path.suffix == ".toml":
+        return Scenario.from_toml(path)
+    if path.suffix == ".nc":
+        return _load_record(path)
+    raise InputError(str(path), "", f"the suffix {path.suffix!r}", ".toml (a scenario) or .nc (a record)")
+
+
+def _load_record(path: Path) -> Record:
+    import xarray as xr
+
+    from wheeltapper.march.single import March
+
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as opened:
+            data = opened.load()
+    except (OSError, ValueError) as error:
+        raise InputError(str(path), "", f"no readable netCDF file ({error})", "a record saved by wheeltapper") from error
+    version = data.attrs.get("format")
+    if version is None or "march_steps" not in data:
+        raise InputError(str(path), "", "a file that wheeltapper did not write", "a record saved by wheeltapper")
+    if int(version) > FORMAT:
+        raise InputError(str(path), "format", str(version), f"at most {FORMAT}; wheeltapper {__version__} cannot read it")
+    try:
+        scenario = Scenario.model_validate(json.loads(data.attrs["scenario"]))
+    except ValueError as error:
+        raise InputError(str(path), "scenario", "a Python function, which a file cannot hold", "a scenario without a Profile") from error
+    numbers = data.program_numbers.values
+    length, time, force, static, constant = (float(v) for v in data.units.values)
+    program = Program(np.ascontiguousarray(data.program_pieces.values), numbers)
+    loop, join = (int(v) for v in data.attrs["loop"])
+    lowered = Lowered(
+        program, Table(program.pieces, loop, join), length, time, force, static, constant, tuple(json.loads(data.attrs["notes"]))
+    )  # fmt: skip
+    tables = (np.ascontiguousarray(data[f"march_{name}"].values) for name in ("steps", "events", "peaks"))
+    march = March(int(data.attrs["status"]), *tables, data.march_state.values[: contract.LENGTH])
+    return Record(scenario, str(data.attrs["method"]), lowered, march)
