@@ -26,12 +26,20 @@ def _conditions() -> FloatArray:
 
 
 TO_MONOMIALS = np.linalg.inv(_conditions())
+LOBATTO = np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
+FROM_LOBATTO = np.linalg.inv(LOBATTO[:, None] ** np.arange(DEGREE + 1))
 
 
-def hermite(value: Function, slope: Function, left: FloatArray, right: FloatArray) -> FloatArray:
-    """Return monomial coefficients in ξ = (x - middle)/half-width, one row for each interval [left, right]."""
+def interpolate(value: Function, slope: Function | None, left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return monomial coefficients in ξ = (x - middle)/half-width, one row for each interval [left, right].
+
+    Neighbours meet in value; with a slope they meet in that as well.
+    """
     middle = 0.5 * (left + right)
     half = 0.5 * (right - left)
+    if slope is None:
+        nodes = middle[:, None] + half[:, None] * LOBATTO
+        return np.asarray(value(nodes.ravel()).reshape(nodes.shape) @ FROM_LOBATTO.T)
     inner = middle[:, None] + half[:, None] * INNER
     data = np.column_stack(
         [value(left), value(right), half * slope(left), half * slope(right), value(inner.ravel()).reshape(inner.shape)]
@@ -39,15 +47,22 @@ def hermite(value: Function, slope: Function, left: FloatArray, right: FloatArra
     return np.asarray(data @ TO_MONOMIALS.T)
 
 
+def _noise(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return what rounding of x and of the value alone does to the value: no fit can be better."""
+    rise = (np.abs(coefficients) * np.arange(DEGREE + 1)).sum(axis=1) / (0.5 * (right - left))
+    place = np.maximum(np.abs(left), np.abs(right))
+    return np.asarray(4e-16 * (place * rise + np.abs(coefficients).sum(axis=1)))
+
+
 def fit(
-    functions: list[tuple[Function, Function]], start: float, end: float, tolerances: list[float], knots: FloatArray | None = None
+    functions: list[tuple[Function, Function | None]], start: float, end: float, tolerances: list[float], knots: FloatArray | None = None
 ) -> tuple[FloatArray, list[FloatArray]]:
     """Fit several smooth functions on [start, end] with common pieces.
 
     Parameters
     ----------
     functions
-        Pairs of value and slope, vectorised over x.
+        Pairs of value and slope (or None, where only the values need to meet), vectorised over x.
     tolerances
         Largest allowed deviation of each.
     knots
@@ -71,10 +86,10 @@ def fit(
         good = np.ones(len(waiting), dtype=bool)
         rows = []
         for (value, slope), tolerance in zip(functions, tolerances, strict=True):
-            coefficients = hermite(value, slope, left, right)
+            coefficients = interpolate(value, slope, left, right)
             rows.append(coefficients)
             error = np.abs(np.polynomial.polynomial.polyval(CHECK, coefficients.T) - value(check).reshape(len(left), -1))
-            good &= error.max(axis=1) <= tolerance
+            good &= error.max(axis=1) <= tolerance + _noise(coefficients, left, right)
         good |= half < NARROWEST * max(end - start, abs(start), abs(end))
         intervals.append(waiting[good])
         for kept, coefficients in zip(found, rows, strict=True):

@@ -15,6 +15,9 @@ from wheeltapper.march import program as contract
 
 FloatArray = NDArray[np.float64]
 
+SLIVER = 1e-12
+"""Borders closer than this (m) are one."""
+
 
 @dataclass(frozen=True)
 class Placed:
@@ -64,13 +67,14 @@ def cells(courses: list[Course], start: float, end: float) -> list[tuple[float, 
     """Return the intervals between all borders in [start, end], each with the stretches that hold there."""
     lists = [unrolled(course, start, end) for course in courses]
     borders = np.unique([b for placed in lists for p in placed for b in (p.start, p.end) if start < b < end])
-    edges = [start, *borders.tolist(), end]
+    inner = borders[(borders - start > SLIVER) & (end - borders > SLIVER)]  # periods written out end within rounding
+    edges = [start, *inner[np.diff(inner, prepend=-inf) > SLIVER].tolist(), end]
     at = [0] * len(lists)
     out = []
     for a, b in zip(edges[:-1], edges[1:], strict=True):
         present = []
         for i, placed in enumerate(lists):
-            while placed[at[i]].end <= a and at[i] + 1 < len(placed):
+            while placed[at[i]].end <= a + SLIVER and at[i] + 1 < len(placed):
                 at[i] += 1
             present.append(placed[at[i]])
         out.append((a, b, present))
@@ -150,34 +154,18 @@ def _cell_rows(
         form = next(p for p in present if isinstance(p.stretch.exact, Polynomials))
         others = _harmonics([p for p in present if p is not form])
         return _polynomial_rows(form, start, end, others[0] if others else 0.0, height)
-    functions = [(total(present, "value"), total(present, "slope"))]
+    functions: list[tuple[Function, Function | None]] = [(total(present, "value"), total(present, "slope"))]
     tolerances = [tolerance * height]
     if bent:
         assert factor is not None
-        functions.append(_factor_functions(factor, total(present, "curvature"), start, end))
+        curvature = total(present, "curvature")
+        functions.append((lambda x: factor(curvature(x)), None))
         tolerances.append(tolerance)
     breaks, fitted = fit(functions, start, end, tolerances)
     rows = polynomial_rows(breaks, fitted[0], 1e-18 * height)
     if bent:
         set_factor(rows, fitted[1])
     return rows
-
-
-def _factor_functions(factor: Function, curvature: Function, start: float, end: float) -> tuple[Function, Function]:
-    """Return the factor over position and its slope (by differences: it only steers the fit's own ends)."""
-    step = 1e-4 * (end - start)
-
-    def value(x: FloatArray) -> FloatArray:
-        return factor(curvature(x))
-
-    def slope(x: FloatArray) -> FloatArray:
-        nodes = np.clip(x, start + 2 * step, end - 2 * step)
-        near = (8 * (value(nodes + step) - value(nodes - step)) - value(nodes + 2 * step) + value(nodes - 2 * step)) / (
-            12 * step
-        )
-        return np.asarray(near)
-
-    return value, slope
 
 
 def point_table(

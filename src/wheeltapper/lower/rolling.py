@@ -161,7 +161,7 @@ def _resolution(profile: Profile, window: float) -> float:
     for cell in profile.cells:
         if not cell.flat and np.isfinite(cell.end - cell.start):
             finest = min(finest, (cell.end - cell.start) / 16)
-    return max(finest, (profile.end - profile.start) / MOST_SAMPLES)
+    return max(finest, 1e-5, (profile.end - profile.start) / MOST_SAMPLES)
 
 
 def _touched(profile: Profile, grid: FloatArray, heights: FloatArray, reach: int) -> IntArray:
@@ -322,35 +322,18 @@ def _run_rows(
     def slope(x: FloatArray) -> FloatArray:
         return _path(profile, run, x)[1]
 
-    functions = [(value, slope)]
+    functions: list[tuple[Function, Function | None]] = [(value, slope)]
     tolerances = [tolerance * height]
     bent = factor is not None and run.corner < 0
     if factor is not None and bent:
-        functions.append(_contact_factor(profile, run, factor, start, end))
+        curvature = profile.cells[run.cell].curvature
+        functions.append((lambda x: factor(curvature(_path(profile, run, x)[2])), None))
         tolerances.append(tolerance)
     breaks, fitted = fit(functions, start, end, tolerances, _knot_images(profile, run, start, end))
     rows = polynomial_rows(breaks, fitted[0], 1e-18 * height)
     if bent:
         set_factor(rows, fitted[1])
     return rows
-
-
-def _contact_factor(
-    profile: Profile, run: Run, factor: Function, start: float, end: float
-) -> tuple[Function, Function]:
-    """Return the factor on the contact force over the wheel's place, and its slope by differences."""
-    step = 1e-4 * (end - start)
-    curvature = profile.cells[run.cell].curvature
-
-    def value(x: FloatArray) -> FloatArray:
-        return factor(curvature(_path(profile, run, x)[2]))
-
-    def slope(x: FloatArray) -> FloatArray:
-        x = np.clip(x, start + 2 * step, end - 2 * step)
-        first = value(x + step) - value(x - step)
-        return np.asarray((8 * first - value(x + 2 * step) + value(x - 2 * step)) / (12 * step))
-
-    return value, slope
 
 
 def _knot_images(profile: Profile, run: Run, start: float, end: float) -> FloatArray:
@@ -399,16 +382,18 @@ def circle_table(
     runs, kinks = _joined(profile, _runs(profile, grid[keep], grid[touched[keep]], step))
     runs[0].start, runs[-1].end = -inf, inf
     parts = []
-    for run in runs:
-        a, b = max(run.start, 0.0), min(run.end, stop)
-        if b > a:
-            parts += _lifted(profile, run, a, b, tolerance, height, factor, direct)
+    spans = [(0.0, stop)] if not loop else [(0.0, loop), (loop, stop)]
+    for first, last in spans:
+        for run in runs:
+            a, b = max(run.start, first), min(run.end, last)
+            if b > a:
+                parts += _lifted(profile, run, a, b, tolerance, height, factor, direct)
     rows = np.vstack(parts)
     notes = _notes(profile, runs, [k for k in kinks if 0.0 <= k <= stop], factor is not None, stop)
     if loop is None:
         rows[-1, contract.STOP] = inf if rows[-1, contract.DEGREE] == 0 else stop * (1 + 1e-9) + 1e-9
         return assemble(rows, height), notes
-    index = int(np.argmin(np.abs(rows[:, contract.START] - loop)))
+    index = int(np.flatnonzero(rows[:, contract.START] == loop)[0])
     return assemble(rows, height, index), notes
 
 

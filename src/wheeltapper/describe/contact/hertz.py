@@ -47,7 +47,9 @@ class Hertz(Noun):
     def _no_contradiction(self) -> Hertz:
         if self.constant is not None and self.constant_per_wheel is not None:
             raise ValueError("found both constant and constant_per_wheel; allowed: one of them, or neither to compute it")
-        elastic = sorted({"rail_radius", "youngs_modulus", "poisson"} & self.model_fields_set)
+        fields = type(self).model_fields
+        names = ("rail_radius", "youngs_modulus", "poisson")
+        elastic = [name for name in names if getattr(self, name) != fields[name].default]
         if self.given is not None and elastic and not self.curvature:
             raise ValueError(
                 f"found a given constant together with {', '.join(elastic)}; allowed: one or the other "
