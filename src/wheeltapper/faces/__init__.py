@@ -1,0 +1,1 @@
+"""The faces: command line, plots, the paper's figures and claims."""

@@ -1,0 +1,143 @@
+"""A peer: heyoka, Taylor integrators compiled for the regularised system, with heyoka's own events.
+
+In contact the unknowns are t, u and w in the variable s (indentation u², dt = u ds), in flight the indentation and its
+rate in time. A loss, an impact and the end of a piece are terminal events (in flight the end is a plain final time);
+force maxima are a non-terminal event. Level rail has integrators of its own, without sine and cosine. All integrators
+are compiled before the clock starts and used again for every run; the numbers of the case are runtime parameters.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from problems import Outcome, Piece, Scaled
+
+FAR = 1e9
+"""A final value of s that is never reached: terminal events end the steps in contact."""
+LOSS, LANDED = -1, -1
+"""heyoka's outcome where the first terminal event stopped the integration."""
+
+Columns = tuple[list[float], list[float], list[float], list[float]]
+
+
+def load_function(time: Any, flat: bool) -> Any:
+    """Return F(t) with its numbers as parameters."""
+    if flat:
+        return hy.par[2]
+    return hy.par[2] + hy.par[3] * hy.sin(hy.par[5] * time) + hy.par[4] * hy.cos(hy.par[5] * time)
+
+
+def falling(expression: Any, **options: Any) -> Any:
+    """Return the terminal event of an expression that falls through zero."""
+    return hy.t_event(expression, direction=hy.event_direction.negative, **options)
+
+
+def contact_integrator(flat: bool, tolerance: float, peaks: list[tuple[float, float]]) -> Any:
+    """Return the integrator of (t, u, w) in s, which adds time and u of each force maximum to `peaks`."""
+    t, u, w = hy.make_vars("t", "u", "w")
+    squared = u * u
+    rate = load_function(t, flat) - hy.par[0] * squared - hy.par[1] * w - squared * u
+
+    def note(integrator: Any, s: float, sign: int) -> None:
+        integrator.update_d_output(s)
+        peaks.append(tuple(integrator.d_output[:2]))
+
+    return hy.taylor_adaptive(
+        [(t, u), (u, 0.5 * w), (w, u * rate)],
+        [0.0, 1.0, 0.0],
+        tol=tolerance,
+        pars=[0.0] * 7,
+        t_events=[falling(u), hy.t_event(t - hy.par[6])],
+        nt_events=[hy.nt_event(w, callback=note, direction=hy.event_direction.negative)],
+    )
+
+
+def flight_integrator(flat: bool, tolerance: float) -> Any:
+    """Return the integrator of the (negative) indentation and its rate in time."""
+    d, w = hy.make_vars("d", "w")
+    rate = load_function(hy.time, flat) - hy.par[0] * d - hy.par[1] * w
+    return hy.taylor_adaptive(
+        [(d, w), (w, rate)],
+        [-1.0, 0.0],
+        tol=tolerance,
+        pars=[0.0] * 7,
+        t_events=[hy.t_event(d, direction=hy.event_direction.positive)],
+    )
+
+
+class Heyoka:
+    """heyoka at one tolerance (0 for that of round-off), prepared for one case.
+
+    Parameters
+    ----------
+    problem
+        The case in scaled numbers.
+    tolerance
+        heyoka's tolerance.
+    flat_apart
+        False to march level rail with the integrators of a wave of height zero.
+    """
+
+    def __init__(self, problem: Scaled, tolerance: float, flat_apart: bool = True) -> None:
+        self.problem = problem
+        self._peaks: list[tuple[float, float]] = []
+        self._kinds = [flat_apart and piece.is_flat for piece in problem.pieces]
+        self._contact = {flat: contact_integrator(flat, tolerance, self._peaks) for flat in set(self._kinds)}
+        self._flight = {flat: flight_integrator(flat, tolerance) for flat in set(self._kinds)}
+
+    def __call__(self) -> tuple[list[float], list[float], list[tuple[float, float]]]:
+        """March the case once; return times of losses and impacts, and time and u of the force maxima."""
+        self._peaks.clear()
+        losses: list[float] = []
+        impacts: list[float] = []
+        time, first, rate, touching = 0.0, self.problem.root, self.problem.rate, True
+        for piece, flat in zip(self.problem.pieces, self._kinds, strict=True):
+            contact, flight = self._contact[flat], self._flight[flat]
+            self._set(contact, piece)
+            self._set(flight, piece)
+            while True:
+                if touching:
+                    time, first, rate, ended = self._touch(contact, time, first, rate)
+                    if ended:
+                        break
+                    losses.append(time)
+                    first, touching = 0.0, False
+                else:
+                    time, first, rate, ended = self._fly(flight, time, first, rate, piece.stop)
+                    if ended:
+                        break
+                    impacts.append(time)
+                    first, touching = 0.0, True
+        return losses, impacts, list(self._peaks)
+
+    def _set(self, integrator: Any, piece: Piece) -> None:
+        problem = self.problem
+        numbers = (piece.constant, piece.sine, piece.cosine)
+        integrator.pars[:] = (problem.stiffness, problem.damping, *numbers, problem.frequency, piece.stop)
+
+    @staticmethod
+    def _touch(integrator: Any, time: float, u: float, w: float) -> tuple[float, float, float, bool]:
+        """March in contact; return time, u, w and whether the piece ended."""
+        integrator.time = 0.0
+        integrator.state[:] = (time, u, w)
+        integrator.reset_cooldowns()
+        outcome = integrator.propagate_until(FAR)[0]
+        return *integrator.state.tolist(), int(outcome) != LOSS
+
+    @staticmethod
+    def _fly(integrator: Any, time: float, d: float, w: float, stop: float) -> tuple[float, float, float, bool]:
+        """March in flight; return time, indentation, rate and whether the piece ended."""
+        integrator.time = time
+        integrator.state[:] = (d, w)
+        integrator.reset_cooldowns()
+        outcome = integrator.propagate_until(stop)[0]
+        return integrator.time, *integrator.state.tolist(), int(outcome) != LANDED
+
+    def read(self, raw: tuple[list[float], list[float], list[tuple[float, float]]]) -> Outcome:
+        """Put an answer into SI units."""
+        losses, impacts, peaks = raw
+        times, roots = np.array(peaks).T
+        seconds, newtons = self.problem.time_unit, self.problem.force_unit
+        return Outcome(np.array(losses) * seconds, np.array(impacts) * seconds, times * seconds, roots**3 * newtons)

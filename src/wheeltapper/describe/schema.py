@@ -1,0 +1,33 @@
+"""The JSON schema of the TOML files."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import CoreSchema
+
+from wheeltapper.describe.scenario import Scenario
+
+
+class _WithType(GenerateJsonSchema):
+    """Describes every noun with its `type`, and leaves out what a file cannot hold."""
+
+    def model_schema(self, schema: Any) -> JsonSchemaValue:
+        out = super().model_schema(schema)
+        name = schema["cls"].__name__
+        out["properties"] = {"type": {"const": name}} | out.get("properties", {})
+        if name != "Scenario":
+            out["required"] = ["type", *out.get("required", [])]
+        return out
+
+    def callable_schema(self, schema: CoreSchema) -> JsonSchemaValue:
+        return {"not": {}, "description": "a Python function: not in a file"}
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema of a scenario file."""
+    out = Scenario.model_json_schema(schema_generator=_WithType, mode="validation")
+    out["properties"]["format"] = {"const": 1}
+    out["title"] = "wheeltapper scenario"
+    return out

@@ -1,0 +1,127 @@
+"""The command line. Heavy imports wait until a command needs them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from wheeltapper._version import __version__
+from wheeltapper.ground.errors import InputError
+
+app = App(
+    name="wheeltapper",
+    version=__version__,
+    help="Exact vibro-impacts of railway wheels on irregular rails.",
+    help_format="plaintext",
+)
+
+DONE, CLAIM_FAILED, WRONG_INPUT, NOT_FINISHED = 0, 1, 2, 3
+
+
+@app.command
+def run(
+    file: Path,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    plot: Path | None = None,
+    method: str = "default",
+) -> int:
+    """Simulate a scenario.
+
+    Parameters
+    ----------
+    file
+        A scenario in TOML.
+    output
+        Write the record here (.nc; opens in plain xarray).
+    plot
+        Write a picture here (.png, .pdf, .svg).
+    method
+        default or strict.
+    """
+    for option, target, suffixes in (("--output", output, (".nc",)), ("--plot", plot, (".png", ".pdf", ".svg"))):
+        if target is not None:
+            _check_target(option, target, suffixes)
+    from wheeltapper.describe.scenario import Scenario
+    from wheeltapper.ground.outcome import Outcome
+    from wheeltapper.record.simulate import simulate
+
+    scenario = Scenario.from_toml(file)
+    try:
+        record = simulate(scenario, method)  # type: ignore[arg-type]
+    except InputError as error:
+        raise error.at(str(file)) from error
+    print(record)
+    for note in record.notes:
+        print(f"note: {note}")
+    if output is not None:
+        record.save(output)
+        print(f"record: {output}")
+    if plot is not None:
+        from wheeltapper.faces.plot import plot as draw
+
+        draw(record, plot)
+        print(f"picture: {plot}")
+    if record.outcome is Outcome.COMPLETED:
+        return DONE
+    print(f"wheeltapper: {record.outcome.sentence}; {record.outcome.remedy}", file=sys.stderr)
+    return NOT_FINISHED
+
+
+@app.command
+def schema() -> int:
+    """Print the JSON schema of the TOML files, for editors."""
+    import json
+
+    from wheeltapper.describe.schema import json_schema
+
+    print(json.dumps(json_schema(), indent=2))
+    return DONE
+
+
+@app.command
+def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None) -> int:
+    """Measure the paper's claims and draw its figures.
+
+    Parameters
+    ----------
+    which
+        all, figures such as fig2, or claims such as C07; all by default.
+    output
+        Folder for the figures; without it none are drawn.
+    """
+    from wheeltapper.faces.paper.run import run as measure
+
+    return measure(list(which) or ["all"], output, print)
+
+
+def _check_target(option: str, target: Path, suffixes: tuple[str, ...]) -> None:
+    """Refuse a place that cannot be written, before anything is computed."""
+    folder = target.resolve().parent
+    if target.suffix not in suffixes:
+        raise InputError(str(target), option, f"the suffix {target.suffix!r}", " or ".join(suffixes))
+    if target.is_dir() or not folder.is_dir() or not os.access(target if target.exists() else folder, os.W_OK):
+        raise InputError(str(target), option, "a place that cannot be written", "a file in a writable folder that exists")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit code: 0 done, 1 a claim failed, 2 wrong input, 3 could not finish."""
+    import warnings
+
+    warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
+    try:
+        result = app(arguments, exit_on_error=True, result_action="return_value")
+    except InputError as error:
+        print(f"wheeltapper: {error}", file=sys.stderr)
+        return WRONG_INPUT
+    except SystemExit as stop:
+        return WRONG_INPUT if stop.code else DONE
+    return result if isinstance(result, int) else DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

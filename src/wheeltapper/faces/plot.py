@@ -1,0 +1,97 @@
+"""One verb for pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.record import Record
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
+SAMPLES = 6_000
+
+
+def plot(record: Record, path: str | Path | None = None) -> Figure:
+    """Draw a record: path and wheel, normal force with losses shaded and impacts marked, the deck where there is one.
+
+    Parameters
+    ----------
+    record
+        What `simulate` or `load` returned.
+    path
+        Where to write the picture; None only returns it.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Not registered with pyplot: show it in a notebook, or save it.
+    """
+    if not isinstance(record, Record):
+        raise InputError("", "record", f"a {type(record).__name__}", "a Record")
+    import matplotlib.style
+    from matplotlib.figure import Figure
+
+    with matplotlib.style.context(STYLE):
+        history = _sampled(record)
+        has_deck = "deck_acceleration" in history
+        figure = Figure(figsize=(8.0, 7.5 if has_deck else 6.0))
+        axes = figure.subplots(3 if has_deck else 2, 1, sharex=True)
+        _draw_motion(axes[0], history)
+        _draw_force(axes[1], record, history)
+        if has_deck:
+            axes[2].plot(1e3 * history.time, history.deck_acceleration)
+            axes[2].set_ylabel("deck acceleration [m/s²]")
+        for axis in axes:
+            _shade_losses(axis, record)
+        axes[-1].set_xlabel("time [ms]")
+        figure.suptitle(str(record), fontsize=9)
+        if path is not None:
+            save(figure, path)
+    return figure
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure, or say clearly why that cannot be."""
+    try:
+        figure.savefig(path)
+    except (OSError, ValueError) as error:
+        raise InputError(str(path), "plot", f"a place or suffix that cannot be written ({error})", "a writable .png, .pdf or .svg") from error
+
+
+def _sampled(record: Record) -> Any:
+    """Return the history at uniform times, with every event and peak in it."""
+    times = np.linspace(0.0, record.end, SAMPLES)
+    return record.at(np.unique(np.concatenate([times, record.events.time.values, record.peaks.time.values])))
+
+
+def _draw_motion(axis: Axes, history: Any) -> None:
+    time = 1e3 * history.time
+    axis.plot(time, 1e6 * history.constraint, color="0.5", label="path over the irregularity")
+    axis.plot(time, 1e6 * history.wheel_displacement, label="wheel's centre")
+    axis.set_ylabel("displacement [µm]")
+    axis.legend(loc="upper right", ncols=2)
+
+
+def _draw_force(axis: Axes, record: Record, history: Any) -> None:
+    axis.plot(1e3 * history.time, history.normal_force / 1e3)
+    axis.axhline(record.static_force / 1e3, color="0.5", linewidth=0.8, linestyle="--", label="static")
+    impacts = record.impacts.time.values
+    axis.plot(1e3 * impacts, np.zeros_like(impacts), "v", markersize=4, color="C1", label="impact", clip_on=False)
+    axis.set_ylabel("normal force [kN]")
+    axis.legend(loc="upper right", ncols=2)
+
+
+def _shade_losses(axis: Axes, record: Record) -> None:
+    kinds, times = record.events.kind.values, record.events.time.values
+    starts = times[kinds == "loss"]
+    ends = times[kinds == "impact"]
+    for start in starts:
+        end = ends[np.searchsorted(ends, start)] if np.any(ends > start) else record.end
+        axis.axvspan(1e3 * start, 1e3 * end, color="C1", alpha=0.12, linewidth=0)
