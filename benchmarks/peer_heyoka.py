@@ -4,18 +4,21 @@ In contact the unknowns are t, u and w in the variable s (indentation u², dt = 
 rate in time. A loss, an impact and the end of a piece are terminal events (in flight the end is a plain final time);
 force maxima are a non-terminal event. Level rail has integrators of its own, without sine and cosine. All integrators
 are compiled before the clock starts and used again for every run; the numbers of the case are runtime parameters.
+heyoka's option fast_math is on: it saves some 8 % and costs no accuracy here.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-import heyoka as hy
+import heyoka as hy  # type: ignore[import-untyped]
 import numpy as np
 from problems import Outcome, Piece, Scaled
 
 FAR = 1e9
 """A final value of s that is never reached: terminal events end the steps in contact."""
+NUDGE = 1e-200
+"""A start at exactly zero hides heyoka's next root of the same event, so a phase starts this far from zero."""
 LOSS, LANDED = -1, -1
 """heyoka's outcome where the first terminal event stopped the integration."""
 
@@ -48,7 +51,7 @@ def contact_integrator(flat: bool, tolerance: float, peaks: list[tuple[float, fl
         [(t, u), (u, 0.5 * w), (w, u * rate)],
         [0.0, 1.0, 0.0],
         tol=tolerance,
-        pars=[0.0] * 7,
+        fast_math=True,
         t_events=[falling(u), hy.t_event(t - hy.par[6])],
         nt_events=[hy.nt_event(w, callback=note, direction=hy.event_direction.negative)],
     )
@@ -62,7 +65,7 @@ def flight_integrator(flat: bool, tolerance: float) -> Any:
         [(d, w), (w, rate)],
         [-1.0, 0.0],
         tol=tolerance,
-        pars=[0.0] * 7,
+        fast_math=True,
         t_events=[hy.t_event(d, direction=hy.event_direction.positive)],
     )
 
@@ -103,19 +106,20 @@ class Heyoka:
                     if ended:
                         break
                     losses.append(time)
-                    first, touching = 0.0, False
+                    first, touching = -NUDGE, False
                 else:
                     time, first, rate, ended = self._fly(flight, time, first, rate, piece.stop)
                     if ended:
                         break
                     impacts.append(time)
-                    first, touching = 0.0, True
+                    first, touching = NUDGE, True
         return losses, impacts, list(self._peaks)
 
     def _set(self, integrator: Any, piece: Piece) -> None:
         problem = self.problem
-        numbers = (piece.constant, piece.sine, piece.cosine)
-        integrator.pars[:] = (problem.stiffness, problem.damping, *numbers, problem.frequency, piece.stop)
+        wave = (piece.constant, piece.sine, piece.cosine, problem.frequency)
+        numbers = (problem.stiffness, problem.damping, *wave, piece.stop)
+        integrator.pars[:] = numbers[: len(integrator.pars)]  # some use the first ones only
 
     @staticmethod
     def _touch(integrator: Any, time: float, u: float, w: float) -> tuple[float, float, float, bool]:

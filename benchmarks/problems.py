@@ -1,8 +1,8 @@
 """The two cases that all codes solve, in SI units and in the scaled numbers that the peers are given.
 
-Both are one wheelset on a stiff rail with a Hertz contact, whose centre follows the irregularity itself, started at rest
-in static equilibrium where the irregularity begins. In units of force N0, length (N0/C)^(2/3) and time sqrt(m·d0/N0),
-the indentation δ of the contact obeys
+Both are one wheelset on a stiff rail with a Hertz contact, whose centre follows the irregularity itself, started at
+rest in static equilibrium where the irregularity begins. In units of force N0 = P + mg, length d0 = (N0/C)^(2/3) and
+time sqrt(m·d0/N0), the indentation δ of the contact obeys
 
     δ'' = F(t) - K·δ - G·δ' - max(δ, 0)^1.5,      F = 1 + K·yk + G·yk' + yk'',
 
@@ -35,7 +35,7 @@ class Case:
     length
         Length of the bump, or wavelength, m.
     impacts, maxima
-        How many impacts and force maxima the run has.
+        How many impacts and force maxima the run has: what all four codes here find, independently of each other.
     """
 
     name: str
@@ -53,12 +53,17 @@ class Case:
     constant: str = "1.9e11"  # N/m^1.5
     stiffness: str = "2.4e6"  # N/m
 
+    @property
+    def inputs(self) -> dict[str, str]:
+        """The physical inputs, as text."""
+        return {name: str(value) for name, value in vars(self).items() if name not in ("impacts", "maxima")}
+
 
 CASES = {
     case.name: case
     for case in (
-        Case("bump", True, "0.5e-3", "50e-3", "5", "1e4", "0.5", 66, 67),
-        Case("corr", False, "50e-6", "50e-3", "9", "1e5", "1", 172, 180),
+        Case("bump", True, "0.5e-3", "50e-3", "5", "1e4", "0.5", 67, 67),
+        Case("corr", False, "50e-6", "50e-3", "9", "1e5", "1", 180, 180),
     )
 }
 
@@ -128,11 +133,12 @@ def scaled(case: Case, number: Callable[[str], Number] = float, pi: Number = mat
     if case.is_bump:  # yk = h/2·(1 - cos Ωt) for one period, then level
         h = height / 2
         bump = Piece(2 * pi / omega, 1 + k * h, g * h * omega, h * (omega**2 - k))
-        pieces, rate = (bump, Piece(end, number("1"), number("0"), number("0"))), number("0")
+        pieces = [bump, Piece(end, number("1"), number("0"), number("0"))]
+        rate = number("0")
     else:  # yk = a·sin Ωt: its corner at t = 0 starts the contact with a rate
-        pieces = (Piece(end, number("1"), height * (k - omega**2), g * height * omega),)
+        pieces = [Piece(end, number("1"), height * (k - omega**2), g * height * omega)]
         rate = height * omega
-    return Scaled(k, g, omega, pieces, static_root(k), rate, time, weight)
+    return Scaled(k, g, omega, tuple(pieces), static_root(k), rate, time, weight)
 
 
 def static_root(stiffness: Number) -> Number:

@@ -1,7 +1,7 @@
 """Reference solutions of the benchmark cases: Taylor series of high order in numbers of many digits.
 
-The method shares no code and no search for events with any of the codes compared: mpmath, order 36, 34 digits, and signs
-looked at in many points of each short step. The result is kept in the folder `results`, which git ignores.
+The method shares no code and no search for events with any of the codes compared: mpmath, order 36, 34 digits, and
+signs looked at in many points of each short step. The result is kept in the folder `results`, which git ignores.
 
     python benchmarks/reference.py            compute what is missing
     python benchmarks/reference.py --check    compute again with 44 digits and order 46, and print the differences
@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import mpmath
+import mpmath  # type: ignore[import-untyped]
 import numpy as np
 from mpmath import mp
 from problems import CASES, Case, Number, Outcome, Piece, Scaled, largest_force_error, largest_time_error, scaled
@@ -180,13 +180,13 @@ def cached(case: Case, make: Callable[[Case], Outcome] = compute) -> Outcome:
     path = RESULTS / f"reference-{case.name}.json"
     if path.exists():
         kept = json.loads(path.read_text(encoding="utf-8"))
-        if kept["case"] == repr(case):
+        if kept["case"] == case.inputs:
             return outcome(kept["found"])
     print(f"computing the reference solution of {case.name} (about a minute, once)", file=sys.stderr)
     found = make(case)
     RESULTS.mkdir(exist_ok=True)
     table = {name: column.tolist() for name, column in vars(found).items()}
-    path.write_text(json.dumps({"case": repr(case), "found": table}), encoding="utf-8")
+    path.write_text(json.dumps({"case": case.inputs, "found": table}), encoding="utf-8")
     return found
 
 

@@ -1,6 +1,13 @@
 """Configuration of the documentation: Sphinx, numpydoc, the pydata theme and a gallery of the examples."""
 
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
 from wheeltapper._version import __version__
+
+sys.path.insert(0, str(Path(__file__).parent))  # for gallery_figures
 
 project = "wheeltapper"
 copyright = "The wheeltapper developers"
@@ -14,7 +21,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 exclude_patterns = ["_build", "decisions"]
-nitpicky = False
+templates_path = ["_templates"]
 
 html_theme = "pydata_sphinx_theme"
 html_title = "wheeltapper"
@@ -25,16 +32,25 @@ html_theme_options = {"navigation_with_keys": False, "secondary_sidebar_items": 
 autosummary_generate = True
 autodoc_typehints = "none"  # the docstrings state types, shapes and units
 numpydoc_show_class_members = False
-numpydoc_class_members_toctree = False
 
 # Every script in examples/ runs in seconds, so the gallery runs them all; a failing one fails the build.
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
     "filename_pattern": r"\.py$",
-    "copyfile_regex": r".*\.rst",
+    "image_scrapers": ("gallery_figures.drawn_figures",),
     "download_all_examples": False,
-    "only_warn_on_example_error": False,
     "show_memory": False,
     "min_reported_time": 60,
+    "write_computation_times": False,
 }
+
+
+def as_written(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    """Keep formulas and units of docstrings as written: |X| is no substitution, and a line "m." is no list."""
+    lines[:] = [re.sub(r"^(\s*)([a-z]\.)$", r"\1\\\2", line).replace("|", r"\|") for line in lines]
+
+
+def setup(app: Any) -> None:
+    """Connect the hook."""
+    app.connect("autodoc-process-docstring", as_written)

@@ -206,11 +206,11 @@ def _fields_at(location: tuple[Any, ...]) -> list[str]:
 
 def explained(error: ValidationError, source: str) -> InputError:
     """Return pydantic's first complaint as one clear message."""
-    first = error.errors()[0]
+    first = min(error.errors(), key=lambda e: e["type"] != "extra_forbidden")  # a misspelt name explains what is missing
     location = first["loc"]
     kinds = {kind.__name__ for kind in (Wheelset, StiffTrack, FloatingDeck, Hertz, Linear, Start, *IRREGULARITIES)}
     field = ".".join(str(part) for part in location if part not in kinds and part != "literal['equilibrium']")
-    message = first["msg"].removeprefix("Value error, ")
+    message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     found = repr(first.get("input"))
     if len(found) > 80:
         found = found[:77] + "..."

@@ -87,6 +87,7 @@ from wheeltapper.march.step import (
 )
 
 GRAZE = 1e-9
+APART = 1e-9  # two maxima closer than this part of a step are one, found again by rounding
 LIFT = 1e-6
 QUIET = 1e-13
 
@@ -162,7 +163,7 @@ def _log_maxima(numbers: FloatArray, time: float, order: int, trend: int, degree
         u = evaluate(S, U, order, root)
         w = evaluate(S, W, order, root)
         _log_peak(time + after, _force(numbers, after, u, w, S), 0.0, peaks, S)
-        start = root
+        start = root + APART * length
 
 
 @kernel
@@ -359,7 +360,7 @@ def _bonded_maxima(numbers: FloatArray, time: float, length: float, peaks: Float
         if root == NONE:
             return
         _log_peak(time + root, evaluate(S, N, FLIGHT_ORDER, root), 0.0, peaks, S)
-        start = root
+        start = root + APART * length
 
 
 @kernel

@@ -1,0 +1,69 @@
+"""The examples: every scenario runs on the command line, every script runs, and each yields its number."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.faces.cli import main
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+# Scenario: impacts, largest force over static.
+SCENARIOS = {
+    "bump.toml": (11, 5.566),
+    "corrugation.toml": (0, 2.342),
+    "deck.toml": (31, 3.318),
+    "drop_test.toml": (3, 4.662),
+    "measured_flat.toml": (11, 17.416),
+    "wheel_flat.toml": (10, 3.161),
+}
+# Script: what it prints, and the number in it.
+SCRIPTS = {
+    "bump.py": (r"first interval ([\d.]+) ms", 8.7033),
+    "compare_bilateral.py": (r"two-sided contact: no impact, largest force ([\d.]+)", 21.2),
+    "measured_flat.py": (r"lands at ([\d.]+) m", 0.5186),
+}
+
+
+def test_every_example_has_its_number() -> None:
+    assert {path.name for path in EXAMPLES.glob("*.toml")} == set(SCENARIOS)
+    assert {path.name for path in EXAMPLES.glob("*.py")} == set(SCRIPTS)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_the_scenario_runs_on_the_command_line(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output, picture = tmp_path / "record.nc", tmp_path / "picture.png"
+    assert main(["run", str(EXAMPLES / name), "--output", str(output), "--plot", str(picture)]) == 0
+    impacts, force = SCENARIOS[name]
+    printed = capsys.readouterr().out
+    assert f"{impacts} impact" in printed
+    assert f"{force:.3f} of static" in printed
+    assert wt.load(output).impacts.sizes["impact"] == impacts
+    assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_the_script_runs_and_prints_its_number(name: str) -> None:
+    command = [sys.executable, "-W", "error", str(EXAMPLES / name)]
+    done = subprocess.run(command, cwd=EXAMPLES.parent, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    pattern, number = SCRIPTS[name]
+    found = re.search(pattern, done.stdout)
+    assert found is not None, done.stdout
+    assert float(found[1]) == pytest.approx(number, rel=1e-4)
+
+
+def test_the_readme_example_is_the_bump_scenario() -> None:
+    assert wt.load(EXAMPLES / "bump.toml") == wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4, radius=0.46),
+        track=wt.StiffTrack(),
+        contact=wt.Hertz(constant=1.405e11),
+        irregularity=wt.CosineBump(height="0.2 mm", length="50 mm", start=0.009),
+        rolling="point",
+        speed=9.0,
+        duration=0.12,
+    )

@@ -1,0 +1,103 @@
+"""The rolling circle against reference values and against brute force."""
+
+from math import sqrt
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.lower.build import courses_of, lower
+
+from ..cases import reference
+
+R = 0.46
+
+
+def scene(*irregularity, speed=1.0, duration=1.0):
+    return wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=91_307, radius=R),
+        contact=wt.Hertz(constant=1.405e11),
+        irregularity=list(irregularity),
+        speed=speed,
+        duration=duration,
+    )
+
+
+def brute_force(scenario, x0):
+    u = np.linspace(-0.04, 0.04, 160_001)
+    drop = -(u**2) / (R + np.sqrt(R**2 - u**2))
+    return max(sum(course.value(x0 + u) for course in courses_of(scenario)) + drop)
+
+
+def test_reference_points_of_the_sine():
+    for row in reference()["static"]["constraint"]["rows"]:
+        if "a" not in row:
+            continue
+        a, wavelength, x0 = float(row["a"]), float(row["lam"]), float(row["x0"])
+        far = x0 + 8 * wavelength  # away from the corner where the corrugation begins
+        table = lower(scene(wt.Corrugation(amplitude=a, wavelength=wavelength, start=0.0)), "strict").table
+        assert table.height(np.array([far]))[0] == pytest.approx(float(row["yCk_minus_R"]), abs=2e-13 * a + 1e-18)
+
+
+def test_reference_points_of_steps_and_flat():
+    shapes = {"step up": wt.Step(height=1e-4, position=0.5), "step do": wt.Step(height=-1e-4, position=0.5)}
+    rows = [row for row in reference()["static"]["constraint"]["rows"] if "profile" in row and "a" not in row]
+    assert len(rows) == 5
+    for row in rows:
+        shape = shapes.get(row["profile"][:7], wt.WheelFlat(depth=1e-4, position=0.5))
+        height = lower(scene(shape), "strict").table.height(np.array([0.5 + float(row["x0"])]))[0]
+        assert height == pytest.approx(float(row["yCk_minus_R"]), abs=1e-16)
+
+
+@pytest.mark.parametrize("height", [1e-4, -1e-4])
+def test_a_step_is_an_arc(height):
+    x = np.linspace(0.0, 0.1, 4001)
+    X = x - 0.05
+    L = sqrt(2 * R * 1e-4 - 1e-8)
+    arc = -(X**2) / (R + np.sqrt(R**2 - X**2))
+    up = np.where(-L > X, 0.0, np.where(X < 0, 1e-4 + arc, 1e-4))
+    down = np.where(X < 0, 0.0, np.where(L > X, arc, -1e-4))
+    table = lower(scene(wt.Step(height=height, position=0.05)), "strict").table
+    assert np.abs(table.height(x) - (up if height > 0 else down)).max() < 1e-17
+
+
+def test_a_step_up_mirrored_in_time_is_a_step_down():
+    x = np.linspace(0.0, 0.1, 2001)
+    up = lower(scene(wt.Step(height=1e-4, position=0.05)), "strict").table
+    down = lower(scene(wt.Step(height=-1e-4, position=0.05)), "strict").table
+    assert np.abs(up.height(x) - 1e-4 - down.height(0.1 - x)).max() < 1e-17
+
+
+def test_a_fresh_flat_pivots_on_its_edges_and_returns_every_revolution():
+    turn = 2 * np.pi * R
+    table = lower(scene(wt.WheelFlat(depth=1e-4, position=0.05), duration=9.0), "strict").table
+    L = sqrt(2 * R * 1e-4 - 1e-8)
+    X = np.linspace(-0.02, 0.02, 2001)
+    pivot = np.where(np.abs(X) < L, np.sqrt(R**2 - np.maximum(L - np.abs(X), 0) ** 2) - R, 0.0)
+    for revolution in range(3):
+        assert np.abs(table.height(0.05 + revolution * turn + X) - pivot).max() < 1e-15
+
+
+@pytest.mark.parametrize(
+    "irregularity",
+    [
+        (wt.Corrugation(amplitude=5e-5, wavelength=0.025, start=0.01),),
+        (wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=0.01),),
+        (wt.CosineBump(height=-2e-4, length=0.03, start=0.05),),
+        (wt.WheelFlat(length=0.03, position=0.2, shape="rounded"), wt.Corrugation(amplitude=2e-5, wavelength=0.1, start=0.0)),
+        (wt.WheelFlat(depth=1e-4, position=0.2), wt.Step(height=1e-4, position=0.205)),
+        (wt.OutOfRound(orders=(1, 6), amplitudes=(1e-4, 5e-5)),),
+    ],
+)
+def test_the_path_is_the_maximum_over_all_contacts(irregularity):
+    scenario = scene(*irregularity)
+    table = lower(scenario).table
+    for x0 in np.random.default_rng(3).uniform(0.0, 0.99, 25):
+        assert table.height(np.array([x0]))[0] == pytest.approx(brute_force(scenario, x0), abs=2e-13)
+
+
+def test_a_contact_at_two_points_is_a_kink_and_is_said():
+    scenario = scene(wt.Corrugation(amplitude=5e-5, wavelength=0.0301, start=0.0), speed=0.1)
+    assert any("two points" in note for note in lower(scenario).notes)
+    wider = scene(wt.Corrugation(amplitude=-5e-5, wavelength=0.0302, start=0.0), speed=0.1)  # critical: 30.133 mm
+    assert not any("two points" in note for note in lower(wider).notes)
