@@ -94,7 +94,7 @@ def survey(order: int) -> str:
 
 def source() -> str:
     """Return the whole file."""
-    decorator = '@kernel\n'
+    decorator = "@kernel\n"
     parts = [decorator + contact(order, wavy) for order in (12, 20) for wavy in (False, True)]
     parts += [decorator + survey(order) for order in (12, 20)]
     return HEADER + "".join(f"\n\n{part}\n" for part in parts)

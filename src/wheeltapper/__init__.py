@@ -51,7 +51,7 @@ _HOMES = {
     "simulate": "record.simulate",
 }
 
-__all__ = [  # noqa: PLE0604, RUF022 - the names, then the module and the version
+__all__ = [
     *sorted(_HOMES),
     "contact",
     "__version__",

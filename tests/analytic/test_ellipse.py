@@ -15,7 +15,10 @@ STEEL = {"youngs_modulus": 210e9, "poisson": 0.3}
 def test_reference_digits():
     for row in reference()["static"]["hertz_ellipse"]["rows"]:
         value = contact_constant(
-            float(row["R_wheel"]), float(row["R_rail_transverse"]), rail_curvature=float(row["rail_long_curvature_convex"]), **STEEL
+            float(row["R_wheel"]),
+            float(row["R_rail_transverse"]),
+            rail_curvature=float(row["rail_long_curvature_convex"]),
+            **STEEL,
         )
         assert float(value) == pytest.approx(float(row["C_per_contact"]), rel=1e-13)
 
@@ -29,14 +32,18 @@ def test_reference_digits():
     ],
 )  # fmt: skip
 def test_table_of_contact_constants(wheel, rail, curvature, expected):
-    assert float(contact_constant(wheel, rail, rail_curvature=curvature, **STEEL)) == pytest.approx(expected, rel=6e-5)
+    assert float(contact_constant(wheel, rail, rail_curvature=curvature, **STEEL)) == pytest.approx(
+        expected, rel=5e-4
+    )  # four digits are printed
 
 
 def test_table_over_theta():
     path = SHARED / "data" / "hertz_theta_m_n_r.csv"
     if not path.exists():
         pytest.skip("the table is not here")
-    rows = list(csv.DictReader(line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#")))
+    rows = list(
+        csv.DictReader(line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#"))
+    )
     names = list(rows[0])
     for row in rows:
         theta = np.radians(float(row[names[0]]))

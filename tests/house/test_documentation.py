@@ -11,7 +11,8 @@ import pytest
 import wheeltapper as wt
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.rst") if "_build" not in path.parts)]
+GENERATED = {"_build", "_templates", "api", "gallery"}
+PAGES = [ROOT / "README.md", *sorted(p for p in (ROOT / "docs").rglob("*.rst") if not GENERATED & set(p.parts))]
 FENCED = re.compile(r"^```(?P<language>\w+)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
 DIRECTIVE = re.compile(
     r"^\.\. code-block:: (?P<language>\w+)\n(?:[ ]+:.*\n)*\n(?P<body>(?:(?:[ ]{3}.*)?\n)+)", re.MULTILINE

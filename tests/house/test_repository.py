@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from wheeltapper import __version__
+
 ROOT = Path(__file__).parents[2]
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
 LONGEST = 400
@@ -73,6 +75,11 @@ def test_each_source_file_says_what_it_is_for(path: Path) -> None:
 def test_no_source_file_is_asking_to_be_two(path: Path) -> None:
     if path.name not in GENERATED:
         assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST
+
+
+def test_the_citation_names_the_version() -> None:
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8").split("\n")
+    assert f"version: {__version__}" in citation
 
 
 def test_the_typing_marker_is_shipped() -> None:

@@ -84,7 +84,10 @@ def test_a_fresh_flat_pivots_on_its_edges_and_returns_every_revolution():
         (wt.Corrugation(amplitude=5e-5, wavelength=0.025, start=0.01),),
         (wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=0.01),),
         (wt.CosineBump(height=-2e-4, length=0.03, start=0.05),),
-        (wt.WheelFlat(length=0.03, position=0.2, shape="rounded"), wt.Corrugation(amplitude=2e-5, wavelength=0.1, start=0.0)),
+        (
+            wt.WheelFlat(length=0.03, position=0.2, shape="rounded"),
+            wt.Corrugation(amplitude=2e-5, wavelength=0.1, start=0.0),
+        ),
         (wt.WheelFlat(depth=1e-4, position=0.2), wt.Step(height=1e-4, position=0.205)),
         (wt.OutOfRound(orders=(1, 6), amplitudes=(1e-4, 5e-5)),),
     ],

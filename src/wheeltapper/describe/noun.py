@@ -45,7 +45,9 @@ def quantity(dimension: str, **bounds: float) -> Any:
     """Return the annotated type of a quantity: a float in SI units, or a string with a unit."""
     schema = {"type": ["number", "string"], "description": f"{dimension}: a number in SI units, or with a unit"}
     return Annotated[
-        float, BeforeValidator(_reader(dimension), json_schema_input_type=float | str), Field(json_schema_extra=schema, **bounds)
+        float,
+        BeforeValidator(_reader(dimension), json_schema_input_type=float | str),
+        Field(json_schema_extra=schema, **bounds),
     ]
 
 

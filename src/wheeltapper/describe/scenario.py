@@ -110,7 +110,9 @@ class Scenario(Noun):
         if self.speed < 0:
             raise ValueError(f"speed: found {self.speed:g} m/s; allowed: 0 m/s or more")
         if self.speed == 0 and self.irregularity:
-            raise ValueError("speed: found 0 m/s together with an irregularity; allowed: more than 0 m/s (0 is a drop test)")
+            raise ValueError(
+                "speed: found 0 m/s together with an irregularity; allowed: more than 0 m/s (0 is a drop test)"
+            )
         return self
 
     @property
@@ -124,7 +126,10 @@ class Scenario(Noun):
             missing = item.beyond_known(float(self.speed * self.duration))
             if missing:
                 raise InputError(
-                    "", f"irregularity.{i}", missing, 'a run within the samples, or what lies beyond them: beyond = "flat" or "repeat"'
+                    "",
+                    f"irregularity.{i}",
+                    missing,
+                    'a run within the samples, or what lies beyond them: beyond = "flat" or "repeat"',
                 )
 
     def replaced(self, changes: dict[str, Any]) -> Scenario:
@@ -144,7 +149,9 @@ class Scenario(Noun):
         try:
             data = tomllib.loads(path.read_text(encoding="utf-8"))
         except OSError as error:
-            raise InputError(str(path), "", f"no readable file ({error.strerror})", "a TOML file with a scenario") from error
+            raise InputError(
+                str(path), "", f"no readable file ({error.strerror})", "a TOML file with a scenario"
+            ) from error
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise InputError(str(path), "", f"text that is not TOML: {error}", "a TOML file with a scenario") from error
         if not data:
@@ -178,7 +185,9 @@ def _changed(value: Any, rest: list[str], new: Any, path: str) -> Any:
 
 def _relative(data: Any, folder: Path) -> Any:
     if isinstance(data, dict):
-        return {k: str(folder / v) if k == "path" and isinstance(v, str) else _relative(v, folder) for k, v in data.items()}
+        return {
+            k: str(folder / v) if k == "path" and isinstance(v, str) else _relative(v, folder) for k, v in data.items()
+        }
     if isinstance(data, list):
         return [_relative(item, folder) for item in data]
     return data
@@ -192,7 +201,9 @@ def _suggest(name: str, names: list[str]) -> str:
 
 def _fields_at(location: tuple[Any, ...]) -> list[str]:
     """Return the names that may stand where an unknown one was found."""
-    kinds: dict[str, Any] = {kind.__name__: kind for kind in (Wheelset, StiffTrack, FloatingDeck, Hertz, Linear, *IRREGULARITIES)}
+    kinds: dict[str, Any] = {
+        kind.__name__: kind for kind in (Wheelset, StiffTrack, FloatingDeck, Hertz, Linear, *IRREGULARITIES)
+    }
     for part in reversed(location[:-1]):
         if part in kinds:
             return list(kinds[part].model_fields)
@@ -206,7 +217,9 @@ def _fields_at(location: tuple[Any, ...]) -> list[str]:
 
 def explained(error: ValidationError, source: str) -> InputError:
     """Return pydantic's first complaint as one clear message."""
-    first = min(error.errors(), key=lambda e: e["type"] != "extra_forbidden")  # a misspelt name explains what is missing
+    first = min(
+        error.errors(), key=lambda e: e["type"] != "extra_forbidden"
+    )  # a misspelt name explains what is missing
     location = first["loc"]
     kinds = {kind.__name__ for kind in (Wheelset, StiffTrack, FloatingDeck, Hertz, Linear, Start, *IRREGULARITIES)}
     field = ".".join(str(part) for part in location if part not in kinds and part != "literal['equilibrium']")
@@ -215,7 +228,9 @@ def explained(error: ValidationError, source: str) -> InputError:
     if len(found) > 80:
         found = found[:77] + "..."
     if first["type"] == "extra_forbidden":
-        return InputError(source, field, f"the unknown name {location[-1]!r}", _suggest(str(location[-1]), _fields_at(location)))
+        return InputError(
+            source, field, f"the unknown name {location[-1]!r}", _suggest(str(location[-1]), _fields_at(location))
+        )
     if first["type"] == "missing":
         return InputError(source, field, "nothing", "a value, which is required here")
     if first["type"] == "union_tag_invalid":

@@ -105,7 +105,9 @@ def _check_target(option: str, target: Path, suffixes: tuple[str, ...]) -> None:
     if target.suffix not in suffixes:
         raise InputError(str(target), option, f"the suffix {target.suffix!r}", " or ".join(suffixes))
     if target.is_dir() or not folder.is_dir() or not os.access(target if target.exists() else folder, os.W_OK):
-        raise InputError(str(target), option, "a place that cannot be written", "a file in a writable folder that exists")
+        raise InputError(
+            str(target), option, "a place that cannot be written", "a file in a writable folder that exists"
+        )
 
 
 def main(arguments: list[str] | None = None) -> int:

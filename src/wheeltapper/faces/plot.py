@@ -62,7 +62,9 @@ def save(figure: Figure, path: str | Path) -> None:
     try:
         figure.savefig(path)
     except (OSError, ValueError) as error:
-        raise InputError(str(path), "plot", f"a place or suffix that cannot be written ({error})", "a writable .png, .pdf or .svg") from error
+        raise InputError(
+            str(path), "plot", f"a place or suffix that cannot be written ({error})", "a writable .png, .pdf or .svg"
+        ) from error
 
 
 def _sampled(record: Record) -> Any:

@@ -11,7 +11,9 @@ def _scaled(unit: str, prefixes: str, suffix: str = "") -> dict[str, float]:
     return {f"{p}{unit}{suffix}": PREFIXES[p] for p in prefixes} | {f"{unit}{suffix}": 1.0}
 
 
-_PER_LENGTH = {f"{force}/{length}": a / b for force, a in _scaled("N", "kMG").items() for length, b in (("m", 1.0), ("mm", 1e-3))}
+_PER_LENGTH = {
+    f"{force}/{length}": a / b for force, a in _scaled("N", "kMG").items() for length, b in (("m", 1.0), ("mm", 1e-3))
+}
 _DAMPING = {
     f"{force}{join}s/{length}": a / b
     for force, a in _scaled("N", "kM").items()
@@ -91,4 +93,6 @@ def _by_pint(text: str, number: float, unit: str, dimension: str) -> float:
     try:
         return float(pint.UnitRegistry().Quantity(number, unit).to(PINT[dimension] or "dimensionless").magnitude)
     except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError, SyntaxError) as error:
-        raise ValueError(f"found {text!r}, whose unit is not one of {dimension}; allowed: {_allowed(dimension)}") from error
+        raise ValueError(
+            f"found {text!r}, whose unit is not one of {dimension}; allowed: {_allowed(dimension)}"
+        ) from error

@@ -13,7 +13,8 @@ Function = Callable[[FloatArray], FloatArray]
 DEGREE = 8
 INNER = np.cos(np.pi * (2 * np.arange(5) + 1) / 10)
 CHECK = np.cos(np.pi * np.arange(1, 12) / 12) * 0.99
-NARROWEST = 2.0**-40
+NARROWEST = 1e-8
+"""Half-width in m below which a piece is not cut further: nothing that a wheel could feel lies inside."""
 
 
 def _conditions() -> FloatArray:
@@ -55,7 +56,11 @@ def _noise(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> Flo
 
 
 def fit(
-    functions: list[tuple[Function, Function | None]], start: float, end: float, tolerances: list[float], knots: FloatArray | None = None
+    functions: list[tuple[Function, Function | None]],
+    start: float,
+    end: float,
+    tolerances: list[float],
+    knots: FloatArray | None = None,
 ) -> tuple[FloatArray, list[FloatArray]]:
     """Fit several smooth functions on [start, end] with common pieces.
 
@@ -88,9 +93,11 @@ def fit(
         for (value, slope), tolerance in zip(functions, tolerances, strict=True):
             coefficients = interpolate(value, slope, left, right)
             rows.append(coefficients)
-            error = np.abs(np.polynomial.polynomial.polyval(CHECK, coefficients.T) - value(check).reshape(len(left), -1))
+            error = np.abs(
+                np.polynomial.polynomial.polyval(CHECK, coefficients.T) - value(check).reshape(len(left), -1)
+            )
             good &= error.max(axis=1) <= tolerance + _noise(coefficients, left, right)
-        good |= half < NARROWEST * max(end - start, abs(start), abs(end))
+        good |= half < NARROWEST
         intervals.append(waiting[good])
         for kept, coefficients in zip(found, rows, strict=True):
             kept.append(coefficients[good])

@@ -118,7 +118,9 @@ class Profile:
 
     def offset(self, slope: float) -> float:
         """Return the offset u at which the circle touches a slope."""
-        return self.radius if slope == inf else -self.radius if slope == -inf else self.radius * slope / sqrt(1 + slope**2)
+        return (
+            self.radius if slope == inf else -self.radius if slope == -inf else self.radius * slope / sqrt(1 + slope**2)
+        )
 
     def sharpen(self, x0: FloatArray, s: FloatArray, lo: FloatArray, hi: FloatArray, cell: IntArray) -> FloatArray:
         """Return the contact inside [lo, hi] of one cell each, where p' - lean falls through zero (else an end)."""
@@ -184,7 +186,11 @@ def _locate(profile: Profile, x0: FloatArray, rough: FloatArray, step: float) ->
     cell = np.searchsorted(profile.borders, rough, side="right")
     corner = np.full(len(x0), -1)
     if len(profile.borders):
-        near = np.clip(np.searchsorted(profile.borders, rough), 1, len(profile.borders) - 1) if len(profile.borders) > 1 else np.zeros(len(rough), int)
+        near = (
+            np.clip(np.searchsorted(profile.borders, rough), 1, len(profile.borders) - 1)
+            if len(profile.borders) > 1
+            else np.zeros(len(rough), int)
+        )
         if len(profile.borders) > 1:
             near = near - (np.abs(profile.borders[near - 1] - rough) <= np.abs(profile.borders[near] - rough))
         close = np.abs(profile.borders[near] - rough) <= 1.5 * step
@@ -421,7 +427,9 @@ def _window(courses: list[Course], end: float, radius: float) -> float:
         lowest, highest = min(lowest, float(p.min())), max(highest, float(p.max()))
     depth = 1.05 * (highest - lowest) + 1e-3 * sum(c.height for c in courses)
     if depth >= 0.5 * radius:
-        raise InputError("", "irregularity", f"heights that differ by {depth:.3g} m", f"less than half the wheel's radius {radius} m")
+        raise InputError(
+            "", "irregularity", f"heights that differ by {depth:.3g} m", f"less than half the wheel's radius {radius} m"
+        )
     return sqrt(2 * radius * depth - depth**2)
 
 

@@ -9,10 +9,35 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.program import BONDED, CONTACT, DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
+from wheeltapper.march.program import (
+    BONDED,
+    CONTACT,
+    DECK_V,
+    DECK_Y,
+    LENGTH,
+    ON_DECK,
+    PHASE,
+    PIECE,
+    SHIFT,
+    TIME,
+    A,
+    B,
+    FloatArray,
+)
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import (
-    FLIGHT_ORDER, SCRATCH, T, U, W, Y, Z, contact_series, factor_at, flight_series, localise, path_at,
+    FLIGHT_ORDER,
+    SCRATCH,
+    T,
+    U,
+    W,
+    Y,
+    Z,
+    contact_series,
+    factor_at,
+    flight_series,
+    localise,
+    path_at,
 )  # fmt: skip
 from wheeltapper.march.step import time_to
 

@@ -63,4 +63,6 @@ kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH)
 
 def is_compiled(dispatcher: Any) -> bool:
     """Return True where machine code for the kernel lies in the cache or in memory already."""
+    if numba.config.DISABLE_JIT:
+        return True
     return bool(dispatcher.signatures) or bool(dispatcher._cache._cache_file._load_index())

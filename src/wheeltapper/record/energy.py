@@ -134,5 +134,9 @@ def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:
         "imbalance": (imbalance, "what is left of the balance"),
     }
     variables = {name: ((), value * joule, {"units": "J", "long_name": text}) for name, (value, text) in values.items()}
-    variables["relative_imbalance"] = ((), imbalance / exchanged, {"units": "", "long_name": "imbalance over energy exchanged"})
+    variables["relative_imbalance"] = (
+        (),
+        imbalance / exchanged,
+        {"units": "", "long_name": "imbalance over energy exchanged"},
+    )
     return xr.Dataset(variables)

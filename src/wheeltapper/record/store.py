@@ -59,7 +59,9 @@ def save(record: Record, path: Path) -> None:
     try:
         data.to_netcdf(path, engine="h5netcdf")
     except OSError as error:
-        raise InputError(str(path), "output", f"a place that cannot be written ({error.strerror or error})", "a writable path") from error
+        raise InputError(
+            str(path), "output", f"a place that cannot be written ({error.strerror or error})", "a writable path"
+        ) from error
 
 
 def _scenario_text(scenario: Scenario) -> str:
@@ -95,16 +97,22 @@ def _load_record(path: Path) -> Record:
         with xr.open_dataset(path, engine="h5netcdf") as opened:
             data = opened.load()
     except (OSError, ValueError) as error:
-        raise InputError(str(path), "", f"no readable netCDF file ({error})", "a record saved by wheeltapper") from error
+        raise InputError(
+            str(path), "", f"no readable netCDF file ({error})", "a record saved by wheeltapper"
+        ) from error
     version = data.attrs.get("format")
     if version is None or "march_steps" not in data:
         raise InputError(str(path), "", "a file that wheeltapper did not write", "a record saved by wheeltapper")
     if int(version) > FORMAT:
-        raise InputError(str(path), "format", str(version), f"at most {FORMAT}; wheeltapper {__version__} cannot read it")
+        raise InputError(
+            str(path), "format", str(version), f"at most {FORMAT}; wheeltapper {__version__} cannot read it"
+        )
     try:
         scenario = Scenario.model_validate(json.loads(data.attrs["scenario"]))
     except ValueError as error:
-        raise InputError(str(path), "scenario", "a Python function, which a file cannot hold", "a scenario without a Profile") from error
+        raise InputError(
+            str(path), "scenario", "a Python function, which a file cannot hold", "a scenario without a Profile"
+        ) from error
     numbers = data.program_numbers.values
     length, time, force, static, constant = (float(v) for v in data.units.values)
     program = Program(np.ascontiguousarray(data.program_pieces.values), numbers)

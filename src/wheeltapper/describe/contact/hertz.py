@@ -46,7 +46,9 @@ class Hertz(Noun):
     @model_validator(mode="after")
     def _no_contradiction(self) -> Hertz:
         if self.constant is not None and self.constant_per_wheel is not None:
-            raise ValueError("found both constant and constant_per_wheel; allowed: one of them, or neither to compute it")
+            raise ValueError(
+                "found both constant and constant_per_wheel; allowed: one of them, or neither to compute it"
+            )
         fields = type(self).model_fields
         names = ("rail_radius", "youngs_modulus", "poisson")
         elastic = [name for name in names if getattr(self, name) != fields[name].default]
@@ -58,7 +60,9 @@ class Hertz(Noun):
         if self.hysteresis is not None and self.restitution is not None:
             raise ValueError("found both hysteresis and restitution; allowed: one of them")
         if (self.restitution is None) != (self.impact_speed is None):
-            raise ValueError("found one of restitution and impact_speed; allowed: both (the speed at which it holds), or neither")
+            raise ValueError(
+                "found one of restitution and impact_speed; allowed: both (the speed at which it holds), or neither"
+            )
         if self.impact_speed is not None and self.impact_speed <= 0:
             raise ValueError(f"found impact_speed {self.impact_speed:g} m/s; allowed: more than 0 m/s")
         return self

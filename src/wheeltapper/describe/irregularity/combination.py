@@ -39,9 +39,13 @@ class Repeated(Irregularity):
             raise ValueError("found an irregularity that already repeats; allowed: one that does not")
         first, last = course.stretches[0].end, course.stretches[-1].start
         if last - first > self.period * (1 + 1e-12):
-            raise ValueError(f"found a period of {self.period:g} m; allowed: at least the irregularity's length {last - first:g} m")
+            raise ValueError(
+                f"found a period of {self.period:g} m; allowed: at least the irregularity's length {last - first:g} m"
+            )
         if abs(float(course.value(np.array([last + 1.0]))[0])) > 1e-12 * course.height:
-            raise ValueError("found an irregularity that ends at another height than it began; allowed: one that returns to zero")
+            raise ValueError(
+                "found an irregularity that ends at another height than it began; allowed: one that returns to zero"
+            )
         return self
 
     def course(self, radius: float) -> Course:

@@ -44,7 +44,9 @@ class WheelFlat(Irregularity):
         if self.depth is None and self.length is None:
             raise ValueError("found neither depth nor length; allowed: one of them")
         if self.depth is not None and self.length is not None and self.shape == "fresh":
-            raise ValueError("found both depth and length; allowed: one of them, since a chord's depth follows from its length")
+            raise ValueError(
+                "found both depth and length; allowed: one of them, since a chord's depth follows from its length"
+            )
         return self
 
     def size(self, radius: float) -> tuple[float, float]:

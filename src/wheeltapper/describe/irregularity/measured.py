@@ -57,7 +57,9 @@ class Measured(Irregularity):
     def _one_source(self) -> Measured:
         arrays = self.positions is not None and self.heights is not None
         if (self.path is not None) == arrays or (self.positions is None) != (self.heights is None):
-            raise ValueError("found neither or both of path and positions with heights; allowed: a path, or positions and heights")
+            raise ValueError(
+                "found neither or both of path and positions with heights; allowed: a path, or positions and heights"
+            )
         return self
 
     @cached_property

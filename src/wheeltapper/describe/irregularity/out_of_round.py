@@ -57,7 +57,9 @@ class OutOfRound(Irregularity):
         if (self.path is None) == (not self.orders):
             raise ValueError("found neither or both of orders and path; allowed: one of them")
         if len(self.orders) != len(self.amplitudes):
-            raise ValueError(f"found {len(self.amplitudes)} amplitudes for {len(self.orders)} orders; allowed: one for each")
+            raise ValueError(
+                f"found {len(self.amplitudes)} amplitudes for {len(self.orders)} orders; allowed: one for each"
+            )
         if self.phases is not None and len(self.phases) != len(self.orders):
             raise ValueError(f"found {len(self.phases)} phases for {len(self.orders)} orders; allowed: one for each")
         if any(order < 1 for order in self.orders):
@@ -101,10 +103,16 @@ class OutOfRound(Irregularity):
         x, y = self.samples
         arc = x * radius if self.over == "angle" else x
         if arc[-1] - arc[0] >= turn * (1 + 1e-9):
-            raise ValueError(f"found samples over {arc[-1] - arc[0]:.6g} m; allowed: less than one revolution, {turn:.6g} m")
+            raise ValueError(
+                f"found samples over {arc[-1] - arc[0]:.6g} m; allowed: less than one revolution, {turn:.6g} m"
+            )
         closed = np.append(arc, arc[0] + turn) + self.position
         heights = np.append(y, y[0])
-        form = spline.smoothing(closed, heights, self.noise, True) if self.noise else spline.interpolating(closed, heights, True)
+        form = (
+            spline.smoothing(closed, heights, self.noise, True)
+            if self.noise
+            else spline.interpolating(closed, heights, True)
+        )
         part = spline.stretch(form)
         part = moved(part, -turn * np.ceil((part.start + turn) / turn))  # a whole turn before the run at least
         return Course((level(-inf, part.start), part, level(part.end, inf)), float(np.ptp(y)), turn, part.start)

@@ -45,9 +45,13 @@ def _lines(path: Path) -> list[str]:
     try:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
-        raise InputError(str(path), "path", f"no readable file ({error.strerror})", "a text file with two columns") from error
+        raise InputError(
+            str(path), "path", f"no readable file ({error.strerror})", "a text file with two columns"
+        ) from error
     except UnicodeDecodeError as error:
-        raise InputError(str(path), "path", "a file that is not text", "a text file with two columns of numbers") from error
+        raise InputError(
+            str(path), "path", "a file that is not text", "a text file with two columns of numbers"
+        ) from error
     if "\0" in text:
         raise InputError(str(path), "path", "a file that is not text", "a text file with two columns of numbers")
     return text.splitlines()
@@ -73,7 +77,9 @@ def _column(path: Path, names: list[str], column: str | int) -> int:
     for listing in (names, plain):
         if column in listing:
             return listing.index(column)
-    raise InputError(str(path), "columns", repr(column), ", ".join(names) or "column numbers, as the file has no header")
+    raise InputError(
+        str(path), "columns", repr(column), ", ".join(names) or "column numbers, as the file has no header"
+    )
 
 
 def _factor(path: Path, name: str) -> float:
@@ -84,7 +90,9 @@ def _factor(path: Path, name: str) -> float:
     for dimension in ("length", "angle"):
         if unit in UNITS[dimension]:
             return unit_factor(unit, dimension)
-    raise InputError(str(path), "header", f"{name!r}, whose unit is not one of length or angle", "m, mm, um, rad, deg …")
+    raise InputError(
+        str(path), "header", f"{name!r}, whose unit is not one of length or angle", "m, mm, um, rad, deg …"
+    )
 
 
 def _complain(path: Path, body: list[tuple[int, str]], chosen: list[int]) -> None:

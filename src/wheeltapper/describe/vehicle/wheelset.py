@@ -42,7 +42,9 @@ class Wheelset(Noun):
     @model_validator(mode="after")
     def _pressed_on_the_rail(self) -> Wheelset:
         if self.weight <= 0.0:
-            raise ValueError(f"found load + mass·gravity = {self.weight:g} N; allowed: more than 0 N, or nothing holds it on the rail")
+            raise ValueError(
+                f"found load + mass·gravity = {self.weight:g} N; allowed: more than 0 N, or nothing holds it on the rail"
+            )
         return self
 
     @property
