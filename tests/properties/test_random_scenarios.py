@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 import wheeltapper as wt
 from wheeltapper.ground.outcome import Outcome
 
+SHAPES = st.sampled_from(["fresh", "rounded"])
 heights = st.floats(1e-5, 4e-4).flatmap(lambda h: st.sampled_from([h, -h]))
 irregularities = st.one_of(
     st.builds(wt.CosineBump, height=heights, length=st.floats(0.02, 0.3), start=st.floats(0.0, 0.05)),
@@ -20,7 +21,7 @@ irregularities = st.one_of(
         wt.WheelFlat,
         depth=st.floats(2e-5, 4e-4),
         position=st.floats(0.05, 0.1),
-        shape=st.sampled_from(["fresh", "rounded"]),
+        shape=SHAPES,
     ),
     st.builds(
         wt.OutOfRound, orders=st.just((1, 7)), amplitudes=st.tuples(st.floats(1e-5, 2e-4), st.floats(1e-5, 5e-5))

@@ -41,9 +41,12 @@ def _reader(dimension: str) -> Callable[[Any], float]:
     return read
 
 
-def quantity(dimension: str, **bounds: float) -> Any:
+def quantity(dimension: str, **bounds: Any) -> Any:
     """Return the annotated type of a quantity: a float in SI units, or a string with a unit."""
-    schema = {"type": ["number", "string"], "description": f"{dimension}: a number in SI units, or with a unit"}
+    schema: dict[str, Any] = {
+        "type": ["number", "string"],
+        "description": f"{dimension}: a number in SI units, or with a unit",
+    }
     return Annotated[
         float,
         BeforeValidator(_reader(dimension), json_schema_input_type=float | str),

@@ -38,7 +38,7 @@ def _choice(*kinds: type[Noun]) -> Any:
     """Return the type of a field that holds one of several nouns, chosen by `type`."""
     if len(kinds) == 1:
         return kinds[0]
-    union: Any = Union[tuple(Annotated[kind, Tag(kind.__name__)] for kind in kinds)]
+    union: Any = Union[tuple(Annotated[kind, Tag(kind.__name__)] for kind in kinds)]  # noqa: UP007 - of a tuple
     return Annotated[union, Discriminator(_kind)]
 
 
@@ -97,7 +97,7 @@ class Scenario(Noun):
     contact: _choice(Hertz, Linear) = Hertz()  # type: ignore[valid-type]
     creep: None = None
     irregularity: Annotated[
-        tuple[_choice(*IRREGULARITIES), ...],  # type: ignore[misc]
+        tuple[_choice(*IRREGULARITIES), ...],  # type: ignore[valid-type]
         BeforeValidator(_listed),
     ] = ()
     rolling: Literal["circle", "point"] = "circle"

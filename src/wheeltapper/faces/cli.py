@@ -83,22 +83,6 @@ def schema() -> int:
     return DONE
 
 
-@app.command
-def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None) -> int:
-    """Measure the paper's claims and draw its figures.
-
-    Parameters
-    ----------
-    which
-        all, figures such as fig2, or claims such as C07; all by default.
-    output
-        Folder for the figures; without it none are drawn.
-    """
-    from wheeltapper.faces.paper.run import run as measure
-
-    return measure(list(which) or ["all"], output, print)
-
-
 def _check_target(option: str, target: Path, suffixes: tuple[str, ...]) -> None:
     """Refuse a place that cannot be written, before anything is computed."""
     folder = target.resolve().parent

@@ -100,8 +100,8 @@ def _sharp_dip_notes(scenario: Scenario, courses: list[Course], end: float) -> l
     if curvature[worst] * radius <= 1.0:
         return []
     return [
-        f"the irregularity is more sharply hollow (radius {1e3 / curvature[worst]:.4g} mm at x = {x[worst]:.6g} m) than "
-        f'the wheel is round (radius {1e3 * radius:.4g} mm): a wheel cannot follow it; rolling="circle" is exact'
+        f"the irregularity is more sharply hollow (radius {1e3 / curvature[worst]:.4g} mm at x = {x[worst]:.6g} m) "
+        f'than the wheel is round (radius {1e3 * radius:.4g} mm): a wheel cannot follow it; rolling="circle" is exact'
     ]
 
 

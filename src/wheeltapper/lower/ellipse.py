@@ -93,7 +93,8 @@ def contact_constant(
     if np.any(along <= 0.0):
         worst = float(kappa.min())
         raise InputError(
-            "", "contact", f"a hollow of curvature {worst:.4g} 1/m under a wheel of curvature {1 / wheel_radius:.4g} 1/m",
+            "", "contact",
+            f"a hollow of curvature {worst:.4g} 1/m under a wheel of curvature {1 / wheel_radius:.4g} 1/m",
             "hollows less curved than the wheel where the contact follows the curvature (or curvature = false)",
         )  # fmt: skip
     across = 0.5 / rail_radius
@@ -125,6 +126,6 @@ def factor_function(contact: Hertz | Linear, vehicle: Wheelset) -> Callable[[Flo
     smooth = _per_wheel(contact, vehicle, np.zeros(1))[0]
 
     def factor(second_derivative: FloatArray) -> FloatArray:
-        return _per_wheel(contact, vehicle, -np.asarray(second_derivative)) / smooth
+        return np.asarray(_per_wheel(contact, vehicle, -np.asarray(second_derivative)) / smooth)
 
     return factor

@@ -37,7 +37,7 @@ def used_degree(coefficients: FloatArray, negligible: float) -> FloatArray:
     """Return the highest power in each row whose coefficient is larger than `negligible`."""
     large = np.abs(coefficients) > negligible
     large[:, 0] = True
-    return (coefficients.shape[1] - 1 - np.argmax(large[:, ::-1], axis=1)).astype(float)
+    return np.asarray(coefficients.shape[1] - 1 - np.argmax(large[:, ::-1], axis=1), dtype=float)
 
 
 def set_factor(rows: FloatArray, coefficients: FloatArray) -> None:
@@ -68,9 +68,11 @@ def row_slopes(rows: FloatArray, x: FloatArray) -> FloatArray:
     total = np.zeros_like(xi)
     for k in range(contract.MAX_DEGREE, 0, -1):
         total = total * xi + k * rows[:, contract.COEFFICIENT + k]
-    k = rows[:, contract.WAVENUMBER]
-    phase = k * (x - rows[:, contract.CENTRE])
-    return total / scale + k * (rows[:, contract.SINE] * np.cos(phase) - rows[:, contract.COSINE] * np.sin(phase))
+    wavenumber = rows[:, contract.WAVENUMBER]
+    phase = wavenumber * (x - rows[:, contract.CENTRE])
+    return total / scale + wavenumber * (
+        rows[:, contract.SINE] * np.cos(phase) - rows[:, contract.COSINE] * np.sin(phase)
+    )
 
 
 def _joins(before: FloatArray, after: FloatArray, height: float, steepest: float) -> FloatArray:

@@ -1,0 +1,1 @@
+"""The numerical floor: plain numbers, marched exactly."""

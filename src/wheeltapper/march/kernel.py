@@ -44,15 +44,15 @@ class _Stamped:
         return STAMP
 
 
-class _Environment(_Stamped, caching.UserProvidedCacheLocator):  # type: ignore[misc]
+class _Environment(_Stamped, caching.UserProvidedCacheLocator):
     """The folder that NUMBA_CACHE_DIR names."""
 
 
-class _InTree(_Stamped, caching.InTreeCacheLocator):  # type: ignore[misc]
+class _InTree(_Stamped, caching.InTreeCacheLocator):
     """Beside the sources."""
 
 
-class _UserWide(_Stamped, caching.UserWideCacheLocator):  # type: ignore[misc]
+class _UserWide(_Stamped, caching.UserWideCacheLocator):
     """The user's cache directory."""
 
 
@@ -63,6 +63,6 @@ kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH)
 
 def is_compiled(dispatcher: Any) -> bool:
     """Return True where machine code for the kernel lies in the cache or in memory already."""
-    if numba.config.DISABLE_JIT:
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         return True
     return bool(dispatcher.signatures) or bool(dispatcher._cache._cache_file._load_index())

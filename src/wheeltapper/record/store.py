@@ -40,7 +40,7 @@ def save(record: Record, path: Path) -> None:
         "march_events": (("event", "event_column"), march.events),
         "march_peaks": (("peak", "peak_column"), march.peaks),
         "march_state": (("state",), march.state),
-        "units": (("unit",), np.array([lowered.length, lowered.time, lowered.force, lowered.static_force, lowered.contact_constant])),
+        "units": (("unit",), np.array(_units(lowered))),
     }  # fmt: skip
     attributes: dict[str, Any] = {
         "format": FORMAT,
@@ -62,6 +62,10 @@ def save(record: Record, path: Path) -> None:
         raise InputError(
             str(path), "output", f"a place that cannot be written ({error.strerror or error})", "a writable path"
         ) from error
+
+
+def _units(lowered: Lowered) -> list[float]:
+    return [lowered.length, lowered.time, lowered.force, lowered.static_force, lowered.contact_constant]
 
 
 def _scenario_text(scenario: Scenario) -> str:
@@ -118,8 +122,9 @@ def _load_record(path: Path) -> Record:
     program = Program(np.ascontiguousarray(data.program_pieces.values), numbers)
     loop, join = (int(v) for v in data.attrs["loop"])
     lowered = Lowered(
-        program, Table(program.pieces, loop, join), length, time, force, static, constant, tuple(json.loads(data.attrs["notes"]))
+        program, Table(program.pieces, loop, join), length, time, force, static, constant,
+        tuple(json.loads(data.attrs["notes"])),
     )  # fmt: skip
-    tables = (np.ascontiguousarray(data[f"march_{name}"].values) for name in ("steps", "events", "peaks"))
-    march = March(int(data.attrs["status"]), *tables, data.march_state.values[: contract.LENGTH])
+    steps, events, peaks = (np.ascontiguousarray(data[f"march_{name}"].values) for name in ("steps", "events", "peaks"))
+    march = March(int(data.attrs["status"]), steps, events, peaks, data.march_state.values[: contract.LENGTH])
     return Record(scenario, str(data.attrs["method"]), lowered, march)

@@ -14,7 +14,7 @@ from wheeltapper.describe.noun import PositiveLength
 
 
 class Repeated(Irregularity):
-    """An irregularity of the rail again and again: y(x) = Σ of(x - i·period), i = 0, 1, 2 …
+    """An irregularity of the rail again and again: y(x) = Σ of(x - i·period), i = 0, 1, 2 and so on.
 
     Parameters
     ----------

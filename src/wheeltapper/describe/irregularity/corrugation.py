@@ -42,8 +42,12 @@ class Corrugation(Irregularity):
         k = 2 * pi / self.wavelength
         wave = Harmonic(0.0, self.amplitude, 0.0, k, self.start)
         if self.end is None:
-            stretches = (level(-inf, self.start), harmonic(self.start, inf, wave))
-            return Course(stretches, abs(self.amplitude), self.wavelength, self.start)
+            return Course(
+                (level(-inf, self.start), harmonic(self.start, inf, wave)),
+                abs(self.amplitude),
+                self.wavelength,
+                self.start,
+            )
         rest = self.amplitude * sin(k * (self.end - self.start))
         stretches = (level(-inf, self.start), harmonic(self.start, self.end, wave), level(self.end, inf, rest))
         return Course(stretches, abs(self.amplitude))

@@ -79,15 +79,15 @@ class Course:
 
     def value(self, x: NDArray[Any]) -> NDArray[Any]:
         """Return the height in m at x."""
-        return self._each(x, "value")
+        return np.asarray(self._each(x, "value"))
 
     def slope(self, x: NDArray[Any]) -> NDArray[Any]:
         """Return the slope at x; at a border, that of the stretch which begins there."""
-        return self._each(x, "slope")
+        return np.asarray(self._each(x, "slope"))
 
     def curvature(self, x: NDArray[Any]) -> NDArray[Any]:
         """Return the second derivative in 1/m at x."""
-        return self._each(x, "curvature")
+        return np.asarray(self._each(x, "curvature"))
 
     def folded(self, x: NDArray[Any]) -> NDArray[Any]:
         """Return x moved by whole periods into the first period."""

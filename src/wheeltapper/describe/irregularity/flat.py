@@ -84,7 +84,7 @@ def _chord(start: float, end: float, radius: float, half: float) -> Stretch:
         return near / (below + root(x))
 
     def slope(x: NDArray[Any]) -> NDArray[Any]:
-        return (x - middle) / root(x)
+        return np.asarray((x - middle) / root(x))
 
     def curvature(x: NDArray[Any]) -> NDArray[Any]:
         return radius**2 / root(x) ** 3

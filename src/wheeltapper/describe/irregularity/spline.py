@@ -26,8 +26,8 @@ def smoothing(x: FloatArray, y: FloatArray, noise: float, periodic: bool = False
     from scipy.interpolate import BSpline, PPoly, splrep
 
     t, c, k = splrep(x, y, w=np.full(len(x), 1.0 / noise), k=5, s=len(x) - sqrt(2.0 * len(x)), per=periodic)
-    pieces = PPoly.from_spline(BSpline(t, c, k, extrapolate=False))
-    breaks, keep = np.unique(pieces.x, return_index=True)
+    pieces: Any = PPoly.from_spline(BSpline(t, c, k, extrapolate=False))  # type: ignore[arg-type]
+    breaks = np.unique(pieces.x)
     coefficients = np.ascontiguousarray(pieces.c[::-1].T)
     last = len(coefficients) - 1
     return Polynomials(breaks, coefficients[np.minimum(_last_of_equal(pieces.x, breaks)[:-1], last)])

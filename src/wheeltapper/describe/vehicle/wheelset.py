@@ -43,7 +43,7 @@ class Wheelset(Noun):
     def _pressed_on_the_rail(self) -> Wheelset:
         if self.weight <= 0.0:
             raise ValueError(
-                f"found load + mass·gravity = {self.weight:g} N; allowed: more than 0 N, or nothing holds it on the rail"
+                f"found load + mass·gravity = {self.weight:g} N; allowed: more than 0 N, to hold it on the rail"
             )
         return self
 
