@@ -175,6 +175,10 @@ def _changed(value: Any, rest: list[str], new: Any, path: str) -> Any:
     if isinstance(value, tuple) and head.isdigit() and int(head) < len(value):
         i = int(head)
         return (*value[:i], _changed(value[i], deeper, new, path), *value[i + 1 :])
+    if isinstance(value, dict):  # already changed in another field
+        if head in value or head in _fields_at((value["type"], head)):
+            return value | {head: _changed(value.get(head), deeper, new, path)}
+        raise InputError("", path, f"no such field {head!r}", _suggest(head, _fields_at((value["type"], head))))
     if isinstance(value, Noun) and head in type(value).model_fields:
         given = {name: getattr(value, name) for name in value.model_fields_set}
         given[head] = _changed(getattr(value, head), deeper, new, path)

@@ -13,25 +13,41 @@ displacement and velocity over it (the indentation takes the path's jump, its ra
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.events import (
+    APART,
+    CORNER_FORCE,
+    CORNER_RISING,
+    CORNER_SET,
+    CORNER_TIME,
+    GRAZE,
+    cross_break,
+    force,
+    leave_grazing,
+    log_event,
+    log_maxima,
+    log_peak,
+    log_step,
+    next_piece,
+    piece_end,
+    place,
+    settle_corner,
+    take_contact,
+)
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import (
-    BONDED,
     CONTACT,
     DECK_V,
     DECK_Y,
     DONE,
-    END_OF_PATH,
     EVENT_COLUMNS,
     FLIGHT,
     FULL,
     IMPACT,
-    JUMP,
     LENGTH,
     LOSS,
     NOT_FINITE,
@@ -42,7 +58,6 @@ from wheeltapper.march.program import (
     RELEASED,
     RUNNING,
     SHIFT,
-    SOFT,
     STALLED,
     STEP_COLUMNS,
     TIME,
@@ -63,13 +78,11 @@ from wheeltapper.march.series import (
     TREND,
     WORK,
     N,
-    T,
     U,
     W,
     Y,
     Z,
     contact_series,
-    factor_at,
     flight_series,
     localise,
     path_at,
@@ -86,224 +99,6 @@ from wheeltapper.march.step import (
     trend_series,
 )
 
-GRAZE = 1e-9
-APART = 1e-9  # two maxima closer than this part of a step are one, found again by rounding
-LIFT = 1e-6
-QUIET = 1e-13
-
-# A corner of the force waiting for the other side of a breakpoint: flag, time, force, whether it was rising.
-CORNER_SET, CORNER_TIME, CORNER_FORCE, CORNER_RISING = range(4)
-
-
-@kernel
-def _force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) -> float:
-    """Return the contact force at indentation u² and rate w."""
-    factor, _ = factor_at(after, S)
-    return max(
-        factor
-        * u
-        * u
-        * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
-        * (1.0 + numbers[contract.HYSTERESIS] * w),
-        0.0,
-    )
-
-
-@kernel
-def _log_step(length: float, steps: FloatArray, S: FloatArray) -> None:
-    row = int(S[COUNT])
-    for k in range(LENGTH):
-        steps[row, k] = S[STATE + k]
-    steps[row, LENGTH] = length
-    S[COUNT] += 1
-
-
-@kernel
-def _log_event(time: float, kind: int, rate: float, cause: float, events: FloatArray, S: FloatArray) -> None:
-    row = int(S[COUNT + 1])
-    events[row, contract.EVENT_TIME] = time
-    events[row, contract.EVENT_KIND] = kind
-    events[row, contract.EVENT_RATE] = rate
-    events[row, contract.EVENT_CAUSE] = cause
-    S[COUNT + 1] += 1
-
-
-@kernel
-def _log_peak(time: float, force: float, at_corner: float, peaks: FloatArray, S: FloatArray) -> None:
-    row = int(S[COUNT + 2])
-    peaks[row, contract.PEAK_TIME] = time
-    peaks[row, contract.PEAK_FORCE] = force
-    peaks[row, contract.PEAK_CORNER] = at_corner
-    S[COUNT + 2] += 1
-
-
-@kernel
-def _settle_corner(force: float, trend: float, peaks: FloatArray, S: FloatArray) -> None:
-    """Decide, with the force and its trend behind a breakpoint, whether the force had a maximum there."""
-    if S[MARK + CORNER_SET] == 0.0:
-        return
-    S[MARK + CORNER_SET] = 0.0
-    before = S[MARK + CORNER_FORCE]
-    rising = S[MARK + CORNER_RISING] > QUIET
-    drop = before - force > 1e-12 * (1.0 + before)
-    rise = force - before > 1e-12 * (1.0 + before)
-    if (rising and (drop or (not rise and trend < -QUIET))) or (rise and trend < -QUIET):
-        _log_peak(S[MARK + CORNER_TIME], max(before, force), 1.0, peaks, S)
-
-
-@kernel
-def _log_maxima(numbers: FloatArray, time: float, order: int, trend: int, degree: int, length: float, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
-    """Record every force maximum inside a contact step; row `trend` holds the sign of the force's rate."""
-    start = 0.0
-    while True:
-        root = first_root(S, trend, degree, start, length, -1.0, WORK)
-        if root == NONE or S[COUNT + 2] >= peaks.shape[0]:
-            return
-        after = evaluate(S, T, order, root)
-        u = evaluate(S, U, order, root)
-        w = evaluate(S, W, order, root)
-        _log_peak(time + after, _force(numbers, after, u, w, S), 0.0, peaks, S)
-        start = root + APART * length
-
-
-@kernel
-def _next_piece(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> int:
-    """Enter the next piece of the table; return how it joins, or -1 at the table's end."""
-    piece = int(S[STATE + PIECE]) + 1
-    if piece < len(pieces):
-        S[STATE + PIECE] = piece
-        return int(pieces[piece, contract.JOIN])
-    loop = int(numbers[contract.LOOP])
-    if loop >= len(pieces):
-        return -1
-    S[STATE + SHIFT] += pieces[piece - 1, contract.STOP] - pieces[loop, contract.START]
-    S[STATE + PIECE] = loop
-    return int(numbers[contract.LOOP_JOIN])
-
-
-@kernel
-def _piece_end(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
-    """Return the time at which the present piece ends."""
-    end = pieces[int(S[STATE + PIECE]), contract.STOP]
-    if np.isinf(end) or numbers[contract.PACE] == 0.0:
-        return np.inf
-    return (end + S[STATE + SHIFT]) / numbers[contract.PACE]
-
-
-@kernel
-def _take_contact(numbers: FloatArray, delta: float, rate: float, S: FloatArray) -> None:
-    """Enter contact with an indentation and its rate."""
-    S[STATE + PHASE] = CONTACT
-    S[STATE + A] = sqrt(max(delta, 0.0))
-    S[STATE + B] = rate
-    if numbers[contract.HYSTERESIS] * rate < -1.0 and delta > 0.0:
-        S[STATE + PHASE] = RELEASED
-
-
-@kernel
-def _free_acceleration(numbers: FloatArray, y: float, v: float, S: FloatArray) -> float:
-    """Return δ'' without contact force."""
-    _, _, a = path_at(0.0, S)
-    a += 1.0 + numbers[contract.STIFFNESS] * y + numbers[contract.DAMPING] * v
-    if S[STATE + ON_DECK] != 0.0:
-        a += (
-            numbers[contract.PRESTRESS]
-            - numbers[contract.DECK_STIFFNESS] * S[STATE + DECK_Y]
-            - numbers[contract.DECK_DAMPING] * S[STATE + DECK_V]
-        ) / (numbers[contract.DECK_MASS])
-    return a
-
-
-@kernel
-def _place(numbers: FloatArray, y: float, v: float, was: int, cause: float, events: FloatArray, S: FloatArray) -> None:  # fmt: skip
-    """Choose the phase from displacement and velocity at a start or a breakpoint, and record a change of it."""
-    height, velocity, _ = path_at(0.0, S)
-    if S[STATE + ON_DECK] != 0.0:
-        height += S[STATE + DECK_Y]
-        velocity += S[STATE + DECK_V]
-    delta = height - y
-    rate = velocity - v
-    if numbers[contract.BILATERAL] != 0.0:
-        S[STATE + PHASE] = BONDED
-        S[STATE + A] = y
-        S[STATE + B] = v
-        return
-    touching = delta > 0.0
-    if delta == 0.0:
-        touching = rate > 0.0 or (rate == 0.0 and _free_acceleration(numbers, y, v, S) > 0.0)
-    if touching:
-        _take_contact(numbers, delta, rate, S)
-        if was == FLIGHT:
-            _log_event(S[STATE + TIME], IMPACT, rate, cause, events, S)
-        if S[STATE + PHASE] == RELEASED:
-            S[STATE + A] = y
-            S[STATE + B] = v
-    else:
-        S[STATE + PHASE] = FLIGHT
-        S[STATE + A] = y
-        S[STATE + B] = v
-        if was == CONTACT or was == RELEASED:
-            _log_event(S[STATE + TIME], LOSS, rate, cause, events, S)
-
-
-@kernel
-def _leave_grazing(numbers: FloatArray, y: float, v: float, S: FloatArray) -> None:
-    """Leave the rest point u = w = 0 of the regularised system along the motion that it starts, if it starts one."""
-    a = _free_acceleration(numbers, y, v, S)
-    if S[STATE + A] == 0.0 and abs(S[STATE + B]) < GRAZE:
-        if a > 0.0:
-            S[STATE + A] = LIFT
-            S[STATE + B] = LIFT * sqrt(2.0 * a)
-            S[STATE + TIME] += LIFT * sqrt(2.0 / a)
-        else:
-            S[STATE + PHASE] = FLIGHT
-            S[STATE + A] = y
-            S[STATE + B] = v
-
-
-@kernel
-def _cross_break(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> int:
-    """Go over the breakpoint(s) at the present time; `local` belongs to the piece behind, time zero is now."""
-    time = S[STATE + TIME]
-    phase = int(S[STATE + PHASE])
-    height, velocity, _ = path_at(0.0, S)
-    if S[STATE + ON_DECK] != 0.0:
-        height += S[STATE + DECK_Y]
-        velocity += S[STATE + DECK_V]
-    y = S[STATE + A]
-    v = S[STATE + B]
-    if phase == CONTACT:
-        y = height - S[STATE + A] * S[STATE + A]
-        v = velocity - S[STATE + B]
-    hard = False
-    jumped = False
-    while _piece_end(pieces, numbers, S) <= time * (1.0 + 4e-16):
-        join = _next_piece(pieces, numbers, S)
-        if join < 0:
-            return END_OF_PATH
-        hard = hard or join != SOFT
-        jumped = jumped or join == JUMP
-    on_deck = numbers[contract.DECK_FROM] <= time < numbers[contract.DECK_TO]
-    if numbers[contract.DECK_MASS] > 0.0 and on_deck != (S[STATE + ON_DECK] != 0.0):
-        S[STATE + ON_DECK] = 1.0 if on_deck else 0.0
-        hard = True
-        jumped = True
-    localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
-    if not hard:
-        return RUNNING
-    if phase == CONTACT and not jumped:  # a kink: the indentation itself is kept to the last digit
-        _, after, _ = path_at(0.0, S)
-        if S[STATE + ON_DECK] != 0.0:
-            after += S[STATE + DECK_V]
-        S[STATE + B] = after - v
-        if numbers[contract.HYSTERESIS] * S[STATE + B] < -1.0 and S[STATE + A] > 0.0:
-            S[STATE + PHASE] = RELEASED
-            S[STATE + A] = y
-            S[STATE + B] = v
-        return RUNNING
-    _place(numbers, y, v, phase, 1.0, events, S)
-    return RUNNING
-
 
 @kernel
 def _contact_step(numbers: FloatArray, until: float, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> int:  # fmt: skip
@@ -315,10 +110,10 @@ def _contact_step(numbers: FloatArray, until: float, steps: FloatArray, events: 
     )
     length, what, after, u, w, turns = contact_end(numbers, order, until - time, S)
     trend, degree = trend_series(numbers, order, S)
-    _settle_corner(max(S[N], 0.0), S[trend], peaks, S)
+    settle_corner(max(S[N], 0.0), S[trend], peaks, S)
     if turns or trend != W:
-        _log_maxima(numbers, time, order, trend, degree, length, peaks, S)
-    _log_step(length, steps, S)
+        log_maxima(numbers, time, order, trend, degree, length, peaks, S)
+    log_step(length, steps, S)
     y = 0.0
     z = 0.0
     if numbers[contract.DECK_MASS] > 0.0:
@@ -332,7 +127,7 @@ def _contact_step(numbers: FloatArray, until: float, steps: FloatArray, events: 
     if what == BREAK:
         S[MARK + CORNER_SET] = 1.0
         S[MARK + CORNER_TIME] = until
-        S[MARK + CORNER_FORCE] = _force(numbers, after, u, w, S)
+        S[MARK + CORNER_FORCE] = force(numbers, after, u, w, S)
         S[MARK + CORNER_RISING] = evaluate(S, trend, degree, length)
         S[STATE + A] = max(u, 0.0)
     elif what == OPENS or what == RELEASES:
@@ -341,7 +136,7 @@ def _contact_step(numbers: FloatArray, until: float, steps: FloatArray, events: 
             height += y
             velocity += z
         if what == OPENS:
-            _log_event(S[STATE + TIME], LOSS, w, 0.0, events, S)
+            log_event(S[STATE + TIME], LOSS, w, 0.0, events, S)
             u = 0.0
         S[STATE + PHASE] = FLIGHT if what == OPENS else RELEASED
         S[STATE + A] = height - u * u
@@ -359,7 +154,7 @@ def _bonded_maxima(numbers: FloatArray, time: float, length: float, peaks: Float
         root = first_root(S, TREND, FLIGHT_ORDER - 1, start, length, -1.0, WORK)
         if root == NONE:
             return
-        _log_peak(time + root, evaluate(S, N, FLIGHT_ORDER, root), 0.0, peaks, S)
+        log_peak(time + root, evaluate(S, N, FLIGHT_ORDER, root), 0.0, peaks, S)
         start = root + APART * length
 
 
@@ -374,7 +169,7 @@ def _flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatAr
         S[CLEAR] = 0.0
     length, what = flight_end(numbers, released, until - time, S)
     if numbers[contract.BILATERAL] != 0.0:
-        _settle_corner(S[N], S[N + 1], peaks, S)
+        settle_corner(S[N], S[N + 1], peaks, S)
         _bonded_maxima(numbers, time, length, peaks, S)
         if what == BREAK:
             S[MARK + CORNER_SET] = 1.0
@@ -384,8 +179,8 @@ def _flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatAr
                 S, N, FLIGHT_ORDER, 0.999 * length
             )
     else:
-        _settle_corner(0.0, 0.0, peaks, S)
-    _log_step(length, steps, S)
+        settle_corner(0.0, 0.0, peaks, S)
+    log_step(length, steps, S)
     y = evaluate(S, U, FLIGHT_ORDER, length)
     v = evaluate(S, W, FLIGHT_ORDER, length)
     deck_y = evaluate(S, Y, FLIGHT_ORDER, length)
@@ -404,12 +199,12 @@ def _flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatAr
     rate = velocity - v
     if what == OPENS:
         S[STATE + PHASE] = FLIGHT
-        _log_event(S[STATE + TIME], LOSS, rate, 0.0, events, S)
+        log_event(S[STATE + TIME], LOSS, rate, 0.0, events, S)
     elif what == GRIPS:
-        _take_contact(numbers, height - y, -1.0 / numbers[contract.HYSTERESIS], S)
+        take_contact(numbers, height - y, -1.0 / numbers[contract.HYSTERESIS], S)
     else:
-        _take_contact(numbers, 0.0, rate, S)
-        _log_event(S[STATE + TIME], IMPACT, rate, 0.0, events, S)
+        take_contact(numbers, 0.0, rate, S)
+        log_event(S[STATE + TIME], IMPACT, rate, 0.0, events, S)
     return what
 
 
@@ -427,7 +222,7 @@ def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, eve
         if S[COUNT + 1] >= numbers[contract.EVENT_LIMIT]:
             return TOO_MANY_EVENTS
         time = S[STATE + TIME]
-        until = min(_piece_end(pieces, numbers, S), numbers[contract.END])
+        until = min(piece_end(pieces, numbers, S), numbers[contract.END])
         if numbers[contract.DECK_MASS] > 0.0:
             if time < numbers[contract.DECK_FROM]:
                 until = min(until, numbers[contract.DECK_FROM])
@@ -439,7 +234,7 @@ def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, eve
             if S[STATE + ON_DECK] != 0.0:
                 height += S[STATE + DECK_Y]
                 velocity += S[STATE + DECK_V]
-            _leave_grazing(numbers, height, velocity - S[STATE + B], S)
+            leave_grazing(numbers, height, velocity - S[STATE + B], S)
             opened = S[STATE + PHASE] == FLIGHT
             continue
         if S[STATE + PHASE] == CONTACT:
@@ -456,7 +251,7 @@ def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, eve
             if S[STATE + TIME] >= numbers[contract.END]:
                 return DONE
             localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
-            status = _cross_break(pieces, numbers, events, S)
+            status = cross_break(pieces, numbers, events, S)
             if status != RUNNING:
                 return status
 
@@ -465,8 +260,8 @@ def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, eve
 def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Set the state at time zero from the start's displacement and velocity."""
     S[STATE : STATE + LENGTH] = 0.0
-    while _piece_end(pieces, numbers, S) <= 0.0:
-        if _next_piece(pieces, numbers, S) < 0:
+    while piece_end(pieces, numbers, S) <= 0.0:
+        if next_piece(pieces, numbers, S) < 0:
             break
     S[STATE + ON_DECK] = (
         1.0
@@ -474,7 +269,7 @@ def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S:
         else 0.0
     )
     localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], 0.0, S)
-    _place(numbers, numbers[contract.START_HEIGHT], numbers[contract.START_VELOCITY], -1, 0.0, events, S)
+    place(numbers, numbers[contract.START_HEIGHT], numbers[contract.START_VELOCITY], -1, 0.0, events, S)
 
 
 class March(NamedTuple):

@@ -120,7 +120,7 @@ class Record:
         is_impact = events.kind.values == "impact"
         time = events.time.values[is_impact]
         losses = events.time.values[~is_impact]
-        until = np.append(time[1:], self.end)
+        until = np.append(time[1:], self.end)[: len(time)]
         peak = self._largest_between(time, until)
         after = np.searchsorted(losses, time, side="right")
         ends = np.append(losses, np.nan)[np.minimum(after, len(losses))]

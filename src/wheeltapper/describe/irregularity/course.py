@@ -125,12 +125,12 @@ def harmonic(start: float, end: float, form: Harmonic) -> Stretch:
         return k * (x - form.origin)
 
     def value(x: NDArray[Any]) -> NDArray[Any]:
-        return form.offset + form.sine * np.sin(phase(x)) + form.cosine * np.cos(phase(x))
+        return np.asarray(form.offset + form.sine * np.sin(phase(x)) + form.cosine * np.cos(phase(x)))
 
     def slope(x: NDArray[Any]) -> NDArray[Any]:
-        return k * (form.sine * np.cos(phase(x)) - form.cosine * np.sin(phase(x)))
+        return np.asarray(k * (form.sine * np.cos(phase(x)) - form.cosine * np.sin(phase(x))))
 
     def curvature(x: NDArray[Any]) -> NDArray[Any]:
-        return -k * k * (form.sine * np.sin(phase(x)) + form.cosine * np.cos(phase(x)))
+        return np.asarray(-k * k * (form.sine * np.sin(phase(x)) + form.cosine * np.cos(phase(x))))
 
     return Stretch(start, end, value, slope, curvature, form)

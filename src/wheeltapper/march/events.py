@@ -1,0 +1,264 @@
+"""What happens at a loss, an impact, a force maximum and a breakpoint: recording it, and entering the next phase."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.program import (
+    BONDED,
+    CONTACT,
+    DECK_V,
+    DECK_Y,
+    END_OF_PATH,
+    FLIGHT,
+    IMPACT,
+    JUMP,
+    LENGTH,
+    LOSS,
+    ON_DECK,
+    PHASE,
+    PIECE,
+    RELEASED,
+    RUNNING,
+    SHIFT,
+    SOFT,
+    TIME,
+    A,
+    B,
+    FloatArray,
+)
+from wheeltapper.march.roots import NONE, evaluate, first_root
+from wheeltapper.march.series import (
+    COUNT,
+    MARK,
+    STATE,
+    WORK,
+    T,
+    U,
+    W,
+    factor_at,
+    localise,
+    path_at,
+)
+
+GRAZE = 1e-9
+APART = 1e-9  # two maxima closer than this part of a step are one, found again by rounding
+LIFT = 1e-6
+QUIET = 1e-13
+
+# A corner of the force waiting for the other side of a breakpoint: flag, time, force, whether it was rising.
+CORNER_SET, CORNER_TIME, CORNER_FORCE, CORNER_RISING = range(4)
+
+
+@kernel
+def force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) -> float:
+    """Return the contact force at indentation u² and rate w."""
+    factor, _ = factor_at(after, S)
+    return max(
+        factor
+        * u
+        * u
+        * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
+        * (1.0 + numbers[contract.HYSTERESIS] * w),
+        0.0,
+    )
+
+
+@kernel
+def log_step(length: float, steps: FloatArray, S: FloatArray) -> None:
+    row = int(S[COUNT])
+    for k in range(LENGTH):
+        steps[row, k] = S[STATE + k]
+    steps[row, LENGTH] = length
+    S[COUNT] += 1
+
+
+@kernel
+def log_event(time: float, kind: int, rate: float, cause: float, events: FloatArray, S: FloatArray) -> None:
+    row = int(S[COUNT + 1])
+    events[row, contract.EVENT_TIME] = time
+    events[row, contract.EVENT_KIND] = kind
+    events[row, contract.EVENT_RATE] = rate
+    events[row, contract.EVENT_CAUSE] = cause
+    S[COUNT + 1] += 1
+
+
+@kernel
+def log_peak(time: float, force: float, at_corner: float, peaks: FloatArray, S: FloatArray) -> None:
+    row = int(S[COUNT + 2])
+    peaks[row, contract.PEAK_TIME] = time
+    peaks[row, contract.PEAK_FORCE] = force
+    peaks[row, contract.PEAK_CORNER] = at_corner
+    S[COUNT + 2] += 1
+
+
+@kernel
+def settle_corner(force: float, trend: float, peaks: FloatArray, S: FloatArray) -> None:
+    """Decide, with the force and its trend behind a breakpoint, whether the force had a maximum there."""
+    if S[MARK + CORNER_SET] == 0.0:
+        return
+    S[MARK + CORNER_SET] = 0.0
+    before = S[MARK + CORNER_FORCE]
+    rising = S[MARK + CORNER_RISING] > QUIET
+    drop = before - force > 1e-12 * (1.0 + before)
+    rise = force - before > 1e-12 * (1.0 + before)
+    if (rising and (drop or (not rise and trend < -QUIET))) or (rise and trend < -QUIET):
+        log_peak(S[MARK + CORNER_TIME], max(before, force), 1.0, peaks, S)
+
+
+@kernel
+def log_maxima(numbers: FloatArray, time: float, order: int, trend: int, degree: int, length: float, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
+    """Record every force maximum inside a contact step; row `trend` holds the sign of the force's rate."""
+    start = 0.0
+    while True:
+        root = first_root(S, trend, degree, start, length, -1.0, WORK)
+        if root == NONE or S[COUNT + 2] >= peaks.shape[0]:
+            return
+        after = evaluate(S, T, order, root)
+        u = evaluate(S, U, order, root)
+        w = evaluate(S, W, order, root)
+        log_peak(time + after, force(numbers, after, u, w, S), 0.0, peaks, S)
+        start = root + APART * length
+
+
+@kernel
+def next_piece(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> int:
+    """Enter the next piece of the table; return how it joins, or -1 at the table's end."""
+    piece = int(S[STATE + PIECE]) + 1
+    if piece < len(pieces):
+        S[STATE + PIECE] = piece
+        return int(pieces[piece, contract.JOIN])
+    loop = int(numbers[contract.LOOP])
+    if loop >= len(pieces):
+        return -1
+    S[STATE + SHIFT] += pieces[piece - 1, contract.STOP] - pieces[loop, contract.START]
+    S[STATE + PIECE] = loop
+    return int(numbers[contract.LOOP_JOIN])
+
+
+@kernel
+def piece_end(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
+    """Return the time at which the present piece ends."""
+    end = pieces[int(S[STATE + PIECE]), contract.STOP]
+    if np.isinf(end) or numbers[contract.PACE] == 0.0:
+        return np.inf
+    return (end + S[STATE + SHIFT]) / numbers[contract.PACE]
+
+
+@kernel
+def take_contact(numbers: FloatArray, delta: float, rate: float, S: FloatArray) -> None:
+    """Enter contact with an indentation and its rate."""
+    S[STATE + PHASE] = CONTACT
+    S[STATE + A] = sqrt(max(delta, 0.0))
+    S[STATE + B] = rate
+    if numbers[contract.HYSTERESIS] * rate < -1.0 and delta > 0.0:
+        S[STATE + PHASE] = RELEASED
+
+
+@kernel
+def free_acceleration(numbers: FloatArray, y: float, v: float, S: FloatArray) -> float:
+    """Return δ'' without contact force."""
+    _, _, a = path_at(0.0, S)
+    a += 1.0 + numbers[contract.STIFFNESS] * y + numbers[contract.DAMPING] * v
+    if S[STATE + ON_DECK] != 0.0:
+        a += (
+            numbers[contract.PRESTRESS]
+            - numbers[contract.DECK_STIFFNESS] * S[STATE + DECK_Y]
+            - numbers[contract.DECK_DAMPING] * S[STATE + DECK_V]
+        ) / (numbers[contract.DECK_MASS])
+    return a
+
+
+@kernel
+def place(numbers: FloatArray, y: float, v: float, was: int, cause: float, events: FloatArray, S: FloatArray) -> None:  # fmt: skip
+    """Choose the phase from displacement and velocity at a start or a breakpoint, and record a change of it."""
+    height, velocity, _ = path_at(0.0, S)
+    if S[STATE + ON_DECK] != 0.0:
+        height += S[STATE + DECK_Y]
+        velocity += S[STATE + DECK_V]
+    delta = height - y
+    rate = velocity - v
+    if numbers[contract.BILATERAL] != 0.0:
+        S[STATE + PHASE] = BONDED
+        S[STATE + A] = y
+        S[STATE + B] = v
+        return
+    touching = delta > 0.0
+    if delta == 0.0:
+        touching = rate > 0.0 or (rate == 0.0 and free_acceleration(numbers, y, v, S) > 0.0)
+    if touching:
+        take_contact(numbers, delta, rate, S)
+        if was == FLIGHT:
+            log_event(S[STATE + TIME], IMPACT, rate, cause, events, S)
+        if S[STATE + PHASE] == RELEASED:
+            S[STATE + A] = y
+            S[STATE + B] = v
+    else:
+        S[STATE + PHASE] = FLIGHT
+        S[STATE + A] = y
+        S[STATE + B] = v
+        if was == CONTACT or was == RELEASED:
+            log_event(S[STATE + TIME], LOSS, rate, cause, events, S)
+
+
+@kernel
+def leave_grazing(numbers: FloatArray, y: float, v: float, S: FloatArray) -> None:
+    """Leave the rest point u = w = 0 of the regularised system along the motion that it starts, if it starts one."""
+    a = free_acceleration(numbers, y, v, S)
+    if S[STATE + A] == 0.0 and abs(S[STATE + B]) < GRAZE:
+        if a > 0.0:
+            S[STATE + A] = LIFT
+            S[STATE + B] = LIFT * sqrt(2.0 * a)
+            S[STATE + TIME] += LIFT * sqrt(2.0 / a)
+        else:
+            S[STATE + PHASE] = FLIGHT
+            S[STATE + A] = y
+            S[STATE + B] = v
+
+
+@kernel
+def cross_break(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> int:
+    """Go over the breakpoint(s) at the present time; `local` belongs to the piece behind, time zero is now."""
+    time = S[STATE + TIME]
+    phase = int(S[STATE + PHASE])
+    height, velocity, _ = path_at(0.0, S)
+    if S[STATE + ON_DECK] != 0.0:
+        height += S[STATE + DECK_Y]
+        velocity += S[STATE + DECK_V]
+    y = S[STATE + A]
+    v = S[STATE + B]
+    if phase == CONTACT:
+        y = height - S[STATE + A] * S[STATE + A]
+        v = velocity - S[STATE + B]
+    hard = False
+    jumped = False
+    while piece_end(pieces, numbers, S) <= time * (1.0 + 4e-16):
+        join = next_piece(pieces, numbers, S)
+        if join < 0:
+            return END_OF_PATH
+        hard = hard or join != SOFT
+        jumped = jumped or join == JUMP
+    on_deck = numbers[contract.DECK_FROM] <= time < numbers[contract.DECK_TO]
+    if numbers[contract.DECK_MASS] > 0.0 and on_deck != (S[STATE + ON_DECK] != 0.0):
+        S[STATE + ON_DECK] = 1.0 if on_deck else 0.0
+        hard = True
+        jumped = True
+    localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
+    if not hard:
+        return RUNNING
+    if phase == CONTACT and not jumped:  # a kink: the indentation itself is kept to the last digit
+        _, after, _ = path_at(0.0, S)
+        if S[STATE + ON_DECK] != 0.0:
+            after += S[STATE + DECK_V]
+        S[STATE + B] = after - v
+        if numbers[contract.HYSTERESIS] * S[STATE + B] < -1.0 and S[STATE + A] > 0.0:
+            S[STATE + PHASE] = RELEASED
+            S[STATE + A] = y
+            S[STATE + B] = v
+        return RUNNING
+    place(numbers, y, v, phase, 1.0, events, S)
+    return RUNNING
