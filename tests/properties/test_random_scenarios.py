@@ -36,7 +36,8 @@ tracks = st.one_of(
     st.just(wt.StiffTrack()),
     st.builds(wt.FloatingDeck, mass=st.floats(200, 2e4), stiffness=st.floats(1e6, 1e8), damping=st.floats(0, 1e5)),
     st.builds(
-        wt.FloatingDeck, mass=st.floats(500, 2e4), stiffness=st.floats(1e6, 1e8), start=st.floats(0.01, 0.1), length=st.floats(0.05, 0.5)
+        wt.FloatingDeck, mass=st.floats(500, 2e4), stiffness=st.floats(1e6, 1e8), start=st.floats(0.01, 0.1),
+        length=st.floats(0.05, 0.5),
     ),
 )  # fmt: skip
 scenarios = st.builds(

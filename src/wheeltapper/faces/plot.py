@@ -85,7 +85,7 @@ def _draw_force(axis: Axes, record: Record, history: Any) -> None:
     axis.plot(1e3 * history.time, history.normal_force / 1e3)
     axis.axhline(record.static_force / 1e3, color="0.5", linewidth=0.8, linestyle="--", label="static")
     impacts = record.impacts.time.values
-    axis.plot(1e3 * impacts, np.zeros_like(impacts), "v", markersize=4, color="C1", label="impact", clip_on=False)
+    axis.plot(1e3 * impacts, np.zeros_like(impacts), "v", markersize=4, color="C1", label="impact")
     axis.set_ylabel("normal force [kN]")
     axis.legend(loc="upper right", ncols=2)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from decimal import Decimal
 
 PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 
@@ -71,7 +72,7 @@ def to_si(value: object, dimension: str) -> float:
     if unit == "":
         return number
     if unit in UNITS[dimension]:
-        return number * UNITS[dimension][unit]
+        return float(Decimal(match[1]) * Decimal(repr(UNITS[dimension][unit])))  # "9 mm" is 0.009 to the last digit
     return _by_pint(value, number, unit, dimension)
 
 

@@ -56,6 +56,7 @@ class Corner:
 
 
 def value_at(function: Function, x: float) -> float:
+    """Return one value of a vectorised function."""
     return float(function(np.array([x]))[0])
 
 
