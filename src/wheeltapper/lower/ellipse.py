@@ -14,7 +14,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ellipe, ellipkm1
 
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.contact.linear import Linear
@@ -26,6 +25,8 @@ FloatArray = NDArray[np.float64]
 
 def _integrals(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return K, E and D = (K - E)/e² for p = 1 - e² = (b/a)²; D by its own series near the circle."""
+    from scipy.special import ellipe, ellipkm1  # here, because a given constant needs none of it
+
     e2 = 1.0 - p
     k, e = ellipkm1(p), ellipe(e2)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -19,7 +19,6 @@ from math import inf, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from wheeltapper.describe.irregularity.course import Course
 from wheeltapper.ground.errors import InputError
@@ -147,6 +146,7 @@ def _path(profile: Profile, run: Run, x: FloatArray) -> tuple[FloatArray, FloatA
 
 def _meeting(profile: Profile, a: Run, b: Run) -> float:
     """Return where two branches are equally high: contact at two points."""
+    from scipy.optimize import brentq  # here, because most paths have no such place
 
     def difference(x: float) -> float:
         at = np.array([x])

@@ -1,0 +1,130 @@
+"""Bad input: one clear message that names file, field, what was found and what is allowed; exit code 2."""
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.faces.cli import main
+from wheeltapper.record.simulate import ModelWarning
+
+GOOD = """
+speed = 5.0
+duration = 0.05
+[vehicle]
+type = "Wheelset"
+mass = 1500
+load = 91307
+[contact]
+type = "Hertz"
+constant = 1.405e11
+[[irregularity]]
+type = "WheelFlat"
+depth = "0.1 mm"
+position = 0.05
+"""
+MEASURED = 'type = "Measured"\npath = "profile.csv"'
+
+
+def refused(tmp_path, capsys, text, *parts):
+    file = tmp_path / "scene.toml"
+    file.write_text(text, encoding="utf-8")
+    assert main(["run", str(file)]) == 2
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert "Traceback" not in message
+    for part in parts:
+        assert part in message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        ("speed = 5.0", "speeed = 5.0", ("'speeed'", "did you mean 'speed'")),
+        ("depth =", "dept =", ("irregularity.0", "'dept'", "depth, length, position")),
+        ('"0.1 mm"', '"5 kg"', ("irregularity.0.depth", "'5 kg'", "not a length", "mm")),
+        ("mass = 1500", "mass = -1500", ("vehicle.mass", "-1500", "greater than 0")),
+        ("mass = 1500", 'mass = "nan"', ("vehicle.mass",)),
+        ("speed = 5.0", "speed = 0.0", ("speed", "irregularity", "drop test")),
+        ("speed = 5.0", "speed = -1.0", ("speed", "-1")),
+        ("duration = 0.05", "duration = 0", ("duration", "greater than 0")),
+        ("constant = 1.405e11", "constant = 1e11\nconstant_per_wheel = 5e10", ("constant_per_wheel", "one of them")),
+        ("position = 0.05", 'position = 0.05\nlength = "20 mm"', ("depth and length",)),
+        ('"WheelFlat"', '"WheelFlatt"', ("WheelFlatt", "WheelFlat", "CosineBump")),
+        (GOOD, "", ("empty",)),
+        (GOOD, "speed = = 5", ("not TOML",)),
+        ("speed = 5.0", "format = 99\nspeed = 5.0", ("format", "99")),
+    ],
+)
+def test_a_wrong_scenario_is_refused_with_one_message(tmp_path, capsys, old, new, parts):
+    refused(tmp_path, capsys, GOOD.replace(old, new), *parts)
+
+
+@pytest.mark.parametrize(
+    ("content", "parts"),
+    [
+        (b"x [m],y [mm]\n0,0\n0.1,nan\n0.2,0\n0.3,0\n", ("line 3", "nan", "finite")),
+        (b"0,0\n0.2,0\n0.1,0\n0.3,0\n", ("line 3", "out of order")),
+        (b"0,0\n0.1,0\n0.1,0\n0.3,0\n", ("line 3", "doubled")),
+        (b"", ("empty file",)),
+        (b"\xff\xfe\x00\x01", ("not text",)),
+        (b"0,0\n0.1,zero\n0.2,0\n0.3,0\n", ("line 2", "zero", "number")),
+        (b"0,0\n0.1,0\n", ("2 samples", "at least 4")),
+        (b"x [kg],y [mm]\n0,0\n0.1,0\n0.2,0\n0.3,0\n", ("kg",)),
+        (b"0,0\n0.01,0\n0.02,0\n0.03,0\n0.04,0\n0.9,0\n", ("line 6", "gap")),
+        (b"0,0\n0.05,0\n0.1,0\n0.15,0\n0.2,0\n", ("0.2 m", "0.25 m", "flat")),
+    ],
+)
+def test_a_wrong_profile_is_refused_with_its_line(tmp_path, capsys, content, parts):
+    (tmp_path / "profile.csv").write_bytes(content)
+    text = GOOD.split("[[irregularity]]")[0] + "[[irregularity]]\n" + MEASURED
+    refused(tmp_path, capsys, text, "profile.csv" if b"0.15" not in content else "irregularity.0", *parts)
+
+
+def test_what_lies_beyond_a_profile_may_be_stated(tmp_path, capsys):
+    (tmp_path / "profile.csv").write_text("0,0\n0.05,0\n0.1,0.00001\n0.15,0\n0.2,0\n", encoding="utf-8")
+    file = tmp_path / "scene.toml"
+    file.write_text(
+        GOOD.split("[[irregularity]]")[0] + "[[irregularity]]\n" + MEASURED + '\nbeyond = "flat"', encoding="utf-8"
+    )
+    assert main(["run", str(file)]) == 0
+
+
+@pytest.mark.parametrize("target", ["missing_folder/record.nc", "record.foo"])
+def test_an_output_that_cannot_be_written_is_found_before_the_run(tmp_path, capsys, monkeypatch, target):
+    file = tmp_path / "scene.toml"
+    file.write_text(GOOD, encoding="utf-8")
+    monkeypatch.setattr("wheeltapper.record.simulate.simulate", lambda *_: pytest.fail("the run was started"))
+    assert main(["run", str(file), "--output", str(tmp_path / target)]) == 2
+    assert "--output" in capsys.readouterr().err
+
+
+def test_a_missing_file_and_an_unknown_method(tmp_path, capsys):
+    assert main(["run", str(tmp_path / "none.toml")]) == 2
+    assert "No such file" in capsys.readouterr().err
+    file = tmp_path / "scene.toml"
+    file.write_text(GOOD, encoding="utf-8")
+    assert main(["run", str(file), "--method", "quick"]) == 2
+    assert "'quick'" in capsys.readouterr().err
+
+
+def test_a_dip_sharper_than_the_wheel_is_a_warning_with_the_number():
+    scene = wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=91_307, radius=0.46),
+        contact=wt.Hertz(constant=1.405e11),
+        irregularity=wt.CosineBump(height=-1e-4, length=0.02, start=0.05),
+        rolling="point",
+        speed=5.0,
+        duration=0.02,
+    )
+    with pytest.warns(ModelWarning, match="radius 202.6 mm"):
+        wt.simulate(scene)
+
+
+def test_mistakes_in_python_name_the_field():
+    scene = wt.Scenario(vehicle=wt.Wheelset(mass=1500, load=9e4), contact=wt.Hertz(), speed=0, duration=0.01)
+    with pytest.raises(wt.InputError, match=r"mas.*did you mean 'mass'"):
+        scene.replaced({"vehicle.mas": 1})
+    with pytest.raises(wt.InputError, match="times"):
+        wt.simulate(scene).at(np.array([1.0]))
+    with pytest.raises(wt.InputError, match=r".foo"):
+        wt.load("record.foo")
