@@ -1,0 +1,85 @@
+"""One suite over every irregularity; a new law's file is found by itself and must bring a sample here."""
+
+import importlib
+import pickle
+import pkgutil
+from math import inf
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+import wheeltapper as wt
+from wheeltapper.describe import irregularity as family
+from wheeltapper.describe.irregularity.base import Irregularity
+
+for module in pkgutil.iter_modules(family.__path__):
+    importlib.import_module(f"{family.__name__}.{module.name}")
+
+RADIUS = 0.46
+X = np.linspace(0.0, 0.5, 251)
+
+
+def smooth(x):
+    return 1e-4 * np.sin(20 * x) ** 2
+
+
+SAMPLES = {
+    "Step": wt.Step(height=1e-4, position=0.1),
+    "CosineBump": wt.CosineBump(height=-1e-4, length=0.05, start=0.1),
+    "Corrugation": wt.Corrugation(amplitude=5e-5, wavelength=0.05, start=0.1),
+    "Measured": wt.Measured(positions=tuple(X), heights=tuple(smooth(X)), beyond="flat"),
+    "Profile": wt.Profile(function=smooth, breakpoints=(0.2,)),
+    "Repeated": wt.Repeated(of=wt.CosineBump(height=1e-4, length=0.05, start=0.1), period=0.1),
+    "WheelFlat": wt.WheelFlat(depth=1e-4, position=0.3),
+    "OutOfRound": wt.OutOfRound(orders=(1, 5), amplitudes=(1e-4, 2e-5), phases=(0.3, 0.1)),
+}
+LAWS = sorted(SAMPLES)
+
+
+def test_every_law_has_a_sample():
+    assert {law.__name__ for law in Irregularity.__subclasses__()} == set(SAMPLES)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_is_a_frozen_value(name):
+    law = SAMPLES[name]
+    assert pickle.loads(pickle.dumps(law)) == law
+    assert hash(law) == hash(law.model_copy())
+    assert name in repr(law)
+    assert " m" in type(law).__doc__
+    with pytest.raises(ValidationError):
+        law.start = 1.0
+    if name != "Profile":
+        scene = wt.Scenario(vehicle=wt.Wheelset(mass=1500), irregularity=law, speed=1.0, duration=0.1)
+        assert wt.Scenario.model_validate(scene.model_dump(mode="json")) == scene
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_course_covers_the_line_and_repeats_as_it_says(name):
+    course = SAMPLES[name].course(RADIUS)
+    assert course.stretches[0].start == -inf
+    assert course.stretches[-1].end == inf
+    for a, b in zip(course.stretches[:-1], course.stretches[1:], strict=True):
+        assert a.end == b.start
+    if course.period is not None:
+        x = max(course.repeats_from, 0.0) + np.linspace(1e-3, 0.9, 50)
+        np.testing.assert_allclose(course.value(x + course.period), course.value(x), atol=1e-9 * course.height)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_slope_and_curvature_are_the_derivatives(name):
+    for stretch in SAMPLES[name].course(RADIUS).stretches:
+        start, end = max(stretch.start, 0.0), min(stretch.end, 0.5)
+        if end <= start:
+            continue
+        step = 1e-4 * (end - start)
+        x = np.linspace(start + 10 * step, end - 10 * step, 38)  # not on the knots of a spline
+
+        def slope(f, x=x, step=step):
+            return (8 * (f(x + step) - f(x - step)) - f(x + 2 * step) + f(x - 2 * step)) / (12 * step)
+
+        steepest = np.abs(stretch.slope(x)).max() + 1e-12
+        sharpest = np.abs(stretch.curvature(x)).max() + 1e-9
+        np.testing.assert_allclose(stretch.slope(x), slope(stretch.value), atol=1e-6 * steepest + 1e-12)
+        np.testing.assert_allclose(stretch.curvature(x), slope(stretch.slope), atol=1e-6 * sharpest + 1e-6)
