@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from wheeltapper.faces.paper import single
+from wheeltapper.faces.paper import deck, single
 from wheeltapper.faces.paper.claims import CLAIMS, Claim
 from wheeltapper.ground.errors import InputError
 
-TOPICS = (single,)
+TOPICS = (single, deck)
 """The modules that register claims; importing them fills the register."""
 
 
