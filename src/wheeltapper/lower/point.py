@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, inf, sin
 
 import numpy as np
@@ -168,6 +168,12 @@ def _cell_rows(
     return rows
 
 
+def _goes_on_as_one_wave(course: Course) -> bool:
+    """Return True where one harmonic stretch holds from the first period on: it needs no loop."""
+    last = course.stretches[-1]
+    return isinstance(last.exact, Harmonic) and last.start <= course.repeats_from
+
+
 def point_table(
     courses: list[Course], end: float, height: float, tolerance: float, factor: Function | None = None
 ) -> Table:
@@ -184,6 +190,8 @@ def point_table(
     factor
         From the profile's curvature (second derivative, 1/m) to the factor on the contact force; None for one.
     """
+    if factor is None:
+        courses = [replace(c, period=None) if _goes_on_as_one_wave(c) else c for c in courses]
     repeating = [c for c in courses if c.period is not None]
     loop = None
     stop = end

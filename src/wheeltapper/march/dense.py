@@ -9,6 +9,7 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
+from wheeltapper.march.layout import FLIGHT_ORDER, SCRATCH, T, U, W, Y, Z
 from wheeltapper.march.program import (
     BONDED,
     CONTACT,
@@ -25,20 +26,7 @@ from wheeltapper.march.program import (
     FloatArray,
 )
 from wheeltapper.march.roots import evaluate
-from wheeltapper.march.series import (
-    FLIGHT_ORDER,
-    SCRATCH,
-    T,
-    U,
-    W,
-    Y,
-    Z,
-    contact_series,
-    factor_at,
-    flight_series,
-    localise,
-    path_at,
-)  # fmt: skip
+from wheeltapper.march.series import bonded_series, contact_series, factor_at, flight_series, localise, path_at
 from wheeltapper.march.step import time_to
 
 # Columns of the dense output.
@@ -58,7 +46,10 @@ def _prepare(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: Float
         order = int(numbers[contract.ORDER])
         contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
         return True
-    flight_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
+    if step[PHASE] == BONDED:
+        bonded_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
+    else:
+        flight_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
     return False
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
+from wheeltapper.march.layout import COUNT, MARK, STATE, T, U, W
 from wheeltapper.march.program import (
     BONDED,
     CONTACT,
@@ -32,18 +33,7 @@ from wheeltapper.march.program import (
     FloatArray,
 )
 from wheeltapper.march.roots import NONE, evaluate, first_root
-from wheeltapper.march.series import (
-    COUNT,
-    MARK,
-    STATE,
-    WORK,
-    T,
-    U,
-    W,
-    factor_at,
-    localise,
-    path_at,
-)
+from wheeltapper.march.series import factor_at, localise, path_at
 
 GRAZE = 1e-9
 APART = 1e-9  # two maxima closer than this part of a step are one, found again by rounding
@@ -115,13 +105,15 @@ def log_maxima(numbers: FloatArray, time: float, order: int, trend: int, degree:
     """Record every force maximum inside a contact step; row `trend` holds the sign of the force's rate."""
     start = 0.0
     while True:
-        root = first_root(S, trend, degree, start, length, -1.0, WORK)
+        root, more = first_root(S, trend, degree, start, length, -1.0, QUIET)
         if root == NONE or S[COUNT + 2] >= peaks.shape[0]:
             return
         after = evaluate(S, T, order, root)
         u = evaluate(S, U, order, root)
         w = evaluate(S, W, order, root)
         log_peak(time + after, force(numbers, after, u, w, S), 0.0, peaks, S)
+        if not more:
+            return
         start = root + APART * length
 
 

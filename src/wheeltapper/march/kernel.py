@@ -61,8 +61,12 @@ caching.CacheImpl._locator_classes[:0] = [_Environment, _InTree, _UserWide]
 kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH)
 
 
-def is_compiled(dispatcher: Any) -> bool:
-    """Return True where machine code for the kernel lies in the cache or in memory already."""
+def is_compiled(dispatcher: Any, arguments: tuple[Any, ...]) -> bool:
+    """Return True where machine code of the kernel for such arguments lies in memory or in the cache already."""
     if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         return True
-    return bool(dispatcher.signatures) or bool(dispatcher._cache._cache_file._load_index())
+    types = tuple(numba.typeof(argument) for argument in arguments)
+    if types in dispatcher.overloads:
+        return True
+    cache = dispatcher._cache
+    return cache._index_key(types, dispatcher.targetctx.codegen()) in cache._cache_file._load_index()

@@ -18,6 +18,9 @@ IntArray = NDArray[np.int64]
 MAX_DEGREE = 8
 """Highest polynomial degree of a piece of a table."""
 
+DEFAULT_ORDER, STRICT_ORDER = 12, 20
+"""Orders of the contact series that a program may ask for."""
+
 # Phases of the motion.
 FLIGHT, CONTACT, RELEASED, BONDED = 0, 1, 2, 3
 # Kinds of events.

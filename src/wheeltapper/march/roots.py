@@ -3,22 +3,33 @@
 On an interval the polynomial is written in the Bernstein basis; by Descartes' rule the number of sign changes in its
 coefficients bounds the number of roots inside, and is exact when it is 0 or 1. Halving isolates each root:
 
-    first_root(a, lo, hi):  take the leftmost interval
+    first_root(a, lo, hi):  a monotone polynomial needs only its values at both ends
+                            else scale to x in (0, 1), take the leftmost interval
         0 sign changes: nothing here          1: one root; sharpen it by Newton's method kept inside the bracket
         2 or more: halve, left half first     (two roots closer than 1e-10 of the step are a touch, not a crossing)
 """
 
 from __future__ import annotations
 
+from math import comb
+
 import numpy as np
 
 from wheeltapper.march.kernel import kernel
+from wheeltapper.march.layout import SCALED, SHIFTED, WORK
 from wheeltapper.march.program import FloatArray
 
-MAX_TERMS = 24
 NONE = -1.0
 NOISE = 1e-13
 TOUCH = 1e-10
+NEGLIGIBLE = 1e-18
+MAX_DEGREE = 23
+INVERSE_BINOMIAL = np.array(
+    [
+        [1.0 / comb(n, k) if k <= n else 0.0 for k in range(n + 1)] + [0.0] * (MAX_DEGREE - n)
+        for n in range(MAX_DEGREE + 1)
+    ]
+)
 
 
 @kernel
@@ -40,110 +51,135 @@ def evaluate_derivative(a: FloatArray, at: int, n: int, x: float) -> float:
 
 
 @kernel
-def _may_cross(a: FloatArray, at: int, n: int, hi: float) -> bool:
-    """Return False where the constant term outweighs all others up to hi: no root can be there."""
-    total = 0.0
-    for k in range(n, 0, -1):
-        total = (total + abs(a[at + k])) * hi
-    return not abs(a[at]) > total
+def _write_bernstein(S: FloatArray, n: int, left: float, width: float) -> None:
+    """Put the Bernstein coefficients of the scaled polynomial on (left, left + width) in row WORK."""
+    row = SCALED
+    if left != 0.0:
+        row = SHIFTED
+        for k in range(n + 1):
+            S[SHIFTED + k] = S[SCALED + k]
+        for i in range(n):
+            for k in range(n - 1, i - 1, -1):
+                S[SHIFTED + k] += left * S[SHIFTED + k + 1]
+    power = 1.0
+    for k in range(n + 1):
+        S[WORK + k] = S[row + k] * power * INVERSE_BINOMIAL[n, k]
+        power *= width
+    for i in range(1, n + 1):
+        for k in range(n, i - 1, -1):
+            S[WORK + k] += S[WORK + k - 1]
 
 
 @kernel
-def _sign_changes(a: FloatArray, at: int, n: int, lo: float, width: float, b: int) -> tuple[int, float, float]:
-    """Count sign changes of the Bernstein coefficients on (lo, lo + width); return also the first and last sign."""
-    for k in range(n + 1):
-        a[b + k] = a[at + k]
-    if lo != 0.0:
-        for i in range(n):
-            for k in range(n - 1, i - 1, -1):
-                a[b + k] += lo * a[b + k + 1]
-    power = 1.0
-    for k in range(n + 1):
-        a[b + k] *= power
-        power *= width
-    # Reversed polynomial shifted by one: its coefficients are the Bernstein ones times binomials, right end first.
-    for k in range((n + 1) // 2):
-        a[b + k], a[b + n - k] = a[b + n - k], a[b + k]
-    for i in range(n):
-        for k in range(n - 1, i - 1, -1):
-            a[b + k] += a[b + k + 1]
+def _sign_changes(S: FloatArray, n: int) -> tuple[int, float, float, float]:
+    """Count the sign changes in row WORK; return also the first and last sign, and where in (0, 1) the first one is."""
     changes = 0
     sign = 0.0
     first = 0.0
-    binomial = 1.0
-    for i in range(n + 1):  # from the left end of the interval to the right
-        c = a[b + n - i]
-        if abs(c) > NOISE * binomial:
+    place = 0.5
+    before = 0
+    for i in range(n + 1):
+        c = S[WORK + i]
+        if abs(c) > NOISE:
             now = 1.0 if c > 0.0 else -1.0
             if sign == 0.0:
                 first = now
             elif now != sign:
+                if changes == 0:
+                    share = S[WORK + before] / (S[WORK + before] - c)
+                    place = (before + (i - before) * share) / n
                 changes += 1
             sign = now
-        binomial = binomial * (n - i) / (i + 1)
-    return changes, first, sign
+            before = i
+    return changes, first, sign, place
 
 
 @kernel
-def _sharpen(a: FloatArray, at: int, n: int, lo: float, hi: float, sign: float) -> float:
-    """Return the only root in (lo, hi); `sign` is that of the polynomial just after lo."""
-    x = 0.5 * (lo + hi)
+def _sharpen(S: FloatArray, at: int, n: int, lo: float, hi: float, x: float, sign: float) -> float:
+    """Return the only root of the polynomial in (lo, hi), from a guess; `sign` is its sign just after lo."""
     for _ in range(200):
-        value = a[at + n]
+        value = S[at + n]
         slope = 0.0
-        for k in range(n - 1, -1, -1):
+        k = at + n
+        while k > at:  # Numba's range with a variable number of steps costs twice the time here
+            k -= 1
             slope = slope * x + value
-            value = value * x + a[at + k]
-        if value == 0.0:
-            return x
-        if (value > 0.0) == (sign > 0.0):
+            value = value * x + S[k]
+        if value * sign > 0.0:
             lo = x
         else:
             hi = x
-        step = value / slope if slope != 0.0 else 2.0 * (hi - lo)
-        new = x - step
+        new = x - value / slope
+        if abs(new - x) <= 1e-13 * new and lo <= new <= hi:  # the next correction would be far below rounding
+            return new
         if not (lo < new < hi):
             new = 0.5 * (lo + hi)
-        if abs(new - x) <= 2.3e-16 * abs(new) or new == lo or new == hi:
-            return new
+            if new == lo or new == hi:
+                return new
         x = new
     return x
 
 
 @kernel
-def first_root(a: FloatArray, at: int, n: int, lo: float, hi: float, direction: float, b: int) -> float:
-    """Return the first crossing of Σ a[at + k]·x^k in (lo, hi), or NONE.
+def first_root(
+    S: FloatArray, at: int, n: int, lo: float, hi: float, direction: float, floor: float
+) -> tuple[float, bool]:
+    """Return the first crossing of Σ S[at + k]·x^k in (lo, hi), or NONE, and whether more crossings may follow it.
 
-    direction -1: only from + to -; +1: only from - to +. From a[b] on there is scratch for n + 1 numbers.
+    direction -1: only from + to -; +1: only from - to +. A value at lo no larger than `floor` counts as zero.
+    Overwrites WORK, SCALED, SHIFTED.
     """
-    if lo == 0.0 and not _may_cross(a, at, n, hi):
-        return NONE
-    smallest = TOUCH * (hi - lo)
-    left = lo
-    width = hi - lo
+    if not hi > lo:
+        return NONE, False
+    if lo == 0.0 and S[at] == 0.0:  # the phase begins at a root, which is not meant
+        at += 1
+        n -= 1
+    steepest = 0.0
+    for k in range(n, 1, -1):
+        steepest = (steepest + k * abs(S[at + k])) * hi
+    if abs(S[at + 1]) > steepest and abs(S[at + 1]) * (hi - lo) > NOISE:
+        start = evaluate(S, at, n, lo)
+        end = evaluate(S, at, n, hi)
+        if start * direction < -floor and end * direction > 0.0:
+            return _sharpen(S, at, n, lo, hi, lo + (hi - lo) * start / (start - end), -direction), False
+        return NONE, False
+    power = 1.0
+    degree = 0
+    for k in range(n + 1):
+        c = S[at + k] * power
+        S[SCALED + k] = c
+        if abs(c) > NEGLIGIBLE:
+            degree = k
+        power *= hi
+    start = lo / hi
+    whole = 1.0 - start
+    left = start
+    width = whole
     before = 0.0
-    while left < hi:
-        changes, first, last = _sign_changes(a, at, n, left, width, b)
-        if changes >= 2 and width > smallest:
+    while left < 1.0:
+        _write_bernstein(S, degree, left, width)
+        changes, first, last, place = _sign_changes(S, degree)
+        if changes >= 2 and width > TOUCH * whole:
             width *= 0.5
             continue
         if before * first < 0.0 and first * direction > 0.0:
-            return left  # the root lies exactly where two intervals meet
+            return left * hi, True  # the root lies exactly where two intervals meet
         if changes % 2 == 1 and first * direction < 0.0:
-            return _sharpen(a, at, n, left, left + width, first)
+            root = _sharpen(S, SCALED, degree, left, left + width, left + place * width, first)
+            return root * hi, width < whole
         # Nothing (or the other direction, or a touch) here: go right, with the widest dyadic interval that fits.
         before = last if last != 0.0 else before
         left += width
-        if left >= hi * (1.0 - 1e-15):
+        if left >= 1.0 - 1e-15:
             break
-        width = _next_width(left - lo, width, hi - lo)
-    return NONE
+        width = _next_width(left - start, width, whole)
+    return NONE, False
 
 
 @kernel
 def _next_width(done: float, width: float, whole: float) -> float:
     """Return the largest dyadic interval that may start after `done` of the whole."""
-    cells = np.round(done / width)
+    cells = np.floor(done / width + 0.5)
     while width < whole and cells % 2.0 == 0.0:
         width *= 2.0
         cells *= 0.5

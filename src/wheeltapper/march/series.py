@@ -9,7 +9,7 @@ Contact (δ = u², dt = u ds, w = dδ/dt; the project's numerics reference, sect
 The path is a polynomial plus a harmonic in time; polynomials are composed with t(s) by Horner's rule on truncated
 series, order by order, because t is known only up to the order that has been reached.
 
-Rows of the flat scratch array `S` hold the series: coefficient n of row T is S[T + n].
+The commonest contact steps are written out in unrolled.py.
 """
 
 from __future__ import annotations
@@ -20,23 +20,36 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.program import MAX_DEGREE, FloatArray
-from wheeltapper.march.unrolled import flat_12, flat_20, wave_12, wave_20
-
-# Rows of the scratch array. Contact: series in s. Flight: series in t; U and W then hold y and v.
-WIDTH = 24
-T, U, W, Y, Z, Q, R, F, N, ACC, SINE, COSINE, TREND, CLEAR, COMP, WORK = range(0, 16 * WIDTH, WIDTH)
-HORNER = 16 * WIDTH  # MAX_DEGREE + 1 rows for the path
-HORNER_FACTOR = HORNER + (MAX_DEGREE + 1) * WIDTH  # and as many for the factor
-HERE = HORNER_FACTOR + (MAX_DEGREE + 1) * WIDTH  # the present piece as functions of time
-FLIGHT_ORDER = 18
-
-# Entries of the present piece, from HERE on: polynomial in (t - t0), harmonic, factor.
-POLY, AMP_SIN, AMP_COS, PHASE0, OMEGA, DEGREE, FACTOR_DEGREE, FACTOR = 0, 9, 10, 11, 12, 13, 14, 15
-STATE = HERE + FACTOR + MAX_DEGREE + 1  # the present state
-MARK = STATE + 16  # a corner of the force that waits for the other side of a breakpoint
-COUNT = MARK + 8  # steps, events, peaks so far; whether the last step ended in a loss
-SCRATCH = COUNT + 8
+from wheeltapper.march.layout import (
+    ACC,
+    AMP_COS,
+    AMP_SIN,
+    CLEAR,
+    COMP,
+    COSINE,
+    DEGREE,
+    FACTOR,
+    FACTOR_DEGREE,
+    HERE,
+    HORNER,
+    HORNER_FACTOR,
+    OMEGA,
+    PHASE0,
+    POLY,
+    SINE,
+    WIDTH,
+    WORK,
+    F,
+    N,
+    Q,
+    R,
+    T,
+    U,
+    W,
+    Y,
+    Z,
+)  # fmt: skip
+from wheeltapper.march.program import FloatArray
 
 
 @kernel
@@ -59,22 +72,25 @@ def _shift(
 def localise(pieces: FloatArray, numbers: FloatArray, piece: int, shift: float, time: float, S: FloatArray) -> None:
     """Write the path and the factor of one piece as functions of the time after `time` (scaled units)."""
     away = numbers[contract.PACE] * time - shift - pieces[piece, contract.CENTRE]
-    scale = pieces[piece, contract.SCALE]
     lift = numbers[contract.LIFT]
-    at = away / scale
-    rate = numbers[contract.PACE] / scale
     degree = int(pieces[piece, contract.DEGREE])
+    factor_degree = int(pieces[piece, contract.FACTOR_DEGREE])
     S[HERE + DEGREE] = degree
-    _shift(pieces, piece, contract.COEFFICIENT, degree, at, rate, lift, HERE + POLY, S)
+    S[HERE + FACTOR_DEGREE] = factor_degree
     wavenumber = pieces[piece, contract.WAVENUMBER]
     S[HERE + AMP_SIN] = pieces[piece, contract.SINE] * lift
     S[HERE + AMP_COS] = pieces[piece, contract.COSINE] * lift
     S[HERE + OMEGA] = wavenumber * numbers[contract.PACE]
     S[HERE + PHASE0] = wavenumber * away
-    degree = int(pieces[piece, contract.FACTOR_DEGREE])
-    S[HERE + FACTOR_DEGREE] = degree
-    if degree >= 0:
-        _shift(pieces, piece, contract.FACTOR, degree, at, rate, 1.0, HERE + FACTOR, S)
+    if degree == 0 and factor_degree < 0:
+        S[HERE + POLY] = pieces[piece, contract.COEFFICIENT] * lift
+        return
+    scale = pieces[piece, contract.SCALE]
+    at = away / scale
+    rate = numbers[contract.PACE] / scale
+    _shift(pieces, piece, contract.COEFFICIENT, degree, at, rate, lift, HERE + POLY, S)
+    if factor_degree >= 0:
+        _shift(pieces, piece, contract.FACTOR, factor_degree, at, rate, 1.0, HERE + FACTOR, S)
 
 
 @kernel
@@ -115,8 +131,19 @@ def factor_at(after: float, S: FloatArray) -> tuple[float, float]:
 
 
 @kernel
-def _forcing(numbers: FloatArray, S: FloatArray) -> tuple[int, float, float]:
-    """Put the polynomial part of F = 1 + K·y_k + G·y_k' + y_k'' in row COMP; return its degree and harmonic gains."""
+def harmonic_forcing(numbers: FloatArray, S: FloatArray) -> tuple[float, float]:
+    """Return the factors of sine and cosine in F = 1 + K·y_k + G·y_k' + y_k''."""
+    omega = S[HERE + OMEGA]
+    stiff = numbers[contract.STIFFNESS] - omega * omega
+    drag = numbers[contract.DAMPING] * omega
+    a = S[HERE + AMP_SIN]
+    b = S[HERE + AMP_COS]
+    return stiff * a - drag * b, stiff * b + drag * a
+
+
+@kernel
+def _forcing(numbers: FloatArray, S: FloatArray) -> int:
+    """Put the polynomial part of F = 1 + K·y_k + G·y_k' + y_k'' in row COMP; return its degree."""
     K = numbers[contract.STIFFNESS]
     G = numbers[contract.DAMPING]
     degree = int(S[HERE + DEGREE])
@@ -127,15 +154,10 @@ def _forcing(numbers: FloatArray, S: FloatArray) -> tuple[int, float, float]:
         if k + 2 <= degree:
             S[COMP + k] += (k + 2) * (k + 1) * S[HERE + POLY + k + 2]
     S[COMP] += 1.0
-    omega = S[HERE + OMEGA]
-    a = S[HERE + AMP_SIN]
-    b = S[HERE + AMP_COS]
-    stiff = K - omega * omega
-    drag = G * omega
     if K == 0.0 and G == 0.0:
         while degree > 0 and S[COMP + degree] == 0.0:
             degree -= 1
-    return degree, stiff * a - drag * b, stiff * b + drag * a
+    return degree
 
 
 @kernel
@@ -157,7 +179,7 @@ def _next_horner(n: int, degree: int, rows: int, S: FloatArray) -> None:
 
 
 @kernel
-def _general_contact(
+def contact_series(
     numbers: FloatArray, order: int, u: float, w: float, y: float, z: float, on_deck: bool, S: FloatArray
 ) -> None:
     """Fill rows T, U, W, Y, Z up to `order` and N up to order - 1: one contact step from (u, w, Y, Z)."""
@@ -167,7 +189,8 @@ def _general_contact(
     cubic = numbers[contract.CUBIC]
     eta = numbers[contract.HYSTERESIS]
     deck = numbers[contract.DECK_MASS] > 0.0
-    degree, gain_sin, gain_cos = _forcing(numbers, S)
+    degree = _forcing(numbers, S)
+    gain_sin, gain_cos = harmonic_forcing(numbers, S)
     wavy = S[HERE + OMEGA] != 0.0
     omega = S[HERE + OMEGA]
     fdegree = int(S[HERE + FACTOR_DEGREE])
@@ -250,45 +273,6 @@ def _general_contact(
 
 
 @kernel
-def contact_series(
-    numbers: FloatArray, order: int, u: float, w: float, y: float, z: float, on_deck: bool, S: FloatArray
-) -> None:
-    """Fill rows T, U, W (and Y, Z, N where they are not trivial): one contact step from (u, w, Y, Z)."""
-    plain = (
-        numbers[contract.DECK_MASS] == 0.0
-        and numbers[contract.HYSTERESIS] == 0.0
-        and numbers[contract.QUADRATIC] == 0.0
-        and numbers[contract.CUBIC] == 1.0
-    )
-    if not (plain and S[HERE + DEGREE] == 0.0 and S[HERE + FACTOR_DEGREE] < 0.0 and (order == 12 or order == 20)):
-        _general_contact(numbers, order, u, w, y, z, on_deck, S)
-        return
-    K = numbers[contract.STIFFNESS]
-    G = numbers[contract.DAMPING]
-    f0 = 1.0 + K * S[HERE + POLY]
-    S[N] = u * u * u
-    omega = S[HERE + OMEGA]
-    if omega == 0.0:
-        if order == 12:
-            flat_12(K, G, f0, u, w, S, T, U, W)
-        else:
-            flat_20(K, G, f0, u, w, S, T, U, W)
-        return
-    a = S[HERE + AMP_SIN]
-    b = S[HERE + AMP_COS]
-    stiff = K - omega * omega
-    drag = G * omega
-    gain_sin = stiff * a - drag * b
-    gain_cos = stiff * b + drag * a
-    s = sin(S[HERE + PHASE0])
-    c = cos(S[HERE + PHASE0])
-    if order == 12:
-        wave_12(K, G, f0, gain_sin, gain_cos, s, c, omega, u, w, S, T, U, W)
-    else:
-        wave_20(K, G, f0, gain_sin, gain_cos, s, c, omega, u, w, S, T, U, W)
-
-
-@kernel
 def _path_series(order: int, S: FloatArray) -> None:
     """Put the path's own series in time in row F."""
     degree = int(S[HERE + DEGREE])
@@ -298,20 +282,57 @@ def _path_series(order: int, S: FloatArray) -> None:
     if omega != 0.0:
         s = sin(S[HERE + PHASE0])
         c = cos(S[HERE + PHASE0])
+        h = S[HERE + AMP_SIN] * s + S[HERE + AMP_COS] * c
+        d = S[HERE + AMP_SIN] * c - S[HERE + AMP_COS] * s
         for k in range(order + 1):
-            S[F + k] += S[HERE + AMP_SIN] * s + S[HERE + AMP_COS] * c
-            s, c = omega * c / (k + 1), -omega * s / (k + 1)
+            S[F + k] += h
+            part = omega * (1.0 / (k + 1))
+            h, d = d * part, -h * part
+
+
+@kernel
+def _free_series(
+    K: float, G: float, load: float, y: float, v: float, row: int, rate: int, order: int, S: FloatArray
+) -> None:
+    """Fill two rows with the motion of a mass of one on its spring and damper, as series in time."""
+    S[row] = y
+    S[rate] = v
+    for n in range(order):
+        part = 1.0 / (n + 1)
+        next_v = (load - K * y - G * v) * part
+        y = v * part
+        v = next_v
+        load = 0.0
+        S[row + n + 1] = y
+        S[rate + n + 1] = v
 
 
 @kernel
 def flight_series(
     numbers: FloatArray, order: int, y: float, v: float, deck_y: float, deck_v: float, on_deck: bool, S: FloatArray
 ) -> None:
-    """Fill U (y), W (v), Y, Z, N and CLEAR (y_k + Y - y) up to `order`, as series in time after the step's start.
+    """Fill U (y), W (v), CLEAR (y_k + Y - y) and, with a deck, Y and Z up to `order`, as series in time."""
+    _path_series(order, S)
+    _free_series(numbers[contract.STIFFNESS], numbers[contract.DAMPING], -1.0, y, v, U, W, order, S)
+    for n in range(order + 1):
+        S[CLEAR + n] = S[F + n] - S[U + n]
+    mass = numbers[contract.DECK_MASS]
+    if mass > 0.0:
+        load = numbers[contract.PRESTRESS] / mass if on_deck else 0.0
+        _free_series(
+            numbers[contract.DECK_STIFFNESS] / mass, numbers[contract.DECK_DAMPING] / mass, load, deck_y, deck_v,
+            Y, Z, order, S,
+        )  # fmt: skip
+        if on_deck:
+            for n in range(order + 1):
+                S[CLEAR + n] += S[Y + n]
 
-    Without contact N is zero; in a bonded contact N = factor·(y_k + Y - y), tension included.
-    """
-    bonded = numbers[contract.BILATERAL] != 0.0
+
+@kernel
+def bonded_series(
+    numbers: FloatArray, order: int, y: float, v: float, deck_y: float, deck_v: float, on_deck: bool, S: FloatArray
+) -> None:
+    """Fill the same rows in a bilateral contact, and N = factor·(y_k + Y - y), tension included."""
     deck = numbers[contract.DECK_MASS] > 0.0
     fdegree = int(S[HERE + FACTOR_DEGREE])
     _path_series(order, S)
@@ -321,13 +342,11 @@ def flight_series(
     S[Z] = deck_v
     for n in range(order + 1):
         S[CLEAR + n] = S[F + n] - S[U + n] + (S[Y + n] if on_deck else 0.0)
-        force = 0.0
-        if bonded:
-            if fdegree < 0:
-                force = S[CLEAR + n]
-            else:
-                for j in range(min(n, fdegree) + 1):
-                    force += S[HERE + FACTOR + j] * S[CLEAR + n - j]
+        force = S[CLEAR + n]
+        if fdegree >= 0:
+            force = 0.0
+            for j in range(min(n, fdegree) + 1):
+                force += S[HERE + FACTOR + j] * S[CLEAR + n - j]
         S[N + n] = force
         if n == order:
             break
@@ -358,4 +377,4 @@ def flight_reach(numbers: FloatArray, S: FloatArray) -> float:
         rate += 1.0
         if numbers[contract.DECK_MASS] > 0.0:
             rate += np.sqrt(1.0 / numbers[contract.DECK_MASS])
-    return min(16.0, 1.0 / max(rate, 1e-3))
+    return min(16.0, 2.0 / max(rate, 1e-3))

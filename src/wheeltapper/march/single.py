@@ -13,7 +13,7 @@ displacement and velocity over it (the indentation takes the path's jump, its ra
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from wheeltapper.march.events import (
     CORNER_SET,
     CORNER_TIME,
     GRAZE,
+    QUIET,
     cross_break,
     force,
     leave_grazing,
@@ -38,7 +39,8 @@ from wheeltapper.march.events import (
     settle_corner,
     take_contact,
 )
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import is_compiled, kernel
+from wheeltapper.march.layout import CLEAR, COUNT, FLIGHT_ORDER, MARK, SCRATCH, STATE, TREND, N, U, W, Y, Z
 from wheeltapper.march.program import (
     CONTACT,
     DECK_V,
@@ -60,6 +62,7 @@ from wheeltapper.march.program import (
     SHIFT,
     STALLED,
     STEP_COLUMNS,
+    STRICT_ORDER,
     TIME,
     TOO_MANY_EVENTS,
     A,
@@ -68,31 +71,14 @@ from wheeltapper.march.program import (
     Program,
 )
 from wheeltapper.march.roots import NONE, evaluate, first_root
-from wheeltapper.march.series import (
-    CLEAR,
-    COUNT,
-    FLIGHT_ORDER,
-    MARK,
-    SCRATCH,
-    STATE,
-    TREND,
-    WORK,
-    N,
-    U,
-    W,
-    Y,
-    Z,
-    contact_series,
-    flight_series,
-    localise,
-    path_at,
-)
+from wheeltapper.march.series import bonded_series, flight_series, localise, path_at
 from wheeltapper.march.step import (
     BREAK,
     GRIPS,
     NOTHING,
     OPENS,
     RELEASES,
+    contact_advance,
     contact_end,
     flight_end,
     is_bad,
@@ -101,14 +87,13 @@ from wheeltapper.march.step import (
 
 
 @kernel
-def _contact_step(numbers: FloatArray, until: float, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> int:  # fmt: skip
-    """Make one step in contact; return what ended it."""
+def _contact_step(numbers: FloatArray, strict: bool | None, until: float, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> int:  # fmt: skip
+    """Step in contact until something ends a step other than its length; return what."""
     order = int(numbers[contract.ORDER])
+    limit = int(S[COUNT]) if S[MARK + CORNER_SET] != 0.0 else steps.shape[0] - 1
+    length, t, u, w, turns = contact_advance(numbers, strict, until, limit, steps, S)
     time = S[STATE + TIME]
-    contact_series(
-        numbers, order, S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V], S[STATE + ON_DECK] != 0.0, S
-    )
-    length, what, after, u, w, turns = contact_end(numbers, order, until - time, S)
+    length, what, after, u, w = contact_end(numbers, order, until - time, length, t, u, w, turns, S)
     trend, degree = trend_series(numbers, order, S)
     settle_corner(max(S[N], 0.0), S[trend], peaks, S)
     if turns or trend != W:
@@ -151,10 +136,12 @@ def _bonded_maxima(numbers: FloatArray, time: float, length: float, peaks: Float
         S[TREND + k] = (k + 1) * S[N + k + 1]
     start = 0.0
     while S[COUNT + 2] < peaks.shape[0]:
-        root = first_root(S, TREND, FLIGHT_ORDER - 1, start, length, -1.0, WORK)
+        root, more = first_root(S, TREND, FLIGHT_ORDER - 1, start, length, -1.0, QUIET)
         if root == NONE:
             return
         log_peak(time + root, evaluate(S, N, FLIGHT_ORDER, root), 0.0, peaks, S)
+        if not more:
+            return
         start = root + APART * length
 
 
@@ -164,11 +151,16 @@ def _flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatAr
     time = S[STATE + TIME]
     released = S[STATE + PHASE] == RELEASED
     on_deck = S[STATE + ON_DECK] != 0.0
-    flight_series(numbers, FLIGHT_ORDER, S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V], on_deck, S)
+    bonded = numbers[contract.BILATERAL] != 0.0
+    y, v, deck_y, deck_v = S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V]
+    if bonded:
+        bonded_series(numbers, FLIGHT_ORDER, y, v, deck_y, deck_v, on_deck, S)
+    else:
+        flight_series(numbers, FLIGHT_ORDER, y, v, deck_y, deck_v, on_deck, S)
     if landed:
         S[CLEAR] = 0.0
     length, what = flight_end(numbers, released, until - time, S)
-    if numbers[contract.BILATERAL] != 0.0:
+    if bonded:
         settle_corner(S[N], S[N + 1], peaks, S)
         _bonded_maxima(numbers, time, length, peaks, S)
         if what == BREAK:
@@ -183,8 +175,9 @@ def _flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatAr
     log_step(length, steps, S)
     y = evaluate(S, U, FLIGHT_ORDER, length)
     v = evaluate(S, W, FLIGHT_ORDER, length)
-    deck_y = evaluate(S, Y, FLIGHT_ORDER, length)
-    deck_v = evaluate(S, Z, FLIGHT_ORDER, length)
+    if numbers[contract.DECK_MASS] > 0.0:
+        deck_y = evaluate(S, Y, FLIGHT_ORDER, length)
+        deck_v = evaluate(S, Z, FLIGHT_ORDER, length)
     S[STATE + TIME] = until if what == BREAK else time + length
     S[STATE + DECK_Y] = deck_y
     S[STATE + DECK_V] = deck_v
@@ -209,8 +202,11 @@ def _flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatAr
 
 
 @kernel
-def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> int:  # fmt: skip
-    """March from `state` until the end, or until a table is full; return why it stopped. May be called again."""
+def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray, strict: bool | None) -> int:  # fmt: skip
+    """March from `state` until the end, or until a table is full; return why it stopped. May be called again.
+
+    `strict`: True for a march of order STRICT_ORDER, None for one of DEFAULT_ORDER; each is compiled when first used.
+    """
     time = S[STATE + TIME]
     localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
     opened = S[COUNT + 3] != 0.0
@@ -238,7 +234,7 @@ def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, eve
             opened = S[STATE + PHASE] == FLIGHT
             continue
         if S[STATE + PHASE] == CONTACT:
-            what = _contact_step(numbers, until, steps, events, peaks, S)
+            what = _contact_step(numbers, strict, until, steps, events, peaks, S)
         else:
             what = _flight_step(numbers, until, opened, steps, events, peaks, S)
         opened = what == OPENS
@@ -291,15 +287,24 @@ def _grown(table: FloatArray, used: float) -> FloatArray:
     return larger
 
 
+def _arguments(program: Program) -> tuple[Any, ...]:
+    """Return the arguments of the kernel at the start of a march: with room for a first few thousand steps."""
+    tables = (np.empty((8192, STEP_COLUMNS)), np.empty((256, EVENT_COLUMNS)), np.empty((256, PEAK_COLUMNS)))
+    strict = True if program.numbers[contract.ORDER] == STRICT_ORDER else None
+    return *program, *tables, np.zeros(SCRATCH), strict
+
+
+def is_ready(program: Program) -> bool:
+    """Return False where marching this program begins with compiling its kernel."""
+    return is_compiled(march_kernel, _arguments(program))
+
+
 def march(program: Program) -> March:
     """March a program from its start to its end."""
-    work = np.zeros(SCRATCH)
-    steps = np.empty((2048, STEP_COLUMNS))
-    events = np.empty((256, EVENT_COLUMNS))
-    peaks = np.empty((256, PEAK_COLUMNS))
-    start_kernel(program.pieces, program.numbers, events, work)
+    pieces, numbers, steps, events, peaks, work, strict = _arguments(program)
+    start_kernel(pieces, numbers, events, work)
     while True:
-        status = march_kernel(program.pieces, program.numbers, steps, events, peaks, work)
+        status = march_kernel(pieces, numbers, steps, events, peaks, work, strict)
         used = work[COUNT : COUNT + 3].astype(int)
         if status != FULL:
             state = work[STATE : STATE + LENGTH].copy()

@@ -2,65 +2,95 @@
 
 from __future__ import annotations
 
-from math import exp, log
-
 import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.program import FloatArray
-from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
-from wheeltapper.march.series import (
+from wheeltapper.march.layout import (
     CLEAR,
+    DEGREE,
     FACTOR_DEGREE,
     FLIGHT_ORDER,
     HERE,
+    OMEGA,
+    POLY,
+    STATE,
     TREND,
-    WORK,
     N,
     T,
     U,
     W,
     Y,
     Z,
-    flight_reach,
-)
-from wheeltapper.march.unrolled import survey_12, survey_20
+)  # fmt: skip
+from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, A, B, FloatArray
+from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
+from wheeltapper.march.series import contact_series, flight_reach, harmonic_forcing
+from wheeltapper.march.steplength import steplength
+from wheeltapper.march.unrolled import coast_flat_12, coast_flat_20, coast_wave_12, coast_wave_20
 
 # What ends a step.
 NOTHING, BREAK, OPENS, RELEASES, LANDS, GRIPS = 0, 1, 2, 3, 4, 5
-LONGEST = 2.0
-SAFETY = 0.6
 
 
 @kernel
-def contact_length(order: int, tolerance: float, deck: bool, S: FloatArray) -> float:
+def _contact_reach(order: int, tolerance: float, deck: bool, S: FloatArray) -> float:
     """Return the step in s at which the last two terms of the series reach the tolerance."""
-    last = max(abs(S[U + order]), abs(S[W + order]))
-    before = max(abs(S[U + order - 1]), abs(S[W + order - 1]))
+    u_last = abs(S[U + order])
+    w_last = abs(S[W + order])
+    u_before = abs(S[U + order - 1])
+    w_before = abs(S[W + order - 1])
     if deck:
-        last = max(last, abs(S[Y + order]), abs(S[Z + order]))
-        before = max(before, abs(S[Y + order - 1]), abs(S[Z + order - 1]))
-    goal = log(tolerance)
-    first = (goal - log(max(before, 1e-250))) / (order - 1)
-    second = goal / (order - 1) - log(max(last, 1e-250)) / order
-    return min(LONGEST, SAFETY * exp(min(first, second)))
+        u_last = max(u_last, abs(S[Y + order]))
+        w_last = max(w_last, abs(S[Z + order]))
+        u_before = max(u_before, abs(S[Y + order - 1]))
+        w_before = max(w_before, abs(S[Z + order - 1]))
+    return steplength(order, u_before, w_before, u_last, w_last, np.log2(tolerance))
 
 
 @kernel
-def survey(order: int, length: float, S: FloatArray) -> tuple[float, float, float, float, float]:
-    """Return t, u, w at a step's end, and bounds of the change of u and of w up to there."""
-    if order == 12:
-        return survey_12(S, T, U, W, length)
-    if order == 20:
-        return survey_20(S, T, U, W, length)
-    u_change = 0.0
-    w_change = 0.0
+def contact_advance(
+    numbers: FloatArray, strict: bool | None, until: float, limit: int, steps: FloatArray, S: FloatArray
+) -> tuple[float, float, float, float, bool]:
+    """Put the series of the next contact step that may hold an event in S, making the steps before it.
+
+    Return its length, t, u and w at its end, and whether w may pass zero in it. Rows `limit` and on of `steps` stay
+    free. Only the plainest contacts, written out in unrolled.py, make more than one step. `strict` is None or True:
+    its type tells the compiler which order to leave out.
+    """
+    order = int(numbers[contract.ORDER])
+    if (
+        numbers[contract.DECK_MASS] == 0.0
+        and numbers[contract.HYSTERESIS] == 0.0
+        and numbers[contract.QUADRATIC] == 0.0
+        and numbers[contract.CUBIC] == 1.0
+        and S[HERE + DEGREE] == 0.0
+        and S[HERE + FACTOR_DEGREE] < 0.0
+    ):
+        K = numbers[contract.STIFFNESS]
+        G = numbers[contract.DAMPING]
+        load = 1.0 + K * S[HERE + POLY]
+        goal = np.log2(numbers[contract.TOLERANCE])
+        omega = S[HERE + OMEGA]
+        gain_sin, gain_cos = harmonic_forcing(numbers, S)
+        if strict is None:
+            if omega == 0.0:
+                return coast_flat_12(K, G, load, goal, until, limit, steps, S)
+            return coast_wave_12(K, G, load, gain_sin, gain_cos, omega, goal, until, limit, steps, S)
+        else:  # noqa: RET505 - Numba prunes whole branches only
+            if omega == 0.0:
+                return coast_flat_20(K, G, load, goal, until, limit, steps, S)
+            return coast_wave_20(K, G, load, gain_sin, gain_cos, omega, goal, until, limit, steps, S)
+    contact_series(
+        numbers, order, S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V], S[STATE + ON_DECK] != 0.0, S
+    )
+    length = _contact_reach(order, numbers[contract.TOLERANCE], numbers[contract.DECK_MASS] > 0.0, S)
+    w = evaluate(S, W, order, length)
+    sway = 0.0
     for k in range(order, 0, -1):
-        u_change = (u_change + abs(S[U + k])) * length
-        w_change = (w_change + abs(S[W + k])) * length
-    t = evaluate(S, T, order, length)
-    return t, evaluate(S, U, order, length), evaluate(S, W, order, length), u_change, w_change
+        sway = (sway + k * abs(S[W + k])) * length
+    turns = not (S[W] * w > 0.0 and abs(S[W]) + abs(w) > sway)
+    return length, evaluate(S, T, order, length), evaluate(S, U, order, length), w, turns
 
 
 @kernel
@@ -89,15 +119,15 @@ def time_to(S: FloatArray, order: int, s_max: float, time: float) -> float:
 
 @kernel
 def contact_end(
-    numbers: FloatArray, order: int, until: float, S: FloatArray
-) -> tuple[float, int, float, float, float, bool]:
-    """Return the length in s of the contact step in S, what ends it, t, u, w there, and whether w may pass zero."""
-    length = contact_length(order, numbers[contract.TOLERANCE], numbers[contract.DECK_MASS] > 0.0, S)
-    t, u, w, u_change, w_change = survey(order, length, S)
+    numbers: FloatArray, order: int, until: float, length: float, t: float, u: float, w: float, turns: bool,
+    S: FloatArray,
+) -> tuple[float, int, float, float, float]:  # fmt: skip
+    """Cut the contact step in S at its first event; return its length in s, what ends it, and t, u, w there."""
     what = NOTHING
-    turns = not abs(S[W]) > w_change
-    if not S[U] > u_change:
-        root = first_root(S, U, order, 0.0, length, -1.0, WORK)
+    if not u > 0.0 or turns:
+        root, _ = first_root(S, U, order, 0.0, length, -1.0, 0.0)
+        if root == NONE and not u > 0.0:
+            root = 0.0  # it began at the root, within rounding
         if root != NONE:
             length = root
             what = OPENS
@@ -106,17 +136,20 @@ def contact_end(
         for k in range(order + 1):
             S[TREND + k] = eta * S[W + k]
         S[TREND] += 1.0
-        root = first_root(S, TREND, order, 0.0, length, -1.0, WORK)
+        root, _ = first_root(S, TREND, order, 0.0, length, -1.0, 0.0)
         if root != NONE:
             length = root
             what = RELEASES
     if what != NOTHING:
-        t, u, w, u_change, w_change = survey(order, length, S)
-    if t >= until:
+        t = evaluate(S, T, order, length)
+    if not t < until:
         length = time_to(S, order, length, until)
         what = BREAK
-        t, u, w, u_change, w_change = survey(order, length, S)
-    return length, what, t, u, w, turns
+        t = until
+    if what != NOTHING:
+        u = evaluate(S, U, order, length)
+        w = evaluate(S, W, order, length)
+    return length, what, t, u, w
 
 
 @kernel
@@ -139,23 +172,20 @@ def flight_end(numbers: FloatArray, released: bool, until: float, S: FloatArray)
         what = BREAK
     if numbers[contract.BILATERAL] != 0.0:
         return length, what
-    degree = FLIGHT_ORDER
-    while degree > 1 and abs(S[CLEAR + degree]) * length**degree < 1e-18:
-        degree -= 1
     if released:
-        root = first_root(S, CLEAR, degree, 0.0, length, -1.0, WORK)
+        root, _ = first_root(S, CLEAR, FLIGHT_ORDER, 0.0, length, -1.0, 0.0)
         if root != NONE:
             length = root
             what = OPENS
-        for k in range(degree):
+        for k in range(FLIGHT_ORDER):
             S[TREND + k] = (k + 1) * S[CLEAR + k + 1]
         S[TREND] += 1.0 / numbers[contract.HYSTERESIS]
-        root = first_root(S, TREND, degree - 1, 0.0, length, 1.0, WORK)
+        root, _ = first_root(S, TREND, FLIGHT_ORDER - 1, 0.0, length, 1.0, 0.0)
         if root != NONE:
             length = root
             what = GRIPS
     else:
-        root = first_root(S, CLEAR, degree, 0.0, length, 1.0, WORK)
+        root, _ = first_root(S, CLEAR, FLIGHT_ORDER, 0.0, length, 1.0, 0.0)
         if root != NONE:
             length = root
             what = LANDS

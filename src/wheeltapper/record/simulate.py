@@ -43,16 +43,8 @@ def simulate(scenario: Scenario, method: Literal["default", "strict"] = "default
     for note in lowered.notes:
         if "cannot follow" in note:
             warnings.warn(note, ModelWarning, stacklevel=2)
-    _announce_compilation()
-    from wheeltapper.march.single import march
+    from wheeltapper.march.single import is_ready, march
 
-    return Record(scenario, method, lowered, march(lowered.program))
-
-
-def _announce_compilation() -> None:
-    """Tell the user once, on standard error, that the kernels are being compiled."""
-    from wheeltapper.march.kernel import is_compiled
-    from wheeltapper.march.single import march_kernel
-
-    if not is_compiled(march_kernel):
+    if not is_ready(lowered.program):
         print("wheeltapper: compiling its kernels for this machine, once; this takes some seconds", file=sys.stderr)
+    return Record(scenario, method, lowered, march(lowered.program))
