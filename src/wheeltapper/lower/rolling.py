@@ -145,19 +145,29 @@ def _path(profile: Profile, run: Run, x: FloatArray) -> tuple[FloatArray, FloatA
 
 
 def _meeting(profile: Profile, a: Run, b: Run) -> float:
-    """Return where two branches are equally high: contact at two points."""
-    from scipy.optimize import brentq  # here, because most paths have no such place
-
-    def difference(x: float) -> float:
-        at = np.array([x])
-        return float(_path(profile, a, at)[0][0] - _path(profile, b, at)[0][0])
-
+    """Return where two branches are equally high: contact at two points. Newton's method, kept inside a bracket."""
     left, right = float(a.x[-1]), float(b.x[0])
-    if difference(left) <= 0.0:
+
+    def above(x: float) -> tuple[float, float]:
+        (ya, slope_a, _), (yb, slope_b, _) = (_path(profile, run, np.array([x])) for run in (a, b))
+        return float(ya[0] - yb[0]), float(slope_a[0] - slope_b[0])
+
+    if above(left)[0] <= 0.0:
         return left
-    if difference(right) >= 0.0:
+    if above(right)[0] >= 0.0:
         return right
-    return float(brentq(difference, left, right, xtol=1e-17 + 4e-16 * abs(left), rtol=8.9e-16))
+    x = 0.5 * (left + right)
+    while True:
+        height, slope = above(x)
+        left, right = (x, right) if height > 0.0 else (left, x)
+        new = x - height / slope if slope != 0.0 else left
+        if abs(new - x) <= 4e-16 * abs(x):
+            return x
+        if not left < new < right:
+            new = 0.5 * (left + right)
+            if new in (left, right):
+                return x
+        x = new
 
 
 def _joined(profile: Profile, runs: list[Run]) -> tuple[list[Run], list[float]]:
