@@ -9,7 +9,8 @@ import numpy as np
 
 import wheeltapper as wt
 from wheeltapper.faces.paper.claims import Measure, claim, count, relative, within
-from wheeltapper.faces.paper.setting import bump, flat, impacts, largest
+from wheeltapper.faces.paper.corrugation import settled
+from wheeltapper.faces.paper.setting import bump, flat, harmonic, impacts, largest, sine
 
 
 def tuned(mass: float, frequency: float) -> wt.FloatingDeck:
@@ -34,6 +35,42 @@ def force_over_stiffness() -> Iterator[Measure]:
     rows = ((15_000, 3.32), (3000, 3.55), (1500, 3.67), (750, 3.61), (300, 2.85), (150, 1.99))
     for mass, expected in rows:
         yield relative(f"flat, M = {mass} kg", largest(flat(8e3, 0.25, track=tuned(mass, 10.0))), expected, 5e-3)
+
+
+def dynamic_stiffness(mass: float, stiffness: float, frequency: float) -> float:
+    """Return |force/displacement| in N/m of a deck, from a wheel that rolls over corrugation of this frequency (Hz)."""
+    speed = frequency * 0.05
+    deck = wt.FloatingDeck(mass=mass, stiffness=stiffness)
+    record = sine(1e-6, 2e5, speed, 3.0, track=deck)
+    times = settled(record, int(0.5 * frequency), 1.0 / frequency)
+    history = record.at(times)
+    force, motion = (harmonic(times, history[n].values, frequency) for n in ("normal_force", "deck_displacement"))
+    return abs(force / motion)
+
+
+@claim("C11", "deck", "the modulus of the deck's dynamic stiffness at 180 Hz: a misprint")
+def stiffness_modulus() -> Iterator[Measure]:
+    """Measure force over displacement of the paper's deck at 180 Hz; the paper prints 2.919e9 N/m."""
+    yield relative("|K - M·ω²| [N/m], M = 1500 kg, K = 1e9 N/m", dynamic_stiffness(1500.0, 1e9, 180.0), 0.919e9, 1e-3)
+
+
+@claim("C48", "deck", "a flexible track shortens the series of impacts: only a very light deck does")
+def series_on_flexible_track() -> Iterator[Measure]:
+    """Measure the number of impacts against that on the stiff track."""
+    stiff = impacts(bump(5e4, 0.25))
+    for mass in (3000.0, 1500.0, 750.0):
+        more = impacts(bump(5e4, 0.25, track=tuned(mass, 10.0))) - stiff
+        yield within(f"more impacts than on stiff track, M = {mass:g} kg", more, 1, np.inf)
+    yield count("impacts, M = 300 kg", impacts(bump(5e4, 0.25, track=tuned(300.0, 10.0))), 0)
+
+
+@claim("C49", "deck", "the first and highest impulse cannot be attenuated: true while the deck is heavy")
+def first_impulse() -> Iterator[Measure]:
+    """Measure the largest force on the deck over that on stiff track."""
+    stiff = largest(bump(5e4, 0.25))
+    for mass, low, high in ((15_000.0, 0.95, 1.05), (3000.0, 0.95, 1.05), (750.0, 0.0, 0.8), (300.0, 0.0, 0.4)):
+        ratio = largest(bump(5e4, 0.25, track=tuned(mass, 10.0))) / stiff
+        yield within(f"largest force over that on stiff track, M = {mass:g} kg", ratio, low, high)
 
 
 @claim("C22", "fig5", "the heavy deck's acceleration imitates the normal force")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from wheeltapper.faces.paper import deck, single
+from wheeltapper.faces.paper import corrugation, deck, law, missed, single
 from wheeltapper.faces.paper.claims import CLAIMS, Claim
 from wheeltapper.ground.errors import InputError
 
-TOPICS = (single, deck)
+TOPICS = (single, deck, missed, corrugation, law)
 """The modules that register claims; importing them fills the register."""
 
 

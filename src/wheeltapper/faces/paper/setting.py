@@ -11,6 +11,12 @@ import wheeltapper as wt
 STATIC = 105_820.015756807212
 """Static force N0 of the setting in N: the unit of the forces in the claims."""
 
+CONSTANT = 1.405e11
+"""Contact constant per wheelset of the setting, N/m^1.5."""
+
+HERTZ: dict[str, Any] = {"contact": wt.Hertz(constant=1.8825e11), "vehicle": {"stiffness": 0.0}}
+"""What set `hertz` changes: the exact constant for a crown of 0.3 m, and no suspension."""
+
 STATIC_INDENTATION = 8.27804275380278819e-5
 """Static indentation of the setting in m."""
 
@@ -19,7 +25,7 @@ def scene(irregularity: Any, damping: float, speed: float, duration: float, **ch
     """Return a scenario with the paper's wheelset (1500 kg, contact resonance at 180 Hz)."""
     vehicle = {"mass": 1500.0, "load": 91_307.0, "stiffness": 2.44e6, "damping": damping, "radius": 0.46}
     vehicle |= changes.pop("vehicle", {})
-    fields = {"contact": wt.Hertz(constant=1.405e11)} | changes
+    fields = {"contact": wt.Hertz(constant=CONSTANT)} | changes
     return wt.Scenario(
         vehicle=wt.Wheelset(**vehicle), irregularity=irregularity, speed=speed, duration=duration, **fields
     )  # fmt: skip
@@ -56,6 +62,11 @@ def largest(record: wt.Record) -> float:
 def impacts(record: wt.Record) -> int:
     """Return the number of impacts."""
     return int(record.impacts.sizes["impact"])
+
+
+def losses(record: wt.Record) -> int:
+    """Return the number of losses of contact."""
+    return int((record.events.kind.values == "loss").sum())
 
 
 def harmonic(times: Any, values: Any, frequency: float) -> complex:

@@ -42,18 +42,6 @@ def stiffness_matters_little() -> Iterator[Measure]:
         yield relative(f"interval [ms] at {name}", 1e3 * float(record.impacts.interval[0]), interval, 1e-3)
 
 
-@claim("C13", "missed", "short losses of contact are easily missed")
-def short_losses() -> Iterator[Measure]:
-    """Measure the five short losses behind a step down."""
-    record = step(-1e-4, 8e3, 0.2)
-    events = record.events
-    losses = events.time.values[events.kind.values == "loss"]
-    durations = 1e3 * (record.impacts.time.values - losses[: impacts(record)])
-    yield count("losses", len(losses), 5)
-    yield relative("shortest loss [ms]", float(durations.min()), 0.32, 2e-2)
-    yield relative("longest loss [ms]", float(durations.max()), 0.92, 1e-2)
-
-
 @claim("C17", "fig4", "a step up: peaks, loss and impact of the core model")
 def step_up() -> Iterator[Measure]:
     """Measure the undamped response to a step up."""

@@ -1,0 +1,102 @@
+"""Claims on the law of the contact: its curvature, its non-linearity, its being one-sided."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from math import asin, pi, sqrt
+from typing import Any
+
+import numpy as np
+
+import wheeltapper as wt
+from wheeltapper.faces.paper.claims import Measure, claim, relative, within
+from wheeltapper.faces.paper.corrugation import AMPLITUDE, WAVELENGTH
+from wheeltapper.faces.paper.setting import CONSTANT, STATIC, bump, largest, losses, scene, sine
+from wheeltapper.lower.build import lower
+from wheeltapper.march import program as contract
+from wheeltapper.march.single import march
+
+FOLLOWING = wt.Hertz(constant=CONSTANT, curvature=True)
+"""The setting's contact with a constant that follows the local curvature."""
+
+
+def parametric_alone(damping: float, duration: float) -> wt.Record:
+    """Simulate the corrugation at 9 m/s as a change of the contact's stiffness only, on a level path."""
+    shape = wt.Corrugation(amplitude=AMPLITUDE, wavelength=WAVELENGTH, start=0.0)
+    scenario = scene(shape, damping, 9.0, duration, rolling="point", contact=FOLLOWING)
+    lowered = lower(scenario)
+    numbers = lowered.program.numbers.copy()
+    numbers[contract.LIFT] = 0.0
+    level = replace(lowered, program=lowered.program._replace(numbers=numbers))
+    return wt.Record(scenario, "default", level, march(level.program))
+
+
+@claim("C24", "parametric", "parametric excitation is negligible: for single irregularities, not for corrugation")
+def parametric() -> Iterator[Measure]:
+    """Measure what a contact constant that follows the curvature changes."""
+    rows: tuple[tuple[str, dict[str, Any], float, float, float], ...] = (
+        ("constant", {}, 5.85, 9.25, 2.337),
+        ("following", {"contact": FOLLOWING}, 5.34, 8.70, 2.150),
+    )
+    for name, changes, force, interval, corrugation in rows:
+        record = bump(2e4, 0.1, **changes)
+        yield relative(f"bump, C {name}: N_max/N0", largest(record), force, 2e-2)
+        yield relative(f"bump, C {name}: interval [ms]", 1e3 * float(record.impacts.interval[0]), interval, 2e-2)
+        record = sine(-AMPLITUDE, 8e3, 36.0, 0.2, **changes)
+        yield relative(f"corrugation at 36 m/s, C {name}: N_max/N0", largest(record), corrugation, 2e-2)
+    record = parametric_alone(2e4, 1.0)
+    late = record.peaks.normal_force.values[record.peaks.time.values > 0.5].max() / STATIC
+    yield relative("9 m/s, the changing constant alone: settled N_max/N0", float(late), 2.6, 2e-2)
+    yield within("... losses of contact", losses(record), 1, np.inf)
+
+
+def free_vibration(contact: Any, ratio: float) -> float:
+    """Return the frequency of undamped vibration with this largest force over the static one, over the linear one."""
+    linear = isinstance(contact, wt.Linear)
+    stiffness = contact.stiffness if linear else 1.5 * (CONSTANT**2 * STATIC) ** (1 / 3)
+    deepest = ratio * STATIC / stiffness if linear else (ratio * STATIC / CONSTANT) ** (2 / 3)
+    start = {"displacement": -deepest}
+    vehicle = {"stiffness": 0.0, "load": STATIC - 1500.0 * 9.81}
+    scenario = scene(None, 0.0, 0.0, 0.1, contact=contact, vehicle=vehicle, start=start)
+    times = wt.simulate(scenario, "strict").peaks.time.values
+    return float(1.0 / np.diff(times).mean() / (sqrt(stiffness / 1500.0) / (2 * pi)))
+
+
+def exact_frequency(ratio: float) -> float:
+    """Return the same for Hertz's law, by quadrature of the energy integral (physics reference, 6.2)."""
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    top = ratio ** (2 / 3)
+
+    def energy(d: float) -> float:  # v²/2 of the indentation d, in units of the static state
+        return (d - top) - 0.4 * (max(d, 0.0) ** 2.5 - top**2.5)
+
+    bottom = 0.0 if energy(0.0) > 0.0 else brentq(energy, 0.0, 1.0)
+    middle, half = 0.5 * (top + bottom), 0.5 * (top - bottom)
+
+    def time(angle: float) -> float:  # d = middle + half·sin(angle) takes the roots at both ends away
+        d = middle + half * np.sin(angle)
+        return float(half * np.cos(angle) / sqrt(max(2.0 * energy(d), 1e-300)))
+
+    first = -pi / 2 if bottom > 0.0 else asin(-middle / half)
+    contact = 2.0 * quad(time, first, pi / 2, epsabs=1e-13, epsrel=1e-13)[0]
+    flight = 2.0 * sqrt(2.0 * energy(0.0)) if bottom == 0.0 else 0.0
+    return 2 * pi / sqrt(1.5) / (contact + flight)
+
+
+@claim("C43", "law", "the non-linearity of the contact matters less than that it cannot pull")
+def nonlinear_or_one_sided() -> Iterator[Measure]:
+    """Measure how far the frequency falls before the first loss, and with losses."""
+    hertz = wt.Hertz(constant=CONSTANT)
+    for ratio in (2.0, 2.5 * (1 - 1e-9), 4.0, 10.0):
+        measured = free_vibration(hertz, ratio)
+        yield relative(f"f/f_linear, Hertz, N_max = {ratio:.3g} N0", measured, exact_frequency(ratio), 1e-6)
+    yield within("softening before the first loss [%]", 100 * (1 - free_vibration(hertz, 2.5 * (1 - 1e-9))), 4.6, 4.8)
+    yield within("softening at 10 N0 [%]", 100 * (1 - free_vibration(hertz, 10.0)), 60.0, 61.0)
+    stiffness = 1.5 * (CONSTANT**2 * STATIC) ** (1 / 3)
+    one_sided = free_vibration(wt.Linear(stiffness=stiffness), 10.0)
+    yield within("... of a linear contact that cannot pull [%]", 100 * (1 - one_sided), 40.0, 80.0)
+    both = free_vibration(wt.Linear(stiffness=stiffness, bilateral=True), 10.0)
+    yield within("... of a linear contact that pulls [%]", 100 * (1 - both), -1e-6, 1e-6)
