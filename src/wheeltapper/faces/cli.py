@@ -73,6 +73,31 @@ def run(
 
 
 @app.command
+def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None) -> int:
+    """Measure the claims of the paper, each PASS or FAIL with its number.
+
+    Parameters
+    ----------
+    which
+        all (the default), a figure (fig2, deck, missed …) or a claim (C07).
+    output
+        Write the table of measures (claims.csv) and the figures into this folder; it is made if need be.
+    """
+    import warnings
+
+    from wheeltapper.faces.paper.run import chosen, run
+    from wheeltapper.record.simulate import ModelWarning
+
+    names = list(which) or ["all"]
+    chosen(names)
+    if output is not None:
+        _make_folder(output)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)  # the paper's point follower, meant so
+        return run(names, output)
+
+
+@app.command
 def schema() -> int:
     """Print the JSON schema of the TOML files, for editors."""
     import json
@@ -92,6 +117,18 @@ def _check_target(option: str, target: Path, suffixes: tuple[str, ...]) -> None:
         raise InputError(
             str(target), option, "a place that cannot be written", "a file in a writable folder that exists"
         )
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a folder for output, or refuse it before anything is computed."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            str(folder), "--output", f"a place that cannot be made ({error.strerror})", "a folder"
+        ) from error
+    if not os.access(folder, os.W_OK):
+        raise InputError(str(folder), "--output", "a folder that cannot be written", "a writable folder")
 
 
 def main(arguments: list[str] | None = None) -> int:

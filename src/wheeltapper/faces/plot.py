@@ -49,7 +49,7 @@ def plot(record: Record, path: str | Path | None = None) -> Figure:
             axes[2].plot(1e3 * history.time, history.deck_acceleration)
             axes[2].set_ylabel("deck acceleration [m/s²]")
         for axis in axes:
-            _shade_losses(axis, record)
+            shade_losses(axis, record)
         axes[-1].set_xlabel("time [ms]")
         figure.suptitle(str(record), fontsize=9)
         if path is not None:
@@ -90,7 +90,8 @@ def _draw_force(axis: Axes, record: Record, history: Any) -> None:
     axis.legend(loc="upper right", ncols=2)
 
 
-def _shade_losses(axis: Axes, record: Record) -> None:
+def shade_losses(axis: Axes, record: Record) -> None:
+    """Shade the times without contact on an axis in milliseconds."""
     kinds, times = record.events.kind.values, record.events.time.values
     starts = times[kinds == "loss"]
     ends = times[kinds == "impact"]

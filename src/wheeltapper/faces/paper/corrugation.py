@@ -163,7 +163,7 @@ def spectrum(record: wt.Record, name: str) -> tuple[NDArray[np.float64], NDArray
     values = history[name].values - history[name].values.mean()
     window = np.hanning(len(values))
     amplitude = 2.0 * np.abs(np.fft.rfft(values * window)) / window.sum()
-    return np.fft.rfftfreq(len(values), 1.0 / 2e4), amplitude
+    return np.asarray(np.fft.rfftfreq(len(values), 1.0 / 2e4), dtype=float), np.asarray(amplitude, dtype=float)
 
 
 @claim("C45", "spectra", "the spectrum of the wheel's motion differs from the irregularity's")

@@ -18,7 +18,8 @@ from wheeltapper.describe.vehicle.wheelset import Wheelset
 FloatArray = NDArray[np.float64]
 
 
-def _path(record: wt.Record, times: FloatArray) -> FloatArray:
+def _path(record: wt.Record, step: float, n: int) -> FloatArray:
+    times = np.arange(n + 1) * step
     return np.asarray(record.at(np.minimum(times, record.end)).constraint.values)
 
 
@@ -39,7 +40,7 @@ def runge_kutta(record: wt.Record, step: float) -> FloatArray:
     """Return the indentation y_k - y at the steps' ends, by the classical method of order 4."""
     a = _acceleration(record)
     n = round(record.end / step)
-    path = _path(record, 0.5 * step * np.arange(2 * n + 1))
+    path = _path(record, 0.5 * step, 2 * n)
     y, v = _start(record)
     out = [path[0] - y]
     for i in range(n):
@@ -61,7 +62,7 @@ def backward_euler(record: wt.Record, step: float) -> FloatArray:
     stiffness, damping = vehicle.stiffness / vehicle.mass, vehicle.damping / vehicle.mass
     hardening = 1.5 * record.contact_constant / vehicle.mass
     n = round(record.end / step)
-    path = _path(record, step * np.arange(n + 1))
+    path = _path(record, step, n)
     y, v = _start(record)
     out = [path[0] - y]
     for p in path[1:]:

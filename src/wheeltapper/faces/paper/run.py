@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import csv
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 from wheeltapper.faces.paper import corrugation, deck, law, missed, single
 from wheeltapper.faces.paper.claims import CLAIMS, Claim
@@ -24,19 +26,46 @@ def chosen(which: list[str]) -> list[Claim]:
     return [found[n] for n in sorted(found)]
 
 
-def run(which: list[str], say: Callable[[str], None] = print) -> int:
-    """Measure claims; return 0 if all hold and 1 otherwise."""
-    failed = []
+def run(which: list[str], output: Path | None = None, say: Callable[[str], None] = print) -> int:
+    """Measure claims; return 0 if all hold and 1 otherwise.
+
+    Parameters
+    ----------
+    which
+        Numbers of claims, names of figures, or "all".
+    output
+        Folder for `claims.csv` and for the claims' figures.
+    say
+        What takes each line.
+    """
     claims = chosen(which)
+    rows = []
+    failed: set[str] = set()
     for claim in claims:
         say(f"{claim.number} ({claim.figure}): {claim.sentence}")
         for measure in claim.measure():
             verdict = "PASS" if measure.holds else "FAIL"
             say(f"  {verdict}  {measure.quantity}: {measure.value:.6g}, expected {measure.expected}")
-            if not measure.holds and claim.number not in failed:
-                failed.append(claim.number)
-    say(
-        f"{len(claims) - len(failed)} of {len(claims)} claims hold"
-        + (f"; failed: {', '.join(failed)}" if failed else "")
-    )
+            rows.append((claim.number, claim.figure, measure.quantity, measure.value, measure.expected, verdict))
+            if not measure.holds:
+                failed.add(claim.number)
+    said = f"; failed: {', '.join(sorted(failed))}" if failed else ""
+    say(f"{len(claims) - len(failed)} of {len(claims)} claims hold{said}")
+    if output is not None:
+        for path in _written(claims, rows, output):
+            say(f"written: {path}")
     return 1 if failed else 0
+
+
+def _written(claims: list[Claim], rows: list[tuple[str, str, str, float, str, str]], output: Path) -> Iterator[Path]:
+    """Write the table of measures and the figures; yield each file."""
+    from wheeltapper.faces.paper.figures import draw
+
+    table = output / "claims.csv"
+    with table.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(("claim", "figure", "quantity", "value", "expected", "verdict"))
+        writer.writerows(rows)
+    yield table
+    for name in sorted({claim.figure for claim in claims}):
+        yield draw(name, output)

@@ -1,0 +1,230 @@
+"""The figures of the paper's claims, drawn from the same simulations that the claims measure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import wheeltapper as wt
+from wheeltapper.faces.paper import corrugation, deck, law, missed, naive
+from wheeltapper.faces.paper.setting import CONSTANT, STATIC, bump, flat, impacts, largest, losses, sine, step
+from wheeltapper.faces.plot import STYLE, save, shade_losses
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DRAW: dict[str, Callable[[Figure], None]] = {}
+"""By figure, the function that draws it."""
+
+
+def _figure(name: str) -> Callable[[Callable[[Figure], None]], Callable[[Figure], None]]:
+    def register(function: Callable[[Figure], None]) -> Callable[[Figure], None]:
+        DRAW[name] = function
+        return function
+
+    return register
+
+
+def draw(name: str, folder: Path) -> Path:
+    """Draw one figure into a folder; return the file."""
+    import matplotlib.style
+    from matplotlib.figure import Figure
+
+    path = folder / f"{name}.png"
+    with matplotlib.style.context(STYLE):
+        figure = Figure()
+        DRAW[name](figure)
+        save(figure, path)
+    return path
+
+
+def _times(record: wt.Record, end: float | None = None) -> Any:
+    """Return everything over times that contain every event and peak."""
+    events = np.concatenate([record.events.time.values, record.peaks.time.values])
+    times = np.unique(np.concatenate([np.linspace(0.0, record.end, 4000), events]))
+    return record.at(times[times <= (end or record.end)])
+
+
+def _force(axis: Axes, record: wt.Record, label: str | None = None, **style: Any) -> None:
+    history = _times(record)
+    axis.plot(1e3 * history.time, history.normal_force / record.static_force, label=label, **style)
+    axis.set(xlabel="time [ms]", ylabel="N/N₀")
+
+
+def _motion(axis: Axes, record: wt.Record) -> None:
+    history = _times(record)
+    axis.plot(1e3 * history.time, 1e6 * history.constraint, color="0.5", label="constraint $y_{Ck}$")
+    axis.plot(1e3 * history.time, 1e6 * history.wheel_displacement, label="wheel $y_C$")
+    axis.set(xlabel="time [ms]", ylabel="displacement [µm]")
+
+
+@_figure("fig2")
+def fig2(figure: Figure) -> None:
+    """Draw a phase of impacts, then one of vibration in contact; without much damping there is no such picture."""
+    figure.set_size_inches(8, 7)
+    top, middle, bottom = figure.subplots(3, 1, sharex=True)
+    heavy, light = bump(5e4, 0.2), bump(8e3, 0.2)
+    _motion(top, heavy)
+    _force(middle, heavy)
+    _force(bottom, light)
+    shade_losses(top, heavy)
+    shade_losses(middle, heavy)
+    shade_losses(bottom, light)
+    top.legend(loc="upper right", ncols=2)
+    top.set(title=f"Fig. 2a: bump 0.2 mm, 5 cm, 9 m/s, c = 50 kN s/m: {impacts(heavy)} impacts", xlabel="")
+    middle.set(xlabel="")
+    bottom.set(title=f"c = 8 kN s/m: {impacts(light)} impacts in 0.2 s")
+
+
+@_figure("fig4")
+def fig4(figure: Figure) -> None:
+    """Draw steps: force over time, and largest force over speed."""
+    figure.set_size_inches(8, 7)
+    top, bottom = figure.subplots(2, 1)
+    for height, name in ((1e-4, "up"), (-1e-4, "down")):
+        _force(top, step(height, 0.0, 0.06), f"step {name}")
+    top.set(title="Fig. 4: step of 0.1 mm at x = 5 cm, 5 m/s, c = 0")
+    top.legend()
+    speeds = np.geomspace(0.5, 40.0, 36)
+    runs: dict[str, Callable[[float, float], wt.Record]] = {
+        "step up": lambda v, end: step(1e-4, 8e3, end, v),
+        "step down": lambda v, end: step(-1e-4, 8e3, end, v),
+        "flat": lambda v, end: flat(8e3, end, v),
+    }
+    for name, run in runs.items():
+        bottom.semilogx(speeds, [largest(run(float(v), 0.06 / float(v) + 0.1)) for v in speeds], label=name)
+    bottom.set(xlabel="speed [m/s]", ylabel="largest N/N₀", title="c = 8 kN s/m")
+    bottom.legend()
+
+
+@_figure("fig5")
+def fig5(figure: Figure) -> None:
+    """Draw a flat on the deck: the deck's acceleration against the normal force."""
+    figure.set_size_inches(8, 7)
+    top, bottom = figure.subplots(2, 1)
+    record = flat(0.0, 0.1, track=wt.FloatingDeck(mass=15_000, stiffness=1.5e7))
+    history = _times(record)
+    _force(top, flat(0.0, 0.1), "N on stiff track", color="0.7")
+    _force(top, record, "N on the deck")
+    mirrored = 1.0 - 15_000.0 * history.deck_acceleration / record.static_force
+    top.plot(1e3 * history.time, mirrored, "--", label="1 − M·ÿ$_M$/N₀")
+    top.set(title="Fig. 5: flat of 0.1 mm, 5 m/s, deck 15 t at 5 Hz")
+    top.legend(ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.2))
+    force = (history.normal_force - record.static_force) / 1e3
+    bottom.plot(force, -history.deck_acceleration, linewidth=0.7)
+    bottom.set(xlabel="N − N₀ [kN]", ylabel="−ÿ$_M$ [m/s²]")
+
+
+@_figure("fig7")
+def fig7(figure: Figure) -> None:
+    """Draw corrugation below, near and above the resonance."""
+    figure.set_size_inches(11, 8)
+    axes = figure.subplots(2, 3)
+    for column, (speed, periods, words) in enumerate(
+        ((2.25, 6, "in phase"), (9.0, 12, "bouncing"), (36.0, 24, "antiphase"))
+    ):
+        record = sine(-corrugation.AMPLITUDE, 8e3, speed, periods * corrugation.period(speed))
+        _motion(axes[0, column], record)
+        _force(axes[1, column], record)
+        for axis in axes[:, column]:
+            shade_losses(axis, record)
+        axes[0, column].set(title=f"{speed:g} m/s: {words}", xlabel="")
+        if column:
+            axes[0, column].set(ylabel="")
+            axes[1, column].set(ylabel="")
+    axes[0, 0].legend(loc="lower left")
+    figure.suptitle("Fig. 7: corrugation 50 µm, 5 cm, c = 8 kN s/m")
+
+
+@_figure("stiffness")
+def stiffness(figure: Figure) -> None:
+    """Draw responses that hardly differ."""
+    axis = figure.subplots()
+    for k, line in ((0.0, "-"), (2.44e6, "--"), (2.44e7, ":")):
+        _force(axis, bump(5e4, 0.1, vehicle={"stiffness": k}), f"k = {k / 1e6:g} MN/m", linestyle=line)
+    axis.set(title="Bump, c = 50 kN s/m: insensitive to the suspension's stiffness")
+    axis.legend()
+
+
+@_figure("deck")
+def dynamic_deck(figure: Figure) -> None:
+    """Draw the deck's dynamic stiffness; impacts and largest force over its mass."""
+    figure.set_size_inches(8, 8)
+    top, bottom = figure.subplots(2, 1)
+    frequency = np.linspace(20.0, 300.0, 400)
+    top.semilogy(frequency, np.abs(1e9 - 1500.0 * (2 * np.pi * frequency) ** 2), label="|K − M·ω²|")
+    points = [60.0, 100.0, 180.0, 240.0]
+    top.plot(points, [deck.dynamic_stiffness(1500.0, 1e9, f) for f in points], "o", label="measured")
+    top.axhline(2.919e9, color="0.5", linestyle=":", label="as printed in the paper for 180 Hz")
+    top.set(xlabel="frequency [Hz]", ylabel="dynamic stiffness [N/m]", title="Deck 1500 kg, 1 GN/m")
+    top.legend()
+    masses = np.geomspace(150.0, 15_000.0, 24)
+    records = [bump(5e4, 0.25, track=deck.tuned(float(m), 10.0)) for m in masses]
+    flats = [largest(flat(8e3, 0.25, track=deck.tuned(float(m), 10.0))) for m in masses]
+    bottom.semilogx(masses, [largest(r) for r in records], label="largest N/N₀, bump")
+    bottom.semilogx(masses, flats, label="largest N/N₀, flat at 5 m/s")
+    bottom.semilogx(masses, [impacts(r) / 10 for r in records], "--", label="impacts/10, bump")
+    bottom.set(xlabel="mass of the deck, tuned to 10 Hz [kg]")
+    bottom.legend()
+
+
+@_figure("missed")
+def lost(figure: Figure) -> None:
+    """Draw how many losses of contact integrators without event location find."""
+    axis = figure.subplots()
+    record = missed.benchmark()
+    sizes = np.geomspace(1e-5, 1e-3, 15)
+    for name, method in (("Runge-Kutta 4", naive.runge_kutta), ("backward Euler", naive.backward_euler)):
+        axis.semilogx(1e6 * sizes, [naive.losses(method(record, float(h))) for h in sizes], "o-", label=name)
+    axis.axhline(losses(record), color="0.5", linestyle="--", label="located")
+    axis.set(xlabel="step [µs]", ylabel="losses of contact found in 0.2 s")
+    axis.set(title="Corrugation 50 µm, 5 cm, 36 m/s: losses of 0.04 to 0.24 ms")
+    axis.legend()
+
+
+@_figure("parametric")
+def parametric(figure: Figure) -> None:
+    """Draw a contact constant that follows the curvature against displacement alone."""
+    figure.set_size_inches(8, 7)
+    top, bottom = figure.subplots(2, 1)
+    _force(top, bump(2e4, 0.06), "displacement alone")
+    _force(top, bump(2e4, 0.06, contact=law.FOLLOWING), "and curvature")
+    top.set(title="Bump, c = 20 kN s/m: the contact constant follows the curvature", xlabel="")
+    top.legend()
+    _force(bottom, law.parametric_alone(2e4, 0.1), "curvature alone", color="C2")
+    bottom.set(title="Corrugation 50 µm, 5 cm, 9 m/s, as a change of the contact's stiffness only")
+
+
+@_figure("law")
+def contact_law(figure: Figure) -> None:
+    """Draw the frequency of free vibration over its largest force, for three laws."""
+    axis = figure.subplots()
+    ratios = np.linspace(1.05, 10.0, 60)
+    linear = 1.5 * (CONSTANT**2 * STATIC) ** (1 / 3)
+    for name, contact in (
+        ("linear, pulls", wt.Linear(stiffness=linear, bilateral=True)),
+        ("linear, cannot pull", wt.Linear(stiffness=linear)),
+        ("Hertz", wt.Hertz(constant=CONSTANT)),
+    ):
+        axis.plot(ratios, [law.free_vibration(contact, float(r)) for r in ratios], label=name)
+    axis.axvline(2.5, color="0.5", linestyle=":", label="first loss, Hertz")
+    axis.axvline(2.0, color="0.8", linestyle=":", label="first loss, linear")
+    axis.set(xlabel="largest force over static", ylabel="frequency over linear frequency")
+    axis.legend()
+
+
+@_figure("spectra")
+def spectra(figure: Figure) -> None:
+    """Draw the spectra of the wheel's motion and of the irregularity."""
+    axis = figure.subplots()
+    record = sine(corrugation.AMPLITUDE, 8e3, 9.0, 180 * corrugation.period(9.0))
+    for name, label in (("constraint", "irregularity"), ("wheel_displacement", "wheel")):
+        frequency, amplitude = corrugation.spectrum(record, name)
+        axis.semilogy(frequency, 1e6 * amplitude, label=label)
+    axis.set(xlim=(0.0, 600.0), ylim=(1e-3, None), xlabel="frequency [Hz]", ylabel="amplitude [µm]")
+    axis.set(title="Corrugation 50 µm, 5 cm, 9 m/s, bouncing")
+    axis.legend()
