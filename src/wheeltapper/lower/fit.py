@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 Function = Callable[[FloatArray], FloatArray]
 
 DEGREE = 8
@@ -27,25 +28,15 @@ def _conditions() -> FloatArray:
 
 
 TO_MONOMIALS = np.linalg.inv(_conditions())
+NODES = np.concatenate([[-1.0, 1.0], INNER, CHECK])
+"""Where a piece is sampled: its ends, inside, and where it is checked."""
 LOBATTO = np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 FROM_LOBATTO = np.linalg.inv(LOBATTO[:, None] ** np.arange(DEGREE + 1))
+CHUNK = 20_000
+"""Pieces that are fitted at once: bounds the memory."""
 
-
-def interpolate(value: Function, slope: Function | None, left: FloatArray, right: FloatArray) -> FloatArray:
-    """Return monomial coefficients in ξ = (x - middle)/half-width, one row for each interval [left, right].
-
-    Neighbours meet in value; with a slope they meet in that as well.
-    """
-    middle = 0.5 * (left + right)
-    half = 0.5 * (right - left)
-    if slope is None:
-        nodes = middle[:, None] + half[:, None] * LOBATTO
-        return np.asarray(value(nodes.ravel()).reshape(nodes.shape) @ FROM_LOBATTO.T)
-    inner = middle[:, None] + half[:, None] * INNER
-    data = np.column_stack(
-        [value(left), value(right), half * slope(left), half * slope(right), value(inner.ravel()).reshape(inner.shape)]
-    )
-    return np.asarray(data @ TO_MONOMIALS.T)
+Sample = Callable[[FloatArray, IntArray], "list[tuple[FloatArray, FloatArray | None]]"]
+"""From places and the owner of each: for each function to fit its values, and its slopes where those must meet too."""
 
 
 def _noise(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
@@ -55,56 +46,68 @@ def _noise(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> Flo
     return np.asarray(4e-16 * (place * rise + np.abs(coefficients).sum(axis=1)))
 
 
+def _fitted(
+    sample: Sample, left: FloatArray, right: FloatArray, owner: IntArray, tolerances: list[float]
+) -> tuple[list[FloatArray], NDArray[np.bool_]]:
+    """Return the monomial coefficients of each function on each interval, and where all are good enough."""
+    middle, half = 0.5 * (left + right)[:, None], 0.5 * (right - left)[:, None]
+    places = middle + half * (NODES if len(tolerances) == 1 else np.concatenate([NODES, LOBATTO]))
+    places[:, 0], places[:, 1] = left, right  # exactly: neighbours share their ends
+    found = sample(places.ravel(), np.repeat(owner, places.shape[1]))
+    good = np.asarray(half[:, 0] < NARROWEST)
+    rows, errors = [], []
+    for (values, slopes), tolerance in zip(found, tolerances, strict=True):
+        table = values.reshape(places.shape)
+        if slopes is None:
+            coefficients = table[:, len(NODES) :] @ FROM_LOBATTO.T
+        else:
+            ends = slopes.reshape(places.shape)[:, :2] * half
+            inner = slice(2, 2 + len(INNER))
+            coefficients = np.concatenate([table[:, :2], ends, table[:, inner]], axis=1) @ TO_MONOMIALS.T
+        checked = table[:, 2 + len(INNER) : len(NODES)]
+        error = np.abs(np.polynomial.polynomial.polyval(CHECK, coefficients.T) - checked).max(axis=1)
+        errors.append(error <= tolerance + _noise(coefficients, left, right))
+        rows.append(coefficients)
+    return rows, good | np.all(errors, axis=0)
+
+
 def fit(
-    functions: list[tuple[Function, Function | None]],
-    start: float,
-    end: float,
-    tolerances: list[float],
-    knots: FloatArray | None = None,
-) -> tuple[FloatArray, list[FloatArray]]:
-    """Fit several smooth functions on [start, end] with common pieces.
+    sample: Sample, intervals: FloatArray, owner: IntArray, tolerances: list[float]
+) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
+    """Fit several smooth functions with common pieces; neighbours meet in value, and in slope where one is given.
 
     Parameters
     ----------
-    functions
-        Pairs of value and slope (or None, where only the values need to meet), vectorised over x.
+    sample
+        The functions.
+    intervals
+        (n, 2) left and right ends, inside which everything is smooth.
+    owner
+        (n,) handed on to `sample` with every place of an interval.
     tolerances
-        Largest allowed deviation of each.
-    knots
-        Places inside at which a piece must end, because a higher derivative jumps there.
+        Largest allowed deviation of each function. A second one has no slope.
 
     Returns
     -------
-    breaks
-        Ends of the pieces, (n + 1,).
+    left, right
+        Ends of the pieces, from left to right.
     coefficients
-        For each function, (n, 9) monomial coefficients in ξ = (x - middle)/half-width.
+        For each function, (pieces, 9) monomial coefficients in ξ = (x - middle)/half-width.
     """
-    first = np.array([start, *(knots if knots is not None else ()), end])
-    waiting = np.column_stack([first[:-1], first[1:]])
-    intervals: list[FloatArray] = []
-    found: list[list[FloatArray]] = [[] for _ in functions]
-    while len(waiting):
-        left, right = waiting[:, 0], waiting[:, 1]
-        middle, half = 0.5 * (left + right), 0.5 * (right - left)
-        check = (middle[:, None] + half[:, None] * CHECK).ravel()
-        good = np.ones(len(waiting), dtype=bool)
-        rows = []
-        for (value, slope), tolerance in zip(functions, tolerances, strict=True):
-            coefficients = interpolate(value, slope, left, right)
-            rows.append(coefficients)
-            error = np.abs(
-                np.polynomial.polynomial.polyval(CHECK, coefficients.T) - value(check).reshape(len(left), -1)
-            )
-            good &= error.max(axis=1) <= tolerance + _noise(coefficients, left, right)
-        good |= half < NARROWEST
-        intervals.append(waiting[good])
+    done: list[FloatArray] = []
+    found: list[list[FloatArray]] = [[] for _ in tolerances]
+    waiting = [(intervals[i : i + CHUNK], owner[i : i + CHUNK]) for i in range(0, len(intervals), CHUNK)]
+    while waiting:
+        ends, owned = waiting.pop()
+        rows, good = _fitted(sample, ends[:, 0], ends[:, 1], owned, tolerances)
+        done.append(ends[good])
         for kept, coefficients in zip(found, rows, strict=True):
             kept.append(coefficients[good])
-        halves = waiting[~good]
-        cut = halves.mean(axis=1)
-        waiting = np.vstack([np.column_stack([halves[:, 0], cut]), np.column_stack([cut, halves[:, 1]])])
-    done = np.vstack(intervals)
-    order = np.argsort(done[:, 0])
-    breaks = np.append(done[order, 0], end)
-    return breaks, [np.vstack(kept)[order] for kept in found]
+        if not good.all():
+            halves = ends[~good]
+            cut = halves.mean(axis=1)
+            both = np.vstack([np.column_stack([halves[:, 0], cut]), np.column_stack([cut, halves[:, 1]])])
+            waiting.append((both, np.tile(owned[~good], 2)))
+    pieces = np.vstack(done) if done else np.empty((0, 2))
+    order = np.argsort(pieces[:, 0])
+    return pieces[order, 0], pieces[order, 1], [np.vstack(kept)[order] if kept else np.empty((0, 9)) for kept in found]

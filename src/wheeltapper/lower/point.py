@@ -14,6 +14,7 @@ from wheeltapper.lower.table import Table, assemble, blank, polynomial_rows, set
 from wheeltapper.march import program as contract
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 SLIVER = 1e-12
 """Borders closer than this (m) are one."""
@@ -129,7 +130,7 @@ def _polynomial_rows(placed: Placed, start: float, end: float, offset: float, he
     scale = np.diff(breaks)[first:last]
     cut = np.concatenate([[max(start, breaks[first])], breaks[first + 1 : last], [min(end, breaks[last])]])
     scaled = coefficients * scale[:, None] ** np.arange(coefficients.shape[1])
-    rows = polynomial_rows(cut, scaled, 1e-18 * height)
+    rows = polynomial_rows(cut[:-1], cut[1:], scaled, 1e-18 * height)
     rows[:, contract.CENTRE] = breaks[first:last]
     rows[:, contract.SCALE] = scale
     return rows
@@ -154,15 +155,15 @@ def _cell_rows(
         form = next(p for p in present if isinstance(p.stretch.exact, Polynomials))
         others = _harmonics([p for p in present if p is not form])
         return _polynomial_rows(form, start, end, others[0] if others else 0.0, height)
-    functions: list[tuple[Function, Function | None]] = [(total(present, "value"), total(present, "slope"))]
-    tolerances = [tolerance * height]
-    if bent:
-        assert factor is not None
-        curvature = total(present, "curvature")
-        functions.append((lambda x: factor(curvature(x)), None))
-        tolerances.append(tolerance)
-    breaks, fitted = fit(functions, start, end, tolerances)
-    rows = polynomial_rows(breaks, fitted[0], 1e-18 * height)
+    value, slope, curvature = (total(present, name) for name in ("value", "slope", "curvature"))
+
+    def sample(x: FloatArray, _: IntArray) -> list[tuple[FloatArray, FloatArray | None]]:
+        path: list[tuple[FloatArray, FloatArray | None]] = [(value(x), slope(x))]
+        return [*path, (factor(curvature(x)), None)] if bent and factor is not None else path
+
+    tolerances = [tolerance * height, tolerance] if bent else [tolerance * height]
+    left, right, fitted = fit(sample, np.array([[start, end]]), np.zeros(1, dtype=np.int64), tolerances)
+    rows = polynomial_rows(left, right, fitted[0], 1e-18 * height)
     if bent:
         set_factor(rows, fitted[1])
     return rows

@@ -20,13 +20,13 @@ def blank(count: int) -> FloatArray:
     return rows
 
 
-def polynomial_rows(breaks: FloatArray, coefficients: FloatArray, negligible: float) -> FloatArray:
+def polynomial_rows(left: FloatArray, right: FloatArray, coefficients: FloatArray, negligible: float) -> FloatArray:
     """Return rows for polynomials in ξ = (x - middle)/half-width; trailing coefficients below `negligible` go."""
-    rows = blank(len(breaks) - 1)
-    rows[:, contract.START] = breaks[:-1]
-    rows[:, contract.STOP] = breaks[1:]
-    rows[:, contract.CENTRE] = 0.5 * (breaks[:-1] + breaks[1:])
-    rows[:, contract.SCALE] = 0.5 * (breaks[1:] - breaks[:-1])
+    rows = blank(len(left))
+    rows[:, contract.START] = left
+    rows[:, contract.STOP] = right
+    rows[:, contract.CENTRE] = 0.5 * (left + right)
+    rows[:, contract.SCALE] = 0.5 * (right - left)
     width = coefficients.shape[1]
     rows[:, contract.COEFFICIENT : contract.COEFFICIENT + width] = coefficients
     rows[:, contract.DEGREE] = used_degree(coefficients, negligible)

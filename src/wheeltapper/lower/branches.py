@@ -1,0 +1,157 @@
+"""Branches of contact: on each, the point of contact moves steadily as the wheel moves on.
+
+A circle that touches the profile at s has its centre above x0 = s - R·p'/sqrt(1 + p'²). Where x0 rises with s the
+contact is a (local) highest one; where it falls it is a lowest one and never the contact. A corner that juts out is a
+branch of its own: an arc. The path is the upper envelope of all branches.
+
+    sample x0(s) in every smooth cell, cut it where it falls     -> branches
+    where several branches lie above each other, sample their heights and keep the highest     -> runs
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.lower.surface import Profile
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+FINEST = 2.5e-4
+"""Spacing in m of the samples of a profile of unknown smoothness."""
+MOST_SAMPLES = 8_000_000
+MARGIN = 1.2
+"""How much farther than the window an arc about a corner is followed."""
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Samples of the wheel's place x and of the point of contact s, both rising; about a corner s is the corner."""
+
+    cell: int  # -1 for a corner
+    corner: int  # -1 for a cell
+    x: FloatArray
+    s: FloatArray
+
+
+@dataclass
+class Run:
+    """A stretch of the path on one branch."""
+
+    branch: int
+    first: float  # the first and the last sample that this branch won
+    last: float
+    start: float = -np.inf
+    end: float = np.inf
+
+
+def _spacing(profile: Profile, window: float, length: float) -> float:
+    wanted = min(FINEST, max(window, 1e-6) / 25, length / 16)
+    return max(wanted, min(1e-5, length / 16), (profile.end - profile.start) / MOST_SAMPLES)
+
+
+def _cell_samples(profile: Profile, index: int, window: float) -> FloatArray:
+    cell = profile.cells[index]
+    start, end = max(cell.start, profile.start), min(cell.end, profile.end)
+    if cell.flat:
+        return np.array([start, end])
+    if len(cell.knots):
+        knots = np.concatenate([[start], cell.knots[(cell.knots > start) & (cell.knots < end)], [end]])
+        return np.append((knots[:-1, None] + np.diff(knots)[:, None] * np.arange(4) / 4).ravel(), end)
+    return np.linspace(start, end, int(np.ceil((end - start) / _spacing(profile, window, end - start))) + 1)
+
+
+def find(profile: Profile, window: float) -> list[Branch]:
+    """Return all branches of a profile."""
+    out = []
+    for index, cell in enumerate(profile.cells):
+        s = _cell_samples(profile, index, window)
+        slope = np.zeros_like(s) if cell.flat else cell.slope(s)
+        x = s - profile.radius * slope / np.sqrt(1.0 + slope**2)
+        edges = [0, *(np.flatnonzero(np.diff(x) <= 0.0) + 1).tolist(), len(s)]
+        out += [Branch(index, -1, x[a:b], s[a:b]) for a, b in pairwise(edges) if b - a > 1]
+    for index, corner in enumerate(profile.corners):
+        if corner.juts_out:
+            reach = min(MARGIN * window, 0.999 * profile.radius)
+            u = np.linspace(min(profile.offset(corner.before), reach), max(profile.offset(corner.after), -reach), 33)
+            out.append(Branch(-1, index, corner.position - u, np.full(len(u), corner.position)))
+    return out
+
+
+class Envelope:
+    """The upper envelope of the branches."""
+
+    def __init__(self, profile: Profile, window: float) -> None:
+        self.profile = profile
+        self.branches = find(profile, window)
+        self.cells = np.array([b.cell for b in self.branches])
+        self.corners = np.array([b.corner for b in self.branches])
+        self._flat = np.array([b.corner < 0 and profile.cells[b.cell].flat for b in self.branches])
+        self.runs = self._won(self._grid(window))
+
+    def contact(self, x: FloatArray, owner: IntArray) -> FloatArray:
+        """Return the point of contact for each place of the wheel on the given branch, else the branch's nearer end."""
+        s, lo, hi = np.empty_like(x), np.empty_like(x), np.empty_like(x)
+        for group in _groups(owner):
+            branch = self.branches[owner[group[0]]]
+            right = np.clip(np.searchsorted(branch.x, x[group]), 1, len(branch.x) - 1)
+            s[group] = np.interp(x[group], branch.x, branch.s)
+            lo[group] = branch.s[np.maximum(right - 2, 0)]
+            hi[group] = branch.s[np.minimum(right + 1, len(branch.s) - 1)]
+        bent = np.flatnonzero((self.corners[owner] < 0) & ~self._flat[owner])
+        if len(bent):
+            s[bent] = self.profile.sharpen(x[bent], s[bent], lo[bent], hi[bent], self.cells[owner[bent]])
+        return s
+
+    def height(self, x: FloatArray, s: FloatArray, owner: IntArray) -> FloatArray:
+        """Return the height of the wheel's centre (its radius subtracted) at x when it touches at s."""
+        out = self.profile.drop(s - x)
+        corner = self.corners[owner]
+        smooth = np.flatnonzero(corner < 0)
+        out[smooth] += self.profile.each(s[smooth], self.cells[owner[smooth]], "value")
+        about = np.flatnonzero(corner >= 0)
+        if len(about):
+            out[about] += np.array([c.height for c in self.profile.corners])[corner[about]]
+        return out
+
+    def _grid(self, window: float) -> FloatArray:
+        """Return places that lie in every interval between ends of branches, densely where branches overlap."""
+        starts = np.sort([b.x[0] for b in self.branches])
+        ends = np.sort([b.x[-1] for b in self.branches])
+        edges = np.unique(np.concatenate([starts, ends]))
+        middle = 0.5 * (edges[:-1] + edges[1:])
+        covered = np.searchsorted(starts, middle) - np.searchsorted(ends, middle)
+        parts = [middle]
+        for a, b in zip(edges[:-1][covered > 1], edges[1:][covered > 1], strict=True):
+            count = int(np.ceil((b - a) / _spacing(self.profile, window, b - a)))
+            parts.append(a + (b - a) * (np.arange(count) + 0.5) / count)
+        return np.unique(np.concatenate(parts))
+
+    def _won(self, grid: FloatArray) -> list[Run]:
+        """Return the runs: which branch is the highest where, as far as the grid shows it."""
+        best = np.full(len(grid), -np.inf)
+        winner = np.full(len(grid), -1)
+        for index, branch in enumerate(self.branches):
+            first, last = np.searchsorted(grid, [branch.x[0], branch.x[-1]])
+            if first == last:
+                continue
+            x = grid[first:last]
+            height = self.height(x, np.interp(x, branch.x, branch.s), np.full(len(x), index))
+            higher = height > best[first:last]
+            best[first:last][higher] = height[higher]
+            winner[first:last][higher] = index
+        touched = np.flatnonzero(winner >= 0)
+        parts = np.split(touched, np.flatnonzero(np.diff(winner[touched])) + 1)
+        return [Run(int(winner[p[0]]), float(grid[p[0]]), float(grid[p[-1]])) for p in parts]
+
+
+def _groups(owner: IntArray) -> list[IntArray]:
+    """Return the indices of each owner's places."""
+    if len(owner) == 0 or (owner[0] == owner[-1] and np.all(owner == owner[0])):
+        return [np.arange(len(owner))] if len(owner) else []
+    order = np.argsort(owner, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(owner[order])) + 1)
