@@ -13,7 +13,7 @@ from pydantic import model_validator
 
 from wheeltapper.describe.irregularity import samples, spline
 from wheeltapper.describe.irregularity.base import Irregularity
-from wheeltapper.describe.irregularity.course import Course, level
+from wheeltapper.describe.irregularity.course import Course, Polynomials, level
 from wheeltapper.describe.noun import Length, PositiveLength
 
 FloatArray = NDArray[np.float64]
@@ -73,10 +73,16 @@ class Measured(Irregularity):
             samples.check(x, y, "", None, self.allow_gaps)
         return (x if self.start is None else x - x[0] + self.start), y
 
+    @cached_property
+    def form(self) -> Polynomials:
+        """The spline through, or near, the samples."""
+        x, y = self.samples
+        return spline.smoothing(x, y, self.noise) if self.noise else spline.interpolating(x, y)
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
-        x, y = self.samples
-        form = spline.smoothing(x, y, self.noise) if self.noise else spline.interpolating(x, y)
+        _, y = self.samples
+        form = self.form
         part = spline.stretch(form)
         ends = form.derivative(form.breaks[[0, -1]], 0)
         height = float(np.ptp(y)) or 1e-9

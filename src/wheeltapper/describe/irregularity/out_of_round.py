@@ -14,7 +14,7 @@ from pydantic import model_validator
 from wheeltapper.describe.irregularity import samples, spline
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.combination import moved
-from wheeltapper.describe.irregularity.course import Course, Harmonic, Stretch, harmonic, level
+from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials, Stretch, harmonic, level
 from wheeltapper.describe.noun import Angle, Length, PositiveLength
 
 FloatArray = NDArray[np.float64]
@@ -74,6 +74,11 @@ class OutOfRound(Irregularity):
         samples.check(x, y, str(self.path), lines, allow_gaps=True)
         return x, y
 
+    @cached_property
+    def forms(self) -> dict[float, Polynomials]:
+        """The spline near the samples, for each radius that was asked for."""
+        return {}
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         turn = 2.0 * pi * radius
@@ -108,11 +113,12 @@ class OutOfRound(Irregularity):
             )
         closed = np.append(arc, arc[0] + turn) + self.position
         heights = np.append(y, y[0])
-        form = (
-            spline.smoothing(closed, heights, self.noise, True)
-            if self.noise
-            else spline.interpolating(closed, heights, True)
-        )
-        part = spline.stretch(form)
+        if radius not in self.forms:
+            self.forms[radius] = (
+                spline.smoothing(closed, heights, self.noise, True)
+                if self.noise
+                else spline.interpolating(closed, heights, True)
+            )
+        part = spline.stretch(self.forms[radius])
         part = moved(part, -turn * np.ceil((part.start + turn) / turn))  # a whole turn before the run at least
         return Course((level(-inf, part.start), part, level(part.end, inf)), float(np.ptp(y)), turn, part.start)

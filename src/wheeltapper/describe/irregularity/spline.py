@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Polynomials, Stretch
+from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
+
+FEWEST = 5
+NEIGHBOURS = 200
+"""Samples on either side of a period that a periodic smoothing spline takes into account."""
+PENALTIES = (-6.0, 12.0)
+"""Decimal logarithms of the smallest and the largest penalty on the second derivative, samples one apart."""
 
 
 def interpolating(x: FloatArray, y: FloatArray, periodic: bool = False) -> Polynomials:
@@ -22,19 +28,38 @@ def interpolating(x: FloatArray, y: FloatArray, periodic: bool = False) -> Polyn
 
 
 def smoothing(x: FloatArray, y: FloatArray, noise: float, periodic: bool = False) -> Polynomials:
-    """Return the quintic spline with the fewest knots whose rms residual equals the noise (Reinsch's criterion)."""
-    from scipy.interpolate import BSpline, PPoly, splrep
+    """Return the cubic smoothing spline whose rms residual equals the noise.
 
-    t, c, k = splrep(x, y, w=np.full(len(x), 1.0 / noise), k=5, s=len(x) - sqrt(2.0 * len(x)), per=periodic)
-    pieces: Any = PPoly.from_spline(BSpline(t, c, k, extrapolate=False))  # type: ignore[arg-type]
-    breaks = np.unique(pieces.x)
-    coefficients = np.ascontiguousarray(pieces.c[::-1].T)
-    last = len(coefficients) - 1
-    return Polynomials(breaks, coefficients[np.minimum(_last_of_equal(pieces.x, breaks)[:-1], last)])
+    It minimises the squared residuals plus a penalty on ∫ y''² dx (Reinsch 1967); between samples that say nothing
+    else it stays as straight as they are, and does not ring. A straight line where even that is nearer than the noise.
+    """
+    if len(x) < FEWEST:
+        raise InputError("", "noise", f"{len(x)} samples", f"at least {FEWEST} samples to smooth")
+    from scipy.interpolate import PPoly, make_smoothing_spline
+    from scipy.optimize import brentq
 
+    unit = (x[-1] - x[0]) / (len(x) - 1)
+    first, last = 0, len(x)
+    position, height = (x - x[0]) / unit, y
+    if periodic:  # enough of the neighbouring periods that the ends of the spline are not felt
+        turn, copies = position[-1], 1 + NEIGHBOURS // len(x)
+        position = np.concatenate([position[:-1] + turn * k for k in range(-copies, copies + 1)])
+        height = np.tile(y[:-1], 2 * copies + 1)
+        first, last = copies * (len(x) - 1), (copies + 1) * (len(x) - 1) + 1
 
-def _last_of_equal(knots: FloatArray, breaks: FloatArray) -> NDArray[np.int64]:
-    return np.asarray(np.searchsorted(knots, breaks, side="right") - 1)
+    def fitted(weight: float) -> Any:
+        return make_smoothing_spline(position, height, lam=10.0**weight)
+
+    def excess(weight: float) -> float:
+        residual = fitted(weight)(position[first:last]) - height[first:last]
+        return float(np.sqrt(np.mean(residual**2))) / noise - 1.0
+
+    low, high = PENALTIES
+    weight = low if excess(low) >= 0.0 else high if excess(high) <= 0.0 else float(brentq(excess, low, high, rtol=1e-6))
+    pieces: Any = PPoly.from_spline(fitted(weight))
+    start = np.searchsorted(pieces.x, position[first], side="right") - 1
+    coefficients = np.ascontiguousarray(pieces.c[::-1].T[start : start + len(x) - 1]) / unit ** np.arange(4)
+    return Polynomials(x, coefficients)
 
 
 def stretch(form: Polynomials) -> Stretch:
