@@ -1,0 +1,77 @@
+"""One suite over every contact law: statics, sign of the force, energy, agreement of the methods, description."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+import wheeltapper as wt
+
+LAWS = {
+    "given": wt.Hertz(constant=1.405e11),
+    "per wheel": wt.Hertz(constant_per_wheel=7e10),
+    "computed": wt.Hertz(rail_radius=0.3, curvature=False),
+    "following the curvature": wt.Hertz(constant=1.405e11, curvature=True),
+    "damped": wt.Hertz(constant=1.405e11, hysteresis=0.3),
+    "by restitution": wt.Hertz(constant=1.405e11, restitution=0.8, impact_speed=0.2),
+    "linear": wt.Linear(stiffness=1.9e9),
+    "linear, bilateral": wt.Linear(stiffness=1.9e9, bilateral=True),
+}
+
+
+def scene(law, height=1.5e-4, duration=0.06, **fields):
+    return wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=2e4),
+        contact=law,
+        irregularity=wt.CosineBump(height=height, length=0.06, start=0.05) if height else None,
+        rolling="point",
+        speed=8,
+        duration=duration,
+        **fields,
+    )
+
+
+@pytest.mark.parametrize("name", sorted(LAWS))
+def test_at_rest_the_force_balances_weight_and_suspension(name):
+    record = wt.simulate(scene(LAWS[name], height=0.0, duration=0.02))
+    history = record.history(1e4)
+    np.testing.assert_allclose(history.wheel_acceleration, 0.0, atol=1e-8)
+    np.testing.assert_allclose(history.normal_force, record.static_force, rtol=1e-10)
+    assert len(record.events.time) == 0
+
+
+@pytest.mark.parametrize("track", [wt.StiffTrack(), wt.FloatingDeck(mass=5000, stiffness=2e7, damping=1e4)])
+@pytest.mark.parametrize("name", sorted(LAWS))
+def test_energy_closes_and_only_a_bilateral_contact_pulls(name, track):
+    record = wt.simulate(scene(LAWS[name], track=track))
+    terms = [abs(float(v)) for k, v in record.energy.items() if k != "imbalance"]
+    assert abs(float(record.energy.imbalance)) < 1e-8 * max(terms)
+    lowest = float(record.history(1e5).normal_force.min())
+    if "bilateral" in name:
+        assert lowest < 0.0
+        assert len(record.events.time) == 0
+    else:
+        assert lowest == 0.0
+        assert len(record.impacts.time) >= 2
+
+
+@pytest.mark.parametrize("name", sorted(LAWS))
+def test_both_methods_agree(name):
+    default, strict = (wt.simulate(scene(LAWS[name]), method) for method in ("default", "strict"))
+    assert default.events.kind.values.tolist() == strict.events.kind.values.tolist()
+    np.testing.assert_allclose(default.events.time, strict.events.time, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(default.peaks.normal_force, strict.peaks.normal_force, rtol=1e-8)
+
+
+@pytest.mark.parametrize("name", sorted(LAWS))
+def test_a_law_is_a_frozen_value_that_survives_its_file(name, tmp_path):
+    law = LAWS[name]
+    with pytest.raises(ValidationError):
+        law.stiffness = 1.0
+    file = tmp_path / "scenario.toml"
+    scene(law).to_toml(file)
+    assert wt.Scenario.from_toml(file).contact == law
+
+
+def test_laws_give_different_answers_in_one_process():
+    largest = [float(wt.simulate(scene(law)).peaks.normal_force.max()) for law in LAWS.values()]
+    assert len({round(value, 3) for value in largest}) == len(LAWS)
