@@ -26,7 +26,7 @@ scene = wt.Scenario(
 
 # %%
 # The flat's middle meets the rail at 0.518 m. The wheelset leaves the rail at its beginning, flies across, and lands
-# just behind the middle.
+# a centimetre behind the middle.
 
 record = wt.simulate(scene)
 events = record.events

@@ -29,6 +29,7 @@ from wheeltapper.march.series import contact_series, flight_reach, harmonic_forc
 from wheeltapper.march.steplength import steplength
 from wheeltapper.march.unrolled import coast_flat_12, coast_flat_20, coast_wave_12, coast_wave_20
 
+HUGE = 1e200
 # What ends a step.
 NOTHING, BREAK, OPENS, RELEASES, LANDS, GRIPS = 0, 1, 2, 3, 4, 5
 
@@ -194,5 +195,8 @@ def flight_end(numbers: FloatArray, released: bool, until: float, S: FloatArray)
 
 @kernel
 def is_bad(x: float) -> bool:
-    """Return True for NaN and infinities."""
-    return not np.isfinite(x)
+    """Return True for NaN and for numbers that no state can have.
+
+    By a comparison: np.isfinite is arithmetic (x - x), which reassociation may cancel where this is inlined.
+    """
+    return not abs(x) <= HUGE

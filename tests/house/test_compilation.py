@@ -1,0 +1,79 @@
+"""Compiled kernels: the cache sees every change of their sources, and without compilation the answers are the same."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[2] / "src" / "wheeltapper"
+
+SCRIPT = """
+import json, sys
+import wheeltapper as wt
+scene = wt.Scenario(
+    vehicle=wt.Wheelset(mass=1500, load=91307, stiffness=2.44e6, damping=5e4),
+    track=wt.FloatingDeck(mass=3000, stiffness=1e7) if "deck" in sys.argv else wt.StiffTrack(),
+    contact=wt.Hertz(constant=1.405e11, hysteresis=0.2 if "deck" in sys.argv else None),
+    irregularity=wt.CosineBump(height=2e-4, length=0.05, start=0.02),
+    rolling="point", speed=9, duration=0.03,
+)
+record = wt.simulate(scene)
+print(json.dumps({
+    "times": record.events.time.values.tolist(),
+    "forces": record.peaks.normal_force.values.tolist(),
+    "end": record.at(record.end).wheel_displacement.values.tolist(),
+}))
+"""
+
+
+def answer(*arguments, **environment):
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT, *arguments], env=os.environ | environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), done.stderr
+
+
+@pytest.mark.parametrize("arguments", [(), ("deck",)])
+def test_without_compilation_the_answers_are_the_same(arguments):
+    plain, _ = answer(*arguments, NUMBA_DISABLE_JIT="1")
+    compiled, _ = answer(*arguments)
+    assert len(plain["times"]) == len(compiled["times"]) > 4
+    for name in plain:
+        assert plain[name] == pytest.approx(compiled[name], rel=1e-9, abs=1e-15)
+
+
+@pytest.mark.slow
+def test_an_edited_kernel_is_compiled_again(tmp_path):
+    shutil.copytree(PACKAGE, tmp_path / "wheeltapper", ignore=shutil.ignore_patterns("__pycache__"))
+    place = {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    first, said = answer(**place)
+    assert "compiling" in said
+    again, said = answer(**place)
+    assert "compiling" not in said
+    assert again == first
+    events = tmp_path / "wheeltapper" / "march" / "events.py"  # a callee of the kernel that is called, in another file
+    text = events.read_text(encoding="utf-8")
+    assert text.count("log_peak(time + after, force(") == 1
+    events.write_text(text.replace("log_peak(time + after, force(", "log_peak(time + after, 2.0 * force("))
+    edited, said = answer(**place)
+    assert "compiling" in said
+    assert edited["times"] == first["times"]
+    assert edited["forces"] == pytest.approx([2.0 * value for value in first["forces"]])
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="the superuser may write anywhere")
+def test_a_folder_that_cannot_be_written_is_no_obstacle(tmp_path):
+    shutil.copytree(PACKAGE, tmp_path / "wheeltapper", ignore=shutil.ignore_patterns("__pycache__"))
+    for path in [tmp_path / "wheeltapper", *(tmp_path / "wheeltapper").rglob("*")]:
+        path.chmod(path.stat().st_mode & ~0o222)
+    place = {"PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "home")}
+    answer(**place)
+    _, said = answer(**place)
+    assert "compiling" not in said
+    assert list((tmp_path / "home").rglob("*.nbi"))
