@@ -29,9 +29,10 @@ from wheeltapper.march.series import contact_series, flight_reach, harmonic_forc
 from wheeltapper.march.steplength import steplength
 from wheeltapper.march.unrolled import coast_flat_12, coast_flat_20, coast_wave_12, coast_wave_20
 
-HUGE = 1e200
 # What ends a step.
 NOTHING, BREAK, OPENS, RELEASES, LANDS, GRIPS = 0, 1, 2, 3, 4, 5
+# No state in scaled units comes near this number.
+HUGE = 1e200
 
 
 @kernel
