@@ -79,7 +79,7 @@ def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output"
     Parameters
     ----------
     which
-        all (the default), a figure (fig2, deck, missed …) or a claim (C07).
+        all (the default), a figure (fig2, deck, missed …) or a claim (C08).
     output
         Write the table of measures (claims.csv) and the figures into this folder; it is made if need be.
     """
