@@ -13,6 +13,10 @@ from ..cases import reference
 R = 0.46
 
 
+X = np.linspace(0.0, 1.1, 551)
+ROUGH = wt.Measured(positions=X, heights=1e-4 * np.sin(31 * X) + 2e-6 * np.random.default_rng(3).standard_normal(551))
+
+
 def scene(*irregularity, speed=1.0, duration=1.0):
     return wt.Scenario(
         vehicle=wt.Wheelset(mass=1500, load=91_307, radius=R),
@@ -24,9 +28,12 @@ def scene(*irregularity, speed=1.0, duration=1.0):
 
 
 def brute_force(scenario, x0):
-    u = np.linspace(-0.04, 0.04, 160_001)
+    courses = courses_of(scenario)
+    borders = np.array([s.start for course in courses for s in course.stretches if abs(s.start - x0) < 0.04])
+    x = np.concatenate([x0 + np.linspace(-0.04, 0.04, 160_001), borders, np.nextafter(borders, -1.0)])
+    u = x - x0
     drop = -(u**2) / (R + np.sqrt(R**2 - u**2))
-    return max(sum(course.value(x0 + u) for course in courses_of(scenario)) + drop)
+    return max(sum(course.value(x) for course in courses) + drop)
 
 
 def test_reference_points_of_the_sine():
@@ -90,6 +97,9 @@ def test_a_fresh_flat_pivots_on_its_edges_and_returns_every_revolution():
         ),
         (wt.WheelFlat(depth=1e-4, position=0.2), wt.Step(height=1e-4, position=0.205)),
         (wt.OutOfRound(orders=(1, 6), amplitudes=(1e-4, 5e-5)),),
+        (wt.Repeated(of=wt.CosineBump(height=-1e-4, length=0.04, start=0.3), period=0.1), ROUGH),
+        (wt.Step(height=3e-4, position=0.3), wt.WheelFlat(length=0.04, position=0.3, shape="rounded"), ROUGH),
+        (wt.Profile(function=lambda x: 1e-4 * np.sin(25 * x) - 3e-4 * np.abs(x - 0.3), breakpoints=(0.3,)),),
     ],
 )
 def test_the_path_is_the_maximum_over_all_contacts(irregularity):
@@ -104,3 +114,24 @@ def test_a_contact_at_two_points_is_a_kink_and_is_said():
     assert any("two points" in note for note in lower(scenario).notes)
     wider = scene(wt.Corrugation(amplitude=-5e-5, wavelength=0.0302, start=0.0), speed=0.1)  # critical: 30.133 mm
     assert not any("two points" in note for note in lower(wider).notes)
+
+
+@pytest.mark.parametrize("more", [(), (wt.Step(height=3e-4, position=0.3),), (wt.WheelFlat(depth=3e-4, position=0.2),)])
+@pytest.mark.parametrize("curvature", [False, True])
+def test_a_rough_profile_with_a_hollow_at_every_sample_conserves_energy(more, curvature):
+    """Hollows hardly sharper than the wheel: two-point contact beside the place where a contact would cease to be."""
+    rough = scene(ROUGH, *more, speed=5.0, duration=0.1)
+    rough = rough.replaced({"contact": wt.Hertz(constant=1.405e11, curvature=curvature)})
+    records = [wt.simulate(rough, method) for method in ("default", "strict")]
+    for record in records:
+        assert abs(float(record.energy.relative_imbalance)) < 1e-9
+    time = np.linspace(0.0, 0.03, 300)
+    forces = [record.at(time).normal_force.values for record in records]
+    np.testing.assert_allclose(*forces, rtol=0, atol=1e-7 * forces[1].max())
+
+
+def test_curvatures_from_differences_do_not_break_a_path_into_dust():
+    """A chord nearly as hollow as the wheel, under a function of which curvatures are known to some digits only."""
+    bent = wt.Profile(function=lambda x: 1e-4 * np.sin(25 * x) + 3e-4 * np.abs(x - 0.3), breakpoints=(0.3,))
+    both = scene(bent, wt.WheelFlat(depth=1e-3, position=0.3, repeat=False), speed=5.0, duration=0.1)
+    assert len(lower(both.replaced({"contact": wt.Hertz(constant=9e10, curvature=True)})).program.pieces) < 200

@@ -4,14 +4,13 @@ A circle that touches the profile at s has its centre above x0 = s - R·p'/sqrt(
 contact is a (local) highest one; where it falls it is a lowest one and never the contact. A corner that juts out is a
 branch of its own: an arc. The path is the upper envelope of all branches.
 
-    sample x0(s) in every smooth cell, cut it where it falls     -> branches
+    sample x0(s) in every smooth cell, cut it at its folds       -> branches
     where several branches lie above each other, sample their heights and keep the highest     -> runs
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +23,7 @@ IntArray = NDArray[np.int64]
 FINEST = 2.5e-4
 """Spacing in m of the samples of a profile of unknown smoothness."""
 MOST_SAMPLES = 8_000_000
+HALVINGS = 48
 MARGIN = 1.2
 """How much farther than the window an arc about a corner is followed."""
 
@@ -65,15 +65,37 @@ def _cell_samples(profile: Profile, index: int, window: float) -> FloatArray:
     return np.linspace(start, end, int(np.ceil((end - start) / _spacing(profile, window, end - start))) + 1)
 
 
+def _rising(profile: Profile, index: int, s: FloatArray) -> tuple[FloatArray, list[tuple[int, int]]]:
+    """Return the samples with the folds of x0(s) put in, and first and last index (exclusive) where x0 rises."""
+    rises = profile.is_outer(s, index)
+    turns = np.flatnonzero(rises[1:] != rises[:-1])
+    up, down = s[turns + 1].copy(), s[turns].copy()
+    swapped = rises[turns]
+    up[swapped], down[swapped] = s[turns][swapped], s[turns + 1][swapped]
+    for _ in range(HALVINGS if len(turns) else 0):
+        middle = 0.5 * (up + down)
+        outer = profile.is_outer(middle, index)
+        up, down = np.where(outer, middle, up), np.where(outer, down, middle)
+    s = np.insert(s, turns + 1, up)
+    borders = [0, *(turns + 1 + np.arange(len(turns))).tolist(), len(s) - 1]
+    first = 0 if rises[0] else 1
+    return s, [(a, b + 1) for a, b in zip(borders[first:-1:2], borders[first + 1 :: 2], strict=True)]
+
+
 def find(profile: Profile, window: float) -> list[Branch]:
     """Return all branches of a profile."""
     out = []
-    for index, cell in enumerate(profile.cells):
+    for index in range(len(profile.cells)):
         s = _cell_samples(profile, index, window)
-        slope = np.zeros_like(s) if cell.flat else cell.slope(s)
-        x = s - profile.radius * slope / np.sqrt(1.0 + slope**2)
-        edges = [0, *(np.flatnonzero(np.diff(x) <= 0.0) + 1).tolist(), len(s)]
-        out += [Branch(index, -1, x[a:b], s[a:b]) for a, b in pairwise(edges) if b - a > 1]
+        if not profile.cells[index].flat:
+            s, bounds = _rising(profile, index, s)
+        else:
+            bounds = [(0, len(s))]
+        x = profile.touching(s, index)
+        for a, b in bounds:
+            forward = a + np.flatnonzero(np.diff(x[a:b], prepend=-np.inf) > 0.0)
+            if len(forward) > 1:
+                out.append(Branch(index, -1, x[forward], s[forward]))
     for index, corner in enumerate(profile.corners):
         if corner.juts_out:
             reach = min(MARGIN * window, 0.999 * profile.radius)

@@ -13,6 +13,7 @@ from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.irregularity.course import Course, level
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.lower import ellipse
+from wheeltapper.lower.fit import Factor
 from wheeltapper.lower.point import point_table
 from wheeltapper.lower.rolling import circle_table
 from wheeltapper.lower.table import Table
@@ -85,10 +86,27 @@ def _table(scenario: Scenario, courses: list[Course], method: Method) -> tuple[T
     if not courses:
         courses = [Course((level(-inf, inf),), 0.0)]
     height = sum(course.height for course in courses)
-    factor = ellipse.factor_function(scenario.contact, scenario.vehicle)
+    of = ellipse.factor_function(scenario.contact, scenario.vehicle)
+    factor = None if of is None else Factor(of, _curvature_noise(courses, end))
     if scenario.rolling == "point":
         return point_table(courses, end, height, method.fit, factor), _sharp_dip_notes(scenario, courses, end)
     return circle_table(courses, end, height, method.fit, scenario.vehicle.radius, factor)
+
+
+def _curvature_noise(courses: list[Course], end: float) -> float:
+    """Return the scatter (1/m) of curvatures that come from differences; a fit must not follow it."""
+    near = 1e-9  # m, on which no curvature changes
+    total = 0.0
+    for course in courses:
+        scatter = [0.0]
+        for stretch in course.stretches:
+            first, last = max(stretch.start, 0.0) + near, min(stretch.end, end) - near
+            if stretch.exact is None and first < last:
+                x = np.linspace(first, last, 1001)
+                bends = stretch.curvature(x - near) - 2.0 * stretch.curvature(x) + stretch.curvature(x + near)
+                scatter.append(float(np.abs(bends).max()))
+        total += 2.0 * max(scatter)
+    return total
 
 
 def _sharp_dip_notes(scenario: Scenario, courses: list[Course], end: float) -> list[str]:

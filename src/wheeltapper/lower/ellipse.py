@@ -27,15 +27,17 @@ def _integrals(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return K, E and D = (K - E)/e² for p = 1 - e² = (b/a)²; D by its own series near the circle."""
     from scipy.special import ellipe, ellipkm1  # here, because a given constant needs none of it
 
-    e2 = 1.0 - p
+    e2 = np.asarray(1.0 - p)
     k, e = ellipkm1(p), ellipe(e2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        d = np.where(e2 > 0.05, (k - e) / np.where(e2 > 0, e2, 1.0), 0.0)
-    term, series = np.ones_like(p), np.zeros_like(p)
-    for n in range(1, 30):  # D = (π/2)·Σ [(2n-1)!!/(2n)!!]²·(2n/(2n-1))·e^(2n-2)
-        term = term * ((2 * n - 1) / (2 * n)) ** 2
-        series = series + term * (2 * n / (2 * n - 1)) * np.minimum(e2, 0.05) ** (n - 1)
-    return k, e, np.where(e2 > 0.05, d, 0.5 * np.pi * series)
+    d = np.asarray((k - e) / np.maximum(e2, 0.05))
+    round_ = e2 <= 0.05
+    if np.any(round_):
+        term, series = 1.0, np.zeros(np.count_nonzero(round_))
+        for n in range(1, 30):  # D = (π/2)·Σ [(2n-1)!!/(2n)!!]²·(2n/(2n-1))·e^(2n-2)
+            term *= ((2 * n - 1) / (2 * n)) ** 2
+            series += term * (2 * n / (2 * n - 1)) * e2[round_] ** (n - 1)
+        d[round_] = 0.5 * np.pi * series
+    return k, e, d
 
 
 def _ratio(p: FloatArray) -> FloatArray:
@@ -59,10 +61,10 @@ def axis_ratio_squared(curvature_ratio: ArrayLike) -> FloatArray:
         )
         new = z - f / slope
         new = np.where((new >= lo) & (new <= hi), new, 0.5 * (lo + hi))
-        if np.all(np.abs(new - z) <= 1e-15 * (1.0 + np.abs(z))):
-            z = new
-            break
+        settled = np.all(np.abs(new - z) <= 1e-9 * (1.0 + np.abs(z)))  # and the error after it far below rounding
         z = new
+        if settled:
+            break
     return np.asarray(np.exp(z))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +36,31 @@ FROM_LOBATTO = np.linalg.inv(LOBATTO[:, None] ** np.arange(DEGREE + 1))
 CHUNK = 20_000
 """Pieces that are fitted at once: bounds the memory."""
 
-Sample = Callable[[FloatArray, IntArray], "list[tuple[FloatArray, FloatArray | None]]"]
-"""From places and the owner of each: for each function to fit its values, and its slopes where those must meet too."""
+
+@dataclass(frozen=True)
+class Sampled:
+    """A function at some places: values, slopes where neighbours must meet in slope, and their scatter."""
+
+    values: FloatArray
+    slopes: FloatArray | None = None
+    scatter: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class Factor:
+    """The factor on the contact force as a function of the profile's curvature, and the noise of that, both 1/m."""
+
+    of: Function
+    noise: float
+
+    def sampled(self, curvature: FloatArray) -> Sampled:
+        """Return the factor at these curvatures, to be fitted."""
+        values = self.of(curvature)
+        return Sampled(values, None, np.abs(self.of(curvature - self.noise) - values) if self.noise else None)
+
+
+Sample = Callable[[FloatArray, IntArray], list[Sampled]]
+"""From places and the owner of each to the functions to fit."""
 
 
 def _noise(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
@@ -56,17 +80,21 @@ def _fitted(
     found = sample(places.ravel(), np.repeat(owner, places.shape[1]))
     good = np.asarray(half[:, 0] < NARROWEST)
     rows, errors = [], []
-    for (values, slopes), tolerance in zip(found, tolerances, strict=True):
-        table = values.reshape(places.shape)
-        if slopes is None:
+    for one, tolerance in zip(found, tolerances, strict=True):
+        table = one.values.reshape(places.shape)
+        if one.slopes is None:
             coefficients = table[:, len(NODES) :] @ FROM_LOBATTO.T
         else:
-            ends = slopes.reshape(places.shape)[:, :2] * half
+            ends = one.slopes.reshape(places.shape)[:, :2] * half
             inner = slice(2, 2 + len(INNER))
             coefficients = np.concatenate([table[:, :2], ends, table[:, inner]], axis=1) @ TO_MONOMIALS.T
+            dot = half[:, 0] <= 1e-15 * np.abs(middle[:, 0])  # no more than rounding: its values tell no slope
+            coefficients[dot] = 0.0
+            coefficients[dot, 0], coefficients[dot, 1] = table[dot, :2].mean(axis=1), ends[dot].mean(axis=1)
         checked = table[:, 2 + len(INNER) : len(NODES)]
         error = np.abs(np.polynomial.polynomial.polyval(CHECK, coefficients.T) - checked).max(axis=1)
-        errors.append(error <= tolerance + _noise(coefficients, left, right))
+        scatter = 0.0 if one.scatter is None else one.scatter.reshape(places.shape).max(axis=1)
+        errors.append(error <= tolerance + scatter + _noise(coefficients, left, right))
         rows.append(coefficients)
     return rows, good | np.all(errors, axis=0)
 

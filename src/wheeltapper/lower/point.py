@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials, Stretch
-from wheeltapper.lower.fit import Function, fit
+from wheeltapper.lower.fit import Factor, Function, Sampled, fit
 from wheeltapper.lower.table import Table, assemble, blank, polynomial_rows, set_factor
 from wheeltapper.march import program as contract
 
@@ -143,7 +143,7 @@ def _is_polynomial(present: list[Placed]) -> bool:
 
 
 def _cell_rows(
-    cell: tuple[float, float, list[Placed]], height: float, tolerance: float, factor: Function | None
+    cell: tuple[float, float, list[Placed]], height: float, tolerance: float, factor: Factor | None
 ) -> FloatArray:
     """Return the pieces of one cell; `factor` gives the factor on the contact force from the profile's curvature."""
     start, end, present = cell
@@ -157,9 +157,9 @@ def _cell_rows(
         return _polynomial_rows(form, start, end, others[0] if others else 0.0, height)
     value, slope, curvature = (total(present, name) for name in ("value", "slope", "curvature"))
 
-    def sample(x: FloatArray, _: IntArray) -> list[tuple[FloatArray, FloatArray | None]]:
-        path: list[tuple[FloatArray, FloatArray | None]] = [(value(x), slope(x))]
-        return [*path, (factor(curvature(x)), None)] if bent and factor is not None else path
+    def sample(x: FloatArray, _: IntArray) -> list[Sampled]:
+        path = [Sampled(value(x), slope(x))]
+        return [*path, factor.sampled(curvature(x))] if bent and factor is not None else path
 
     tolerances = [tolerance * height, tolerance] if bent else [tolerance * height]
     left, right, fitted = fit(sample, np.array([[start, end]]), np.zeros(1, dtype=np.int64), tolerances)
@@ -176,7 +176,7 @@ def _goes_on_as_one_wave(course: Course) -> bool:
 
 
 def point_table(
-    courses: list[Course], end: float, height: float, tolerance: float, factor: Function | None = None
+    courses: list[Course], end: float, height: float, tolerance: float, factor: Factor | None = None
 ) -> Table:
     """Return the path of a wheel whose centre follows the courses' sum from x = 0 to x = end.
 
@@ -189,7 +189,7 @@ def point_table(
     height
         Characteristic height, m; the fit keeps within tolerance·height.
     factor
-        From the profile's curvature (second derivative, 1/m) to the factor on the contact force; None for one.
+        The factor on the contact force; None for one.
     """
     if factor is None:
         courses = [replace(c, period=None) if _goes_on_as_one_wave(c) else c for c in courses]

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.branches import Envelope, Run
-from wheeltapper.lower.fit import Function, fit
+from wheeltapper.lower.fit import Factor, Sampled, fit
 from wheeltapper.lower.point import cells, total
 from wheeltapper.lower.surface import Profile, value_at
 from wheeltapper.lower.table import Table, assemble, blank, polynomial_rows, set_factor
@@ -32,7 +32,11 @@ IntArray = NDArray[np.int64]
 
 
 def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray, right: FloatArray) -> FloatArray:
-    """Return where the first branch of each pair stops to be the higher one. Newton's method, kept in brackets."""
+    """Return where the first branch of each pair stops to be the higher one. Newton's method, kept in brackets.
+
+    The brackets come from samples of rough height; where they hold no sign change, all that both branches reach is
+    searched on that side.
+    """
     first, second = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
 
     def above(x: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -42,10 +46,16 @@ def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray
         return envelope.height(x, sa, a) - envelope.height(x, sb, b), lean(sa - x) - lean(sb - x)
 
     everyone = np.arange(len(first))
+    early, late = above(left, everyone)[0] <= 0.0, above(right, everyone)[0] >= 0.0
+    reach = np.array([(b.x[0], b.x[-1]) for b in envelope.branches])
+    left, right = (
+        np.where(early, np.maximum(reach[first, 0], reach[second, 0]), np.where(late, right, left)),
+        np.where(late, np.minimum(reach[first, 1], reach[second, 1]), np.where(early, left, right)),
+    )
     x = 0.5 * (left + right)
     early, late = above(left, everyone)[0] <= 0.0, above(right, everyone)[0] >= 0.0
     x[late], x[early] = right[late], left[early]
-    left, right, active = left.copy(), right.copy(), np.flatnonzero(~early & ~late)
+    active = np.flatnonzero(~early & ~late)
     while len(active):
         here = x[active]
         height, slope = above(here, active)
@@ -127,7 +137,7 @@ def _knot_images(envelope: Envelope, run: Run, start: float, end: float) -> Floa
     return x[np.diff(x, prepend=-inf) > 0.0]
 
 
-def _rows(envelope: Envelope, cuts: FloatArray, tolerance: float, height: float, factor: Function | None) -> FloatArray:
+def _rows(envelope: Envelope, cuts: FloatArray, tolerance: float, height: float, factor: Factor | None) -> FloatArray:
     """Return the pieces of all runs between the first and the last cut, none of them across a cut."""
     level: list[FloatArray] = []
     intervals: dict[bool, list[tuple[FloatArray, int]]] = {True: [], False: []}  # in a cell, about a corner
@@ -147,14 +157,12 @@ def _rows(envelope: Envelope, cuts: FloatArray, tolerance: float, height: float,
         edges = np.union1d(edges, _knot_images(envelope, run, start, end))
         intervals[branch.corner < 0].append((edges, run.branch))
 
-    def sample(x: FloatArray, owner: IntArray, bent: bool) -> list[tuple[FloatArray, FloatArray | None]]:
+    def sample(x: FloatArray, owner: IntArray, bent: bool) -> list[Sampled]:
         s = envelope.contact(x, owner)
-        path: list[tuple[FloatArray, FloatArray | None]] = [
-            (envelope.height(x, s, owner), envelope.profile.lean(s - x))
-        ]
+        path = [Sampled(envelope.height(x, s, owner), envelope.profile.lean(s - x))]
         if factor is None or not bent:
             return path
-        return [*path, (factor(envelope.profile.each(s, envelope.cells[owner], "curvature")), None)]
+        return [*path, factor.sampled(envelope.profile.each(s, envelope.cells[owner], "curvature"))]
 
     out = level
     for in_cell, listed in intervals.items():
@@ -174,7 +182,7 @@ def _rows(envelope: Envelope, cuts: FloatArray, tolerance: float, height: float,
 
 
 def circle_table(
-    courses: list[Course], end: float, height: float, tolerance: float, radius: float, factor: Function | None = None
+    courses: list[Course], end: float, height: float, tolerance: float, radius: float, factor: Factor | None = None
 ) -> tuple[Table, list[str]]:
     """Return the path of the centre of a rolling circle from x = 0 to x = end, and notes on two-point contact.
 
@@ -189,7 +197,7 @@ def circle_table(
     radius
         Of the wheel, m.
     factor
-        From the profile's curvature at the contact to the factor on the contact force; None for one.
+        The factor on the contact force; None for one.
     """
     rolled = [course for course in courses if not course.followed]
     direct = [course for course in courses if course.followed]

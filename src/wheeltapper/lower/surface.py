@@ -99,6 +99,16 @@ class Profile:
         """Return u/sqrt(R² - u²), the slope at which the circle touches at the offset u."""
         return np.asarray(u / np.sqrt(self.radius**2 - u**2))
 
+    def touching(self, s: FloatArray, cell: int) -> FloatArray:
+        """Return the wheel's places at which it touches at s."""
+        slope = self.cells[cell].slope(s)
+        return np.asarray(s - self.radius * slope / np.sqrt(1.0 + slope**2))
+
+    def is_outer(self, s: FloatArray, cell: int) -> NDArray[np.bool_]:
+        """Return True where the circle that touches at s lies above the profile nearby: the place rises with s."""
+        slope = self.cells[cell].slope(s)
+        return np.asarray(self.radius * self.cells[cell].curvature(s) < (1.0 + slope**2) ** 1.5)
+
     def offset(self, slope: float) -> float:
         """Return the offset u at which the circle touches a slope."""
         return (

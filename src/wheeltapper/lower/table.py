@@ -78,7 +78,8 @@ def row_slopes(rows: FloatArray, x: FloatArray) -> FloatArray:
 def _joins(before: FloatArray, after: FloatArray, height: float, steepest: float) -> FloatArray:
     """Return how each row of `after` is entered from its row of `before`."""
     end, start = before[:, contract.STOP], after[:, contract.START]
-    jump = np.abs(row_values(after, start) - row_values(before, end)) > 1e-12 * height
+    rounding = 1e-15 * np.where(np.isfinite(start), np.abs(start), 0.0) * steepest
+    jump = np.abs(row_values(after, start) - row_values(before, end)) > 1e-12 * height + rounding
     kink = np.abs(row_slopes(after, start) - row_slopes(before, end)) > 1e-11 * steepest
     return np.where(jump, contract.JUMP, np.where(kink, contract.KINK, contract.SOFT)).astype(float)
 
