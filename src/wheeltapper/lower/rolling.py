@@ -283,6 +283,6 @@ def _notes(envelope: Envelope, kinks: list[float], varies: bool, stop: float) ->
     corners = {envelope.branches[r.branch].corner for r in envelope.runs if r.end > 0 and r.start < stop} - {-1}
     edges = sorted(envelope.profile.corners[corner].position for corner in corners)
     if edges and varies:
-        where = ", ".join(f"{x:.6g}" for x in edges[:3])
-        notes.append(f"at {len(edges)} edges (x = {where} …m) the smooth surface's contact constant holds")
+        where = ", ".join(f"{x:.6g}" for x in edges[:3]) + (f" and {len(edges) - 3} more" if len(edges) > 3 else "")
+        notes.append(f"at edges (x = {where} m) the smooth surface's contact constant holds")
     return notes
