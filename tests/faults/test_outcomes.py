@@ -8,6 +8,7 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.faces.cli import main
 from wheeltapper.lower import build
+from wheeltapper.lower import numbers as numbers_module
 from wheeltapper.march import program as contract
 from wheeltapper.march.single import march
 
@@ -15,7 +16,7 @@ EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "wheel_flat.toml"
 
 
 def test_too_many_events_stop_the_run_and_what_was_found_is_kept(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(build, "EVENT_LIMIT", 6)
+    monkeypatch.setattr(numbers_module, "EVENT_LIMIT", 6)
     output = tmp_path / "part.nc"
     assert main(["run", str(EXAMPLE), "--output", str(output)]) == 3
     said = capsys.readouterr()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.lower.build import METHODS, Method
+from wheeltapper.lower.numbers import METHODS, Method
 
 BUMP = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.irregularity.course import Course, level
-from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.lower import ellipse
+from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.fit import Factor
+from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
 from wheeltapper.lower.point import point_table
 from wheeltapper.lower.rolling import circle_table
 from wheeltapper.lower.table import Table
@@ -24,19 +24,6 @@ if TYPE_CHECKING:
     from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Method:
-    """Order of the series, tolerance of its steps, and tolerance of the path relative to its height."""
-
-    order: int
-    tolerance: float
-    fit: float
-
-
-METHODS = {"default": Method(12, 1e-7, 1e-11), "strict": Method(20, 1e-10, 1e-13)}
-EVENT_LIMIT = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -63,25 +50,13 @@ class Lowered:
     notes: tuple[str, ...]
 
 
-def static_indentation(weight: float, stiffness: float, contact_force: tuple[float, float], height: float) -> float:
-    """Return the static indentation in scaled units on a path at `height`: weight + K·(height - δ) = N(δ)."""
-    quadratic, cubic = contact_force
-    u = 1.0
-    for _ in range(100):
-        gap = quadratic * u**2 + cubic * u**3 + stiffness * (u**2 - height) - weight
-        step = gap / (2 * quadratic * u + 3 * cubic * u**2 + 2 * stiffness * u)
-        u -= step
-        if abs(step) < 1e-16 * u:
-            break
-    return u * u
-
-
 def courses_of(scenario: Scenario) -> list[Course]:
     """Return the courses of all irregularities of a scenario."""
     return [item.course(scenario.vehicle.radius) for item in scenario.irregularities]
 
 
-def _table(scenario: Scenario, courses: list[Course], method: Method) -> tuple[Table, list[str]]:
+def table_of(scenario: Scenario, courses: list[Course], method: Method) -> tuple[Table, list[str]]:
+    """Return the path of the wheel's centre, and what the user should know about it."""
     end = scenario.speed * scenario.duration
     if not courses:
         courses = [Course((level(-inf, inf),), 0.0)]
@@ -134,64 +109,19 @@ def lower(scenario: Scenario, method: str = "default") -> Lowered:
         "default" or "strict".
     """
     chosen = METHODS[method]
-    vehicle, contact = scenario.vehicle, scenario.contact
-    weight = vehicle.load + vehicle.mass * vehicle.gravity
-    linear = isinstance(contact, Linear)
-    constant = contact.stiffness if isinstance(contact, Linear) else ellipse.constant(contact, vehicle)
-    length = weight / constant if linear else (weight / constant) ** (2 / 3)
-    time = sqrt(vehicle.mass * length / weight)
-    table, notes = _table(scenario, courses_of(scenario), chosen)
-    numbers = np.zeros(contract.NUMBERS)
-    numbers[contract.PACE] = scenario.speed * time
-    numbers[contract.LIFT] = 1.0 / length
-    numbers[contract.STIFFNESS] = vehicle.stiffness * time**2 / vehicle.mass
-    numbers[contract.DAMPING] = vehicle.damping * time / vehicle.mass
-    numbers[contract.QUADRATIC if linear else contract.CUBIC] = 1.0
-    if isinstance(contact, Linear):
-        numbers[contract.BILATERAL] = float(contact.bilateral)
-    else:
-        numbers[contract.HYSTERESIS] = contact.hysteresis_factor * length / time
-    numbers[contract.DECK_FROM] = numbers[contract.DECK_TO] = inf
-    law = (numbers[contract.QUADRATIC], numbers[contract.CUBIC])
-    static = static_indentation(1.0, numbers[contract.STIFFNESS], law, 0.0)
-    prestress = law[0] * static + law[1] * static**1.5
-    if isinstance(scenario.track, FloatingDeck):
-        _set_deck(numbers, scenario.track, scenario, time)
-        numbers[contract.PRESTRESS] = prestress
-    _set_start(numbers, scenario, table, length, time, law)
-    numbers[contract.END] = scenario.duration / time
-    numbers[contract.ORDER] = chosen.order
-    numbers[contract.TOLERANCE] = chosen.tolerance
-    numbers[contract.EVENT_LIMIT] = EVENT_LIMIT
-    numbers[contract.LOOP] = table.loop
-    numbers[contract.LOOP_JOIN] = table.loop_join
+    table, notes = table_of(scenario, courses_of(scenario), chosen)
+    here = np.zeros(1)
+    placing = Placing(np.ones(1), np.ones(1), np.zeros(1), table.height(here), table.factor(here))
+    numbers, units = numbers_of(Fields(scenario), placing, chosen)
+    numbers[:, contract.LOOP] = table.loop
+    numbers[:, contract.LOOP_JOIN] = table.loop_join
     return Lowered(
-        Program(table.rows, numbers), table, length, time, weight, prestress * weight, constant, tuple(notes)
+        Program(table.rows, numbers[0]),
+        table,
+        length=units.length.item(),
+        time=units.time.item(),
+        force=units.force.item(),
+        static_force=units.static_force.item(),
+        contact_constant=units.contact_constant.item(),
+        notes=tuple(notes),
     )
-
-
-def _set_deck(numbers: FloatArray, deck: FloatingDeck, scenario: Scenario, time: float) -> None:
-    mass = scenario.vehicle.mass
-    numbers[contract.DECK_MASS] = deck.mass / mass
-    numbers[contract.DECK_STIFFNESS] = deck.stiffness * time**2 / mass
-    numbers[contract.DECK_DAMPING] = deck.damping * time / mass
-    entry = -inf if deck.start is None else deck.start
-    leave = inf if deck.length is None else entry + deck.length
-    for place, position in ((contract.DECK_FROM, entry), (contract.DECK_TO, leave)):
-        still = inf if position > 0 else -inf
-        numbers[place] = position / (scenario.speed * time) if scenario.speed and np.isfinite(position) else still
-
-
-def _set_start(
-    numbers: FloatArray, scenario: Scenario, table: Table, length: float, time: float, law: tuple[float, float]
-) -> None:
-    start = scenario.start
-    if start == "equilibrium":
-        x = np.zeros(1)
-        height = float(table.height(x)[0]) / length
-        factor = float(table.factor(x)[0])
-        scaled = (law[0] * factor, law[1] * factor)
-        numbers[contract.START_HEIGHT] = height - static_indentation(1.0, numbers[contract.STIFFNESS], scaled, height)
-        return
-    numbers[contract.START_HEIGHT] = start.displacement / length
-    numbers[contract.START_VELOCITY] = start.velocity * time / length

@@ -69,10 +69,10 @@ def axis_ratio_squared(curvature_ratio: ArrayLike) -> FloatArray:
 
 
 def contact_constant(
-    wheel_radius: float,
-    rail_radius: float,
-    youngs_modulus: float,
-    poisson: float,
+    wheel_radius: ArrayLike,
+    rail_radius: ArrayLike,
+    youngs_modulus: ArrayLike,
+    poisson: ArrayLike,
     rail_curvature: ArrayLike = 0.0,
 ) -> FloatArray:
     """Return C = N/δ^1.5 of one contact, N/m^1.5.
@@ -91,31 +91,24 @@ def contact_constant(
     InputError
         Where 1/R_w + κ ≤ 0: the surfaces conform and Hertz's theory does not hold.
     """
-    kappa = np.asarray(rail_curvature, dtype=float)
-    along = 0.5 * (1.0 / wheel_radius + kappa)
+    wheel, rail, young, contraction, kappa = np.broadcast_arrays(
+        wheel_radius, rail_radius, youngs_modulus, poisson, rail_curvature
+    )
+    along = 0.5 * (1.0 / wheel + kappa)
     if np.any(along <= 0.0):
-        worst = float(kappa.min())
+        worst = np.unravel_index(np.argmin(along), along.shape)
         raise InputError(
             "", "contact",
-            f"a hollow of curvature {worst:.4g} 1/m under a wheel of curvature {1 / wheel_radius:.4g} 1/m",
+            f"a hollow of curvature {kappa[worst]:.4g} 1/m under a wheel of curvature {1 / wheel[worst]:.4g} 1/m",
             "hollows less curved than the wheel where the contact follows the curvature (or curvature = false)",
         )  # fmt: skip
-    across = 0.5 / rail_radius
+    across = 0.5 / rail
     small, large = np.minimum(along, across), np.maximum(along, across)
-    p = axis_ratio_squared((large / small).ravel()).reshape(kappa.shape)
+    p = axis_ratio_squared((large / small).ravel()).reshape(along.shape)
     k, _, d = _integrals(p)
-    modulus = youngs_modulus / (2.0 * (1.0 - poisson**2))
+    modulus = young / (2.0 * (1.0 - contraction**2))
     # a³ = 3·N·D/(2π·A·E*), δ = 3·N·K/(2π·a·E*)  =>  C = δ^-1.5·N
     return np.asarray((2 * np.pi * modulus / (3 * k)) ** 1.5 * np.sqrt(3 * d / (2 * np.pi * small * modulus)))
-
-
-def constant(contact: Hertz, vehicle: Wheelset) -> float:
-    """Return the contact constant of a whole wheelset on a smooth rail, N/m^1.5."""
-    if contact.constant is not None:
-        return float(contact.constant)
-    if contact.constant_per_wheel is not None:
-        return float(contact.constant_per_wheel) * vehicle.wheels
-    return float(_per_wheel(contact, vehicle, np.zeros(1))[0]) * vehicle.wheels
 
 
 def _per_wheel(contact: Hertz, vehicle: Wheelset, kappa: FloatArray) -> FloatArray:

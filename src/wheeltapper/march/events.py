@@ -8,7 +8,7 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import COUNT, MARK, STATE, T, U, W
+from wheeltapper.march.layout import COUNT, IMPACTS, MARK, SEEN, STATE, UNTIL_IMPACT, UNTIL_LOSS, T, U, W
 from wheeltapper.march.program import (
     BONDED,
     CONTACT,
@@ -75,6 +75,12 @@ def log_event(time: float, kind: int, rate: float, cause: float, events: FloatAr
     events[row, contract.EVENT_RATE] = rate
     events[row, contract.EVENT_CAUSE] = cause
     S[COUNT + 1] += 1
+    if kind == IMPACT:
+        S[COUNT + IMPACTS] += 1
+        if S[COUNT + IMPACTS] == S[COUNT + UNTIL_IMPACT]:
+            S[COUNT + SEEN] = 1.0
+    elif S[COUNT + IMPACTS] == S[COUNT + UNTIL_LOSS]:
+        S[COUNT + SEEN] = 1.0
 
 
 @kernel
@@ -83,6 +89,7 @@ def log_peak(time: float, force: float, at_corner: float, peaks: FloatArray, S: 
     peaks[row, contract.PEAK_TIME] = time
     peaks[row, contract.PEAK_FORCE] = force
     peaks[row, contract.PEAK_CORNER] = at_corner
+    peaks[row, contract.PEAK_IMPACT] = S[COUNT + IMPACTS]
     S[COUNT + 2] += 1
 
 

@@ -58,7 +58,7 @@ class _UserWide(_Stamped, caching.UserWideCacheLocator):
 
 caching.CacheImpl._locator_classes[:0] = [_Environment, _InTree, _UserWide]
 
-kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH)
+kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True)
 
 
 def is_compiled(dispatcher: Any, arguments: tuple[Any, ...]) -> bool:

@@ -28,7 +28,7 @@ LOSS, IMPACT = 0, 1
 # Joins between pieces.
 SOFT, KINK, JUMP = 0, 1, 2
 # Why a kernel returned.
-RUNNING, DONE, FULL, TOO_MANY_EVENTS, NOT_FINITE, STALLED, END_OF_PATH = 0, 1, 2, 3, 4, 5, 6
+RUNNING, DONE, FULL, TOO_MANY_EVENTS, NOT_FINITE, STALLED, END_OF_PATH, ENOUGH = range(8)
 
 # Columns of the state, and of a row of steps (a row is the state at the step's start, then its length).
 PHASE, TIME, A, B, DECK_Y, DECK_V, PIECE, SHIFT, ON_DECK, LENGTH = range(10)
@@ -36,8 +36,8 @@ STEP_COLUMNS = 10
 # Columns of events and of peaks.
 EVENT_TIME, EVENT_KIND, EVENT_RATE, EVENT_CAUSE = range(4)
 EVENT_COLUMNS = 4
-PEAK_TIME, PEAK_FORCE, PEAK_CORNER = range(3)
-PEAK_COLUMNS = 3
+PEAK_TIME, PEAK_FORCE, PEAK_CORNER, PEAK_IMPACT = range(4)  # the last: how many impacts came before
+PEAK_COLUMNS = 4
 
 
 # Columns of a piece of the path. With ξ = (x - CENTRE)/SCALE, its height in m is Σ COEFFICIENT[k]·ξ^k
@@ -71,7 +71,10 @@ TOLERANCE = 18
 EVENT_LIMIT = 19
 LOOP = 20  # the table goes on with this piece after its last one; the number of pieces where it just ends
 LOOP_JOIN = 21  # how that piece is entered from the last one
-NUMBERS = 22
+START_SHIFT = 22  # the table's position at time zero is its negative, m
+LAST_IMPACT = 23  # the march ends at this impact; 0: it goes on
+LAST_LOSS = 24  # the march ends at the first loss after so many impacts; 0: it goes on
+NUMBERS = 25
 
 
 class Program(NamedTuple):

@@ -40,12 +40,29 @@ from wheeltapper.march.events import (
     take_contact,
 )
 from wheeltapper.march.kernel import is_compiled, kernel
-from wheeltapper.march.layout import CLEAR, COUNT, FLIGHT_ORDER, MARK, SCRATCH, STATE, TREND, N, U, W, Y, Z
+from wheeltapper.march.layout import (
+    CLEAR,
+    COUNT,
+    FLIGHT_ORDER,
+    MARK,
+    SCRATCH,
+    SEEN,
+    STATE,
+    TREND,
+    UNTIL_IMPACT,
+    UNTIL_LOSS,
+    N,
+    U,
+    W,
+    Y,
+    Z,
+)
 from wheeltapper.march.program import (
     CONTACT,
     DECK_V,
     DECK_Y,
     DONE,
+    ENOUGH,
     EVENT_COLUMNS,
     FLIGHT,
     FULL,
@@ -215,6 +232,8 @@ def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, eve
         if S[COUNT] + 1 > steps.shape[0] or S[COUNT + 1] + 4 > events.shape[0] or S[COUNT + 2] + 8 > peaks.shape[0]:
             S[COUNT + 3] = 1.0 if opened else 0.0
             return FULL
+        if S[COUNT + SEEN] != 0.0:
+            return ENOUGH
         if S[COUNT + 1] >= numbers[contract.EVENT_LIMIT]:
             return TOO_MANY_EVENTS
         time = S[STATE + TIME]
@@ -256,6 +275,10 @@ def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, eve
 def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Set the state at time zero from the start's displacement and velocity."""
     S[STATE : STATE + LENGTH] = 0.0
+    S[STATE + SHIFT] = numbers[contract.START_SHIFT]
+    S[COUNT : COUNT + SEEN + 1] = 0.0
+    S[COUNT + UNTIL_IMPACT] = numbers[contract.LAST_IMPACT] if numbers[contract.LAST_IMPACT] > 0.0 else -1.0
+    S[COUNT + UNTIL_LOSS] = numbers[contract.LAST_LOSS] if numbers[contract.LAST_LOSS] > 0.0 else -1.0
     while piece_end(pieces, numbers, S) <= 0.0:
         if next_piece(pieces, numbers, S) < 0:
             break

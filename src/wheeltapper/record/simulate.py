@@ -8,7 +8,8 @@ from typing import Literal
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.build import METHODS, lower
+from wheeltapper.lower.build import lower
+from wheeltapper.lower.numbers import METHODS
 from wheeltapper.record.record import Record
 
 

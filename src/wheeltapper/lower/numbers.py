@@ -1,0 +1,174 @@
+"""The numbers of a program from the numbers of a scenario, for one cell or for many at once, and for derivatives.
+
+All formulas here are analytic in their arguments, so that a complex array carries a first derivative through them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.contact.linear import Linear
+from wheeltapper.describe.contact.restitution import hysteresis_from_restitution
+from wheeltapper.describe.track.deck import FloatingDeck
+from wheeltapper.lower import ellipse
+from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.first_order import first_order
+from wheeltapper.march import program as contract
+
+Numbers = NDArray[Any]  # of floats, or complex where they carry a derivative
+EVENT_LIMIT = 10_000_000
+
+
+@dataclass(frozen=True)
+class Method:
+    """Order of the series, tolerance of its steps, and tolerance of the path relative to its height."""
+
+    order: int
+    tolerance: float
+    fit: float
+
+
+METHODS = {"default": Method(12, 1e-7, 1e-11), "strict": Method(20, 1e-10, 1e-13)}
+
+
+@dataclass(frozen=True)
+class Placing:
+    """How cells use a table: y(x) = lift·table(rate·x + offset), and the table's height (m) and factor at x = 0."""
+
+    lift: Numbers
+    rate: Numbers
+    offset: Numbers
+    height: Numbers
+    factor: Numbers
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units of length (m), time (s) and force (N) of each cell, its static contact force N0 and contact constant."""
+
+    length: Numbers
+    time: Numbers
+    force: Numbers
+    static_force: Numbers
+    contact_constant: Numbers
+
+
+def static_indentation(weight: float, stiffness: Any, contact_force: tuple[Any, Any], height: Any) -> Numbers:
+    """Return the static indentation in scaled units on a path at `height`: weight + K·(height - δ) = N(δ)."""
+    quadratic, cubic = contact_force
+    u = np.asarray(1.0 + 0.0 * (stiffness + quadratic + cubic + height))
+    for _ in range(100):
+        gap = quadratic * u**2 + cubic * u**3 + stiffness * (u**2 - height) - weight
+        step = gap / (2 * quadratic * u + 3 * cubic * u**2 + 2 * stiffness * u)
+        u = u - step
+        if np.all(np.abs(step) < 1e-16 * np.abs(u)):
+            break
+    return np.asarray(u * u)
+
+
+def _contact_constant(value: Fields) -> Numbers:
+    contact = value.scenario.contact
+    if isinstance(contact, Linear):
+        return np.asarray(value("contact.stiffness"))
+    if contact.constant is not None:
+        return np.asarray(value("contact.constant"))
+    wheels = value.scenario.vehicle.wheels
+    if contact.constant_per_wheel is not None:
+        return np.asarray(value("contact.constant_per_wheel") * wheels)
+    names = ("vehicle.radius", "contact.rail_radius", "contact.youngs_modulus", "contact.poisson")
+    return np.asarray(first_order(ellipse.contact_constant, *(value(name) for name in names)) * wheels)
+
+
+def _hysteresis(value: Fields) -> Numbers:
+    """Return χ in s/m."""
+    contact = value.scenario.contact
+    assert isinstance(contact, Hertz)
+    if contact.restitution is not None:
+        factor = first_order(np.vectorize(hysteresis_from_restitution, otypes=[float]), value("contact.restitution"))
+        return np.asarray(factor / value("contact.impact_speed"))
+    return np.asarray(value("contact.hysteresis") if contact.hysteresis is not None else 0.0)
+
+
+def units_of(value: Fields) -> Units:
+    """Return the units of a scenario's cells (static force still missing: it is the program's prestress)."""
+    mass = value("vehicle.mass")
+    weight = np.asarray(value("vehicle.load") + mass * value("vehicle.gravity"))
+    constant = _contact_constant(value)
+    power = 1.0 if isinstance(value.scenario.contact, Linear) else 2 / 3
+    length = (weight / constant) ** power
+    return Units(length, np.sqrt(mass * length / weight), weight, weight, constant)
+
+
+def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers, Units]:
+    """Return the numbers of each cell's program, (cells, NUMBERS), and its units."""
+    units = units_of(value)
+    length, time, mass = units.length, units.time, value("vehicle.mass")
+    speed = value("speed")
+    linear = isinstance(value.scenario.contact, Linear)
+    columns: dict[int, Any] = {
+        contract.PACE: speed * time * placing.rate,
+        contract.LIFT: placing.lift / length,
+        contract.STIFFNESS: value("vehicle.stiffness") * time**2 / mass,
+        contract.DAMPING: value("vehicle.damping") * time / mass,
+        contract.QUADRATIC if linear else contract.CUBIC: 1.0,
+        contract.DECK_FROM: inf,
+        contract.DECK_TO: inf,
+        contract.START_SHIFT: -placing.offset,
+        contract.END: value("duration") / time,
+        contract.ORDER: method.order,
+        contract.TOLERANCE: method.tolerance,
+        contract.EVENT_LIMIT: EVENT_LIMIT,
+    }
+    if isinstance(value.scenario.contact, Linear):
+        columns[contract.BILATERAL] = float(value.scenario.contact.bilateral)
+    else:
+        columns[contract.HYSTERESIS] = _hysteresis(value) * length / time
+    law = (float(linear), float(not linear))
+    static = static_indentation(1.0, columns[contract.STIFFNESS], law, 0.0)
+    prestress = law[0] * static + law[1] * static**1.5
+    if isinstance(value.scenario.track, FloatingDeck):
+        columns |= _deck(value, time, mass) | {contract.PRESTRESS: prestress}
+    start = value.scenario.start
+    if start == "equilibrium":
+        height = placing.lift * placing.height / length
+        scaled = (law[0] * placing.factor, law[1] * placing.factor)
+        columns[contract.START_HEIGHT] = height - static_indentation(1.0, columns[contract.STIFFNESS], scaled, height)
+    else:
+        columns[contract.START_HEIGHT] = value("start.displacement") / length
+        columns[contract.START_VELOCITY] = value("start.velocity") * time / length
+    kind = np.result_type(float, *columns.values())
+    numbers = np.zeros((value.cells, contract.NUMBERS), dtype=kind)
+    for column, entry in columns.items():
+        numbers[:, column] = entry
+    return numbers, Units(length, time, units.force, prestress * units.force, units.contact_constant)
+
+
+def _deck(value: Fields, time: Numbers, mass: Any) -> dict[int, Any]:
+    deck = value.scenario.track
+    columns = {
+        contract.DECK_MASS: value("track.mass") / mass,
+        contract.DECK_STIFFNESS: value("track.stiffness") * time**2 / mass,
+        contract.DECK_DAMPING: value("track.damping") * time / mass,
+        contract.DECK_FROM: -inf,
+    }
+    if deck.start is None:
+        return columns
+    pace = value("speed") * time
+    start = np.asarray(value("track.start"))
+    columns[contract.DECK_FROM] = _reached(start, pace)
+    if deck.length is not None:
+        columns[contract.DECK_TO] = _reached(start + value("track.length"), pace)
+    return columns
+
+
+def _reached(position: Numbers, pace: Numbers) -> Numbers:
+    """Return when a position is reached; never or long since where the wheel does not roll."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rolled = position / pace
+    return np.where(pace == 0.0, np.where(position.real > 0.0, inf, -inf), rolled)
