@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from wheeltapper._version import __version__
 
 if TYPE_CHECKING:
+    from wheeltapper.ask.sweep import sweep as sweep
     from wheeltapper.describe import contact as contact
     from wheeltapper.describe.contact.hertz import Hertz as Hertz
     from wheeltapper.describe.contact.linear import Linear as Linear
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from wheeltapper.describe.vehicle.wheelset import Wheelset as Wheelset
     from wheeltapper.faces.plot import plot as plot
     from wheeltapper.ground.errors import InputError as InputError
+    from wheeltapper.record import features as features
     from wheeltapper.record.record import Record as Record
     from wheeltapper.record.simulate import simulate as simulate
     from wheeltapper.record.store import load as load
@@ -49,19 +51,23 @@ _HOMES = {
     "load": "record.store",
     "plot": "faces.plot",
     "simulate": "record.simulate",
+    "sweep": "ask.sweep",
 }
+
+_ROOMS = {"contact": "describe.contact", "features": "record.features"}
 
 __all__ = [
     *sorted(_HOMES),
     "contact",
+    "features",
     "__version__",
 ]
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used."""
-    if name == "contact":
-        return import_module("wheeltapper.describe.contact")
+    if name in _ROOMS:
+        return import_module(f"wheeltapper.{_ROOMS[name]}")
     if name not in _HOMES:
         raise AttributeError(f"module 'wheeltapper' has no attribute {name!r}")
     return getattr(import_module(f"wheeltapper.{_HOMES[name]}"), name)

@@ -26,9 +26,11 @@ NAMES = [
     "Wheelset",
     "__version__",
     "contact",
+    "features",
     "load",
     "plot",
     "simulate",
+    "sweep",
 ]
 HEAVY = {"numba", "xarray", "matplotlib", "scipy", "pint", "pandas", "h5netcdf"}
 

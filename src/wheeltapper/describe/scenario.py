@@ -120,10 +120,11 @@ class Scenario(Noun):
         """The irregularities, always as a tuple."""
         return tuple(self.irregularity)
 
-    def check_extent(self) -> None:
-        """Refuse a run that goes on beyond what its irregularities state."""
+    def check_extent(self, end: float | None = None) -> None:
+        """Refuse a run (to x = `end`, m, if given) that goes on beyond what its irregularities state."""
+        end = float(self.speed * self.duration) if end is None else end
         for i, item in enumerate(self.irregularities):
-            missing = item.beyond_known(float(self.speed * self.duration))
+            missing = item.beyond_known(end)
             if missing:
                 raise InputError(
                     "",

@@ -76,6 +76,11 @@ def to_si(value: object, dimension: str) -> float:
     return _by_pint(value, number, unit, dimension)
 
 
+def si_unit(dimension: str) -> str:
+    """Return the SI unit of a dimension as text, "" for a plain number or an unknown dimension."""
+    return PINT.get(dimension, "").replace("**", "^").replace("*", " ")
+
+
 def unit_factor(unit: str, dimension: str) -> float:
     """Return the SI value of one unit."""
     return to_si(f"1 {unit}", dimension)

@@ -55,11 +55,9 @@ def courses_of(scenario: Scenario) -> list[Course]:
     return [item.course(scenario.vehicle.radius) for item in scenario.irregularities]
 
 
-def table_of(scenario: Scenario, courses: list[Course], method: Method) -> tuple[Table, list[str]]:
-    """Return the path of the wheel's centre, and what the user should know about it."""
-    end = scenario.speed * scenario.duration
-    if not courses:
-        courses = [Course((level(-inf, inf),), 0.0)]
+def table_of(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[str]]:
+    """Return the path of the wheel's centre up to x = end (m), and what the user should know about it."""
+    courses = courses_of(scenario) or [Course((level(-inf, inf),), 0.0)]
     height = sum(course.height for course in courses)
     of = ellipse.factor_function(scenario.contact, scenario.vehicle)
     factor = None if of is None else Factor(of, _curvature_noise(courses, end))
@@ -109,7 +107,7 @@ def lower(scenario: Scenario, method: str = "default") -> Lowered:
         "default" or "strict".
     """
     chosen = METHODS[method]
-    table, notes = table_of(scenario, courses_of(scenario), chosen)
+    table, notes = table_of(scenario, float(scenario.speed * scenario.duration), chosen)
     here = np.zeros(1)
     placing = Placing(np.ones(1), np.ones(1), np.zeros(1), table.height(here), table.factor(here))
     numbers, units = numbers_of(Fields(scenario), placing, chosen)

@@ -124,6 +124,8 @@ def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers
         contract.ORDER: method.order,
         contract.TOLERANCE: method.tolerance,
         contract.EVENT_LIMIT: EVENT_LIMIT,
+        contract.LAST_IMPACT: -1.0,
+        contract.LAST_LOSS: -1.0,
     }
     if isinstance(value.scenario.contact, Linear):
         columns[contract.BILATERAL] = float(value.scenario.contact.bilateral)

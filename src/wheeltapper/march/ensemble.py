@@ -5,26 +5,32 @@ for each cell:  start it, march it until enough is seen or the run ends, note wh
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.dense import OUT_COLUMNS
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE
 from wheeltapper.march.program import (
+    ENOUGH,
     EVENT_COLUMNS,
+    FLIGHT,
     FULL,
     PEAK_COLUMNS,
+    PHASE,
     STEP_COLUMNS,
     STRICT_ORDER,
     TIME,
+    A,
     FloatArray,
     IntArray,
 )
 from wheeltapper.march.single import march_kernel, start_kernel
+from wheeltapper.march.tally import CONTACTS, HIGHEST, OPEN, TALLY, tally_kernel
 
 BLOCK = 512
 """Cells that one thread marches at a time."""
@@ -49,27 +55,42 @@ class Marched(NamedTuple):
     peaks: FloatArray  # (peaks, PEAK_COLUMNS)
     event_ends: IntArray  # (cells,): the row after a cell's last event
     peak_ends: IntArray  # (cells,)
+    airborne: FloatArray  # (cells,): 1 where the march began in flight
+    highest: FloatArray  # (cells,): the wheel's highest position; NaN where no tally was kept
+    impulses: FloatArray  # (events,): of the contact that each impact begins, at the impact's row; else NaN
 
 
 @kernel
 def ensemble_kernel(
     pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatArray, cell: int,
     status: IntArray, end: FloatArray, events: FloatArray, peaks: FloatArray, event_ends: IntArray, peak_ends: IntArray,
-    steps: FloatArray, S: FloatArray, strict: bool | None,
+    airborne: FloatArray, highest: FloatArray, impulses: FloatArray, steps: FloatArray, S: FloatArray,
+    tallied: bool, strict: bool | None,
 ) -> int:  # fmt: skip
     """March the cells from `cell` on; return the first that finds no room for its events and peaks, or their number."""
     event = event_ends[cell - 1] if cell > 0 else 0
     peak = peak_ends[cell - 1] if cell > 0 else 0
+    tally = np.zeros(TALLY)
+    scratch = np.zeros(SCRATCH)
+    point = np.zeros(OUT_COLUMNS)
     while cell < len(first):
         table = pieces[first[cell] : first[cell] + many[cell]]
         S[MARK] = 0.0
         start_kernel(table, numbers[cell], events[event:], S)
+        airborne[cell] = 1.0 if S[STATE + PHASE] == FLIGHT else 0.0
+        tally[:] = 0.0
+        tally[HIGHEST] = S[STATE + A] if S[STATE + PHASE] == FLIGHT else -np.inf
         why = FULL
         while why == FULL:
             why = march_kernel(table, numbers[cell], steps, events[event:], peaks[peak:], S, strict)
+            if tallied:
+                tally_kernel(table, numbers[cell], steps, int(S[COUNT]), tally, impulses[event:], scratch, point)
             if why == FULL and S[COUNT] + 1 <= steps.shape[0]:
                 return cell
             S[COUNT] = 0.0
+        highest[cell] = tally[HIGHEST] if tallied else np.nan
+        if tallied and why != ENOUGH and tally[OPEN] != 0.0:
+            impulses[event + int(tally[CONTACTS]) - 1] = np.nan  # this contact outlasts the run
         status[cell] = why
         end[cell] = S[STATE + TIME]
         event += int(S[COUNT + 1])
@@ -80,50 +101,80 @@ def ensemble_kernel(
     return cell
 
 
-def _strict(cells: Cells) -> bool | None:
-    return True if len(cells.numbers) and cells.numbers[0, contract.ORDER] == STRICT_ORDER else None
+class _Tables(NamedTuple):
+    """What one thread writes to while it marches a block."""
+
+    status: IntArray
+    end: FloatArray
+    events: FloatArray
+    peaks: FloatArray
+    event_ends: IntArray
+    peak_ends: IntArray
+    airborne: FloatArray
+    highest: FloatArray
+    impulses: FloatArray
+
+    @staticmethod
+    def of(cells: int) -> _Tables:
+        """Return tables with room for some events of each cell."""
+        rows = 16 * cells + 64
+        return _Tables(
+            np.zeros(cells, dtype=np.int64), np.zeros(cells),
+            np.empty((rows, EVENT_COLUMNS)), np.empty((rows, PEAK_COLUMNS)),
+            np.zeros(cells, dtype=np.int64), np.zeros(cells, dtype=np.int64),
+            np.zeros(cells), np.zeros(cells), np.full(rows, np.nan),
+        )  # fmt: skip
+
+    def larger(self) -> _Tables:
+        """Return tables with room for twice the events."""
+        longer = (np.concatenate([table, np.full_like(table, np.nan)]) for table in (self.events, self.peaks))
+        events, peaks = longer
+        impulses = np.concatenate([self.impulses, np.full_like(self.impulses, np.nan)])
+        return self._replace(events=events, peaks=peaks, impulses=impulses)
 
 
-def _room(cells: int) -> tuple[FloatArray, FloatArray]:
-    return np.empty((16 * cells + 64, EVENT_COLUMNS)), np.empty((16 * cells + 64, PEAK_COLUMNS))
+def _arguments(cells: Cells, cell: int, tables: _Tables, work: tuple[FloatArray, FloatArray], tally: bool) -> Any:
+    strict = True if len(cells.numbers) and cells.numbers[0, contract.ORDER] == STRICT_ORDER else None
+    return (*cells, cell, *tables, *work, tally, strict)
 
 
-def march_block(cells: Cells) -> Marched:
-    """March some cells in this thread."""
+def _work() -> tuple[FloatArray, FloatArray]:
+    return np.empty((STEP_ROWS, STEP_COLUMNS)), np.zeros(SCRATCH)
+
+
+def march_block(cells: Cells, tally: bool = False) -> Marched:
+    """March some cells in this thread; with `tally`, find impulses and highest positions too."""
     total = len(cells.first)
-    status, event_ends, peak_ends = (np.zeros(total, dtype=np.int64) for _ in range(3))
-    end = np.zeros(total)
-    events, peaks = _room(total)
-    steps, work = np.empty((STEP_ROWS, STEP_COLUMNS)), np.zeros(SCRATCH)
-    cell = 0
-    while True:
-        cell = ensemble_kernel(
-            *cells, cell, status, end, events, peaks, event_ends, peak_ends, steps, work, _strict(cells)
-        )
-        used = (event_ends[cell - 1], peak_ends[cell - 1]) if cell else (0, 0)
-        if cell == total:
-            return Marched(status, end, events[: used[0]].copy(), peaks[: used[1]].copy(), event_ends, peak_ends)
-        events, peaks = (np.concatenate([table, np.empty_like(table)]) for table in (events, peaks))
+    tables, work, cell = _Tables.of(total), _work(), 0
+    while cell < total:
+        cell = ensemble_kernel(*_arguments(cells, cell, tables, work, tally))
+        if cell < total:
+            tables = tables.larger()
+    events, peaks = (int(ends[-1]) if total else 0 for ends in (tables.event_ends, tables.peak_ends))
+    return Marched(
+        tables.status, tables.end, tables.events[:events].copy(), tables.peaks[:peaks].copy(), tables.event_ends,
+        tables.peak_ends, tables.airborne, tables.highest, tables.impulses[:events].copy(),
+    )  # fmt: skip
 
 
 def is_ready(cells: Cells) -> bool:
     """Return False where marching these cells begins with compiling."""
-    whole = np.zeros(0, dtype=np.int64)
-    events, peaks = _room(0)
-    work = (np.empty((STEP_ROWS, STEP_COLUMNS)), np.zeros(SCRATCH), _strict(cells))
-    return is_compiled(ensemble_kernel, (*cells, 0, whole, np.zeros(0), events, peaks, whole, whole, *work))
+    return is_compiled(ensemble_kernel, _arguments(cells, 0, _Tables.of(0), _work(), False))
 
 
-def march_all(cells: Cells, threads: int) -> Iterator[tuple[slice, Marched]]:
-    """March all cells, block by block; the blocks come in order, whatever the number of threads."""
+def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None], tally: bool = False) -> None:
+    """March all cells, block by block, and hand each block to `read`; the threads do both."""
     total = len(cells.first)
-    blocks = [slice(i, min(i + BLOCK, total)) for i in range(0, total, BLOCK)]
 
-    def one(block: slice) -> Marched:
-        return march_block(Cells(cells.pieces, cells.first[block], cells.many[block], cells.numbers[block]))
+    def one(begin: int) -> None:
+        block = slice(begin, min(begin + BLOCK, total))
+        part = Cells(cells.pieces, cells.first[block], cells.many[block], cells.numbers[block])
+        read(block, march_block(part, tally))
 
-    if threads == 1 or len(blocks) == 1:
-        yield from ((block, one(block)) for block in blocks)
+    if threads == 1 or total <= BLOCK:
+        for begin in range(0, total, BLOCK):
+            one(begin)
         return
     with ThreadPoolExecutor(threads) as pool:
-        yield from zip(blocks, pool.map(one, blocks), strict=True)
+        for _ in pool.map(one, range(0, total, BLOCK)):
+            pass

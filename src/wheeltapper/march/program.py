@@ -72,8 +72,8 @@ EVENT_LIMIT = 19
 LOOP = 20  # the table goes on with this piece after its last one; the number of pieces where it just ends
 LOOP_JOIN = 21  # how that piece is entered from the last one
 START_SHIFT = 22  # the table's position at time zero is its negative, m
-LAST_IMPACT = 23  # the march ends at this impact; 0: it goes on
-LAST_LOSS = 24  # the march ends at the first loss after so many impacts; 0: it goes on
+LAST_IMPACT = 23  # the march ends at this impact; -1: it goes on
+LAST_LOSS = 24  # the march ends at the first loss after so many impacts; -1: it goes on
 NUMBERS = 25
 
 

@@ -277,8 +277,8 @@ def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S:
     S[STATE : STATE + LENGTH] = 0.0
     S[STATE + SHIFT] = numbers[contract.START_SHIFT]
     S[COUNT : COUNT + SEEN + 1] = 0.0
-    S[COUNT + UNTIL_IMPACT] = numbers[contract.LAST_IMPACT] if numbers[contract.LAST_IMPACT] > 0.0 else -1.0
-    S[COUNT + UNTIL_LOSS] = numbers[contract.LAST_LOSS] if numbers[contract.LAST_LOSS] > 0.0 else -1.0
+    S[COUNT + UNTIL_IMPACT] = numbers[contract.LAST_IMPACT]
+    S[COUNT + UNTIL_LOSS] = numbers[contract.LAST_LOSS]
     while piece_end(pieces, numbers, S) <= 0.0:
         if next_piece(pieces, numbers, S) < 0:
             break

@@ -7,6 +7,8 @@ from typing import ClassVar, Literal
 from wheeltapper.describe.irregularity.course import Course
 from wheeltapper.describe.noun import Noun
 
+Similarity = dict[str, Literal["lift", "rate", "offset"]]
+
 
 class Irregularity(Noun):
     """A deviation of a rolling surface, m, upwards positive; material missing on a wheel is negative."""
@@ -16,6 +18,10 @@ class Irregularity(Noun):
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance for a wheel of this radius (m)."""
         raise NotImplementedError
+
+    def similarity(self) -> Similarity:
+        """Return the fields that change nothing but the scale of the height, that of the length, or the place."""
+        return {}
 
     def beyond_known(self, end: float) -> str | None:
         """Return what is missing if the run goes on to x = end (m), or None where everything is known."""

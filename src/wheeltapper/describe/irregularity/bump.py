@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf, pi
 
-from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.base import Irregularity, Similarity
 from wheeltapper.describe.irregularity.course import Course, Harmonic, harmonic, level
 from wheeltapper.describe.noun import Length, PositiveLength
 
@@ -25,6 +25,10 @@ class CosineBump(Irregularity):
     height: Length
     length: PositiveLength
     start: Length
+
+    def similarity(self) -> Similarity:
+        """Return what the fields scale."""
+        return {"height": "lift", "length": "rate", "start": "offset"}
 
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""

@@ -6,7 +6,7 @@ from math import inf, pi, sin
 
 from pydantic import model_validator
 
-from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.base import Irregularity, Similarity
 from wheeltapper.describe.irregularity.course import Course, Harmonic, harmonic, level
 from wheeltapper.describe.noun import Length, PositiveLength
 
@@ -36,6 +36,12 @@ class Corrugation(Irregularity):
         if self.end is not None and self.end <= self.start:
             raise ValueError(f"found end {self.end:g} m; allowed: more than start {self.start:g} m")
         return self
+
+    def similarity(self) -> Similarity:
+        """Return what the fields scale; one that ends at a given place is no scaled copy of another."""
+        if self.end is None:
+            return {"amplitude": "lift", "wavelength": "rate", "start": "offset"}
+        return {"amplitude": "lift"}
 
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.base import Irregularity, Similarity
 from wheeltapper.describe.irregularity.course import Course, Harmonic, Stretch, harmonic, level
 from wheeltapper.describe.noun import Length, PositiveLength
 
@@ -58,6 +58,10 @@ class WheelFlat(Irregularity):
             return self.depth, 2.0 * sqrt(2.0 * radius * self.depth - self.depth**2)
         half = 0.5 * (self.length or 0.0)
         return half**2 / (radius + sqrt(radius**2 - half**2)), 2.0 * half
+
+    def similarity(self) -> Similarity:
+        """Return what the fields scale."""
+        return {"position": "offset"}
 
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""

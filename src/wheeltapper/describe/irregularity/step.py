@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.base import Irregularity, Similarity
 from wheeltapper.describe.irregularity.course import Course, level
 from wheeltapper.describe.noun import Length
 
@@ -27,6 +27,10 @@ class Step(Irregularity):
     height: Length
     position: Length
     ideal: bool = False
+
+    def similarity(self) -> Similarity:
+        """Return what the fields scale."""
+        return {"height": "lift", "position": "offset"}
 
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""

@@ -1,0 +1,1 @@
+"""Questions asked of scenarios and records: maps over parameters."""

@@ -1,0 +1,179 @@
+"""A study: a scenario, which of its fields vary how, and which features are asked. Described, checked, not computed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.noun import Noun
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.features import Feature
+
+FloatArray = NDArray[np.float64]
+Sampling = Literal["sobol", "latin hypercube"]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One varied field: its path, its values in SI units, and the unit's name."""
+
+    path: str
+    values: FloatArray
+    unit: str
+
+
+@dataclass(frozen=True)
+class Study:
+    """A scenario, the cells over which some of its fields vary, and the features asked of each.
+
+    Attributes
+    ----------
+    scenario
+        What all cells have in common.
+    axes
+        The varied fields.
+    grid
+        True where the cells are all combinations of the axes' values, False where the axes go side by side.
+    features
+        What is asked.
+    method
+        "default" or "strict".
+    """
+
+    scenario: Scenario
+    axes: tuple[Axis, ...]
+    grid: bool
+    features: tuple[Feature, ...]
+    method: str
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Numbers of cells along the axes of the result."""
+        return tuple(len(axis.values) for axis in self.axes) if self.grid else (len(self.axes[0].values),)
+
+    @property
+    def cells(self) -> int:
+        """Number of all cells."""
+        return int(np.prod(self.shape))
+
+    def changed(self, begin: int, end: int) -> dict[str, FloatArray]:
+        """Return the values of the varied fields in the cells from `begin` to before `end`."""
+        index = np.arange(begin, end)
+        if not self.grid:
+            return {axis.path: axis.values[index] for axis in self.axes}
+        places = np.unravel_index(index, self.shape)
+        return {axis.path: axis.values[place] for axis, place in zip(self.axes, places, strict=True)}
+
+
+def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
+    """Return the noun that holds a continuous field, and the field's own name.
+
+    Raises
+    ------
+    InputError
+        If there is no such field, or it is no continuous number: a count, a switch, a name, or not set.
+    """
+    holder: Any = scenario
+    value: Any = scenario
+    name = ""
+    for part in path.split("."):
+        holder, name = (value, part) if isinstance(value, Noun) else (holder, name)
+        if isinstance(value, Noun) and part in type(value).model_fields:
+            value = getattr(value, part)
+        elif isinstance(value, tuple) and part.isdigit() and int(part) < len(value):
+            value = value[int(part)]
+        else:
+            known = type(value).model_fields if isinstance(value, Noun) else range(len(value or ()))
+            raise InputError("", path, f"no such field {part!r}", ", ".join(str(n) for n in known) or "nothing here")
+    if isinstance(value, bool) or not isinstance(value, float):
+        what = "nothing set" if value is None else f"{value!r}, which is no continuous number"
+        raise InputError("", path, what, "a field that holds a quantity")
+    return holder, name
+
+
+def _unit(scenario: Scenario, path: str) -> str:
+    from wheeltapper.ground.quantities import si_unit
+
+    holder, name = field_at(scenario, path)
+    schema = type(holder).model_fields[name].json_schema_extra
+    text = str(schema.get("description", "")) if isinstance(schema, dict) else ""
+    return si_unit(text.partition(":")[0])
+
+
+def _axis(scenario: Scenario, path: str, values: Any) -> Axis:
+    unit = _unit(scenario, path)
+    listed = [values] if isinstance(values, str) or np.ndim(values) == 0 else list(values)
+    if not listed:
+        raise InputError("", path, "no values", "at least one value")
+    if any(isinstance(value, str) for value in listed):
+        numbers = [_number(scenario, path, value) for value in listed]
+    else:
+        try:
+            numbers = [float(value) for value in listed]
+        except (TypeError, ValueError) as error:
+            raise InputError("", path, repr(values), "numbers, or strings with a unit") from error
+    array = np.asarray(numbers)
+    if array.ndim != 1 or not np.all(np.isfinite(array)):
+        raise InputError("", path, "values that are not finite numbers in one dimension", "finite numbers")
+    for extreme in (array.min(), array.max()):
+        scenario.replaced({path: float(extreme)})
+    return Axis(path, array, unit)
+
+
+def _number(scenario: Scenario, path: str, value: Any) -> float:
+    changed: Any = scenario.replaced({path: value})
+    for part in path.split("."):
+        changed = changed[int(part)] if part.isdigit() else getattr(changed, part)
+    return float(changed)
+
+
+def study(
+    scenario: Scenario, over: Mapping[str, Any], features: Sequence[Feature], *, zipped: bool = False,
+    samples: int | None = None, sampling: Sampling = "sobol", seed: int = 0, method: str = "default",
+) -> Study:  # fmt: skip
+    """Return the study that `sweep` computes; its arguments are those of `sweep`."""
+    from wheeltapper.lower.numbers import METHODS
+
+    if method not in METHODS:
+        raise InputError("", "method", repr(method), " or ".join(repr(name) for name in METHODS))
+    if not over:
+        raise InputError("", "over", "nothing", "at least one field of the scenario with its values")
+    if not features:
+        raise InputError("", "features", "nothing", "at least one feature")
+    names = [feature.name for feature in features]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError("", "features", f"the name {twice[0]!r} twice", "features of different names (`renamed`)")
+    axes = tuple(_axis(scenario, path, values) for path, values in over.items())
+    if samples is not None:
+        axes = _sampled(axes, samples, sampling, seed)
+    side_by_side = zipped or samples is not None
+    lengths = {axis.path: len(axis.values) for axis in axes}
+    if side_by_side and len(set(lengths.values())) > 1:
+        raise InputError("", "over", f"lists of different lengths {lengths}", "lists of one length where zipped")
+    return Study(scenario, axes, not side_by_side, tuple(features), method)
+
+
+def _sampled(axes: tuple[Axis, ...], samples: int, sampling: Sampling, seed: int) -> tuple[Axis, ...]:
+    from scipy.stats import qmc
+
+    if samples < 1:
+        raise InputError("", "samples", repr(samples), "at least 1")
+    for axis in axes:
+        if len(axis.values) != 2 or axis.values[0] > axis.values[1]:
+            raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value, to sample between")
+    if sampling == "sobol":
+        points = qmc.Sobol(len(axes), rng=seed).random(samples)
+    elif sampling == "latin hypercube":
+        points = qmc.LatinHypercube(len(axes), rng=seed).random(samples)
+    else:
+        raise InputError("", "sampling", repr(sampling), "'sobol' or 'latin hypercube'")
+    return tuple(
+        Axis(axis.path, axis.values[0] + column * (axis.values[1] - axis.values[0]), axis.unit)
+        for axis, column in zip(axes, points.T, strict=True)
+    )

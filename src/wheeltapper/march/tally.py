@@ -1,0 +1,73 @@
+"""What steps add up to, for features that events and force maxima do not tell: impulses and the highest position.
+
+for each step: its series once more; its impulse to the present contact; its ends, and its inside where the wheel turns
+a step in flight ends the present contact, the first step after it begins the next
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.dense import FORCE, WHEEL_V, WHEEL_Y, _fill, _prepare
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.layout import U
+from wheeltapper.march.program import FLIGHT, LENGTH, PHASE, FloatArray
+from wheeltapper.march.roots import evaluate
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+# Entries of the tally: highest position, number of contacts that impacts began, whether such a contact is going on,
+# whether the last step was in flight.
+HIGHEST, CONTACTS, OPEN, FLEW = range(4)
+TALLY = 4
+
+
+@kernel
+def _turn(numbers: FloatArray, step: FloatArray, lo: float, hi: float, S: FloatArray, point: FloatArray) -> float:
+    """Return the highest position between two places of the prepared step between which the wheel stops rising."""
+    for _ in range(60):
+        middle = 0.5 * (lo + hi)
+        _fill(numbers, step, middle, S, point)
+        if point[WHEEL_V] > 0.0:
+            lo = middle
+        else:
+            hi = middle
+    return point[WHEEL_Y]
+
+
+@kernel
+def tally_kernel(
+    pieces: FloatArray, numbers: FloatArray, steps: FloatArray, count: int, tally: FloatArray, impulses: FloatArray,
+    S: FloatArray, point: FloatArray,
+) -> None:  # fmt: skip
+    """Add the first `count` steps to a cell's tally, and their impulses to the rows of `impulses`."""
+    for i in range(count):
+        step = steps[i]
+        flying = step[PHASE] == FLIGHT
+        contact = _prepare(pieces, numbers, step, S)
+        if flying:
+            tally[OPEN] = 0.0
+        elif tally[FLEW] != 0.0:
+            tally[OPEN] = 1.0
+            impulses[int(tally[CONTACTS])] = 0.0
+            tally[CONTACTS] += 1.0
+        tally[FLEW] = 1.0 if flying else 0.0
+        _fill(numbers, step, 0.0, S, point)
+        tally[HIGHEST] = max(tally[HIGHEST], point[WHEEL_Y])
+        before = 0.0
+        rising = point[WHEEL_V] > 0.0
+        for j in range(len(NODES) + 1):
+            x = NODES[j] * step[LENGTH] if j < len(NODES) else step[LENGTH]
+            _fill(numbers, step, x, S, point)
+            if j < len(NODES) and tally[OPEN] != 0.0:
+                weight = WEIGHTS[j] * step[LENGTH]
+                if contact:
+                    weight *= evaluate(S, U, int(numbers[contract.ORDER]), x)
+                impulses[int(tally[CONTACTS]) - 1] += weight * point[FORCE]
+            tally[HIGHEST] = max(tally[HIGHEST], point[WHEEL_Y])
+            falling = point[WHEEL_V] <= 0.0
+            if rising and falling:
+                tally[HIGHEST] = max(tally[HIGHEST], _turn(numbers, step, before, x, S, point))
+            rising = not falling
+            before = x

@@ -1,0 +1,260 @@
+"""Features: single numbers that an impact train gives away, for records and for maps.
+
+Each is a small object; what it needs says how far a run has to be computed before it is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.trains import Trains, Values
+
+Until = Literal["impact", "loss", "end"]
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A number that an impact train gives away.
+
+    Attributes
+    ----------
+    name
+        What the variable of a map is called.
+    unit
+        SI unit, "" for a ratio.
+    definition
+        One sentence.
+    impacts
+        How many impacts it needs; with fewer it is NaN.
+    until
+        When it is known: at that "impact", at the first "loss" of contact after it, or at the "end" of the run.
+    of
+        From the trains of some cells to one value per cell.
+    differentiable
+        False where it counts something: then it has no gradient.
+    tally
+        True where it needs impulses or the highest position, which cost more than events and force maxima.
+    """
+
+    name: str
+    unit: str
+    definition: str
+    impacts: int
+    until: Until
+    of: Callable[[Trains], Values]
+    differentiable: bool = True
+    tally: bool = False
+
+    def renamed(self, name: str) -> Feature:
+        """Return the same feature under another name, so that a map can hold two of a kind."""
+        return replace(self, name=name)
+
+    def __call__(self, trains: Trains) -> Values:
+        """Return the feature of each cell; NaN where the train is too short, or the run broke off before."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            values = np.asarray(self.of(trains))
+        known = trains.whole & (trains.impacts.count >= self.impacts)
+        return np.where(known, values, np.nan)
+
+
+def _pair(first: int, second: int) -> None:
+    if not 1 <= first < second:
+        raise InputError("", "features", f"impacts {first} and {second}", "two impacts, counted from 1, in order")
+
+
+def _onset(trains: Trains, n: int) -> Values:
+    return trains.impacts.nth("time", n)
+
+
+def impact_interval(first: int = 1, second: int = 2, between: Literal["onsets", "peaks"] = "onsets") -> Feature:
+    """Return the time between two impacts (the paper's Δt).
+
+    Parameters
+    ----------
+    first, second
+        Which impacts, counted from one.
+    between
+        "onsets" of contact, or the "peaks": the times of the largest force after each.
+    """
+    _pair(first, second)
+    if between == "onsets":
+        return Feature(
+            "impact_interval", "s", f"time from the onset of impact {first} to that of impact {second}", second,
+            "impact", lambda trains: _onset(trains, second) - _onset(trains, first),
+        )  # fmt: skip
+    if between != "peaks":
+        raise InputError("", "between", repr(between), "'onsets' or 'peaks'")
+    return Feature(
+        "impact_interval", "s", f"time from the largest force after impact {first} to that after impact {second}",
+        second, "loss", lambda trains: trains.impact_peak(second, "time") - trains.impact_peak(first, "time"),
+    )  # fmt: skip
+
+
+def force_ratio(first: int = 1, second: int = 2) -> Feature:
+    """Return the largest force after one impact over that after another (r_N of the paper)."""
+    _pair(first, second)
+    return Feature(
+        "force_ratio", "", f"largest force between impact {first} and the next one, over that after impact {second}",
+        second, "loss",
+        lambda trains: trains.impact_peak(first, "force") / trains.impact_peak(second, "force"),
+    )  # fmt: skip
+
+
+def largest_force(over_static: bool = False) -> Feature:
+    """Return the largest maximum of the contact force, N; `over_static`: divided by the static force N0."""
+    if over_static:
+        return Feature(
+            "largest_force_over_static", "", "largest maximum of the contact force, over the static force", 0, "end",
+            lambda trains: trains.peaks.largest("force") / trains.static_force,
+        )  # fmt: skip
+    return Feature(
+        "largest_force", "N", "largest maximum of the contact force, per wheelset", 0, "end",
+        lambda trains: trains.peaks.largest("force"),
+    )  # fmt: skip
+
+
+def number_of_impacts() -> Feature:
+    """Return the number of impacts."""
+    return Feature(
+        "number_of_impacts", "", "number of impacts", 0, "end",
+        lambda trains: trains.impacts.count.astype(float), differentiable=False,
+    )  # fmt: skip
+
+
+def time_in_air() -> Feature:
+    """Return the total time without contact, s."""
+
+    def total(trains: Trains) -> Values:
+        flights_begin = trains.losses.total(trains.losses.columns["time"])
+        flights_end = trains.impacts.total(trains.impacts.columns["time"])
+        flying = trains.losses.count + trains.airborne - trains.impacts.count
+        return np.asarray(flights_end - flights_begin + flying * trains.end)
+
+    return Feature("time_in_air", "s", "total time without contact", 0, "end", total)
+
+
+def first_loss() -> Feature:
+    """Return the time of the first loss of contact, s."""
+    return Feature(
+        "first_loss", "s", "time of the first loss of contact", 0, "loss",
+        lambda trains: trains.losses.nth("time", 1),
+    )  # fmt: skip
+
+
+def last_loss() -> Feature:
+    """Return the time of the last loss of contact, s."""
+    return Feature(
+        "last_loss", "s", "time of the last loss of contact", 0, "end", lambda trains: trains.losses.last("time")
+    )
+
+
+def contact_frequency() -> Feature:
+    """Return how often contact is regained: the inverse of the mean interval between impacts, Hz."""
+    return Feature(
+        "contact_frequency", "Hz", "inverse of the mean interval between the onsets of impacts", 2, "end",
+        lambda trains: (trains.impacts.count - 1) / (trains.impacts.last("time") - _onset(trains, 1)),
+    )  # fmt: skip
+
+
+def decay_rate() -> Feature:
+    """Return the rate σ at which the impact train decays, 1/s: the largest forces after the impacts fit exp(-σ·t)."""
+
+    def rate(trains: Trains) -> Values:
+        peaks = trains.impact_peaks()
+        time, height, owner = peaks.columns["time"], np.log(peaks.columns["force"]), peaks.owner
+        many = peaks.count
+        middle_time, middle = peaks.total(time) / many, peaks.total(height) / many
+        off = time - middle_time[owner]
+        return np.asarray(-peaks.total(off * (height - middle[owner])) / peaks.total(off * off))
+
+    return Feature(
+        "decay_rate", "1/s", "rate at which the largest forces after impacts decay (least squares of their logarithms)",
+        2, "end", rate,
+    )  # fmt: skip
+
+
+def impulse(impact: int = 1) -> Feature:
+    """Return the impulse of the contact force from an impact to the next loss of contact, N s."""
+    if impact < 1:
+        raise InputError("", "impact", repr(impact), "an impact, counted from 1")
+    return Feature(
+        "impulse", "N s", f"impulse of the contact force from impact {impact} to the next loss of contact", impact,
+        "loss", lambda trains: trains.impacts.nth("impulse", impact), tally=True,
+    )  # fmt: skip
+
+
+def largest_displacement() -> Feature:
+    """Return the largest upward displacement of the wheel's centre, m."""
+    return Feature(
+        "largest_displacement", "m", "largest upward displacement of the wheel's centre", 0, "end",
+        lambda trains: trains.highest, tally=True,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Train:
+    """The impact train of one cell, as a user's own feature reads it; arrays in order of time.
+
+    Attributes
+    ----------
+    loss_time, impact_time
+        s.
+    closing_speed
+        Indentation rate at each impact, m/s.
+    peak_time, peak_force, peak_impact
+        Force maxima: s, N, and how many impacts came before.
+    static_force
+        N0, N.
+    """
+
+    loss_time: NDArray[Any]
+    impact_time: NDArray[Any]
+    closing_speed: NDArray[Any]
+    peak_time: NDArray[Any]
+    peak_force: NDArray[Any]
+    peak_impact: NDArray[Any]
+    static_force: float
+
+
+def custom(
+    function: Callable[[Train], float], name: str, unit: str = "", definition: str = "", impacts: int = 0,
+    until: Until = "end",
+) -> Feature:  # fmt: skip
+    """Return a feature of one's own.
+
+    Parameters
+    ----------
+    function
+        From the `Train` of one cell to a number; NaN where it has none. With gradients the train's arrays are complex,
+        which arithmetic and NumPy's functions carry through.
+    name, unit, definition
+        For tables and plots.
+    impacts
+        How many impacts it needs; with fewer it is NaN and the function is not called.
+    until
+        When it is known: at that "impact", at the first "loss" after it, or at the "end" of the run.
+    """
+
+    def each(trains: Trains) -> Values:
+        long_enough = trains.whole & (trains.impacts.count >= impacts)
+        values = [function(_train(trains, cell)) if long_enough[cell] else np.nan for cell in range(trains.cells)]
+        return np.asarray(values)
+
+    return Feature(name, unit, definition or (function.__doc__ or name).strip(), impacts, until, each)
+
+
+def _train(trains: Trains, cell: int) -> Train:
+    def part(rows: Any, column: str) -> NDArray[Any]:
+        return np.asarray(rows.columns[column][rows.first[cell] : rows.first[cell + 1]])
+
+    return Train(
+        part(trains.losses, "time"), part(trains.impacts, "time"), part(trains.impacts, "rate"),
+        part(trains.peaks, "time"), part(trains.peaks, "force"), part(trains.peaks, "impact").real.astype(int),
+        trains.static_force[cell],
+    )  # fmt: skip
