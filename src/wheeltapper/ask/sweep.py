@@ -118,11 +118,11 @@ def compute(asked: Study, begin: int, end: int, threads: int) -> tuple[FloatArra
     notes
         What the user should know.
     """
-    from wheeltapper.lower.many import lower_many
+    from wheeltapper.lower.many import Many
 
     changed = asked.changed(begin, end)
     try:
-        many = lower_many(asked.scenario, changed, asked.method)
+        many = Many(asked.scenario, changed, asked.method)
     except InputError as error:
         if end - begin == 1:
             return np.full((len(asked.features), 1), np.nan), np.array([REFUSED]), (str(error),)

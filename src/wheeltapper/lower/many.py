@@ -2,11 +2,15 @@
 
 A field either enters the numbers alone (a mass), or scales, stretches or moves the path as a whole (the height of a
 bump), or shapes it (the same height under a rolling circle). Only the last needs a table for each of its values.
+
+Derivatives go the same three ways: numbers and placing carry them as imaginary parts; a field that shapes the path
+bends the pieces of its table.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,32 +20,15 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.build import table_of
 from wheeltapper.lower.ellipse import factor_function
 from wheeltapper.lower.fields import Fields
-from wheeltapper.lower.numbers import METHODS, Method, Placing, Units, numbers_of
+from wheeltapper.lower.numbers import METHODS, Numbers, Placing, Units, numbers_of
 from wheeltapper.lower.table import Table
 from wheeltapper.march import program as contract
 from wheeltapper.march.ensemble import Cells
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Many:
-    """Cells to march, what turns their numbers into SI units, and what the user should know."""
-
-    cells: Cells
-    units: Units
-    notes: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class _Similar:
-    """How cells use one table: y(x) = lift·table(rate·x + offset), and the scenario that the table belongs to."""
-
-    scenario: Scenario
-    lift: FloatArray
-    rate: FloatArray
-    offset: FloatArray
+EPSILON = 1e-30
+"""The imaginary step: small enough to leave no trace in real parts."""
 
 
 def _shapes_the_path(scenario: Scenario, path: str) -> bool:
@@ -55,41 +42,27 @@ def _shapes_the_path(scenario: Scenario, path: str) -> bool:
     return path == "contact.rail_radius" and follows
 
 
-def _similar(scenario: Scenario, changed: dict[str, FloatArray]) -> tuple[_Similar, set[str]]:
-    """Return how far the cells' paths are scaled copies of one, and the fields that this takes care of."""
-    one = len(scenario.irregularity) == 1
-    fields: dict[str, str] = dict(scenario.irregularities[0].similarity()) if one else {}
-    plain = scenario.rolling == "point" and factor_function(scenario.contact, scenario.vehicle) is None
-    kinds = {
-        f"irregularity.0.{name}": kind
-        for name, kind in fields.items()
-        if f"irregularity.0.{name}" in changed and (kind == "offset" or plain)
-    }
-    cells = max((len(values) for values in changed.values()), default=1)
-    lift, rate, offset = np.ones(cells), np.ones(cells), np.zeros(cells)
-    value = Fields(scenario)
-    reference: dict[str, Any] = {}
-    for path, kind in kinds.items():
-        if kind == "lift" and np.any(changed[path]):
-            reference[path] = float(np.abs(changed[path]).max())
-            lift = changed[path] / reference[path]
-        elif kind == "rate":
-            reference[path] = float(changed[path][0])
-            rate = reference[path] / changed[path]
-    place = next((f"irregularity.0.{name}" for name, kind in fields.items() if kind == "offset"), None)
-    if place is not None and (place in kinds or np.any(rate != 1.0)):
-        start = np.broadcast_to(changed.get(place, np.asarray(value(place))), (cells,))
-        reference[place] = float((start * rate).max())
-        offset = reference[place] - start * rate
-    elif "rate" in kinds.values():  # stretched about x = 0
-        reference = {path: held for path, held in reference.items() if kinds[path] != "rate"}
-        rate = np.ones(cells)
-    handled = {path for path in kinds if path in reference}
-    return _Similar(scenario.replaced(reference) if reference else scenario, lift, rate, offset), handled
+@dataclass(frozen=True)
+class Direction:
+    """How cells change with one field.
+
+    Attributes
+    ----------
+    numbers
+        (cells, NUMBERS) derivatives of the numbers.
+    units
+        Each unit plus i·EPSILON times its derivative.
+    bend
+        (pieces, PIECE_COLUMNS) derivatives of the pieces of all tables; None where they stay.
+    """
+
+    numbers: FloatArray
+    units: Units
+    bend: FloatArray | None
 
 
-def lower_many(scenario: Scenario, changed: dict[str, FloatArray], method: str = "default") -> Many:
-    """Lower a scenario once for many cells.
+class Many:
+    """Cells of a scenario, lowered together.
 
     Parameters
     ----------
@@ -100,40 +73,98 @@ def lower_many(scenario: Scenario, changed: dict[str, FloatArray], method: str =
     method
         "default" or "strict".
     """
-    chosen = METHODS[method]
-    value = Fields(scenario, changed)
-    similar, handled = _similar(scenario, changed)
-    shaping = [path for path in changed if path not in handled and _shapes_the_path(scenario, path)]
-    ends = np.broadcast_to(np.asarray(value("speed") * value("duration")) * similar.rate + similar.offset, value.cells)
-    variants, owner = _variants(changed, shaping, value.cells)
-    tables, notes = [], []
-    height, factor = np.zeros(value.cells), np.ones(value.cells)
-    for index, variant in enumerate(variants):
-        mine = np.flatnonzero(owner == index)
-        shaped = similar.scenario.replaced(dict(zip(shaping, variant.tolist(), strict=True)))
-        table, said = _table(shaped, float(ends[mine].max()), chosen)
-        height[mine], factor[mine] = table.height(similar.offset[mine]), table.factor(similar.offset[mine])
-        tables.append(table)
-        notes += said
-    placing = Placing(similar.lift, similar.rate, similar.offset, height, factor)
-    numbers, units = numbers_of(value, placing, chosen)
-    first = np.cumsum([0, *(len(table.rows) for table in tables)])
-    numbers[:, contract.LOOP] = np.array([table.loop for table in tables])[owner]
-    numbers[:, contract.LOOP_JOIN] = np.array([table.loop_join for table in tables])[owner]
-    many = np.diff(first)[owner]
-    cells = Cells(np.vstack([table.rows for table in tables]), first[:-1][owner], many, numbers)
-    whole = replace(units, **{name: np.broadcast_to(held, value.cells) for name, held in vars(units).items()})
-    return Many(cells, whole, tuple(dict.fromkeys(notes)))
 
+    def __init__(self, scenario: Scenario, changed: dict[str, FloatArray], method: str = "default") -> None:
+        self.scenario, self.changed = scenario, changed
+        self._method = METHODS[method]
+        self._kinds, self._reference = self._similarity()
+        self._shaping = [path for path in changed if path not in self._kinds and _shapes_the_path(scenario, path)]
+        self._tables, self._owner, self.notes = self._lowered_tables()
+        numbers, units = numbers_of(self._value, self._placing(self._value), self._method)
+        self._first = np.cumsum([0, *(len(table.rows) for table in self._tables)])
+        numbers[:, contract.LOOP] = np.array([table.loop for table in self._tables])[self._owner]
+        numbers[:, contract.LOOP_JOIN] = np.array([table.loop_join for table in self._tables])[self._owner]
+        rows = np.vstack([table.rows for table in self._tables])
+        self.cells = Cells(rows, self._first[:-1][self._owner], np.diff(self._first)[self._owner], numbers)
+        self.units = self._spread(units)
 
-def _variants(changed: dict[str, FloatArray], shaping: list[str], cells: int) -> tuple[FloatArray, IntArray]:
-    """Return the different values of the shaping fields, and which of them each cell has."""
-    if not shaping:
-        return np.zeros((1, 0)), np.zeros(cells, dtype=np.int64)
-    rows, owner = np.unique(np.column_stack([changed[path] for path in shaping]), axis=0, return_inverse=True)
-    return rows, owner.ravel()
+    @cached_property
+    def _value(self) -> Fields:
+        return Fields(self.scenario, self.changed)
 
+    def _spread(self, units: Units) -> Units:
+        return Units(**{name: np.broadcast_to(held, self._value.cells) for name, held in vars(units).items()})
 
-def _table(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[str]]:
-    scenario.check_extent(end)
-    return table_of(scenario, end, method)
+    def _similarity(self) -> tuple[dict[str, str], dict[str, float]]:
+        """Return the changed fields that scale, stretch or move the whole path, and the values that the table has."""
+        scenario, changed = self.scenario, self.changed
+        fields: dict[str, str] = (
+            dict(scenario.irregularities[0].similarity()) if len(scenario.irregularity) == 1 else {}
+        )
+        plain = scenario.rolling == "point" and factor_function(scenario.contact, scenario.vehicle) is None
+        kinds = {f"irregularity.0.{name}": kind for name, kind in fields.items() if kind == "offset" or plain}
+        place = next((path for path, kind in kinds.items() if kind == "offset"), None)
+        reference: dict[str, float] = {}
+        for path, kind in kinds.items():
+            if kind == "lift" and path in changed and np.any(changed[path]):
+                reference[path] = float(np.abs(changed[path]).max())
+            elif kind == "rate" and path in changed and place is not None:
+                reference[path] = float(changed[path][0])
+        if place is not None and (place in changed or any(kinds[path] == "rate" for path in reference)):
+            _, rate, _ = self._scaled(kinds, reference, Fields(scenario, changed))
+            reference[place] = float(np.max(Fields(scenario, changed)(place) * rate))
+        return {path: kinds[path] for path in reference}, reference
+
+    @staticmethod
+    def _scaled(kinds: dict[str, str], reference: dict[str, float], value: Fields) -> tuple[Numbers, Numbers, Numbers]:
+        """Return lift, rate and offset of each cell's use of the table: y(x) = lift·table(rate·x + offset)."""
+        lift, rate, offset = np.ones(value.cells), np.ones(value.cells), np.zeros(value.cells)
+        for path, held in reference.items():
+            if kinds[path] == "lift":
+                lift = value(path) / held
+            elif kinds[path] == "rate":
+                rate = held / value(path)
+        for path, held in reference.items():
+            if kinds[path] == "offset":
+                offset = held - value(path) * rate
+        return lift, rate, offset
+
+    def _lowered_tables(self) -> tuple[list[Table], IntArray, tuple[str, ...]]:
+        value, scenario = self._value, self.scenario
+        _, rate, offset = self._scaled(self._kinds, self._reference, value)
+        ends = np.broadcast_to(np.asarray(value("speed") * value("duration")) * rate + offset, value.cells)
+        if self._shaping:
+            columns = np.column_stack([self.changed[path] for path in self._shaping])
+            variants, owner = np.unique(columns, axis=0, return_inverse=True)
+            owner = owner.ravel()
+        else:
+            variants, owner = np.zeros((1, 0)), np.zeros(value.cells, dtype=np.int64)
+        tables, notes = [], []
+        for index, variant in enumerate(variants):
+            changes: dict[str, Any] = self._reference | dict(zip(self._shaping, variant.tolist(), strict=True))
+            shaped = scenario.replaced(changes) if changes else scenario
+            end = float(ends[owner == index].max())
+            shaped.check_extent(end)
+            table, said = table_of(shaped, end, self._method)
+            tables.append(table)
+            notes += said
+        return tables, owner, tuple(dict.fromkeys(notes))
+
+    def _placing(self, value: Fields) -> Placing:
+        lift, rate, offset = self._scaled(self._kinds, self._reference, value)
+        height, factor = np.zeros(value.cells, dtype=offset.dtype), np.ones(value.cells, dtype=offset.dtype)
+        for index, table in enumerate(self._tables):
+            mine = np.flatnonzero(self._owner == index)
+            x = offset[mine].real
+            height[mine], factor[mine] = table.height(x), table.factor(x)
+            if np.iscomplexobj(offset):
+                height[mine] += 1j * table.slope(x) * offset[mine].imag
+        return Placing(lift, rate, offset, height, factor)
+
+    def along(self, path: str) -> Direction:
+        """Return how the cells change with one of the changed fields."""
+        if path in self._shaping:
+            raise NotImplementedError(path)
+        value = Fields(self.scenario, self.changed | {path: self.changed[path] + 1j * EPSILON})
+        numbers, units = numbers_of(value, self._placing(value), self._method)
+        return Direction(numbers.imag / EPSILON, self._spread(units), None)

@@ -53,7 +53,7 @@ from wheeltapper.march.program import FloatArray
 
 
 @kernel
-def _shift(
+def taylor_shift(
     pieces: FloatArray, piece: int, source: int, degree: int, at: float, rate: float, gain: float, first: int,
     out: FloatArray,
 ) -> None:  # fmt: skip
@@ -88,9 +88,9 @@ def localise(pieces: FloatArray, numbers: FloatArray, piece: int, shift: float, 
     scale = pieces[piece, contract.SCALE]
     at = away / scale
     rate = numbers[contract.PACE] / scale
-    _shift(pieces, piece, contract.COEFFICIENT, degree, at, rate, lift, HERE + POLY, S)
+    taylor_shift(pieces, piece, contract.COEFFICIENT, degree, at, rate, lift, HERE + POLY, S)
     if factor_degree >= 0:
-        _shift(pieces, piece, contract.FACTOR, factor_degree, at, rate, 1.0, HERE + FACTOR, S)
+        taylor_shift(pieces, piece, contract.FACTOR, factor_degree, at, rate, 1.0, HERE + FACTOR, S)
 
 
 @kernel

@@ -142,7 +142,7 @@ def trains_of(marched: Marched, units: Units) -> Trains:
     columns = {
         "time": peaks[:, contract.PEAK_TIME] * units.time[peak_owner],
         "force": peaks[:, contract.PEAK_FORCE] * units.force[peak_owner],
-        "impact": peaks[:, contract.PEAK_IMPACT],
+        "impact": peaks[:, contract.PEAK_IMPACT].real,
     }
     whole = np.isin(marched.status, (contract.DONE, contract.ENOUGH))
     return Trains(

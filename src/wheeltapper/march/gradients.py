@@ -1,0 +1,178 @@
+"""Many cells with their derivatives: each is marched, and then its steps are gone through once more with tangents."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.ensemble import Cells, Marched
+from wheeltapper.march.kernel import is_compiled, kernel
+from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE
+from wheeltapper.march.program import (
+    EVENT_COLUMNS,
+    FLIGHT,
+    FULL,
+    LENGTH,
+    PEAK_COLUMNS,
+    PHASE,
+    STEP_COLUMNS,
+    STRICT_ORDER,
+    TIME,
+    FloatArray,
+    IntArray,
+)
+from wheeltapper.march.single import march_kernel, start_kernel
+from wheeltapper.march.tangent import LANES, tangent_kernel
+
+PARAMETERS = LANES - 2
+"""Parameters that are carried at a time; the last two lanes carry the start's displacement and velocity."""
+BLOCK = 128
+
+
+class Turns(NamedTuple):
+    """How cells change with up to PARAMETERS parameters."""
+
+    numbers: FloatArray  # (cells, NUMBERS, LANES)
+    bends: FloatArray  # (tables that bend, pieces, PIECE_COLUMNS)
+    table: IntArray  # (LANES,): which of them each lane has, -1 for none
+
+
+class Tangents(NamedTuple):
+    """Derivatives of events and peaks, and how far they can be trusted."""
+
+    events: FloatArray  # (events, 2, LANES): of time and rate, scaled
+    peaks: FloatArray  # (peaks, 2, LANES): of time and force
+    gentlest: FloatArray  # (cells,): the smallest indentation rate at an event
+    amplification: FloatArray  # (cells,): how much a change of the start has grown by the end of the march
+
+
+@kernel
+def gradient_kernel(
+    pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatArray, turns: FloatArray, bends: FloatArray,
+    table: IntArray, cell: int, status: IntArray, end: FloatArray, airborne: FloatArray, events: FloatArray,
+    peaks: FloatArray, of_events: FloatArray, of_peaks: FloatArray, event_ends: IntArray, peak_ends: IntArray,
+    gentlest: FloatArray, amplification: FloatArray, steps: FloatArray, S: FloatArray, D: FloatArray,
+    strict: bool | None,
+) -> int:  # fmt: skip
+    """March the cells from `cell` on, with tangents; return the first that finds no room, or their number."""
+    event = event_ends[cell - 1] if cell > 0 else 0
+    peak = peak_ends[cell - 1] if cell > 0 else 0
+    start = np.zeros((2, LANES))
+    start[0, LANES - 2] = 1.0
+    start[1, LANES - 1] = 1.0
+    of_end = np.zeros((4, LANES))
+    while cell < len(first):
+        own = pieces[first[cell] : first[cell] + many[cell]]
+        S[MARK] = 0.0
+        start_kernel(own, numbers[cell], events[event:], S)
+        airborne[cell] = 1.0 if S[STATE + PHASE] == FLIGHT else 0.0
+        why = march_kernel(own, numbers[cell], steps, events[event:], peaks[peak:], S, strict)
+        if why == FULL:
+            return cell
+        status[cell] = why
+        end[cell] = S[STATE + TIME]
+        rows = int(S[COUNT])
+        new_events = int(S[COUNT + 1])
+        new_peaks = int(S[COUNT + 2])
+        last = S[STATE : STATE + LENGTH].copy()
+        gentlest[cell] = tangent_kernel(
+            own, bends, first[cell], table, numbers[cell], turns[cell], start, steps[:rows], last,
+            events[event : event + new_events], peaks[peak : peak + new_peaks],
+            of_events[event : event + new_events], of_peaks[peak : peak + new_peaks], of_end, S, D,
+        )  # fmt: skip
+        a, b = of_end[0, LANES - 2], of_end[0, LANES - 1]
+        c, d = of_end[1, LANES - 2], of_end[1, LANES - 1]
+        half = 0.5 * (a * a + b * b + c * c + d * d)
+        gap = max(half * half - (a * d - b * c) ** 2, 0.0)
+        amplification[cell] = np.sqrt(half + np.sqrt(gap))
+        event += new_events
+        peak += new_peaks
+        event_ends[cell] = event
+        peak_ends[cell] = peak
+        cell += 1
+    return cell
+
+
+class _Tables(NamedTuple):
+    status: IntArray
+    end: FloatArray
+    airborne: FloatArray
+    events: FloatArray
+    peaks: FloatArray
+    of_events: FloatArray
+    of_peaks: FloatArray
+    event_ends: IntArray
+    peak_ends: IntArray
+    gentlest: FloatArray
+    amplification: FloatArray
+    steps: FloatArray
+
+    @staticmethod
+    def of(cells: int, rows: int, steps: int) -> _Tables:
+        whole = (np.zeros(cells, dtype=np.int64) for _ in range(3))
+        real = (np.zeros(cells) for _ in range(4))
+        status, event_ends, peak_ends = whole
+        end, airborne, gentlest, amplification = real
+        return _Tables(
+            status, end, airborne, np.empty((rows, EVENT_COLUMNS)), np.empty((rows, PEAK_COLUMNS)),
+            np.zeros((rows, 2, LANES)), np.zeros((rows, 2, LANES)), event_ends, peak_ends, gentlest, amplification,
+            np.empty((steps, STEP_COLUMNS)),
+        )  # fmt: skip
+
+    def larger(self) -> _Tables:
+        """Return tables with twice the room; what is in them goes along."""
+        longer = {
+            name: np.concatenate([getattr(self, name), np.zeros_like(getattr(self, name))])
+            for name in ("events", "peaks", "of_events", "of_peaks", "steps")
+        }
+        return self._replace(**longer)
+
+
+def _arguments(cells: Cells, turns: Turns, cell: int, tables: _Tables) -> tuple[Any, ...]:
+    strict = True if len(cells.numbers) and cells.numbers[0, contract.ORDER] == STRICT_ORDER else None
+    work = (np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)), strict)
+    return (*cells, turns.numbers, turns.bends, turns.table, cell, *tables, *work)
+
+
+def is_ready(cells: Cells, turns: Turns) -> bool:
+    """Return False where marching these cells with tangents begins with compiling."""
+    return is_compiled(gradient_kernel, _arguments(cells, turns, 0, _Tables.of(0, 1, 1)))
+
+
+def march_block(cells: Cells, turns: Turns) -> tuple[Marched, Tangents]:
+    """March some cells in this thread, with tangents."""
+    total = len(cells.first)
+    tables, cell = _Tables.of(total, 16 * total + 64, 1024), 0
+    while cell < total:
+        cell = gradient_kernel(*_arguments(cells, turns, cell, tables))
+        if cell < total:
+            tables = tables.larger()
+    events, peaks = int(tables.event_ends[-1]), int(tables.peak_ends[-1])
+    marched = Marched(
+        tables.status, tables.end, tables.events[:events], tables.peaks[:peaks], tables.event_ends, tables.peak_ends,
+        tables.airborne, np.full(total, np.nan), np.full(events, np.nan),
+    )  # fmt: skip
+    found = Tangents(tables.of_events[:events], tables.of_peaks[:peaks], tables.gentlest, tables.amplification)
+    return marched, found
+
+
+def march_all(cells: Cells, turns: Turns, threads: int, read: Callable[[slice, Marched, Tangents], None]) -> None:
+    """March all cells with tangents, block by block, and hand each block to `read`; the threads do both."""
+    total = len(cells.first)
+
+    def one(begin: int) -> None:
+        block = slice(begin, min(begin + BLOCK, total))
+        part = Cells(cells.pieces, cells.first[block], cells.many[block], cells.numbers[block])
+        read(block, *march_block(part, Turns(turns.numbers[block], turns.bends, turns.table)))
+
+    if threads == 1 or total <= BLOCK:
+        for begin in range(0, total, BLOCK):
+            one(begin)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        for _ in pool.map(one, range(0, total, BLOCK)):
+            pass
