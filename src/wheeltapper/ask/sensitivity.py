@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.many import EPSILON, Direction, Many
+from wheeltapper.lower.table import used_degree
 from wheeltapper.march import program as contract
 from wheeltapper.record.features import Feature
 
 if TYPE_CHECKING:
-    from wheeltapper.march.ensemble import Marched
+    from wheeltapper.march.ensemble import Cells, Marched
     from wheeltapper.march.gradients import Tangents, Turns
 
 FloatArray = NDArray[np.float64]
@@ -55,7 +56,7 @@ def slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...
     return Slopes(parts[0].values, gradient, parts[0].status, parts[0].gentlest, parts[0].amplification)
 
 
-def _turns(many: Many, directions: list[Direction]) -> Turns:
+def _turns(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
     from wheeltapper.march.gradients import Turns
     from wheeltapper.march.tangent import LANES
 
@@ -63,12 +64,19 @@ def _turns(many: Many, directions: list[Direction]) -> Turns:
     numbers = np.zeros((cells, contract.NUMBERS, LANES))
     table = np.full(LANES, -1, dtype=np.int64)
     bends: list[FloatArray] = []
+    pieces = many.cells.pieces.copy()
     for lane, direction in enumerate(directions):
         numbers[:, :, lane] = direction.numbers
         if direction.bend is not None:
             table[lane] = len(bends)
             bends.append(direction.bend)
-    return Turns(numbers, np.array(bends) if bends else np.zeros((1, 1, contract.PIECE_COLUMNS)), table)
+    for bent in bends:  # a kernel knows a piece's tangent up to the piece's own degree
+        for degree, source in ((contract.DEGREE, contract.COEFFICIENT), (contract.FACTOR_DEGREE, contract.FACTOR)):
+            held = bent[:, source : source + contract.TERMS]
+            used = used_degree(held, 1e-15 * float(np.abs(held).max()))
+            pieces[:, degree] = np.where(pieces[:, degree] < 0, -1, np.maximum(pieces[:, degree], used))
+    bent_all = np.array(bends) if bends else np.zeros((1, 1, contract.PIECE_COLUMNS))
+    return many.cells._replace(pieces=pieces), Turns(numbers, bent_all, table)
 
 
 def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int) -> Slopes:
@@ -78,8 +86,8 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
     from wheeltapper.record.trains import trains_of
 
     directions = [many.along(path) for path in parameters]
-    turns = _turns(many, directions)
-    if not gradients.is_ready(many.cells, turns):
+    cells, turns = _turns(many, directions)
+    if not gradients.is_ready(cells, turns):
         print("wheeltapper: compiling its kernels for this machine, once; this takes some seconds", file=sys.stderr)
     total = len(many.cells.first)
     out = Slopes(
@@ -102,7 +110,7 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
                 else:
                     out.gradient[row, lane, block] = np.nan
 
-    gradients.march_all(many.cells, turns, threads, read)
+    gradients.march_all(cells, turns, threads, read)
     return out
 
 

@@ -19,8 +19,10 @@ from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.first_order import STEP, WEIGHTS
 
 FloatArray = NDArray[np.float64]
+FactorSlopes = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def _integrals(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -125,3 +127,30 @@ def factor_function(contact: Hertz | Linear, vehicle: Wheelset) -> Callable[[Flo
         return np.asarray(_per_wheel(contact, vehicle, -np.asarray(second_derivative)) / smooth)
 
     return factor
+
+
+def factor_slopes(contact: Hertz | Linear, vehicle: Wheelset, path: str) -> FactorSlopes | None:
+    """Return the derivatives of the factor by the profile's second derivative and by a field; None without a factor."""
+    if factor_function(contact, vehicle) is None:
+        return None
+
+    def at(k: int, curvature: FloatArray) -> FloatArray:
+        changed = vehicle, contact
+        if path == "vehicle.radius":
+            changed = vehicle.model_copy(update={"radius": vehicle.radius * (1.0 + k * STEP)}), contact
+        elif path == "contact.rail_radius" and isinstance(contact, Hertz):
+            changed = vehicle, contact.model_copy(update={"rail_radius": contact.rail_radius * (1.0 + k * STEP)})
+        of = factor_function(changed[1], changed[0])
+        assert of is not None
+        return of(curvature)
+
+    def slopes(curvature: FloatArray) -> tuple[FloatArray, FloatArray]:
+        wide = STEP / vehicle.radius
+        along = sum(w * (at(0, curvature + k * wide) - at(0, curvature - k * wide)) for k, w in WEIGHTS.items()) / wide
+        held = {"vehicle.radius": vehicle.radius, "contact.rail_radius": getattr(contact, "rail_radius", 1.0)}
+        if path not in held:
+            return np.asarray(along), np.zeros_like(curvature)
+        direct = sum(w * (at(k, curvature) - at(-k, curvature)) for k, w in WEIGHTS.items()) / (STEP * held[path])
+        return np.asarray(along), np.asarray(direct)
+
+    return slopes

@@ -9,7 +9,7 @@ bends the pieces of its table.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.lower.bends import bend
 from wheeltapper.lower.build import table_of
 from wheeltapper.lower.ellipse import factor_function
 from wheeltapper.lower.fields import Fields
@@ -40,6 +41,15 @@ def _shapes_the_path(scenario: Scenario, path: str) -> bool:
         borne = any(item.borne == "wheel" for item in scenario.irregularities)
         return bool(scenario.irregularity) and (scenario.rolling == "circle" or borne or follows)
     return path == "contact.rail_radius" and follows
+
+
+@dataclass(frozen=True)
+class _Shaped:
+    """A table, the scenario that it belongs to, and up to where it is needed."""
+
+    scenario: Scenario
+    end: float
+    table: Table
 
 
 @dataclass(frozen=True)
@@ -79,12 +89,13 @@ class Many:
         self._method = METHODS[method]
         self._kinds, self._reference = self._similarity()
         self._shaping = [path for path in changed if path not in self._kinds and _shapes_the_path(scenario, path)]
-        self._tables, self._owner, self.notes = self._lowered_tables()
+        self._shaped, self._owner, self.notes = self._lowered_tables()
+        tables = [shaped.table for shaped in self._shaped]
         numbers, units = numbers_of(self._value, self._placing(self._value), self._method)
-        self._first = np.cumsum([0, *(len(table.rows) for table in self._tables)])
-        numbers[:, contract.LOOP] = np.array([table.loop for table in self._tables])[self._owner]
-        numbers[:, contract.LOOP_JOIN] = np.array([table.loop_join for table in self._tables])[self._owner]
-        rows = np.vstack([table.rows for table in self._tables])
+        self._first = np.cumsum([0, *(len(table.rows) for table in tables)])
+        numbers[:, contract.LOOP] = np.array([table.loop for table in tables])[self._owner]
+        numbers[:, contract.LOOP_JOIN] = np.array([table.loop_join for table in tables])[self._owner]
+        rows = np.vstack([table.rows for table in tables])
         self.cells = Cells(rows, self._first[:-1][self._owner], np.diff(self._first)[self._owner], numbers)
         self.units = self._spread(units)
 
@@ -129,7 +140,7 @@ class Many:
                 offset = held - value(path) * rate
         return lift, rate, offset
 
-    def _lowered_tables(self) -> tuple[list[Table], IntArray, tuple[str, ...]]:
+    def _lowered_tables(self) -> tuple[list[_Shaped], IntArray, tuple[str, ...]]:
         value, scenario = self._value, self.scenario
         _, rate, offset = self._scaled(self._kinds, self._reference, value)
         ends = np.broadcast_to(np.asarray(value("speed") * value("duration")) * rate + offset, value.cells)
@@ -139,32 +150,46 @@ class Many:
             owner = owner.ravel()
         else:
             variants, owner = np.zeros((1, 0)), np.zeros(value.cells, dtype=np.int64)
-        tables, notes = [], []
+        made, notes = [], []
         for index, variant in enumerate(variants):
             changes: dict[str, Any] = self._reference | dict(zip(self._shaping, variant.tolist(), strict=True))
             shaped = scenario.replaced(changes) if changes else scenario
             end = float(ends[owner == index].max())
             shaped.check_extent(end)
             table, said = table_of(shaped, end, self._method)
-            tables.append(table)
+            made.append(_Shaped(shaped, end, table))
             notes += said
-        return tables, owner, tuple(dict.fromkeys(notes))
+        return made, owner, tuple(dict.fromkeys(notes))
 
     def _placing(self, value: Fields) -> Placing:
         lift, rate, offset = self._scaled(self._kinds, self._reference, value)
         height, factor = np.zeros(value.cells, dtype=offset.dtype), np.ones(value.cells, dtype=offset.dtype)
-        for index, table in enumerate(self._tables):
+        for index, shaped in enumerate(self._shaped):
             mine = np.flatnonzero(self._owner == index)
             x = offset[mine].real
-            height[mine], factor[mine] = table.height(x), table.factor(x)
+            height[mine], factor[mine] = shaped.table.height(x), shaped.table.factor(x)
             if np.iscomplexobj(offset):
-                height[mine] += 1j * table.slope(x) * offset[mine].imag
+                height[mine] += 1j * shaped.table.slope(x) * offset[mine].imag
         return Placing(lift, rate, offset, height, factor)
+
+    def _raised(self, placing: Placing, bends: list[FloatArray]) -> Placing:
+        """Return the placing with what bending the tables does to height and factor at x = 0."""
+        height, factor = placing.height + 0j, placing.factor + 0j
+        for index, (shaped, bent) in enumerate(zip(self._shaped, bends, strict=True)):
+            mine = np.flatnonzero(self._owner == index)
+            x = np.real(placing.offset[mine])
+            height[mine] += 1j * EPSILON * shaped.table.tangent(bent, x, contract.COEFFICIENT)
+            factor[mine] += 1j * EPSILON * shaped.table.tangent(bent, x, contract.FACTOR)
+        return replace(placing, height=height, factor=factor)
 
     def along(self, path: str) -> Direction:
         """Return how the cells change with one of the changed fields."""
-        if path in self._shaping:
-            raise NotImplementedError(path)
         value = Fields(self.scenario, self.changed | {path: self.changed[path] + 1j * EPSILON})
-        numbers, units = numbers_of(value, self._placing(value), self._method)
-        return Direction(numbers.imag / EPSILON, self._spread(units), None)
+        placing = self._placing(value)
+        bent = None
+        if path in self._shaping:
+            each = [bend(shaped.scenario, path, shaped.table, shaped.end) for shaped in self._shaped]
+            placing = self._raised(placing, each)
+            bent = np.vstack(each)
+        numbers, units = numbers_of(value, placing, self._method)
+        return Direction(numbers.imag / EPSILON, self._spread(units), bent)

@@ -91,7 +91,7 @@ def total(present: list[Placed], which: str) -> Function:
     return function
 
 
-def _harmonics(present: list[Placed]) -> tuple[float, list[tuple[Harmonic, float]]] | None:
+def harmonics(present: list[Placed]) -> tuple[float, list[tuple[Harmonic, float]]] | None:
     """Return the offset and the waves (with their shifts) where all are exact harmonics of at most one wavenumber."""
     offset, waves = 0.0, []
     for p in present:
@@ -106,7 +106,8 @@ def _harmonics(present: list[Placed]) -> tuple[float, list[tuple[Harmonic, float
     return offset, waves
 
 
-def _harmonic_row(start: float, end: float, offset: float, waves: list[tuple[Harmonic, float]]) -> FloatArray:
+def harmonic_row(start: float, end: float, offset: float, waves: list[tuple[Harmonic, float]]) -> FloatArray:
+    """Return the piece that an offset and waves of one wavenumber make."""
     row = blank(1)
     centre = start if np.isfinite(start) else 0.0
     row[0, [contract.START, contract.STOP, contract.CENTRE, contract.COEFFICIENT]] = start, end, centre, offset
@@ -138,7 +139,7 @@ def _polynomial_rows(placed: Placed, start: float, end: float, offset: float, he
 
 def _is_polynomial(present: list[Placed]) -> bool:
     others = [p for p in present if not isinstance(p.stretch.exact, Polynomials)]
-    flat = _harmonics(others)
+    flat = harmonics(others)
     return len(others) == len(present) - 1 and flat is not None and not flat[1]
 
 
@@ -147,13 +148,13 @@ def _cell_rows(
 ) -> FloatArray:
     """Return the pieces of one cell; `factor` gives the factor on the contact force from the profile's curvature."""
     start, end, present = cell
-    exact = _harmonics(present)
+    exact = harmonics(present)
     bent = factor is not None and not (exact is not None and not exact[1])
     if exact is not None and not bent:
-        return _harmonic_row(start, end, *exact)
+        return harmonic_row(start, end, *exact)
     if _is_polynomial(present) and not bent:
         form = next(p for p in present if isinstance(p.stretch.exact, Polynomials))
-        others = _harmonics([p for p in present if p is not form])
+        others = harmonics([p for p in present if p is not form])
         return _polynomial_rows(form, start, end, others[0] if others else 0.0, height)
     value, slope, curvature = (total(present, name) for name in ("value", "slope", "curvature"))
 

@@ -181,6 +181,30 @@ def _rows(envelope: Envelope, cuts: FloatArray, tolerance: float, height: float,
     return rows[np.argsort(rows[:, contract.START], kind="stable")]
 
 
+class Rolled:
+    """A circle that has rolled over courses up to x = `end`.
+
+    Attributes
+    ----------
+    courses
+        Those that it rolls over; the others, `followed` ones, are `raised`: cells with the stretches to be added.
+    stop, loop
+        Up to where the path is known, and from where on it repeats (None if it does not).
+    envelope, kinks
+        The path, and where the wheel touches at two points.
+    """
+
+    def __init__(self, courses: list[Course], end: float, radius: float, height: float) -> None:
+        self.courses = [course for course in courses if not course.followed]
+        window = _window(self.courses, end, radius)
+        self.stop, self.loop = _repetition(courses, end, window)
+        profile = Profile(self.courses, -2 * window, self.stop + 2 * window, radius, height)
+        self.envelope = Envelope(profile, window)
+        self.kinks = _join(self.envelope)
+        direct = [course for course in courses if course.followed]
+        self.raised = cells(direct, 0.0, self.stop) if direct else []
+
+
 def circle_table(
     courses: list[Course], end: float, height: float, tolerance: float, radius: float, factor: Factor | None = None
 ) -> tuple[Table, list[str]]:
@@ -199,23 +223,18 @@ def circle_table(
     factor
         The factor on the contact force; None for one.
     """
-    rolled = [course for course in courses if not course.followed]
-    direct = [course for course in courses if course.followed]
-    if not rolled or height == 0.0:
+    if height == 0.0 or all(course.followed for course in courses):
         from wheeltapper.lower.point import point_table
 
         return point_table(courses, end, height, tolerance, factor), []
-    window = _window(rolled, end, radius)
-    stop, loop = _repetition(courses, end, window)
-    envelope = Envelope(Profile(rolled, -2 * window, stop + 2 * window, radius, height), window)
-    kinks = _join(envelope)
-    raised = cells(direct, 0.0, stop) if direct else []
-    cuts = np.unique([0.0, *([loop] if loop is not None else []), *(a for a, _, _ in raised), stop])
+    rolled = Rolled(courses, end, radius, height)
+    envelope, stop, loop = rolled.envelope, rolled.stop, rolled.loop
+    cuts = np.unique([0.0, *([loop] if loop is not None else []), *(a for a, _, _ in rolled.raised), stop])
     rows = _rows(envelope, cuts, tolerance, height, factor)
-    for a, b, present in raised:
+    for a, b, present in rolled.raised:
         inside = (rows[:, contract.START] >= a) & (rows[:, contract.START] < b)
         rows[inside, contract.COEFFICIENT] += value_at(total(present, "value"), 0.5 * (a + b))
-    notes = _notes(envelope, [k for k in kinks if 0.0 <= k <= stop], factor is not None, stop)
+    notes = _notes(envelope, [k for k in rolled.kinks if 0.0 <= k <= stop], factor is not None, stop)
     if loop is None:
         rows[-1, contract.STOP] = inf if rows[-1, contract.DEGREE] == 0 else stop * (1 + 1e-9) + 1e-9
         return assemble(rows, height), notes

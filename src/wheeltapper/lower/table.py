@@ -75,6 +75,22 @@ def row_slopes(rows: FloatArray, x: FloatArray) -> FloatArray:
     )
 
 
+def row_tangents(rows: FloatArray, bent: FloatArray, x: FloatArray, source: int) -> FloatArray:
+    """Return the derivative, each row at its own x, of the height (`source` COEFFICIENT) or of the factor."""
+    away = x - rows[:, contract.CENTRE]
+    xi = away / rows[:, contract.SCALE]
+    total = np.zeros_like(xi)
+    for k in range(contract.MAX_DEGREE, -1, -1):
+        total = total * xi + bent[:, source + k]
+    if source != contract.COEFFICIENT:
+        return total
+    phase = rows[:, contract.WAVENUMBER] * away
+    sine, cosine = np.sin(phase), np.cos(phase)
+    across = rows[:, contract.SINE] * cosine - rows[:, contract.COSINE] * sine
+    waves = bent[:, contract.SINE] * sine + bent[:, contract.COSINE] * cosine
+    return np.asarray(total + waves + across * bent[:, contract.WAVENUMBER] * away)
+
+
 def _joins(before: FloatArray, after: FloatArray, height: float, steepest: float) -> FloatArray:
     """Return how each row of `after` is entered from its row of `before`."""
     end, start = before[:, contract.STOP], after[:, contract.START]
@@ -121,6 +137,11 @@ class Table:
         """Return the factor on the contact force at x."""
         rows, x = self._located(np.ravel(x))
         return np.where(rows[:, contract.FACTOR_DEGREE] < 0, 1.0, _powers(rows, x, contract.FACTOR))
+
+    def tangent(self, bent: FloatArray, x: FloatArray, source: int) -> FloatArray:
+        """Return the derivative at x of the height (source COEFFICIENT) or the factor, where its rows bend so."""
+        index = np.clip(np.searchsorted(self.rows[:, contract.START], x, side="right") - 1, 0, len(self.rows) - 1)
+        return row_tangents(self.rows[index], bent[index], x, source)
 
     def kinks(self) -> FloatArray:
         """Return the positions in m of the kinks and jumps of the first round."""

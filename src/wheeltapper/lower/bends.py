@@ -1,0 +1,292 @@
+"""How the pieces of a table bend when a field of the scenario changes: tangent paths on the same pieces.
+
+At a fixed place of the wheel the path's derivative is that of the profile at the point of contact (the envelope
+theorem), so that no lowering is ever differenced, only the laws' own values at the nodes of each piece. Kinks move so
+that both sides still meet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isfinite
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.irregularity.course import Course
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.lower import ellipse
+from wheeltapper.lower.ellipse import FactorSlopes
+from wheeltapper.lower.first_order import WEIGHTS
+from wheeltapper.lower.fit import DEGREE, FROM_LOBATTO, LOBATTO
+from wheeltapper.lower.point import Placed, cells, harmonic_row, harmonics
+from wheeltapper.lower.rolling import Rolled
+from wheeltapper.lower.surface import value_at
+from wheeltapper.lower.table import Table, row_slopes, row_tangents
+from wheeltapper.march import program as contract
+
+FloatArray = NDArray[np.float64]
+STEP = 2e-4
+"""Relative step of the differences, small enough for hundreds of waves."""
+
+
+class Courses:
+    """The courses of a scenario, as they change with one field."""
+
+    def __init__(self, scenario: Scenario, path: str) -> None:
+        held = _value_at(scenario, path)
+        self.step = STEP * (abs(held) or 1e-2)
+        radius = float(scenario.vehicle.radius)
+        self._near: dict[int, list[Course]] = {}
+        for k in (-3, -2, -1, 1, 2, 3):
+            value = held + k * self.step
+            items = scenario.irregularities
+            if path.startswith("irregularity."):
+                _, index, *rest = path.split(".")
+                items = tuple(_moved(item, rest, value) if i == int(index) else item for i, item in enumerate(items))
+            self._near[k] = [item.course(value if path == "vehicle.radius" else radius) for item in items]
+        self.base = [item.course(radius) for item in scenario.irregularities]
+        self._place = {id(s): (i, j) for i, course in enumerate(self.base) for j, s in enumerate(course.stretches)}
+        self._kept = self.base  # the ids stay valid as long as the stretches live
+
+    def moved(self, placed: Placed, k: int) -> Placed:
+        """Return a stretch as it is k steps away."""
+        i, j = self._place[id(placed.stretch)]
+        period, near = self.base[i].period, self._near[k][i]
+        turns = round(placed.shift / period) if period else 0
+        stretch = near.stretches[j]
+        shift = turns * (near.period or 0.0)
+        return Placed(stretch, shift, stretch.start + shift, stretch.end + shift)
+
+    def difference(self, of: Callable[[int], Any]) -> Any:
+        """Return the derivative of something that is known some steps away."""
+        return sum(weight * (of(k) - of(-k)) for k, weight in WEIGHTS.items()) / self.step
+
+    def tangent(self, present: list[Placed], which: str, x: FloatArray) -> FloatArray:
+        """Return the derivative of the sum of some stretches, at fixed x."""
+
+        def part(placed: Placed) -> FloatArray:
+            return np.asarray(self.difference(lambda k: getattr(self.moved(placed, k), which)(x)))
+
+        return np.asarray(sum((part(p) for p in present if self._changes(p)), np.zeros_like(x)))
+
+    def _changes(self, placed: Placed) -> bool:
+        i, _ = self._place[id(placed.stretch)]
+        return bool(self._near[1][i] != self.base[i])
+
+    def border(self, present: list[Placed], x: float) -> float:
+        """Return how the border at x, at which one of these stretches begins, moves."""
+        for p in present:
+            if isfinite(p.stretch.start) and abs(p.stretch.start + p.shift - x) < 1e-9 * (1.0 + abs(x)):
+                return self._start(p)
+        return 0.0
+
+    def _start(self, placed: Placed) -> float:
+        return float(self.difference(lambda k: self.moved(placed, k).start))
+
+    def period(self) -> float:
+        """Return how the period of the only repeating course changes."""
+        i = next(i for i, course in enumerate(self.base) if course.period is not None)
+        return float(self.difference(lambda k: self._near[k][i].period))
+
+
+def _value_at(scenario: Scenario, path: str) -> float:
+    value: Any = scenario
+    for part in path.split("."):
+        value = value[int(part)] if part.isdigit() else getattr(value, part)
+    return float(value)
+
+
+def _moved(value: Any, rest: list[str], new: float) -> Any:
+    if not rest:
+        return new
+    head, *deeper = rest
+    if head.isdigit():
+        i = int(head)
+        return (*value[:i], _moved(value[i], deeper, new), *value[i + 1 :])
+    return value.model_copy(update={head: _moved(getattr(value, head), deeper, new)})
+
+
+def _nodes(rows: FloatArray) -> FloatArray:
+    """Return (rows, nodes): where the tangent of each piece is taken."""
+    start = rows[:, contract.START]
+    stop = np.where(np.isfinite(rows[:, contract.STOP]), rows[:, contract.STOP], start + 1e-3)
+    return 0.5 * (start + stop)[:, None] + 0.5 * (stop - start)[:, None] * LOBATTO
+
+
+def _written(rows: FloatArray, nodes: FloatArray, values: FloatArray, source: int, out: FloatArray) -> None:
+    """Write polynomials through the nodes, in each row's own variable."""
+    ends = nodes[:, [-1, 0]]
+    middle, half = ends.mean(axis=1), 0.5 * (ends[:, 1] - ends[:, 0])
+    coefficients = values @ FROM_LOBATTO.T
+    level = rows[:, contract.DEGREE if source == contract.COEFFICIENT else contract.FACTOR_DEGREE] == 0
+    out[level, source] = values[level].mean(axis=1)
+    same = (
+        ~level
+        & (np.abs(middle - rows[:, contract.CENTRE]) <= 1e-12 * half)
+        & (np.abs(half / rows[:, contract.SCALE] - 1.0) < 1e-12)
+    )
+    out[same, source : source + DEGREE + 1] = coefficients[same]
+    for i in np.flatnonzero(~same & ~level):
+        line = np.polynomial.Polynomial(coefficients[i], domain=[middle[i] - half[i], middle[i] + half[i]])
+        own = [rows[i, contract.CENTRE] - rows[i, contract.SCALE], rows[i, contract.CENTRE] + rows[i, contract.SCALE]]
+        out[i, source : source + DEGREE + 1] = line.convert(domain=own, window=[-1, 1]).coef[: DEGREE + 1]
+
+
+def bend(scenario: Scenario, path: str, table: Table, end: float) -> FloatArray:
+    """Return the derivatives of a table's pieces with respect to a field that shapes the path.
+
+    Parameters
+    ----------
+    scenario
+        To which the table belongs.
+    path
+        Of the field.
+    table
+        The path over which the wheel rolls to x = `end`.
+    """
+    changing = Courses(scenario, path)
+    factor_slopes = ellipse.factor_slopes(scenario.contact, scenario.vehicle, path)
+    rows = table.rows
+    out = np.zeros_like(rows)
+    nodes = _nodes(rows)
+    if scenario.rolling == "point" or all(course.followed for course in changing.base):
+        _bend_point(changing, rows, nodes, factor_slopes, out)
+    else:
+        _bend_circle(scenario, path, changing, end, rows, nodes, factor_slopes, out)
+    _move_kinks(rows, out)
+    if table.loop < len(rows):
+        out[-1, contract.STOP] = out[table.loop, contract.START] + changing.period()
+    return out
+
+
+def _bend_point(
+    changing: Courses, rows: FloatArray, nodes: FloatArray, factor_slopes: FactorSlopes | None, out: FloatArray
+) -> None:
+    middle = nodes[:, len(LOBATTO) // 2]
+    last = float(nodes.max())
+    for a, b, present in cells(changing.base, 0.0, last):
+        mine = np.flatnonzero((middle >= a) & (middle < b))
+        if not len(mine):
+            continue
+        if rows[mine[0], contract.JOIN] == contract.JUMP:
+            out[mine[0], contract.START] = changing.border(present, a)
+        exact = harmonics(present)
+        if exact is not None and len(mine) == 1 and factor_slopes is None:
+            _bend_wave(changing, rows[mine[0]], present, out[mine[0]])
+            continue
+        x = nodes[mine].ravel()
+        values = changing.tangent(present, "value", x).reshape(nodes[mine].shape)
+        part = out[mine]
+        _written(rows[mine], nodes[mine], values, contract.COEFFICIENT, part)
+        if factor_slopes is not None:
+            bends = changing.tangent(present, "curvature", x)
+            curvature = sum((p.curvature(x) for p in present), np.zeros_like(x))
+            along, direct = factor_slopes(curvature)
+            values = (along * bends + direct).reshape(nodes[mine].shape)
+            _written(rows[mine], nodes[mine], values, contract.FACTOR, part)
+        out[mine] = part
+
+
+def _bend_wave(changing: Courses, row: FloatArray, present: list[Placed], out: FloatArray) -> None:
+    """Write how an exact wave changes: its offset, amplitudes and wavenumber, about a centre that stays."""
+    columns = [contract.COEFFICIENT, contract.SINE, contract.COSINE, contract.WAVENUMBER]
+
+    def moved(k: int) -> FloatArray:
+        form = harmonics([changing.moved(p, k) for p in present])
+        assert form is not None
+        return np.asarray(harmonic_row(row[contract.CENTRE], row[contract.STOP], *form)[0, columns])
+
+    out[columns] = changing.difference(moved)
+
+
+def _bend_circle(
+    scenario: Scenario, path: str, changing: Courses, end: float, rows: FloatArray, nodes: FloatArray,
+    factor_slopes: FactorSlopes | None, out: FloatArray,
+) -> None:  # fmt: skip
+    radius = float(scenario.vehicle.radius)
+    height = sum(course.height for course in changing.base)
+    rolled = Rolled(changing.base, end, radius, height)
+    envelope, profile = rolled.envelope, rolled.envelope.profile
+    present = [placed for _, _, placed in cells(rolled.courses, profile.start, profile.end)]
+    middle = nodes[:, len(LOBATTO) // 2]
+    starts = np.array([run.start for run in envelope.runs])
+    run_of = np.clip(np.searchsorted(starts, middle, side="right") - 1, 0, len(starts) - 1)
+    owner = np.array([run.branch for run in envelope.runs])[run_of]
+    x = nodes.ravel()
+    owners = np.repeat(owner, nodes.shape[1])
+    s = envelope.contact(x, owners)
+    values = np.zeros_like(x)
+    factors = np.zeros_like(x)
+    for branch in np.unique(owner):
+        mine = np.flatnonzero(owners == branch)
+        held = envelope.branches[branch]
+        if held.corner >= 0:
+            values[mine] = _corner_tangent(changing, profile, present, held.corner, x[mine])
+            continue
+        stretches = present[held.cell]
+        values[mine] = changing.tangent(stretches, "value", s[mine])
+        if factor_slopes is not None:
+            factors[mine] = _factor_tangent(
+                changing, profile, stretches, held.cell, s[mine], x[mine], factor_slopes, path
+            )
+    if path == "vehicle.radius":
+        u = s - x
+        values += radius / np.sqrt(radius**2 - u**2) - 1.0
+    for a, b, direct in rolled.raised:
+        inside = (x >= a) & (x < b)
+        values[inside] += changing.tangent(direct, "value", np.full(np.count_nonzero(inside), 0.5 * (a + b)))
+        at_start = np.flatnonzero((rows[:, contract.START] == a) & (rows[:, contract.JOIN] == contract.JUMP))
+        out[at_start, contract.START] = changing.border(direct, a)
+    _written(rows, nodes, values.reshape(nodes.shape), contract.COEFFICIENT, out)
+    if factor_slopes is not None:
+        bent = rows[:, contract.FACTOR_DEGREE] >= 0
+        part = out[bent]
+        _written(rows[bent], nodes[bent], factors.reshape(nodes.shape)[bent], contract.FACTOR, part)
+        out[bent] = part
+
+
+def _corner_tangent(
+    changing: Courses, profile: Any, present: list[list[Placed]], corner: int, x: FloatArray
+) -> FloatArray:
+    """Return the derivative of the path while the wheel rolls about a corner that may move."""
+    held = profile.corners[corner]
+    left, right = present[corner], present[corner + 1]
+    at = np.array([held.position])
+    side = max((left, right), key=lambda part: sum(value_at(p.value, held.position) for p in part))
+    moves = changing.border(right, held.position)
+    rises = float(changing.tangent(side, "value", at)[0]) + moves * sum(value_at(p.slope, held.position) for p in side)
+    return np.asarray(rises - moves * profile.lean(held.position - x))
+
+
+def _factor_tangent(
+    changing: Courses, profile: Any, present: list[Placed], cell: int, s: FloatArray, x: FloatArray,
+    factor_slopes: FactorSlopes, path: str,
+) -> FloatArray:  # fmt: skip
+    """Return the derivative of the factor at a fixed place of the wheel: the point of contact wanders."""
+    u = s - x
+    root = np.sqrt(profile.radius**2 - u**2)
+    curvature = profile.cells[cell].curvature(s)
+    push = changing.tangent(present, "slope", s)
+    if path == "vehicle.radius":
+        push = push + u * profile.radius / root**3
+    wander = push / (profile.radius**2 / root**3 - curvature)
+    near = 1e-5
+    sharper = (profile.cells[cell].curvature(s + near) - profile.cells[cell].curvature(s - near)) / (2 * near)
+    along, direct = factor_slopes(curvature)
+    return np.asarray(along * (changing.tangent(present, "curvature", s) + sharper * wander) + direct)
+
+
+def _move_kinks(rows: FloatArray, out: FloatArray) -> None:
+    """Set how kinks move, such that the paths on both sides still meet there, and close the pieces' borders."""
+    for i in np.flatnonzero(rows[:, contract.JOIN] == contract.KINK):
+        if i == 0:
+            continue
+        x = rows[i, contract.START]
+        both = rows[[i - 1, i]]
+        before, after = row_slopes(both, np.full(2, x))
+        rise = row_tangents(both, out[[i - 1, i]], np.full(2, x), contract.COEFFICIENT)
+        if abs(after - before) > 1e-9:
+            out[i, contract.START] = -(rise[1] - rise[0]) / (after - before)
+    out[:-1, contract.STOP] = out[1:, contract.START]
