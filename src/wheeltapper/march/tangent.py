@@ -54,6 +54,7 @@ from wheeltapper.march.program import (
     CONTACT,
     DECK_V,
     DECK_Y,
+    DEFAULT_ORDER,
     LENGTH,
     ON_DECK,
     PHASE,
@@ -76,12 +77,16 @@ from wheeltapper.march.series import (
     taylor_shift,
 )
 from wheeltapper.march.step import time_to
+from wheeltapper.march.unrolled_tangent import tangent_flat_12, tangent_wave_12
 
 LANES = 8
 """Directions that are carried at a time."""
-# Rows of the carried tangents.
-DT, DA, DB, DY, DZ, DSHIFT, DBREAK = range(7)
-CARRIED = 7
+# Rows of the carried tangents: of time, of u and w (in contact) or y and v, of the deck, of the table's shift and of
+# the time of the next breakpoint; u and w once more, at the end of a contact step.
+DT, DA, DB, DY, DZ, DSHIFT, DBREAK, DU, DW = range(9)
+CARRIED = 9
+# The motion at a step's end, in its own variables.
+AFTER, FIRST, SECOND, THIRD, FOURTH = range(5)
 # What is found: of events and peaks the derivative of the time, then of the rate or of the force.
 OF_TIME, OF_SIZE = 0, 1
 GRAZING = 1e-3
@@ -381,44 +386,50 @@ def flight_tangent(
         D[W, lane] = carried[DB, lane]
         D[Y, lane] = carried[DY, lane]
         D[Z, lane] = carried[DZ, lane]
-    degree = int(S[HERE + DEGREE])
-    fdegree = int(S[HERE + FACTOR_DEGREE])
-    omega = S[HERE + OMEGA]
     for n in range(FLIGHT_ORDER):
         part = 1.0 / (n + 1)
+        if bonded:
+            for lane in range(LANES):
+                _bonded_force_tangent(n, lane, on_deck, S, D)
+        else:
+            for lane in range(LANES):
+                D[N + n, lane] = 0.0
+        y = S[U + n]
+        v = S[W + n]
         for lane in range(LANES):
-            force = 0.0
-            if bonded:  # N = factor·(y_k + Y - y): its tangents, order by order
-                path = D[HERE + POLY + n, lane] if n <= degree else 0.0
-                if omega != 0.0:
-                    path += _harmonic_tangent(n, lane, S, D)
-                D[F + n, lane] = path - D[U + n, lane] + (D[Y + n, lane] if on_deck else 0.0)
-                force = D[F + n, lane]
-                if fdegree >= 0:
-                    force = 0.0
-                    for j in range(min(n, fdegree) + 1):
-                        force += S[HERE + FACTOR + j] * D[F + n - j, lane]
-                        clear = _clearance(n - j, on_deck, S)
-                        force += D[HERE + FACTOR + j, lane] * clear
-                D[N + n, lane] = force
-            rate = force - K * D[U + n, lane] - G * D[W + n, lane]
-            rate -= turns[contract.STIFFNESS, lane] * S[U + n] + turns[contract.DAMPING, lane] * S[W + n]
+            rate = D[N + n, lane] - K * D[U + n, lane] - G * D[W + n, lane]
+            rate -= turns[contract.STIFFNESS, lane] * y + turns[contract.DAMPING, lane] * v
             D[U + n + 1, lane] = D[W + n, lane] * part
             D[W + n + 1, lane] = rate * part
-            D[Y + n + 1, lane] = 0.0
-            D[Z + n + 1, lane] = 0.0
-            if mass > 0.0:
-                pull = (
-                    -numbers[contract.DECK_STIFFNESS] * D[Y + n, lane] - numbers[contract.DECK_DAMPING] * D[Z + n, lane]
-                )
+        if mass > 0.0:
+            for lane in range(LANES):
+                pull = -numbers[contract.DECK_STIFFNESS] * D[Y + n, lane]
+                pull -= numbers[contract.DECK_DAMPING] * D[Z + n, lane]
                 pull -= turns[contract.DECK_STIFFNESS, lane] * S[Y + n] + turns[contract.DECK_DAMPING, lane] * S[Z + n]
                 if on_deck:
-                    pull -= force
+                    pull -= D[N + n, lane]
                     if n == 0:
                         pull += turns[contract.PRESTRESS, lane]
                 pull -= turns[contract.DECK_MASS, lane] * (n + 1) * S[Z + n + 1]
                 D[Y + n + 1, lane] = D[Z + n, lane] * part
                 D[Z + n + 1, lane] = pull / mass * part
+
+
+@kernel
+def _bonded_force_tangent(n: int, lane: int, on_deck: bool, S: FloatArray, D: FloatArray) -> None:
+    """Write the tangent of order n of N = factor·(y_k + Y - y), in time."""
+    path = D[HERE + POLY + n, lane] if n <= int(S[HERE + DEGREE]) else 0.0
+    if S[HERE + OMEGA] != 0.0:
+        path += _harmonic_tangent(n, lane, S, D)
+    D[F + n, lane] = path - D[U + n, lane] + (D[Y + n, lane] if on_deck else 0.0)
+    force = D[F + n, lane]
+    fdegree = int(S[HERE + FACTOR_DEGREE])
+    if fdegree >= 0:
+        force = 0.0
+        for j in range(min(n, fdegree) + 1):
+            force += S[HERE + FACTOR + j] * D[F + n - j, lane]
+            force += D[HERE + FACTOR + j, lane] * _clearance(n - j, on_deck, S)
+    D[N + n, lane] = force
 
 
 @kernel
@@ -443,31 +454,28 @@ def _harmonic_tangent(n: int, lane: int, S: FloatArray, D: FloatArray) -> float:
 
 
 @kernel
-def _motion(numbers: FloatArray, step: FloatArray, after: float, x: float, S: FloatArray, here: FloatArray) -> None:
-    """Write path, velocity, acceleration of the path, y, v, a, Y, Z, Z', N at x of the step whose series stand in S."""
-    contact = step[PHASE] == CONTACT
-    order = int(numbers[contract.ORDER]) if contact else int(FLIGHT_ORDER)
+def _motion(numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatArray, here: FloatArray) -> None:
+    """Write path, velocity, acceleration of the path, y, v, a, Y, Z, Z', N at the end of a step, localised in S."""
     on_deck = step[ON_DECK] != 0.0
     mass = numbers[contract.DECK_MASS]
-    height, velocity, bend = path_at(after, S)
-    first = evaluate(S, U, order, x)
-    second = evaluate(S, W, order, x)
-    deck_y = evaluate(S, Y, order, x) if mass > 0.0 else 0.0
-    deck_v = evaluate(S, Z, order, x) if mass > 0.0 else 0.0
-    factor, _ = factor_at(after, S)
-    y = first
-    v = second
+    height, velocity, bend = path_at(end[AFTER], S)
+    factor, _ = factor_at(end[AFTER], S)
+    lift = end[THIRD] if on_deck else 0.0
+    lift_rate = end[FOURTH] if on_deck else 0.0
+    y = end[FIRST]
+    v = end[SECOND]
     force = 0.0
-    if contact:
-        y = height + (deck_y if on_deck else 0.0) - first * first
-        v = velocity + (deck_v if on_deck else 0.0) - second
-        law = first * first * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * first)
-        force = max(factor * law * (1.0 + numbers[contract.HYSTERESIS] * second), 0.0)
+    if step[PHASE] == CONTACT:
+        u = end[FIRST]
+        y = height + lift - u * u
+        v = velocity + lift_rate - end[SECOND]
+        law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
+        force = max(factor * law * (1.0 + numbers[contract.HYSTERESIS] * end[SECOND]), 0.0)
     elif step[PHASE] == BONDED:
-        force = factor * (height + (deck_y if on_deck else 0.0) - y)
+        force = factor * (height + lift - y)
     pull = 0.0
     if mass > 0.0:
-        pull = -numbers[contract.DECK_STIFFNESS] * deck_y - numbers[contract.DECK_DAMPING] * deck_v
+        pull = -numbers[contract.DECK_STIFFNESS] * end[THIRD] - numbers[contract.DECK_DAMPING] * end[FOURTH]
         if on_deck:
             pull += numbers[contract.PRESTRESS] - force
         pull /= mass
@@ -477,8 +485,8 @@ def _motion(numbers: FloatArray, step: FloatArray, after: float, x: float, S: Fl
     here[3] = y
     here[4] = v
     here[5] = -1.0 - numbers[contract.STIFFNESS] * y - numbers[contract.DAMPING] * v + force
-    here[6] = deck_y
-    here[7] = deck_v
+    here[6] = end[THIRD]
+    here[7] = end[FOURTH]
     here[8] = pull
     here[9] = force
 
@@ -516,26 +524,23 @@ def _land(here: FloatArray, carried: FloatArray, on_deck: bool, after: float, S:
 
 @kernel
 def _leave_contact(
-    here: FloatArray, after: float, x: float, order: int, on_deck: bool, carried: FloatArray, S: FloatArray,
-    D: FloatArray,
-) -> None:  # fmt: skip
+    here: FloatArray, end: FloatArray, on_deck: bool, carried: FloatArray, S: FloatArray, D: FloatArray
+) -> None:
     """Turn the tangents at the end of a contact step, at fixed s, into those at fixed time."""
-    u = evaluate(S, U, order, x)
     for lane in range(LANES):
-        dt = at(D, T, order, x, lane)
-        height, velocity = path_tangent(after, lane, S, D)
-        deck_y = at(D, Y, order, x, lane)
-        deck_v = at(D, Z, order, x, lane)
-        y = height + here[1] * dt - 2.0 * u * at(D, U, order, x, lane)
-        v = velocity + here[2] * dt - at(D, W, order, x, lane)
+        dt = carried[DT, lane]
+        height, velocity = path_tangent(end[AFTER], lane, S, D)
+        y = height + here[1] * dt - 2.0 * end[FIRST] * carried[DA, lane]
+        v = velocity + here[2] * dt - carried[DB, lane]
         if on_deck:
-            y += deck_y
-            v += deck_v
-        carried[DT, lane] = dt
+            y += carried[DY, lane]
+            v += carried[DZ, lane]
+        carried[DU, lane] = carried[DA, lane]
+        carried[DW, lane] = carried[DB, lane]
         carried[DA, lane] = y - here[4] * dt
         carried[DB, lane] = v - here[5] * dt
-        carried[DY, lane] = deck_y - here[7] * dt
-        carried[DZ, lane] = deck_v - here[8] * dt
+        carried[DY, lane] -= here[7] * dt
+        carried[DZ, lane] -= here[8] * dt
 
 
 @kernel
@@ -549,7 +554,7 @@ def _peaks_inside(
     cubic = numbers[contract.CUBIC]
     quadratic = numbers[contract.QUADRATIC]
     plain = numbers[contract.HYSTERESIS] == 0.0 and S[HERE + FACTOR_DEGREE] < 0.0
-    while peak < len(peaks) and peaks[peak, contract.PEAK_TIME] <= end and peaks[peak, contract.PEAK_CORNER] == 0.0:
+    while _is_inside(peaks, peak, end):
         after = peaks[peak, contract.PEAK_TIME] - step[TIME]
         x = time_to(S, order, step[LENGTH], after) if contact else after
         for lane in range(LANES):
@@ -616,6 +621,136 @@ def _break_moves(
 
 
 @kernel
+def _flight_tangents(
+    numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, end: FloatArray, S: FloatArray,
+    D: FloatArray,
+) -> None:  # fmt: skip
+    """Carry the tangents over a localised step without regularised contact; write the motion at its end."""
+    bonded = step[PHASE] == BONDED
+    on_deck = step[ON_DECK] != 0.0
+    x = step[LENGTH]
+    if bonded:
+        bonded_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
+    else:
+        flight_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
+    flight_tangent(numbers, turns, on_deck, bonded, carried, S, D)
+    deck = numbers[contract.DECK_MASS] > 0.0
+    for lane in range(LANES):
+        carried[DA, lane] = at(D, U, FLIGHT_ORDER, x, lane)
+        carried[DB, lane] = at(D, W, FLIGHT_ORDER, x, lane)
+        if deck:
+            carried[DY, lane] = at(D, Y, FLIGHT_ORDER, x, lane)
+            carried[DZ, lane] = at(D, Z, FLIGHT_ORDER, x, lane)
+    end[AFTER] = x
+    end[FIRST] = evaluate(S, U, FLIGHT_ORDER, x)
+    end[SECOND] = evaluate(S, W, FLIGHT_ORDER, x)
+    end[THIRD] = evaluate(S, Y, FLIGHT_ORDER, x) if deck else 0.0
+    end[FOURTH] = evaluate(S, Z, FLIGHT_ORDER, x) if deck else 0.0
+
+
+@kernel
+def _contact_tangents(
+    numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, end: FloatArray, S: FloatArray,
+    D: FloatArray,
+) -> None:  # fmt: skip
+    """Carry the tangents over a localised contact step, at fixed s; write the motion at its end."""
+    order = int(numbers[contract.ORDER])
+    on_deck = step[ON_DECK] != 0.0
+    x = step[LENGTH]
+    contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
+    contact_tangent(numbers, turns, order, on_deck, carried, S, D)
+    for lane in range(LANES):
+        carried[DT, lane] = at(D, T, order, x, lane)
+        carried[DA, lane] = at(D, U, order, x, lane)
+        carried[DB, lane] = at(D, W, order, x, lane)
+        carried[DY, lane] = at(D, Y, order, x, lane)
+        carried[DZ, lane] = at(D, Z, order, x, lane)
+    end[AFTER] = evaluate(S, T, order, x)
+    end[FIRST] = evaluate(S, U, order, x)
+    end[SECOND] = evaluate(S, W, order, x)
+    end[THIRD] = evaluate(S, Y, order, x)
+    end[FOURTH] = evaluate(S, Z, order, x)
+
+
+@kernel
+def _plain_tangents(
+    numbers: FloatArray, turns: FloatArray, step: FloatArray, x: float, carried: FloatArray, end: FloatArray,
+    S: FloatArray, D: FloatArray, L: FloatArray,
+) -> None:  # fmt: skip
+    """Do what `_contact_tangents` does up to x, where the contact is plain and the path level or one wave."""
+    K = numbers[contract.STIFFNESS]
+    G = numbers[contract.DAMPING]
+    level = S[HERE + POLY]
+    omega = S[HERE + OMEGA]
+    for lane in range(LANES):
+        L[lane] = carried[DT, lane]
+        L[LANES + lane] = carried[DA, lane]
+        L[2 * LANES + lane] = carried[DB, lane]
+        L[3 * LANES + lane] = turns[contract.STIFFNESS, lane]
+        L[4 * LANES + lane] = turns[contract.DAMPING, lane]
+        L[5 * LANES + lane] = turns[contract.STIFFNESS, lane] * level + K * D[HERE + POLY, lane]
+    if omega == 0.0:
+        t, u, w = tangent_flat_12(K, G, 1.0 + K * level, step[A], step[B], x, L)
+    else:
+        a = S[HERE + AMP_SIN]
+        b = S[HERE + AMP_COS]
+        stiff = K - omega * omega
+        gain_sin = stiff * a - G * omega * b
+        gain_cos = stiff * b + G * omega * a
+        s = sin(S[HERE + PHASE0])
+        c = cos(S[HERE + PHASE0])
+        along = gain_sin * s + gain_cos * c
+        across = gain_sin * c - gain_cos * s
+        size = gain_sin * gain_sin + gain_cos * gain_cos
+        for lane in range(LANES):
+            d_omega = D[HERE + OMEGA, lane]
+            d_a = D[HERE + AMP_SIN, lane]
+            d_b = D[HERE + AMP_COS, lane]
+            d_stiff = turns[contract.STIFFNESS, lane] - 2.0 * omega * d_omega
+            d_drag = turns[contract.DAMPING, lane] * omega + G * d_omega
+            d_sin = d_stiff * a + stiff * d_a - d_drag * b - G * omega * d_b
+            d_cos = d_stiff * b + stiff * d_b + d_drag * a + G * omega * d_a
+            L[6 * LANES + lane] = (d_sin * gain_sin + d_cos * gain_cos) / size
+            turn = (d_cos * gain_sin - d_sin * gain_cos) / size
+            L[7 * LANES + lane] = (D[HERE + PHASE0, lane] + turn) / omega
+            L[8 * LANES + lane] = d_omega / omega
+        t, u, w = tangent_wave_12(K, G, 1.0 + K * level, along, omega * across, omega * omega, step[A], step[B], x, L)
+    for lane in range(LANES):
+        carried[DT, lane] = L[lane]
+        carried[DA, lane] = L[LANES + lane]
+        carried[DB, lane] = L[2 * LANES + lane]
+    end[AFTER] = t
+    end[FIRST] = u
+    end[SECOND] = w
+    end[THIRD] = 0.0
+    end[FOURTH] = 0.0
+
+
+@kernel
+def _plain_peak(
+    numbers: FloatArray, turns: FloatArray, step: FloatArray, peak: int, peaks: FloatArray, of_peaks: FloatArray,
+    carried: FloatArray, end: FloatArray, S: FloatArray, D: FloatArray, L: FloatArray,
+) -> None:  # fmt: skip
+    """Write the derivatives of a force maximum inside a plain contact step; the carried tangents stay at its start."""
+    order = int(numbers[contract.ORDER])
+    contact_series(numbers, order, step[A], step[B], 0.0, 0.0, False, S)
+    x = time_to(S, order, step[LENGTH], peaks[peak, contract.PEAK_TIME] - step[TIME])
+    slope = evaluate_derivative(S, W, order, x)
+    for lane in range(LANES):
+        L[9 * LANES + lane] = carried[DT, lane]
+        L[10 * LANES + lane] = carried[DA, lane]
+        L[11 * LANES + lane] = carried[DB, lane]
+    _plain_tangents(numbers, turns, step, x, carried, end, S, D, L)
+    u = end[FIRST]
+    for lane in range(LANES):
+        of_peaks[peak, OF_SIZE, lane] = 3.0 * u * u * carried[DA, lane]
+        of_peaks[peak, OF_TIME, lane] = carried[DT, lane] - u * carried[DB, lane] / slope
+        carried[DT, lane] = L[9 * LANES + lane]
+        carried[DA, lane] = L[10 * LANES + lane]
+        carried[DB, lane] = L[11 * LANES + lane]
+
+
+@kernel
 def tangent_kernel(
     pieces: FloatArray, bends: FloatArray, base: int, table: IntArray, numbers: FloatArray, turns: FloatArray,
     start: FloatArray, steps: FloatArray, last: FloatArray, events: FloatArray, peaks: FloatArray,
@@ -629,11 +764,21 @@ def tangent_kernel(
     """
     carried = np.zeros((CARRIED, LANES))
     here = np.zeros(10)
-    order = int(numbers[contract.ORDER])
+    end = np.zeros(5)
+    L = np.zeros(12 * LANES)
     event = 0
     peak = 0
     gentlest = np.inf
     begun = False
+    level = False
+    piece = -1.0
+    simple = (
+        numbers[contract.DECK_MASS] == 0.0
+        and numbers[contract.HYSTERESIS] == 0.0
+        and numbers[contract.QUADRATIC] == 0.0
+        and numbers[contract.CUBIC] == 1.0
+        and numbers[contract.ORDER] == DEFAULT_ORDER
+    )
     for lane in range(LANES):
         carried[DA, lane] = turns[contract.START_HEIGHT, lane] + start[0, lane]
         carried[DB, lane] = turns[contract.START_VELOCITY, lane] + start[1, lane]
@@ -642,58 +787,46 @@ def tangent_kernel(
         step = steps[i]
         after = steps[i + 1] if i + 1 < len(steps) else last
         contact = step[PHASE] == CONTACT
-        bonded = step[PHASE] == BONDED
         on_deck = step[ON_DECK] != 0.0
-        localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
-        localise_tangent(pieces, bends, base, table, numbers, turns, step, carried, S, D)
+        if not (level and step[PIECE] == piece):  # a level piece looks the same from everywhere
+            localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
+            localise_tangent(pieces, bends, base, table, numbers, turns, step, carried, S, D)
+            level = S[HERE + DEGREE] == 0.0 and S[HERE + FACTOR_DEGREE] < 0.0 and S[HERE + OMEGA] == 0.0
+            piece = step[PIECE]
         if contact and not begun and not _enter_contact(step, carried, S, D):
             gentlest = 0.0
         begun = contact
-        if contact:
-            contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
-            contact_tangent(numbers, turns, order, on_deck, carried, S, D)
-        elif bonded:
-            bonded_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
-            flight_tangent(numbers, turns, on_deck, True, carried, S, D)
+        if not contact:
+            _flight_tangents(numbers, turns, step, carried, end, S, D)
+            peak = _peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
+        elif simple and _is_plain(S):
+            while _is_inside(peaks, peak, after[TIME]):
+                _plain_peak(numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
+                peak += 1
+            _plain_tangents(numbers, turns, step, step[LENGTH], carried, end, S, D, L)
         else:
-            flight_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
-            flight_tangent(numbers, turns, on_deck, False, carried, S, D)
-        x = step[LENGTH]
-        elapsed = evaluate(S, T, order, x) if contact else x
-        if abs(step[TIME] + elapsed - after[TIME]) > 1e-9 * (1.0 + abs(after[TIME])):
+            _contact_tangents(numbers, turns, step, carried, end, S, D)
+            peak = _peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
+        if abs(step[TIME] + end[AFTER] - after[TIME]) > 1e-9 * (1.0 + abs(after[TIME])):
             gentlest = 0.0  # the march left a grazing contact by a small leap
-        peak = _peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
-        goes_on = (
+        if (
             contact
             and after[PHASE] == CONTACT
             and after[PIECE] == step[PIECE]
             and after[SHIFT] == step[SHIFT]
             and after[ON_DECK] == step[ON_DECK]
             and i + 1 < len(steps)
-        )
-        if goes_on:
-            for lane in range(LANES):
-                carried[DT, lane] = at(D, T, order, x, lane)
-                carried[DA, lane] = at(D, U, order, x, lane)
-                carried[DB, lane] = at(D, W, order, x, lane)
-                carried[DY, lane] = at(D, Y, order, x, lane)
-                carried[DZ, lane] = at(D, Z, order, x, lane)
+        ):
             continue
         begun = False
-        _motion(numbers, step, elapsed, x, S, here)
+        _motion(numbers, step, end, S, here)
         _break_moves(bends, base, table, numbers, turns, step, after, carried)
         if contact:
-            _leave_contact(here, elapsed, x, order, on_deck, carried, S, D)
-        else:
-            for lane in range(LANES):
-                carried[DA, lane] = at(D, U, FLIGHT_ORDER, x, lane)
-                carried[DB, lane] = at(D, W, FLIGHT_ORDER, x, lane)
-                carried[DY, lane] = at(D, Y, FLIGHT_ORDER, x, lane)
-                carried[DZ, lane] = at(D, Z, FLIGHT_ORDER, x, lane)
+            _leave_contact(here, end, on_deck, carried, S, D)
         while peak < len(peaks) and peaks[peak, contract.PEAK_TIME] <= after[TIME]:
             for lane in range(LANES):  # a maximum at a breakpoint: its force along the moving breakpoint
                 of_peaks[peak, OF_TIME, lane] = carried[DBREAK, lane]
-                of_peaks[peak, OF_SIZE, lane] = _corner(numbers, step, elapsed, x, here, carried, lane, S, D)
+                of_peaks[peak, OF_SIZE, lane] = _corner(numbers, turns, step, end, here, carried, lane, S, D)
             peak += 1
         for lane in range(LANES):
             of_end[0, lane] = carried[DA, lane]
@@ -706,46 +839,57 @@ def tangent_kernel(
             broke = events[event, contract.EVENT_CAUSE] != 0.0
             landed = not broke and events[event, contract.EVENT_KIND] == contract.IMPACT
             if landed:
-                _land(here, carried, on_deck, elapsed, S, D)
+                _land(here, carried, on_deck, end[AFTER], S, D)
                 begun = True
             for lane in range(LANES):
                 of_events[event, OF_TIME, lane] = carried[DBREAK, lane] if broke else carried[DT, lane]
-                if broke:
+                if broke or not (landed or contact):
                     of_events[event, OF_SIZE, lane] = np.nan
-                elif landed:
-                    of_events[event, OF_SIZE, lane] = carried[DB, lane]
                 else:
-                    of_events[event, OF_SIZE, lane] = at(D, W, order, x, lane) if contact else np.nan
+                    of_events[event, OF_SIZE, lane] = carried[DB, lane] if landed else carried[DW, lane]
             event += 1
+        if after[PIECE] == step[PIECE] and after[ON_DECK] == step[ON_DECK]:
+            continue
+        level = False
         if not landed and i + 1 < len(steps):
             _force_jump(pieces, numbers, after, here, carried, S)
     return gentlest
 
 
 @kernel
+def _is_plain(S: FloatArray) -> bool:
+    """Return True where the present path is level or one wave of some amplitude, and the contact's factor one."""
+    if S[HERE + DEGREE] != 0.0 or S[HERE + FACTOR_DEGREE] >= 0.0:
+        return False
+    return S[HERE + OMEGA] == 0.0 or S[HERE + AMP_SIN] != 0.0 or S[HERE + AMP_COS] != 0.0
+
+
+@kernel
+def _is_inside(peaks: FloatArray, peak: int, end: float) -> bool:
+    """Return True where the next force maximum lies before `end` and at no breakpoint."""
+    return peak < len(peaks) and peaks[peak, contract.PEAK_TIME] <= end and peaks[peak, contract.PEAK_CORNER] == 0.0
+
+
+@kernel
 def _corner(
-    numbers: FloatArray, step: FloatArray, after: float, x: float, here: FloatArray, carried: FloatArray, lane: int,
-    S: FloatArray, D: FloatArray,
+    numbers: FloatArray, turns: FloatArray, step: FloatArray, end: FloatArray, here: FloatArray,
+    carried: FloatArray, lane: int, S: FloatArray, D: FloatArray,
 ) -> float:  # fmt: skip
     """Return the derivative of the force at a breakpoint, along its motion; NaN where no contact was before it."""
     if step[PHASE] != CONTACT:
         return np.nan
-    order = int(numbers[contract.ORDER])
-    u = evaluate(S, U, order, x)
-    w = evaluate(S, W, order, x)
+    after, u, w = end[AFTER], end[FIRST], end[SECOND]
     factor, rate = factor_at(after, S)
     eta = numbers[contract.HYSTERESIS]
     law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
     stiff = 2.0 * numbers[contract.QUADRATIC] + 3.0 * numbers[contract.CUBIC] * u
     dt = carried[DBREAK, lane] - carried[DT, lane]
-    d_u = at(D, U, order, x, lane)
-    d_w = at(D, W, order, x, lane)
     bend = here[2] - here[5] + (here[8] if step[ON_DECK] != 0.0 else 0.0)
-    # At fixed s to fixed time and on to the breakpoint: u du carries δ/2, so that u = 0 needs no division.
-    half = u * d_u + 0.5 * w * dt
+    # From fixed s along the breakpoint: u·du is half the change of the indentation, so that u = 0 needs no division.
+    half = u * carried[DU, lane] + 0.5 * w * dt
     change = factor * stiff * half * (1.0 + eta * w)
-    change += factor * law * eta * (d_w + bend * dt)
-    change += (factor_tangent(after, lane, S, D) + rate * (dt + carried[DT, lane])) * law * (1.0 + eta * w)
+    change += factor * law * (eta * (carried[DW, lane] + bend * dt) + turns[contract.HYSTERESIS, lane] * w)
+    change += (factor_tangent(after, lane, S, D) + rate * carried[DBREAK, lane]) * law * (1.0 + eta * w)
     return change
 
 
