@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from wheeltapper._version import __version__
 
 if TYPE_CHECKING:
+    from wheeltapper.ask.sweep import gradient as gradient
     from wheeltapper.ask.sweep import sweep as sweep
     from wheeltapper.describe import contact as contact
     from wheeltapper.describe.contact.hertz import Hertz as Hertz
@@ -48,6 +49,7 @@ _HOMES = {
     "StiffTrack": "describe.track.stiff",
     "WheelFlat": "describe.irregularity.flat",
     "Wheelset": "describe.vehicle.wheelset",
+    "gradient": "ask.sweep",
     "load": "record.store",
     "plot": "faces.plot",
     "simulate": "record.simulate",

@@ -27,6 +27,7 @@ NAMES = [
     "__version__",
     "contact",
     "features",
+    "gradient",
     "load",
     "plot",
     "simulate",

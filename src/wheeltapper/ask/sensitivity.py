@@ -58,7 +58,7 @@ def slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...
 
 def _turns(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
     from wheeltapper.march.gradients import Turns
-    from wheeltapper.march.tangent import LANES
+    from wheeltapper.march.tangent_path import LANES
 
     cells = len(many.cells.first)
     numbers = np.zeros((cells, contract.NUMBERS, LANES))
@@ -80,15 +80,14 @@ def _turns(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
 
 
 def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int) -> Slopes:
-    import sys
-
+    from wheeltapper.ask.cells import part, say_that_it_compiles
     from wheeltapper.march import gradients
     from wheeltapper.record.trains import trains_of
 
     directions = [many.along(path) for path in parameters]
     cells, turns = _turns(many, directions)
     if not gradients.is_ready(cells, turns):
-        print("wheeltapper: compiling its kernels for this machine, once; this takes some seconds", file=sys.stderr)
+        say_that_it_compiles()
     total = len(many.cells.first)
     out = Slopes(
         np.empty((len(features), total)), np.empty((len(features), len(parameters), total)),
@@ -100,8 +99,7 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
         out.amplification[block] = tangents.amplification
         for lane, direction in enumerate(directions):
             tilted = _tilted(marched, tangents, direction, block, lane)
-            units = type(direction.units)(**{name: held[block] for name, held in vars(direction.units).items()})
-            trains = trains_of(tilted, units)
+            trains = trains_of(tilted, part(direction.units, block))
             for row, feature in enumerate(features):
                 values = feature(trains)
                 out.values[row, block] = values.real

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.fields import Fields
 from wheeltapper.record.features import Feature
 
 FloatArray = NDArray[np.float64]
+CHAOS_LIMIT = 1e4
 Sampling = Literal["sobol", "latin hypercube"]
 
 
@@ -43,6 +45,10 @@ class Study:
         What is asked.
     method
         "default" or "strict".
+    gradient
+        Paths of the fields by which the features are differentiated.
+    chaos_limit
+        Amplification above which a cell counts as near-chaotic.
     """
 
     scenario: Scenario
@@ -50,6 +56,8 @@ class Study:
     grid: bool
     features: tuple[Feature, ...]
     method: str
+    gradient: tuple[str, ...] = ()
+    chaos_limit: float = CHAOS_LIMIT
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -64,10 +72,14 @@ class Study:
     def changed(self, begin: int, end: int) -> dict[str, FloatArray]:
         """Return the values of the varied fields in the cells from `begin` to before `end`."""
         index = np.arange(begin, end)
-        if not self.grid:
-            return {axis.path: axis.values[index] for axis in self.axes}
-        places = np.unravel_index(index, self.shape)
-        return {axis.path: axis.values[place] for axis, place in zip(self.axes, places, strict=True)}
+        places = np.unravel_index(index, self.shape) if self.grid else (index,) * len(self.axes)
+        varied = {axis.path: axis.values[place] for axis, place in zip(self.axes, places, strict=True)}
+        held = {path: np.full(end - begin, Fields(self.scenario)(path)) for path in self.gradient if path not in varied}
+        return varied | held
+
+    def values(self, path: str) -> FloatArray:
+        """Return a field's value in every cell."""
+        return self.changed(0, self.cells)[path]
 
 
 def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
@@ -96,7 +108,8 @@ def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
     return holder, name
 
 
-def _unit(scenario: Scenario, path: str) -> str:
+def unit_of(scenario: Scenario, path: str) -> str:
+    """Return the SI unit of a field."""
     from wheeltapper.ground.quantities import si_unit
 
     holder, name = field_at(scenario, path)
@@ -106,7 +119,7 @@ def _unit(scenario: Scenario, path: str) -> str:
 
 
 def _axis(scenario: Scenario, path: str, values: Any) -> Axis:
-    unit = _unit(scenario, path)
+    unit = unit_of(scenario, path)
     listed = [values] if isinstance(values, str) or np.ndim(values) == 0 else list(values)
     if not listed:
         raise InputError("", path, "no values", "at least one value")
@@ -133,8 +146,9 @@ def _number(scenario: Scenario, path: str, value: Any) -> float:
 
 
 def study(
-    scenario: Scenario, over: Mapping[str, Any], features: Sequence[Feature], *, zipped: bool = False,
-    samples: int | None = None, sampling: Sampling = "sobol", seed: int = 0, method: str = "default",
+    scenario: Scenario, over: Mapping[str, Any], features: Sequence[Feature], *,
+    gradient: bool | Sequence[str] = False, zipped: bool = False, samples: int | None = None,
+    sampling: Sampling = "sobol", seed: int = 0, method: str = "default", chaos_limit: float = CHAOS_LIMIT,
 ) -> Study:  # fmt: skip
     """Return the study that `sweep` computes; its arguments are those of `sweep`."""
     from wheeltapper.lower.numbers import METHODS
@@ -156,7 +170,17 @@ def study(
     lengths = {axis.path: len(axis.values) for axis in axes}
     if side_by_side and len(set(lengths.values())) > 1:
         raise InputError("", "over", f"lists of different lengths {lengths}", "lists of one length where zipped")
-    return Study(scenario, axes, not side_by_side, tuple(features), method)
+    by = tuple(over) if gradient is True else tuple(gradient or ())
+    _check_gradient(scenario, by, features)
+    return Study(scenario, axes, not side_by_side, tuple(features), method, by, chaos_limit)
+
+
+def _check_gradient(scenario: Scenario, parameters: tuple[str, ...], features: Sequence[Feature]) -> None:
+    for path in parameters:
+        field_at(scenario, path)
+    for feature in features if parameters else ():
+        if feature.tally:
+            raise InputError("", "gradient", f"the feature {feature.name!r}", "features of events and force maxima")
 
 
 def _sampled(axes: tuple[Axis, ...], samples: int, sampling: Sampling, seed: int) -> tuple[Axis, ...]:

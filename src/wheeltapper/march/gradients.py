@@ -26,7 +26,8 @@ from wheeltapper.march.program import (
     IntArray,
 )
 from wheeltapper.march.single import march_kernel, start_kernel
-from wheeltapper.march.tangent import LANES, tangent_kernel
+from wheeltapper.march.tangent import tangent_kernel
+from wheeltapper.march.tangent_path import LANES
 
 PARAMETERS = LANES - 2
 """Parameters that are carried at a time; the last two lanes carry the start's displacement and velocity."""

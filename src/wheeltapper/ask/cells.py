@@ -1,0 +1,156 @@
+"""The cells of a study, computed: features, their derivatives where asked, and how each cell fared."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.study import Study
+from wheeltapper.ground.errors import InputError
+from wheeltapper.march import program as contract
+
+if TYPE_CHECKING:
+    from wheeltapper.lower.many import Many
+    from wheeltapper.lower.numbers import Units
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Status of a cell, in the order of the numbers that a chart stores.
+COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED = range(6)
+STATUS = ("complete", "event_limit", "not_finite", "stalled", "end_of_path", "refused")
+_OF_MARCH = np.zeros(8, dtype=np.int64)
+_OF_MARCH[[contract.TOO_MANY_EVENTS, contract.NOT_FINITE, contract.STALLED, contract.END_OF_PATH]] = (
+    EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH,
+)  # fmt: skip
+# How far a gradient can be trusted.
+EXACT, GRAZING, NEAR_CHAOTIC = range(3)
+TRUST = ("exact", "grazing", "near_chaotic")
+
+
+@dataclass(frozen=True)
+class Computed:
+    """What was found in some cells.
+
+    Attributes
+    ----------
+    values
+        (features, cells), SI units; NaN where a cell has too few impacts or could not be computed.
+    status
+        (cells,), places in `STATUS`.
+    gradient
+        (features, parameters, cells); no parameters where no gradient was asked.
+    trust
+        (cells,), places in `TRUST`.
+    amplification
+        (cells,) how much a change of the start has grown when the last feature is known; NaN without gradients.
+    notes
+        What the user should know.
+    """
+
+    values: FloatArray
+    status: IntArray
+    gradient: FloatArray
+    trust: IntArray
+    amplification: FloatArray
+    notes: tuple[str, ...]
+
+    @staticmethod
+    def joined(parts: list[Computed]) -> Computed:
+        """Return several parts as one, in order."""
+        notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
+
+        def whole(name: str) -> FloatArray:
+            return np.concatenate([getattr(part, name) for part in parts], axis=-1)
+
+        status, trust = whole("status").astype(np.int64), whole("trust").astype(np.int64)
+        return Computed(whole("values"), status, whole("gradient"), trust, whole("amplification"), notes)
+
+    @staticmethod
+    def refused(asked: Study, why: str) -> Computed:
+        """Return one cell that cannot be computed."""
+        features, parameters = len(asked.features), len(asked.gradient)
+        return Computed(
+            np.full((features, 1), np.nan), np.array([REFUSED]), np.full((features, parameters, 1), np.nan),
+            np.array([EXACT]), np.full(1, np.nan), (why,),
+        )  # fmt: skip
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def compute(asked: Study, begin: int, end: int, threads: int) -> Computed:
+    """Compute the cells of a study from `begin` to before `end`."""
+    from wheeltapper.lower.many import Many
+
+    try:
+        many = Many(asked.scenario, asked.changed(begin, end), asked.method)
+        _set_end(asked, many.cells.numbers)
+        return _sloped(asked, many, threads) if asked.gradient else _marched(asked, many, threads)
+    except InputError as error:
+        if end - begin == 1:
+            return Computed.refused(asked, str(error))
+    middle = (begin + end) // 2  # what is refused stands alone in the end
+    return Computed.joined([compute(asked, begin, middle, threads), compute(asked, middle, end, threads)])
+
+
+def _set_end(asked: Study, numbers: FloatArray) -> None:
+    """Let each march end where the last of the features is known."""
+    if any(feature.until == "end" for feature in asked.features):
+        return
+    impact, loss = (
+        max((feature.impacts for feature in asked.features if feature.until == until), default=-1)
+        for until in ("impact", "loss")
+    )
+    if impact > loss:
+        numbers[:, contract.LAST_IMPACT] = impact
+    else:
+        numbers[:, contract.LAST_LOSS] = loss
+
+
+def say_that_it_compiles() -> None:
+    """Tell the user why nothing happens for some seconds."""
+    print("wheeltapper: compiling its kernels for this machine, once; this takes some seconds", file=sys.stderr)
+
+
+def _marched(asked: Study, many: Many, threads: int) -> Computed:
+    from wheeltapper.march import ensemble
+    from wheeltapper.record.trains import trains_of
+
+    if not ensemble.is_ready(many.cells):
+        say_that_it_compiles()
+    total = len(many.cells.first)
+    values, status = np.empty((len(asked.features), total)), np.empty(total, dtype=np.int64)
+
+    def read(block: slice, marched: ensemble.Marched) -> None:
+        trains = trains_of(marched, part(many.units, block))
+        for row, feature in zip(values, asked.features, strict=True):
+            row[block] = feature(trains)
+        status[block] = _OF_MARCH[marched.status]
+
+    ensemble.march_all(many.cells, threads, read, any(feature.tally for feature in asked.features))
+    empty = np.empty((len(asked.features), 0, total))
+    return Computed(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)
+
+
+def part(units: Units, block: slice) -> Units:
+    """Return the units of some of the cells."""
+    return type(units)(**{name: values[block] for name, values in vars(units).items()})
+
+
+def _sloped(asked: Study, many: Many, threads: int) -> Computed:
+    from wheeltapper.ask.sensitivity import slopes
+    from wheeltapper.march.tangent import GRAZING as GENTLE
+
+    found = slopes(many, asked.gradient, asked.features, threads)
+    trust = np.where(
+        found.gentlest < GENTLE, GRAZING, np.where(found.amplification > asked.chaos_limit, NEAR_CHAOTIC, EXACT)
+    )
+    return Computed(found.values, _OF_MARCH[found.status], found.gradient, trust, found.amplification, many.notes)

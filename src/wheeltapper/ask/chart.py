@@ -1,0 +1,122 @@
+"""Computed cells as a labelled dataset: a chart."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper._version import __version__
+from wheeltapper.ask.cells import STATUS, TRUST, Computed
+from wheeltapper.ask.study import Study, unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+FORMAT = 1
+"""Version of a chart's layout."""
+
+
+def chart(asked: Study, found: Computed) -> xr.Dataset:
+    """Return computed cells as a labelled dataset."""
+    import xarray as xr
+
+    dimensions = tuple(axis.path for axis in asked.axes) if asked.grid else ("cell",)
+    named: dict[str, Any] = {
+        axis.path: (axis.path if asked.grid else "cell", axis.values, {"units": axis.unit}) for axis in asked.axes
+    }
+    data: dict[str, Any] = {
+        feature.name: (
+            dimensions, column.reshape(asked.shape), {"units": feature.unit, "long_name": feature.definition},
+        )
+        for feature, column in zip(asked.features, found.values, strict=True)
+    }  # fmt: skip
+    data["status"] = (dimensions, found.status.astype(np.int8).reshape(asked.shape), flags(STATUS))
+    if asked.gradient:
+        named["parameter"] = ("parameter", np.array(asked.gradient))
+        data |= _gradient(asked, found, dimensions)
+    return xr.Dataset(data, named, attributes(asked, found.notes))
+
+
+def flags(meanings: tuple[str, ...]) -> dict[str, Any]:
+    """Return the attributes of a variable that holds places in a list of words (CF conventions)."""
+    return {"flag_values": np.arange(len(meanings), dtype=np.int8), "flag_meanings": " ".join(meanings)}
+
+
+def _gradient(asked: Study, found: Computed, dimensions: tuple[str, ...]) -> dict[str, Any]:
+    shape, parameters = asked.shape, len(asked.gradient)
+    along = ("parameter", *dimensions)
+    held = np.stack([asked.values(path) for path in asked.gradient])
+    elastic = {}
+    data: dict[str, Any] = {
+        "gradient_status": (dimensions, found.trust.astype(np.int8).reshape(shape), flags(TRUST)),
+        "amplification": (
+            dimensions, found.amplification.reshape(shape),
+            {"units": "", "long_name": "how much a change of the start has grown when the last feature is known"},
+        ),
+    }  # fmt: skip
+    units = [unit_of(asked.scenario, path) for path in asked.gradient]
+    for feature, values, slope in zip(asked.features, found.values, found.gradient, strict=True):
+        if not feature.differentiable:
+            continue
+        with np.errstate(divide="ignore", invalid="ignore"):
+            elastic[feature.name] = slope * held / values
+        data[f"{feature.name}_gradient"] = (
+            along, slope.reshape(parameters, *shape),
+            {
+                "units": feature.unit, "parameter_units": json.dumps(units),
+                "long_name": f"derivative of: {feature.definition}; per unit of the parameter",
+            },
+        )  # fmt: skip
+        data[f"{feature.name}_elasticity"] = (
+            along, elastic[feature.name].reshape(parameters, *shape),
+            {"units": "", "long_name": f"d ln f / d ln p of: {feature.definition}"},
+        )  # fmt: skip
+        if parameters > 1:
+            data[f"{feature.name}_angle"] = (
+                along, _angles(elastic[feature.name]).reshape(parameters, *shape),
+                {"units": "deg", "long_name": f"angle of the elasticities to a parameter's axis: {feature.definition}"},
+            )  # fmt: skip
+    if len(elastic) > 1 and parameters > 1:
+        data["condition"] = (
+            dimensions, _condition(np.stack(list(elastic.values()))).reshape(shape),
+            {"units": "", "long_name": "condition number of the elasticities of all features by all parameters"},
+        )  # fmt: skip
+    return data
+
+
+def _angles(elasticity: FloatArray) -> FloatArray:
+    """Return the angle in degrees to each parameter's axis, (parameters, cells)."""
+    size = np.sqrt((elasticity**2).sum(axis=0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        across = np.sqrt(np.maximum(size**2 - elasticity**2, 0.0))
+        return np.asarray(np.degrees(np.arctan2(across, np.abs(elasticity))))
+
+
+def _condition(elasticity: FloatArray) -> FloatArray:
+    """Return the condition number of each cell's matrix, features by parameters."""
+    matrices = np.moveaxis(elasticity, -1, 0)
+    known = np.isfinite(matrices).all(axis=(1, 2))
+    out = np.full(len(matrices), np.nan)
+    if known.any():
+        size = np.linalg.svd(matrices[known], compute_uv=False)
+        with np.errstate(divide="ignore"):
+            out[known] = size[:, 0] / size[:, -1]
+    return out
+
+
+def attributes(asked: Study, notes: tuple[str, ...]) -> dict[str, Any]:
+    """Return what a chart says of its origin."""
+    import numba
+
+    try:
+        text = json.dumps(asked.scenario.model_dump(mode="json"))
+    except ValueError:
+        text = repr(asked.scenario)
+    return {
+        "title": "wheeltapper chart", "format": FORMAT, "scenario": text, "notes": json.dumps(list(notes)),
+        "method": asked.method, "wheeltapper": __version__, "numba": numba.__version__, "numpy": np.__version__,
+    }  # fmt: skip

@@ -1,0 +1,217 @@
+"""What happens to tangents where a step ends: at a loss, a landing, a breakpoint, a jump of the force."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.program import (
+    BONDED,
+    CONTACT,
+    DECK_Y,
+    ON_DECK,
+    PHASE,
+    PIECE,
+    SHIFT,
+    TIME,
+    A,
+    B,
+    FloatArray,
+    IntArray,
+)
+from wheeltapper.march.series import (
+    factor_at,
+    localise,
+    path_at,
+)
+from wheeltapper.march.tangent_path import (
+    DA,
+    DB,
+    DBREAK,
+    DSHIFT,
+    DT,
+    DU,
+    DW,
+    DY,
+    DZ,
+    LANES,
+    factor_tangent,
+    path_tangent,
+)
+
+# The motion at a step's end, in its own variables.
+AFTER, FIRST, SECOND, THIRD, FOURTH = range(5)
+
+
+@kernel
+def motion_at_end(numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatArray, here: FloatArray) -> None:
+    """Write path, velocity, acceleration of the path, y, v, a, Y, Z, Z', N at the end of a step, localised in S."""
+    on_deck = step[ON_DECK] != 0.0
+    mass = numbers[contract.DECK_MASS]
+    height, velocity, bend = path_at(end[AFTER], S)
+    factor, _ = factor_at(end[AFTER], S)
+    lift = end[THIRD] if on_deck else 0.0
+    lift_rate = end[FOURTH] if on_deck else 0.0
+    y = end[FIRST]
+    v = end[SECOND]
+    force = 0.0
+    if step[PHASE] == CONTACT:
+        u = end[FIRST]
+        y = height + lift - u * u
+        v = velocity + lift_rate - end[SECOND]
+        law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
+        force = max(factor * law * (1.0 + numbers[contract.HYSTERESIS] * end[SECOND]), 0.0)
+    elif step[PHASE] == BONDED:
+        force = factor * (height + lift - y)
+    pull = 0.0
+    if mass > 0.0:
+        pull = -numbers[contract.DECK_STIFFNESS] * end[THIRD] - numbers[contract.DECK_DAMPING] * end[FOURTH]
+        if on_deck:
+            pull += numbers[contract.PRESTRESS] - force
+        pull /= mass
+    here[0] = height
+    here[1] = velocity
+    here[2] = bend
+    here[3] = y
+    here[4] = v
+    here[5] = -1.0 - numbers[contract.STIFFNESS] * y - numbers[contract.DAMPING] * v + force
+    here[6] = end[THIRD]
+    here[7] = end[FOURTH]
+    here[8] = pull
+    here[9] = force
+
+
+@kernel
+def enter_contact(step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray) -> bool:
+    """Turn tangents at fixed time into those of a contact step that starts here; return False where it grazes."""
+    u = step[A]
+    on_deck = step[ON_DECK] != 0.0
+    for lane in range(LANES):
+        height, velocity = path_tangent(0.0, lane, S, D)
+        delta = height - carried[DA, lane] + (carried[DY, lane] if on_deck else 0.0)
+        carried[DB, lane] = velocity - carried[DB, lane] + (carried[DZ, lane] if on_deck else 0.0)
+        carried[DT, lane] = 0.0
+        carried[DA, lane] = delta / (2.0 * u) if u > 1e-7 else 0.0
+    return u > 1e-7
+
+
+@kernel
+def land(here: FloatArray, carried: FloatArray, on_deck: bool, after: float, S: FloatArray, D: FloatArray) -> None:
+    """Turn tangents at fixed time, before a landing, into those along it; `here` is the motion there."""
+    rate = here[1] - here[4] + (here[7] if on_deck else 0.0)
+    bend = here[2] - here[5] + (here[8] if on_deck else 0.0)
+    for lane in range(LANES):
+        height, velocity = path_tangent(after, lane, S, D)
+        gap = height - carried[DA, lane] + (carried[DY, lane] if on_deck else 0.0)
+        sway = velocity - carried[DB, lane] + (carried[DZ, lane] if on_deck else 0.0)
+        delay = -gap / rate
+        carried[DT, lane] = delay
+        carried[DA, lane] = 0.0
+        carried[DB, lane] = sway + bend * delay
+        carried[DY, lane] += here[7] * delay
+        carried[DZ, lane] += here[8] * delay
+
+
+@kernel
+def leave_contact(
+    here: FloatArray, end: FloatArray, on_deck: bool, carried: FloatArray, S: FloatArray, D: FloatArray
+) -> None:
+    """Turn the tangents at the end of a contact step, at fixed s, into those at fixed time."""
+    for lane in range(LANES):
+        dt = carried[DT, lane]
+        height, velocity = path_tangent(end[AFTER], lane, S, D)
+        y = height + here[1] * dt - 2.0 * end[FIRST] * carried[DA, lane]
+        v = velocity + here[2] * dt - carried[DB, lane]
+        if on_deck:
+            y += carried[DY, lane]
+            v += carried[DZ, lane]
+        carried[DU, lane] = carried[DA, lane]
+        carried[DW, lane] = carried[DB, lane]
+        carried[DA, lane] = y - here[4] * dt
+        carried[DB, lane] = v - here[5] * dt
+        carried[DY, lane] -= here[7] * dt
+        carried[DZ, lane] -= here[8] * dt
+
+
+@kernel
+def break_moves(
+    bends: FloatArray, base: int, table: IntArray, numbers: FloatArray, turns: FloatArray, step: FloatArray,
+    after: FloatArray, carried: FloatArray,
+) -> None:  # fmt: skip
+    """Write how the time of the breakpoint between two steps moves, and how the table's shift does."""
+    pace = numbers[contract.PACE]
+    piece = int(step[PIECE])
+    for lane in range(LANES):
+        carried[DBREAK, lane] = 0.0
+        bent = table[lane] >= 0
+        if after[PIECE] != step[PIECE] or after[SHIFT] != step[SHIFT]:
+            moved = carried[DSHIFT, lane] - turns[contract.PACE, lane] * after[TIME]
+            if bent:
+                moved += bends[table[lane], base + piece, contract.STOP]
+            carried[DBREAK, lane] = moved / pace
+            if after[SHIFT] != step[SHIFT] and bent:
+                loop = int(after[PIECE])
+                carried[DSHIFT, lane] += (
+                    bends[table[lane], base + piece, contract.STOP] - bends[table[lane], base + loop, contract.START]
+                )
+        elif after[ON_DECK] != step[ON_DECK]:
+            which = contract.DECK_FROM if after[ON_DECK] != 0.0 else contract.DECK_TO
+            carried[DBREAK, lane] = turns[which, lane]
+
+
+@kernel
+def corner_force(
+    numbers: FloatArray, turns: FloatArray, step: FloatArray, end: FloatArray, here: FloatArray,
+    carried: FloatArray, lane: int, S: FloatArray, D: FloatArray,
+) -> float:  # fmt: skip
+    """Return the derivative of the force at a breakpoint, along its motion; NaN where no contact was before it."""
+    if step[PHASE] != CONTACT:
+        return np.nan
+    after, u, w = end[AFTER], end[FIRST], end[SECOND]
+    factor, rate = factor_at(after, S)
+    eta = numbers[contract.HYSTERESIS]
+    law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
+    stiff = 2.0 * numbers[contract.QUADRATIC] + 3.0 * numbers[contract.CUBIC] * u
+    dt = carried[DBREAK, lane] - carried[DT, lane]
+    bend = here[2] - here[5] + (here[8] if step[ON_DECK] != 0.0 else 0.0)
+    # From fixed s along the breakpoint: u·du is half the change of the indentation, so that u = 0 needs no division.
+    half = u * carried[DU, lane] + 0.5 * w * dt
+    change = factor * stiff * half * (1.0 + eta * w)
+    change += factor * law * (eta * (carried[DW, lane] + bend * dt) + turns[contract.HYSTERESIS, lane] * w)
+    change += (factor_tangent(after, lane, S, D) + rate * carried[DBREAK, lane]) * law * (1.0 + eta * w)
+    return change
+
+
+@kernel
+def force_jump(
+    pieces: FloatArray, numbers: FloatArray, after: FloatArray, here: FloatArray,
+    carried: FloatArray, S: FloatArray,
+) -> None:  # fmt: skip
+    """Add what a jump of the force at a breakpoint does to the velocities at fixed time."""
+    localise(pieces, numbers, int(after[PIECE]), after[SHIFT], after[TIME], S)
+    factor, _ = factor_at(0.0, S)
+    on_deck = after[ON_DECK] != 0.0
+    force = 0.0
+    if after[PHASE] == CONTACT:
+        law = after[A] * after[A] * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * after[A])
+        force = max(factor * law * (1.0 + numbers[contract.HYSTERESIS] * after[B]), 0.0)
+    elif after[PHASE] == BONDED:
+        height, _, _ = path_at(0.0, S)
+        force = factor * (height + (after[DECK_Y] if on_deck else 0.0) - after[A])
+    mass = numbers[contract.DECK_MASS]
+    pull = 0.0
+    if mass > 0.0:
+        pull = -numbers[contract.DECK_STIFFNESS] * here[6] - numbers[contract.DECK_DAMPING] * here[7]
+        if on_deck:
+            pull += numbers[contract.PRESTRESS] - force
+        pull /= mass
+    leap = here[9] - force
+    if abs(leap) <= 1e-11 * (1.0 + abs(force)):
+        leap = 0.0
+    deck_leap = here[8] - pull
+    if abs(deck_leap) <= 1e-11 * (1.0 + abs(pull)):
+        deck_leap = 0.0
+    for lane in range(LANES):
+        carried[DB, lane] += leap * carried[DBREAK, lane]
+        carried[DZ, lane] += deck_leap * carried[DBREAK, lane]

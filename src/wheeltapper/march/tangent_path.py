@@ -1,0 +1,139 @@
+"""Tangents of the path and of the contact's factor, in the local form of one step.
+
+D has the rows of the scratch array S (layout.py), each with LANES entries: the derivatives of what stands in S.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.layout import (
+    AMP_COS,
+    AMP_SIN,
+    DEGREE,
+    FACTOR,
+    FACTOR_DEGREE,
+    HERE,
+    OMEGA,
+    PHASE0,
+    POLY,
+    WORK,
+)  # fmt: skip
+from wheeltapper.march.program import (
+    PIECE,
+    SHIFT,
+    TIME,
+    FloatArray,
+    IntArray,
+)
+from wheeltapper.march.series import (
+    taylor_shift,
+)
+
+LANES = 8
+"""Directions that are carried at a time."""
+# Rows of the carried tangents: of time, of u and w (in contact) or y and v, of the deck, of the table's shift and of
+# the time of the next breakpoint; u and w once more, at the end of a contact step.
+DT, DA, DB, DY, DZ, DSHIFT, DBREAK, DU, DW = range(9)
+CARRIED = 9
+
+
+@kernel
+def localise_tangent(
+    pieces: FloatArray, bends: FloatArray, base: int, table: IntArray, numbers: FloatArray, turns: FloatArray,
+    step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray,
+) -> None:  # fmt: skip
+    """Write the derivatives of the present piece's local form, at fixed time. `localise` has run.
+
+    `bends` holds derivatives of the pieces, bends[table[lane], base + piece] those of a lane (-1: none); `turns`
+    (NUMBERS, LANES) those of the numbers.
+    """
+    piece = int(step[PIECE])
+    time = step[TIME]
+    row = pieces[piece]
+    pace = numbers[contract.PACE]
+    lift = numbers[contract.LIFT]
+    away = pace * time - step[SHIFT] - row[contract.CENTRE]
+    wavenumber = row[contract.WAVENUMBER]
+    degree = int(row[contract.DEGREE])
+    fdegree = int(row[contract.FACTOR_DEGREE])
+    for lane in range(LANES):
+        bent = table[lane] >= 0
+        d_away = turns[contract.PACE, lane] * time - carried[DSHIFT, lane]
+        d_lift = turns[contract.LIFT, lane]
+        d_wavenumber = 0.0
+        D[HERE + AMP_SIN, lane] = row[contract.SINE] * d_lift
+        D[HERE + AMP_COS, lane] = row[contract.COSINE] * d_lift
+        if bent:
+            bend = bends[table[lane], base + piece]
+            d_away -= bend[contract.CENTRE]
+            d_wavenumber = bend[contract.WAVENUMBER]
+            D[HERE + AMP_SIN, lane] += bend[contract.SINE] * lift
+            D[HERE + AMP_COS, lane] += bend[contract.COSINE] * lift
+        D[HERE + OMEGA, lane] = d_wavenumber * pace + wavenumber * turns[contract.PACE, lane]
+        D[HERE + PHASE0, lane] = d_wavenumber * away + wavenumber * d_away
+        D[WORK, lane] = d_away / row[contract.SCALE]
+    scale = row[contract.SCALE]
+    for part in range(2):
+        last = degree if part == 0 else fdegree
+        if last < 0:
+            continue
+        source = contract.COEFFICIENT if part == 0 else contract.FACTOR
+        target = HERE + POLY if part == 0 else HERE + FACTOR
+        gain = lift if part == 0 else 1.0
+        taylor_shift(pieces, piece, source, last, away / scale, 1.0, 1.0, WORK, S)
+        for lane in range(LANES):
+            d_gain = turns[contract.LIFT, lane] if part == 0 else 0.0
+            rate = pace / scale
+            d_rate = turns[contract.PACE, lane] / scale
+            power = 1.0
+            d_power = 0.0
+            for k in range(last + 1):
+                c = S[WORK + k]
+                d_c = (k + 1) * S[WORK + k + 1] * D[WORK, lane] if k < last else 0.0
+                D[target + k, lane] = d_gain * power * c + gain * (d_power * c + power * d_c)
+                d_power = d_power * rate + power * d_rate
+                power *= rate
+        for lane in range(LANES):
+            if table[lane] < 0:
+                continue
+            taylor_shift(bends[table[lane]], base + piece, source, last, away / scale, 1.0, 1.0, WORK, S)
+            power = gain
+            for k in range(last + 1):
+                D[target + k, lane] += power * S[WORK + k]
+                power *= pace / scale
+
+
+@kernel
+def path_tangent(after: float, lane: int, S: FloatArray, D: FloatArray) -> tuple[float, float]:
+    """Return the derivatives, at fixed time, of the path's height and velocity at a time after the step's start."""
+    degree = int(S[HERE + DEGREE])
+    y = D[HERE + POLY + degree, lane]
+    v = 0.0
+    for k in range(degree - 1, -1, -1):
+        v = v * after + y
+        y = y * after + D[HERE + POLY + k, lane]
+    omega = S[HERE + OMEGA]
+    if omega != 0.0:
+        phase = S[HERE + PHASE0] + omega * after
+        d_phase = D[HERE + PHASE0, lane] + D[HERE + OMEGA, lane] * after
+        s = sin(phase)
+        c = cos(phase)
+        across = S[HERE + AMP_SIN] * c - S[HERE + AMP_COS] * s
+        y += D[HERE + AMP_SIN, lane] * s + D[HERE + AMP_COS, lane] * c + across * d_phase
+        v += D[HERE + OMEGA, lane] * across
+        v += omega * (D[HERE + AMP_SIN, lane] * c - D[HERE + AMP_COS, lane] * s)
+        v -= omega * (S[HERE + AMP_SIN] * s + S[HERE + AMP_COS] * c) * d_phase
+    return y, v
+
+
+@kernel
+def factor_tangent(after: float, lane: int, S: FloatArray, D: FloatArray) -> float:
+    """Return the derivative, at fixed time, of the factor on the contact force."""
+    degree = int(S[HERE + FACTOR_DEGREE])
+    value = 0.0
+    for k in range(degree, -1, -1):
+        value = value * after + D[HERE + FACTOR + k, lane]
+    return value

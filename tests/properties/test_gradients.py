@@ -1,0 +1,236 @@
+"""Exact derivatives through all impacts, against central differences of the strict mode."""
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+
+pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
+WHEEL = wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4)
+BUMP = wt.Scenario(
+    vehicle=WHEEL, contact=wt.Hertz(constant=1.405e11), rolling="point", speed=9, duration=0.12,
+    irregularity=wt.CosineBump(height=2e-4, length=0.05, start=0.009),
+)  # fmt: skip
+LIGHT = WHEEL.model_copy(update={"damping": 2e4})
+OF_THE_VEHICLE = ["vehicle.mass", "vehicle.load", "vehicle.stiffness", "vehicle.damping", "speed"]
+OF_THE_BUMP = ["irregularity.0.height", "irregularity.0.length", "irregularity.0.start"]
+CASES = {
+    # name: scenario, parameters, how many impacts
+    "bump": (BUMP, [*OF_THE_VEHICLE, "vehicle.gravity", "contact.constant", *OF_THE_BUMP], 10),
+    "bump, circle": (BUMP.replaced({"rolling": "circle"}), [*OF_THE_BUMP, "vehicle.radius"], 5),
+    "corrugation": (
+        BUMP.replaced({
+            "irregularity": wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=0.01),
+            "vehicle.damping": 1e5, "duration": 0.3,
+        }),
+        [*OF_THE_VEHICLE, "irregularity.0.amplitude", "irregularity.0.wavelength", "irregularity.0.start"], 12,
+    ),
+    "corrugation, circle": (
+        BUMP.replaced({
+            "irregularity": wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=0.01),
+            "vehicle.damping": 1e5, "duration": 0.3, "rolling": "circle",
+        }),
+        ["irregularity.0.amplitude", "irregularity.0.wavelength", "vehicle.radius", "vehicle.mass"], 12,
+    ),
+    "step up, circle": (
+        BUMP.replaced({"irregularity": wt.Step(height=1e-4, position=0.1), "rolling": "circle"}),
+        ["irregularity.0.height", "irregularity.0.position", "vehicle.radius", "speed"], 3,
+    ),
+    "step down, circle": (
+        BUMP.replaced({
+            "irregularity": wt.Step(height=-1e-4, position=0.1), "rolling": "circle", "vehicle.damping": 1e4,
+        }),
+        ["irregularity.0.height", "irregularity.0.position", "vehicle.radius", "speed"], 3,
+    ),
+    "ideal step, where the force jumps": (
+        BUMP.replaced({"irregularity": wt.Step(height=1e-4, position=0.1, ideal=True), "vehicle.damping": 1e4}),
+        ["irregularity.0.height", "irregularity.0.position", "vehicle.mass", "speed"], 4,
+    ),
+    "flat of a rolling wheel": (
+        BUMP.replaced({"irregularity": wt.WheelFlat(depth=2e-4, position=0.1), "rolling": "circle", "duration": 0.45}),
+        ["irregularity.0.depth", "irregularity.0.position", "vehicle.radius", "vehicle.mass"], 2,
+    ),
+    "two irregularities": (
+        BUMP.replaced({"irregularity": [
+            wt.CosineBump(height=2e-4, length=0.05, start=0.009), wt.Step(height=1e-4, position=0.07, ideal=True),
+        ]}),
+        [*OF_THE_BUMP, "irregularity.1.height", "irregularity.1.position"], 6,
+    ),
+    "deck and hysteresis": (
+        BUMP.replaced({
+            "vehicle": LIGHT, "track": wt.FloatingDeck(mass=3000, stiffness=1e8, damping=3e4),
+            "contact": wt.Hertz(constant=1.405e11, hysteresis=0.1),
+            "irregularity": wt.CosineBump(height=3e-4, length=0.05, start=0.02),
+        }),
+        ["vehicle.mass", "track.mass", "track.stiffness", "track.damping", "contact.hysteresis", "speed"], 5,
+    ),
+    "on and off a deck": (
+        BUMP.replaced({
+            "vehicle": LIGHT, "track": wt.FloatingDeck(mass=3000, stiffness=1e8, damping=3e4, start=0.05, length=0.3),
+            "irregularity": wt.CosineBump(height=3e-4, length=0.05, start=0.02),
+        }),
+        ["track.mass", "track.start", "track.length", "speed", "irregularity.0.start"], 5,
+    ),
+    "restitution, computed constant": (
+        BUMP.replaced({"contact": wt.Hertz(restitution=0.7, impact_speed=0.2)}),
+        ["contact.restitution", "contact.impact_speed", "contact.youngs_modulus", "contact.poisson", "vehicle.mass"], 2,
+    ),
+    "constant that follows the curvature": (
+        BUMP.replaced({"contact": wt.Hertz(), "vehicle.damping": 2e4}),
+        ["irregularity.0.height", "irregularity.0.length", "vehicle.radius", "contact.rail_radius"], 4,
+    ),
+    "constant that follows the curvature, circle": (
+        BUMP.replaced({"contact": wt.Hertz(), "rolling": "circle"}),
+        ["irregularity.0.height", "irregularity.0.length", "vehicle.radius", "contact.rail_radius"], 4,
+    ),
+    "drop": (
+        wt.Scenario(
+            vehicle=LIGHT, contact=wt.Hertz(constant=1.405e11), start={"displacement": 1e-3, "velocity": -0.1},
+            speed=0, duration=0.1,
+        ),
+        ["start.displacement", "start.velocity", "vehicle.gravity", "vehicle.damping", "vehicle.mass"], 3,
+    ),
+    "linear": (BUMP.replaced({"contact": wt.Linear(stiffness=1.5e9)}), ["contact.stiffness", "vehicle.mass"], 4),
+    "out of round": (
+        BUMP.replaced({
+            "irregularity": wt.OutOfRound(orders=(8, 20), amplitudes=(2e-4, 5e-5), phases=(0.3, 0.1)), "speed": 20,
+            "rolling": "circle",
+        }),
+        ["irregularity.0.amplitudes.0", "irregularity.0.phases.1", "vehicle.mass"], 2,
+    ),
+}  # fmt: skip
+
+
+def everything(impacts):
+    """Return features that are each time and each force maximum."""
+    custom = wt.features.custom
+    times = [
+        custom(lambda train, k=k: train.impact_time[k], f"time{k}", "s", impacts=impacts, until="loss")
+        for k in range(impacts)
+    ]
+    return times + [
+        custom(lambda train, k=k: train.peak_force[k], f"force{k}", "N", impacts=impacts, until="loss")
+        for k in range(impacts)
+    ]
+
+
+def differences(scene, path, value, step, impacts):
+    rows = []
+    for k in (-2, -1, 1, 2):
+        record = wt.simulate(scene.replaced({path: value + k * step}), "strict")
+        rows.append(np.concatenate([record.impacts.time.values[:impacts], record.peaks.normal_force.values[:impacts]]))
+    return (rows[0] - 8 * rows[1] + 8 * rows[2] - rows[3]) / (12 * step)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_gradients_agree_with_differences_of_the_strict_mode(name):
+    scene, parameters, impacts = CASES[name]
+    found = wt.gradient(scene, everything(impacts), parameters)
+    assert int(found.gradient_status) == 0
+    for i, path in enumerate(parameters):
+        value = float(found.value[i])
+        expected = differences(scene, path, value, 3e-4 * abs(value), impacts)
+        slopes = np.array(
+            [float(found[f"{kind}{k}_gradient"][i]) for kind in ("time", "force") for k in range(impacts)]
+        )
+        sizes = np.array([float(found[f"{kind}{k}"]) for kind in ("time", "force") for k in range(impacts)])
+        # Differences between separate fits carry what these leave, over the step.
+        fitted = scene.rolling == "circle" or getattr(scene.contact, "follows_curvature", False)
+        noise = (1e-7 if fitted else 1e-10) * sizes / abs(value)
+        assert np.all(np.abs(slopes - expected) < 1e-6 * np.abs(expected) + 10 * noise), path
+
+
+def test_default_and_strict_gradients_are_the_same():
+    features = everything(10)
+    default, strict = (
+        wt.gradient(BUMP, features, OF_THE_VEHICLE + OF_THE_BUMP, method=m) for m in ("default", "strict")
+    )
+    for feature in features:
+        pair = [record[f"{feature.name}_gradient"].values for record in (default, strict)]
+        np.testing.assert_allclose(*pair, rtol=1e-7, atol=1e-9 * np.abs(pair[1]).max())
+
+
+def test_a_map_holds_the_gradients_of_its_cells():
+    over = {"vehicle.damping": [2e4, 5e4, 1e5], "vehicle.mass": [1200.0, 1500.0]}
+    features = [wt.features.impact_interval(), wt.features.force_ratio()]
+    chart = wt.sweep(BUMP, over, features, gradient=True)
+    plain = wt.sweep(BUMP, over, features)
+    for name in ("impact_interval", "force_ratio"):
+        np.testing.assert_allclose(chart[name], plain[name], rtol=1e-14)
+    for i, damping in enumerate(over["vehicle.damping"]):
+        for j, mass in enumerate(over["vehicle.mass"]):
+            scene = BUMP.replaced({"vehicle.damping": damping, "vehicle.mass": mass})
+            one = wt.gradient(scene, features, list(over))
+            cell = chart.isel({"vehicle.damping": i, "vehicle.mass": j})
+            for name in ("impact_interval_gradient", "force_ratio_elasticity", "force_ratio_angle", "condition"):
+                np.testing.assert_allclose(cell[name], one[name], rtol=1e-12)
+    assert (chart.condition >= 1).all()
+
+
+def test_a_gradient_by_fields_that_do_not_vary():
+    chart = wt.sweep(
+        BUMP, {"speed": [8.0, 9.0]}, [wt.features.first_loss()], gradient=["irregularity.0.height", "speed"]
+    )
+    assert chart.parameter.values.tolist() == ["irregularity.0.height", "speed"]
+    alone = wt.gradient(BUMP, [wt.features.first_loss()], ["irregularity.0.height"])
+    assert float(chart.first_loss_gradient[0, 1]) == pytest.approx(float(alone.first_loss_gradient[0]), rel=1e-12)
+
+
+def test_moving_everything_along_the_rail_moves_only_the_times():
+    found = wt.gradient(BUMP, everything(5), ["irregularity.0.start"])
+    for k in range(5):
+        assert float(found[f"time{k}_gradient"][0]) == pytest.approx(1 / 9, rel=1e-9)
+        assert abs(float(found[f"force{k}_gradient"][0])) < 1e-8 * float(found[f"force{k}"]) / 0.05
+
+
+def test_a_longer_run_ends_later_and_changes_nothing_else():
+    air = wt.features.time_in_air()
+    flying = BUMP.replaced({"duration": 0.0045})  # ends in flight
+    assert float(wt.gradient(flying, [air], ["duration"]).time_in_air_gradient[0]) == pytest.approx(1.0, rel=1e-12)
+    landed = wt.gradient(BUMP, [air, wt.features.largest_force()], ["duration"])
+    assert float(landed.time_in_air_gradient[0]) == 0.0
+    assert float(landed.largest_force_gradient[0]) == 0.0
+
+
+def test_a_cell_that_grazes_is_flagged_and_not_smoothed():
+    """A dip of 0.064 07 mm is where contact begins to be lost (the numerics reference, section 7)."""
+    dip = wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=85_285), contact=wt.Hertz(constant=9e10), rolling="point", speed=5,
+        irregularity=wt.CosineBump(height=-6.4070e-5, length=0.02, start=0.05), duration=0.2,
+    )  # fmt: skip
+    depths = [-6.40700e-5, -8e-5]
+    chart = wt.sweep(dip, {"irregularity.0.height": depths}, [wt.features.first_loss()], gradient=True)
+    losses = [
+        int((wt.simulate(dip.replaced({"irregularity.0.height": d})).events.kind == "loss").sum()) for d in depths
+    ]
+    assert losses[1] > 0
+    for i, many in enumerate(losses):
+        assert np.isnan(chart.first_loss[i]) == (many == 0)
+    just = -6.40690e-5
+    while np.isnan(wt.sweep(dip, {"irregularity.0.height": [just]}, [wt.features.first_loss()]).first_loss[0]):
+        just *= 1 + 2e-8
+    grazing = wt.gradient(dip.replaced({"irregularity.0.height": just}), [wt.features.first_loss()], ["vehicle.mass"])
+    assert int(grazing.gradient_status) == 1
+
+
+def test_a_chaotic_cell_is_marked():
+    wild = BUMP.replaced({
+        "irregularity": wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=0.0), "vehicle.damping": 2e4,
+        "speed": 14.0, "duration": 1.5,
+    })  # fmt: skip
+    found = wt.gradient(wild, [wt.features.last_loss()], ["vehicle.mass"])
+    assert float(found.amplification) > 1e4
+    assert int(found.gradient_status) == 2
+    assert int(wt.gradient(wild, [wt.features.last_loss()], ["vehicle.mass"], chaos_limit=1e300).gradient_status) == 0
+
+
+def test_what_has_no_gradient_is_refused_by_name():
+    interval = wt.features.impact_interval()
+    for path in ("vehicle.wheels", "rolling", "irregularity.0.ideal", "contact.hysteresis"):
+        with pytest.raises(wt.InputError, match=path):
+            wt.gradient(BUMP.replaced({"irregularity": wt.Step(height=1e-4, position=0.01)}), [interval], [path])
+    with pytest.raises(wt.InputError, match="impulse"):
+        wt.gradient(BUMP, [wt.features.impulse()], ["speed"])
+    counted = wt.gradient(BUMP, [interval, wt.features.number_of_impacts()], ["speed"])
+    assert float(counted.number_of_impacts) == 11.0
+    assert "number_of_impacts_gradient" not in counted
