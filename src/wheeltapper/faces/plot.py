@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wheeltapper.faces.charts import draw_chart, features_of
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.record import Record
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -18,42 +20,60 @@ STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 SAMPLES = 6_000
 
 
-def plot(record: Record, path: str | Path | None = None) -> Figure:
-    """Draw a record: path and wheel, normal force with losses shaded and impacts marked, the deck where there is one.
+def plot(what: Record | xr.Dataset, path: str | Path | None = None, features: list[str] | None = None) -> Figure:
+    """Draw a record or a chart.
+
+    A record: path and wheel, normal force with losses shaded and impacts marked, the deck where there is one. A chart
+    of two varied fields: level curves of each feature, with gradient arrows and its specificity where there are
+    gradients, cells without value or trust hatched; of one field: lines; of samples: clouds.
 
     Parameters
     ----------
-    record
-        What `simulate` or `load` returned.
+    what
+        What `simulate`, `sweep` or `load` returned.
     path
         Where to write the picture; None only returns it.
+    features
+        Which of a chart's features; by default all.
 
     Returns
     -------
     matplotlib.figure.Figure
         Not registered with pyplot: show it in a notebook, or save it.
     """
-    if not isinstance(record, Record):
-        raise InputError("", "record", f"a {type(record).__name__}", "a Record")
     import matplotlib.style
     from matplotlib.figure import Figure
 
     with matplotlib.style.context(STYLE):
-        history = _sampled(record)
-        has_deck = "deck_acceleration" in history
-        figure = Figure(figsize=(8.0, 7.5 if has_deck else 6.0))
-        axes = figure.subplots(3 if has_deck else 2, 1, sharex=True)
-        _draw_motion(axes[0], history)
-        _draw_force(axes[1], record, history)
-        if has_deck:
-            axes[2].plot(1e3 * history.time, history.deck_acceleration)
-            axes[2].set_ylabel("deck acceleration [m/s²]")
-        for axis in axes:
-            shade_losses(axis, record)
-        axes[-1].set_xlabel("time [ms]")
-        figure.suptitle(str(record), fontsize=9)
+        if isinstance(what, Record):
+            figure = _drawn(what)
+        elif getattr(what, "attrs", {}).get("title") == "wheeltapper chart":
+            chosen = features_of(what) if features is None else features
+            figure = Figure(figsize=(4.6 * max(len(chosen), 1), 4.4))
+            draw_chart(figure, what, features)
+        else:
+            raise InputError("", "what", f"a {type(what).__name__}", "a Record or a chart")
         if path is not None:
             save(figure, path)
+    return figure
+
+
+def _drawn(record: Record) -> Figure:
+    from matplotlib.figure import Figure
+
+    history = _sampled(record)
+    has_deck = "deck_acceleration" in history
+    figure = Figure(figsize=(8.0, 7.5 if has_deck else 6.0))
+    axes = figure.subplots(3 if has_deck else 2, 1, sharex=True)
+    _draw_motion(axes[0], history)
+    _draw_force(axes[1], record, history)
+    if has_deck:
+        axes[2].plot(1e3 * history.time, history.deck_acceleration)
+        axes[2].set_ylabel("deck acceleration [m/s²]")
+    for axis in axes:
+        shade_losses(axis, record)
+    axes[-1].set_xlabel("time [ms]")
+    figure.suptitle(str(record), fontsize=9)
     return figure
 
 

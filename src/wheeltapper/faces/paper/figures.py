@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import wheeltapper as wt
-from wheeltapper.faces.paper import corrugation, deck, law, missed, naive
+from wheeltapper.faces.charts import draw_map
+from wheeltapper.faces.paper import corrugation, deck, law, maps, missed, naive
 from wheeltapper.faces.paper.setting import CONSTANT, STATIC, bump, flat, impacts, largest, losses, sine, step
 from wheeltapper.faces.plot import STYLE, save, shade_losses
 
@@ -228,3 +229,22 @@ def spectra(figure: Figure) -> None:
     axis.set(xlim=(0.0, 600.0), ylim=(1e-3, None), xlabel="frequency [Hz]", ylabel="amplitude [µm]")
     axis.set(title="Corrugation 50 µm, 5 cm, 9 m/s, bouncing")
     axis.legend()
+
+
+def _level_curves(figure: Figure, feature: str) -> None:
+    """Draw one feature around both nominal cases."""
+    figure.set_size_inches(10.0, 4.6)
+    cases = (("bump 0.2 mm x 50 mm, 9 m/s", maps.bump_scene()), ("dip 0.101 mm x 40.3 mm, 5.57 m/s", maps.dip_scene()))
+    for axis, (name, nominal) in zip(figure.subplots(1, 2), cases, strict=True):
+        draw_map(axis, maps.chart_around(nominal, 81), feature)
+        axis.set_title(f"{name}\n{axis.get_title()}", fontsize=8)
+
+
+@_figure("fig2b")
+def _draw_interval(figure: Figure) -> None:
+    _level_curves(figure, "impact_interval")
+
+
+@_figure("fig2c")
+def _draw_ratio(figure: Figure) -> None:
+    _level_curves(figure, "force_ratio")

@@ -1,0 +1,149 @@
+"""Pictures of charts: level curves with gradient arrows, lines, or clouds, as the cells lie."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ground.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+ARROWS = 12
+"""About so many gradient arrows along each axis."""
+
+
+def features_of(chart: xr.Dataset) -> list[str]:
+    """Return the names of the features that a chart holds."""
+    known = {"status", "gradient_status", "amplification", "condition"}
+    parts = ("_gradient", "_elasticity", "_angle")
+    return [str(name) for name in chart.data_vars if name not in known and not str(name).endswith(parts)]
+
+
+def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str] | None = None) -> None:
+    """Draw a chart's features side by side: maps of two fields, lines over one, clouds of samples."""
+    held = features_of(chart)
+    chosen = held if features is None else features
+    unknown = [name for name in chosen if name not in held]
+    if unknown:
+        raise InputError("", "features", repr(unknown[0]), ", ".join(held))
+    axes = figure.subplots(1, len(chosen), squeeze=False)[0]
+    for axis, name in zip(axes, chosen, strict=True):
+        dimensions = chart[name].dims
+        if dimensions == ("cell",):
+            _draw_cloud(axis, chart, name)
+        elif len(dimensions) == 1:
+            _draw_line(axis, chart, name)
+        elif len(dimensions) == 2:
+            draw_map(axis, chart, name)
+        else:
+            raise InputError(
+                "",
+                "chart",
+                f"{len(dimensions)} varied fields",
+                "one or two; choose a slice with chart.sel or chart.isel",
+            )
+
+
+def _unit(chart: xr.Dataset, name: str) -> str:
+    unit = chart[name].attrs.get("units", "")
+    return f" [{unit}]" if unit else ""
+
+
+def _nominal(chart: xr.Dataset, path: str) -> float | None:
+    """Return the value that the chart's scenario itself has at a path; None where that is zero or unknown."""
+    try:
+        value: Any = json.loads(chart.attrs["scenario"])
+        for part in path.split("."):
+            value = value[int(part)] if part.isdigit() else value[part]
+        return float(value) or None
+    except (KeyError, IndexError, TypeError, ValueError):
+        return None
+
+
+def _scale(chart: xr.Dataset, path: str) -> tuple[FloatArray, float, str]:
+    """Return a field's values over the scenario's own, that value, and the axis label."""
+    values = np.asarray(chart[path].values, dtype=float)
+    nominal = _nominal(chart, path)
+    if nominal is None:
+        return values, 1.0, f"{path}{_unit(chart, path)}"
+    return values / nominal, nominal, f"{path} / {nominal:.4g}{_unit(chart, path)}"
+
+
+def _masked(chart: xr.Dataset, name: str) -> NDArray[np.bool_]:
+    masked = np.isnan(chart[name].values)
+    if "gradient_status" in chart:
+        masked |= chart.gradient_status.values != 0
+    return np.asarray(masked)
+
+
+def draw_map(axis: Axes, chart: xr.Dataset, name: str) -> None:
+    """Draw level curves of one feature over two fields, with gradient arrows, masked cells hatched."""
+    second, first = (str(dimension) for dimension in chart[name].dims)
+    x, x_unit, x_label = _scale(chart, second)
+    y, y_unit, y_label = _scale(chart, first)
+    values = chart[name].values.T
+    if min(values.shape) < 2:
+        raise InputError("", "chart", f"a map of {values.shape[1]} x {values.shape[0]} cells", "at least 2 x 2")
+    known = np.isfinite(values)
+    if np.count_nonzero(known) > 3 and np.ptp(values[known]) > 0.0:
+        levels = np.quantile(values[known], np.linspace(0.02, 0.98, 12))
+        curves = axis.contour(x, y, np.ma.array(values, mask=~known), levels=np.unique(levels))
+        axis.clabel(curves, fontsize=7, fmt=lambda level: f"{level:.4g}")
+    masked = _masked(chart, name).T
+    if masked.any():
+        axis.contourf(x, y, masked.astype(float), levels=[0.5, 1.5], colors="none", hatches=["////"])
+    axis.set(xlabel=x_label, ylabel=y_label)
+    title = f"{name}{_unit(chart, name)}"
+    if f"{name}_gradient" in chart and {second, first} <= set(chart.parameter.values.tolist()):
+        slopes = [chart[f"{name}_gradient"].sel(parameter=path).values.T for path in (second, first)]
+        _draw_arrows(axis, x, y, slopes[0] * x_unit, slopes[1] * y_unit, masked)
+        title += "\n" + _specificity(chart, name, (second, first))
+    axis.set_title(title, fontsize=9)
+
+
+def _draw_arrows(axis: Axes, x: FloatArray, y: FloatArray, dx: FloatArray, dy: FloatArray, masked: Any) -> None:
+    """Draw unit vectors along the gradient in the axes' own, relative coordinates."""
+    rows, columns = (slice(None, None, max(1, len(values) // ARROWS)) for values in (y, x))
+    size = np.where(masked, np.nan, np.hypot(dx, dy))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        u, v = (dx / size)[rows, columns], (dy / size)[rows, columns]
+    axis.quiver(x[columns], y[rows], u, v, color="C1", width=0.003, scale=ARROWS * 2.2, pivot="mid")
+
+
+def _specificity(chart: xr.Dataset, name: str, paths: tuple[str, str]) -> str:
+    """Return how far the feature is off its nearest axis at the cell nearest to the scenario's own values."""
+    if f"{name}_angle" not in chart:
+        return ""
+    here = {path: _nominal(chart, path) for path in paths}
+    if any(value is None for value in here.values()):
+        return ""
+    angles = chart[f"{name}_angle"].sel({path: here[path] for path in paths}, method="nearest")
+    best = str(angles.parameter.values[int(np.nanargmin(angles.values))]) if np.isfinite(angles.values).any() else ""
+    return f"{float(np.nanmin(angles.values)):.1f}° off {best} at the scenario's own values" if best else ""
+
+
+def _draw_line(axis: Axes, chart: xr.Dataset, name: str) -> None:
+    path = str(chart[name].dims[0])
+    axis.plot(chart[path], chart[name])
+    for value in chart[path].values[_masked(chart, name)]:
+        axis.axvline(value, color="0.85", linewidth=2, zorder=0)
+    axis.set(xlabel=f"{path}{_unit(chart, path)}", ylabel=f"{name}{_unit(chart, name)}")
+
+
+def _draw_cloud(axis: Axes, chart: xr.Dataset, name: str) -> None:
+    paths = [str(coordinate) for coordinate in chart.coords if chart[coordinate].dims == ("cell",)][:2]
+    if len(paths) == 1:
+        axis.plot(chart[paths[0]], chart[name], ".")
+        axis.set(xlabel=f"{paths[0]}{_unit(chart, paths[0])}", ylabel=f"{name}{_unit(chart, name)}")
+        return
+    dots = axis.scatter(chart[paths[0]], chart[paths[1]], c=chart[name], s=8)
+    axis.figure.colorbar(dots, ax=axis, label=f"{name}{_unit(chart, name)}")
+    axis.set(xlabel=f"{paths[0]}{_unit(chart, paths[0])}", ylabel=f"{paths[1]}{_unit(chart, paths[1])}")

@@ -1,0 +1,62 @@
+"""Pictures of charts show what the charts hold."""
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+
+BUMP = wt.Scenario(
+    vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
+    contact=wt.Hertz(constant=1.405e11),
+    irregularity=wt.CosineBump(height=2e-4, length=0.05, start=0.009),
+    rolling="point",
+    speed=9,
+    duration=0.12,
+)
+PAIR = [wt.features.impact_interval(), wt.features.force_ratio()]
+OVER = {"vehicle.damping": np.linspace(2e4, 8e4, 7), "vehicle.mass": np.linspace(600, 2100, 6)}
+
+
+def test_a_map_has_level_curves_arrows_and_its_specificity():
+    chart = wt.sweep(BUMP, OVER, PAIR, gradient=True)
+    axis = wt.plot(chart, features=["impact_interval"]).axes[0]
+    assert axis.get_xlabel() == "vehicle.damping / 5e+04 [N s/m]"
+    assert axis.get_ylabel() == "vehicle.mass / 1500 [kg]"
+    assert "off vehicle.mass" in axis.get_title()
+    (arrows,) = [artist for artist in axis.collections if type(artist).__name__ == "Quiver"]
+    assert np.all(np.abs(arrows.V) > np.abs(arrows.U))  # nearly along the axis of the mass
+    assert len(wt.plot(chart).axes) == 2
+
+
+def test_masked_cells_are_hatched_and_have_no_arrow():
+    dip = wt.CosineBump(height=-1.01e-4, length=0.0403, start=0.009)
+    chart = wt.sweep(BUMP.replaced({"irregularity": dip, "speed": 5.57}), OVER, PAIR, gradient=True)
+    masked = np.isnan(chart.impact_interval.values)
+    assert masked.any()
+    assert not masked.all()
+    axis = wt.plot(chart, features=["impact_interval"]).axes[0]
+    (arrows,) = [artist for artist in axis.collections if type(artist).__name__ == "Quiver"]
+    assert np.isnan(np.ma.filled(arrows.U, np.nan)).reshape(6, 7).tolist() == masked.T.tolist()
+    assert any(getattr(artist, "hatches", None) for artist in axis.collections)
+
+
+def test_one_field_gives_lines_and_samples_give_clouds(tmp_path):
+    line = wt.sweep(BUMP, {"speed": [8.0, 9.0, 10.0]}, PAIR)
+    assert wt.plot(line, tmp_path / "line.png").axes[0].get_xlabel() == "speed [m/s]"
+    assert (tmp_path / "line.png").stat().st_size > 1000
+    ranges = {"vehicle.mass": ["1 t", "2 t"], "speed": [8, 10]}
+    cloud = wt.sweep(BUMP, ranges, PAIR[:1], samples=8)
+    assert wt.plot(cloud).axes[0].get_ylabel() == "speed [m/s]"
+    assert wt.plot(wt.sweep(BUMP, {"speed": [8, 9]}, PAIR[:1], samples=8)).axes[0].get_xlabel() == "speed [m/s]"
+
+
+def test_what_cannot_be_drawn_is_refused():
+    with pytest.raises(wt.InputError, match="Record or a chart"):
+        wt.plot(3)
+    chart = wt.sweep(BUMP, OVER | {"speed": [8.0, 9.0]}, PAIR)
+    with pytest.raises(wt.InputError, match="3 varied fields"):
+        wt.plot(chart)
+    with pytest.raises(wt.InputError, match="nonsense"):
+        wt.plot(chart.isel(speed=0), features=["nonsense"])
+    with pytest.raises(wt.InputError, match="at least 2 x 2"):
+        wt.plot(chart.isel({"speed": 0, "vehicle.mass": slice(0, 1)}))
