@@ -36,7 +36,8 @@ def test_masked_cells_are_hatched_and_have_no_arrow():
     assert not masked.all()
     axis = wt.plot(chart, features=["impact_interval"]).axes[0]
     (arrows,) = [artist for artist in axis.collections if type(artist).__name__ == "Quiver"]
-    assert np.isnan(np.ma.filled(arrows.U, np.nan)).reshape(6, 7).tolist() == masked.T.tolist()
+    hidden = np.broadcast_to(arrows.Umask, arrows.U.shape)
+    assert hidden.reshape(6, 7).tolist() == masked.T.tolist()
     assert any(getattr(artist, "hatches", None) for artist in axis.collections)
 
 
