@@ -9,6 +9,7 @@ from typing import NamedTuple
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.ask.spec import meant, read
 
 ROOT = Path(__file__).parents[2]
 GENERATED = {"_build", "_templates", "api", "gallery"}
@@ -63,13 +64,17 @@ def test_the_code_of_the_page_runs_and_its_numbers_hold(
 
 
 @pytest.mark.parametrize("page", with_blocks("toml"), ids=name)
-def test_the_scenarios_of_the_page_load(page: Path, tmp_path: Path) -> None:
+def test_the_scenarios_and_studies_of_the_page_load(page: Path, tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path, dirs_exist_ok=True)
     whole = [block for block in blocks(page, "toml") if block.code.startswith(("speed", "#"))]
     assert whole, "the page shows no whole scenario"
     for block in whole:
         path = tmp_path / f"line_{block.line}.toml"
         path.write_text(block.code, encoding="utf-8")
-        assert isinstance(wt.load(path), wt.Scenario)
+        if "[over]" in block.code:
+            assert meant(read(path)).cells > 1
+        else:
+            assert isinstance(wt.load(path), wt.Scenario)
 
 
 def test_the_pages_are_found() -> None:

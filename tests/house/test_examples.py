@@ -30,8 +30,12 @@ SCRIPTS = {
 }
 
 
+# Study: a feature, and its mean over the cells.
+STUDIES = {"bump_study.toml": ("impact_interval", 0.0095148269)}
+
+
 def test_every_example_has_its_number() -> None:
-    assert {path.name for path in EXAMPLES.glob("*.toml")} == set(SCENARIOS)
+    assert {path.name for path in EXAMPLES.glob("*.toml")} == set(SCENARIOS) | set(STUDIES)
     assert {path.name for path in EXAMPLES.glob("*.py")} == set(SCRIPTS)
 
 
@@ -45,6 +49,16 @@ def test_the_scenario_runs_on_the_command_line(name: str, tmp_path: Path, capsys
     assert f"{force:.3f} of static" in printed
     assert wt.load(output).impacts.sizes["impact"] == impacts
     assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_the_study_fills_a_store_on_the_command_line(name: str, tmp_path: Path) -> None:
+    store = tmp_path / "map.zarr"
+    assert main(["sweep", str(EXAMPLES / name), "--output", str(store)]) == 0
+    feature, mean = STUDIES[name]
+    chart = wt.load(store)
+    assert float(chart[feature].mean()) == pytest.approx(mean, rel=1e-6)
+    assert int(chart.status.max()) == 0
 
 
 @pytest.mark.parametrize("name", SCRIPTS)

@@ -86,19 +86,36 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def compute(asked: Study, begin: int, end: int, threads: int) -> Computed:
-    """Compute the cells of a study from `begin` to before `end`."""
+def compute(asked: Study, changed: dict[str, FloatArray], threads: int) -> Computed:
+    """Compute some cells of a study: those in which the varied fields have the given values."""
     from wheeltapper.lower.many import Many
 
+    cells = len(next(iter(changed.values())))
     try:
-        many = Many(asked.scenario, asked.changed(begin, end), asked.method)
+        many = Many(asked.scenario, changed, asked.method)
         _set_end(asked, many.cells.numbers)
         return _sloped(asked, many, threads) if asked.gradient else _marched(asked, many, threads)
     except InputError as error:
-        if end - begin == 1:
+        if cells == 1:
             return Computed.refused(asked, str(error))
-    middle = (begin + end) // 2  # what is refused stands alone in the end
-    return Computed.joined([compute(asked, begin, middle, threads), compute(asked, middle, end, threads)])
+    halves = (slice(None, cells // 2), slice(cells // 2, None))  # what is refused stands alone in the end
+    return Computed.joined(
+        [compute(asked, {path: values[half] for path, values in changed.items()}, threads) for half in halves]
+    )
+
+
+def is_ready(asked: Study) -> bool:
+    """Return False where computing this study begins with compiling."""
+    from wheeltapper.ask import sensitivity
+    from wheeltapper.lower.many import Many
+    from wheeltapper.march import ensemble
+
+    first = asked.changed(tuple(slice(0, 1) for _ in asked.shape))
+    try:
+        many = Many(asked.scenario, first, asked.method)
+    except InputError:
+        return True  # nobody knows yet, and the first chunk will compile
+    return sensitivity.is_ready(many, asked.gradient) if asked.gradient else ensemble.is_ready(many.cells)
 
 
 def _set_end(asked: Study, numbers: FloatArray) -> None:

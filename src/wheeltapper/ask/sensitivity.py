@@ -56,6 +56,13 @@ def slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...
     return Slopes(parts[0].values, gradient, parts[0].status, parts[0].gentlest, parts[0].amplification)
 
 
+def is_ready(many: Many, parameters: tuple[str, ...]) -> bool:
+    """Return False where the gradients of these cells begin with compiling."""
+    from wheeltapper.march import gradients
+
+    return gradients.is_ready(*_turns(many, [many.along(path) for path in parameters[: gradients.PARAMETERS]]))
+
+
 def _turns(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
     from wheeltapper.march.gradients import Turns
     from wheeltapper.march.tangent_path import LANES

@@ -69,17 +69,24 @@ class Study:
         """Number of all cells."""
         return int(np.prod(self.shape))
 
-    def changed(self, begin: int, end: int) -> dict[str, FloatArray]:
-        """Return the values of the varied fields in the cells from `begin` to before `end`."""
-        index = np.arange(begin, end)
-        places = np.unravel_index(index, self.shape) if self.grid else (index,) * len(self.axes)
+    def changed(self, block: tuple[slice, ...] | None = None) -> dict[str, FloatArray]:
+        """Return the value of each varied field in all cells, or in a block of them, in C order.
+
+        Fields by which to differentiate come along where they do not vary.
+        """
+        parts = block or tuple(slice(0, length) for length in self.shape)
+        ranges = [np.arange(part.start, part.stop) for part in parts]
+        places = [place.ravel() for place in np.meshgrid(*ranges, indexing="ij")]
+        if not self.grid:
+            places = places * len(self.axes)
         varied = {axis.path: axis.values[place] for axis, place in zip(self.axes, places, strict=True)}
-        held = {path: np.full(end - begin, Fields(self.scenario)(path)) for path in self.gradient if path not in varied}
+        many = len(places[0])
+        held = {path: np.full(many, Fields(self.scenario)(path)) for path in self.gradient if path not in varied}
         return varied | held
 
     def values(self, path: str) -> FloatArray:
         """Return a field's value in every cell."""
-        return self.changed(0, self.cells)[path]
+        return self.changed()[path]
 
 
 def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:

@@ -73,7 +73,7 @@ def sweep(
         scenario, over, features, gradient=gradient, zipped=zipped, samples=samples, sampling=sampling, seed=seed,
         method=method, chaos_limit=chaos_limit,
     )  # fmt: skip
-    return chart(asked, compute(asked, 0, asked.cells, threads or cores()))
+    return chart(asked, compute(asked, asked.changed(), threads or cores()))
 
 
 def gradient(
@@ -113,7 +113,7 @@ def gradient(
     asked = study(
         scenario, here, features, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit
     )
-    found = chart(asked, compute(asked, 0, 1, 1)).isel(cell=0)
+    found = chart(asked, compute(asked, asked.changed(), 1)).isel(cell=0)
     return found.drop_vars([name for name in found.coords if name != "parameter"]).assign_coords(
         value=("parameter", np.array([here[path][0] for path in parameters]))
     )

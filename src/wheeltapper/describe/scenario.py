@@ -160,7 +160,12 @@ class Scenario(Noun):
         version = data.pop("format", FORMAT)
         if version != FORMAT:
             raise InputError(str(path), "format", repr(version), f"{FORMAT}; a newer file needs a newer wheeltapper")
-        return _validated(_relative(data, path.parent), str(path))
+        return cls.of(relative_paths(data, path.parent), str(path))
+
+    @classmethod
+    def of(cls, data: dict[str, Any], source: str = "") -> Scenario:
+        """Return the scenario that a table describes; `source` is named where it is wrong."""
+        return _validated(data, source)
 
     def to_toml(self, path: str | Path) -> None:
         """Write the scenario as TOML."""
@@ -188,13 +193,15 @@ def _changed(value: Any, rest: list[str], new: Any, path: str) -> Any:
     raise InputError("", path, f"no such field {head!r}", _suggest(head, names))
 
 
-def _relative(data: Any, folder: Path) -> Any:
+def relative_paths(data: Any, folder: Path) -> Any:
+    """Return a scenario's table with the files that it names taken relative to a folder."""
     if isinstance(data, dict):
         return {
-            k: str(folder / v) if k == "path" and isinstance(v, str) else _relative(v, folder) for k, v in data.items()
+            k: str(folder / v) if k == "path" and isinstance(v, str) else relative_paths(v, folder)
+            for k, v in data.items()
         }
     if isinstance(data, list):
-        return [_relative(item, folder) for item in data]
+        return [relative_paths(item, folder) for item in data]
     return data
 
 

@@ -73,6 +73,57 @@ def run(
 
 
 @app.command
+def sweep(
+    study: Path,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    workers: int = 0,
+    scheduler: str | None = None,
+    resume: bool = False,
+    threads: int | None = None,
+) -> int:
+    """Compute a study into a store that opens in plain xarray.
+
+    Parameters
+    ----------
+    study
+        A study in TOML.
+    output
+        The store (.zarr).
+    workers
+        Compute on so many processes of this machine.
+    scheduler
+        Compute on the Dask cluster at this address.
+    resume
+        Go on with a store that was begun; only what is missing is computed.
+    threads
+        Without workers: how many threads compute; by default all cores.
+    """
+    _check_target("--output", output, (".zarr",), folder=True)
+    if workers and scheduler:
+        raise InputError("", "--workers", "both --workers and --scheduler", "one of them")
+    if workers < 0 or (threads is not None and threads < 1):
+        raise InputError("", "--workers, --threads", f"{workers}, {threads}", "positive numbers")
+    from wheeltapper.ask.spec import read
+    from wheeltapper.faces.progress import filled
+
+    try:
+        spec = read(study)
+        failed = filled(output, spec, resume=resume, workers=workers, scheduler=scheduler, threads=threads)
+    except InputError as error:
+        raise error.at(str(study)) from error
+    except KeyboardInterrupt:
+        print(f"wheeltapper: interrupted; what is computed is in {output}; --resume goes on", file=sys.stderr)
+        return NOT_FINISHED
+    except OSError as error:
+        print(f"wheeltapper: {error}; what is computed is in {output}; make room, then --resume", file=sys.stderr)
+        return NOT_FINISHED
+    for what in failed:
+        print(f"wheeltapper: not computed: {what}", file=sys.stderr)
+    return NOT_FINISHED if failed else DONE
+
+
+@app.command
 def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None) -> int:
     """Measure the claims of the paper, each PASS or FAIL with its number.
 
@@ -108,14 +159,15 @@ def schema() -> int:
     return DONE
 
 
-def _check_target(option: str, target: Path, suffixes: tuple[str, ...]) -> None:
+def _check_target(option: str, target: Path, suffixes: tuple[str, ...], folder: bool = False) -> None:
     """Refuse a place that cannot be written, before anything is computed."""
-    folder = target.resolve().parent
+    parent = target.resolve().parent
     if target.suffix not in suffixes:
         raise InputError(str(target), option, f"the suffix {target.suffix!r}", " or ".join(suffixes))
-    if target.is_dir() or not folder.is_dir() or not os.access(target if target.exists() else folder, os.W_OK):
+    wrong = target.is_file() if folder else target.is_dir()
+    if wrong or not parent.is_dir() or not os.access(target if target.exists() else parent, os.W_OK):
         raise InputError(
-            str(target), option, "a place that cannot be written", "a file in a writable folder that exists"
+            str(target), option, "a place that cannot be written", "a place in a writable folder that exists"
         )
 
 

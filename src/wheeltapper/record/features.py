@@ -258,3 +258,28 @@ def _train(trains: Trains, cell: int) -> Train:
         part(trains.peaks, "time"), part(trains.peaks, "force"), part(trains.peaks, "impact").real.astype(int),
         trains.static_force[cell],
     )  # fmt: skip
+
+
+BUILT_IN: dict[str, Callable[..., Feature]] = {
+    make.__name__: make
+    for make in (
+        impact_interval, force_ratio, largest_force, number_of_impacts, time_in_air, first_loss, last_loss,
+        contact_frequency, decay_rate, impulse, largest_displacement,
+    )
+}  # fmt: skip
+
+
+def named(what: Any) -> Feature:
+    """Return a built-in feature from its name, or from a table with its name as `type` and its arguments.
+
+    A `name` in the table is what the variable is called.
+    """
+    table = {"type": what} if isinstance(what, str) else dict(what) if isinstance(what, dict) else {}
+    kind, name = table.pop("type", None), table.pop("name", None)
+    if kind not in BUILT_IN:
+        raise InputError("", "features", repr(what), ", ".join(BUILT_IN))
+    try:
+        feature = BUILT_IN[kind](**table)
+    except TypeError as error:
+        raise InputError("", f"features.{kind}", repr(table), f"arguments of {kind} ({error})") from error
+    return feature if name is None else feature.renamed(str(name))

@@ -77,7 +77,7 @@ def _scenario_text(scenario: Scenario) -> str:
 
 
 def load(path: str | Path) -> Any:
-    """Load by suffix: .toml gives a `Scenario`, .nc a `Record`.
+    """Load by suffix: .toml gives a `Scenario`, .nc a `Record`, .zarr a chart.
 
     Raises
     ------
@@ -89,7 +89,25 @@ def load(path: str | Path) -> Any:
         return Scenario.from_toml(path)
     if path.suffix == ".nc":
         return _load_record(path)
-    raise InputError(str(path), "", f"the suffix {path.suffix!r}", ".toml (a scenario) or .nc (a record)")
+    if path.suffix == ".zarr":
+        return _load_chart(path)
+    raise InputError(
+        str(path), "", f"the suffix {path.suffix!r}", ".toml (a scenario), .nc (a record) or .zarr (a chart)"
+    )
+
+
+def _load_chart(path: Path) -> Any:
+    import xarray as xr
+
+    try:
+        chart = xr.open_zarr(path)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            str(path), "", f"no readable store ({error})", "a store filled by wheeltapper sweep"
+        ) from error
+    if chart.attrs.get("title") != "wheeltapper chart":
+        raise InputError(str(path), "", "a store that wheeltapper did not write", "a store filled by wheeltapper sweep")
+    return chart
 
 
 def _load_record(path: Path) -> Record:

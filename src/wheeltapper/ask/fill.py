@@ -1,0 +1,173 @@
+"""Filling a store: chunk after chunk, here or on workers, until nothing is missing."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from math import prod
+from pathlib import Path
+from typing import Any
+
+from wheeltapper.ask.cells import cores, say_that_it_compiles
+from wheeltapper.ask.store import Store, locked
+from wheeltapper.ground.errors import InputError
+
+Place = tuple[int, ...]
+Done = tuple[Place, int, str]
+"""A chunk, its number of cells, and what went wrong ("" where nothing did)."""
+ATTEMPTS = 5
+"""How often a chunk may take its worker down before it is left alone."""
+
+
+def fill(
+    path: Path, spec: dict[str, Any], *, resume: bool = False, workers: int = 0, scheduler: str | None = None,
+    threads: int | None = None, progress: Callable[[int, int], None] = lambda done, of: None,
+    say: Callable[[str], None] = print,
+) -> list[str]:  # fmt: skip
+    """Compute a study into a store; return what could not be computed, by its parameters.
+
+    Parameters
+    ----------
+    path
+        The store's folder, new unless `resume`.
+    spec
+        What `spec.read` returned.
+    resume
+        Go on with a store that was begun: only what is missing is computed.
+    workers, scheduler
+        A number of processes on this machine, or the address of a Dask scheduler; else the threads of this process.
+    threads
+        How many cells march at a time in this process; by default all cores.
+    progress
+        What takes the numbers of cells done and in all.
+    say
+        What takes a line for the user.
+    """
+    store = Store(path, spec)
+    if path.exists() and not resume:
+        raise InputError(
+            str(path), "--output", "a store that is there already", "a new name, or --resume to go on with it"
+        )
+    with locked(path):
+        if path.exists():
+            store.check()
+            store.clean()
+        else:
+            store.create()
+        todo = store.missing()
+        compile_apart(store)
+        of = store.study.cells
+        done = of - sum(_cells(store, place) for place in todo)
+        failed = []
+        progress(done, of)
+        for place, cells, wrong in _filled(store, todo, workers, scheduler, threads or cores(), say):
+            if wrong:
+                failed.append(f"{store.describe(place)}: {wrong}")
+            else:
+                done += cells
+            progress(done, of)
+    return failed
+
+
+def _cells(store: Store, place: Place) -> int:
+    return prod(part.stop - part.start for part in store.block(place))
+
+
+def _filled(
+    store: Store, todo: list[Place], workers: int, scheduler: str | None, threads: int, say: Callable[[str], None]
+) -> Iterator[Done]:
+    if not (workers or scheduler):
+        for place in todo:
+            yield _written(store, place, threads)
+        return
+    distributed: Any = import_module("distributed")
+
+    if scheduler:
+        with distributed.Client(scheduler) as client:
+            yield from _on(client, store, todo, say)
+        return
+    with (
+        distributed.LocalCluster(n_workers=workers, threads_per_worker=1, processes=True) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield from _on(client, store, todo, say)
+
+
+def _written(store: Store, place: Place, threads: int) -> Done:
+    """Compute one chunk here; an error of the computation is reported, one of the disk goes up."""
+    try:
+        return place, store.write(place, threads), ""
+    except OSError:
+        raise
+    except Exception as error:
+        return place, 0, f"{type(error).__name__}: {error}"
+
+
+def task(path: str, text: str, place: Place) -> Done:
+    """Compute one chunk on a worker."""
+    return _written(Store(Path(path), json.loads(text)), place, 1)
+
+
+def _on(client: Any, store: Store, todo: list[Place], say: Callable[[str], None]) -> Iterator[Done]:
+    """Compute chunks on a cluster, a few more at a time than it has threads."""
+    distributed: Any = import_module("distributed")
+    say(f"dashboard: {client.dashboard_link}")
+    text = json.dumps(store.spec)
+    waiting = list(reversed(todo))
+    attempts: dict[Place, int] = {}
+    place_of: dict[Any, Place] = {}
+    futures = distributed.as_completed()
+
+    def submit(place: Place) -> None:
+        attempts[place] = attempts.get(place, 0) + 1
+        future = client.submit(task, str(store.path.resolve()), text, place, pure=False, retries=0)
+        place_of[future.key] = place
+        futures.add(future)
+
+    for _ in range(min(len(waiting), 3 * max(1, sum(client.nthreads().values())))):
+        submit(waiting.pop())
+    for future in futures:
+        place = place_of.pop(future.key)
+        error = future.exception()
+        if error is None:
+            yield future.result()
+        elif isinstance(error, distributed.KilledWorker) and attempts[place] < ATTEMPTS:
+            submit(place)
+            continue
+        elif isinstance(error, OSError):
+            raise error
+        else:
+            yield place, 0, f"{type(error).__name__}: {error}"
+        if waiting:
+            submit(waiting.pop())
+
+
+def compile_apart(store: Store) -> None:
+    """Compile the kernels in a process of its own where they are not in the cache yet.
+
+    Code that has just been compiled rounds otherwise than the same code from the cache; all chunks are to be computed
+    by the same code.
+    """
+    from wheeltapper.ask.cells import is_ready
+
+    if is_ready(store.study):
+        return
+    say_that_it_compiles()
+    code = "import sys, json; from wheeltapper.ask.fill import compile_here; compile_here(json.load(sys.stdin))"
+    subprocess.run(
+        [sys.executable, "-c", code], input=json.dumps(store.spec), text=True, check=False, capture_output=True
+    )
+
+
+def compile_here(spec: dict[str, Any]) -> None:
+    """Compile the kernels that a study needs, and leave them in the cache."""
+    from wheeltapper.ask.cells import compute
+    from wheeltapper.ask.spec import meant
+
+    asked = meant(spec)
+    compute(
+        asked, {path: values[:1] for path, values in asked.changed(tuple(slice(0, 1) for _ in asked.shape)).items()}, 1
+    )

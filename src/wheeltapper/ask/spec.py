@@ -1,0 +1,93 @@
+"""A study as text: what STUDY.toml may say, and the study that it means."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wheeltapper.ask.study import Study, study
+from wheeltapper.describe.scenario import Scenario, relative_paths
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.features import named
+
+FORMAT = 1
+"""Version of the layout of study files."""
+FIELDS = (
+    "scenario", "over", "features", "gradient", "zipped", "samples", "sampling", "seed", "method", "chaos_limit",
+    "chunk",
+)  # fmt: skip
+NOT_OPTIONS = ("scenario", "over", "features", "chunk")
+SPACING: dict[str, Callable[..., Any]] = {"linear": np.linspace, "log": np.geomspace}
+
+
+def read(path: Path) -> dict[str, Any]:
+    """Read a study's file; a scenario that it names is read too, relative to it."""
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(str(path), "", f"no readable file ({error.strerror})", "a TOML file with a study") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(str(path), "", f"text that is not TOML: {error}", "a TOML file with a study") from error
+    version = data.pop("format", FORMAT)
+    if version != FORMAT:
+        raise InputError(str(path), "format", repr(version), f"{FORMAT}; a newer file needs a newer wheeltapper")
+    unknown = [name for name in data if name not in FIELDS]
+    if unknown:
+        raise InputError(str(path), unknown[0], f"the unknown name {unknown[0]!r}", ", ".join(FIELDS))
+    for name in ("scenario", "over", "features"):
+        if name not in data:
+            raise InputError(str(path), name, "nothing", "a value, which is required here")
+    held = data["scenario"]
+    if isinstance(held, str):
+        scenario = Scenario.from_toml(path.parent / held)
+    else:
+        scenario = Scenario.of(relative_paths(held, path.parent), str(path))
+    return data | {"scenario": scenario.model_dump(mode="json")}
+
+
+def meant(spec: dict[str, Any]) -> Study:
+    """Return the study that a specification means."""
+    options = {name: value for name, value in spec.items() if name not in NOT_OPTIONS}
+    chunk = spec.get("chunk", 1)
+    if not isinstance(chunk, int) or isinstance(chunk, bool) or chunk < 1:
+        raise InputError("", "chunk", repr(chunk), "a number of cells, at least 1")
+    features = spec["features"] if isinstance(spec["features"], list) else [spec["features"]]
+    over = {path: _values(path, values) for path, values in _flat(spec["over"]).items()}
+    return study(Scenario.of(spec["scenario"]), over, [named(what) for what in features], **options)
+
+
+def _flat(table: Any, prefix: str = "") -> dict[str, Any]:
+    """Return nested tables as paths: vehicle.mass may be quoted or not."""
+    if not isinstance(table, dict):
+        raise InputError("", "over", repr(table), "a table of fields with their values")
+    out: dict[str, Any] = {}
+    for name, value in table.items():
+        path = f"{prefix}{name}"
+        if isinstance(value, dict) and "from" not in value:
+            out |= _flat(value, f"{path}.")
+        else:
+            out[path] = value
+    return out
+
+
+def _values(path: str, values: Any) -> Any:
+    """Return a list as it is, and a range {from, to, count, spacing} as its values."""
+    if not isinstance(values, dict):
+        return values
+    unknown = set(values) - {"from", "to", "count", "spacing"}
+    if unknown or not {"from", "to", "count"} <= set(values):
+        raise InputError(
+            "", f"over.{path}", repr(values), 'a list, or { from = a, to = b, count = n, spacing = "log" }'
+        )
+    spacing = values.get("spacing", "linear")
+    count = values["count"]
+    if spacing not in SPACING or not isinstance(count, int) or count < 1:
+        raise InputError("", f"over.{path}", repr(values), 'a count of at least 1, and spacing "linear" or "log"')
+    try:
+        return SPACING[spacing](float(values["from"]), float(values["to"]), count)
+    except (TypeError, ValueError) as error:
+        raise InputError("", f"over.{path}", repr(values), "numbers in SI units") from error

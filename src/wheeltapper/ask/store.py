@@ -1,0 +1,232 @@
+"""Studies on disk: a Zarr store that is filled chunk by chunk, and knows which chunks are there.
+
+A chunk's features are written first and its status last, each file atomically; so a chunk whose status is there is
+there as a whole, and computing it twice writes the same bytes twice.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wheeltapper._version import __version__
+from wheeltapper.ask.cells import Computed, compute
+from wheeltapper.ask.chart import FORMAT, attributes, chart
+from wheeltapper.ask.spec import meant
+from wheeltapper.ask.study import Study
+from wheeltapper.ground.errors import InputError
+
+CHUNK = 16_384
+"""Cells of a chunk, about, unless the study says otherwise."""
+MISSING = -1
+
+Block = tuple[slice, ...]
+
+
+def chunk_shape(shape: tuple[int, ...], cells: int) -> tuple[int, ...]:
+    """Return the shape of a chunk: whole rows of the last axes as long as they fit."""
+    left = cells
+    out: list[int] = []
+    for length in reversed(shape):
+        out.insert(0, max(1, min(length, left)))
+        left //= out[0]
+    return tuple(out)
+
+
+class Store:
+    """A study's store.
+
+    Parameters
+    ----------
+    path
+        Its folder.
+    spec
+        What the study is.
+    """
+
+    def __init__(self, path: Path, spec: dict[str, Any]) -> None:
+        self.path, self.spec = path, spec
+        self.study: Study = meant(spec)
+        self._sizes = chunk_shape(self.study.shape, int(spec.get("chunk", CHUNK)))
+
+    def block(self, place: tuple[int, ...]) -> Block:
+        """Return the cells of a chunk."""
+        both = zip(place, self._sizes, self.study.shape, strict=True)
+        return tuple(slice(i * size, min((i + 1) * size, length)) for i, size, length in both)
+
+    def create(self) -> None:
+        """Make the store, with all its variables and nothing in them."""
+        import warnings
+
+        with warnings.catch_warnings():
+            warnings.simplefilter(
+                "ignore"
+            )  # texts and consolidated metadata are extensions of Zarr 3, which xarray knows
+            self._create()
+
+    def _create(self) -> None:
+        import zarr
+
+        one = tuple(slice(0, 1) for _ in self.study.shape)
+        template = chart(self._one_cell(one), Computed.refused(self.study, ""))
+        shape, sizes = self.study.shape, self._sizes
+        parameters = len(self.study.gradient)
+        group = zarr.create_group(self.path, attributes=self._attributes())
+        for name, variable in template.variables.items():
+            whole = template[str(name)].dims
+            if str(name) in template.coords:
+                continue
+            along = whole[:1] == ("parameter",)
+            group.create_array(
+                str(name),
+                shape=(parameters, *shape) if along else shape,
+                chunks=(parameters, *sizes) if along else sizes,
+                dtype=variable.dtype,
+                fill_value=MISSING if variable.dtype == np.int8 else np.nan,
+                dimension_names=[str(dimension) for dimension in whole],
+                attributes=_plain(variable.attrs),
+            )
+        dimension = "cell" if not self.study.grid else None
+        for axis in self.study.axes:
+            array = group.create_array(
+                axis.path, data=axis.values, dimension_names=(dimension or axis.path,), attributes={"units": axis.unit}
+            )
+            assert array.shape == axis.values.shape
+        if parameters:
+            width = max(len(path) for path in self.study.gradient)
+            group.create_array(
+                "parameter", data=np.array(self.study.gradient, dtype=f"<U{width}"), dimension_names=("parameter",)
+            )
+        zarr.consolidate_metadata(self.path)
+
+    def _one_cell(self, block: Block) -> Study:
+        from dataclasses import replace
+
+        cut = block if self.study.grid else block * len(self.study.axes)
+        axes = tuple(replace(axis, values=axis.values[part]) for axis, part in zip(self.study.axes, cut, strict=True))
+        return replace(self.study, axes=axes)
+
+    def _attributes(self) -> dict[str, Any]:
+        held = attributes(self.study, ())
+        held.pop("notes")
+        return held | {"study": json.dumps(self.spec, sort_keys=True), "coordinates": self._coordinates()}
+
+    def _coordinates(self) -> str:
+        names = [] if self.study.grid else [axis.path for axis in self.study.axes]
+        return " ".join(names)
+
+    def check(self) -> None:
+        """Refuse a store that is foreign, damaged, of a newer format, or of another study."""
+        import zarr
+
+        try:
+            group = zarr.open_group(self.path, mode="r", use_consolidated=False)
+            held = dict(group.attrs)
+            for name in self._expected():
+                if name not in group:
+                    raise KeyError(name)
+        except (OSError, KeyError, ValueError, zarr.errors.BaseZarrError) as error:
+            raise InputError(
+                str(self.path),
+                "--output",
+                f"no whole store ({type(error).__name__}: {error})",
+                "a store that wheeltapper sweep began, or a new name",
+            ) from error
+        if held.get("title") != "wheeltapper chart":
+            raise InputError(str(self.path), "--output", "a store that wheeltapper did not write", "a new name")
+        if int(str(held.get("format", 0))) > FORMAT:
+            raise InputError(
+                str(self.path),
+                "format",
+                str(held["format"]),
+                f"at most {FORMAT}; wheeltapper {__version__} cannot read it",
+            )
+        if held.get("study") != json.dumps(self.spec, sort_keys=True):
+            raise InputError(
+                str(self.path), "--resume", "the store of another study", "the study that the store began with"
+            )
+        if held.get("wheeltapper") != __version__:
+            raise InputError(
+                str(self.path),
+                "--resume",
+                f"a store begun by wheeltapper {held.get('wheeltapper')}",
+                f"version {__version__}",
+            )
+
+    def _expected(self) -> list[str]:
+        return ["status", *(feature.name for feature in self.study.features), *(axis.path for axis in self.study.axes)]
+
+    def clean(self) -> None:
+        """Remove what an interrupted write left behind."""
+        for left in self.path.rglob("*.partial"):
+            left.unlink(missing_ok=True)
+
+    def missing(self) -> list[tuple[int, ...]]:
+        """Return the places of the chunks that are not there yet."""
+        shape = self.study.shape
+        return [
+            place
+            for place in itertools.product(*(range(-(-n // size)) for n, size in zip(shape, self._sizes, strict=True)))
+            if not (self.path / "status" / "c" / Path(*map(str, place))).exists()
+        ]
+
+    def write(self, place: tuple[int, ...], threads: int) -> int:
+        """Compute a chunk and write it, status last; return its number of cells."""
+        import zarr
+
+        block = self.block(place)
+        found = compute(self.study, self.study.changed(block), threads)
+        part = chart(self._one_cell(block), found)
+        group = zarr.open_group(self.path, mode="r+")
+        names = [str(name) for name in part.data_vars if name != "status"]
+        for name in [*names, "status"]:
+            array: Any = group[name]
+            along = part[name].dims[:1] == ("parameter",)
+            array[(slice(None), *block) if along else block] = part[name].values
+        return len(found.status)
+
+    def describe(self, place: tuple[int, ...]) -> str:
+        """Return the ranges of the varied fields in a chunk."""
+        changed = self.study.changed(self.block(place))
+        return ", ".join(
+            f"{axis.path} {changed[axis.path].min():g} to {changed[axis.path].max():g}" for axis in self.study.axes
+        )
+
+
+def _plain(attrs: dict[str, Any]) -> dict[str, Any]:
+    return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in attrs.items()}
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Hold a store for one driver; a second one is refused. The lock goes with the process that held it."""
+    lock = path.with_name(path.name + ".lock")
+    with lock.open("a+") as file:
+        if not _held(file):
+            raise InputError(str(path), "--output", "a store that another process is filling", "one driver at a time")
+        try:
+            yield
+        finally:
+            lock.unlink(missing_ok=True)
+
+
+def _held(file: Any) -> bool:
+    try:
+        if os.name == "nt":
+            import msvcrt
+
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+        else:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
