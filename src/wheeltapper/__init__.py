@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from wheeltapper._version import __version__
 
 if TYPE_CHECKING:
+    from wheeltapper.ask.border import border as border
     from wheeltapper.ask.sweep import gradient as gradient
     from wheeltapper.ask.sweep import sweep as sweep
     from wheeltapper.describe import contact as contact
@@ -49,6 +50,7 @@ _HOMES = {
     "StiffTrack": "describe.track.stiff",
     "WheelFlat": "describe.irregularity.flat",
     "Wheelset": "describe.vehicle.wheelset",
+    "border": "ask.border",
     "gradient": "ask.sweep",
     "load": "record.store",
     "plot": "faces.plot",

@@ -25,6 +25,7 @@ NAMES = [
     "WheelFlat",
     "Wheelset",
     "__version__",
+    "border",
     "contact",
     "features",
     "gradient",

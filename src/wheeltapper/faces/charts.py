@@ -147,3 +147,16 @@ def _draw_cloud(axis: Axes, chart: xr.Dataset, name: str) -> None:
     dots = axis.scatter(chart[paths[0]], chart[paths[1]], c=chart[name], s=8)
     axis.figure.colorbar(dots, ax=axis, label=f"{name}{_unit(chart, name)}")
     axis.set(xlabel=f"{paths[0]}{_unit(chart, paths[0])}", ylabel=f"{paths[1]}{_unit(chart, paths[1])}")
+
+
+def draw_border(figure: Figure, chart: xr.Dataset, border: xr.Dataset) -> None:
+    """Draw the curves of a border over the maps of a chart."""
+    dimensions = [str(dimension) for dimension in chart[features_of(chart)[0]].dims]
+    if len(dimensions) != 2 or not set(dimensions) <= set(border.data_vars):
+        raise InputError("", "border", f"a border over {sorted(map(str, border.data_vars))}", f"one over {dimensions}")
+    second, first = dimensions
+    x, y = (border[path].values / _scale(chart, path)[1] for path in (second, first))
+    for axis in figure.axes:
+        for line in np.unique(border.line.values):
+            here = border.line.values == line
+            axis.plot(x[here], y[here], color="black", linewidth=2.0, zorder=5)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wheeltapper.faces.charts import draw_chart, features_of
+from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.record import Record
 
@@ -20,7 +20,12 @@ STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 SAMPLES = 6_000
 
 
-def plot(what: Record | xr.Dataset, path: str | Path | None = None, features: list[str] | None = None) -> Figure:
+def plot(
+    what: Record | xr.Dataset,
+    path: str | Path | None = None,
+    features: list[str] | None = None,
+    border: xr.Dataset | None = None,
+) -> Figure:
     """Draw a record or a chart.
 
     A record: path and wheel, normal force with losses shaded and impacts marked, the deck where there is one. A chart
@@ -35,6 +40,8 @@ def plot(what: Record | xr.Dataset, path: str | Path | None = None, features: li
         Where to write the picture; None only returns it.
     features
         Which of a chart's features; by default all.
+    border
+        What `wheeltapper.border` returned, to be drawn over a chart of the same two fields.
 
     Returns
     -------
@@ -51,6 +58,8 @@ def plot(what: Record | xr.Dataset, path: str | Path | None = None, features: li
             chosen = features_of(what) if features is None else features
             figure = Figure(figsize=(4.6 * max(len(chosen), 1), 4.4))
             draw_chart(figure, what, features)
+            if border is not None:
+                draw_border(figure, what, border)
         else:
             raise InputError("", "what", f"a {type(what).__name__}", "a Record or a chart")
         if path is not None:

@@ -1,0 +1,149 @@
+"""Borders in a plane of two fields: where contact is lost for the first time, or once more."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.cells import cores, say_that_it_compiles
+from wheeltapper.ask.study import field_at, study, unit_of
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.march import program as contract
+from wheeltapper.record.features import first_loss
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+
+def border(
+    scenario: Scenario,
+    over: Mapping[str, Any],
+    *,
+    losses: int = 1,
+    resolution: int = 40,
+    method: str = "default",
+    threads: int | None = None,
+) -> xr.Dataset:
+    """Find the curves in a plane of two fields at which contact begins to be lost.
+
+    The margin is exact: the smallest indentation where contact is kept, minus the largest clearance where it is lost.
+    Roots of it are found on the lines of a grid, to a relative accuracy of 1e-9 of each line's segment; the grid only
+    decides which curves are seen.
+
+    Parameters
+    ----------
+    scenario
+        What is common.
+    over
+        Two paths with lowest and highest value each, numbers in SI units or strings with a unit.
+    losses
+        1: where contact is first lost; n: where an n-th loss appears, and with it an n-th impact.
+    resolution
+        Number of the grid's segments along each axis.
+    method, threads
+        As for `sweep`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over dimension "point": both fields, `line` (the number of the curve; its points in order) and `margin` (m,
+        what is left of it).
+
+    Raises
+    ------
+    InputError
+        If there are not two continuous fields with two values each.
+    """
+    if len(over) != 2:
+        raise InputError("", "over", f"{len(over)} fields", "two fields, each with lowest and highest value")
+    if not isinstance(losses, int) or losses < 1:
+        raise InputError("", "losses", repr(losses), "a number of losses, at least 1")
+    if not isinstance(resolution, int) or resolution < 2:
+        raise InputError("", "resolution", repr(resolution), "a number of segments, at least 2")
+    ends = study(scenario, over, [first_loss()], zipped=True, method=method).axes
+    for axis in ends:
+        if len(axis.values) != 2 or not axis.values[0] < axis.values[1]:
+            raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value")
+    plane = _Plane(scenario, (ends[0].path, ends[1].path), losses, method, threads or cores())
+    x, y = (np.linspace(axis.values[0], axis.values[1], resolution + 1) for axis in ends)
+    return plane.dataset(plane.curves(x, y))
+
+
+class _Plane:
+    """Two fields of a scenario, and the margin over them."""
+
+    def __init__(self, scenario: Scenario, paths: tuple[str, str], losses: int, method: str, threads: int) -> None:
+        self.scenario, self.paths = scenario, paths
+        self.losses, self.method, self.threads = losses, method, threads
+        for path in paths:
+            field_at(scenario, path)
+
+    def margin(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return the margin in m at each pair of values."""
+        from wheeltapper.lower.many import Many
+        from wheeltapper.march import margin
+
+        many = Many(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
+        many.cells.numbers[:, contract.LAST_IMPACT] = self.losses
+        if not margin.is_ready(many.cells):
+            say_that_it_compiles()
+        found = margin.margins_of(many.cells, self.losses, self.threads)
+        return np.asarray((found * many.units.length).reshape(x.shape))
+
+    def curves(self, x: FloatArray, y: FloatArray) -> list[FloatArray]:
+        """Return the curves as arrays (points, 2): those of the grid, each point moved to the root on its line."""
+        import contourpy
+
+        values = self.margin(*np.meshgrid(x, y))
+        held = np.where(np.isfinite(values), values, 1.0)
+        generator = contourpy.contour_generator(x, y, held, line_type=contourpy.LineType.Separate)
+        rough: Any = generator.lines(0.0)
+        if not rough:
+            return []
+        exact = self._moved(np.vstack(rough), x, y)
+        return np.split(exact, np.cumsum([len(line) for line in rough])[:-1])
+
+    def _moved(self, points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return the root on the segment of a grid line on which each point lies."""
+        from scipy.optimize import elementwise
+
+        near = np.abs(points[:, :1] - x).argmin(axis=1)
+        along_y = np.abs(points[:, 0] - x[near]) <= 1e-12 * np.abs(x).max()
+        low, high = points.copy(), points.copy()
+        for column, line, chosen in ((1, y, along_y), (0, x, ~along_y)):
+            place = np.clip(np.searchsorted(line, points[chosen, column], side="right") - 1, 0, len(line) - 2)
+            low[chosen, column], high[chosen, column] = line[place], line[place + 1]
+            other = 1 - column
+            grid = x if other == 0 else y
+            nearest = np.abs(points[chosen, other][:, None] - grid).argmin(axis=1)
+            low[chosen, other] = high[chosen, other] = grid[nearest]
+
+        def at(t: FloatArray, x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: FloatArray) -> FloatArray:
+            return self.margin(x0 + t * (x1 - x0), y0 + t * (y1 - y0))
+
+        segments = (low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+        found = elementwise.find_root(
+            at, (np.zeros(len(points)), np.ones(len(points))), args=segments,
+            tolerances={"xatol": 1e-9, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0},
+        )  # fmt: skip
+        return np.asarray(low + np.asarray(found.x)[:, None] * (high - low))
+
+    def dataset(self, curves: list[FloatArray]) -> xr.Dataset:
+        """Return curves as a dataset."""
+        import xarray as xr
+
+        points = np.vstack(curves) if curves else np.empty((0, 2))
+        line = np.repeat(np.arange(len(curves)), [len(curve) for curve in curves])
+        data: dict[str, Any] = {
+            path: ("point", points[:, i], {"units": unit_of(self.scenario, path)}) for i, path in enumerate(self.paths)
+        }
+        data["line"] = ("point", line, {"long_name": "number of the curve"})
+        left = self.margin(points[:, 0], points[:, 1]) if len(points) else np.empty(0)
+        data["margin"] = ("point", left, {"units": "m", "long_name": "what is left of the margin"})
+        return xr.Dataset(data, attrs={"title": "wheeltapper border", "losses": self.losses})

@@ -1,0 +1,141 @@
+"""How far a wheel is from losing contact once more, or has gone beyond: a margin that passes zero smoothly.
+
+march each cell to the impact that ends the loss in question, or to the end; then go through its steps once more
+the loss happened      minus the largest clearance of its flight
+it did not             the smallest indentation since the impact before it
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.ensemble import Cells
+from wheeltapper.march.kernel import is_compiled, kernel
+from wheeltapper.march.layout import CLEAR, COUNT, FLIGHT_ORDER, MARK, SCRATCH, TREND, U, W
+from wheeltapper.march.program import (
+    CONTACT,
+    DECK_V,
+    DECK_Y,
+    EVENT_COLUMNS,
+    FLIGHT,
+    FULL,
+    LENGTH,
+    LOSS,
+    ON_DECK,
+    PEAK_COLUMNS,
+    PHASE,
+    PIECE,
+    SHIFT,
+    STEP_COLUMNS,
+    STRICT_ORDER,
+    TIME,
+    A,
+    B,
+    FloatArray,
+)
+from wheeltapper.march.roots import NONE, evaluate, first_root
+from wheeltapper.march.series import contact_series, flight_series, localise
+from wheeltapper.march.single import march_kernel, start_kernel
+
+BLOCK = 64
+
+
+@kernel
+def _smallest_indentation(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
+    """Return the smallest indentation in a contact step."""
+    order = int(numbers[contract.ORDER])
+    localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
+    contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
+    u = min(step[A], max(evaluate(S, U, order, step[LENGTH]), 0.0))
+    root, _ = first_root(S, W, order, 0.0, step[LENGTH], 1.0, 0.0)
+    if root != NONE:
+        u = min(u, evaluate(S, U, order, root))
+    return u * u
+
+
+@kernel
+def _largest_clearance(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
+    """Return the largest clearance in a step of flight."""
+    order = int(FLIGHT_ORDER)
+    localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
+    flight_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
+    lowest = min(S[CLEAR], evaluate(S, CLEAR, order, step[LENGTH]))
+    for k in range(order):
+        S[TREND + k] = (k + 1) * S[CLEAR + k + 1]
+    root, _ = first_root(S, TREND, order - 1, 0.0, step[LENGTH], 1.0, 0.0)
+    if root != NONE:
+        lowest = min(lowest, evaluate(S, CLEAR, order, root))
+    return -lowest
+
+
+@kernel
+def margin_kernel(
+    cells: Cells, cell: int, losses: int, margins: FloatArray, steps: FloatArray, events: FloatArray,
+    peaks: FloatArray, S: FloatArray, strict: bool | None,
+) -> int:  # fmt: skip
+    """Write the margins of the cells from `cell` on; return the first that finds no room, or their number."""
+    while cell < len(cells.first):
+        table = cells.pieces[cells.first[cell] : cells.first[cell] + cells.many[cell]]
+        numbers = cells.numbers[cell]
+        S[MARK] = 0.0
+        start_kernel(table, numbers, events, S)
+        why = march_kernel(table, numbers, steps, events, peaks, S, strict)
+        if why == FULL:
+            return cell
+        rows = int(S[COUNT])
+        since = 0.0
+        lost = np.inf
+        found = 0
+        for i in range(int(S[COUNT + 1])):
+            if events[i, contract.EVENT_KIND] == LOSS:
+                found += 1
+                if found == losses:
+                    lost = events[i, contract.EVENT_TIME]
+            elif found == losses - 1:
+                since = events[i, contract.EVENT_TIME]
+        margin = np.inf
+        for i in range(rows):
+            if found < losses and steps[i, PHASE] == CONTACT and steps[i, TIME] > since:
+                margin = min(margin, _smallest_indentation(table, numbers, steps[i], S))
+            elif found >= losses and steps[i, PHASE] == FLIGHT and steps[i, TIME] >= lost:
+                margin = min(margin, -_largest_clearance(table, numbers, steps[i], S))
+        margins[cell] = margin if np.isfinite(margin) else np.nan
+        cell += 1
+    return cell
+
+
+def _arguments(cells: Cells, cell: int, losses: int, margins: FloatArray, rows: int) -> tuple[Any, ...]:
+    strict = True if len(cells.numbers) and cells.numbers[0, contract.ORDER] == STRICT_ORDER else None
+    tables = (np.empty((rows, STEP_COLUMNS)), np.empty((rows, EVENT_COLUMNS)), np.empty((rows, PEAK_COLUMNS)))
+    return (cells, cell, losses, margins, *tables, np.zeros(SCRATCH), strict)
+
+
+def is_ready(cells: Cells) -> bool:
+    """Return False where finding margins begins with compiling."""
+    return is_compiled(margin_kernel, _arguments(cells, 0, 1, np.zeros(0), 1))
+
+
+def margins_of(cells: Cells, losses: int, threads: int) -> FloatArray:
+    """Return how far each cell is from its `losses`-th loss of contact, in scaled units; negative beyond it."""
+    total = len(cells.first)
+    margins = np.empty(total)
+
+    def one(begin: int) -> None:
+        block = slice(begin, min(begin + BLOCK, total))
+        part = Cells(cells.pieces, cells.first[block], cells.many[block], cells.numbers[block])
+        cell, rows = 0, 2048
+        while cell < len(part.first):
+            cell = margin_kernel(*_arguments(part, cell, losses, margins[block], rows))
+            rows *= 2
+
+    if threads > 1 and total > BLOCK:
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(one, range(0, total, BLOCK)))
+        return margins
+    for begin in range(0, total, BLOCK):
+        one(begin)
+    return margins
