@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+SLAB = 2**20
+"""Cells that are lowered at a time: bounds the memory."""
 
 # Status of a cell, in the order of the numbers that a chart stores.
 COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED = range(6)
@@ -91,6 +95,13 @@ def compute(asked: Study, changed: dict[str, FloatArray], threads: int) -> Compu
     from wheeltapper.lower.many import Many
 
     cells = len(next(iter(changed.values())))
+
+    def some(*bounds: int) -> list[Computed]:
+        parts = (slice(a, b) for a, b in pairwise(bounds))
+        return [compute(asked, {path: values[part] for path, values in changed.items()}, threads) for part in parts]
+
+    if cells > SLAB:
+        return Computed.joined(some(*range(0, cells, SLAB), cells))
     try:
         many = Many(asked.scenario, changed, asked.method)
         _set_end(asked, many.cells.numbers)
@@ -98,10 +109,7 @@ def compute(asked: Study, changed: dict[str, FloatArray], threads: int) -> Compu
     except InputError as error:
         if cells == 1:
             return Computed.refused(asked, str(error))
-    halves = (slice(None, cells // 2), slice(cells // 2, None))  # what is refused stands alone in the end
-    return Computed.joined(
-        [compute(asked, {path: values[half] for path, values in changed.items()}, threads) for half in halves]
-    )
+    return Computed.joined(some(0, cells // 2, cells))  # what is refused stands alone in the end
 
 
 def is_ready(asked: Study) -> bool:
@@ -147,7 +155,7 @@ def _marched(asked: Study, many: Many, threads: int) -> Computed:
     values, status = np.empty((len(asked.features), total)), np.empty(total, dtype=np.int64)
 
     def read(block: slice, marched: ensemble.Marched) -> None:
-        trains = trains_of(marched, part(many.units, block))
+        trains = trains_of(marched, part_of(many.units, block))
         for row, feature in zip(values, asked.features, strict=True):
             row[block] = feature(trains)
         status[block] = _OF_MARCH[marched.status]
@@ -157,7 +165,7 @@ def _marched(asked: Study, many: Many, threads: int) -> Computed:
     return Computed(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)
 
 
-def part(units: Units, block: slice) -> Units:
+def part_of(units: Units, block: slice) -> Units:
     """Return the units of some of the cells."""
     return type(units)(**{name: values[block] for name, values in vars(units).items()})
 
