@@ -48,7 +48,6 @@ class Courses:
             self._near[k] = [item.course(value if path == "vehicle.radius" else radius) for item in items]
         self.base = [item.course(radius) for item in scenario.irregularities]
         self._place = {id(s): (i, j) for i, course in enumerate(self.base) for j, s in enumerate(course.stretches)}
-        self._kept = self.base  # the ids stay valid as long as the stretches live
 
     def moved(self, placed: Placed, k: int) -> Placed:
         """Return a stretch as it is k steps away."""
