@@ -6,12 +6,12 @@ for each cell:  start it, march it until enough is seen or the run ends, note wh
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.dense import OUT_COLUMNS
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE
@@ -164,17 +164,9 @@ def is_ready(cells: Cells) -> bool:
 
 def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None], tally: bool = False) -> None:
     """March all cells, block by block, and hand each block to `read`; the threads do both."""
-    total = len(cells.first)
 
-    def one(begin: int) -> None:
-        block = slice(begin, min(begin + BLOCK, total))
+    def one(block: slice) -> None:
         part = Cells(cells.pieces, cells.first[block], cells.many[block], cells.numbers[block])
         read(block, march_block(part, tally))
 
-    if threads == 1 or total <= BLOCK:
-        for begin in range(0, total, BLOCK):
-            one(begin)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        for _ in pool.map(one, range(0, total, BLOCK)):
-            pass
+    in_blocks(len(cells.first), BLOCK, threads, one)

@@ -7,12 +7,12 @@ it did not             the smallest indentation since the impact before it
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import CLEAR, COUNT, FLIGHT_ORDER, MARK, SCRATCH, TREND, U, W
@@ -124,18 +124,12 @@ def margins_of(cells: Cells, losses: int, threads: int) -> FloatArray:
     total = len(cells.first)
     margins = np.empty(total)
 
-    def one(begin: int) -> None:
-        block = slice(begin, min(begin + BLOCK, total))
+    def one(block: slice) -> None:
         part = Cells(cells.pieces, cells.first[block], cells.many[block], cells.numbers[block])
         cell, rows = 0, 2048
         while cell < len(part.first):
             cell = margin_kernel(*_arguments(part, cell, losses, margins[block], rows))
             rows *= 2
 
-    if threads > 1 and total > BLOCK:
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(one, range(0, total, BLOCK)))
-        return margins
-    for begin in range(0, total, BLOCK):
-        one(begin)
+    in_blocks(total, BLOCK, threads, one)
     return margins

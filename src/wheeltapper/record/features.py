@@ -15,6 +15,11 @@ from numpy.typing import NDArray
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.trains import Trains, Values
 
+__all__ = [
+    "Feature", "Train", "contact_frequency", "custom", "decay_rate", "first_loss", "force_ratio", "impact_interval",
+    "impulse", "largest_displacement", "largest_force", "last_loss", "named", "number_of_impacts", "time_in_air",
+]  # fmt: skip
+
 Until = Literal["impact", "loss", "end"]
 
 
