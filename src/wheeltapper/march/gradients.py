@@ -31,7 +31,7 @@ from wheeltapper.march.tangent_path import LANES
 
 PARAMETERS = LANES - 2
 """Parameters that are carried at a time; the last two lanes carry the start's displacement and velocity."""
-BLOCK = 128
+BLOCK = 1024
 
 
 class Turns(NamedTuple):
