@@ -68,6 +68,17 @@ def test_an_edited_kernel_is_compiled_again(tmp_path):
 
 
 @pytest.mark.slow
+def test_where_nothing_can_be_written_it_compiles_and_runs(tmp_path):
+    shutil.copytree(PACKAGE, tmp_path / "wheeltapper", ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "wheeltapper" / "march" / "__pycache__").write_text("in the way")  # even of the superuser
+    (tmp_path / "home").write_text("in the way")
+    place = {"PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "home"), "NUMBA_CACHE_DIR": ""}
+    found, said = answer(**place)
+    assert "compiling" in said
+    assert len(found["times"]) > 4
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="the superuser may write anywhere")
 def test_a_folder_that_cannot_be_written_is_no_obstacle(tmp_path):
     shutil.copytree(PACKAGE, tmp_path / "wheeltapper", ignore=shutil.ignore_patterns("__pycache__"))

@@ -117,6 +117,21 @@ def test_the_number_of_threads_changes_no_bit():
     assert one.identical(many)
 
 
+def test_every_axis_has_its_unit():
+    round_wheel = wt.OutOfRound(orders=(8,), amplitudes=(2e-4,), phases=(0.1,), position=0.1)
+    scene = BUMP.replaced({"irregularity": round_wheel, "rolling": "circle"})
+    units = {
+        "vehicle.damping": "N s/m", "contact.constant": "N/m^1.5", "speed": "m/s", "duration": "s",
+        "irregularity.0.amplitudes.0": "m", "irregularity.0.phases.0": "rad", "irregularity.0.position": "m",
+    }  # fmt: skip
+    for path, unit in units.items():
+        value = scene
+        for part in path.split("."):
+            value = value[int(part)] if part.isdigit() else getattr(value, part)
+        chart = wt.sweep(scene, {path: [value]}, [wt.features.number_of_impacts()])
+        assert chart[path].attrs["units"] == unit, path
+
+
 def test_samples_and_zipped_lists():
     ranges = {"vehicle.mass": ["1 t", "2 t"], "speed": ["30 km/h", "40 km/h"]}
     for sampling in ("sobol", "latin hypercube"):

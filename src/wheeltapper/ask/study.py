@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,9 +120,20 @@ def unit_of(scenario: Scenario, path: str) -> str:
     from wheeltapper.ground.quantities import si_unit
 
     holder, name = field_at(scenario, path)
-    schema = type(holder).model_fields[name].json_schema_extra
-    text = str(schema.get("description", "")) if isinstance(schema, dict) else ""
-    return si_unit(text.partition(":")[0])
+    field = type(holder).model_fields[name]
+    texts = [_description(field), *(_description(part) for part in _metadata(field.annotation))]
+    return next((unit for text in texts if (unit := si_unit(text.partition(":")[0]))), "")
+
+
+def _metadata(annotation: Any) -> list[Any]:
+    """Return what is written at the types inside a type: the Length in tuple[Length, ...] | None."""
+    inside = [part for argument in get_args(annotation) for part in _metadata(argument)]
+    return [*getattr(annotation, "__metadata__", ()), *inside]
+
+
+def _description(field: Any) -> str:
+    schema = getattr(field, "json_schema_extra", None)
+    return str(schema.get("description", "")) if isinstance(schema, dict) else ""
 
 
 def _axis(scenario: Scenario, path: str, values: Any) -> Axis:

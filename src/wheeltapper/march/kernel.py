@@ -7,7 +7,10 @@ folder cannot be written, the cache goes to the user's cache directory.
 
 from __future__ import annotations
 
+import atexit
 import hashlib
+import tempfile
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +59,22 @@ class _UserWide(_Stamped, caching.UserWideCacheLocator):
     """The user's cache directory."""
 
 
-caching.CacheImpl._locator_classes[:0] = [_Environment, _InTree, _UserWide]
+class _ForThisProcess(_Stamped, caching.UserWideCacheLocator):
+    """Where nothing else can be written: a folder that only this process knows."""
+
+    def get_cache_path(self) -> str:
+        return temporary()
+
+
+@cache
+def temporary() -> str:
+    """Return a folder that is removed when the process ends."""
+    folder = tempfile.TemporaryDirectory(prefix="wheeltapper-")
+    atexit.register(folder.cleanup)
+    return folder.name
+
+
+caching.CacheImpl._locator_classes[:0] = [_Environment, _InTree, _UserWide, _ForThisProcess]
 
 kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True)
 
