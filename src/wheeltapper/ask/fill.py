@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 from importlib import import_module
 from math import prod
 from pathlib import Path
@@ -108,7 +109,12 @@ def _written(store: Store, place: Place, threads: int) -> Done:
 
 def task(path: str, text: str, place: Place) -> Done:
     """Compute one chunk on a worker."""
-    return _written(Store(Path(path), json.loads(text)), place, 1)
+    return _written(_opened(path, text), place, 1)
+
+
+@lru_cache(maxsize=4)
+def _opened(path: str, text: str) -> Store:
+    return Store(Path(path), json.loads(text))
 
 
 def _on(client: Any, store: Store, todo: list[Place], say: Callable[[str], None]) -> Iterator[Done]:

@@ -23,7 +23,7 @@ from wheeltapper.ask.spec import meant
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 
-CHUNK = 16_384
+CHUNK = 32_768
 """Cells of a chunk, about, unless the study says otherwise."""
 MISSING = -1
 
