@@ -23,6 +23,10 @@ ATTEMPTS = 5
 """How often a chunk may take its worker down before it is left alone."""
 
 
+class ClusterError(RuntimeError):
+    """The workers, or what holds them together, broke down; what they wrote is kept."""
+
+
 def fill(
     path: Path, spec: dict[str, Any], *, resume: bool = False, workers: int = 0, scheduler: str | None = None,
     threads: int | None = None, progress: Callable[[int, int], None] = lambda done, of: None,
@@ -84,8 +88,18 @@ def _filled(
         for place in todo:
             yield _written(store, place, threads)
         return
-    distributed: Any = import_module("distributed")
+    try:
+        yield from _on_cluster(store, todo, workers, scheduler, say)
+    except (OSError, InputError):
+        raise
+    except Exception as error:
+        raise ClusterError(f"the workers failed ({type(error).__name__}: {error})") from error
 
+
+def _on_cluster(
+    store: Store, todo: list[Place], workers: int, scheduler: str | None, say: Callable[[str], None]
+) -> Iterator[Done]:
+    distributed: Any = import_module("distributed")
     if scheduler:
         with distributed.Client(scheduler) as client:
             yield from _on(client, store, todo, say)

@@ -62,23 +62,25 @@ class Store:
         return tuple(slice(i * size, min((i + 1) * size, length)) for i, size, length in both)
 
     def create(self) -> None:
-        """Make the store, with all its variables and nothing in them."""
+        """Make the store, with all its variables and nothing in them; it appears as a whole."""
+        import shutil
         import warnings
 
+        begun = self.path.with_name(self.path.name + ".new")
+        shutil.rmtree(begun, ignore_errors=True)
         with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore"
-            )  # texts and consolidated metadata are extensions of Zarr 3, which xarray knows
-            self._create()
+            warnings.simplefilter("ignore")  # texts and consolidated metadata extend Zarr 3; xarray knows them
+            self._create(begun)
+        begun.rename(self.path)
 
-    def _create(self) -> None:
+    def _create(self, path: Path) -> None:
         import zarr
 
         one = tuple(slice(0, 1) for _ in self.study.shape)
         template = chart(self._one_cell(one), Computed.refused(self.study, ""))
         shape, sizes = self.study.shape, self._sizes
         parameters = len(self.study.gradient)
-        group = zarr.create_group(self.path, attributes=self._attributes())
+        group = zarr.create_group(path, attributes=self._attributes())
         for name, variable in template.variables.items():
             whole = template[str(name)].dims
             if str(name) in template.coords:
@@ -104,7 +106,7 @@ class Store:
             group.create_array(
                 "parameter", data=np.array(self.study.gradient, dtype=f"<U{width}"), dimension_names=("parameter",)
             )
-        zarr.consolidate_metadata(self.path)
+        zarr.consolidate_metadata(path)
 
     def _one_cell(self, block: Block) -> Study:
         from dataclasses import replace

@@ -104,6 +104,7 @@ def sweep(
         raise InputError("", "--workers", "both --workers and --scheduler", "one of them")
     if workers < 0 or (threads is not None and threads < 1):
         raise InputError("", "--workers, --threads", f"{workers}, {threads}", "positive numbers")
+    from wheeltapper.ask.fill import ClusterError
     from wheeltapper.ask.spec import read
     from wheeltapper.faces.progress import filled
 
@@ -115,8 +116,8 @@ def sweep(
     except KeyboardInterrupt:
         print(f"wheeltapper: interrupted; what is computed is in {output}; --resume goes on", file=sys.stderr)
         return NOT_FINISHED
-    except OSError as error:
-        print(f"wheeltapper: {error}; what is computed is in {output}; make room, then --resume", file=sys.stderr)
+    except (OSError, ClusterError) as error:
+        print(f"wheeltapper: {error}; what is computed is in {output}; --resume goes on", file=sys.stderr)
         return NOT_FINISHED
     for what in failed:
         print(f"wheeltapper: not computed: {what}", file=sys.stderr)
