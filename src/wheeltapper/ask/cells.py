@@ -17,7 +17,6 @@ from wheeltapper.march import program as contract
 
 if TYPE_CHECKING:
     from wheeltapper.lower.many import Many
-    from wheeltapper.lower.numbers import Units
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -155,7 +154,7 @@ def _marched(asked: Study, many: Many, threads: int) -> Computed:
     values, status = np.empty((len(asked.features), total)), np.empty(total, dtype=np.int64)
 
     def read(block: slice, marched: ensemble.Marched) -> None:
-        trains = trains_of(marched, part_of(many.units, block))
+        trains = trains_of(marched, many.units.part(block))
         for row, feature in zip(values, asked.features, strict=True):
             row[block] = feature(trains)
         status[block] = _OF_MARCH[marched.status]
@@ -163,11 +162,6 @@ def _marched(asked: Study, many: Many, threads: int) -> Computed:
     ensemble.march_all(many.cells, threads, read, any(feature.tally for feature in asked.features))
     empty = np.empty((len(asked.features), 0, total))
     return Computed(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)
-
-
-def part_of(units: Units, block: slice) -> Units:
-    """Return the units of some of the cells."""
-    return type(units)(**{name: values[block] for name, values in vars(units).items()})
 
 
 def _sloped(asked: Study, many: Many, threads: int) -> Computed:

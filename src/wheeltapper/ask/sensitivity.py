@@ -87,7 +87,7 @@ def _turns(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
 
 
 def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int) -> Slopes:
-    from wheeltapper.ask.cells import part_of, say_that_it_compiles
+    from wheeltapper.ask.cells import say_that_it_compiles
     from wheeltapper.march import gradients
     from wheeltapper.record.trains import trains_of
 
@@ -106,7 +106,7 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
         out.amplification[block] = tangents.amplification
         for lane, direction in enumerate(directions):
             tilted = _tilted(marched, tangents, direction, block, lane)
-            trains = trains_of(tilted, part_of(direction.units, block))
+            trains = trains_of(tilted, direction.units.part(block))
             for row, feature in enumerate(features):
                 values = feature(trains)
                 out.values[row, block] = values.real

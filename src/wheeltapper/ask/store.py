@@ -11,6 +11,7 @@ import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +78,7 @@ class Store:
         import zarr
 
         one = tuple(slice(0, 1) for _ in self.study.shape)
-        template = chart(self._one_cell(one), Computed.refused(self.study, ""))
+        template = chart(self._part(one), Computed.refused(self.study, ""))
         shape, sizes = self.study.shape, self._sizes
         parameters = len(self.study.gradient)
         group = zarr.create_group(path, attributes=self._attributes())
@@ -95,12 +96,11 @@ class Store:
                 dimension_names=[str(dimension) for dimension in whole],
                 attributes=_plain(variable.attrs),
             )
-        dimension = "cell" if not self.study.grid else None
         for axis in self.study.axes:
-            array = group.create_array(
-                axis.path, data=axis.values, dimension_names=(dimension or axis.path,), attributes={"units": axis.unit}
+            along_it = axis.path if self.study.grid else "cell"
+            group.create_array(
+                axis.path, data=axis.values, dimension_names=(along_it,), attributes={"units": axis.unit}
             )
-            assert array.shape == axis.values.shape
         if parameters:
             width = max(len(path) for path in self.study.gradient)
             group.create_array(
@@ -108,9 +108,8 @@ class Store:
             )
         zarr.consolidate_metadata(path)
 
-    def _one_cell(self, block: Block) -> Study:
-        from dataclasses import replace
-
+    def _part(self, block: Block) -> Study:
+        """Return the study of a block of the cells alone."""
         cut = block if self.study.grid else block * len(self.study.axes)
         axes = tuple(replace(axis, values=axis.values[part]) for axis, part in zip(self.study.axes, cut, strict=True))
         return replace(self.study, axes=axes)
@@ -118,11 +117,8 @@ class Store:
     def _attributes(self) -> dict[str, Any]:
         held = attributes(self.study, ())
         held.pop("notes")
-        return held | {"study": json.dumps(self.spec, sort_keys=True), "coordinates": self._coordinates()}
-
-    def _coordinates(self) -> str:
-        names = [] if self.study.grid else [axis.path for axis in self.study.axes]
-        return " ".join(names)
+        beside = [] if self.study.grid else [axis.path for axis in self.study.axes]
+        return held | {"study": json.dumps(self.spec, sort_keys=True), "coordinates": " ".join(beside)}
 
     def check(self) -> None:
         """Refuse a store that is foreign, damaged, of a newer format, or of another study."""
@@ -185,7 +181,7 @@ class Store:
 
         block = self.block(place)
         found = compute(self.study, self.study.changed(block), threads)
-        part = chart(self._one_cell(block), found)
+        part = chart(self._part(block), found)
         group = zarr.open_group(self.path, mode="r+")
         names = [str(name) for name in part.data_vars if name != "status"]
         for name in [*names, "status"]:
@@ -211,7 +207,7 @@ def locked(path: Path) -> Iterator[None]:
     """Hold a store for one driver; a second one is refused. The lock goes with the process that held it."""
     lock = path.with_name(path.name + ".lock")
     with lock.open("a+") as file:
-        if not _held(file):
+        if not _held(file, lock):
             raise InputError(str(path), "--output", "a store that another process is filling", "one driver at a time")
         try:
             yield
@@ -219,7 +215,7 @@ def locked(path: Path) -> Iterator[None]:
             lock.unlink(missing_ok=True)
 
 
-def _held(file: Any) -> bool:
+def _held(file: Any, lock: Path) -> bool:
     try:
         if os.name == "nt":
             import msvcrt
@@ -231,4 +227,7 @@ def _held(file: Any) -> bool:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         return False
-    return True
+    try:  # a driver that has just ended may have removed the file that was opened
+        return os.path.samestat(os.fstat(file.fileno()), lock.stat())
+    except OSError:
+        return False

@@ -157,10 +157,7 @@ def _axis(scenario: Scenario, path: str, values: Any) -> Axis:
 
 
 def _number(scenario: Scenario, path: str, value: Any) -> float:
-    changed: Any = scenario.replaced({path: value})
-    for part in path.split("."):
-        changed = changed[int(part)] if part.isdigit() else getattr(changed, part)
-    return float(changed)
+    return float(Fields(scenario.replaced({path: value}))(path))
 
 
 def study(

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from wheeltapper.ask.cells import compute, cores
 from wheeltapper.ask.chart import chart
-from wheeltapper.ask.study import CHAOS_LIMIT, Sampling, study
+from wheeltapper.ask.study import CHAOS_LIMIT, Sampling, field_at, study
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.lower.fields import Fields
 from wheeltapper.record.features import Feature
 
 if TYPE_CHECKING:
@@ -109,7 +110,9 @@ def gradient(
     """
     import numpy as np
 
-    here = {path: [value] for path in parameters if (value := float(_value_at(scenario, path))) is not None}
+    for path in parameters:
+        field_at(scenario, path)
+    here = {path: [float(Fields(scenario)(path))] for path in parameters}
     asked = study(
         scenario, here, features, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit
     )
@@ -117,11 +120,3 @@ def gradient(
     return found.drop_vars([name for name in found.coords if name != "parameter"]).assign_coords(
         value=("parameter", np.array([here[path][0] for path in parameters]))
     )
-
-
-def _value_at(scenario: Scenario, path: str) -> Any:
-    from wheeltapper.ask.study import field_at
-    from wheeltapper.lower.fields import Fields
-
-    field_at(scenario, path)
-    return Fields(scenario)(path)

@@ -18,6 +18,7 @@ from wheeltapper.describe.irregularity.course import Course
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower import ellipse
 from wheeltapper.lower.ellipse import FactorSlopes
+from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import WEIGHTS
 from wheeltapper.lower.fit import DEGREE, FROM_LOBATTO, LOBATTO
 from wheeltapper.lower.point import Placed, cells, harmonic_row, harmonics
@@ -35,7 +36,7 @@ class Courses:
     """The courses of a scenario, as they change with one field."""
 
     def __init__(self, scenario: Scenario, path: str) -> None:
-        held = _value_at(scenario, path)
+        held = float(Fields(scenario)(path))
         self.step = STEP * (abs(held) or 1e-2)
         radius = float(scenario.vehicle.radius)
         self._near: dict[int, list[Course]] = {}
@@ -88,13 +89,6 @@ class Courses:
         """Return how the period of the only repeating course changes."""
         i = next(i for i, course in enumerate(self.base) if course.period is not None)
         return float(self.difference(lambda k: self._near[k][i].period))
-
-
-def _value_at(scenario: Scenario, path: str) -> float:
-    value: Any = scenario
-    for part in path.split("."):
-        value = value[int(part)] if part.isdigit() else getattr(value, part)
-    return float(value)
 
 
 def _moved(value: Any, rest: list[str], new: float) -> Any:

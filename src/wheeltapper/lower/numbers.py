@@ -58,6 +58,10 @@ class Units:
     static_force: Numbers
     contact_constant: Numbers
 
+    def part(self, block: slice) -> Units:
+        """Return the units of some of the cells."""
+        return Units(**{name: held[block] for name, held in vars(self).items()})
+
 
 def static_indentation(weight: float, stiffness: Any, contact_force: tuple[Any, Any], height: Any) -> Numbers:
     """Return the static indentation in scaled units on a path at `height`: weight + K·(height - δ) = N(δ)."""

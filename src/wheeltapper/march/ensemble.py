@@ -45,6 +45,15 @@ class Cells(NamedTuple):
     many: IntArray  # (cells,)
     numbers: FloatArray  # (cells, NUMBERS)
 
+    @property
+    def strict(self) -> bool | None:
+        """True or None: what a kernel is told of the method, by type."""
+        return True if len(self.numbers) and self.numbers[0, contract.ORDER] == STRICT_ORDER else None
+
+    def part(self, block: slice) -> Cells:
+        """Return some of the cells."""
+        return Cells(self.pieces, self.first[block], self.many[block], self.numbers[block])
+
 
 class Marched(NamedTuple):
     """Events and peaks of many cells, one cell after the other, in scaled units."""
@@ -127,15 +136,13 @@ class _Tables(NamedTuple):
 
     def larger(self) -> _Tables:
         """Return tables with room for twice the events."""
-        longer = (np.concatenate([table, np.full_like(table, np.nan)]) for table in (self.events, self.peaks))
-        events, peaks = longer
-        impulses = np.concatenate([self.impulses, np.full_like(self.impulses, np.nan)])
-        return self._replace(events=events, peaks=peaks, impulses=impulses)
+        names = ("events", "peaks", "impulses")
+        held = {name: getattr(self, name) for name in names}
+        return self._replace(**{n: np.concatenate([table, np.full_like(table, np.nan)]) for n, table in held.items()})
 
 
 def _arguments(cells: Cells, cell: int, tables: _Tables, work: tuple[FloatArray, FloatArray], tally: bool) -> Any:
-    strict = True if len(cells.numbers) and cells.numbers[0, contract.ORDER] == STRICT_ORDER else None
-    return (*cells, cell, *tables, *work, tally, strict)
+    return (*cells, cell, *tables, *work, tally, cells.strict)
 
 
 def _work() -> tuple[FloatArray, FloatArray]:
@@ -166,7 +173,6 @@ def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None]
     """March all cells, block by block, and hand each block to `read`; the threads do both."""
 
     def one(block: slice) -> None:
-        part = Cells(cells.pieces, cells.first[block], cells.many[block], cells.numbers[block])
-        read(block, march_block(part, tally))
+        read(block, march_block(cells.part(block), tally))
 
     in_blocks(len(cells.first), BLOCK, threads, one)

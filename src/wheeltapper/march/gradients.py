@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells, Marched
 from wheeltapper.march.kernel import is_compiled, kernel
@@ -20,7 +19,6 @@ from wheeltapper.march.program import (
     PEAK_COLUMNS,
     PHASE,
     STEP_COLUMNS,
-    STRICT_ORDER,
     TIME,
     FloatArray,
     IntArray,
@@ -134,8 +132,7 @@ class _Tables(NamedTuple):
 
 
 def _arguments(cells: Cells, turns: Turns, cell: int, tables: _Tables) -> tuple[Any, ...]:
-    strict = True if len(cells.numbers) and cells.numbers[0, contract.ORDER] == STRICT_ORDER else None
-    work = (np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)), strict)
+    work = (np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)), cells.strict)
     return (*cells, turns.numbers, turns.bends, turns.table, cell, *tables, *work)
 
 
@@ -165,7 +162,6 @@ def march_all(cells: Cells, turns: Turns, threads: int, read: Callable[[slice, M
     """March all cells with tangents, block by block, and hand each block to `read`; the threads do both."""
 
     def one(block: slice) -> None:
-        part = Cells(cells.pieces, cells.first[block], cells.many[block], cells.numbers[block])
-        read(block, *march_block(part, Turns(turns.numbers[block], turns.bends, turns.table)))
+        read(block, *march_block(cells.part(block), Turns(turns.numbers[block], turns.bends, turns.table)))
 
     in_blocks(len(cells.first), BLOCK, threads, one)

@@ -31,7 +31,6 @@ from wheeltapper.march.program import (
     PIECE,
     SHIFT,
     STEP_COLUMNS,
-    STRICT_ORDER,
     TIME,
     A,
     B,
@@ -109,9 +108,8 @@ def margin_kernel(
 
 
 def _arguments(cells: Cells, cell: int, losses: int, margins: FloatArray, rows: int) -> tuple[Any, ...]:
-    strict = True if len(cells.numbers) and cells.numbers[0, contract.ORDER] == STRICT_ORDER else None
     tables = (np.empty((rows, STEP_COLUMNS)), np.empty((rows, EVENT_COLUMNS)), np.empty((rows, PEAK_COLUMNS)))
-    return (cells, cell, losses, margins, *tables, np.zeros(SCRATCH), strict)
+    return (cells, cell, losses, margins, *tables, np.zeros(SCRATCH), cells.strict)
 
 
 def is_ready(cells: Cells) -> bool:
@@ -125,7 +123,7 @@ def margins_of(cells: Cells, losses: int, threads: int) -> FloatArray:
     margins = np.empty(total)
 
     def one(block: slice) -> None:
-        part = Cells(cells.pieces, cells.first[block], cells.many[block], cells.numbers[block])
+        part = cells.part(block)
         cell, rows = 0, 2048
         while cell < len(part.first):
             cell = margin_kernel(*_arguments(part, cell, losses, margins[block], rows))
