@@ -122,7 +122,7 @@ def is_ready(asked: Study) -> bool:
         many = Many(asked.scenario, first, asked.method)
     except InputError:
         return True  # nobody knows yet, and the first chunk will compile
-    return sensitivity.is_ready(many, asked.gradient) if asked.gradient else ensemble.is_ready(many.cells)
+    return sensitivity.is_ready(many, asked.gradient) if asked.gradient else ensemble.is_ready(many.cells, asked.tally)
 
 
 def _set_end(asked: Study, numbers: FloatArray) -> None:
@@ -146,20 +146,20 @@ def say_that_it_compiles() -> None:
 
 def _marched(asked: Study, many: Many, threads: int) -> Computed:
     from wheeltapper.march import ensemble
-    from wheeltapper.record.trains import trains_of
+    from wheeltapper.record.trains import Trains
 
-    if not ensemble.is_ready(many.cells):
+    if not ensemble.is_ready(many.cells, asked.tally):
         say_that_it_compiles()
     total = len(many.cells.first)
     values, status = np.empty((len(asked.features), total)), np.empty(total, dtype=np.int64)
 
     def read(block: slice, marched: ensemble.Marched) -> None:
-        trains = trains_of(marched, many.units.part(block))
+        trains = Trains(marched, many.units.part(block))
         for row, feature in zip(values, asked.features, strict=True):
             row[block] = feature(trains)
         status[block] = _OF_MARCH[marched.status]
 
-    ensemble.march_all(many.cells, threads, read, any(feature.tally for feature in asked.features))
+    ensemble.march_all(many.cells, threads, read, asked.tally)
     empty = np.empty((len(asked.features), 0, total))
     return Computed(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)
 

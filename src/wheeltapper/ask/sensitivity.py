@@ -89,7 +89,7 @@ def _turns(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
 def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int) -> Slopes:
     from wheeltapper.ask.cells import say_that_it_compiles
     from wheeltapper.march import gradients
-    from wheeltapper.record.trains import trains_of
+    from wheeltapper.record.trains import Trains
 
     directions = [many.along(path) for path in parameters]
     cells, turns = _turns(many, directions)
@@ -106,7 +106,7 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
         out.amplification[block] = tangents.amplification
         for lane, direction in enumerate(directions):
             tilted = _tilted(marched, tangents, direction, block, lane)
-            trains = trains_of(tilted, direction.units.part(block))
+            trains = Trains(tilted, direction.units.part(block))
             for row, feature in enumerate(features):
                 values = feature(trains)
                 out.values[row, block] = values.real

@@ -69,6 +69,11 @@ class Study:
         """Number of all cells."""
         return int(np.prod(self.shape))
 
+    @property
+    def tally(self) -> bool:
+        """Whether a feature needs more than events and force maxima."""
+        return any(feature.tally for feature in self.features)
+
     def changed(self, block: tuple[slice, ...] | None = None) -> dict[str, FloatArray]:
         """Return the value of each varied field in all cells, or in a block of them, in C order.
 

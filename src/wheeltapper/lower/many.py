@@ -167,6 +167,7 @@ class Many:
         for index, shaped in enumerate(self._shaped):
             mine = np.flatnonzero(self._owner == index)
             x = offset[mine].real
+            x = x[:1] if np.all(x == x[0]) else x
             height[mine], factor[mine] = shaped.table.height(x), shaped.table.factor(x)
             if np.iscomplexobj(offset):
                 height[mine] += 1j * shaped.table.slope(x) * offset[mine].imag

@@ -68,8 +68,9 @@ def static_indentation(weight: float, stiffness: Any, contact_force: tuple[Any, 
     quadratic, cubic = contact_force
     u = np.asarray(1.0 + 0.0 * (stiffness + quadratic + cubic + height))
     for _ in range(100):
-        gap = quadratic * u**2 + cubic * u**3 + stiffness * (u**2 - height) - weight
-        step = gap / (2 * quadratic * u + 3 * cubic * u**2 + 2 * stiffness * u)
+        square = u * u
+        gap = quadratic * square + cubic * square * u + stiffness * (square - height) - weight
+        step = gap / (2 * quadratic * u + 3 * cubic * square + 2 * stiffness * u)
         u = u - step
         if np.all(np.abs(step) < 1e-16 * np.abs(u)):
             break
@@ -143,8 +144,10 @@ def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers
     start = value.scenario.start
     if start == "equilibrium":
         height = placing.lift * placing.height / length
-        scaled = (law[0] * placing.factor, law[1] * placing.factor)
-        columns[contract.START_HEIGHT] = height - static_indentation(1.0, columns[contract.STIFFNESS], scaled, height)
+        if np.any(height != 0.0) or np.any(placing.factor != 1.0):
+            scaled = (law[0] * placing.factor, law[1] * placing.factor)
+            static = static_indentation(1.0, columns[contract.STIFFNESS], scaled, height)
+        columns[contract.START_HEIGHT] = height - static
     else:
         columns[contract.START_HEIGHT] = value("start.displacement") / length
         columns[contract.START_VELOCITY] = value("start.velocity") * time / length

@@ -11,10 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.apart import start_lanes
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.dense import OUT_COLUMNS
 from wheeltapper.march.kernel import is_compiled, kernel
-from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE
+from wheeltapper.march.lanes import lanes_kernel
+from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, STATE
+from wheeltapper.march.pool import AIRBORNE, END, STATUS, gather_kernel, pool_of
 from wheeltapper.march.program import (
     ENOUGH,
     EVENT_COLUMNS,
@@ -32,8 +35,8 @@ from wheeltapper.march.program import (
 from wheeltapper.march.single import march_kernel, start_kernel
 from wheeltapper.march.tally import CONTACTS, HIGHEST, OPEN, TALLY, tally_kernel
 
-BLOCK = 512
-"""Cells that one thread marches at a time."""
+BLOCKS = (256, 2048)
+"""Fewest and most cells that one thread marches at a time."""
 STEP_ROWS = 64
 
 
@@ -65,8 +68,10 @@ class Marched(NamedTuple):
     event_ends: IntArray  # (cells,): the row after a cell's last event
     peak_ends: IntArray  # (cells,)
     airborne: FloatArray  # (cells,): 1 where the march began in flight
-    highest: FloatArray  # (cells,): the wheel's highest position; NaN where no tally was kept
-    impulses: FloatArray  # (events,): of the contact that each impact begins, at the impact's row; else NaN
+    # Where a tally was kept: the wheel's highest position (cells,), and in the n-th of a cell's rows of events the
+    # impulse of the contact that its n-th impact begins; NaN where that outlasts the run.
+    highest: FloatArray | None = None
+    impulses: FloatArray | None = None
 
 
 @kernel
@@ -102,8 +107,8 @@ def ensemble_kernel(
             impulses[event + int(tally[CONTACTS]) - 1] = np.nan  # this contact outlasts the run
         status[cell] = why
         end[cell] = S[STATE + TIME]
-        event += int(S[COUNT + 1])
-        peak += int(S[COUNT + 2])
+        event += int(S[COUNT + EVENTS])
+        peak += int(S[COUNT + PEAKS])
         event_ends[cell] = event
         peak_ends[cell] = peak
         cell += 1
@@ -149,8 +154,8 @@ def _work() -> tuple[FloatArray, FloatArray]:
     return np.empty((STEP_ROWS, STEP_COLUMNS)), np.zeros(SCRATCH)
 
 
-def march_block(cells: Cells, tally: bool = False) -> Marched:
-    """March some cells in this thread; with `tally`, find impulses and highest positions too."""
+def march_one_by_one(cells: Cells, tally: bool = False) -> Marched:
+    """March some cells in this thread, one after the other."""
     total = len(cells.first)
     tables, work, cell = _Tables.of(total), _work(), 0
     while cell < total:
@@ -158,15 +163,44 @@ def march_block(cells: Cells, tally: bool = False) -> Marched:
         if cell < total:
             tables = tables.larger()
     events, peaks = (int(ends[-1]) if total else 0 for ends in (tables.event_ends, tables.peak_ends))
-    return Marched(
+    found = Marched(
         tables.status, tables.end, tables.events[:events].copy(), tables.peaks[:peaks].copy(), tables.event_ends,
-        tables.peak_ends, tables.airborne, tables.highest, tables.impulses[:events].copy(),
+        tables.peak_ends, tables.airborne,
     )  # fmt: skip
+    return found._replace(highest=tables.highest, impulses=tables.impulses[:events].copy()) if tally else found
 
 
-def is_ready(cells: Cells) -> bool:
+def _in_lanes(cells: Cells, tally: bool) -> bool:
+    """Return True where lanes march the cells: they know neither tallies nor other orders than the default one."""
+    return not tally and cells.strict is None
+
+
+def march_in_lanes(cells: Cells) -> Marched:
+    """March some cells in this thread, eight at a time wherever they wait for the same kind of step."""
+    total = len(cells.first)
+    pool = pool_of(*cells)
+    start_lanes(pool)
+    while not lanes_kernel(pool):
+        pool = pool.larger()
+    ends = np.empty((2, total), dtype=np.int64)
+    events = np.empty((int(pool.used[0]), EVENT_COLUMNS))
+    peaks = np.empty((int(pool.used[1]), PEAK_COLUMNS))
+    gather_kernel(pool.events, len(events), ends[0], events)
+    gather_kernel(pool.peaks, len(peaks), ends[1], peaks)
+    status, end, airborne = (pool.rows[:, column].copy() for column in (STATUS, END, AIRBORNE))
+    return Marched(status.astype(np.int64), end, events, peaks, ends[0], ends[1], airborne)
+
+
+def march_block(cells: Cells, tally: bool = False) -> Marched:
+    """March some cells in this thread; with `tally`, find impulses and highest positions too."""
+    return march_in_lanes(cells) if _in_lanes(cells, tally) else march_one_by_one(cells, tally)
+
+
+def is_ready(cells: Cells, tally: bool) -> bool:
     """Return False where marching these cells begins with compiling."""
-    return is_compiled(ensemble_kernel, _arguments(cells, 0, _Tables.of(0), _work(), False))
+    if _in_lanes(cells, tally):
+        return is_compiled(lanes_kernel, (pool_of(*cells.part(slice(0, 1))),))
+    return is_compiled(ensemble_kernel, _arguments(cells, 0, _Tables.of(0), _work(), tally))
 
 
 def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None], tally: bool = False) -> None:
@@ -175,4 +209,5 @@ def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None]
     def one(block: slice) -> None:
         read(block, march_block(cells.part(block), tally))
 
-    in_blocks(len(cells.first), BLOCK, threads, one)
+    size = min(max(len(cells.first) // (4 * threads), BLOCKS[0]), BLOCKS[1])
+    in_blocks(len(cells.first), size, threads, one)

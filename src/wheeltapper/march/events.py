@@ -8,7 +8,7 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import COUNT, IMPACTS, MARK, SEEN, STATE, UNTIL_IMPACT, UNTIL_LOSS, T, U, W
+from wheeltapper.march.layout import COUNT, EVENTS, IMPACTS, MARK, PEAKS, SEEN, STATE, UNTIL_IMPACT, UNTIL_LOSS, T, U, W
 from wheeltapper.march.program import (
     BONDED,
     CONTACT,
@@ -68,29 +68,31 @@ def log_step(length: float, steps: FloatArray, S: FloatArray) -> None:
 
 
 @kernel
-def log_event(time: float, kind: int, rate: float, cause: float, events: FloatArray, S: FloatArray) -> None:
-    row = int(S[COUNT + 1])
+def log_event(time: float, kind: int, rate: float, cause: float, events: FloatArray, counts: FloatArray) -> None:
+    """Write an event in its row; `counts` are the entries of the scratch array from COUNT on."""
+    row = int(counts[EVENTS])
     events[row, contract.EVENT_TIME] = time
     events[row, contract.EVENT_KIND] = kind
     events[row, contract.EVENT_RATE] = rate
     events[row, contract.EVENT_CAUSE] = cause
-    S[COUNT + 1] += 1
+    counts[EVENTS] += 1
     if kind == IMPACT:
-        S[COUNT + IMPACTS] += 1
-        if S[COUNT + IMPACTS] == S[COUNT + UNTIL_IMPACT]:
-            S[COUNT + SEEN] = 1.0
-    elif S[COUNT + IMPACTS] == S[COUNT + UNTIL_LOSS]:
-        S[COUNT + SEEN] = 1.0
+        counts[IMPACTS] += 1
+        if counts[IMPACTS] == counts[UNTIL_IMPACT]:
+            counts[SEEN] = 1.0
+    elif counts[IMPACTS] == counts[UNTIL_LOSS]:
+        counts[SEEN] = 1.0
 
 
 @kernel
-def log_peak(time: float, force: float, at_corner: float, peaks: FloatArray, S: FloatArray) -> None:
-    row = int(S[COUNT + 2])
+def log_peak(time: float, force: float, at_corner: float, peaks: FloatArray, counts: FloatArray) -> None:
+    """Write a force maximum in its row; `counts` are the entries of the scratch array from COUNT on."""
+    row = int(counts[PEAKS])
     peaks[row, contract.PEAK_TIME] = time
     peaks[row, contract.PEAK_FORCE] = force
     peaks[row, contract.PEAK_CORNER] = at_corner
-    peaks[row, contract.PEAK_IMPACT] = S[COUNT + IMPACTS]
-    S[COUNT + 2] += 1
+    peaks[row, contract.PEAK_IMPACT] = counts[IMPACTS]
+    counts[PEAKS] += 1
 
 
 @kernel
@@ -104,7 +106,7 @@ def settle_corner(force: float, trend: float, peaks: FloatArray, S: FloatArray) 
     drop = before - force > 1e-12 * (1.0 + before)
     rise = force - before > 1e-12 * (1.0 + before)
     if (rising and (drop or (not rise and trend < -QUIET))) or (rise and trend < -QUIET):
-        log_peak(S[MARK + CORNER_TIME], max(before, force), 1.0, peaks, S)
+        log_peak(S[MARK + CORNER_TIME], max(before, force), 1.0, peaks, S[COUNT:])
 
 
 @kernel
@@ -113,12 +115,12 @@ def log_maxima(numbers: FloatArray, time: float, order: int, trend: int, degree:
     start = 0.0
     while True:
         root, more = first_root(S, trend, degree, start, length, -1.0, QUIET)
-        if root == NONE or S[COUNT + 2] >= peaks.shape[0]:
+        if root == NONE or S[COUNT + PEAKS] >= peaks.shape[0]:
             return
         after = evaluate(S, T, order, root)
         u = evaluate(S, U, order, root)
         w = evaluate(S, W, order, root)
-        log_peak(time + after, force(numbers, after, u, w, S), 0.0, peaks, S)
+        log_peak(time + after, force(numbers, after, u, w, S), 0.0, peaks, S[COUNT:])
         if not more:
             return
         start = root + APART * length
@@ -192,7 +194,7 @@ def place(numbers: FloatArray, y: float, v: float, was: int, cause: float, event
     if touching:
         take_contact(numbers, delta, rate, S)
         if was == FLIGHT:
-            log_event(S[STATE + TIME], IMPACT, rate, cause, events, S)
+            log_event(S[STATE + TIME], IMPACT, rate, cause, events, S[COUNT:])
         if S[STATE + PHASE] == RELEASED:
             S[STATE + A] = y
             S[STATE + B] = v
@@ -201,7 +203,7 @@ def place(numbers: FloatArray, y: float, v: float, was: int, cause: float, event
         S[STATE + A] = y
         S[STATE + B] = v
         if was == CONTACT or was == RELEASED:
-            log_event(S[STATE + TIME], LOSS, rate, cause, events, S)
+            log_event(S[STATE + TIME], LOSS, rate, cause, events, S[COUNT:])
 
 
 @kernel

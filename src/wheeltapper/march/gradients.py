@@ -10,7 +10,7 @@ import numpy as np
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells, Marched
 from wheeltapper.march.kernel import is_compiled, kernel
-from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE
+from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, STATE
 from wheeltapper.march.program import (
     EVENT_COLUMNS,
     FLIGHT,
@@ -75,8 +75,8 @@ def gradient_kernel(
         status[cell] = why
         end[cell] = S[STATE + TIME]
         rows = int(S[COUNT])
-        new_events = int(S[COUNT + 1])
-        new_peaks = int(S[COUNT + 2])
+        new_events = int(S[COUNT + EVENTS])
+        new_peaks = int(S[COUNT + PEAKS])
         last = S[STATE : STATE + LENGTH].copy()
         gentlest[cell] = tangent_kernel(
             own, bends, first[cell], table, numbers[cell], turns[cell], start, steps[:rows], last,
@@ -152,7 +152,7 @@ def march_block(cells: Cells, turns: Turns) -> tuple[Marched, Tangents]:
     events, peaks = int(tables.event_ends[-1]), int(tables.peak_ends[-1])
     marched = Marched(
         tables.status, tables.end, tables.events[:events], tables.peaks[:peaks], tables.event_ends, tables.peak_ends,
-        tables.airborne, np.full(total, np.nan), np.full(events, np.nan),
+        tables.airborne,
     )  # fmt: skip
     found = Tangents(tables.of_events[:events], tables.of_peaks[:peaks], tables.gentlest, tables.amplification)
     return marched, found

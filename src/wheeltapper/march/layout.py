@@ -31,7 +31,8 @@ HORNER, HORNER_FACTOR, HERE = _positions((18 + rows) * WIDTH for rows in (0, MAX
 POLY, AMP_SIN, AMP_COS, PHASE0, OMEGA, DEGREE, FACTOR_DEGREE, FACTOR = 0, 9, 10, 11, 12, 13, 14, 15
 STATE = HERE + FACTOR + MAX_DEGREE + 1  # the present state
 MARK = STATE + 16  # a corner of the force that waits for the other side of a breakpoint
-COUNT = MARK + 8  # steps, events, peaks so far; whether the last step ended in a loss
-# Further counts: impacts so far, those at and after which the march ends (-1: none), and whether it has to.
-IMPACTS, UNTIL_IMPACT, UNTIL_LOSS, SEEN = range(4, 8)
-SCRATCH = int(COUNT + 8)
+COUNT = MARK + 8
+# Counts: steps (at COUNT itself), events, peaks so far; whether the last step ended in a loss; impacts so far, those at
+# and after which the march ends (-1: none), and whether it has to; steps in a row in which no time passed.
+EVENTS, PEAKS, OPENED, IMPACTS, UNTIL_IMPACT, UNTIL_LOSS, SEEN, IDLE = range(1, 9)
+SCRATCH = int(COUNT + IDLE + 1)

@@ -15,7 +15,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells
 from wheeltapper.march.kernel import is_compiled, kernel
-from wheeltapper.march.layout import CLEAR, COUNT, FLIGHT_ORDER, MARK, SCRATCH, TREND, U, W
+from wheeltapper.march.layout import CLEAR, COUNT, EVENTS, FLIGHT_ORDER, MARK, SCRATCH, TREND, U, W
 from wheeltapper.march.program import (
     CONTACT,
     DECK_V,
@@ -89,7 +89,7 @@ def margin_kernel(
         since = 0.0
         lost = np.inf
         found = 0
-        for i in range(int(S[COUNT + 1])):
+        for i in range(int(S[COUNT + EVENTS])):
             if events[i, contract.EVENT_KIND] == LOSS:
                 found += 1
                 if found == losses:

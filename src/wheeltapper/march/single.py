@@ -43,8 +43,12 @@ from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import (
     CLEAR,
     COUNT,
+    EVENTS,
     FLIGHT_ORDER,
+    IDLE,
     MARK,
+    OPENED,
+    PEAKS,
     SCRATCH,
     SEEN,
     STATE,
@@ -138,7 +142,7 @@ def _contact_step(numbers: FloatArray, strict: bool | None, until: float, steps:
             height += y
             velocity += z
         if what == OPENS:
-            log_event(S[STATE + TIME], LOSS, w, 0.0, events, S)
+            log_event(S[STATE + TIME], LOSS, w, 0.0, events, S[COUNT:])
             u = 0.0
         S[STATE + PHASE] = FLIGHT if what == OPENS else RELEASED
         S[STATE + A] = height - u * u
@@ -152,11 +156,11 @@ def _bonded_maxima(numbers: FloatArray, time: float, length: float, peaks: Float
     for k in range(FLIGHT_ORDER):
         S[TREND + k] = (k + 1) * S[N + k + 1]
     start = 0.0
-    while S[COUNT + 2] < peaks.shape[0]:
+    while S[COUNT + PEAKS] < peaks.shape[0]:
         root, more = first_root(S, TREND, FLIGHT_ORDER - 1, start, length, -1.0, QUIET)
         if root == NONE:
             return
-        log_peak(time + root, evaluate(S, N, FLIGHT_ORDER, root), 0.0, peaks, S)
+        log_peak(time + root, evaluate(S, N, FLIGHT_ORDER, root), 0.0, peaks, S[COUNT:])
         if not more:
             return
         start = root + APART * length
@@ -209,66 +213,73 @@ def _flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatAr
     rate = velocity - v
     if what == OPENS:
         S[STATE + PHASE] = FLIGHT
-        log_event(S[STATE + TIME], LOSS, rate, 0.0, events, S)
+        log_event(S[STATE + TIME], LOSS, rate, 0.0, events, S[COUNT:])
     elif what == GRIPS:
         take_contact(numbers, height - y, -1.0 / numbers[contract.HYSTERESIS], S)
     else:
         take_contact(numbers, 0.0, rate, S)
-        log_event(S[STATE + TIME], IMPACT, rate, 0.0, events, S)
+        log_event(S[STATE + TIME], IMPACT, rate, 0.0, events, S[COUNT:])
     return what
 
 
 @kernel
-def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray, strict: bool | None) -> int:  # fmt: skip
-    """March from `state` until the end, or until a table is full; return why it stopped. May be called again.
+def advance_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray, strict: bool | None) -> int:  # fmt: skip
+    """Make the next step (in plain contacts all up to the next event), over a breakpoint at its end.
 
-    `strict`: True for a march of order STRICT_ORDER, None for one of DEFAULT_ORDER; each is compiled when first used.
+    Return RUNNING, or why the march stops. `strict`: True for a march of order STRICT_ORDER, None for one of
+    DEFAULT_ORDER; each is compiled when first used.
     """
+    if (
+        S[COUNT] + 1 > steps.shape[0]
+        or S[COUNT + EVENTS] + 4 > events.shape[0]
+        or S[COUNT + PEAKS] + 8 > peaks.shape[0]
+    ):
+        return FULL
+    if S[COUNT + SEEN] != 0.0:
+        return ENOUGH
+    if S[COUNT + EVENTS] >= numbers[contract.EVENT_LIMIT]:
+        return TOO_MANY_EVENTS
     time = S[STATE + TIME]
+    until = min(piece_end(pieces, numbers, S), numbers[contract.END])
+    if numbers[contract.DECK_MASS] > 0.0:
+        if time < numbers[contract.DECK_FROM]:
+            until = min(until, numbers[contract.DECK_FROM])
+        elif time < numbers[contract.DECK_TO]:
+            until = min(until, numbers[contract.DECK_TO])
     localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
-    opened = S[COUNT + 3] != 0.0
-    idle = 0
-    while True:
-        if S[COUNT] + 1 > steps.shape[0] or S[COUNT + 1] + 4 > events.shape[0] or S[COUNT + 2] + 8 > peaks.shape[0]:
-            S[COUNT + 3] = 1.0 if opened else 0.0
-            return FULL
-        if S[COUNT + SEEN] != 0.0:
-            return ENOUGH
-        if S[COUNT + 1] >= numbers[contract.EVENT_LIMIT]:
-            return TOO_MANY_EVENTS
-        time = S[STATE + TIME]
-        until = min(piece_end(pieces, numbers, S), numbers[contract.END])
-        if numbers[contract.DECK_MASS] > 0.0:
-            if time < numbers[contract.DECK_FROM]:
-                until = min(until, numbers[contract.DECK_FROM])
-            elif time < numbers[contract.DECK_TO]:
-                until = min(until, numbers[contract.DECK_TO])
-        localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
-        if S[STATE + PHASE] == CONTACT and S[STATE + A] == 0.0 and abs(S[STATE + B]) < GRAZE:
-            height, velocity, _ = path_at(0.0, S)
-            if S[STATE + ON_DECK] != 0.0:
-                height += S[STATE + DECK_Y]
-                velocity += S[STATE + DECK_V]
-            leave_grazing(numbers, height, velocity - S[STATE + B], S)
-            opened = S[STATE + PHASE] == FLIGHT
-            continue
-        if S[STATE + PHASE] == CONTACT:
-            what = _contact_step(numbers, strict, until, steps, events, peaks, S)
-        else:
-            what = _flight_step(numbers, until, opened, steps, events, peaks, S)
-        opened = what == OPENS
-        if is_bad(S[STATE + TIME] + S[STATE + A] + S[STATE + B] + S[STATE + DECK_Y] + S[STATE + DECK_V]):
-            return NOT_FINITE
-        idle = idle + 1 if S[STATE + TIME] <= time else 0
-        if idle > 1000:
-            return STALLED
-        if what == BREAK:
-            if S[STATE + TIME] >= numbers[contract.END]:
-                return DONE
-            localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
-            status = cross_break(pieces, numbers, events, S)
-            if status != RUNNING:
-                return status
+    if S[STATE + PHASE] == CONTACT and S[STATE + A] == 0.0 and abs(S[STATE + B]) < GRAZE:
+        height, velocity, _ = path_at(0.0, S)
+        if S[STATE + ON_DECK] != 0.0:
+            height += S[STATE + DECK_Y]
+            velocity += S[STATE + DECK_V]
+        leave_grazing(numbers, height, velocity - S[STATE + B], S)
+        S[COUNT + OPENED] = 1.0 if S[STATE + PHASE] == FLIGHT else 0.0
+        return RUNNING
+    if S[STATE + PHASE] == CONTACT:
+        what = _contact_step(numbers, strict, until, steps, events, peaks, S)
+    else:
+        what = _flight_step(numbers, until, S[COUNT + OPENED] != 0.0, steps, events, peaks, S)
+    S[COUNT + OPENED] = 1.0 if what == OPENS else 0.0
+    if is_bad(S[STATE + TIME] + S[STATE + A] + S[STATE + B] + S[STATE + DECK_Y] + S[STATE + DECK_V]):
+        return NOT_FINITE
+    S[COUNT + IDLE] = S[COUNT + IDLE] + 1.0 if S[STATE + TIME] <= time else 0.0
+    if S[COUNT + IDLE] > 1000:
+        return STALLED
+    if what == BREAK:
+        if S[STATE + TIME] >= numbers[contract.END]:
+            return DONE
+        localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
+        return cross_break(pieces, numbers, events, S)
+    return RUNNING
+
+
+@kernel
+def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray, strict: bool | None) -> int:  # fmt: skip
+    """March from `state` until the end, or until a table is full; return why it stopped. May be called again."""
+    status = RUNNING
+    while status == RUNNING:
+        status = advance_kernel(pieces, numbers, steps, events, peaks, S, strict)
+    return status
 
 
 @kernel
@@ -276,7 +287,7 @@ def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S:
     """Set the state at time zero from the start's displacement and velocity."""
     S[STATE : STATE + LENGTH] = 0.0
     S[STATE + SHIFT] = numbers[contract.START_SHIFT]
-    S[COUNT : COUNT + SEEN + 1] = 0.0
+    S[COUNT : COUNT + IDLE + 1] = 0.0
     S[COUNT + UNTIL_IMPACT] = numbers[contract.LAST_IMPACT]
     S[COUNT + UNTIL_LOSS] = numbers[contract.LAST_LOSS]
     while piece_end(pieces, numbers, S) <= 0.0:

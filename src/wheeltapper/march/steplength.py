@@ -10,24 +10,24 @@ import numpy as np
 from wheeltapper.march.kernel import kernel
 
 LONGEST = 2.0
-SAFETY = 0.6
-_UNIT = 2.0**52
-_BIAS = 1022.957  # of the exponent, less half the largest error of the straight line through the mantissa
-_FLOOR = 1e-250
+LOG_SAFETY = float(np.log2(0.6))
+UNIT = 2.0**52
+BIAS = 1022.957  # of the exponent, less half the largest error of the straight line through the mantissa
+FLOOR = 1e-250
 
 
 @kernel
 def _bits(x: float) -> float:
-    """Return the bits of a positive number as a number: 2**52·(log2(x) + _BIAS), but for 0.05·2**52."""
+    """Return the bits of a positive number as a number: 2**52·(log2(x) + BIAS), but for 0.05·2**52."""
     return float(np.float64(x).view(np.int64))
 
 
 @kernel
 def steplength(order: int, u_before: float, w_before: float, u_last: float, w_last: float, goal: float) -> float:
     """Return the step in s at which the terms of u and w of orders `order` - 1 and `order` reach 2**goal."""
-    start = _UNIT * (goal / (order - 1) + np.log2(SAFETY) + _BIAS)
-    before = _bits(max(w_before, max(u_before, _FLOOR)))
-    last = _bits(max(w_last, max(u_last, _FLOOR)))
-    first = start + (_UNIT * _BIAS - before) / (order - 1)
-    second = start + (_UNIT * _BIAS - last) / order
+    start = UNIT * (goal / (order - 1) + LOG_SAFETY + BIAS)
+    before = _bits(max(w_before, max(u_before, FLOOR)))
+    last = _bits(max(w_last, max(u_last, FLOOR)))
+    first = start + (UNIT * BIAS - before) / (order - 1)
+    second = start + (UNIT * BIAS - last) / order
     return min(LONGEST, float(np.int64(min(first, second)).view(np.float64)))

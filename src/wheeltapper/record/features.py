@@ -171,7 +171,7 @@ def decay_rate() -> Feature:
     """Return the rate σ at which the impact train decays, 1/s: the largest forces after the impacts fit exp(-σ·t)."""
 
     def rate(trains: Trains) -> Values:
-        peaks = trains.impact_peaks()
+        peaks = trains.impact_peaks
         time, height, owner = peaks.columns["time"], np.log(peaks.columns["force"]), peaks.owner
         many = peaks.count
         middle_time, middle = peaks.total(time) / many, peaks.total(height) / many
@@ -190,7 +190,7 @@ def impulse(impact: int = 1) -> Feature:
         raise InputError("", "impact", repr(impact), "an impact, counted from 1")
     return Feature(
         "impulse", "N s", f"impulse of the contact force from impact {impact} to the next loss of contact", impact,
-        "loss", lambda trains: trains.impacts.nth("impulse", impact), tally=True,
+        "loss", lambda trains: trains.impulse(impact), tally=True,
     )  # fmt: skip
 
 

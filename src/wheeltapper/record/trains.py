@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,26 @@ IntArray = NDArray[np.int64]
 Values = NDArray[Any]  # of floats; complex where they carry a derivative
 
 
+def _begins(*keys: NDArray[Any]) -> IntArray:
+    """Return where in sorted columns a new combination of entries begins."""
+    if len(keys[0]) == 0:
+        return np.zeros(0, dtype=np.int64)
+    new = np.zeros(len(keys[0]), dtype=bool)
+    new[0] = True
+    for key in keys:
+        new[1:] |= key[1:] != key[:-1]
+    return np.flatnonzero(new)
+
+
+def _largest_of_each(values: FloatArray, begins: IntArray) -> IntArray:
+    """Return the place of the largest entry, the first of equals, in each group of rows; groups begin at `begins`."""
+    if len(begins) == 0:
+        return begins
+    sizes = np.diff(begins, append=len(values))
+    largest = np.flatnonzero(values == np.repeat(np.maximum.reduceat(values, begins), sizes))
+    return largest[np.searchsorted(largest, begins)]
+
+
 @dataclass(frozen=True)
 class Rows:
     """Rows of a table that belongs to many cells, one cell after the other."""
@@ -26,12 +47,12 @@ class Rows:
     first: IntArray  # (cells + 1,): where each cell's rows begin, and the end of all
     columns: dict[str, Values]
 
-    @property
+    @cached_property
     def count(self) -> IntArray:
         """Number of rows of each cell."""
         return np.diff(self.first)
 
-    @property
+    @cached_property
     def owner(self) -> IntArray:
         """The cell of each row."""
         return np.repeat(np.arange(len(self.first) - 1), self.count)
@@ -49,10 +70,9 @@ class Rows:
     def largest(self, column: str) -> Values:
         """Return a column's largest entry in each cell; NaN where there is none."""
         values, owner = self.columns[column], self.owner
-        order = np.lexsort((values.real, owner))
-        ends = order[np.flatnonzero(np.diff(owner[order], append=-1))]
+        rows = _largest_of_each(values.real, _begins(owner))
         out = np.full(len(self.first) - 1, np.nan, dtype=values.dtype)
-        out[owner[ends]] = values[ends]
+        out[owner[rows]] = values[rows]
         return out
 
     def total(self, values: Values) -> Values:
@@ -64,88 +84,100 @@ class Rows:
 
 @dataclass(frozen=True)
 class Trains:
-    """Losses, impacts and force maxima of cells, in SI units.
+    """Losses, impacts and force maxima of cells that were marched, in SI units; each is made when it is first read."""
 
-    Attributes
-    ----------
-    losses, impacts
-        Columns `time` (s) and `rate` (indentation rate, m/s); impacts also `impulse` (N s, of the contact that follows;
-        NaN where it outlasts the run, or was not asked for).
-    peaks
-        Columns `time` (s), `force` (N) and `impact` (how many impacts came before).
-    end
-        (cells,) time in s up to which each cell was computed.
-    static_force
-        (cells,) N0, N.
-    airborne
-        (cells,) True where the run began in flight.
-    highest
-        (cells,) highest displacement of the wheel, m; NaN where it was not asked for.
-    whole
-        (cells,) True where the run was computed to its end, or as far as was asked.
-    """
-
-    losses: Rows
-    impacts: Rows
-    peaks: Rows
-    end: Values
-    static_force: Values
-    airborne: NDArray[np.bool_]
-    highest: Values
-    whole: NDArray[np.bool_]
+    marched: Marched
+    units: Units
 
     @property
     def cells(self) -> int:
         """Number of cells."""
-        return len(self.end)
+        return len(self.marched.end)
+
+    @property
+    def end(self) -> Values:
+        """(cells,) time in s up to which each cell was computed."""
+        return self.marched.end * self.units.time
+
+    @property
+    def static_force(self) -> Values:
+        """(cells,) N0, N."""
+        return self.units.static_force
+
+    @property
+    def airborne(self) -> NDArray[np.bool_]:
+        """(cells,) True where the run began in flight."""
+        return np.asarray(self.marched.airborne == 1.0)
+
+    @property
+    def highest(self) -> Values:
+        """(cells,) highest displacement of the wheel, m."""
+        highest = self.marched.highest
+        assert highest is not None
+        return highest * self.units.length
+
+    @cached_property
+    def whole(self) -> NDArray[np.bool_]:
+        """(cells,) True where the run was computed to its end, or as far as was asked."""
+        return np.asarray((self.marched.status == contract.DONE) | (self.marched.status == contract.ENOUGH))
+
+    @cached_property
+    def losses(self) -> Rows:
+        """Losses of contact: columns `time` (s) and `rate` (of the indentation, m/s)."""
+        return self._events(contract.LOSS)
+
+    @cached_property
+    def impacts(self) -> Rows:
+        """Impacts: columns `time` (s) and `rate` (of the indentation, m/s)."""
+        return self._events(contract.IMPACT)
+
+    def impulse(self, n: int) -> Values:
+        """Return the impulse (N s) of the contact that impact n begins; NaN where it outlasts the run."""
+        assert self.marched.impulses is not None
+        held = self.impacts.count >= n
+        rows = np.append(0, self.marched.event_ends)[:-1] + n - 1
+        values = np.append(self.marched.impulses, np.nan)[np.where(held, rows, -1)]
+        return values * self.units.force * self.units.time
+
+    @cached_property
+    def peaks(self) -> Rows:
+        """Force maxima: columns `time` (s), `force` (N) and `impact` (how many impacts came before)."""
+        peaks, units = self.marched.peaks, self.units
+        first = np.append(0, self.marched.peak_ends)
+        count = np.diff(first)
+        columns = {
+            "time": peaks[:, contract.PEAK_TIME] * np.repeat(units.time, count),
+            "force": peaks[:, contract.PEAK_FORCE] * np.repeat(units.force, count),
+            "impact": peaks[:, contract.PEAK_IMPACT].real,
+        }
+        return Rows(first, columns)
+
+    def _events(self, kind: int) -> Rows:
+        events, units = self.marched.events, self.units
+        among = events[:, contract.EVENT_KIND].real == kind
+        first = np.append(0, np.cumsum(among))[np.append(0, self.marched.event_ends)]
+        count = np.diff(first)
+        rows = events[among]
+        columns = {
+            "time": rows[:, contract.EVENT_TIME] * np.repeat(units.time, count),
+            "rate": rows[:, contract.EVENT_RATE] * np.repeat(units.length / units.time, count),
+        }
+        return Rows(first, columns)
 
     def impact_peak(self, n: int, column: str) -> Values:
         """Return time or force of the largest force between impact n and the next; NaN where there is none."""
-        return self._largest(self.peaks.columns["impact"] == n).nth(column, 1)
+        among = self.impact_peaks
+        rows = among.columns["impact"] == n
+        values = among.columns[column]
+        out = np.full(self.cells, np.nan, dtype=values.dtype)
+        out[among.owner[rows]] = values[rows]
+        return out
 
+    @cached_property
     def impact_peaks(self) -> Rows:
-        """Return time and force of the largest force after every impact, where there is one."""
-        return self._largest(self.peaks.columns["impact"] >= 1)
-
-    def _largest(self, among: NDArray[np.bool_]) -> Rows:
-        """Return the largest of the chosen maxima that follow the same impact of the same cell."""
-        rows = np.flatnonzero(among)
+        """Time and force of the largest force after every impact, where there is one."""
+        rows = np.flatnonzero(self.peaks.columns["impact"] >= 1)
         owner, impact = self.peaks.owner[rows], self.peaks.columns["impact"][rows]
-        order = np.lexsort((self.peaks.columns["force"].real[rows], impact, owner))
-        rows, owner, impact = rows[order], owner[order], impact[order]
-        best = np.append((np.diff(owner) != 0) | (np.diff(impact) != 0), len(rows) > 0)[: len(rows)]
-        rows = rows[best]
-        first = np.searchsorted(owner[best], np.arange(self.cells + 1))
-        return Rows(first, {name: self.peaks.columns[name][rows] for name in ("time", "force", "impact")})
-
-
-def trains_of(marched: Marched, units: Units) -> Trains:
-    """Return the trains of cells that were marched, `units` being theirs."""
-    events, peaks = marched.events, marched.peaks
-    event_first = np.append(0, marched.event_ends)
-    peak_first = np.append(0, marched.peak_ends)
-    event_owner = np.repeat(np.arange(len(marched.end)), np.diff(event_first))
-    peak_owner = np.repeat(np.arange(len(marched.end)), np.diff(peak_first))
-    time = events[:, contract.EVENT_TIME] * units.time[event_owner]
-    rate = events[:, contract.EVENT_RATE] * (units.length / units.time)[event_owner]
-
-    def kind(which: int) -> Rows:
-        mine = np.flatnonzero(events[:, contract.EVENT_KIND].real == which)
-        first = np.searchsorted(mine, event_first)
-        return Rows(first, {"time": time[mine], "rate": rate[mine]})
-
-    losses, impacts = kind(contract.LOSS), kind(contract.IMPACT)
-    number = np.arange(impacts.first[-1]) - impacts.first[:-1][impacts.owner]
-    impulse = marched.impulses[event_first[impacts.owner] + number]
-    impacts.columns["impulse"] = impulse * (units.force * units.time)[impacts.owner]
-
-    columns = {
-        "time": peaks[:, contract.PEAK_TIME] * units.time[peak_owner],
-        "force": peaks[:, contract.PEAK_FORCE] * units.force[peak_owner],
-        "impact": peaks[:, contract.PEAK_IMPACT].real,
-    }
-    whole = np.isin(marched.status, (contract.DONE, contract.ENOUGH))
-    return Trains(
-        losses, impacts, Rows(peak_first, columns), marched.end * units.time, units.static_force,
-        marched.airborne == 1.0, marched.highest * units.length, whole,
-    )  # fmt: skip
+        best = rows[_largest_of_each(self.peaks.columns["force"].real[rows], _begins(owner, impact))]
+        first = np.searchsorted(self.peaks.owner[best], np.arange(self.cells + 1))
+        return Rows(first, {name: self.peaks.columns[name][best] for name in ("time", "force", "impact")})

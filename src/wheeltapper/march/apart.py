@@ -1,0 +1,150 @@
+"""Cells one at a time: their start, breakpoints, and all that lanes cannot do; and the way back into the lanes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.events import CORNER_SET, GRAZE, cross_break, piece_end, settle_corner
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.layout import (
+    AMP_COS,
+    AMP_SIN,
+    COUNT,
+    DEGREE,
+    EVENTS,
+    FACTOR_DEGREE,
+    HERE,
+    MARK,
+    OMEGA,
+    PEAKS,
+    POLY,
+    SEEN,
+    STATE,
+)
+from wheeltapper.march.pool import (
+    AIRBORNE,
+    APART,
+    COAST,
+    FLAT,
+    FLY,
+    LOCAL,
+    WAVE,
+    Pool,
+    finish,
+    own,
+    pop,
+    push,
+    put_back,
+    take,
+)
+from wheeltapper.march.program import CONTACT, DONE, FLIGHT, FULL, PHASE, PIECE, RUNNING, SHIFT, TIME, A, B
+from wheeltapper.march.series import harmonic_forcing, localise
+from wheeltapper.march.single import advance_kernel, start_kernel
+
+
+@kernel
+def join(cell: int, pool: Pool) -> bool:
+    """Put the cell in S in the queue of its next step, if lanes can take it; else return False."""
+    S, numbers = pool.S, pool.numbers[cell]
+    if (
+        numbers[contract.DECK_MASS] != 0.0
+        or numbers[contract.HYSTERESIS] != 0.0
+        or numbers[contract.QUADRATIC] != 0.0
+        or numbers[contract.CUBIC] != 1.0
+        or numbers[contract.BILATERAL] != 0.0
+        or S[HERE + DEGREE] != 0.0
+        or S[HERE + FACTOR_DEGREE] >= 0.0
+        or S[COUNT + SEEN] != 0.0
+        or S[COUNT + EVENTS] >= numbers[contract.EVENT_LIMIT]
+    ):
+        return False
+    flying = S[STATE + PHASE] == FLIGHT
+    u, w = S[STATE + A], S[STATE + B]
+    if not flying and not (S[STATE + PHASE] == CONTACT and (u > 0.0 or w >= GRAZE)):
+        return False
+    peak = int(S[COUNT + PEAKS])
+    settle_corner(0.0 if flying else u * u * u, 0.0 if flying else w, pool.peaks[pool.used[1] - peak :], S)
+    own(cell, 0, int(S[COUNT + PEAKS]) - peak, pool)
+    put_back(cell, pool.rows, S)
+    row = pool.rows[cell, LOCAL:]
+    table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
+    piece = table[int(S[STATE + PIECE])]
+    turns = piece[contract.WAVENUMBER] / (2.0 * np.pi)
+    gain_sin, gain_cos = harmonic_forcing(numbers, S)
+    row[0] = numbers[contract.STIFFNESS]
+    row[1] = numbers[contract.DAMPING]
+    row[2] = 1.0 + numbers[contract.STIFFNESS] * S[HERE + POLY]
+    row[3] = S[HERE + POLY]
+    row[4] = gain_sin
+    row[5] = gain_cos
+    row[6] = S[HERE + AMP_SIN]
+    row[7] = S[HERE + AMP_COS]
+    row[8] = S[HERE + OMEGA]
+    row[9] = turns * numbers[contract.PACE]
+    row[10] = turns * (S[STATE + SHIFT] + piece[contract.CENTRE])
+    row[11] = min(piece_end(table, numbers, S), numbers[contract.END])
+    row[12] = np.log2(numbers[contract.TOLERANCE])
+    kind = FLAT if S[HERE + OMEGA] == 0.0 else WAVE
+    push(cell, FLY if flying else COAST + kind, pool.queue)
+    return True
+
+
+@kernel
+def cross(cell: int, pool: Pool) -> None:
+    """Take a cell over the breakpoint that it has reached, or end its march there."""
+    S, numbers = pool.S, pool.numbers[cell]
+    take(cell, pool.rows, S)
+    why = DONE
+    if S[STATE + TIME] < numbers[contract.END]:
+        table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
+        localise(table, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
+        event = int(S[COUNT + EVENTS])
+        why = cross_break(table, numbers, pool.events[pool.used[0] - event :], S)
+        own(cell, int(S[COUNT + EVENTS]) - event, 0, pool)
+    if why != RUNNING:
+        finish(cell, why, S[STATE + TIME], pool.rows)
+    elif not join(cell, pool):
+        put_back(cell, pool.rows, S)
+        push(cell, APART, pool.queue)
+
+
+@kernel
+def go_apart(pool: Pool) -> bool:
+    """March one cell by itself until lanes can take it, or to its end; return False if its events need more room."""
+    rows, queue = pool.rows, pool.queue
+    cell = pop(APART, queue)
+    pool.used[2] += 1
+    table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
+    numbers = pool.numbers[cell]
+    S = pool.S
+    take(cell, rows, S)
+    while True:
+        S[COUNT] = 0.0
+        event, peak = int(S[COUNT + EVENTS]), int(S[COUNT + PEAKS])
+        events = pool.events[pool.used[0] - event :]
+        peaks = pool.peaks[pool.used[1] - peak : len(pool.peaks) - 1]  # a corner may need one row more
+        why = advance_kernel(table, numbers, pool.steps, events, peaks, S, None)
+        own(cell, int(S[COUNT + EVENTS]) - event, int(S[COUNT + PEAKS]) - peak, pool)
+        if why == FULL:
+            put_back(cell, rows, S)
+            push(cell, APART, queue)
+            return False
+        if why != RUNNING:
+            finish(cell, why, S[STATE + TIME], rows)
+            return True
+        if join(cell, pool):
+            return True
+
+
+@kernel
+def start_lanes(pool: Pool) -> None:
+    """Set every cell's state at time zero."""
+    for cell in range(len(pool.first)):
+        table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
+        pool.S[MARK + CORNER_SET] = 0.0
+        start_kernel(table, pool.numbers[cell], pool.events, pool.S)
+        pool.rows[cell, AIRBORNE] = 1.0 if pool.S[STATE + PHASE] == FLIGHT else 0.0
+        put_back(cell, pool.rows, pool.S)
+        if not join(cell, pool):
+            push(cell, APART, pool.queue)

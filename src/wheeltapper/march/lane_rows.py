@@ -1,0 +1,30 @@
+"""Where things stand in the flat array `L` of the lane kernels: entry i of the row at T is L[T + i], one per lane."""
+
+from __future__ import annotations
+
+LANES = 8
+CONTACT_ORDER, FLIGHT_ORDER = 12, 22
+
+
+def _rows(first: int, *lengths: int) -> list[int]:
+    """Return where series with so many rows each begin, and where the last one ends."""
+    starts = [first]
+    for length in lengths:
+        starts.append(starts[-1] + LANES * length)
+    return starts
+
+
+# A step's start: contact has (u, w), flight (y, v). Then the cell's suspension and path: load 1 + K·level and level,
+# the factors of sine and cosine in the forcing and in the height, the path's phase in turns RATE·time - OFFSET.
+TIME, U0, W0, K, G, LOAD, LEVEL, GAIN_SIN, GAIN_COS, AMP_SIN, AMP_COS, OMEGA, RATE, OFFSET, UNTIL, GOAL = range(
+    0, 16 * LANES, LANES
+)
+# A step's end: length, time, (u, w), whether w keeps its sign for certain, whether the step holds no event for certain.
+LENGTH, T_END, U_END, W_END, CALM, GO = range(16 * LANES, 22 * LANES, LANES)
+# A root search in (0, 1): the place, its bracket, the sign at 0, number of sign changes, whether it is found (only one
+# that is alone is sought); then the motion there. FRESH: a flight that begins at δ = 0.
+X, LOW, HIGH, SIGN, CHANGES, DONE, T_ROOT, U_ROOT, W_ROOT, FRESH = range(22 * LANES, 32 * LANES, LANES)
+# Series: u and w of a contact step, y and v of a flight, and the polynomial whose root is sought.
+U, W, Y, V, POLYNOMIAL, ENTRIES = _rows(
+    32 * LANES, CONTACT_ORDER + 1, CONTACT_ORDER + 1, FLIGHT_ORDER + 1, FLIGHT_ORDER + 1, FLIGHT_ORDER + 1
+)

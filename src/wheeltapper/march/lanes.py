@@ -1,0 +1,280 @@
+"""Cells in lockstep: eight that wait for the same kind of step take it together, lane by lane.
+
+COAST   in contact: step after step, until one may hold an event; a lane that falls out is filled again at once
+TURN    that step ends in contact: find the force maximum or minimum in it
+OPEN    that step ends without contact: find the loss
+BREAK   that step reaches a breakpoint: find the place, and go over it
+FLY     in flight: a step, or up to the impact or the breakpoint
+APART   everything else, one cell after the other by single.py: other contacts and other paths, and steps with more
+        than one root
+
+until no cell waits:  take the fullest queue; let its cells go on; each joins the queue of its next step
+
+A cell's motion does not depend on its company: every lane does the same arithmetic, whatever the others hold.
+"""
+
+from __future__ import annotations
+
+from wheeltapper.march import lane_rows as lane
+from wheeltapper.march.apart import cross, go_apart
+from wheeltapper.march.events import CORNER_FORCE, CORNER_RISING, CORNER_SET, CORNER_TIME, GRAZE, log_peak
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.lane_rows import LANES
+from wheeltapper.march.layout import MARK, OPENED, PEAKS, STATE
+from wheeltapper.march.pool import (
+    APART,
+    BREAK,
+    COAST,
+    COUNTS,
+    FLAT,
+    FLY,
+    LOCAL,
+    OPEN,
+    ROOM,
+    TURN,
+    WAVE,
+    Pool,
+    fill,
+    fill_all,
+    keep,
+    note,
+    own,
+    pop,
+    push,
+)
+from wheeltapper.march.program import CONTACT, FLIGHT, IMPACT, LOSS, PHASE, FloatArray
+from wheeltapper.march.unrolled_lanes import (
+    contact_root_12,
+    flight_22,
+    flight_end_22,
+    lanes_flat_12,
+    lanes_wave_12,
+    leave,
+    scan_12,
+    scan_22,
+    seek_time_12,
+    seek_u_12,
+    seek_w_12,
+    sharpen_12,
+    sharpen_22,
+)
+
+MARKS = int(MARK - STATE)
+
+
+@kernel
+def _step(kind: int, L: FloatArray) -> None:
+    """Make one contact step in all lanes."""
+    if kind == FLAT:
+        lanes_flat_12(L)
+    else:
+        lanes_wave_12(L)
+
+
+@kernel
+def _is_everywhere(row: int, L: FloatArray) -> bool:
+    """Return True where a row of zeros and ones holds ones only."""
+    total = 0.0
+    for i in range(LANES):
+        total += L[row + i]
+    return total == LANES
+
+
+@kernel
+def _coast(kind: int, drain: bool, pool: Pool) -> None:
+    """Let cells in contact step until a lane stays empty; with `drain`, until all are."""
+    L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
+    busy = fill_all(COAST + kind, queue, rows, L, held)
+    while busy > 0:
+        _step(kind, L)
+        if _is_everywhere(lane.GO, L):
+            continue
+        before = busy
+        for i in range(LANES):
+            cell = held[i]
+            if cell < 0 or L[lane.GO + i] != 0.0:
+                continue
+            keep(i, cell, rows, L)
+            if not L[lane.U_END + i] > 0.0:
+                push(cell, OPEN + kind, queue)
+            elif L[lane.CALM + i] == 0.0:
+                push(cell, TURN + kind, queue)
+            else:
+                push(cell, BREAK + kind, queue)
+            held[i] = pop(COAST + kind, queue)
+            fill(i, held[i], rows, L)
+            if held[i] < 0:
+                busy -= 1
+        if busy < before and not drain:
+            for i in range(LANES):
+                if held[i] >= 0:
+                    keep(i, held[i], rows, L)
+                    push(held[i], COAST + kind, queue)
+            return
+
+
+@kernel
+def _find_12(L: FloatArray) -> None:
+    """Find the root in (0, 1) of each polynomial of degree 12 that has just one there."""
+    scan_12(L)
+    while not _is_everywhere(lane.DONE, L):
+        sharpen_12(L)
+
+
+@kernel
+def _find_22(L: FloatArray) -> None:
+    """Find the root in (0, 1) of each polynomial of degree 22 that has just one there."""
+    scan_22(L)
+    while not _is_everywhere(lane.DONE, L):
+        sharpen_22(L)
+
+
+@kernel
+def _turn(kind: int, pool: Pool) -> None:
+    """Make one contact step with at most one zero of w in it."""
+    L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
+    filled = fill_all(TURN + kind, queue, rows, L, held)
+    _step(kind, L)
+    seek_w_12(L)
+    _find_12(L)
+    contact_root_12(L)
+    for i in range(filled):
+        cell = held[i]
+        turns, falls = L[lane.CHANGES + i], L[lane.SIGN + i] > 0.0
+        ends = L[lane.TIME + i] + L[lane.T_END + i]
+        if not ends < L[lane.UNTIL + i] or turns > 1.0 or (turns == 1.0 and not falls and not L[lane.U_ROOT + i] > 0.0):
+            push(cell, APART, queue)
+            continue
+        if turns == 1.0 and falls:
+            u, counts = L[lane.U_ROOT + i], rows[cell, COUNTS:LOCAL]
+            peaks = pool.peaks[pool.used[1] - int(counts[PEAKS]) :]
+            log_peak(L[lane.TIME + i] + L[lane.T_ROOT + i], u * u * u, 0.0, peaks, counts)
+            own(cell, 0, 1, pool)
+        L[lane.TIME + i] = ends
+        L[lane.U0 + i] = L[lane.U_END + i]
+        L[lane.W0 + i] = L[lane.W_END + i]
+        keep(i, cell, rows, L)
+        push(cell, COAST + kind, queue)
+
+
+@kernel
+def _open(kind: int, pool: Pool) -> None:
+    """Make one contact step up to the loss in it."""
+    L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
+    filled = fill_all(OPEN + kind, queue, rows, L, held)
+    _step(kind, L)
+    seek_u_12(L)
+    _find_12(L)
+    contact_root_12(L)
+    for i in range(LANES):
+        alone = L[lane.CHANGES + i] == 1.0 and L[lane.CALM + i] != 0.0 and L[lane.W0 + i] < 0.0 < L[lane.U0 + i]
+        L[lane.GO + i] = 1.0 if alone and L[lane.TIME + i] + L[lane.T_ROOT + i] < L[lane.UNTIL + i] else 0.0
+    leave(L)
+    for i in range(filled):
+        cell = held[i]
+        if L[lane.GO + i] == 0.0:
+            push(cell, APART, queue)
+            continue
+        keep(i, cell, rows, L)
+        rows[cell, PHASE] = FLIGHT
+        rows[cell, COUNTS + OPENED] = 1.0
+        if note(cell, L[lane.TIME + i], LOSS, L[lane.W_ROOT + i], pool):
+            push(cell, FLY, queue)
+
+
+@kernel
+def _break(kind: int, pool: Pool) -> None:
+    """Make one contact step, without an event, up to the breakpoint in it, and go over that."""
+    L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
+    filled = fill_all(BREAK + kind, queue, rows, L, held)
+    _step(kind, L)
+    seek_time_12(L)
+    _find_12(L)
+    contact_root_12(L)
+    for i in range(filled):
+        cell = held[i]
+        if L[lane.CHANGES + i] != 1.0:
+            push(cell, APART, queue)
+            continue
+        u, w = L[lane.U_ROOT + i], L[lane.W_ROOT + i]
+        L[lane.TIME + i] = L[lane.UNTIL + i]
+        L[lane.U0 + i] = u
+        L[lane.W0 + i] = w
+        keep(i, cell, rows, L)
+        mark = rows[cell, MARKS:]
+        mark[CORNER_SET] = 1.0
+        mark[CORNER_TIME] = L[lane.UNTIL + i]
+        mark[CORNER_FORCE] = u * u * u
+        mark[CORNER_RISING] = w
+        cross(cell, pool)
+
+
+@kernel
+def _fly(pool: Pool) -> None:
+    """Make one step in flight, up to the impact or the breakpoint in it."""
+    L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
+    filled = fill_all(FLY, queue, rows, L, held)
+    for i in range(LANES):
+        L[lane.FRESH + i] = 1.0 if i >= filled else rows[held[i], COUNTS + OPENED]
+    flight_22(L)
+    _find_22(L)
+    for i in range(LANES):
+        L[lane.T_ROOT + i] = L[lane.LENGTH + i]
+        if L[lane.CHANGES + i] == 1.0:
+            L[lane.T_ROOT + i] *= L[lane.X + i]
+    flight_end_22(L)
+    for i in range(filled):
+        cell = held[i]
+        lands = L[lane.CHANGES + i] == 1.0
+        time = L[lane.TIME + i] + L[lane.T_ROOT + i]
+        at_break = not time < L[lane.UNTIL + i]
+        apart = L[lane.LENGTH + i] > 0.0 and L[lane.SIGN + i] < 0.0 and L[lane.CHANGES + i] <= 1.0
+        if not apart or (lands and at_break):
+            push(cell, APART, queue)
+            continue
+        L[lane.TIME + i] = L[lane.UNTIL + i] if at_break else time
+        L[lane.U0 + i] = 0.0 if lands else L[lane.U_END + i]
+        L[lane.W0 + i] = L[lane.W_ROOT + i] if lands else L[lane.W_END + i]
+        keep(i, cell, rows, L)
+        rows[cell, COUNTS + OPENED] = 0.0
+        if at_break:
+            cross(cell, pool)
+        elif not lands:
+            push(cell, FLY, queue)
+        else:
+            rows[cell, PHASE] = CONTACT
+            rate = L[lane.W_ROOT + i]
+            if note(cell, time, IMPACT, rate, pool):
+                kind = FLAT if L[lane.OMEGA + i] == 0.0 else WAVE
+                push(cell, COAST + kind if rate >= GRAZE else APART, queue)
+
+
+@kernel
+def lanes_kernel(pool: Pool) -> bool:
+    """March all cells of order DEFAULT_ORDER to their ends; return False when their events need more room."""
+    queue = pool.queue
+    while True:
+        if pool.used[0] + ROOM > len(pool.events) or pool.used[1] + ROOM > len(pool.peaks):
+            return False
+        if queue[APART, 0] > 0:
+            if not go_apart(pool):
+                return False
+            continue
+        fullest = 0
+        for which in range(1, APART):
+            if queue[which, 0] > queue[fullest, 0]:
+                fullest = which
+        if queue[fullest, 0] == 0:
+            return True
+        drain = queue[fullest, 0] < LANES
+        kind = fullest & 1
+        if fullest == FLY:
+            _fly(pool)
+        elif fullest >= BREAK:
+            _break(kind, pool)
+        elif fullest >= OPEN:
+            _open(kind, pool)
+        elif fullest >= TURN:
+            _turn(kind, pool)
+        else:
+            _coast(kind, drain, pool)

@@ -1,0 +1,197 @@
+"""Cells on their way in lockstep: where each stands, which kind of step it waits for, and what it has left behind."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wheeltapper.march import lane_rows as lane
+from wheeltapper.march import program as contract
+from wheeltapper.march.events import log_event
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.lane_rows import LANES
+from wheeltapper.march.layout import COUNT, EVENTS, SCRATCH, SEEN, STATE
+from wheeltapper.march.program import (
+    ENOUGH,
+    EVENT_COLUMNS,
+    PEAK_COLUMNS,
+    STEP_COLUMNS,
+    TIME,
+    TOO_MANY_EVENTS,
+    A,
+    B,
+    FloatArray,
+    IntArray,
+)
+
+STEP_ROWS = 64
+ROOM = 16
+"""Rows for events and peaks that must be free before cells go on."""
+
+# The queues in which cells wait: the first four have one for each kind of path.
+FLAT, WAVE = 0, 1
+COAST, TURN, OPEN, BREAK, FLY, APART = 0, 2, 4, 6, 8, 9
+QUEUES = 10
+
+# A cell's row: state and counts as in the scratch array from STATE on, the rows of `L` from K on, and how it ended.
+LOCAL = int(SCRATCH - STATE)
+LOCALS = (lane.GOAL - lane.K) // LANES + 1
+STATUS, END, AIRBORNE = range(LOCAL + LOCALS, LOCAL + LOCALS + 3)
+COLUMNS = AIRBORNE + 1
+COUNTS = int(COUNT - STATE)
+# Tables of events and peaks have one column more: whose they are.
+EVENT_CELL, PEAK_CELL = EVENT_COLUMNS, PEAK_COLUMNS
+
+
+class Pool(NamedTuple):
+    """Cells, their numbers and tables, and what the lane kernels write to."""
+
+    pieces: FloatArray  # (pieces, PIECE_COLUMNS)
+    first: IntArray  # (cells,)
+    many: IntArray  # (cells,)
+    numbers: FloatArray  # (cells, NUMBERS)
+    rows: FloatArray  # (cells, COLUMNS)
+    queue: IntArray  # (QUEUES, 1 + cells): how many wait, and which
+    events: FloatArray  # (rows, EVENT_COLUMNS + 1), in the order in which they were found
+    peaks: FloatArray  # (rows, PEAK_COLUMNS + 1)
+    used: IntArray  # (3,): events, peaks, visits of cells to APART
+    steps: FloatArray  # (STEP_ROWS, STEP_COLUMNS)
+    S: FloatArray  # (SCRATCH,)
+    L: FloatArray  # (ENTRIES,)
+    held: IntArray  # (LANES,): the cell in each lane; -1: none
+
+    def larger(self) -> Pool:
+        """Return the pool with room for twice the events and peaks."""
+        return self._replace(events=np.concatenate([self.events] * 2), peaks=np.concatenate([self.peaks] * 2))
+
+
+def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatArray) -> Pool:
+    """Return a pool of cells that have not started, with room for some events of each."""
+    cells = len(first)
+    room = 8 * cells + 4 * ROOM
+    return Pool(
+        pieces, first, many, numbers, np.zeros((cells, COLUMNS)), np.zeros((QUEUES, 1 + cells), dtype=np.int64),
+        np.empty((room, EVENT_COLUMNS + 1)), np.empty((room, PEAK_COLUMNS + 1)), np.zeros(3, dtype=np.int64),
+        np.empty((STEP_ROWS, STEP_COLUMNS)), np.zeros(SCRATCH), np.zeros(lane.ENTRIES),
+        np.full(LANES, -1, dtype=np.int64),
+    )  # fmt: skip
+
+
+@kernel
+def push(cell: int, which: int, queue: IntArray) -> None:
+    """Let a cell wait in a queue."""
+    queue[which, 0] += 1
+    queue[which, queue[which, 0]] = cell
+
+
+@kernel
+def pop(which: int, queue: IntArray) -> int:
+    """Take a cell from a queue; return -1 where none waits."""
+    if queue[which, 0] == 0:
+        return -1
+    queue[which, 0] -= 1
+    return int(queue[which, queue[which, 0] + 1])
+
+
+@kernel
+def fill(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
+    """Put a cell in a lane; an empty lane, -1, rests in equilibrium."""
+    if cell >= 0:
+        L[lane.TIME + i] = rows[cell, TIME]
+        L[lane.U0 + i] = rows[cell, A]
+        L[lane.W0 + i] = rows[cell, B]
+        for k in range(LOCALS):
+            L[lane.K + LANES * k + i] = rows[cell, LOCAL + k]
+        return
+    for k in range(3 + LOCALS):
+        L[LANES * k + i] = 0.0
+    L[lane.U0 + i] = 1.0
+    L[lane.LOAD + i] = 1.0
+    L[lane.UNTIL + i] = np.inf
+    L[lane.GOAL + i] = -20.0
+
+
+@kernel
+def fill_all(which: int, queue: IntArray, rows: FloatArray, L: FloatArray, held: IntArray) -> int:
+    """Put the next cells of a queue in the lanes; return how many there are."""
+    filled = 0
+    for i in range(LANES):
+        held[i] = pop(which, queue)
+        fill(i, held[i], rows, L)
+        if held[i] >= 0:
+            filled += 1
+    return filled
+
+
+@kernel
+def keep(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
+    """Remember time and motion of a lane's cell."""
+    rows[cell, TIME] = L[lane.TIME + i]
+    rows[cell, A] = L[lane.U0 + i]
+    rows[cell, B] = L[lane.W0 + i]
+
+
+@kernel
+def take(cell: int, rows: FloatArray, S: FloatArray) -> None:
+    """Put a cell's state and counts in the scratch array."""
+    for k in range(LOCAL):
+        S[STATE + k] = rows[cell, k]
+
+
+@kernel
+def put_back(cell: int, rows: FloatArray, S: FloatArray) -> None:
+    """Remember the state and the counts in the scratch array as a cell's."""
+    for k in range(LOCAL):
+        rows[cell, k] = S[STATE + k]
+
+
+@kernel
+def own(cell: int, events: int, peaks: int, pool: Pool) -> None:
+    """Claim the newest events and peaks for a cell."""
+    for _ in range(events):
+        pool.events[pool.used[0], EVENT_CELL] = cell
+        pool.used[0] += 1
+    for _ in range(peaks):
+        pool.peaks[pool.used[1], PEAK_CELL] = cell
+        pool.used[1] += 1
+
+
+@kernel
+def finish(cell: int, why: int, time: float, rows: FloatArray) -> None:
+    """Note how and when a cell's march ended."""
+    rows[cell, STATUS] = why
+    rows[cell, END] = time
+
+
+@kernel
+def note(cell: int, time: float, which: int, rate: float, pool: Pool) -> bool:
+    """Record an event; return whether the cell goes on."""
+    counts = pool.rows[cell, COUNTS:LOCAL]
+    log_event(time, which, rate, 0.0, pool.events[pool.used[0] - int(counts[EVENTS]) :], counts)
+    own(cell, 1, 0, pool)
+    if counts[SEEN] == 0.0 and counts[EVENTS] < pool.numbers[cell, contract.EVENT_LIMIT]:
+        return True
+    finish(cell, ENOUGH if counts[SEEN] != 0.0 else TOO_MANY_EVENTS, time, pool.rows)
+    return False
+
+
+@kernel
+def gather_kernel(table: FloatArray, used: int, ends: IntArray, out: FloatArray) -> None:
+    """Copy rows so that those of a cell stand together, in their order; `ends` becomes the row after each cell's last.
+
+    The last column of `table` says whose a row is.
+    """
+    columns = table.shape[1] - 1
+    ends[:] = 0
+    for row in range(used):
+        ends[int(table[row, columns])] += 1
+    total = 0
+    for cell in range(len(ends)):
+        total += ends[cell]
+        ends[cell] = total - ends[cell]
+    for row in range(used):
+        cell = int(table[row, columns])
+        for k in range(columns):
+            out[ends[cell], k] = table[row, k]
+        ends[cell] += 1

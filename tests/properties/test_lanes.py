@@ -1,0 +1,121 @@
+"""Cells in lockstep against the same cells one after the other: equal events, equal numbers, whatever the company."""
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.lower.many import Many
+from wheeltapper.march import program as contract
+from wheeltapper.march.apart import start_lanes
+from wheeltapper.march.ensemble import march_in_lanes, march_one_by_one
+from wheeltapper.march.lanes import lanes_kernel
+from wheeltapper.march.pool import pool_of
+
+BUMP = wt.Scenario(
+    vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4), contact=wt.Hertz(constant=1.405e11),
+    rolling="point", speed=9, duration=0.25, irregularity=wt.CosineBump(height=2e-4, length=0.05, start=0.009),
+)  # fmt: skip
+CORRUGATION = BUMP.replaced({
+    "irregularity": wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=0.01), "duration": 0.4,
+})  # fmt: skip
+CASES = {
+    "bump": BUMP,
+    "bump under a rolling circle": BUMP.replaced({"rolling": "circle"}),
+    "corrugation from x = 0.01 m": CORRUGATION,
+    "corrugation without end": CORRUGATION.replaced({
+        "irregularity": wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=-1.0)
+    }),
+    "corrugation under a rolling circle": CORRUGATION.replaced({"rolling": "circle", "duration": 0.1}),
+    "dip that is hardly felt": BUMP.replaced({"irregularity.0.height": -2e-5}),
+    "ideal step up": BUMP.replaced({"irregularity": wt.Step(height=1e-4, position=0.1, ideal=True)}),
+    "ideal step down": BUMP.replaced({"irregularity": wt.Step(height=-1e-4, position=0.1, ideal=True)}),
+    "step down": BUMP.replaced({"irregularity": wt.Step(height=-1e-4, position=0.1), "rolling": "circle"}),
+    "two irregularities": BUMP.replaced({
+        "irregularity": [
+            wt.CosineBump(height=2e-4, length=0.05, start=0.009), wt.Step(height=1e-4, position=0.07, ideal=True),
+        ],
+    }),
+    "start in flight": BUMP.replaced({"start": {"displacement": 2e-4, "velocity": 0.0}}),
+    "deck": BUMP.replaced({"track": wt.FloatingDeck(mass=15000, stiffness=1.5e7, damping=5e4)}),
+    "hysteresis": BUMP.replaced({"contact": wt.Hertz(constant=1.405e11, hysteresis=0.1)}),
+    "bilateral": BUMP.replaced({"contact": wt.Linear(stiffness=1e9, bilateral=True)}),
+}  # fmt: skip
+
+
+def cells(scene, count=37, seed=1, **last):
+    draw = np.random.default_rng(seed)
+    changed = {
+        "vehicle.mass": draw.uniform(900, 2000, count),
+        "vehicle.damping": draw.uniform(1e4, 1.2e5, count),
+        "speed": draw.uniform(3, 20, count),
+    }
+    made = Many(scene, changed).cells
+    for column, value in last.items():
+        made.numbers[:, getattr(contract, column)] = value
+    return made
+
+
+def assert_same(lanes, apart):
+    np.testing.assert_array_equal(lanes.status, apart.status)
+    np.testing.assert_array_equal(lanes.airborne, apart.airborne)
+    for ours, theirs, ours_ends, their_ends in (
+        (lanes.events, apart.events, lanes.event_ends, apart.event_ends),
+        (lanes.peaks, apart.peaks, lanes.peak_ends, apart.peak_ends),
+    ):
+        np.testing.assert_array_equal(ours_ends, their_ends)
+        np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_lanes_find_what_single_cells_find(name):
+    # Bouncing over a corrugation is chaotic: after some ten impacts, the last digit of the start has become the first.
+    made = cells(CASES[name], **({"LAST_IMPACT": 10} if "corrugation" in name else {}))
+    assert_same(march_in_lanes(made), march_one_by_one(made))
+
+
+@pytest.mark.parametrize("last", [{"LAST_IMPACT": 3}, {"LAST_LOSS": 2}, {"EVENT_LIMIT": 5}])
+@pytest.mark.parametrize("name", ["bump", "corrugation without end", "step down"])
+def test_lanes_stop_where_single_cells_stop(name, last):
+    made = cells(CASES[name], **last)
+    ours, theirs = march_in_lanes(made), march_one_by_one(made)
+    assert (ours.status == (contract.TOO_MANY_EVENTS if "EVENT_LIMIT" in last else contract.ENOUGH)).any()
+    assert_same(ours, theirs)
+    np.testing.assert_allclose(ours.end, theirs.end, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["bump", "corrugation from x = 0.01 m", "deck"])
+def test_a_cell_does_not_depend_on_its_company(name):
+    made = cells(CASES[name])
+    whole = march_in_lanes(made)
+    for cell in (0, 17, 36):
+        alone = march_in_lanes(made.part(slice(cell, cell + 1)))
+        begin = whole.event_ends[cell - 1] if cell else 0
+        np.testing.assert_array_equal(whole.events[begin : whole.event_ends[cell]], alone.events)
+        begin = whole.peak_ends[cell - 1] if cell else 0
+        np.testing.assert_array_equal(whole.peaks[begin : whole.peak_ends[cell]], alone.peaks)
+
+
+def test_more_events_than_there_is_room_for_at_first():
+    made = cells(CASES["corrugation without end"].replaced({"duration": 2.0}), count=3)
+    lanes = march_in_lanes(made)
+    assert np.diff(lanes.event_ends, prepend=0).min() > 200
+    assert (np.diff(lanes.events[: lanes.event_ends[0], contract.EVENT_TIME]) > 0).all()
+
+
+def test_a_motion_that_grows_beyond_all_numbers_is_said():
+    made = cells(BUMP)
+    made.numbers[5, contract.START_VELOCITY] = np.nan
+    ours = march_in_lanes(made)
+    assert ours.status[5] == contract.NOT_FINITE
+    assert (np.delete(ours.status, 5) == contract.DONE).all()
+
+
+def test_lanes_do_nearly_all_of_the_work():
+    made = cells(BUMP, count=64)
+    pool = pool_of(*made)
+    start_lanes(pool)
+    while not lanes_kernel(pool):
+        pool = pool.larger()
+    events, peaks, apart = pool.used
+    assert events + peaks > 64 * 20
+    assert apart < 0.05 * (events + peaks)
