@@ -122,7 +122,9 @@ def is_ready(asked: Study) -> bool:
         many = Many(asked.scenario, first, asked.method)
     except InputError:
         return True  # nobody knows yet, and the first chunk will compile
-    return sensitivity.is_ready(many, asked.gradient) if asked.gradient else ensemble.is_ready(many.cells, asked.tally)
+    if asked.gradient:
+        return sensitivity.is_ready(many, asked.gradient, asked.tally)
+    return ensemble.is_ready(many.cells, asked.tally)
 
 
 def _set_end(asked: Study, numbers: FloatArray) -> None:

@@ -19,6 +19,9 @@ from wheeltapper.ground.errors import InputError
 Place = tuple[int, ...]
 Done = tuple[Place, int, str]
 """A chunk, its number of cells, and what went wrong ("" where nothing did)."""
+ENVIRONMENT = {"OMP_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1, "MKL_NUM_THREADS": 1}
+"""What workers on this machine begin with. Dask's default also limits what they keep of freed memory, and then every
+larger array has to be fetched from the system again."""
 ATTEMPTS = 5
 """How often a chunk may take its worker down before it is left alone."""
 
@@ -104,7 +107,9 @@ def _on_cluster(
         with distributed.Client(scheduler) as client:
             yield from _on(client, store, todo, say)
         return
+    dask: Any = import_module("dask")
     with (
+        dask.config.set({"distributed.nanny.pre-spawn-environ": ENVIRONMENT}),
         distributed.LocalCluster(n_workers=workers, threads_per_worker=1, processes=True) as cluster,
         distributed.Client(cluster) as client,
     ):

@@ -56,11 +56,11 @@ def slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...
     return Slopes(parts[0].values, gradient, parts[0].status, parts[0].gentlest, parts[0].amplification)
 
 
-def is_ready(many: Many, parameters: tuple[str, ...]) -> bool:
+def is_ready(many: Many, parameters: tuple[str, ...], tally: bool) -> bool:
     """Return False where the gradients of these cells begin with compiling."""
     from wheeltapper.march import gradients
 
-    return gradients.is_ready(*_turns(many, [many.along(path) for path in parameters[: gradients.PARAMETERS]]))
+    return gradients.is_ready(*_turns(many, [many.along(path) for path in parameters[: gradients.PARAMETERS]]), tally)
 
 
 def _turns(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
@@ -93,7 +93,8 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
 
     directions = [many.along(path) for path in parameters]
     cells, turns = _turns(many, directions)
-    if not gradients.is_ready(cells, turns):
+    tally = any(feature.tally for feature in features)
+    if not gradients.is_ready(cells, turns, tally):
         say_that_it_compiles()
     total = len(many.cells.first)
     out = Slopes(
@@ -115,13 +116,13 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
                 else:
                     out.gradient[row, lane, block] = np.nan
 
-    gradients.march_all(cells, turns, threads, read)
+    gradients.march_all(cells, turns, threads, read, tally)
     return out
 
 
 def _tilted(marched: Marched, tangents: Tangents, direction: Direction, block: slice, lane: int) -> Marched:
     """Return what was marched with the derivatives along one direction as imaginary parts."""
-    from wheeltapper.march.tangent import OF_SIZE, OF_TIME
+    from wheeltapper.march.tangent_peaks import OF_SIZE, OF_TIME
 
     events, peaks = marched.events.astype(complex), marched.peaks.astype(complex)
     events[:, contract.EVENT_TIME] += 1j * EPSILON * tangents.events[:, OF_TIME, lane]
@@ -130,4 +131,9 @@ def _tilted(marched: Marched, tangents: Tangents, direction: Direction, block: s
     peaks[:, contract.PEAK_FORCE] += 1j * EPSILON * tangents.peaks[:, OF_SIZE, lane]
     ended = marched.status == contract.DONE
     end: Any = marched.end + 1j * EPSILON * np.where(ended, direction.numbers[block, contract.END], 0.0)
-    return marched._replace(events=events, peaks=peaks, end=end)
+    tilted = marched._replace(events=events, peaks=peaks, end=end)
+    if marched.highest is None or marched.impulses is None or tangents.highest is None or tangents.impulses is None:
+        return tilted
+    highest: Any = marched.highest + 1j * EPSILON * tangents.highest[:, lane]
+    impulses: Any = marched.impulses + 1j * EPSILON * tangents.impulses[:, lane]
+    return tilted._replace(highest=highest, impulses=impulses)

@@ -191,16 +191,9 @@ def study(
     if side_by_side and len(set(lengths.values())) > 1:
         raise InputError("", "over", f"lists of different lengths {lengths}", "lists of one length where zipped")
     by = tuple(over) if gradient is True else tuple(gradient or ())
-    _check_gradient(scenario, by, features)
-    return Study(scenario, axes, not side_by_side, tuple(features), method, by, chaos_limit)
-
-
-def _check_gradient(scenario: Scenario, parameters: tuple[str, ...], features: Sequence[Feature]) -> None:
-    for path in parameters:
+    for path in by:
         field_at(scenario, path)
-    for feature in features if parameters else ():
-        if feature.tally:
-            raise InputError("", "gradient", f"the feature {feature.name!r}", "features of events and force maxima")
+    return Study(scenario, axes, not side_by_side, tuple(features), method, by, chaos_limit)
 
 
 def _sampled(axes: tuple[Axis, ...], samples: int, sampling: Sampling, seed: int) -> tuple[Axis, ...]:

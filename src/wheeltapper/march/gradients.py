@@ -8,10 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wheeltapper.march.blocks import in_blocks
+from wheeltapper.march.dense import OUT_COLUMNS
 from wheeltapper.march.ensemble import Cells, Marched
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, STATE
 from wheeltapper.march.program import (
+    ENOUGH,
     EVENT_COLUMNS,
     FLIGHT,
     FULL,
@@ -24,6 +26,7 @@ from wheeltapper.march.program import (
     IntArray,
 )
 from wheeltapper.march.single import march_kernel, start_kernel
+from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, OPEN, TALLY, tally_kernel
 from wheeltapper.march.tangent import tangent_kernel
 from wheeltapper.march.tangent_path import LANES
 
@@ -47,6 +50,9 @@ class Tangents(NamedTuple):
     peaks: FloatArray  # (peaks, 2, LANES): of time and force
     gentlest: FloatArray  # (cells,): the smallest indentation rate at an event
     amplification: FloatArray  # (cells,): how much a change of the start has grown by the end of the march
+    # Where a tally was kept, (cells, LANES) of the highest position, (events, LANES) of the impulses.
+    highest: FloatArray | None = None
+    impulses: FloatArray | None = None
 
 
 @kernel
@@ -54,8 +60,9 @@ def gradient_kernel(
     pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatArray, turns: FloatArray, bends: FloatArray,
     table: IntArray, cell: int, status: IntArray, end: FloatArray, airborne: FloatArray, events: FloatArray,
     peaks: FloatArray, of_events: FloatArray, of_peaks: FloatArray, event_ends: IntArray, peak_ends: IntArray,
-    gentlest: FloatArray, amplification: FloatArray, steps: FloatArray, S: FloatArray, D: FloatArray,
-    strict: bool | None,
+    gentlest: FloatArray, amplification: FloatArray, highest: FloatArray, impulses: FloatArray, of_highest: FloatArray,
+    of_impulses: FloatArray, steps: FloatArray, S: FloatArray, D: FloatArray, strict: bool | None,
+    tallied: bool | None,
 ) -> int:  # fmt: skip
     """March the cells from `cell` on, with tangents; return the first that finds no room, or their number."""
     event = event_ends[cell - 1] if cell > 0 else 0
@@ -64,6 +71,8 @@ def gradient_kernel(
     start[0, LANES - 2] = 1.0
     start[1, LANES - 1] = 1.0
     of_end = np.zeros((4, LANES))
+    tally = np.zeros(TALLY)
+    point = np.zeros(OUT_COLUMNS)
     while cell < len(first):
         own = pieces[first[cell] : first[cell] + many[cell]]
         S[MARK] = 0.0
@@ -78,10 +87,19 @@ def gradient_kernel(
         new_events = int(S[COUNT + EVENTS])
         new_peaks = int(S[COUNT + PEAKS])
         last = S[STATE : STATE + LENGTH].copy()
+        if tallied is not None:
+            tally[:] = 0.0
+            tally[HIGHEST] = -np.inf
+            of_impulses[event : event + new_events] = np.nan
+            tally_kernel(own, numbers[cell], steps, rows, tally, impulses[event:], S, point)
+            if why != ENOUGH and tally[OPEN] != 0.0:
+                impulses[event + int(tally[CONTACTS]) - 1] = np.nan
+            highest[cell] = tally[HIGHEST]
         gentlest[cell] = tangent_kernel(
             own, bends, first[cell], table, numbers[cell], turns[cell], start, steps[:rows], last,
             events[event : event + new_events], peaks[peak : peak + new_peaks],
-            of_events[event : event + new_events], of_peaks[peak : peak + new_peaks], of_end, S, D,
+            of_events[event : event + new_events], of_peaks[peak : peak + new_peaks], of_end, tally[HIGHEST_TIME],
+            of_highest[cell], of_impulses[event:], S, D, tallied,
         )  # fmt: skip
         a, b = of_end[0, LANES - 2], of_end[0, LANES - 1]
         c, d = of_end[1, LANES - 2], of_end[1, LANES - 1]
@@ -108,17 +126,22 @@ class _Tables(NamedTuple):
     peak_ends: IntArray
     gentlest: FloatArray
     amplification: FloatArray
+    highest: FloatArray
+    impulses: FloatArray
+    of_highest: FloatArray
+    of_impulses: FloatArray
     steps: FloatArray
 
     @staticmethod
     def of(cells: int, rows: int, steps: int) -> _Tables:
         whole = (np.zeros(cells, dtype=np.int64) for _ in range(3))
-        real = (np.zeros(cells) for _ in range(4))
+        real = (np.zeros(cells) for _ in range(5))
         status, event_ends, peak_ends = whole
-        end, airborne, gentlest, amplification = real
+        end, airborne, gentlest, amplification, highest = real
         return _Tables(
             status, end, airborne, np.empty((rows, EVENT_COLUMNS)), np.empty((rows, PEAK_COLUMNS)),
             np.zeros((rows, 2, LANES)), np.zeros((rows, 2, LANES)), event_ends, peak_ends, gentlest, amplification,
+            highest, np.full(rows, np.nan), np.zeros((cells, LANES)), np.zeros((rows, LANES)),
             np.empty((steps, STEP_COLUMNS)),
         )  # fmt: skip
 
@@ -126,27 +149,27 @@ class _Tables(NamedTuple):
         """Return tables with twice the room; what is in them goes along."""
         longer = {
             name: np.concatenate([getattr(self, name), np.zeros_like(getattr(self, name))])
-            for name in ("events", "peaks", "of_events", "of_peaks", "steps")
+            for name in ("events", "peaks", "of_events", "of_peaks", "impulses", "of_impulses", "steps")
         }
         return self._replace(**longer)
 
 
-def _arguments(cells: Cells, turns: Turns, cell: int, tables: _Tables) -> tuple[Any, ...]:
-    work = (np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)), cells.strict)
+def _arguments(cells: Cells, turns: Turns, cell: int, tables: _Tables, tally: bool) -> tuple[Any, ...]:
+    work = (np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)), cells.strict, True if tally else None)
     return (*cells, turns.numbers, turns.bends, turns.table, cell, *tables, *work)
 
 
-def is_ready(cells: Cells, turns: Turns) -> bool:
+def is_ready(cells: Cells, turns: Turns, tally: bool) -> bool:
     """Return False where marching these cells with tangents begins with compiling."""
-    return is_compiled(gradient_kernel, _arguments(cells, turns, 0, _Tables.of(0, 1, 1)))
+    return is_compiled(gradient_kernel, _arguments(cells, turns, 0, _Tables.of(0, 1, 1), tally))
 
 
-def march_block(cells: Cells, turns: Turns) -> tuple[Marched, Tangents]:
-    """March some cells in this thread, with tangents."""
+def march_block(cells: Cells, turns: Turns, tally: bool = False) -> tuple[Marched, Tangents]:
+    """March some cells in this thread, with tangents; with `tally`, find impulses and highest positions too."""
     total = len(cells.first)
     tables, cell = _Tables.of(total, 16 * total + 64, 1024), 0
     while cell < total:
-        cell = gradient_kernel(*_arguments(cells, turns, cell, tables))
+        cell = gradient_kernel(*_arguments(cells, turns, cell, tables, tally))
         if cell < total:
             tables = tables.larger()
     events, peaks = int(tables.event_ends[-1]), int(tables.peak_ends[-1])
@@ -155,13 +178,20 @@ def march_block(cells: Cells, turns: Turns) -> tuple[Marched, Tangents]:
         tables.airborne,
     )  # fmt: skip
     found = Tangents(tables.of_events[:events], tables.of_peaks[:peaks], tables.gentlest, tables.amplification)
-    return marched, found
+    if not tally:
+        return marched, found
+    return (
+        marched._replace(highest=tables.highest, impulses=tables.impulses[:events]),
+        found._replace(highest=tables.of_highest, impulses=tables.of_impulses[:events]),
+    )
 
 
-def march_all(cells: Cells, turns: Turns, threads: int, read: Callable[[slice, Marched, Tangents], None]) -> None:
+def march_all(
+    cells: Cells, turns: Turns, threads: int, read: Callable[[slice, Marched, Tangents], None], tally: bool = False
+) -> None:
     """March all cells with tangents, block by block, and hand each block to `read`; the threads do both."""
 
     def one(block: slice) -> None:
-        read(block, *march_block(cells.part(block), Turns(turns.numbers[block], turns.bends, turns.table)))
+        read(block, *march_block(cells.part(block), Turns(turns.numbers[block], turns.bends, turns.table), tally))
 
     in_blocks(len(cells.first), BLOCK, threads, one)

@@ -12,28 +12,38 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.dense import FORCE, WHEEL_V, WHEEL_Y, _fill, _prepare
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import U
-from wheeltapper.march.program import FLIGHT, LENGTH, PHASE, FloatArray
+from wheeltapper.march.program import FLIGHT, LENGTH, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
-# Entries of the tally: highest position, number of contacts that impacts began, whether such a contact is going on,
-# whether the last step was in flight.
-HIGHEST, CONTACTS, OPEN, FLEW = range(4)
-TALLY = 4
+# Entries of the tally: highest position and its time, number of contacts that impacts began, whether such a contact is
+# going on, whether the last step was in flight.
+HIGHEST, HIGHEST_TIME, CONTACTS, OPEN, FLEW = range(5)
+TALLY = 5
 
 
 @kernel
-def _turn(numbers: FloatArray, step: FloatArray, lo: float, hi: float, S: FloatArray, point: FloatArray) -> float:
-    """Return the highest position between two places of the prepared step between which the wheel stops rising."""
+def _rise(height: float, time: float, tally: FloatArray) -> None:
+    if height > tally[HIGHEST]:
+        tally[HIGHEST] = height
+        tally[HIGHEST_TIME] = time
+
+
+@kernel
+def _turn(
+    numbers: FloatArray, step: FloatArray, lo: float, hi: float, tally: FloatArray, S: FloatArray, point: FloatArray
+) -> None:
+    """Note the highest position between two places of the prepared step between which the wheel stops rising."""
+    after = 0.0
     for _ in range(60):
         middle = 0.5 * (lo + hi)
-        _fill(numbers, step, middle, S, point)
+        after = _fill(numbers, step, middle, S, point)
         if point[WHEEL_V] > 0.0:
             lo = middle
         else:
             hi = middle
-    return point[WHEEL_Y]
+    _rise(point[WHEEL_Y], step[TIME] + after, tally)
 
 
 @kernel
@@ -54,20 +64,20 @@ def tally_kernel(
             tally[CONTACTS] += 1.0
         tally[FLEW] = 1.0 if flying else 0.0
         _fill(numbers, step, 0.0, S, point)
-        tally[HIGHEST] = max(tally[HIGHEST], point[WHEEL_Y])
+        _rise(point[WHEEL_Y], step[TIME], tally)
         before = 0.0
         rising = point[WHEEL_V] > 0.0
         for j in range(len(NODES) + 1):
             x = NODES[j] * step[LENGTH] if j < len(NODES) else step[LENGTH]
-            _fill(numbers, step, x, S, point)
+            after = _fill(numbers, step, x, S, point)
             if j < len(NODES) and tally[OPEN] != 0.0:
                 weight = WEIGHTS[j] * step[LENGTH]
                 if contact:
                     weight *= evaluate(S, U, int(numbers[contract.ORDER]), x)
                 impulses[int(tally[CONTACTS]) - 1] += weight * point[FORCE]
-            tally[HIGHEST] = max(tally[HIGHEST], point[WHEEL_Y])
+            _rise(point[WHEEL_Y], step[TIME] + after, tally)
             falling = point[WHEEL_V] <= 0.0
             if rising and falling:
-                tally[HIGHEST] = max(tally[HIGHEST], _turn(numbers, step, before, x, S, point))
+                _turn(numbers, step, before, x, tally, S, point)
             rising = not falling
             before = x

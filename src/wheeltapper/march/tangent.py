@@ -43,6 +43,7 @@ from wheeltapper.march.program import (
     DECK_V,
     DECK_Y,
     DEFAULT_ORDER,
+    FLIGHT,
     LENGTH,
     ON_DECK,
     PHASE,
@@ -89,64 +90,13 @@ from wheeltapper.march.tangent_path import (
     LANES,
     localise_tangent,
 )
+from wheeltapper.march.tangent_peaks import OF_SIZE, OF_TIME, is_inside, peaks_inside
 from wheeltapper.march.tangent_series import at, contact_tangent, flight_tangent
+from wheeltapper.march.tangent_tally import add_impulse, highest_tangent
 from wheeltapper.march.unrolled_tangent import tangent_flat_12, tangent_wave_12
 
-# What is found: of events and peaks the derivative of the time, then of the rate or of the force.
-OF_TIME, OF_SIZE = 0, 1
 GRAZING = 1e-3
 """Events with a smaller indentation rate (scaled) make a derivative meaningless."""
-
-
-@kernel
-def _peaks_inside(
-    numbers: FloatArray, step: FloatArray, end: float, peaks: FloatArray, peak: int, of_peaks: FloatArray,
-    S: FloatArray, D: FloatArray,
-) -> int:  # fmt: skip
-    """Write the derivatives of the smooth force maxima inside a step; return the next maximum's row."""
-    contact = step[PHASE] == CONTACT
-    order = int(numbers[contract.ORDER]) if contact else int(FLIGHT_ORDER)
-    cubic = numbers[contract.CUBIC]
-    quadratic = numbers[contract.QUADRATIC]
-    plain = numbers[contract.HYSTERESIS] == 0.0 and S[HERE + FACTOR_DEGREE] < 0.0
-    while _is_inside(peaks, peak, end):
-        after = peaks[peak, contract.PEAK_TIME] - step[TIME]
-        x = time_to(S, order, step[LENGTH], after) if contact else after
-        for lane in range(LANES):
-            if not contact:
-                of_peaks[peak, OF_SIZE, lane] = at(D, N, order - 1, x, lane)
-                bend = _second(S, N, order, x)
-                of_peaks[peak, OF_TIME, lane] = -_slope(D, N, order - 1, x, lane) / bend
-            elif plain:
-                u = evaluate(S, U, order, x)
-                slope = evaluate_derivative(S, W, order, x)
-                d_u = at(D, U, order, x, lane)
-                d_w = at(D, W, order, x, lane)
-                of_peaks[peak, OF_SIZE, lane] = (2.0 * quadratic * u + 3.0 * cubic * u * u) * d_u
-                of_peaks[peak, OF_TIME, lane] = at(D, T, order, x, lane) - u * d_w / slope
-            else:
-                u = evaluate(S, U, order, x)
-                bend = _second(S, N, order - 1, x)
-                of_peaks[peak, OF_SIZE, lane] = at(D, N, order - 1, x, lane)
-                of_peaks[peak, OF_TIME, lane] = at(D, T, order, x, lane) - u * _slope(D, N, order - 1, x, lane) / bend
-        peak += 1
-    return peak
-
-
-@kernel
-def _slope(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
-    total = 0.0
-    for k in range(n, 0, -1):
-        total = total * x + k * D[row + k, lane]
-    return total
-
-
-@kernel
-def _second(S: FloatArray, row: int, n: int, x: float) -> float:
-    total = 0.0
-    for k in range(n, 1, -1):
-        total = total * x + k * (k - 1) * S[row + k]
-    return total
 
 
 @kernel
@@ -283,13 +233,15 @@ def _plain_peak(
 def tangent_kernel(
     pieces: FloatArray, bends: FloatArray, base: int, table: IntArray, numbers: FloatArray, turns: FloatArray,
     start: FloatArray, steps: FloatArray, last: FloatArray, events: FloatArray, peaks: FloatArray,
-    of_events: FloatArray, of_peaks: FloatArray, of_end: FloatArray, S: FloatArray, D: FloatArray,
+    of_events: FloatArray, of_peaks: FloatArray, of_end: FloatArray, highest_time: float, of_highest: FloatArray,
+    of_impulses: FloatArray, S: FloatArray, D: FloatArray, tallied: bool | None,
 ) -> float:  # fmt: skip
     """Carry the tangents along all steps; return the smallest indentation rate at an event (scaled).
 
     `start` (2, LANES) holds changes of the start's displacement and velocity beside those of the numbers; `last` is
     the state at the march's end. Written are the derivatives of time and rate of the events, of time and force of the
-    peaks, (rows, 2, LANES), and `of_end` (4, LANES): y, v, Y, Z at the march's end, at fixed time.
+    peaks, (rows, 2, LANES), and `of_end` (4, LANES): y, v, Y, Z at the march's end, at fixed time. `tallied` is True or
+    None: True writes those of the wheel's position at `highest_time`, and of the impulses, (rows, LANES), too.
     """
     carried = np.zeros((CARRIED, LANES))
     here = np.zeros(10)
@@ -307,7 +259,12 @@ def tangent_kernel(
         and numbers[contract.QUADRATIC] == 0.0
         and numbers[contract.CUBIC] == 1.0
         and numbers[contract.ORDER] == DEFAULT_ORDER
+        and tallied is None
     )
+    flew = False
+    opened = False
+    contacts = 0
+    highest = False
     for lane in range(LANES):
         carried[DA, lane] = turns[contract.START_HEIGHT, lane] + start[0, lane]
         carried[DB, lane] = turns[contract.START_VELOCITY, lane] + start[1, lane]
@@ -324,18 +281,37 @@ def tangent_kernel(
             piece = step[PIECE]
         if contact and not begun and not enter_contact(step, carried, S, D):
             gentlest = 0.0
+        restarted = contact and not begun
         begun = contact
+        if tallied is not None:
+            if step[PHASE] == FLIGHT:
+                opened = False
+            elif flew:
+                opened = True
+                of_impulses[contacts] = 0.0
+                contacts += 1
+            flew = step[PHASE] == FLIGHT
         if not contact:
             _flight_tangents(numbers, turns, step, carried, end, S, D)
-            peak = _peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
+            peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
         elif simple and _is_plain(S):
-            while _is_inside(peaks, peak, after[TIME]):
+            while is_inside(peaks, peak, after[TIME]):
                 _plain_peak(numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
                 peak += 1
             _plain_tangents(numbers, turns, step, step[LENGTH], carried, end, S, D, L)
         else:
             _contact_tangents(numbers, turns, step, carried, end, S, D)
-            peak = _peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
+            peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
+        if tallied is not None:
+            if opened and contact:
+                if restarted:  # the part before a moving breakpoint was counted up to it, with the force there
+                    of_impulses[contacts - 1] -= S[N] * carried[DBREAK]
+                add_impulse(int(numbers[contract.ORDER]), step[LENGTH], of_impulses[contacts - 1], S, D)
+            if not highest and highest_time <= after[TIME]:
+                highest = True
+                velocity = highest_tangent(numbers, step, highest_time, of_highest, S, D)
+                if i + 1 == len(steps) and highest_time == after[TIME]:
+                    of_highest += velocity * turns[contract.END]
         if abs(step[TIME] + end[AFTER] - after[TIME]) > 1e-9 * (1.0 + abs(after[TIME])):
             gentlest = 0.0  # the march left a grazing contact by a small leap
         if (
@@ -352,6 +328,8 @@ def tangent_kernel(
         break_moves(bends, base, table, numbers, turns, step, after, carried)
         if contact:
             leave_contact(here, end, on_deck, carried, S, D)
+            if tallied is not None and opened:
+                of_impulses[contacts - 1] += here[9] * (carried[DBREAK] - carried[DT])
         while peak < len(peaks) and peaks[peak, contract.PEAK_TIME] <= after[TIME]:
             for lane in range(LANES):  # a maximum at a breakpoint: its force along the moving breakpoint
                 of_peaks[peak, OF_TIME, lane] = carried[DBREAK, lane]
@@ -391,9 +369,3 @@ def _is_plain(S: FloatArray) -> bool:
     if S[HERE + DEGREE] != 0.0 or S[HERE + FACTOR_DEGREE] >= 0.0:
         return False
     return S[HERE + OMEGA] == 0.0 or S[HERE + AMP_SIN] != 0.0 or S[HERE + AMP_COS] != 0.0
-
-
-@kernel
-def _is_inside(peaks: FloatArray, peak: int, end: float) -> bool:
-    """Return True where the next force maximum lies before `end` and at no breakpoint."""
-    return peak < len(peaks) and peaks[peak, contract.PEAK_TIME] <= end and peaks[peak, contract.PEAK_CORNER] == 0.0

@@ -1,0 +1,72 @@
+"""Derivatives of the smooth force maxima inside a step."""
+
+from __future__ import annotations
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.layout import FACTOR_DEGREE, FLIGHT_ORDER, HERE, N, T, U, W
+from wheeltapper.march.program import CONTACT, LENGTH, PHASE, TIME, FloatArray
+from wheeltapper.march.roots import evaluate, evaluate_derivative
+from wheeltapper.march.step import time_to
+from wheeltapper.march.tangent_path import LANES
+from wheeltapper.march.tangent_series import at
+
+# What is found: of events and peaks the derivative of the time, then of the rate or of the force.
+OF_TIME, OF_SIZE = 0, 1
+
+
+@kernel
+def is_inside(peaks: FloatArray, peak: int, end: float) -> bool:
+    """Return True where the next force maximum lies before `end` and at no breakpoint."""
+    return peak < len(peaks) and peaks[peak, contract.PEAK_TIME] <= end and peaks[peak, contract.PEAK_CORNER] == 0.0
+
+
+@kernel
+def peaks_inside(
+    numbers: FloatArray, step: FloatArray, end: float, peaks: FloatArray, peak: int, of_peaks: FloatArray,
+    S: FloatArray, D: FloatArray,
+) -> int:  # fmt: skip
+    """Write the derivatives of the smooth force maxima inside a step; return the next maximum's row."""
+    contact = step[PHASE] == CONTACT
+    order = int(numbers[contract.ORDER]) if contact else int(FLIGHT_ORDER)
+    cubic = numbers[contract.CUBIC]
+    quadratic = numbers[contract.QUADRATIC]
+    plain = numbers[contract.HYSTERESIS] == 0.0 and S[HERE + FACTOR_DEGREE] < 0.0
+    while is_inside(peaks, peak, end):
+        after = peaks[peak, contract.PEAK_TIME] - step[TIME]
+        x = time_to(S, order, step[LENGTH], after) if contact else after
+        for lane in range(LANES):
+            if not contact:
+                of_peaks[peak, OF_SIZE, lane] = at(D, N, order - 1, x, lane)
+                bend = _second(S, N, order, x)
+                of_peaks[peak, OF_TIME, lane] = -_slope(D, N, order - 1, x, lane) / bend
+            elif plain:
+                u = evaluate(S, U, order, x)
+                slope = evaluate_derivative(S, W, order, x)
+                d_u = at(D, U, order, x, lane)
+                d_w = at(D, W, order, x, lane)
+                of_peaks[peak, OF_SIZE, lane] = (2.0 * quadratic * u + 3.0 * cubic * u * u) * d_u
+                of_peaks[peak, OF_TIME, lane] = at(D, T, order, x, lane) - u * d_w / slope
+            else:
+                u = evaluate(S, U, order, x)
+                bend = _second(S, N, order - 1, x)
+                of_peaks[peak, OF_SIZE, lane] = at(D, N, order - 1, x, lane)
+                of_peaks[peak, OF_TIME, lane] = at(D, T, order, x, lane) - u * _slope(D, N, order - 1, x, lane) / bend
+        peak += 1
+    return peak
+
+
+@kernel
+def _slope(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
+    total = 0.0
+    for k in range(n, 0, -1):
+        total = total * x + k * D[row + k, lane]
+    return total
+
+
+@kernel
+def _second(S: FloatArray, row: int, n: int, x: float) -> float:
+    total = 0.0
+    for k in range(n, 1, -1):
+        total = total * x + k * (k - 1) * S[row + k]
+    return total

@@ -1,0 +1,52 @@
+"""Derivatives of what steps add up to: impulses, and the wheel's highest position."""
+
+from __future__ import annotations
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.layout import FLIGHT_ORDER, N, T, U, W, Y, Z
+from wheeltapper.march.program import CONTACT, LENGTH, ON_DECK, PHASE, TIME, FloatArray
+from wheeltapper.march.roots import evaluate
+from wheeltapper.march.series import path_at
+from wheeltapper.march.step import time_to
+from wheeltapper.march.tally import NODES, WEIGHTS
+from wheeltapper.march.tangent_path import LANES, path_tangent
+from wheeltapper.march.tangent_series import at
+
+
+@kernel
+def add_impulse(order: int, length: float, impulse: FloatArray, S: FloatArray, D: FloatArray) -> None:
+    """Add the derivatives, at fixed s, of a contact step's impulse ∫ N·u ds."""
+    for j in range(len(NODES)):
+        x = NODES[j] * length
+        u = evaluate(S, U, order, x)
+        force = evaluate(S, N, order - 1, x)
+        for lane in range(LANES):
+            change = at(D, N, order - 1, x, lane) * u + force * at(D, U, order, x, lane)
+            impulse[lane] += WEIGHTS[j] * length * change
+
+
+@kernel
+def highest_tangent(
+    numbers: FloatArray, step: FloatArray, time: float, highest: FloatArray, S: FloatArray, D: FloatArray
+) -> float:
+    """Write the derivatives of the wheel's displacement at a fixed time inside a step; return its velocity there."""
+    if step[PHASE] != CONTACT:
+        x = time - step[TIME]
+        for lane in range(LANES):
+            highest[lane] = at(D, U, FLIGHT_ORDER, x, lane)
+        return evaluate(S, W, FLIGHT_ORDER, x)
+    order = int(numbers[contract.ORDER])
+    on_deck = step[ON_DECK] != 0.0
+    x = time_to(S, order, step[LENGTH], time - step[TIME])
+    after = evaluate(S, T, order, x)
+    u = evaluate(S, U, order, x)
+    _, velocity, _ = path_at(after, S)
+    v = velocity - evaluate(S, W, order, x) + (evaluate(S, Z, order, x) if on_deck else 0.0)
+    for lane in range(LANES):
+        height, _ = path_tangent(after, lane, S, D)
+        lift = at(D, Y, order, x, lane) if on_deck else 0.0
+        highest[lane] = (
+            height + lift + (velocity - v) * at(D, T, order, x, lane) - 2.0 * u * at(D, U, order, x, lane)
+        )
+    return v
