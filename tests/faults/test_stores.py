@@ -245,6 +245,70 @@ def test_two_worker_processes_write_the_same_bits(tmp_path):
     assert files(alone) == files(shared)
 
 
+POISON = """
+import os, sys
+if any("spawn" in part or "multiprocessing" in part for part in sys.orig_argv):
+    from wheeltapper.ask import store
+    plain = store.Store.write
+    def write(self, place, threads):
+        if place == (2, 0):
+            os._exit(1)
+        return plain(self, place, threads)
+    store.Store.write = write
+"""
+
+
+@pytest.mark.slow
+def test_a_chunk_that_kills_its_workers_is_named_and_does_not_stop_the_rest(tmp_path):
+    study, store = written(tmp_path), tmp_path / "map.zarr"
+    (tmp_path / "sitecustomize.py").write_text(POISON)
+    poisoned = os.environ | {"PYTHONPATH": str(tmp_path), "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1"}
+    done = subprocess.run(
+        command(study, store, "--workers", "2"), capture_output=True, text=True, timeout=240, env=poisoned
+    )
+    assert done.returncode == 3, done.stderr
+    assert "vehicle.damping 55555.6 to 64444.4, vehicle.mass 800 to 2000: KilledWorker" in done.stderr
+    with xr.open_zarr(store) as held:
+        assert int((held.status == -1).sum()) == 8
+        assert int((held.status == 0).sum()) == 32
+    assert main(["sweep", str(study), "--output", str(store), "--resume"]) == 0
+    whole = tmp_path / "whole.zarr"
+    assert main(["sweep", str(study), "--output", str(whole)]) == 0
+    assert files(whole) == files(store)
+
+
+@pytest.mark.slow
+def test_a_cluster_at_an_address_writes_the_same_bits(tmp_path):
+    study = written(tmp_path, count=40, chunk=16)
+    alone, shared, where = tmp_path / "alone.zarr", tmp_path / "shared.zarr", tmp_path / "scheduler.json"
+    assert main(["sweep", str(study), "--output", str(alone)]) == 0
+    dask = [sys.executable, "-m", "dask"]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
+    cluster = [
+        subprocess.Popen(
+            [*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", where],
+            **quiet,
+        )
+    ]
+    try:
+        began = time.monotonic()
+        while not where.exists() or not where.read_text().strip():
+            assert time.monotonic() - began < 60
+            time.sleep(0.1)
+        worker = [*dask, "worker", "--scheduler-file", where, "--nthreads", "1", "--no-dashboard"]
+        cluster += [subprocess.Popen(worker, **quiet) for _ in range(2)]
+        address = json.loads(where.read_text())["address"]
+        done = subprocess.run(
+            command(study, shared, "--scheduler", address), capture_output=True, text=True, timeout=120
+        )
+    finally:
+        for process in reversed(cluster):
+            process.terminate()
+            process.wait(timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert files(alone) == files(shared)
+
+
 def offspring(parent):
     """Return the processes below one, workers and their nannies among them."""
     children = {}
@@ -301,11 +365,15 @@ def test_twenty_kills_of_workers_and_drivers_leave_the_same_bits(tmp_path):
     assert files(whole) == files(broken)
 
 
-def test_compiling_happens_in_a_process_of_its_own(tmp_path, monkeypatch):
+def test_compiling_happens_in_a_process_of_its_own(tmp_path, monkeypatch, capsys):
     asked = stores.Store(tmp_path / "x.zarr", spec.read(written(tmp_path)))
     calls = []
     monkeypatch.setattr("wheeltapper.ask.cells.is_ready", lambda study: False)
-    monkeypatch.setattr(filling.subprocess, "run", lambda *a, **k: calls.append((a, k)))
+    monkeypatch.setattr(filling.subprocess, "run", lambda *a, **k: calls.append((a, k)) or ran)
+    ran = subprocess.CompletedProcess((), 0)
     filling.compile_apart(asked)
     assert len(calls) == 1
+    ran = subprocess.CompletedProcess((), -9, stderr="")
+    filling.compile_apart(asked)
+    assert "exit code -9" in capsys.readouterr().err
     filling.compile_here(asked.spec)

@@ -1,8 +1,10 @@
 """What a sweep refuses, and how it says so."""
 
+import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.record.simulate import ModelWarning
 
 SCENE = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91_307),
@@ -49,3 +51,28 @@ def test_features_are_checked():
         wt.features.impact_interval(2, 2)
     with pytest.raises(wt.InputError, match="onsets"):
         wt.features.impact_interval(between="ends")
+
+
+def test_cells_that_cannot_be_computed_are_said(tmp_path):
+    scene = wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
+        contact=wt.Hertz(constant=1.405e11),
+        irregularity=wt.Measured(positions=[0.0, 0.2, 0.4, 0.6, 0.8, 1.0], heights=[0, 1e-5, 0, 1e-5, 0, 0]),
+        rolling="point", speed=9, duration=0.1,
+    )  # fmt: skip
+    with pytest.warns(ModelWarning, match=r"1 of 2 cells cannot be computed; the first: .*irregularity"):
+        chart = wt.sweep(scene, {"speed": [9.0, 15.0]}, [wt.features.largest_force()])
+    assert chart.status.values.tolist() == [0, 5]
+    assert np.isnan(chart.largest_force[1])
+    with pytest.raises(wt.InputError, match="irregularity"):
+        wt.sweep(scene, {"speed": [15.0, 16.0]}, [wt.features.largest_force()])
+
+
+def test_a_sweep_warns_where_the_model_means_little():
+    scene = wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
+        contact=wt.Hertz(constant=1.405e11), irregularity=wt.CosineBump(height=2e-4, length=0.02, start=0.009),
+        rolling="point", speed=9, duration=0.01,
+    )  # fmt: skip
+    with pytest.warns(ModelWarning, match="cannot follow"):
+        wt.sweep(scene, {"speed": [9.0, 15.0]}, [wt.features.largest_force()])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.march import program as contract
+from wheeltapper.record.simulate import ModelWarning
 
 if TYPE_CHECKING:
     from wheeltapper.lower.many import Many
@@ -23,6 +25,9 @@ IntArray = NDArray[np.int64]
 
 SLAB = 2**20
 """Cells that are lowered at a time: bounds the memory."""
+
+MOST_NOTES = 100
+"""How many notes, and how many reasons of refusals, are kept."""
 
 # Status of a cell, in the order of the numbers that a chart stores.
 COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED = range(6)
@@ -54,6 +59,8 @@ class Computed:
         (cells,) how much a change of the start has grown when the last feature is known; NaN without gradients.
     notes
         What the user should know.
+    refusals
+        Why cells were refused.
     """
 
     values: FloatArray
@@ -62,25 +69,37 @@ class Computed:
     trust: IntArray
     amplification: FloatArray
     notes: tuple[str, ...]
+    refusals: tuple[InputError, ...] = ()
+
+    def check(self) -> None:
+        """Raise where no cell could be computed; warn where some could not."""
+        if not self.refusals:
+            return
+        refused = int((self.status == REFUSED).sum())
+        if refused == len(self.status):
+            raise self.refusals[0]
+        what = f"{refused} of {len(self.status)} cells cannot be computed; the first: {self.refusals[0]}"
+        warnings.warn(what, ModelWarning, stacklevel=3)
 
     @staticmethod
     def joined(parts: list[Computed]) -> Computed:
         """Return several parts as one, in order."""
-        notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
+        notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))[:MOST_NOTES]
 
         def whole(name: str) -> FloatArray:
             return np.concatenate([getattr(part, name) for part in parts], axis=-1)
 
         status, trust = whole("status").astype(np.int64), whole("trust").astype(np.int64)
-        return Computed(whole("values"), status, whole("gradient"), trust, whole("amplification"), notes)
+        refusals = tuple(error for part in parts for error in part.refusals)[:MOST_NOTES]
+        return Computed(whole("values"), status, whole("gradient"), trust, whole("amplification"), notes, refusals)
 
     @staticmethod
-    def refused(asked: Study, why: str) -> Computed:
+    def refused(asked: Study, *why: InputError) -> Computed:
         """Return one cell that cannot be computed."""
         features, parameters = len(asked.features), len(asked.gradient)
         return Computed(
             np.full((features, 1), np.nan), np.array([REFUSED]), np.full((features, parameters, 1), np.nan),
-            np.array([EXACT]), np.full(1, np.nan), (why,),
+            np.array([EXACT]), np.full(1, np.nan), tuple(str(error) for error in why), why,
         )  # fmt: skip
 
 
@@ -107,7 +126,7 @@ def compute(asked: Study, changed: dict[str, FloatArray], threads: int) -> Compu
         return _sloped(asked, many, threads) if asked.gradient else _marched(asked, many, threads)
     except InputError as error:
         if cells == 1:
-            return Computed.refused(asked, str(error))
+            return Computed.refused(asked, error)
     return Computed.joined(some(0, cells // 2, cells))  # what is refused stands alone in the end
 
 

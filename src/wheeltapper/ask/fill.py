@@ -17,8 +17,10 @@ from wheeltapper.ask.store import Store, locked
 from wheeltapper.ground.errors import InputError
 
 Place = tuple[int, ...]
-Done = tuple[Place, int, str]
-"""A chunk, its number of cells, and what went wrong ("" where nothing did)."""
+Done = tuple[Place, int, str, tuple[str, ...]]
+"""A chunk, its number of cells, what went wrong ("" where nothing did), and notes."""
+NOTES = 10
+"""How many different notes the user is told."""
 ENVIRONMENT = {"OMP_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1, "MKL_NUM_THREADS": 1}
 """What workers on this machine begin with. Dask's default also limits what they keep of freed memory, and then every
 larger array has to be fetched from the system again."""
@@ -70,8 +72,12 @@ def fill(
         of = store.study.cells
         done = of - sum(_cells(store, place) for place in todo)
         failed = []
+        said: set[str] = set()
         progress(done, of)
-        for place, cells, wrong in _filled(store, todo, workers, scheduler, threads or cores(), say):
+        for place, cells, wrong, notes in _filled(store, todo, workers, scheduler, threads or cores(), say):
+            for note in [note for note in notes if note not in said][: NOTES - len(said)]:
+                said.add(note)
+                say(f"note: {note}" + ("; further notes are not shown" if len(said) == NOTES else ""))
             if wrong:
                 failed.append(f"{store.describe(place)}: {wrong}")
             else:
@@ -119,11 +125,12 @@ def _on_cluster(
 def _written(store: Store, place: Place, threads: int) -> Done:
     """Compute one chunk here; an error of the computation is reported, one of the disk goes up."""
     try:
-        return place, store.write(place, threads), ""
+        cells, notes = store.write(place, threads)
     except OSError:
         raise
     except Exception as error:
-        return place, 0, f"{type(error).__name__}: {error}"
+        return place, 0, f"{type(error).__name__}: {error}", ()
+    return place, cells, "", notes
 
 
 def task(path: str, text: str, place: Place) -> Done:
@@ -133,7 +140,9 @@ def task(path: str, text: str, place: Place) -> Done:
 
 @lru_cache(maxsize=4)
 def _opened(path: str, text: str) -> Store:
-    return Store(Path(path), json.loads(text))
+    store = Store(Path(path), json.loads(text))
+    compile_apart(store)  # a worker may be on another machine than the driver
+    return store
 
 
 def _on(client: Any, store: Store, todo: list[Place], say: Callable[[str], None]) -> Iterator[Done]:
@@ -165,7 +174,7 @@ def _on(client: Any, store: Store, todo: list[Place], say: Callable[[str], None]
         elif isinstance(error, OSError):
             raise error
         else:
-            yield place, 0, f"{type(error).__name__}: {error}"
+            yield place, 0, f"{type(error).__name__}: {error}", ()
         if waiting:
             submit(waiting.pop())
 
@@ -182,9 +191,12 @@ def compile_apart(store: Store) -> None:
         return
     say_that_it_compiles()
     code = "import sys, json; from wheeltapper.ask.fill import compile_here; compile_here(json.load(sys.stdin))"
-    subprocess.run(
+    done = subprocess.run(
         [sys.executable, "-c", code], input=json.dumps(store.spec), text=True, check=False, capture_output=True
     )
+    if done.returncode != 0:
+        reason = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
+        print(f"wheeltapper: compiling in a process of its own failed ({reason}); going on without", file=sys.stderr)
 
 
 def compile_here(spec: dict[str, Any]) -> None:

@@ -78,7 +78,7 @@ class Store:
         import zarr
 
         one = tuple(slice(0, 1) for _ in self.study.shape)
-        template = chart(self._part(one), Computed.refused(self.study, ""))
+        template = chart(self._part(one), Computed.refused(self.study))
         shape, sizes = self.study.shape, self._sizes
         parameters = len(self.study.gradient)
         group = zarr.create_group(path, attributes=self._attributes())
@@ -175,8 +175,8 @@ class Store:
             if not (self.path / "status" / "c" / Path(*map(str, place))).exists()
         ]
 
-    def write(self, place: tuple[int, ...], threads: int) -> int:
-        """Compute a chunk and write it, status last; return its number of cells."""
+    def write(self, place: tuple[int, ...], threads: int) -> tuple[int, tuple[str, ...]]:
+        """Compute a chunk and write it, status last; return its number of cells, and notes."""
         import zarr
 
         block = self.block(place)
@@ -188,7 +188,7 @@ class Store:
             array: Any = group[name]
             along = part[name].dims[:1] == ("parameter",)
             array[(slice(None), *block) if along else block] = part[name].values
-        return len(found.status)
+        return len(found.status), found.notes
 
     def describe(self, place: tuple[int, ...]) -> str:
         """Return the ranges of the varied fields in a chunk."""

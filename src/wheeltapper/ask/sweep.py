@@ -11,6 +11,7 @@ from wheeltapper.ask.study import CHAOS_LIMIT, Sampling, field_at, study
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.features import Feature
+from wheeltapper.record.simulate import warn_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,13 +69,17 @@ def sweep(
     Raises
     ------
     InputError
-        If a path names no continuous field, or a value is not allowed there.
+        If a path names no continuous field, or no cell can be computed. Where only some cannot, their status says
+        "refused", and a `ModelWarning` the first reason.
     """
     asked = study(
         scenario, over, features, gradient=gradient, zipped=zipped, samples=samples, sampling=sampling, seed=seed,
         method=method, chaos_limit=chaos_limit,
     )  # fmt: skip
-    return chart(asked, compute(asked, asked.changed(), threads or cores()))
+    found = compute(asked, asked.changed(), threads or cores())
+    found.check()
+    warn_of(found.notes)
+    return chart(asked, found)
 
 
 def gradient(
@@ -116,7 +121,10 @@ def gradient(
     asked = study(
         scenario, here, features, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit
     )
-    found = chart(asked, compute(asked, asked.changed(), 1)).isel(cell=0)
+    computed = compute(asked, asked.changed(), 1)
+    computed.check()
+    warn_of(computed.notes)
+    found = chart(asked, computed).isel(cell=0)
     return found.drop_vars([name for name in found.coords if name != "parameter"]).assign_coords(
         value=("parameter", np.array([here[path][0] for path in parameters]))
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections.abc import Iterable
 from typing import Literal
 
 from wheeltapper.describe.scenario import Scenario
@@ -15,6 +16,13 @@ from wheeltapper.record.record import Record
 
 class ModelWarning(UserWarning):
     """The scenario is valid, but its result may not mean what the user thinks."""
+
+
+def warn_of(notes: Iterable[str]) -> None:
+    """Warn the caller's caller of those notes that put a result's meaning in doubt."""
+    for note in notes:
+        if "cannot follow" in note:
+            warnings.warn(note, ModelWarning, stacklevel=3)
 
 
 def simulate(scenario: Scenario, method: Literal["default", "strict"] = "default") -> Record:
@@ -41,9 +49,7 @@ def simulate(scenario: Scenario, method: Literal["default", "strict"] = "default
         raise InputError("", "method", repr(method), " or ".join(repr(name) for name in METHODS))
     scenario.check_extent()
     lowered = lower(scenario, method)
-    for note in lowered.notes:
-        if "cannot follow" in note:
-            warnings.warn(note, ModelWarning, stacklevel=2)
+    warn_of(lowered.notes)
     from wheeltapper.march.single import is_ready, march
 
     if not is_ready(lowered.program):
