@@ -22,6 +22,11 @@ scene = wt.Scenario(
     rolling="point", speed=9, duration=0.03,
 )
 record = wt.simulate(scene)
+if "map" in sys.argv:
+    over = {"vehicle.mass": [1400.0, 1500.0, 1600.0]}
+    chart = wt.sweep(scene, over, [wt.features.first_loss(), wt.features.largest_force()])
+    print(json.dumps({"times": chart.first_loss.values.tolist() * 2, "forces": chart.largest_force.values.tolist()}))
+    sys.exit()
 print(json.dumps({
     "times": record.events.time.values.tolist(),
     "forces": record.peaks.normal_force.values.tolist(),
@@ -38,7 +43,7 @@ def answer(*arguments, **environment):
     return json.loads(done.stdout), done.stderr
 
 
-@pytest.mark.parametrize("arguments", [(), ("deck",)])
+@pytest.mark.parametrize("arguments", [(), ("deck",), ("map",)])
 def test_without_compilation_the_answers_are_the_same(arguments):
     plain, _ = answer(*arguments, NUMBA_DISABLE_JIT="1")
     compiled, _ = answer(*arguments)

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.cells import cores, say_that_it_compiles
+from wheeltapper.ask.cells import cores
 from wheeltapper.ask.study import field_at, study, unit_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.march import program as contract
 from wheeltapper.record.features import first_loss
+from wheeltapper.record.simulate import say_that_it_compiles
 
 if TYPE_CHECKING:
     import xarray as xr

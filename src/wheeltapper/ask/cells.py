@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import warnings
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.march import program as contract
-from wheeltapper.record.simulate import ModelWarning
+from wheeltapper.record.simulate import ModelWarning, say_that_it_compiles
 
 if TYPE_CHECKING:
     from wheeltapper.lower.many import Many
@@ -158,11 +157,6 @@ def _set_end(asked: Study, numbers: FloatArray) -> None:
         numbers[:, contract.LAST_IMPACT] = impact
     else:
         numbers[:, contract.LAST_LOSS] = loss
-
-
-def say_that_it_compiles() -> None:
-    """Tell the user why nothing happens for some seconds."""
-    print("wheeltapper: compiling its kernels for this machine, once; this takes some seconds", file=sys.stderr)
 
 
 def _marched(asked: Study, many: Many, threads: int) -> Computed:

@@ -12,9 +12,10 @@ from math import prod
 from pathlib import Path
 from typing import Any
 
-from wheeltapper.ask.cells import cores, say_that_it_compiles
+from wheeltapper.ask.cells import cores
 from wheeltapper.ask.store import Store, locked
 from wheeltapper.ground.errors import InputError
+from wheeltapper.record.simulate import say_that_it_compiles
 
 Place = tuple[int, ...]
 Done = tuple[Place, int, str, tuple[str, ...]]

@@ -12,6 +12,7 @@ from wheeltapper.lower.many import EPSILON, Direction, Many
 from wheeltapper.lower.table import used_degree
 from wheeltapper.march import program as contract
 from wheeltapper.record.features import Feature
+from wheeltapper.record.simulate import say_that_it_compiles
 
 if TYPE_CHECKING:
     from wheeltapper.march.ensemble import Cells, Marched
@@ -87,7 +88,6 @@ def _turns(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
 
 
 def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int) -> Slopes:
-    from wheeltapper.ask.cells import say_that_it_compiles
     from wheeltapper.march import gradients
     from wheeltapper.record.trains import Trains
 

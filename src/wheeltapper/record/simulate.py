@@ -18,6 +18,11 @@ class ModelWarning(UserWarning):
     """The scenario is valid, but its result may not mean what the user thinks."""
 
 
+def say_that_it_compiles() -> None:
+    """Tell the user why nothing happens for some seconds."""
+    print("wheeltapper: compiling its kernels for this machine, once; this takes some seconds", file=sys.stderr)
+
+
 def warn_of(notes: Iterable[str]) -> None:
     """Warn the caller's caller of those notes that put a result's meaning in doubt."""
     for note in notes:
@@ -53,5 +58,5 @@ def simulate(scenario: Scenario, method: Literal["default", "strict"] = "default
     from wheeltapper.march.single import is_ready, march
 
     if not is_ready(lowered.program):
-        print("wheeltapper: compiling its kernels for this machine, once; this takes some seconds", file=sys.stderr)
+        say_that_it_compiles()
     return Record(scenario, method, lowered, march(lowered.program))
