@@ -33,7 +33,7 @@ def _begins(*keys: NDArray[Any]) -> IntArray:
 
 def _largest_of_each(values: FloatArray, begins: IntArray) -> IntArray:
     """Return the place of the largest entry, the first of equals, in each group of rows; groups begin at `begins`."""
-    if len(begins) == 0:
+    if len(begins) == len(values):
         return begins
     sizes = np.diff(begins, append=len(values))
     largest = np.flatnonzero(values == np.repeat(np.maximum.reduceat(values, begins), sizes))
@@ -154,13 +154,13 @@ class Trains:
 
     def _events(self, kind: int) -> Rows:
         events, units = self.marched.events, self.units
-        among = events[:, contract.EVENT_KIND].real == kind
+        among = events[:, contract.EVENT_KIND] == kind
+        rows = np.flatnonzero(among)
         first = np.append(0, np.cumsum(among))[np.append(0, self.marched.event_ends)]
         count = np.diff(first)
-        rows = events[among]
         columns = {
-            "time": rows[:, contract.EVENT_TIME] * np.repeat(units.time, count),
-            "rate": rows[:, contract.EVENT_RATE] * np.repeat(units.length / units.time, count),
+            "time": events[rows, contract.EVENT_TIME] * np.repeat(units.time, count),
+            "rate": events[rows, contract.EVENT_RATE] * np.repeat(units.length / units.time, count),
         }
         return Rows(first, columns)
 
@@ -179,5 +179,5 @@ class Trains:
         rows = np.flatnonzero(self.peaks.columns["impact"] >= 1)
         owner, impact = self.peaks.owner[rows], self.peaks.columns["impact"][rows]
         best = rows[_largest_of_each(self.peaks.columns["force"].real[rows], _begins(owner, impact))]
-        first = np.searchsorted(self.peaks.owner[best], np.arange(self.cells + 1))
+        first = np.append(0, np.cumsum(np.bincount(self.peaks.owner[best], minlength=self.cells)))
         return Rows(first, {name: self.peaks.columns[name][best] for name in ("time", "force", "impact")})
