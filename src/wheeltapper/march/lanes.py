@@ -228,8 +228,8 @@ def _fly(pool: Pool) -> None:
         lands = L[lane.CHANGES + i] == 1.0
         time = L[lane.TIME + i] + L[lane.T_ROOT + i]
         at_break = not time < L[lane.UNTIL + i]
-        apart = L[lane.LENGTH + i] > 0.0 and L[lane.SIGN + i] < 0.0 and L[lane.CHANGES + i] <= 1.0
-        if not apart or (lands and at_break):
+        plain = L[lane.LENGTH + i] > 0.0 and L[lane.SIGN + i] < 0.0 and L[lane.CHANGES + i] <= 1.0
+        if not plain or (lands and at_break):
             push(cell, APART, queue)
             continue
         L[lane.TIME + i] = L[lane.UNTIL + i] if at_break else time
