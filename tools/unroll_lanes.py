@@ -194,9 +194,7 @@ def contact_root(order: int) -> str:
     body = ["x = L[X + i] * L[LENGTH + i]"]
     time = [f"{1 / (n + 1)!r} * {at('U_SERIES', n)}" for n in range(order)]
     body.append(f"L[T_ROOT + i] = x * {horner(time, 'x')}")
-    body += [
-        f"L[{row}_ROOT + i] = {horner([at(f'{row}_SERIES', n) for n in range(order + 1)], 'x')}" for row in "UW"
-    ]
+    body += [f"L[{row}_ROOT + i] = {horner([at(f'{row}_SERIES', n) for n in range(order + 1)], 'x')}" for row in "UW"]
     return function(f"contact_root_{order}", "Evaluate t, u and w of the contact step at the root.", body)
 
 
@@ -264,7 +262,16 @@ def flight_end(order: int) -> str:
 def source() -> str:
     """Return the whole file."""
     made = [contact(CONTACT, False), contact(CONTACT, True), scale("U", CONTACT), scale("W", CONTACT)]
-    made += [scale_time(CONTACT), scan(CONTACT), sharpen(CONTACT), contact_root(CONTACT), leave(), flight(FLIGHT), scan(FLIGHT), sharpen(FLIGHT)]
+    made += [
+        scale_time(CONTACT),
+        scan(CONTACT),
+        sharpen(CONTACT),
+        contact_root(CONTACT),
+        leave(),
+        flight(FLIGHT),
+        scan(FLIGHT),
+        sharpen(FLIGHT),
+    ]
     made += [flight_end(FLIGHT)]
     return HEADER + "".join(f"\n\n{one}\n" for one in made)
 

@@ -46,7 +46,5 @@ def highest_tangent(
     for lane in range(LANES):
         height, _ = path_tangent(after, lane, S, D)
         lift = at(D, Y, order, x, lane) if on_deck else 0.0
-        highest[lane] = (
-            height + lift + (velocity - v) * at(D, T, order, x, lane) - 2.0 * u * at(D, U, order, x, lane)
-        )
+        highest[lane] = height + lift + (velocity - v) * at(D, T, order, x, lane) - 2.0 * u * at(D, U, order, x, lane)
     return v
