@@ -26,15 +26,21 @@ from math import exp, log
 from pathlib import Path
 from typing import Any
 
-from own import march_case, simulate_case
+from own import march_case, scenario, simulate_case
+from peer_cvode import Cvode
+from peer_diffrax import Diffrax, numbers
 from peer_heyoka import Heyoka
 from peer_scipy import Scipy
 from problems import CASES, Case, Runner, check_counts, largest_force_error, largest_time_error, scaled
 from reference import RESULTS, cached
 
+import wheeltapper as wt
+
 OWN = "wheeltapper"
 HEYOKA_TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12, 0.0)
 SCIPY_TOLERANCES = (1e-9, 1e-11, 1e-13, 2.5e-14)
+CVODE_TOLERANCES = (1e-10, 1e-12, 1e-13)
+DIFFRAX_TOLERANCES = (1e-8, 1e-10, 1e-12)
 CALLS = 5
 """Calls of a fast code in one round."""
 SLOW_ROUNDS = 3
@@ -67,7 +73,26 @@ def entries(case: Case) -> list[Entry]:
     whole = [Entry("simulate()", "default", simulate_case(case.name, "default"), compared=False)]
     heyoka = [Entry("heyoka", f"{t:.0e}" if t else "round-off", Heyoka(problem, t)) for t in HEYOKA_TOLERANCES]
     scipy = [Entry("scipy DOP853", f"{t:.1e}", Scipy(problem, t), slow=True) for t in SCIPY_TOLERANCES]
-    return own + whole + heyoka + scipy
+    cvode = [Entry("CVODE Adams", f"{t:.1e}", Cvode(problem, t), slow=True) for t in CVODE_TOLERANCES]
+    return own + whole + heyoka + scipy + cvode
+
+
+def without_events(case: Case) -> list[dict[str, Any]]:
+    """Measure diffrax, which knows no events: time, and error of the last state against our strict method."""
+    problem = scaled(case)
+    record = wt.simulate(scenario(case), method="strict")
+    last = record.at(record.end).indentation.values.item()
+    length = (problem.force_unit / float(case.constant)) ** (2 / 3)
+    rows = []
+    for tolerance in DIFFRAX_TOLERANCES:
+        runner, times = Diffrax(numbers(problem), tolerance), []
+        for _ in range(SLOW_ROUNDS):
+            start = time.perf_counter()
+            found = runner()
+            times.append(time.perf_counter() - start)
+        error = abs(float(found[0]) - last / length)
+        rows.append({"setting": f"{tolerance:.0e}", "time": min(times), "error_of_last_indentation": error})
+    return rows
 
 
 def judge(case: Case, codes: Sequence[Entry]) -> None:
@@ -172,7 +197,18 @@ def commit() -> str:
 
 def surroundings() -> dict[str, Any]:
     """Return what the figures depend on besides the codes."""
-    packages = ("wheeltapper", "heyoka", "scipy", "numpy", "numba", "llvmlite", "mpmath")
+    packages = (
+        "wheeltapper",
+        "heyoka",
+        "scipy",
+        "scikit-sundae",
+        "diffrax",
+        "jax",
+        "numpy",
+        "numba",
+        "llvmlite",
+        "mpmath",
+    )
     return {
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "commit": commit(),
@@ -190,35 +226,59 @@ def row(entry: Entry) -> dict[str, Any]:
     return {name: getattr(entry, name) for name in names} | {"repeats": len(entry.times)}
 
 
-def run(case: Case, rounds: int) -> dict[str, Any]:
+def run_case(case: Case, rounds: int) -> dict[str, Any]:
     """Measure a case, print it, and return it as plain data."""
     codes = entries(case)
     judge(case, codes)
     measure(codes, rounds)
     found = matches(codes)
     show(case, codes, found)
-    return {"rows": [row(e) for e in codes], "ratios": [vars(m) for m in found]}
+    blind = without_events(case)
+    print("  diffrax DOPRI8, without events: time and error of the last indentation (over the static one)")
+    for line in blind:
+        own = codes[0].time
+        print(
+            f"    {line['setting']:>8}{1e3 * line['time']:12.3f} ms{line['error_of_last_indentation']:11.1e}"
+            f"    {line['time'] / own:.3g} times {OWN} default, which finds the events"
+        )
+    return {"rows": [row(e) for e in codes], "ratios": [vars(m) for m in found], "without_events": blind}
 
 
-def arguments() -> argparse.Namespace:
-    """Read the command line."""
-    parser = argparse.ArgumentParser(description="Compare wheeltapper's core with its peers.")
+def arguments() -> argparse.ArgumentParser:
+    """Return the options of the core's cases."""
+    parser = argparse.ArgumentParser(add_help=False)
     parser.add_argument("--rounds", type=int, default=10, help="rounds of the interleaved measurement (default 10)")
     parser.add_argument("--case", choices=sorted(CASES), action="append", help="only this case (may be repeated)")
-    return parser.parse_args()
+    return parser
+
+
+def introduced() -> dict[str, Any]:
+    """Print and return what the figures depend on."""
+    warnings.filterwarnings("ignore", message="the irregularity is more sharply hollow")  # true, and meant so
+    around = surroundings()
+    print(f"{around['cpu']}, {around['cores']} cores, load {around['load']}")
+    print(", ".join(f"{name} {number}" for name, number in around["versions"].items()))
+    return around
+
+
+def store(kind: str, result: dict[str, Any]) -> None:
+    """Write a result, with its date in its name."""
+    RESULTS.mkdir(exist_ok=True)
+    path = RESULTS / f"{kind}-{datetime.now(UTC):%Y%m%dT%H%M%S}.json"
+    path.write_text(json.dumps(result, indent=1), encoding="utf-8")
+    print(f"\nwritten to {path}", file=sys.stderr)
+
+
+def run(asked: argparse.Namespace) -> dict[str, Any]:
+    """Measure the cases that are asked for."""
+    return {name: run_case(CASES[name], asked.rounds) for name in asked.case or CASES}
 
 
 def main() -> None:
-    options = arguments()
-    warnings.filterwarnings("ignore", message="the irregularity is more sharply hollow")  # true, and meant so
-    around = surroundings()
-    print(f"{around['cpu']}, {around['cores']} cores, load {around['load']}; one trajectory, one thread, latency")
-    print(", ".join(f"{name} {number}" for name, number in around["versions"].items()))
-    results = {name: run(CASES[name], options.rounds) for name in options.case or CASES}
-    RESULTS.mkdir(exist_ok=True)
-    path = RESULTS / f"core-{datetime.now(UTC):%Y%m%dT%H%M%S}.json"
-    path.write_text(json.dumps(around | {"cases": results}, indent=1), encoding="utf-8")
-    print(f"\nwritten to {path}", file=sys.stderr)
+    """Measure, print and store."""
+    parser = argparse.ArgumentParser(description="Compare wheeltapper's core with its peers.", parents=[arguments()])
+    asked = parser.parse_args()
+    store("core", introduced() | {"cases": run(asked)})
 
 
 if __name__ == "__main__":

@@ -90,8 +90,8 @@ class Heyoka:
         self._contact = {flat: contact_integrator(flat, tolerance, self._peaks) for flat in set(self._kinds)}
         self._flight = {flat: flight_integrator(flat, tolerance) for flat in set(self._kinds)}
 
-    def __call__(self) -> tuple[list[float], list[float], list[tuple[float, float]]]:
-        """March the case once; return times of losses and impacts, and time and u of the force maxima."""
+    def __call__(self, landings: int | None = None) -> tuple[list[float], list[float], list[tuple[float, float]]]:
+        """March the case once, or up to so many landings; return times of losses and impacts, time and u at maxima."""
         self._peaks.clear()
         losses: list[float] = []
         impacts: list[float] = []
@@ -113,6 +113,8 @@ class Heyoka:
                         break
                     impacts.append(time)
                     first, touching = NUDGE, True
+                    if len(impacts) == landings:
+                        return losses, impacts, list(self._peaks)
         return losses, impacts, list(self._peaks)
 
     def _set(self, integrator: Any, piece: Piece) -> None:

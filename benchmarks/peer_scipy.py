@@ -60,8 +60,11 @@ class Scipy:
     def __init__(self, problem: Scaled, tolerance: float) -> None:
         self.problem, self.tolerance = problem, tolerance
 
-    def __call__(self) -> tuple[list[float], list[float], list[FloatArray]]:
-        """March the case once; return times of losses and impacts, and rows of time and indentation at maxima."""
+    def __call__(self, landings: int | None = None) -> tuple[list[float], list[float], list[FloatArray]]:
+        """March the case once, or up to so many landings.
+
+        Return times of losses and impacts, and rows of time and indentation at maxima.
+        """
         losses: list[float] = []
         impacts: list[float] = []
         peaks: list[FloatArray] = []
@@ -77,6 +80,8 @@ class Scipy:
                 time = float(run.t_events[0][0])
                 (losses if touching else impacts).append(time)
                 state, touching = (0.0, float(run.y_events[0][0, 1])), not touching
+                if len(impacts) == landings:
+                    return losses, impacts, peaks
         return losses, impacts, peaks
 
     def _run(self, piece: Piece, time: float, state: tuple[float, float], touching: bool) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from importlib import import_module
 from math import prod
@@ -25,8 +25,10 @@ NOTES = 10
 ENVIRONMENT = {"OMP_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1, "MKL_NUM_THREADS": 1}
 """What workers on this machine begin with. Dask's default also limits what they keep of freed memory, and then every
 larger array has to be fetched from the system again."""
-ATTEMPTS = 5
-"""How often a chunk may take its worker down before it is left alone."""
+ATTEMPTS = 2
+"""How often a chunk is tried again, alone, after its workers died."""
+PATIENCE = 60.0
+"""How long, in s, a cluster may be without workers."""
 
 
 class ClusterError(RuntimeError):
@@ -100,7 +102,7 @@ def _filled(
         return
     try:
         yield from _on_cluster(store, todo, workers, scheduler, say)
-    except (OSError, InputError):
+    except (OSError, InputError, ClusterError):
         raise
     except Exception as error:
         raise ClusterError(f"the workers failed ({type(error).__name__}: {error})") from error
@@ -147,37 +149,56 @@ def _opened(path: str, text: str) -> Store:
 
 
 def _on(client: Any, store: Store, todo: list[Place], say: Callable[[str], None]) -> Iterator[Done]:
-    """Compute chunks on a cluster, a few more at a time than it has threads."""
+    """Compute chunks on a cluster, a few more at a time than it has threads.
+
+    When a worker dies, so do all chunks that it had; which of them is to blame shows when they are tried again alone.
+    """
     distributed: Any = import_module("distributed")
     say(f"dashboard: {client.dashboard_link}")
     text = json.dumps(store.spec)
-    waiting = list(reversed(todo))
+    waiting, suspects = list(reversed(todo)), list[Place]()
     attempts: dict[Place, int] = {}
-    place_of: dict[Any, Place] = {}
-    futures = distributed.as_completed()
+    pending: dict[Any, Place] = {}
+    room = 3 * max(1, sum(client.nthreads().values()))
 
     def submit(place: Place) -> None:
-        attempts[place] = attempts.get(place, 0) + 1
-        future = client.submit(task, str(store.path.resolve()), text, place, pure=False, retries=0)
-        place_of[future.key] = place
-        futures.add(future)
+        pending[client.submit(task, str(store.path.resolve()), text, place, pure=False, retries=0)] = place
 
-    for _ in range(min(len(waiting), 3 * max(1, sum(client.nthreads().values())))):
-        submit(waiting.pop())
-    for future in futures:
-        place = place_of.pop(future.key)
-        error = future.exception()
-        if error is None:
-            yield future.result()
-        elif isinstance(error, distributed.KilledWorker) and attempts[place] < ATTEMPTS:
-            submit(place)
-            continue
-        elif isinstance(error, OSError):
-            raise error
-        else:
-            yield place, 0, f"{type(error).__name__}: {error}", ()
-        if waiting:
+    while waiting or suspects or pending:
+        while waiting and len(pending) < room:
             submit(waiting.pop())
+        if not pending:
+            submit(suspects.pop())
+        for future in _finished(client, list(pending)):
+            place = pending.pop(future)
+            try:
+                error = future.exception(timeout=PATIENCE)
+                done = None if error else future.result(timeout=PATIENCE)
+            except TimeoutError:  # the answer was lost with its worker
+                waiting.append(place)
+                continue
+            if done is not None:
+                yield done
+            elif isinstance(error, OSError):
+                raise error
+            elif isinstance(error, distributed.KilledWorker) and attempts.get(place, 0) < ATTEMPTS:
+                attempts[place] = attempts.get(place, 0) + 1
+                suspects.append(place)
+            else:
+                yield place, 0, f"{type(error).__name__}: {error}", ()
+
+
+def _finished(client: Any, pending: list[Any]) -> Iterable[Any]:
+    """Wait until at least one chunk is finished, as long as there is a worker."""
+    distributed: Any = import_module("distributed")
+    alone = 0.0
+    while True:
+        try:
+            return list(distributed.wait(pending, timeout=PATIENCE / 10, return_when="FIRST_COMPLETED").done)
+        except TimeoutError:
+            alone = 0.0 if client.nthreads() else alone + PATIENCE / 10
+        if alone > PATIENCE:
+            raise ClusterError(f"no worker came back within {PATIENCE:g} s")
 
 
 def compile_apart(store: Store) -> None:
