@@ -15,7 +15,7 @@ def filled(path: Path, spec: dict[str, Any], **options: Any) -> list[str]:
 
     console = Console(stderr=True)
     columns = (
-        BarColumn(), MofNCompleteColumn(), TextColumn("cells, {task.fields[rate]} per second,"), TimeRemainingColumn(),
+        BarColumn(), MofNCompleteColumn(), TextColumn("cells,{task.fields[rate]}"), TimeRemainingColumn(),
         TextColumn("left"),
     )  # fmt: skip
     bar = Progress(*columns, console=console)
@@ -24,7 +24,7 @@ def filled(path: Path, spec: dict[str, Any], **options: Any) -> list[str]:
     def progress(done: int, of: int) -> None:
         bar.start()  # not before the study is known to be sound
         speed = bar.tasks[0].speed
-        bar.update(task, completed=done, total=of, rate=f"{speed:.3g}" if speed else "")
+        bar.update(task, completed=done, total=of, rate=f" {speed:.3g} per second," if speed else "")
 
     try:
         failed = fill(path, spec, progress=progress, say=console.print, **options)

@@ -36,12 +36,14 @@ UNITS: dict[str, dict[str, float]] = {
     "angle": {"rad": 1.0, "deg": 0.017453292519943295, "°": 0.017453292519943295, "mrad": 1e-3},
     "curvature": {"1/m": 1.0, "1/mm": 1e3, "1/km": 1e-3},
     "time per length": {"s/m": 1.0, "s/mm": 1e3},
+    "moment of inertia": {"kg m^2": 1.0, "kg m2": 1.0, "t m^2": 1e3},
+    "angular stiffness": _scaled("N", "kM", " m/rad") | _scaled("N", "kM", "m/rad"),
     "number": {"": 1.0, "%": 0.01},
 }
 PINT = {
     "length": "m", "mass": "kg", "force": "N", "stiffness": "N/m", "damping": "N*s/m", "speed": "m/s", "time": "s",
     "pressure": "Pa", "Hertz constant": "N/m**1.5", "acceleration": "m/s**2", "angle": "rad", "curvature": "1/m",
-    "time per length": "s/m", "number": "",
+    "time per length": "s/m", "moment of inertia": "kg*m**2", "angular stiffness": "N*m/rad", "number": "",
 }  # fmt: skip
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 

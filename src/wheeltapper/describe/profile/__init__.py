@@ -1,0 +1,1 @@
+"""Cross sections of wheels and rails."""

@@ -1,0 +1,60 @@
+"""Rigid bodies of a vehicle: a car body, a bogie frame, a wheelset."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from wheeltapper.describe.noun import Inertia, Length, Mass, Noun, PositiveLength
+
+Motion = Literal["x", "y", "z", "roll", "pitch", "yaw"]
+MOTIONS: tuple[Motion, ...] = ("x", "y", "z", "roll", "pitch", "yaw")
+
+
+class Body(Noun):
+    """A rigid body with six small motions: x forward, y left, z up; roll about x, pitch about y, yaw about z.
+
+    Parameters
+    ----------
+    name
+        Elements and results name the body so.
+    mass
+        kg.
+    inertia
+        Principal moments about the centre of gravity: roll, pitch, yaw, kg·m².
+    position
+        Centre of gravity: x from the leading wheelset (forward; negative behind it), y, z above the rail, m.
+    held
+        Motions that are held at zero.
+    """
+
+    name: str = Field(min_length=1)
+    mass: Mass
+    inertia: tuple[Inertia, Inertia, Inertia]
+    position: tuple[Length, Length, Length]
+    held: tuple[Motion, ...] = ()
+
+
+class Axle(Noun):
+    """A wheelset of a vehicle: a rigid body with two wheels. Wheelsets are numbered from the leading one, 1.
+
+    Parameters
+    ----------
+    mass
+        kg, axle boxes included.
+    inertia
+        Principal moments about the centre of gravity: roll, pitch (the spin), yaw, kg·m².
+    position
+        x of its centre from the leading wheelset, m; negative behind it.
+    radius
+        Nominal radius of the wheels, m: the height of its centre above the rail.
+    held
+        Motions that are held at zero.
+    """
+
+    mass: Mass
+    inertia: tuple[Inertia, Inertia, Inertia]
+    position: Length
+    radius: PositiveLength = 0.46
+    held: tuple[Motion, ...] = ()

@@ -1,0 +1,102 @@
+"""What connects the bodies of a vehicle: springs, dampers, stops and links between two points.
+
+An element acts at one place in the undeformed vehicle, at which both of its ends are, each fixed to its body. `between`
+names two bodies, or a body and "ground", which moves along with the vehicle steadily.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from wheeltapper.describe.noun import AngularStiffness, Damping, Force, Length, Noun, PositiveStiffness, Stiffness
+
+GROUND = "ground"
+
+
+class Element(Noun):
+    """What all elements have: a name, two ends, and the place where they meet (x as for bodies, y left, z up), m."""
+
+    name: str = Field(min_length=1)
+    between: tuple[str, str]
+    at: tuple[Length, Length, Length]
+
+    @model_validator(mode="after")
+    def _two_ends(self) -> Element:
+        if self.between[0] == self.between[1]:
+            raise ValueError(f"between: found {self.between[0]!r} twice; allowed: two bodies, or a body and {GROUND!r}")
+        return self
+
+
+class Spring(Element):
+    """A spring in three directions and about three axes: F = K·(relative displacement), M = K·(relative rotation).
+
+    Parameters
+    ----------
+    stiffness
+        Along x, y and z, N/m.
+    bending
+        About x (roll), y (pitch) and z (yaw), N·m/rad.
+    """
+
+    stiffness: tuple[Stiffness, Stiffness, Stiffness] = (0.0, 0.0, 0.0)
+    bending: tuple[AngularStiffness, AngularStiffness, AngularStiffness] = (0.0, 0.0, 0.0)
+
+
+class Damper(Element):
+    """A damper in three directions, each perhaps in series with a spring (the bush at its end).
+
+    Parameters
+    ----------
+    damping
+        Along x, y and z, N·s/m.
+    series_stiffness
+        Of the spring in series with each of them, N/m; None: rigid.
+    """
+
+    damping: tuple[Damping, Damping, Damping]
+    series_stiffness: PositiveStiffness | None = None
+
+
+class Stop(Element):
+    """A force that is a piecewise linear function of the relative displacement in one direction, odd in it.
+
+    Parameters
+    ----------
+    along
+        The direction.
+    deflection, force
+        Its corners for positive deflections, m and N, from (0, 0) on; beyond the last one it goes on straight.
+    """
+
+    along: Literal["x", "y", "z"]
+    deflection: tuple[Length, ...] = Field(min_length=2)
+    force: tuple[Force, ...] = Field(min_length=2)
+
+    @model_validator(mode="after")
+    def _rising(self) -> Stop:
+        if len(self.deflection) != len(self.force):
+            raise ValueError(
+                f"found {len(self.deflection)} deflections and {len(self.force)} forces; allowed: as many of both"
+            )
+        if self.deflection[0] != 0.0 or self.force[0] != 0.0:
+            raise ValueError(
+                "found a characteristic that does not begin at zero; allowed: deflection 0 and force 0 first"
+            )
+        if any(b <= a for a, b in pairwise(self.deflection)):
+            raise ValueError("deflection: found numbers that do not rise; allowed: strictly rising ones")
+        return self
+
+
+class Link(Element):
+    """A rigid connection in some directions: what becomes of a spring that is broken and rests on itself.
+
+    Parameters
+    ----------
+    along
+        The directions in which both ends move together.
+    """
+
+    along: tuple[Literal["x", "y", "z"], ...] = Field(min_length=1)

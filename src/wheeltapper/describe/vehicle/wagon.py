@@ -1,0 +1,180 @@
+"""A whole vehicle in three dimensions: rigid bodies, wheelsets, and what connects them."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib.resources import files
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+
+from wheeltapper.describe.noun import Acceleration, Noun
+from wheeltapper.describe.vehicle.body import Axle, Body
+from wheeltapper.describe.vehicle.element import GROUND, Damper, Link, Spring, Stop
+from wheeltapper.ground.errors import InputError
+
+ELEMENTS = (Spring, Damper, Stop, Link)
+
+
+def _kind(value: Any) -> str | None:
+    return value.get("type") if isinstance(value, dict) else type(value).__name__
+
+
+AnyElement = Annotated[
+    Annotated[Spring, Tag("Spring")] | Annotated[Damper, Tag("Damper")] | Annotated[Stop, Tag("Stop")]
+    | Annotated[Link, Tag("Link")],
+    Discriminator(_kind),
+]  # fmt: skip
+
+
+class Wagon(Noun):
+    """A vehicle of rigid bodies on wheelsets (the paper, section 4).
+
+    Bodies and wheelsets move a little about a steady run along the track: x forward, y left, z up.
+
+    Parameters
+    ----------
+    bodies
+        All but the wheelsets.
+    axles
+        The wheelsets, from the leading one on; elements name them "wheelset 1", "wheelset 2", …
+    elements
+        Springs, dampers, stops and links.
+    gravity
+        g, m/s².
+    """
+
+    bodies: tuple[Body, ...]
+    axles: Annotated[tuple[Axle, ...], Field(min_length=1)]
+    elements: Annotated[tuple[AnyElement, ...], BeforeValidator(lambda value: tuple(value))] = ()
+    gravity: Acceleration = 9.81
+
+    @model_validator(mode="after")
+    def _named_and_connected(self) -> Wagon:
+        names = [*self.names, *(element.name for element in self.elements)]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"found the name {twice!r} twice; allowed: names that differ")
+        ends = {end for element in self.elements for end in element.between}
+        unknown = next((end for end in sorted(ends) if end not in (*self.names, GROUND)), None)
+        if unknown is not None:
+            raise ValueError(f"elements: found an end at {unknown!r}; allowed: {', '.join(self.names)}, {GROUND}")
+        loose = next((body.name for body in self.bodies if body.name not in ends), None)
+        if loose is not None:
+            raise ValueError(f"bodies: found {loose!r} without a connection; allowed: bodies that elements hold")
+        if any(b.position >= a.position for a, b in zip(self.axles[:-1], self.axles[1:], strict=True)):
+            raise ValueError("axles: found a wheelset before the one ahead of it; allowed: positions that fall")
+        return self
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the bodies, then of the wheelsets."""
+        return (*(body.name for body in self.bodies), *(f"wheelset {i + 1}" for i in range(len(self.axles))))
+
+    @property
+    def mass(self) -> float:
+        """Mass of the whole vehicle, kg."""
+        return float(sum(body.mass for body in self.bodies) + sum(axle.mass for axle in self.axles))
+
+    def with_element(self, element: Any) -> Wagon:
+        """Return the wagon with one more element, or with another one of that name."""
+        if any(element.name == held.name for held in self.elements):
+            return self._with(tuple(element if element.name == held.name else held for held in self.elements))
+        return self._with((*self.elements, element))
+
+    def without(self, *names: str) -> Wagon:
+        """Return the wagon without some elements."""
+        held = [element.name for element in self.elements]
+        unknown = next((name for name in names if name not in held), None)
+        if unknown is not None:
+            raise InputError("", "vehicle.elements", f"no element {unknown!r}", ", ".join(held))
+        return self._with(tuple(element for element in self.elements if element.name not in names))
+
+    def without_dampers(self) -> Wagon:
+        """Return the wagon without its dampers (the paper's damping-free wagon)."""
+        return self.without(*(element.name for element in self.elements if isinstance(element, Damper)))
+
+    def _with(self, elements: tuple[Any, ...]) -> Wagon:
+        return Wagon(bodies=self.bodies, axles=self.axles, elements=elements, gravity=self.gravity)
+
+    @classmethod
+    def erri_b176(
+        cls, wheelset_mass: float = 1813.0, primary_stiffness: float = 1.220e6, series_springs: bool = False
+    ) -> Wagon:
+        """Return the ERRI B176 coach, vehicle 1 of the Manchester Benchmarks.
+
+        Parameters
+        ----------
+        wheelset_mass
+            kg, axle boxes included: 1813; the paper's figures were computed with 1500.
+        primary_stiffness
+            Along z per axle box, N/m: 1.220e6, or 1.200e6 in another source.
+        series_springs
+            True: vertical primary and all secondary dampers act through the springs at their ends.
+        """
+        data = tomllib.loads((files(__package__) / "erri_b176.toml").read_text(encoding="utf-8"))
+        data["wheelset"]["mass"] = wheelset_mass
+        data["primary"]["stiffness"][2] = primary_stiffness
+        return _coach(data, series_springs)
+
+
+def _coach(data: dict[str, Any], series_springs: bool) -> Wagon:
+    """Return a coach on two bogies with two wheelsets each."""
+    place = data["geometry"]
+    front, spacing, base = -place["semi_wheelbase"], 2 * place["semi_bogie_spacing"], place["semi_wheelbase"]
+    pivots = {"bogie 1": front, "bogie 2": front - spacing}
+    axles = [pivot + side * base for pivot in pivots.values() for side in (1, -1)]
+    bodies = [_body("car body", data["car_body"], front - spacing / 2, held=("x",))]
+    bodies += [_body(name, data["bogie_frame"], pivot) for name, pivot in pivots.items()]
+    elements: list[Any] = []
+    for number, x in enumerate(axles, 1):
+        between = (f"bogie {(number + 1) // 2}", f"wheelset {number}")
+        for side, y in (("left", place["semi_lateral_primary"]), ("right", -place["semi_lateral_primary"])):
+            where = {"between": between, "at": (x, y, place["primary_height"])}
+            elements += _suspension(f"primary {{}} {number} {side}", data["primary"], where, (2,), series_springs)
+    for number, (name, x) in enumerate(pivots.items(), 1):
+        between = ("car body", name)
+        for side, y in (("left", place["semi_lateral_secondary"]), ("right", -place["semi_lateral_secondary"])):
+            where = {"between": between, "at": (x, y, place["secondary_height"])}
+            elements += _suspension(f"secondary {{}} {number} {side}", data["secondary"], where, (1, 2), series_springs)
+        middle = (x, 0.0, place["secondary_height"])
+        bar = (data["anti_roll_bar"]["bending"], 0.0, 0.0)
+        elements.append(Spring(name=f"anti-roll bar {number}", between=between, at=middle, bending=bar))
+        rod = {"between": between, "at": (x, 0.0, place["traction_rod_height"])}
+        stiff, drag = data["traction_rod"]["stiffness"], data["traction_rod"]["damping"]
+        elements.append(Spring(name=f"traction rod {number}", stiffness=(stiff, 0.0, 0.0), **rod))
+        elements.append(Damper(name=f"traction rod damper {number}", damping=(drag, 0.0, 0.0), **rod))
+        stop = {"between": between, "at": (x, 0.0, place["bumpstop_height"])}
+        elements.append(Stop(name=f"lateral bumpstop {number}", along="y", **data["bumpstop"], **stop))
+    wheelset = data["wheelset"]
+    return Wagon(
+        bodies=tuple(bodies),
+        axles=tuple(
+            Axle(mass=wheelset["mass"], inertia=tuple(wheelset["inertia"]), position=x, radius=wheelset["radius"])
+            for x in axles
+        ),
+        elements=tuple(elements),
+    )
+
+
+def _body(name: str, data: dict[str, Any], x: float, held: tuple[Any, ...] = ()) -> Body:
+    position = (x, 0.0, data["height"])
+    return Body(name=name, mass=data["mass"], inertia=tuple(data["inertia"]), position=position, held=held)
+
+
+def _suspension(
+    name: str, data: dict[str, Any], where: dict[str, Any], soft: tuple[int, ...], series_springs: bool
+) -> list[Any]:
+    """Return a spring and a damper at one place; directions in `soft` may have a spring in series with the damper."""
+    bending = tuple(data.get("bending", (0.0, 0.0, 0.0)))
+    spring = Spring(name=name.format("spring"), stiffness=tuple(data["stiffness"]), bending=bending, **where)
+    damping = tuple(data["damping"])
+    if not series_springs:
+        return [spring, Damper(name=name.format("damper"), damping=damping, **where)]
+    through = tuple(d if i in soft else 0.0 for i, d in enumerate(damping))
+    direct = tuple(0.0 if i in soft else d for i, d in enumerate(damping))
+    dampers = [
+        Damper(name=name.format("damper"), damping=through, series_stiffness=data["series_stiffness"], **where),
+        Damper(name=name.format("bush"), damping=direct, **where),
+    ]
+    return [spring, *(damper for damper in dampers if any(damper.damping))]

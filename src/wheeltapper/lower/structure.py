@@ -1,0 +1,161 @@
+"""From a wagon to matrices: motions of its bodies, and what its elements make of them.
+
+Displacements and rotations are small. At an element's place r (from a body's centre of gravity), a body that moves by d
+and turns by θ moves by d + θ × r; an element feels the difference of its two ends. Wheelsets turn in their axle boxes:
+no element feels their pitch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.vehicle.body import MOTIONS
+from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Link, Spring, Stop
+from wheeltapper.describe.vehicle.wagon import Wagon
+
+FloatArray = NDArray[np.float64]
+AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Series:
+    """A damper in series with a spring, in one direction: its force f obeys f' = k·(v - f/c), v the rate of `row`."""
+
+    name: str
+    row: FloatArray
+    damping: float
+    stiffness: float
+
+
+@dataclass(frozen=True)
+class Characteristic:
+    """A force that is piecewise linear in the deflection `row`·q, odd in it."""
+
+    name: str
+    row: FloatArray
+    deflection: FloatArray
+    force: FloatArray
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A wagon's equations of motion: mass·q'' + damping·q' + stiffness·q = forces.
+
+    Attributes
+    ----------
+    motions
+        (n,) body and motion of each entry of q; held motions are left out.
+    mass
+        (n,) masses and moments of inertia.
+    damping, stiffness
+        (n, n).
+    series, characteristics
+        What is not linear in q and q' alone; they act against their row.
+    ties
+        (ties, n) rows that links hold at zero.
+    gravity
+        (n,) weights.
+    """
+
+    motions: tuple[tuple[str, str], ...]
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    series: tuple[Series, ...]
+    characteristics: tuple[Characteristic, ...]
+    ties: FloatArray
+    gravity: FloatArray
+
+    def row(self, body: str, motion: str) -> FloatArray:
+        """Return the row that reads one motion of a body; zero where it is held."""
+        out = np.zeros(len(self.motions))
+        if (body, motion) in self.motions:
+            out[self.motions.index((body, motion))] = 1.0
+        return out
+
+
+class _Places:
+    """Where the bodies of a wagon are, and how points fixed to them move."""
+
+    def __init__(self, wagon: Wagon) -> None:
+        self.centres = {body.name: np.array(body.position) for body in wagon.bodies}
+        held = {body.name: set(body.held) for body in wagon.bodies}
+        self.masses = {body.name: (body.mass, body.inertia) for body in wagon.bodies}
+        self.wheelsets = tuple(f"wheelset {i + 1}" for i in range(len(wagon.axles)))
+        for name, axle in zip(self.wheelsets, wagon.axles, strict=True):
+            self.centres[name] = np.array([axle.position, 0.0, axle.radius])
+            held[name] = set(axle.held)
+            self.masses[name] = (axle.mass, axle.inertia)
+        self.motions = tuple((name, motion) for name in wagon.names for motion in MOTIONS if motion not in held[name])
+
+    def point(self, body: str, at: FloatArray) -> FloatArray:
+        """Return the rows of x, y, z of a point fixed to a body, (3, n)."""
+        out = np.zeros((3, len(self.motions)))
+        if body == GROUND:
+            return out
+        x, y, z = at - self.centres[body]
+        turned = {"roll": (0.0, -z, y), "pitch": (z, 0.0, -x), "yaw": (-y, x, 0.0)}
+        for column, (name, motion) in enumerate(self.motions):
+            if name != body or (name in self.wheelsets and motion == "pitch"):
+                continue
+            out[:, column] = turned[motion] if motion in turned else np.eye(3)[AXES.index(motion)]
+        return out
+
+    def turn(self, body: str) -> FloatArray:
+        """Return the rows of roll, pitch and yaw of a body, (3, n)."""
+        out = np.zeros((3, len(self.motions)))
+        for column, (name, motion) in enumerate(self.motions):
+            if name == body and motion in MOTIONS[3:] and not (name in self.wheelsets and motion == "pitch"):
+                out[MOTIONS.index(motion) - 3, column] = 1.0
+        return out
+
+    def apart(self, element: Element) -> FloatArray:
+        """Return the rows of the displacement of an element's first end against its second, (3, n)."""
+        at = np.array(element.at)
+        first, second = element.between
+        return self.point(first, at) - self.point(second, at)
+
+    def mass(self) -> FloatArray:
+        """Return the mass or moment of inertia of each motion."""
+        out = []
+        for name, motion in self.motions:
+            mass, inertia = self.masses[name]
+            out.append(mass if motion in AXES else inertia[MOTIONS.index(motion) - 3])
+        return np.array(out)
+
+
+def structure_of(wagon: Wagon) -> Structure:
+    """Return the equations of motion of a wagon without its contacts."""
+    places = _Places(wagon)
+    count = len(places.motions)
+    stiffness, damping = np.zeros((count, count)), np.zeros((count, count))
+    series, characteristics, ties = [], [], [np.zeros((0, count))]
+    for element in wagon.elements:
+        rows = places.apart(element)
+        if isinstance(element, Spring):
+            first, second = element.between
+            turns = places.turn(first) - places.turn(second)
+            stiffness += rows.T @ np.diag(element.stiffness) @ rows + turns.T @ np.diag(element.bending) @ turns
+        elif isinstance(element, Damper) and element.series_stiffness is None:
+            damping += rows.T @ np.diag(element.damping) @ rows
+        elif isinstance(element, Damper):
+            assert element.series_stiffness is not None
+            for axis, row, value in zip(AXES, rows, element.damping, strict=True):
+                if value > 0.0:
+                    series.append(Series(f"{element.name} {axis}", row, value, element.series_stiffness))
+        elif isinstance(element, Stop):
+            row = rows[AXES.index(element.along)]
+            characteristics.append(
+                Characteristic(element.name, row, np.array(element.deflection), np.array(element.force))
+            )
+        elif isinstance(element, Link):
+            ties.append(rows[[AXES.index(axis) for axis in element.along]])
+    mass = places.mass()
+    upright = np.array([motion == "z" for _, motion in places.motions])
+    weights = np.where(upright, -mass * wagon.gravity, 0.0)
+    return Structure(
+        places.motions, mass, damping, stiffness, tuple(series), tuple(characteristics), np.vstack(ties), weights
+    )
