@@ -1,112 +1,110 @@
 """The feature map against its peers, all on all cores of this machine, in one run.
 
-    uv run --group peers python benchmarks/maps.py [--side 256] [--samples 24] [--scaling]
+    uv run --group peers python benchmarks/maps.py [--side 256] [--samples 64] [--rounds 3] [--scaling]
 
 A map of two features over (c, m), each run stopped at its third landing: the time between the second and the third
-impact, and the ratio of the force maxima after the first and the second. Peers with events (SciPy's DOP853, CVODE,
-heyoka) stop there too. They compute a sample of the cells, spread over the map, in as many processes as there are
-cores; their time is extrapolated, and all must agree with us on the sample. diffrax has no events: it marches a batch
-of cells at a time up to the latest third landing of the map, and finds neither feature.
+impact, and the ratio of the force maxima after the first and the second. The peers compute a sample of the cells,
+spread over the map, in as many processes as there are cores; their times are extrapolated to the map. The error of a
+code is the largest relative difference of a feature on its sample to our strict method, whose series has another order.
+
+diffrax finds no landings: it marches all cells to the time of the map's last third landing, and its error is that of
+the last state, against heyoka at round-off.
 """
 
 from __future__ import annotations
 
 import argparse
-import time
-from concurrent.futures import Future, ProcessPoolExecutor
-from dataclasses import replace
-from functools import cache
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
-from multiprocessing import get_context
 from typing import Any
 
-import core
 import numpy as np
+from machine import prepare, shortest, store
+from matching import Match, Point, match
 from own import scenario
-from peer_cvode import Cvode
-from peer_heyoka import Heyoka
-from peer_scipy import Scipy
-from problems import CASES, Case, Outcome, scaled
+from problems import CASES, Case, FloatArray, IntArray, Outcome, largest_end_error
+from workers import Code, Workers
 
 import wheeltapper as wt
 from wheeltapper.ask.cells import cores
 from wheeltapper.lower.many import Many
 from wheeltapper.march import program as contract
-from wheeltapper.march.ensemble import Cells, march_all, march_in_lanes, march_one_by_one
+from wheeltapper.march.ensemble import Marched, march_all
 
 CASE = CASES["bump"]
 FEATURES = [wt.features.impact_interval(2, 3), wt.features.force_ratio(1, 2)]
-TOLERANCES = {"scipy DOP853": 1e-10, "CVODE Adams": 1e-11, "heyoka": 1e-10}
-BLIND_TOLERANCE = 1e-8
 LANDINGS = 3
-BATCH = 512
-"""Cells that diffrax marches at a time in one process."""
-ENSEMBLES = {"bump": 64, "corr": 32}
-
-Point = tuple[float, float]
-
-
-def cell(damping: float, mass: float) -> Case:
-    """Return the bump at another damping and mass."""
-    return replace(CASE, damping=repr(float(damping)), mass=repr(float(mass)))
-
-
-@cache
-def _heyoka() -> Heyoka:
-    """Return heyoka's integrators, compiled once in each process; a cell's numbers are their parameters."""
-    return Heyoka(scaled(CASE), TOLERANCES["heyoka"])
+TOLERANCES = {
+    "heyoka": (1e-8, 1e-10, 1e-12, 0.0),
+    "scipy DOP853": (1e-9, 1e-11, 1e-13),
+    "CVODE Adams": (1e-10, 1e-12, 1e-14),
+    "diffrax Tsit5": (1e-8, 1e-10, 1e-12),
+}
+COMPILED, BLIND = ("heyoka", "diffrax Tsit5"), ("diffrax Tsit5",)
+MORE = 16
+"""How many times as many cells the compiled codes compute."""
+CALLS = 3
+"""Calls of our own code in one round."""
 
 
-def runner_of(peer: str, point: Point) -> Any:
-    """Return a peer, ready to march one cell."""
-    problem = scaled(cell(*point))
-    if peer == "heyoka":
-        _heyoka().problem = problem
-        return _heyoka()
-    return (Scipy if peer.startswith("scipy") else Cvode)(problem, TOLERANCES[peer])
+@dataclass
+class Entry:
+    """A peer at one tolerance, and what it costs and misses on its sample."""
+
+    code: Code
+    sample: list[Case]
+    error: float
+    times: list[float] = field(default_factory=list)
+
+    @property
+    def finds_events(self) -> bool:
+        """False where the error is one of the last state."""
+        return self.code.landings is not None
+
+    @property
+    def setting(self) -> str:
+        """The tolerance, as text."""
+        return f"{self.code.tolerance:.0e}" if self.code.tolerance else "round-off"
+
+    def point(self, cells: int) -> Point:
+        """Return the error, and the time extrapolated to a number of cells."""
+        return Point(self.error, min(self.times) / len(self.sample) * cells)
 
 
-def features_of(found: Outcome) -> tuple[float, float]:
-    """Return both features of a run that was stopped at its third landing."""
-    largest = [
-        found.peak_forces[(found.peak_times > a) & (found.peak_times < b)].max() for a, b in pairwise(found.impacts)
-    ]
-    return float(found.impacts[2] - found.impacts[1]), float(largest[0] / largest[1])
+class Map:
+    """The map: its axes, its cells in rows, and our features."""
+
+    def __init__(self, side: int) -> None:
+        self.base, self.over = scenario(CASE), axes(side)
+        damping, mass = (mesh.ravel() for mesh in np.meshgrid(*self.over.values(), indexing="ij"))
+        self.values = dict(zip(self.over, (damping, mass), strict=True))
+        self.cells = len(damping)
+
+    def sweep(self) -> FloatArray:
+        """Return both features of each cell, as a user would ask for them."""
+        chart = wt.sweep(self.base, self.over, FEATURES)
+        return np.stack([chart.impact_interval.values.ravel(), chart.force_ratio.values.ravel()])
+
+    def strict(self, chosen: IntArray) -> FloatArray:
+        """Return both features of some cells by the strict method."""
+        some = {path: value[chosen].tolist() for path, value in self.values.items()}
+        chart = wt.sweep(self.base, some, FEATURES, zipped=True, method="strict")
+        return np.stack([chart.impact_interval.values, chart.force_ratio.values])
+
+    def lowered(self) -> Many:
+        """Return all cells ready to march up to the third landing."""
+        many = Many(self.base, self.values)
+        many.cells.numbers[:, contract.LAST_IMPACT] = LANDINGS
+        return many
+
+    def case(self, index: int, duration: float) -> Case:
+        """Return one cell."""
+        damping, mass = (repr(float(value[index])) for value in self.values.values())
+        return Case(**(vars(CASE) | {"damping": damping, "mass": mass, "duration": repr(duration)}))
 
 
-def by_peer(peer: str, points: list[Point]) -> tuple[list[tuple[float, float]], float]:
-    """Return both features of some cells, one after the other, and how long marching them took."""
-    out, took = [], 0.0
-    for point in points:
-        runner = runner_of(peer, point)
-        start = time.perf_counter()
-        raw = runner(LANDINGS)
-        took += time.perf_counter() - start
-        out.append(features_of(runner.read(raw)))
-    return out, took
-
-
-def blindly(points: list[Point], end: float) -> float:
-    """Return how long diffrax takes for a batch of cells up to a time (s), compiling apart."""
-    from peer_diffrax import Diffrax, numbers
-
-    rows = np.array([numbers(scaled(cell(*point))) for point in points])
-    rows[:, -1] = [end / scaled(cell(*point)).time_unit for point in points]
-    runner = Diffrax(rows, BLIND_TOLERANCE)
-    return best(runner, 2)
-
-
-def best(run: Any, rounds: int) -> float:
-    """Return the shortest time of some runs, s."""
-    times = []
-    for _ in range(rounds):
-        start = time.perf_counter()
-        run()
-        times.append(time.perf_counter() - start)
-    return min(times)
-
-
-def axes(side: int) -> dict[str, Any]:
+def axes(side: int) -> dict[str, FloatArray]:
     """Return the map's axes."""
     return {
         "vehicle.damping": float(CASE.damping) * np.linspace(0.5, 1.5, side),
@@ -114,116 +112,164 @@ def axes(side: int) -> dict[str, Any]:
     }
 
 
-def peers_on_map(points: list[Point], chosen: Any, ours: Any, end: float) -> dict[str, Any]:
-    """Measure all peers on a sample of the cells; return their extrapolated times and how far they are off."""
-    threads, out = cores(), {}
-    sample = [points[index] for index in chosen]
-    shares = [sample[first::threads] for first in range(threads)]
-    with ProcessPoolExecutor(threads, mp_context=get_context("spawn")) as pool:
-        for peer in TOLERANCES:
-            list(pool.map(by_peer, [peer] * threads, [share[:1] for share in shares]))  # imports, compiles
-            parts = list(pool.map(by_peer, [peer] * threads, shares))
-            took = max(seconds for _, seconds in parts) / max(len(share) for share in shares) * len(points) / threads
-            off = max(
-                float(np.abs(ours[:, first::threads].T / np.array(found) - 1.0).max())
-                for first, (found, _) in enumerate(parts)
-            )
-            out[peer] = {"time": took, "off": off, "extrapolated_from": len(sample)}
-        spread = np.linspace(0, len(points) - 1, BATCH * threads).astype(int)
-        batches: list[Future[float]] = [
-            pool.submit(blindly, [points[index] for index in spread[first::threads]], end) for first in range(threads)
-        ]
-        took = max(batch.result() for batch in batches) / (BATCH * threads) * len(points)
-        out["diffrax DOPRI8, no events"] = {"time": took, "off": None, "extrapolated_from": BATCH * threads}
-    return out
+def features(outcomes: Sequence[Outcome]) -> FloatArray:
+    """Return both features of each cell: (2, cells)."""
+    rows = []
+    for found in outcomes:
+        peaks = list(zip(found.peak_times, found.peak_forces, strict=True))
+        after = [max(force for time, force in peaks if a < time < b) for a, b in pairwise(found.impacts)]
+        rows.append((found.impacts[2] - found.impacts[1], after[0] / after[1]))
+    return np.array(rows).T
 
 
-def measure_map(side: int, samples: int) -> dict[str, Any]:
-    """Measure the map, print it, and return it as plain data."""
-    base, over, threads = scenario(CASE), axes(side), cores()
-    damping, mass = (mesh.ravel() for mesh in np.meshgrid(*over.values(), indexing="ij"))
-    points = list(zip(damping.tolist(), mass.tolist(), strict=True))
-    chosen = np.linspace(0, len(points) - 1, samples).astype(int)
-    chart = wt.sweep(base, over, FEATURES)
-    ours = np.stack([chart.impact_interval.values.ravel()[chosen], chart.force_ratio.values.ravel()[chosen]])
-    third = wt.features.custom(lambda train: train.impact_time[LANDINGS - 1], "third", "s", impacts=3, until="impact")
-    end = float(wt.sweep(base, axes(8), [third]).third.max())
-    peers = peers_on_map(points, chosen, ours, end)
-    many = Many(base, {"vehicle.damping": damping, "vehicle.mass": mass})
-    many.cells.numbers[:, contract.LAST_IMPACT] = LANDINGS
-    kernel = best(lambda: march_all(many.cells, threads, lambda block, marched: None), 9)
-    whole = best(lambda: wt.sweep(base, over, FEATURES), 9)
-    print(f"\n{side} x {side} map of two features, up to the third landing, {threads} cores")
-    print(f"  {'bare kernel':28}{kernel:10.3f} s")
-    print(f"  {'wt.sweep':28}{whole:10.3f} s   {100 * (whole / kernel - 1):.0f} % more than the kernel")
-    for peer, row in peers.items():
-        off = "finds neither feature" if row["off"] is None else f"largest difference {row['off']:.0e}"
-        print(f"  {peer:28}{row['time']:10.1f} s   {row['time'] / whole:.4g} times wt.sweep; {off}")
-    print(f"  peers extrapolated from {samples} cells, diffrax from {BATCH * threads}")
-    return {"cells": len(points), "kernel": kernel, "sweep": whole, "peers": peers}
+def largest_difference(found: FloatArray, reference: FloatArray) -> float:
+    """Return the largest relative difference of a feature."""
+    return float(np.abs(found / reference - 1.0).max())
 
 
-def ensemble(name: str) -> dict[str, float]:
-    """Measure whole trajectories of a case with its parameters spread by 10 %, and return microseconds of each."""
-    draw, count = np.random.default_rng(1), ENSEMBLES[name]
-    case = CASES[name]
-    changed = {
-        path: float(getattr(case, field)) * draw.uniform(0.9, 1.1, count)
-        for path, field in (("vehicle.mass", "mass"), ("vehicle.damping", "damping"), ("speed", "speed"))
-    }
-    few = Many(scenario(case), changed).cells
-    times = 1024 // count
-    cells = Cells(few.pieces, *(np.concatenate([column] * times) for column in few[1:]))
-    both = (march_in_lanes(few), march_one_by_one(few))
-    if not np.array_equal(both[0].event_ends, both[1].event_ends):
-        raise SystemExit(f"{name}: lanes and single cells find different events")
-    threads = cores()
+def spread(cells: int, samples: int) -> IntArray:
+    """Return so many cells, spread over the map."""
+    return np.linspace(0, cells - 1, samples).astype(np.int64)
+
+
+def last_of_all(chart: Map) -> float:
+    """Return the time of the map's last third landing, s."""
+    many = chart.lowered()
+    ends = np.zeros(chart.cells)
+
+    def keep(block: slice, marched: Marched) -> None:
+        ends[block] = marched.end
+
+    march_all(many.cells, cores(), keep)
+    return float((ends * many.units.time).max())
+
+
+def with_events(name: str, chart: Map, samples: int, workers: Workers) -> list[Entry]:
+    """Return a peer at all its tolerances, with its errors against our strict method; this also warms it up."""
+    chosen = spread(chart.cells, samples * (MORE if name in COMPILED else 1))
+    sample, strict = [chart.case(index, float(CASE.duration)) for index in chosen], chart.strict(chosen)
+    found = []
+    for tolerance in TOLERANCES[name]:
+        code = Code(name, tolerance, LANDINGS)
+        answers = features(workers.answers(code, sample))
+        found.append(Entry(code, sample, largest_difference(answers, strict)))
+    return found
+
+
+def without_events(name: str, chart: Map, samples: int, workers: Workers) -> list[Entry]:
+    """Return the same for a peer without events, with its errors of the last state against heyoka."""
+    latest = last_of_all(chart)
+    sample = [chart.case(index, latest) for index in spread(chart.cells, samples * MORE)]
+    reference = workers.answers(Code("heyoka", 0.0, None), sample)
+    found = []
+    for tolerance in TOLERANCES[name]:
+        code = Code(name, tolerance, None)
+        pairs = zip(workers.answers(code, sample), reference, strict=True)
+        found.append(Entry(code, sample, max(largest_end_error(ours, theirs) for ours, theirs in pairs)))
+    return found
+
+
+def entries(chart: Map, samples: int, workers: Workers) -> list[Entry]:
+    """Return all peers at all tolerances."""
+    return [
+        entry
+        for name in TOLERANCES
+        for entry in (without_events if name in BLIND else with_events)(name, chart, samples, workers)
+    ]
+
+
+def measure(chart: Map, peers: Sequence[Entry], workers: Workers, rounds: int) -> tuple[float, float]:
+    """Time all codes, one after the other in each round; return the times of our bare kernel and of `wt.sweep`."""
+    cells, threads = chart.lowered().cells, cores()
+    kernel, whole = [], []
+    for _ in range(rounds):
+        kernel.append(shortest(lambda: march_all(cells, threads, lambda block, marched: None), CALLS))
+        whole.append(shortest(chart.sweep, CALLS))
+        for entry in peers:
+            entry.times.append(workers.seconds(entry.code, entry.sample))
+    return min(kernel), min(whole)
+
+
+def matches(own: Point, peers: Sequence[Entry], cells: int) -> list[Match]:
+    """Compare `wt.sweep` with each peer that finds events."""
+    curves: dict[str, list[Point]] = {}
+    for entry in peers:
+        if entry.finds_events:
+            curves.setdefault(entry.code.name, []).append(entry.point(cells))
+    return [match("wt.sweep", own, name, points) for name, points in curves.items()]
+
+
+def show(side: int, kernel: float, own: Point, peers: Sequence[Entry], found: Sequence[Match]) -> None:
+    """Print what was measured."""
+    print(f"\nmap of {side} x {side} cells, two features, stopped at the third landing; {cores()} threads or processes")
+    print(f"  {'code':16}{'setting':>10}{'time, s':>12}{'over ours':>11}{'error':>11}   cells computed")
+    print(f"  {'bare kernel':16}{'default':>10}{kernel:12.3f}{kernel / own.time:11.2f}{'':14}all")
+    print(f"  {'wt.sweep':16}{'default':>10}{own.time:12.3f}{1:11.2f}{own.error:11.1e}   all")
+    for entry in peers:
+        point = entry.point(side * side)
+        figures = f"{point.time:12.1f}{point.time / own.time:11.1f}{point.error:11.1e}"
+        note = "" if entry.finds_events else "; no events, error of the last state"
+        print(f"  {entry.code.name:16}{entry.setting:>10}{figures}   {len(entry.sample)}, extrapolated{note}")
+    print("  time ratios at matched error of the features")
+    for m in found:
+        print(f"    {m}")
+
+
+def row(entry: Entry, cells: int) -> dict[str, Any]:
+    """Return an entry as plain data."""
+    point = entry.point(cells)
     return {
-        "single cells": 1e6 * best(lambda: march_one_by_one(few), 5) / count,
-        "lanes": 1e6 * best(lambda: march_in_lanes(cells), 3) / len(cells.first),
-        f"lanes, {threads} cores": 1e6 * best(lambda: march_all(cells, threads, lambda *_: None), 3) / len(cells.first),
+        "code": entry.code.name,
+        "setting": entry.setting,
+        "time": point.time,
+        "error": point.error,
+        "finds_events": entry.finds_events,
+        "computed": len(entry.sample),
     }
 
 
-def measure_ensembles() -> dict[str, Any]:
-    """Measure whole trajectories, many at a time; print and return microseconds of each."""
-    out = {name: ensemble(name) for name in ENSEMBLES}
-    print("\nwhole trajectories, parameters spread by 10 %, microseconds of each")
-    for name, row in out.items():
-        print(f"  {name:6}" + ", ".join(f"{label} {value:.0f}" for label, value in row.items()))
-    return out
+def run(side: int, samples: int, rounds: int) -> dict[str, Any]:
+    """Measure the map, print it, and return it as plain data."""
+    chart, workers = Map(side), Workers(cores())
+    peers = entries(chart, samples, workers)
+    chosen = spread(chart.cells, samples * MORE)
+    error = largest_difference(chart.sweep()[:, chosen], chart.strict(chosen))
+    kernel, sweep = measure(chart, peers, workers, rounds)
+    workers.close()
+    own = Point(error, sweep)
+    found = matches(own, peers, chart.cells)
+    show(side, kernel, own, peers, found)
+    ours = {"cells": chart.cells, "threads": cores(), "kernel": kernel, "sweep": sweep, "error": error}
+    return ours | {"rows": [row(e, chart.cells) for e in peers], "ratios": [vars(m) for m in found]}
 
 
-def measure_scaling() -> dict[int, float]:
-    """Measure maps of 1e4 to 1e7 cells; print and return their times."""
-    out = {}
+def scaling() -> dict[int, float]:
+    """Measure maps of many sizes, print and return their times."""
+    taken = {}
+    print("\nwt.sweep on maps of many sizes")
     for side in (100, 316, 1000, 3162):
-        out[side * side] = best(lambda side=side: wt.sweep(scenario(CASE), axes(side), FEATURES), 1)  # type: ignore[misc]
-        print(f"  {side * side:9d} cells {out[side * side]:8.2f} s, {1e6 * out[side * side] / side / side:.2f} us each")
-    return out
+        cells = side * side
+        taken[cells] = shortest(Map(side).sweep, 1)
+        print(f"  {cells:9d} cells {taken[cells]:8.2f} s, {1e6 * taken[cells] / cells:.2f} us each")
+    return taken
 
 
-def arguments() -> argparse.ArgumentParser:
-    """Return the options of a map."""
-    parser = argparse.ArgumentParser(add_help=False)
-    parser.add_argument("--side", type=int, default=256, help="cells along each side of the map (default 256)")
-    parser.add_argument("--samples", type=int, default=24, help="cells that the peers compute (default 24)")
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the sizes of the map to a command line."""
+    parser.add_argument("--side", type=int, default=256, help="cells along each axis of the map (default 256)")
+    parser.add_argument("--samples", type=int, default=64, help="cells that the slow peers compute (default 64)")
     parser.add_argument("--scaling", action="store_true", help="also maps of 1e4 to 1e7 cells")
-    return parser
-
-
-def run(asked: argparse.Namespace) -> dict[str, Any]:
-    """Measure all that is asked, and return it as plain data."""
-    result = {"map": measure_map(asked.side, asked.samples), "ensembles": measure_ensembles()}
-    if asked.scaling:
-        result["scaling"] = measure_scaling()
-    return result
 
 
 def main() -> None:
     """Measure, print and store."""
-    asked = argparse.ArgumentParser(description="Compare feature maps.", parents=[arguments()]).parse_args()
-    core.store("maps", core.introduced() | run(asked))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments(parser)
+    parser.add_argument("--rounds", type=int, default=3, help="rounds of the interleaved measurement (default 3)")
+    options = parser.parse_args()
+    around = prepare()
+    result = around | run(options.side, options.samples, options.rounds)
+    store("maps", result | ({"scaling": scaling()} if options.scaling else {}))
 
 
 if __name__ == "__main__":

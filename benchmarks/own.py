@@ -4,11 +4,25 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
+import numpy as np
 from problems import CASES, Case, Outcome
 
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
-from wheeltapper.march.program import DONE, EVENT_KIND, EVENT_TIME, IMPACT, LOSS, PEAK_CORNER, PEAK_FORCE, PEAK_TIME
+from wheeltapper.march.program import (
+    CONTACT,
+    DONE,
+    EVENT_KIND,
+    EVENT_TIME,
+    IMPACT,
+    LOSS,
+    PEAK_CORNER,
+    PEAK_FORCE,
+    PEAK_TIME,
+    PHASE,
+    A,
+    B,
+)
 from wheeltapper.march.single import March, march
 
 Method = Literal["default", "strict"]
@@ -56,7 +70,8 @@ class Marched:
         times, kinds = raw.events[:, EVENT_TIME] * seconds, raw.events[:, EVENT_KIND]
         smooth = raw.peaks[raw.peaks[:, PEAK_CORNER] == 0.0]
         peak_times, peak_forces = smooth[:, PEAK_TIME] * seconds, smooth[:, PEAK_FORCE] * newtons
-        return Outcome(times[kinds == LOSS], times[kinds == IMPACT], peak_times, peak_forces)
+        end = np.array([raw.state[A] ** 2, raw.state[B]]) if raw.state[PHASE] == CONTACT else np.full(2, np.nan)
+        return Outcome(times[kinds == LOSS], times[kinds == IMPACT], peak_times, peak_forces, end)
 
 
 class Simulated:
@@ -74,7 +89,7 @@ class Simulated:
         times, kinds = raw.events["time"].to_numpy(), raw.events["kind"].to_numpy()
         smooth = ~raw.peaks["corner"].to_numpy()
         peak_times, peak_forces = (raw.peaks[name].to_numpy()[smooth] for name in ("time", "normal_force"))
-        return Outcome(times[kinds == "loss"], times[kinds == "impact"], peak_times, peak_forces)
+        return Outcome(times[kinds == "loss"], times[kinds == "impact"], peak_times, peak_forces, np.full(2, np.nan))
 
 
 def march_case(name: str, method: Method) -> Marched:

@@ -22,7 +22,8 @@ NUDGE = 1e-200
 LOSS, LANDED = -1, -1
 """heyoka's outcome where the first terminal event stopped the integration."""
 
-Columns = tuple[list[float], list[float], list[float], list[float]]
+Raw = tuple[list[float], list[float], list[tuple[float, float]], tuple[float, float]]
+"""Times of losses and impacts, time and u of the force maxima, and the last indentation and rate."""
 
 
 def load_function(time: Any, flat: bool) -> Any:
@@ -76,22 +77,24 @@ class Heyoka:
     Parameters
     ----------
     problem
-        The case in scaled numbers.
+        The case in scaled numbers; may be replaced by another one with the same kinds of pieces between two runs.
     tolerance
         heyoka's tolerance.
+    landings
+        Stop at so many impacts; None to march to the end.
     flat_apart
         False to march level rail with the integrators of a wave of height zero.
     """
 
-    def __init__(self, problem: Scaled, tolerance: float, flat_apart: bool = True) -> None:
-        self.problem = problem
+    def __init__(self, problem: Scaled, tolerance: float, landings: int | None = None, flat_apart: bool = True) -> None:
+        self.problem, self.landings = problem, landings
         self._peaks: list[tuple[float, float]] = []
         self._kinds = [flat_apart and piece.is_flat for piece in problem.pieces]
         self._contact = {flat: contact_integrator(flat, tolerance, self._peaks) for flat in set(self._kinds)}
         self._flight = {flat: flight_integrator(flat, tolerance) for flat in set(self._kinds)}
 
-    def __call__(self, landings: int | None = None) -> tuple[list[float], list[float], list[tuple[float, float]]]:
-        """March the case once, or up to so many landings; return times of losses and impacts, time and u at maxima."""
+    def __call__(self) -> Raw:
+        """March the case once."""
         self._peaks.clear()
         losses: list[float] = []
         impacts: list[float] = []
@@ -113,9 +116,9 @@ class Heyoka:
                         break
                     impacts.append(time)
                     first, touching = NUDGE, True
-                    if len(impacts) == landings:
-                        return losses, impacts, list(self._peaks)
-        return losses, impacts, list(self._peaks)
+                    if len(impacts) == self.landings:
+                        return losses, impacts, list(self._peaks), (0.0, rate)
+        return losses, impacts, list(self._peaks), (first**2 if touching else first, rate)
 
     def _set(self, integrator: Any, piece: Piece) -> None:
         problem = self.problem
@@ -141,9 +144,11 @@ class Heyoka:
         outcome = integrator.propagate_until(stop)[0]
         return integrator.time, *integrator.state.tolist(), int(outcome) != LANDED
 
-    def read(self, raw: tuple[list[float], list[float], list[tuple[float, float]]]) -> Outcome:
+    def read(self, raw: Raw) -> Outcome:
         """Put an answer into SI units."""
-        losses, impacts, peaks = raw
+        losses, impacts, peaks, end = raw
         times, roots = np.array(peaks).T
         seconds, newtons = self.problem.time_unit, self.problem.force_unit
-        return Outcome(np.array(losses) * seconds, np.array(impacts) * seconds, times * seconds, roots**3 * newtons)
+        return Outcome(
+            np.array(losses) * seconds, np.array(impacts) * seconds, times * seconds, roots**3 * newtons, np.array(end)
+        )

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 Number = Any
 """A float for the peers, a number of many digits for the reference."""
 
@@ -35,7 +36,7 @@ class Case:
     length
         Length of the bump, or wavelength, m.
     impacts, maxima
-        How many impacts and force maxima the run has: what all four codes here find, independently of each other.
+        How many impacts and force maxima the run has: what all codes with events find, independently of each other.
     """
 
     name: str
@@ -102,12 +103,23 @@ class Scaled:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run found: times of losses and impacts in s, times in s and forces in N of the force maxima."""
+    """What a run found.
+
+    Attributes
+    ----------
+    losses, impacts
+        Times in s.
+    peak_times, peak_forces
+        Times in s and forces in N of the force maxima.
+    end
+        Indentation and its rate at the end, in scaled numbers; NaN where a code does not tell.
+    """
 
     losses: FloatArray
     impacts: FloatArray
     peak_times: FloatArray
     peak_forces: FloatArray
+    end: FloatArray
 
 
 class Runner(Protocol):
@@ -158,6 +170,11 @@ def largest_time_error(found: Outcome, reference: Outcome) -> float:
     """Return the largest error of the time of a loss or an impact, s."""
     pairs = ((found.losses, reference.losses), (found.impacts, reference.impacts))
     return max(float(np.max(np.abs(a - b))) for a, b in pairs)
+
+
+def largest_end_error(found: Outcome, reference: Outcome) -> float:
+    """Return the larger error of indentation and rate at the end, in scaled numbers, where both are of size one."""
+    return float(np.max(np.abs(found.end - reference.end)))
 
 
 def check_counts(label: str, case: Case, found: Outcome) -> None:
