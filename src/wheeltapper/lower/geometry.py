@@ -1,0 +1,143 @@
+"""Where a wheel touches its rail, and how it is curved there, for every lateral shift: smooth functions of one number.
+
+Lengths in m; positions s and shifts u of one side count outwards from the track's middle. Between the two profiles is
+the gap G(s; u). The wheel rests where the gap is smallest, and jumps from place to place there as it shifts. Elastic
+wheels do not: what touches is what lies within a few micrometres. So places are weighted with exp(-G/ε),
+
+    h = ε·ln ∫exp(-G/ε) ds    s = ⟨s⟩    r = R + ⟨wheel's profile⟩    curvature B = ε/(2·variance of s)
+
+with a smoothing length ε of the order of the indentation (5 µm reproduces an elastic program at 10 kN). h is the height
+to which the shift lifts the wheel, zero at u = 0.
+
+Source: the project's coach reference, section 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.profile.s1002 import BACK, FLANGE_BACK, FRONT
+
+FloatArray = NDArray[np.float64]
+Shape = Callable[[FloatArray], FloatArray]
+"""A profile: from lateral positions to heights, both in mm; NaN beyond its ends."""
+GAUGE_DEPTH = 0.014
+"""The gauge is measured so far below the running surface."""
+FINENESS = 1e-5
+FAR = 1.0
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Tables of one side over the lateral shift u.
+
+    Attributes
+    ----------
+    shift
+        u: by how much the wheel lies outwards of its central place, m.
+    lift
+        h, m.
+    place
+        s, m from the track's middle.
+    radius
+        r, m: of the rolling wheel where it touches.
+    curvature
+        B of the gap across the rail, 1/m: the gap opens as B·(s' - s)².
+    """
+
+    shift: FloatArray
+    lift: FloatArray
+    place: FloatArray
+    radius: FloatArray
+    curvature: FloatArray
+
+    def at(self, name: str, shift: float) -> float:
+        """Return one of the tables between its nodes."""
+        from scipy.interpolate import make_interp_spline
+
+        return float(make_interp_spline(self.shift, getattr(self, name), k=5)(shift))
+
+
+def laid_rail(shape: Shape, inclination: float, gauge: float) -> tuple[FloatArray, FloatArray]:
+    """Return places and heights of one laid rail: inclined towards the track's middle, its crown at height zero."""
+    y = np.linspace(-0.04, 0.04, 80_001)
+    z = 1e-3 * shape(1e3 * y)
+    y, z = y[np.isfinite(z)], z[np.isfinite(z)]
+    angle = np.arctan(inclination)
+    place, height = y * np.cos(angle) - z * np.sin(angle), y * np.sin(angle) + z * np.cos(angle)
+    crown = int(np.argmax(height))
+    height = height - height[crown]
+    inner = np.interp(-GAUGE_DEPTH, height[: crown + 1], place[: crown + 1])
+    return place - inner + 0.5 * gauge, height
+
+
+def contact_geometry(
+    wheel: Shape, rail: Shape, *, inclination: float = 1 / 40, gauge: float = 1.435, flange_backs: float = 1.360,
+    radius: float = 0.46, smoothing: float = 5e-6, shifts: FloatArray | None = None,
+) -> Geometry:  # fmt: skip
+    """Return the tables of a wheel on a rail.
+
+    Parameters
+    ----------
+    wheel, rail
+        Profiles: the wheel's downwards from its tread datum, the upright rail's upwards from its crown.
+    inclination
+        Of the rail.
+    gauge, flange_backs
+        Between the rails, and between the backs of the flanges, m.
+    radius
+        Nominal radius of the wheel, m.
+    smoothing
+        ε, m.
+    shifts
+        Where the tables have their nodes, m; by default -6 mm to 6 mm every 0.1 mm.
+    """
+    shifts = np.linspace(-6e-3, 6e-3, 121) if shifts is None else shifts
+    datum = 0.5 * flange_backs + 1e-3 * FLANGE_BACK
+    place, height = laid_rail(rail, inclination, gauge)
+    s = np.arange(place[0], place[-1], FINENESS)
+    below = np.interp(s, place, height)
+    rows = [_touch(wheel, s, below, datum + u, radius, smoothing) for u in shifts]
+    centre = _touch(wheel, s, below, datum, radius, smoothing)[0]
+    lift, where, rolling, curvature = np.array(rows).T
+    return Geometry(np.asarray(shifts, dtype=float), lift - centre, where, rolling, curvature)
+
+
+def _touch(
+    wheel: Shape, s: FloatArray, below: FloatArray, datum: float, radius: float, smoothing: float
+) -> tuple[float, float, float, float]:
+    """Return h, s, r and B of a wheel whose tread datum lies at a place."""
+    across = np.clip(1e3 * (s - datum), BACK, FRONT)
+    profile = np.where(across == 1e3 * (s - datum), 1e-3 * wheel(across), -FAR)
+    gap = -profile - below
+    smallest = gap.min()
+    weight = np.exp(-(gap - smallest) / smoothing)
+    total = weight.sum()
+    weight = weight / total
+    mean = float(weight @ s)
+    variance = float(weight @ (s - mean) ** 2)
+    lift = smoothing * np.log(total * FINENESS) - smallest
+    return float(lift), mean, radius + float(weight @ profile), smoothing / (2.0 * variance)
+
+
+def resting_roll(geometry: Geometry, shift: float, radius: float) -> float:
+    """Return the roll at which both wheels of a shifted wheelset rest, rad: left wheel at u = y + R·φ, right at -u."""
+    roll = 0.0
+    for _ in range(50):
+        left = shift + radius * roll
+        arms = geometry.at("place", left) + geometry.at("place", -left)
+        new = (geometry.at("lift", left) - geometry.at("lift", -left)) / arms
+        if abs(new - roll) < 1e-12:
+            break
+        roll = new
+    return roll
+
+
+def radius_difference(geometry: Geometry, shift: float, radius: float = 0.46) -> float:
+    """Return the rolling radius of the left wheel less that of the right, of a wheelset shifted to the left, m."""
+    left = shift + radius * resting_roll(geometry, shift, radius)
+    return geometry.at("radius", left) - geometry.at("radius", -left)
