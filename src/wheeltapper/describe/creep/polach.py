@@ -1,0 +1,36 @@
+"""Polach's saturation: adhesion and slip areas with a tangential stress that falls linearly to the leading edge."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
+
+from wheeltapper.describe.noun import Friction, Noun
+
+
+class Polach(Noun):
+    """T = (2·μ·N/π)·[kA·e/(1 + (kA·e)²) + atan(kS·e)], e = π·F/(4·μ·N); analytic at F = 0.
+
+    Source: O. Polach, A fast wheel-rail forces calculation computer code (1999); kA, kS: Creep forces in simulations of
+    traction vehicles running on adhesion limit (2005).
+
+    Parameters
+    ----------
+    friction
+        μ.
+    adhesion_reduction, slip_reduction
+        kA and kS: how far contamination lowers the initial slope and the approach to the limit; 1 on clean rails. With
+        both at 1 the slope at F = 0 is that of the linear theory.
+    """
+
+    friction: Friction = 0.4
+    adhesion_reduction: float = Field(default=1.0, gt=0, le=1)
+    slip_reduction: float = Field(default=1.0, gt=0, le=1)
+
+    def saturation(self, utilisation: ArrayLike) -> NDArray[np.float64]:
+        """Return T/F at F/(μ·N), the utilisation of friction by the linear force."""
+        e = 0.25 * np.pi * np.asarray(utilisation, dtype=float)
+        near, far = self.adhesion_reduction * e, self.slip_reduction * e
+        slope = np.where(far > 1e-4, np.arctan(far) / np.maximum(e, 1e-300), self.slip_reduction * (1.0 - far**2 / 3.0))
+        return np.asarray(0.5 * (self.adhesion_reduction / (1.0 + near**2) + slope))
