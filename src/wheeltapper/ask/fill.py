@@ -27,8 +27,13 @@ ENVIRONMENT = {"OMP_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1, "MKL_NUM_THREADS
 larger array has to be fetched from the system again."""
 ATTEMPTS = 2
 """How often a chunk is tried again, alone, after its workers died."""
-PATIENCE = 60.0
-"""How long, in s, a cluster may be without workers."""
+PATIENCE = 120.0
+"""How long, in s, a cluster may be without workers. On a busy machine a worker takes half a minute to start again."""
+LOCAL = {
+    "distributed.nanny.pre-spawn-environ": ENVIRONMENT,
+    "distributed.deploy.lost-worker-timeout": f"{PATIENCE:g}s",
+}
+"""Settings of a cluster on this machine. By default it gives up workers that take 15 s to start again."""
 
 
 class ClusterError(RuntimeError):
@@ -118,7 +123,7 @@ def _on_cluster(
         return
     dask: Any = import_module("dask")
     with (
-        dask.config.set({"distributed.nanny.pre-spawn-environ": ENVIRONMENT}),
+        dask.config.set(LOCAL),
         distributed.LocalCluster(n_workers=workers, threads_per_worker=1, processes=True) as cluster,
         distributed.Client(cluster) as client,
     ):
