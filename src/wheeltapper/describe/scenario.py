@@ -7,10 +7,11 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args
 
-from pydantic import BeforeValidator, Discriminator, Tag, ValidationError, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, ValidationError, model_validator
 
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.contact.linear import Linear
+from wheeltapper.describe.creep import Fastsim, KalkerLinear, Polach, ShenHedrickElkins
 from wheeltapper.describe.irregularity.bump import CosineBump
 from wheeltapper.describe.irregularity.combination import Repeated
 from wheeltapper.describe.irregularity.corrugation import Corrugation
@@ -20,12 +21,22 @@ from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.irregularity.profile import Profile
 from wheeltapper.describe.irregularity.step import Step
 from wheeltapper.describe.noun import Duration, Length, Noun, Speed
+from wheeltapper.describe.placement import Placement, check_places
+from wheeltapper.describe.profile.wheel_rail import Cones, WheelRail
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.track.stiff import StiffTrack
+from wheeltapper.describe.vehicle.element import Damper, Link, Spring, Stop
+from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.errors import InputError
 
+CREEP_LAWS = (KalkerLinear, ShenHedrickElkins, Polach, Fastsim)
 IRREGULARITIES = (Step, CosineBump, Corrugation, Measured, Profile, Repeated, WheelFlat, OutOfRound)
+KINDS = (
+    Wheelset, Wagon, Spring, Damper, Stop, Link, StiffTrack, FloatingDeck, Hertz, Linear, WheelRail, Cones, *CREEP_LAWS,
+    *IRREGULARITIES,
+)  # fmt: skip
+"""All nouns that a `type` may name."""
 FORMAT = 1
 """Version of the TOML files' layout."""
 
@@ -63,8 +74,14 @@ class Start(Noun):
 def _listed(value: Any) -> Any:
     if value is None:
         return ()
+    if isinstance(value, dict) and "type" not in value:
+        return {where: _listed(items) for where, items in value.items()}
     items = value if isinstance(value, list | tuple) else [value]
     return [_nested(item) for item in items]
+
+
+def _form(value: Any) -> str:
+    return "places" if isinstance(value, dict) else "all"
 
 
 class Scenario(Noun):
@@ -73,15 +90,18 @@ class Scenario(Noun):
     Parameters
     ----------
     vehicle
-        A `Wheelset`.
+        A `Wheelset`, or a `Wagon`: x is then the position of its leading wheelset.
     track
         `StiffTrack` or `FloatingDeck`.
     contact
         `Hertz` or `Linear`.
     creep
-        None: no tangential force (the core models have none).
+        None: no tangential force (the core models have none); on a wagon a law of `wheeltapper.creep`.
+    profiles
+        On a wagon: `WheelRail` or `Cones` of `wheeltapper.profiles`.
     irregularity
-        None, one, or several, which are summed.
+        None, one, or several, which are summed. On a wagon also a table over "left", "right", "both", "wheelset 4",
+        "wheelset 4 right" and the like; without it, they are on both rails.
     rolling
         "circle": the wheel rolls as a circle (the paper, equation 2.2); "point": its centre follows the irregularity.
     speed
@@ -92,12 +112,15 @@ class Scenario(Noun):
         "equilibrium": static indentation on the path at x = 0, velocity zero; or displacement and velocity.
     """
 
-    vehicle: _choice(Wheelset)  # type: ignore[valid-type]
+    vehicle: _choice(Wheelset, Wagon)  # type: ignore[valid-type]
     track: _choice(StiffTrack, FloatingDeck) = StiffTrack()  # type: ignore[valid-type]
     contact: _choice(Hertz, Linear) = Hertz()  # type: ignore[valid-type]
-    creep: None = None
+    creep: _choice(*CREEP_LAWS) | None = None  # type: ignore[valid-type]
+    profiles: _choice(WheelRail, Cones) = WheelRail()  # type: ignore[valid-type]
     irregularity: Annotated[
-        tuple[_choice(*IRREGULARITIES), ...],  # type: ignore[valid-type]
+        Annotated[tuple[_choice(*IRREGULARITIES), ...], Tag("all")]  # type: ignore[valid-type]
+        | Annotated[dict[str, tuple[_choice(*IRREGULARITIES), ...]], AfterValidator(Placement), Tag("places")],
+        Discriminator(_form),
         BeforeValidator(_listed),
     ] = ()
     rolling: Literal["circle", "point"] = "circle"
@@ -113,11 +136,46 @@ class Scenario(Noun):
             raise ValueError(
                 "speed: found 0 m/s together with an irregularity; allowed: more than 0 m/s (0 is a drop test)"
             )
+        if isinstance(self.vehicle, Wagon):
+            self._check_wagon(self.vehicle)
+            return self
+        if isinstance(self.irregularity, Placement):
+            raise ValueError(
+                f"irregularity: found places ({', '.join(self.irregularity)}) on a Wheelset; "
+                "allowed: one or several irregularities"
+            )
+        foreign = [name for name in ("creep", "profiles") if getattr(self, name) != type(self).model_fields[name].default]
+        if foreign:
+            raise ValueError(f"{foreign[0]}: found one on a Wheelset; allowed: on a Wagon only")
         return self
+
+    def _check_wagon(self, wagon: Wagon) -> None:
+        check_places(self.irregularity, len(wagon.axles))
+        if not isinstance(self.contact, Hertz):
+            raise ValueError(f"contact: found {type(self.contact).__name__} on a Wagon; allowed: Hertz")
+        if self.contact.constant is not None:
+            raise ValueError(
+                f"contact.constant: found {self.contact.constant:g}, of a wheelset, on a Wagon; "
+                "allowed: constant_per_wheel, or none to take it from the profiles"
+            )
+        if self.contact.hysteresis_factor:
+            raise ValueError("contact: found hysteresis on a Wagon; allowed: contacts without it")
+        if self.start != "equilibrium":
+            raise ValueError(f"start: found {self.start!r} on a Wagon; allowed: 'equilibrium'")
+        if self.creep is not None and self.speed == 0:
+            raise ValueError("speed: found 0 m/s with creep forces; allowed: more than 0 m/s")
 
     @property
     def irregularities(self) -> tuple[Any, ...]:
-        """The irregularities, always as a tuple."""
+        """The irregularities, wherever they are, always as a tuple."""
+        if isinstance(self.irregularity, Placement):
+            return tuple(item for items in self.irregularity.values() for item in items)
+        return tuple(self.irregularity)
+
+    def irregularities_on(self, wheelset: int, side: str) -> tuple[Any, ...]:
+        """Return the irregularities that one wheel of a wagon meets; wheelsets count from 1."""
+        if isinstance(self.irregularity, Placement):
+            return self.irregularity.on(wheelset, side)
         return tuple(self.irregularity)
 
     def check_extent(self, end: float | None = None) -> None:
@@ -178,9 +236,13 @@ def _changed(value: Any, rest: list[str], new: Any, path: str) -> Any:
     if not rest:
         return new
     head, *deeper = rest
-    if isinstance(value, tuple) and head.isdigit() and int(head) < len(value):
-        i = int(head)
-        return (*value[:i], _changed(value[i], deeper, new, path), *value[i + 1 :])
+    if isinstance(value, tuple):
+        i = _index(value, head)
+        if i is not None:
+            changed = _changed(value[i], deeper, new, path)
+            return (*value[:i], *(() if changed is None else (changed,)), *value[i + 1 :])
+    if isinstance(value, Placement) and head in value:
+        return dict(value) | {head: _changed(value[head], deeper, new, path)}
     if isinstance(value, dict):  # already changed in another field
         if head in value or head in _fields_at((value["type"], head)):
             return value | {head: _changed(value.get(head), deeper, new, path)}
@@ -190,7 +252,17 @@ def _changed(value: Any, rest: list[str], new: Any, path: str) -> Any:
         given[head] = _changed(getattr(value, head), deeper, new, path)
         return {"type": type(value).__name__} | given
     names = list(type(value).model_fields) if isinstance(value, Noun) else [str(i) for i in range(len(value or ()))]
+    if isinstance(value, tuple) and value and hasattr(value[0], "name"):
+        names = [item.name for item in value]
     raise InputError("", path, f"no such field {head!r}", _suggest(head, names))
+
+
+def _index(items: tuple[Any, ...], key: str) -> int | None:
+    """Return where an item of a list is: by its number from 0, by its name, or as "wheelset 1" and so on."""
+    if key.isdigit():
+        return int(key) if int(key) < len(items) else None
+    names = [getattr(item, "name", f"wheelset {i + 1}") for i, item in enumerate(items)]
+    return names.index(key) if key in names else None
 
 
 def relative_paths(data: Any, folder: Path) -> Any:
@@ -213,9 +285,7 @@ def _suggest(name: str, names: list[str]) -> str:
 
 def _fields_at(location: tuple[Any, ...]) -> list[str]:
     """Return the names that may stand where an unknown one was found."""
-    kinds: dict[str, Any] = {
-        kind.__name__: kind for kind in (Wheelset, StiffTrack, FloatingDeck, Hertz, Linear, *IRREGULARITIES)
-    }
+    kinds: dict[str, Any] = {kind.__name__: kind for kind in KINDS}
     for part in reversed(location[:-1]):
         if part in kinds:
             return list(kinds[part].model_fields)
@@ -233,8 +303,8 @@ def explained(error: ValidationError, source: str) -> InputError:
         error.errors(), key=lambda e: e["type"] != "extra_forbidden"
     )  # a misspelt name explains what is missing
     location = first["loc"]
-    kinds = {kind.__name__ for kind in (Wheelset, StiffTrack, FloatingDeck, Hertz, Linear, Start, *IRREGULARITIES)}
-    field = ".".join(str(part) for part in location if part not in kinds and part != "literal['equilibrium']")
+    kinds = {kind.__name__ for kind in (*KINDS, Start)} | {"all", "places", "literal['equilibrium']"}
+    field = ".".join(str(part) for part in location if part not in kinds)
     message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     found = repr(first.get("input"))
     if len(found) > 80:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING
@@ -57,13 +58,24 @@ def courses_of(scenario: Scenario) -> list[Course]:
 
 def table_of(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[str]]:
     """Return the path of the wheel's centre up to x = end (m), and what the user should know about it."""
-    courses = courses_of(scenario) or [Course((level(-inf, inf),), 0.0)]
-    height = sum(course.height for course in courses)
     of = ellipse.factor_function(scenario.contact, scenario.vehicle)
-    factor = None if of is None else Factor(of, _curvature_noise(courses, end))
-    if scenario.rolling == "point":
-        return point_table(courses, end, height, method.fit, factor), _sharp_dip_notes(scenario, courses, end)
-    return circle_table(courses, end, height, method.fit, scenario.vehicle.radius, factor)
+    return path_table(courses_of(scenario), end, method, scenario.rolling, scenario.vehicle.radius, of)
+
+
+def path_table(
+    courses: list[Course], end: float, method: Method, rolling: str, radius: float,
+    factor: Callable[[FloatArray], FloatArray] | None,
+) -> tuple[Table, list[str]]:  # fmt: skip
+    """Return the path of a wheel's centre over the courses' sum up to x = end (m), and what to know about it.
+
+    `factor` gives the factor on the contact force from the second derivative of the irregularity.
+    """
+    courses = courses or [Course((level(-inf, inf),), 0.0)]
+    height = sum(course.height for course in courses)
+    followed = None if factor is None else Factor(factor, _curvature_noise(courses, end))
+    if rolling == "point":
+        return point_table(courses, end, height, method.fit, followed), _sharp_dip_notes(courses, radius, end)
+    return circle_table(courses, end, height, method.fit, radius, followed)
 
 
 def _curvature_noise(courses: list[Course], end: float) -> float:
@@ -82,11 +94,10 @@ def _curvature_noise(courses: list[Course], end: float) -> float:
     return total
 
 
-def _sharp_dip_notes(scenario: Scenario, courses: list[Course], end: float) -> list[str]:
+def _sharp_dip_notes(courses: list[Course], radius: float, end: float) -> list[str]:
     """Return a warning where the irregularity is more sharply hollow than the wheel is round."""
     x = np.linspace(0.0, end, 20_001)
     curvature = sum((course.curvature(x) for course in courses), np.zeros_like(x))
-    radius = scenario.vehicle.radius
     worst = int(np.argmax(curvature))
     if curvature[worst] * radius <= 1.0:
         return []

@@ -113,6 +113,26 @@ def contact_constant(
     return np.asarray((2 * np.pi * modulus / (3 * k)) ** 1.5 * np.sqrt(3 * d / (2 * np.pi * small * modulus)))
 
 
+def semi_axes(along: FloatArray, across: FloatArray, youngs_modulus: float, poisson: float) -> tuple[FloatArray, ...]:
+    """Return the semi-axes along and across the rolling of contacts that carry 1 N, m; they grow with N^(1/3).
+
+    Parameters
+    ----------
+    along, across
+        A and B of the gap A·x² + B·y², 1/m.
+    youngs_modulus, poisson
+        Of both bodies.
+    """
+    small, large = np.minimum(along, across), np.maximum(along, across)
+    p = axis_ratio_squared(large / small)
+    _, _, d = _integrals(p)
+    modulus = youngs_modulus / (2.0 * (1.0 - poisson**2))
+    longer = np.cbrt(3.0 * d / (2.0 * np.pi * small * modulus))
+    shorter = longer * np.sqrt(p)
+    is_longer_along = along < across
+    return np.where(is_longer_along, longer, shorter), np.where(is_longer_along, shorter, longer)
+
+
 def _per_wheel(contact: Hertz, vehicle: Wheelset, kappa: FloatArray) -> FloatArray:
     return contact_constant(vehicle.radius, contact.rail_radius, contact.youngs_modulus, contact.poisson, kappa)
 

@@ -5,21 +5,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wheeltapper.describe.noun import Friction, Noun
+from wheeltapper.describe.creep.base import CreepLaw
 
 
-class KalkerLinear(Noun):
+class KalkerLinear(CreepLaw):
     """T = F, however large: valid while F is small against μ·N.
 
     Source: J. J. Kalker, On the rolling contact of two elastic bodies in the presence of dry friction (1967).
 
     Parameters
     ----------
-    friction
-        μ; not used but for telling where the theory ends.
+    friction, wheel_spin
+        As for all creep laws; μ is not used but for telling where the theory ends.
     """
-
-    friction: Friction = 0.4
 
     def saturation(self, utilisation: ArrayLike) -> NDArray[np.float64]:
         """Return T/F at F/(μ·N), the utilisation of friction by the linear force."""

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from wheeltapper.describe.noun import Friction, Noun
+from wheeltapper.describe.creep.base import CreepLaw
 
 
-class Polach(Noun):
+class Polach(CreepLaw):
     """T = (2·μ·N/π)·[kA·e/(1 + (kA·e)²) + atan(kS·e)], e = π·F/(4·μ·N); analytic at F = 0.
 
     Source: O. Polach, A fast wheel-rail forces calculation computer code (1999); kA, kS: Creep forces in simulations of
@@ -17,14 +17,13 @@ class Polach(Noun):
 
     Parameters
     ----------
-    friction
-        μ.
+    friction, wheel_spin
+        As for all creep laws.
     adhesion_reduction, slip_reduction
         kA and kS: how far contamination lowers the initial slope and the approach to the limit; 1 on clean rails. With
         both at 1 the slope at F = 0 is that of the linear theory.
     """
 
-    friction: Friction = 0.4
     adhesion_reduction: float = Field(default=1.0, gt=0, le=1)
     slip_reduction: float = Field(default=1.0, gt=0, le=1)
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wheeltapper.describe.noun import Friction, Noun
+from wheeltapper.describe.creep.base import CreepLaw
 
 
-class ShenHedrickElkins(Noun):
+class ShenHedrickElkins(CreepLaw):
     """T = μ·N·(q - q²/3 + q³/27) with q = F/(μ·N) up to 3, then μ·N.
 
     Valid for small spin. Source: Z. Y. Shen, J. K. Hedrick, J. A. Elkins, A comparison of alternative creep force
@@ -16,11 +16,9 @@ class ShenHedrickElkins(Noun):
 
     Parameters
     ----------
-    friction
-        μ.
+    friction, wheel_spin
+        As for all creep laws.
     """
-
-    friction: Friction = 0.4
 
     def saturation(self, utilisation: ArrayLike) -> NDArray[np.float64]:
         """Return T/F at F/(μ·N), the utilisation of friction by the linear force."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
@@ -24,6 +24,10 @@ class Harmonic:
     wavenumber: float
     origin: float
 
+    def moved(self, distance: float) -> Harmonic:
+        """Return the form, moved forward."""
+        return replace(self, origin=self.origin + distance)
+
 
 @dataclass(frozen=True)
 class Polynomials:
@@ -42,6 +46,10 @@ class Polynomials:
             total = total * local + falling * self.coefficients[piece, k]
         return total
 
+    def moved(self, distance: float) -> Polynomials:
+        """Return the pieces, moved forward."""
+        return Polynomials(self.breaks + distance, self.coefficients)
+
 
 @dataclass(frozen=True)
 class Stretch:
@@ -53,6 +61,16 @@ class Stretch:
     slope: Function
     curvature: Function
     exact: Harmonic | Polynomials | None = None
+
+    def moved(self, distance: float) -> Stretch:
+        """Return the stretch, moved forward."""
+
+        def at(function: Function) -> Function:
+            return lambda x: function(x - distance)
+
+        exact = None if self.exact is None else self.exact.moved(distance)
+        bounds = self.start + distance, self.end + distance
+        return Stretch(*bounds, at(self.value), at(self.slope), at(self.curvature), exact)
 
 
 @dataclass(frozen=True)
@@ -96,6 +114,11 @@ class Course:
         if np.isneginf(self.repeats_from):
             return x - self.period * np.floor(x.real / self.period)
         return x - self.period * np.maximum(np.floor((x.real - self.repeats_from) / self.period), 0.0)
+
+    def moved(self, distance: float) -> Course:
+        """Return the course, moved forward."""
+        stretches = tuple(stretch.moved(distance) for stretch in self.stretches)
+        return replace(self, stretches=stretches, repeats_from=self.repeats_from + distance)
 
     def _each(self, x: NDArray[Any], which: str) -> NDArray[Any]:
         x = self.folded(np.asarray(x))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import Damping, Length, Mass, Noun, PositiveLength, Stiffness
 
@@ -26,6 +26,9 @@ class FloatingDeck(Noun):
         Position of the entry, m; None where the whole track is the deck.
     length
         m; None where the deck never ends.
+    wheelset
+        On a wagon: the only wheelset that the deck carries; None where each is on it that is between its ends. While
+        none is on it, the force of one at rest stands in.
     """
 
     mass: Mass
@@ -33,6 +36,7 @@ class FloatingDeck(Noun):
     damping: Damping = 0.0
     start: Length | None = None
     length: PositiveLength | None = None
+    wheelset: int | None = Field(default=None, ge=1)
 
     @model_validator(mode="after")
     def _length_needs_a_start(self) -> FloatingDeck:

@@ -1,0 +1,24 @@
+"""What all creep laws share: the coefficient of friction, and how the wheelsets' spin follows."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from wheeltapper.describe.noun import Friction, Noun
+
+
+class CreepLaw(Noun):
+    """Tangential forces of rolling contacts, from creepages and spin.
+
+    Parameters
+    ----------
+    friction
+        μ.
+    wheel_spin
+        "quasi-static": each wheelset turns so that the longitudinal forces of its two treads have no moment about the
+        axle (fast; normal and lateral forces are those of the full spin within 1e-4, longitudinal ones are not);
+        "full": with its own equation of motion.
+    """
+
+    friction: Friction = 0.4
+    wheel_spin: Literal["quasi-static", "full"] = "quasi-static"

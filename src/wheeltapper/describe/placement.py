@@ -1,0 +1,47 @@
+"""Where irregularities are on a wagon's track: on a rail, under a wheelset, under one wheel."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+PLACE = re.compile(r"(?:wheelset ([1-9]\d*))?\s*(left|right|both)?")
+SIDES = ("left", "right")
+
+
+class Placement(dict[str, tuple[Any, ...]]):
+    """Irregularities by place; never changed once it is made, and hashable."""
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(tuple(sorted(self.items(), key=lambda item: item[0])))
+
+    def on(self, wheelset: int, side: str) -> tuple[Any, ...]:
+        """Return what one wheel meets; wheelsets count from 1."""
+        found: list[Any] = []
+        for where, items in self.items():
+            number, held = read(where)
+            if number in (None, wheelset) and held in ("both", side):
+                found += items
+        return tuple(found)
+
+
+def read(where: str) -> tuple[int | None, str]:
+    """Return the wheelset (None: all of them) and the side of a place."""
+    match = PLACE.fullmatch(where.strip())
+    if match is None or not where.strip():
+        raise ValueError(
+            f'irregularity: found the place {where!r}; allowed: "left", "right", "both", "wheelset 4", '
+            '"wheelset 4 right" and the like'
+        )
+    number, side = match.groups()
+    return (int(number) if number else None), (side or "both")
+
+
+def check_places(irregularity: Any, wheelsets: int) -> None:
+    """Refuse places that a wagon with so many wheelsets does not have."""
+    if not isinstance(irregularity, Placement):
+        return
+    for where in irregularity:
+        number, _ = read(where)
+        if number is not None and number > wheelsets:
+            raise ValueError(f"irregularity: found the place {where!r}; allowed: wheelsets 1 to {wheelsets}")

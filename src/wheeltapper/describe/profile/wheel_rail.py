@@ -1,0 +1,66 @@
+"""The surfaces that roll on each other: profiles of wheel and rail and how they lie, or plain cones."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from wheeltapper.describe.noun import Length, Noun, PositiveLength
+
+
+class WheelRail(Noun):
+    """Profiles of wheels and rails, the same on both sides.
+
+    Parameters
+    ----------
+    wheel
+        "S1002", or a file with the profile of a left wheel: two columns in mm, MiniProf, or SIMPACK (.prw).
+    rail
+        "60E1", or a file with the profile of a left rail, upright: two columns in mm, MiniProf, or SIMPACK (.prr).
+    inclination
+        Of the rails towards the track's middle.
+    gauge
+        Between the rails, 14 mm below their tops, m.
+    flange_backs
+        Between the backs of the two wheels' flanges, m.
+    smoothing
+        ε, m: places whose gap is larger than the smallest one by ε still count 1/e. Of the order of the indentation;
+        it rounds off the jumps that rigid profiles make.
+    """
+
+    wheel: str = "S1002"
+    rail: str = "60E1"
+    inclination: float = Field(default=0.025, ge=0, le=0.2)
+    gauge: PositiveLength = 1.435
+    flange_backs: PositiveLength = 1.360
+    smoothing: PositiveLength = 15e-6
+
+    @model_validator(mode="after")
+    def _fits(self) -> WheelRail:
+        if not 0.02 <= self.gauge - self.flange_backs <= 0.12:
+            raise ValueError(
+                f"gauge: found {self.gauge:g} m with flanges {self.flange_backs:g} m apart; "
+                "allowed: 20 mm to 120 mm more than between the flanges' backs"
+            )
+        if self.smoothing > 1e-3:
+            raise ValueError(f"smoothing: found {self.smoothing:g} m; allowed: 1 mm at most")
+        return self
+
+
+class Cones(Noun):
+    """Conical wheels on rails that touch them at one place.
+
+    Parameters
+    ----------
+    conicity
+        Slope of the cones, growing towards the flange.
+    arm
+        Half the distance of the contacts, m.
+    moving_with
+        "rail": the contacts stay where they are on the rails as the wheelset shifts; "wheel": they move with it.
+    """
+
+    conicity: float = Field(default=0.0, ge=0, lt=1)
+    arm: Length = Field(default=0.75, gt=0)
+    moving_with: Literal["rail", "wheel"] = "rail"

@@ -1,0 +1,93 @@
+"""What a contact of wheel and rail does, for every lateral shift: geometry, stiffness and creep as smooth tables."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.profile.rail_60e1 import rail_60e1
+from wheeltapper.describe.profile.s1002 import s1002
+from wheeltapper.describe.profile.wheel_rail import Cones, WheelRail
+from wheeltapper.lower.ellipse import contact_constant, semi_axes
+from wheeltapper.lower.geometry import Geometry, contact_geometry
+from wheeltapper.lower.kalker import coefficients
+from wheeltapper.march import assembly as contract
+
+FloatArray = NDArray[np.float64]
+WIDTH = 6e-3
+"""The tables reach so far to both sides, m."""
+NODES = 121
+
+
+@lru_cache(maxsize=16)
+def geometry_of(profiles: WheelRail | Cones, radius: float, crown: float) -> Geometry:
+    """Return the contact geometry of wheels with this nominal radius (m).
+
+    `crown` is the transverse radius of rails that cones roll on, m.
+    """
+    u = np.linspace(-WIDTH, WIDTH, NODES)
+    if isinstance(profiles, Cones):
+        slope = profiles.conicity
+        place = profiles.arm + (u if profiles.moving_with == "wheel" else 0.0 * u)
+        moved = 0.0 if profiles.moving_with == "wheel" else 1.0
+        return Geometry(u, slope * moved * u, place, radius + slope * moved * u, np.full_like(u, 0.5 / crown))
+    return contact_geometry(
+        s1002, rail_60e1, inclination=profiles.inclination, gauge=profiles.gauge, flange_backs=profiles.flange_backs,
+        radius=radius, smoothing=profiles.smoothing, shifts=u,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=16)
+def patch_tables(profiles: WheelRail | Cones, contact: Hertz, radius: float) -> FloatArray:
+    """Return the tables of `march.assembly` at their nodes, (TABLES, nodes)."""
+    geometry = geometry_of(profiles, radius, contact.rail_radius)
+    young, poisson = contact.youngs_modulus, contact.poisson
+    along, across = 0.5 / geometry.radius, geometry.curvature
+    a, b = semi_axes(along, across, young, poisson)
+    kalker = np.array([coefficients(x, y, poisson) for x, y in zip(a, b, strict=True)])
+    shear = 0.5 * young / (1.0 + poisson)
+    given = contact.constant_per_wheel
+    constant = contact_constant(geometry.radius, 0.5 / across, young, poisson)
+    tables = np.empty((contract.TABLES, len(geometry.shift)))
+    tables[contract.LIFT] = geometry.lift
+    tables[contract.PLACE] = geometry.place
+    tables[contract.RADIUS] = geometry.radius
+    tables[contract.ROOT_CONSTANT] = np.cbrt(constant if given is None else given)
+    tables[contract.ALONG] = shear * a * b * kalker[:, 0]
+    tables[contract.ACROSS] = shear * a * b * kalker[:, 1]
+    tables[contract.SPIN] = shear * (a * b) ** 1.5 * kalker[:, 2]
+    tables[contract.SPIN_MOMENT] = shear * (a * b) ** 2 * kalker[:, 3]
+    tables[contract.SLENDER] = b / a
+    return tables
+
+
+def cells_of(shifts: FloatArray, tables: FloatArray) -> FloatArray:
+    """Return the splines of degree 5 through tables at equidistant nodes, cell by cell, (cells, TABLES, TERMS)."""
+    from math import factorial
+
+    from scipy.interpolate import make_interp_spline
+
+    spline = make_interp_spline(shifts, tables, k=contract.DEGREE, axis=1)
+    width = shifts[1] - shifts[0]
+    middle = 0.5 * (shifts[:-1] + shifts[1:])
+    # each cell's polynomial about its middle, moved to its start
+    derivatives = [spline.derivative(k)(middle) if k else spline(middle) for k in range(contract.TERMS)]
+    out = np.zeros((len(middle), contract.TABLES, contract.TERMS))
+    for k in range(contract.TERMS):
+        for more in range(k, contract.TERMS):
+            falling = (-0.5 * width) ** (more - k) / factorial(more - k)
+            out[:, :, k] += derivatives[more].T * falling * width**k / factorial(k)
+    return out
+
+
+def saturation_cells(creep: object) -> FloatArray:
+    """Return a creep law's saturation·(1 + q) over q/(1 + q) as polynomials through Chebyshev's nodes."""
+    count, terms = contract.SATURATION_CELLS, contract.TERMS
+    nodes = 0.5 * (1.0 - np.cos(np.pi * (np.arange(terms) + 0.5) / terms))
+    inverse = np.linalg.inv(np.vander(nodes, terms, increasing=True))
+    m = (np.arange(count)[:, None] + nodes) / count
+    q = m / (1.0 - m)
+    return np.asarray((creep.saturation(q) * (1.0 + q)) @ inverse.T)  # type: ignore[attr-defined]

@@ -1,0 +1,354 @@
+"""From a scenario with a wagon to an assembly: bodies, elements, contacts and paths as plain numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.creep import Fastsim
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.track.deck import FloatingDeck
+from wheeltapper.describe.vehicle.body import MOTIONS
+from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.build import path_table
+from wheeltapper.lower.ellipse import contact_constant
+from wheeltapper.lower.numbers import METHODS, Method
+from wheeltapper.lower.patches import WIDTH, cells_of, geometry_of, patch_tables, saturation_cells
+from wheeltapper.lower.standing import standing
+from wheeltapper.lower.structure import Structure, structure_of
+from wheeltapper.lower.table import Table
+from wheeltapper.march import assembly as contract
+from wheeltapper.march.assembly import HALF, LANES, PLACES, RATE, Assembly
+from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
+
+FloatArray = NDArray[np.float64]
+TOLERANCES = {"default": 1e-9, "strict": 1e-10}
+EVENT_LIMIT = 1_000_000
+LONGEST = 2e-3
+DECK = "deck"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the bodies of a wagon, and its deck, stand in the state."""
+
+    bodies: tuple[str, ...]
+    motions: tuple[tuple[str, str], ...]
+
+    @property
+    def places(self) -> NDArray[np.int64]:
+        """Index in the state of each motion's displacement."""
+        return np.array([self.bodies.index(body) * PLACES + MOTIONS.index(motion) for body, motion in self.motions])  # type: ignore[arg-type]
+
+    @property
+    def states(self) -> int:
+        """Number of states of the bodies."""
+        return len(self.bodies) * PLACES
+
+
+@dataclass(frozen=True)
+class LoweredWagon:
+    """An assembly, with what is needed to read its results.
+
+    Attributes
+    ----------
+    static_force
+        Static normal force of each wheel, N, (wheelsets, 2): left, right.
+    tables
+        The path of each wheel, as the left and right ones of wheelset 1, 2, …, over the distance travelled.
+    """
+
+    assembly: Assembly
+    layout: Layout
+    structure: Structure
+    tables: tuple[Table, ...]
+    static_force: FloatArray
+    contact_constant: float
+    notes: tuple[str, ...]
+
+
+def static_loads(structure: Structure, wagon: Wagon) -> FloatArray:
+    """Return the loads of the motions if the bodies stand still on wheelsets at zero: of the wheelsets only, N.
+
+    The springs are stretched so that the displacements are zero there.
+    """
+    on_wheels = np.array([body.startswith("wheelset ") and body in wagon.names for body, _ in structure.motions])
+    free = ~on_wheels
+    ties = structure.ties[:, free]
+    count = int(free.sum())
+    stiffness = structure.stiffness[np.ix_(free, free)]
+    whole = np.block([[stiffness, ties.T], [ties, np.zeros((len(ties), len(ties)))]])
+    scale = np.sqrt(np.maximum(np.abs(np.diag(whole)), 1.0))
+    scaled = whole / np.outer(scale, scale)
+    if count and np.linalg.cond(scaled) > 1e13:
+        loose = np.linalg.svd(scaled)[2][-1][:count]
+        body, motion = [m for m, is_free in zip(structure.motions, free, strict=True) if is_free][int(np.argmax(abs(loose)))]
+        raise InputError(
+            "", "vehicle.elements", f"nothing that holds {body!r} in {motion}", "springs or links that hold every body"
+        )
+    right = np.concatenate([structure.gravity[free], np.zeros(len(ties))]) / scale
+    found = np.linalg.solve(scaled, right) / scale if len(whole) else np.zeros(0)
+    loads = np.zeros(len(structure.motions))
+    carried = structure.stiffness[np.ix_(on_wheels, free)] @ found[:count] + structure.ties[:, on_wheels].T @ found[count:]
+    loads[on_wheels] = structure.gravity[on_wheels] - carried
+    return loads
+
+
+def _mobility(structure: Structure, held: NDArray[np.bool_]) -> FloatArray:
+    """Return accelerations from forces, with the ties and the held motions at rest."""
+    count = len(structure.motions)
+    ties = np.vstack([structure.ties, np.eye(count)[held]])
+    _, sizes, rows = np.linalg.svd(ties) if len(ties) else (None, np.zeros(0), np.eye(count))
+    free = rows[int((sizes > 1e-12).sum()) :].T
+    if len(structure.ties) == 0:
+        free = np.eye(count)[:, ~held]
+    return np.asarray(free @ np.linalg.inv(free.T @ (structure.mass[:, None] * free)) @ free.T)
+
+
+def _blocks(matrix: FloatArray, layout: Layout, kinds: int) -> tuple[Any, Any, FloatArray]:
+    """Return the blocks of a matrix (motions, kinds·motions): spans, sources, and what is not zero, by bodies."""
+    count = len(layout.bodies)
+    body = np.array([layout.bodies.index(name) for name, _ in layout.motions])
+    place = np.array([MOTIONS.index(motion) for _, motion in layout.motions])  # type: ignore[arg-type]
+    whole = np.zeros((count, LANES, count, kinds, contract.MOTIONS))
+    n = len(layout.motions)
+    for kind in range(kinds):
+        part = matrix[:, kind * n : (kind + 1) * n]
+        whole[body[:, None], place[:, None], body[None, :], kind, place[None, :]] = part
+    spans, sources, blocks = [0], [], []
+    for target in range(count):
+        for source in range(count):
+            block = whole[target, :, source]
+            if np.any(block):
+                sources.append(source)
+                blocks.append(block.transpose(1, 2, 0).reshape(kinds * contract.MOTIONS, LANES))
+        spans.append(len(sources))
+    held = np.array(blocks).reshape(-1, kinds * contract.MOTIONS, LANES)
+    return np.array(spans, dtype=np.int64), np.array(sources, dtype=np.int64), held
+
+
+def _elements(structure: Structure, layout: Layout) -> tuple[dict[str, Any], int]:
+    """Return the arrays of nonlinear and series elements, and how many states lie inside the latter."""
+    spans, index, weight, corner_spans, corners, inside = [0], [], [], [0], [], []
+    count = 0
+    rows = [(item.row, item.deflection, item.force, None) for item in structure.characteristics]
+    for item in structure.series:
+        far = 1.0
+        rows.append((item.row, np.array([0.0, far]), np.array([0.0, far * item.stiffness]), item.damping))
+    for row, deflection, force, damping in rows:
+        used = np.flatnonzero(row)
+        index += list(layout.places[used])
+        weight += list(row[used])
+        if damping is not None:
+            index.append(layout.states + count)
+            weight.append(-1.0)
+            inside.append((layout.states + count, damping))
+            count += 1
+        else:
+            inside.append((-1.0, 1.0))
+        spans.append(len(index))
+        corners += _both_sides(np.asarray(deflection), np.asarray(force))
+        corner_spans.append(len(corners))
+    integers = {"element_spans": spans, "element_index": index, "element_corners": corner_spans}
+    out: dict[str, Any] = {name: np.array(values, dtype=np.int64) for name, values in integers.items()}
+    out["element_weight"] = np.array(weight, dtype=float)
+    out["corners"] = np.array(corners, dtype=float).reshape(-1, 2)
+    out["element_inside"] = np.array(inside, dtype=float).reshape(-1, 2)
+    return out, count
+
+
+def _both_sides(deflection: FloatArray, force: FloatArray) -> list[tuple[float, float]]:
+    """Return the corners of an odd characteristic, straight on to 1 km beyond the last one; zero is no corner."""
+    slope = (force[-1] - force[-2]) / (deflection[-1] - deflection[-2])
+    far = deflection[-1] + 1e3
+    positive = [*zip(deflection[1:], force[1:], strict=True), (far, force[-1] + slope * 1e3)]
+    return [(-float(d), -float(f)) for d, f in reversed(positive)] + [(float(d), float(f)) for d, f in positive]
+
+
+def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
+    """Lower a scenario with a wagon to an assembly, without its start."""
+    wagon, chosen = scenario.vehicle, METHODS[method]
+    structure = structure_of(wagon)
+    loads = static_loads(structure, wagon)
+    wheelsets = [f"wheelset {i + 1}" for i in range(len(wagon.axles))]
+    per_wheelset = np.array([-loads @ structure.row(name, "z") for name in wheelsets])
+    if np.any(per_wheelset <= 0.0):
+        worst = int(np.argmin(per_wheelset))
+        raise InputError(
+            "", "vehicle", f"a static load of {per_wheelset[worst]:.6g} N on {wheelsets[worst]}", "wheelsets that carry"
+        )
+    deck = isinstance(scenario.track, FloatingDeck)
+    spinning = scenario.creep is not None and scenario.creep.wheel_spin == "full"
+    held = np.array([motion == "pitch" and body in wheelsets and not spinning for body, motion in structure.motions])
+    mobility = _mobility(structure, held)
+    layout = Layout((*wagon.names, *((DECK,) if deck else ())), (*structure.motions, *(((DECK, "z"),) if deck else ())))
+    stiffness, damping, resting = structure.stiffness, structure.damping, loads
+    if deck:
+        mobility, stiffness, damping, resting = _with_deck(scenario.track, mobility, stiffness, damping, loads)
+    motion = np.hstack([-mobility @ stiffness, -mobility @ damping])
+    spans, sources, blocks = _blocks(motion, layout, 2)
+    force_spans, force_sources, force_blocks = _blocks(mobility, layout, 1)
+    elements, inside = _elements(structure, layout)
+    lanes, kinds, pieces, tables, notes = _lanes(scenario, layout, wheelsets, chosen)
+    held_loads = np.zeros((len(layout.bodies), LANES))
+    for value, (body, name) in zip(resting, layout.motions, strict=True):
+        held_loads[layout.bodies.index(body), MOTIONS.index(name)] = value  # type: ignore[arg-type]
+    radius = wagon.axles[0].radius
+    shifts = geometry_of(scenario.profiles, radius, scenario.contact.rail_radius).shift
+    patch = patch_tables(scenario.profiles, scenario.contact, radius)
+    cells = cells_of(shifts, patch)
+    middle = float(patch[contract.ROOT_CONSTANT, len(shifts) // 2] ** 3)
+    force = 0.5 * float(per_wheelset.max())
+    numbers = _numbers(scenario, TOLERANCES[method], force, middle, layout)
+    numbers[contract.TREADS] = len(kinds)
+    indentation, pulse = numbers[contract.LENGTH], numbers[contract.PULSE]
+    states = layout.states + LANES * -(-inside // LANES)
+    assembly = Assembly(
+        numbers=numbers, scales=_scales(structure, layout, states, indentation, pulse), lanes=lanes, kinds=kinds,
+        cells=np.ascontiguousarray(cells[None]), saturation=_saturation(scenario), pieces=pieces, spans=spans,
+        sources=sources, blocks=blocks, force_spans=force_spans, force_sources=force_sources,
+        force_blocks=force_blocks, loads=held_loads.ravel(), start=np.zeros(states), **elements,
+    )  # fmt: skip
+    assembly = assembly._replace(start=standing(assembly, layout, mobility))
+    static = np.repeat(0.5 * per_wheelset[:, None], 2, axis=1)
+    return LoweredWagon(assembly, layout, structure, tables, static, middle, notes)
+
+
+def _with_deck(
+    deck: FloatingDeck, mobility: FloatArray, stiffness: FloatArray, damping: FloatArray, loads: FloatArray
+) -> tuple[FloatArray, ...]:
+    """Return the matrices with a deck as the last motion."""
+    count = len(loads)
+    out = []
+    for matrix, value in ((mobility, 1.0 / deck.mass), (stiffness, deck.stiffness), (damping, deck.damping)):
+        larger = np.zeros((count + 1, count + 1))
+        larger[:count, :count] = matrix
+        larger[count, count] = value
+        out.append(larger)
+    return (*out, np.append(loads, 0.0))
+
+
+def _numbers(
+    scenario: Scenario, tolerance: float, force: float, constant: float, layout: Layout
+) -> FloatArray:
+    wagon, creep = scenario.vehicle, scenario.creep
+    indentation = (force / constant) ** (2 / 3)
+    lightest = min(axle.mass for axle in wagon.axles)
+    out = np.zeros(contract.NUMBERS)
+    out[contract.SPEED] = scenario.speed
+    out[contract.END] = scenario.duration
+    out[contract.TOLERANCE] = tolerance
+    out[contract.LENGTH] = indentation
+    out[contract.PULSE] = np.sqrt(0.5 * lightest * indentation / (1.5 * force))
+    out[contract.CREEP] = contract.NO_CREEP
+    if creep is not None:
+        out[contract.FRICTION] = creep.friction
+        out[contract.CREEP] = contract.STRIPS if isinstance(creep, Fastsim) else contract.CURVE
+        out[contract.QUASI_STATIC] = creep.wheel_spin == "quasi-static"
+    if isinstance(creep, Fastsim):
+        out[contract.STRIP_CELLS], out[contract.STRIP_ROWS] = creep.cells, creep.strips
+        out[contract.STRIP_BOUND] = PARABOLIC if creep.bound == "parabolic" else ELLIPTIC
+    shifts = geometry_of(scenario.profiles, wagon.axles[0].radius, scenario.contact.rail_radius).shift
+    out[contract.FIRST_SHIFT] = shifts[0]
+    out[contract.CELLS_PER_M] = (len(shifts) - 1) / (shifts[-1] - shifts[0])
+    out[contract.DECK] = layout.bodies.index(DECK) if DECK in layout.bodies else -1
+    out[contract.PRESTRESS] = 2.0 * force
+    out[contract.EVENT_LIMIT] = EVENT_LIMIT
+    out[contract.LARGEST_SHIFT] = WIDTH
+    out[contract.LONGEST] = LONGEST
+    return out
+
+
+def _scales(structure: Structure, layout: Layout, states: int, indentation: float, pulse: float) -> FloatArray:
+    """Return one over the scale of each state's error: lengths by the indentation, turns by that over an arm."""
+    out = np.zeros(states)
+    heavy = {body: mass for (body, motion), mass in zip(structure.motions, structure.mass, strict=True) if motion == "z"}
+    for place, (body, motion), mass in zip(
+        layout.places, layout.motions, np.append(structure.mass, 1.0), strict=False
+    ):
+        arm = np.sqrt(mass / heavy[body]) if motion in MOTIONS[3:] and body in heavy else 1.0
+        out[place] = arm / indentation
+        out[place + RATE] = out[place] * pulse
+    out[layout.states :] = 1.0 / indentation
+    return out
+
+
+def _saturation(scenario: Scenario) -> FloatArray:
+    creep = scenario.creep
+    if creep is None or isinstance(creep, Fastsim):
+        return np.zeros((contract.SATURATION_CELLS, contract.TERMS))
+    return saturation_cells(creep)
+
+
+def _factor(scenario: Scenario, radius: float) -> Any:
+    """Return the factor on C^(1/3) from the second derivative of the irregularity; None where C does not follow it."""
+    contact = scenario.contact
+    if not contact.follows_curvature:
+        return None
+    geometry = geometry_of(scenario.profiles, radius, contact.rail_radius)
+    crown = 0.5 / geometry.curvature[len(geometry.shift) // 2]
+
+    def constant(kappa: FloatArray) -> FloatArray:
+        return contact_constant(radius, crown, contact.youngs_modulus, contact.poisson, kappa)
+
+    smooth = constant(np.zeros(1))[0]
+    return lambda second: np.cbrt(constant(-np.asarray(second)) / smooth)
+
+
+def _lanes(
+    scenario: Scenario, layout: Layout, wheelsets: list[str], method: Method
+) -> tuple[FloatArray, NDArray[np.int64], FloatArray, tuple[Table, ...], tuple[str, ...]]:
+    """Return the lanes of the contacts, the octets' kinds, all paths, and what to know about them."""
+    wagon = scenario.vehicle
+    octets = -(-len(wheelsets) // HALF)
+    lanes = np.zeros((octets, contract.LANE_COLUMNS, LANES))
+    pieces: list[FloatArray] = []
+    count = 0
+    held: dict[Any, tuple[Table, int]] = {}
+    tables, notes = [], list[str]()
+    end = float(scenario.speed * scenario.duration)
+    for number, (name, axle) in enumerate(zip(wheelsets, wagon.axles, strict=True), 1):
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            items = scenario.irregularities_on(number, side)
+            key = (items, axle.position if items else 0.0, axle.radius)
+            if key not in held:
+                courses = [item.course(axle.radius).moved(-axle.position) for item in items]
+                table, said = path_table(
+                    courses, end, method, scenario.rolling, axle.radius, _factor(scenario, axle.radius)
+                )
+                held[key] = table, count
+                pieces.append(table.rows)
+                count += len(table.rows)
+                notes += [f"{name} {side}: {note}" for note in said]
+            table, first = held[key]
+            tables.append(table)
+            octet, lane = (number - 1) // HALF, (number - 1) % HALF + (0 if side == "left" else HALF)
+            lanes[octet, :, lane] = _lane(sign, axle.radius, layout.bodies.index(name), table, first)
+            lanes[octet, [contract.DECK_FROM, contract.DECK_TO], lane] = _on_deck(scenario, number, axle.position)
+    return lanes, np.full(octets, contract.TREAD, dtype=np.int64), np.vstack(pieces), tuple(tables), tuple(notes)
+
+
+def _lane(sign: float, radius: float, body: int, table: Table, first: int) -> list[float]:
+    out = [0.0] * contract.LANE_COLUMNS
+    out[contract.SIDE], out[contract.NOMINAL], out[contract.BODY] = sign, radius, body
+    out[contract.FIRST], out[contract.LAST] = first, first + len(table.rows) - 1
+    out[contract.LOOP], out[contract.LOOP_JOIN] = first + table.loop, table.loop_join
+    return out
+
+
+def _on_deck(scenario: Scenario, number: int, position: float) -> tuple[float, float]:
+    """Return the times at which a wheelset enters and leaves the deck."""
+    deck = scenario.track
+    if not isinstance(deck, FloatingDeck) or deck.wheelset not in (None, number):
+        return inf, inf
+    if deck.start is None:
+        return -inf, inf
+    if scenario.speed == 0.0:
+        return (-inf if deck.start <= position else inf), inf
+    enters = (deck.start - position) / scenario.speed
+    return enters, (inf if deck.length is None else enters + deck.length / scenario.speed)

@@ -1,0 +1,120 @@
+"""The contract between lowering and the kernels of vehicles with many bodies: plain numbers and arrays, SI units.
+
+Bodies stand one after the other in the state w, each with eight places for its displacements (x, y, z, roll, pitch,
+yaw, two unused), then eight for its velocities; after the bodies come the displacements inside series elements, in
+eights. Contacts come in octets: four wheelsets, their left wheels first, then their right ones.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from wheeltapper.march.program import FloatArray, IntArray
+
+LANES = 8
+HALF = 4
+PLACES = 16
+"""Places of a body in the state."""
+MOTIONS = 6
+X, Y, Z, ROLL, PITCH, YAW = range(MOTIONS)
+RATE = 8
+"""From a displacement to its velocity."""
+
+# Why a march ended, beside those of one wheel: a wheel left the rails.
+DERAILED = 20
+
+# Numbers.
+SPEED = 0
+END = 1
+TOLERANCE = 2  # of a step, relative to the scales of the state
+LENGTH = 3  # static indentation of a wheel, m
+PULSE = 4  # time, s, in which a wheelset on its contacts turns by one radian of phase
+FRICTION = 5
+CREEP = 6  # NO_CREEP, CURVE, STRIPS
+QUASI_STATIC = 7  # 1 where the wheelsets' spin follows at once
+FIRST_SHIFT = 8  # where the tables of the contact geometry begin, m, and how many cells they have per m
+CELLS_PER_M = 9
+DECK = 10  # index of the body that is a deck; -1 without
+PRESTRESS = 11
+EVENT_LIMIT = 12
+LARGEST_SHIFT = 13  # of a wheel from its middle position, m; beyond it is off the rail
+STRIP_CELLS = 14  # FASTSIM: cells of a strip, strips of a diameter, bound
+STRIP_ROWS = 15
+STRIP_BOUND = 16
+LONGEST = 17  # longest step, s
+TREADS = 18  # octets of tread contacts; as many of flange contacts may follow
+NUMBERS = 19
+NO_CREEP, CURVE, STRIPS = range(3)
+
+# Tables of the contact geometry: each a polynomial of degree 5 in a cell.
+LIFT, PLACE, RADIUS, ROOT_CONSTANT, ALONG, ACROSS, SPIN, SPIN_MOMENT, SLENDER = range(9)
+TABLES = 9
+DEGREE = 5
+TERMS = DEGREE + 1
+TREAD, FLANGE = range(2)
+SATURATION_CELLS = 64
+
+# What a lane is told once: its side (+1 left, -1 right; 0 where the octet has no such wheel), the nominal radius of the
+# wheel, the index of its body, its path's first and last piece and the one after the last, and how that is entered; the
+# times between which it is on the deck.
+SIDE, NOMINAL, BODY, FIRST, LAST, LOOP, LOOP_JOIN, DECK_FROM, DECK_TO = range(9)
+LANE_COLUMNS = 9
+
+
+class Assembly(NamedTuple):
+    """A vehicle on its track, ready to march.
+
+    Attributes
+    ----------
+    numbers
+        (NUMBERS,).
+    scales
+        (states,): one over the error of each state that counts as one.
+    lanes
+        (octets, LANE_COLUMNS, LANES).
+    kinds
+        (octets,): TREAD or FLANGE.
+    cells
+        (2, cells, TABLES, TERMS): contact geometry; coefficient k of the k-th power of the place in the cell, 0 to 1.
+    saturation
+        (SATURATION_CELLS, TERMS): saturation·(1 + q) over q/(1 + q), q = F/(μ·N).
+    pieces
+        (pieces, PIECE_COLUMNS): all paths, over the distance travelled; FACTOR is that of C^(1/3).
+    spans, sources, blocks
+        Accelerations of body i are the sum over j in spans[i]:spans[i + 1] of blocks[j] times the displacements and
+        velocities of body sources[j]; blocks (blocks, 2·MOTIONS, LANES).
+    force_spans, force_sources, force_blocks
+        The same for forces on bodies; force_blocks (blocks, MOTIONS, LANES).
+    loads
+        (bodies, LANES): constant forces.
+    element_spans, element_index, element_weight
+        The deflection of nonlinear element i is the sum over j in its span of weight[j]·w[index[j]].
+    element_corners, corners
+        Element i is piecewise linear between corners[element_corners[i]:element_corners[i + 1]], (corners, 2).
+    element_inside
+        (elements, 2): index of the state inside a series element and its damping; -1 without.
+    start
+        (states,): the state at time zero.
+    """
+
+    numbers: FloatArray
+    scales: FloatArray
+    lanes: FloatArray
+    kinds: IntArray
+    cells: FloatArray
+    saturation: FloatArray
+    pieces: FloatArray
+    spans: IntArray
+    sources: IntArray
+    blocks: FloatArray
+    force_spans: IntArray
+    force_sources: IntArray
+    force_blocks: FloatArray
+    loads: FloatArray
+    element_spans: IntArray
+    element_index: IntArray
+    element_weight: FloatArray
+    element_corners: IntArray
+    corners: FloatArray
+    element_inside: FloatArray
+    start: FloatArray
