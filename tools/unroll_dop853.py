@@ -66,20 +66,19 @@ def main() -> None:
     text += "".join(f"    {line}\n" for line in lines)
     text += f"    for i in range(w.shape[0]):\n        out[i] = w[i] + ({total})\n\n\n"
     text += "@kernel\ndef error(h: float, P: FloatArray, K: FloatArray, scales: FloatArray) -> float:\n"
-    text += '    """Return the largest estimated error over its scale."""\n'
+    text += '    """Return the root of the sum of the squares of the estimated errors over their scales."""\n'
     l5, t5 = weighted("d", dop.E5[:12])
     l3, t3 = weighted("e", dop.E3[:12])
     assert dop.E5[12] == 0.0 and dop.E3[12] == 0.0
     text += "".join(f"    {line}\n" for line in (*l5, *l3))
     text += (
-        "    worst = 0.0\n"
+        "    total = 0.0\n"
         "    for i in range(scales.shape[0]):\n"
         f"        fifth = ({t5}) * scales[i]\n"
         f"        third = ({t3}) * scales[i]\n"
         "        square = fifth * fifth\n"
-        "        one = square * square / max(square + 0.01 * third * third, 1e-300)\n"
-        "        worst = max(worst, one)\n"
-        "    return sqrt(worst)\n\n\n"
+        "        total += square * square / (square + 0.01 * third * third + 1e-300)\n"
+        "    return sqrt(total)\n\n\n"
     )
     text += (
         "@kernel\n"

@@ -26,6 +26,11 @@ class Outcome(Enum):
         'state what lies beyond (beyond="flat") or shorten the duration',
     )
 
+    DERAILED = (
+        "a wheel left the rails",
+        "lower the irregularity or the speed, or check gauge and profiles",
+    )
+
     @property
     def sentence(self) -> str:
         """What happened."""

@@ -10,20 +10,12 @@ from numpy.typing import NDArray
 from wheeltapper.ground.errors import InputError
 from wheeltapper.march import assembly as contract
 from wheeltapper.march.assembly import PLACES, RATE, Assembly
+from wheeltapper.march.multibody import probe
 
 if TYPE_CHECKING:
     from wheeltapper.lower.wagon import Layout
 
 FloatArray = NDArray[np.float64]
-
-
-def rates_at(assembly: Assembly, states: FloatArray) -> FloatArray:
-    """Return the rates of states (many, states) at time zero, with all contacts that overlap closed."""
-    from wheeltapper.march.multibody import probe_kernel
-
-    out = np.empty_like(states)
-    probe_kernel(assembly, np.ascontiguousarray(states), out)
-    return out
 
 
 def jacobian(assembly: Assembly, state: FloatArray, unknown: NDArray[np.int64], steps: FloatArray) -> FloatArray:
@@ -32,7 +24,7 @@ def jacobian(assembly: Assembly, state: FloatArray, unknown: NDArray[np.int64], 
     for i, (place, step) in enumerate(zip(unknown, steps, strict=True)):
         moved[2 * i, place] += step
         moved[2 * i + 1, place] -= step
-    found = rates_at(assembly, moved)
+    found = probe(assembly, moved)
     return np.asarray(((found[0::2] - found[1::2]) / (2.0 * steps[:, None])).T)
 
 
@@ -47,7 +39,7 @@ def unknowns(layout: Layout, assembly: Assembly, free: FloatArray) -> tuple[NDAr
     return np.concatenate([chosen[moving], used]), np.concatenate([places[moving] + RATE, used])
 
 
-def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance: float = 1e-12) -> FloatArray:
+def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance: float = 1e-11) -> FloatArray:
     """Return the state of a steady run.
 
     Raises
@@ -69,12 +61,12 @@ def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance
     steps = np.full(len(chosen), 1e-5 * indentation)
     steps[chosen % PLACES >= RATE] = 1e-6
     for _ in range(60):
-        rate = rates_at(assembly, state[None])[0, zero]
+        rate = probe(assembly, state[None])[0, zero]
         change = basis @ np.linalg.lstsq(jacobian(assembly, state, chosen, steps)[zero] @ basis, -rate, rcond=1e-14)[0]
         largest = np.abs(change).max()
         change *= min(1.0, 1e-3 / max(largest, 1e-300))
         state[chosen] += change
-        if largest < tolerance * indentation * 1e3:
+        if largest < tolerance * indentation:
             break
     else:
         raise InputError("", "vehicle", "no state in which it stands on its wheels", "a vehicle that its elements support")

@@ -57,7 +57,7 @@ class Structure:
     ties
         (ties, n) rows that links hold at zero.
     gravity
-        (n,) weights.
+        (n,) weights, and constant loads of wheelsets.
     """
 
     motions: tuple[tuple[str, str], ...]
@@ -156,6 +156,8 @@ def structure_of(wagon: Wagon) -> Structure:
     mass = places.mass()
     upright = np.array([motion == "z" for _, motion in places.motions])
     weights = np.where(upright, -mass * wagon.gravity, 0.0)
+    for name, axle in zip(places.wheelsets, wagon.axles, strict=True):
+        weights -= axle.load * np.array([motion == (name, "z") for motion in places.motions])
     return Structure(
         places.motions, mass, damping, stiffness, tuple(series), tuple(characteristics), np.vstack(ties), weights
     )

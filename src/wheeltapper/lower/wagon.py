@@ -23,11 +23,12 @@ from wheeltapper.lower.standing import standing
 from wheeltapper.lower.structure import Structure, structure_of
 from wheeltapper.lower.table import Table
 from wheeltapper.march import assembly as contract
+from wheeltapper.march.columns import packed
 from wheeltapper.march.assembly import HALF, LANES, PLACES, RATE, Assembly
 from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
 
 FloatArray = NDArray[np.float64]
-TOLERANCES = {"default": 1e-9, "strict": 1e-10}
+TOLERANCES = {"default": 5e-9, "strict": 3e-11}
 EVENT_LIMIT = 1_000_000
 LONGEST = 2e-3
 DECK = "deck"
@@ -110,26 +111,24 @@ def _mobility(structure: Structure, held: NDArray[np.bool_]) -> FloatArray:
     return np.asarray(free @ np.linalg.inv(free.T @ (structure.mass[:, None] * free)) @ free.T)
 
 
-def _blocks(matrix: FloatArray, layout: Layout, kinds: int) -> tuple[Any, Any, FloatArray]:
-    """Return the blocks of a matrix (motions, kinds·motions): spans, sources, and what is not zero, by bodies."""
-    count = len(layout.bodies)
-    body = np.array([layout.bodies.index(name) for name, _ in layout.motions])
-    place = np.array([MOTIONS.index(motion) for _, motion in layout.motions])  # type: ignore[arg-type]
-    whole = np.zeros((count, LANES, count, kinds, contract.MOTIONS))
-    n = len(layout.motions)
-    for kind in range(kinds):
-        part = matrix[:, kind * n : (kind + 1) * n]
-        whole[body[:, None], place[:, None], body[None, :], kind, place[None, :]] = part
-    spans, sources, blocks = [0], [], []
-    for target in range(count):
-        for source in range(count):
-            block = whole[target, :, source]
-            if np.any(block):
-                sources.append(source)
-                blocks.append(block.transpose(1, 2, 0).reshape(kinds * contract.MOTIONS, LANES))
-        spans.append(len(sources))
-    held = np.array(blocks).reshape(-1, kinds * contract.MOTIONS, LANES)
-    return np.array(spans, dtype=np.int64), np.array(sources, dtype=np.int64), held
+def _columns(matrix: FloatArray, target: FloatArray, source: FloatArray, layout: Layout) -> tuple[Any, Any, FloatArray]:
+    """Return what of a matrix is not zero as columns of eight rows, by bodies.
+
+    `target` are the places of the matrix's rows in bodies of LANES each, `source` those of what its columns multiply.
+    """
+    spans, index, held = [0], list[int](), list[FloatArray]()
+    for body in range(len(layout.bodies)):
+        rows = np.flatnonzero(target // LANES == body)
+        columns = []
+        for j in np.flatnonzero(np.any(matrix[rows] != 0.0, axis=0)):
+            column = np.zeros(LANES)
+            column[target[rows] % LANES] = matrix[rows, j]
+            columns.append((int(source[j]), column))
+        places, filled = packed(columns)
+        index += places
+        held += filled
+        spans.append(len(index))
+    return np.array(spans, dtype=np.int64), np.array(index, dtype=np.int64), np.concatenate([np.zeros(0), *held])
 
 
 def _elements(structure: Structure, layout: Layout) -> tuple[dict[str, Any], int]:
@@ -191,8 +190,12 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     if deck:
         mobility, stiffness, damping, resting = _with_deck(scenario.track, mobility, stiffness, damping, loads)
     motion = np.hstack([-mobility @ stiffness, -mobility @ damping])
-    spans, sources, blocks = _blocks(motion, layout, 2)
-    force_spans, force_sources, force_blocks = _blocks(mobility, layout, 1)
+    rows = layout.places // PLACES * LANES + layout.places % PLACES
+    spans, index, columns = _columns(motion, rows, np.append(layout.places, layout.places + RATE), layout)
+    others = mobility - np.diag(np.diag(mobility))
+    force_spans, force_index, force_columns = _columns(others, rows, rows, layout)
+    own = np.zeros(len(layout.bodies) * LANES)
+    own[rows] = np.diag(mobility)
     elements, inside = _elements(structure, layout)
     lanes, kinds, pieces, tables, notes = _lanes(scenario, layout, wheelsets, chosen)
     held_loads = np.zeros((len(layout.bodies), LANES))
@@ -211,8 +214,8 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     assembly = Assembly(
         numbers=numbers, scales=_scales(structure, layout, states, indentation, pulse), lanes=lanes, kinds=kinds,
         cells=np.ascontiguousarray(cells[None]), saturation=_saturation(scenario), pieces=pieces, spans=spans,
-        sources=sources, blocks=blocks, force_spans=force_spans, force_sources=force_sources,
-        force_blocks=force_blocks, loads=held_loads.ravel(), start=np.zeros(states), **elements,
+        index=index, columns=columns, mobility=own, force_spans=force_spans, force_index=force_index,
+        force_columns=force_columns, loads=held_loads.ravel(), start=np.zeros(states), **elements,
     )  # fmt: skip
     assembly = assembly._replace(start=standing(assembly, layout, mobility))
     static = np.repeat(0.5 * per_wheelset[:, None], 2, axis=1)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from wheeltapper.march.program import FloatArray, IntArray
 
 LANES = 8
@@ -80,11 +82,12 @@ class Assembly(NamedTuple):
         (SATURATION_CELLS, TERMS): saturation·(1 + q) over q/(1 + q), q = F/(μ·N).
     pieces
         (pieces, PIECE_COLUMNS): all paths, over the distance travelled; FACTOR is that of C^(1/3).
-    spans, sources, blocks
-        Accelerations of body i are the sum over j in spans[i]:spans[i + 1] of blocks[j] times the displacements and
-        velocities of body sources[j]; blocks (blocks, 2·MOTIONS, LANES).
-    force_spans, force_sources, force_blocks
-        The same for forces on bodies; force_blocks (blocks, MOTIONS, LANES).
+    spans, index, columns
+        Accelerations of body i are the sum over c in spans[i]:spans[i + 1] of columns[8·c : 8·c + 8]·w[index[c]].
+    mobility
+        (bodies·LANES,): what each motion is accelerated by a force on itself; the force on each is thus multiplied.
+    force_spans, force_index, force_columns
+        The same columns for forces on other motions (where links tie them), (bodies·LANES,).
     loads
         (bodies, LANES): constant forces.
     element_spans, element_index, element_weight
@@ -105,11 +108,12 @@ class Assembly(NamedTuple):
     saturation: FloatArray
     pieces: FloatArray
     spans: IntArray
-    sources: IntArray
-    blocks: FloatArray
+    index: IntArray
+    columns: FloatArray
+    mobility: FloatArray
     force_spans: IntArray
-    force_sources: IntArray
-    force_blocks: FloatArray
+    force_index: IntArray
+    force_columns: FloatArray
     loads: FloatArray
     element_spans: IntArray
     element_index: IntArray
@@ -118,3 +122,48 @@ class Assembly(NamedTuple):
     corners: FloatArray
     element_inside: FloatArray
     start: FloatArray
+
+
+# Where the arrays begin in the two flat ones that the kernels read (a kernel that takes many arrays spends more time on
+# counting their references than on mechanics), and how many there are of some of them.
+(
+    AT_CELLS, CELLS_EACH, AT_SATURATION, AT_PIECES, AT_COLUMNS, AT_MOBILITY, AT_FORCE_COLUMNS, AT_LOADS, AT_WEIGHTS,
+    AT_CORNERS, AT_INSIDE, AT_LANES, AT_SPANS, AT_INDEX, AT_FORCE_SPANS, AT_FORCE_INDEX, AT_ELEMENT_SPANS,
+    AT_ELEMENT_INDEX, AT_ELEMENT_CORNERS, AT_KINDS, BODIES,
+) = range(21)  # fmt: skip
+HEADER = 21
+
+
+class Flat(NamedTuple):
+    """An assembly as two arrays: `data` begins with the numbers, `plan` with where everything is."""
+
+    data: FloatArray
+    plan: IntArray
+
+
+def flattened(assembly: Assembly) -> Flat:
+    """Return an assembly as the kernels read it."""
+    data, plan = [assembly.numbers], [np.zeros(HEADER, dtype=np.int64)]
+    places = {}
+    floats = {
+        AT_CELLS: assembly.cells, AT_SATURATION: assembly.saturation, AT_PIECES: assembly.pieces,
+        AT_COLUMNS: assembly.columns, AT_MOBILITY: assembly.mobility, AT_FORCE_COLUMNS: assembly.force_columns,
+        AT_LOADS: assembly.loads, AT_WEIGHTS: assembly.element_weight, AT_CORNERS: assembly.corners,
+        AT_INSIDE: assembly.element_inside, AT_LANES: assembly.lanes,
+    }  # fmt: skip
+    integers = {
+        AT_SPANS: assembly.spans, AT_INDEX: assembly.index, AT_FORCE_SPANS: assembly.force_spans,
+        AT_FORCE_INDEX: assembly.force_index, AT_ELEMENT_SPANS: assembly.element_spans,
+        AT_ELEMENT_INDEX: assembly.element_index, AT_ELEMENT_CORNERS: assembly.element_corners,
+        AT_KINDS: assembly.kinds,
+    }  # fmt: skip
+    for parts, arrays in ((data, floats), (plan, integers)):
+        for place, array in arrays.items():
+            places[place] = sum(len(part) for part in parts)
+            parts.append(array.ravel())
+    header = plan[0]
+    for place, start in places.items():
+        header[place] = start
+    header[CELLS_EACH] = assembly.cells.shape[1]
+    header[BODIES] = len(assembly.spans) - 1
+    return Flat(np.concatenate(data), np.concatenate(plan))

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wheeltapper.march import assembly as contract
-from wheeltapper.march.assembly import DERAILED, LANES, Assembly
+from wheeltapper.march.assembly import DERAILED, LANES, Assembly, flattened
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.program import (
     DONE,
@@ -25,12 +25,14 @@ from wheeltapper.march.program import (
     JUMP,
     LOSS,
     NOT_FINITE,
-    RUNNING,
+    PIECE_COLUMNS,
+    SOFT,
     STALLED,
     START,
     STOP,
     TOO_MANY_EVENTS,
     FloatArray,
+    IntArray,
 )
 from wheeltapper.march.rates import deflection, rates, touch
 from wheeltapper.march.unrolled_dop853 import (
@@ -48,6 +50,7 @@ from wheeltapper.march.unrolled_dop853 import (
 from wheeltapper.march.wheels import (
     AWAKE,
     CELL,
+    CURVE_CELL,
     DELTA,
     DELTA_RATE,
     NORMAL,
@@ -80,17 +83,19 @@ SAME = 1e-12
 FIRST_STEP = 0.1
 """First step after an event, in radians of phase."""
 SAFETY, SHRINK, GROW, ORDER = 0.9, 0.2, 5.0, 8
+QUIET = 1e-9
+"""A force whose rate changes its sign with less than this relative effect in a step has no maximum, but noise."""
 WAKE = 3e-4
 """A flange nearer to its rail than this, m, is computed."""
 
 
 @kernel
-def _awaken(t: float, A: Assembly, w: FloatArray, wheels: FloatArray) -> None:
+def awaken(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray) -> None:
     """Compute those flanges only that are near their rails."""
-    treads = int(A.numbers[contract.TREADS])
+    treads = int(data[contract.TREADS])
     for o in range(treads, wheels.shape[0]):
         wheels[o, AWAKE] = 1.0
-    touch(t, A, w, wheels)
+    touch(t, data, plan, w, wheels)
     for o in range(treads, wheels.shape[0]):
         near = 0.0
         for i in range(LANES):
@@ -100,26 +105,32 @@ def _awaken(t: float, A: Assembly, w: FloatArray, wheels: FloatArray) -> None:
 
 
 @kernel
-def _stages(
-    t: float, h: float, A: Assembly, w: FloatArray, y: FloatArray, wheels: FloatArray, pieces: FloatArray,
+def _corner_at(element: int, corner: int, plan: IntArray) -> int:
+    """Return where the deflection of a corner stands in the data."""
+    return plan[contract.AT_CORNERS] + 2 * (plan[plan[contract.AT_ELEMENT_CORNERS] + element] + corner)
+
+
+@kernel
+def make_step(
+    t: float, h: float, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray, wheels: FloatArray, pieces: FloatArray,
     Q: FloatArray, K: FloatArray, P: FloatArray,
 ) -> None:  # fmt: skip
     """Compute a step from w to y; K[0] are the rates at its start."""
     for stage in range(1, STAGES):
         combine(stage, h, P, K, w, y)
-        rates(t + C[stage] * h, A, y, wheels, pieces, Q, K[stage])
+        rates(t + C[stage] * h, data, plan, y, wheels, pieces, Q, K[stage])
     finish(h, P, K, w, y)
 
 
 @kernel
-def _dense(
-    t: float, h: float, A: Assembly, w: FloatArray, y: FloatArray, wheels: FloatArray, pieces: FloatArray,
+def dense_step(
+    t: float, h: float, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray, wheels: FloatArray, pieces: FloatArray,
     Q: FloatArray, K: FloatArray, P: FloatArray, F: FloatArray, spare: FloatArray,
 ) -> None:  # fmt: skip
     """Compute the dense solution of a step; K[STAGES] are the rates at its end."""
     for stage in range(STAGES + 1, DENSE_STAGES):
         combine_dense(stage, h, P, K, w, spare)
-        rates(t + C[stage] * h, A, spare, wheels, pieces, Q, K[stage])
+        rates(t + C[stage] * h, data, plan, spare, wheels, pieces, Q, K[stage])
     powers(h, P, K, w, y, F)
 
 
@@ -159,26 +170,26 @@ def _suspicious(h: float, d0: float, r0: float, d1: float, r1: float) -> float:
 
 
 @kernel
-def _indentation(x: float, t: float, h: float, lane: int, sign: float, A: Assembly, w: FloatArray, F: FloatArray, spare: FloatArray, wheels: FloatArray, row: int) -> float:  # fmt: skip
+def _indentation(x: float, t: float, h: float, lane: int, sign: float, data: FloatArray, plan: IntArray, w: FloatArray, F: FloatArray, spare: FloatArray, wheels: FloatArray, row: int) -> float:  # fmt: skip
     """Return a quantity of one contact at a place of the step."""
     between(x, w, F, spare)
-    touch(t + x * h, A, spare, wheels)
+    touch(t + x * h, data, plan, spare, wheels)
     return sign * wheels[lane // LANES, row + lane % LANES]
 
 
 @kernel
-def _corner_gap(x: float, element: int, corner: int, A: Assembly, w: FloatArray, F: FloatArray, spare: FloatArray) -> float:
+def _corner_gap(x: float, element: int, corner: int, data: FloatArray, plan: IntArray, w: FloatArray, F: FloatArray, spare: FloatArray) -> float:
     """Return how far an element is beyond a corner at a place of the step."""
     between(x, w, F, spare)
-    return deflection(element, A, spare) - A.corners[A.element_corners[element] + corner, 0]
+    return deflection(element, data, plan, spare) - data[_corner_at(element, corner, plan)]
 
 
 @kernel
-def _find(low: float, high: float, f_low: float, f_high: float, t: float, h: float, lane: int, sign: float, A: Assembly, w: FloatArray, F: FloatArray, spare: FloatArray, wheels: FloatArray, row: int) -> float:  # fmt: skip
+def _find(low: float, high: float, f_low: float, f_high: float, t: float, h: float, lane: int, sign: float, data: FloatArray, plan: IntArray, w: FloatArray, F: FloatArray, spare: FloatArray, wheels: FloatArray, row: int) -> float:  # fmt: skip
     """Return where a quantity of one contact falls through zero: positive at low, negative at high."""
     for _ in range(60):
         x = low + (high - low) * min(max(f_low / (f_low - f_high), 0.01), 0.99)
-        f = _indentation(x, t, h, lane, sign, A, w, F, spare, wheels, row)
+        f = _indentation(x, t, h, lane, sign, data, plan, w, F, spare, wheels, row)
         if f > 0.0:
             low, f_low, f_high = x, f, 0.5 * f_high
         else:
@@ -189,7 +200,7 @@ def _find(low: float, high: float, f_low: float, f_high: float, t: float, h: flo
 
 
 @kernel
-def _first_change(t: float, h: float, lane: int, sign: float, A: Assembly, w: FloatArray, F: FloatArray, spare: FloatArray, wheels: FloatArray) -> float:  # fmt: skip
+def _first_change(t: float, h: float, lane: int, sign: float, data: FloatArray, plan: IntArray, w: FloatArray, F: FloatArray, spare: FloatArray, wheels: FloatArray) -> float:  # fmt: skip
     """Return the first place at which a contact changes (sign·δ falls through zero), 2 where it does not."""
     before = 0.0
     f_before = np.inf
@@ -197,7 +208,7 @@ def _first_change(t: float, h: float, lane: int, sign: float, A: Assembly, w: Fl
     f_best = np.inf
     for node in range(1, NODES + 1):
         x = node / NODES
-        f = _indentation(x, t, h, lane, sign, A, w, F, spare, wheels, DELTA)
+        f = _indentation(x, t, h, lane, sign, data, plan, w, F, spare, wheels, DELTA)
         if f < 0.0:
             low = before
             f_low = f_before if node > 1 else sign * 0.0
@@ -205,26 +216,26 @@ def _first_change(t: float, h: float, lane: int, sign: float, A: Assembly, w: Fl
                 low = x
                 for _ in range(40):
                     low *= 0.25
-                    f_low = _indentation(low, t, h, lane, sign, A, w, F, spare, wheels, DELTA)
+                    f_low = _indentation(low, t, h, lane, sign, data, plan, w, F, spare, wheels, DELTA)
                     if f_low > 0.0:
                         break
                 if f_low <= 0.0:
                     return x
-            return _find(low, x, f_low, f, t, h, lane, sign, A, w, F, spare, wheels, DELTA)
+            return _find(low, x, f_low, f, t, h, lane, sign, data, plan, w, F, spare, wheels, DELTA)
         if f < f_best:
             best, f_best = x, f
         before, f_before = x, f
     left, right = max(best - 1.0 / NODES, 0.0), min(best + 1.0 / NODES, 1.0)
     for _ in range(40):  # the lowest place between the nodes, by golden sections
         one, other = left + 0.381966 * (right - left), left + 0.618034 * (right - left)
-        f_one = _indentation(one, t, h, lane, sign, A, w, F, spare, wheels, DELTA)
-        f_other = _indentation(other, t, h, lane, sign, A, w, F, spare, wheels, DELTA)
+        f_one = _indentation(one, t, h, lane, sign, data, plan, w, F, spare, wheels, DELTA)
+        f_other = _indentation(other, t, h, lane, sign, data, plan, w, F, spare, wheels, DELTA)
         low, f = (one, f_one) if f_one < f_other else (other, f_other)
         if f < 0.0:
-            f_best = _indentation(left, t, h, lane, sign, A, w, F, spare, wheels, DELTA)
+            f_best = _indentation(left, t, h, lane, sign, data, plan, w, F, spare, wheels, DELTA)
             if f_best <= 0.0:
                 return low
-            return _find(left, low, f_best, f, t, h, lane, sign, A, w, F, spare, wheels, DELTA)
+            return _find(left, low, f_best, f, t, h, lane, sign, data, plan, w, F, spare, wheels, DELTA)
         if f_one < f_other:
             right = other
         else:
@@ -233,25 +244,24 @@ def _first_change(t: float, h: float, lane: int, sign: float, A: Assembly, w: Fl
 
 
 @kernel
-def _corner_ahead(element: int, end: float, A: Assembly, pieces: FloatArray) -> int:
+def _corner_ahead(element: int, end: float, data: FloatArray, plan: IntArray, pieces: FloatArray) -> int:
     """Return the corner that an element's deflection has passed at the end of a step, -1 where none."""
     piece = int(pieces[element])
-    first = A.element_corners[element]
-    if end < A.corners[first + piece, 0]:
+    if end < data[_corner_at(element, piece, plan)]:
         return piece
-    if end > A.corners[first + piece + 1, 0]:
+    if end > data[_corner_at(element, piece + 1, plan)]:
         return piece + 1
     return -1
 
 
 @kernel
-def _find_corner(element: int, corner: int, A: Assembly, w: FloatArray, F: FloatArray, spare: FloatArray) -> float:
+def _find_corner(element: int, corner: int, data: FloatArray, plan: IntArray, w: FloatArray, F: FloatArray, spare: FloatArray) -> float:
     """Return the place of the step at which an element passes a corner."""
     low, high = 0.0, 1.0
-    below = _corner_gap(1.0, element, corner, A, w, F, spare) > 0.0
+    below = _corner_gap(1.0, element, corner, data, plan, w, F, spare) > 0.0
     for _ in range(60):
         x = 0.5 * (low + high)
-        if (_corner_gap(x, element, corner, A, w, F, spare) > 0.0) == below:
+        if (_corner_gap(x, element, corner, data, plan, w, F, spare) > 0.0) == below:
             high = x
         else:
             low = x
@@ -299,9 +309,9 @@ def _switch(t: float, near: float, wheels: FloatArray, events: FloatArray, S: Fl
 
 
 @kernel
-def _next_break(A: Assembly, t: float, wheels: FloatArray) -> float:
+def _next_break(data: FloatArray, t: float, wheels: FloatArray) -> float:
     """Return when the next breakpoint of any path comes, or the next wheel enters or leaves the deck."""
-    until = A.numbers[contract.END]
+    until = data[contract.END]
     for o in range(wheels.shape[0]):
         for i in range(LANES):
             if wheels[o, SIDES + i] == 0.0:
@@ -315,8 +325,10 @@ def _next_break(A: Assembly, t: float, wheels: FloatArray) -> float:
 
 
 @kernel
-def _pass_breaks(t: float, A: Assembly, wheels: FloatArray) -> None:
-    """Go over to the next pieces of the paths that end here, and on and off the deck."""
+def pass_breaks(t: float, data: FloatArray, plan: IntArray, wheels: FloatArray) -> float:
+    """Go over to the next pieces of the paths that end here, and on and off the deck; return the hardest join."""
+    hardest = 0.0
+    pieces = plan[contract.AT_PIECES]
     for o in range(wheels.shape[0]):
         L = wheels[o]
         for i in range(LANES):
@@ -326,41 +338,50 @@ def _pass_breaks(t: float, A: Assembly, wheels: FloatArray) -> None:
                 piece = int(L[PIECE + i])
                 if piece < L[contract.LAST * LANES + i]:
                     L[PIECE + i] = piece + 1
+                    hardest = max(hardest, data[pieces + (piece + 1) * PIECE_COLUMNS + JOIN])
                 else:
                     back = int(L[contract.LOOP * LANES + i])
-                    L[SHIFT + i] += A.pieces[piece, STOP] - A.pieces[back, START]
+                    ended = data[pieces + piece * PIECE_COLUMNS + STOP]
+                    L[SHIFT + i] += ended - data[pieces + back * PIECE_COLUMNS + START]
                     L[PIECE + i] = back
-                set_piece(i, A, L)
+                    hardest = max(hardest, L[contract.LOOP_JOIN * LANES + i])
+                set_piece(i, data, plan, L)
             inside = L[contract.DECK_FROM * LANES + i] <= t < L[contract.DECK_TO * LANES + i]
+            if inside != (L[ON_DECK + i] != 0.0):
+                hardest = JUMP
             L[ON_DECK + i] = 1.0 if inside else 0.0
+    return hardest
 
 
 @kernel
-def start_kernel(A: Assembly, w: FloatArray, wheels: FloatArray, pieces: FloatArray, S: FloatArray) -> None:
+def start_kernel(data: FloatArray, plan: IntArray, start: FloatArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray, S: FloatArray) -> None:
     """Set everything at time zero."""
     S[:] = 0.0
-    S[NEXT_LENGTH] = FIRST_STEP * A.numbers[contract.PULSE]
-    w[:] = A.start
+    S[NEXT_LENGTH] = FIRST_STEP * data[contract.PULSE]
+    w[:] = start
     wheels[:] = 0.0
     for o in range(wheels.shape[0]):
         wheels[o, AWAKE] = 1.0
         for column in range(contract.LANE_COLUMNS):
             for i in range(LANES):
-                wheels[o, column * LANES + i] = A.lanes[o, column, i]
+                at = plan[contract.AT_LANES] + (o * contract.LANE_COLUMNS + column) * LANES + i
+                wheels[o, column * LANES + i] = data[at]
         for i in range(LANES):
-            wheels[o, PIECE + i] = A.lanes[o, contract.FIRST, i]
+            wheels[o, PIECE + i] = wheels[o, contract.FIRST * LANES + i]
             wheels[o, CELL + i] = -1.0
-            set_piece(i, A, wheels[o])
-    _pass_breaks(0.0, A, wheels)
-    touch(0.0, A, w, wheels)
+            wheels[o, CURVE_CELL + i] = -1.0
+            set_piece(i, data, plan, wheels[o])
+    pass_breaks(0.0, data, plan, wheels)
+    touch(0.0, data, plan, w, wheels)
     for o in range(wheels.shape[0]):
         for i in range(LANES):
             wheels[o, ON + i] = 1.0 if wheels[o, SIDES + i] != 0.0 and wheels[o, DELTA + i] > 0.0 else 0.0
     for element in range(pieces.shape[0]):
-        first, last = A.element_corners[element], A.element_corners[element + 1] - 2
-        here = deflection(element, A, w)
+        firsts = plan[contract.AT_ELEMENT_CORNERS] + element
+        last = plan[firsts + 1] - plan[firsts] - 2
+        here = deflection(element, data, plan, w)
         pieces[element] = 0.0
-        while first + pieces[element] < last and A.corners[first + int(pieces[element]) + 1, 0] <= here:
+        while pieces[element] < last and data[_corner_at(element, int(pieces[element]) + 1, plan)] <= here:
             pieces[element] += 1.0
     S[ANEW] = 1.0
 
@@ -379,7 +400,7 @@ def _closed(wheels: FloatArray) -> float:
 
 @kernel
 def march_kernel(
-    A: Assembly, w: FloatArray, wheels: FloatArray, pieces: FloatArray, steps: FloatArray, states: FloatArray,
+    data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray, steps: FloatArray, states: FloatArray,
     events: FloatArray, peaks: FloatArray, K: FloatArray, F: FloatArray, Q: FloatArray, kept: FloatArray,
     S: FloatArray,
 ) -> int:  # fmt: skip
@@ -393,38 +414,38 @@ def march_kernel(
     y = np.empty(n)
     spare = np.empty(n)
     P = np.ones(DENSE_STAGES)
-    tolerance = A.numbers[contract.TOLERANCE]
-    end = A.numbers[contract.END]
-    near = SAME * A.numbers[contract.LENGTH]
+    tolerance = data[contract.TOLERANCE]
+    end = data[contract.END]
+    near = SAME * data[contract.LENGTH]
     while True:
         t = S[TIME]
         if t >= end:
             return DONE
         if S[STEPS] + 2 > steps.shape[0] or S[EVENTS] + contacts > events.shape[0] or S[PEAKS] + 2 * contacts > peaks.shape[0]:
             return FULL
-        if S[EVENTS] >= A.numbers[contract.EVENT_LIMIT]:
+        if S[EVENTS] >= data[contract.EVENT_LIMIT]:
             return TOO_MANY_EVENTS
         if S[ANEW] != 0.0:
-            _awaken(t, A, w, wheels)
-            rates(t, A, w, wheels, pieces, Q, K[0])
+            awaken(t, data, plan, w, wheels)
+            rates(t, data, plan, w, wheels, pieces, Q, K[0])
             S[RATES_USED] += 1.0
             S[ANEW] = 0.0
-        elif wheels.shape[0] > A.numbers[contract.TREADS]:
-            _awaken(t, A, w, wheels)
+        elif wheels.shape[0] > data[contract.TREADS]:
+            awaken(t, data, plan, w, wheels)
         _keep(wheels, DELTA, kept[0])
         _keep(wheels, DELTA_RATE, kept[1])
         _keep_growth(wheels, kept[2])
-        until = _next_break(A, t, wheels)
-        h = min(S[NEXT_LENGTH], A.numbers[contract.LONGEST])
+        until = _next_break(data, t, wheels)
+        h = min(S[NEXT_LENGTH], data[contract.LONGEST])
         # -- a step whose error is small enough
         grown = GROW
         while True:
             stops = t + 1.01 * h >= until
             if stops:
                 h = until - t
-            _stages(t, h, A, w, y, wheels, pieces, Q, K, P)
+            make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
             S[RATES_USED] += STAGES - 1.0
-            wrong = error(h, P, K, A.scales) / tolerance
+            wrong = error(h, P, K, scales) / tolerance
             if wrong <= 1.0:
                 break
             if not wrong < np.inf:
@@ -438,7 +459,7 @@ def march_kernel(
                 return STALLED
         if not stops or grown == 1.0:
             S[NEXT_LENGTH] = h * min(max(SAFETY * max(wrong, 1e-12) ** (-1.0 / ORDER), SHRINK), grown)
-        rates(t + h, A, y, wheels, pieces, Q, K[STAGES])
+        rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES])
         S[RATES_USED] += 1.0
         # -- the first event in it
         is_dense = False
@@ -458,32 +479,32 @@ def march_kernel(
         guard = -1
         passed = -1
         for element in range(elements):
-            if _corner_ahead(element, deflection(element, A, y), A, pieces) >= 0:
+            if _corner_ahead(element, deflection(element, data, plan, y), data, plan, pieces) >= 0:
                 cause = 0
         if cause == 0:
             cause = -1
-            _dense(t, h, A, w, y, wheels, pieces, Q, K, P, F, spare)
+            dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
             S[RATES_USED] += 3.0
             is_dense = True
             for lane in range(contacts):
                 if kept[3, lane] < 0.0:
                     kept[3, lane] = 0.0
                     sign = 2.0 * wheels[lane // LANES, ON + lane % LANES] - 1.0
-                    place = _first_change(t, h, lane, sign, A, w, F, spare, wheels)
+                    place = _first_change(t, h, lane, sign, data, plan, w, F, spare, wheels)
                     if place < at:
                         at, cause = place, lane
             for element in range(elements):
-                corner = _corner_ahead(element, deflection(element, A, y), A, pieces)
+                corner = _corner_ahead(element, deflection(element, data, plan, y), data, plan, pieces)
                 if corner >= 0:
-                    place = _find_corner(element, corner, A, w, F, spare)
+                    place = _find_corner(element, corner, data, plan, w, F, spare)
                     if place < at:
                         at, cause, guard, passed = place, -1, element, corner
-            touch(t + h, A, y, wheels)
+            touch(t + h, data, plan, y, wheels)
         if at <= 1.0:
             stops = False
             h *= at
-            _stages(t, h, A, w, y, wheels, pieces, Q, K, P)
-            rates(t + h, A, y, wheels, pieces, Q, K[STAGES])
+            make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
+            rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES])
             S[RATES_USED] += STAGES
             is_dense = False
         # -- the maxima of normal forces in it
@@ -492,20 +513,22 @@ def march_kernel(
             i = lane % LANES
             if L[AWAKE] == 0.0 or L[ON + i] == 0.0:
                 continue
-            if kept[2, lane] > 0.0 and L[NORMAL_RATE + i] <= 0.0 and (L[NORMAL + i] > 0.0 or lane == cause):
+            if kept[2, lane] <= 0.0 or L[NORMAL_RATE + i] > 0.0:
+                continue
+            if (kept[2, lane] - L[NORMAL_RATE + i]) * h > QUIET * L[NORMAL + i] or lane == cause:
                 kept[3, lane] = 1.0
         for lane in range(contacts):
             if kept[3, lane] > 0.0:
                 kept[3, lane] = 0.0
                 if not is_dense:
-                    _dense(t, h, A, w, y, wheels, pieces, Q, K, P, F, spare)
+                    dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
                     S[RATES_USED] += 3.0
                     is_dense = True
-                x = _find(0.0, 1.0, kept[2, lane], -1e-9 * kept[2, lane], t, h, lane, 1.0, A, w, F, spare, wheels, NORMAL_RATE)
-                force = _indentation(x, t, h, lane, 1.0, A, w, F, spare, wheels, NORMAL)
+                x = _find(0.0, 1.0, kept[2, lane], -1e-9 * kept[2, lane], t, h, lane, 1.0, data, plan, w, F, spare, wheels, NORMAL_RATE)
+                force = _indentation(x, t, h, lane, 1.0, data, plan, w, F, spare, wheels, NORMAL)
                 _log_peak(t + x * h, lane, force, 0.0, peaks, S)
         if is_dense:
-            touch(t + h, A, y, wheels)
+            touch(t + h, data, plan, y, wheels)
         # -- keep it, and go on
         row = int(S[STEPS])
         steps[row, STEP_TIME] = t
@@ -524,7 +547,7 @@ def march_kernel(
                 now += rest
                 for k in range(n):
                     y[k] += rest * K[STAGES, k]
-                touch(now, A, y, wheels)
+                touch(now, data, plan, y, wheels)
         steps[row, STEP_LENGTH] = now - t
         if now <= t:
             S[IDLE] += 1.0
@@ -550,8 +573,10 @@ def march_kernel(
             S[ANEW] = 1.0
         if stops and now < end:
             _keep(wheels, NORMAL_RATE, kept[2])
-            _pass_breaks(now, A, wheels)
-            touch(now, A, w, wheels)
+            hardest = pass_breaks(now, data, plan, wheels)
+            touch(now, data, plan, w, wheels)
+            if hardest == SOFT:
+                continue
             for lane in range(contacts):
                 L = wheels[lane // LANES]
                 if L[ON + lane % LANES] != 0.0 and kept[2, lane] > 0.0 and L[NORMAL_RATE + lane % LANES] < 0.0:
@@ -559,28 +584,28 @@ def march_kernel(
             _switch(now, near, wheels, events, S)
             S[ANEW] = 1.0
         if S[ANEW] != 0.0:
-            S[NEXT_LENGTH] = min(S[NEXT_LENGTH], FIRST_STEP * A.numbers[contract.PULSE])
-        for o in range(int(A.numbers[contract.TREADS])):
+            S[NEXT_LENGTH] = min(S[NEXT_LENGTH], FIRST_STEP * data[contract.PULSE])
+        for o in range(int(data[contract.TREADS])):
             for i in range(LANES):
-                if abs(wheels[o, U + i]) > A.numbers[contract.LARGEST_SHIFT]:
+                if abs(wheels[o, U + i]) > data[contract.LARGEST_SHIFT]:
                     return DERAILED
 
 
 @kernel
-def probe_kernel(A: Assembly, states: FloatArray, out: FloatArray) -> None:
+def probe_kernel(
+    data: FloatArray, plan: IntArray, start: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray,
+    states: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
     """Write the rates of states at time zero, (many, states), with all contacts that overlap closed."""
-    wheels = np.zeros((A.kinds.shape[0], ROWS))
-    pieces = np.zeros(A.element_inside.shape[0])
-    w = np.zeros(A.start.shape[0])
-    S = np.zeros(CARRIED)
-    Q = np.zeros(A.loads.shape[0])
-    start_kernel(A, w, wheels, pieces, S)
+    w = np.empty_like(start)
+    S = np.empty(CARRIED)
+    start_kernel(data, plan, start, w, wheels, pieces, S)
     for row in range(states.shape[0]):
-        touch(0.0, A, states[row], wheels)
+        touch(0.0, data, plan, states[row], wheels)
         for o in range(wheels.shape[0]):
             for i in range(LANES):
                 wheels[o, ON + i] = 1.0 if wheels[o, SIDES + i] != 0.0 and wheels[o, DELTA + i] > 0.0 else 0.0
-        rates(0.0, A, states[row], wheels, pieces, Q, out[row])
+        rates(0.0, data, plan, states[row], wheels, pieces, Q, out[row])
 
 
 class MultibodyMarch(NamedTuple):
@@ -597,23 +622,44 @@ class MultibodyMarch(NamedTuple):
     """How often the rates were computed."""
 
 
-def _tables(A: Assembly, rows: int) -> tuple[FloatArray, ...]:
-    elements = len(A.element_inside)
-    return (np.zeros((rows, STEP_ELEMENTS + elements)), np.empty((rows, len(A.start))), np.empty((rows, 4)), np.empty((rows, 4)))
+class Work(NamedTuple):
+    """What marching one vehicle writes to."""
+
+    w: FloatArray
+    wheels: FloatArray
+    pieces: FloatArray
+    steps: FloatArray
+    states: FloatArray
+    events: FloatArray
+    peaks: FloatArray
+    K: FloatArray
+    F: FloatArray
+    Q: FloatArray
+    kept: FloatArray
+    S: FloatArray
 
 
-def _arguments(A: Assembly) -> tuple[Any, ...]:
-    """Return the arguments of the kernel, with room for the first steps."""
-    n, octets = len(A.start), len(A.kinds)
-    scratch = (np.zeros((DENSE_STAGES, n)), np.zeros((POWERS, n)), np.zeros(len(A.loads)))
-    kept = np.zeros((4, octets * LANES))
-    moved = np.zeros(n), np.zeros((octets, ROWS)), np.zeros(len(A.element_inside))
-    return (A, *moved, *_tables(A, 1024), *scratch, kept, np.zeros(CARRIED))
+def work_for(A: Assembly, rows: int = 1024) -> Work:
+    """Return room for the first steps."""
+    n, octets, elements = len(A.start), len(A.kinds), len(A.element_inside)
+    return Work(
+        np.zeros(n), np.zeros((octets, ROWS)), np.zeros(elements), np.zeros((rows, STEP_ELEMENTS + elements)),
+        np.empty((rows, n)), np.empty((rows, 4)), np.empty((rows, 4)), np.zeros((DENSE_STAGES, n)),
+        np.zeros((POWERS, n)), np.zeros(len(A.loads)), np.zeros((4, octets * LANES)), np.zeros(CARRIED),
+    )  # fmt: skip
 
 
-def is_ready(A: Assembly) -> bool:
+def kernels_are_ready() -> bool:
     """Return False where marching begins with compiling."""
-    return is_compiled(march_kernel, _arguments(A))
+    floats, plan, table = np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros((1, 1))
+    return is_compiled(march_kernel, (floats, plan, floats, floats, table, floats, *(table,) * 6, floats, table, floats))
+
+
+def probe(A: Assembly, states: FloatArray) -> FloatArray:
+    """Return the rates of states at time zero, (many, states), with all contacts that overlap closed."""
+    work, out = work_for(A, 1), np.empty_like(states)
+    probe_kernel(*flattened(A), A.start, work.wheels, work.pieces, work.Q, np.ascontiguousarray(states), out)
+    return out
 
 
 def _grown(table: FloatArray, used: float) -> FloatArray:
@@ -627,15 +673,17 @@ def _grown(table: FloatArray, used: float) -> FloatArray:
 
 def march(A: Assembly) -> MultibodyMarch:
     """March a vehicle from its start to its end."""
-    _, w, wheels, pieces, steps, states, events, peaks, K, F, Q, kept, S = _arguments(A)
-    start_kernel(A, w, wheels, pieces, S)
+    flat, work = flattened(A), work_for(A)
+    start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
     while True:
-        status = march_kernel(A, w, wheels, pieces, steps, states, events, peaks, K, F, Q, kept, S)
-        used = S[[STEPS, EVENTS, PEAKS]].astype(int)
+        status = march_kernel(*flat, A.scales, *work)
+        steps, events, peaks = work.S[[STEPS, EVENTS, PEAKS]].astype(int)
         if status != FULL:
             return MultibodyMarch(
-                status, steps[: used[0]], states[: used[0]], events[: used[1]], peaks[: used[2]], float(S[TIME]), w.copy(),
-                int(S[RATES_USED]),
+                status, work.steps[:steps], work.states[:steps], work.events[:events], work.peaks[:peaks],
+                float(work.S[TIME]), work.w, int(work.S[RATES_USED]),
             )  # fmt: skip
-        steps, states = _grown(steps, used[0]), _grown(states, used[0])
-        events, peaks = _grown(events, used[1]), _grown(peaks, used[2])
+        work = work._replace(
+            steps=_grown(work.steps, steps), states=_grown(work.states, steps), events=_grown(work.events, events),
+            peaks=_grown(work.peaks, peaks),
+        )  # fmt: skip

@@ -163,7 +163,7 @@ def finish(h: float, P: FloatArray, K: FloatArray, w: FloatArray, out: FloatArra
 
 @kernel
 def error(h: float, P: FloatArray, K: FloatArray, scales: FloatArray) -> float:
-    """Return the largest estimated error over its scale."""
+    """Return the root of the sum of the squares of the estimated errors over their scales."""
     d0 = h * 0.01312004499419488 * P[0]
     d5 = h * -1.2251564463762044 * P[5]
     d6 = h * -0.4957589496572502 * P[6]
@@ -180,14 +180,13 @@ def error(h: float, P: FloatArray, K: FloatArray, scales: FloatArray) -> float:
     e9 = h * -0.1521609496625161 * P[9]
     e10 = h * 0.20136540080403034 * P[10]
     e11 = h * 0.02265179219836082 * P[11]
-    worst = 0.0
+    total = 0.0
     for i in range(scales.shape[0]):
         fifth = (d0 * K[0, i] + d5 * K[5, i] + d6 * K[6, i] + d7 * K[7, i] + d8 * K[8, i] + d9 * K[9, i] + d10 * K[10, i] + d11 * K[11, i]) * scales[i]
         third = (e0 * K[0, i] + e5 * K[5, i] + e6 * K[6, i] + e7 * K[7, i] + e8 * K[8, i] + e9 * K[9, i] + e10 * K[10, i] + e11 * K[11, i]) * scales[i]
         square = fifth * fifth
-        one = square * square / max(square + 0.01 * third * third, 1e-300)
-        worst = max(worst, one)
-    return sqrt(worst)
+        total += square * square / (square + 0.01 * third * third + 1e-300)
+    return sqrt(total)
 
 
 @kernel

@@ -35,9 +35,7 @@ from wheeltapper.march.assembly import (
     SPIN_MOMENT,
     TABLES,
     TERMS,
-    Assembly,
 )
-from wheeltapper.march.assembly import DEGREE as DEGREE_OF_CELLS
 from wheeltapper.march.fastsim import fastsim
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import (
@@ -48,14 +46,18 @@ from wheeltapper.march.program import (
     FACTOR,
     FACTOR_DEGREE,
     MAX_DEGREE,
+    PIECE_COLUMNS,
     SCALE,
     SINE,
     STOP,
     WAVENUMBER,
     FloatArray,
+    IntArray,
 )
 
 TOLERANCE_OF_STRIPS = 1e-3
+LAST_CELL = SATURATION_CELLS * (1.0 - 1e-15)
+"""Cells of the creep law's curve; a share of one still lies in the last of them."""
 
 # Rows of an octet's scratch, LANES entries each: first what the contract tells once, then what is set between steps.
 _ROWS = iter(range(LANE_COLUMNS * LANES, 400 * LANES, LANES))
@@ -66,18 +68,20 @@ def _rows(count: int) -> tuple[int, ...]:
 
 
 SIDES, RADII = contract.SIDE * LANES, contract.NOMINAL * LANES
-(ON, PIECE, SHIFT, UNTIL, ON_DECK, CELL) = _rows(6)
+(ON, PIECE, SHIFT, UNTIL, ON_DECK, CELL, NEW_CELL, CURVE_CELL) = _rows(8)
 """Whether the contact may carry; piece and shift of the path, and when the piece ends; whether the wheel is on the
-deck; the cell of the geometry's tables."""
+deck; the cells of the geometry's tables and of the creep law's curve."""
 (CENTRE_TIME, PACE, WAVE_SINE, WAVE_COSINE, OMEGA) = _rows(5)
 (POLY, *_) = _rows(MAX_DEGREE + 1)
 (FACTORS, *_) = _rows(MAX_DEGREE + 1)
 """The present piece over time: polynomials of (t - CENTRE_TIME)·PACE, and a wave."""
 (CELLS, *_) = _rows(TABLES * TERMS)
+(CURVES, *_) = _rows(TERMS)
+"""The present cells of both."""
 (QY, QZ, QROLL, QYAW, VX, VY, VZ, VROLL, VPITCH, VYAW) = _rows(10)
 (PATH, PATH_RATE, BULGE, BULGE_RATE) = _rows(4)
 """Height and velocity of the path, and the factor on C^(1/3)."""
-(U, U_RATE, G, SLOPE, ARM, ROLLING, DELTA, DELTA_RATE) = _rows(8)
+(U, U_RATE, G, SLOPE, ARM, ROLLING, DELTA, DELTA_RATE, ROOT_C, ROOT_C_RATE) = _rows(10)
 (NORMAL, NORMAL_RATE, CUBE_ROOT) = _rows(3)
 """Normal force N (its component along z), its rate, and N^(1/3)."""
 (STIFF_X, STIFF_Y, STIFF_SPIN, STIFF_TURN, FLAT) = _rows(5)
@@ -96,10 +100,11 @@ GATHERED = (
 
 
 @kernel
-def set_piece(lane: int, A: Assembly, L: FloatArray) -> None:
+def set_piece(lane: int, data: FloatArray, plan: IntArray, L: FloatArray) -> None:
     """Write the present piece of a lane's path as functions of time."""
-    row = A.pieces[int(L[PIECE + lane])]
-    speed = A.numbers[contract.SPEED]
+    pieces = plan[contract.AT_PIECES]
+    row = data[pieces + int(L[PIECE + lane]) * PIECE_COLUMNS : pieces + (int(L[PIECE + lane]) + 1) * PIECE_COLUMNS]
+    speed = data[contract.SPEED]
     L[UNTIL + lane] = np.inf
     L[CENTRE_TIME + lane] = 0.0
     if speed > 0.0:
@@ -119,11 +124,11 @@ def set_piece(lane: int, A: Assembly, L: FloatArray) -> None:
     L[FACTOR_FLAG] = 0.0
     for i in range(LANES):
         if L[SIDES + i] != 0.0:
-            other = A.pieces[int(L[PIECE + i])]
-            L[DEGREE_FLAG] = max(L[DEGREE_FLAG], other[DEGREE])
-            if other[SINE] != 0.0 or other[COSINE] != 0.0:
+            at = pieces + int(L[PIECE + i]) * PIECE_COLUMNS
+            L[DEGREE_FLAG] = max(L[DEGREE_FLAG], data[at + DEGREE])
+            if data[at + SINE] != 0.0 or data[at + COSINE] != 0.0:
                 L[WAVE_FLAG] = 1.0
-            if other[FACTOR_DEGREE] >= 0.0:
+            if data[at + FACTOR_DEGREE] >= 0.0:
                 L[FACTOR_FLAG] = 1.0
 
 
@@ -179,17 +184,22 @@ def _powers(t: float, source: int, value: int, rate: int, L: FloatArray) -> None
 
 
 @kernel
-def _enter_cells(first: float, finer: float, table: FloatArray, L: FloatArray) -> None:
-    """Load the geometry's cells in which the lanes are, where they changed."""
-    last = table.shape[0] - 1
+def _enter_cells(first: float, finer: float, data: FloatArray, cells: int, count: int, L: FloatArray) -> None:
+    """Load the geometry's cells in which the lanes are, where they changed; the tables begin at `cells`."""
+    last = count - 1.0
+    changed = 0.0
     for i in range(LANES):
         cell = min(max(np.floor((L[U + i] - first) * finer), 0.0), last)
-        if cell != L[CELL + i]:
-            L[CELL + i] = cell
-            held = table[int(cell)]
-            for j in range(TABLES):
-                for k in range(TERMS):
-                    L[CELLS + (j * TERMS + k) * LANES + i] = held[j, k]
+        L[NEW_CELL + i] = cell
+        changed += (cell - L[CELL + i]) * (cell - L[CELL + i])
+    if changed == 0.0:
+        return
+    for i in range(LANES):
+        if L[NEW_CELL + i] != L[CELL + i]:
+            L[CELL + i] = L[NEW_CELL + i]
+            at = cells + int(L[CELL + i]) * TABLES * TERMS
+            for j in range(TABLES * TERMS):
+                L[CELLS + j * LANES + i] = data[at + j]
 
 
 @kernel
@@ -209,12 +219,12 @@ def _slope(table: int, i: int, p: float, L: FloatArray) -> float:
 
 
 @kernel
-def approach(first: float, finer: float, table: FloatArray, L: FloatArray) -> None:
+def approach(first: float, finer: float, data: FloatArray, cells: int, count: int, L: FloatArray) -> None:
     """Compute the indentation, the normal force, and their rates."""
     for i in range(LANES):
         L[U + i] = L[SIDES + i] * (L[QY + i] + L[RADII + i] * L[QROLL + i])
         L[U_RATE + i] = L[SIDES + i] * (L[VY + i] + L[RADII + i] * L[VROLL + i])
-    _enter_cells(first, finer, table, L)
+    _enter_cells(first, finer, data, cells, count, L)
     for i in range(LANES):
         side = L[SIDES + i]
         u = L[U + i]
@@ -235,10 +245,22 @@ def approach(first: float, finer: float, table: FloatArray, L: FloatArray) -> No
         L[G + i] = g
         L[DELTA + i] = delta
         L[DELTA_RATE + i] = rate
+        L[ROOT_C + i] = root_c
+        L[ROOT_C_RATE + i] = root_c_rate
         L[CUBE_ROOT + i] = n
         L[NORMAL + i] = n * n * n
         growth = root_c_rate * L[BULGE + i] + root_c * L[BULGE_RATE + i]
         L[NORMAL_RATE + i] = 3.0 * n * (n * root * growth + 0.5 * c * c * rate * L[ON + i])
+
+
+@kernel
+def meet(t: float, data: FloatArray, plan: IntArray, kind: int, w: FloatArray, L: FloatArray) -> None:
+    """Compute the paths, the indentations and the normal forces."""
+    gather(w, L)
+    follow(t, int(data[contract.DECK]), w, L)
+    count = plan[contract.CELLS_EACH]
+    cells = plan[contract.AT_CELLS] + kind * count * TABLES * TERMS
+    approach(data[contract.FIRST_SHIFT], data[contract.CELLS_PER_M], data, cells, count, L)
 
 
 @kernel
@@ -275,46 +297,64 @@ def _turn_along(L: FloatArray) -> None:
         L[VPITCH + j] = spin
 
 
+# Loops that are long enough are not unrolled before they are made vectors of: hence few and long ones below.
 @kernel
-def _incline(inclined: bool, L: FloatArray) -> None:
-    """Turn the slip into the plane of contact, if it is inclined, and compute the linear forces."""
+def _linear(inclined: float, friction: float, L: FloatArray) -> float:
+    """Compute the linear forces, in the plane of contact if it is inclined (1), and how far friction is used.
+
+    Return zero where all lanes stay in their cells of the creep law's curve.
+    """
+    changed = 0.0
     for i in range(LANES):
-        L[SLIP_X + i] -= L[ROLLING + i] * L[VPITCH + i]
-        L[SLIP_TURN + i] -= L[SIDES + i] * L[VPITCH + i] * L[SLOPE + i]
-        if inclined:
-            climb = L[SIDES + i] * L[G + i]
-            rise = L[VZ + i] + L[SIDES + i] * L[ARM + i] * L[VROLL + i]
-            L[SLIP_Y + i] = (L[SLIP_Y + i] + climb * rise) / sqrt(1.0 + climb * climb)
-        slip_x = L[SLIP_X + i]
-        slip_y = L[SLIP_Y + i]
-        slip_turn = L[SLIP_TURN + i]
-        L[FX + i] = -L[STIFF_X + i] * slip_x
-        L[FY + i] = -L[STIFF_Y + i] * slip_y - L[STIFF_SPIN + i] * slip_turn
+        side = L[SIDES + i]
+        g = L[G + i] * inclined
+        stretch = sqrt(1.0 + g * g)
+        slip_x = L[SLIP_X + i] - L[ROLLING + i] * L[VPITCH + i]
+        slip_turn = L[SLIP_TURN + i] - side * L[VPITCH + i] * L[SLOPE + i]
+        rise = L[VZ + i] + side * L[ARM + i] * L[VROLL + i]
+        slip_y = (L[SLIP_Y + i] + side * g * rise) / stretch
+        fx = -L[STIFF_X + i] * slip_x
+        fy = -L[STIFF_Y + i] * slip_y - L[STIFF_SPIN + i] * slip_turn
+        force = sqrt(fx * fx + fy * fy)
+        share = force / (force + friction * L[NORMAL + i] * stretch + 1e-300)
+        cell = np.floor(share * LAST_CELL)
+        L[SLIP_X + i] = slip_x
+        L[SLIP_Y + i] = slip_y
+        L[SLIP_TURN + i] = slip_turn
+        L[FX + i] = fx
+        L[FY + i] = fy
         L[MZ + i] = L[STIFF_SPIN + i] * slip_y - L[STIFF_TURN + i] * slip_turn
+        L[SHARE + i] = share
+        L[NEW_CELL + i] = cell
+        changed += (cell - L[CURVE_CELL + i]) * (cell - L[CURVE_CELL + i])
+    return changed
 
 
 @kernel
-def _saturate(friction: float, inclined: bool, saturation: FloatArray, L: FloatArray) -> None:
+def _enter_curve(data: FloatArray, saturation: int, L: FloatArray) -> None:
+    """Load the curve's cells in which the lanes are, where they changed; the curve begins at `saturation`."""
+    for i in range(LANES):
+        if L[NEW_CELL + i] != L[CURVE_CELL + i]:
+            L[CURVE_CELL + i] = L[NEW_CELL + i]
+            at = saturation + int(L[CURVE_CELL + i]) * TERMS
+            for k in range(TERMS):
+                L[CURVES + k * LANES + i] = data[at + k]
+
+
+@kernel
+def _saturate(L: FloatArray) -> None:
     """Limit the linear forces by friction, along the law's curve."""
     for i in range(LANES):
-        force = sqrt(L[FX + i] * L[FX + i] + L[FY + i] * L[FY + i])
-        limit = friction * L[NORMAL + i]
-        if inclined:
-            limit *= sqrt(1.0 + L[G + i] * L[G + i])
-        whole = force + limit
-        L[SHARE + i] = force / max(whole, 1e-300)
-    for i in range(LANES):
         m = L[SHARE + i]
-        cell = int(min(m * SATURATION_CELLS, SATURATION_CELLS - 1.0))
-        p = m * SATURATION_CELLS - cell
-        value = 0.0
-        for k in range(DEGREE_OF_CELLS, -1, -1):
-            value = value * p + saturation[cell, k]
-        L[SHARE + i] = value * (1.0 - m)
-    for i in range(LANES):
-        L[FX + i] *= L[SHARE + i]
-        L[FY + i] *= L[SHARE + i]
-        L[MZ + i] *= L[SHARE + i]
+        p = m * LAST_CELL - L[CURVE_CELL + i]
+        c = CURVES + i
+        low = L[c] + p * (L[c + LANES] + p * L[c + 2 * LANES])
+        high = L[c + 3 * LANES] + p * (L[c + 4 * LANES] + p * L[c + 5 * LANES])
+        share = (low + p * p * p * high) * (1.0 - m)
+        L[SHARE + i] = share
+        L[FX + i] *= share
+        L[FY + i] *= share
+        L[MZ + i] *= share
 
 
 @kernel
@@ -339,22 +379,22 @@ def _strip(friction: float, inclined: bool, cells: int, rows: int, bound: int, L
 
 
 @kernel
-def rub(A: Assembly, inclined: bool, L: FloatArray) -> None:
+def rub(data: FloatArray, plan: IntArray, inclined: bool, L: FloatArray) -> None:
     """Compute the creep forces."""
-    creep = A.numbers[contract.CREEP]
+    creep = data[contract.CREEP]
     if creep == contract.NO_CREEP:
         return
-    first = A.numbers[contract.FIRST_SHIFT]
-    _stiffen(first, A.numbers[contract.CELLS_PER_M], A.numbers[contract.SPEED], L)
-    if A.numbers[contract.QUASI_STATIC] != 0.0 and not inclined:
+    _stiffen(data[contract.FIRST_SHIFT], data[contract.CELLS_PER_M], data[contract.SPEED], L)
+    if data[contract.QUASI_STATIC] != 0.0 and not inclined:
         _turn_along(L)
-    _incline(inclined, L)
-    friction = A.numbers[contract.FRICTION]
+    friction = data[contract.FRICTION]
+    changed = _linear(1.0 if inclined else 0.0, friction, L)
     if creep == contract.CURVE:
-        _saturate(friction, inclined, A.saturation, L)
+        if changed != 0.0:
+            _enter_curve(data, plan[contract.AT_SATURATION], L)
+        _saturate(L)
     else:
-        numbers = A.numbers
-        cells, rows, bound = numbers[contract.STRIP_CELLS], numbers[contract.STRIP_ROWS], numbers[contract.STRIP_BOUND]
+        cells, rows, bound = data[contract.STRIP_CELLS], data[contract.STRIP_ROWS], data[contract.STRIP_BOUND]
         _strip(friction, inclined, int(cells), int(rows), int(bound), L)
 
 

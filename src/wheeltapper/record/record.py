@@ -170,11 +170,14 @@ class Record:
 
     def at(self, times: ArrayLike) -> xr.Dataset:
         """Return everything at the given times (s), from the solution's own series."""
-        from wheeltapper.march.dense import OUT_COLUMNS, dense
-
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
         if len(wanted) and not (np.all(wanted >= 0.0) and np.all(wanted <= self.end * (1 + 1e-12))):
             raise InputError("", "times", f"times from {wanted.min():g} to {wanted.max():g} s", f"0 to {self.end:g} s")
+        return self._labelled_at(wanted)
+
+    def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
+        from wheeltapper.march.dense import OUT_COLUMNS, dense
+
         order = np.argsort(wanted, kind="stable")
         out = np.empty((len(wanted), OUT_COLUMNS))
         program, units = self._lowered.program, self._lowered
@@ -222,12 +225,17 @@ class Record:
         rows = self._march.steps[self._march.steps[:, contract.PHASE] == contract.FLIGHT]
         return float(rows[:, contract.LENGTH].sum() * self._lowered.time)
 
-    def __str__(self) -> str:
+    def _summary(self) -> tuple[int, float | None]:
+        """Return the number of impacts, and the largest force over the static one."""
         impacts = int((self._march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
-        largest = float(self._march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * self._lowered.force
-        peak = f"largest force {largest / self.static_force:.3f} of static ({largest / 1e3:.1f} kN)"
-        if not len(self._march.peaks):
-            peak = "no force maximum"
+        forces = self._march.peaks[:, contract.PEAK_FORCE] * self._lowered.force
+        return impacts, (float(forces.max() / self.static_force) if len(forces) else None)
+
+    def __str__(self) -> str:
+        impacts, largest = self._summary()
+        peak = "no force maximum"
+        if largest is not None:
+            peak = f"largest force {largest:.3f} of static ({largest * self.static_force / 1e3:.1f} kN)"
         plural = "impact" if impacts == 1 else "impacts"
         state = self.outcome.sentence if self.outcome is not Outcome.COMPLETED else f"completed, {self.end:.6g} s"
         return f"{state}: {impacts} {plural}, {peak}, {1e3 * self.time_in_air:.3f} ms in the air"

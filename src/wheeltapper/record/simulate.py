@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import Literal
 
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import lower
 from wheeltapper.lower.numbers import METHODS
@@ -53,6 +54,8 @@ def simulate(scenario: Scenario, method: Literal["default", "strict"] = "default
     if method not in METHODS:
         raise InputError("", "method", repr(method), " or ".join(repr(name) for name in METHODS))
     scenario.check_extent()
+    if isinstance(scenario.vehicle, Wagon):
+        return _simulate_wagon(scenario, method)
     lowered = lower(scenario, method)
     warn_of(lowered.notes)
     from wheeltapper.march.single import is_ready, march
@@ -60,3 +63,15 @@ def simulate(scenario: Scenario, method: Literal["default", "strict"] = "default
     if not is_ready(lowered.program):
         say_that_it_compiles()
     return Record(scenario, method, lowered, march(lowered.program))
+
+
+def _simulate_wagon(scenario: Scenario, method: str) -> Record:
+    from wheeltapper.lower.wagon import lower_wagon
+    from wheeltapper.march import multibody
+    from wheeltapper.record.wagon_record import WagonRecord
+
+    if not multibody.kernels_are_ready():
+        say_that_it_compiles()
+    lowered = lower_wagon(scenario, method)
+    warn_of(lowered.notes)
+    return WagonRecord(scenario, method, lowered, multibody.march(lowered.assembly))

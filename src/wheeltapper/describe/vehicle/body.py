@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from wheeltapper.describe.noun import Inertia, Length, Mass, Noun, PositiveLength
+from wheeltapper.describe.noun import Force, Inertia, Length, Mass, Noun, PositiveLength
 
 Motion = Literal["x", "y", "z", "roll", "pitch", "yaw"]
 MOTIONS: tuple[Motion, ...] = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -49,6 +49,8 @@ class Axle(Noun):
         x of its centre from the leading wheelset, m; negative behind it.
     radius
         Nominal radius of the wheels, m: the height of its centre above the rail.
+    load
+        Constant downward force on its centre beside weight and elements, N.
     held
         Motions that are held at zero.
     """
@@ -56,5 +58,6 @@ class Axle(Noun):
     mass: Mass
     inertia: tuple[Inertia, Inertia, Inertia]
     position: Length
+    load: Force = 0.0
     radius: PositiveLength = 0.46
     held: tuple[Motion, ...] = ()

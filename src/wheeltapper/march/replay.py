@@ -1,0 +1,251 @@
+"""The dense solution of a vehicle's march: each asked step is computed again from its start, with all contact forces.
+
+`steps` and `states` are those of a march; times are in rising order.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wheeltapper.march import assembly as contract
+from wheeltapper.march.assembly import FLANGE, LANES, PLACES, RATE, Assembly, flattened
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.multibody import (
+    CARRIED,
+    STEP_CLOSED,
+    STEP_ELEMENTS,
+    STEP_LENGTH,
+    STEP_TIME,
+    MultibodyMarch,
+    awaken,
+    dense_step,
+    make_step,
+    pass_breaks,
+    start_kernel,
+    work_for,
+)
+from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.rates import deflection, rates, touch
+from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, between
+from wheeltapper.march.wheels import (
+    ARM,
+    BULGE,
+    BULGE_RATE,
+    DELTA,
+    FX,
+    FY,
+    G,
+    MZ,
+    NORMAL,
+    ON,
+    PATH_RATE,
+    ROLLING,
+    ROOT_C,
+    ROOT_C_RATE,
+    SIDES,
+    SLIP_TURN,
+    SLIP_X,
+    SLIP_Y,
+    VROLL,
+    VX,
+    VY,
+    VYAW,
+    VZ,
+    ON_DECK,
+)
+
+# Columns of the powers.
+LOAD_POWER, PATH_POWER, SHAPE_POWER, DAMPER_POWER, FRICTION_POWER, DRIVE_POWER, STAND_IN_POWER = range(7)
+POWERS_KEPT = 7
+NODES = 6
+"""Of Gauss's rule in each step."""
+
+
+@kernel
+def _enter(row: int, steps: FloatArray, states: FloatArray, last: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray, K: FloatArray, P: FloatArray, F: FloatArray, spare: FloatArray) -> None:  # fmt: skip
+    """Make one step again, with its dense solution."""
+    t, h = steps[row, STEP_TIME], steps[row, STEP_LENGTH]
+    closed = steps[row, STEP_CLOSED]
+    for o in range(wheels.shape[0]):
+        for i in range(LANES):
+            wheels[o, ON + i] = closed % 2.0
+            closed = np.floor(closed / 2.0)
+    for element in range(pieces.shape[0]):
+        pieces[element] = steps[row, STEP_ELEMENTS + element]
+    w[:] = states[row]
+    awaken(t, data, plan, w, wheels)
+    rates(t, data, plan, w, wheels, pieces, Q, K[0])
+    make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
+    rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES])
+    dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
+
+
+@kernel
+def replay_kernel(
+    data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, times: FloatArray,
+    rows: IntArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray, out: FloatArray, out_rates: FloatArray,
+    out_wheels: FloatArray,
+) -> None:  # fmt: skip
+    """Write states, rates and some rows of the contacts at times: (times, states), the same, (times, rows, lanes)."""
+    n = start.shape[0]
+    w, y, spare = np.empty(n), np.empty(n), np.empty(n)
+    K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
+    start_kernel(data, plan, start, w, wheels, pieces, np.empty(CARRIED))
+    row = -1
+    entered = -1
+    for k in range(times.shape[0]):
+        while row + 1 < steps.shape[0] and (row < 0 or steps[row + 1, STEP_TIME] <= times[k]):
+            row += 1
+            pass_breaks(steps[row, STEP_TIME], data, plan, wheels)
+        if entered != row:
+            _enter(row, steps, states, start, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
+            entered = row
+        t, h = steps[row, STEP_TIME], steps[row, STEP_LENGTH]
+        between(min((times[k] - t) / h, 1.0), w, F, spare)
+        rates(times[k], data, plan, spare, wheels, pieces, Q, out_rates[k])
+        out[k] = spare
+        for j in range(rows.shape[0]):
+            for o in range(wheels.shape[0]):
+                for i in range(LANES):
+                    out_wheels[k, j, o * LANES + i] = wheels[o, rows[j] + i]
+
+
+@kernel
+def _powers(data: FloatArray, plan: IntArray, damping: FloatArray, places: IntArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray, rate: FloatArray, out: FloatArray) -> None:  # fmt: skip
+    """Write the powers of everything that is no potential: damping (motions, motions) between the states at `places`."""
+    out[:] = 0.0
+    loads = plan[contract.AT_LOADS]
+    for body in range(plan[contract.BODIES]):
+        for k in range(LANES):
+            out[LOAD_POWER] += data[loads + body * LANES + k] * w[body * PLACES + RATE + k]
+    for a in range(places.shape[0]):
+        for b in range(places.shape[0]):
+            out[DAMPER_POWER] += damping[a, b] * w[places[a] + RATE] * w[places[b] + RATE]
+    for element in range(pieces.shape[0]):
+        inside = plan[contract.AT_INSIDE] + 2 * element
+        within = int(data[inside])
+        if within >= 0:
+            out[DAMPER_POWER] += data[inside + 1] * rate[within] * rate[within]
+    deck = int(data[contract.DECK])
+    on_deck = 0.0
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        inclined = plan[plan[contract.AT_KINDS] + o] == FLANGE
+        for i in range(LANES):
+            on_deck += L[ON_DECK + i]
+            if L[SIDES + i] == 0.0 or L[NORMAL + i] == 0.0:
+                continue
+            side, n = L[SIDES + i], L[NORMAL + i]
+            path_rate = L[PATH_RATE + i]
+            if deck >= 0:
+                path_rate -= L[ON_DECK + i] * w[deck * PLACES + contract.Z + RATE]
+            out[PATH_POWER] += n * path_rate
+            growth = L[BULGE_RATE + i] / L[BULGE + i] + L[ROOT_C_RATE + i] / L[ROOT_C + i]
+            out[SHAPE_POWER] += 1.2 * n * L[DELTA + i] * growth
+            if data[contract.CREEP] == contract.NO_CREEP:
+                continue
+            slip = L[FX + i] * L[SLIP_X + i] + L[FY + i] * L[SLIP_Y + i] + L[MZ + i] * L[SLIP_TURN + i]
+            fy, fz = L[FY + i], 0.0
+            if inclined:
+                climb = side * L[G + i]
+                fy /= np.sqrt(1.0 + climb * climb)
+                fz = climb * fy
+            at = int(L[contract.BODY * LANES + i]) * PLACES + RATE
+            given = L[FX + i] * (L[VX + i] - side * L[ARM + i] * L[VYAW + i] - L[ROLLING + i] * w[at + contract.PITCH])
+            given += fy * (L[VY + i] + L[ROLLING + i] * L[VROLL + i]) + L[MZ + i] * L[VYAW + i]
+            given += fz * (L[VZ + i] + side * L[ARM + i] * L[VROLL + i])
+            out[FRICTION_POWER] -= slip
+            out[DRIVE_POWER] += given - slip
+    if deck >= 0 and on_deck > 0.0:
+        out[STAND_IN_POWER] += data[contract.PRESTRESS] * w[deck * PLACES + contract.Z + RATE]
+
+
+@kernel
+def _elastic(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray) -> float:
+    """Return the elastic energy of contacts and nonlinear elements in a state that was just computed."""
+    total = 0.0
+    for o in range(wheels.shape[0]):
+        for i in range(LANES):
+            total += 0.4 * wheels[o, NORMAL + i] * wheels[o, DELTA + i]
+    for element in range(pieces.shape[0]):
+        here = deflection(element, data, plan, w)
+        firsts = plan[plan[contract.AT_ELEMENT_CORNERS] + element]
+        zero = 0.0
+        low = 0.0
+        step = 1 if here >= 0.0 else -1
+        corner = firsts
+        while data[plan[contract.AT_CORNERS] + 2 * (corner + 1)] < 0.0:
+            corner += 1
+        # the piece from the last negative corner to the first positive one passes through zero
+        while True:
+            at = plan[contract.AT_CORNERS] + 2 * corner
+            slope = (data[at + 3] - data[at + 1]) / (data[at + 2] - data[at])
+            border = data[at + 2] if step > 0 else data[at]
+            until = min(here, border) if step > 0 else max(here, border)
+            force = low + slope * (until - zero)
+            total += 0.5 * (low + force) * (until - zero)
+            if until == here:
+                break
+            zero, low = until, force
+            corner += step
+    return total
+
+
+@kernel
+def energy_kernel(
+    data: FloatArray, plan: IntArray, start: FloatArray, steps: FloatArray, states: FloatArray, damping: FloatArray,
+    places: IntArray, nodes: FloatArray, weights: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray,
+    works: FloatArray, impulses: FloatArray, elastic: FloatArray,
+) -> None:  # fmt: skip
+    """Write each step's works (steps, POWERS_KEPT), the impulses of its normal forces (steps, lanes), and the elastic
+    energy of contacts and nonlinear elements at its ends (steps, 2)."""
+    n = start.shape[0]
+    w, y, spare, rate = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
+    power = np.empty(POWERS_KEPT)
+    start_kernel(data, plan, start, w, wheels, pieces, np.empty(CARRIED))
+    works[:] = 0.0
+    impulses[:] = 0.0
+    for row in range(steps.shape[0]):
+        t, h = steps[row, STEP_TIME], steps[row, STEP_LENGTH]
+        pass_breaks(t, data, plan, wheels)
+        _enter(row, steps, states, start, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
+        touch(t, data, plan, w, wheels)
+        elastic[row, 0] = _elastic(data, plan, w, wheels, pieces)
+        touch(t + h, data, plan, y, wheels)
+        elastic[row, 1] = _elastic(data, plan, y, wheels, pieces)
+        for k in range(nodes.shape[0]):
+            between(nodes[k], w, F, spare)
+            rates(t + nodes[k] * h, data, plan, spare, wheels, pieces, Q, rate)
+            _powers(data, plan, damping, places, spare, wheels, pieces, rate, power)
+            for j in range(POWERS_KEPT):
+                works[row, j] += weights[k] * h * power[j]
+            for o in range(wheels.shape[0]):
+                for i in range(LANES):
+                    impulses[row, o * LANES + i] += weights[k] * h * wheels[o, NORMAL + i]
+
+
+def replay(A: Assembly, march: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
+    """Return states, rates and some rows of the contacts at rising times: (times, states) twice, (times, rows, lanes)."""
+    work = work_for(A, 1)
+    out = np.empty((len(times), len(A.start)))
+    out_rates = np.empty_like(out)
+    out_wheels = np.empty((len(times), len(rows), work.wheels.shape[0] * LANES))
+    replay_kernel(
+        *flattened(A), A.start, march.steps, march.states, times, rows, work.wheels, work.pieces, work.Q, out,
+        out_rates, out_wheels,
+    )  # fmt: skip
+    return out, out_rates, out_wheels
+
+
+def works(A: Assembly, march: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
+    """Return each step's works (steps, POWERS_KEPT), impulses (steps, lanes), elastic energies at its ends (steps, 2)."""
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    work = work_for(A, 1)
+    count = len(march.steps)
+    done = np.zeros((count, POWERS_KEPT)), np.zeros((count, work.wheels.shape[0] * LANES)), np.zeros((count, 2))
+    energy_kernel(
+        *flattened(A), A.start, march.steps, march.states, damping, places, 0.5 * (nodes + 1.0), 0.5 * weights,
+        work.wheels, work.pieces, work.Q, *done,
+    )  # fmt: skip
+    return done

@@ -1,0 +1,79 @@
+"""The energy balance of a wagon's run.
+
+Change of (kinetic + elastic) = works of the loads, of the irregularity, of the contacts' changing shape and of what keeps
+the speed, less what dampers and friction dissipate. The elastic energy of a contact is 0.4·N·δ; where its constant
+changes as the wheel shifts or the rail bends, the contact's shape does work. What moves the vehicle along at constant
+speed does the work of the creep forces that the slip does not dissipate.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.lower.wagon import DECK, LoweredWagon
+from wheeltapper.march.assembly import RATE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wheeltapper.describe.scenario import Scenario
+    from wheeltapper.march.multibody import MultibodyMarch
+
+FloatArray = NDArray[np.float64]
+
+
+def balance(
+    lowered: LoweredWagon, march: MultibodyMarch, works: tuple[FloatArray, ...], scenario: Scenario
+) -> xr.Dataset:
+    """Return the energy balance over the whole run, in J.
+
+    `relative_imbalance` divides what is left by the energy exchanged: the largest kinetic and elastic energies and all
+    works, by amount.
+    """
+    import xarray as xr
+
+    from wheeltapper.march import replay
+
+    done, _, contacts = works
+    states = np.vstack([march.states, march.state])
+    structure, places = lowered.structure, lowered.layout.places
+    mass, stiffness = structure.mass, structure.stiffness
+    if DECK in lowered.layout.bodies:
+        mass = np.append(mass, scenario.track.mass)
+        count = len(mass)
+        larger = np.zeros((count, count))
+        larger[:-1, :-1], larger[-1, -1] = stiffness, scenario.track.stiffness
+        stiffness = larger
+    q, v = states[:, places], states[:, places + RATE]
+    spins = np.array([motion == "pitch" and body.startswith("wheelset") for body, motion in lowered.layout.motions])
+    kinetic = 0.5 * (v**2) @ mass
+    springs = 0.5 * np.einsum("ti,ij,tj->t", q, stiffness, q)
+    assert not np.any(stiffness[spins])
+    elastic = springs[-1] - springs[0] + contacts[-1, 1] - contacts[0, 0]
+    jumps = float((contacts[1:, 0] - contacts[:-1, 1]).sum())
+    total = done.sum(axis=0)
+    load = total[replay.LOAD_POWER] + total[replay.STAND_IN_POWER]
+    path = total[replay.PATH_POWER] + jumps
+    imbalance = (
+        kinetic[-1] - kinetic[0] + elastic - load - path - total[replay.SHAPE_POWER] - total[replay.DRIVE_POWER]
+        + total[replay.DAMPER_POWER] + total[replay.FRICTION_POWER]
+    )  # fmt: skip
+    exchanged = float(kinetic.max() + contacts.max() + np.abs(done).sum())
+    values = {
+        "kinetic": (kinetic[-1] - kinetic[0], "change of kinetic energy"),
+        "elastic": (elastic, "change of elastic energy of contacts and springs"),
+        "dissipated": (total[replay.DAMPER_POWER], "energy dissipated in dampers"),
+        "friction": (total[replay.FRICTION_POWER], "energy dissipated by friction in the contacts"),
+        "work_of_load": (load, "work of the static loads"),
+        "work_of_irregularity": (path, "work of the irregularity"),
+        "work_of_shape": (total[replay.SHAPE_POWER], "work of the contacts' changing shape"),
+        "work_of_drive": (total[replay.DRIVE_POWER], "work of what keeps the speed"),
+        "imbalance": (imbalance, "what is missing in the balance"),
+        "exchanged": (exchanged, "energy exchanged"),
+    }
+    out = xr.Dataset({name: ((), value, {"units": "J", "long_name": text}) for name, (value, text) in values.items()})
+    out["relative_imbalance"] = ((), abs(imbalance) / exchanged, {"units": "", "long_name": "imbalance over exchanged"})
+    return out

@@ -1,0 +1,279 @@
+"""The record of a wagon's run: tables with a wheelset and a side, motions of all bodies, the dense solution."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.vehicle.body import MOTIONS
+from wheeltapper.ground.outcome import Outcome
+from wheeltapper.lower.wagon import DECK, LoweredWagon
+from wheeltapper.march import assembly as contract
+from wheeltapper.march import program
+from wheeltapper.march.assembly import HALF, LANES, PLACES, RATE
+from wheeltapper.record.labels import EVENT_KINDS, WAGON, dataset
+from wheeltapper.record.record import OUTCOMES, Record
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wheeltapper.march.multibody import MultibodyMarch
+
+FloatArray = NDArray[np.float64]
+SIDES = ("left", "right")
+
+
+class WagonRecord(Record):
+    """What a simulation of a wagon found; every table is an `xarray.Dataset` in SI units.
+
+    Tables of events, peaks and impacts name the wheelset (from 1) and the side; histories have them as axes, and the
+    motions of the bodies by name.
+    """
+
+    _lowered: LoweredWagon  # type: ignore[assignment]
+    _march: MultibodyMarch  # type: ignore[assignment]
+
+    def __init__(self, scenario: Scenario, method: str, lowered: LoweredWagon, march: MultibodyMarch) -> None:
+        super().__init__(scenario, method, lowered, march)  # type: ignore[arg-type]
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the computation ended."""
+        return Outcome.DERAILED if self._march.status == contract.DERAILED else OUTCOMES[self._march.status]
+
+    @property
+    def end(self) -> float:
+        """Time in s up to which was computed."""
+        return self._march.end
+
+    @property
+    def static_force(self) -> float:
+        """Static normal force of the most heavily loaded wheel, N; `static_forces` has all."""
+        return float(self._lowered.static_force.max())
+
+    @property
+    def static_forces(self) -> xr.DataArray:
+        """Static normal force of each wheel, N."""
+        import xarray as xr
+
+        axes = {"wheelset": self._wheelsets, "side": list(SIDES)}
+        return xr.DataArray(
+            self._lowered.static_force, axes, ("wheelset", "side"),
+            attrs={"units": "N", "long_name": "static normal force, per wheel"},
+        )  # fmt: skip
+
+    @property
+    def contact_constant(self) -> float:
+        """Contact constant of a wheel in its middle position, N/m^1.5."""
+        return self._lowered.contact_constant
+
+    @property
+    def _wheelsets(self) -> list[int]:
+        return list(range(1, len(self.scenario.vehicle.axles) + 1))
+
+    # -- tables ---------------------------------------------------------------------------------------------------
+
+    def _where(self, contact: FloatArray) -> dict[str, Any]:
+        """Return the columns that say which wheel a contact's number means."""
+        lane = contact.astype(int)
+        treads = int(self._lowered.assembly.numbers[contract.TREADS])
+        octet = lane // LANES % treads
+        wheelset = octet * HALF + lane % HALF + 1
+        return {
+            "contact": 2 * (wheelset - 1) + lane % LANES // HALF,
+            "wheelset": wheelset,
+            "side": np.array(SIDES)[lane % LANES // HALF],
+            "surface": np.array(["tread", "flange"])[lane // LANES // treads],
+        }
+
+    @cached_property
+    def events(self) -> xr.Dataset:
+        """Losses of contact and impacts: time, kind, wheelset, side, position, indentation rate."""
+        rows = self._march.events
+        where = self._where(rows[:, 2])
+        places = np.array([axle.position for axle in self.scenario.vehicle.axles])
+        return dataset(
+            "event",
+            time=rows[:, 0],
+            kind=np.array(EVENT_KINDS)[rows[:, 1].astype(int)],
+            position=self.scenario.speed * rows[:, 0] + places[where["wheelset"] - 1],
+            indentation_rate=rows[:, 3],
+            **where,
+        )
+
+    @cached_property
+    def peaks(self) -> xr.Dataset:
+        """Maxima of the contact forces; `corner` where a kink of the input makes one."""
+        rows = self._march.peaks
+        return dataset(
+            "peak", time=rows[:, 0], normal_force=rows[:, 2], corner=rows[:, 3] == 1.0, **self._where(rows[:, 1])
+        )
+
+    @cached_property
+    def impacts(self) -> xr.Dataset:
+        """Impacts with what follows each on the same wheel: closing speed, largest force until the next, and so on."""
+        events, peaks = self.events, self.peaks
+        columns: dict[str, list[Any]] = {name: [] for name in (*IMPACT_COLUMNS, "contact", "wheelset", "side", "surface")}
+        lanes = self._march.events[:, 2].astype(int)
+        for lane in np.unique(lanes):
+            mine = events.isel(event=lanes == lane)
+            peak_times, forces = (
+                peaks[name].values[self._march.peaks[:, 1].astype(int) == lane] for name in ("time", "normal_force")
+            )
+            is_impact = mine.kind.values == "impact"
+            time, losses = mine.time.values[is_impact], mine.time.values[~is_impact]
+            count = len(time)
+            until = np.append(time[1:], self.end)[:count]
+            ends = np.append(losses, np.nan)[np.minimum(np.searchsorted(losses, time, side="right"), len(losses))]
+            largest = np.array([
+                forces[(peak_times >= a) & (peak_times < b)].max(initial=-np.inf) for a, b in zip(time, until, strict=True)
+            ]).reshape(-1)  # fmt: skip
+            largest[np.isneginf(largest)] = np.nan
+            missing = np.full(min(count, 1), np.nan)
+            held = {
+                "time": time, "closing_speed": mine.indentation_rate.values[is_impact], "peak_force": largest,
+                "duration": ends - time, "impulse": self._impulses_of(lane, time, ends),
+                "interval": np.append(np.diff(time), missing),
+                "force_ratio": np.append(largest[:-1] / largest[1:], missing),
+            }  # fmt: skip
+            for name, values in (held | self._where(np.full(count, float(lane)))).items():
+                columns[name] += list(values)
+        order = np.argsort(columns["time"], kind="stable")
+        return dataset("impact", **{name: np.array(values)[order] for name, values in columns.items()})
+
+    def _impulses_of(self, lane: int, start: FloatArray, end: FloatArray) -> FloatArray:
+        begins = self._march.steps[:, 0]
+        total = np.append(0.0, np.cumsum(self._works[1][:, lane]))
+        margin = 1e-12 * max(self.end, 1e-300)
+        first = np.searchsorted(begins, start - margin)
+        last = np.searchsorted(begins, np.nan_to_num(end) - margin)
+        return np.where(np.isnan(end), np.nan, total[last] - total[first])
+
+    # -- the dense solution -----------------------------------------------------------------------------------------
+
+    def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
+        import xarray as xr
+
+        from wheeltapper.march import wheels
+        from wheeltapper.march.replay import replay
+
+        order = np.argsort(wanted, kind="stable")
+        names = {name: getattr(wheels, row) for name, row in ROWS.items()}
+        states, rates, found = replay(
+            self._lowered.assembly, self._march, wanted[order], np.array(list(names.values()), dtype=np.int64)
+        )
+        back = np.argsort(order, kind="stable")
+        states, rates, found = states[back], rates[back], found[back]
+        by_wheel = dict(zip(names, np.moveaxis(found, 1, 0), strict=True))
+        variables: dict[str, Any] = {
+            name: (("time", "wheelset", "side"), self._by_wheel(values))
+            for name, values in self._forces(by_wheel).items()
+        }
+        bodies = [name for name in self._lowered.layout.bodies if name != DECK]
+        motion = ("time", "body", "motion")
+        count = len(bodies)
+        shape = (len(wanted), -1, PLACES)
+        by_body = states[:, : self._lowered.layout.states].reshape(shape)
+        rates_by_body = rates[:, : self._lowered.layout.states].reshape(shape)
+        six = len(MOTIONS)
+        variables |= {
+            "displacement": (motion, by_body[:, :count, :six]),
+            "velocity": (motion, by_body[:, :count, RATE : RATE + six]),
+            "acceleration": (motion, rates_by_body[:, :count, RATE : RATE + six]),
+        }
+        if DECK in self._lowered.layout.bodies:
+            variables |= {
+                "deck_displacement": ("time", by_body[:, -1, contract.Z]),
+                "deck_velocity": ("time", by_body[:, -1, RATE + contract.Z]),
+                "deck_acceleration": ("time", rates_by_body[:, -1, RATE + contract.Z]),
+            }
+        axes = {"time": wanted, "wheelset": self._wheelsets, "side": list(SIDES), "body": bodies, "motion": list(MOTIONS)}
+        out = xr.Dataset(variables, axes)
+        for name in out.variables:
+            unit, meaning = WAGON.get(str(name), ("", str(name)))
+            out[name].attrs = {"units": unit, "long_name": meaning}
+        return out
+
+    def _by_wheel(self, lanes: FloatArray) -> FloatArray:
+        """Return values of tread contacts (times, lanes) by wheelset and side."""
+        octets = int(self._lowered.assembly.numbers[contract.TREADS])
+        held = lanes[:, : octets * LANES].reshape(len(lanes), octets, 2, HALF)
+        return np.swapaxes(held, 2, 3).reshape(len(lanes), octets * HALF, 2)[:, : len(self._wheelsets)]
+
+    def _forces(self, rows: dict[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return what the record shows of each wheel from the rows of its contact."""
+        speed = max(float(self.scenario.speed), 1e-300)
+        sides = np.tile(np.repeat([1.0, -1.0], HALF), rows["normal"].shape[1] // LANES)
+        normal = rows["normal"]
+        creep = self.scenario.creep is not None
+        friction = self.scenario.creep.friction if creep else 1.0
+        rolls = creep * (normal > 0.0)
+        along, across = rows["fx"] * rolls, rows["fy"] * rolls
+        with np.errstate(divide="ignore", invalid="ignore"):
+            used = np.where(normal > 0.0, np.hypot(along, across) / (friction * normal), 0.0)
+        return {
+            "normal_force": normal,
+            "longitudinal_force": along,
+            "lateral_force": across - sides * rows["g"] * normal,
+            "lateral_creep_force": across,
+            "spin_moment": rows["mz"] * rolls,
+            "longitudinal_creepage": rows["slip_x"] * creep / speed,
+            "lateral_creepage": rows["slip_y"] * creep / speed,
+            "spin_creepage": rows["slip_turn"] * creep / speed,
+            "friction_use": used,
+            "indentation": rows["delta"],
+            "constraint": rows["path"],
+            "lateral_shift": rows["u"],
+        }
+
+    # -- energy and summary -----------------------------------------------------------------------------------------
+
+    @cached_property
+    def _works(self) -> tuple[FloatArray, ...]:
+        from wheeltapper.march.replay import works
+
+        structure, layout = self._lowered.structure, self._lowered.layout
+        count = len(layout.motions)
+        damping = np.zeros((count, count))
+        damping[: len(structure.motions), : len(structure.motions)] = structure.damping
+        if DECK in layout.bodies:
+            damping[-1, -1] = self.scenario.track.damping
+        return works(self._lowered.assembly, self._march, damping, layout.places)
+
+    @cached_property
+    def energy(self) -> xr.Dataset:
+        """Energy balance over the whole run, J, with the work of friction and of what keeps the speed."""
+        from wheeltapper.record.wagon_energy import balance
+
+        return balance(self._lowered, self._march, self._works, self.scenario)
+
+    @property
+    def time_in_air(self) -> float:
+        """Time without contact, the sum over all wheels, s."""
+        steps = self._march.steps
+        closed = steps[:, 2].copy()
+        total = 0.0
+        wheels = np.ravel(self._lowered.assembly.lanes[: int(self._lowered.assembly.numbers[contract.TREADS]), contract.SIDE])
+        for side in wheels:
+            if side != 0.0:
+                total += float(steps[closed % 2.0 == 0.0, 1].sum())
+            closed //= 2.0
+        return total
+
+    def _summary(self) -> tuple[int, float | None]:
+        """Return the number of impacts, and the largest force over the static one."""
+        forces = self._march.peaks[:, 2]
+        impacts = int((self._march.events[:, 1] == program.IMPACT).sum())
+        return impacts, (float(forces.max() / self.static_force) if len(forces) else None)
+
+
+IMPACT_COLUMNS = ("time", "closing_speed", "peak_force", "duration", "impulse", "interval", "force_ratio")
+ROWS = {
+    "normal": "NORMAL", "fx": "FX", "fy": "FY", "mz": "MZ", "g": "G", "slip_x": "SLIP_X", "slip_y": "SLIP_Y",
+    "slip_turn": "SLIP_TURN", "delta": "DELTA", "path": "PATH", "u": "U",
+}  # fmt: skip
+"""What the record reads of a contact, and the row of the kernels' scratch where it stands."""
