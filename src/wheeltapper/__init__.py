@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from wheeltapper.ask.sweep import gradient as gradient
     from wheeltapper.ask.sweep import sweep as sweep
     from wheeltapper.describe import contact as contact
+    from wheeltapper.describe import creep as creep
+    from wheeltapper.describe import profile as profiles
+    from wheeltapper.describe import vehicle as vehicles
     from wheeltapper.describe.contact.hertz import Hertz as Hertz
     from wheeltapper.describe.contact.linear import Linear as Linear
     from wheeltapper.describe.irregularity.bump import CosineBump as CosineBump
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
     from wheeltapper.describe.scenario import Scenario as Scenario
     from wheeltapper.describe.track.deck import FloatingDeck as FloatingDeck
     from wheeltapper.describe.track.stiff import StiffTrack as StiffTrack
+    from wheeltapper.describe.vehicle.wagon import Wagon as Wagon
     from wheeltapper.describe.vehicle.wheelset import Wheelset as Wheelset
     from wheeltapper.faces.plot import plot as plot
     from wheeltapper.ground.errors import InputError as InputError
@@ -48,6 +52,7 @@ _HOMES = {
     "Scenario": "describe.scenario",
     "Step": "describe.irregularity.step",
     "StiffTrack": "describe.track.stiff",
+    "Wagon": "describe.vehicle.wagon",
     "WheelFlat": "describe.irregularity.flat",
     "Wheelset": "describe.vehicle.wheelset",
     "border": "ask.border",
@@ -58,12 +63,17 @@ _HOMES = {
     "sweep": "ask.sweep",
 }
 
-_ROOMS = {"contact": "describe.contact", "features": "record.features"}
+_ROOMS = {
+    "contact": "describe.contact",
+    "creep": "describe.creep",
+    "features": "record.features",
+    "profiles": "describe.profile",
+    "vehicles": "describe.vehicle",
+}
 
 __all__ = [
     *sorted(_HOMES),
-    "contact",
-    "features",
+    *sorted(_ROOMS),
     "__version__",
 ]
 
