@@ -43,15 +43,17 @@ def weighted(name: str, row: np.ndarray) -> tuple[list[str], str]:
     return lines, " + ".join(f"{name}{j} * K[{j}, i]" for j in used)
 
 
-def main() -> None:
-    """Write the module."""
+def source() -> str:
+    """Return the module's text."""
     C = [float(c) for c in dop.C]
     text = HEAD
     text += f"C = ({', '.join(repr(c) for c in C)},)\n"
     text += '"""Places of the stages in the step."""\n\n\n'
     for first, last, name in ((1, 12, "combine"), (13, 16, "combine_dense")):
         text += "@kernel\n"
-        text += f"def {name}(stage: int, h: float, P: FloatArray, K: FloatArray, w: FloatArray, out: FloatArray) -> None:\n"
+        text += (
+            f"def {name}(stage: int, h: float, P: FloatArray, K: FloatArray, w: FloatArray, out: FloatArray) -> None:\n"
+        )
         text += '    """Write the state at a stage."""\n'
         for stage in range(first, last):
             lines, total = weighted("a", dop.A[stage, :stage])
@@ -69,7 +71,7 @@ def main() -> None:
     text += '    """Return the root of the sum of the squares of the estimated errors over their scales."""\n'
     l5, t5 = weighted("d", dop.E5[:12])
     l3, t3 = weighted("e", dop.E3[:12])
-    assert dop.E5[12] == 0.0 and dop.E3[12] == 0.0
+    assert dop.E5[12] == dop.E3[12] == 0.0
     text += "".join(f"    {line}\n" for line in (*l5, *l3))
     text += (
         "    total = 0.0\n"
@@ -103,8 +105,8 @@ def main() -> None:
         "        out[i] = w[i] + x * (F[0, i] + y * (F[1, i] + x * (F[2, i] + y * (F[3, i] + x * (F[4, i]\n"
         "            + y * (F[5, i] + x * F[6, i]))))))\n"
     )
-    OUT.write_text(text)
+    return text
 
 
 if __name__ == "__main__":
-    main()
+    OUT.write_text(source())

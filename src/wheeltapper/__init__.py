@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from wheeltapper.ask.sweep import sweep as sweep
     from wheeltapper.describe import contact as contact
     from wheeltapper.describe import creep as creep
-    from wheeltapper.describe import profile as profiles
-    from wheeltapper.describe import vehicle as vehicles
+    from wheeltapper.describe import profile, vehicle
     from wheeltapper.describe.contact.hertz import Hertz as Hertz
     from wheeltapper.describe.contact.linear import Linear as Linear
     from wheeltapper.describe.irregularity.bump import CosineBump as CosineBump
@@ -36,6 +35,8 @@ if TYPE_CHECKING:
     from wheeltapper.record.record import Record as Record
     from wheeltapper.record.simulate import simulate as simulate
     from wheeltapper.record.store import load as load
+
+    profiles, vehicles = profile, vehicle
 
 _HOMES = {
     "Corrugation": "describe.irregularity.corrugation",

@@ -14,7 +14,7 @@ from wheeltapper import __version__
 ROOT = Path(__file__).parents[2]
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
 LONGEST = 400
-GENERATED = {"unrolled.py", "unrolled_tangent.py", "unrolled_lanes.py"}
+GENERATED = {"unrolled.py", "unrolled_tangent.py", "unrolled_lanes.py", "unrolled_dop853.py"}
 
 # Written in pieces, so that this file does not contain what it looks for.
 REGISTRIES = [

@@ -27,6 +27,7 @@ ROOT = Path(__file__).resolve().parents[2]
         ("unroll", "source", "unrolled.py"),
         ("unroll", "tangent_source", "unrolled_tangent.py"),
         ("unroll_lanes", "source", "unrolled_lanes.py"),
+        ("unroll_dop853", "source", "unrolled_dop853.py"),
     ],
 )
 def test_the_generated_file_is_what_the_generator_writes(tool, function, file, monkeypatch):

@@ -84,6 +84,9 @@ def _form(value: Any) -> str:
     return "places" if isinstance(value, dict) else "all"
 
 
+_AnyCreep: Any = _choice(*CREEP_LAWS)
+
+
 class Scenario(Noun):
     """A vehicle that runs over a track at constant speed, x = V·t.
 
@@ -115,7 +118,7 @@ class Scenario(Noun):
     vehicle: _choice(Wheelset, Wagon)  # type: ignore[valid-type]
     track: _choice(StiffTrack, FloatingDeck) = StiffTrack()  # type: ignore[valid-type]
     contact: _choice(Hertz, Linear) = Hertz()  # type: ignore[valid-type]
-    creep: _choice(*CREEP_LAWS) | None = None  # type: ignore[valid-type]
+    creep: _AnyCreep | None = None
     profiles: _choice(WheelRail, Cones) = WheelRail()  # type: ignore[valid-type]
     irregularity: Annotated[
         Annotated[tuple[_choice(*IRREGULARITIES), ...], Tag("all")]  # type: ignore[valid-type]
@@ -144,7 +147,9 @@ class Scenario(Noun):
                 f"irregularity: found places ({', '.join(self.irregularity)}) on a Wheelset; "
                 "allowed: one or several irregularities"
             )
-        foreign = [name for name in ("creep", "profiles") if getattr(self, name) != type(self).model_fields[name].default]
+        foreign = [
+            name for name in ("creep", "profiles") if getattr(self, name) != type(self).model_fields[name].default
+        ]
         if foreign:
             raise ValueError(f"{foreign[0]}: found one on a Wheelset; allowed: on a Wagon only")
         return self

@@ -69,5 +69,7 @@ def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance
         if largest < tolerance * indentation:
             break
     else:
-        raise InputError("", "vehicle", "no state in which it stands on its wheels", "a vehicle that its elements support")
+        raise InputError(
+            "", "vehicle", "no state in which it stands on its wheels", "a vehicle that its elements support"
+        )
     return state

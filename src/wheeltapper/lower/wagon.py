@@ -23,11 +23,12 @@ from wheeltapper.lower.standing import standing
 from wheeltapper.lower.structure import Structure, structure_of
 from wheeltapper.lower.table import Table
 from wheeltapper.march import assembly as contract
-from wheeltapper.march.columns import packed
 from wheeltapper.march.assembly import HALF, LANES, PLACES, RATE, Assembly
+from wheeltapper.march.columns import packed
 from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 TOLERANCES = {"default": 5e-9, "strict": 3e-11}
 EVENT_LIMIT = 1_000_000
 LONGEST = 2e-3
@@ -44,7 +45,7 @@ class Layout:
     @property
     def places(self) -> NDArray[np.int64]:
         """Index in the state of each motion's displacement."""
-        return np.array([self.bodies.index(body) * PLACES + MOTIONS.index(motion) for body, motion in self.motions])  # type: ignore[arg-type]
+        return np.array([self.bodies.index(body) * PLACES + MOTIONS.index(motion) for body, motion in self.motions])
 
     @property
     def states(self) -> int:
@@ -88,14 +89,18 @@ def static_loads(structure: Structure, wagon: Wagon) -> FloatArray:
     scaled = whole / np.outer(scale, scale)
     if count and np.linalg.cond(scaled) > 1e13:
         loose = np.linalg.svd(scaled)[2][-1][:count]
-        body, motion = [m for m, is_free in zip(structure.motions, free, strict=True) if is_free][int(np.argmax(abs(loose)))]
+        body, motion = [m for m, is_free in zip(structure.motions, free, strict=True) if is_free][
+            int(np.argmax(abs(loose)))
+        ]
         raise InputError(
             "", "vehicle.elements", f"nothing that holds {body!r} in {motion}", "springs or links that hold every body"
         )
     right = np.concatenate([structure.gravity[free], np.zeros(len(ties))]) / scale
     found = np.linalg.solve(scaled, right) / scale if len(whole) else np.zeros(0)
     loads = np.zeros(len(structure.motions))
-    carried = structure.stiffness[np.ix_(on_wheels, free)] @ found[:count] + structure.ties[:, on_wheels].T @ found[count:]
+    carried = (
+        structure.stiffness[np.ix_(on_wheels, free)] @ found[:count] + structure.ties[:, on_wheels].T @ found[count:]
+    )
     loads[on_wheels] = structure.gravity[on_wheels] - carried
     return loads
 
@@ -111,7 +116,7 @@ def _mobility(structure: Structure, held: NDArray[np.bool_]) -> FloatArray:
     return np.asarray(free @ np.linalg.inv(free.T @ (structure.mass[:, None] * free)) @ free.T)
 
 
-def _columns(matrix: FloatArray, target: FloatArray, source: FloatArray, layout: Layout) -> tuple[Any, Any, FloatArray]:
+def _columns(matrix: FloatArray, target: IntArray, source: IntArray, layout: Layout) -> tuple[Any, Any, FloatArray]:
     """Return what of a matrix is not zero as columns of eight rows, by bodies.
 
     `target` are the places of the matrix's rows in bodies of LANES each, `source` those of what its columns multiply.
@@ -135,6 +140,7 @@ def _elements(structure: Structure, layout: Layout) -> tuple[dict[str, Any], int
     """Return the arrays of nonlinear and series elements, and how many states lie inside the latter."""
     spans, index, weight, corner_spans, corners, inside = [0], [], [], [0], [], []
     count = 0
+    rows: list[tuple[FloatArray, FloatArray, FloatArray, float | None]]
     rows = [(item.row, item.deflection, item.force, None) for item in structure.characteristics]
     for item in structure.series:
         far = 1.0
@@ -149,7 +155,7 @@ def _elements(structure: Structure, layout: Layout) -> tuple[dict[str, Any], int
             inside.append((layout.states + count, damping))
             count += 1
         else:
-            inside.append((-1.0, 1.0))
+            inside.append((-1, 1.0))
         spans.append(len(index))
         corners += _both_sides(np.asarray(deflection), np.asarray(force))
         corner_spans.append(len(corners))
@@ -191,16 +197,16 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
         mobility, stiffness, damping, resting = _with_deck(scenario.track, mobility, stiffness, damping, loads)
     motion = np.hstack([-mobility @ stiffness, -mobility @ damping])
     rows = layout.places // PLACES * LANES + layout.places % PLACES
-    spans, index, columns = _columns(motion, rows, np.append(layout.places, layout.places + RATE), layout)
+    spans, sources, columns = _columns(motion, rows, np.append(layout.places, layout.places + RATE), layout)
     others = mobility - np.diag(np.diag(mobility))
-    force_spans, force_index, force_columns = _columns(others, rows, rows, layout)
+    force_spans, force_sources, force_columns = _columns(others, rows, rows, layout)
     own = np.zeros(len(layout.bodies) * LANES)
     own[rows] = np.diag(mobility)
     elements, inside = _elements(structure, layout)
     lanes, kinds, pieces, tables, notes = _lanes(scenario, layout, wheelsets, chosen)
     held_loads = np.zeros((len(layout.bodies), LANES))
     for value, (body, name) in zip(resting, layout.motions, strict=True):
-        held_loads[layout.bodies.index(body), MOTIONS.index(name)] = value  # type: ignore[arg-type]
+        held_loads[layout.bodies.index(body), MOTIONS.index(name)] = value
     radius = wagon.axles[0].radius
     shifts = geometry_of(scenario.profiles, radius, scenario.contact.rail_radius).shift
     patch = patch_tables(scenario.profiles, scenario.contact, radius)
@@ -214,7 +220,7 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     assembly = Assembly(
         numbers=numbers, scales=_scales(structure, layout, states, indentation, pulse), lanes=lanes, kinds=kinds,
         cells=np.ascontiguousarray(cells[None]), saturation=_saturation(scenario), pieces=pieces, spans=spans,
-        index=index, columns=columns, mobility=own, force_spans=force_spans, force_index=force_index,
+        sources=sources, columns=columns, mobility=own, force_spans=force_spans, force_sources=force_sources,
         force_columns=force_columns, loads=held_loads.ravel(), start=np.zeros(states), **elements,
     )  # fmt: skip
     assembly = assembly._replace(start=standing(assembly, layout, mobility))
@@ -236,9 +242,7 @@ def _with_deck(
     return (*out, np.append(loads, 0.0))
 
 
-def _numbers(
-    scenario: Scenario, tolerance: float, force: float, constant: float, layout: Layout
-) -> FloatArray:
+def _numbers(scenario: Scenario, tolerance: float, force: float, constant: float, layout: Layout) -> FloatArray:
     wagon, creep = scenario.vehicle, scenario.creep
     indentation = (force / constant) ** (2 / 3)
     lightest = min(axle.mass for axle in wagon.axles)
@@ -270,10 +274,10 @@ def _numbers(
 def _scales(structure: Structure, layout: Layout, states: int, indentation: float, pulse: float) -> FloatArray:
     """Return one over the scale of each state's error: lengths by the indentation, turns by that over an arm."""
     out = np.zeros(states)
-    heavy = {body: mass for (body, motion), mass in zip(structure.motions, structure.mass, strict=True) if motion == "z"}
-    for place, (body, motion), mass in zip(
-        layout.places, layout.motions, np.append(structure.mass, 1.0), strict=False
-    ):
+    heavy = {
+        body: mass for (body, motion), mass in zip(structure.motions, structure.mass, strict=True) if motion == "z"
+    }
+    for place, (body, motion), mass in zip(layout.places, layout.motions, np.append(structure.mass, 1.0), strict=False):
         arm = np.sqrt(mass / heavy[body]) if motion in MOTIONS[3:] and body in heavy else 1.0
         out[place] = arm / indentation
         out[place + RATE] = out[place] * pulse

@@ -82,11 +82,11 @@ class Assembly(NamedTuple):
         (SATURATION_CELLS, TERMS): saturation·(1 + q) over q/(1 + q), q = F/(μ·N).
     pieces
         (pieces, PIECE_COLUMNS): all paths, over the distance travelled; FACTOR is that of C^(1/3).
-    spans, index, columns
-        Accelerations of body i are the sum over c in spans[i]:spans[i + 1] of columns[8·c : 8·c + 8]·w[index[c]].
+    spans, sources, columns
+        Accelerations of body i are the sum over c in spans[i]:spans[i + 1] of columns[8·c : 8·c + 8]·w[sources[c]].
     mobility
         (bodies·LANES,): what each motion is accelerated by a force on itself; the force on each is thus multiplied.
-    force_spans, force_index, force_columns
+    force_spans, force_sources, force_columns
         The same columns for forces on other motions (where links tie them), (bodies·LANES,).
     loads
         (bodies, LANES): constant forces.
@@ -108,11 +108,11 @@ class Assembly(NamedTuple):
     saturation: FloatArray
     pieces: FloatArray
     spans: IntArray
-    index: IntArray
+    sources: IntArray
     columns: FloatArray
     mobility: FloatArray
     force_spans: IntArray
-    force_index: IntArray
+    force_sources: IntArray
     force_columns: FloatArray
     loads: FloatArray
     element_spans: IntArray
@@ -143,7 +143,8 @@ class Flat(NamedTuple):
 
 def flattened(assembly: Assembly) -> Flat:
     """Return an assembly as the kernels read it."""
-    data, plan = [assembly.numbers], [np.zeros(HEADER, dtype=np.int64)]
+    data: list[FloatArray] = [assembly.numbers]
+    plan: list[IntArray] = [np.zeros(HEADER, dtype=np.int64)]
     places = {}
     floats = {
         AT_CELLS: assembly.cells, AT_SATURATION: assembly.saturation, AT_PIECES: assembly.pieces,
@@ -152,15 +153,17 @@ def flattened(assembly: Assembly) -> Flat:
         AT_INSIDE: assembly.element_inside, AT_LANES: assembly.lanes,
     }  # fmt: skip
     integers = {
-        AT_SPANS: assembly.spans, AT_INDEX: assembly.index, AT_FORCE_SPANS: assembly.force_spans,
-        AT_FORCE_INDEX: assembly.force_index, AT_ELEMENT_SPANS: assembly.element_spans,
+        AT_SPANS: assembly.spans, AT_INDEX: assembly.sources, AT_FORCE_SPANS: assembly.force_spans,
+        AT_FORCE_INDEX: assembly.force_sources, AT_ELEMENT_SPANS: assembly.element_spans,
         AT_ELEMENT_INDEX: assembly.element_index, AT_ELEMENT_CORNERS: assembly.element_corners,
         AT_KINDS: assembly.kinds,
     }  # fmt: skip
-    for parts, arrays in ((data, floats), (plan, integers)):
-        for place, array in arrays.items():
-            places[place] = sum(len(part) for part in parts)
-            parts.append(array.ravel())
+    for place, array in floats.items():
+        places[place] = sum(len(part) for part in data)
+        data.append(array.ravel())
+    for place, whole in integers.items():
+        places[place] = sum(len(part) for part in plan)
+        plan.append(whole.ravel())
     header = plan[0]
     for place, start in places.items():
         header[place] = start

@@ -67,7 +67,9 @@ def _generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
 
 
 @intrinsic
-def _add_columns(_: Any, data: Any, columns: Any, plan: Any, index: Any, first: Any, last: Any, x: Any, out: Any, at: Any) -> Any:  # fmt: skip
+def _add_columns(
+    _: Any, data: Any, columns: Any, plan: Any, index: Any, first: Any, last: Any, x: Any, out: Any, at: Any
+) -> Any:
     size = types.intp
     return types.void(data, size, plan, size, size, size, x, out, size), _generate
 
@@ -75,7 +77,7 @@ def _add_columns(_: Any, data: Any, columns: Any, plan: Any, index: Any, first: 
 @overload(add_columns, inline="always")
 def _compiled(data: Any, columns: Any, plan: Any, index: Any, first: Any, last: Any, x: Any, out: Any, at: Any) -> Any:
     def call(data: Any, columns: Any, plan: Any, index: Any, first: Any, last: Any, x: Any, out: Any, at: Any) -> None:
-        _add_columns(data, columns, plan, index, first, last, x, out, at)
+        _add_columns(data, columns, plan, index, first, last, x, out, at)  # type: ignore[call-arg]
 
     return call
 

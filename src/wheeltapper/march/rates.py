@@ -11,7 +11,8 @@ from wheeltapper.march.assembly import FLANGE, HALF, LANES, PLACES, RATE
 from wheeltapper.march.columns import add_columns
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.wheels import AWAKE, ON_DECK, VPITCH, meet, push, rub
+from wheeltapper.march.wheel_rows import AWAKE, ON_DECK, VPITCH
+from wheeltapper.march.wheels import meet, push, rub
 
 
 @kernel
@@ -36,9 +37,7 @@ def deflection(element: int, data: FloatArray, plan: IntArray, w: FloatArray) ->
 
 
 @kernel
-def _pull(
-    data: FloatArray, plan: IntArray, w: FloatArray, pieces: FloatArray, Q: FloatArray, out: FloatArray
-) -> None:
+def _pull(data: FloatArray, plan: IntArray, w: FloatArray, pieces: FloatArray, Q: FloatArray, out: FloatArray) -> None:
     """Add the forces of the nonlinear elements, each on its present piece, and the rates inside series elements."""
     for element in range(pieces.shape[0]):
         corner = plan[plan[contract.AT_ELEMENT_CORNERS] + element] + int(pieces[element])

@@ -11,33 +11,29 @@ from wheeltapper.march import assembly as contract
 from wheeltapper.march.assembly import FLANGE, LANES, PLACES, RATE, Assembly, flattened
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import (
-    CARRIED,
     STEP_CLOSED,
     STEP_ELEMENTS,
     STEP_LENGTH,
     STEP_TIME,
     MultibodyMarch,
-    awaken,
-    dense_step,
-    make_step,
-    pass_breaks,
-    start_kernel,
     work_for,
 )
+from wheeltapper.march.passing import CARRIED, awaken, pass_breaks, start_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rates import deflection, rates, touch
+from wheeltapper.march.stepping import dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, between
-from wheeltapper.march.wheels import (
+from wheeltapper.march.wheel_rows import (
     ARM,
     BULGE,
     BULGE_RATE,
     DELTA,
     FX,
     FY,
-    G,
     MZ,
     NORMAL,
     ON,
+    ON_DECK,
     PATH_RATE,
     ROLLING,
     ROOT_C,
@@ -51,7 +47,7 @@ from wheeltapper.march.wheels import (
     VY,
     VYAW,
     VZ,
-    ON_DECK,
+    G,
 )
 
 # Columns of the powers.
@@ -62,7 +58,11 @@ NODES = 6
 
 
 @kernel
-def _enter(row: int, steps: FloatArray, states: FloatArray, last: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray, K: FloatArray, P: FloatArray, F: FloatArray, spare: FloatArray) -> None:  # fmt: skip
+def _enter(
+    row: int, steps: FloatArray, states: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray,
+    wheels: FloatArray, pieces: FloatArray, Q: FloatArray, K: FloatArray, P: FloatArray, F: FloatArray,
+    spare: FloatArray,
+) -> None:  # fmt: skip
     """Make one step again, with its dense solution."""
     t, h = steps[row, STEP_TIME], steps[row, STEP_LENGTH]
     closed = steps[row, STEP_CLOSED]
@@ -98,7 +98,7 @@ def replay_kernel(
             row += 1
             pass_breaks(steps[row, STEP_TIME], data, plan, wheels)
         if entered != row:
-            _enter(row, steps, states, start, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
+            _enter(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
             entered = row
         t, h = steps[row, STEP_TIME], steps[row, STEP_LENGTH]
         between(min((times[k] - t) / h, 1.0), w, F, spare)
@@ -111,8 +111,11 @@ def replay_kernel(
 
 
 @kernel
-def _powers(data: FloatArray, plan: IntArray, damping: FloatArray, places: IntArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray, rate: FloatArray, out: FloatArray) -> None:  # fmt: skip
-    """Write the powers of everything that is no potential: damping (motions, motions) between the states at `places`."""
+def _powers(
+    data: FloatArray, plan: IntArray, damping: FloatArray, places: IntArray, w: FloatArray, wheels: FloatArray,
+    pieces: FloatArray, rate: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
+    """Write the powers of all that is no potential; damping (motions, motions) acts on the states at `places`."""
     out[:] = 0.0
     loads = plan[contract.AT_LOADS]
     for body in range(plan[contract.BODIES]):
@@ -197,8 +200,7 @@ def energy_kernel(
     places: IntArray, nodes: FloatArray, weights: FloatArray, wheels: FloatArray, pieces: FloatArray, Q: FloatArray,
     works: FloatArray, impulses: FloatArray, elastic: FloatArray,
 ) -> None:  # fmt: skip
-    """Write each step's works (steps, POWERS_KEPT), the impulses of its normal forces (steps, lanes), and the elastic
-    energy of contacts and nonlinear elements at its ends (steps, 2)."""
+    """Write each step's works (steps, POWERS_KEPT), impulses (steps, lanes), elastic energies at its ends."""
     n = start.shape[0]
     w, y, spare, rate = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
@@ -209,7 +211,7 @@ def energy_kernel(
     for row in range(steps.shape[0]):
         t, h = steps[row, STEP_TIME], steps[row, STEP_LENGTH]
         pass_breaks(t, data, plan, wheels)
-        _enter(row, steps, states, start, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
+        _enter(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
         touch(t, data, plan, w, wheels)
         elastic[row, 0] = _elastic(data, plan, w, wheels, pieces)
         touch(t + h, data, plan, y, wheels)
@@ -226,7 +228,7 @@ def energy_kernel(
 
 
 def replay(A: Assembly, march: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
-    """Return states, rates and some rows of the contacts at rising times: (times, states) twice, (times, rows, lanes)."""
+    """Return states and rates (times, states) and some rows of the contacts (times, rows, lanes) at rising times."""
     work = work_for(A, 1)
     out = np.empty((len(times), len(A.start)))
     out_rates = np.empty_like(out)
@@ -239,7 +241,7 @@ def replay(A: Assembly, march: MultibodyMarch, times: FloatArray, rows: IntArray
 
 
 def works(A: Assembly, march: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
-    """Return each step's works (steps, POWERS_KEPT), impulses (steps, lanes), elastic energies at its ends (steps, 2)."""
+    """Return what `energy_kernel` writes."""
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     work = work_for(A, 1)
     count = len(march.steps)

@@ -22,12 +22,10 @@ from wheeltapper.march.assembly import (
     ACROSS,
     ALONG,
     HALF,
-    LANE_COLUMNS,
     LANES,
     LIFT,
     PLACE,
     RADIUS,
-    RATE,
     ROOT_CONSTANT,
     SATURATION_CELLS,
     SLENDER,
@@ -39,148 +37,64 @@ from wheeltapper.march.assembly import (
 from wheeltapper.march.fastsim import fastsim
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import (
-    CENTRE,
-    COEFFICIENT,
-    COSINE,
-    DEGREE,
-    FACTOR,
-    FACTOR_DEGREE,
-    MAX_DEGREE,
-    PIECE_COLUMNS,
-    SCALE,
-    SINE,
-    STOP,
-    WAVENUMBER,
     FloatArray,
     IntArray,
+)
+from wheeltapper.march.wheel_paths import follow, gather
+from wheeltapper.march.wheel_rows import (
+    ARM,
+    BULGE,
+    BULGE_RATE,
+    CELL,
+    CELLS,
+    CUBE_ROOT,
+    CURVE_CELL,
+    CURVES,
+    DELTA,
+    DELTA_RATE,
+    FLAT,
+    FX,
+    FY,
+    MZ,
+    NEW_CELL,
+    NORMAL,
+    NORMAL_RATE,
+    ON,
+    ON_DECK,
+    PATH,
+    PATH_RATE,
+    QROLL,
+    QY,
+    QYAW,
+    QZ,
+    RADII,
+    ROLLING,
+    ROOT_C,
+    ROOT_C_RATE,
+    SHARE,
+    SIDES,
+    SLIP_TURN,
+    SLIP_X,
+    SLIP_Y,
+    SLOPE,
+    STIFF_SPIN,
+    STIFF_TURN,
+    STIFF_X,
+    STIFF_Y,
+    U_RATE,
+    VPITCH,
+    VROLL,
+    VX,
+    VY,
+    VYAW,
+    VZ,
+    G,
+    U,
 )
 
 TOLERANCE_OF_STRIPS = 1e-3
 LAST_CELL = SATURATION_CELLS * (1.0 - 1e-15)
 """Cells of the creep law's curve; a share of one still lies in the last of them."""
-
-# Rows of an octet's scratch, LANES entries each: first what the contract tells once, then what is set between steps.
-_ROWS = iter(range(LANE_COLUMNS * LANES, 400 * LANES, LANES))
-
-
-def _rows(count: int) -> tuple[int, ...]:
-    return tuple(next(_ROWS) for _ in range(count))
-
-
-SIDES, RADII = contract.SIDE * LANES, contract.NOMINAL * LANES
-(ON, PIECE, SHIFT, UNTIL, ON_DECK, CELL, NEW_CELL, CURVE_CELL) = _rows(8)
-"""Whether the contact may carry; piece and shift of the path, and when the piece ends; whether the wheel is on the
-deck; the cells of the geometry's tables and of the creep law's curve."""
-(CENTRE_TIME, PACE, WAVE_SINE, WAVE_COSINE, OMEGA) = _rows(5)
-(POLY, *_) = _rows(MAX_DEGREE + 1)
-(FACTORS, *_) = _rows(MAX_DEGREE + 1)
-"""The present piece over time: polynomials of (t - CENTRE_TIME)·PACE, and a wave."""
-(CELLS, *_) = _rows(TABLES * TERMS)
-(CURVES, *_) = _rows(TERMS)
-"""The present cells of both."""
-(QY, QZ, QROLL, QYAW, VX, VY, VZ, VROLL, VPITCH, VYAW) = _rows(10)
-(PATH, PATH_RATE, BULGE, BULGE_RATE) = _rows(4)
-"""Height and velocity of the path, and the factor on C^(1/3)."""
-(U, U_RATE, G, SLOPE, ARM, ROLLING, DELTA, DELTA_RATE, ROOT_C, ROOT_C_RATE) = _rows(10)
-(NORMAL, NORMAL_RATE, CUBE_ROOT) = _rows(3)
-"""Normal force N (its component along z), its rate, and N^(1/3)."""
-(STIFF_X, STIFF_Y, STIFF_SPIN, STIFF_TURN, FLAT) = _rows(5)
-"""Kalker's coefficients at this force, and b/a."""
-(SLIP_X, SLIP_Y, SLIP_TURN, FX, FY, MZ, SHARE) = _rows(7)
-"""Slip velocities, creep forces and moment, and the share of the linear resultant that remains."""
-FLAGS = next(_ROWS)
-DEGREE_FLAG, WAVE_FLAG, FACTOR_FLAG, AWAKE = range(FLAGS, FLAGS + 4)
-"""Degree of the octet's polynomials, whether any lane has a wave or a factor, and whether it has to be computed."""
-ROWS = int(next(_ROWS))
-GATHERED = (
-    (QY, contract.Y), (QZ, contract.Z), (QROLL, contract.ROLL), (QYAW, contract.YAW), (VX, RATE + contract.X),
-    (VY, RATE + contract.Y), (VZ, RATE + contract.Z), (VROLL, RATE + contract.ROLL), (VPITCH, RATE + contract.PITCH),
-    (VYAW, RATE + contract.YAW),
-)  # fmt: skip
-
-
-@kernel
-def set_piece(lane: int, data: FloatArray, plan: IntArray, L: FloatArray) -> None:
-    """Write the present piece of a lane's path as functions of time."""
-    pieces = plan[contract.AT_PIECES]
-    row = data[pieces + int(L[PIECE + lane]) * PIECE_COLUMNS : pieces + (int(L[PIECE + lane]) + 1) * PIECE_COLUMNS]
-    speed = data[contract.SPEED]
-    L[UNTIL + lane] = np.inf
-    L[CENTRE_TIME + lane] = 0.0
-    if speed > 0.0:
-        L[UNTIL + lane] = (row[STOP] + L[SHIFT + lane]) / speed
-        L[CENTRE_TIME + lane] = (row[CENTRE] + L[SHIFT + lane]) / speed
-    L[PACE + lane] = speed / row[SCALE]
-    for k in range(MAX_DEGREE + 1):
-        L[POLY + k * LANES + lane] = row[COEFFICIENT + k] if k <= row[DEGREE] else 0.0
-        L[FACTORS + k * LANES + lane] = row[FACTOR + k] if k <= row[FACTOR_DEGREE] else 0.0
-    if row[FACTOR_DEGREE] < 0.0:
-        L[FACTORS + lane] = 1.0
-    L[WAVE_SINE + lane] = row[SINE]
-    L[WAVE_COSINE + lane] = row[COSINE]
-    L[OMEGA + lane] = row[WAVENUMBER] * speed
-    L[DEGREE_FLAG] = 0.0
-    L[WAVE_FLAG] = 0.0
-    L[FACTOR_FLAG] = 0.0
-    for i in range(LANES):
-        if L[SIDES + i] != 0.0:
-            at = pieces + int(L[PIECE + i]) * PIECE_COLUMNS
-            L[DEGREE_FLAG] = max(L[DEGREE_FLAG], data[at + DEGREE])
-            if data[at + SINE] != 0.0 or data[at + COSINE] != 0.0:
-                L[WAVE_FLAG] = 1.0
-            if data[at + FACTOR_DEGREE] >= 0.0:
-                L[FACTOR_FLAG] = 1.0
-
-
-@kernel
-def gather(w: FloatArray, L: FloatArray) -> None:
-    """Copy the motion of the wheelsets into the lanes."""
-    for i in range(HALF):
-        at = int(L[contract.BODY * LANES + i]) * contract.PLACES
-        for row, place in GATHERED:
-            L[row + i] = w[at + place]
-            L[row + HALF + i] = w[at + place]
-
-
-@kernel
-def follow(t: float, deck: int, w: FloatArray, L: FloatArray) -> None:
-    """Evaluate the paths at a time: height, velocity, and the factor on C^(1/3)."""
-    for i in range(LANES):
-        L[PATH + i] = L[POLY + i]
-        L[PATH_RATE + i] = 0.0
-        L[BULGE + i] = 1.0
-        L[BULGE_RATE + i] = 0.0
-    if L[DEGREE_FLAG] > 0.0:
-        _powers(t, POLY, PATH, PATH_RATE, L)
-    if L[FACTOR_FLAG] > 0.0:
-        _powers(t, FACTORS, BULGE, BULGE_RATE, L)
-    if L[WAVE_FLAG] > 0.0:
-        for i in range(LANES):
-            if L[WAVE_SINE + i] != 0.0 or L[WAVE_COSINE + i] != 0.0:
-                phase = L[OMEGA + i] * (t - L[CENTRE_TIME + i])
-                sine = np.sin(phase)
-                cosine = np.cos(phase)
-                L[PATH + i] += L[WAVE_SINE + i] * sine + L[WAVE_COSINE + i] * cosine
-                L[PATH_RATE + i] += L[OMEGA + i] * (L[WAVE_SINE + i] * cosine - L[WAVE_COSINE + i] * sine)
-    if deck >= 0:
-        at = deck * contract.PLACES + contract.Z
-        for i in range(LANES):
-            L[PATH + i] += L[ON_DECK + i] * w[at]
-            L[PATH_RATE + i] += L[ON_DECK + i] * w[at + RATE]
-
-
-@kernel
-def _powers(t: float, source: int, value: int, rate: int, L: FloatArray) -> None:
-    """Evaluate the lanes' polynomials over time, and their rates."""
-    for i in range(LANES):
-        place = (t - L[CENTRE_TIME + i]) * L[PACE + i]
-        total = 0.0
-        slope = 0.0
-        for k in range(MAX_DEGREE, -1, -1):
-            slope = slope * place + total
-            total = total * place + L[source + k * LANES + i]
-        L[value + i] = total
-        L[rate + i] = slope * L[PACE + i]
 
 
 @kernel

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
@@ -117,7 +117,9 @@ class WagonRecord(Record):
     def impacts(self) -> xr.Dataset:
         """Impacts with what follows each on the same wheel: closing speed, largest force until the next, and so on."""
         events, peaks = self.events, self.peaks
-        columns: dict[str, list[Any]] = {name: [] for name in (*IMPACT_COLUMNS, "contact", "wheelset", "side", "surface")}
+        columns: dict[str, list[Any]] = {
+            name: [] for name in (*IMPACT_COLUMNS, "contact", "wheelset", "side", "surface")
+        }
         lanes = self._march.events[:, 2].astype(int)
         for lane in np.unique(lanes):
             mine = events.isel(event=lanes == lane)
@@ -130,7 +132,8 @@ class WagonRecord(Record):
             until = np.append(time[1:], self.end)[:count]
             ends = np.append(losses, np.nan)[np.minimum(np.searchsorted(losses, time, side="right"), len(losses))]
             largest = np.array([
-                forces[(peak_times >= a) & (peak_times < b)].max(initial=-np.inf) for a, b in zip(time, until, strict=True)
+                forces[(peak_times >= a) & (peak_times < b)].max(initial=-np.inf)
+                for a, b in zip(time, until, strict=True)
             ]).reshape(-1)  # fmt: skip
             largest[np.isneginf(largest)] = np.nan
             missing = np.full(min(count, 1), np.nan)
@@ -158,11 +161,11 @@ class WagonRecord(Record):
     def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
         import xarray as xr
 
-        from wheeltapper.march import wheels
+        from wheeltapper.march import wheel_rows
         from wheeltapper.march.replay import replay
 
         order = np.argsort(wanted, kind="stable")
-        names = {name: getattr(wheels, row) for name, row in ROWS.items()}
+        names = {name: getattr(wheel_rows, row) for name, row in ROWS.items()}
         states, rates, found = replay(
             self._lowered.assembly, self._march, wanted[order], np.array(list(names.values()), dtype=np.int64)
         )
@@ -191,7 +194,13 @@ class WagonRecord(Record):
                 "deck_velocity": ("time", by_body[:, -1, RATE + contract.Z]),
                 "deck_acceleration": ("time", rates_by_body[:, -1, RATE + contract.Z]),
             }
-        axes = {"time": wanted, "wheelset": self._wheelsets, "side": list(SIDES), "body": bodies, "motion": list(MOTIONS)}
+        axes = {
+            "time": wanted,
+            "wheelset": self._wheelsets,
+            "side": list(SIDES),
+            "body": bodies,
+            "motion": list(MOTIONS),
+        }
         out = xr.Dataset(variables, axes)
         for name in out.variables:
             unit, meaning = WAGON.get(str(name), ("", str(name)))
@@ -209,8 +218,9 @@ class WagonRecord(Record):
         speed = max(float(self.scenario.speed), 1e-300)
         sides = np.tile(np.repeat([1.0, -1.0], HALF), rows["normal"].shape[1] // LANES)
         normal = rows["normal"]
-        creep = self.scenario.creep is not None
-        friction = self.scenario.creep.friction if creep else 1.0
+        law = self.scenario.creep
+        creep = law is not None
+        friction = 1.0 if law is None else law.friction
         rolls = creep * (normal > 0.0)
         along, across = rows["fx"] * rolls, rows["fy"] * rolls
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -257,7 +267,9 @@ class WagonRecord(Record):
         steps = self._march.steps
         closed = steps[:, 2].copy()
         total = 0.0
-        wheels = np.ravel(self._lowered.assembly.lanes[: int(self._lowered.assembly.numbers[contract.TREADS]), contract.SIDE])
+        wheels = np.ravel(
+            self._lowered.assembly.lanes[: int(self._lowered.assembly.numbers[contract.TREADS]), contract.SIDE]
+        )
         for side in wheels:
             if side != 0.0:
                 total += float(steps[closed % 2.0 == 0.0, 1].sum())

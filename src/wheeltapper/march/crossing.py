@@ -1,0 +1,170 @@
+"""Where in a step a contact changes, a force turns, or a nonlinear element reaches a corner of its characteristic.
+
+Between the ends of a step the motion is DOP853's dense solution: `w` at the start, `F` its coefficients.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wheeltapper.march import assembly as contract
+from wheeltapper.march.assembly import LANES
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.rates import deflection, touch
+from wheeltapper.march.unrolled_dop853 import between
+from wheeltapper.march.wheel_rows import DELTA
+
+NODES = 8
+"""A step in which a contact may change is looked at in so many places."""
+NEAR = 0.02
+"""A contact whose cubic comes nearer to its change than this share of its way is looked at closely."""
+
+
+class Span(NamedTuple):
+    """A step with its dense solution, and room to look into it."""
+
+    t: float
+    h: float
+    data: FloatArray
+    plan: IntArray
+    w: FloatArray
+    F: FloatArray
+    spare: FloatArray
+    wheels: FloatArray
+
+
+@kernel
+def suspicious(h: float, d0: float, r0: float, d1: float, r1: float) -> bool:
+    """Return True where the cubic through both ends of a step is negative, or comes near zero."""
+    if d1 < 0.0 or r0 >= 0.0 or r1 <= 0.0:
+        return d1 < 0.0
+    rise = d1 - d0
+    c2 = 3.0 * rise - h * (2.0 * r0 + r1)
+    c3 = h * (r0 + r1) - 2.0 * rise
+    root = np.sqrt(max(c2 * c2 - 3.0 * c3 * h * r0, 0.0))
+    x = -h * r0 / (c2 + root) if c2 + root > 0.0 else 0.5
+    x = min(max(x, 0.0), 1.0)
+    low = d0 + x * (h * r0 + x * (c2 + x * c3))
+    return low < NEAR * h * (r1 - r0)
+
+
+@kernel
+def at_place(x: float, lane: int, row: int, span: Span) -> float:
+    """Return a quantity (a row of `wheels`) of one contact at a place of the step, 0 to 1."""
+    between(x, span.w, span.F, span.spare)
+    touch(span.t + x * span.h, span.data, span.plan, span.spare, span.wheels)
+    return span.wheels[lane // LANES, row + lane % LANES]
+
+
+@kernel
+def corner_at(element: int, corner: int, plan: IntArray) -> int:
+    """Return where the deflection of a corner stands in the data."""
+    return plan[contract.AT_CORNERS] + 2 * (plan[plan[contract.AT_ELEMENT_CORNERS] + element] + corner)
+
+
+@kernel
+def _corner_gap(x: float, element: int, corner: int, span: Span) -> float:
+    """Return how far an element is beyond a corner at a place of the step."""
+    between(x, span.w, span.F, span.spare)
+    here = deflection(element, span.data, span.plan, span.spare)
+    return here - span.data[corner_at(element, corner, span.plan)]
+
+
+@kernel
+def find_fall(
+    low: float, high: float, f_low: float, f_high: float, lane: int, row: int, sign: float, span: Span
+) -> float:
+    """Return where sign·(a quantity of one contact) falls through zero: positive at low, negative at high."""
+    for _ in range(60):
+        x = low + (high - low) * min(max(f_low / (f_low - f_high), 0.01), 0.99)
+        f = sign * at_place(x, lane, row, span)
+        if f > 0.0:
+            low, f_low, f_high = x, f, 0.5 * f_high
+        else:
+            high, f_high, f_low = x, f, 0.5 * f_low
+        if high - low < 1e-13 or f == 0.0:
+            break
+    return high
+
+
+@kernel
+def _away(x: float, lane: int, sign: float, span: Span) -> float:
+    """Return a place before x at which the contact has moved away from its last change; x itself if none is found."""
+    place = x
+    for _ in range(40):
+        place *= 0.25
+        if sign * at_place(place, lane, DELTA, span) > 0.0:
+            return place
+    return x
+
+
+@kernel
+def _lowest(middle: float, lane: int, sign: float, span: Span) -> float:
+    """Return a place about `middle` at which sign·δ is negative, by golden sections; 2 where it is not."""
+    left, right = max(middle - 1.0 / NODES, 0.0), min(middle + 1.0 / NODES, 1.0)
+    for _ in range(40):
+        one, other = left + 0.381966 * (right - left), left + 0.618034 * (right - left)
+        f_one, f_other = sign * at_place(one, lane, DELTA, span), sign * at_place(other, lane, DELTA, span)
+        if min(f_one, f_other) < 0.0:
+            return one if f_one < f_other else other
+        if f_one < f_other:
+            right = other
+        else:
+            left = one
+    return 2.0
+
+
+@kernel
+def first_change(lane: int, sign: float, span: Span) -> float:
+    """Return the first place at which a contact changes: sign·δ falls through zero; 2 where it does not."""
+    before, f_before = 0.0, 0.0
+    best, f_best = 1.0, np.inf
+    for node in range(1, NODES + 1):
+        x = node / NODES
+        f = sign * at_place(x, lane, DELTA, span)
+        if f < f_best:
+            best, f_best = x, f
+        if f < 0.0:
+            break
+        before, f_before = x, f
+    if f_best >= 0.0:
+        best = _lowest(best, lane, sign, span)
+        if best > 1.0:
+            return 2.0
+        before = min(before, max(best - 1.0 / NODES, 0.0))
+        f_best = sign * at_place(best, lane, DELTA, span)
+        f_before = sign * at_place(before, lane, DELTA, span)
+    if f_before <= 0.0:  # it changed at the step's start, or has just begun to move away
+        before = _away(best, lane, sign, span)
+        if before == best:
+            return best
+        f_before = sign * at_place(before, lane, DELTA, span)
+    return find_fall(before, best, f_before, f_best, lane, DELTA, sign, span)
+
+
+@kernel
+def corner_ahead(element: int, end: float, data: FloatArray, plan: IntArray, pieces: FloatArray) -> int:
+    """Return the corner that an element's deflection has passed at the end of a step, -1 where none."""
+    piece = int(pieces[element])
+    if end < data[corner_at(element, piece, plan)]:
+        return piece
+    if end > data[corner_at(element, piece + 1, plan)]:
+        return piece + 1
+    return -1
+
+
+@kernel
+def find_corner(element: int, corner: int, span: Span) -> float:
+    """Return the place of the step at which an element passes a corner."""
+    low, high = 0.0, 1.0
+    is_beyond = _corner_gap(1.0, element, corner, span) > 0.0
+    for _ in range(60):
+        x = 0.5 * (low + high)
+        if (_corner_gap(x, element, corner, span) > 0.0) == is_beyond:
+            high = x
+        else:
+            low = x
+    return high

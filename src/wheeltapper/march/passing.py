@@ -1,0 +1,189 @@
+"""What changes between steps of a vehicle: contacts open and close, paths go on to their next pieces."""
+
+from __future__ import annotations
+
+from wheeltapper.march import assembly as contract
+from wheeltapper.march.assembly import LANES
+from wheeltapper.march.crossing import corner_at
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.program import IMPACT, JOIN, JUMP, LOSS, PIECE_COLUMNS, START, STOP, FloatArray, IntArray
+from wheeltapper.march.rates import deflection, touch
+from wheeltapper.march.wheel_paths import set_piece
+from wheeltapper.march.wheel_rows import (
+    AWAKE,
+    CELL,
+    CURVE_CELL,
+    DELTA,
+    DELTA_RATE,
+    ON,
+    ON_DECK,
+    PIECE,
+    SHIFT,
+    SIDES,
+    UNTIL,
+)
+
+EVENT_TIME, EVENT_KIND, EVENT_CONTACT, EVENT_RATE = range(4)
+PEAK_TIME, PEAK_CONTACT, PEAK_FORCE, PEAK_CORNER = range(4)
+# What is carried from call to call.
+TIME, NEXT_LENGTH, ANEW, STEPS, EVENTS, PEAKS, RATES_USED, IDLE = range(8)
+CARRIED = 8
+FIRST_STEP = 0.1
+"""First step after an event, in radians of phase."""
+WAKE = 3e-4
+"""A flange nearer to its rail than this, m, is computed."""
+
+
+@kernel
+def awaken(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray) -> None:
+    """Compute those flanges only that are near their rails."""
+    treads = int(data[contract.TREADS])
+    for o in range(treads, wheels.shape[0]):
+        wheels[o, AWAKE] = 1.0
+    touch(t, data, plan, w, wheels)
+    for o in range(treads, wheels.shape[0]):
+        near = 0.0
+        for i in range(LANES):
+            if wheels[o, SIDES + i] != 0.0 and wheels[o, DELTA + i] > -WAKE:
+                near = 1.0
+        wheels[o, AWAKE] = near
+
+
+@kernel
+def switch_contacts(t: float, near: float, wheels: FloatArray, events: FloatArray, S: FloatArray) -> None:
+    """Open and close all contacts that are at their change, by the sign of the indentation's rate."""
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        if L[AWAKE] == 0.0:
+            continue
+        for i in range(LANES):
+            if L[SIDES + i] == 0.0:
+                continue
+            delta = L[DELTA + i]
+            rate = L[DELTA_RATE + i]
+            if L[ON + i] != 0.0 and (delta < -near or (delta <= near and rate < 0.0)):
+                L[ON + i] = 0.0
+                _log_event(t, LOSS, o * LANES + i, rate, events, S)
+            elif L[ON + i] == 0.0 and (delta > near or (delta >= -near and rate > 0.0)):
+                L[ON + i] = 1.0
+                _log_event(t, IMPACT, o * LANES + i, rate, events, S)
+
+
+@kernel
+def next_break(data: FloatArray, t: float, wheels: FloatArray) -> float:
+    """Return when the next breakpoint of any path comes, or the next wheel enters or leaves the deck."""
+    until = data[contract.END]
+    for o in range(wheels.shape[0]):
+        for i in range(LANES):
+            if wheels[o, SIDES + i] == 0.0:
+                continue
+            until = min(until, wheels[o, UNTIL + i])
+            for column in (contract.DECK_FROM, contract.DECK_TO):
+                when = wheels[o, column * LANES + i]
+                if when > t:
+                    until = min(until, when)
+    return until
+
+
+@kernel
+def pass_breaks(t: float, data: FloatArray, plan: IntArray, wheels: FloatArray) -> float:
+    """Go over to the next pieces of the paths that end here, and on and off the deck; return the hardest join."""
+    hardest = 0.0
+    pieces = plan[contract.AT_PIECES]
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        for i in range(LANES):
+            if L[SIDES + i] == 0.0:
+                continue
+            while L[UNTIL + i] <= t:
+                piece = int(L[PIECE + i])
+                if piece < L[contract.LAST * LANES + i]:
+                    L[PIECE + i] = piece + 1
+                    hardest = max(hardest, data[pieces + (piece + 1) * PIECE_COLUMNS + JOIN])
+                else:
+                    back = int(L[contract.LOOP * LANES + i])
+                    ended = data[pieces + piece * PIECE_COLUMNS + STOP]
+                    L[SHIFT + i] += ended - data[pieces + back * PIECE_COLUMNS + START]
+                    L[PIECE + i] = back
+                    hardest = max(hardest, L[contract.LOOP_JOIN * LANES + i])
+                set_piece(i, data, plan, L)
+            inside = L[contract.DECK_FROM * LANES + i] <= t < L[contract.DECK_TO * LANES + i]
+            if inside != (L[ON_DECK + i] != 0.0):
+                hardest = JUMP
+            L[ON_DECK + i] = 1.0 if inside else 0.0
+    return hardest
+
+
+@kernel
+def start_kernel(
+    data: FloatArray,
+    plan: IntArray,
+    start: FloatArray,
+    w: FloatArray,
+    wheels: FloatArray,
+    pieces: FloatArray,
+    S: FloatArray,
+) -> None:
+    """Set everything at time zero."""
+    S[:] = 0.0
+    S[NEXT_LENGTH] = FIRST_STEP * data[contract.PULSE]
+    w[:] = start
+    wheels[:] = 0.0
+    for o in range(wheels.shape[0]):
+        wheels[o, AWAKE] = 1.0
+        for column in range(contract.LANE_COLUMNS):
+            for i in range(LANES):
+                at = plan[contract.AT_LANES] + (o * contract.LANE_COLUMNS + column) * LANES + i
+                wheels[o, column * LANES + i] = data[at]
+        for i in range(LANES):
+            wheels[o, PIECE + i] = wheels[o, contract.FIRST * LANES + i]
+            wheels[o, CELL + i] = -1.0
+            wheels[o, CURVE_CELL + i] = -1.0
+            set_piece(i, data, plan, wheels[o])
+    pass_breaks(0.0, data, plan, wheels)
+    touch(0.0, data, plan, w, wheels)
+    for o in range(wheels.shape[0]):
+        for i in range(LANES):
+            wheels[o, ON + i] = 1.0 if wheels[o, SIDES + i] != 0.0 and wheels[o, DELTA + i] > 0.0 else 0.0
+    for element in range(pieces.shape[0]):
+        firsts = plan[contract.AT_ELEMENT_CORNERS] + element
+        last = plan[firsts + 1] - plan[firsts] - 2
+        here = deflection(element, data, plan, w)
+        pieces[element] = 0.0
+        while pieces[element] < last and data[corner_at(element, int(pieces[element]) + 1, plan)] <= here:
+            pieces[element] += 1.0
+    S[ANEW] = 1.0
+
+
+@kernel
+def closed_contacts(wheels: FloatArray) -> float:
+    """Return the closed contacts as a number, one bit each."""
+    total = 0.0
+    bit = 1.0
+    for o in range(wheels.shape[0]):
+        for i in range(LANES):
+            total += bit * wheels[o, ON + i]
+            bit *= 2.0
+    return total
+
+
+@kernel
+def _log_event(t: float, kind: int, lane: int, rate: float, events: FloatArray, S: FloatArray) -> None:
+    """Log a loss of contact or an impact."""
+    row = int(S[EVENTS])
+    events[row, EVENT_TIME] = t
+    events[row, EVENT_KIND] = kind
+    events[row, EVENT_CONTACT] = lane
+    events[row, EVENT_RATE] = rate
+    S[EVENTS] += 1.0
+
+
+@kernel
+def log_peak(t: float, lane: int, force: float, corner: float, peaks: FloatArray, S: FloatArray) -> None:
+    """Log a maximum of a normal force."""
+    row = int(S[PEAKS])
+    peaks[row, PEAK_TIME] = t
+    peaks[row, PEAK_CONTACT] = lane
+    peaks[row, PEAK_FORCE] = force
+    peaks[row, PEAK_CORNER] = corner
+    S[PEAKS] += 1.0

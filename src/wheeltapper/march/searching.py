@@ -1,0 +1,120 @@
+"""What happens within a step of a vehicle: which contacts may change, which comes first, which forces have maxima.
+
+`kept` (4, lanes) holds each contact's indentation, its rate, the normal force's rate at the step's start, and a mark.
+"""
+
+from __future__ import annotations
+
+from wheeltapper.march.assembly import LANES
+from wheeltapper.march.crossing import Span, at_place, corner_ahead, find_corner, find_fall, first_change, suspicious
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.passing import log_peak
+from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.rates import deflection
+from wheeltapper.march.wheel_rows import AWAKE, DELTA, DELTA_RATE, NORMAL, NORMAL_RATE, ON, SIDES
+
+DELTAS, DELTA_RATES, GROWTHS, MARKS = range(4)
+QUIET = 1e-7
+"""A force whose rate changes its sign with less than this relative effect in a step has no maximum, but noise."""
+
+
+@kernel
+def keep(wheels: FloatArray, kept: FloatArray) -> None:
+    """Keep what the contacts do at a step's start; a force that begins to grow from zero has a rate of zero."""
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        for i in range(LANES):
+            lane = o * LANES + i
+            kept[DELTAS, lane] = L[DELTA + i]
+            kept[DELTA_RATES, lane] = L[DELTA_RATE + i]
+            begins = L[ON + i] != 0.0 and L[NORMAL + i] == 0.0 and L[DELTA_RATE + i] > 0.0
+            kept[GROWTHS, lane] = 1e-300 if begins else L[NORMAL_RATE + i]
+            kept[MARKS, lane] = 0.0
+
+
+@kernel
+def mark_changes(
+    h: float, data: FloatArray, plan: IntArray, y: FloatArray, wheels: FloatArray, pieces: FloatArray, kept: FloatArray
+) -> bool:
+    """Mark the contacts that may change within a step; return True if there are any, or an element passes a corner."""
+    found = False
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        if L[AWAKE] == 0.0:
+            continue
+        for i in range(LANES):
+            if L[SIDES + i] == 0.0:
+                continue
+            lane = o * LANES + i
+            sign = 2.0 * L[ON + i] - 1.0
+            before, after = sign * kept[DELTAS, lane], sign * L[DELTA + i]
+            if suspicious(h, before, sign * kept[DELTA_RATES, lane], after, sign * L[DELTA_RATE + i]):
+                kept[MARKS, lane] = 1.0
+                found = True
+    for element in range(pieces.shape[0]):
+        if corner_ahead(element, deflection(element, data, plan, y), data, plan, pieces) >= 0:
+            found = True
+    return found
+
+
+@kernel
+def first_event(y: FloatArray, pieces: FloatArray, kept: FloatArray, span: Span) -> tuple[float, int, int, int]:
+    """Return the first event's place in a step (2 where there is none) and its contact, or its element and corner."""
+    at = 2.0
+    contact = -1
+    element = -1
+    passed = -1
+    for lane in range(kept.shape[1]):
+        if kept[MARKS, lane] != 0.0:
+            kept[MARKS, lane] = 0.0
+            sign = 2.0 * span.wheels[lane // LANES, ON + lane % LANES] - 1.0
+            place = first_change(lane, sign, span)
+            if place < at:
+                at, contact = place, lane
+    for number in range(pieces.shape[0]):
+        corner = corner_ahead(number, deflection(number, span.data, span.plan, y), span.data, span.plan, pieces)
+        if corner >= 0:
+            place = find_corner(number, corner, span)
+            if place < at:
+                at, contact, element, passed = place, -1, number, corner
+    return at, contact, element, passed
+
+
+@kernel
+def mark_maxima(h: float, changed: int, wheels: FloatArray, kept: FloatArray) -> bool:
+    """Mark the contacts whose force has a maximum within a step; return True if there are any."""
+    found = False
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        if L[AWAKE] == 0.0:
+            continue
+        for i in range(LANES):
+            lane = o * LANES + i
+            growth, after = kept[GROWTHS, lane], L[NORMAL_RATE + i]
+            if L[ON + i] == 0.0 or growth <= 0.0 or after > 0.0:
+                continue
+            if (growth - after) * h > QUIET * L[NORMAL + i] or lane == changed:
+                kept[MARKS, lane] = 1.0
+                found = True
+    return found
+
+
+@kernel
+def log_maxima(kept: FloatArray, span: Span, peaks: FloatArray, S: FloatArray) -> None:
+    """Find and log the marked maxima."""
+    for lane in range(kept.shape[1]):
+        if kept[MARKS, lane] != 0.0:
+            kept[MARKS, lane] = 0.0
+            growth = kept[GROWTHS, lane]
+            x = find_fall(0.0, 1.0, growth, -1e-9 * growth, lane, NORMAL_RATE, 1.0, span)
+            log_peak(span.t + x * span.h, lane, at_place(x, lane, NORMAL, span), 0.0, peaks, S)
+
+
+@kernel
+def log_corners(t: float, wheels: FloatArray, kept: FloatArray, peaks: FloatArray, S: FloatArray) -> None:
+    """Log the forces that rose before a kink of the input and fall after it."""
+    for lane in range(kept.shape[1]):
+        L = wheels[lane // LANES]
+        i = lane % LANES
+        if L[ON + i] != 0.0 and kept[GROWTHS, lane] > 0.0 and L[NORMAL_RATE + i] < 0.0:
+            log_peak(t, lane, L[NORMAL + i], 1.0, peaks, S)
