@@ -22,7 +22,7 @@ from wheeltapper.describe.irregularity.profile import Profile
 from wheeltapper.describe.irregularity.step import Step
 from wheeltapper.describe.noun import Duration, Length, Noun, Speed
 from wheeltapper.describe.placement import Placement, check_places
-from wheeltapper.describe.profile.wheel_rail import Cones, WheelRail
+from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Cones, WheelRail
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.track.stiff import StiffTrack
 from wheeltapper.describe.vehicle.element import Damper, Link, Spring, Stop
@@ -64,6 +64,13 @@ def _nested(value: Any) -> Any:
     return value
 
 
+AnyCreepLaw = Annotated[
+    Annotated[KalkerLinear, Tag("KalkerLinear")] | Annotated[ShenHedrickElkins, Tag("ShenHedrickElkins")]
+    | Annotated[Polach, Tag("Polach")] | Annotated[Fastsim, Tag("Fastsim")],
+    Discriminator(_kind),
+]  # fmt: skip
+
+
 class Start(Noun):
     """Displacement (m) and velocity (m/s) of the wheel at time zero, upwards."""
 
@@ -82,9 +89,6 @@ def _listed(value: Any) -> Any:
 
 def _form(value: Any) -> str:
     return "places" if isinstance(value, dict) else "all"
-
-
-_AnyCreep: Any = _choice(*CREEP_LAWS)
 
 
 class Scenario(Noun):
@@ -118,11 +122,15 @@ class Scenario(Noun):
     vehicle: _choice(Wheelset, Wagon)  # type: ignore[valid-type]
     track: _choice(StiffTrack, FloatingDeck) = StiffTrack()  # type: ignore[valid-type]
     contact: _choice(Hertz, Linear) = Hertz()  # type: ignore[valid-type]
-    creep: _AnyCreep | None = None
+    creep: AnyCreepLaw | None = None
     profiles: _choice(WheelRail, Cones) = WheelRail()  # type: ignore[valid-type]
     irregularity: Annotated[
         Annotated[tuple[_choice(*IRREGULARITIES), ...], Tag("all")]  # type: ignore[valid-type]
-        | Annotated[dict[str, tuple[_choice(*IRREGULARITIES), ...]], AfterValidator(Placement), Tag("places")],
+        | Annotated[
+            dict[str, tuple[_choice(*IRREGULARITIES), ...]],  # type: ignore[valid-type]
+            AfterValidator(Placement),
+            Tag("places"),
+        ],
         Discriminator(_form),
         BeforeValidator(_listed),
     ] = ()
@@ -167,6 +175,9 @@ class Scenario(Noun):
             raise ValueError("contact: found hysteresis on a Wagon; allowed: contacts without it")
         if self.start != "equilibrium":
             raise ValueError(f"start: found {self.start!r} on a Wagon; allowed: 'equilibrium'")
+        under = getattr(self.track, "wheelset", None)
+        if under is not None and under > len(wagon.axles):
+            raise ValueError(f"track.wheelset: found {under}; allowed: 1 to {len(wagon.axles)}")
         if self.creep is not None and self.speed == 0:
             raise ValueError("speed: found 0 m/s with creep forces; allowed: more than 0 m/s")
 
@@ -270,11 +281,17 @@ def _index(items: tuple[Any, ...], key: str) -> int | None:
     return names.index(key) if key in names else None
 
 
+def _names_a_file(table: dict[str, Any], key: str, value: str) -> bool:
+    if table.get("type") == "WheelRail":
+        return key in ("wheel", "rail") and value not in BUILT_IN
+    return key == "path"
+
+
 def relative_paths(data: Any, folder: Path) -> Any:
     """Return a scenario's table with the files that it names taken relative to a folder."""
     if isinstance(data, dict):
         return {
-            k: str(folder / v) if k == "path" and isinstance(v, str) else relative_paths(v, folder)
+            k: str(folder / v) if isinstance(v, str) and _names_a_file(data, k, v) else relative_paths(v, folder)
             for k, v in data.items()
         }
     if isinstance(data, list):

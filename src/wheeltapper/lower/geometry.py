@@ -112,7 +112,7 @@ def _touch(
 ) -> tuple[float, float, float, float]:
     """Return h, s, r and B of a wheel whose tread datum lies at a place."""
     across = np.clip(1e3 * (s - datum), BACK, FRONT)
-    profile = np.where(across == 1e3 * (s - datum), 1e-3 * wheel(across), -FAR)
+    profile = np.where(across == 1e3 * (s - datum), np.nan_to_num(1e-3 * wheel(across), nan=-FAR), -FAR)
     gap = -profile - below
     smallest = gap.min()
     weight = np.exp(-(gap - smallest) / smoothing)

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.hertz import Hertz
-from wheeltapper.describe.profile.rail_60e1 import rail_60e1
-from wheeltapper.describe.profile.s1002 import s1002
+from wheeltapper.describe.profile.files import rail_profile, wheel_profile
 from wheeltapper.describe.profile.wheel_rail import Cones, WheelRail
 from wheeltapper.lower.ellipse import contact_constant, semi_axes
 from wheeltapper.lower.geometry import Geometry, contact_geometry
@@ -35,7 +34,7 @@ def geometry_of(profiles: WheelRail | Cones, radius: float, crown: float) -> Geo
         moved = 0.0 if profiles.moving_with == "wheel" else 1.0
         return Geometry(u, slope * moved * u, place, radius + slope * moved * u, np.full_like(u, 0.5 / crown))
     return contact_geometry(
-        s1002, rail_60e1, inclination=profiles.inclination, gauge=profiles.gauge, flange_backs=profiles.flange_backs,
+        wheel_profile(profiles.wheel), rail_profile(profiles.rail), inclination=profiles.inclination, gauge=profiles.gauge, flange_backs=profiles.flange_backs,
         radius=radius, smoothing=profiles.smoothing, shifts=u,
     )  # fmt: skip
 

@@ -8,14 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.table import blank
 from wheeltapper.march import assembly as contract
-from wheeltapper.march.assembly import PLACES, RATE, Assembly
+from wheeltapper.march.assembly import HALF, LANES, PLACES, RATE, Assembly
 from wheeltapper.march.multibody import probe
+from wheeltapper.march.program import PIECE_COLUMNS, STOP
+from wheeltapper.march.wheel_rows import NORMAL
 
 if TYPE_CHECKING:
     from wheeltapper.lower.wagon import Layout
 
 FloatArray = NDArray[np.float64]
+_ENDLESS = np.where(np.arange(PIECE_COLUMNS) == STOP, np.inf, 0.0)
 
 
 def jacobian(assembly: Assembly, state: FloatArray, unknown: NDArray[np.int64], steps: FloatArray) -> FloatArray:
@@ -24,7 +28,7 @@ def jacobian(assembly: Assembly, state: FloatArray, unknown: NDArray[np.int64], 
     for i, (place, step) in enumerate(zip(unknown, steps, strict=True)):
         moved[2 * i, place] += step
         moved[2 * i + 1, place] -= step
-    found = probe(assembly, moved)
+    found, _ = probe(assembly, moved)
     return np.asarray(((found[0::2] - found[1::2]) / (2.0 * steps[:, None])).T)
 
 
@@ -37,6 +41,26 @@ def unknowns(layout: Layout, assembly: Assembly, free: FloatArray) -> tuple[NDAr
     inside = np.arange(layout.states, len(assembly.start))
     used = inside[: int((assembly.element_inside[:, 0] >= 0).sum())]
     return np.concatenate([chosen[moving], used]), np.concatenate([places[moving] + RATE, used])
+
+
+def level(assembly: Assembly, layout: Layout) -> Assembly:
+    """Return the assembly on level rails, off the deck, about to stand."""
+    lanes = assembly.lanes.copy()
+    lanes[:, [contract.FIRST, contract.LAST]] = 0.0
+    lanes[:, contract.LOOP] = 1.0
+    lanes[:, [contract.DECK_FROM, contract.DECK_TO]] = np.inf
+    start = np.zeros_like(assembly.start)
+    upright = np.array([motion == "z" and body != "deck" for body, motion in layout.motions])
+    start[layout.places[upright]] = -assembly.numbers[contract.LENGTH]
+    return assembly._replace(lanes=lanes, pieces=blank(1) + _ENDLESS, start=start)
+
+
+def normal_forces(assembly: Assembly, state: FloatArray, wheelsets: int) -> FloatArray:
+    """Return the normal forces of the treads in a state at time zero, N, (wheelsets, 2): left, right."""
+    _, wheels = probe(assembly, state[None])
+    octets = int(assembly.numbers[contract.TREADS])
+    lanes = wheels[:octets, NORMAL : NORMAL + LANES].reshape(octets, 2, HALF)
+    return np.asarray(np.swapaxes(lanes, 1, 2).reshape(-1, 2)[:wheelsets])
 
 
 def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance: float = 1e-11) -> FloatArray:
@@ -56,12 +80,10 @@ def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance
     count = len(chosen) - int(moving.sum())
     basis = np.block([[allowed, np.zeros((len(allowed), count))], [np.zeros((count, allowed.shape[1])), np.eye(count)]])
     state = assembly.start.copy()
-    upright = np.array([motion == "z" and body != "deck" for body, motion in layout.motions])
-    state[layout.places[upright]] = -indentation
     steps = np.full(len(chosen), 1e-5 * indentation)
     steps[chosen % PLACES >= RATE] = 1e-6
     for _ in range(60):
-        rate = probe(assembly, state[None])[0, zero]
+        rate = probe(assembly, state[None])[0][0, zero]
         change = basis @ np.linalg.lstsq(jacobian(assembly, state, chosen, steps)[zero] @ basis, -rate, rcond=1e-14)[0]
         largest = np.abs(change).max()
         change *= min(1.0, 1e-3 / max(largest, 1e-300))

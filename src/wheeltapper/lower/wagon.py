@@ -19,7 +19,7 @@ from wheeltapper.lower.build import path_table
 from wheeltapper.lower.ellipse import contact_constant
 from wheeltapper.lower.numbers import METHODS, Method
 from wheeltapper.lower.patches import WIDTH, cells_of, geometry_of, patch_tables, saturation_cells
-from wheeltapper.lower.standing import standing
+from wheeltapper.lower.standing import level, normal_forces, standing
 from wheeltapper.lower.structure import Structure, structure_of
 from wheeltapper.lower.table import Table
 from wheeltapper.march import assembly as contract
@@ -223,8 +223,11 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
         sources=sources, columns=columns, mobility=own, force_spans=force_spans, force_sources=force_sources,
         force_columns=force_columns, loads=held_loads.ravel(), start=np.zeros(states), **elements,
     )  # fmt: skip
-    assembly = assembly._replace(start=standing(assembly, layout, mobility))
-    static = np.repeat(0.5 * per_wheelset[:, None], 2, axis=1)
+    even = level(assembly, layout)
+    resting_state = standing(even, layout, mobility)
+    static = normal_forces(even, resting_state, len(wheelsets))
+    numbers[contract.PRESTRESS] = static[_deck_wheelset(scenario)].sum()
+    assembly = assembly._replace(start=standing(assembly._replace(start=resting_state), layout, mobility))
     return LoweredWagon(assembly, layout, structure, tables, static, middle, notes)
 
 
@@ -264,7 +267,6 @@ def _numbers(scenario: Scenario, tolerance: float, force: float, constant: float
     out[contract.FIRST_SHIFT] = shifts[0]
     out[contract.CELLS_PER_M] = (len(shifts) - 1) / (shifts[-1] - shifts[0])
     out[contract.DECK] = layout.bodies.index(DECK) if DECK in layout.bodies else -1
-    out[contract.PRESTRESS] = 2.0 * force
     out[contract.EVENT_LIMIT] = EVENT_LIMIT
     out[contract.LARGEST_SHIFT] = WIDTH
     out[contract.LONGEST] = LONGEST
@@ -346,6 +348,12 @@ def _lane(sign: float, radius: float, body: int, table: Table, first: int) -> li
     out[contract.FIRST], out[contract.LAST] = first, first + len(table.rows) - 1
     out[contract.LOOP], out[contract.LOOP_JOIN] = first + table.loop, table.loop_join
     return out
+
+
+def _deck_wheelset(scenario: Scenario) -> int:
+    """Return the index of the wheelset under whose static force the deck rests."""
+    deck = scenario.track
+    return deck.wheelset - 1 if isinstance(deck, FloatingDeck) and deck.wheelset is not None else 0
 
 
 def _on_deck(scenario: Scenario, number: int, position: float) -> tuple[float, float]:

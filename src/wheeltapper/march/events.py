@@ -105,7 +105,7 @@ def settle_corner(force: float, trend: float, peaks: FloatArray, S: FloatArray) 
     rising = S[MARK + CORNER_RISING] > QUIET
     drop = before - force > 1e-12 * (1.0 + before)
     rise = force - before > 1e-12 * (1.0 + before)
-    if (rising and (drop or (not rise and trend < -QUIET))) or (rise and trend < -QUIET):
+    if (rising and (drop or (not rise and trend < -QUIET))) or (rise and trend < QUIET):
         log_peak(S[MARK + CORNER_TIME], max(before, force), 1.0, peaks, S[COUNT:])
 
 

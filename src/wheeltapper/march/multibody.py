@@ -41,6 +41,7 @@ from wheeltapper.march.passing import (
 from wheeltapper.march.program import DONE, FULL, NOT_FINITE, SOFT, STALLED, TOO_MANY_EVENTS, FloatArray, IntArray
 from wheeltapper.march.rates import rates, touch
 from wheeltapper.march.searching import (
+    KEPT,
     first_event,
     keep,
     log_corners,
@@ -72,7 +73,7 @@ class Work(NamedTuple):
     K: FloatArray  # (DENSE_STAGES, states): the stages' rates
     F: FloatArray  # (POWERS, states): the dense solution
     Q: FloatArray  # (bodies·LANES,): forces on the bodies
-    kept: FloatArray  # (4, lanes): δ, δ' and N' at a step's start; a mark
+    kept: FloatArray  # (KEPT, lanes): the contacts at a step's start
     S: FloatArray  # (CARRIED,)
 
 
@@ -195,7 +196,7 @@ def march_kernel(data: FloatArray, plan: IntArray, scales: FloatArray, work: Wor
             hardest = pass_breaks(now, data, plan, wheels)
             touch(now, data, plan, w, wheels)
             if hardest != SOFT:
-                log_corners(now, wheels, kept, peaks, S)
+                log_corners(now, data[contract.PULSE], wheels, kept, peaks, S)
                 switch_contacts(now, SAME * data[contract.LENGTH], wheels, events, S)
                 S[ANEW] = 1.0
         if S[ANEW] != 0.0:
@@ -241,7 +242,7 @@ def work_for(A: Assembly, rows: int = 1024) -> Work:
     return Work(
         np.zeros(n), np.zeros((octets, ROWS)), np.zeros(elements), np.zeros((rows, STEP_ELEMENTS + elements)),
         np.empty((rows, n)), np.empty((rows, 4)), np.empty((rows, 4)), np.zeros((DENSE_STAGES, n)),
-        np.zeros((POWERS, n)), np.zeros(len(A.loads)), np.zeros((4, octets * LANES)), np.zeros(CARRIED),
+        np.zeros((POWERS, n)), np.zeros(len(A.loads)), np.zeros((KEPT, octets * LANES)), np.zeros(CARRIED),
     )  # fmt: skip
 
 
@@ -253,11 +254,14 @@ def kernels_are_ready() -> bool:
     )
 
 
-def probe(A: Assembly, states: FloatArray) -> FloatArray:
-    """Return the rates of states at time zero, (many, states), with all contacts that overlap closed."""
+def probe(A: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the rates of states at time zero, (many, states), with all contacts that overlap closed.
+
+    Also the contacts (octets, ROWS) in the last state.
+    """
     work, out = work_for(A, 1), np.empty_like(states)
     probe_kernel(*flattened(A), A.start, work.wheels, work.pieces, work.Q, np.ascontiguousarray(states), out)
-    return out
+    return out, work.wheels
 
 
 def _grown(table: FloatArray, used: float) -> FloatArray:

@@ -1,6 +1,7 @@
 """What happens within a step of a vehicle: which contacts may change, which comes first, which forces have maxima.
 
-`kept` (4, lanes) holds each contact's indentation, its rate, the normal force's rate at the step's start, and a mark.
+`kept` (KEPT, lanes) holds each contact's indentation, its rate, the normal force's rate and the force at the step's
+start, and a mark.
 """
 
 from __future__ import annotations
@@ -13,7 +14,10 @@ from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rates import deflection
 from wheeltapper.march.wheel_rows import AWAKE, DELTA, DELTA_RATE, NORMAL, NORMAL_RATE, ON, SIDES
 
-DELTAS, DELTA_RATES, GROWTHS, MARKS = range(4)
+DELTAS, DELTA_RATES, GROWTHS, FORCES, MARKS = range(5)
+KEPT = 5
+NOISE = 1e-11
+"""A force that grows by less than this share in a step does not grow."""
 QUIET = 1e-7
 """A force whose rate changes its sign with less than this relative effect in a step has no maximum, but noise."""
 
@@ -29,6 +33,7 @@ def keep(wheels: FloatArray, kept: FloatArray) -> None:
             kept[DELTA_RATES, lane] = L[DELTA_RATE + i]
             begins = L[ON + i] != 0.0 and L[NORMAL + i] == 0.0 and L[DELTA_RATE + i] > 0.0
             kept[GROWTHS, lane] = 1e-300 if begins else L[NORMAL_RATE + i]
+            kept[FORCES, lane] = L[NORMAL + i]
             kept[MARKS, lane] = 0.0
 
 
@@ -91,7 +96,7 @@ def mark_maxima(h: float, changed: int, wheels: FloatArray, kept: FloatArray) ->
         for i in range(LANES):
             lane = o * LANES + i
             growth, after = kept[GROWTHS, lane], L[NORMAL_RATE + i]
-            if L[ON + i] == 0.0 or growth <= 0.0 or after > 0.0:
+            if L[ON + i] == 0.0 or growth * h <= NOISE * kept[FORCES, lane] or after > 0.0:
                 continue
             if (growth - after) * h > QUIET * L[NORMAL + i] or lane == changed:
                 kept[MARKS, lane] = 1.0
@@ -111,10 +116,19 @@ def log_maxima(kept: FloatArray, span: Span, peaks: FloatArray, S: FloatArray) -
 
 
 @kernel
-def log_corners(t: float, wheels: FloatArray, kept: FloatArray, peaks: FloatArray, S: FloatArray) -> None:
-    """Log the forces that rose before a kink of the input and fall after it."""
+def log_corners(t: float, pulse: float, wheels: FloatArray, kept: FloatArray, peaks: FloatArray, S: FloatArray) -> None:
+    """Log the forces that have a maximum where the input has a kink or jumps; `kept` is from before it."""
     for lane in range(kept.shape[1]):
         L = wheels[lane // LANES]
         i = lane % LANES
-        if L[ON + i] != 0.0 and kept[GROWTHS, lane] > 0.0 and L[NORMAL_RATE + i] < 0.0:
-            log_peak(t, lane, L[NORMAL + i], 1.0, peaks, S)
+        if L[ON + i] == 0.0:
+            continue
+        before, after = kept[FORCES, lane], L[NORMAL + i]
+        least = QUIET * max(before, after)
+        rose, falls = kept[GROWTHS, lane] * pulse > least, L[NORMAL_RATE + i] * pulse < least
+        if (
+            (rose and before > after + least)
+            or (falls and after > before + least)
+            or (rose and abs(after - before) <= least and L[NORMAL_RATE + i] * pulse < -least)
+        ):
+            log_peak(t, lane, max(before, after), 1.0, peaks, S)

@@ -8,9 +8,8 @@ zeros where sampling puts them, and a short correction that restores modulus and
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,21 +19,20 @@ from wheeltapper.ground.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["AXES", "RESULTS", "WEIGHTINGS", "Weighting", "comfort", "ride_comfort", "running_rms", "weighted", "weighting"]
+    from wheeltapper.record.record import Record
+
+__all__ = ["AXES", "RESULTS", "WEIGHTINGS", "comfort", "ride_comfort", "running_rms", "weighted", "weighting"]
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 AXES = ("longitudinal", "lateral", "vertical")
 SLOWEST = 250.0
 """Lowest admissible rate, samples per second: below, the band limit at 100 Hz is beyond 0.4 of the rate."""
-BAND = (0.4, 100.0)
-"""Corner frequencies f1 and f2 of the band limit, Hz; Butterworth, Q1 = Q2 = 1/sqrt(2), in every edition."""
-MEAN_COMFORT_FACTOR = 6.0
-"""EN 12299:2009, 6.7.2: N_MV is this times the root of the sum of squares of three percentiles."""
-MEAN_COMFORT_PERCENTILE = 95.0
-"""EN 12299:2009, 6.6.3 and 6.7.2."""
-BLOCK = 5.0
-"""Length of a block, s: EN 12299:2009, 6.6.2; its standard method has 60 of them, five minutes."""
+BAND, BUTTERWORTH = (0.4, 100.0), 0.5**0.5
+"""Corner frequencies f1 and f2 of the band limit, Hz, and its quality factors Q1 = Q2, in every edition."""
+BLOCK, PERCENTILE, FACTOR = 5.0, 95.0, 6.0
+"""Seconds of a block, percentile of the blocks, factor of N_MV: EN 12299:2009, 6.6.2, 6.6.3, 6.7.2."""
 TRANSIENT = 1.0
 """Integration time of the running r.m.s. whose maximum is the MTVV, s: ISO 2631-1:1997, 6.3.1."""
 AXIS_FACTORS = (1.0, 1.0, 1.0)
@@ -54,21 +52,8 @@ RESULTS = {
 """What `ride_comfort` returns: unit and meaning of each."""
 
 
-@dataclass(frozen=True)
-class Weighting:
-    """The corners of a frequency weighting, and where they are published.
-
-    Attributes
-    ----------
-    transition
-        f3 (Hz), f4 (Hz), Q4 of the transition from acceleration to velocity.
-    step
-        f5 (Hz), Q5, f6 (Hz), Q6 of the upward step; None where there is none.
-    gain
-        K, after the step has been scaled by (f5/f6)^2.
-    source
-        Standard, edition, table.
-    """
+class Weighting(NamedTuple):
+    """A weighting's f3, f4 (Hz), Q4; its step's f5, Q5, f6, Q6 or None; K, beside (f5/f6)^2; where they stand."""
 
     transition: tuple[float, float, float]
     step: tuple[float, float, float, float] | None
@@ -81,37 +66,22 @@ class Weighting:
 WEIGHTINGS = {
     "Wk": Weighting((12.5, 12.5, 0.63), (2.37, 0.91, 3.35, 0.91), 1.0, "ISO 2631-1:1997, Table A.1"),
     "Wd": Weighting((2.0, 2.0, 0.63), None, 1.0, "ISO 2631-1:1997, Table A.1"),
-    "Wb": Weighting(
-        (16.0, 16.0, 0.55), (2.5, 0.9, 4.0, 0.95), 1.024, "ISO 8041-1:2017, Table 3 (ISO 2631-4:2001; BS 6841:1987)"
-    ),
-    "Wb EN 12299:2009": Weighting(
-        (16.0, 16.0, 0.63), (2.5, 0.8, 4.0, 0.8), 1.024, "EN 12299:2009, as two public programs quote it"
-    ),
+    "Wb": Weighting((16.0, 16.0, 0.55), (2.5, 0.9, 4.0, 0.95), 1.024, "ISO 8041-1:2017, Table 3"),
+    "Wb EN 12299:2009": Weighting((16.0, 16.0, 0.63), (2.5, 0.8, 4.0, 0.8), 1.024, "programs for EN 12299:2009"),
 }
-"""The weightings by name: "Wk" vertical, "Wd" horizontal, "Wb" vertical for rail, and the older railway form of Wb."""
+"""By name: "Wk" vertical, "Wd" horizontal, "Wb" vertical for rail, and the form of Wb in programs for EN 12299:2009."""
 
 VERTICAL_FOR_RAIL = ("Wb", "Wb EN 12299:2009")
-TAPS, FITTED_UP_TO = 6, 0.27  # length of the correction, and the fraction of the rate up to which it is fitted
-FITTED_AT = 400
+TAPS, FITTED_UP_TO, FITTED_AT = 6, 0.27, 400  # the correction: length, fraction of the rate, number of frequencies
 
 
-class Recorded(Protocol):
-    """What has a history of accelerations by body and motion, as the record of a wagon has."""
-
-    def history(self, rate: float) -> xr.Dataset:
-        """Return everything over uniform times, `rate` samples per second."""
-        ...
-
-
-# -- weightings -----------------------------------------------------------------------------------------------------
-
-
-def weighting(name: str, frequency: ArrayLike) -> NDArray[np.complex128]:
+def weighting(name: str, frequency: ArrayLike) -> ComplexArray:
     """Return the complex response of an analogue frequency weighting; its modulus is the weighting factor.
 
-    "Wb" is that of ISO 8041-1:2017, which is ISO 2631-4:2001 and BS 6841:1987 with Q1 unrounded. The parameters that
-    programs for EN 12299:2009 use, as UIC 513 before it, are "Wb EN 12299:2009": between 8 and 32 Hz it weighs up to
-    13 % more, around 4 Hz up to 8 % less.
+    Source: ISO 8041-1:2017, Formulae (1) to (5). "Wk" and "Wd" are those of ISO 2631-1:1997, Annex A. "Wb" is that of
+    ISO 8041-1:2017, which is ISO 2631-4:2001 and BS 6841:1987 with Q1 unrounded. Public programs for EN 12299:2009 have
+    other quality factors, "Wb EN 12299:2009": 13 % more at 16 Hz, 8 % less at 4 Hz. The standard itself, and its
+    edition of 2024, could not be consulted.
 
     Parameters
     ----------
@@ -129,21 +99,16 @@ def weighting(name: str, frequency: ArrayLike) -> NDArray[np.complex128]:
     ------
     InputError
         For an unknown name.
-
-    Notes
-    -----
-    Source: ISO 8041-1:2017, Formulae (1) to (5); ISO 2631-1:1997, Annex A.
     """
     held = _named(name)
-    p = 1j * np.asarray(frequency, dtype=np.float64)
-    f1, f2 = BAND
-    f3, f4, q4 = held.transition
-    out = p**2 / (p**2 + np.sqrt(2.0) * f1 * p + f1**2) / _second_order(p, f2, np.sqrt(0.5))
-    out = held.gain * out * (1.0 + p / f3) / _second_order(p, f4, q4)
-    if held.step is not None:
-        f5, q5, f6, q6 = held.step
-        out = out * _second_order(p, f5, q5) / _second_order(p, f6, q6) * (f5 / f6) ** 2
-    return np.asarray(out)
+    p = np.asarray(1j * np.asarray(frequency), dtype=np.complex128)
+    (f1, f2), (f3, f4, q4) = BAND, held.transition
+    band = (p / f1) ** 2 / _quadratic(p, f1, BUTTERWORTH) / _quadratic(p, f2, BUTTERWORTH)
+    out = held.gain * band * (1.0 + p / f3) / _quadratic(p, f4, q4)
+    if held.step is None:
+        return out
+    f5, q5, f6, q6 = held.step
+    return out * _quadratic(p, f5, q5) / _quadratic(p, f6, q6) * (f5 / f6) ** 2
 
 
 def weighted(acceleration: ArrayLike, rate: float, name: str) -> FloatArray:
@@ -176,7 +141,6 @@ def weighted(acceleration: ArrayLike, rate: float, name: str) -> FloatArray:
     samples = np.asarray(acceleration, dtype=np.float64)
     if samples.ndim == 0 or not np.isfinite(samples).all():
         raise InputError("", "acceleration", "no finite samples over time", "an array of finite samples, time last")
-    _named(name)
     sections, correction = _digital(name, _checked_rate(rate))
     if samples.size == 0:
         return samples.copy()
@@ -192,28 +156,25 @@ def _digital(name: str, rate: float) -> tuple[FloatArray, FloatArray]:
     """
     from scipy import signal
 
-    zeros, poles = _roots(WEIGHTINGS[name])
+    zeros, poles = _roots(_named(name))
     sections = signal.zpk2sos(np.exp(zeros / rate), np.exp(poles / rate), 1.0)
     frequency = rate * np.linspace(1e-3, FITTED_UP_TO, FITTED_AT)
     response = signal.freqz_sos(sections, worN=frequency, fs=rate)[1]
     delays = np.exp(-2j * np.pi * np.outer(frequency / rate, np.arange(TAPS)))
     relative = delays * (response / weighting(name, frequency))[:, None]
-    system = np.concatenate([relative.real, relative.imag])
-    wanted = np.repeat([1.0, 0.0], FITTED_AT)
+    system, wanted = np.concatenate([relative.real, relative.imag]), np.repeat([1.0, 0.0], FITTED_AT)
     return np.asarray(sections), np.asarray(np.linalg.lstsq(system, wanted, rcond=None)[0])
 
 
-def _roots(held: Weighting) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+def _roots(held: Weighting) -> tuple[ComplexArray, ComplexArray]:
     """Return the analogue zeros and poles, rad/s."""
-    f3, f4, q4 = held.transition
-    below, above = [(0.0 + 0j), (0.0 + 0j), -2.0 * np.pi * f3 + 0j], []
-    for corner, quality in ((BAND[0], np.sqrt(0.5)), (BAND[1], np.sqrt(0.5)), (f4, q4)):
-        above += _pair(corner, quality)
+    (f1, f2), (f3, f4, q4) = BAND, held.transition
+    zeros = [0j, 0j, complex(-2.0 * np.pi * f3)]
+    poles = [*_pair(f1, BUTTERWORTH), *_pair(f2, BUTTERWORTH), *_pair(f4, q4)]
     if held.step is not None:
-        f5, q5, f6, q6 = held.step
-        below += _pair(f5, q5)
-        above += _pair(f6, q6)
-    return np.array(below), np.array(above)
+        zeros += _pair(*held.step[:2])
+        poles += _pair(*held.step[2:])
+    return np.array(zeros), np.array(poles)
 
 
 def _pair(corner: float, quality: float) -> list[complex]:
@@ -223,7 +184,7 @@ def _pair(corner: float, quality: float) -> list[complex]:
     return [root, root.conjugate()]
 
 
-def _second_order(p: NDArray[np.complex128], corner: float, quality: float) -> NDArray[np.complex128]:
+def _quadratic(p: ComplexArray, corner: float, quality: float) -> ComplexArray:
     return np.asarray(1.0 + p / (quality * corner) + (p / corner) ** 2)
 
 
@@ -239,11 +200,8 @@ def _checked_rate(rate: float) -> float:
     return float(rate)
 
 
-# -- numbers --------------------------------------------------------------------------------------------------------
-
-
 def running_rms(weighted: ArrayLike, rate: float, seconds: float) -> FloatArray:
-    """Return the r.m.s. over every window of some length that lies wholly within the samples.
+    """Return the r.m.s. over every window of some length within the samples (ISO 2631-1:1997, 6.3.1, Equation (2)).
 
     Parameters
     ----------
@@ -257,35 +215,18 @@ def running_rms(weighted: ArrayLike, rate: float, seconds: float) -> FloatArray:
     Returns
     -------
     numpy.ndarray
-        In the samples' unit, one value for each position of the window, its first at the first sample; empty along the
-        last axis where the record is shorter than the window.
+        In the samples' unit, one value for each position of the window; empty along time for a shorter record.
 
     Raises
     ------
     InputError
         For a window of less than one sample.
-
-    Notes
-    -----
-    Source: ISO 2631-1:1997, 6.3.1, Equation (2), linear integration.
     """
     squares = np.asarray(weighted, dtype=np.float64) ** 2
     length = _window(rate, seconds)
-    count = squares.shape[-1]
-    if count < length:
-        return np.zeros((*squares.shape[:-1], 0))
-    # A window is the end of one block and the beginning of the next. Differences of one long running sum would leave
-    # its rounding errors where a shock is followed by silence; sums within blocks do not.
-    padding = [(0, 0)] * (squares.ndim - 1) + [(0, -count % length)]
-    blocks = np.pad(squares, padding).reshape(*squares.shape[:-1], -1, length)
-    shape = (*squares.shape[:-1], -1)
-    up_to = np.cumsum(blocks, axis=-1).reshape(shape)
-    after = np.cumsum(blocks[..., ::-1], axis=-1)[..., ::-1]
-    after = np.concatenate([after[..., 1:], np.zeros_like(after[..., :1])], axis=-1).reshape(shape)
-    # The window that ends at i holds all of i's block up to i, and of the block before it what follows i - length.
-    total = up_to[..., length - 1 : count].copy()
-    total[..., 1:] += after[..., : count - length]
-    return np.sqrt(total / length)
+    total = np.cumsum(np.concatenate([np.zeros_like(squares[..., :1]), squares], axis=-1), axis=-1)
+    # Differences of a long sum keep its rounding errors: in the silence after a shock they may be below zero.
+    return np.asarray(np.sqrt(np.maximum(total[..., length:] - total[..., :-length], 0.0) / length))
 
 
 def ride_comfort(
@@ -298,6 +239,9 @@ def ride_comfort(
     settling: float = 0.0,
 ) -> dict[str, Any]:
     """Return comfort numbers of accelerations along a car body's axes.
+
+    Sources: ISO 2631-1:1997, 6.1 Equation (1), 6.3.1 Equations (2) and (4), 6.3.2 Equation (5), 6.5 Equation (10) and
+    8.2; EN 12299:2009, 6.6 and 6.7. EN 12299 measures on the floor, ISO 2631-1 where the vibration enters the person.
 
     Parameters
     ----------
@@ -313,38 +257,27 @@ def ride_comfort(
     Returns
     -------
     dict
-        As in `RESULTS`; arrays of three are in the order of `AXES`.
-
-        weighted_rms, maximum_transient_vibration (MTVV), vibration_dose (VDV)
-            (3,) m/s^2, m/s^2, m/s^1.75; weighted by Wd, Wd, Wk. MTVV is NaN for less than 1 s.
-        vibration_total_value
-            a_v, m/s^2, of the three weighted r.m.s. with k = 1, seated comfort.
-        weighted_rms_rail
-            (3,) m/s^2; weighted by Wd, Wd and the vertical weighting for rail, as all that follow.
-        blocks
-            Number of whole 5 s blocks; a rest shorter than that is left out.
-        continuous_comfort
-            (3, blocks) C_Cx, C_Cy, C_Cz, m/s^2.
-        percentile_95
-            (3,) m/s^2, over all blocks, linear between order statistics; NaN without a block.
-        mean_comfort
-            N_MV, no unit; NaN without a block. With fewer than 60 blocks it is not yet the standard's.
+        As in `RESULTS`; arrays of three are in the order of `AXES`. Weighted by Wd, Wd, Wk (ISO 2631-1):
+        `weighted_rms`, (3,), m/s^2; `vibration_total_value`, a_v, m/s^2, with k = 1 for seated comfort;
+        `maximum_transient_vibration`, MTVV, (3,), m/s^2, NaN for less than 1 s; `vibration_dose`, VDV, (3,), m/s^1.75.
+        Weighted by Wd, Wd and the vertical weighting for rail (EN 12299): `weighted_rms_rail`, (3,), m/s^2; `blocks`,
+        the number of whole 5 s blocks; `continuous_comfort`, C_Cx, C_Cy, C_Cz, (3, blocks), m/s^2; `percentile_95` over
+        all blocks, linear between order statistics, (3,), m/s^2; `mean_comfort`, N_MV, no unit. The last two are NaN
+        without a block, and with fewer than 60 not yet the standard's.
 
     Raises
     ------
     InputError
         For a low rate, samples that are not finite or not equally many, no sample left after settling, or another
         vertical weighting.
-
-    Notes
-    -----
-    Sources: ISO 2631-1:1997, 6.1 Equation (1), 6.3.1 Equations (2) and (4), 6.3.2 Equation (5), 6.5 Equation (10) and
-    8.2; EN 12299:2009, 6.6 and 6.7. EN 12299 measures on the floor, ISO 2631-1 where the vibration enters the person.
     """
     if vertical_weighting not in VERTICAL_FOR_RAIL:
         raise InputError("", "vertical_weighting", repr(vertical_weighting), " | ".join(VERTICAL_FOR_RAIL))
     samples = _three(longitudinal, lateral, vertical)
-    begin = _settled(settling, _checked_rate(rate), samples.shape[-1])
+    duration = samples.shape[-1] / _checked_rate(rate)
+    if not 0.0 <= settling < duration:
+        raise InputError("", "settling", f"{settling!r} s", f"0 to less than the record's {duration:g} s")
+    begin = int(settling * rate)
     flat = weighted(samples[:2], rate, "Wd")
     iso, rail = (
         np.concatenate([flat, weighted(samples[2:], rate, name)])[:, begin:] for name in ("Wk", vertical_weighting)
@@ -366,13 +299,9 @@ def _mean_comfort(rail: FloatArray, rate: float) -> dict[str, Any]:
     length = _window(rate, BLOCK)
     count = rail.shape[-1] // length
     blocks = _rms(rail[:, : count * length].reshape(3, count, length))
-    high = np.percentile(blocks, MEAN_COMFORT_PERCENTILE, axis=-1) if count else np.full(3, np.nan)
-    return {
-        "blocks": count,
-        "continuous_comfort": blocks,
-        "percentile_95": high,
-        "mean_comfort": float(MEAN_COMFORT_FACTOR * np.linalg.norm(high)),
-    }
+    high = np.percentile(blocks, PERCENTILE, axis=-1) if count else np.full(3, np.nan)
+    mean = float(FACTOR * np.linalg.norm(high))
+    return {"blocks": count, "continuous_comfort": blocks, "percentile_95": high, "mean_comfort": mean}
 
 
 def _rms(samples: FloatArray) -> FloatArray:
@@ -380,10 +309,9 @@ def _rms(samples: FloatArray) -> FloatArray:
 
 
 def _window(rate: float, seconds: float) -> int:
-    samples = rate * seconds
-    if not 0.5 < samples < np.inf:
+    if not 0.5 < rate * seconds < np.inf:
         raise InputError("", "seconds", f"{seconds!r} s at {rate!r} samples per second", "at least one sample")
-    return max(round(samples), 1)
+    return round(rate * seconds)
 
 
 def _three(*axes: ArrayLike) -> FloatArray:
@@ -394,17 +322,8 @@ def _three(*axes: ArrayLike) -> FloatArray:
     return np.array(held)
 
 
-def _settled(settling: float, rate: float, count: int) -> int:
-    if not 0.0 <= settling * rate < count:
-        raise InputError("", "settling", f"{settling!r} s", f"0 to less than the record's {count / rate:g} s")
-    return min(round(settling * rate), count - 1)
-
-
-# -- records --------------------------------------------------------------------------------------------------------
-
-
 def comfort(
-    record: Recorded,
+    record: Record,
     body: str = "car body",
     at: Sequence[float] | None = None,
     rate: float = 1000.0,
@@ -444,11 +363,13 @@ def comfort(
     import xarray as xr
 
     _checked_rate(rate)
-    offset = _point(at)
-    along = _point_acceleration(record.history(rate), body, offset)
-    found = ride_comfort(*along, rate, vertical_weighting=vertical_weighting, settling=settling)
+    offset = np.asarray((0.0, 0.0, 0.0) if at is None else at, dtype=np.float64)
+    if offset.shape != (3,) or not np.isfinite(offset).all():
+        raise InputError("", "at", repr(at), "three numbers in m (x, y, z), or None")
+    x, y, z = _point_acceleration(record.history(rate), body, offset)
+    found = ride_comfort(x, y, z, rate, vertical_weighting=vertical_weighting, settling=settling)
     ends = settling + BLOCK * np.arange(1, found["blocks"] + 1)
-    out = xr.Dataset(
+    return xr.Dataset(
         {name: (("axis", "block")[: np.ndim(found[name])], found[name], _labels(name)) for name in RESULTS},
         coords={
             "axis": ("axis", list(AXES), {"units": "", "long_name": "axis of the body"}),
@@ -459,19 +380,10 @@ def comfort(
             "vertical_weighting_source": WEIGHTINGS[vertical_weighting].source,
         },
     )  # fmt: skip
-    return out
 
 
 def _labels(name: str) -> dict[str, str]:
-    unit, meaning = RESULTS[name]
-    return {"units": unit, "long_name": meaning}
-
-
-def _point(at: Sequence[float] | None) -> FloatArray:
-    offset = np.asarray((0.0, 0.0, 0.0) if at is None else at, dtype=np.float64)
-    if offset.shape != (3,) or not np.isfinite(offset).all():
-        raise InputError("", "at", repr(at), "three numbers in m (x, y, z), or None")
-    return offset
+    return dict(zip(("units", "long_name"), RESULTS[name], strict=True))
 
 
 def _point_acceleration(history: xr.Dataset, body: str, offset: FloatArray) -> FloatArray:

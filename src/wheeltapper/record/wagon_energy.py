@@ -2,8 +2,8 @@
 
 Change of (kinetic + elastic) = works of the loads, of the irregularity, of the contacts' changing shape and of what
 keeps the speed, less what dampers and friction dissipate. The elastic energy of a contact is 0.4·N·δ; where its
-constant changes as the wheel shifts or the rail bends, the contact's shape does work. What keeps the speed does the work of the
-creep forces that the slip does not dissipate.
+constant changes as the wheel shifts or the rail bends, the contact's shape does work. What keeps the speed does the
+work of the creep forces that the slip does not dissipate.
 """
 
 from __future__ import annotations

@@ -8,6 +8,9 @@ from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import Length, Noun, PositiveLength
 
+BUILT_IN = ("S1002", "60E1")
+"""Profiles that need no file."""
+
 
 class WheelRail(Noun):
     """Profiles of wheels and rails, the same on both sides.
@@ -15,9 +18,9 @@ class WheelRail(Noun):
     Parameters
     ----------
     wheel
-        "S1002", or a file with the profile of a left wheel: two columns in mm, MiniProf, or SIMPACK (.prw).
+        "S1002", or a file with the profile: two columns in mm (.txt, .dat, .csv), MiniProf (.whl) or SIMPACK (.prw).
     rail
-        "60E1", or a file with the profile of a left rail, upright: two columns in mm, MiniProf, or SIMPACK (.prr).
+        "60E1", or a file with the profile: two columns in mm, MiniProf (.ban) or SIMPACK (.prr).
     inclination
         Of the rails towards the track's middle.
     gauge

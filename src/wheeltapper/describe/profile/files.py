@@ -1,0 +1,399 @@
+"""Profiles of wheels and rails from files: two columns, MiniProf, SIMPACK.
+
+All lengths in mm. What a file means is turned into the house's conventions:
+
+- wheel: y from the tread datum, positive to the field side, so that the flange lies at negative y; z positive away from
+  the axle (the radius at y is r0 + z);
+- rail: y from the rail's middle, the gauge side at negative y; z upwards from the crown; upright. A rail that was
+  measured as it lies already leans: use it with inclination 0.
+
+Two columns are y and z as above. MiniProf: a wheel's x counts from the flange's back to the field side and its Y away
+from the axle (y = x - 70, z = Y, zero at the datum); a rail's x grows to the gauge side, Y up (y = -x, z = Y). SIMPACK:
+y to the field side, z down for both (a wheel's y, z; a rail's y, -z).
+
+MiniProf's 70 mm are replaced by its header WheelDiameterTaperline, where it is given. SIMPACK's settings act in the
+order in which its files number them, in the file's units: point.dist.min, shift, bounds (off where min ≥ max; y drops
+points, z clips them), mirror, units.len.f (file's units per metre); rotate is refused, as its sense is not public. Nor
+is the formula of approx.smooth; here it is FITPACK's: the sum of squared distances, in the file's unit, up to which the
+spline may leave the points.
+
+Wherever a rail's file puts y = 0, the rail is moved sideways until its two points 14 mm below the crown lie equally far
+from there (or the gauge point 36 mm, where the field side is not that deep): it is laid by its gauge point anyway.
+
+Source: the readers and example files of CONTACT (Vtech CMCC; m_profile.f90, Manchester benchmark, MiniProf recordings
+of 2015 and 2020); the comments in SIMPACK's files; Greenwood Engineering, MiniProf standard alignments.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.irregularity import spline
+from wheeltapper.describe.profile.rail_60e1 import rail_60e1
+from wheeltapper.describe.profile.s1002 import FLANGE_BACK, s1002
+from wheeltapper.ground.errors import InputError
+
+FloatArray = NDArray[np.float64]
+Shape = Callable[[FloatArray], FloatArray]
+"""A profile: from lateral positions to heights, both in mm; NaN beyond its ends."""
+Kind = Literal["wheel", "rail"]
+Lines = list[tuple[int, str]]
+
+BUILT_IN = {"wheel": "S1002", "rail": "60E1"}
+OWNER: dict[str, Kind] = {".prw": "wheel", ".whl": "wheel", ".prr": "rail", ".ban": "rail"}
+PLAIN = (".txt", ".dat", ".csv")
+FEWEST = 10
+WIDTH = {"wheel": (80.0, 200.0), "rail": (40.0, 120.0)}
+UNITS = {"metres": 1e3, "inches": 25.4, "centimetres": 10.0, "micrometres": 1e-3}
+PER_METRE = {"m": 1.0, "cm": 1e2, "mm": 1e3, "in": 1 / 0.0254, "inch": 1 / 0.0254}
+FLANGE, TIP = 15.0, (-65.0, -40.0)
+"""A flange is at least so high, and its tip lies there if its back is 70 mm from the tread datum."""
+OFF_DATUM, OFF_MIDDLE = 10.0, 20.0
+GAUGE_DEPTH, HALF_HEAD, FALL = 14.0, 36.0, 0.2
+TURN = 0.1
+"""Points that turn back by less are noise and left out; by more, they are an overhang, where the profile ends."""
+NEAREST, STEEPEST = 1e-3, 100.0
+"""Where it is steeper, a profile is no function of y any more."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The points of a file, in its order and the house's conventions, mm; `noise`: rms distance a spline may keep."""
+
+    y: FloatArray
+    z: FloatArray
+    noise: float = 0.0
+
+
+def wheel_profile(name_or_path: str) -> Shape:
+    """Return the profile of a wheel.
+
+    Parameters
+    ----------
+    name_or_path
+        "S1002"; or a file: two columns (.txt, .dat, .csv), MiniProf (.whl, .mpt) or SIMPACK (.prw).
+
+    Returns
+    -------
+    callable
+        From lateral positions in mm, of any shape, to heights in mm of the same shape: y from the tread datum, positive
+        to the field side, z positive away from the axle; NaN beyond the ends. The cubic spline through the file's
+        points (twice continuously differentiable), or near them where a SIMPACK file asks for smoothing. From the tread
+        outwards, it ends where the points turn back by more than 0.1 mm or get steeper than 100:1.
+
+    Raises
+    ------
+    InputError
+        The file is missing, unreadable, a rail's, mirrored, in another unit or not from the tread datum.
+    """
+    return s1002 if name_or_path == BUILT_IN["wheel"] else _from_file(Path(name_or_path), "wheel")
+
+
+def rail_profile(name_or_path: str) -> Shape:
+    """Return the profile of an upright rail.
+
+    Parameters
+    ----------
+    name_or_path
+        "60E1"; or a file: two columns (.txt, .dat, .csv), MiniProf (.ban, .mpt) or SIMPACK (.prr).
+
+    Returns
+    -------
+    callable
+        From lateral positions in mm, of any shape, to heights in mm of the same shape: y from the rail's middle, the
+        gauge side negative, z upwards from the crown; NaN beyond the ends. The spline is that of `wheel_profile`, from
+        the crown outwards.
+
+    Raises
+    ------
+    InputError
+        The file is missing, unreadable, a wheel's, mirrored, in another unit or not as deep as the gauge point.
+    """
+    return rail_60e1 if name_or_path == BUILT_IN["rail"] else _from_file(Path(name_or_path), "rail")
+
+
+def _from_file(path: Path, kind: Kind) -> Shape:
+    """Return the function through a file's points; every error names the file."""
+    try:
+        outline = _read(path, kind)
+        _check_size(outline, kind)
+        return _curve(*(_wheel(outline) if kind == "wheel" else _rail(outline)), outline.noise)
+    except InputError as error:
+        raise error.at(str(path)) from None
+
+
+def _curve(y: FloatArray, z: FloatArray, noise: float) -> Shape:
+    """Return the spline through, or near, points in the order of y."""
+    form = spline.smoothing(y, z, noise) if noise else spline.interpolating(y, z)
+
+    def shape(places: FloatArray) -> FloatArray:
+        places = np.asarray(places, dtype=float)
+        inside = (places >= y[0]) & (places <= y[-1])
+        return np.where(inside, form.derivative(places, 0), np.nan)
+
+    return shape
+
+
+def _read(path: Path, kind: Kind) -> Outline:
+    """Return the points of a file, whose format its suffix tells, or its text."""
+    suffix = path.suffix.lower()
+    own = [name for name, owner in OWNER.items() if owner == kind]
+    known = f"{BUILT_IN[kind]!r}, or a file with the suffix {', '.join((*PLAIN, *own, '.mpt'))}"
+    if OWNER.get(suffix, kind) != kind:
+        raise InputError("", kind, f"the file of a {OWNER[suffix]} ({suffix})", known)
+    if not path.is_file():
+        raise InputError("", kind, "no such file", known)
+    if suffix not in (*PLAIN, *OWNER, ".mpt"):
+        raise InputError("", kind, f"a file with the suffix {suffix!r}", known)
+    text = path.read_bytes().decode("utf-8-sig", errors="replace")
+    lines = list(enumerate(map(str.strip, text.splitlines()), start=1))
+    if suffix in (".prw", ".prr") or re.search(r"^\s*point\.begin", text, re.MULTILINE):
+        return _simpack(lines, kind)
+    if suffix not in PLAIN or re.search(r"^(XYPoints|ColumnDef)\s*=", text, re.MULTILINE | re.IGNORECASE):
+        return _miniprof(lines, kind)
+    return _two_columns(lines)
+
+
+def _two_columns(lines: Lines) -> Outline:
+    """Return the points of a file with columns y and z; one line with names may stand above them."""
+    rows = [(number, text) for number, text in lines if text and text[0] not in "#!%"]
+    if rows and not _is_row(rows[0][1]):
+        rows = rows[1:]
+    return Outline(*np.array([_numbers(row, 2, exact=True) for row in rows]).reshape(-1, 2).T)
+
+
+def _parts(text: str) -> list[str]:
+    """Return the values of a row; between semicolons a comma is a decimal one."""
+    if ";" in text:
+        return [part.strip().replace(",", ".") for part in text.split(";")]
+    return re.split(r"\s*,\s*|\s+", text.strip())
+
+
+def _is_row(text: str) -> bool:
+    """Return whether a line begins with a number, be it none that a profile may have."""
+    return re.match(r"[-+]?(\.?\d|nan|inf)", _parts(text)[0], re.IGNORECASE) is not None
+
+
+def _numbers(row: tuple[int, str], count: int, exact: bool = False) -> list[float]:
+    """Return the first numbers of a row."""
+    number, text = row
+    parts = _parts(text)
+    try:
+        values = [float(part) for part in parts[:count]]
+    except ValueError:
+        values = []  # refused below
+    if len(values) < count or (exact and len(parts) > count) or not np.isfinite(values).all():
+        raise InputError("", f"line {number}", repr(text[:60]), f"{count} finite numbers")
+    return values
+
+
+def _setting(settings: dict[str, str], key: str, default: float) -> float:
+    """Return a number from a header; an empty one is the default."""
+    text = settings.get(key, "")
+    try:
+        return float(text) if text else default
+    except ValueError:
+        raise InputError("", key, repr(text), "a number") from None
+
+
+def _miniprof(lines: Lines, kind: Kind) -> Outline:
+    """Return the points of a MiniProf file: a header of KEY=VALUE, a blank line, rows of numbers."""
+    begin = next((i for i, (_, text) in enumerate(lines) if not text or _is_row(text)), len(lines))
+    pairs = [text.partition("=") for _, text in lines[:begin] if "=" in text and text[0] not in '"#!']
+    header = {key.strip().upper(): value.strip() for key, _, value in pairs}
+    body = [(number, text) for number, text in lines[begin:] if text]
+    said = _setting(header, "XYPOINTS", 0.0)
+    if len(body) < said:
+        raise InputError("", "XYPoints", f"{len(body)} of {said:g} points", "a file that is not cut off")
+    names = [name.strip().upper() for name in header.get("COLUMNDEF", "X,Y").split(",")]
+    if "X" not in names or "Y" not in names:
+        raise InputError("", "ColumnDef", repr(header["COLUMNDEF"]), "columns X and Y")
+    rows = [(number, re.split('["#!%]', text)[0]) for number, text in body]  # some rows are commented out
+    across, up = names.index("X"), names.index("Y")
+    count = max(across, up) + 1
+    table = np.array([_numbers(row, count) for row in rows if row[1].strip()]).reshape(-1, count)
+    x = table[:, across] + _setting(header, "XOFFSET", 0.0)
+    z = table[:, up] + _setting(header, "YOFFSET", 0.0)
+    if kind == "wheel":
+        y = x - _setting(header, "WHEELDIAMETERTAPERLINE", FLANGE_BACK)
+        return Outline(y, z - _at_datum(y, z))
+    return Outline(x[np.argmax(z)] - x, z) if len(x) else Outline(x, z)  # x = 0 is where the instrument stood
+
+
+def _at_datum(y: FloatArray, z: FloatArray) -> float:
+    """Return the height of a tread at y = 0; zero where there is none."""
+    tread = np.flatnonzero(np.abs(y) < OFF_DATUM)
+    tread = tread[np.argsort(y[tread])]
+    return float(np.interp(0.0, y[tread], z[tread])) if len(tread) else 0.0
+
+
+def _sections(lines: Lines) -> tuple[dict[str, str], Lines]:
+    """Return the settings of a SIMPACK file, as section.key, and the rows of its points."""
+    settings: dict[str, str] = {}
+    points: Lines = []
+    section = ""
+    for number, line in lines:
+        text = re.sub(r"^((?:[^'!%]|'[^']*')*)[!%].*", r"\1", line).strip()
+        if text.endswith((".begin", ".end")):
+            section = {"point.end": "spline"}.get(text, text.removesuffix(".begin"))
+        elif section == "point" and text:
+            points.append((number, text))
+        elif "=" in text:
+            key, _, value = text.partition("=")
+            settings[f"{section}.{key.strip()}"] = value.strip().strip("'")
+    if section == "point" or not points:
+        found = "the end of the file" if points else "no points"
+        raise InputError("", "point", found, "rows y z between point.begin and point.end")
+    return settings, points
+
+
+def _simpack(lines: Lines, kind: Kind) -> Outline:
+    """Return the points of a SIMPACK file, after its settings."""
+    settings, points = _sections(lines)
+
+    def value(key: str) -> float:
+        return _setting(settings, f"spline.{key}", 0.0)
+
+    if _setting(settings, "header.type", float(kind == "wheel")) != float(kind == "wheel"):
+        other = "rail" if kind == "wheel" else "wheel"
+        raise InputError("", "header.type", f"{settings['header.type']} (a {other})", f"the profile of a {kind}")
+    if value("rotate"):
+        raise InputError("", "spline.rotate", settings["spline.rotate"], "0; turn the points themselves instead")
+    y, z = _apart(np.array([_numbers(row, 2) for row in points]), value("point.dist.min")).T
+    y, z = y + value("shift.y"), z + value("shift.z")
+    if (low := value("bound.y.min")) < (high := value("bound.y.max")):
+        y, z = y[(y >= low) & (y <= high)], z[(y >= low) & (y <= high)]
+    if (low := value("bound.z.min")) < (high := value("bound.z.max")):
+        z = np.clip(z, low, high)
+    y, z = (-y if value("mirror.y") else y), (-z if value("mirror.z") else z)
+    scale = 1e3 / _per_metre(settings)
+    noise = float(np.sqrt(_allowance(value("approx.smooth"), points) / max(len(y), 1)))
+    return Outline(scale * y, scale * (z if kind == "wheel" else -z), scale * noise)
+
+
+def _apart(points: FloatArray, distance: float) -> FloatArray:
+    """Return the points without those nearer than a distance to the last one kept."""
+    kept = [points[0]]
+    for point in points[1:]:
+        kept += [point] if np.hypot(*(point - kept[-1])) >= distance else []
+    return np.array(kept)
+
+
+def _per_metre(settings: dict[str, str]) -> float:
+    """Return how many of a SIMPACK file's length units make a metre; its factor goes before the unit's name."""
+    name = settings.get("spline.units.len", "m")
+    factor = _setting(settings, "spline.units.len.f", PER_METRE.get(name, 0.0))
+    if not factor > 0.0:
+        found = settings.get("spline.units.len.f") or repr(name)
+        raise InputError("", "spline.units.len.f", found, "a positive number of the file's length units per metre")
+    return factor
+
+
+def _allowance(squares: float, points: Lines) -> float:
+    """Return a SIMPACK file's allowed sum of squares; weights would change what it means."""
+    if squares < 0.0:
+        raise InputError("", "spline.approx.smooth", f"{squares:g}", "0 (through the points) or more")
+    if squares:
+        for row in points:
+            if len(_parts(row[1])) > 2 and _numbers(row, 3)[2] != 1.0:
+                raise InputError("", f"line {row[0]}", "a weight other than 1", "equal weights where approx.smooth > 0")
+    return squares
+
+
+def _check_size(outline: Outline, kind: Kind) -> None:
+    """Refuse too few points and other units than mm."""
+    if len(outline.y) < FEWEST:
+        raise InputError("", "points", f"{len(outline.y)} points", f"at least {FEWEST}")
+    low, high = WIDTH[kind]
+    width = float(np.ptp(outline.y))
+    if not low <= width <= high:
+        unit = next((name for name, factor in UNITS.items() if low <= width * factor <= high), None)
+        found = f"{width:.4g}, probably in {unit}" if unit else f"{width:.4g} mm"
+        raise InputError("", f"width of the {kind}", found, f"{low:g} mm to {high:g} mm")
+
+
+def _wheel(outline: Outline) -> tuple[FloatArray, FloatArray]:
+    """Return the points that are a function of y, of a wheel that is as a wheel must be."""
+    y, z = outline.y, outline.z
+    _check_flange(y, z, float(y[np.argmax(z)]))
+    start = int(np.argmin(np.abs(y)))
+    if abs(z[start]) > OFF_DATUM:
+        raise InputError("", "tread", f"z = {z[start]:.4g} mm at y = 0", f"up to {OFF_DATUM:g} mm; z counts from there")
+    kept_y, kept_z = _outward(y, z, start)
+    if kept_y[0] > y[np.argmax(z)] or np.ptp(kept_y) < WIDTH["wheel"][0]:
+        raise _disorder(kept_y, "from the tread to the flange's tip and to the field side")
+    return kept_y, kept_z
+
+
+def _check_flange(y: FloatArray, z: FloatArray, tip: float) -> None:
+    """Refuse a wheel without a flange, or with the flange elsewhere than 70 mm from the tread datum."""
+    order = np.argsort(y)
+    tread = np.median(np.interp(np.linspace(y.min(), y.max(), 101), y[order], z[order]))  # most of the width is tread
+    side = f"a flange at least {FLANGE:g} mm high on the side of negative y, z positive away from the axle"
+    if z.max() - tread < FLANGE:
+        hint = "; mirror the file: z to -z (SIMPACK: mirror.z)" if tread - z.min() >= FLANGE else ""
+        raise InputError("", "flange", f"no flange: {z.max() - tread:.3g} mm above the tread", side + hint)
+    if tip > 0.5 * (y.min() + y.max()):
+        hint = "; mirror the file: y to -y (SIMPACK: mirror.y)"
+        raise InputError("", "flange", f"its tip at y = {tip:.4g} mm, on the wrong side", side + hint)
+    if not TIP[0] <= tip <= TIP[1]:
+        allowed = f"{TIP[0]:g} mm to {TIP[1]:g} mm; y counts from the tread datum, 70 mm from the flange's back"
+        raise InputError("", "flange", f"its tip at y = {tip:.4g} mm", allowed)
+
+
+def _rail(outline: Outline) -> tuple[FloatArray, FloatArray]:
+    """Return the points that are a function of y, of a rail that is as a rail must be, from its middle and crown."""
+    y, z = outline.y, outline.z
+    crown = int(np.argmax(z))
+    if z[crown] - max(z[np.argmin(y)], z[np.argmax(y)]) < FALL:
+        allowed = "a crown that falls on both sides; if z counts downwards, mirror it: z to -z (SIMPACK: mirror.z)"
+        raise InputError("", "crown", f"the highest point at y = {y[crown]:.4g} mm, where the rail ends", allowed)
+    if abs(y[crown]) > OFF_MIDDLE:
+        raise InputError(
+            "", "crown", f"at y = {y[crown]:.4g} mm", f"within {OFF_MIDDLE:g} mm of y = 0, the rail's middle"
+        )
+    y, z = _outward(y, z - z[crown], crown)
+    if np.ptp(y) < WIDTH["rail"][0]:
+        raise _disorder(y, "from the crown to both sides")
+    crown = int(np.argmax(z))
+    if z[0] > -GAUGE_DEPTH:
+        turned = "; mirror the file, if its gauge side is at positive y" if z[-1] <= -GAUGE_DEPTH else ""
+        allowed = f"{GAUGE_DEPTH:g} mm at least, where the gauge is measured{turned}"
+        raise InputError("", "gauge side", f"points to {-z[0]:.3g} mm below the crown at negative y", allowed)
+    inner = float(np.interp(-GAUGE_DEPTH, z[: crown + 1], y[: crown + 1]))
+    outer = float(np.interp(-GAUGE_DEPTH, z[crown:][::-1], y[crown:][::-1]))
+    return y - (0.5 * (inner + outer) if z[-1] <= -GAUGE_DEPTH else inner + HALF_HEAD), z
+
+
+def _disorder(kept: FloatArray, way: str) -> InputError:
+    found = f"points that turn back at y = {kept[0]:.4g} mm or {kept[-1]:.4g} mm"
+    return InputError("", "order", found, f"points in order {way}")
+
+
+def _outward(y: FloatArray, z: FloatArray, start: int) -> tuple[FloatArray, FloatArray]:
+    """Return the points that lie ever further out on either side of the start, in the order of y."""
+    rising = y[-1] > y[0]
+    forward = list(_leaving(y, z, range(start, len(y)), 1.0 if rising else -1.0))
+    backward = list(_leaving(y, z, range(start, -1, -1), -1.0 if rising else 1.0))
+    order = backward[:0:-1] + forward if rising else forward[:0:-1] + backward
+    return y[order], z[order]
+
+
+def _leaving(y: FloatArray, z: FloatArray, way: range, sign: float) -> Iterator[int]:
+    """Yield the indices along a way whose points are further out than all before."""
+    last = way[0]
+    yield last
+    for i in way[1:]:
+        step = sign * (y[i] - y[last])
+        if step < -TURN or abs(z[i] - z[last]) > STEEPEST * max(step, NEAREST) + TURN:
+            return
+        if step >= NEAREST:
+            yield i
+            last = i

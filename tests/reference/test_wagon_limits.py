@@ -1,0 +1,116 @@
+"""The march of many bodies where it must be something known: the core model, and a wheelset that also rolls."""
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from tests.cases import reference
+
+UNIT = {"between": ("wheelset 1", "ground"), "at": (0.0, 0.0, 0.46)}
+
+
+def single(load, held, *elements, mass=1500.0):
+    axle = wt.vehicles.Axle(mass=mass, inertia=(1120.0, 112.0, 1120.0), position=0.0, load=load, held=held)
+    return wt.Wagon(bodies=(), axles=(axle,), elements=elements)
+
+
+def damper(c):
+    return wt.vehicles.Damper(name="damper", damping=(0.0, 0.0, c), **UNIT)
+
+
+def spring(k):
+    return wt.vehicles.Spring(name="spring", stiffness=(0.0, 0.0, k), **UNIT)
+
+
+def fixed_arm(arm=0.75):
+    return wt.profiles.Cones(arm=arm, moving_with="wheel")
+
+
+@pytest.mark.parametrize(("method", "tolerance"), [("default", 1e-9), ("strict", 1e-11)])
+def test_a_wheelset_that_rolls_on_one_rail_meets_the_reference_event_by_event(method, tolerance):
+    case = reference()["static"]["roll_right_only_V9"]
+    scene = wt.Scenario(
+        vehicle=single(2 * 53011.0 - 1500 * 9.81, ("x", "y", "pitch", "yaw"), damper(8e3)),
+        contact=wt.Hertz(constant_per_wheel=7.025e10),
+        profiles=fixed_arm(),
+        irregularity={"right": wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=0.01)},
+        rolling="point",
+        speed=9.0,
+        duration=0.0294,
+    )
+    record = wt.simulate(scene, method=method)
+    events = record.events
+    expected = [event for event in case["events"] if float(event[0]) < 0.0294]
+    assert [str(side)[0].upper() for side in events.side.values] == [side for _, side, _ in expected]
+    kinds = {"release": "loss", "impact": "impact"}
+    assert list(events.kind.values) == [kinds[kind] for _, _, kind in expected]
+    np.testing.assert_allclose(events.time, [float(time) for time, _, _ in expected], atol=tolerance, rtol=0)
+    for time, (z, roll, z_rate, roll_rate) in case["samples"].items():
+        found = record.at(float(time)).isel(time=0).sel(body="wheelset 1")
+        place = found.displacement.sel(motion=["z", "roll"]).values
+        rate = found.velocity.sel(motion=["z", "roll"]).values
+        # the reference counts y to the right: its roll is the other way round
+        np.testing.assert_allclose(place, [z, -roll], rtol=0, atol=tolerance * 0.1)
+        np.testing.assert_allclose(rate, [z_rate, -roll_rate], rtol=0, atol=tolerance * 200)
+
+
+@pytest.mark.parametrize(
+    ("irregularity", "rolling", "speed"),
+    [
+        (wt.CosineBump(height=2e-4, length=0.05, start=0.009), "point", 9.0),
+        (wt.Step(height=1e-4, position=0.02), "circle", 5.0),
+        (wt.Step(height=1e-4, position=0.02, ideal=True), "point", 5.0),
+        (wt.WheelFlat(depth=1e-4, position=0.1), "circle", 5.0),
+    ],
+)
+@pytest.mark.parametrize("deck", [False, True])
+def test_one_wheelset_is_the_core_model(irregularity, rolling, speed, deck):
+    shared = {"irregularity": irregularity, "rolling": rolling, "speed": speed, "duration": 0.08}
+    if deck:
+        shared["track"] = wt.FloatingDeck(mass=1500.0, stiffness=3e6, damping=2e4, start=0.01, length=0.2)
+    core = wt.simulate(
+        wt.Scenario(
+            vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4, radius=0.46),
+            contact=wt.Hertz(constant=1.405e11),
+            **shared,
+        ),
+        method="strict",
+    )
+    vehicle = single(91_307.0, ("x", "y", "roll", "pitch", "yaw"), spring(2.44e6), damper(5e4))
+    wagon = wt.simulate(
+        wt.Scenario(vehicle=vehicle, contact=wt.Hertz(constant_per_wheel=0.7025e11), profiles=fixed_arm(), **shared),
+        method="strict",
+    )
+    left = wagon.events.isel(event=wagon.events.side.values == "left")
+    assert list(left.kind.values) == list(core.events.kind.values)
+    assert len(core.events.time) >= 2
+    np.testing.assert_allclose(left.time, core.events.time, rtol=0, atol=1e-9)
+    times = np.linspace(0.0, 0.08, 401)
+    one, other = wagon.at(times), core.at(times)
+    scale = core.static_force
+    np.testing.assert_allclose(one.normal_force.sum(("wheelset", "side")), other.normal_force, atol=1e-7 * scale)
+    height = one.displacement.sel(body="wheelset 1", motion="z")
+    np.testing.assert_allclose(height, other.wheel_displacement, rtol=0, atol=1e-9 * 8.3e-5 * 100)
+    forces = wagon.peaks.isel(peak=wagon.peaks.side.values == "left").normal_force
+    np.testing.assert_allclose(2 * forces, core.peaks.normal_force, rtol=1e-9 * 100)
+
+
+def test_a_second_wheelset_far_behind_meets_the_same_later():
+    axle = {"mass": 1500.0, "inertia": (1120.0, 112.0, 1120.0), "load": 91_307.0, "held": ("x", "y", "pitch", "yaw")}
+    axles = tuple(wt.vehicles.Axle(position=x, **axle) for x in (0.0, -0.31))
+    scene = wt.Scenario(
+        vehicle=wt.Wagon(bodies=(), axles=axles),
+        contact=wt.Hertz(constant_per_wheel=7.025e10),
+        profiles=fixed_arm(),
+        irregularity=wt.CosineBump(height=2e-4, length=0.05, start=0.02),
+        speed=9.0,
+        duration=0.2,
+    )
+    record = wt.simulate(scene, method="strict")
+    first, second = (
+        record.events.time.values[(record.events.wheelset.values == n) & (record.events.side.values == "left")]
+        for n in (1, 2)
+    )
+    count = int((first < 0.2 - 0.31 / 9).sum())
+    assert count >= 10
+    np.testing.assert_allclose(second[:count], first[:count] + 0.31 / 9, rtol=0, atol=1e-9)
