@@ -34,8 +34,9 @@ def geometry_of(profiles: WheelRail | Cones, radius: float, crown: float) -> Geo
         moved = 0.0 if profiles.moving_with == "wheel" else 1.0
         return Geometry(u, slope * moved * u, place, radius + slope * moved * u, np.full_like(u, 0.5 / crown))
     return contact_geometry(
-        wheel_profile(profiles.wheel), rail_profile(profiles.rail), inclination=profiles.inclination, gauge=profiles.gauge, flange_backs=profiles.flange_backs,
-        radius=radius, smoothing=profiles.smoothing, shifts=u,
+        wheel_profile(profiles.wheel), rail_profile(profiles.rail), inclination=profiles.inclination,
+        gauge=profiles.gauge, flange_backs=profiles.flange_backs, radius=radius, smoothing=profiles.smoothing,
+        shifts=u,
     )  # fmt: skip
 
 

@@ -1,0 +1,123 @@
+"""What must hold for every wagon: energy, mirrors, convergence, faults as changed elements."""
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+
+COACH = wt.Wagon.erri_b176(1500.0)
+STEP = wt.Step(height=1e-4, position=0.02)
+
+
+def coach(irregularity=STEP, vehicle=COACH, duration=0.04, **changes):
+    fields = {
+        "contact": wt.Hertz(constant_per_wheel=7.025e10), "creep": wt.creep.Polach(friction=0.35), "speed": 5.0,
+    } | changes  # fmt: skip
+    return wt.Scenario(vehicle=vehicle, irregularity=irregularity, duration=duration, **fields)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"irregularity": {"right": STEP}, "contact": wt.Hertz()},
+        {"creep": None},
+        {"creep": wt.creep.Polach(friction=0.1, wheel_spin="full")},
+        {"creep": wt.creep.ShenHedrickElkins()},
+        {"creep": wt.creep.KalkerLinear()},
+        {"creep": wt.creep.Fastsim(friction=0.3)},
+        {"vehicle": wt.Wagon.erri_b176(series_springs=True)},
+        {"track": wt.FloatingDeck(mass=3e3, stiffness=1.2e7, damping=1e4, start=0.01, length=0.15)},
+        {
+            "irregularity": {"wheelset 1 left": wt.CosineBump(height=2e-4, length=0.05, start=0.01)},
+            "rolling": "point",
+            "contact": wt.Hertz(constant_per_wheel=7e10, curvature=True),
+        },
+    ],
+)
+def test_energy_closes(changes):
+    record = wt.simulate(coach(**changes), method="strict")
+    assert record.outcome.name == "COMPLETED"
+    assert len(record.events.time) > 0
+    assert float(record.energy.relative_imbalance) < 1e-8
+    assert float(record.energy.friction) >= -1e-12
+    default = wt.simulate(coach(**changes))
+    assert float(default.energy.relative_imbalance) < 1e-6
+
+
+def test_a_mirrored_scenario_gives_mirrored_results():
+    bump = wt.CosineBump(height=1.5e-4, length=0.05, start=0.01)
+    one, other = (
+        wt.simulate(coach({side: bump}, duration=0.03, rolling="point", speed=9.0)) for side in ("left", "right")
+    )
+    assert len(one.events.time) == len(other.events.time) >= 2
+    assert list(one.events.side.values) == [{"left": "right", "right": "left"}[s] for s in other.events.side.values]
+    np.testing.assert_allclose(one.events.time, other.events.time, rtol=0, atol=1e-13)
+    times = np.linspace(0.0, 0.03, 61)
+    a, b = one.at(times), other.at(times)
+    np.testing.assert_allclose(a.normal_force.sel(side="left"), b.normal_force.sel(side="right"), rtol=0, atol=1e-6)
+    for motion, sign in (("x", 1), ("y", -1), ("z", 1), ("roll", -1), ("pitch", 1), ("yaw", -1)):
+        place, mirrored = (r.displacement.sel(motion=motion).values for r in (a, b))
+        np.testing.assert_allclose(place, sign * mirrored, rtol=0, atol=1e-15 + 1e-11 * np.abs(place).max())
+
+
+def test_symmetric_excitation_stays_symmetric():
+    record = wt.simulate(coach(duration=0.05))
+    history = record.history(2e4)
+    assert float(np.abs(history.displacement.sel(motion=["y", "roll", "yaw"])).max()) < 1e-13
+    lateral = history.lateral_force
+    touching = history.normal_force.min("side") > 0
+    assert float(np.abs(lateral.sum("side")).max()) < 1e-6
+    ratio = (lateral.sel(side="left") / history.normal_force.sel(side="left")).where(touching)
+    assert float(ratio.max() - ratio.min()) < 0.01 * abs(float(ratio.mean()))
+    assert -0.0075 < float(ratio.mean()) < -0.004
+
+
+def test_event_times_converge_with_the_tolerance(monkeypatch):
+    from wheeltapper.lower import wagon
+
+    scene = coach(vehicle=COACH.without_dampers(), duration=0.15)
+    found = {}
+    for method, tolerance in (("default", None), ("strict", None), ("best", 1e-13)):
+        monkeypatch.setitem(wagon.TOLERANCES, "strict", tolerance or wagon.TOLERANCES["strict"])
+        events = wt.simulate(scene, method="strict" if method == "best" else method).events
+        order = np.lexsort((events.time.values, events.contact.values))
+        found[method] = events.time.values[order]
+    assert len(found["best"]) >= 80
+    default, strict = (np.median(np.abs(found[m] - found["best"])) for m in ("default", "strict"))
+    assert default < 1e-8
+    assert strict < 1e-10
+    assert strict < default
+
+
+def test_nothing_changes_on_level_rails():
+    record = wt.simulate(coach((), duration=0.5, speed=30.0))
+    assert len(record.events.time) == 0
+    history = record.history(100)
+    np.testing.assert_allclose(history.normal_force, record.static_forces.values[None].repeat(51, 0), rtol=1e-9)
+    assert record.static_force == pytest.approx(53_010.7875, rel=1e-12)
+
+
+def test_klingel_waves_of_a_wheelset_on_cones():
+    conicity, arm, radius = 0.05, 0.75, 0.46
+    axle = wt.vehicles.Axle(mass=1500.0, inertia=(1120.0, 112.0, 1120.0), position=0.0, radius=radius)
+    soft = wt.vehicles.Spring(name="k", between=("wheelset 1", "ground"), at=(0, 0, radius), stiffness=(1e5, 0, 0))
+    kink = wt.Scenario(
+        vehicle=wt.Wagon(bodies=(), axles=(axle,), elements=(soft,)),
+        contact=wt.Hertz(constant_per_wheel=9e10),
+        creep=wt.creep.KalkerLinear(wheel_spin="full"),
+        profiles=wt.profiles.Cones(conicity=conicity, arm=arm),
+        # a small dip under one wheel sets it swaying
+        irregularity={"left": wt.CosineBump(height=-2e-5, length=0.5, start=0.2)},
+        rolling="point",
+        speed=2.0,
+        duration=60.0,
+    )
+    record = wt.simulate(kink)
+    times = np.linspace(5.0, 60.0, 5501)
+    sway = record.at(times).displacement.sel(body="wheelset 1", motion="y").values
+    crossings = np.flatnonzero((sway[:-1] < 0) & (sway[1:] >= 0))
+    exact = times[crossings] - sway[crossings] * np.diff(times)[0] / (sway[crossings + 1] - sway[crossings])
+    assert len(exact) >= 5
+    wavelength = 2.0 * np.diff(exact).mean()
+    assert wavelength == pytest.approx(2 * np.pi * np.sqrt(radius * arm / conicity), rel=1e-3)
