@@ -9,6 +9,9 @@ from wheeltapper._version import __version__
 
 if TYPE_CHECKING:
     from wheeltapper.ask.border import border as border
+    from wheeltapper.ask.modes import critical_speed as critical_speed
+    from wheeltapper.ask.modes import modes as modes
+    from wheeltapper.ask.reduced import reduced as reduced
     from wheeltapper.ask.sweep import gradient as gradient
     from wheeltapper.ask.sweep import sweep as sweep
     from wheeltapper.describe import contact as contact
@@ -57,9 +60,12 @@ _HOMES = {
     "WheelFlat": "describe.irregularity.flat",
     "Wheelset": "describe.vehicle.wheelset",
     "border": "ask.border",
+    "critical_speed": "ask.modes",
     "gradient": "ask.sweep",
     "load": "record.store",
+    "modes": "ask.modes",
     "plot": "faces.plot",
+    "reduced": "ask.reduced",
     "simulate": "record.simulate",
     "sweep": "ask.sweep",
 }

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
+from wheeltapper.faces.wagons import draw_comparison, draw_wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.record import Record
+from wheeltapper.record.wagon_record import WagonRecord
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,10 +27,13 @@ def plot(
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
+    against: Record | None = None,
+    wheelset: int = 1,
 ) -> Figure:
     """Draw a record or a chart.
 
-    A record: path and wheel, normal force with losses shaded and impacts marked, the deck where there is one. A chart
+    A record: path and wheel, normal force with losses shaded and impacts marked, the deck where there is one. That of
+    a wagon: normal forces of all wheels, and the car body's acceleration. A chart
     of two varied fields: level curves of each feature, with gradient arrows and its specificity where there are
     gradients, cells without value or trust hatched; of one field: lines; of samples: clouds.
 
@@ -42,6 +47,9 @@ def plot(
         Which of a chart's features; by default all.
     border
         What `wheeltapper.border` returned, to be drawn over a chart of the same two fields.
+    against, wheelset
+        For a wagon's record: another one, of a core model such as `wheeltapper.reduced` gives, to be drawn over the
+        response of this wheelset, with the differences in peaks, intervals and times.
 
     Returns
     -------
@@ -52,7 +60,11 @@ def plot(
     from matplotlib.figure import Figure
 
     with matplotlib.style.context(STYLE):
-        if isinstance(what, Record):
+        if isinstance(what, WagonRecord):
+            figure = draw_wagon(what) if against is None else draw_comparison(what, against, wheelset)
+        elif against is not None:
+            raise InputError("", "against", "a record to draw over", "None, unless `what` is the record of a wagon")
+        elif isinstance(what, Record):
             figure = _drawn(what)
         elif getattr(what, "attrs", {}).get("title") == "wheeltapper chart":
             chosen = features_of(what) if features is None else features

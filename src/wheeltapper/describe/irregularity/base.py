@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
 from wheeltapper.describe.irregularity.course import Course
 from wheeltapper.describe.noun import Noun
+from wheeltapper.ground.errors import InputError
 
 Similarity = dict[str, Literal["lift", "rate", "offset"]]
+
+
+PLACES = ("start", "end", "position")
+"""Fields that say where an irregularity is."""
 
 
 class Irregularity(Noun):
@@ -22,6 +27,21 @@ class Irregularity(Noun):
     def similarity(self) -> Similarity:
         """Return the fields that change nothing but the scale of the height, that of the length, or the place."""
         return {}
+
+    def moved(self, distance: float) -> Self:
+        """Return the same irregularity farther along the rail (m).
+
+        Raises
+        ------
+        InputError
+            If nothing in it says where it is.
+        """
+        places = {name: getattr(self, name) for name in PLACES if getattr(self, name, None) is not None}
+        if not places:
+            raise InputError(
+                "", "irregularity", f"a {type(self).__name__}, which has no place", "one that can be moved"
+            )
+        return self.model_copy(update={name: place + distance for name, place in places.items()})
 
     def beyond_known(self, end: float) -> str | None:
         """Return what is missing if the run goes on to x = end (m), or None where everything is known."""

@@ -48,6 +48,10 @@ class Repeated(Irregularity):
             )
         return self
 
+    def moved(self, distance: float) -> Repeated:
+        """Return the same irregularities farther along the rail (m)."""
+        return self.model_copy(update={"of": self.of.moved(distance)})
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         once = self.of.course(radius)

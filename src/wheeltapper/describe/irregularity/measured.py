@@ -79,6 +79,10 @@ class Measured(Irregularity):
         x, y = self.samples
         return spline.smoothing(x, y, self.noise) if self.noise else spline.interpolating(x, y)
 
+    def moved(self, distance: float) -> Measured:
+        """Return the same measurement farther along the rail (m)."""
+        return self.model_copy(update={"start": float(self.samples[0][0]) + distance})
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         _, y = self.samples

@@ -52,6 +52,13 @@ class Profile(Irregularity):
             raise ValueError(f"found start, breakpoints, end = {edges}; allowed: rising positions")
         return self
 
+    def moved(self, distance: float) -> Profile:
+        """Return the same profile farther along the rail (m)."""
+        function = self.function
+        moved = super().moved(distance) if self.start is not None or self.end is not None else self
+        shifted = {"function": lambda x: function(x - distance)}
+        return moved.model_copy(update=shifted | {"breakpoints": tuple(x + distance for x in self.breakpoints)})
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         first = -inf if self.start is None else self.start

@@ -1,0 +1,200 @@
+"""Small vibrations of a wagon about its steady run: modes with names, and the speed at which it begins to hunt."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.vehicle.body import MOTIONS
+from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.standing import jacobian
+from wheeltapper.lower.wagon import DECK, LoweredWagon, lower_wagon
+from wheeltapper.march import assembly as contract
+from wheeltapper.march.assembly import LANES, PLACES, RATE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+WORDS = {
+    "x": "longitudinal", "y": "lateral", "z": "bounce", "roll": "roll", "pitch": "pitch", "yaw": "yaw",
+}  # fmt: skip
+STILL = 1e-3
+"""A mode slower than this, 1/s, is the freedom to stand elsewhere."""
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Rates of small deviations x from the steady run: x' = matrix·x."""
+
+    matrix: FloatArray
+    motions: tuple[tuple[str, str], ...]
+    rows: NDArray[np.int64]  # of each motion's displacement among the deviations; -1 where it has none
+    rate_rows: NDArray[np.int64]
+    mass: FloatArray
+
+
+def _as_wagon(scenario: Scenario, verb: str) -> Wagon:
+    if not isinstance(scenario.vehicle, Wagon):
+        raise InputError("", "vehicle", f"a {type(scenario.vehicle).__name__}", f"a Wagon, whose {verb} can be told")
+    return scenario.vehicle
+
+
+def linearised(lowered: LoweredWagon, fixed: tuple[str, ...] = ()) -> Linear:
+    """Return the linear equations of a lowered wagon about its start; bodies in `fixed` do not move."""
+    assembly, layout, structure = lowered.assembly, lowered.layout, lowered.structure
+    places = layout.places
+    masses = np.append(structure.mass, np.ones(len(places) - len(structure.mass)))
+    moves = assembly.mobility[places // PLACES * LANES + places % PLACES] != 0.0
+    moves &= np.array([body not in fixed for body, _ in layout.motions])
+    spins = np.array([motion == "pitch" and body.startswith("wheelset ") for body, motion in layout.motions])
+    inside = np.arange(layout.states, layout.states + int((assembly.element_inside[:, 0] >= 0).sum()))
+    with_place = moves & ~spins
+    states = np.concatenate([places[with_place], places[moves] + RATE, inside])
+    indentation = assembly.numbers[contract.LENGTH]
+    steps = np.full(len(states), 1e-5 * indentation)
+    steps[with_place.sum() : with_place.sum() + moves.sum()] = 1e-5 * indentation / assembly.numbers[contract.PULSE]
+    matrix = jacobian(assembly, assembly.start, states, steps)[states]
+    rows = np.full(len(places), -1)
+    rows[with_place] = np.arange(with_place.sum())
+    rate_rows = np.full(len(places), -1)
+    rate_rows[moves] = with_place.sum() + np.arange(moves.sum())
+    return Linear(matrix, layout.motions, rows, rate_rows, masses)
+
+
+def modes(scenario: Scenario, *, fixed_wheelsets: bool = False) -> xr.Dataset:
+    """Return the modes of small vibrations of a wagon about its steady run, contacts linear and always closed.
+
+    Parameters
+    ----------
+    scenario
+        With a `Wagon`; its irregularities are left out.
+    fixed_wheelsets
+        True: only what stands on the wheelsets moves.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over "mode", by rising frequency: `frequency` (Hz, of the undamped mode), `damping_ratio` (negative: it grows;
+        1 or more: it does not swing), `name`, and the complex `shape` over "body" and "motion" (m and rad, the largest
+        of one body's translations, or rotations times 1 m, being one).
+
+    Raises
+    ------
+    InputError
+        If the vehicle is no wagon.
+    """
+    import xarray as xr
+
+    wagon = _as_wagon(scenario, "modes")
+    lowered = lower_wagon(scenario.replaced({"irregularity": None}))
+    fixed = tuple(f"wheelset {i + 1}" for i in range(len(wagon.axles))) if fixed_wheelsets else ()
+    linear = linearised(lowered, fixed)
+    values, vectors = np.linalg.eig(linear.matrix)
+    keep = (np.abs(values) > STILL) & (values.imag >= 0.0)
+    values, vectors = values[keep], vectors[:, keep]
+    order = np.argsort(np.abs(values), kind="stable")
+    values, vectors = values[order], vectors[:, order]
+    bodies = [body for body in lowered.layout.bodies if body != DECK]
+    shapes = np.zeros((len(values), len(bodies), len(MOTIONS)), dtype=complex)
+    energies = np.zeros(shapes.shape)
+    for (body, motion), row, mass in zip(linear.motions, linear.rate_rows, linear.mass, strict=True):
+        if row >= 0 and body in bodies:
+            at = bodies.index(body), MOTIONS.index(motion)  # type: ignore[arg-type]
+            shapes[(slice(None), *at)] = vectors[row] / values
+            energies[(slice(None), *at)] = mass * np.abs(vectors[row]) ** 2
+    shapes = np.array([_normalised(shape) for shape in shapes]).reshape(shapes.shape)
+    names = [_name(shape, energy, bodies) for shape, energy in zip(shapes, energies, strict=True)]
+    axes = {"mode": np.arange(1, len(values) + 1), "body": bodies, "motion": list(MOTIONS)}
+    size = np.abs(values)
+    return xr.Dataset(
+        {
+            "frequency": ("mode", size / (2 * np.pi), {"units": "Hz", "long_name": "frequency of the undamped mode"}),
+            "damping_ratio": ("mode", -values.real / size, {"units": "", "long_name": "share of critical damping"}),
+            "name": ("mode", names, {"long_name": "what moves most"}),
+            "shape": (("mode", "body", "motion"), shapes, {"units": "m or rad", "long_name": "complex shape"}),
+        },
+        axes,
+        {"speed": float(scenario.speed)},
+    )
+
+
+def _normalised(shape: ComplexArray) -> ComplexArray:
+    largest = shape.flat[int(np.argmax(np.abs(shape)))]
+    return shape if largest == 0.0 else np.asarray(shape / largest)
+
+
+def _name(shape: ComplexArray, energy: FloatArray, bodies: list[str]) -> str:
+    """Return what a mode is called after the bodies and the motion that hold most of its kinetic energy."""
+    groups = [re.sub(r" \d+$", "", body) for body in bodies]
+    shares = {
+        group: sum(energy[i].sum() for i, g in enumerate(groups) if g == group) for group in dict.fromkeys(groups)
+    }
+    group = max(shares, key=lambda g: shares[g])
+    members = [i for i, g in enumerate(groups) if g == group]
+    by_motion = energy[members].sum(axis=0)
+    motion = int(np.argmax(by_motion))
+    y, roll = MOTIONS.index("y"), MOTIONS.index("roll")
+    if len(members) == 1 and motion in (y, roll):
+        lean = (shape[members[0], y] * np.conj(shape[members[0], roll])).real
+        return f"{group} {'lower' if lean < 0.0 else 'upper'} sway"
+    name = f"{group} {WORDS[MOTIONS[motion]]}"
+    if len(members) == 1:
+        return name
+    return f"{name}, {_pattern(shape[members, motion])}"
+
+
+def _pattern(moved: ComplexArray) -> str:
+    """Return how bodies of one kind move against each other."""
+    largest = moved[int(np.argmax(np.abs(moved)))]
+    signs = np.sign((moved * np.conj(largest)).real) * (np.abs(moved) > 0.1 * np.abs(largest))
+    if np.all(signs > 0):
+        return "in phase"
+    return "as " + " ".join({1.0: "+", -1.0: "-", 0.0: "0"}[float(sign)] for sign in signs)
+
+
+def critical_speed(scenario: Scenario, *, highest: float = 150.0, tolerance: float = 1e-4) -> float:
+    """Return the lowest speed, m/s, at which a small deviation from the steady run grows: the linear critical speed.
+
+    Parameters
+    ----------
+    scenario
+        With a `Wagon` and a creep law; its speed and irregularities are left out.
+    highest
+        Speeds above it are not looked at; infinity is returned where the run is stable up to there.
+    tolerance
+        Of the speed, relative.
+
+    Raises
+    ------
+    InputError
+        If the vehicle is no wagon, or there is no creep law.
+    """
+    from scipy.optimize import brentq
+
+    _as_wagon(scenario, "critical speed")
+    if scenario.creep is None:
+        raise InputError("", "creep", "none", "a creep law, without which nothing hunts")
+    level = scenario.replaced({"irregularity": None})
+
+    def growth(speed: float) -> float:
+        linear = linearised(lower_wagon(level.replaced({"speed": float(speed)})))
+        values: Any = np.linalg.eigvals(linear.matrix)
+        return float(values[np.abs(values) > STILL].real.max())
+
+    speeds = np.linspace(2.0, highest, 75)
+    before = growth(speeds[0])
+    if before > 0.0:
+        return float(speeds[0])
+    for slower, faster in zip(speeds[:-1], speeds[1:], strict=True):
+        after = growth(faster)
+        if after > 0.0:
+            return float(brentq(growth, slower, faster, rtol=tolerance))
+    return float("inf")

@@ -1,0 +1,148 @@
+"""The core model that stands for one wheelset of a wagon, and how far both responses agree.
+
+The paper's claim (section 4): for contact vibrations a mass and a damper suffice; bogie and car body hardly move.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.track.deck import FloatingDeck
+from wheeltapper.describe.vehicle.element import Damper, Spring
+from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.labels import LABELS
+from wheeltapper.record.record import Record
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+
+def reduced(scenario: Scenario, wheelset: int = 1) -> Scenario:
+    """Return the scenario of the core model that is equivalent to one wheelset of a wagon.
+
+    Mass, contacts and static contact force are the wheelset's; stiffness and damping those of its vertical springs and
+    dampers, whose other ends are held. x = 0 is where the wheelset is at time zero.
+
+    Parameters
+    ----------
+    scenario
+        With a `Wagon`.
+    wheelset
+        Its number, from the leading one, 1.
+
+    Raises
+    ------
+    InputError
+        If there is no such wheelset, if its two wheels meet different irregularities, or if one of these has no place
+        that could be moved.
+    """
+    wagon = scenario.vehicle
+    if not isinstance(wagon, Wagon):
+        raise InputError("", "vehicle", f"a {type(wagon).__name__}", "a Wagon")
+    if not 1 <= wheelset <= len(wagon.axles):
+        raise InputError("", "wheelset", str(wheelset), f"1 to {len(wagon.axles)}")
+    items = scenario.irregularities_on(wheelset, "left")
+    if items != scenario.irregularities_on(wheelset, "right"):
+        raise InputError(
+            "", "irregularity", f"other ones left than right on wheelset {wheelset}", "the same on both rails"
+        )
+    from wheeltapper.lower.wagon import lower_wagon
+
+    axle, name = wagon.axles[wheelset - 1], f"wheelset {wheelset}"
+    lowered = lower_wagon(scenario.replaced({"irregularity": None}))
+    force = float(lowered.static_force[wheelset - 1].sum())
+    constant = 2.0 * lowered.contact_constant
+    held = [element for element in wagon.elements if name in element.between]
+    stiffness = sum(element.stiffness[2] for element in held if isinstance(element, Spring))
+    damping = sum(element.damping[2] for element in held if isinstance(element, Damper))
+    indentation = (force / constant) ** (2.0 / 3.0)
+    vehicle = Wheelset(
+        mass=axle.mass,
+        load=force + stiffness * indentation - axle.mass * wagon.gravity,
+        stiffness=stiffness,
+        damping=damping,
+        radius=axle.radius,
+        gravity=wagon.gravity,
+    )
+    contact = Hertz(constant=constant, curvature=scenario.contact.follows_curvature)
+    return Scenario(
+        vehicle=vehicle,
+        track=_track(scenario, wheelset, axle.position),
+        contact=contact,
+        irregularity=tuple(item.moved(-axle.position) for item in items),
+        rolling=scenario.rolling,
+        speed=scenario.speed,
+        duration=scenario.duration,
+    )
+
+
+def _track(scenario: Scenario, wheelset: int, position: float) -> Any:
+    """Return the track that the wheelset meets."""
+    from wheeltapper.describe.track.stiff import StiffTrack
+
+    deck = scenario.track
+    if not isinstance(deck, FloatingDeck) or deck.wheelset not in (None, wheelset):
+        return StiffTrack()
+    start = None if deck.start is None else deck.start - position
+    return deck.model_copy(update={"wheelset": None, "start": start})
+
+
+def compare(record: Record, other: Record, wheelset: int = 1) -> xr.Dataset:
+    """Return how the response of one wheelset of a wagon differs from that of a core model.
+
+    Parameters
+    ----------
+    record
+        Of a wagon.
+    other
+        Of the core model.
+    wheelset
+        Number of the wheelset.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over "peak": `peak_time` of the wheelset's left wheel and `peak_delay` (s) and `peak_ratio` against the other
+        record, whose forces are those of two wheels; over "event": `event_time`, `event_delay`; over "impact":
+        `interval` and `interval_ratio`. As many as both have.
+    """
+    import xarray as xr
+
+    def mine(table: xr.Dataset) -> xr.Dataset:
+        chosen = (table.wheelset.values == wheelset) & (table.side.values == "left")
+        return table.isel({next(iter(table.sizes)): chosen})
+
+    peaks, events, impacts = mine(record.peaks), mine(record.events), mine(record.impacts)
+
+    def both(one: Any, two: Any) -> tuple[FloatArray, FloatArray]:
+        count = min(len(one), len(two))
+        return np.asarray(one.values[:count]), np.asarray(two.values[:count])
+
+    time, time_other = both(peaks.time, other.peaks.time)
+    force, force_other = both(2.0 * peaks.normal_force, other.peaks.normal_force)
+    event, event_other = both(events.time, other.events.time)
+    interval, interval_other = both(impacts.interval, other.impacts.interval)
+    seconds = {"units": "s"}
+    return xr.Dataset(
+        {
+            "peak_time": ("peak", time, seconds | {"long_name": LABELS["time"][1]}),
+            "peak_delay": ("peak", time - time_other, seconds | {"long_name": "later than the other's peak"}),
+            "peak_ratio": ("peak", force / force_other, {"units": "", "long_name": "force over the other's"}),
+            "event_time": ("event", event, seconds | {"long_name": "loss or impact"}),
+            "event_delay": ("event", event - event_other, seconds | {"long_name": "later than the other's event"}),
+            "interval": ("impact", interval, seconds | {"long_name": LABELS["interval"][1]}),
+            "interval_ratio": (
+                "impact", interval / interval_other, {"units": "", "long_name": "interval over the other's"},
+            ),
+        },
+        attrs={"wheelset": wheelset},
+    )  # fmt: skip

@@ -1,0 +1,91 @@
+"""Pictures of wagons: the forces of all wheels, and one wheelset beside the core model that stands for it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wheeltapper.ask.reduced import compare
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.record import Record
+from wheeltapper.record.wagon_record import WagonRecord
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SAMPLES = 4_000
+STYLES = {"left": {"color": "C0"}, "right": {"color": "C1", "linestyle": "--"}}
+
+
+def sampled(record: Record) -> Any:
+    """Return the history at uniform times, with every event and peak in it."""
+    times = np.linspace(0.0, record.end, SAMPLES)
+    return record.at(np.unique(np.concatenate([times, record.events.time.values, record.peaks.time.values])))
+
+
+def draw_wagon(record: WagonRecord) -> Figure:
+    """Draw the normal forces of all wheels, and the vertical acceleration of the first body."""
+    from matplotlib.figure import Figure
+
+    history = sampled(record)
+    wheelsets = history.wheelset.values
+    figure = Figure(figsize=(8.0, 1.7 * (len(wheelsets) + 1)))
+    axes = figure.subplots(len(wheelsets) + 1, 1, sharex=True)
+    for axis, wheelset in zip(axes[:-1], wheelsets, strict=True):
+        for side, style in STYLES.items():
+            force = history.normal_force.sel(wheelset=wheelset, side=side)
+            axis.plot(1e3 * history.time, force / 1e3, label=side, linewidth=0.9, **style)
+        axis.set_ylabel(f"N of wheelset {wheelset} [kN]")
+    axes[0].legend(loc="upper right", ncols=2)
+    body = str(history.body.values[0])
+    axes[-1].plot(1e3 * history.time, history.acceleration.sel(body=body, motion="z"), color="C2")
+    axes[-1].set(xlabel="time [ms]", ylabel=f"{body} [m/s²]")
+    figure.align_ylabels(axes)
+    figure.suptitle(str(record), fontsize=9)
+    return figure
+
+
+def draw_comparison(record: WagonRecord, other: Record, wheelset: int) -> Figure:
+    """Draw the force on one wheelset and that of a core model over each other, and how they differ."""
+    from matplotlib.figure import Figure
+
+    if isinstance(other, WagonRecord):
+        raise InputError("", "against", "the record of a wagon", "the record of a core model")
+    count = len(record.scenario.vehicle.axles)
+    if not 1 <= wheelset <= count:
+        raise InputError("", "wheelset", str(wheelset), f"1 to {count}")
+    found = compare(record, other, wheelset)
+    figure = Figure(figsize=(8.0, 6.5))
+    forces, differences = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    history = sampled(record)
+    both = history.normal_force.sel(wheelset=wheelset).sum("side")
+    forces.plot(1e3 * history.time, both / 1e3, label=f"wheelset {wheelset} of the wagon")
+    core = sampled(other)
+    forces.plot(1e3 * core.time, core.normal_force / 1e3, "--", color="C1", label="core model")
+    forces.set_ylabel("normal force of both wheels [kN]")
+    forces.legend(loc="upper right", ncols=2)
+    _draw_differences(differences, found)
+    figure.suptitle(_said(found), fontsize=9)
+    return figure
+
+
+def _draw_differences(axis: Axes, found: Any) -> None:
+    axis.plot(1e3 * found.peak_time, 100.0 * (found.peak_ratio - 1.0), "o", markersize=3, label="peaks [%]")
+    axis.set(xlabel="time [ms]", ylabel="peak force, difference [%]")
+    delays = axis.twinx()
+    delays.plot(1e3 * found.event_time, 1e6 * found.event_delay, "s", markersize=3, color="C1", label="events [µs]")
+    delays.set_ylabel("events, delay [µs]", color="C1")
+
+
+def _said(found: Any) -> str:
+    """Return the largest differences as a sentence."""
+
+    def largest(values: Any) -> float:
+        return float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else float("nan")
+
+    peaks = f"{100.0 * largest(found.peak_ratio.values - 1.0):.2g} %"
+    intervals = f"{100.0 * largest(found.interval_ratio.values - 1.0):.2g} %"
+    events = f"{1e6 * largest(found.event_delay.values):.2g} µs"
+    return f"largest differences: peaks {peaks}, intervals {intervals}, events {events}"
