@@ -26,14 +26,14 @@ from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Cones, WheelRail
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.track.stiff import StiffTrack
 from wheeltapper.describe.vehicle.element import Damper, Link, Spring, Stop
-from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.describe.vehicle.wagon import ErriB176, Wagon, made
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.errors import InputError
 
 CREEP_LAWS = (KalkerLinear, ShenHedrickElkins, Polach, Fastsim)
 IRREGULARITIES = (Step, CosineBump, Corrugation, Measured, Profile, Repeated, WheelFlat, OutOfRound)
 KINDS = (
-    Wheelset, Wagon, Spring, Damper, Stop, Link, StiffTrack, FloatingDeck, Hertz, Linear, WheelRail, Cones, *CREEP_LAWS,
+    Wheelset, Wagon, ErriB176, Spring, Damper, Stop, Link, StiffTrack, FloatingDeck, Hertz, Linear, WheelRail, Cones, *CREEP_LAWS,
     *IRREGULARITIES,
 )  # fmt: skip
 """All nouns that a `type` may name."""
@@ -119,7 +119,7 @@ class Scenario(Noun):
         "equilibrium": static indentation on the path at x = 0, velocity zero; or displacement and velocity.
     """
 
-    vehicle: _choice(Wheelset, Wagon)  # type: ignore[valid-type]
+    vehicle: Annotated[_choice(Wheelset, Wagon, ErriB176), AfterValidator(made)]  # type: ignore[valid-type]
     track: _choice(StiffTrack, FloatingDeck) = StiffTrack()  # type: ignore[valid-type]
     contact: _choice(Hertz, Linear) = Hertz()  # type: ignore[valid-type]
     creep: AnyCreepLaw | None = None

@@ -37,6 +37,7 @@ def draw_wagon(record: WagonRecord) -> Figure:
         for side, style in STYLES.items():
             force = history.normal_force.sel(wheelset=wheelset, side=side)
             axis.plot(1e3 * history.time, force / 1e3, label=side, linewidth=0.9, **style)
+        axis.ticklabel_format(useOffset=False)
         axis.set_ylabel(f"N of wheelset {wheelset} [kN]")
     axes[0].legend(loc="upper right", ncols=2)
     body = str(history.body.values[0])

@@ -61,14 +61,13 @@ class LoweredWagon:
     ----------
     static_force
         Static normal force of each wheel, N, (wheelsets, 2): left, right.
-    tables
-        The path of each wheel, as the left and right ones of wheelset 1, 2, …, over the distance travelled.
+    notes
+        What the user should know about the paths.
     """
 
     assembly: Assembly
     layout: Layout
     structure: Structure
-    tables: tuple[Table, ...]
     static_force: FloatArray
     contact_constant: float
     notes: tuple[str, ...]
@@ -175,6 +174,14 @@ def _both_sides(deflection: FloatArray, force: FloatArray) -> list[tuple[float, 
     return [(-float(d), -float(f)) for d, f in reversed(positive)] + [(float(d), float(f)) for d, f in positive]
 
 
+def layout_of(scenario: Scenario, structure: Structure) -> Layout:
+    """Return where the bodies of a scenario stand in the state."""
+    names = scenario.vehicle.names
+    if not isinstance(scenario.track, FloatingDeck):
+        return Layout(names, structure.motions)
+    return Layout((*names, DECK), (*structure.motions, (DECK, "z")))
+
+
 def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     """Lower a scenario with a wagon to an assembly, without its start."""
     wagon, chosen = scenario.vehicle, METHODS[method]
@@ -191,7 +198,7 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     spinning = scenario.creep is not None and scenario.creep.wheel_spin == "full"
     held = np.array([motion == "pitch" and body in wheelsets and not spinning for body, motion in structure.motions])
     mobility = _mobility(structure, held)
-    layout = Layout((*wagon.names, *((DECK,) if deck else ())), (*structure.motions, *(((DECK, "z"),) if deck else ())))
+    layout = layout_of(scenario, structure)
     stiffness, damping, resting = structure.stiffness, structure.damping, loads
     if deck:
         mobility, stiffness, damping, resting = _with_deck(scenario.track, mobility, stiffness, damping, loads)
@@ -203,7 +210,7 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     own = np.zeros(len(layout.bodies) * LANES)
     own[rows] = np.diag(mobility)
     elements, inside = _elements(structure, layout)
-    lanes, kinds, pieces, tables, notes = _lanes(scenario, layout, wheelsets, chosen)
+    lanes, kinds, pieces, notes = _lanes(scenario, layout, wheelsets, chosen)
     held_loads = np.zeros((len(layout.bodies), LANES))
     for value, (body, name) in zip(resting, layout.motions, strict=True):
         held_loads[layout.bodies.index(body), MOTIONS.index(name)] = value
@@ -228,7 +235,7 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     static = normal_forces(even, resting_state, len(wheelsets))
     numbers[contract.PRESTRESS] = static[_deck_wheelset(scenario)].sum()
     assembly = assembly._replace(start=standing(assembly._replace(start=resting_state), layout, mobility))
-    return LoweredWagon(assembly, layout, structure, tables, static, middle, notes)
+    return LoweredWagon(assembly, layout, structure, static, middle, notes)
 
 
 def _with_deck(
@@ -311,7 +318,7 @@ def _factor(scenario: Scenario, radius: float) -> Any:
 
 def _lanes(
     scenario: Scenario, layout: Layout, wheelsets: list[str], method: Method
-) -> tuple[FloatArray, NDArray[np.int64], FloatArray, tuple[Table, ...], tuple[str, ...]]:
+) -> tuple[FloatArray, NDArray[np.int64], FloatArray, tuple[str, ...]]:
     """Return the lanes of the contacts, the octets' kinds, all paths, and what to know about them."""
     wagon = scenario.vehicle
     octets = -(-len(wheelsets) // HALF)
@@ -319,7 +326,7 @@ def _lanes(
     pieces: list[FloatArray] = []
     count = 0
     held: dict[Any, tuple[Table, int]] = {}
-    tables, notes = [], list[str]()
+    notes: list[str] = []
     end = float(scenario.speed * scenario.duration)
     for number, (name, axle) in enumerate(zip(wheelsets, wagon.axles, strict=True), 1):
         for side, sign in (("left", 1.0), ("right", -1.0)):
@@ -335,11 +342,10 @@ def _lanes(
                 count += len(table.rows)
                 notes += [f"{name} {side}: {note}" for note in said]
             table, first = held[key]
-            tables.append(table)
             octet, lane = (number - 1) // HALF, (number - 1) % HALF + (0 if side == "left" else HALF)
             lanes[octet, :, lane] = _lane(sign, axle.radius, layout.bodies.index(name), table, first)
             lanes[octet, [contract.DECK_FROM, contract.DECK_TO], lane] = _on_deck(scenario, number, axle.position)
-    return lanes, np.full(octets, contract.TREAD, dtype=np.int64), np.vstack(pieces), tuple(tables), tuple(notes)
+    return lanes, np.full(octets, contract.TREAD, dtype=np.int64), np.vstack(pieces), tuple(notes)
 
 
 def _lane(sign: float, radius: float, body: int, table: Table, first: int) -> list[float]:

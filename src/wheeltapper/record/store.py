@@ -10,6 +10,7 @@ import numpy as np
 
 from wheeltapper._version import __version__
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.table import Table
@@ -17,31 +18,37 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.program import Program
 from wheeltapper.record.labels import EVENT_KINDS
 from wheeltapper.record.record import Record
+from wheeltapper.record.wagon_record import WagonRecord
+from wheeltapper.record.wagon_store import wagon_record, wagon_tables
 
 FORMAT = 1
 """Version of the files' layout; a newer file is refused."""
+WHEEL = ("wheelset", "side", "surface")
+"""Columns that say which wheel of a wagon is meant."""
 
 
 def save(record: Record, path: Path) -> None:
     """Write a record as netCDF."""
     import xarray as xr
 
-    lowered, march = record._lowered, record._march
+    march = record._march
     events = record.events.rename(time="event_time", contact="event_contact")
     kinds = np.array([EVENT_KINDS.index(kind) for kind in events.kind.values], dtype=np.int8)
     meaning = {"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "loss impact"}
     events["kind"] = ("event", kinds, meaning)
     peaks = record.peaks.rename(time="peak_time", contact="peak_contact", normal_force="peak_normal_force")
     peaks["corner"] = peaks.corner.astype(np.int8)
+    if isinstance(record, WagonRecord):
+        events = events.rename({name: f"event_{name}" for name in WHEEL})
+        peaks = peaks.rename({name: f"peak_{name}" for name in WHEEL})
     tables = {
-        "program_pieces": (("piece", "piece_column"), lowered.program.pieces),
-        "program_numbers": (("number",), lowered.program.numbers),
         "march_steps": (("step", "step_column"), march.steps),
         "march_events": (("event", "event_column"), march.events),
         "march_peaks": (("peak", "peak_column"), march.peaks),
         "march_state": (("state",), march.state),
-        "units": (("unit",), np.array(_units(lowered))),
-    }  # fmt: skip
+    }
+    special, more = wagon_tables(record) if isinstance(record, WagonRecord) else _wheelset_tables(record)
+    tables |= special
     attributes: dict[str, Any] = {
         "format": FORMAT,
         "title": "wheeltapper record",
@@ -50,7 +57,7 @@ def save(record: Record, path: Path) -> None:
         "summary": str(record),
         "scenario": _scenario_text(record.scenario),
         "notes": json.dumps(list(record.notes)),
-        "loop": [lowered.table.loop, lowered.table.loop_join],
+        **more,
         **record.provenance,
     }
     data = xr.merge([events, peaks, xr.Dataset(tables)], combine_attrs="drop").assign_attrs(attributes)
@@ -62,6 +69,17 @@ def save(record: Record, path: Path) -> None:
         raise InputError(
             str(path), "output", f"a place that cannot be written ({error.strerror or error})", "a writable path"
         ) from error
+
+
+def _wheelset_tables(record: Record) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the tables and attributes that only a core model has."""
+    lowered = record._lowered
+    tables = {
+        "program_pieces": (("piece", "piece_column"), lowered.program.pieces),
+        "program_numbers": (("number",), lowered.program.numbers),
+        "units": (("unit",), np.array(_units(lowered))),
+    }
+    return tables, {"loop": [lowered.table.loop, lowered.table.loop_join]}
 
 
 def _units(lowered: Lowered) -> list[float]:
@@ -135,6 +153,8 @@ def _load_record(path: Path) -> Record:
         raise InputError(
             str(path), "scenario", "a Python function, which a file cannot hold", "a scenario without a Profile"
         ) from error
+    if isinstance(scenario.vehicle, Wagon):
+        return wagon_record(scenario, data)
     numbers = data.program_numbers.values
     length, time, force, static, constant = (float(v) for v in data.units.values)
     program = Program(np.ascontiguousarray(data.program_pieces.values), numbers)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
-from wheeltapper.describe.noun import Acceleration, Noun
+from wheeltapper.describe.noun import Acceleration, Mass, Noun, PositiveStiffness
 from wheeltapper.describe.vehicle.body import Axle, Body
 from wheeltapper.describe.vehicle.element import GROUND, Damper, Link, Spring, Stop
 from wheeltapper.ground.errors import InputError
@@ -116,6 +116,42 @@ class Wagon(Noun):
         data["wheelset"]["mass"] = wheelset_mass
         data["primary"]["stiffness"][2] = primary_stiffness
         return _coach(data, series_springs)
+
+
+class ErriB176(Noun):
+    """What a file says instead of bodies, axles and elements: the ERRI B176 coach, perhaps with faults.
+
+    Parameters
+    ----------
+    wheelset_mass, primary_stiffness, series_springs
+        As for `Wagon.erri_b176`.
+    dampers
+        False: without any.
+    without
+        Names of elements that are missing.
+    elements
+        More elements, or others in place of those with their names.
+    """
+
+    wheelset_mass: Mass = 1813.0
+    primary_stiffness: PositiveStiffness = 1.220e6
+    series_springs: bool = False
+    dampers: bool = True
+    without: tuple[str, ...] = ()
+    elements: tuple[AnyElement, ...] = ()
+
+    def wagon(self) -> Wagon:
+        """Return the wagon."""
+        made = Wagon.erri_b176(self.wheelset_mass, self.primary_stiffness, self.series_springs)
+        made = (made if self.dampers else made.without_dampers()).without(*self.without)
+        for element in self.elements:
+            made = made.with_element(element)
+        return made
+
+
+def made(vehicle: Any) -> Any:
+    """Return the wagon where a vehicle is described by its name."""
+    return vehicle.wagon() if isinstance(vehicle, ErriB176) else vehicle
 
 
 def _coach(data: dict[str, Any], series_springs: bool) -> Wagon:
