@@ -33,8 +33,8 @@ from wheeltapper.ground.errors import InputError
 CREEP_LAWS = (KalkerLinear, ShenHedrickElkins, Polach, Fastsim)
 IRREGULARITIES = (Step, CosineBump, Corrugation, Measured, Profile, Repeated, WheelFlat, OutOfRound)
 KINDS = (
-    Wheelset, Wagon, ErriB176, Spring, Damper, Stop, Link, StiffTrack, FloatingDeck, Hertz, Linear, WheelRail, Cones, *CREEP_LAWS,
-    *IRREGULARITIES,
+    Wheelset, Wagon, ErriB176, Spring, Damper, Stop, Link, StiffTrack, FloatingDeck, Hertz, Linear, WheelRail, Cones,
+    *CREEP_LAWS, *IRREGULARITIES,
 )  # fmt: skip
 """All nouns that a `type` may name."""
 FORMAT = 1

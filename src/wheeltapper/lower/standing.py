@@ -80,11 +80,11 @@ def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance
     count = len(chosen) - int(moving.sum())
     basis = np.block([[allowed, np.zeros((len(allowed), count))], [np.zeros((count, allowed.shape[1])), np.eye(count)]])
     state = assembly.start.copy()
-    steps = np.full(len(chosen), 1e-5 * indentation)
-    steps[chosen % PLACES >= RATE] = 1e-6
+    steps = np.full(len(chosen), 1e-3 * indentation)
+    steps[chosen % PLACES >= RATE] = 1e-4
     for _ in range(60):
         rate = probe(assembly, state[None])[0][0, zero]
-        change = basis @ np.linalg.lstsq(jacobian(assembly, state, chosen, steps)[zero] @ basis, -rate, rcond=1e-14)[0]
+        change = basis @ np.linalg.lstsq(jacobian(assembly, state, chosen, steps)[zero] @ basis, -rate, rcond=1e-9)[0]
         largest = np.abs(change).max()
         change *= min(1.0, 1e-3 / max(largest, 1e-300))
         state[chosen] += change

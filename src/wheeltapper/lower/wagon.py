@@ -340,7 +340,8 @@ def _lanes(
                 held[key] = table, count
                 pieces.append(table.rows)
                 count += len(table.rows)
-                notes += [f"{name} {side}: {note}" for note in said]
+                where = f"{name} {side}" + (f", x from {axle.position:g} m" if axle.position else "")
+                notes += [f"{where}: {note}" for note in said]
             table, first = held[key]
             octet, lane = (number - 1) // HALF, (number - 1) % HALF + (0 if side == "left" else HALF)
             lanes[octet, :, lane] = _lane(sign, axle.radius, layout.bodies.index(name), table, first)

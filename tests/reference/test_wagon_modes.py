@@ -1,0 +1,108 @@
+"""Modes, critical speed and reduced model of the coach against the project's reference numbers."""
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+
+GIVEN = wt.Hertz(constant_per_wheel=7.025e10)
+
+
+def scene(vehicle=None, smoothing=15e-6, **changes):
+    fields = {
+        "vehicle": vehicle or wt.Wagon.erri_b176(), "contact": GIVEN, "creep": wt.creep.Polach(friction=0.35),
+        "profiles": wt.profiles.WheelRail(smoothing=smoothing), "speed": 20.0, "duration": 1.0,
+    } | changes  # fmt: skip
+    return wt.Scenario(**fields)
+
+
+def test_the_modes_of_the_coach_on_fixed_wheelsets_have_their_names():
+    # the reference lets the car body move lengthwise
+    free = scene(wt.Wagon.erri_b176().without_dampers()).replaced({"vehicle.bodies.car body.held": ()})
+    found = wt.modes(free, fixed_wheelsets=True)
+    frequencies = dict(zip(found.name.values, found.frequency.values, strict=True))
+    expected = {
+        "car body lower sway": 0.596, "car body yaw": 0.855, "car body bounce": 1.074, "car body upper sway": 1.278,
+        "car body pitch": 1.281, "bogie bounce, in phase": 7.47, "bogie roll, in phase": 9.64,
+        "bogie pitch, in phase": 11.62, "bogie lateral, in phase": 12.81, "bogie yaw, in phase": 35.35,
+    }  # fmt: skip
+    for name, frequency in expected.items():
+        assert frequencies[name] == pytest.approx(frequency, rel=5e-3), name
+    np.testing.assert_allclose(found.damping_ratio, 0.0, atol=1e-6)
+    bounce = found["shape"].isel(mode=list(found.name.values).index("car body bounce"))
+    assert complex(bounce.sel(body="car body", motion="z")) == pytest.approx(1.0)
+    assert abs(complex(bounce.sel(body="car body", motion="y"))) < 1e-6
+
+
+def test_the_contact_modes_without_creep():
+    free = wt.modes(scene(wt.Wagon.erri_b176(1500.0).without_dampers(), creep=None))
+    assert free.frequency.values[-1] == pytest.approx(180.12, rel=1e-3)
+    assert free.frequency.values[-5] == pytest.approx(153.43, rel=1e-3)
+    assert free.name.values[-1].startswith("wheelset bounce")
+    assert free.name.values[-5].startswith("wheelset roll")
+
+
+@pytest.mark.parametrize(("smoothing", "speed"), [(5e-6, 54.0), (15e-6, 68.0), (30e-6, 80.0)])
+def test_the_linear_critical_speed(smoothing, speed):
+    found = wt.critical_speed(scene(smoothing=smoothing))
+    assert found == pytest.approx(speed, rel=0.05)
+    for share, grows in ((0.99, False), (1.01, True)):
+        modes = wt.modes(scene(smoothing=smoothing, speed=share * found))
+        assert bool((modes.damping_ratio < -1e-9).any()) == grows
+
+
+def test_a_loosely_held_wheelset_sways_as_its_conicity_says():
+    from wheeltapper.lower.patches import geometry_of
+
+    geometry = geometry_of(wt.profiles.WheelRail(), 0.46, 0.3)
+    step = 1e-4
+    slope = (geometry.at("radius", step) - geometry.at("radius", -step)) / (2 * step)
+    arm = geometry.at("place", 0.0)
+    # the wheelset also rolls: u = y + R·roll, roll = 2·h'·y/(2·arm)
+    assert slope == pytest.approx(0.239, rel=0.02)
+    klingel = 2 * np.pi * np.sqrt(0.46 * arm / slope)
+    assert klingel == pytest.approx(7.550, rel=5e-3)
+    axle = wt.vehicles.Axle(mass=1500.0, inertia=(1120.0, 112.0, 1120.0), position=0.0, load=91_307.0)
+    loose = {"between": ("wheelset 1", "ground"), "at": (0.0, 0.0, 0.46)}
+    spring = wt.vehicles.Spring(name="k", stiffness=(1e3, 0.0, 0.0), **loose)
+    speed = 1.0
+    modes = wt.modes(scene(wt.Wagon(bodies=(), axles=(axle,), elements=(spring,)), speed=speed))
+    swaying = modes.isel(mode=(modes.damping_ratio.values < 0.9) & (modes.frequency.values < 1.0))
+    frequency = swaying.frequency.values[np.argmin(np.abs(swaying.frequency.values - speed / 7.55))]
+    assert speed / frequency == pytest.approx(7.572, rel=5e-3)
+
+
+def test_modes_need_a_wagon_and_hunting_needs_creep():
+    core = wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=9e4, stiffness=0, damping=0, radius=0.46), speed=5, duration=1
+    )
+    with pytest.raises(wt.InputError, match="a Wagon"):
+        wt.modes(core)
+    with pytest.raises(wt.InputError, match="creep law"):
+        wt.critical_speed(scene(creep=None))
+
+
+@pytest.mark.parametrize("wheelset", [1, 4])
+def test_the_reduced_model_is_a_good_one(wheelset):
+    place = {1: 0.05, 4: -21.51}[wheelset]
+    step = wt.Step(height=1e-4, position=place)
+    coach = scene(wt.Wagon.erri_b176(1500.0), irregularity=step, speed=5.0, duration=0.06)
+    core = wt.reduced(coach, wheelset=wheelset)
+    assert core.vehicle.mass == 1500.0
+    assert core.vehicle.damping == pytest.approx(8e3)
+    assert core.irregularity[0].position == pytest.approx(0.05)
+    from wheeltapper.ask.reduced import compare
+
+    found = compare(wt.simulate(coach), wt.simulate(core), wheelset)
+    assert found.sizes["peak"] >= 7
+    np.testing.assert_allclose(found.peak_ratio, 1.0, atol=5e-3)
+    np.testing.assert_allclose(found.interval_ratio.values[:-1], 1.0, atol=5e-3)
+    assert np.abs(found.event_delay).max() < 1e-4
+
+
+def test_what_cannot_be_reduced_is_refused():
+    with pytest.raises(wt.InputError, match="1 to 4"):
+        wt.reduced(scene(), wheelset=5)
+    step = wt.Step(height=1e-4, position=0.05)
+    with pytest.raises(wt.InputError, match="the same on both rails"):
+        wt.reduced(scene(irregularity={"left": step}), wheelset=1)
