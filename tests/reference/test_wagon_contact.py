@@ -11,7 +11,7 @@ from tests.cases import SHARED
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march.assembly import RATE
 from wheeltapper.march.multibody import probe
-from wheeltapper.march.wheel_rows import FX, FY, G, NORMAL, ROLLING, SLIP_TURN, SLIP_X, SLIP_Y
+from wheeltapper.march.wheel_rows import FX, FY, NORMAL, ROLLING, SLIP_TURN, SLIP_X, SLIP_Y, G
 
 SPEED, FORCE = 10.0, 10e3
 Y, Z, ROLL, YAW, PITCH_RATE = 1, 2, 3, 5, RATE + 4
@@ -71,9 +71,10 @@ def test_a_wheelset_that_rolls_quasi_statically_is_the_elastic_programs(rolling)
         assert wheels[SLIP_Y + LEFT] / SPEED == pytest.approx(row["ceta"], rel=0.003)
         assert wheels[SLIP_TURN + LEFT] / SPEED == pytest.approx(1e3 * row["cphi"], rel=0.02)
         # its longitudinal creepage is that of another point than our mean one: at the same point
-        there = wheels[SLIP_X + LEFT] / SPEED + (1 + found[2] * 0.46 / SPEED) * (
-            wheels[ROLLING + LEFT] - 0.46 - 1e-3 * row["zcpw"]
-        ) / 0.46
+        there = (
+            wheels[SLIP_X + LEFT] / SPEED
+            + (1 + found[2] * 0.46 / SPEED) * (wheels[ROLLING + LEFT] - 0.46 - 1e-3 * row["zcpw"]) / 0.46
+        )
         assert there == pytest.approx(-row["cksi"], rel=0.06)  # it balances forces that FASTSIM turns by 12 %
         assert wheels[NORMAL + LEFT] * np.hypot(1, wheels[G + LEFT]) == pytest.approx(row["Fn"], rel=2e-3)
         assert wheels[FY + LEFT] == pytest.approx(row["Fs"], rel=0.02)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.cells import cores
 from wheeltapper.ask.study import field_at, study, unit_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.march import program as contract
+from wheeltapper.march.blocks import cores
 from wheeltapper.record.features import first_loss
 from wheeltapper.record.simulate import say_that_it_compiles
 

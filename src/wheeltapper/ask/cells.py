@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from dataclasses import dataclass
 from itertools import pairwise
@@ -100,11 +99,6 @@ class Computed:
             np.full((features, 1), np.nan), np.array([REFUSED]), np.full((features, parameters, 1), np.nan),
             np.array([EXACT]), np.full(1, np.nan), tuple(str(error) for error in why), why,
         )  # fmt: skip
-
-
-def cores() -> int:
-    """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def compute(asked: Study, changed: dict[str, FloatArray], threads: int) -> Computed:

@@ -12,9 +12,9 @@ from math import prod
 from pathlib import Path
 from typing import Any
 
-from wheeltapper.ask.cells import cores
 from wheeltapper.ask.store import Store, locked
 from wheeltapper.ground.errors import InputError
+from wheeltapper.march.blocks import cores
 from wheeltapper.record.simulate import say_that_it_compiles
 
 Place = tuple[int, ...]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.features import Feature
@@ -171,6 +172,10 @@ def study(
     sampling: Sampling = "sobol", seed: int = 0, method: str = "default", chaos_limit: float = CHAOS_LIMIT,
 ) -> Study:  # fmt: skip
     """Return the study that `sweep` computes; its arguments are those of `sweep`."""
+    if not isinstance(scenario.vehicle, Wheelset):
+        raise InputError(
+            "", "vehicle", "a Wagon, of which there are no maps", "a Wheelset; many wagons march with `simulate([...])`"
+        )
     from wheeltapper.lower.numbers import METHODS
 
     if method not in METHODS:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from wheeltapper.ask.cells import compute, cores
+from wheeltapper.ask.cells import compute
 from wheeltapper.ask.chart import chart
 from wheeltapper.ask.study import CHAOS_LIMIT, Sampling, field_at, study
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
+from wheeltapper.march.blocks import cores
 from wheeltapper.record.features import Feature
 from wheeltapper.record.simulate import warn_of
 

@@ -52,7 +52,7 @@ def run(
 
     scenario = Scenario.from_toml(file)
     try:
-        record = simulate(scenario, method)  # type: ignore[arg-type]
+        record = simulate(scenario, method)  # type: ignore[call-overload]
     except InputError as error:
         raise error.at(str(file)) from error
     print(record)

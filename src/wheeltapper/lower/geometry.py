@@ -9,6 +9,9 @@ wheels do not: what touches is what lies within a few micrometres. So places are
 with a smoothing length ε of the order of the indentation (5 µm reproduces an elastic program at 10 kN). h is the height
 to which the shift lifts the wheel, zero at u = 0.
 
+A wheel may also touch with its flange, beside its tread. The flange begins where the wheel's profile is steeper than 45
+degrees; each of both surfaces has tables of its own.
+
 Source: the project's coach reference, section 2.
 """
 
@@ -16,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +33,8 @@ GAUGE_DEPTH = 0.014
 """The gauge is measured so far below the running surface."""
 FINENESS = 1e-5
 FAR = 1.0
+SHARPEST = 1e4
+"""A curvature, 1/m, beyond which what touches is the edge of a part of the profile."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +84,7 @@ def laid_rail(shape: Shape, inclination: float, gauge: float) -> tuple[FloatArra
 def contact_geometry(
     wheel: Shape, rail: Shape, *, inclination: float = 1 / 40, gauge: float = 1.435, flange_backs: float = 1.360,
     radius: float = 0.46, smoothing: float = 5e-6, shifts: FloatArray | None = None,
+    surface: Literal["tread", "flange"] = "tread",
 ) -> Geometry:  # fmt: skip
     """Return the tables of a wheel on a rail.
 
@@ -95,23 +102,53 @@ def contact_geometry(
         ε, m.
     shifts
         Where the tables have their nodes, m; by default -6 mm to 6 mm every 0.1 mm.
+    surface
+        Which part of the wheel; heights of both are measured from where the tread touches at u = 0.
     """
     shifts = np.linspace(-6e-3, 6e-3, 121) if shifts is None else shifts
     datum = 0.5 * flange_backs + 1e-3 * FLANGE_BACK
     place, height = laid_rail(rail, inclination, gauge)
     s = np.arange(place[0], place[-1], FINENESS)
     below = np.interp(s, place, height)
-    rows = [_touch(wheel, s, below, datum + u, radius, smoothing) for u in shifts]
-    centre = _touch(wheel, s, below, datum, radius, smoothing)[0]
-    lift, where, rolling, curvature = np.array(rows).T
-    return Geometry(np.asarray(shifts, dtype=float), lift - centre, where, rolling, curvature)
+    border = flange_border(wheel)
+    tread, flange = (border, FRONT), (BACK, border)
+    part = tread if surface == "tread" else flange
+    rows = [_touch(wheel, part, s, below, datum + u, radius, smoothing) for u in shifts]
+    centre = _touch(wheel, tread, s, below, datum, radius, smoothing)[0]
+    found = np.array(rows).T
+    lift, where, rolling, curvature = found if surface == "tread" else _beside(np.asarray(shifts), found)
+    return Geometry(np.asarray(shifts, dtype=float), lift - centre, where, rolling, np.minimum(curvature, SHARPEST))
+
+
+def _beside(shifts: FloatArray, rows: FloatArray) -> FloatArray:
+    """Return the rows with those of shifts at which the wheel's part is beside the rail, and cannot touch.
+
+    There the height falls on with the slope of the first shift at which it can.
+    """
+    sharp = (rows[0] < -0.5 * FAR) | (rows[3] > SHARPEST)
+    if not sharp.any():
+        return rows
+    first = int(np.flatnonzero(sharp)[-1]) + 1
+    out = rows.copy()
+    out[:, :first] = rows[:, first : first + 1]
+    out[0, :first] += (shifts[:first] - shifts[first]) * (rows[0, first + 1] - rows[0, first]) / (shifts[1] - shifts[0])
+    return out
+
+
+def flange_border(wheel: Shape) -> float:
+    """Return the lateral position, mm, at which the wheel's flange begins."""
+    y = np.arange(BACK, 0.0, 0.01)
+    z = wheel(y)
+    steep = np.flatnonzero(-np.diff(z) > 0.01)
+    return float(y[steep[-1] + 1]) if len(steep) else BACK
 
 
 def _touch(
-    wheel: Shape, s: FloatArray, below: FloatArray, datum: float, radius: float, smoothing: float
-) -> tuple[float, float, float, float]:
-    """Return h, s, r and B of a wheel whose tread datum lies at a place."""
-    across = np.clip(1e3 * (s - datum), BACK, FRONT)
+    wheel: Shape, part: tuple[float, float], s: FloatArray, below: FloatArray, datum: float, radius: float,
+    smoothing: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Return h, s, r and B of a part of a wheel whose tread datum lies at a place."""
+    across = np.clip(1e3 * (s - datum), *part)
     profile = np.where(across == 1e3 * (s - datum), np.nan_to_num(1e-3 * wheel(across), nan=-FAR), -FAR)
     gap = -profile - below
     smallest = gap.min()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +17,14 @@ from wheeltapper.lower.kalker import coefficients
 from wheeltapper.march import assembly as contract
 
 FloatArray = NDArray[np.float64]
-WIDTH = 6e-3
-"""The tables reach so far to both sides, m."""
-NODES = 121
+WIDTH = 11e-3
+"""The tables reach so far to both sides, m; a wheel that has shifted farther has climbed its rail."""
+NODES = 441
+Surface = Literal["tread", "flange"]
 
 
 @lru_cache(maxsize=16)
-def geometry_of(profiles: WheelRail | Cones, radius: float, crown: float) -> Geometry:
+def geometry_of(profiles: WheelRail | Cones, radius: float, crown: float, surface: Surface = "tread") -> Geometry:
     """Return the contact geometry of wheels with this nominal radius (m).
 
     `crown` is the transverse radius of rails that cones roll on, m.
@@ -36,30 +38,47 @@ def geometry_of(profiles: WheelRail | Cones, radius: float, crown: float) -> Geo
     return contact_geometry(
         wheel_profile(profiles.wheel), rail_profile(profiles.rail), inclination=profiles.inclination,
         gauge=profiles.gauge, flange_backs=profiles.flange_backs, radius=radius, smoothing=profiles.smoothing,
-        shifts=u,
+        shifts=u, surface=surface,
     )  # fmt: skip
 
 
+def flange_from(profiles: WheelRail, radius: float) -> float:
+    """Return the least shift, m, at which a flange may be nearer than 1 mm to its rail."""
+    tread, flange = (geometry_of(profiles, radius, 0.0, surface) for surface in ("tread", "flange"))
+    near = np.flatnonzero(flange.lift > tread.lift - 1e-3)
+    return float(tread.shift[near[0]]) if len(near) else WIDTH
+
+
 @lru_cache(maxsize=16)
-def patch_tables(profiles: WheelRail | Cones, contact: Hertz, radius: float) -> FloatArray:
-    """Return the tables of `march.assembly` at their nodes, (TABLES, nodes)."""
-    geometry = geometry_of(profiles, radius, contact.rail_radius)
+def patch_tables(profiles: WheelRail | Cones, contact: Hertz, radius: float, surface: Surface = "tread") -> FloatArray:
+    """Return the tables of `march.assembly` at their nodes, (TABLES, nodes).
+
+    On a flange, which is steep, indentations and forces count along z; ellipse and forces of Hertz lie in the inclined
+    plane of contact.
+    """
+    geometry = geometry_of(profiles, radius, contact.rail_radius, surface)
     young, poisson = contact.youngs_modulus, contact.poisson
-    along, across = 0.5 / geometry.radius, geometry.curvature
+    cosine = np.ones_like(geometry.shift)
+    if surface == "flange":
+        cosine = 1.0 / np.hypot(1.0, np.gradient(geometry.lift, geometry.shift))
+    along, across = 0.5 * cosine / geometry.radius, geometry.curvature * cosine**3
     a, b = semi_axes(along, across, young, poisson)
     kalker = np.array([coefficients(x, y, poisson) for x, y in zip(a, b, strict=True)])
     shear = 0.5 * young / (1.0 + poisson)
     given = contact.constant_per_wheel
-    constant = contact_constant(geometry.radius, 0.5 / across, young, poisson)
+    constant = np.full_like(along, given) if given is not None else contact_constant(
+        0.5 / along, 0.5 / across, young, poisson
+    )  # fmt: skip
+    normal = np.cbrt(1.0 / cosine)  # of the cube root of the force that is normal to the cube root of that along z
     tables = np.empty((contract.TABLES, len(geometry.shift)))
     tables[contract.LIFT] = geometry.lift
     tables[contract.PLACE] = geometry.place
     tables[contract.RADIUS] = geometry.radius
-    tables[contract.ROOT_CONSTANT] = np.cbrt(constant if given is None else given)
-    tables[contract.ALONG] = shear * a * b * kalker[:, 0]
-    tables[contract.ACROSS] = shear * a * b * kalker[:, 1]
-    tables[contract.SPIN] = shear * (a * b) ** 1.5 * kalker[:, 2]
-    tables[contract.SPIN_MOMENT] = shear * (a * b) ** 2 * kalker[:, 3]
+    tables[contract.ROOT_CONSTANT] = np.cbrt(constant * cosine**2.5)
+    tables[contract.ALONG] = shear * a * b * kalker[:, 0] * normal**2
+    tables[contract.ACROSS] = shear * a * b * kalker[:, 1] * normal**2
+    tables[contract.SPIN] = shear * (a * b) ** 1.5 * kalker[:, 2] * normal**3
+    tables[contract.SPIN_MOMENT] = shear * (a * b) ** 2 * kalker[:, 3] * normal**4
     tables[contract.SLENDER] = b / a
     return tables
 

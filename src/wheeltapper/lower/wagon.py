@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.creep import Fastsim
+from wheeltapper.describe.profile.wheel_rail import Cones
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.vehicle.body import MOTIONS
@@ -18,7 +19,15 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import path_table
 from wheeltapper.lower.ellipse import contact_constant
 from wheeltapper.lower.numbers import METHODS, Method
-from wheeltapper.lower.patches import WIDTH, cells_of, geometry_of, patch_tables, saturation_cells
+from wheeltapper.lower.patches import (
+    WIDTH,
+    Surface,
+    cells_of,
+    flange_from,
+    geometry_of,
+    patch_tables,
+    saturation_cells,
+)
 from wheeltapper.lower.standing import level, normal_forces, standing
 from wheeltapper.lower.structure import Structure, structure_of
 from wheeltapper.lower.table import Table
@@ -210,23 +219,28 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     own = np.zeros(len(layout.bodies) * LANES)
     own[rows] = np.diag(mobility)
     elements, inside = _elements(structure, layout)
-    lanes, kinds, pieces, notes = _lanes(scenario, layout, wheelsets, chosen)
+    lanes, pieces, notes = _lanes(scenario, layout, wheelsets, chosen)
     held_loads = np.zeros((len(layout.bodies), LANES))
     for value, (body, name) in zip(resting, layout.motions, strict=True):
         held_loads[layout.bodies.index(body), MOTIONS.index(name)] = value
     radius = wagon.axles[0].radius
     shifts = geometry_of(scenario.profiles, radius, scenario.contact.rail_radius).shift
-    patch = patch_tables(scenario.profiles, scenario.contact, radius)
-    cells = cells_of(shifts, patch)
-    middle = float(patch[contract.ROOT_CONSTANT, len(shifts) // 2] ** 3)
+    surfaces: tuple[Surface, ...] = ("tread",) if isinstance(scenario.profiles, Cones) else ("tread", "flange")
+    patches = [patch_tables(scenario.profiles, scenario.contact, radius, surface) for surface in surfaces]
+    cells = np.array([cells_of(shifts, patch) for patch in patches])
+    middle = float(patches[0][contract.ROOT_CONSTANT, len(shifts) // 2] ** 3)
     force = 0.5 * float(per_wheelset.max())
     numbers = _numbers(scenario, TOLERANCES[method], force, middle, layout)
-    numbers[contract.TREADS] = len(kinds)
+    numbers[contract.TREADS] = len(lanes)
+    if len(surfaces) > 1:
+        numbers[contract.FLANGE_FROM] = flange_from(scenario.profiles, radius)
+        lanes = np.concatenate([lanes, lanes])
+    kinds = np.repeat(np.arange(len(surfaces)), len(lanes) // len(surfaces))
     indentation, pulse = numbers[contract.LENGTH], numbers[contract.PULSE]
     states = layout.states + LANES * -(-inside // LANES)
     assembly = Assembly(
         numbers=numbers, scales=_scales(structure, layout, states, indentation, pulse), lanes=lanes, kinds=kinds,
-        cells=np.ascontiguousarray(cells[None]), saturation=_saturation(scenario), pieces=pieces, spans=spans,
+        cells=cells, saturation=_saturation(scenario), pieces=pieces, spans=spans,
         sources=sources, columns=columns, mobility=own, force_spans=force_spans, force_sources=force_sources,
         force_columns=force_columns, loads=held_loads.ravel(), start=np.zeros(states), **elements,
     )  # fmt: skip
@@ -318,8 +332,8 @@ def _factor(scenario: Scenario, radius: float) -> Any:
 
 def _lanes(
     scenario: Scenario, layout: Layout, wheelsets: list[str], method: Method
-) -> tuple[FloatArray, NDArray[np.int64], FloatArray, tuple[str, ...]]:
-    """Return the lanes of the contacts, the octets' kinds, all paths, and what to know about them."""
+) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
+    """Return the lanes of the treads' contacts, all paths, and what to know about them."""
     wagon = scenario.vehicle
     octets = -(-len(wheelsets) // HALF)
     lanes = np.zeros((octets, contract.LANE_COLUMNS, LANES))
@@ -346,7 +360,7 @@ def _lanes(
             octet, lane = (number - 1) // HALF, (number - 1) % HALF + (0 if side == "left" else HALF)
             lanes[octet, :, lane] = _lane(sign, axle.radius, layout.bodies.index(name), table, first)
             lanes[octet, [contract.DECK_FROM, contract.DECK_TO], lane] = _on_deck(scenario, number, axle.position)
-    return lanes, np.full(octets, contract.TREAD, dtype=np.int64), np.vstack(pieces), tuple(notes)
+    return lanes, np.vstack(pieces), tuple(notes)
 
 
 def _lane(sign: float, radius: float, body: int, table: Table, first: int) -> list[float]:

@@ -45,7 +45,8 @@ STRIP_ROWS = 15
 STRIP_BOUND = 16
 LONGEST = 17  # longest step, s
 TREADS = 18  # octets of tread contacts; as many of flange contacts may follow
-NUMBERS = 19
+FLANGE_FROM = 19  # least shift of a wheel, m, at which its flange may touch
+NUMBERS = 20
 NO_CREEP, CURVE, STRIPS = range(3)
 
 # Tables of the contact geometry: each a polynomial of degree 5 in a cell.
@@ -77,7 +78,7 @@ class Assembly(NamedTuple):
     kinds
         (octets,): TREAD or FLANGE.
     cells
-        (2, cells, TABLES, TERMS): contact geometry; coefficient k of the k-th power of the place in the cell, 0 to 1.
+        (surfaces, cells, TABLES, TERMS): contact geometry; coefficient k of the k-th power of the place in the cell.
     saturation
         (SATURATION_CELLS, TERMS): saturation·(1 + q) over q/(1 + q), q = F/(μ·N).
     pieces

@@ -94,9 +94,15 @@ def _is_finite(w: FloatArray) -> bool:
 
 
 @kernel
-def march_kernel(data: FloatArray, plan: IntArray, scales: FloatArray, work: Work) -> int:
-    """March until the end, or until a table is full; return why it stopped. May be called again."""
-    w, wheels, pieces, steps, states, events, peaks, K, F, Q, kept, S = work
+def march_kernel(
+    data: FloatArray, plan: IntArray, scales: FloatArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray,
+    steps: FloatArray, states: FloatArray, events: FloatArray, peaks: FloatArray, K: FloatArray, F: FloatArray,
+    Q: FloatArray, kept: FloatArray, S: FloatArray,
+) -> int:  # fmt: skip
+    """March until the end, or until a table is full; return why it stopped. May be called again.
+
+    What it takes after `scales` is `Work`, one by one: Numba finds no kernel in its cache that takes a named tuple.
+    """
     n = w.shape[0]
     y, spare, P = np.empty(n), np.empty(n), np.ones(DENSE_STAGES)
     tolerance, end = data[contract.TOLERANCE], data[contract.END]
@@ -109,8 +115,8 @@ def march_kernel(data: FloatArray, plan: IntArray, scales: FloatArray, work: Wor
             return FULL
         if S[EVENTS] >= data[contract.EVENT_LIMIT]:
             return TOO_MANY_EVENTS
-        if S[ANEW] != 0.0 or wheels.shape[0] > data[contract.TREADS]:
-            awaken(t, data, plan, w, wheels)
+        if awaken(data, wheels):
+            S[ANEW] = 1.0
         if S[ANEW] != 0.0:
             rates(t, data, plan, w, wheels, pieces, Q, K[0])
             S[RATES_USED] += 1.0
@@ -249,9 +255,8 @@ def work_for(A: Assembly, rows: int = 1024) -> Work:
 def kernels_are_ready() -> bool:
     """Return False where marching begins with compiling."""
     floats, plan, table = np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros((1, 1))
-    return is_compiled(
-        march_kernel, (floats, plan, floats, floats, table, floats, *(table,) * 6, floats, table, floats)
-    )
+    work = Work(floats, table, floats, *(table,) * 6, floats, table, floats)
+    return is_compiled(march_kernel, (floats, plan, floats, *work))
 
 
 def probe(A: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -278,7 +283,7 @@ def march(A: Assembly) -> MultibodyMarch:
     flat, work = flattened(A), work_for(A)
     start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
     while True:
-        status = march_kernel(*flat, A.scales, work)
+        status = march_kernel(*flat, A.scales, *work)
         steps, events, peaks = work.S[[STEPS, EVENTS, PEAKS]].astype(int)
         if status != FULL:
             return MultibodyMarch(

@@ -21,6 +21,7 @@ from wheeltapper.march.wheel_rows import (
     SHIFT,
     SIDES,
     UNTIL,
+    U,
 )
 
 EVENT_TIME, EVENT_KIND, EVENT_CONTACT, EVENT_RATE = range(4)
@@ -30,23 +31,23 @@ TIME, NEXT_LENGTH, ANEW, STEPS, EVENTS, PEAKS, RATES_USED, IDLE = range(8)
 CARRIED = 8
 FIRST_STEP = 0.1
 """First step after an event, in radians of phase."""
-WAKE = 3e-4
-"""A flange nearer to its rail than this, m, is computed."""
 
 
 @kernel
-def awaken(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray) -> None:
-    """Compute those flanges only that are near their rails."""
+def awaken(data: FloatArray, wheels: FloatArray) -> bool:
+    """Let those flanges be computed that may touch, by the shift of their treads; return True where any begin to be."""
+    begins = False
     treads = int(data[contract.TREADS])
-    for o in range(treads, wheels.shape[0]):
-        wheels[o, AWAKE] = 1.0
-    touch(t, data, plan, w, wheels)
     for o in range(treads, wheels.shape[0]):
         near = 0.0
         for i in range(LANES):
-            if wheels[o, SIDES + i] != 0.0 and wheels[o, DELTA + i] > -WAKE:
+            tread = wheels[o - treads]
+            if tread[SIDES + i] != 0.0 and tread[U + i] > data[contract.FLANGE_FROM]:
                 near = 1.0
+        if near != 0.0 and wheels[o, AWAKE] == 0.0:
+            begins = True
         wheels[o, AWAKE] = near
+    return begins
 
 
 @kernel

@@ -73,7 +73,8 @@ def _enter(
     for element in range(pieces.shape[0]):
         pieces[element] = steps[row, STEP_ELEMENTS + element]
     w[:] = states[row]
-    awaken(t, data, plan, w, wheels)
+    touch(t, data, plan, w, wheels)
+    awaken(data, wheels)
     rates(t, data, plan, w, wheels, pieces, Q, K[0])
     make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
     rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES])

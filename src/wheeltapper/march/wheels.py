@@ -224,7 +224,7 @@ def _linear(inclined: float, friction: float, L: FloatArray) -> float:
         g = L[G + i] * inclined
         stretch = sqrt(1.0 + g * g)
         slip_x = L[SLIP_X + i] - L[ROLLING + i] * L[VPITCH + i]
-        slip_turn = L[SLIP_TURN + i] - side * L[VPITCH + i] * L[SLOPE + i]
+        slip_turn = (L[SLIP_TURN + i] - side * L[VPITCH + i] * L[SLOPE + i]) / stretch
         rise = L[VZ + i] + side * L[ARM + i] * L[VROLL + i]
         slip_y = (L[SLIP_Y + i] + side * g * rise) / stretch
         fx = -L[STIFF_X + i] * slip_x

@@ -5,14 +5,18 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Iterable
-from typing import Literal
+from concurrent.futures import ThreadPoolExecutor
+from typing import Literal, overload
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import lower
 from wheeltapper.lower.numbers import METHODS
+from wheeltapper.march.blocks import cores
 from wheeltapper.record.record import Record
+
+Method = Literal["default", "strict"]
 
 
 class ModelWarning(UserWarning):
@@ -24,54 +28,76 @@ def say_that_it_compiles() -> None:
     print("wheeltapper: compiling its kernels for this machine, once; this takes some seconds", file=sys.stderr)
 
 
-def warn_of(notes: Iterable[str]) -> None:
-    """Warn the caller's caller of those notes that put a result's meaning in doubt."""
+def warn_of(notes: Iterable[str], depth: int = 3) -> None:
+    """Warn the caller's caller, or one farther up, of those notes that put a result's meaning in doubt."""
     for note in notes:
         if "cannot follow" in note:
-            warnings.warn(note, ModelWarning, stacklevel=3)
+            warnings.warn(note, ModelWarning, stacklevel=depth)
 
 
-def simulate(scenario: Scenario, method: Literal["default", "strict"] = "default") -> Record:
+@overload
+def simulate(scenario: Scenario, method: Method = "default", *, threads: int | None = None) -> Record: ...
+@overload
+def simulate(
+    scenario: Iterable[Scenario], method: Method = "default", *, threads: int | None = None
+) -> list[Record]: ...
+def simulate(
+    scenario: Scenario | Iterable[Scenario], method: Method = "default", *, threads: int | None = None
+) -> Record | list[Record]:
     """Simulate a scenario: every loss of contact, every impact and every force maximum, located exactly.
 
     Parameters
     ----------
     scenario
-        What to simulate.
+        What to simulate; or several, which march side by side.
     method
-        "default": Taylor series of order 12; "strict": order 20 with a thousand times smaller step tolerance.
+        Of a wheelset, "default": Taylor series of order 12; "strict": order 20 with a thousand times smaller step
+        tolerance. Of a wagon, DOP853 with step tolerances of 5e-9 and 3e-11.
+    threads
+        How many of several scenarios march at a time; by default all cores.
 
     Returns
     -------
-    Record
+    Record or list of Record
         Also where the computation could not finish: its `outcome` says why, and what was computed is kept.
 
     Raises
     ------
     InputError
-        If the scenario cannot be simulated.
+        If a scenario cannot be simulated.
     """
     if method not in METHODS:
         raise InputError("", "method", repr(method), " or ".join(repr(name) for name in METHODS))
+    if isinstance(scenario, Scenario):
+        return _simulated(scenario, method)
+    if threads is not None and threads < 1:
+        raise InputError("", "threads", str(threads), "1 or more")
+    with ThreadPoolExecutor(threads or cores()) as pool:
+        return list(pool.map(lambda one: _simulated(one, method), scenario))
+
+
+def _simulated(scenario: Scenario, method: str) -> Record:
     scenario.check_extent()
-    if isinstance(scenario.vehicle, Wagon):
-        return _simulate_wagon(scenario, method)
-    lowered = lower(scenario, method)
-    warn_of(lowered.notes)
+    return _of_wagon(scenario, method) if isinstance(scenario.vehicle, Wagon) else _of_wheelset(scenario, method)
+
+
+def _of_wheelset(scenario: Scenario, method: str) -> Record:
     from wheeltapper.march.single import is_ready, march
 
+    lowered = lower(scenario, method)
+    warn_of(lowered.notes, depth=5)
     if not is_ready(lowered.program):
         say_that_it_compiles()
     return Record(scenario, method, lowered, march(lowered.program))
 
 
-def _simulate_wagon(scenario: Scenario, method: str) -> Record:
+def _of_wagon(scenario: Scenario, method: str) -> Record:
     from wheeltapper.lower.wagon import lower_wagon
     from wheeltapper.march import multibody
     from wheeltapper.record.wagon_record import WagonRecord
 
+    lowered = lower_wagon(scenario, method)
+    warn_of(lowered.notes, depth=5)
     if not multibody.kernels_are_ready():
         say_that_it_compiles()
-    lowered = lower_wagon(scenario, method)
-    warn_of(lowered.notes)
     return WagonRecord(scenario, method, lowered, multibody.march(lowered.assembly))

@@ -208,36 +208,43 @@ class WagonRecord(Record):
         return out
 
     def _by_wheel(self, lanes: FloatArray) -> FloatArray:
-        """Return values of tread contacts (times, lanes) by wheelset and side."""
-        octets = int(self._lowered.assembly.numbers[contract.TREADS])
-        held = lanes[:, : octets * LANES].reshape(len(lanes), octets, 2, HALF)
+        """Return values of one kind of contacts (times, lanes) by wheelset and side."""
+        octets = lanes.shape[1] // LANES
+        held = lanes.reshape(len(lanes), octets, 2, HALF)
         return np.swapaxes(held, 2, 3).reshape(len(lanes), octets * HALF, 2)[:, : len(self._wheelsets)]
 
     def _forces(self, rows: dict[str, FloatArray]) -> dict[str, FloatArray]:
-        """Return what the record shows of each wheel from the rows of its contact."""
+        """Return what the record shows of each wheel from the rows of its contacts."""
+        treads = int(self._lowered.assembly.numbers[contract.TREADS]) * LANES
+        both = rows["normal"].shape[1] > treads
+        tread = {name: values[:, :treads] for name, values in rows.items()}
+        flange = {name: values[:, treads:] if both else 0.0 * values for name, values in rows.items()}
         speed = max(float(self.scenario.speed), 1e-300)
-        sides = np.tile(np.repeat([1.0, -1.0], HALF), rows["normal"].shape[1] // LANES)
-        normal = rows["normal"]
+        sides = np.tile(np.repeat([1.0, -1.0], HALF), treads // LANES)
         law = self.scenario.creep
-        creep = law is not None
-        friction = 1.0 if law is None else law.friction
-        rolls = creep * (normal > 0.0)
-        along, across = rows["fx"] * rolls, rows["fy"] * rolls
+        rolls = float(law is not None)
+        normal, steep = tread["normal"], np.hypot(1.0, flange["g"])
+        along, across = (tread[name] * (normal > 0.0) * rolls for name in ("fx", "fy"))
+        on_flange = flange["normal"] > 0.0
+        flange_along, flange_across = (flange[name] * on_flange * rolls for name in ("fx", "fy"))
+        sideways = flange_across / steep - sides * flange["g"] * flange["normal"]
         with np.errstate(divide="ignore", invalid="ignore"):
-            used = np.where(normal > 0.0, np.hypot(along, across) / (friction * normal), 0.0)
+            limit = normal * (1.0 if law is None else law.friction)
+            used = np.where(normal > 0.0, np.hypot(along, across) / limit, 0.0)
         return {
             "normal_force": normal,
-            "longitudinal_force": along,
-            "lateral_force": across - sides * rows["g"] * normal,
+            "longitudinal_force": along + flange_along,
+            "lateral_force": across - sides * tread["g"] * normal + sideways,
             "lateral_creep_force": across,
-            "spin_moment": rows["mz"] * rolls,
-            "longitudinal_creepage": rows["slip_x"] * creep / speed,
-            "lateral_creepage": rows["slip_y"] * creep / speed,
-            "spin_creepage": rows["slip_turn"] * creep / speed,
+            "flange_force": flange["normal"] * steep,
+            "spin_moment": tread["mz"] * (normal > 0.0) * rolls,
+            "longitudinal_creepage": tread["slip_x"] * rolls / speed,
+            "lateral_creepage": tread["slip_y"] * rolls / speed,
+            "spin_creepage": tread["slip_turn"] * rolls / speed,
             "friction_use": used,
-            "indentation": rows["delta"],
-            "constraint": rows["path"],
-            "lateral_shift": rows["u"],
+            "indentation": tread["delta"],
+            "constraint": tread["path"],
+            "lateral_shift": tread["u"],
         }
 
     # -- energy and summary -----------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 import wheeltapper as wt
 
@@ -53,7 +53,7 @@ def step(
 
 
 def flat(duration: float, vehicle: wt.Wagon = FREE, **changes: Any) -> wt.Record:
-    """Simulate the flats of Fig. 5 on both wheels of the leading wheelset, the only one on the deck of 15 t and 5 Hz."""
+    """Simulate the flats of Fig. 5 on the leading wheelset, the only one that the deck of 15 t and 5 Hz carries."""
     shape = wt.WheelFlat(depth=1e-4, position=EDGE, repeat=False)
     deck = wt.FloatingDeck(mass=15_000.0, stiffness=15_000.0 * (2 * np.pi * 5.0) ** 2, wheelset=1)
     return run({"wheelset 1": shape}, 5.0, duration, vehicle, **({"track": deck} | changes))
@@ -141,11 +141,11 @@ def times(begin: float, end: float, rate: float = 2e5) -> FloatArray:
     return np.linspace(begin, end, round((end - begin) * rate) + 1)
 
 
-def amplitude(at: FloatArray, values: ArrayLike, frequency: float) -> float:
+def amplitude(at: FloatArray, values: FloatArray, frequency: float) -> float:
     """Return the amplitude of one frequency, over a Hann window: what rings at other frequencies leaks into no part."""
     window = np.hanning(len(at))
-    values = np.asarray(values) - np.mean(values)
-    return float(2.0 * abs(np.sum(window * values * np.exp(-2j * np.pi * frequency * at))) / window.sum())
+    off = values - values.mean()
+    return float(2.0 * abs(np.sum(window * off * np.exp(-2j * np.pi * frequency * at))) / window.sum())
 
 
 def decay_rate(record: wt.Record, span: float, window: float = 0.025) -> float:

@@ -1,0 +1,193 @@
+"""The paper's figures of the whole coach, drawn from the simulations that its claims measure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import wheeltapper as wt
+from wheeltapper.faces.paper import coach_setting as setting
+from wheeltapper.faces.paper.coach import BOGIE, ONE_SIDED, car_body, right_rail
+from wheeltapper.faces.paper.coach_setting import COACH, HEIGHT, LATER, MEETS, STATIC, WAGONS, body, force, step
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SIDES = ("right", "left")
+
+
+def _history(record: wt.Record, begin: float, end: float) -> Any:
+    """Return everything in a span of time, at every event and peak, too."""
+    found = np.concatenate([np.linspace(begin, end, 4000), record.events.time.values, record.peaks.time.values])
+    times = np.unique(found)
+    return record.at(times[(times >= begin) & (times <= end)])
+
+
+def _millis(history: Any, zero: float = 0.0) -> Any:
+    return 1e3 * (history.time.values - zero)
+
+
+def _legend(axis: Axes) -> None:
+    """Put the legend above the right half of an axis, where no curve is."""
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, fontsize=8, borderaxespad=0.0)
+
+
+def fig4(figure: Figure) -> None:
+    """Draw normal and lateral forces of both wheelsets of a bogie that meets the step, one after the other."""
+    figure.set_size_inches(11, 8)
+    axes = figure.subplots(4, 2, sharex="col", sharey="row")
+    record = step(HEIGHT, 0.62, under=BOGIE)
+    for column, begin in enumerate((0.0, LATER)):
+        history = _history(record, begin, begin + 0.1)
+        for row, (wheelset, letter) in enumerate(((1, "f"), (2, "r"))):
+            normal, lateral = axes[row, column], axes[row + 2, column]
+            for side, line in zip(SIDES, ("-", "--"), strict=True):
+                name = f"{letter}{side[0].upper()}"
+                normal.plot(_millis(history), force(history, wheelset, side), line, label=f"$N_{{{name}}}$")
+                across = history.lateral_force.sel(wheelset=wheelset, side=side) / 1e3
+                lateral.plot(_millis(history), across, line, label=f"$T_{{{name}}}$")
+            if column == 0:
+                normal.set(ylabel="N/N₀")
+                lateral.set(ylabel="T [kN], left +")
+            for axis in (normal, lateral):
+                _legend(axis)
+        axes[3, column].set(xlabel="time [ms]")
+    figure.suptitle("Fig. 4: step of 0.1 mm on both rails, 5 m/s, damping-free; front wheelset, then rear one")
+
+
+def fig5(figure: Figure) -> None:
+    """Draw a flat of the coach's wheelset on the deck: dynamic force, and the deck's acceleration times its mass."""
+    figure.set_size_inches(8, 7)
+    for axis, (name, wagon) in zip(figure.subplots(2, 1, sharex=True), WAGONS.items(), strict=True):
+        history = _history(setting.flat(0.1, wagon), 0.0, 0.1)
+        dynamic = history.normal_force.sel(wheelset=1).sum("side") - 2 * STATIC
+        axis.plot(_millis(history), dynamic / 1e3, label="1: dynamic part of N, both wheels [kN]")
+        axis.plot(_millis(history), -15.0 * history.deck_acceleration, "--", label="2: −M·ÿ$_M$ [kN]")
+        axis.set_title(f"{name} wagon", loc="left")
+        axis.set(ylabel="force [kN]")
+        _legend(axis)
+    axis.set(xlabel="time [ms]")
+    figure.suptitle("Fig. 5: flats of 0.1 mm on a wheelset of the coach, 5 m/s, deck of 15 t and 5 Hz under it")
+
+
+def fig6(figure: Figure) -> None:
+    """Draw the car body's vertical acceleration after a step under one bogie."""
+    figure.set_size_inches(8, 7)
+    signs = {"up": HEIGHT, "down": -HEIGHT}
+    for axis, (sign, height) in zip(figure.subplots(2, 1, sharex=True), signs.items(), strict=True):
+        for number, (name, wagon) in enumerate(reversed(WAGONS.items()), 1):
+            time, acceleration = car_body(step(height, 1.2, wagon, BOGIE))
+            axis.plot(time, 1e3 * acceleration, label=f"{number}: {name} wagon")
+        for meets in (MEETS, MEETS + LATER):
+            axis.axvline(meets, color="0.5", linestyle=":")
+        axis.set_title(f"step {sign} by 0.1 mm", loc="left")
+        axis.set(ylabel="acceleration [mm/s²]")
+        _legend(axis)
+    axis.set(xlabel="time [s]")
+    figure.suptitle("Fig. 6: centre of the car body, 5 m/s; dotted: a wheelset of the front bogie meets the step")
+
+
+def fig7(figure: Figure) -> None:
+    """Draw the rear wheelset's motion and force over corrugation below, near and above the resonance."""
+    figure.set_size_inches(11, 8)
+    axes = figure.subplots(2, 3)
+    for column, (speed, periods, shown, words) in enumerate(
+        ((2.25, 60, 10, "settled, in phase"), (9.0, 12, 13, "bouncing"), (36.0, 24, 25, "antiphase"))
+    ):
+        period = setting.WAVELENGTH / speed
+        record, start = setting.corrugation(speed, periods * period, COACH)
+        history = _history(record, max(record.end - shown * period, 0.0), record.end)
+        time, height = _millis(history, start), body(history, "wheelset 4")
+        rest = body(record.at([0.0]), "wheelset 4")[0]
+        path = history.constraint.sel(wheelset=4, side="right")
+        top, bottom = axes[:, column]
+        top.plot(time, 1e6 * path, color="0.5", linewidth=3.0, alpha=0.5, label="1: irregularity")
+        top.plot(time, 1e6 * (height - rest), label="2: wheelset")
+        bottom.plot(time, force(history, 4), label="3: N/N₀")
+        top.set_title(f"{speed:g} m/s: {words}", loc="left")
+        bottom.set(xlabel="time after its start [ms]")
+    axes[0, 0].set(ylabel="displacement [µm]")
+    axes[1, 0].set(ylabel="N/N₀ of one wheel")
+    axes[0, 1].legend(loc="upper left", fontsize=8)
+    figure.suptitle("Fig. 7: rear wheelset of the original wagon, corrugation 50 µm, 5 cm on both rails")
+
+
+def fig8(figure: Figure) -> None:
+    """Draw the rear wheelset's motion, and the bogie frame's above it, before and after it meets the corrugation."""
+    figure.set_size_inches(8, 8)
+    top, middle, bottom = figure.subplots(3, 1)
+    record, own = setting.both_of_the_rear_bogie(18.0)
+    history = _history(record, 0.0, record.end)
+    moved = body(history, "wheelset 4")
+    frame = body(history, "bogie 2") + 1.28 * body(history, "bogie 2", "pitch")
+    moved, frame = 1e6 * (moved - moved[0]), 1e6 * (frame - frame[0])
+    before = history.time.values < own
+    top.plot(_millis(history), moved, label="rear wheelset")
+    top.plot(_millis(history), frame, label="bogie frame above it")
+    middle.plot(_millis(history), moved, label="rear wheelset")
+    middle.set(ylim=(-200.0, 200.0), ylabel="displacement [µm]")
+    bottom.plot(_millis(history)[before], moved[before], label="rear wheelset, before its own start")
+    bottom.set(xlabel="time [ms]")
+    for axis in (top, middle, bottom):
+        axis.axvline(1e3 * own, color="0.5", linestyle=":")
+        _legend(axis)
+    figure.suptitle("Fig. 8: corrugation 50 µm, 5 cm, 18 m/s, rear bogie of the damping-free wagon")
+
+
+def _one_sided(figure: Figure, draw: Callable[[Axes, Any, Any, str], None], unit: str, words: str) -> None:
+    """Draw the run with corrugation on the right rail, with creep and without."""
+    figure.set_size_inches(10, 7)
+    axes = figure.subplots(2, 1, sharex=True, sharey=True)
+    for axis, name in zip(axes, ("damping-free", "no creep"), strict=True):
+        record, start = right_rail(**ONE_SIDED[name])
+        history = _history(record, 0.0, record.end)
+        for side in SIDES:
+            draw(axis, _millis(history, start), history, side)
+        axis.set_title(f"damping-free wagon{', no creep' * (name == 'no creep')}", loc="left")
+        axis.set(ylabel=unit)
+    _legend(axes[0])
+    axes[1].set(xlabel="time after the start [ms]")
+    figure.suptitle(f"{words}: rear wheelset, corrugation 50 µm, 5 cm on the right rail, 36 m/s")
+
+
+def fig9(figure: Figure) -> None:
+    """Draw both normal forces of the rear wheelset."""
+
+    def draw(axis: Axes, time: Any, history: Any, side: str) -> None:
+        axis.plot(time, force(history, 4, side), label=side, linewidth=0.8 if side == "right" else 1.4)
+
+    _one_sided(figure, draw, "N/N₀", "Fig. 9")
+
+
+def fig10(figure: Figure) -> None:
+    """Draw the motions of both wheels' centres."""
+
+    def draw(axis: Axes, time: Any, history: Any, side: str) -> None:
+        height = setting.centres(history)[side]
+        axis.plot(time, 1e6 * (height - height[0]), label=side)
+
+    _one_sided(figure, draw, "displacement [µm]", "Fig. 10")
+
+
+def onesided(figure: Figure) -> None:
+    """Draw the right front wheel's force maxima after a step on both rails, and on the right one only."""
+    figure.set_size_inches(8, 7)
+    for axis, (name, wagon) in zip(figure.subplots(2, 1, sharex=True, sharey=True), WAGONS.items(), strict=True):
+        for words, under in (("both rails", "wheelset 1"), ("right rail only", "wheelset 1 right")):
+            time, height = setting.peaks(step(HEIGHT, 0.4, wagon, (under,)))
+            axis.plot(1e3 * (time - MEETS), height, ".", label=words)
+        axis.set_title(f"{name} wagon", loc="left")
+        axis.set(ylabel="maxima of N/N₀, right")
+        _legend(axis)
+    axis.set(xlabel="time after the step [ms]")
+    figure.suptitle("Step up by 0.1 mm, 5 m/s")
+
+
+DRAW: dict[str, Callable[[Figure], None]] = {
+    "fig4coach": fig4, "fig5coach": fig5, "fig6": fig6, "fig7coach": fig7, "fig8": fig8, "fig9": fig9, "fig10": fig10,
+    "onesided": onesided,
+}  # fmt: skip
+"""By figure, the function that draws it."""
