@@ -18,13 +18,15 @@ def laws():
                 yield law
 
 
-LAWS = {law.__name__: law for law in laws()}
+ALL = {law.__name__: law for law in laws() if law.__name__ != "CreepLaw"}
+LAWS = {name: law for name, law in ALL.items() if name != "Fastsim"}
+"""The laws that are a curve."""
 LIMITED = [name for name in LAWS if name != "KalkerLinear"]
 Q = np.concatenate([[0.0], np.geomspace(1e-9, 1e5, 4000)])
 
 
 def test_every_law_is_at_the_door():
-    assert set(LAWS) == set(creep.__all__)
+    assert set(ALL) == set(creep.__all__)
     assert len(LIMITED) == 2
 
 

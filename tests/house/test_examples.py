@@ -15,6 +15,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 # Scenario: impacts, largest force over static.
 SCENARIOS = {
     "bump.toml": (11, 5.566),
+    "coach_step.toml": (4, 3.488),
     "corrugation.toml": (0, 2.342),
     "deck.toml": (31, 3.318),
     "drop_test.toml": (3, 4.662),

@@ -74,6 +74,7 @@ from wheeltapper.march.tangent_events import (
     enter_contact,
     force_jump,
     land,
+    leapt_force,
     leave_contact,
     motion_at_end,
 )
@@ -252,6 +253,7 @@ def tangent_kernel(
     gentlest = np.inf
     begun = False
     level = False
+    leapt = -1  # the maximum to which the force has just jumped up
     piece = -1.0
     simple = (
         numbers[contract.DECK_MASS] == 0.0
@@ -282,6 +284,9 @@ def tangent_kernel(
         if contact and not begun and not enter_contact(step, carried, S, D):
             gentlest = 0.0
         restarted = contact and not begun
+        if leapt >= 0:
+            leapt_force(numbers, step, contact, carried, S, of_peaks[leapt])
+            leapt = -1
         begun = contact
         if tallied is not None:
             if step[PHASE] == FLIGHT:
@@ -334,6 +339,8 @@ def tangent_kernel(
             for lane in range(LANES):  # a maximum at a breakpoint: its force along the moving breakpoint
                 of_peaks[peak, OF_TIME, lane] = carried[DBREAK, lane]
                 of_peaks[peak, OF_SIZE, lane] = corner_force(numbers, turns, step, end, here, carried, lane, S, D)
+            if contact and peaks[peak, contract.PEAK_FORCE] > here[9] * (1.0 + 1e-9):
+                leapt = peak
             peak += 1
         for lane in range(LANES):
             of_end[0, lane] = carried[DA, lane]

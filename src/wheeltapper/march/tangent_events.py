@@ -6,6 +6,7 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
+from wheeltapper.march.layout import FACTOR_DEGREE, HERE
 from wheeltapper.march.program import (
     BONDED,
     CONTACT,
@@ -181,6 +182,22 @@ def corner_force(
     change += factor * law * (eta * (carried[DW, lane] + bend * dt) + turns[contract.HYSTERESIS, lane] * w)
     change += (factor_tangent(after, lane, S, D) + rate * carried[DBREAK, lane]) * law * (1.0 + eta * w)
     return change
+
+
+@kernel
+def leapt_force(
+    numbers: FloatArray, step: FloatArray, contact: bool, carried: FloatArray, S: FloatArray, of_peak: FloatArray
+) -> None:
+    """Write the derivative of a force that has jumped up at a breakpoint, along its motion, from the step behind it.
+
+    NaN where the contact dissipates or its factor varies.
+    """
+    u, w = step[A], step[B]
+    plain = contact and numbers[contract.HYSTERESIS] == 0.0 and S[HERE + FACTOR_DEGREE] < 0.0
+    stiff = 2.0 * numbers[contract.QUADRATIC] * u + 3.0 * numbers[contract.CUBIC] * u * u
+    for lane in range(LANES):
+        change = stiff * (carried[DA, lane] + 0.5 * w / u * carried[DBREAK, lane])
+        of_peak[1, lane] = change if plain else np.nan
 
 
 @kernel

@@ -218,7 +218,7 @@ class WagonRecord(Record):
         treads = int(self._lowered.assembly.numbers[contract.TREADS]) * LANES
         both = rows["normal"].shape[1] > treads
         tread = {name: values[:, :treads] for name, values in rows.items()}
-        flange = {name: values[:, treads:] if both else 0.0 * values for name, values in rows.items()}
+        flange = {name: values[:, treads:] if both else np.zeros_like(values) for name, values in rows.items()}
         speed = max(float(self.scenario.speed), 1e-300)
         sides = np.tile(np.repeat([1.0, -1.0], HALF), treads // LANES)
         law = self.scenario.creep
@@ -267,6 +267,24 @@ class WagonRecord(Record):
         from wheeltapper.record.wagon_energy import balance
 
         return balance(self._lowered, self._march, self._works, self.scenario)
+
+    def comfort(
+        self, body: str = "car body", at: tuple[float, float, float] | None = None, **options: Any
+    ) -> xr.Dataset:
+        """Return how comfortable a ride on a body is (EN 12299, ISO 2631-1).
+
+        Parameters
+        ----------
+        body
+            Its name.
+        at
+            Place from its centre of gravity, m; by default there.
+        **options
+            Of `wheeltapper.record.comfort.comfort`: rate, vertical_weighting, settling.
+        """
+        from wheeltapper.record.comfort import comfort
+
+        return comfort(self, body, at, **options)
 
     @property
     def time_in_air(self) -> float:
