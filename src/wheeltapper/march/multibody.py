@@ -48,6 +48,7 @@ from wheeltapper.march.searching import (
     log_maxima,
     mark_changes,
     mark_maxima,
+    time_to_change,
 )
 from wheeltapper.march.stepping import dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, error
@@ -57,6 +58,8 @@ from wheeltapper.march.wheel_rows import DELTA, DELTA_RATE, ON, ROWS, SIDES, U
 STEP_TIME, STEP_LENGTH, STEP_CLOSED, STEP_ELEMENTS = range(4)
 SAME = 1e-12
 """Contacts this near to their change, in static indentations, change together with another."""
+BEYOND = 1.02
+"""A step that would go far beyond a contact's change ends just beyond it: the force has a kink there."""
 SAFETY, SHRINK, GROW, ORDER = 0.9, 0.2, 5.0, 8
 
 
@@ -125,6 +128,7 @@ def march_kernel(
         # -- a step whose error is small enough
         until = next_break(data, t, wheels)
         h = min(S[NEXT_LENGTH], data[contract.LONGEST])
+        h = min(h, BEYOND * time_to_change(BEYOND * h, wheels, K[0]))
         growth = GROW
         while True:
             stops = t + 1.01 * h >= until

@@ -29,7 +29,7 @@ PEAK_TIME, PEAK_CONTACT, PEAK_FORCE, PEAK_CORNER = range(4)
 # What is carried from call to call.
 TIME, NEXT_LENGTH, ANEW, STEPS, EVENTS, PEAKS, RATES_USED, IDLE = range(8)
 CARRIED = 8
-FIRST_STEP = 0.1
+FIRST_STEP = 0.03
 """First step after an event, in radians of phase."""
 
 

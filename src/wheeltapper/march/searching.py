@@ -6,13 +6,15 @@ start, and a mark.
 
 from __future__ import annotations
 
-from wheeltapper.march.assembly import LANES
+from math import sqrt
+
+from wheeltapper.march.assembly import BODY, LANES, PLACES, RATE, ROLL, Z
 from wheeltapper.march.crossing import Span, at_place, corner_ahead, find_corner, find_fall, first_change, suspicious
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.passing import log_peak
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rates import deflection
-from wheeltapper.march.wheel_rows import AWAKE, DELTA, DELTA_RATE, NORMAL, NORMAL_RATE, ON, SIDES
+from wheeltapper.march.wheel_rows import ARM, AWAKE, DELTA, DELTA_RATE, NORMAL, NORMAL_RATE, ON, SIDES
 
 DELTAS, DELTA_RATES, GROWTHS, FORCES, MARKS = range(5)
 KEPT = 5
@@ -35,6 +37,35 @@ def keep(wheels: FloatArray, kept: FloatArray) -> None:
             kept[GROWTHS, lane] = 1e-300 if begins else L[NORMAL_RATE + i]
             kept[FORCES, lane] = L[NORMAL + i]
             kept[MARKS, lane] = 0.0
+
+
+@kernel
+def time_to_change(longest: float, wheels: FloatArray, rates: FloatArray) -> float:
+    """Return when the next contact is likely to change, by its present rate and acceleration; `longest` if later."""
+    soonest = longest
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        if L[AWAKE] == 0.0:
+            continue
+        for i in range(LANES):
+            if L[SIDES + i] == 0.0:
+                continue
+            sign = 2.0 * L[ON + i] - 1.0
+            at = int(L[BODY * LANES + i]) * PLACES + RATE
+            gap, rate = sign * L[DELTA + i], sign * L[DELTA_RATE + i]
+            bend = -sign * (rates[at + Z] + L[SIDES + i] * L[ARM + i] * rates[at + ROLL])
+            inside = rate * rate - 2.0 * bend * gap
+            if gap <= 0.0 or inside <= 0.0:
+                continue
+            root = sqrt(inside)
+            when = -1.0
+            if rate < 0.0:
+                when = 2.0 * gap / (root - rate)
+            elif bend < 0.0:
+                when = -(rate + root) / bend
+            if when > 0.0:
+                soonest = min(soonest, when)
+    return soonest
 
 
 @kernel
