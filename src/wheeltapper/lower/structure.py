@@ -22,12 +22,16 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Series:
-    """A damper in series with a spring, in one direction: its force f obeys f' = k·(v - f/c), v the rate of `row`."""
+    """A damper in series with a spring, in one direction: it gives way by p, p' = f/c, f the force of the spring.
+
+    The spring's deflection is `row`·q - p; within half the free play to both sides it carries nothing.
+    """
 
     name: str
     row: FloatArray
     damping: float
     stiffness: float
+    free_play: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -145,7 +149,8 @@ def structure_of(wagon: Wagon) -> Structure:
             assert element.series_stiffness is not None
             for axis, row, value in zip(AXES, rows, element.damping, strict=True):
                 if value > 0.0:
-                    series.append(Series(f"{element.name} {axis}", row, value, element.series_stiffness))
+                    name, stiff = f"{element.name} {axis}", element.series_stiffness
+                    series.append(Series(name, row, value, stiff, element.free_play))
         elif isinstance(element, Stop):
             row = rows[AXES.index(element.along)]
             characteristics.append(

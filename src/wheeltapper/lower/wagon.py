@@ -151,8 +151,10 @@ def _elements(structure: Structure, layout: Layout) -> tuple[dict[str, Any], int
     rows: list[tuple[FloatArray, FloatArray, FloatArray, float | None]]
     rows = [(item.row, item.deflection, item.force, None) for item in structure.characteristics]
     for item in structure.series:
-        far = 1.0
-        rows.append((item.row, np.array([0.0, far]), np.array([0.0, far * item.stiffness]), item.damping))
+        half = 0.5 * item.free_play
+        loose = [0.0, half] if half > 0.0 else [0.0]
+        spring = np.array([*loose, half + 1.0]), np.array([*(0.0 for _ in loose), item.stiffness])
+        rows.append((item.row, *spring, item.damping))
     for row, deflection, force, damping in rows:
         used = np.flatnonzero(row)
         index += list(layout.places[used])

@@ -299,7 +299,9 @@ def _slide(friction: float, inclined: float, bound: int, L: FloatArray) -> None:
 
 
 @kernel
-def _cells(y: float, x: float, step: float, dx: float, limit: float, next_limit: float, weight: float, L: FloatArray) -> None:  # fmt: skip
+def _cells(
+    y: float, x: float, step: float, dx: float, limit: float, next_limit: float, weight: float, L: FloatArray
+) -> None:
     """Go over two cells of a strip in all lanes: the first a `step` from the last place, the second dx behind it."""
     for i in range(LANES):
         slip = L[UX + i] - L[TURN_X + i] * y

@@ -54,10 +54,22 @@ class Damper(Element):
         Along x, y and z, N·s/m.
     series_stiffness
         Of the spring in series with each of them, N/m; None: rigid.
+    free_play
+        Of the worn end at that spring, in all directions, m: from one side to the other it carries nothing.
     """
 
     damping: tuple[Damping, Damping, Damping]
     series_stiffness: PositiveStiffness | None = None
+    free_play: Length = Field(default=0.0, ge=0)
+
+    @model_validator(mode="after")
+    def _play_needs_a_spring(self) -> Damper:
+        if self.free_play > 0.0 and self.series_stiffness is None:
+            raise ValueError(
+                f"free_play: found {self.free_play:g} m at a rigid end; allowed: with series_stiffness, the spring "
+                "that it leads to"
+            )
+        return self
 
 
 class Stop(Element):
