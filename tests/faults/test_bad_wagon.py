@@ -136,3 +136,20 @@ def test_maps_of_wagons_are_refused_for_now():
     scene = wt.Scenario(vehicle=wt.Wagon.erri_b176(), contact=wt.Hertz(), speed=5, duration=0.1)
     with pytest.raises(wt.InputError, match="Wagon"):
         wt.sweep(scene, over={"speed": [4.0, 5.0]}, features=[wt.features.largest_force()])
+
+
+def test_elastic_constants_beside_a_given_constant_shape_creep_on_a_wagon_only():
+    contact = {"type": "Hertz", "constant_per_wheel": 7e10, "poisson": 0.28}
+    wheelset = {"type": "Wheelset", "mass": 1500, "load": 9e4, "stiffness": 0, "damping": 0, "radius": 0.46}
+    with pytest.raises(wt.InputError, match="one or the other"):
+        wt.Scenario.of({"vehicle": wheelset, "contact": contact, "speed": 5, "duration": 0.1})
+    forces = []
+    for poisson in (0.28, 0.3):
+        scene = wt.Scenario.of({
+            "vehicle": {"type": "ErriB176", "wheelset_mass": 1500}, "contact": contact | {"poisson": poisson},
+            "creep": {"type": "Polach", "friction": 0.35}, "speed": 5, "duration": 0.001,
+        })  # fmt: skip
+        forces.append(float(wt.simulate(scene).at([0.0]).lateral_force.sel(wheelset=1, side="left")[0]))
+    # -1812 N of the normal force and 1514 N of spin, by the project's coach reference
+    assert forces[0] == pytest.approx(-298.0, abs=2.0)
+    assert forces[1] < forces[0] - 15.0

@@ -123,3 +123,64 @@ def test_klingel_waves_of_a_wheelset_on_cones():
     assert len(exact) >= 5
     wavelength = 2.0 * np.diff(exact).mean()
     assert wavelength == pytest.approx(2 * np.pi * np.sqrt(radius * arm / conicity), rel=1e-3)
+
+
+def test_many_contacts_that_open_nearly_together_lose_no_event():
+    wave = wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=-22.0)
+    scene = coach(wave, wt.Wagon.erri_b176(1500.0).without_dampers(), 0.06, speed=9.0, rolling="point")
+    one, other = (wt.simulate(scene, method=method).events for method in ("default", "strict"))
+    assert len(one.time) == len(other.time) > 100
+    orders = [np.lexsort((events.time.values, events.contact.values)) for events in (one, other)]
+    kinds = [events.kind.values[order] for events, order in zip((one, other), orders, strict=True)]
+    assert list(kinds[0]) == list(kinds[1])
+    for contact in np.unique(one.contact.values):  # losses and impacts take turns
+        turns = one.kind.values[one.contact.values == contact]
+        assert all(a != b for a, b in zip(turns[:-1], turns[1:], strict=True))
+        assert turns[0] == "loss"
+
+
+def test_a_hunting_coach_hits_its_rails_with_its_flanges():
+    kick = {"left": wt.CosineBump(height=1e-3, length=3.0, start=1.0)}
+    scene = coach(kick, wt.Wagon.erri_b176(), 1.5, speed=95.0)
+    assert wt.critical_speed(scene) < 95.0
+    record = wt.simulate(scene)
+    assert {"tread", "flange"} == set(record.events.surface.values)
+    assert float(record.energy.relative_imbalance) < 1e-6
+    history = record.history(2000)
+    assert float(history.flange_force.max()) > record.static_force
+    on_flange = history.flange_force.values > 0.0
+    assert float(history.lateral_shift.values[on_flange].min()) > 5e-3  # m: the clearance
+    pushed = history.lateral_force.sel(side="left").values[on_flange[:, :, 0]]
+    assert np.median(pushed) < 0.0  # the left rail pushes to the right
+
+
+def test_the_picture_of_a_wagon_and_of_its_reduced_model(tmp_path):
+    scene = coach(duration=0.03)
+    record = wt.simulate(scene)
+    figure = wt.plot(record, tmp_path / "wagon.png")
+    assert len(figure.axes) == 5
+    both = wt.plot(record, tmp_path / "both.png", against=wt.simulate(wt.reduced(scene)), wheelset=1)
+    assert "largest differences: peaks" in both._suptitle.get_text()
+    assert (tmp_path / "both.png").stat().st_size > 10_000
+    with pytest.raises(wt.InputError, match="core model"):
+        wt.plot(record, against=record)
+
+
+def test_a_saved_wagon_answers_as_before(tmp_path):
+    record = wt.simulate(coach({"right": STEP}, duration=0.02))
+    record.save(tmp_path / "wagon.nc")
+    again = wt.load(tmp_path / "wagon.nc")
+    assert again.scenario == record.scenario
+    assert str(again) == str(record)
+    times = np.linspace(0.0, 0.02, 41)
+    for name, values in record.at(times).data_vars.items():
+        np.testing.assert_array_equal(values, again.at(times)[name])
+
+
+def test_comfort_of_a_record_is_that_of_its_acceleration():
+    record = wt.simulate(coach(duration=1.2))
+    found = record.comfort(rate=1000)
+    assert float(found.vibration_total_value) > 0.0
+    assert np.isnan(float(found.mean_comfort))  # five minutes are asked, 5 s at least
+    aside = record.comfort(at=(9.5, 1.0, -0.6), rate=1000)
+    assert float(aside.vibration_total_value) > float(found.vibration_total_value)

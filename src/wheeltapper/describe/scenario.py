@@ -155,6 +155,8 @@ class Scenario(Noun):
                 f"irregularity: found places ({', '.join(self.irregularity)}) on a Wheelset; "
                 "allowed: one or several irregularities"
             )
+        if isinstance(self.contact, Hertz) and self.contact.idle:
+            raise ValueError(f"contact: {self.contact.idle}")
         foreign = [
             name for name in ("creep", "profiles") if getattr(self, name) != type(self).model_fields[name].default
         ]

@@ -49,14 +49,8 @@ class Hertz(Noun):
             raise ValueError(
                 "found both constant and constant_per_wheel; allowed: one of them, or neither to compute it"
             )
-        fields = type(self).model_fields
-        names = ("rail_radius", "youngs_modulus", "poisson")
-        elastic = [name for name in names if getattr(self, name) != fields[name].default]
-        if self.given is not None and elastic and not self.curvature:
-            raise ValueError(
-                f"found a given constant together with {', '.join(elastic)}; allowed: one or the other "
-                "(both only with curvature = true, where the radii shape its variation)"
-            )
+        if self.constant is not None and self.idle:
+            raise ValueError(self.idle)
         if self.hysteresis is not None and self.restitution is not None:
             raise ValueError("found both hysteresis and restitution; allowed: one of them")
         if (self.restitution is None) != (self.impact_speed is None):
@@ -66,6 +60,22 @@ class Hertz(Noun):
         if self.impact_speed is not None and self.impact_speed <= 0:
             raise ValueError(f"found impact_speed {self.impact_speed:g} m/s; allowed: more than 0 m/s")
         return self
+
+    @property
+    def idle(self) -> str:
+        """What is found and allowed where a given constant leaves elastic fields without effect; empty elsewhere.
+
+        On a wagon the ellipse of contact, on which creep depends, needs them all the same.
+        """
+        fields = type(self).model_fields
+        names = ("rail_radius", "youngs_modulus", "poisson")
+        elastic = [name for name in names if getattr(self, name) != fields[name].default]
+        if self.given is None or not elastic or self.curvature:
+            return ""
+        return (
+            f"found a given constant together with {', '.join(elastic)}; allowed: one or the other "
+            "(both only with curvature = true, where the radii shape its variation)"
+        )
 
     @property
     def given(self) -> float | None:

@@ -36,7 +36,7 @@ ARM = 0.75
 def run(irregularity: Any, speed: float, duration: float, vehicle: wt.Wagon = FREE, **changes: Any) -> wt.Record:
     """Simulate the coach with the contacts of the paper's setting, and friction of 0.35."""
     fields = {
-        "contact": wt.Hertz(constant_per_wheel=7.025e10), "creep": wt.creep.Polach(friction=0.35),
+        "contact": wt.Hertz(constant_per_wheel=7.025e10, poisson=0.28), "creep": wt.creep.Polach(friction=0.35),
     } | changes  # fmt: skip
     return wt.simulate(
         wt.Scenario(vehicle=vehicle, irregularity=irregularity, speed=speed, duration=duration, **fields)
