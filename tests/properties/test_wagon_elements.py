@@ -129,3 +129,29 @@ def test_a_vehicle_on_one_side_stands_askew_but_stands():
     history = record.history(200)
     assert float((history.normal_force.max("time") - history.normal_force.min("time")).max()) < 1e-3
     assert len(lower_wagon(scene).notes) == 0
+
+
+def test_six_wheelsets_fill_two_octets():
+    bodies, axles, elements = [], [], []
+    for number in range(6):
+        x = -2.0 * number
+        axles.append(wt.vehicles.Axle(position=x, **AXLE))
+        place = {"between": ("frame", f"wheelset {number + 1}"), "at": (x, 0.0, 0.8)}
+        elements.append(wt.vehicles.Spring(name=f"spring {number + 1}", stiffness=(0.0, 0.0, 1e6), **place))
+    bodies.append(
+        wt.vehicles.Body(
+            name="frame", mass=60e3, inertia=(1e5, 1e6, 1e6), position=(-5.0, 0.0, 1.0), held=("x", "y", "roll", "yaw")
+        )
+    )
+    wagon = wt.Wagon(bodies=tuple(bodies), axles=tuple(axles), elements=tuple(elements))
+    record = run(
+        wagon, 0.1, irregularity={"wheelset 6": wt.CosineBump(height=3e-4, length=0.1, start=-9.9)},
+        profiles=wt.profiles.WheelRail(),
+    )  # fmt: skip
+    assert record.static_force == pytest.approx((60e3 / 6 + 1500) * 9.81 / 2, rel=1e-12)
+    assert set(record.events.wheelset.values) == {6}
+    assert record.history(1e3).normal_force.sizes["wheelset"] == 6
+    assert float(record.energy.relative_imbalance) < 1e-8
+    too_many = wagon.model_copy(update={"axles": tuple(wt.vehicles.Axle(position=-2.0 * k, **AXLE) for k in range(13))})
+    with pytest.raises(wt.InputError, match="12 at most"):
+        run(too_many)

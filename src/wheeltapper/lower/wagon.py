@@ -41,6 +41,8 @@ IntArray = NDArray[np.int64]
 TOLERANCES = {"default": 3e-8, "strict": 3e-11}
 EVENT_LIMIT = 1_000_000
 LONGEST = 2e-3
+MOST_AXLES = 12
+"""So many wheelsets have 48 contacts with their flanges: as many bits say exactly which are closed."""
 DECK = "deck"
 
 
@@ -196,6 +198,8 @@ def layout_of(scenario: Scenario, structure: Structure) -> Layout:
 def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     """Lower a scenario with a wagon to an assembly, without its start."""
     wagon, chosen = scenario.vehicle, METHODS[method]
+    if len(wagon.axles) > MOST_AXLES:
+        raise InputError("", "vehicle.axles", f"{len(wagon.axles)} wheelsets", f"{MOST_AXLES} at most")
     structure = structure_of(wagon)
     loads = static_loads(structure, wagon)
     wheelsets = [f"wheelset {i + 1}" for i in range(len(wagon.axles))]
