@@ -78,16 +78,24 @@ def find_fall(
     low: float, high: float, f_low: float, f_high: float, lane: int, row: int, sign: float, span: Span
 ) -> float:
     """Return where sign·(a quantity of one contact) falls through zero: positive at low, negative at high."""
+    x, side = high, 0
     for _ in range(60):
-        x = low + (high - low) * min(max(f_low / (f_low - f_high), 0.01), 0.99)
+        before = x
+        x = low + (high - low) * min(max(f_low / (f_low - f_high), 0.001), 0.999)
         f = sign * at_place(x, lane, row, span)
         if f > 0.0:
-            low, f_low, f_high = x, f, 0.5 * f_high
+            low, f_low = x, f
+            if side == 1:  # the Illinois method: an end that stays counts half
+                f_high *= 0.5
+            side = 1
         else:
-            high, f_high, f_low = x, f, 0.5 * f_low
-        if high - low < 1e-13 or f == 0.0:
+            high, f_high = x, f
+            if side == -1:
+                f_low *= 0.5
+            side = -1
+        if abs(x - before) < 1e-13 or f == 0.0:
             break
-    return high
+    return x
 
 
 @kernel

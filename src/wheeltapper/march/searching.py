@@ -130,7 +130,7 @@ def mark_maxima(h: float, changed: int, wheels: FloatArray, kept: FloatArray) ->
             if L[ON + i] == 0.0 or growth * h <= NOISE * kept[FORCES, lane] or after > 0.0:
                 continue
             if (growth - after) * h > QUIET * L[NORMAL + i] or lane == changed:
-                kept[MARKS, lane] = 1.0
+                kept[MARKS, lane] = min(after, -1e-300)
                 found = True
     return found
 
@@ -140,9 +140,8 @@ def log_maxima(kept: FloatArray, span: Span, peaks: FloatArray, S: FloatArray) -
     """Find and log the marked maxima."""
     for lane in range(kept.shape[1]):
         if kept[MARKS, lane] != 0.0:
+            x = find_fall(0.0, 1.0, kept[GROWTHS, lane], kept[MARKS, lane], lane, NORMAL_RATE, 1.0, span)
             kept[MARKS, lane] = 0.0
-            growth = kept[GROWTHS, lane]
-            x = find_fall(0.0, 1.0, growth, -1e-9 * growth, lane, NORMAL_RATE, 1.0, span)
             log_peak(span.t + x * span.h, lane, at_place(x, lane, NORMAL, span), 0.0, peaks, S)
 
 
