@@ -184,3 +184,14 @@ def test_comfort_of_a_record_is_that_of_its_acceleration():
     assert np.isnan(float(found.mean_comfort))  # five minutes are asked, 5 s at least
     aside = record.comfort(at=(9.5, 1.0, -0.6), rate=1000)
     assert float(aside.vibration_total_value) > float(found.vibration_total_value)
+
+
+def test_a_smaller_wheelset_rolls_faster_but_does_not_slip():
+    worn = coach((), duration=0.01).replaced({"vehicle.axles.wheelset 2.radius": 0.43})
+    record = wt.simulate(worn)
+    history = record.history(1e3)
+    plain = wt.simulate(coach((), duration=0.01)).history(1e3)
+    found, expected = (h.longitudinal_creepage.sel(wheelset=2).values for h in (history, plain))
+    np.testing.assert_allclose(found, expected, atol=2e-5)
+    ratio = history.spin_creepage.sel(wheelset=2) / plain.spin_creepage.sel(wheelset=2)
+    np.testing.assert_allclose(ratio, 0.46 / 0.43, rtol=1e-3)

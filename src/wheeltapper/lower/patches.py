@@ -73,7 +73,7 @@ def patch_tables(profiles: WheelRail | Cones, contact: Hertz, radius: float, sur
     tables = np.empty((contract.TABLES, len(geometry.shift)))
     tables[contract.LIFT] = geometry.lift
     tables[contract.PLACE] = geometry.place
-    tables[contract.RADIUS] = geometry.radius
+    tables[contract.RADIUS] = geometry.radius - radius
     tables[contract.ROOT_CONSTANT] = np.cbrt(constant * cosine**2.5)
     tables[contract.ALONG] = shear * a * b * kalker[:, 0] * normal**2
     tables[contract.ACROSS] = shear * a * b * kalker[:, 1] * normal**2

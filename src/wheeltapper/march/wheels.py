@@ -199,7 +199,7 @@ def _stiffen(first: float, finer: float, speed: float, L: FloatArray) -> None:
         L[STIFF_SPIN + i] = _value(SPIN, i, p, L) * square * n
         L[STIFF_TURN + i] = _value(SPIN_MOMENT, i, p, L) * square * n * n
         L[FLAT + i] = _value(SLENDER, i, p, L)
-        radius = _value(RADIUS, i, p, L)
+        radius = L[RADII + i] + _value(RADIUS, i, p, L)
         spinning = speed / L[RADII + i]
         L[ROLLING + i] = radius
         L[SLIP_X + i] = speed + L[VX + i] - side * L[ARM + i] * L[VYAW + i] - radius * spinning
