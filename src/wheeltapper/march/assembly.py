@@ -78,8 +78,8 @@ class Assembly(NamedTuple):
     kinds
         (octets,): TREAD or FLANGE.
     cells
-        (surfaces, cells, TABLES, TERMS): contact geometry; coefficient k of the k-th power of the place in the cell. That
-        of RADIUS is the difference to the wheel's nominal one.
+        (surfaces, cells, TABLES, TERMS): contact geometry; coefficient k of the k-th power of the place in the cell.
+        RADIUS is the difference to the wheel's nominal one.
     saturation
         (SATURATION_CELLS, TERMS): saturation·(1 + q) over q/(1 + q), q = F/(μ·N).
     pieces
