@@ -1,5 +1,6 @@
 """The reference cases of `shared/reference`, as scenarios; tests that need them skip cleanly where they are absent."""
 
+import csv
 import json
 from pathlib import Path
 
@@ -17,6 +18,15 @@ def reference():
     if not CASES.exists():
         pytest.skip("the reference cases are not here")
     return json.loads(CASES.read_text(encoding="utf-8"))
+
+
+def rows(name):
+    """Return the rows of a table of `shared/data`."""
+    path = SHARED / "data" / name
+    if not path.exists():
+        pytest.skip("the data are not here")
+    with path.open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
 
 
 def irregularity(kind, **values):

@@ -1,24 +1,14 @@
 """Smooth contact geometry of S1002 on 60E1 1:40 against a rigid search and an elastic program."""
 
-import csv
-
 import numpy as np
 import pytest
 
-from tests.cases import SHARED
+from tests.cases import rows
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import s1002
 from wheeltapper.lower.geometry import contact_geometry, radius_difference, resting_roll
 
 SMOOTH = contact_geometry(s1002, rail_60e1)
-
-
-def rows(name):
-    path = SHARED / "data" / name
-    if not path.exists():
-        pytest.skip("the data are not here")
-    with path.open(encoding="utf-8") as file:
-        return list(csv.DictReader(file))
 
 
 def test_with_five_micrometres_it_is_the_elastic_programs_geometry():

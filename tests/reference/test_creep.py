@@ -1,22 +1,26 @@
 """Kalker's coefficients and FASTSIM against the published figures."""
 
-import csv
 import math
 
 import numpy as np
 import pytest
 
-from tests.cases import SHARED
+from tests.cases import rows
 from wheeltapper.lower.kalker import coefficients
-from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC, fastsim
+from wheeltapper.march import fastsim as lanes
+from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
+from wheeltapper.march.wheel_rows import ROWS, SUM_X, SUM_Y, TURN_X, TURN_Y, UX, UY
 
 
-def rows(name):
-    path = SHARED / "data" / name
-    if not path.exists():
-        pytest.skip("the data are not here")
-    with path.open(encoding="utf-8") as file:
-        return list(csv.DictReader(file))
+def fastsim(ux, uy, fx, fy, cells, strips, tolerance, bound):
+    """Return the forces over the friction limit, of a contact among seven others."""
+    held = np.zeros(ROWS)
+    for lane in range(8):
+        held[[UX + lane, UY + lane, TURN_X + lane, TURN_Y + lane]] = 0.1 * lane, 0.2, -0.3 * lane, 0.4
+    held[[UX + 3, UY + 3, TURN_X + 3, TURN_Y + 3]] = ux, uy, fx, fy
+    lanes.fastsim(cells, strips, tolerance, bound, held)
+    share = lanes.SHARE_PARABOLIC if bound == PARABOLIC else lanes.SHARE_ELLIPTIC
+    return share * held[SUM_X + 3], share * held[SUM_Y + 3]
 
 
 def test_kalkers_coefficients_at_the_entries_of_his_table():

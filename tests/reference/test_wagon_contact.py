@@ -1,13 +1,11 @@
 """Contacts of the coach against an elastic program: the Manchester contact benchmark, case A-2.2, left wheel."""
 
-import csv
-
 import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
 import wheeltapper as wt
-from tests.cases import SHARED
+from tests.cases import rows
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march.assembly import RATE
 from wheeltapper.march.multibody import probe
@@ -16,14 +14,6 @@ from wheeltapper.march.wheel_rows import FX, FY, NORMAL, ROLLING, SLIP_TURN, SLI
 SPEED, FORCE = 10.0, 10e3
 Y, Z, ROLL, YAW, PITCH_RATE = 1, 2, 3, 5, RATE + 4
 LEFT, RIGHT = 0, 4
-
-
-def rows():
-    path = SHARED / "data" / "contact_mbench_a22_left.csv"
-    if not path.exists():
-        pytest.skip("the data are not here")
-    with path.open(encoding="utf-8") as file:
-        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +51,8 @@ def rolling():
 
 def test_a_wheelset_that_rolls_quasi_statically_is_the_elastic_programs(rolling):
     compared = 0
-    for row in rows():
+    for row in rows("contact_mbench_a22_left.csv"):
+        row = {name: float(value) for name, value in row.items()}
         if not 1.0 <= row["y"] <= 4.5:  # there the contact is one place and does not jump
             continue
         compared += 1

@@ -16,9 +16,7 @@ import numpy as np
 
 from wheeltapper.march import assembly as contract
 from wheeltapper.march.assembly import DERAILED, LANES, Assembly, flattened
-from wheeltapper.march.crossing import (
-    Span,
-)
+from wheeltapper.march.crossing import Span
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.passing import (
     ANEW,

@@ -34,7 +34,7 @@ from wheeltapper.march.assembly import (
     TABLES,
     TERMS,
 )
-from wheeltapper.march.fastsim import PARABOLIC
+from wheeltapper.march.fastsim import PARABOLIC, SHARE_ELLIPTIC, SHARE_PARABOLIC, fastsim
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import (
     FloatArray,
@@ -63,8 +63,6 @@ from wheeltapper.march.wheel_rows import (
     ON_DECK,
     PATH,
     PATH_RATE,
-    PX,
-    PY,
     QROLL,
     QY,
     QYAW,
@@ -100,8 +98,8 @@ from wheeltapper.march.wheel_rows import (
     U,
 )
 
-SHARE_PARABOLIC, SHARE_ELLIPTIC = 2.0 / np.pi, 1.5 / np.pi
-"""FASTSIM's scaled sum over the friction limit."""
+BESIDE_THE_POLE = 0.025
+"""Half the width of FASTSIM's strips beside the pole of the slip, in a march."""
 LAST_CELL = SATURATION_CELLS * (1.0 - 1e-15)
 """Cells of the creep law's curve; a share of one still lies in the last of them."""
 
@@ -293,55 +291,13 @@ def _slide(friction: float, inclined: float, bound: int, L: FloatArray) -> None:
         L[UY + i] = L[STIFF_Y + i] * L[SLIP_Y + i] * along
         L[TURN_X + i] = turned * L[FLAT + i]
         L[TURN_Y + i] = turned
-        L[SUM_X + i] = 0.0
-        L[SUM_Y + i] = 0.0
         L[SHARE + i] = scale * limit
 
 
 @kernel
-def _cells(
-    y: float, x: float, step: float, dx: float, limit: float, next_limit: float, weight: float, L: FloatArray
-) -> None:
-    """Go over two cells of a strip in all lanes: the first a `step` from the last place, the second dx behind it."""
-    for i in range(LANES):
-        slip = L[UX + i] - L[TURN_X + i] * y
-        px = L[PX + i] - slip * step
-        py = L[PY + i] - (L[UY + i] + L[TURN_Y + i] * (x + 0.5 * step)) * step
-        cut = limit / max(sqrt(px * px + py * py), limit)
-        px *= cut
-        py *= cut
-        qx = px - slip * dx
-        qy = py - (L[UY + i] + L[TURN_Y + i] * (x - 0.5 * dx)) * dx
-        cut = next_limit / max(sqrt(qx * qx + qy * qy), next_limit)
-        qx *= cut
-        qy *= cut
-        L[PX + i] = qx
-        L[PY + i] = qy
-        L[SUM_X + i] += (px + qx) * weight
-        L[SUM_Y + i] += (py + qy) * weight
-
-
-@kernel
-def _strips(cells: int, rows: int, bound: int, L: FloatArray) -> None:
-    """Sum the tractions of FASTSIM over equal strips of an even number of cells, in all lanes; see fastsim.py."""
-    width = 2.0 / rows
-    for row in range(rows):
-        y = -1.0 + (row + 0.5) * width
-        edge = 1.0 - y * y
-        half = sqrt(edge)
-        dx = 2.0 * half / cells
-        for i in range(LANES):
-            L[PX + i] = 0.0
-            L[PY + i] = 0.0
-        x = half - 0.5 * dx
-        step = 0.5 * dx
-        for _ in range(cells // 2):
-            limit, next_limit = edge - x * x, edge - (x - dx) * (x - dx)
-            if bound != PARABOLIC:
-                limit, next_limit = sqrt(limit), sqrt(next_limit)
-            _cells(y, x, step, dx, limit, next_limit, dx * width, L)
-            step = dx
-            x -= 2.0 * dx
+def _strips(cells: int, rows: int, tolerance: float, bound: int, L: FloatArray) -> None:
+    """Limit the linear forces by friction, by FASTSIM."""
+    fastsim(cells, rows, tolerance, bound, L)
     for i in range(LANES):
         linear = sqrt(L[FX + i] * L[FX + i] + L[FY + i] * L[FY + i])
         L[FX + i] = L[SUM_X + i] * L[SHARE + i]
@@ -368,7 +324,7 @@ def rub(data: FloatArray, plan: IntArray, inclined: bool, L: FloatArray) -> None
     else:
         cells, rows, bound = data[contract.STRIP_CELLS], data[contract.STRIP_ROWS], data[contract.STRIP_BOUND]
         _slide(friction, 1.0 if inclined else 0.0, int(bound), L)
-        _strips(int(cells), int(rows), int(bound), L)
+        _strips(int(cells), int(rows), BESIDE_THE_POLE, int(bound), L)
 
 
 @kernel

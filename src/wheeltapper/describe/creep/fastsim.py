@@ -20,11 +20,11 @@ class Fastsim(CreepLaw):
     friction, wheel_spin
         As for all creep laws.
     cells, strips
-        Cells along a strip (an even number), and strips across the ellipse.
+        Cells along a strip, and strips across the ellipse; narrower ones lie beside a pole of the slip.
     bound
         The traction's bound over the ellipse: "parabolic" (Kalker's), or "elliptic" as Hertz's pressure.
     """
 
-    cells: int = Field(default=10, ge=2, le=200, multiple_of=2)
+    cells: int = Field(default=10, ge=2, le=200)
     strips: int = Field(default=10, ge=2, le=200)
     bound: Literal["parabolic", "elliptic"] = "parabolic"
