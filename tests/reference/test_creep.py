@@ -12,15 +12,42 @@ from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
 from wheeltapper.march.wheel_rows import ROWS, SUM_X, SUM_Y, TURN_X, TURN_Y, UX, UY
 
 
-def fastsim(ux, uy, fx, fy, cells, strips, tolerance, bound):
-    """Return the forces over the friction limit, of a contact among seven others."""
+def entered(ux, uy, fx, fy):
+    """Return the scratch with a contact among seven others."""
     held = np.zeros(ROWS)
     for lane in range(8):
         held[[UX + lane, UY + lane, TURN_X + lane, TURN_Y + lane]] = 0.1 * lane, 0.2, -0.3 * lane, 0.4
     held[[UX + 3, UY + 3, TURN_X + 3, TURN_Y + 3]] = ux, uy, fx, fy
-    lanes.fastsim(cells, strips, tolerance, bound, held)
+    return held
+
+
+def forces(held, bound=PARABOLIC):
+    """Return the forces over the friction limit."""
     share = lanes.SHARE_PARABOLIC if bound == PARABOLIC else lanes.SHARE_ELLIPTIC
     return share * held[SUM_X + 3], share * held[SUM_Y + 3]
+
+
+def fastsim(ux, uy, fx, fy, cells, strips, bound=PARABOLIC):
+    held = entered(ux, uy, fx, fy)
+    lanes.fastsim(cells, strips, bound, held)
+    return forces(held, bound)
+
+
+def kalkers_strips(ux, uy, fx, fy, strips, tolerance):
+    """Return places and widths as Kalker laid them: from the pole of the slip on, halved beside it."""
+    pole = (-uy / fy, ux / fx)
+    if np.hypot(*pole) >= 1.0:
+        return [(-1.0 + (k + 0.5) * 2.0 / strips, 2.0 / strips) for k in range(strips)]
+    laid = []
+    for side in (-1.0, 1.0):
+        count = math.ceil(0.5 * strips * (1.0 - side * pole[1]))
+        width = (side - pole[1]) / count
+        laid += [(pole[1] + (k + 0.5) * width, abs(width)) for k in range(1, count)]
+        while 0.5 * abs(width) > tolerance:
+            width *= 0.5
+            laid.append((pole[1] + 1.5 * width, abs(width)))
+        laid.append((pole[1] + 0.5 * width, abs(width)))
+    return laid
 
 
 def test_kalkers_coefficients_at_the_entries_of_his_table():
@@ -49,9 +76,22 @@ def test_fastsim_finds_kalkers_published_forces():
             expected, digits = (0.4524, 0.8314), 1e-4
         else:
             expected, digits = (float(row["Tx_abs"]), float(row["Ty_abs"])), 6e-5
-        numbers = (float(row[name]) for name in ("ux", "uy", "fx", "fy"))
-        found = fastsim(*numbers, int(row["mx"]), int(row["my"]), float(row["TOL"]), PARABOLIC)
-        np.testing.assert_allclose(np.abs(found), expected, atol=digits)
+        numbers = [float(row[name]) for name in ("ux", "uy", "fx", "fy")]
+        held = entered(*numbers)
+        for y, width in kalkers_strips(*numbers, int(row["my"]), float(row["TOL"])):
+            lanes.add_strip(y, width, int(row["mx"]), PARABOLIC, held)
+        np.testing.assert_allclose(np.abs(forces(held)), expected, atol=digits)
+
+
+def test_equal_strips_are_as_exact_as_kalkers():
+    fine = [row for row in rows("fastsim_checks.csv") if row["source"] == "fine_grid_here"]
+    assert len(fine) == 3
+    for row in fine:
+        numbers = [float(row[name]) for name in ("ux", "uy", "fx", "fy")]
+        expected = float(row["Tx_abs"]), float(row["Ty_abs"])
+        np.testing.assert_allclose(np.abs(fastsim(*numbers, 400, 400)), expected, atol=6e-5)
+        for strips in (5, 10, 20):
+            np.testing.assert_allclose(fastsim(*numbers, 20, strips), fastsim(*numbers, 20, 400), atol=0.3 / strips**2)
 
 
 def example(bound, count):
@@ -62,7 +102,7 @@ def example(bound, count):
     top = friction * (2.0 if bound == PARABOLIC else 1.5) * load / (math.pi * a * b)
     l2, l3 = 8 * a / (3 * shear * c.c22), math.pi * a * math.sqrt(a / b) / (4 * shear * c.c23)
     scaled = (a * eta / (top * l2), a * b * spin / (top * l3), a * a * spin / (top * l3))
-    return fastsim(0.0, *scaled, count, count, 3.0, bound)[1]
+    return fastsim(0.0, *scaled, count, count, bound)[1]
 
 
 def test_fastsim_on_the_example_of_contact():
@@ -80,9 +120,9 @@ def test_fastsim_on_the_example_of_contact():
 
 def test_fastsim_in_its_limits():
     small = 1e-6
-    linear = fastsim(small, 0.0, 0.0, 0.0, 200, 200, 3.0, PARABOLIC)[0]
+    linear = fastsim(small, 0.0, 0.0, 0.0, 200, 200)[0]
     assert linear == pytest.approx(-small * 16.0 / (3.0 * math.pi), rel=1e-3)  # no slip: traction grows from the edge
-    assert np.hypot(*fastsim(30.0, 40.0, 0.0, 0.0, 50, 50, 3.0, PARABOLIC)) == pytest.approx(1.0, abs=2e-3)
-    assert fastsim(0.0, 0.3, 0.2, 0.4, 20, 20, 3.0, PARABOLIC)[0] == pytest.approx(0.0, abs=1e-15)
-    ahead, mirrored = (fastsim(0.4, sign * 0.3, sign * 0.2, sign * 0.5, 20, 20, 3.0, PARABOLIC) for sign in (1, -1))
+    assert np.hypot(*fastsim(30.0, 40.0, 0.0, 0.0, 50, 50)) == pytest.approx(1.0, abs=2e-3)
+    assert fastsim(0.0, 0.3, 0.2, 0.4, 20, 20)[0] == pytest.approx(0.0, abs=1e-15)
+    ahead, mirrored = (fastsim(0.4, sign * 0.3, sign * 0.2, sign * 0.5, 20, 20) for sign in (1, -1))
     np.testing.assert_allclose(ahead, (mirrored[0], -mirrored[1]), rtol=1e-12)

@@ -288,7 +288,7 @@ def _numbers(scenario: Scenario, tolerance: float, force: float, constant: float
         out[contract.CREEP] = contract.STRIPS if isinstance(creep, Fastsim) else contract.CURVE
         out[contract.QUASI_STATIC] = creep.wheel_spin == "quasi-static"
     if isinstance(creep, Fastsim):
-        out[contract.STRIP_CELLS], out[contract.STRIP_ROWS] = creep.cells, creep.strips
+        out[contract.STRIP_CELLS], out[contract.STRIP_COUNT] = creep.cells, creep.strips
         out[contract.STRIP_BOUND] = PARABOLIC if creep.bound == "parabolic" else ELLIPTIC
     shifts = geometry_of(scenario.profiles, wagon.axles[0].radius, scenario.contact.rail_radius).shift
     out[contract.FIRST_SHIFT] = shifts[0]

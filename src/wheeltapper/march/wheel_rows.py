@@ -36,9 +36,7 @@ deck; the cells of the geometry's tables and of the creep law's curve."""
 (SLIP_X, SLIP_Y, SLIP_TURN, FX, FY, MZ, SHARE) = _rows(7)
 """Slip velocities, creep forces and moment, and the share of the linear resultant that remains."""
 (UX, UY, TURN_X, TURN_Y, PX, PY, SUM_X, SUM_Y) = _rows(8)
-(POLE, STRIP, LEFT, SIDES_LEFT, ACROSS_AT, WIDE) = _rows(6)
-"""FASTSIM: scaled slips and spins, the traction where it has come to, and its sum; where the strips meet, their width,
-how many are left, and of how many sides; the present strip."""
+"""FASTSIM: scaled slips and spins, the traction where it has come to, and its sum."""
 FLAGS = next(_ROWS)
 DEGREE_FLAG, WAVE_FLAG, FACTOR_FLAG, AWAKE = range(FLAGS, FLAGS + 4)
 """Degree of the octet's polynomials, whether any lane has a wave or a factor, and whether it has to be computed."""

@@ -98,8 +98,6 @@ from wheeltapper.march.wheel_rows import (
     U,
 )
 
-BESIDE_THE_POLE = 0.025
-"""Half the width of FASTSIM's strips beside the pole of the slip, in a march."""
 LAST_CELL = SATURATION_CELLS * (1.0 - 1e-15)
 """Cells of the creep law's curve; a share of one still lies in the last of them."""
 
@@ -295,9 +293,9 @@ def _slide(friction: float, inclined: float, bound: int, L: FloatArray) -> None:
 
 
 @kernel
-def _strips(cells: int, rows: int, tolerance: float, bound: int, L: FloatArray) -> None:
+def _sum_strips(cells: int, strips: int, bound: int, L: FloatArray) -> None:
     """Limit the linear forces by friction, by FASTSIM."""
-    fastsim(cells, rows, tolerance, bound, L)
+    fastsim(cells, strips, bound, L)
     for i in range(LANES):
         linear = sqrt(L[FX + i] * L[FX + i] + L[FY + i] * L[FY + i])
         L[FX + i] = L[SUM_X + i] * L[SHARE + i]
@@ -322,9 +320,9 @@ def rub(data: FloatArray, plan: IntArray, inclined: bool, L: FloatArray) -> None
             _enter_curve(data, plan[contract.AT_SATURATION], L)
         _saturate(L)
     else:
-        cells, rows, bound = data[contract.STRIP_CELLS], data[contract.STRIP_ROWS], data[contract.STRIP_BOUND]
+        cells, strips, bound = data[contract.STRIP_CELLS], data[contract.STRIP_COUNT], data[contract.STRIP_BOUND]
         _slide(friction, 1.0 if inclined else 0.0, int(bound), L)
-        _strips(int(cells), int(rows), BESIDE_THE_POLE, int(bound), L)
+        _sum_strips(int(cells), int(strips), int(bound), L)
 
 
 @kernel

@@ -20,7 +20,7 @@ class Fastsim(CreepLaw):
     friction, wheel_spin
         As for all creep laws.
     cells, strips
-        Cells along a strip, and strips across the ellipse; narrower ones lie beside a pole of the slip.
+        Cells along a strip, and strips across the ellipse.
     bound
         The traction's bound over the ellipse: "parabolic" (Kalker's), or "elliptic" as Hertz's pressure.
     """
