@@ -114,3 +114,64 @@ def test_a_second_wheelset_far_behind_meets_the_same_later():
     count = int((first < 0.2 - 0.31 / 9).sum())
     assert count >= 10
     np.testing.assert_allclose(second[:count], first[:count] + 0.31 / 9, rtol=0, atol=1e-9)
+
+
+def as_core(irregularity, duration, method="strict"):
+    vehicle = wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=0.0, radius=0.46)
+    scene = wt.Scenario(
+        vehicle=vehicle, contact=wt.Hertz(constant=1.405e11), irregularity=irregularity, rolling="circle", speed=9.0,
+        duration=duration,
+    )  # fmt: skip
+    return wt.simulate(scene, method=method).events
+
+
+def as_wagon(irregularity, duration, method):
+    vehicle = single(91_307.0, ("x", "y", "roll", "pitch", "yaw"), spring(2.44e6))
+    scene = wt.Scenario(
+        vehicle=vehicle, contact=wt.Hertz(constant_per_wheel=0.7025e11), profiles=fixed_arm(),
+        irregularity=irregularity, rolling="circle", speed=9.0, duration=duration,
+    )  # fmt: skip
+    record = wt.simulate(scene, method=method)
+    events = record.events
+    assert (events.side.values == "left").sum() == (events.side.values == "right").sum()
+    return events.isel(event=events.side.values == "left"), record
+
+
+def threshold(build, low, high, count, duration):
+    """Return the parameter from which on the core model has more than `count` events."""
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if len(as_core(build(middle), duration).time) > count:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+def one_bump(height):
+    return wt.CosineBump(height=height, length=0.05, start=0.009)
+
+
+def under_a_flight(height):
+    """Return a bump that lets the wheel fly for 2 ms, and a shorter one under its flight."""
+    return [one_bump(8e-5), wt.CosineBump(height=height, length=0.01, start=0.044)]
+
+
+@pytest.mark.parametrize(("method", "beyond"), [("default", 1e-5), ("strict", 1e-8)])
+@pytest.mark.parametrize("brief", ["loss", "impact"])
+def test_a_contact_that_changes_twice_within_a_step_is_found(method, beyond, brief):
+    if brief == "loss":
+        build, low, high, count, duration = one_bump, 1e-6, 2e-4, 0, 0.0068
+    else:
+        build, low, high, count, duration = under_a_flight, 0.0, 5e-5, 1, 0.0064
+    least = threshold(build, low, high, count, duration)
+    none, _ = as_wagon(build(least * (1 - beyond)), duration, method)
+    assert len(none.time) == count
+    expected = as_core(build(least * (1 + beyond)), duration)
+    assert len(expected.time) == count + 2
+    found, record = as_wagon(build(least * (1 + beyond)), duration, method)
+    assert list(found.kind.values) == list(expected.kind.values)
+    middle, length = expected.time.values[-2:].mean(), np.ptp(expected.time.values[-2:])
+    assert length < 1e-5  # a step is ten times as long
+    assert np.ptp(found.time.values[-2:]) == pytest.approx(length, rel=0.03)
+    assert found.time.values[-2:].mean() == pytest.approx(middle, abs=0.02 * length)

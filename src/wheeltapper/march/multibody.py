@@ -208,7 +208,7 @@ def march_kernel(
                 switch_contacts(now, SAME * data[contract.LENGTH], wheels, events, S)
                 S[ANEW] = 1.0
         if S[ANEW] != 0.0:
-            S[NEXT_LENGTH] = min(S[NEXT_LENGTH], FIRST_STEP * data[contract.PULSE])
+            S[NEXT_LENGTH] = FIRST_STEP * data[contract.PULSE]
         if _is_off(data, wheels):
             return DERAILED
 
