@@ -169,7 +169,7 @@ def test_a_contact_that_changes_twice_within_a_step_is_found(method, beyond, bri
     assert len(none.time) == count
     expected = as_core(build(least * (1 + beyond)), duration)
     assert len(expected.time) == count + 2
-    found, record = as_wagon(build(least * (1 + beyond)), duration, method)
+    found, _ = as_wagon(build(least * (1 + beyond)), duration, method)
     assert list(found.kind.values) == list(expected.kind.values)
     middle, length = expected.time.values[-2:].mean(), np.ptp(expected.time.values[-2:])
     assert length < 1e-5  # a step is ten times as long
