@@ -38,7 +38,7 @@ from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-TOLERANCES = {"default": 3e-8, "strict": 3e-11}
+TOLERANCES = {"default": 1e-7, "strict": 3e-11}
 EVENT_LIMIT = 1_000_000
 LONGEST = 2e-3
 MOST_AXLES = 12

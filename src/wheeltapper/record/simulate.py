@@ -52,7 +52,7 @@ def simulate(
         What to simulate; or several, which march side by side.
     method
         Of a wheelset, "default": Taylor series of order 12; "strict": order 20 with a thousand times smaller step
-        tolerance. Of a wagon, DOP853 with step tolerances of 3e-8 and 3e-11.
+        tolerance. Of a wagon, DOP853 with step tolerances of 1e-7 and 3e-11.
     threads
         How many of several scenarios march at a time; by default all cores.
 
