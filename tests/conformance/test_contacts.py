@@ -13,6 +13,10 @@ LAWS = {
     "following the curvature": wt.Hertz(constant=1.405e11, curvature=True),
     "damped": wt.Hertz(constant=1.405e11, hysteresis=0.3),
     "by restitution": wt.Hertz(constant=1.405e11, restitution=0.8, impact_speed=0.2),
+    "Thornton": wt.contact.Thornton(constant=1.405e11),
+    "Stronge": wt.contact.Stronge(constant=1.405e11, yield_force=1.5e5),
+    "Jackson-Green": wt.contact.JacksonGreen(constant=1.405e11, yield_strength="500 MPa"),
+    "Kogut-Etsion": wt.contact.KogutEtsion(constant=1.405e11, hardness="1.2 GPa"),
     "linear": wt.Linear(stiffness=1.9e9),
     "linear, bilateral": wt.Linear(stiffness=1.9e9, bilateral=True),
 }

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.noun import Noun
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.errors import InputError
@@ -166,16 +167,26 @@ def _number(scenario: Scenario, path: str, value: Any) -> float:
     return float(Fields(scenario.replaced({path: value}))(path))
 
 
+def check_mappable(scenario: Scenario) -> None:
+    """Refuse what the kernels of maps do not know."""
+    if not isinstance(scenario.vehicle, Wheelset):
+        raise InputError(
+            "", "vehicle", "a Wagon, of which there are no maps", "a Wheelset; many wagons march with `simulate([...])`"
+        )
+    if isinstance(scenario.contact, ElasticPlastic):
+        raise InputError(
+            "", "contact", f"{type(scenario.contact).__name__}, of which there are no maps",
+            "Hertz or Linear; many elastic-plastic scenarios march with `simulate([...])`",
+        )  # fmt: skip
+
+
 def study(
     scenario: Scenario, over: Mapping[str, Any], features: Sequence[Feature], *,
     gradient: bool | Sequence[str] = False, zipped: bool = False, samples: int | None = None,
     sampling: Sampling = "sobol", seed: int = 0, method: str = "default", chaos_limit: float = CHAOS_LIMIT,
 ) -> Study:  # fmt: skip
     """Return the study that `sweep` computes; its arguments are those of `sweep`."""
-    if not isinstance(scenario.vehicle, Wheelset):
-        raise InputError(
-            "", "vehicle", "a Wagon, of which there are no maps", "a Wheelset; many wagons march with `simulate([...])`"
-        )
+    check_mappable(scenario)
     from wheeltapper.lower.numbers import METHODS
 
     if method not in METHODS:

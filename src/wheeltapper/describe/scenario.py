@@ -10,7 +10,11 @@ from typing import Annotated, Any, Literal, Union, get_args
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, ValidationError, model_validator
 
 from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.contact.jackson_green import JacksonGreen
+from wheeltapper.describe.contact.kogut_etsion import KogutEtsion
 from wheeltapper.describe.contact.linear import Linear
+from wheeltapper.describe.contact.stronge import Stronge
+from wheeltapper.describe.contact.thornton import Thornton
 from wheeltapper.describe.creep import Fastsim, KalkerLinear, Polach, ShenHedrickElkins
 from wheeltapper.describe.irregularity.bump import CosineBump
 from wheeltapper.describe.irregularity.combination import Repeated
@@ -30,10 +34,11 @@ from wheeltapper.describe.vehicle.wagon import ErriB176, Wagon, made
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.errors import InputError
 
+CONTACTS = (Hertz, Linear, Thornton, Stronge, JacksonGreen, KogutEtsion)
 CREEP_LAWS = (KalkerLinear, ShenHedrickElkins, Polach, Fastsim)
 IRREGULARITIES = (Step, CosineBump, Corrugation, Measured, Profile, Repeated, WheelFlat, OutOfRound)
 KINDS = (
-    Wheelset, Wagon, ErriB176, Spring, Damper, Stop, Link, StiffTrack, FloatingDeck, Hertz, Linear, WheelRail, Cones,
+    Wheelset, Wagon, ErriB176, Spring, Damper, Stop, Link, StiffTrack, FloatingDeck, WheelRail, Cones, *CONTACTS,
     *CREEP_LAWS, *IRREGULARITIES,
 )  # fmt: skip
 """All nouns that a `type` may name."""
@@ -101,7 +106,7 @@ class Scenario(Noun):
     track
         `StiffTrack` or `FloatingDeck`.
     contact
-        `Hertz` or `Linear`.
+        `Hertz`, `Linear`, or an elastic-plastic law of `wheeltapper.contact`.
     creep
         None: no tangential force (the core models have none); on a wagon a law of `wheeltapper.creep`.
     profiles
@@ -121,7 +126,7 @@ class Scenario(Noun):
 
     vehicle: Annotated[_choice(Wheelset, Wagon, ErriB176), AfterValidator(made)]  # type: ignore[valid-type]
     track: _choice(StiffTrack, FloatingDeck) = StiffTrack()  # type: ignore[valid-type]
-    contact: _choice(Hertz, Linear) = Hertz()  # type: ignore[valid-type]
+    contact: _choice(*CONTACTS) = Hertz()  # type: ignore[valid-type]
     creep: AnyCreepLaw | None = None
     profiles: _choice(WheelRail, Cones) = WheelRail()  # type: ignore[valid-type]
     irregularity: Annotated[

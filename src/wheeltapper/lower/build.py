@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.irregularity.course import Course, level
 from wheeltapper.lower import ellipse
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.fit import Factor
 from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
+from wheeltapper.lower.plastic import yielding_program
 from wheeltapper.lower.point import point_table
 from wheeltapper.lower.rolling import circle_table
 from wheeltapper.lower.table import Table
@@ -124,13 +126,18 @@ def lower(scenario: Scenario, method: str = "default") -> Lowered:
     numbers, units = numbers_of(Fields(scenario), placing, chosen)
     numbers[:, contract.LOOP] = table.loop
     numbers[:, contract.LOOP_JOIN] = table.loop_join
+    program = Program(table.rows, numbers[0])
+    static_force = units.static_force.item()
+    if isinstance(scenario.contact, ElasticPlastic):
+        program, static_force = yielding_program(scenario, scenario.contact, program, units, table.height(here).item())
+        notes += [scenario.contact.warning] if scenario.speed == 0.0 and scenario.contact.warning else []
     return Lowered(
-        Program(table.rows, numbers[0]),
+        program,
         table,
         length=units.length.item(),
         time=units.time.item(),
         force=units.force.item(),
-        static_force=units.static_force.item(),
+        static_force=static_force,
         contact_constant=units.contact_constant.item(),
         notes=tuple(notes),
     )

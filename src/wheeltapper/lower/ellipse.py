@@ -15,6 +15,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.vehicle.wheelset import Wheelset
@@ -22,6 +23,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.first_order import STEP, WEIGHTS
 
 FloatArray = NDArray[np.float64]
+Contact = Hertz | Linear | ElasticPlastic
 FactorSlopes = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
@@ -137,9 +139,9 @@ def _per_wheel(contact: Hertz, vehicle: Wheelset, kappa: FloatArray) -> FloatArr
     return contact_constant(vehicle.radius, contact.rail_radius, contact.youngs_modulus, contact.poisson, kappa)
 
 
-def factor_function(contact: Hertz | Linear, vehicle: Wheelset) -> Callable[[FloatArray], FloatArray] | None:
+def factor_function(contact: Contact, vehicle: Wheelset) -> Callable[[FloatArray], FloatArray] | None:
     """Return C/C(smooth) as a function of the profile's second derivative (1/m), or None where C stays constant."""
-    if isinstance(contact, Linear) or not contact.follows_curvature:
+    if not isinstance(contact, Hertz) or not contact.follows_curvature:
         return None
     smooth = _per_wheel(contact, vehicle, np.zeros(1))[0]
 
@@ -149,7 +151,7 @@ def factor_function(contact: Hertz | Linear, vehicle: Wheelset) -> Callable[[Flo
     return factor
 
 
-def factor_slopes(contact: Hertz | Linear, vehicle: Wheelset, path: str) -> FactorSlopes | None:
+def factor_slopes(contact: Contact, vehicle: Wheelset, path: str) -> FactorSlopes | None:
     """Return the derivatives of the factor by the profile's second derivative and by a field; None without a factor."""
     if factor_function(contact, vehicle) is None:
         return None

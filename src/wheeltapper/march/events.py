@@ -8,7 +8,22 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import COUNT, EVENTS, IMPACTS, MARK, PEAKS, SEEN, STATE, UNTIL_IMPACT, UNTIL_LOSS, T, U, W
+from wheeltapper.march.layout import (
+    COUNT,
+    EVENTS,
+    HERE,
+    IMPACTS,
+    LAW_TERMS,
+    MARK,
+    PEAKS,
+    SEEN,
+    STATE,
+    UNTIL_IMPACT,
+    UNTIL_LOSS,
+    T,
+    U,
+    W,
+)
 from wheeltapper.march.program import (
     BONDED,
     CONTACT,
@@ -33,7 +48,7 @@ from wheeltapper.march.program import (
     FloatArray,
 )
 from wheeltapper.march.roots import NONE, evaluate, first_root
-from wheeltapper.march.series import factor_at, localise, path_at
+from wheeltapper.march.series import factor_at, law_at, localise, path_at, residual_at
 
 GRAZE = 1e-9
 APART = 1e-9  # two maxima closer than this part of a step are one, found again by rounding
@@ -46,7 +61,9 @@ CORNER_SET, CORNER_TIME, CORNER_FORCE, CORNER_RISING = range(4)
 
 @kernel
 def force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) -> float:
-    """Return the contact force at indentation u² and rate w."""
+    """Return the contact force at indentation u² and rate w, by the law that holds."""
+    if S[HERE + LAW_TERMS] != 0.0:
+        return max(law_at(u * u + residual_at(after, S), S), 0.0)
     factor, _ = factor_at(after, S)
     return max(
         factor
@@ -80,7 +97,7 @@ def log_event(time: float, kind: int, rate: float, cause: float, events: FloatAr
         counts[IMPACTS] += 1
         if counts[IMPACTS] == counts[UNTIL_IMPACT]:
             counts[SEEN] = 1.0
-    elif counts[IMPACTS] == counts[UNTIL_LOSS]:
+    elif kind == LOSS and counts[IMPACTS] == counts[UNTIL_LOSS]:
         counts[SEEN] = 1.0
 
 

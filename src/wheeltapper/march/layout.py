@@ -20,19 +20,29 @@ def _positions(values: Iterable[int]) -> tuple[int, ...]:
 
 WIDTH = 24
 # Contact: series in s. Flight: series in t; U and W then hold y and v.
-T, U, W, Y, Z, Q, R, F, N, ACC, SINE, COSINE, TREND, CLEAR, COMP, WORK, SCALED, SHIFTED = _positions(
-    range(0, 18 * WIDTH, WIDTH)
+T, U, W, Y, Z, Q, R, F, N, ACC, SINE, COSINE, TREND, CLEAR, COMP, WORK, SCALED, SHIFTED, DEPTH = _positions(
+    range(0, 19 * WIDTH, WIDTH)
 )
-HORNER, HORNER_FACTOR, HERE = _positions((18 + rows) * WIDTH for rows in (0, MAX_DEGREE + 1, 2 * (MAX_DEGREE + 1)))
-"""MAX_DEGREE + 1 rows for the path, as many for the factor; then the present piece as functions of time."""
+HORNER, HORNER_FACTOR, HORNER_RESIDUAL, HORNER_BEARS, HORNER_LAW, HERE = _positions(
+    (19 + blocks * (MAX_DEGREE + 1)) * WIDTH for blocks in range(6)
+)
+"""MAX_DEGREE + 1 rows each for what follows the path; then the present piece as functions of time."""
 (FLIGHT_ORDER,) = _positions([22])
 
-# Entries of the present piece, from HERE on: polynomial in (t - t0), harmonic, factor.
+# Entries of the present piece, from HERE on: polynomial in (t - t0), harmonic, factor, residual indentation, what the
+# surface bears; then of the plastic law that holds: how many terms (0: it is elastic), centre, scale, and the terms.
 POLY, AMP_SIN, AMP_COS, PHASE0, OMEGA, DEGREE, FACTOR_DEGREE, FACTOR = 0, 9, 10, 11, 12, 13, 14, 15
-STATE = HERE + FACTOR + MAX_DEGREE + 1  # the present state
+RESIDUAL_DEGREE = FACTOR + MAX_DEGREE + 1
+RESIDUAL = RESIDUAL_DEGREE + 1
+BEARS_DEGREE = RESIDUAL + MAX_DEGREE + 1
+BEARS = BEARS_DEGREE + 1
+LAW_TERMS = BEARS + MAX_DEGREE + 1
+LAW_CENTRE, LAW_SCALE, LAW = LAW_TERMS + 1, LAW_TERMS + 2, LAW_TERMS + 3
+STATE = HERE + LAW + MAX_DEGREE + 1  # the present state
 MARK = STATE + 16  # a corner of the force that waits for the other side of a breakpoint
 COUNT = MARK + 8
 # Counts: steps (at COUNT itself), events, peaks so far; whether the last step ended in a loss; impacts so far, those at
-# and after which the march ends (-1: none), and whether it has to; steps in a row in which no time passed.
-EVENTS, PEAKS, OPENED, IMPACTS, UNTIL_IMPACT, UNTIL_LOSS, SEEN, IDLE = range(1, 9)
-SCRATCH = int(COUNT + IDLE + 1)
+# and after which the march ends (-1: none), and whether it has to; steps in a row in which no time passed;
+# pieces in use.
+EVENTS, PEAKS, OPENED, IMPACTS, UNTIL_IMPACT, UNTIL_LOSS, SEEN, IDLE, PIECES = range(1, 10)
+SCRATCH = int(COUNT + PIECES + 1)

@@ -14,6 +14,7 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells
+from wheeltapper.march.flight import flight_series
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import CLEAR, COUNT, EVENTS, FLIGHT_ORDER, MARK, SCRATCH, TREND, U, W
 from wheeltapper.march.program import (
@@ -37,7 +38,7 @@ from wheeltapper.march.program import (
     FloatArray,
 )
 from wheeltapper.march.roots import NONE, evaluate, first_root
-from wheeltapper.march.series import contact_series, flight_series, localise
+from wheeltapper.march.series import contact_series, localise
 from wheeltapper.march.single import march_kernel, start_kernel
 
 BLOCK = 64

@@ -21,10 +21,10 @@ MAX_DEGREE = 8
 DEFAULT_ORDER, STRICT_ORDER = 12, 20
 """Orders of the contact series that a program may ask for."""
 
-# Phases of the motion.
-FLIGHT, CONTACT, RELEASED, BONDED = 0, 1, 2, 3
+# Phases of the motion; those from YIELDING on count the pieces of the plastic law.
+FLIGHT, CONTACT, RELEASED, BONDED, YIELDING = range(5)
 # Kinds of events.
-LOSS, IMPACT = 0, 1
+LOSS, IMPACT, YIELD = range(3)
 # Joins between pieces.
 SOFT, KINK, JUMP = 0, 1, 2
 # Why a kernel returned.
@@ -47,6 +47,19 @@ START, STOP, CENTRE, SCALE, JOIN, DEGREE, COEFFICIENT = range(7)
 SINE = COEFFICIENT + TERMS
 COSINE, WAVENUMBER, FACTOR_DEGREE, FACTOR = range(SINE + 1, SINE + 5)
 PIECE_COLUMNS = FACTOR + TERMS
+# Columns that follow where the contact yields, polynomials in ξ, m: the residual indentation of the surface as it is,
+# and the indentation from there at which it yields.
+RESIDUAL_DEGREE = PIECE_COLUMNS
+RESIDUAL = RESIDUAL_DEGREE + 1
+BEARS_DEGREE = RESIDUAL + TERMS
+BEARS = BEARS_DEGREE + 1
+MARKED_COLUMNS = BEARS + TERMS
+
+# Columns of a piece of the plastic law, over the indentation d of the virgin surface (scaled units): with
+# η = (d - LAW_CENTRE)/LAW_SCALE the force is Σ LAW_FORCE[k]·η^k, the residual indentation Σ LAW_RESIDUAL[k]·η^k.
+LAW_START, LAW_CENTRE, LAW_SCALE, LAW_FORCE = range(4)
+LAW_RESIDUAL = LAW_FORCE + TERMS
+LAW_COLUMNS = LAW_RESIDUAL + TERMS
 
 # Entries of the numbers, scaled units but for PACE and LIFT.
 PACE = 0  # m of travel per unit of time
@@ -74,11 +87,17 @@ LOOP_JOIN = 21  # how that piece is entered from the last one
 START_SHIFT = 22  # the table's position at time zero is its negative, m
 LAST_IMPACT = 23  # the march ends at this impact; -1: it goes on
 LAST_LOSS = 24  # the march ends at the first loss after so many impacts; -1: it goes on
-NUMBERS = 25
+MEMORY = 25  # 1 where every contact is at one spot, which remembers its largest indentation
+NUMBERS = 26
+
+
+ELASTIC = np.empty((0, LAW_COLUMNS))
+"""The plastic law of contacts that do not yield."""
 
 
 class Program(NamedTuple):
     """One wheel on a stiff rail or a deck, ready to march: pieces of the path, and numbers."""
 
-    pieces: FloatArray  # (n, PIECE_COLUMNS)
+    pieces: FloatArray  # (n, PIECE_COLUMNS), where the contact yields (n, MARKED_COLUMNS)
     numbers: FloatArray  # (NUMBERS,)
+    law: FloatArray = ELASTIC  # (pieces of the plastic law, LAW_COLUMNS)

@@ -1,10 +1,10 @@
-"""Taylor series of one step, as recurrences: contact in the regularised variable s, flight in time.
+"""Taylor series of one step in contact, as recurrences in the regularised variable s; those in time are in flight.py.
 
 Contact (δ = u², dt = u ds, w = dδ/dt; the project's numerics reference, section 1.2):
 
     t' = u     u' = w/2     w' = u·(F + A + K·(Y - u²) + G·(Z - w) - N)     Y' = u·Z     Z' = u·A
     F = 1 + K·y_k + G·y_k' + y_k''         A = (-N + prestress - κ·Y - γ·Z)/μ   on the deck
-    N = factor(t)·(quadratic·u² + cubic·u³)·(1 + η·w)
+    N = factor(t)·(quadratic·u² + cubic·u³)·(1 + η·w), or where the contact yields the plastic law at u² + residual(t)
 
 The path is a polynomial plus a harmonic in time; polynomials are composed with t(s) by Horner's rule on truncated
 series, order by order, because t is known only up to the order that has been reached.
@@ -16,26 +16,35 @@ from __future__ import annotations
 
 from math import cos, sin
 
-import numpy as np
-
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
     ACC,
     AMP_COS,
     AMP_SIN,
-    CLEAR,
+    BEARS,
+    BEARS_DEGREE,
     COMP,
     COSINE,
     DEGREE,
+    DEPTH,
     FACTOR,
     FACTOR_DEGREE,
     HERE,
     HORNER,
+    HORNER_BEARS,
     HORNER_FACTOR,
+    HORNER_LAW,
+    HORNER_RESIDUAL,
+    LAW,
+    LAW_CENTRE,
+    LAW_SCALE,
+    LAW_TERMS,
     OMEGA,
     PHASE0,
     POLY,
+    RESIDUAL,
+    RESIDUAL_DEGREE,
     SINE,
     WIDTH,
     WORK,
@@ -91,6 +100,77 @@ def localise(pieces: FloatArray, numbers: FloatArray, piece: int, shift: float, 
     taylor_shift(pieces, piece, contract.COEFFICIENT, degree, at, rate, lift, HERE + POLY, S)
     if factor_degree >= 0:
         taylor_shift(pieces, piece, contract.FACTOR, factor_degree, at, rate, 1.0, HERE + FACTOR, S)
+
+
+@kernel
+def localise_marks(
+    pieces: FloatArray, numbers: FloatArray, piece: int, shift: float, time: float, S: FloatArray
+) -> None:
+    """Write what earlier contacts have left of one piece as functions of the time after `time` (scaled units)."""
+    scale = pieces[piece, contract.SCALE]
+    at = (numbers[contract.PACE] * time - shift - pieces[piece, contract.CENTRE]) / scale
+    rate = numbers[contract.PACE] / scale
+    lift = numbers[contract.LIFT]
+    degree, bears = int(pieces[piece, contract.RESIDUAL_DEGREE]), int(pieces[piece, contract.BEARS_DEGREE])
+    S[HERE + RESIDUAL_DEGREE], S[HERE + BEARS_DEGREE] = degree, bears
+    taylor_shift(pieces, piece, contract.RESIDUAL, degree, at, rate, lift, HERE + RESIDUAL, S)
+    taylor_shift(pieces, piece, contract.BEARS, bears, at, rate, lift, HERE + BEARS, S)
+
+
+@kernel
+def mark_at(after: float, degree: int, first: int, S: FloatArray) -> float:
+    """Return one of those functions (RESIDUAL_DEGREE, RESIDUAL or BEARS_DEGREE, BEARS) after the step's start."""
+    value = 0.0
+    for k in range(int(S[HERE + degree]), -1, -1):
+        value = value * after + S[HERE + first + k]
+    return value
+
+
+@kernel
+def residual_at(after: float, S: FloatArray) -> float:
+    """Return the residual indentation of the surface as it is at a time after the step's start."""
+    return mark_at(after, RESIDUAL_DEGREE, RESIDUAL, S)
+
+
+@kernel
+def borne_at(after: float, S: FloatArray) -> float:
+    """Return the indentation at which the surface as it is yields at a time after the step's start."""
+    return mark_at(after, BEARS_DEGREE, BEARS, S)
+
+
+@kernel
+def borne_series(order: int, S: FloatArray) -> None:
+    """Compose the indentation at which the surface yields with t(s), in row HORNER_BEARS."""
+    degree = int(S[HERE + BEARS_DEGREE])
+    _start_horner(HERE + BEARS, degree, HORNER_BEARS, S)
+    for n in range(1, order):
+        _next_horner(n, degree, HORNER_BEARS, S)
+
+
+@kernel
+def enter_law(piece: int, law: FloatArray, S: FloatArray) -> None:
+    """Let a piece of the plastic law hold; -1: the elastic law."""
+    if piece < 0:
+        S[HERE + LAW_TERMS] = 0.0
+        return
+    S[HERE + LAW_CENTRE] = law[piece, contract.LAW_CENTRE]
+    S[HERE + LAW_SCALE] = law[piece, contract.LAW_SCALE]
+    terms = 1
+    for k in range(contract.TERMS):
+        S[HERE + LAW + k] = law[piece, contract.LAW_FORCE + k]
+        if S[HERE + LAW + k] != 0.0:
+            terms = k + 1
+    S[HERE + LAW_TERMS] = terms
+
+
+@kernel
+def law_at(depth: float, S: FloatArray) -> float:
+    """Return the force of the plastic law that holds at an indentation of the virgin surface."""
+    x = (depth - S[HERE + LAW_CENTRE]) / S[HERE + LAW_SCALE]
+    value = 0.0
+    for k in range(int(S[HERE + LAW_TERMS]) - 1, -1, -1):
+        value = value * x + S[HERE + LAW + k]
+    return value
 
 
 @kernel
@@ -179,6 +259,28 @@ def _next_horner(n: int, degree: int, rows: int, S: FloatArray) -> None:
 
 
 @kernel
+def next_law_term(n: int, S: FloatArray) -> float:
+    """Advance the series of the plastic law at u² + residual (u² in row Q, its argument in row DEPTH) to order n."""
+    degree = int(S[HERE + RESIDUAL_DEGREE])
+    if n == 0:
+        _start_horner(HERE + RESIDUAL, degree, HORNER_RESIDUAL, S)
+    else:
+        _next_horner(n, degree, HORNER_RESIDUAL, S)
+    S[DEPTH + n] = S[Q + n] + S[HORNER_RESIDUAL + n]
+    if n == 0:
+        S[DEPTH] -= S[HERE + LAW_CENTRE]
+    S[DEPTH + n] /= S[HERE + LAW_SCALE]
+    last = int(S[HERE + LAW_TERMS]) - 1
+    for k in range(last, -1, -1):
+        total = S[HERE + LAW + k] if n == 0 else 0.0
+        if k < last:
+            for j in range(n + 1):
+                total += S[DEPTH + j] * S[HORNER_LAW + (k + 1) * WIDTH + n - j]
+        S[HORNER_LAW + k * WIDTH + n] = total
+    return S[HORNER_LAW + n]
+
+
+@kernel
 def contact_series(
     numbers: FloatArray, order: int, u: float, w: float, y: float, z: float, on_deck: bool, S: FloatArray
 ) -> None:
@@ -193,6 +295,7 @@ def contact_series(
     gain_sin, gain_cos = harmonic_forcing(numbers, S)
     wavy = S[HERE + OMEGA] != 0.0
     omega = S[HERE + OMEGA]
+    yields = S[HERE + LAW_TERMS] != 0.0
     fdegree = int(S[HERE + FACTOR_DEGREE])
     S[T] = 0.0
     S[U] = u
@@ -213,7 +316,7 @@ def contact_series(
         r = 0.0
         for j in range(n + 1):
             r += S[Q + j] * S[U + n - j]
-        S[R + n] = quadratic * q + cubic * r
+        S[R + n] = next_law_term(n, S) if yields else quadratic * q + cubic * r
         if n > 0:
             _next_horner(n, degree, HORNER, S)
         f = S[HORNER + n]
@@ -223,9 +326,10 @@ def contact_series(
         if fdegree >= 0:
             if n > 0:
                 _next_horner(n, fdegree, HORNER_FACTOR, S)
-            force = 0.0
-            for j in range(n + 1):
-                force += S[HORNER_FACTOR + j] * S[R + n - j]
+            if not yields:
+                force = 0.0
+                for j in range(n + 1):
+                    force += S[HORNER_FACTOR + j] * S[R + n - j]
         S[F + n] = force
         if eta != 0.0:
             for j in range(n + 1):
@@ -270,111 +374,3 @@ def contact_series(
                 c_next += S[U + j] * S[SINE + n - j]
             S[SINE + n + 1] = omega * s_next / (n + 1)
             S[COSINE + n + 1] = -omega * c_next / (n + 1)
-
-
-@kernel
-def _path_series(order: int, S: FloatArray) -> None:
-    """Put the path's own series in time in row F."""
-    degree = int(S[HERE + DEGREE])
-    for k in range(order + 1):
-        S[F + k] = S[HERE + POLY + k] if k <= degree else 0.0
-    omega = S[HERE + OMEGA]
-    if omega != 0.0:
-        s = sin(S[HERE + PHASE0])
-        c = cos(S[HERE + PHASE0])
-        h = S[HERE + AMP_SIN] * s + S[HERE + AMP_COS] * c
-        d = S[HERE + AMP_SIN] * c - S[HERE + AMP_COS] * s
-        for k in range(order + 1):
-            S[F + k] += h
-            part = omega * (1.0 / (k + 1))
-            h, d = d * part, -h * part
-
-
-@kernel
-def _free_series(
-    K: float, G: float, load: float, y: float, v: float, row: int, rate: int, order: int, S: FloatArray
-) -> None:
-    """Fill two rows with the motion of a mass of one on its spring and damper, as series in time."""
-    S[row] = y
-    S[rate] = v
-    for n in range(order):
-        part = 1.0 / (n + 1)
-        next_v = (load - K * y - G * v) * part
-        y = v * part
-        v = next_v
-        load = 0.0
-        S[row + n + 1] = y
-        S[rate + n + 1] = v
-
-
-@kernel
-def flight_series(
-    numbers: FloatArray, order: int, y: float, v: float, deck_y: float, deck_v: float, on_deck: bool, S: FloatArray
-) -> None:
-    """Fill U (y), W (v), CLEAR (y_k + Y - y) and, with a deck, Y and Z up to `order`, as series in time."""
-    _path_series(order, S)
-    _free_series(numbers[contract.STIFFNESS], numbers[contract.DAMPING], -1.0, y, v, U, W, order, S)
-    for n in range(order + 1):
-        S[CLEAR + n] = S[F + n] - S[U + n]
-    mass = numbers[contract.DECK_MASS]
-    if mass > 0.0:
-        load = numbers[contract.PRESTRESS] / mass if on_deck else 0.0
-        _free_series(
-            numbers[contract.DECK_STIFFNESS] / mass, numbers[contract.DECK_DAMPING] / mass, load, deck_y, deck_v,
-            Y, Z, order, S,
-        )  # fmt: skip
-        if on_deck:
-            for n in range(order + 1):
-                S[CLEAR + n] += S[Y + n]
-
-
-@kernel
-def bonded_series(
-    numbers: FloatArray, order: int, y: float, v: float, deck_y: float, deck_v: float, on_deck: bool, S: FloatArray
-) -> None:
-    """Fill the same rows in a bilateral contact, and N = factor·(y_k + Y - y), tension included."""
-    deck = numbers[contract.DECK_MASS] > 0.0
-    fdegree = int(S[HERE + FACTOR_DEGREE])
-    _path_series(order, S)
-    S[U] = y
-    S[W] = v
-    S[Y] = deck_y
-    S[Z] = deck_v
-    for n in range(order + 1):
-        S[CLEAR + n] = S[F + n] - S[U + n] + (S[Y + n] if on_deck else 0.0)
-        force = S[CLEAR + n]
-        if fdegree >= 0:
-            force = 0.0
-            for j in range(min(n, fdegree) + 1):
-                force += S[HERE + FACTOR + j] * S[CLEAR + n - j]
-        S[N + n] = force
-        if n == order:
-            break
-        a = force - numbers[contract.STIFFNESS] * S[U + n] - numbers[contract.DAMPING] * S[W + n]
-        b = -numbers[contract.DECK_STIFFNESS] * S[Y + n] - numbers[contract.DECK_DAMPING] * S[Z + n]
-        if on_deck:
-            b -= force
-        if n == 0:
-            a -= 1.0
-            if on_deck:
-                b += numbers[contract.PRESTRESS]
-        S[U + n + 1] = S[W + n] / (n + 1)
-        S[W + n + 1] = a / (n + 1)
-        S[Y + n + 1] = S[Z + n] / (n + 1) if deck else 0.0
-        S[Z + n + 1] = b / numbers[contract.DECK_MASS] / (n + 1) if deck else 0.0
-
-
-@kernel
-def flight_reach(numbers: FloatArray, S: FloatArray) -> float:
-    """Return the time over which the flight series of order FLIGHT_ORDER is exact to rounding."""
-    rate = np.sqrt(numbers[contract.STIFFNESS]) + numbers[contract.DAMPING] + abs(S[HERE + OMEGA])
-    if numbers[contract.DECK_MASS] > 0.0:
-        rate += (
-            np.sqrt(numbers[contract.DECK_STIFFNESS] / numbers[contract.DECK_MASS])
-            + numbers[contract.DECK_DAMPING] / numbers[contract.DECK_MASS]
-        )
-    if numbers[contract.BILATERAL] != 0.0:
-        rate += 1.0
-        if numbers[contract.DECK_MASS] > 0.0:
-            rate += np.sqrt(1.0 / numbers[contract.DECK_MASS])
-    return min(16.0, 2.0 / max(rate, 1e-3))

@@ -39,6 +39,7 @@ from wheeltapper.march.events import (
     settle_corner,
     take_contact,
 )
+from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import (
     CLEAR,
@@ -92,7 +93,7 @@ from wheeltapper.march.program import (
     Program,
 )
 from wheeltapper.march.roots import NONE, evaluate, first_root
-from wheeltapper.march.series import bonded_series, flight_series, localise, path_at
+from wheeltapper.march.series import localise, path_at
 from wheeltapper.march.step import (
     BREAK,
     GRIPS,
@@ -108,14 +109,10 @@ from wheeltapper.march.step import (
 
 
 @kernel
-def _contact_step(numbers: FloatArray, strict: bool | None, until: float, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> int:  # fmt: skip
-    """Step in contact until something ends a step other than its length; return what."""
+def conclude(numbers: FloatArray, until: float, length: float, after: float, u: float, w: float, what: int, trend: int, degree: int, turns: bool, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
+    """Log the contact step whose series are in S, and go to its end; row `trend` has the sign of the force's rate."""
     order = int(numbers[contract.ORDER])
-    limit = int(S[COUNT]) if S[MARK + CORNER_SET] != 0.0 else steps.shape[0] - 1
-    length, t, u, w, turns = contact_advance(numbers, strict, until, limit, steps, S)
     time = S[STATE + TIME]
-    length, what, after, u, w = contact_end(numbers, order, until - time, length, t, u, w, turns, S)
-    trend, degree = trend_series(numbers, order, S)
     settle_corner(max(S[N], 0.0), S[trend], peaks, S)
     if turns or trend != W:
         log_maxima(numbers, time, order, trend, degree, length, peaks, S)
@@ -147,6 +144,17 @@ def _contact_step(numbers: FloatArray, strict: bool | None, until: float, steps:
         S[STATE + PHASE] = FLIGHT if what == OPENS else RELEASED
         S[STATE + A] = height - u * u
         S[STATE + B] = velocity - w
+
+
+@kernel
+def _contact_step(numbers: FloatArray, strict: bool | None, until: float, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> int:  # fmt: skip
+    """Step in contact until something ends a step other than its length; return what."""
+    order = int(numbers[contract.ORDER])
+    limit = int(S[COUNT]) if S[MARK + CORNER_SET] != 0.0 else steps.shape[0] - 1
+    length, t, u, w, turns = contact_advance(numbers, strict, until, limit, steps, S)
+    length, what, after, u, w = contact_end(numbers, order, until - S[STATE + TIME], length, t, u, w, turns, S)
+    trend, degree = trend_series(numbers, order, S)
+    conclude(numbers, until, length, after, u, w, what, trend, degree, turns, steps, events, peaks, S)
     return what
 
 
@@ -167,7 +175,7 @@ def _bonded_maxima(numbers: FloatArray, time: float, length: float, peaks: Float
 
 
 @kernel
-def _flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> int:  # fmt: skip
+def flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> int:  # fmt: skip
     """Make one step in flight, released or bonded; return what ended it. `landed`: this flight begins at δ = 0."""
     time = S[STATE + TIME]
     released = S[STATE + PHASE] == RELEASED
@@ -223,6 +231,29 @@ def _flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatAr
 
 
 @kernel
+def next_break(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
+    """Return when the present piece, the wheel's way to or over the deck, or the march ends."""
+    until = min(piece_end(pieces, numbers, S), numbers[contract.END])
+    if numbers[contract.DECK_MASS] > 0.0:
+        if S[STATE + TIME] < numbers[contract.DECK_FROM]:
+            until = min(until, numbers[contract.DECK_FROM])
+        elif S[STATE + TIME] < numbers[contract.DECK_TO]:
+            until = min(until, numbers[contract.DECK_TO])
+    return until
+
+
+@kernel
+def rest(numbers: FloatArray, S: FloatArray) -> None:
+    """Go on from a contact without indentation and without rate."""
+    height, velocity, _ = path_at(0.0, S)
+    if S[STATE + ON_DECK] != 0.0:
+        height += S[STATE + DECK_Y]
+        velocity += S[STATE + DECK_V]
+    leave_grazing(numbers, height, velocity - S[STATE + B], S)
+    S[COUNT + OPENED] = 1.0 if S[STATE + PHASE] == FLIGHT else 0.0
+
+
+@kernel
 def advance_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray, strict: bool | None) -> int:  # fmt: skip
     """Make the next step (in plain contacts all up to the next event), over a breakpoint at its end.
 
@@ -240,25 +271,15 @@ def advance_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, e
     if S[COUNT + EVENTS] >= numbers[contract.EVENT_LIMIT]:
         return TOO_MANY_EVENTS
     time = S[STATE + TIME]
-    until = min(piece_end(pieces, numbers, S), numbers[contract.END])
-    if numbers[contract.DECK_MASS] > 0.0:
-        if time < numbers[contract.DECK_FROM]:
-            until = min(until, numbers[contract.DECK_FROM])
-        elif time < numbers[contract.DECK_TO]:
-            until = min(until, numbers[contract.DECK_TO])
+    until = next_break(pieces, numbers, S)
     localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
     if S[STATE + PHASE] == CONTACT and S[STATE + A] == 0.0 and abs(S[STATE + B]) < GRAZE:
-        height, velocity, _ = path_at(0.0, S)
-        if S[STATE + ON_DECK] != 0.0:
-            height += S[STATE + DECK_Y]
-            velocity += S[STATE + DECK_V]
-        leave_grazing(numbers, height, velocity - S[STATE + B], S)
-        S[COUNT + OPENED] = 1.0 if S[STATE + PHASE] == FLIGHT else 0.0
+        rest(numbers, S)
         return RUNNING
     if S[STATE + PHASE] == CONTACT:
         what = _contact_step(numbers, strict, until, steps, events, peaks, S)
     else:
-        what = _flight_step(numbers, until, S[COUNT + OPENED] != 0.0, steps, events, peaks, S)
+        what = flight_step(numbers, until, S[COUNT + OPENED] != 0.0, steps, events, peaks, S)
     S[COUNT + OPENED] = 1.0 if what == OPENS else 0.0
     if is_bad(S[STATE + TIME] + S[STATE + A] + S[STATE + B] + S[STATE + DECK_Y] + S[STATE + DECK_V]):
         return NOT_FINITE
@@ -312,7 +333,7 @@ class March(NamedTuple):
     state: FloatArray  # (LENGTH,)
 
 
-def _grown(table: FloatArray, used: float) -> FloatArray:
+def grown(table: FloatArray, used: float) -> FloatArray:
     """Return the table, twice as long where it is three quarters full."""
     if used < 0.75 * len(table) and used + 16 < len(table):
         return table
@@ -321,11 +342,25 @@ def _grown(table: FloatArray, used: float) -> FloatArray:
     return larger
 
 
+def tables() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return room for a first few thousand steps, their events and peaks, and the scratch array."""
+    return (
+        np.empty((8192, STEP_COLUMNS)), np.empty((256, EVENT_COLUMNS)), np.empty((256, PEAK_COLUMNS)),
+        np.zeros(SCRATCH),
+    )  # fmt: skip
+
+
+def tabled(status: int, steps: FloatArray, events: FloatArray, peaks: FloatArray, work: FloatArray) -> March:
+    """Return what a march has written."""
+    used = work[COUNT : COUNT + 3].astype(int)
+    state = work[STATE : STATE + LENGTH].copy()
+    return March(status, steps[: used[0]], events[: used[1]], peaks[: used[2]], state)
+
+
 def _arguments(program: Program) -> tuple[Any, ...]:
-    """Return the arguments of the kernel at the start of a march: with room for a first few thousand steps."""
-    tables = (np.empty((8192, STEP_COLUMNS)), np.empty((256, EVENT_COLUMNS)), np.empty((256, PEAK_COLUMNS)))
+    """Return the arguments of the kernel at the start of a march."""
     strict = True if program.numbers[contract.ORDER] == STRICT_ORDER else None
-    return *program, *tables, np.zeros(SCRATCH), strict
+    return program.pieces, program.numbers, *tables(), strict
 
 
 def is_ready(program: Program) -> bool:
@@ -334,15 +369,12 @@ def is_ready(program: Program) -> bool:
 
 
 def march(program: Program) -> March:
-    """March a program from its start to its end."""
+    """March a program whose contact is elastic from its start to its end."""
     pieces, numbers, steps, events, peaks, work, strict = _arguments(program)
     start_kernel(pieces, numbers, events, work)
     while True:
         status = march_kernel(pieces, numbers, steps, events, peaks, work, strict)
-        used = work[COUNT : COUNT + 3].astype(int)
         if status != FULL:
-            state = work[STATE : STATE + LENGTH].copy()
-            return March(status, steps[: used[0]], events[: used[1]], peaks[: used[2]], state)
-        steps = _grown(steps, used[0])
-        events = _grown(events, used[1])
-        peaks = _grown(peaks, used[2])
+            return tabled(status, steps, events, peaks, work)
+        used = work[COUNT : COUNT + 3].astype(int)
+        steps, events, peaks = grown(steps, used[0]), grown(events, used[1]), grown(peaks, used[2])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.flight import flight_reach
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
     CLEAR,
@@ -25,7 +26,7 @@ from wheeltapper.march.layout import (
 )  # fmt: skip
 from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
-from wheeltapper.march.series import contact_series, flight_reach, harmonic_forcing
+from wheeltapper.march.series import contact_series, harmonic_forcing
 from wheeltapper.march.steplength import steplength
 from wheeltapper.march.unrolled import coast_flat_12, coast_flat_20, coast_wave_12, coast_wave_20
 
@@ -36,7 +37,7 @@ HUGE = 1e200
 
 
 @kernel
-def _contact_reach(order: int, tolerance: float, deck: bool, S: FloatArray) -> float:
+def contact_reach(order: int, tolerance: float, deck: bool, S: FloatArray) -> float:
     """Return the step in s at which the last two terms of the series reach the tolerance."""
     u_last = abs(S[U + order])
     w_last = abs(S[W + order])
@@ -86,7 +87,7 @@ def contact_advance(
     contact_series(
         numbers, order, S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V], S[STATE + ON_DECK] != 0.0, S
     )
-    length = _contact_reach(order, numbers[contract.TOLERANCE], numbers[contract.DECK_MASS] > 0.0, S)
+    length = contact_reach(order, numbers[contract.TOLERANCE], numbers[contract.DECK_MASS] > 0.0, S)
     w = evaluate(S, W, order, length)
     sway = 0.0
     for k in range(order, 0, -1):

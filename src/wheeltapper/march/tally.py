@@ -12,7 +12,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.dense import FORCE, WHEEL_V, WHEEL_Y, _fill, _prepare
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import U
-from wheeltapper.march.program import FLIGHT, LENGTH, PHASE, TIME, FloatArray
+from wheeltapper.march.program import ELASTIC, FLIGHT, LENGTH, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -55,7 +55,7 @@ def tally_kernel(
     for i in range(count):
         step = steps[i]
         flying = step[PHASE] == FLIGHT
-        contact = _prepare(pieces, numbers, step, S)
+        contact = _prepare(pieces, numbers, ELASTIC, step, S)
         if flying:
             tally[OPEN] = 0.0
         elif tally[FLEW] != 0.0:

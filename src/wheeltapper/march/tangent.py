@@ -19,6 +19,7 @@ from math import cos, sin
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
     AMP_COS,
@@ -56,12 +57,7 @@ from wheeltapper.march.program import (
     IntArray,
 )
 from wheeltapper.march.roots import evaluate, evaluate_derivative
-from wheeltapper.march.series import (
-    bonded_series,
-    contact_series,
-    flight_series,
-    localise,
-)
+from wheeltapper.march.series import contact_series, localise
 from wheeltapper.march.step import time_to
 from wheeltapper.march.tangent_events import (
     AFTER,

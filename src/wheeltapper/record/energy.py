@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
+from wheeltapper.record import yielded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,8 +51,15 @@ def integrate(lowered: Lowered, march: March) -> Integrals:
     columns = np.zeros((len(march.steps), dense.INTEGRALS))
     ends = np.zeros((len(march.steps), 2, dense.OUT_COLUMNS))
     program = lowered.program
-    dense.integrals(program.pieces, program.numbers, march.steps, 0.5 * (nodes + 1.0), 0.5 * weights, columns, ends)
-    return Integrals(columns, ends, _elastic(lowered, march, ends), march.steps[:, contract.ON_DECK] != 0.0)
+    dense.integrals(
+        program.pieces, program.numbers, program.law, march.steps, 0.5 * (nodes + 1.0), 0.5 * weights, columns, ends
+    )
+    elastic = _elastic(lowered, march, ends)
+    yields = march.steps[:, contract.PHASE] >= contract.YIELDING
+    if np.any(yields):
+        elastic[yields] = yielded.stored(lowered, ends[yields])
+        columns[yields, dense.LOST_CONTACT] -= elastic[yields, 1] - elastic[yields, 0]
+    return Integrals(columns, ends, elastic, march.steps[:, contract.ON_DECK] != 0.0)
 
 
 def _elastic(lowered: Lowered, march: March, ends: FloatArray) -> FloatArray:
@@ -108,11 +116,14 @@ def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:
     kinetic1, springs1 = _state_energy(lowered, ends[-1, 1])
     elastic = springs1 + integrals.elastic[-1, 1] - springs0 - integrals.elastic[0, 0]
     jumps = float((integrals.elastic[1:, 0] - integrals.elastic[:-1, 1]).sum())
+    settled = jumps if lowered.program.numbers[contract.MEMORY] != 0.0 else 0.0  # a law's own jumps
+    jumps -= settled
     work_path = float(columns[:, dense.WORK_PATH].sum() + columns[:, dense.WORK_FACTOR].sum()) + jumps
     rise = ends[:, 1, dense.OUT_DECK_Y] - ends[:, 0, dense.OUT_DECK_Y]
     prestress = lowered.program.numbers[contract.PRESTRESS] * float(rise[integrals.on_deck].sum())
     work_load = -(ends[-1, 1, dense.WHEEL_Y] - ends[0, 0, dense.WHEEL_Y]) + prestress
     lost = columns[:, [dense.LOST_SUSPENSION, dense.LOST_DECK, dense.LOST_CONTACT]].sum(axis=0)
+    lost[2] -= settled
     imbalance = kinetic1 - kinetic0 + elastic - work_path - work_load + lost.sum()
     exchanged = (
         0.5 * float((ends[:, 0, dense.WHEEL_V] ** 2).max())
@@ -128,7 +139,7 @@ def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:
         "dissipated": (float(lost.sum()), "energy dissipated in suspension, deck bearing and contact"),
         "dissipated_suspension": (float(lost[0]), "energy dissipated in the suspension"),
         "dissipated_deck": (float(lost[1]), "energy dissipated in the deck's bearing"),
-        "dissipated_contact": (float(lost[2]), "energy dissipated in the contact"),
+        "dissipated_contact": (float(lost[2]), "energy dissipated in the contact, plastic work of impacts included"),
         "work_of_load": (work_load, "work of load, weight and prestress"),
         "work_of_irregularity": (work_path, "work of the irregularity"),
         "imbalance": (imbalance, "what is left of the balance"),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import xarray as xr
 
-EVENT_KINDS = ("loss", "impact")
+EVENT_KINDS = ("loss", "impact", "yield")
 
 HISTORY = {
     "wheel_displacement": ("m", "displacement of the wheel's centre, upwards"),
@@ -16,6 +16,7 @@ HISTORY = {
     "normal_force": ("N", "normal contact force, per wheelset"),
     "indentation": ("m", "indentation, negative in flight"),
     "constraint": ("m", "path of the rigid wheel's centre over the irregularity"),
+    "permanent_indentation": ("m", "indentation that is left if the contact unloads now, of both bodies together"),
     "deck_displacement": ("m", "displacement of the deck from its static position, upwards"),
     "deck_velocity": ("m/s", "velocity of the deck, upwards"),
     "deck_acceleration": ("m/s^2", "acceleration of the deck, upwards"),
@@ -51,7 +52,7 @@ LABELS = HISTORY | {
     "side": ("", "left or right, facing forward"),
     "surface": ("", "part of the wheel that touches: tread or flange"),
     "time": ("s", "time since the wheel was at x = 0"),
-    "kind": ("", "loss or impact"),
+    "kind": ("", "loss, impact or yield"),
     "contact": ("", "number of the contact"),
     "position": ("m", "position of the wheel's centre along the rail"),
     "indentation_rate": ("m/s", "rate of the indentation at the event"),

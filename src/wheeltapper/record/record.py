@@ -15,7 +15,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
-from wheeltapper.record import energy
+from wheeltapper.record import energy, yielded
 from wheeltapper.record.labels import EVENT_KINDS, HISTORY, dataset
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class Record:
 
     @cached_property
     def events(self) -> xr.Dataset:
-        """Losses of contact and impacts: time, kind, contact, position, indentation rate."""
+        """Losses of contact, impacts and onsets of yield: time, kind, contact, position, indentation rate."""
         rows, units = self._march.events, self._lowered
         time = rows[:, contract.EVENT_TIME] * units.time
         kinds = np.array(EVENT_KINDS)[rows[:, contract.EVENT_KIND].astype(int)]
@@ -119,7 +119,7 @@ class Record:
         events = self.events
         is_impact = events.kind.values == "impact"
         time = events.time.values[is_impact]
-        losses = events.time.values[~is_impact]
+        losses = events.time.values[events.kind.values == "loss"]
         until = np.append(time[1:], self.end)[: len(time)]
         peak = self._largest_between(time, until)
         after = np.searchsorted(losses, time, side="right")
@@ -181,7 +181,7 @@ class Record:
         order = np.argsort(wanted, kind="stable")
         out = np.empty((len(wanted), OUT_COLUMNS))
         program, units = self._lowered.program, self._lowered
-        dense(program.pieces, program.numbers, self._march.steps, wanted[order] / units.time, out)
+        dense(program.pieces, program.numbers, program.law, self._march.steps, wanted[order] / units.time, out)
         rows = np.empty_like(out)
         rows[order] = out
         return self._labelled(wanted, rows)
@@ -199,6 +199,8 @@ class Record:
             "indentation": rows[:, dense.DELTA] * units.length,
             "constraint": rows[:, dense.PATH_Y] * units.length,
         }
+        if len(units.program.law):
+            columns["permanent_indentation"] = yielded.permanent(units, rows)
         if program_has_deck(units):
             columns |= {
                 "deck_displacement": rows[:, dense.OUT_DECK_Y] * units.length,

@@ -6,12 +6,14 @@ import sys
 import warnings
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Literal, overload
 
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.build import lower
+from wheeltapper.lower.build import Lowered, lower
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.record import Record
@@ -23,6 +25,10 @@ class ModelWarning(UserWarning):
     """The scenario is valid, but its result may not mean what the user thinks."""
 
 
+DOUBTS = ("cannot follow", "more energy back", "law holds up to")
+"""Words of the notes that put a result's meaning in doubt."""
+
+
 def say_that_it_compiles() -> None:
     """Tell the user why nothing happens for some seconds."""
     print("wheeltapper: compiling its kernels for this machine, once; this takes some seconds", file=sys.stderr)
@@ -31,7 +37,7 @@ def say_that_it_compiles() -> None:
 def warn_of(notes: Iterable[str], depth: int = 3) -> None:
     """Warn the caller's caller, or one farther up, of those notes that put a result's meaning in doubt."""
     for note in notes:
-        if "cannot follow" in note:
+        if any(words in note for words in DOUBTS):
             warnings.warn(note, ModelWarning, stacklevel=depth)
 
 
@@ -85,10 +91,25 @@ def _of_wheelset(scenario: Scenario, method: str) -> Record:
     from wheeltapper.march.single import is_ready, march
 
     lowered = lower(scenario, method)
+    if isinstance(scenario.contact, ElasticPlastic):
+        return _of_yielding(scenario, scenario.contact, method, lowered)
     warn_of(lowered.notes, depth=5)
     if not is_ready(lowered.program):
         say_that_it_compiles()
     return Record(scenario, method, lowered, march(lowered.program))
+
+
+def _of_yielding(scenario: Scenario, contact: ElasticPlastic, method: str, lowered: Lowered) -> Record:
+    from wheeltapper.march import yielding
+    from wheeltapper.record.yielded import beyond_law
+
+    if not yielding.is_ready(lowered.program):
+        say_that_it_compiles()
+    march, pieces = yielding.march(lowered.program)
+    notes = lowered.notes + beyond_law(contact, lowered, march)
+    warn_of(notes, depth=6)
+    program = lowered.program._replace(pieces=pieces)
+    return Record(scenario, method, replace(lowered, program=program, notes=notes), march)
 
 
 def _of_wagon(scenario: Scenario, method: str) -> Record:

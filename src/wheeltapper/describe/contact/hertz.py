@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
+from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.contact.restitution import hysteresis_from_restitution
-from wheeltapper.describe.noun import HertzConstant, Noun, PositiveLength, Pressure, Speed, TimePerLength
+from wheeltapper.describe.noun import Speed, TimePerLength
 
 
-class Hertz(Noun):
+class Hertz(ElasticContact):
     """A contact that can only push: N = C·δ^1.5·(1 + χ·δ'), never below zero.
 
     C is given, or computed exactly from radii and elastic constants (Hertz 1882; the project's physics reference,
@@ -33,11 +34,6 @@ class Hertz(Noun):
         χ itself, s/m.
     """
 
-    constant: HertzConstant | None = None
-    constant_per_wheel: HertzConstant | None = None
-    rail_radius: PositiveLength = 0.3
-    youngs_modulus: Pressure = 210e9
-    poisson: float = Field(default=0.3, ge=0, lt=0.5)
     curvature: bool | None = None
     restitution: float | None = Field(default=None, gt=0, le=1)
     impact_speed: Speed | None = None
@@ -45,10 +41,6 @@ class Hertz(Noun):
 
     @model_validator(mode="after")
     def _no_contradiction(self) -> Hertz:
-        if self.constant is not None and self.constant_per_wheel is not None:
-            raise ValueError(
-                "found both constant and constant_per_wheel; allowed: one of them, or neither to compute it"
-            )
         if self.constant is not None and self.idle:
             raise ValueError(self.idle)
         if self.hysteresis is not None and self.restitution is not None:
@@ -67,20 +59,12 @@ class Hertz(Noun):
 
         On a wagon the ellipse of contact, on which creep depends, needs them all the same.
         """
-        fields = type(self).model_fields
-        names = ("rail_radius", "youngs_modulus", "poisson")
-        elastic = [name for name in names if getattr(self, name) != fields[name].default]
-        if self.given is None or not elastic or self.curvature:
+        if self.given is None or not self.altered or self.curvature:
             return ""
         return (
-            f"found a given constant together with {', '.join(elastic)}; allowed: one or the other "
+            f"found a given constant together with {', '.join(self.altered)}; allowed: one or the other "
             "(both only with curvature = true, where the radii shape its variation)"
         )
-
-    @property
-    def given(self) -> float | None:
-        """The given constant, whichever way it was given; None where it is computed."""
-        return self.constant if self.constant is not None else self.constant_per_wheel
 
     @property
     def follows_curvature(self) -> bool:

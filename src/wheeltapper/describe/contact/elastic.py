@@ -1,0 +1,46 @@
+"""What Hertzian contacts share: the contact constant, given or from radii and elastic constants."""
+
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+
+from wheeltapper.describe.noun import HertzConstant, Noun, PositiveLength, Pressure
+
+
+class ElasticContact(Noun):
+    """A contact whose elastic part is Hertz's: N = C·δ^1.5.
+
+    C is given, or computed exactly from radii and elastic constants (Hertz 1882; the project's physics reference,
+    section 5).
+    """
+
+    constant: HertzConstant | None = None
+    constant_per_wheel: HertzConstant | None = None
+    rail_radius: PositiveLength = 0.3
+    youngs_modulus: Pressure = 210e9
+    poisson: float = Field(default=0.3, ge=0, lt=0.5)
+
+    @model_validator(mode="after")
+    def _one_constant(self) -> ElasticContact:
+        if self.constant is not None and self.constant_per_wheel is not None:
+            raise ValueError(
+                "found both constant and constant_per_wheel; allowed: one of them, or neither to compute it"
+            )
+        return self
+
+    @property
+    def given(self) -> float | None:
+        """The given constant, whichever way it was given; None where it is computed."""
+        return self.constant if self.constant is not None else self.constant_per_wheel
+
+    @property
+    def altered(self) -> list[str]:
+        """Names of the elastic fields that differ from their defaults."""
+        fields = ElasticContact.model_fields
+        names = ("rail_radius", "youngs_modulus", "poisson")
+        return [name for name in names if getattr(self, name) != fields[name].default]
+
+    @property
+    def modulus(self) -> float:
+        """E* = E/(2·(1 - ν²)) of two bodies alike, Pa."""
+        return float(self.youngs_modulus / (2.0 * (1.0 - self.poisson**2)))

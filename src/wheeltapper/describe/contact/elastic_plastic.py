@@ -1,0 +1,103 @@
+"""What the elastic-plastic contact laws share: where yield begins, unloading, and what is left of an indentation.
+
+With D = δ/δ_Y, the indentation over that at which yield begins, a law gives the loading force N/N_Y and the residual
+indentation δ_r/δ_Y after unloading from D. Unloading and reloading are elastic with the flattened spot's own radius:
+N = N_m·((δ - δ_r)/(δ_m - δ_r))^1.5, up to the largest indentation δ_m that the spot has carried.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+
+from wheeltapper.describe.contact.elastic import ElasticContact
+from wheeltapper.describe.noun import PositiveForce, Pressure
+
+FloatArray = NDArray[np.float64]
+
+PLASTIC_CONSTRAINT = 2.8
+"""Hardness over yield strength."""
+
+
+class ElasticPlastic(ElasticContact):
+    """An elastic-plastic contact that can only push.
+
+    Rolling over virgin rail, the loading curve holds in both directions, because the wheel always meets new surface
+    (the paper, section 2). At speed 0, every impact meets the same spot, which remembers what it has carried.
+
+    Parameters
+    ----------
+    constant, constant_per_wheel, rail_radius, youngs_modulus, poisson
+        The elastic contact, as for `Hertz`.
+    yield_force
+        Normal force at which yield begins, N per wheelset. By default, where nothing of the following is given either,
+        twice the static contact force.
+    yield_strength
+        Y of the softer body, Pa; yield begins where the contact's pressure reaches what the law states.
+    hardness
+        H of the softer body, Pa, instead; Y = H/2.8.
+    rail_share
+        Part of a permanent indentation that the rail takes, 0 to 1; the wheel takes the rest. Of two bodies with the
+        hardnesses H_rail and H_wheel it is H_wheel/(H_wheel + H_rail).
+    """
+
+    yield_force: PositiveForce | None = None
+    yield_strength: Pressure | None = None
+    hardness: Pressure | None = None
+    rail_share: float = Field(default=0.5, ge=0, le=1)
+
+    borders: ClassVar[tuple[float, ...]] = ()
+    """D > 1 at which the law's formula changes."""
+    limit: ClassVar[float] = np.inf
+    """Largest D for which the law was stated."""
+    warning: ClassVar[str] = ""
+    """What a user of impacts on one spot should know."""
+
+    @model_validator(mode="after")
+    def _one_yield(self) -> ElasticPlastic:
+        names = [n for n in ("yield_force", "yield_strength", "hardness") if getattr(self, n) is not None]
+        if len(names) > 1:
+            raise ValueError(f"found {' and '.join(names)}; allowed: one of them, or none")
+        needs = self.yield_strength is not None or self.hardness is not None
+        if self.given is not None and self.altered and not needs:
+            raise ValueError(
+                f"found a given constant together with {', '.join(self.altered)}; allowed: one or the other "
+                "(both where a yield strength or a hardness needs them)"
+            )
+        return self
+
+    def pressure(self) -> float:
+        """Return the largest contact pressure at which yield begins, Pa; of a law with a given strength or hardness."""
+        raise NotImplementedError
+
+    def _strength(self) -> float:
+        return float(self.yield_strength or (self.hardness or 0.0) / PLASTIC_CONSTRAINT)
+
+    def yield_indentation(self, constant: float, wheels: int, static_force: float) -> float:
+        """Return δ_Y, m.
+
+        Parameters
+        ----------
+        constant
+            C of the wheelset, N/m^1.5.
+        wheels
+            How many equal contacts it stands for. The pressure is that of the sphere with the constant of one of them.
+        static_force
+            N0 of the wheelset, N.
+        """
+        if self.yield_strength is None and self.hardness is None:
+            force = 2.0 * static_force if self.yield_force is None else self.yield_force
+            return float((force / constant) ** (2.0 / 3.0))
+        radius = (0.75 * constant / wheels / self.modulus) ** 2
+        return float((0.5 * np.pi * self.pressure() / self.modulus) ** 2 * radius)
+
+    def loading(self, indentation: ArrayLike) -> FloatArray:
+        """Return N/N_Y at D ≥ 1."""
+        raise NotImplementedError
+
+    def residual(self, indentation: ArrayLike) -> FloatArray:
+        """Return δ_r/δ_Y after unloading from D ≥ 1."""
+        raise NotImplementedError

@@ -1,0 +1,54 @@
+"""What a record tells of an elastic-plastic contact: what is left of an indentation, what is stored, what to know."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.lower.build import Lowered
+from wheeltapper.lower.plastic import left_after, loading_force, stored_below
+from wheeltapper.march import program as contract
+
+if TYPE_CHECKING:
+    from wheeltapper.march.single import March
+
+FloatArray = NDArray[np.float64]
+
+
+def permanent(lowered: Lowered, rows: FloatArray) -> FloatArray:
+    """Return the indentation that is left if the contact unloads now, m, from rows of the dense output."""
+    from wheeltapper.march import dense
+
+    depth = np.maximum(rows[:, dense.DELTA], 0.0) + rows[:, dense.RESIDUAL]
+    return np.maximum(left_after(lowered.program.law, depth), rows[:, dense.RESIDUAL]) * lowered.length
+
+
+def stored(lowered: Lowered, ends: FloatArray) -> FloatArray:
+    """Return the energy (scaled) that a yielding contact gives back, from rows of the dense output.
+
+    Of a spot with a memory, that is the work of unloading; over virgin rail, where the loading curve is gone back, all.
+    """
+    from wheeltapper.march import dense
+
+    program = lowered.program
+    depth = ends[..., dense.DELTA] + ends[..., dense.RESIDUAL]
+    if program.numbers[contract.MEMORY] == 0.0:
+        return stored_below(program.law, depth)
+    return np.asarray(0.4 * ends[..., dense.FORCE] * (depth - left_after(program.law, depth)))
+
+
+def beyond_law(contact: ElasticPlastic, lowered: Lowered, march: March) -> tuple[str, ...]:
+    """Return what the user should know of indentations beyond what the law was stated for."""
+    law = lowered.program.law
+    bound = contact.limit * law[0, contract.LAW_START]
+    reached = march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)
+    if np.isinf(bound) or reached <= loading_force(law, np.asarray(bound)):
+        return ()
+    reached, allowed = reached * lowered.force, float(loading_force(law, np.asarray(bound))) * lowered.force
+    return (
+        f"the contact force reaches {reached / 1e3:.4g} kN, but {type(contact).__name__}'s law holds up to "
+        f"{contact.limit:g} times the indentation at yield, {allowed / 1e3:.4g} kN",
+    )
