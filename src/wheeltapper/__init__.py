@@ -9,11 +9,13 @@ from wheeltapper._version import __version__
 
 if TYPE_CHECKING:
     from wheeltapper.ask.border import border as border
+    from wheeltapper.ask.marks import marks as marks
     from wheeltapper.ask.modes import critical_speed as critical_speed
     from wheeltapper.ask.modes import modes as modes
     from wheeltapper.ask.reduced import reduced as reduced
     from wheeltapper.ask.sweep import gradient as gradient
     from wheeltapper.ask.sweep import sweep as sweep
+    from wheeltapper.ask.wear import wear_in as wear_in
     from wheeltapper.describe import contact as contact
     from wheeltapper.describe import creep as creep
     from wheeltapper.describe import profile, vehicle
@@ -63,11 +65,13 @@ _HOMES = {
     "critical_speed": "ask.modes",
     "gradient": "ask.sweep",
     "load": "record.store",
+    "marks": "ask.marks",
     "modes": "ask.modes",
     "plot": "faces.plot",
     "reduced": "ask.reduced",
     "simulate": "record.simulate",
     "sweep": "ask.sweep",
+    "wear_in": "ask.wear",
 }
 
 _ROOMS = {

@@ -9,8 +9,8 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.errors import InputError

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
 from wheeltapper._version import __version__
 from wheeltapper.ground.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 app = App(
     name="wheeltapper",
@@ -125,6 +129,89 @@ def sweep(
 
 
 @app.command
+def wear(
+    file: Path,
+    *,
+    passes: int,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    plot: Path | None = None,
+    hardening: float = 1.0,
+    speed_scatter: float = 0.0,
+    load_scatter: float = 0.0,
+    start_scatter: float = 0.0,
+    seed: int = 0,
+    every: int = 10,
+    samples: int = 4,
+    method: str = "default",
+) -> int:
+    """Let wheels pass over a rail again and again, each over the marks of all before it.
+
+    Parameters
+    ----------
+    file
+        A scenario in TOML, with an elastic-plastic contact and rolling = "point".
+    passes
+        How many wheels pass, all in all.
+    output
+        Keep the evolution here (.nc; opens in plain xarray). A file that is there goes on.
+    plot
+        Write a picture here (.png, .pdf, .svg).
+    hardening
+        1: a place yields again only beyond what it has borne; 0: as early as a virgin one.
+    speed_scatter, load_scatter
+        Standard deviation of the passes' speeds and loads over their mean.
+    start_scatter
+        The wheels begin spread over this length in m.
+    seed
+        Of everything drawn.
+    every
+        Keep the profile after each so many passes.
+    samples
+        Places at which indentations are taken, per quarter of the contact patch's length.
+    method
+        default or strict.
+    """
+    _check_target("--output", output, (".nc",))
+    if plot is not None:
+        _check_target("--plot", plot, (".png", ".pdf", ".svg"))
+    from wheeltapper.ask.wear import wear_in
+    from wheeltapper.describe.scenario import Scenario
+    from wheeltapper.faces.progress import progress_bar
+
+    scenario = Scenario.from_toml(file)
+    try:
+        with progress_bar("passes") as (progress, _):
+            found: xr.Dataset = wear_in(
+                scenario, passes, hardening=hardening, speed_scatter=speed_scatter, load_scatter=load_scatter,
+                start_scatter=start_scatter, seed=seed, every=every, samples=samples, method=method, store=output,
+                progress=progress,
+            )  # type: ignore[assignment]  # fmt: skip
+    except InputError as error:
+        raise error.at(str(file)) from error
+    except KeyboardInterrupt:
+        print(f"wheeltapper: interrupted; what is computed is in {output}; the same command goes on", file=sys.stderr)
+        return NOT_FINISHED
+    over = found.largest_force.values / found.attrs["static_force"]
+    left = found.permanent_indentation.values.max(axis=1)
+    print(
+        f"{len(over)} passes: largest force {over[0]:.3f} of static in the first, {over[-1]:.3f} in the last; "
+        f"marks up to {1e6 * left[-1]:.2f} µm"
+    )
+    for note in json.loads(found.attrs["notes"]):
+        print(f"note: {note}")
+    print(f"evolution: {output}")
+    if plot is not None:
+        from wheeltapper.faces.plot import plot as draw
+
+        draw(found, plot)
+        print(f"picture: {plot}")
+    if len(over) == passes:
+        return DONE
+    print(f"wheeltapper: {found.attrs['ended']}", file=sys.stderr)
+    return NOT_FINISHED
+
+
+@app.command
 def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None) -> int:
     """Measure the claims of the paper, each PASS or FAIL with its number.
 
@@ -152,8 +239,6 @@ def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output"
 @app.command
 def schema() -> int:
     """Print the JSON schema of the TOML files, for editors."""
-    import json
-
     from wheeltapper.describe.schema import json_schema
 
     print(json.dumps(json_schema(), indent=2))

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wheeltapper.ask.marks import Marks
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon
+from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.errors import InputError
+from wheeltapper.record.labels import WEAR_TITLE
 from wheeltapper.record.record import Record
 from wheeltapper.record.wagon_record import WagonRecord
 
@@ -23,14 +26,14 @@ SAMPLES = 6_000
 
 
 def plot(
-    what: Record | xr.Dataset,
+    what: Record | Marks | xr.Dataset,
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
     against: Record | None = None,
     wheelset: int = 1,
 ) -> Figure:
-    """Draw a record or a chart.
+    """Draw a record, a chart, marks, or the evolution of a rail.
 
     A record: path and wheel, normal force with losses shaded and impacts marked, the deck where there is one. That of
     a wagon: normal forces of all wheels, and the car body's acceleration. A chart
@@ -40,7 +43,7 @@ def plot(
     Parameters
     ----------
     what
-        What `simulate`, `sweep` or `load` returned.
+        What `simulate`, `sweep`, `marks`, `wear_in` or `load` returned.
     path
         Where to write the picture; None only returns it.
     features
@@ -66,6 +69,10 @@ def plot(
             raise InputError("", "against", "a record to draw over", "None, unless `what` is the record of a wagon")
         elif isinstance(what, Record):
             figure = _drawn(what)
+        elif isinstance(what, Marks):
+            figure = draw_marks(what)
+        elif getattr(what, "attrs", {}).get("title") == WEAR_TITLE:
+            figure = draw_wear(what)
         elif getattr(what, "attrs", {}).get("title") == "wheeltapper chart":
             chosen = features_of(what) if features is None else features
             figure = Figure(figsize=(4.6 * max(len(chosen), 1), 4.4))
@@ -73,7 +80,7 @@ def plot(
             if border is not None:
                 draw_border(figure, what, border)
         else:
-            raise InputError("", "what", f"a {type(what).__name__}", "a Record or a chart")
+            raise InputError("", "what", f"a {type(what).__name__}", "a Record, a chart, an evolution or marks")
         if path is not None:
             save(figure, path)
     return figure

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.lower.ellipse import semi_axes
 from wheeltapper.lower.numbers import Units
 from wheeltapper.march import program as contract
 from wheeltapper.march.program import Program
@@ -16,10 +18,11 @@ if TYPE_CHECKING:
     from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
-LARGEST = 1000.0
+LARGEST = 300.0
 """D up to which a law is written out; its last piece goes on beyond."""
-TOLERANCE = 2e-14
+TOLERANCE = 1e-12
 """How exactly, relative to force and indentation."""
 NODES = np.cos(np.pi * (np.arange(contract.TERMS) + 0.5) / contract.TERMS)
 CHECKS = np.cos(np.pi * np.arange(2 * contract.TERMS + 1) / (2 * contract.TERMS))
@@ -82,15 +85,20 @@ def left_after(law: FloatArray, depth: FloatArray) -> FloatArray:
 def stored_below(law: FloatArray, depth: FloatArray) -> FloatArray:
     """Return the work of loading a virgin surface up to indentations ≥ 0."""
     depth = np.asarray(depth, dtype=float)
-    total = 0.4 * np.minimum(np.maximum(depth, 0.0), law[0, contract.LAW_START]) ** 2.5
-    ends = np.append(law[1:, contract.LAW_START], np.inf)
-    for row, end in zip(law, ends, strict=True):
-        terms = np.polynomial.polynomial.polyint(row[contract.LAW_FORCE : contract.LAW_FORCE + contract.TERMS])
-        top = np.clip(depth, row[contract.LAW_START], end)
-        low, high = ((x - row[contract.LAW_CENTRE]) / row[contract.LAW_SCALE] for x in (row[contract.LAW_START], top))
-        work = np.polynomial.polynomial.polyval(high, terms) - np.polynomial.polynomial.polyval(low, terms)
-        total = total + row[contract.LAW_SCALE] * work
-    return np.asarray(total)
+    starts, scale = law[:, contract.LAW_START], law[:, contract.LAW_SCALE]
+    powers = np.arange(1, contract.TERMS + 1)
+    terms = law[:, contract.LAW_FORCE : contract.LAW_FORCE + contract.TERMS] / powers
+
+    def integral(rows: IntArray, x: FloatArray) -> FloatArray:
+        share = (x - law[rows, contract.LAW_CENTRE]) / scale[rows]
+        return np.asarray(scale[rows] * (terms[rows] * share[..., None] ** powers).sum(axis=-1))
+
+    each = np.arange(len(law))
+    whole = integral(each[:-1], starts[1:]) - integral(each[:-1], starts[:-1])
+    below = 0.4 * starts[0] ** 2.5 + np.append(0.0, np.cumsum(whole))
+    rows = np.clip(np.searchsorted(starts, depth, side="right") - 1, 0, len(law) - 1)
+    yielding = below[rows] + integral(rows, depth) - integral(rows, starts[rows])
+    return np.where(depth <= starts[0], 0.4 * np.maximum(depth, 0.0) ** 2.5, yielding)
 
 
 def _evaluated(law: FloatArray, depth: FloatArray, column: int) -> FloatArray:
@@ -104,17 +112,44 @@ def _evaluated(law: FloatArray, depth: FloatArray, column: int) -> FloatArray:
     return total
 
 
-def static_depth(law: FloatArray, stiffness: float, height: float) -> float:
-    """Return the static indentation on a virgin path at `height`: 1 + K·(height - δ) = N(δ), in scaled units."""
+def patch_semi_axis(contact: ElasticPlastic, vehicle: Wheelset, force: float) -> float:
+    """Return the semi-axis of the contact patch along the rail, m, at a normal force of the wheelset (N)."""
+    along, _ = semi_axes(
+        np.array([0.5 / vehicle.radius]), np.array([0.5 / contact.rail_radius]), contact.youngs_modulus, contact.poisson
+    )
+    return float(along[0] * np.cbrt(force / vehicle.wheels))
+
+
+def dissipated_by(law: FloatArray, depth: FloatArray) -> FloatArray:
+    """Return the work that loading a virgin surface up to indentations and unloading it dissipates."""
+    force = loading_force(law, depth)
+    return np.asarray(stored_below(law, depth) - 0.4 * force * (depth - left_after(law, depth)))
+
+
+def static_depth(
+    law: FloatArray, stiffness: float, height: float, residual: float = 0.0, bears: float = 0.0, factor: float = 1.0
+) -> float:
+    """Return the static indentation on a path at `height`: 1 + K·(height - δ) = N(δ), in scaled units.
+
+    Parameters
+    ----------
+    law, stiffness, height
+        The plastic law, K, and the height of the path.
+    residual, bears, factor
+        Of a surface that has yielded: its residual indentation, the indentation from there at which it yields, and the
+        factor on its elastic force.
+    """
     from scipy.optimize import brentq
 
     def missing(depth: float) -> float:
-        return 1.0 + stiffness * (height - depth) - float(loading_force(law, np.asarray(depth)))
+        elastic = residual != 0.0 and depth <= bears
+        force = factor * depth**1.5 if elastic else float(loading_force(law, np.asarray(depth + residual)))
+        return 1.0 + stiffness * (height - depth) - force
 
     high = 1.0
     while missing(high) > 0.0:
         high *= 2.0
-    return float(brentq(missing, 0.0, high, xtol=1e-15, rtol=1e-15))
+    return float(brentq(missing, 0.0, high, xtol=1e-15, rtol=1e-14))
 
 
 def yielding_program(

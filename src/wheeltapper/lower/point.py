@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import cos, inf, sin
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,16 +111,24 @@ def harmonic_row(start: float, end: float, offset: float, waves: list[tuple[Harm
     row = blank(1)
     centre = start if np.isfinite(start) else 0.0
     row[0, [contract.START, contract.STOP, contract.CENTRE, contract.COEFFICIENT]] = start, end, centre, offset
-    for form, shift in waves:
-        phase = form.wavenumber * (centre - form.origin - shift)
-        row[0, contract.SINE] += form.sine * cos(phase) - form.cosine * sin(phase)
-        row[0, contract.COSINE] += form.sine * sin(phase) + form.cosine * cos(phase)
-        row[0, contract.WAVENUMBER] = form.wavenumber
+    add_waves(row, waves)
     return row
 
 
-def _polynomial_rows(placed: Placed, start: float, end: float, offset: float, height: float) -> FloatArray:
-    """Return the exact pieces of a stretch that is polynomial, cut to [start, end]."""
+def add_waves(rows: FloatArray, waves: list[tuple[Harmonic, float]]) -> None:
+    """Add waves of one wavenumber, with their shifts, to pieces."""
+    for form, shift in waves:
+        phase = form.wavenumber * (rows[:, contract.CENTRE] - form.origin - shift)
+        rows[:, contract.SINE] += form.sine * np.cos(phase) - form.cosine * np.sin(phase)
+        rows[:, contract.COSINE] += form.sine * np.sin(phase) + form.cosine * np.cos(phase)
+        rows[:, contract.WAVENUMBER] = form.wavenumber
+
+
+def _polynomial_rows(
+    placed: Placed, start: float, end: float, others: tuple[float, list[tuple[Harmonic, float]]], height: float
+) -> FloatArray:
+    """Return the exact pieces of a stretch that is polynomial, cut to [start, end], plus offset and waves."""
+    offset, waves = others
     form = placed.stretch.exact
     assert isinstance(form, Polynomials)
     breaks = form.breaks + placed.shift
@@ -134,13 +142,13 @@ def _polynomial_rows(placed: Placed, start: float, end: float, offset: float, he
     rows = polynomial_rows(cut[:-1], cut[1:], scaled, 1e-18 * height)
     rows[:, contract.CENTRE] = breaks[first:last]
     rows[:, contract.SCALE] = scale
+    add_waves(rows, waves)
     return rows
 
 
 def _is_polynomial(present: list[Placed]) -> bool:
     others = [p for p in present if not isinstance(p.stretch.exact, Polynomials)]
-    flat = harmonics(others)
-    return len(others) == len(present) - 1 and flat is not None and not flat[1]
+    return len(others) == len(present) - 1 and harmonics(others) is not None
 
 
 def _cell_rows(
@@ -155,7 +163,7 @@ def _cell_rows(
     if _is_polynomial(present) and not bent:
         form = next(p for p in present if isinstance(p.stretch.exact, Polynomials))
         others = harmonics([p for p in present if p is not form])
-        return _polynomial_rows(form, start, end, others[0] if others else 0.0, height)
+        return _polynomial_rows(form, start, end, others or (0.0, []), height)
     value, slope, curvature = (total(present, name) for name in ("value", "slope", "curvature"))
 
     def sample(x: FloatArray, _: IntArray) -> list[Sampled]:

@@ -15,8 +15,8 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.table import Table
 from wheeltapper.march import program as contract
-from wheeltapper.march.program import Program
-from wheeltapper.record.labels import EVENT_KINDS
+from wheeltapper.march.program import ELASTIC, Program
+from wheeltapper.record.labels import EVENT_KINDS, WEAR_TITLE
 from wheeltapper.record.record import Record
 from wheeltapper.record.wagon_record import WagonRecord
 from wheeltapper.record.wagon_store import wagon_record, wagon_tables
@@ -34,7 +34,9 @@ def save(record: Record, path: Path) -> None:
     march = record._march
     events = record.events.rename(time="event_time", contact="event_contact")
     kinds = np.array([EVENT_KINDS.index(kind) for kind in events.kind.values], dtype=np.int8)
-    meaning = {"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "loss impact"}
+    meaning = {
+        "flag_values": np.arange(len(EVENT_KINDS), dtype=np.int8), "flag_meanings": " ".join(EVENT_KINDS),
+    }  # fmt: skip
     events["kind"] = ("event", kinds, meaning)
     peaks = record.peaks.rename(time="peak_time", contact="peak_contact", normal_force="peak_normal_force")
     peaks["corner"] = peaks.corner.astype(np.int8)
@@ -79,6 +81,8 @@ def _wheelset_tables(record: Record) -> tuple[dict[str, Any], dict[str, Any]]:
         "program_numbers": (("number",), lowered.program.numbers),
         "units": (("unit",), np.array(_units(lowered))),
     }
+    if len(lowered.program.law):
+        tables["program_law"] = (("law_piece", "law_column"), lowered.program.law)
     return tables, {"loop": [lowered.table.loop, lowered.table.loop_join]}
 
 
@@ -95,7 +99,7 @@ def _scenario_text(scenario: Scenario) -> str:
 
 
 def load(path: str | Path) -> Any:
-    """Load by suffix: .toml gives a `Scenario`, .nc a `Record`, .zarr a chart.
+    """Load by suffix: .toml gives a `Scenario`, .nc a `Record` or what `wear_in` wrote, .zarr a chart.
 
     Raises
     ------
@@ -128,7 +132,7 @@ def _load_chart(path: Path) -> Any:
     return chart
 
 
-def _load_record(path: Path) -> Record:
+def _load_record(path: Path) -> Any:
     import xarray as xr
 
     from wheeltapper.march.single import March
@@ -140,6 +144,8 @@ def _load_record(path: Path) -> Record:
         raise InputError(
             str(path), "", f"no readable netCDF file ({error})", "a record saved by wheeltapper"
         ) from error
+    if data.attrs.get("title") == WEAR_TITLE:
+        return data
     version = data.attrs.get("format")
     if version is None or "march_steps" not in data:
         raise InputError(str(path), "", "a file that wheeltapper did not write", "a record saved by wheeltapper")
@@ -157,7 +163,8 @@ def _load_record(path: Path) -> Record:
         return wagon_record(scenario, data)
     numbers = data.program_numbers.values
     length, time, force, static, constant = (float(v) for v in data.units.values)
-    program = Program(np.ascontiguousarray(data.program_pieces.values), numbers)
+    law = np.ascontiguousarray(data.program_law.values) if "program_law" in data else ELASTIC
+    program = Program(np.ascontiguousarray(data.program_pieces.values), numbers, law)
     loop, join = (int(v) for v in data.attrs["loop"])
     lowered = Lowered(
         program, Table(program.pieces, loop, join), length, time, force, static, constant,

@@ -32,6 +32,8 @@ class OutOfRound(Irregularity):
         Harmonics of the circumference; amplitudes in m, phases in rad (zero by default).
     path
         Text file with columns angle or arc, and deviation (missing material negative).
+    places, deviations
+        The samples themselves instead of a file: arcs in m or angles in rad, and deviations in m.
     columns
         Names or numbers of the two columns.
     over
@@ -47,6 +49,8 @@ class OutOfRound(Irregularity):
     amplitudes: tuple[Length, ...] = ()
     phases: tuple[Angle, ...] | None = None
     path: Path | None = None
+    places: tuple[float, ...] | None = None
+    deviations: tuple[float, ...] | None = None
     columns: tuple[str | int, str | int] | None = None
     over: Literal["arc", "angle"] = "arc"
     noise: PositiveLength | None = None
@@ -54,8 +58,11 @@ class OutOfRound(Irregularity):
 
     @model_validator(mode="after")
     def _one_source(self) -> OutOfRound:
-        if (self.path is None) == (not self.orders):
-            raise ValueError("found neither or both of orders and path; allowed: one of them")
+        if (self.places is None) != (self.deviations is None):
+            raise ValueError("found one of places and deviations; allowed: both, or neither")
+        given = [bool(self.orders), self.path is not None, self.places is not None]
+        if sum(given) != 1:
+            raise ValueError(f"found {sum(given)} of orders, path, and places with deviations; allowed: one of them")
         if len(self.orders) != len(self.amplitudes):
             raise ValueError(
                 f"found {len(self.amplitudes)} amplitudes for {len(self.orders)} orders; allowed: one for each"
@@ -69,7 +76,10 @@ class OutOfRound(Irregularity):
     @cached_property
     def samples(self) -> tuple[FloatArray, FloatArray]:
         """Checked arc or angle, and deviation in m."""
-        assert self.path is not None
+        if self.path is None:
+            x, y = np.array(self.places, dtype=float), np.array(self.deviations, dtype=float)
+            samples.check(x, y, "", None, allow_gaps=True)
+            return x, y
         x, y, lines = samples.read_columns(self.path, self.columns)
         samples.check(x, y, str(self.path), lines, allow_gaps=True)
         return x, y
@@ -82,7 +92,7 @@ class OutOfRound(Irregularity):
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         turn = 2.0 * pi * radius
-        if self.path is not None:
+        if not self.orders:
             return self._measured(radius, turn)
         if len(self.orders) == 1:
             order, amplitude, phase = self.orders[0], self.amplitudes[0], (self.phases or (0.0,))[0]

@@ -1,0 +1,143 @@
+"""The marks that one pass leaves on rail and wheel, as irregularities that can be rolled over again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.describe.irregularity.measured import Measured
+from wheeltapper.describe.irregularity.out_of_round import OutOfRound
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.marks import Surface
+from wheeltapper.lower.plastic import patch_semi_axis
+from wheeltapper.march import program as contract
+from wheeltapper.record.record import Record
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+SAMPLES = 4
+"""Samples in half a semi-axis of the patch."""
+FINER = 4
+"""Places of a circle's centre at which the indentation is taken, to a sample: the contact may move faster than it."""
+WRAPPED = 4
+"""Intervals that are repeated at both ends of the circumference."""
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What a pass leaves.
+
+    Attributes
+    ----------
+    rail
+        The rail's part, to be added to a scenario's irregularities.
+    wheel
+        The wheel's part, over its circumference; the place that met x = 0 meets it again there.
+    table
+        Over `position`: permanent indentation of both bodies together, and the heights of the rail's part.
+    notes
+        What the user should know.
+    """
+
+    rail: Measured
+    wheel: OutOfRound
+    table: xr.Dataset
+    notes: tuple[str, ...]
+
+
+def marks(record: Record) -> Marks:
+    """Return the marks that a simulated pass leaves on rail and wheel.
+
+    What is left at a place follows from the largest indentation that it bore, by the contact law; it is averaged over
+    the contact patch. The rail takes the contact's `rail_share` of it.
+
+    Parameters
+    ----------
+    record
+        Of a wheelset that rolls with an elastic-plastic contact.
+
+    Raises
+    ------
+    InputError
+        If the contact leaves no marks, or the wheel does not roll.
+    """
+    scenario = record.scenario
+    contact = scenario.contact
+    if not isinstance(contact, ElasticPlastic):
+        raise InputError("", "contact", type(contact).__name__, "an elastic-plastic law: others leave no marks")
+    if scenario.speed == 0.0:
+        raise InputError("", "speed", "0 m/s", "more than 0 m/s; of impacts on one spot, see permanent_indentation")
+    lowered = record._lowered
+    law, unit = lowered.program.law, lowered.length
+    semi_axis = patch_semi_axis(contact, scenario.vehicle, record.static_force)
+    onset = float(law[0, contract.LAW_START] * unit)
+    length, turn = float(scenario.speed * record.end), 2.0 * pi * float(scenario.vehicle.radius)
+    virgin = Surface.virgin(length, semi_axis, onset, SAMPLES)
+    depth = _depths(record, virgin.spacing)
+
+    def left(borne: FloatArray, interval: float) -> FloatArray:
+        surface = Surface(np.full_like(borne, onset), np.zeros_like(borne), interval, onset, SAMPLES)
+        return surface.after(0, borne, law, unit, 1.0).settled()
+
+    x = virgin.positions[virgin.positions <= length]
+    both = left(np.maximum(depth(virgin.positions), onset), virgin.interval)[: len(x)]
+    intervals = round(turn / virgin.interval)
+    interval = turn / intervals
+    arc = (np.arange(intervals * SAMPLES) + 0.5) * interval / SAMPLES
+    around = np.full_like(arc, onset)
+    for revolution in range(int(length // turn) + 1):
+        around = np.maximum(around, depth(arc + revolution * turn))
+    wrapped = WRAPPED * SAMPLES
+    ring = left(np.concatenate([around[-wrapped:], around, around[:wrapped]]), interval)[wrapped:-wrapped]
+    share = contact.rail_share
+    return Marks(
+        Measured(positions=tuple(x.tolist()), heights=tuple((-share * both).tolist()), beyond="flat"),
+        OutOfRound(places=tuple(arc.tolist()), deviations=tuple((-(1.0 - share) * ring).tolist())),
+        _table(x, both, share),
+        (f"averaged over the contact patch, {2e3 * semi_axis:.2f} mm long: shorter marks are not resolved",),
+    )
+
+
+def _depths(record: Record, spacing: float) -> Callable[[FloatArray], FloatArray]:
+    """Return the indentation of the virgin surface, m, over places along the rail, m; zero where nothing touched it."""
+    scenario = record.scenario
+    speed, end = float(scenario.speed), float(scenario.speed * record.end)
+
+    def at(places: FloatArray) -> FloatArray:
+        inside = (places >= 0.0) & (places <= end)
+        out = np.zeros_like(places)
+        out[inside] = record.at(np.minimum(places[inside] / speed, record.end)).indentation.values
+        return out
+
+    if scenario.rolling == "point":
+        return at
+    centres = np.linspace(0.0, end, int(np.ceil(end / spacing * FINER)) + 1)
+    depths, slope = at(centres), record._lowered.table.slope(centres)
+    touched = centres + float(scenario.vehicle.radius) * slope / np.hypot(1.0, slope)
+
+    def below(places: FloatArray) -> FloatArray:
+        after = np.clip(np.searchsorted(touched, places), 1, len(touched) - 1)
+        is_bridged = touched[after] - touched[after - 1] > spacing
+        return np.where(is_bridged, 0.0, np.interp(places, touched, depths, left=0.0, right=0.0))
+
+    return below
+
+
+def _table(x: FloatArray, both: FloatArray, share: float) -> xr.Dataset:
+    import xarray as xr
+
+    variables = {
+        "permanent_indentation": ("position", both, {"units": "m", "long_name": "left on rail and wheel together"}),
+        "rail": ("position", -share * both, {"units": "m", "long_name": "height of the rail's part"}),
+    }
+    place = {"units": "m", "long_name": "position along the rail"}
+    return xr.Dataset(variables, {"position": ("position", x, place)})

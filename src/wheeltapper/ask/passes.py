@@ -1,0 +1,192 @@
+"""Wheels that follow one another over one rail: each meets the surface that the last one has left.
+
+for each pass: speed, load and start, drawn where they scatter -> pieces over the surface as it is -> march
+               -> indentation at every sample -> how far each yields -> the surface after the pass
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.build import lower
+from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.marks import MarkedPath, Surface, height_at, marks_at
+from wheeltapper.lower.numbers import METHODS, Placing, numbers_of
+from wheeltapper.lower.plastic import dissipated_by, law_rows, patch_semi_axis, static_depth
+from wheeltapper.march import program as contract
+from wheeltapper.march import yielding
+from wheeltapper.march.program import Program
+
+FloatArray = NDArray[np.float64]
+
+SHAKEDOWN = (4.7 / 2.8) ** 3
+"""Force at the shakedown limit over that at first yield.
+
+Largest pressures over the yield stress in shear: 2.8 at first yield, 4.7 at shakedown of a frictionless point contact.
+Source: A. R. S. Ponter, A. D. Hearle and K. L. Johnson, Application of the kinematical shakedown theorem to rolling and
+sliding point contacts, Journal of the Mechanics and Physics of Solids 33 (1985).
+"""
+LEAST_FACTOR = 0.05
+"""Scattered speeds and loads stay above this share of their mean."""
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """How passes differ, and how a surface yields again.
+
+    Attributes
+    ----------
+    hardening
+        1: a spot yields again only beyond what it has borne; 0: as early as a virgin one.
+    speed, load
+        Standard deviations over the mean.
+    start
+        Length in m over which the places where the wheels begin, at rest, are spread evenly.
+    seed
+        Of all that is drawn; pass n draws the same however many there are.
+    """
+
+    hardening: float = 1.0
+    speed: float = 0.0
+    load: float = 0.0
+    start: float = 0.0
+    seed: int = 0
+
+
+class Pass(NamedTuple):
+    """What a pass is told by."""
+
+    status: int
+    speed: float  # m/s
+    applied_load: float  # N, without the wheelset's weight
+    start: float  # m
+    largest_force: float  # N
+    impacts: int
+    length: float  # m
+    plastic_work: float  # J
+    elastic: float  # shares of the length
+    shakedown: float
+    ratcheting: float
+
+
+class Line:
+    """A rail over which the same scenario passes again and again.
+
+    Parameters
+    ----------
+    scenario
+        With an elastic-plastic contact, and point rolling.
+    scatter
+        How passes differ.
+    per_interval
+        Samples in half a semi-axis of the contact patch.
+    method
+        "default" or "strict".
+    """
+
+    def __init__(self, scenario: Scenario, scatter: Scatter, per_interval: int, method: str) -> None:
+        lawful = scenario.contact
+        if not isinstance(lawful, ElasticPlastic):
+            raise InputError(
+                "", "contact", type(scenario.contact).__name__,
+                "an elastic-plastic law (wheeltapper.contact.Thornton and others): others leave no marks",
+            )  # fmt: skip
+        if scenario.rolling != "point":
+            raise InputError("", "rolling", repr(scenario.rolling), '"point": marks lie where the wheel\'s centre is')
+        if not scenario.speed > 0:
+            raise InputError("", "speed", f"{scenario.speed:g} m/s", "more than 0 m/s")
+        scenario.check_extent()
+        self.scenario, self.contact, self.scatter, self._method = scenario, lawful, scatter, METHODS[method]
+        lowered = lower(scenario, method)
+        self.lowered = lowered
+        self.length = float(scenario.speed * scenario.duration)
+        if scatter.start >= self.length:
+            raise InputError("", "start_scatter", f"{scatter.start:g} m", f"less than the run of {self.length:g} m")
+        self.onset = float(lowered.program.law[0, contract.LAW_START] * lowered.length)
+        self.semi_axis = patch_semi_axis(lawful, scenario.vehicle, lowered.static_force)
+        self.virgin = Surface.virgin(self.length, self.semi_axis, self.onset, per_interval)
+        self._path = MarkedPath(lowered.table, self.virgin, self.length)
+        self._samples = self.virgin.positions[self.virgin.positions < self.length]
+        self.base = lowered.table.height(self._samples)
+
+    @property
+    def positions(self) -> FloatArray:
+        """Where the samples lie on the run, m."""
+        return self._samples
+
+    def profile(self, surface: Surface) -> FloatArray:
+        """Return the height of the rail at the samples, m."""
+        return np.asarray(self.base - self.contact.rail_share * surface.settled()[: len(self._samples)])
+
+    def _drawn(self, number: int) -> tuple[float, float, float]:
+        """Return speed, load and start of a pass."""
+        held, vehicle = self.scatter, self.scenario.vehicle
+        if not (held.speed or held.load or held.start):
+            return float(self.scenario.speed), float(vehicle.load), 0.0
+        normal = np.random.default_rng([held.seed, number])
+        factors = np.maximum(1.0 + normal.standard_normal(2) * (held.speed, held.load), LEAST_FACTOR)
+        return (
+            float(self.scenario.speed * factors[0]), float(vehicle.load * factors[1]),
+            float(held.start * normal.random()),
+        )  # fmt: skip
+
+    def _program(self, surface: Surface, speed: float, load: float, start: float) -> tuple[Program, float, float]:
+        """Return the program of a pass over the surface, and its units of length (m) and time (s)."""
+        lowered = self.lowered
+        numbers, length, time, law = lowered.program.numbers.copy(), lowered.length, lowered.time, lowered.program.law
+        vehicle = self.scenario.vehicle
+        if (speed, load) != (self.scenario.speed, vehicle.load):
+            changed = self.scenario.replaced({"speed": speed, "vehicle.load": load})
+            one, none = np.ones(1), np.zeros(1)
+            drawn, units = numbers_of(Fields(changed), Placing(one, one, none, none, one), self._method)
+            numbers[: contract.LOOP] = drawn[0, : contract.LOOP]
+            length, time = units.length.item(), units.time.item()
+            law = law_rows(self.contact, self.onset / length)
+        pieces = self._path.pieces(surface, law, length, self.contact.rail_share)
+        numbers[contract.LOOP] = len(pieces)
+        numbers[contract.START_SHIFT] = -start
+        numbers[contract.END] = (self.length - start) / speed / time
+        if self.scenario.start == "equilibrium":
+            row = pieces[int(np.searchsorted(pieces[:, contract.START], start, side="right")) - 1]
+            height, (residual, bears, factor) = height_at(row, start) / length, marks_at(row, start)
+            stiffness = numbers[contract.STIFFNESS]
+            depth = static_depth(law, stiffness, height, residual / length, bears / length, factor)
+            numbers[contract.START_HEIGHT] = height - depth
+        return Program(pieces, numbers, law), length, time
+
+    def passed(self, surface: Surface, number: int) -> tuple[Surface, Pass]:
+        """Return the surface after pass `number`, and what that pass is told by."""
+        from wheeltapper.march.dense import DELTA, FORCE, OUT_COLUMNS, RESIDUAL, dense
+
+        speed, load, start = self._drawn(number)
+        program, length, time = self._program(surface, speed, load, start)
+        march, pieces = yielding.march(program)
+        force = self.scenario.vehicle.mass * length / time**2
+        first = int(np.searchsorted(self._samples, start))
+        times = (self._samples[first:] - start) / speed / time
+        out = np.empty((len(times), OUT_COLUMNS))
+        dense(pieces, program.numbers, program.law, march.steps, times, out)
+        depths = (np.maximum(out[:, DELTA], 0.0) + out[:, RESIDUAL]) * length
+        reached = surface.reached(first, depths)
+        before = surface.borne[first : first + len(reached)]
+        grown = reached > before
+        dissipated = dissipated_by(program.law, reached[grown] / length)
+        dissipated -= dissipated_by(program.law, before[grown] / length)
+        work = float(dissipated.sum()) * force * length * surface.spacing / (2.0 * self.semi_axis)
+        limit = program.law[0, contract.LAW_START] ** 1.5
+        elastic = float(np.mean(out[:, FORCE] <= limit))
+        beyond = float(np.mean(out[:, FORCE] > SHAKEDOWN * limit))
+        largest = max(float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)), float(out[:, FORCE].max()))
+        told = Pass(
+            march.status, speed, load, start, largest * force,
+            int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum()), self.length - start, work, elastic,
+            1.0 - elastic - beyond, beyond,
+        )  # fmt: skip
+        return surface.after(first, reached, program.law, length, self.scatter.hardening), told

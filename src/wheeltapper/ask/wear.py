@@ -1,0 +1,320 @@
+"""The evolution of a rail under many wheels."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper._version import __version__
+from wheeltapper.ask.passes import Line, Pass, Scatter
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.numbers import METHODS
+from wheeltapper.march import program as contract
+from wheeltapper.march import yielding
+from wheeltapper.march.blocks import cores
+from wheeltapper.record.labels import WEAR_TITLE
+from wheeltapper.record.simulate import say_that_it_compiles, warn_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+RUNAWAY = 20.0
+"""A pass whose largest force is so many times the static one ends the evolution: the model does not hold there."""
+SAVE_AFTER = 10.0
+"""Seconds between two writings of a file."""
+PER_PASS: dict[str, tuple[str, str]] = {
+    "speed": ("m/s", "speed of the pass"),
+    "applied_load": ("N", "load on the wheelset, without its weight"),
+    "start": ("m", "where the wheel begins"),
+    "largest_force": ("N", "largest normal force of the pass, per wheelset"),
+    "impacts_per_metre": ("1/m", "impacts per metre of rail"),
+    "plastic_work": ("J", "plastic work of the pass, one loading for every patch's length of rail"),
+    "elastic": ("", "share of the length with a contact pressure below first yield of the virgin surface"),
+    "shakedown": ("", "share of the length with a pressure between first yield and the shakedown limit"),
+    "ratcheting": ("", "share of the length with a pressure beyond the shakedown limit"),
+}
+
+
+def wear_in(
+    scenario: Scenario | Iterable[Scenario],
+    passes: int,
+    *,
+    hardening: float = 1.0,
+    speed_scatter: float = 0.0,
+    load_scatter: float = 0.0,
+    start_scatter: float = 0.0,
+    seed: int = 0,
+    every: int = 10,
+    samples: int = 4,
+    method: str = "default",
+    store: str | Path | None = None,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset | list[xr.Dataset]:
+    """Let wheels pass over a rail again and again; each meets the surface that the last one has left.
+
+    The contact's loading curve governs the motion; what remains of the largest indentation at each place is the mark.
+    Marks are averaged over the contact patch, with weights as wide as it is long. Each wheel is round and virgin.
+
+    Parameters
+    ----------
+    scenario
+        With an elastic-plastic contact and `rolling="point"`; or several, which pass side by side.
+    passes
+        How many wheels pass.
+    hardening
+        1: a place yields again only beyond the largest indentation that it has borne (shakedown); 0: as early as a
+        virgin one, which runs away near the contact resonance; between them the part of the way that it hardens.
+    speed_scatter, load_scatter
+        Standard deviation of the passes' speeds and loads over their mean.
+    start_scatter
+        The wheels begin, at rest, at places spread evenly over this length, m: their bouncing then has another phase.
+    seed
+        Of everything drawn. Pass n draws the same however many there are.
+    every
+        The profile is kept after each so many passes, and after the last.
+    samples
+        Places at which indentations are taken, per quarter of the patch's length.
+    method
+        "default" or "strict".
+    store
+        A netCDF file (.nc) in which the evolution is kept and from which it goes on, with the same bits as in one go.
+    threads
+        How many of several scenarios pass at a time; by default all cores.
+    progress
+        Called with the number of passes done and of all.
+
+    Returns
+    -------
+    xarray.Dataset or list of xarray.Dataset
+        Over `pass`: largest force, impacts per metre, plastic work, what was drawn, and the shares of the length that
+        stay elastic, shake down and ratchet. Over `kept` (numbers of passes, 0 the virgin rail) and `position`: height
+        of the rail, and permanent indentation of rail and wheels together; over `kept` and `wavelength`: amplitude
+        spectrum of the height, and its growth rate per pass. Attribute `ended` says whether all passes were made.
+
+    Raises
+    ------
+    InputError
+        If the contact leaves no marks, the wheel does not roll or not as a point, or a file is of another evolution.
+    """
+    options = Scatter(hardening, speed_scatter, load_scatter, start_scatter, seed)
+    _check(passes, every, samples, options, method)
+    if isinstance(scenario, Scenario):
+        file = None if store is None else Path(store)
+        return _Evolution(scenario, options, every, samples, method, file).until(passes, progress)
+    if store is not None:
+        raise InputError("", "store", str(store), "none with several scenarios, or a call for each with its own")
+    with ThreadPoolExecutor(threads or cores()) as pool:
+        evolutions = pool.map(lambda one: _Evolution(one, options, every, samples, method, None), scenario)
+        return list(pool.map(lambda one: one.until(passes, None), evolutions))
+
+
+def _check(passes: int, every: int, samples: int, options: Scatter, method: str) -> None:
+    for name, number in (("passes", passes), ("every", every), ("samples", samples)):
+        if isinstance(number, bool) or not isinstance(number, int) or number < 1:
+            raise InputError("", name, repr(number), "a whole number, at least 1")
+    if not 0.0 <= options.hardening <= 1.0:
+        raise InputError("", "hardening", repr(options.hardening), "0 to 1")
+    for name in ("speed", "load", "start"):
+        if not getattr(options, name) >= 0.0:
+            raise InputError("", f"{name}_scatter", repr(getattr(options, name)), "0 or more")
+    if method not in METHODS:
+        raise InputError("", "method", repr(method), " or ".join(repr(name) for name in METHODS))
+
+
+class _Evolution:
+    """A rail on its way: the surface, what passes have told, and the surfaces that are kept."""
+
+    def __init__(
+        self, scenario: Scenario, options: Scatter, every: int, samples: int, method: str, store: Path | None
+    ) -> None:
+        self._line = Line(scenario, options, samples, method)
+        warn_of(self._line.lowered.notes, depth=5)
+        self._every, self._store = every, store
+        self._request = json.dumps(
+            {
+                "scenario": repr(scenario),
+                "options": asdict(options),
+                "every": every,
+                "samples": samples,
+                "method": method,
+            }
+        )
+        self._surface = self._line.virgin
+        self._told: list[Pass] = []
+        self._kept: dict[int, FloatArray] = {0: self._surface.left}
+        self._ended = ""
+        if store is not None:
+            if store.suffix != ".nc":
+                raise InputError(str(store), "store", f"the suffix {store.suffix!r}", ".nc")
+            if store.exists():
+                self._read(store)
+
+    def until(self, passes: int, progress: Callable[[int, int], None] | None) -> xr.Dataset:
+        """Let so many wheels pass, all in all; return the evolution."""
+        if not yielding.is_ready(self._line.lowered.program):
+            say_that_it_compiles()
+        saved = time.monotonic()
+        try:
+            while len(self._told) < passes and not self._ended:
+                self._surface, told = self._line.passed(self._surface, len(self._told))
+                self._told.append(told)
+                done = len(self._told)
+                if done % self._every == 0:
+                    self._kept[done] = self._surface.left
+                if told.status != contract.DONE or told.largest_force > RUNAWAY * self._line.lowered.static_force:
+                    self._ended = (
+                        f"pass {done} reached {told.largest_force / self._line.lowered.static_force:.1f} times the "
+                        "static force: the marks run away, and the model does not hold"
+                    )
+                if progress is not None:
+                    progress(done, passes)
+                if self._store is not None and time.monotonic() - saved > SAVE_AFTER:
+                    self._write(self._store)
+                    saved = time.monotonic()
+        finally:
+            if self._store is not None:
+                self._write(self._store)
+        return self.dataset()
+
+    # -- the dataset --------------------------------------------------------------------------------------------------
+
+    def dataset(self) -> xr.Dataset:
+        """Return the evolution so far."""
+        import xarray as xr
+
+        line, told = self._line, self._told
+        kept = self._kept | {len(told): self._surface.left}
+        numbers = np.array(sorted(kept))
+        x = line.positions
+        surfaces = [replace(self._surface, left=kept[n]) for n in numbers]
+        heights = np.array([line.profile(surface) for surface in surfaces])
+        left = np.array([surface.settled()[: len(x)] for surface in surfaces])
+        wavelength, amplitude = spectrum(x, heights, 2.0 * line.semi_axis)
+        growth = np.full_like(amplitude, np.nan)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            growth[1:] = np.diff(np.log(amplitude), axis=0) / np.diff(numbers)[:, None]
+        columns = {name: np.array([getattr(one, name, np.nan) for one in told], dtype=float) for name in PER_PASS}
+        columns["impacts_per_metre"] = np.array([one.impacts / one.length for one in told])
+        variables: dict[str, Any] = {
+            name: ("pass", columns[name], {"units": unit, "long_name": words})
+            for name, (unit, words) in PER_PASS.items()
+        }
+        variables |= {
+            "height": (("kept", "position"), heights, {"units": "m", "long_name": "height of the rail"}),
+            "permanent_indentation": (
+                ("kept", "position"), left,
+                {"units": "m", "long_name": "permanent indentation of rail and wheels, averaged over the patch"},
+            ),
+            "amplitude": (
+                ("kept", "wavelength"), amplitude, {"units": "m", "long_name": "amplitude of the rail's height"},
+            ),
+            "growth_rate": (
+                ("kept", "wavelength"), growth,
+                {"units": "1", "long_name": "growth of the amplitude's logarithm per pass since the last kept one"},
+            ),
+        }  # fmt: skip
+        coordinates = {
+            "pass": np.arange(1, len(told) + 1),
+            "kept": ("kept", numbers, {"long_name": "passes made"}),
+            "position": ("position", x, {"units": "m", "long_name": "position along the rail"}),
+            "wavelength": ("wavelength", wavelength, {"units": "m", "long_name": "wavelength"}),
+        }
+        return xr.Dataset(variables, coordinates, self._attributes())
+
+    def _attributes(self) -> dict[str, Any]:
+        line = self._line
+        return {
+            "title": WEAR_TITLE,
+            "wheeltapper": __version__,
+            "request": self._request,
+            "summary": str(line.scenario.contact),
+            "static_force": line.lowered.static_force,
+            "patch_length": 2.0 * line.semi_axis,
+            "ended": self._ended or "all passes made",
+            "notes": json.dumps([
+                *line.lowered.notes,
+                f"marks are averaged over the contact patch, {2e3 * line.semi_axis:.2f} mm long: shorter ones are not "
+                "resolved",
+            ]),
+        }  # fmt: skip
+
+    # -- files --------------------------------------------------------------------------------------------------------
+
+    def _write(self, path: Path) -> None:
+        import os
+
+        data = self.dataset()
+        data["state_borne"] = ("sample", self._surface.borne)
+        data["state_left"] = ("sample", self._surface.left)
+        data["state_kept"] = (("kept_state", "sample"), np.array([self._kept[n] for n in sorted(self._kept)]))
+        data["state_kept_passes"] = ("kept_state", np.array(sorted(self._kept)))
+        data["state_told"] = (
+            ("pass", "told"),
+            np.array([list(one) for one in self._told], dtype=float).reshape(-1, len(Pass._fields)),
+        )
+        beside = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            data.to_netcdf(beside, engine="h5netcdf")
+            beside.replace(path)
+        except OSError as error:
+            beside.unlink(missing_ok=True)
+            raise InputError(
+                str(path), "store", f"a place that cannot be written ({error.strerror or error})", "a writable path"
+            ) from error
+
+    def _read(self, path: Path) -> None:
+        import xarray as xr
+
+        try:
+            with xr.open_dataset(path, engine="h5netcdf") as opened:
+                data = opened.load()
+        except (OSError, ValueError) as error:
+            raise InputError(str(path), "store", f"no readable netCDF file ({error})", "a file of wear_in") from error
+        if data.attrs.get("title") != WEAR_TITLE:
+            raise InputError(str(path), "store", "a file that wear_in did not write", "one of its files, or a new name")
+        if data.attrs["request"] != self._request:
+            raise InputError(
+                str(path), "store", "an evolution of another scenario, or with other options",
+                "the same scenario and options, or a new name",
+            )  # fmt: skip
+        self._surface = replace(self._surface, borne=data.state_borne.values, left=data.state_left.values)
+        self._kept = dict(zip((int(n) for n in data.state_kept_passes.values), data.state_kept.values, strict=True))
+        names = zip(Pass._fields, data.state_told.values.T, strict=True)
+        whole = {"status", "impacts"}
+        columns = [values.astype(int) if name in whole else values for name, values in names]
+        self._told = [Pass(*values) for values in zip(*(column.tolist() for column in columns), strict=True)]
+        ended = str(data.attrs["ended"])
+        self._ended = "" if ended == "all passes made" else ended
+
+
+def spectrum(x: FloatArray, heights: FloatArray, shortest: float) -> tuple[FloatArray, FloatArray]:
+    """Return wavelengths (m) and amplitudes (m) of profiles over uniform places, with a Hann window.
+
+    Parameters
+    ----------
+    x
+        Places, m.
+    heights
+        (profiles, places), m.
+    shortest
+        Shortest wavelength, m.
+    """
+    spacing = float(x[1] - x[0])
+    window = np.hanning(len(x) + 1)[:-1]
+    off = heights - heights.mean(axis=1, keepdims=True)
+    found = 2.0 * np.abs(np.fft.rfft(off * window, axis=1)) / window.sum()
+    frequency = np.fft.rfftfreq(len(x), spacing)
+    wanted = (frequency > 0) & (frequency <= 1.0 / shortest)
+    return np.asarray(1.0 / frequency[wanted], dtype=np.float64), np.asarray(found[:, wanted], dtype=np.float64)

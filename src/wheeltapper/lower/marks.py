@@ -1,0 +1,241 @@
+"""Marks of plastic contacts on a rail: what each spot has borne, and the pieces of a path over them.
+
+samples     the largest indentation that the virgin surface has borne, at close places
+means       of the samples within one interval
+splines     cubic B-splines of the means: twice continuously differentiable, and never beyond what they average
+pieces      path, residual indentation and what the surface bears from the splines; the factor of the elastic force
+that meets the plastic law where the surface yields, interpolated
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.lower.plastic import left_after, loading_force
+from wheeltapper.lower.table import Table, row_values
+from wheeltapper.march import program as contract
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+TO_POWERS = np.array([[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0, 0.0], [-1.0, 3.0, -3.0, 1.0]]) / 6.0
+"""From the coefficients of four neighbouring B-splines to powers of the share of their common interval."""
+BEFORE = 2
+"""Intervals before the first mean's place into which its B-spline reaches."""
+FACTOR_NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(5) / 4.0)
+TO_FACTOR = np.linalg.inv(np.vander(FACTOR_NODES, increasing=True))
+SEMI_AXIS = 2
+"""Intervals per semi-axis of the patch: a B-spline is then as wide as the patch is long."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The running surface of a rail from x = 0 on.
+
+    Attributes
+    ----------
+    borne
+        Indentation of the virgin surface beyond which each sample yields, m; sample i lies at (i + 1/2)·spacing.
+    left
+        Permanent indentation of each sample, of rail and wheels together, m.
+    interval
+        Distance of the means, m.
+    onset
+        Indentation at which the virgin surface yields, m.
+    per_interval
+        Samples to a mean.
+    """
+
+    borne: FloatArray
+    left: FloatArray
+    interval: float
+    onset: float
+    per_interval: int
+
+    @classmethod
+    def virgin(cls, length: float, semi_axis: float, onset: float, per_interval: int) -> Surface:
+        """Return a surface that has borne nothing, at least so long (m), under patches of that semi-axis (m)."""
+        interval = semi_axis / SEMI_AXIS
+        samples = int(np.ceil(length / interval)) * per_interval
+        return cls(np.full(samples, onset), np.zeros(samples), interval, onset, per_interval)
+
+    @property
+    def spacing(self) -> float:
+        """Distance of the samples, m."""
+        return self.interval / self.per_interval
+
+    @property
+    def positions(self) -> FloatArray:
+        """Where the samples lie, m."""
+        return np.asarray((np.arange(len(self.borne)) + 0.5) * self.spacing, dtype=np.float64)
+
+    @property
+    def breaks(self) -> FloatArray:
+        """Between which places the splines are polynomials, m."""
+        count = len(self.borne) // self.per_interval
+        return np.asarray((np.arange(-BEFORE, count + BEFORE) + 0.5) * self.interval, dtype=np.float64)
+
+    def spline(self, samples: FloatArray, outside: float) -> FloatArray:
+        """Return the splines of the samples' means, (breaks - 1, 4): powers of each interval's share."""
+        means = samples.reshape(-1, self.per_interval).mean(axis=1)
+        padded = np.concatenate([np.full(3, outside), means, np.full(3, outside)])
+        return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 4) @ TO_POWERS.T, dtype=np.float64)
+
+    def interval_of(self, x: FloatArray) -> IntArray:
+        """Return in which interval places (m) lie; outside of the splines below 0 or beyond the last."""
+        return np.asarray(np.floor(x / self.interval - 0.5).astype(np.int64) + BEFORE)
+
+    def at(self, splines: FloatArray, x: FloatArray) -> FloatArray:
+        """Return splines at places, m."""
+        piece = np.clip(self.interval_of(x), 0, len(splines) - 1)
+        share = x / self.interval - 0.5 + BEFORE - piece
+        c = splines[piece].T
+        return np.asarray(c[0] + share * (c[1] + share * (c[2] + share * c[3])), dtype=np.float64)
+
+    def reached(self, first: int, depths: FloatArray) -> FloatArray:
+        """Return to where the samples from `first` on yield under indentations of the virgin surface, m."""
+        behind = slice(first, first + len(depths))
+        bore = self.at(self.spline(self.borne, self.onset), self.positions[behind])
+        return np.asarray(self.borne[behind] + np.maximum(depths - bore, 0.0))
+
+    def after(self, first: int, reached: FloatArray, law: FloatArray, unit: float, hardening: float) -> Surface:
+        """Return the surface after its samples have yielded.
+
+        Parameters
+        ----------
+        first, reached
+            What `reached` returned, of the samples from `first` on.
+        law, unit
+            The plastic law, and its unit of length, m.
+        hardening
+            1: a sample yields again only beyond what it has borne; 0: as early as a virgin one.
+        """
+        behind = slice(first, first + len(reached))
+        borne, left = self.borne.copy(), self.left.copy()
+        left[behind] += (left_after(law, reached / unit) - left_after(law, borne[behind] / unit)) * unit
+        borne[behind] = np.maximum(borne[behind], self.onset + hardening * (reached - self.onset))
+        return replace(self, borne=borne, left=left)
+
+    def settled(self) -> FloatArray:
+        """Return the permanent indentation at the samples as the wheels meet it, averaged over the patch, m."""
+        return self.at(self.spline(self.left, 0.0), self.positions)
+
+
+class MarkedPath:
+    """The pieces of a path over a rail that takes marks: borders and the path without them are found once.
+
+    Parameters
+    ----------
+    table
+        The path over the rail without marks.
+    surface
+        Whose intervals cut it.
+    end
+        Position up to which the path is needed, m.
+    """
+
+    def __init__(self, table: Table, surface: Surface, end: float) -> None:
+        base = _unrolled(table, end)
+        borders = np.unique(np.concatenate([[base[0, contract.START]], base[1:, contract.START], surface.breaks]))
+        borders = borders[(borders >= base[0, contract.START]) & (borders < base[-1, contract.STOP])]
+        near = np.diff(borders, prepend=-np.inf) > 1e-12
+        borders = borders[near]
+        stops = np.append(borders[1:], base[-1, contract.STOP])
+        owner = np.clip(np.searchsorted(base[:, contract.START], borders + 1e-12, side="right") - 1, 0, len(base) - 1)
+        middle = np.where(np.isfinite(stops), 0.5 * (borders + stops), borders)
+        self._interval = surface.interval_of(middle)
+        self._inside = (self._interval >= 0) & (self._interval < len(surface.breaks) - 1)
+        centre = np.asarray((self._interval - BEFORE + 0.5) * surface.interval, dtype=np.float64)
+        rows = np.zeros((len(borders), contract.MARKED_COLUMNS))
+        rows[:, : contract.PIECE_COLUMNS] = _recentred(base[owner], centre, surface.interval)
+        rows[:, contract.START], rows[:, contract.STOP] = borders, stops
+        rows[:, contract.JOIN] = np.where(
+            borders == base[owner, contract.START], base[owner, contract.JOIN], contract.SOFT
+        )
+        rows[:, contract.BEARS] = surface.onset
+        self._rows = rows
+
+    def pieces(self, surface: Surface, law: FloatArray, unit: float, share: float) -> FloatArray:
+        """Return the pieces over the surface as it is.
+
+        Parameters
+        ----------
+        surface
+            With the same intervals.
+        law, unit
+            The plastic law, and its unit of length, m.
+        share
+            Part of the permanent indentation by which the rail lies deeper.
+        """
+        rows = self._rows.copy()
+        inside = np.flatnonzero(self._inside)
+        left = surface.spline(surface.left, 0.0)[self._interval[inside]]
+        marked = np.any(left != 0.0, axis=1)
+        deeper = inside[marked]
+        rows[deeper, contract.COEFFICIENT : contract.COEFFICIENT + 4] -= share * left[marked]
+        rows[deeper, contract.DEGREE] = np.maximum(rows[deeper, contract.DEGREE], 3.0)
+        residual = left_after(law, surface.borne / unit) * unit
+        r = surface.spline(residual, 0.0)[self._interval[inside]]
+        b = surface.spline(surface.borne, surface.onset)[self._interval[inside]]
+        hardened = np.any(r != 0.0, axis=1)
+        marked, r, b = inside[hardened], r[hardened], b[hardened]
+        rows[marked, contract.RESIDUAL : contract.RESIDUAL + 4] = r
+        rows[marked, contract.RESIDUAL_DEGREE] = 3.0
+        rows[marked, contract.BEARS : contract.BEARS + 4] = b - r
+        rows[marked, contract.BEARS_DEGREE] = 3.0
+        powers = FACTOR_NODES[:, None] ** np.arange(4)
+        carried, remains = b @ powers.T / unit, r @ powers.T / unit
+        factor = loading_force(law, carried) / (carried - remains) ** 1.5
+        rows[marked, contract.FACTOR : contract.FACTOR + len(FACTOR_NODES)] = factor @ TO_FACTOR.T
+        rows[marked, contract.FACTOR_DEGREE] = len(FACTOR_NODES) - 1.0
+        return rows
+
+
+def height_at(row: FloatArray, x: float) -> float:
+    """Return the height of a piece at a place, m."""
+    return float(row_values(row[None, : contract.PIECE_COLUMNS], np.array([x]))[0])
+
+
+def marks_at(row: FloatArray, x: float) -> tuple[float, float, float]:
+    """Return residual indentation (m), what the surface bears (m), and the elastic factor of a piece at a place."""
+    powers = ((x - row[contract.CENTRE]) / row[contract.SCALE]) ** np.arange(contract.TERMS)
+    columns = (contract.RESIDUAL, contract.BEARS, contract.FACTOR)
+    residual, bears, factor = (float(row[first : first + contract.TERMS] @ powers) for first in columns)
+    return residual, bears, factor if row[contract.FACTOR_DEGREE] >= 0 else 1.0
+
+
+def _unrolled(table: Table, end: float) -> FloatArray:
+    """Return the pieces of a path with its periods written out up to a place."""
+    if not table.period:
+        return table.rows
+    rounds = int(np.ceil(max(end - table.rows[-1, contract.STOP], 0.0) / table.period)) + 1
+    again = table.rows[table.loop :].copy()
+    again[0, contract.JOIN] = table.loop_join
+    out = [table.rows]
+    for k in range(1, rounds + 1):
+        moved = again.copy()
+        moved[:, [contract.START, contract.STOP, contract.CENTRE]] += k * table.period
+        out.append(moved)
+    return np.vstack(out)
+
+
+def _recentred(rows: FloatArray, centre: FloatArray, scale: float) -> FloatArray:
+    """Return the same pieces as functions of (x - centre)/scale."""
+    out = rows.copy()
+    away = centre - rows[:, contract.CENTRE]
+    at, rate = away / rows[:, contract.SCALE], scale / rows[:, contract.SCALE]
+    for first in (contract.COEFFICIENT, contract.FACTOR):
+        c = rows[:, first : first + contract.TERMS].copy()
+        for i in range(contract.MAX_DEGREE):
+            for k in range(contract.MAX_DEGREE - 1, i - 1, -1):
+                c[:, k] += at * c[:, k + 1]
+        out[:, first : first + contract.TERMS] = c * rate[:, None] ** np.arange(contract.TERMS)
+    phase = rows[:, contract.WAVENUMBER] * away
+    sine, cosine = rows[:, contract.SINE], rows[:, contract.COSINE]
+    out[:, contract.SINE] = sine * np.cos(phase) - cosine * np.sin(phase)
+    out[:, contract.COSINE] = sine * np.sin(phase) + cosine * np.cos(phase)
+    out[:, contract.CENTRE], out[:, contract.SCALE] = centre, scale
+    return out
