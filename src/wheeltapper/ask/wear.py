@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,26 @@ PER_PASS: dict[str, tuple[str, str]] = {
 }
 
 
+class Options(TypedDict, total=False):
+    """What `wear_in` may be told."""
+
+    hardening: float
+    speed_scatter: float
+    load_scatter: float
+    start_scatter: float
+    seed: int
+    every: int
+    samples: int
+    method: str
+    store: str | Path | None
+    threads: int | None
+    progress: Callable[[int, int], None] | None
+
+
+@overload
+def wear_in(scenario: Scenario, passes: int, **options: Unpack[Options]) -> xr.Dataset: ...
+@overload
+def wear_in(scenario: Iterable[Scenario], passes: int, **options: Unpack[Options]) -> list[xr.Dataset]: ...
 def wear_in(
     scenario: Scenario | Iterable[Scenario],
     passes: int,

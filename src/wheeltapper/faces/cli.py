@@ -6,15 +6,12 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import App, Parameter
 
 from wheeltapper._version import __version__
 from wheeltapper.ground.errors import InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 app = App(
     name="wheeltapper",
@@ -181,11 +178,11 @@ def wear(
     scenario = Scenario.from_toml(file)
     try:
         with progress_bar("passes") as (progress, _):
-            found: xr.Dataset = wear_in(
+            found = wear_in(
                 scenario, passes, hardening=hardening, speed_scatter=speed_scatter, load_scatter=load_scatter,
                 start_scatter=start_scatter, seed=seed, every=every, samples=samples, method=method, store=output,
                 progress=progress,
-            )  # type: ignore[assignment]  # fmt: skip
+            )  # fmt: skip
     except InputError as error:
         raise error.at(str(file)) from error
     except KeyboardInterrupt:

@@ -26,7 +26,8 @@ def draw_wear(wear: xr.Dataset) -> Figure:
     for one, words in ((first, "virgin"), (last, f"after {int(last.kept)} passes")):
         profile.plot(1e3 * one.position, 1e6 * one.height, label=words)
     profile.set(xlabel="position [mm]", ylabel="height [µm]")
-    profile.legend()
+    profile.margins(y=0.2)
+    profile.legend(loc="upper right", ncols=2)
     marks.plot(1e3 * last.position, 1e6 * last.permanent_indentation)
     marks.set(xlabel="position [mm]", ylabel="permanent indentation [µm]")
     spectrum, growth = axes[1]

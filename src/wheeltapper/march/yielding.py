@@ -81,6 +81,8 @@ from wheeltapper.march.series import (
 from wheeltapper.march.single import March, conclude, flight_step, grown, next_break, rest, start_kernel, tabled, tables
 from wheeltapper.march.step import BREAK, NOTHING, OPENS, contact_end, contact_reach, is_bad
 
+HARDLY = 1e-5
+"""A spot that reaches what it has borne at a lower rate (scaled units) goes beyond by rounding only."""
 YIELDS, GOES_ON, UNLOADS = 6, 7, 8
 """What else ends a step: the contact begins to yield, goes over to another piece of the law, or unloads."""
 NEAR = 1e-12
@@ -189,6 +191,8 @@ def _yielding_end(law: FloatArray, order: int, length: float, memory: bool, S: F
         if root != NONE:
             end, what, follows = root, GOES_ON, piece + 1
     if memory:
+        if S[W] < 0.0 or (S[W] == 0.0 and S[W + 1] <= 0.0):
+            return 0.0, UNLOADS, piece
         root, _ = first_root(S, W, order, 0.0, end, -1.0, 0.0)
         if root != NONE:
             end, what = root, UNLOADS
@@ -257,7 +261,7 @@ def _contact_step(
         length, ends, follows = _yielding_end(law, order, length, memory, S)
     elif _may_yield(order, length, S):
         root = _meets_yield(order, length, 1.0, S)
-        if root != NONE:
+        if root != NONE and not (memory and evaluate(S, W, order, root) < HARDLY):
             length, ends = root, YIELDS
     turns = not (yields and memory)
     after = evaluate(S, T, order, length)
