@@ -40,7 +40,7 @@ def test_at_rest_the_force_balances_weight_and_suspension(name):
     history = record.history(1e4)
     np.testing.assert_allclose(history.wheel_acceleration, 0.0, atol=1e-8)
     np.testing.assert_allclose(history.normal_force, record.static_force, rtol=1e-10)
-    assert len(record.events.time) == 0
+    assert not set(record.events.kind.values) & {"loss", "impact"}
 
 
 @pytest.mark.parametrize("track", [wt.StiffTrack(), wt.FloatingDeck(mass=5000, stiffness=2e7, damping=1e4)])

@@ -14,7 +14,7 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
 from wheeltapper.march import lane_rows as lane
-from wheeltapper.march import layout, program, series, unrolled, unrolled_lanes
+from wheeltapper.march import flight, layout, program, series, unrolled, unrolled_lanes
 from wheeltapper.march.kernel import FASTMATH
 from wheeltapper.march.single import march
 
@@ -70,7 +70,7 @@ def test_many_steps_in_a_row_find_what_single_steps_find(method):
         speed=5,
         duration=0.5,
     )
-    pieces, numbers = lower(bump, method).program
+    pieces, numbers, _ = lower(bump, method).program
     single = numbers.copy()
     single[program.HYSTERESIS] = 1e-300  # no effect but that the loops are taken
     many, one = march(program.Program(pieces, numbers)), march(program.Program(pieces, single))
@@ -139,8 +139,8 @@ def test_flights_in_lanes_agree_with_the_loops(omega):
     unrolled_lanes.flight_22(L)
     for i in range(8):
         numbers, S = scratch_of(L, i, omega)
-        series.flight_series(numbers, 22, L[lane.U0 + i], L[lane.W0 + i], 0.0, 0.0, False, S)
-        assert L[lane.LENGTH + i] == pytest.approx(series.flight_reach(numbers, S), rel=1e-12)
+        flight.flight_series(numbers, 22, L[lane.U0 + i], L[lane.W0 + i], 0.0, 0.0, False, S)
+        assert L[lane.LENGTH + i] == pytest.approx(flight.flight_reach(numbers, S), rel=1e-12)
         powers = L[lane.LENGTH + i] ** np.arange(23)
         for ours, theirs, by in ((lane.Y, layout.U, 1), (lane.V, layout.W, 1), (lane.POLYNOMIAL, layout.CLEAR, powers)):
             np.testing.assert_allclose(

@@ -101,6 +101,16 @@ def stored_below(law: FloatArray, depth: FloatArray) -> FloatArray:
     return np.where(depth <= starts[0], 0.4 * np.maximum(depth, 0.0) ** 2.5, yielding)
 
 
+def _loaded(rows: FloatArray, law: FloatArray, depth: float, length: float) -> None:
+    """Turn the pieces of a virgin spot into those of one that has borne an indentation (scaled; `length` its unit)."""
+    residual = float(left_after(law, np.asarray(depth)))
+    rows[:, contract.COEFFICIENT] -= residual * length
+    rows[:, contract.RESIDUAL] = residual * length
+    rows[:, contract.BEARS] = (depth - residual) * length
+    rows[:, contract.FACTOR_DEGREE] = 0.0
+    rows[:, contract.FACTOR] = float(loading_force(law, np.asarray(depth))) / (depth - residual) ** 1.5
+
+
 def _evaluated(law: FloatArray, depth: FloatArray, column: int) -> FloatArray:
     """Return the polynomials that begin at a column, each in its own piece."""
     starts = law[:, contract.LAW_START]
@@ -175,10 +185,13 @@ def yielding_program(
     static = float(loading_force(law, np.asarray(static_depth(law, stiffness, 0.0))))
     if numbers[contract.DECK_MASS] > 0.0:
         numbers[contract.PRESTRESS] = static
-    if scenario.start == "equilibrium":
-        at_start = height / length
-        numbers[contract.START_HEIGHT] = at_start - static_depth(law, stiffness, at_start)
     marked = np.zeros((len(elastic.pieces), contract.MARKED_COLUMNS))
     marked[:, : contract.PIECE_COLUMNS] = elastic.pieces
     marked[:, contract.BEARS] = onset
+    if scenario.start == "equilibrium":
+        at_start = height / length
+        depth = static_depth(law, stiffness, at_start)
+        numbers[contract.START_HEIGHT] = at_start - depth
+        if scenario.speed == 0.0 and depth > onset / length:
+            _loaded(marked, law, depth, length)
     return Program(marked, numbers, law), static * force

@@ -81,12 +81,13 @@ from wheeltapper.march.series import (
 from wheeltapper.march.single import March, conclude, flight_step, grown, next_break, rest, start_kernel, tabled, tables
 from wheeltapper.march.step import BREAK, NOTHING, OPENS, contact_end, contact_reach, is_bad
 
-HARDLY = 1e-5
-"""A spot that reaches what it has borne at a lower rate (scaled units) goes beyond by rounding only."""
 YIELDS, GOES_ON, UNLOADS = 6, 7, 8
 """What else ends a step: the contact begins to yield, goes over to another piece of the law, or unloads."""
 NEAR = 1e-12
-"""Indentations and forces (scaled units) that differ by less are the same."""
+"""Indentations that differ by less than this part are the same."""
+HARDLY = 0.3
+"""A spot that reaches what it has borne at a rate below this times the root of the tolerance would go beyond it by less
+than the march is exact: it does not yield."""
 
 
 @kernel
@@ -99,19 +100,20 @@ def piece_of(depth: float, law: FloatArray) -> int:
 
 
 @kernel
-def _choose_law(law: FloatArray, events: FloatArray, S: FloatArray) -> None:
+def _choose_law(numbers: FloatArray, law: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Choose phase and law for a step in contact, by the state at its start; at a border the present ones stay."""
     square = S[STATE + A] * S[STATE + A]
+    near = NEAR * square
     depth = square + residual_at(0.0, S)
     beyond = square - borne_at(0.0, S)
     piece = int(S[STATE + PHASE]) - YIELDING
     if piece >= 0:
         ends = law[piece + 1, contract.LAW_START] if piece + 1 < law.shape[0] else np.inf
-        if not law[piece, contract.LAW_START] - NEAR <= depth <= ends + NEAR:
+        if not law[piece, contract.LAW_START] - near <= depth <= ends + near:
             piece = piece_of(depth, law)
-        if beyond < -NEAR:
+        if beyond < -near:
             piece = -1
-    elif beyond > NEAR:
+    elif beyond > (numbers[contract.TOLERANCE] * square if numbers[contract.MEMORY] != 0.0 else near):
         piece = piece_of(depth, law)
         log_event(S[STATE + TIME], YIELD, S[STATE + B], 0.0, events, S[COUNT:])
     piece = max(piece, -1)
@@ -120,11 +122,14 @@ def _choose_law(law: FloatArray, events: FloatArray, S: FloatArray) -> None:
 
 
 @kernel
-def _root(order: int, length: float, direction: float, S: FloatArray) -> float:
-    """Return the first root of row TREND in the step in that direction; a step that begins at one does not count."""
-    if abs(S[TREND]) < NEAR:
+def _root(order: int, length: float, direction: float, size: float, S: FloatArray) -> float:
+    """Return the first root of row TREND in the step in that direction; a step that begins at one does not count.
+
+    `size` is that of what TREND is the difference of.
+    """
+    if abs(S[TREND]) < NEAR * size:
         S[TREND] = 0.0
-    root, _ = first_root(S, TREND, order, 0.0, length, direction, NEAR)
+    root, _ = first_root(S, TREND, order, 0.0, length, direction, NEAR * size)
     return root
 
 
@@ -136,7 +141,7 @@ def _reaches(square: float, order: int, length: float, direction: float, S: Floa
     for k in range(order + 1):
         S[TREND + k] = S[U + k]
     S[TREND] -= sqrt(square)
-    return _root(order, length, direction, S)
+    return _root(order, length, direction, S[U], S)
 
 
 @kernel
@@ -147,7 +152,7 @@ def _meets_yield(order: int, length: float, direction: float, S: FloatArray) -> 
     borne_series(order, S)
     for k in range(order):
         S[TREND + k] = S[Q + k] - S[HORNER_BEARS + k]
-    root = _root(order - 1, length, direction, S)
+    root = _root(order - 1, length, direction, S[Q], S)
     if root == NONE:
         return NONE
     slope = evaluate_derivative(S, TREND, order - 1, root)
@@ -165,7 +170,7 @@ def _meets_border(depth: float, order: int, length: float, direction: float, S: 
     for k in range(order):
         S[TREND + k] = S[DEPTH + k]
     S[TREND] -= (depth - S[HERE + LAW_CENTRE]) / S[HERE + LAW_SCALE]
-    return _root(order - 1, length, direction, S)
+    return _root(order - 1, length, direction, depth / S[HERE + LAW_SCALE], S)
 
 
 @kernel
@@ -208,7 +213,7 @@ def _yielding_end(law: FloatArray, order: int, length: float, memory: bool, S: F
 
 
 @kernel
-def _remember(pieces: FloatArray, numbers: FloatArray, law: FloatArray, S: FloatArray) -> None:
+def _remember(pieces: FloatArray, numbers: FloatArray, law: FloatArray, ends_at_rest: bool, S: FloatArray) -> None:
     """Begin a piece for the spot as it is left by what it carries now; its surface is what is left of it."""
     here, row = int(S[STATE + PIECE]), int(S[COUNT + PIECES])
     before = residual_at(0.0, S)
@@ -229,7 +234,8 @@ def _remember(pieces: FloatArray, numbers: FloatArray, law: FloatArray, S: Float
     S[STATE + PIECE] = row
     S[STATE + PHASE] = CONTACT
     S[STATE + A] = sqrt(square)
-    S[STATE + B] = 0.0
+    if ends_at_rest:
+        S[STATE + B] = 0.0
 
 
 @kernel
@@ -261,7 +267,8 @@ def _contact_step(
         length, ends, follows = _yielding_end(law, order, length, memory, S)
     elif _may_yield(order, length, S):
         root = _meets_yield(order, length, 1.0, S)
-        if root != NONE and not (memory and evaluate(S, W, order, root) < HARDLY):
+        slow = HARDLY * sqrt(numbers[contract.TOLERANCE])
+        if root != NONE and not (memory and evaluate(S, W, order, root) < slow):
             length, ends = root, YIELDS
     turns = not (yields and memory)
     after = evaluate(S, T, order, length)
@@ -273,8 +280,9 @@ def _contact_step(
     if what != NOTHING or ends == NOTHING:
         return what
     if ends == UNLOADS:
-        log_peak(S[STATE + TIME], law_at(u * u + residual_at(after, S), S), 0.0, peaks, S[COUNT:])
-        _remember(pieces, numbers, law, S)
+        if length > 0.0:
+            log_peak(S[STATE + TIME], law_at(u * u + residual_at(after, S), S), 0.0, peaks, S[COUNT:])
+        _remember(pieces, numbers, law, length > 0.0, S)
         return ends
     if ends == YIELDS:
         log_event(S[STATE + TIME], YIELD, w, 0.0, events, S[COUNT:])
@@ -307,7 +315,7 @@ def advance_kernel(
         rest(numbers, S)
         return RUNNING
     if in_contact:
-        _choose_law(law, events, S)
+        _choose_law(numbers, law, events, S)
         what = _contact_step(pieces, numbers, law, until, steps, events, peaks, S)
     else:
         enter_law(-1, law, S)

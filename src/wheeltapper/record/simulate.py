@@ -25,7 +25,7 @@ class ModelWarning(UserWarning):
     """The scenario is valid, but its result may not mean what the user thinks."""
 
 
-DOUBTS = ("cannot follow", "more energy back", "law holds up to")
+DOUBTS = ("cannot follow", "energy back than it took", "holds up to")
 """Words of the notes that put a result's meaning in doubt."""
 
 

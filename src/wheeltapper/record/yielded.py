@@ -45,10 +45,10 @@ def beyond_law(contact: ElasticPlastic, lowered: Lowered, march: March) -> tuple
     law = lowered.program.law
     bound = contact.limit * law[0, contract.LAW_START]
     reached = march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)
-    if np.isinf(bound) or reached <= loading_force(law, np.asarray(bound)):
+    if reached <= loading_force(law, np.asarray(bound)):
         return ()
     reached, allowed = reached * lowered.force, float(loading_force(law, np.asarray(bound))) * lowered.force
     return (
-        f"the contact force reaches {reached / 1e3:.4g} kN, but {type(contact).__name__}'s law holds up to "
+        f"the contact force reaches {reached / 1e3:.4g} kN, but {type(contact).__name__} holds up to "
         f"{contact.limit:g} times the indentation at yield, {allowed / 1e3:.4g} kN",
     )

@@ -22,6 +22,13 @@ PLASTIC_CONSTRAINT = 2.8
 """Hardness over yield strength."""
 
 
+def blended(d: FloatArray, start: float, end: float, before: FloatArray, after: FloatArray) -> FloatArray:
+    """Return what holds before `start` and after `end`, and between them a mixture that joins both smoothly."""
+    share = np.clip((d - start) / (end - start), 0.0, 1.0)
+    share = share * share * (3.0 - 2.0 * share)
+    return np.asarray(before + share * (after - before))
+
+
 class ElasticPlastic(ElasticContact):
     """An elastic-plastic contact that can only push.
 
@@ -51,8 +58,8 @@ class ElasticPlastic(ElasticContact):
 
     borders: ClassVar[tuple[float, ...]] = ()
     """D > 1 at which the law's formula changes."""
-    limit: ClassVar[float] = np.inf
-    """Largest D for which the law was stated."""
+    limit: ClassVar[float] = 300.0
+    """Largest D for which the law was stated, or is written out here."""
     warning: ClassVar[str] = ""
     """What a user of impacts on one spot should know."""
 

@@ -7,25 +7,26 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic, FloatArray
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic, FloatArray, blended
 
-ELASTIC_TO = 1.9
+ELASTIC_TO, PLASTIC_FROM = 1.9, 2.0
 HARDNESS = 2.84
 """Limit of the hardness over the yield strength where the contact is small against the radius."""
 
 
 class JacksonGreen(ElasticPlastic):
-    """Hertz's to D = 1.9, then exp(-D^(5/12)/4)·D^1.5 + (4·2.84/C_S)·(1 - exp(-D^(5/9)/25))·D.
+    """Hertz's to D = 1.9, from 2.0 on exp(-D^(5/12)/4)·D^1.5 + (4·2.84/C_S)·(1 - exp(-D^(5/9)/25))·D.
 
     D counts from the first yield inside the body, at the pressure C_S·Y with C_S = 1.295·exp(0.736·ν). The residual is
-    1.02·D·(1 - ((D + 5.9)/6.9)^-0.54). At D = 1.9 the force jumps by half a per cent, as published.
+    1.02·D·(1 - ((D + 5.9)/6.9)^-0.54). The published force jumps by half a per cent at D = 1.9; here it goes over
+    smoothly from there to 2.0.
 
     Source: R. L. Jackson and I. Green, A finite element study of elasto-plastic hemispherical contact against a rigid
     flat, Journal of Tribology 127 (2005); R. L. Jackson, I. Green and D. B. Marghitu (2010) for the residual; the
     project's physics reference, section 7.
     """
 
-    borders: ClassVar[tuple[float, ...]] = (ELASTIC_TO,)
+    borders: ClassVar[tuple[float, ...]] = (ELASTIC_TO, PLASTIC_FROM)
     limit: ClassVar[float] = 250.0
 
     @property
@@ -41,7 +42,7 @@ class JacksonGreen(ElasticPlastic):
         d = np.asarray(indentation, dtype=float)
         fading = np.exp(-0.25 * d ** (5.0 / 12.0)) * d**1.5
         plastic = 4.0 * HARDNESS / self._onset * -np.expm1(-(d ** (5.0 / 9.0)) / 25.0) * d
-        return np.where(d <= ELASTIC_TO, d**1.5, fading + plastic)
+        return blended(d, ELASTIC_TO, PLASTIC_FROM, d**1.5, fading + plastic)
 
     def residual(self, indentation: ArrayLike) -> FloatArray:
         """Return δ_r/δ_Y after unloading from D ≥ 1."""

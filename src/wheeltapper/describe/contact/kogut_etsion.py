@@ -7,23 +7,29 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wheeltapper.describe.contact.elastic_plastic import PLASTIC_CONSTRAINT, ElasticPlastic, FloatArray
+from wheeltapper.describe.contact.elastic_plastic import PLASTIC_CONSTRAINT, ElasticPlastic, FloatArray, blended
 
 
 class KogutEtsion(ElasticPlastic):
-    """1.03·D^1.425 from D = 1 to 6, 1.40·D^1.263 to 110.
+    """1.03·D^1.425 from D = 1.1 to 6, 1.40·D^1.263 from 6.3 to 110.
 
     D counts from the pressure (0.454 + 0.41·ν)·H, H the hardness, 2.8·Y. The residual is
-    D·(1 - D^-0.28)·(1 - D^-0.69). The force jumps by 3 % at D = 1 and by 1.7 % at D = 6, as published. Unloading is
-    elastic with the exponent 1.5 (the authors fit 1.5·D^-0.033).
+    D·(1 - D^-0.28)·(1 - D^-0.69). The published force jumps by 3 % at D = 1 and by 1.7 % at D = 6; here it goes over
+    smoothly from there to 1.1 and 6.3. Just above yield it is stiffer than Hertz's: impacts whose largest force is
+    below some 1.4 N_Y give up to 2 % more energy back than they took. Unloading is elastic with the exponent 1.5 (the
+    authors fit 1.5·D^-0.033).
 
     Source: L. Kogut and I. Etsion, Elastic-plastic contact analysis of a sphere and a rigid flat, Journal of Applied
     Mechanics 69 (2002); I. Etsion, Y. Kligerman and Y. Kadin (2005) for the residual; the project's physics reference,
     section 7.
     """
 
-    borders: ClassVar[tuple[float, ...]] = (6.0,)
+    borders: ClassVar[tuple[float, ...]] = (1.1, 6.0, 6.3)
     limit: ClassVar[float] = 110.0
+    warning: ClassVar[str] = (
+        "Kogut's and Etsion's law gives up to 2 % more energy back than it took in impacts whose largest force is below "
+        "some 1.4 times the force at yield; Thornton's never does"
+    )
 
     def pressure(self) -> float:
         """Return (0.454 + 0.41·ν)·H."""
@@ -32,7 +38,8 @@ class KogutEtsion(ElasticPlastic):
     def loading(self, indentation: ArrayLike) -> FloatArray:
         """Return N/N_Y at D ≥ 1."""
         d = np.asarray(indentation, dtype=float)
-        return np.where(d <= 6.0, 1.03 * d**1.425, 1.40 * d**1.263)
+        first = blended(d, 1.0, 1.1, d**1.5, 1.03 * d**1.425)
+        return blended(d, 6.0, 6.3, first, 1.40 * d**1.263)
 
     def residual(self, indentation: ArrayLike) -> FloatArray:
         """Return δ_r/δ_Y after unloading from D ≥ 1."""
