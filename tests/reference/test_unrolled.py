@@ -13,8 +13,8 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
-from wheeltapper.march import lane_rows as lane
 from wheeltapper.march import flight, layout, program, series, unrolled, unrolled_lanes
+from wheeltapper.march import lane_rows as lane
 from wheeltapper.march.kernel import FASTMATH
 from wheeltapper.march.single import march
 

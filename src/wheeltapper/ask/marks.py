@@ -98,7 +98,7 @@ def marks(record: Record) -> Marks:
         around = np.maximum(around, depth(arc + revolution * turn))
     wrapped = WRAPPED * SAMPLES
     ring = left(np.concatenate([around[-wrapped:], around, around[:wrapped]]), interval)[wrapped:-wrapped]
-    share = contact.rail_share
+    share = contact.share_of_rail
     return Marks(
         Measured(positions=tuple(x.tolist()), heights=tuple((-share * both).tolist()), beyond="flat"),
         OutOfRound(places=tuple(arc.tolist()), deviations=tuple((-(1.0 - share) * ring).tolist())),

@@ -23,6 +23,7 @@ from wheeltapper.lower.plastic import dissipated_by, law_rows, patch_semi_axis, 
 from wheeltapper.march import program as contract
 from wheeltapper.march import yielding
 from wheeltapper.march.program import Program
+from wheeltapper.record.yielded import beyond_law
 
 FloatArray = NDArray[np.float64]
 
@@ -123,7 +124,11 @@ class Line:
 
     def profile(self, surface: Surface) -> FloatArray:
         """Return the height of the rail at the samples, m."""
-        return np.asarray(self.base - self.contact.rail_share * surface.settled()[: len(self._samples)])
+        return np.asarray(self.base - self.contact.share_of_rail * surface.settled()[: len(self._samples)])
+
+    def beyond_law(self, reached: float) -> tuple[str, ...]:
+        """Return what the user should know of a contact force, N, beyond what the law was stated for."""
+        return beyond_law(self.contact, self.lowered, reached)
 
     def _drawn(self, number: int) -> tuple[float, float, float]:
         """Return speed, load and start of a pass."""
@@ -149,7 +154,7 @@ class Line:
             numbers[: contract.LOOP] = drawn[0, : contract.LOOP]
             length, time = units.length.item(), units.time.item()
             law = law_rows(self.contact, self.onset / length)
-        pieces = self._path.pieces(surface, law, length, self.contact.rail_share)
+        pieces = self._path.pieces(surface, law, length, self.contact.share_of_rail)
         numbers[contract.LOOP] = len(pieces)
         numbers[contract.START_SHIFT] = -start
         numbers[contract.END] = (self.length - start) / speed / time

@@ -265,6 +265,7 @@ class _Evolution:
             "ended": self._ended or "all passes made",
             "notes": json.dumps([
                 *line.lowered.notes,
+                *line.beyond_law(max((one.largest_force for one in self._told), default=0.0)),
                 f"marks are averaged over the contact patch, {2e3 * line.semi_axis:.2f} mm long: shorter ones are not "
                 "resolved",
             ]),

@@ -240,7 +240,9 @@ class Record:
             peak = f"largest force {largest:.3f} of static ({largest * self.static_force / 1e3:.1f} kN)"
         plural = "impact" if impacts == 1 else "impacts"
         state = self.outcome.sentence if self.outcome is not Outcome.COMPLETED else f"completed, {self.end:.6g} s"
-        return f"{state}: {impacts} {plural}, {peak}, {1e3 * self.time_in_air:.3f} ms in the air"
+        onsets = int((self._march.events[:, contract.EVENT_KIND] == contract.YIELD).sum())
+        yields = f", {onsets} onset{'' if onsets == 1 else 's'} of yield" if onsets else ""
+        return f"{state}: {impacts} {plural}, {peak}{yields}, {1e3 * self.time_in_air:.3f} ms in the air"
 
     def __repr__(self) -> str:
         return f"<Record {self}>"

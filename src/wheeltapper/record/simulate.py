@@ -15,6 +15,7 @@ from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import Lowered, lower
 from wheeltapper.lower.numbers import METHODS
+from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.record import Record
 
@@ -99,14 +100,15 @@ def _of_wheelset(scenario: Scenario, method: str) -> Record:
     return Record(scenario, method, lowered, march(lowered.program))
 
 
-def _of_yielding(scenario: Scenario, contact: ElasticPlastic, method: str, lowered: Lowered) -> Record:
+def _of_yielding(scenario: Scenario, law: ElasticPlastic, method: str, lowered: Lowered) -> Record:
     from wheeltapper.march import yielding
     from wheeltapper.record.yielded import beyond_law
 
     if not yielding.is_ready(lowered.program):
         say_that_it_compiles()
     march, pieces = yielding.march(lowered.program)
-    notes = lowered.notes + beyond_law(contact, lowered, march)
+    largest = float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * lowered.force
+    notes = lowered.notes + beyond_law(law, lowered, largest)
     warn_of(notes, depth=6)
     program = lowered.program._replace(pieces=pieces)
     return Record(scenario, method, replace(lowered, program=program, notes=notes), march)

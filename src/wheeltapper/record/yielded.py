@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,9 +9,6 @@ from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.plastic import left_after, loading_force, stored_below
 from wheeltapper.march import program as contract
-
-if TYPE_CHECKING:
-    from wheeltapper.march.single import March
 
 FloatArray = NDArray[np.float64]
 
@@ -40,14 +35,13 @@ def stored(lowered: Lowered, ends: FloatArray) -> FloatArray:
     return np.asarray(0.4 * ends[..., dense.FORCE] * (depth - left_after(program.law, depth)))
 
 
-def beyond_law(contact: ElasticPlastic, lowered: Lowered, march: March) -> tuple[str, ...]:
-    """Return what the user should know of indentations beyond what the law was stated for."""
+def beyond_law(contact: ElasticPlastic, lowered: Lowered, reached: float) -> tuple[str, ...]:
+    """Return what the user should know of a contact force, N, beyond what the law was stated for."""
     law = lowered.program.law
-    bound = contact.limit * law[0, contract.LAW_START]
-    reached = march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)
-    if reached <= loading_force(law, np.asarray(bound)):
+    bound = np.asarray(contact.limit * law[0, contract.LAW_START])
+    allowed = float(loading_force(law, bound)) * lowered.force
+    if reached <= allowed:
         return ()
-    reached, allowed = reached * lowered.force, float(loading_force(law, np.asarray(bound))) * lowered.force
     return (
         f"the contact force reaches {reached / 1e3:.4g} kN, but {type(contact).__name__} holds up to "
         f"{contact.limit:g} times the indentation at yield, {allowed / 1e3:.4g} kN",

@@ -46,15 +46,19 @@ class ElasticPlastic(ElasticContact):
         Y of the softer body, Pa; yield begins where the contact's pressure reaches what the law states.
     hardness
         H of the softer body, Pa, instead; Y = H/2.8.
+    rail_hardness, wheel_hardness
+        H of both bodies, Pa: the softer one yields, unless one of the three before is given, and they share the marks.
     rail_share
-        Part of a permanent indentation that the rail takes, 0 to 1; the wheel takes the rest. Of two bodies with the
-        hardnesses H_rail and H_wheel it is H_wheel/(H_wheel + H_rail).
+        Part of a permanent indentation that the rail takes, 0 to 1; the wheel takes the rest. By default half of it, or
+        with both hardnesses H_wheel/(H_wheel + H_rail).
     """
 
     yield_force: PositiveForce | None = None
     yield_strength: Pressure | None = None
     hardness: Pressure | None = None
-    rail_share: float = Field(default=0.5, ge=0, le=1)
+    rail_hardness: Pressure | None = None
+    wheel_hardness: Pressure | None = None
+    rail_share: float | None = Field(default=None, ge=0, le=1)
 
     borders: ClassVar[tuple[float, ...]] = ()
     """D > 1 at which the law's formula changes."""
@@ -68,7 +72,12 @@ class ElasticPlastic(ElasticContact):
         names = [n for n in ("yield_force", "yield_strength", "hardness") if getattr(self, n) is not None]
         if len(names) > 1:
             raise ValueError(f"found {' and '.join(names)}; allowed: one of them, or none")
-        needs = self.yield_strength is not None or self.hardness is not None
+        both = (self.rail_hardness, self.wheel_hardness)
+        if (both[0] is None) != (both[1] is None):
+            raise ValueError("found one of rail_hardness and wheel_hardness; allowed: both, or neither")
+        if both[0] is not None and self.rail_share is not None:
+            raise ValueError("found rail_share together with two hardnesses; allowed: one or the other")
+        needs = self.yield_strength is not None or self.softest is not None
         if self.given is not None and self.altered and not needs:
             raise ValueError(
                 f"found a given constant together with {', '.join(self.altered)}; allowed: one or the other "
@@ -76,12 +85,28 @@ class ElasticPlastic(ElasticContact):
             )
         return self
 
+    @property
+    def softest(self) -> float | None:
+        """Hardness of the body that yields, Pa; None where yield is given otherwise."""
+        if self.yield_force is not None or self.yield_strength is not None:
+            return None
+        if self.hardness is None and self.rail_hardness is not None and self.wheel_hardness is not None:
+            return float(min(self.rail_hardness, self.wheel_hardness))
+        return self.hardness
+
+    @property
+    def share_of_rail(self) -> float:
+        """Part of a permanent indentation that the rail takes."""
+        if self.rail_hardness is not None and self.wheel_hardness is not None:
+            return float(self.wheel_hardness / (self.wheel_hardness + self.rail_hardness))
+        return 0.5 if self.rail_share is None else float(self.rail_share)
+
     def pressure(self) -> float:
         """Return the largest contact pressure at which yield begins, Pa; of a law with a given strength or hardness."""
         raise NotImplementedError
 
     def _strength(self) -> float:
-        return float(self.yield_strength or (self.hardness or 0.0) / PLASTIC_CONSTRAINT)
+        return float(self.yield_strength or (self.softest or 0.0) / PLASTIC_CONSTRAINT)
 
     def yield_indentation(self, constant: float, wheels: int, static_force: float) -> float:
         """Return δ_Y, m.
@@ -95,7 +120,7 @@ class ElasticPlastic(ElasticContact):
         static_force
             N0 of the wheelset, N.
         """
-        if self.yield_strength is None and self.hardness is None:
+        if self.yield_strength is None and self.softest is None:
             force = 2.0 * static_force if self.yield_force is None else self.yield_force
             return float((force / constant) ** (2.0 / 3.0))
         radius = (0.75 * constant / wheels / self.modulus) ** 2

@@ -27,8 +27,8 @@ class KogutEtsion(ElasticPlastic):
     borders: ClassVar[tuple[float, ...]] = (1.1, 6.0, 6.3)
     limit: ClassVar[float] = 110.0
     warning: ClassVar[str] = (
-        "Kogut's and Etsion's law gives up to 2 % more energy back than it took in impacts whose largest force is below "
-        "some 1.4 times the force at yield; Thornton's never does"
+        "Kogut's and Etsion's law gives up to 2 % more energy back than it took in impacts whose largest force is "
+        "below some 1.4 times the force at yield; Thornton's never does"
     )
 
     def pressure(self) -> float:
