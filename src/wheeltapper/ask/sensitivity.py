@@ -61,10 +61,11 @@ def is_ready(many: Many, parameters: tuple[str, ...], tally: bool) -> bool:
     """Return False where the gradients of these cells begin with compiling."""
     from wheeltapper.march import gradients
 
-    return gradients.is_ready(*_turns(many, [many.along(path) for path in parameters[: gradients.PARAMETERS]]), tally)
+    return gradients.is_ready(*turns_of(many, [many.along(path) for path in parameters[: gradients.PARAMETERS]]), tally)
 
 
-def _turns(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
+def turns_of(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
+    """Return the cells, and how they change along some directions."""
     from wheeltapper.march.gradients import Turns
     from wheeltapper.march.tangent_path import LANES
 
@@ -92,7 +93,7 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
     from wheeltapper.record.trains import Trains
 
     directions = [many.along(path) for path in parameters]
-    cells, turns = _turns(many, directions)
+    cells, turns = turns_of(many, directions)
     tally = any(feature.tally for feature in features)
     if not gradients.is_ready(cells, turns, tally):
         say_that_it_compiles()

@@ -24,11 +24,13 @@ from wheeltapper.march.program import (
     TIME,
     FloatArray,
     IntArray,
+    Program,
 )
-from wheeltapper.march.single import march_kernel, start_kernel
+from wheeltapper.march.single import March, march, march_kernel, start_kernel
 from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, OPEN, TALLY, tally_kernel
 from wheeltapper.march.tangent import tangent_kernel
 from wheeltapper.march.tangent_path import LANES
+from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
 
 PARAMETERS = LANES - 2
 """Parameters that are carried at a time; the last two lanes carry the start's displacement and velocity."""
@@ -73,6 +75,8 @@ def gradient_kernel(
     of_end = np.zeros((4, LANES))
     tally = np.zeros(TALLY)
     point = np.zeros(OUT_COLUMNS)
+    no_times = np.zeros(0)
+    no_samples = np.zeros((0, QUANTITIES, SAMPLED))
     while cell < len(first):
         own = pieces[first[cell] : first[cell] + many[cell]]
         S[MARK] = 0.0
@@ -99,7 +103,7 @@ def gradient_kernel(
             own, bends, first[cell], table, numbers[cell], turns[cell], start, steps[:rows], last,
             events[event : event + new_events], peaks[peak : peak + new_peaks],
             of_events[event : event + new_events], of_peaks[peak : peak + new_peaks], of_end, tally[HIGHEST_TIME],
-            of_highest[cell], of_impulses[event:], S, D, tallied,
+            of_highest[cell], of_impulses[event:], no_times, no_samples, S, D, tallied,
         )  # fmt: skip
         a, b = of_end[0, LANES - 2], of_end[0, LANES - 1]
         c, d = of_end[1, LANES - 2], of_end[1, LANES - 1]
@@ -184,6 +188,26 @@ def march_block(cells: Cells, turns: Turns, tally: bool = False) -> tuple[Marche
         marched._replace(highest=tables.highest, impulses=tables.impulses[:events]),
         found._replace(highest=tables.of_highest, impulses=tables.of_impulses[:events]),
     )
+
+
+def sampled(
+    program: Program, turns: FloatArray, bends: FloatArray, table: IntArray, times: FloatArray
+) -> tuple[March, FloatArray]:
+    """March a program; return also its motion and derivatives at rising times (scaled), (times, QUANTITIES, SAMPLED).
+
+    `turns` (NUMBERS, LANES), `bends` and `table` are those of one cell of `Turns`.
+    """
+    found = march(program)
+    within = times[times <= found.state[TIME]]
+    samples = np.full((len(times), QUANTITIES, SAMPLED), np.nan)
+    events, peaks = len(found.events), len(found.peaks)
+    tangent_kernel(
+        program.pieces, bends, 0, table, program.numbers, turns, np.zeros((2, LANES)), found.steps, found.state,
+        found.events, found.peaks, np.empty((events, 2, LANES)), np.empty((peaks, 2, LANES)), np.zeros((4, LANES)),
+        0.0, np.zeros(LANES), np.zeros((0, LANES)), within, samples, np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)),
+        None,
+    )  # fmt: skip
+    return found, samples
 
 
 def march_all(

@@ -88,6 +88,7 @@ from wheeltapper.march.tangent_path import (
     localise_tangent,
 )
 from wheeltapper.march.tangent_peaks import OF_SIZE, OF_TIME, is_inside, peaks_inside
+from wheeltapper.march.tangent_samples import sample_tangents
 from wheeltapper.march.tangent_series import at, contact_tangent, flight_tangent
 from wheeltapper.march.tangent_tally import add_impulse, highest_tangent
 from wheeltapper.march.unrolled_tangent import tangent_flat_12, tangent_wave_12
@@ -231,7 +232,8 @@ def tangent_kernel(
     pieces: FloatArray, bends: FloatArray, base: int, table: IntArray, numbers: FloatArray, turns: FloatArray,
     start: FloatArray, steps: FloatArray, last: FloatArray, events: FloatArray, peaks: FloatArray,
     of_events: FloatArray, of_peaks: FloatArray, of_end: FloatArray, highest_time: float, of_highest: FloatArray,
-    of_impulses: FloatArray, S: FloatArray, D: FloatArray, tallied: bool | None,
+    of_impulses: FloatArray, times: FloatArray, samples: FloatArray, S: FloatArray, D: FloatArray,
+    tallied: bool | None,
 ) -> float:  # fmt: skip
     """Carry the tangents along all steps; return the smallest indentation rate at an event (scaled).
 
@@ -239,6 +241,7 @@ def tangent_kernel(
     the state at the march's end. Written are the derivatives of time and rate of the events, of time and force of the
     peaks, (rows, 2, LANES), and `of_end` (4, LANES): y, v, Y, Z at the march's end, at fixed time. `tallied` is True or
     None: True writes those of the wheel's position at `highest_time`, and of the impulses, (rows, LANES), too.
+    Also written are the motion and its derivatives at rising `times`, (times, QUANTITIES, SAMPLED).
     """
     carried = np.zeros((CARRIED, LANES))
     here = np.zeros(10)
@@ -258,7 +261,9 @@ def tangent_kernel(
         and numbers[contract.CUBIC] == 1.0
         and numbers[contract.ORDER] == DEFAULT_ORDER
         and tallied is None
+        and len(times) == 0
     )
+    sample = 0
     flew = False
     opened = False
     contacts = 0
@@ -303,6 +308,9 @@ def tangent_kernel(
         else:
             _contact_tangents(numbers, turns, step, carried, end, S, D)
             peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
+        sample = sample_tangents(
+            numbers, step, after[TIME] if i + 1 < len(steps) else np.inf, sample, times, samples, S, D
+        )
         if tallied is not None:
             if opened and contact:
                 if restarted:  # the part before a moving breakpoint was counted up to it, with the force there

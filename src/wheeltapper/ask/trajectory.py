@@ -1,0 +1,91 @@
+"""A scenario's motion at given times, with its exact derivatives with respect to fields of the scenario.
+
+The times are those of a clock: where a parameter changes the program's unit of time, the scaled time of a sample moves.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.sensitivity import turns_of
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.many import EPSILON, Many
+from wheeltapper.march import program as contract
+from wheeltapper.march.program import Program
+
+FloatArray = NDArray[np.float64]
+
+
+class Trajectory(NamedTuple):
+    """What was computed, in SI units: NaN beyond the end of the march."""
+
+    status: int
+    force: FloatArray  # (times,)
+    deck_acceleration: FloatArray  # (times,)
+    of_force: FloatArray  # (parameters, times): derivatives
+    of_deck_acceleration: FloatArray  # (parameters, times)
+    largest_force: float
+
+
+def trajectory(
+    scenario: Scenario, parameters: tuple[str, ...], times: FloatArray, method: str = "default"
+) -> Trajectory:
+    """Return normal force and deck acceleration with their derivatives.
+
+    Parameters
+    ----------
+    scenario
+        With a wheelset on an elastic contact.
+    parameters
+        Paths of continuous fields.
+    times
+        Rising times, s.
+    method
+        "default" or "strict".
+    """
+    from wheeltapper.march.gradients import sampled
+    from wheeltapper.march.tangent_path import LANES
+    from wheeltapper.march.tangent_samples import DECK_V, DECK_Y, FIRST_LANE, FORCE, RATE, VALUE
+
+    here = {path: np.array([float(Fields(scenario)(path))]) for path in parameters}
+    many = Many(scenario, here or {"speed": np.array([float(scenario.speed)])}, method)
+    units = many.units
+    scaled = times / units.time.item()
+    march, values, tangents = None, np.empty(0), []
+    for first in range(0, max(len(parameters), 1), LANES):
+        directions = [many.along(path) for path in parameters[first : first + LANES]]
+        cells, turns = turns_of(many, directions)
+        program = Program(cells.pieces, cells.numbers[0])
+        march, samples = sampled(program, turns.numbers[0], turns.bends, turns.table, scaled)
+        values = samples
+        for lane, direction in enumerate(directions):
+            stretch = direction.units.time.imag.item() / EPSILON / units.time.item()
+            moving = samples[:, :, FIRST_LANE + lane] - samples[:, :, RATE] * (scaled * stretch)[:, None]
+            numbers = program.numbers + 1j * EPSILON * direction.numbers[0]
+            motion = samples[:, :, VALUE] + 1j * EPSILON * moving
+            found = _in_si(numbers, direction.units, motion, scaled, (FORCE, DECK_Y, DECK_V))
+            tangents.append([quantity.imag / EPSILON for quantity in found])
+    assert march is not None
+    motion = values[:, :, VALUE].astype(complex)
+    plain = _in_si(program.numbers.astype(complex), units, motion, scaled, (FORCE, DECK_Y, DECK_V))
+    of = np.array(tangents).reshape(len(parameters), 2, len(times))
+    peaks = march.peaks[:, contract.PEAK_FORCE].max(initial=0.0) * units.force.item()
+    return Trajectory(march.status, plain[0].real, plain[1].real, of[:, 0], of[:, 1], float(peaks))
+
+
+def _in_si(
+    numbers: NDArray[np.complex128], units: object, motion: NDArray[np.complex128], scaled: FloatArray,
+    rows: tuple[int, int, int],
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:  # fmt: skip
+    """Return force and deck acceleration in SI units; derivatives are imaginary parts."""
+    force, height, velocity = (motion[:, row] for row in rows)
+    length, time, weight = (np.ravel(getattr(units, name))[0] for name in ("length", "time", "force"))
+    on_deck = (scaled >= numbers[contract.DECK_FROM].real) & (scaled < numbers[contract.DECK_TO].real)
+    pull = -numbers[contract.DECK_STIFFNESS] * height - numbers[contract.DECK_DAMPING] * velocity
+    pull = pull + np.where(on_deck, numbers[contract.PRESTRESS] - force, 0.0)
+    acceleration = pull / numbers[contract.DECK_MASS] * length / time**2
+    return force * weight, acceleration
