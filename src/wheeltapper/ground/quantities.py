@@ -39,11 +39,14 @@ UNITS: dict[str, dict[str, float]] = {
     "moment of inertia": {"kg m^2": 1.0, "kg m2": 1.0, "t m^2": 1e3},
     "angular stiffness": _scaled("N", "kM", " m/rad") | _scaled("N", "kM", "m/rad"),
     "number": {"": 1.0, "%": 0.01},
+    "frequency": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
+    "acceleration noise density": {"m/s^2/sqrt(Hz)": 1.0, "ug/sqrt(Hz)": 9.80665e-6, "µg/√Hz": 9.80665e-6},
 }
 PINT = {
     "length": "m", "mass": "kg", "force": "N", "stiffness": "N/m", "damping": "N*s/m", "speed": "m/s", "time": "s",
     "pressure": "Pa", "Hertz constant": "N/m**1.5", "acceleration": "m/s**2", "angle": "rad", "curvature": "1/m",
     "time per length": "s/m", "moment of inertia": "kg*m**2", "angular stiffness": "N*m/rad", "number": "",
+    "frequency": "Hz", "acceleration noise density": "m/s**2/Hz**0.5",
 }  # fmt: skip
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 

@@ -1,0 +1,92 @@
+"""A site: a deck with an irregularity, its sensor, and how well all of it is known."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, ValidationError, field_validator, model_validator
+
+from wheeltapper.describe.noun import Noun, Share
+from wheeltapper.describe.scenario import FORMAT, Scenario, explained, relative_paths
+from wheeltapper.describe.sensor import Sensor
+from wheeltapper.describe.track.deck import FloatingDeck
+from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.ground.errors import InputError
+
+
+class Site(Noun):
+    """A floating deck in the track that weighs wheelsets as they bounce.
+
+    Parameters
+    ----------
+    passage
+        A healthy wheelset's passage: vehicle, deck, irregularity, contact, speed; time zero is the trigger, at x = 0.
+    sensor
+        On the deck.
+    uncertainty
+        By path ("contact.constant", "irregularity.0.height", "speed", "track.mass"), the standard deviation of what is
+        stated, over its value: that of a normal distribution. What is not named is known exactly, but for what a
+        diagnosis asks for.
+    name
+        Of the site.
+    """
+
+    passage: Scenario
+    sensor: Sensor = Sensor()
+    uncertainty: dict[str, Share] = Field(default_factory=dict)
+    name: str = ""
+
+    @field_validator("uncertainty", mode="after")
+    @classmethod
+    def _sorted(cls, value: dict[str, float]) -> dict[str, float]:
+        return dict(sorted(value.items()))
+
+    @model_validator(mode="after")
+    def _weighs(self) -> Site:
+        if not isinstance(self.passage.vehicle, Wheelset):
+            raise ValueError("passage.vehicle: found a Wagon; allowed: a Wheelset")
+        if not isinstance(self.passage.track, FloatingDeck):
+            raise ValueError(
+                "passage.track: found a StiffTrack; allowed: a FloatingDeck, whose acceleration is measured"
+            )
+        if not self.passage.irregularities:
+            raise ValueError("passage.irregularity: found none; allowed: what makes the wheel bounce")
+        for path in self.uncertainty:
+            try:
+                self.passage.replaced({path: None})
+            except InputError as error:
+                if "no such field" in error.found:
+                    raise ValueError(
+                        f"uncertainty: found {path!r}; allowed: paths of numbers in the passage"
+                    ) from error
+        return self
+
+    def __hash__(self) -> int:
+        return hash((self.passage, self.sensor, tuple(self.uncertainty.items()), self.name))
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Site:
+        """Read a site; files that it names are taken relative to it."""
+        path = Path(path)
+        try:
+            data = tomllib.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InputError(
+                str(path), "", f"no readable file ({error.strerror})", "a TOML file with a site"
+            ) from error
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise InputError(str(path), "", f"text that is not TOML: {error}", "a TOML file with a site") from error
+        version = data.pop("format", FORMAT)
+        if version != FORMAT:
+            raise InputError(str(path), "format", repr(version), f"{FORMAT}; a newer file needs a newer wheeltapper")
+        return cls.of(relative_paths(data, path.parent), str(path))
+
+    @classmethod
+    def of(cls, data: dict[str, Any], source: str = "") -> Site:
+        """Return the site that a table describes; `source` is named where it is wrong."""
+        try:
+            return cls.model_validate(data)
+        except ValidationError as error:
+            raise explained(error, source) from error

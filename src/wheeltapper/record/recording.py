@@ -1,0 +1,68 @@
+"""A recording: samples of a sensor over time, and what is known of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Quantity = Literal["deck acceleration", "force"]
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Samples at a constant rate.
+
+    Attributes
+    ----------
+    samples
+        In SI units: m/s² or N; NaN where a sample is missing.
+    rate
+        Samples per second, Hz.
+    quantity
+        "deck acceleration" (upwards positive), or "force" of an existing detector.
+    start
+        Time of the first sample after the trigger, s.
+    clipped
+        True for samples at the end of the sensor's range: the true value lies beyond.
+    speed
+        Measured speed of the passage, m/s, None where it was not measured.
+    source
+        File, or how it was made.
+    notes
+        What was found in the file: gaps, clipping, doubled times and the like.
+    truth
+        Of a synthetic recording: what it was made with.
+    """
+
+    samples: FloatArray
+    rate: float
+    quantity: Quantity = "deck acceleration"
+    start: float = 0.0
+    clipped: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    speed: float | None = None
+    source: str = ""
+    notes: tuple[str, ...] = ()
+    truth: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if len(self.clipped) == 0:
+            object.__setattr__(self, "clipped", np.zeros(len(self.samples), dtype=bool))
+
+    @property
+    def times(self) -> FloatArray:
+        """Time of each sample after the trigger, s."""
+        return self.start + np.arange(len(self.samples)) / self.rate
+
+    @property
+    def duration(self) -> float:
+        """Length in s."""
+        return len(self.samples) / self.rate
+
+    def until(self, time: float) -> Recording:
+        """Return the part before a time after the trigger, s."""
+        count = int(np.searchsorted(self.times, time))
+        return replace(self, samples=self.samples[:count], clipped=self.clipped[:count])
