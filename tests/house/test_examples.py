@@ -17,6 +17,7 @@ SCENARIOS = {
     "bump.toml": (11, 5.566),
     "coach_step.toml": (4, 3.488),
     "corrugation.toml": (0, 2.342),
+    "corrugation_wear.toml": (0, 2.333),
     "deck.toml": (31, 3.318),
     "drop_test.toml": (3, 4.662),
     "measured_flat.toml": (9, 22.034),

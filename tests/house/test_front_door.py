@@ -33,6 +33,7 @@ NAMES = [
     "features",
     "gradient",
     "load",
+    "marks",
     "modes",
     "plot",
     "profiles",
@@ -40,6 +41,7 @@ NAMES = [
     "simulate",
     "sweep",
     "vehicles",
+    "wear_in",
 ]
 ROOMS = {"contact", "creep", "features", "profiles", "vehicles", "__version__"}
 """Modules, which are no names of functions or classes."""

@@ -70,6 +70,8 @@ def marks(record: Record) -> Marks:
     InputError
         If the contact leaves no marks, or the wheel does not roll.
     """
+    if not isinstance(record, Record):
+        raise InputError("", "record", f"a {type(record).__name__}", "a Record")
     scenario = record.scenario
     contact = scenario.contact
     if not isinstance(contact, ElasticPlastic):

@@ -19,7 +19,7 @@ from wheeltapper.lower.build import lower
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.marks import MarkedPath, Surface, height_at, marks_at
 from wheeltapper.lower.numbers import METHODS, Placing, numbers_of
-from wheeltapper.lower.plastic import dissipated_by, law_rows, patch_semi_axis, static_depth
+from wheeltapper.lower.plastic import dissipated_by, law_rows, loading_force, patch_semi_axis, static_depth
 from wheeltapper.march import program as contract
 from wheeltapper.march import yielding
 from wheeltapper.march.program import Program
@@ -154,10 +154,15 @@ class Line:
             numbers[: contract.LOOP] = drawn[0, : contract.LOOP]
             length, time = units.length.item(), units.time.item()
             law = law_rows(self.contact, self.onset / length)
+            if numbers[contract.DECK_MASS] > 0.0:
+                resting = static_depth(law, numbers[contract.STIFFNESS], 0.0)
+                numbers[contract.PRESTRESS] = float(loading_force(law, np.asarray(resting)))
         pieces = self._path.pieces(surface, law, length, self.contact.share_of_rail)
         numbers[contract.LOOP] = len(pieces)
         numbers[contract.START_SHIFT] = -start
         numbers[contract.END] = (self.length - start) / speed / time
+        for edge in (contract.DECK_FROM, contract.DECK_TO):
+            numbers[edge] -= start / speed / time
         if self.scenario.start == "equilibrium":
             row = pieces[int(np.searchsorted(pieces[:, contract.START], start, side="right")) - 1]
             height, (residual, bears, factor) = height_at(row, start) / length, marks_at(row, start)

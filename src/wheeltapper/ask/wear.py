@@ -22,6 +22,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march import yielding
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.labels import WEAR_TITLE
+from wheeltapper.record.record import OUTCOMES
 from wheeltapper.record.simulate import say_that_it_compiles, warn_of
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ def wear_in(
     threads
         How many of several scenarios pass at a time; by default all cores.
     progress
-        Called with the number of passes done and of all.
+        Of one scenario: called with the number of passes done and of all.
 
     Returns
     -------
@@ -135,6 +136,10 @@ def wear_in(
         return _Evolution(scenario, options, every, samples, method, file).until(passes, progress)
     if store is not None:
         raise InputError("", "store", str(store), "none with several scenarios, or a call for each with its own")
+    if progress is not None:
+        raise InputError("", "progress", "a function", "none with several scenarios")
+    if threads is not None and threads < 1:
+        raise InputError("", "threads", str(threads), "1 or more")
     with ThreadPoolExecutor(threads or cores()) as pool:
         evolutions = pool.map(lambda one: _Evolution(one, options, every, samples, method, None), scenario)
         return list(pool.map(lambda one: one.until(passes, None), evolutions))
@@ -193,11 +198,7 @@ class _Evolution:
                 done = len(self._told)
                 if done % self._every == 0:
                     self._kept[done] = self._surface.left
-                if told.status != contract.DONE or told.largest_force > RUNAWAY * self._line.lowered.static_force:
-                    self._ended = (
-                        f"pass {done} reached {told.largest_force / self._line.lowered.static_force:.1f} times the "
-                        "static force: the marks run away, and the model does not hold"
-                    )
+                self._ended = self._why_it_ends(told)
                 if progress is not None:
                     progress(done, passes)
                 if self._store is not None and time.monotonic() - saved > SAVE_AFTER:
@@ -207,6 +208,18 @@ class _Evolution:
             if self._store is not None:
                 self._write(self._store)
         return self.dataset()
+
+    def _why_it_ends(self, told: Pass) -> str:
+        """Return why the evolution ends with this pass; nothing where it goes on."""
+        number, ratio = len(self._told), told.largest_force / self._line.lowered.static_force
+        if told.status != contract.DONE:
+            return f"pass {number}: {OUTCOMES[told.status].sentence}"
+        if ratio > RUNAWAY:
+            return (
+                f"pass {number} reached {ratio:.1f} times the static force: the marks run away, and the model does not "
+                "hold"
+            )
+        return ""
 
     # -- the dataset --------------------------------------------------------------------------------------------------
 
@@ -259,7 +272,7 @@ class _Evolution:
             "title": WEAR_TITLE,
             "wheeltapper": __version__,
             "request": self._request,
-            "summary": str(line.scenario.contact),
+            "summary": repr(line.scenario.contact),
             "static_force": line.lowered.static_force,
             "patch_length": 2.0 * line.semi_axis,
             "ended": self._ended or "all passes made",

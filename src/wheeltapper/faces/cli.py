@@ -202,7 +202,7 @@ def wear(
 
         draw(found, plot)
         print(f"picture: {plot}")
-    if len(over) == passes:
+    if len(over) >= passes:
         return DONE
     print(f"wheeltapper: {found.attrs['ended']}", file=sys.stderr)
     return NOT_FINISHED
