@@ -17,6 +17,7 @@ from wheeltapper._version import __version__
 from wheeltapper.ask.passes import Line, Pass, Scatter
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.marks import Surface
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.march import program as contract
 from wheeltapper.march import yielding
@@ -176,9 +177,9 @@ class _Evolution:
                 "method": method,
             }
         )
-        self._surface = self._line.virgin
-        self._told: list[Pass] = []
-        self._kept: dict[int, FloatArray] = {0: self._surface.left}
+        self._state = self._line.virgin, 0  # the surface, and how many wheels it has borne: one thing to interrupts
+        self._passes: list[Pass] = []
+        self._snapshots: dict[int, FloatArray] = {0: self._surface.left}
         self._ended = ""
         if store is not None:
             if store.suffix != ".nc":
@@ -186,18 +187,31 @@ class _Evolution:
             if store.exists():
                 self._read(store)
 
+    @property
+    def _surface(self) -> Surface:
+        return self._state[0]
+
+    @property
+    def _told(self) -> list[Pass]:
+        return self._passes[: self._state[1]]
+
+    @property
+    def _kept(self) -> dict[int, FloatArray]:
+        return {number: left for number, left in self._snapshots.items() if number <= self._state[1]}
+
     def until(self, passes: int, progress: Callable[[int, int], None] | None) -> xr.Dataset:
         """Let so many wheels pass, all in all; return the evolution."""
         if not yielding.is_ready(self._line.lowered.program):
             say_that_it_compiles()
         saved = time.monotonic()
         try:
-            while len(self._told) < passes and not self._ended:
-                self._surface, told = self._line.passed(self._surface, len(self._told))
-                self._told.append(told)
-                done = len(self._told)
+            while self._state[1] < passes and not self._ended:
+                surface, told = self._line.passed(*self._state)
+                done = self._state[1] + 1
+                self._passes[done - 1 :] = [told]
                 if done % self._every == 0:
-                    self._kept[done] = self._surface.left
+                    self._snapshots[done] = surface.left
+                self._state = surface, done
                 self._ended = self._why_it_ends(told)
                 if progress is not None:
                     progress(done, passes)
@@ -211,7 +225,7 @@ class _Evolution:
 
     def _why_it_ends(self, told: Pass) -> str:
         """Return why the evolution ends with this pass; nothing where it goes on."""
-        number, ratio = len(self._told), told.largest_force / self._line.lowered.static_force
+        number, ratio = self._state[1], told.largest_force / self._line.lowered.static_force
         if told.status != contract.DONE:
             return f"pass {number}: {OUTCOMES[told.status].sentence}"
         if ratio > RUNAWAY:
@@ -323,12 +337,15 @@ class _Evolution:
                 str(path), "store", "an evolution of another scenario, or with other options",
                 "the same scenario and options, or a new name",
             )  # fmt: skip
-        self._surface = replace(self._surface, borne=data.state_borne.values, left=data.state_left.values)
-        self._kept = dict(zip((int(n) for n in data.state_kept_passes.values), data.state_kept.values, strict=True))
+        surface = replace(self._surface, borne=data.state_borne.values, left=data.state_left.values)
+        self._snapshots = dict(
+            zip((int(n) for n in data.state_kept_passes.values), data.state_kept.values, strict=True)
+        )
         names = zip(Pass._fields, data.state_told.values.T, strict=True)
         whole = {"status", "impacts"}
         columns = [values.astype(int) if name in whole else values for name, values in names]
-        self._told = [Pass(*values) for values in zip(*(column.tolist() for column in columns), strict=True)]
+        self._passes = [Pass(*values) for values in zip(*(column.tolist() for column in columns), strict=True)]
+        self._state = surface, len(self._passes)
         ended = str(data.attrs["ended"])
         self._ended = "" if ended == "all passes made" else ended
 
