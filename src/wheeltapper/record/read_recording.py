@@ -1,0 +1,209 @@
+"""A measured recording from a file: found in it, checked, in SI units; nothing guessed, nothing silently dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.quantities import UNITS, unit_factor
+from wheeltapper.record.reading_arrays import read_mat, read_mdf, read_nc, read_npy, read_npz, read_tdms, read_wav
+from wheeltapper.record.reading_checks import Grid, check_samples, clipping, contradicts, on_grid, size_notes
+from wheeltapper.record.reading_table import TIMES, Column, Table, choose, clipped_column, plain_name, positive
+from wheeltapper.record.reading_text import read_text
+from wheeltapper.record.reading_units import QUANTITIES, has_number, meaning, plain
+from wheeltapper.record.reading_writing import write_recording
+from wheeltapper.record.recording import Quantity, Recording
+
+__all__ = ["read_recording", "write_recording"]
+
+READERS: dict[str, Callable[[Path], Table]] = {
+    ".csv": read_text, ".txt": read_text, ".tsv": read_text, ".csv.gz": read_text, ".txt.gz": read_text,
+    ".tsv.gz": read_text, ".wav": read_wav, ".mat": read_mat, ".npy": read_npy, ".npz": read_npz, ".nc": read_nc,
+    ".tdms": read_tdms, ".mf4": read_mdf, ".mdf": read_mdf,
+}  # fmt: skip
+LONG = 3600.0
+
+
+def read_recording(
+    path: str | Path,
+    *,
+    quantity: Quantity | None = None,
+    unit: str | None = None,
+    rate: float | str | None = None,
+    column: str | int | None = None,
+    time: str | int | None = None,
+    speed: float | str | None = None,
+) -> Recording:
+    """Read a recording.
+
+    Text (.csv, .txt, .tsv, also with .gz), WAV, MATLAB (.mat, any version), numpy (.npy, .npz), netCDF (.nc), TDMS
+    (with the package nptdms) and MDF (.mf4, .mdf with asammdf). What the file says suffices where it says enough; an
+    argument that contradicts it is an error.
+
+    Parameters
+    ----------
+    path
+        The file; its suffix tells the format.
+    quantity
+        "deck acceleration" or "force"; it follows from the unit, and only chooses among columns.
+    unit
+        What 1 in the file is, where the file does not say: "g", "kN", "10 g"; negative for a sensor upside down. A WAV
+        file of integers needs its full scale, as "10 g".
+    rate
+        Samples per second, Hz or as "20 kHz", where the file has neither rate nor times.
+    column, time
+        Name, or number from 0, of the column (channel, variable) of samples and of times, where the file leaves a
+        choice. Times are in s where they have no unit.
+    speed
+        Measured speed of the passage, m/s or as "80 km/h"; goes before that in the file.
+
+    Returns
+    -------
+    Recording
+        In SI units. Missing samples, also those in gaps of the times, are NaN; clipped ones are marked: all at the
+        largest or smallest value, where it stands three times or more in a row. `notes` say what was found.
+
+    Raises
+    ------
+    InputError
+        The file is missing, empty, broken or of another format; has no unit, no rate, fewer than 16 samples; has
+        several columns that may be meant; doubled or falling times, jitter above 1 %, gaps of broken steps; or an
+        argument contradicts it (rates by more than 0.1 %).
+    """
+    path = Path(path)
+    try:
+        table = _read(path)
+        stated = _stated_rate(table.facts.get("rate"), rate)
+        samples, clock = choose(table, column, time, quantity)
+        return _recording(path, table, samples, clock, quantity, unit, stated, speed)
+    except InputError as error:
+        raise error.at(str(path)) from None
+
+
+def _read(path: Path) -> Table:
+    """Return what a file holds."""
+    name = path.name.lower()
+    reader = next((READERS[end] for end in sorted(READERS, key=len, reverse=True) if name.endswith(end)), None)
+    if reader is None:
+        raise InputError("", "path", f"the suffix {path.suffix!r}", ", ".join(READERS))
+    try:
+        if path.stat().st_size == 0:
+            raise InputError("", "path", "an empty file", "a file with samples")
+        return reader(path)
+    except OSError as error:
+        raise InputError("", "path", f"no readable file ({error.strerror or error})", "a file") from None
+
+
+def _recording(
+    path: Path, table: Table, column: Column, clock: Column | None, quantity: Quantity | None, unit: str | None,
+    stated: float | None, speed: float | str | None,
+) -> Recording:  # fmt: skip
+    """Return the checked recording of a column."""
+    facts = table.facts
+    own_unit = plain(column.unit or str(facts.get("unit", "")))
+    kind, factor, unit_notes = meaning(own_unit, unit, quantity or _quantity(facts))
+    if table.full_scale and unit is not None and not has_number(unit):
+        raise InputError("", "unit", f"{unit!r} for samples whose 1 is full scale", f'the full scale, as "10 {unit}"')
+    grid = _grid(table, column, clock, stated)
+    values, found = check_samples(_placed(np.asarray(column.values, dtype=float), grid, np.nan))
+    samples = factor * values
+    marked = clipped_column(table, column)
+    clipped, ends = (_placed(marked, grid, False), ()) if marked is not None else clipping(samples, kind)
+    written = [str(note) for note in _list(facts.get("notes"))]
+    written += [f"not understood in the file: {text}" for text in facts.get("words", ())]
+    pace, pace_notes = _speed(facts.get("speed"), speed)
+    notes = (*written, *unit_notes, *grid.notes, *found, *ends, *size_notes(samples, kind), *pace_notes)
+    truth = facts.get("truth", {})
+    return Recording(
+        samples, grid.rate, kind, grid.start, clipped, pace, str(path), tuple(dict.fromkeys(notes)),
+        truth if isinstance(truth, dict) else {},
+    )  # fmt: skip
+
+
+def _list(value: object) -> list[Any]:
+    """Return a list, and none of anything else."""
+    return value if isinstance(value, list) else []
+
+
+def _quantity(facts: dict[str, Any]) -> Quantity | None:
+    """Return the quantity that a file states in the house's words."""
+    return next((q for q in QUANTITIES if q == facts.get("quantity")), None)
+
+
+def _stated_rate(in_file: float | None, rate: float | str | None) -> float | None:
+    """Return the rate that the file or the caller states, Hz."""
+    if rate is None:
+        return in_file
+    stated = positive("rate", rate, "frequency")
+    if in_file is not None and contradicts(stated, in_file):
+        raise InputError(
+            "", "rate", f"{stated:.9g} Hz, where the file says {in_file:.9g} Hz", "the file's rate, or none"
+        )
+    return stated if in_file is None else in_file
+
+
+def _grid(table: Table, column: Column, clock: Column | None, stated: float | None) -> Grid:
+    """Return where the samples lie in time."""
+    start = float(table.facts.get("start", 0.0) if column.start is None else column.start)
+    if clock is None and column.times is None:
+        if table.blank is not None:
+            found = "an empty line between samples without times"
+            raise InputError("", f"line {table.blank}", found, "NaN for a missing sample, or no empty line")
+        stated = _stated_rate(column.rate, stated)
+        if stated is None:
+            raise InputError("", "rate", "neither a rate nor times", 'rate="20 kHz", or a column of times')
+        return Grid(np.arange(len(column.values)), stated, start)
+    times = column.times if clock is None else clock.values
+    assert times is not None
+    if clock is not None and clock.loose and clock.unit == "" and _counts(clock):
+        return _counted(times, clock.name, stated, table)
+    unit = plain(clock.unit) if clock is not None else ""
+    if unit not in ("", *UNITS["time"]):
+        raise InputError("", "time", f"a column in {unit!r}", "a column in s, ms, us, min or h")
+    grid = on_grid(times, unit_factor(unit, "time") if unit else 1.0, stated, table.place)
+    notes = list(grid.notes)
+    if clock is not None and not unit:
+        notes.append(f"the times {clock.name!r} have no unit and are taken in s".replace(" ''", ""))
+    if abs(grid.start) > LONG:
+        notes.append(f"the first sample lies at {grid.start:.10g} s, as the file counts")
+    return Grid(grid.numbers, grid.rate, grid.start, tuple(notes))
+
+
+def _counts(clock: Column) -> bool:
+    """Return whether a column without unit numbers the samples."""
+    if plain_name(clock) in TIMES:
+        return False
+    values = np.asarray(clock.values, dtype=float)
+    steps = np.diff(values)
+    return bool(np.median(steps) == 1.0 and (np.rint(values) == values).all())
+
+
+def _counted(values: NDArray[Any], name: str, stated: float | None, table: Table) -> Grid:
+    """Return the grid that samples' own numbers give."""
+    if stated is None:
+        found = f"numbers of samples {name!r} and no rate".replace(" ''", "")
+        raise InputError("", "rate", found, 'rate="20 kHz", or a column of times with a unit, as "t [s]"')
+    grid = on_grid(values - values[0], 1.0 / stated, stated, table.place)
+    notes = (f"whole numbers {name!r} are taken as numbers of samples".replace(" ''", ""), *grid.notes)
+    return Grid(grid.numbers, stated, float(table.facts.get("start", 0.0)), notes)
+
+
+def _placed(values: NDArray[Any], grid: Grid, filling: float) -> NDArray[Any]:
+    """Return values on their grid, and a filling where there is none."""
+    placed = np.full(int(grid.numbers[-1]) + 1 if len(grid.numbers) else 0, filling, dtype=values.dtype)
+    placed[grid.numbers] = values
+    return placed
+
+
+def _speed(in_file: float | None, speed: float | str | None) -> tuple[float | None, tuple[str, ...]]:
+    """Return the speed in m/s, and a note where the caller's is not the file's."""
+    if speed is None:
+        return in_file, ()
+    given = positive("speed", speed, "speed")
+    differs = in_file is not None and contradicts(given, in_file)
+    return given, ((f"speed {given:.6g} m/s as given; the file says {in_file:.6g} m/s",) if differs else ())

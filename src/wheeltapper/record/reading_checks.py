@@ -1,0 +1,235 @@
+"""Checks of a measured signal: its times, missing values, clipping and size; each finding said in a note."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.reading_units import SI
+from wheeltapper.record.recording import Quantity
+
+FloatArray = NDArray[np.float64]
+Place = Callable[[int], str]
+"""From a row to where it stands: "line 12"."""
+
+FEWEST = 16
+JITTER = 0.01
+"""Part of a step by which steps may differ."""
+DRIFT = 0.5
+"""Part of a step by which times may leave the constant rate in the long run."""
+CONTRADICTION = 1e-3
+RUN = 3
+LARGEST, SMALLEST = 1e5, 1e-6
+"""Accelerations in m/s² beyond which a unit is probably wrong."""
+COARSEST = 0.25
+"""Part of a step to which times may be rounded."""
+LONGEST = 2.0**40
+"""Steps of a gap; more are counted as so many."""
+MISSING = 1.0
+"""Missing samples in gaps, per sample that is there, from which a file is no one recording."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Samples' places on a grid of constant rate: the numbers of the samples, Hz, s, notes."""
+
+    numbers: NDArray[np.int64]
+    rate: float
+    start: float
+    notes: tuple[str, ...] = ()
+
+
+def contradicts(a: float, b: float) -> bool:
+    """Return whether two rates differ by more than 0.1 %."""
+    return abs(a - b) > CONTRADICTION * b
+
+
+def on_grid(values: NDArray[Any], factor: float, stated: float | None, place: Place) -> Grid:
+    """Return the grid that times lie on.
+
+    Parameters
+    ----------
+    values, factor
+        Times as in the file, and the seconds of its unit.
+    stated
+        Rate in Hz, if it is known otherwise; the times decide where it is off by up to 0.1 %.
+
+    Raises
+    ------
+    InputError
+        Times that are missing, doubled or falling, steps that differ by more than 1 % (beyond the rounding of the
+        times), a gap that is no whole number of steps, a clock that drifts by half a step, or another rate than stated.
+    """
+    times = np.asarray(values, dtype=float) * factor
+    _check_order(times, place)
+    steps = np.diff(times)
+    usual = float(steps[steps < 1.5 * float(np.median(steps))].mean())
+    numbers = np.concatenate(([0], np.cumsum(np.rint(np.minimum(steps / usual, LONGEST)).astype(np.int64))))
+    missing = int(numbers[-1]) + 1 - len(numbers)
+    if missing > MISSING * len(numbers):
+        raise InputError("", "time", f"{missing} missing samples between {len(numbers)}", "fewer than there are")
+    step = _slope(numbers, times)
+    rounding = _rounding(values) * factor
+    notes = _check_steps(numbers, times, usual, rounding, place)
+    if stated is not None and contradicts(1.0 / step, stated):
+        found = f"{stated:.9g} Hz, where the times rise by {step:.6g} s ({1.0 / step:.9g} Hz)"
+        raise InputError("", "rate", found, "the rate of the times within 0.1 %, or none")
+    rate, more = _rate(numbers, times, step, rounding, stated)
+    return Grid(numbers, rate, float(times[0]), (*notes, *more, *_gap_notes(numbers, times)))
+
+
+def _check_order(times: FloatArray, place: Place) -> None:
+    if len(times) < FEWEST:
+        raise InputError("", "samples", f"{len(times)} samples", f"at least {FEWEST}")
+    bad = np.flatnonzero(~np.isfinite(times))
+    if len(bad):
+        raise InputError("", f"{place(int(bad[0]))}, time", "a missing time", "a finite number")
+    bad = np.flatnonzero(np.diff(times) <= 0.0)
+    if len(bad):
+        i = int(bad[0]) + 1
+        what = "a doubled time" if times[i] == times[i - 1] else "a falling time"
+        found = f"{what}, {times[i]:.12g} s after {times[i - 1]:.12g} s"
+        raise InputError("", f"{place(i)}, time", found, "strictly rising times")
+
+
+def _slope(numbers: NDArray[np.int64], times: FloatArray) -> float:
+    """Return the step of the straight line nearest to the times."""
+    n = numbers - numbers.mean()
+    return float(n @ (times - times.mean()) / (n @ n))
+
+
+def _deviation(numbers: NDArray[np.int64], times: FloatArray, step: float) -> float:
+    """Return how far times leave a grid with a step, s."""
+    off = (times - times[0]) - step * numbers
+    return float(0.5 * np.ptp(off))
+
+
+def _rounding(values: NDArray[Any]) -> float:
+    """Return to what times are rounded, in their own unit: the last decimal that those at the end have."""
+    last = np.abs(np.asarray(values, dtype=float))
+    largest = float(last.max())
+    if largest == 0.0:
+        return 0.0
+    single = values.dtype.kind == "f" and values.dtype.itemsize <= 4
+    floor = 2.0 * float(np.finfo(np.float32 if single else np.float64).eps) * largest
+    last = last[
+        last >= 0.999 * 10.0 ** np.floor(np.log10(largest))
+    ]  # with fixed digits the early ones have more decimals
+    for digits in range(13):
+        scaled = last * 10.0**digits
+        if np.abs(scaled - np.rint(scaled)).max() <= 4.0 * np.finfo(float).eps * scaled.max():
+            return max(10.0**-digits, floor)
+    return floor
+
+
+def _check_steps(
+    numbers: NDArray[np.int64], times: FloatArray, step: float, rounding: float, place: Place
+) -> tuple[str, ...]:
+    """Refuse jitter, broken gaps and drift; steps that differ by no more than the rounding of the times may."""
+    off = np.abs(np.diff(times) / step - np.diff(numbers))
+    deviation = _deviation(numbers, times, _slope(numbers, times))
+    worst = int(np.argmax(off))
+    if off[worst] > JITTER:
+        if rounding <= COARSEST * step and deviation <= 0.6 * rounding:
+            return (f"times rounded to {rounding:.3g} s",)
+        where = f"{place(worst + 1)}, time"
+        if numbers[worst + 1] - numbers[worst] > 1:
+            found = f"a gap of {(times[worst + 1] - times[worst]) / step:.6g} steps"
+            raise InputError("", where, found, "gaps of a whole number of steps within 1 %")
+        found = f"a step {100.0 * off[worst]:.3g} % off the mean step of {step:.6g} s"
+        raise InputError("", where, found, "steps equal within 1 %; resample unequal ones first")
+    if deviation > DRIFT * step:
+        found = f"times that leave a constant rate by {deviation / step:.3g} steps"
+        raise InputError("", "time", found, f"up to {DRIFT:g}; resample it first, or read a shorter part")
+    return ()
+
+
+def _rate(
+    numbers: NDArray[np.int64], times: FloatArray, step: float, rounding: float, stated: float | None
+) -> tuple[float, tuple[str, ...]]:
+    """Return the rate: the stated or else a round one, if the times agree with it; and what to say of it."""
+    best = _deviation(numbers, times, step)
+
+    def agrees(rate: float) -> bool:
+        return rate > 0.0 and _deviation(numbers, times, 1.0 / rate) <= best + max(1e-3 * step, 0.5 * rounding)
+
+    measured = 1.0 / step
+    if stated is not None and agrees(stated):
+        return stated, ()
+    near = (round(measured, digits) for digits in range(4))
+    rate = next((r for r in near if agrees(r)), measured)
+    if stated is None:
+        return rate, ()
+    return rate, (f"the rate of the times, {rate:.9g} Hz, is used and not the stated {stated:.9g} Hz",)
+
+
+def _gap_notes(numbers: NDArray[np.int64], times: FloatArray) -> tuple[str, ...]:
+    gaps = np.flatnonzero(np.diff(numbers) > 1)
+    if not len(gaps):
+        return ()
+    missing = int(numbers[-1]) + 1 - len(numbers)
+    return (f"{missing} samples missing in {len(gaps)} gaps of the times, the first after {times[gaps[0]]:.6g} s",)
+
+
+def check_samples(samples: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return samples with NaN for all that is missing; refuse fewer than 16 that are there."""
+    infinite = np.isinf(samples)
+    missing = int(np.isnan(samples).sum())
+    notes = [f"{missing} missing values of {len(samples)}"] if missing else []
+    notes += [f"{int(infinite.sum())} infinite values taken as missing"] if infinite.any() else []
+    samples = np.where(infinite, np.nan, samples)
+    there = samples[~np.isnan(samples)]
+    if len(there) < FEWEST:
+        found = f"{len(there)} samples" + (f" besides {len(samples) - len(there)} missing" if notes else "")
+        raise InputError("", "samples", found, f"at least {FEWEST}")
+    if np.ptp(there) == 0.0:
+        notes.append(f"a constant signal: every sample is {there[0]:.6g} in the file")
+    return samples, tuple(notes)
+
+
+def clipping(samples: FloatArray, quantity: Quantity) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+    """Return the samples at the ends of the sensor's range, SI units, and notes.
+
+    An end is the largest or smallest value where it stands three times or more in a row; then all samples there are
+    marked. Zero is no end, since an unloaded detector may rest there; a constant signal has none.
+    """
+    marked = np.zeros(len(samples), dtype=bool)
+    notes = []
+    if np.nanmin(samples) < np.nanmax(samples):
+        for name, end in (("largest", np.nanmax(samples)), ("smallest", np.nanmin(samples))):
+            runs = _runs(samples == end)
+            if not len(runs):
+                continue
+            if end == 0.0:
+                notes.append(f"the {name} value, 0, stands {int(runs.max())} times in a row; taken as rest")
+                continue
+            marked |= samples == end
+            count = int((samples == end).sum())
+            notes.append(
+                f"{count} samples marked as clipped at the {name} value, {end:.6g} {SI[quantity]}, in {len(runs)} runs"
+            )
+    return marked, tuple(notes)
+
+
+def _runs(there: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return the lengths of the runs of three or more."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], there.astype(np.int8), [0]))))
+    lengths = edges[1::2] - edges[::2]
+    return lengths[lengths >= RUN].astype(np.int64)
+
+
+def size_notes(samples: FloatArray, quantity: Quantity) -> tuple[str, ...]:
+    """Return a note where the largest acceleration makes the unit doubtful."""
+    if quantity != "deck acceleration":
+        return ()
+    largest = float(np.nanmax(np.abs(samples)))
+    if largest > LARGEST:
+        return (f"the largest acceleration, {largest:.4g} m/s^2, is implausibly large: is the unit right?",)
+    if largest < SMALLEST:
+        return (f"the largest acceleration, {largest:.4g} m/s^2, is implausibly small: is the unit right?",)
+    return ()

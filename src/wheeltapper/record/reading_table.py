@@ -1,0 +1,194 @@
+"""What a measured file holds before it is judged: columns and facts; and which column is meant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.quantities import to_si
+from wheeltapper.record.reading_units import is_time, plain, quantity_of
+from wheeltapper.record.recording import Quantity
+
+TIMES = ("t", "time", "times", "timestamp", "time stamp", "elapsed time", "zeit", "temps", "tiempo")
+RATES = ("rate", "fs", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency", "sample_frequency")
+INTERVALS = ("dt", "interval", "sample_interval", "sampling_interval")
+SAMPLES = "samples"
+CLIPPED = "clipped"
+RISING = 0.9
+"""A column may be times if so many of its steps rise; the rest are faults to be named."""
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """A column of a file.
+
+    Attributes
+    ----------
+    name, unit
+        As in the file; "" where it has none.
+    values
+        In the file's unit.
+    times
+        Where each channel has its own, s.
+    rate, start
+        Where each channel has its own, Hz and s.
+    loose
+        Whether it may be the times although nothing names it so.
+    fault
+        Why the values could not be read; raised only if the column is wanted.
+    """
+
+    name: str
+    values: NDArray[Any]
+    unit: str = ""
+    times: NDArray[Any] | None = None
+    rate: float | None = None
+    start: float | None = None
+    loose: bool = False
+    fault: InputError | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """The columns of a file, and what it says besides.
+
+    Attributes
+    ----------
+    columns
+        In the file's order.
+    facts
+        rate (Hz), start (s), speed (m/s), unit, quantity, truth, notes: where the file states them.
+    lines
+        The line of each row in a text file.
+    full_scale
+        Whether a 1 is the end of an unknown range.
+    blank
+        The first empty line between samples; a fault where no times tell what is missing there.
+    """
+
+    columns: tuple[Column, ...]
+    facts: dict[str, Any] = field(default_factory=dict)
+    lines: NDArray[np.int64] | None = None
+    full_scale: bool = False
+    blank: int | None = None
+
+    def place(self, row: int) -> str:
+        """Return where a row stands."""
+        return f"line {self.lines[row]}" if self.lines is not None else f"sample {row}"
+
+
+def rate_fact(key: str, value: object) -> float | None:
+    """Return the rate in Hz that a key such as "sample rate" or "dt" and its value state; None for other keys."""
+    name = key.strip().lower().replace(" ", "_").replace("-", "_")
+    if name not in (*RATES, *INTERVALS):
+        return None
+    dimension = "frequency" if name in RATES else "time"
+    number = positive(name, value, dimension)
+    return number if name in RATES else 1.0 / number
+
+
+def positive(name: str, value: object, dimension: str) -> float:
+    """Return a positive quantity in SI units."""
+    plain_value = value.item() if isinstance(value, np.generic) else value
+    try:
+        number = to_si(plain_value, dimension)
+    except ValueError as error:
+        found, _, allowed = str(error).removeprefix("found ").partition("; allowed: ")
+        raise InputError("", name, found, allowed) from None
+    if not 0.0 < number < np.inf:
+        raise InputError("", name, repr(plain_value), "a positive number")
+    return number
+
+
+def choose(
+    table: Table, column: str | int | None, time: str | int | None, quantity: Quantity | None
+) -> tuple[Column, Column | None]:
+    """Return the column of samples, and that of times or None.
+
+    Raises
+    ------
+    InputError
+        If a column is named that is not there, or several may be meant.
+    """
+    columns = [c for c in table.columns if plain_name(c) != CLIPPED]
+    wanted = None if column is None else named(table, "column", column)
+    clock = named(table, "time", time) if time is not None else _clock(columns, wanted)
+    if clock is not None and clock is wanted:
+        raise InputError("", "time", f"the column {time!r} for times and samples", "two columns")
+    samples = wanted if wanted is not None else _samples([c for c in columns if c is not clock], quantity)
+    for each in (samples, clock):
+        if each is not None and each.fault:
+            raise each.fault
+    if clock is not None and len(clock.values) != len(samples.values):
+        found = f"{len(clock.values)} times for {len(samples.values)} samples"
+        raise InputError("", "time", found, "as many times as samples")
+    return samples, clock
+
+
+def clipped_column(table: Table, samples: Column) -> NDArray[np.bool_] | None:
+    """Return the samples that the file itself marks as clipped."""
+    for column in table.columns:
+        if plain_name(column) == CLIPPED and len(column.values) == len(samples.values):
+            if column.fault:
+                raise column.fault
+            return np.array(np.nan_to_num(np.asarray(column.values, dtype=float)) != 0.0, dtype=bool)
+    return None
+
+
+def plain_name(column: Column) -> str:
+    """Return a name without regard to capitals."""
+    return column.name.strip().lower()
+
+
+def named(table: Table, argument: str, name: str | int) -> Column:
+    """Return the column that a name, or a number from 0, means."""
+    columns = table.columns
+    if isinstance(name, int) and not isinstance(name, bool):
+        if 0 <= name < len(columns):
+            return columns[name]
+        raise InputError("", argument, str(name), f"0 to {len(columns) - 1}, or one of: {_listing(columns)}")
+    exact = [c for c in columns if c.name == name]
+    for found in (exact, [c for c in columns if plain_name(c) == str(name).strip().lower()]):
+        if len(found) == 1:
+            return found[0]
+    raise InputError("", argument, repr(name), f"one of: {_listing(columns)}")
+
+
+def _clock(columns: list[Column], wanted: Column | None) -> Column | None:
+    """Return the column of times: by its name, its unit, or as the first one that rises."""
+    others = [c for c in columns if c is not wanted]
+    called = [c for c in others if plain_name(c) in TIMES and (c.unit == "" or is_time(c.unit))]
+    sure = called + [c for c in others if is_time(c.unit)]
+    if sure:
+        return sure[0]
+    if len(columns) < 2:
+        return None
+    return next((c for c in others if c.loose and c.unit == "" and not c.fault and _rises(c.values)), None)
+
+
+def _rises(values: NDArray[Any]) -> bool:
+    numbers = np.asarray(values, dtype=float)
+    return len(numbers) > 1 and float(np.mean(numbers[1:] > numbers[:-1])) >= RISING
+
+
+def _samples(columns: list[Column], quantity: Quantity | None) -> Column:
+    """Return the only column that can be the samples."""
+    if not columns:
+        raise InputError("", "column", "no column of samples", "a column of an acceleration or a force")
+    if len(columns) == 1:
+        return columns[0]
+    meant = [(c, quantity_of(plain(c.unit))) for c in columns if c.unit]
+    fitting = [c for c, unit in meant if unit is not None and quantity in (None, unit[0])]
+    for narrowed in (fitting, [c for c in columns if plain_name(c) == SAMPLES]):
+        if len(narrowed) == 1:
+            return narrowed[0]
+    raise InputError("", "column", f"{len(columns)} columns that may be meant", f"one of: {_listing(columns)}")
+
+
+def _listing(columns: list[Column] | tuple[Column, ...]) -> str:
+    names = [c.name or str(i) for i, c in enumerate(columns)]
+    return ", ".join(names[:12]) + (" …" if len(names) > 12 else "")

@@ -1,0 +1,128 @@
+"""Units in measured files: the many ways in which they are spelt, and the quantity that follows from them."""
+
+from __future__ import annotations
+
+import re
+
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.quantities import UNITS, unit_factor
+from wheeltapper.record.recording import Quantity
+
+QUANTITIES: dict[Quantity, str] = {"deck acceleration": "acceleration", "force": "force"}
+"""The dimension of each quantity."""
+SI: dict[Quantity, str] = {"deck acceleration": "m/s^2", "force": "N"}
+ALLOWED = "m/s^2, g (acceleration), N, kN, kip, lbf (force)"
+
+_SPELT = {
+    "m/s^2": ("m/s/s", "m/(s^2)", "m/sec^2", "ms^-2", "m s^-2", "m*s^-2", "ms-2", "m_s^2", "m_s2", "ms2", "mps2"),
+    "g": ("G", "gn", "g0", "g_n", "gee"),
+    "N": ("Newton", "newton", "newtons", "Newtons"),
+    "kip": ("kips", "klbf"),
+    "s": ("sec", "secs", "second", "seconds", "Sekunden", "S"),
+    "ms": ("msec", "millisecond", "milliseconds"),
+    "us": ("usec", "μs", "microsecond", "microseconds"),
+}
+_PLAIN = {spelt: unit for unit, ways in _SPELT.items() for spelt in ways}
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
+_UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[\s*(.+?)\s*\]|\(\s*(.+?)\s*\)|\s/\s+\(?(.+?)\)?)$")
+
+
+def plain(unit: str) -> str:
+    """Return a unit as the house spells it: "m/s²" and "m s⁻²" are m/s^2; an unknown one as it stands."""
+    text = unit.strip().strip("[]").strip()
+    if text.startswith("(") and text.endswith(")"):
+        text = text[1:-1].strip()
+    text = text.replace("⁻²", "^-2").replace("²", "^2").replace("**", "^").replace("·", "*")
+    return _PLAIN.get(text, text)
+
+
+def is_time(unit: str) -> bool:
+    """Return whether a unit is one of time."""
+    return plain(unit) in UNITS["time"]
+
+
+def is_unit(unit: str) -> bool:
+    """Return whether the house's tables know a unit; empty and "-" are units of a number."""
+    text = plain(unit)
+    return text in ("", "-") or any(text in table for table in UNITS.values())
+
+
+def name_and_unit(header: str) -> tuple[str, str]:
+    """Split "a [g]", "acc (m/s^2)", "F / kN" or "t_s" into name and unit; "" where there is no unit."""
+    text = header.strip().strip('"').strip()
+    match = _UNIT_IN_NAME.fullmatch(text)
+    if match:
+        return match[1], match[2] or match[3] or match[4]
+    for mark in re.finditer("_", text):  # "acc_m_s2": the longest end that is a unit
+        name, unit = text[: mark.start()], text[mark.end() :]
+        if name and plain(unit) in (*UNITS["time"], *UNITS["acceleration"], *UNITS["force"]):
+            return name, unit
+    return text, ""
+
+
+def has_number(unit: str) -> bool:
+    """Return whether a unit says how many, as "10 g"."""
+    return _NUMBER.fullmatch(unit.strip()) is not None
+
+
+def quantity_of(unit: str) -> tuple[Quantity, float] | None:
+    """Return the quantity of a unit and the SI value of one, as of "g", "10 g" or "-0.5 kN"; None of any other."""
+    match = _NUMBER.fullmatch(unit.strip())
+    number, text = (float(match[1]), plain(match[2])) if match else (1.0, plain(unit))
+    if text == "mg":  # in accelerometers' files never milligrams
+        return "deck acceleration", number * 1e-3 * unit_factor("g", "acceleration")
+    if not text or text == "-":
+        return None
+    for quantity, dimension in QUANTITIES.items():
+        try:
+            return quantity, number * unit_factor(text, dimension)
+        except ValueError:
+            continue
+    return None
+
+
+def meaning(in_file: str, unit: str | None, quantity: Quantity | None) -> tuple[Quantity, float, tuple[str, ...]]:
+    """Return the quantity of a column, the SI value of its 1, and notes.
+
+    Parameters
+    ----------
+    in_file
+        The column's unit in the file, "" where it has none.
+    unit
+        What the caller says 1 in the file is: "g", "10 g".
+    quantity
+        What the caller says it is.
+
+    Raises
+    ------
+    InputError
+        No unit at all, an unknown one, or two that contradict each other or the quantity.
+    """
+    if quantity is not None and quantity not in QUANTITIES:
+        raise InputError("", "quantity", repr(quantity), " or ".join(map(repr, QUANTITIES)))
+    stated = _stated(unit) if unit is not None else None
+    own = quantity_of(in_file) if in_file else None
+    if stated is None and own is None:
+        found = f"the unit {in_file!r}" if in_file else "no unit, in the file or as argument"
+        raise InputError("", "unit", found, f'{ALLOWED}; unit="10 g" says that a 1 in the file is 10 g')
+    if stated and own and not _same(stated, own):
+        raise InputError("", "unit", f"{unit!r}, where the file says {in_file!r}", "the file's unit, or no argument")
+    found_quantity, factor = stated or own or ("force", 1.0)
+    if quantity not in (None, found_quantity):
+        raise InputError(
+            "", "quantity", f"{quantity!r}, where the unit {unit or in_file!r} is one of {found_quantity}",
+            f"{found_quantity!r}, or a column of {quantity}",
+        )  # fmt: skip
+    foreign = stated is not None and own is None and plain(in_file) not in ("", "-")
+    return found_quantity, factor, ((f"1 {in_file} in the file is taken as {unit}",) if foreign else ())
+
+
+def _stated(unit: str) -> tuple[Quantity, float]:
+    found = quantity_of(unit) if isinstance(unit, str) else None
+    if found is None or not 0.0 < abs(found[1]) < float("inf"):
+        raise InputError("", "unit", repr(unit), ALLOWED)
+    return found
+
+
+def _same(a: tuple[Quantity, float], b: tuple[Quantity, float]) -> bool:
+    return a[0] == b[0] and abs(a[1] - b[1]) <= 1e-9 * abs(b[1])

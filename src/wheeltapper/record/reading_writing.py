@@ -1,0 +1,128 @@
+"""Recordings written: text, numpy or netCDF that `read_recording` reads back the same."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.reading_units import QUANTITIES, SI
+from wheeltapper.record.recording import Recording
+
+SUFFIXES = ".csv, .csv.gz, .npz, .nc"
+
+
+def write_recording(recording: Recording, path: str | Path) -> Path:
+    """Write a recording so that `read_recording` gives back the same, but for the source.
+
+    The file is complete or not there: it is written beside its place and then renamed.
+
+    Parameters
+    ----------
+    recording
+        Of either quantity; what JSON cannot hold in its truth is written in words.
+    path
+        .csv, .csv.gz (SI units, every digit), .npz or .nc.
+
+    Returns
+    -------
+    Path
+        Where it was written.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another one, or the place cannot be written.
+    """
+    path = Path(path)
+    name = path.name.lower()
+    writer = next((write for suffix, write in WRITERS.items() if name.endswith(suffix)), None)
+    if writer is None:
+        raise InputError(str(path), "path", f"the suffix {path.suffix!r}", SUFFIXES)
+    beside = path.with_name(f".{os.getpid()}-{path.name}")
+    try:
+        writer(recording, beside)
+        beside.replace(path)
+    except OSError as error:
+        found = f"a place that cannot be written ({error.strerror or error})"
+        raise InputError(str(path), "path", found, "a writable path") from error
+    finally:
+        beside.unlink(missing_ok=True)
+    return path
+
+
+def _facts(recording: Recording) -> dict[str, Any]:
+    """Return what is known of a recording besides its samples."""
+    facts: dict[str, Any] = {
+        "quantity": recording.quantity,
+        "unit": SI[recording.quantity],
+        "rate": float(recording.rate),
+        "start": float(recording.start),
+    }
+    if recording.speed is not None:
+        facts["speed"] = float(recording.speed)
+    facts["source"] = recording.source
+    facts["notes"] = json.dumps(list(recording.notes))
+    facts["truth"] = json.dumps(recording.truth, default=_json)
+    return facts
+
+
+def _json(value: object) -> object:
+    """Return what JSON can hold of an array, a model, or anything else."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    dump = getattr(value, "model_dump", None)
+    return dump(mode="json") if dump else str(value)
+
+
+def _text(recording: Recording) -> str:
+    si = {"rate": " Hz", "start": " s", "speed": " m/s"}
+    lines = io.StringIO()
+    lines.write("# wheeltapper recording\n")
+    for name, fact in _facts(recording).items():
+        lines.write(f"# {name}: {fact!r}{si[name]}\n" if name in si else f"# {name}: {' '.join(str(fact).split())}\n")
+    dimension, unit = QUANTITIES[recording.quantity], SI[recording.quantity]
+    lines.write(f"t [s],{dimension} [{unit}],clipped\n")
+    marks = recording.clipped.astype(int).tolist()
+    rows = zip(recording.times.tolist(), recording.samples.tolist(), marks, strict=True)
+    lines.writelines(f"{t!r},{a!r},{c}\n" for t, a, c in rows)
+    return lines.getvalue()
+
+
+def _csv(recording: Recording, path: Path) -> None:
+    path.write_text(_text(recording), encoding="utf-8")
+
+
+def _csv_gz(recording: Recording, path: Path) -> None:
+    path.write_bytes(gzip.compress(_text(recording).encode(), mtime=0))
+
+
+def _npz(recording: Recording, path: Path) -> None:
+    facts: dict[str, Any] = {name: np.array(fact) for name, fact in _facts(recording).items()}
+    with path.open("wb") as file:
+        np.savez_compressed(file, samples=recording.samples, clipped=recording.clipped, **facts)
+
+
+def _nc(recording: Recording, path: Path) -> None:
+    import xarray as xr
+
+    facts = _facts(recording)
+    samples = ("time", recording.samples, {"units": facts["unit"], "long_name": recording.quantity})
+    clipped = ("time", recording.clipped.astype(np.int8), {"long_name": "at the end of the sensor's range"})
+    time = ("time", recording.times, {"units": "s", "long_name": "time after the trigger"})
+    data = xr.Dataset(
+        {"samples": samples, "clipped": clipped}, {"time": time}, {"title": "wheeltapper recording", **facts}
+    )
+    data.to_netcdf(path, engine="h5netcdf", format="NETCDF4")
+
+
+WRITERS: dict[str, Callable[[Recording, Path], None]] = {
+    ".csv": _csv, ".csv.gz": _csv_gz, ".npz": _npz, ".nc": _nc,
+}  # fmt: skip
