@@ -1,0 +1,1 @@
+"""What a wheelset's bouncing over a site says of it."""

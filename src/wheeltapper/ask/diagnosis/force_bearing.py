@@ -1,0 +1,183 @@
+"""The force of the deck's bearing, from its acceleration: integrated from rest, and tied where the force is known.
+
+Integrated noise drifts. The drift of K·y + C_d·v is a Gaussian process of known covariance; what is known of the
+contact force gives its value at some times (in flight the force is zero; in the mean over a window it is the static
+one, the better the less it swings), and least squares gives it everywhere, with its deviation.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+FLIGHT = 1e-3
+"""Shortest flight to be used, s."""
+PIECE = 3e-3
+"""Longest piece of a flight that gives one value, s."""
+NEAR_ZERO = 0.02
+"""Force that may be one in flight, over the static one, besides noise."""
+HIGHEST = 0.5
+"""Noise and drift must leave zero and the static force this far apart, over the static force."""
+MOST = 100
+"""Largest number of flights that are used."""
+TIE = 1e-3
+"""Standard error of the force in flight, over the static one: of the model."""
+MEAN = 0.025
+"""Window over which the mean force is compared with the static one, s."""
+OF_SWING, OF_STATIC = 0.1, 2e-3
+"""Standard error of a window's mean force: over the force's deviation in it, and over the static force."""
+SLOWEST = 6.0
+"""Least angular frequency, rad/s, that a deck which is not at rest at the start is taken to have."""
+MOST_TIMES = 20_000
+"""Largest number of times at which the drift is computed; between them it is linear."""
+WINDOWS = 100
+"""Largest number of windows."""
+
+
+class Bearing(NamedTuple):
+    """Bearing of a deck and samples of its acceleration."""
+
+    mass: float  # kg
+    stiffness: float  # N/m
+    damping: float  # N·s/m
+    interval: float  # s
+    noise: float  # m/s²: standard deviation of a sample
+    at_rest: bool  # before the first sample
+
+
+class Term(NamedTuple):
+    """K·y + C_d·v over time."""
+
+    values: FloatArray  # N
+    variance: FloatArray  # N²
+    flights: int
+
+
+class Tie(NamedTuple):
+    """A value of the drift."""
+
+    time: float  # s after the first sample
+    drift: float  # N
+    variance: float  # N²
+
+
+class Drift:
+    """The drift over time, and how much is left unknown, as ties are taken in.
+
+    Parameters
+    ----------
+    bearing
+        Of the deck.
+    time
+        s after the first sample, uniform, (n,).
+    static
+        Static force, N: the scale of what the bearing may bear at the start where the deck is not at rest then.
+    """
+
+    def __init__(self, bearing: Bearing, time: FloatArray, static: float) -> None:
+        self._bearing, self._time = bearing, time
+        k, c = bearing.stiffness, bearing.damping
+        variance = bearing.noise**2 * bearing.interval * (k**2 * time**3 / 3.0 + k * c * time**2 + c**2 * time)
+        self._start = 0.0 if bearing.at_rest else static**2
+        self._impedance = bearing.mass * max(k, bearing.mass * SLOWEST**2)
+        variance = variance + self._start * (1.0 + (k * time + c) ** 2 / self._impedance)
+        self.mean, self.variance = np.zeros(len(time)), variance
+        self._rows: list[FloatArray] = []
+
+    def take(self, tie: Tie) -> None:
+        """Condition on a tie."""
+        i = round(tie.time / float(self._time[1] - self._time[0]))
+        covariance = self._prior(float(self._time[i]))
+        for row in self._rows:
+            covariance -= row[i] * row
+        total = max(float(covariance[i]), 0.0) + tie.variance
+        self.mean = self.mean + covariance * ((tie.drift - self.mean[i]) / total)
+        self._rows.append(covariance / np.sqrt(total))
+        self.variance = np.maximum(self.variance - self._rows[-1] ** 2, 0.0)
+
+    def _prior(self, at: float) -> FloatArray:
+        """Return the covariance with all times, N²: that of white noise, integrated, and of the start."""
+        bearing, k, c = self._bearing, self._bearing.stiffness, self._bearing.damping
+        here, there = k * at + c, k * self._time + c
+        both = np.minimum(self._time, at)
+        shape = here * there * both - k * (here + there) * both**2 / 2.0 + k**2 * both**3 / 3.0
+        start = self._start * (1.0 + here * there / self._impedance)
+        return np.asarray(bearing.noise**2 * bearing.interval * shape + start)
+
+
+def term(bearing: Bearing, g: FloatArray, deviation: float, trim: int, static: float) -> Term:
+    """Return the bearing's term.
+
+    Parameters
+    ----------
+    bearing
+        Of the deck.
+    g
+        -M·a without gaps, smooth where there is much noise, N.
+    deviation
+        Standard error of `g`'s samples, N.
+    trim
+        Number of samples at each end of a flight in which smoothing mixes it with contact.
+    static
+        Static force, N.
+    """
+    time: FloatArray = bearing.interval * np.arange(len(g), dtype=np.float64)
+    every = 1 + len(g) // MOST_TIMES
+    raw = _integrated(bearing, -g / bearing.mass)
+    total = g - raw + static
+    drift = Drift(bearing, time[::every], static)
+    for tie in _means(bearing, total, static):
+        drift.take(tie)
+    shortest, after, flights = max(int(FLIGHT / bearing.interval), 3), 0, 0
+    while True:
+        mean, variance = (np.interp(time, time[::every], found) for found in (drift.mean, drift.variance))
+        level = NEAR_ZERO * static + 3.0 * np.sqrt(deviation**2 + variance)
+        near_zero = (np.abs(total + mean) < level) & (level < HIGHEST * static)
+        flight = _first_flight(near_zero, trim, shortest, after)
+        if flight is None or flights == MOST:
+            return Term(raw - mean, variance, flights)
+        for tie in _flight(bearing, total, *flight, static):
+            drift.take(tie)
+        after, flights = flight[1] + 1, flights + 1
+
+
+def _integrated(bearing: Bearing, a: FloatArray) -> FloatArray:
+    """Return K·y + C_d·v from rest, a linear between samples."""
+    h = bearing.interval
+    v = np.append(0.0, np.cumsum(0.5 * h * (a[:-1] + a[1:])))
+    y = np.append(0.0, np.cumsum(h * v[:-1] + h**2 * (2.0 * a[:-1] + a[1:]) / 6.0))
+    return np.asarray(bearing.stiffness * y + bearing.damping * v)
+
+
+def _means(bearing: Bearing, total: FloatArray, static: float) -> list[Tie]:
+    """Return what the mean force over windows says of the drift."""
+    count = len(total)
+    size = min(max(int(MEAN / bearing.interval), count // WINDOWS, 2), count)
+    ties = []
+    for start in range(0, count - size + 1, size):
+        window = total[start : start + size]
+        deviation = OF_SWING * float(window.std()) + OF_STATIC * static
+        ties.append(Tie(bearing.interval * (start + 0.5 * (size - 1)), static - float(window.mean()), deviation**2))
+    return ties
+
+
+def _first_flight(near_zero: NDArray[np.bool_], trim: int, shortest: int, after: int) -> tuple[int, int] | None:
+    """Return the bounds, trimmed, of the first flight that begins at or after a sample."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], near_zero, [False]])))
+    for start, end in edges.reshape(-1, 2):
+        if start + trim >= after and end - start - 2 * trim >= shortest:
+            return int(start + trim), int(end - trim)
+    return None
+
+
+def _flight(bearing: Bearing, total: FloatArray, start: int, end: int, static: float) -> list[Tie]:
+    """Return what a flight says of the drift, in pieces."""
+    noise, ties = (bearing.mass * bearing.noise) ** 2, []
+    for piece in np.array_split(np.arange(start, end), int(np.ceil((end - start) * bearing.interval / PIECE))):
+        variance = noise / len(piece) + (TIE * static) ** 2
+        ties.append(Tie(bearing.interval * float(piece.mean()), -float(total[piece].mean()), variance))
+    return ties
