@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.identify import _covariance, _Problem, identify, noise_of, onset
+from wheeltapper.ask.diagnosis.force import noise_of
+from wheeltapper.ask.diagnosis.identify import _covariance, _Problem, identify, onset
 from wheeltapper.ask.diagnosis.synthetic import synthesise
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
@@ -109,7 +110,7 @@ def test_recordings_are_reproducible_and_say_what_was_drawn():
     assert 1e-3 < np.abs(one.samples - other.samples).max() < 0.5 * np.abs(one.samples).max()
     assert onset(one, SIGMA) == pytest.approx(0.001, abs=5e-4)
     (noisy,) = synthesise(plain, 1, seed=4, vary=False)
-    assert noise_of(noisy) == pytest.approx(SIGMA, rel=0.1)
+    assert noise_of(noisy, Sensor(rate=RATE)) == pytest.approx(SIGMA, rel=0.1)
 
 
 def test_a_broken_spring_is_seen_from_any_start():

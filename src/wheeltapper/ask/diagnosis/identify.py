@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ask.diagnosis.force import noise_of
 from wheeltapper.ask.diagnosis.synthetic import filtered
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.scenario import Scenario
@@ -143,12 +144,6 @@ def onset(recording: Recording, noise: float) -> float:
     return float(recording.times[loud[0]]) if len(loud) else recording.start
 
 
-def noise_of(recording: Recording) -> float:
-    """Return the noise's standard deviation, m/s², from third differences of the samples, robustly."""
-    differences = np.diff(recording.samples[np.isfinite(recording.samples)], 3)
-    return float(1.4826 * np.median(np.abs(differences)) / np.sqrt(20.0))
-
-
 def identify(
     recording: Recording,
     site: Site,
@@ -174,8 +169,7 @@ def identify(
     """
     if recording.quantity != "deck acceleration":
         raise InputError(recording.source, "quantity", repr(recording.quantity), "'deck acceleration'")
-    sensor = site.sensor
-    spread = noise or float(sensor.noise * np.sqrt(0.5 * sensor.rate)) or noise_of(recording)
+    spread = noise or noise_of(recording, site.sensor)
     problem = _Problem(recording, site, site.passage.replaced(dict(start or {})), unknown, spread)
     begins = onset(recording, spread)
     ends = [begins + window for window in WINDOWS if begins + window < recording.times[-1]]
