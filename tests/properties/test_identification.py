@@ -77,10 +77,10 @@ def test_a_recording_tells_mass_and_damping_as_well_as_it_can(level):
 @pytest.mark.slow
 @pytest.mark.parametrize("level", sorted(LEVELS))
 def test_errors_are_at_the_bound_and_intervals_cover(level):
-    ratios, errors, covered, found = measured(level, 20, seed=2)
+    ratios, errors, covered, found = measured(level, 10, seed=2)
     rms = np.sqrt((errors**2).mean(axis=0))
     assert np.all(rms < LEVELS[level][1])
-    assert np.all(np.sqrt((ratios**2).mean(axis=0)) < 1.5)  # twenty of them scatter by 16 %
+    assert np.all(np.sqrt((ratios**2).mean(axis=0)) < 1.6)  # ten of them scatter by 22 %
     assert covered > 0.75
     assert np.mean([estimate.converged for estimate in found]) > 0.98
 
