@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,12 +9,10 @@ from typing import Any
 import numpy as np
 
 from wheeltapper.ask.study import Study, study
-from wheeltapper.describe.scenario import Scenario, relative_paths
+from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.features import named
 
-FORMAT = 1
-"""Version of the layout of study files."""
 FIELDS = (
     "scenario", "over", "features", "gradient", "zipped", "samples", "sampling", "seed", "method", "chaos_limit",
     "chunk",
@@ -26,15 +23,7 @@ SPACING: dict[str, Callable[..., Any]] = {"linear": np.linspace, "log": np.geoms
 
 def read(path: Path) -> dict[str, Any]:
     """Read a study's file; a scenario that it names is read too, relative to it."""
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(str(path), "", f"no readable file ({error.strerror})", "a TOML file with a study") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(str(path), "", f"text that is not TOML: {error}", "a TOML file with a study") from error
-    version = data.pop("format", FORMAT)
-    if version != FORMAT:
-        raise InputError(str(path), "format", repr(version), f"{FORMAT}; a newer file needs a newer wheeltapper")
+    data = toml_table(path, "a study")
     unknown = [name for name in data if name not in FIELDS]
     if unknown:
         raise InputError(str(path), unknown[0], f"the unknown name {unknown[0]!r}", ", ".join(FIELDS))

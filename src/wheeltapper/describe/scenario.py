@@ -228,19 +228,9 @@ class Scenario(Noun):
     def from_toml(cls, path: str | Path) -> Scenario:
         """Read a scenario; files that it names are taken relative to it."""
         path = Path(path)
-        try:
-            data = tomllib.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise InputError(
-                str(path), "", f"no readable file ({error.strerror})", "a TOML file with a scenario"
-            ) from error
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise InputError(str(path), "", f"text that is not TOML: {error}", "a TOML file with a scenario") from error
+        data = toml_table(path, "a scenario")
         if not data:
             raise InputError(str(path), "", "an empty file", "a TOML file with a scenario")
-        version = data.pop("format", FORMAT)
-        if version != FORMAT:
-            raise InputError(str(path), "format", repr(version), f"{FORMAT}; a newer file needs a newer wheeltapper")
         return cls.of(relative_paths(data, path.parent), str(path))
 
     @classmethod
@@ -253,6 +243,21 @@ class Scenario(Noun):
         import tomli_w
 
         Path(path).write_text(tomli_w.dumps({"format": FORMAT} | self.model_dump(mode="json")), encoding="utf-8")
+
+
+def toml_table(path: Path, what: str) -> dict[str, Any]:
+    """Return what a TOML file holds, less its `format`, or say clearly why that is not `what`."""
+    allowed = f"a TOML file with {what}"
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(str(path), "", f"no readable file ({error.strerror})", allowed) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(str(path), "", f"text that is not TOML: {error}", allowed) from error
+    version = data.pop("format", FORMAT)
+    if version != FORMAT:
+        raise InputError(str(path), "format", repr(version), f"{FORMAT}; a newer file needs a newer wheeltapper")
+    return data
 
 
 def _changed(value: Any, rest: list[str], new: Any, path: str) -> Any:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from wheeltapper.describe.noun import Noun, Share
-from wheeltapper.describe.scenario import FORMAT, Scenario, explained, relative_paths
+from wheeltapper.describe.scenario import Scenario, explained, relative_paths, toml_table
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.vehicle.wheelset import Wheelset
@@ -70,17 +69,7 @@ class Site(Noun):
     def from_toml(cls, path: str | Path) -> Site:
         """Read a site; files that it names are taken relative to it."""
         path = Path(path)
-        try:
-            data = tomllib.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise InputError(
-                str(path), "", f"no readable file ({error.strerror})", "a TOML file with a site"
-            ) from error
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise InputError(str(path), "", f"text that is not TOML: {error}", "a TOML file with a site") from error
-        version = data.pop("format", FORMAT)
-        if version != FORMAT:
-            raise InputError(str(path), "format", repr(version), f"{FORMAT}; a newer file needs a newer wheeltapper")
+        data = toml_table(path, "a site")
         return cls.of(relative_paths(data, path.parent), str(path))
 
     @classmethod

@@ -19,8 +19,8 @@ def draw_wear(wear: xr.Dataset) -> Figure:
     """Draw an evolution: the rail before and after, its spectrum and growth, and what the passes tell."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10.0, 9.0))
-    axes = figure.subplots(3, 2)
+    figure = Figure(figsize=(10.0, 12.0))
+    axes = figure.subplots(4, 2)
     first, last = wear.isel(kept=0), wear.isel(kept=-1)
     profile, marks = axes[0]
     for one, words in ((first, "virgin"), (last, f"after {int(last.kept)} passes")):
@@ -49,7 +49,13 @@ def draw_wear(wear: xr.Dataset) -> Figure:
     work.set_ylabel("plastic work [J], dashed")
     share.stackplot(number, *(100.0 * wear[name] for name in PARTS), labels=list(PARTS.values()))
     share.set(xlabel="pass", ylabel="share of the length [%]", ylim=(0.0, 100.0))
-    share.legend(loc="lower right")
+    share.legend(loc="lower right", frameon=True)
+    impacts, strongest = axes[3]
+    impacts.plot(number, wear.impacts_per_metre)
+    impacts.set(xlabel="pass", ylabel="impacts per metre", ylim=(0.0, None))
+    loudest = wear.amplitude.isel(wavelength=int(first.amplitude.values.argmax()))
+    strongest.plot(wear.kept, 1e6 * loudest)
+    strongest.set(xlabel="passes made", ylabel=f"amplitude at {1e3 * float(loudest.wavelength):.3g} mm [µm]")
     figure.suptitle(f"{int(wear.sizes['pass'])} passes: {wear.attrs['ended']}", fontsize=9)
     return figure
 
