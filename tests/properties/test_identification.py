@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.ask.diagnosis.fitting import Problem, covariance_of
 from wheeltapper.ask.diagnosis.force import noise_of
-from wheeltapper.ask.diagnosis.identify import _covariance, _Problem, identify, onset
+from wheeltapper.ask.diagnosis.identify import beliefs, identify, onset
 from wheeltapper.ask.diagnosis.synthetic import synthesise
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
@@ -42,10 +43,10 @@ def site(level="calibrated", **changes):
 
 def bound(recording, where):
     """Return the least standard deviations of ln m and ln c, with the priors, at the truth."""
-    problem = _Problem(recording, where, recording.truth["scenario"], UNKNOWN, SIGMA)
+    truth = recording.truth["scenario"]
+    problem = Problem(recording, where.sensor, SIGMA, truth, beliefs(where, UNKNOWN))
     _, jacobian = problem.at(np.zeros(len(problem.paths)), len(recording.samples), SIGMA)
-    size = np.sqrt((jacobian**2).sum(axis=0))
-    return np.sqrt(np.diag(_covariance(jacobian / size)))[:2] / size[:2]
+    return np.sqrt(np.diag(covariance_of(jacobian)))[:2]
 
 
 def measured(level, count, seed):

@@ -1,0 +1,349 @@
+"""Least squares of an exact model on one recording, over windows that grow as long as model and recording keep step.
+
+window  from the start to where the model at hand departs from the recording; fit; look again how far it keeps step
+noise   in a window at least the misfit at its start: far from the solution the priors hold, near it the samples do
+step    Levenberg's and Marquardt's, from the triangle of the Jacobian itself (its condition may reach 1e8)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.diagnosis.synthetic import filtered
+from wheeltapper.ask.trajectory import trajectory
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.sensor import Sensor
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.fields import Fields
+from wheeltapper.march import program as contract
+from wheeltapper.record.recording import Recording
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Motion = Callable[[Scenario, tuple[str, ...], FloatArray], tuple[FloatArray, FloatArray] | None]
+"""The deck's acceleration at some times and its derivatives (parameters, times); None where no model is there."""
+
+WINDOWS = (0.011, 0.016, 0.022, 0.030, 0.040, 0.055, 0.075, 0.1, 0.14, 0.2, 0.3, 0.45, 0.65, 1.0, 1.5, 2.2, 3.3, 5.0)
+"""Ends that windows may have, s after the onset."""
+IN_STEP = 0.6
+"""Model and recording keep step where their difference stays below this share of the recording's rms."""
+INFLATED = 20.0
+"""Largest factor on the noise in a window."""
+SETTLED = 0.02
+"""A fit has converged where no parameter moves by more than this part of its standard deviation."""
+STEPS, LAST_STEPS = 5, 40
+"""Steps in a window but the last, and in the last one."""
+REACH = 0.5
+"""Largest step of a coordinate."""
+DAMPING = 1e-5
+"""Of the first step in a window, over the scaled Jacobian's unit columns."""
+NEARLY = 0.9
+"""A window but the last is done where a step leaves more than this share of the sum of squares."""
+
+
+class Prior(NamedTuple):
+    """What is known of a parameter beforehand: nothing, or a distribution.
+
+    normal: centre and relative standard deviation; lognormal: centre and standard deviation of the logarithm;
+    uniform: between centre - deviation and centre + deviation; flat: nothing, but that it is positive.
+    """
+
+    centre: float
+    deviation: float = np.inf
+    kind: Literal["flat", "normal", "lognormal", "uniform"] = "flat"
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Where least squares led.
+
+    Attributes
+    ----------
+    paths, values, covariance
+        The parameters, and the covariance (parameters, parameters) of their coordinates: the logarithm, or for a
+        uniform prior the value over the half-width.
+    chi_squared, misfit
+        Sum of squared residuals over their variances with the priors' and without; infinite where no model is there.
+    freedom
+        Number of samples that count less that of parameters without a prior.
+    evidence
+        Logarithm of the probability of the recording under the model, but for a constant that all models share:
+        Laplace's approximation.
+    converged, scenario
+        Whether the last steps were small, and the best model.
+    """
+
+    paths: tuple[str, ...]
+    values: FloatArray
+    covariance: FloatArray
+    chi_squared: float
+    misfit: float
+    freedom: int
+    evidence: float
+    converged: bool
+    scenario: Scenario
+
+    @property
+    def reduced(self) -> float:
+        """χ² per degree of freedom."""
+        return self.chi_squared / max(self.freedom, 1)
+
+
+def by_tangents(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """Return the motion of the core model with its exact derivatives."""
+    found = trajectory(scenario, paths, times)
+    if found.status not in (contract.DONE, contract.ENOUGH):
+        return None
+    return found.deck_acceleration, found.of_deck_acceleration
+
+
+class Problem:
+    """The residuals of one recording against one family of models, and their derivatives by the coordinates.
+
+    Parameters
+    ----------
+    recording, sensor, noise
+        The samples, what they went through, and the standard deviation of their noise, m/s².
+    start
+        The model to start from.
+    priors
+        The parameters, by path.
+    motion
+        How the models move.
+    """
+
+    def __init__(
+        self, recording: Recording, sensor: Sensor, noise: float, start: Scenario, priors: Mapping[str, Prior],
+        motion: Motion = by_tangents,
+    ) -> None:  # fmt: skip
+        self.recording, self.sensor, self.noise, self.start, self.motion = recording, sensor, noise, start, motion
+        self.paths, self.priors = tuple(priors), tuple(priors.values())
+        self.first = np.array([float(Fields(start)(path)) for path in self.paths])
+        self.linear = np.array([prior.kind == "uniform" for prior in self.priors], dtype=bool)
+        self.scale = np.where(self.linear, [prior.deviation for prior in self.priors], 1.0)
+        if np.any((self.first <= 0.0) & ~self.linear):
+            path = self.paths[int(np.argmax((self.first <= 0.0) & ~self.linear))]
+            raise InputError("", path, f"{float(Fields(start)(path)):g}", "a positive value to start from")
+        self.times = recording.times
+        self.samples = np.nan_to_num(recording.samples)
+        self.there = np.isfinite(recording.samples)
+
+    def values(self, at: FloatArray) -> FloatArray:
+        """Return the parameters' values at some coordinates, counted from the start."""
+        near = np.where(self.linear, 0.0, at)
+        return np.asarray(np.where(self.linear, self.first + self.scale * at, self.first * np.exp(near)))
+
+    def scenario(self, at: FloatArray) -> Scenario:
+        """Return the model at some coordinates."""
+        return self.start.replaced(dict(zip(self.paths, self.values(at).tolist(), strict=True)))
+
+    def within(self, at: FloatArray) -> FloatArray:
+        """Return the nearest coordinates that uniform priors allow."""
+        centre = np.array([prior.centre for prior in self.priors])
+        middle = (centre - self.first) / self.scale
+        return np.where(self.linear, np.clip(at, middle - 1.0, middle + 1.0), at)
+
+    def residuals(self, at: FloatArray, count: int) -> tuple[FloatArray, FloatArray] | None:
+        """Return differences from the first `count` samples, m/s², and their derivatives (samples, parameters)."""
+        times = self.times[:count]
+        if not count:
+            return np.empty(0), np.empty((0, len(self.paths)))
+        try:
+            model = self.scenario(at).replaced({"duration": float(times[-1] + 0.5 / self.recording.rate)})
+            found = self.motion(model, self.paths, times)
+        except (InputError, ValueError):
+            return None
+        if found is None or not np.all(np.isfinite(found[0])):
+            return None
+        per = np.where(self.linear, self.scale, self.values(at))
+        slopes = np.array([filtered(row, self.sensor) for row in found[1]]).reshape(len(per), count) * per[:, None]
+        residual = filtered(found[0], self.sensor) - self.samples[:count]
+        beyond = self.recording.clipped[:count] & (residual * np.sign(self.samples[:count]) > 0.0)
+        counts = self.there[:count] & ~beyond  # beyond a clipped sample the model may be anywhere
+        return np.where(counts, residual, 0.0), np.where(counts, slopes, 0.0).T
+
+    def prior_residuals(self, at: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how far the parameters are from what is known of them, over its deviation, and the derivatives."""
+        out, slopes = [], []
+        for prior, value in zip(self.priors, self.values(at).tolist(), strict=True):
+            if prior.kind == "normal":
+                out.append((value / prior.centre - 1.0) / prior.deviation)
+                slopes.append(value / prior.centre / prior.deviation)
+            elif prior.kind == "lognormal":
+                out.append(np.log(value / prior.centre) / prior.deviation)
+                slopes.append(1.0 / prior.deviation)
+            else:
+                out.append(0.0)
+                slopes.append(0.0)
+        return np.array(out), np.diag(slopes)
+
+    def at(self, at: FloatArray, count: int, noise: float) -> tuple[FloatArray, FloatArray] | None:
+        """Return all residuals over their deviations and the Jacobian."""
+        found = self.residuals(at, count)
+        if found is None:
+            return None
+        beliefs, slopes = self.prior_residuals(at)
+        return np.concatenate([found[0] / noise, beliefs]), np.vstack([found[1] / noise, slopes])
+
+
+def solve(problem: Problem, begins: float) -> Fit:
+    """Fit a family of models to a recording in which the wheel first strikes at `begins`, s after the trigger."""
+    times, many = problem.times, len(problem.paths)
+    ends = [begins + window for window in WINDOWS if begins + window < times[-1]]
+    counts = [*dict.fromkeys(int(np.searchsorted(times, end)) for end in ends), len(times)]
+    at = np.zeros(many)
+    converged = False
+    window = -1
+    while window + 1 < len(counts):
+        window, noise = _next_window(problem, at, counts, window)
+        last = window + 1 == len(counts)
+        at, converged = fitted(problem, at, counts[window], noise, LAST_STEPS if last else STEPS)
+        if last and noise > problem.noise:
+            at, converged = fitted(problem, at, counts[window], problem.noise, LAST_STEPS)
+    return summary(problem, at, converged)
+
+
+def _next_window(problem: Problem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
+    """Return the longest window in which the model keeps step, beyond this one, and the noise to give it."""
+    found = problem.residuals(at, counts[-1])
+    first = window + 1
+    if found is None:
+        return first, problem.noise * INFLATED
+    misfit, signal = (np.cumsum(values**2) for values in (found[0], problem.samples * problem.there))
+    chosen = first
+    before = counts[window] if window >= 0 else 0
+    for number in range(first, len(counts)):
+        here = slice(before, counts[number])
+        off, loud = (
+            total[here.stop - 1] - (total[here.start - 1] if here.start else 0.0) for total in (misfit, signal)
+        )
+        if off > IN_STEP**2 * loud + 4.0 * problem.noise**2 * (here.stop - here.start):
+            break
+        chosen, before = number, counts[number]
+    count = counts[chosen]
+    spread = float(np.sqrt(misfit[count - 1] / count))
+    if chosen + 1 == len(counts) and spread < 3.0 * problem.noise:
+        return chosen, problem.noise
+    return chosen, float(np.clip(spread, problem.noise, INFLATED * problem.noise))
+
+
+class _Step(NamedTuple):
+    """A problem linearised at some coordinates: R of the scaled Jacobian, its target, and the scales."""
+
+    factor: FloatArray
+    target: FloatArray
+    jacobian: FloatArray
+    residual: FloatArray
+    size: FloatArray
+
+    @staticmethod
+    def at(residual: FloatArray, jacobian: FloatArray) -> _Step:
+        size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
+        many = jacobian.shape[1]
+        triangle = np.asarray(np.linalg.qr(np.column_stack([jacobian / size, residual]), mode="r"))
+        return _Step(triangle[:many, :many], -triangle[:many, -1], jacobian, residual, size)
+
+    def along(self, target: FloatArray, damping: float) -> FloatArray:
+        """Return the damped step (unscaled) towards a target."""
+        many = len(self.size)
+        rows = np.vstack([self.factor, np.sqrt(damping) * np.eye(many)])
+        return np.asarray(np.linalg.lstsq(rows, np.append(target, np.zeros(many)), rcond=None)[0])
+
+    def curved(self, step: FloatArray, there: FloatArray, damping: float) -> FloatArray:
+        """Return a step along the bend of the valley, from the residuals to which the straight one has led."""
+        bend = there - self.residual - self.jacobian @ (step / self.size)
+        projected = np.linalg.lstsq(self.factor.T, (self.jacobian / self.size).T @ bend, rcond=None)[0]
+        return np.asarray(step - self.along(np.asarray(projected), damping))
+
+
+def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: int) -> tuple[FloatArray, bool]:
+    """Return where least squares over one window lead, and whether they settled.
+
+    With few `steps` they only have to come near: they also end where the sum of squares hardly falls.
+    """
+    here = problem.at(at, count, noise)
+    damping = DAMPING
+    for _ in range(steps):
+        if here is None:
+            return at, False
+        linear = _Step.at(*here)
+        before = float((here[0] ** 2).sum())
+        deviation = np.sqrt(np.diag(_inverse(linear.factor)))
+        while True:
+            step = linear.along(linear.target, damping)
+            settled = bool(np.all(np.abs(step) < SETTLED * deviation))
+            found = _tried(problem, at, step / linear.size, count, noise)
+            if found is not None and _size(found[1]) > before and not settled:
+                bent = linear.curved(step, found[1][0], damping)
+                found = _tried(problem, at, bent / linear.size, count, noise)
+            if found is not None and _size(found[1]) <= before:
+                at, here, damping = found[0], found[1], max(0.03 * damping, 1e-12)
+                break
+            if settled or damping > 1e8:
+                return at, settled
+            damping *= 30.0
+        if settled or (steps < LAST_STEPS and _size(here) > NEARLY * before):
+            return at, settled
+    return at, False
+
+
+def _tried(
+    problem: Problem, at: FloatArray, step: FloatArray, count: int, noise: float
+) -> tuple[FloatArray, tuple[FloatArray, FloatArray]] | None:
+    trial = problem.within(at + np.clip(step, -REACH, REACH))
+    found = problem.at(trial, count, noise)
+    return None if found is None else (trial, found)
+
+
+def _size(found: tuple[FloatArray, FloatArray]) -> float:
+    return float((found[0] ** 2).sum())
+
+
+def _inverse(factor: FloatArray) -> FloatArray:
+    """Return the inverse of RᵀR, from the singular values of R."""
+    _, singular, rows = np.linalg.svd(factor)
+    scaled = rows.T / np.maximum(singular, 1e-14 * singular[0])
+    return np.asarray(scaled @ scaled.T)
+
+
+def covariance_of(jacobian: FloatArray) -> FloatArray:
+    """Return the inverse of JᵀJ."""
+    size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
+    factor = np.asarray(np.linalg.qr(jacobian / size, mode="r"))
+    return _inverse(factor) / np.outer(size, size)
+
+
+def summary(problem: Problem, at: FloatArray, converged: bool) -> Fit:
+    """Return what is known at some coordinates."""
+    many, count = len(problem.paths), len(problem.times)
+    found = problem.at(at, count, problem.noise)
+    freedom = int(problem.there.sum()) - sum(prior.kind == "flat" for prior in problem.priors)
+    if found is None:
+        nothing = np.full((many, many), np.inf)
+        return Fit(
+            problem.paths, problem.first, nothing, np.inf, np.inf, freedom, -np.inf, False, problem.start
+        )  # fmt: skip
+    residual, jacobian = found
+    covariance = covariance_of(jacobian)
+    total = float((residual**2).sum())
+    evidence = -0.5 * total + 0.5 * float(np.linalg.slogdet(2.0 * np.pi * covariance)[1]) + _of_priors(problem.priors)
+    misfit = float((residual[:count] ** 2).sum())
+    return Fit(
+        problem.paths, problem.values(at), covariance, total, misfit, freedom, evidence, converged, problem.scenario(at)
+    )
+
+
+def _of_priors(priors: tuple[Prior, ...]) -> float:
+    """Return the logarithm of the priors' densities over their coordinates, where they are largest."""
+    total = 0.0
+    for prior in priors:
+        if prior.kind == "uniform":
+            total -= np.log(2.0)
+        elif prior.kind != "flat":
+            total -= np.log(np.sqrt(2.0 * np.pi) * prior.deviation)
+    return float(total)
