@@ -29,6 +29,7 @@ class Trajectory(NamedTuple):
     of_force: FloatArray  # (parameters, times): derivatives
     of_deck_acceleration: FloatArray  # (parameters, times)
     largest_force: float
+    impacts: int
 
 
 def trajectory(
@@ -74,7 +75,8 @@ def trajectory(
     plain = _in_si(program.numbers.astype(complex), units, motion, scaled, (FORCE, DECK_Y, DECK_V))
     of = np.array(tangents).reshape(len(parameters), 2, len(times))
     peaks = march.peaks[:, contract.PEAK_FORCE].max(initial=0.0) * units.force.item()
-    return Trajectory(march.status, plain[0].real, plain[1].real, of[:, 0], of[:, 1], float(peaks))
+    impacts = int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
+    return Trajectory(march.status, plain[0].real, plain[1].real, of[:, 0], of[:, 1], float(peaks), impacts)
 
 
 def _in_si(

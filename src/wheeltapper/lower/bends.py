@@ -33,9 +33,9 @@ STEP = 2e-4
 
 
 class Courses:
-    """The courses of a scenario, as they change with one field."""
+    """The courses of a scenario (`base` where they are at hand), as they change with one field."""
 
-    def __init__(self, scenario: Scenario, path: str) -> None:
+    def __init__(self, scenario: Scenario, path: str, base: list[Course] | None = None) -> None:
         held = float(Fields(scenario)(path))
         self.step = STEP * (abs(held) or 1e-2)
         radius = float(scenario.vehicle.radius)
@@ -47,7 +47,7 @@ class Courses:
                 _, index, *rest = path.split(".")
                 items = tuple(_moved(item, rest, value) if i == int(index) else item for i, item in enumerate(items))
             self._near[k] = [item.course(value if path == "vehicle.radius" else radius) for item in items]
-        self.base = [item.course(radius) for item in scenario.irregularities]
+        self.base = base or [item.course(radius) for item in scenario.irregularities]
         self._place = {id(s): (i, j) for i, course in enumerate(self.base) for j, s in enumerate(course.stretches)}
 
     def moved(self, placed: Placed, k: int) -> Placed:
@@ -127,7 +127,7 @@ def _written(rows: FloatArray, nodes: FloatArray, values: FloatArray, source: in
         out[i, source : source + DEGREE + 1] = line.convert(domain=own, window=[-1, 1]).coef[: DEGREE + 1]
 
 
-def bend(scenario: Scenario, path: str, table: Table, end: float) -> FloatArray:
+def bend(scenario: Scenario, path: str, table: Table) -> FloatArray:
     """Return the derivatives of a table's pieces with respect to a field that shapes the path.
 
     Parameters
@@ -137,17 +137,18 @@ def bend(scenario: Scenario, path: str, table: Table, end: float) -> FloatArray:
     path
         Of the field.
     table
-        The path over which the wheel rolls to x = `end`.
+        Of its path.
     """
-    changing = Courses(scenario, path)
+    rolled = table.origin
+    changing = Courses(scenario, path, rolled.all if rolled else None)
     factor_slopes = ellipse.factor_slopes(scenario.contact, scenario.vehicle, path)
     rows = table.rows
     out = np.zeros_like(rows)
     nodes = _nodes(rows)
-    if scenario.rolling == "point" or all(course.followed for course in changing.base):
+    if rolled is None:
         _bend_point(changing, rows, nodes, factor_slopes, out)
     else:
-        _bend_circle(scenario, path, changing, end, rows, nodes, factor_slopes, out)
+        _bend_circle(scenario, path, changing, rolled, rows, nodes, factor_slopes, out)
     _move_kinks(rows, out)
     if table.loop < len(rows):
         out[-1, contract.STOP] = out[table.loop, contract.START] + changing.period()
@@ -195,12 +196,10 @@ def _bend_wave(changing: Courses, row: FloatArray, present: list[Placed], out: F
 
 
 def _bend_circle(
-    scenario: Scenario, path: str, changing: Courses, end: float, rows: FloatArray, nodes: FloatArray,
+    scenario: Scenario, path: str, changing: Courses, rolled: Rolled, rows: FloatArray, nodes: FloatArray,
     factor_slopes: FactorSlopes | None, out: FloatArray,
 ) -> None:  # fmt: skip
     radius = float(scenario.vehicle.radius)
-    height = sum(course.height for course in changing.base)
-    rolled = Rolled(changing.base, end, radius, height)
     envelope, profile = rolled.envelope, rolled.envelope.profile
     present = [placed for _, _, placed in cells(rolled.courses, profile.start, profile.end)]
     middle = nodes[:, len(LOBATTO) // 2]

@@ -45,10 +45,9 @@ def _shapes_the_path(scenario: Scenario, path: str) -> bool:
 
 @dataclass(frozen=True)
 class _Shaped:
-    """A table, the scenario that it belongs to, and up to where it is needed."""
+    """A table, and the scenario that it belongs to."""
 
     scenario: Scenario
-    end: float
     table: Table
 
 
@@ -157,7 +156,7 @@ class Many:
             end = float(ends[owner == index].max())
             shaped.check_extent(end)
             table, said = table_of(shaped, end, self._method)
-            made.append(_Shaped(shaped, end, table))
+            made.append(_Shaped(shaped, table))
             notes += said
         return made, owner, tuple(dict.fromkeys(notes))
 
@@ -189,7 +188,7 @@ class Many:
         placing = self._placing(value)
         bent = None
         if path in self._shaping:
-            each = [bend(shaped.scenario, path, shaped.table, shaped.end) for shaped in self._shaped]
+            each = [bend(shaped.scenario, path, shaped.table) for shaped in self._shaped]
             placing = self._raised(placing, each)
             bent = np.vstack(each)
         numbers, units = numbers_of(value, placing, self._method)

@@ -13,6 +13,7 @@ place, the wheel touches at two points and the path has a kink.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, sqrt
 
 import numpy as np
@@ -186,8 +187,9 @@ class Rolled:
 
     Attributes
     ----------
-    courses
-        Those that it rolls over; the others, `followed` ones, are `raised`: cells with the stretches to be added.
+    all, courses
+        All, and those that it rolls over; the others, `followed` ones, are `raised`: cells with the stretches to be
+        added.
     stop, loop
         Up to where the path is known, and from where on it repeats (None if it does not).
     envelope, kinks
@@ -195,6 +197,7 @@ class Rolled:
     """
 
     def __init__(self, courses: list[Course], end: float, radius: float, height: float) -> None:
+        self.all = courses
         self.courses = [course for course in courses if not course.followed]
         window = _window(self.courses, end, radius)
         self.stop, self.loop = _repetition(courses, end, window)
@@ -237,9 +240,9 @@ def circle_table(
     notes = _notes(envelope, [k for k in rolled.kinks if 0.0 <= k <= stop], factor is not None, stop)
     if loop is None:
         rows[-1, contract.STOP] = inf if rows[-1, contract.DEGREE] == 0 else stop * (1 + 1e-9) + 1e-9
-        return assemble(rows, height), notes
+        return replace(assemble(rows, height), origin=rolled), notes
     index = int(np.flatnonzero(rows[:, contract.START] == loop)[0])
-    return assemble(rows, height, index), notes
+    return replace(assemble(rows, height, index), origin=rolled), notes
 
 
 def _range(course: Course, start: float, end: float) -> float:

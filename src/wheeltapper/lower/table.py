@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,11 +103,18 @@ def _joins(before: FloatArray, after: FloatArray, height: float, steepest: float
 
 @dataclass(frozen=True)
 class Table:
-    """Pieces in order, how they join, and where the table goes on after its end."""
+    """Pieces in order, how they join, and where the table goes on after its end.
+
+    `origin` is what it was fitted to, where that can be asked once more.
+    """
 
     rows: FloatArray
     loop: int
     loop_join: int
+    origin: Any = field(default=None, repr=False, compare=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Table, (self.rows, self.loop, self.loop_join)  # what it was fitted to may hold a user's functions
 
     @property
     def period(self) -> float:

@@ -36,14 +36,20 @@ INFLATED = 20.0
 """Largest factor on the noise in a window."""
 SETTLED = 0.02
 """A fit has converged where no parameter moves by more than this part of its standard deviation."""
-STEPS, LAST_STEPS = 5, 40
-"""Steps in a window but the last, and in the last one."""
+STEPS, LAST_STEPS = 6, 30
+"""Steps in a window but the last, and in the last one; as many may fail."""
 REACH = 0.5
 """Largest step of a coordinate."""
 DAMPING = 1e-5
 """Of the first step in a window, over the scaled Jacobian's unit columns."""
 NEARLY = 0.9
 """A window but the last is done where a step leaves more than this share of the sum of squares."""
+HOLDS = 2.0
+"""A model explains a window where χ² per sample is at most this."""
+PATIENCE = 2
+"""How often a shorter window is tried where a long one is not explained."""
+STUCK = 0.9
+"""A fit is given up where less noise leaves more than this share of the sum of squares."""
 
 
 class Prior(NamedTuple):
@@ -65,8 +71,7 @@ class Fit:
     Attributes
     ----------
     paths, values, covariance
-        The parameters, and the covariance (parameters, parameters) of their coordinates: the logarithm, or for a
-        uniform prior the value over the half-width.
+        The parameters, and the covariance (parameters, parameters) of their logarithms.
     chi_squared, misfit
         Sum of squared residuals over their variances with the priors' and without; infinite where no model is there.
     freedom
@@ -76,6 +81,8 @@ class Fit:
         Laplace's approximation.
     converged, scenario
         Whether the last steps were small, and the best model.
+    held
+        Up to when the model explains the recording, s after the trigger; infinite: all of it.
     """
 
     paths: tuple[str, ...]
@@ -87,6 +94,7 @@ class Fit:
     evidence: float
     converged: bool
     scenario: Scenario
+    held: float = np.inf
 
     @property
     def reduced(self) -> float:
@@ -132,6 +140,13 @@ class Problem:
         self.times = recording.times
         self.samples = np.nan_to_num(recording.samples)
         self.there = np.isfinite(recording.samples)
+
+    def until(self, time: float) -> Problem:
+        """Return the same with the part of the recording before a time after the trigger, s."""
+        part = self.recording.until(time)
+        return Problem(
+            part, self.sensor, self.noise, self.start, dict(zip(self.paths, self.priors, strict=True)), self.motion
+        )
 
     def values(self, at: FloatArray) -> FloatArray:
         """Return the parameters' values at some coordinates, counted from the start."""
@@ -192,29 +207,54 @@ class Problem:
 
 
 def solve(problem: Problem, begins: float) -> Fit:
-    """Fit a family of models to a recording in which the wheel first strikes at `begins`, s after the trigger."""
-    times, many = problem.times, len(problem.paths)
+    """Fit a family of models to a recording in which the wheel first strikes at `begins`, s after the trigger.
+
+    A family that does not explain a window explains no longer one: the fit then stays with the last window that it
+    explains.
+    """
+    times = problem.times
     ends = [begins + window for window in WINDOWS if begins + window < times[-1]]
     counts = [*dict.fromkeys(int(np.searchsorted(times, end)) for end in ends), len(times)]
-    at = np.zeros(many)
-    converged = False
-    window = -1
+    at, window, longest, patience = np.zeros(len(problem.paths)), -1, len(counts), PATIENCE
     while window + 1 < len(counts):
-        window, noise = _next_window(problem, at, counts, window)
-        last = window + 1 == len(counts)
-        at, converged = fitted(problem, at, counts[window], noise, LAST_STEPS if last else STEPS)
-        if last and noise > problem.noise:
-            at, converged = fitted(problem, at, counts[window], problem.noise, LAST_STEPS)
+        chosen, noise = _next_window(problem, at, counts[:longest], window)
+        trial = _explaining(problem, at, counts[chosen], noise)
+        if trial is not None:
+            at, window, longest = trial, chosen, len(counts)
+        elif chosen > window + 1 and patience:
+            longest, patience = (window + 1 + chosen) // 2 + 1, patience - 1
+        else:
+            break
+    if window + 1 < len(counts):
+        held = float(times[counts[window] - 1]) if window >= 0 else begins
+        return summary(problem, at, False, held)
+    at, converged = fitted(problem, at, counts[-1], problem.noise, LAST_STEPS)
     return summary(problem, at, converged)
 
 
+def _explaining(problem: Problem, at: FloatArray, count: int, noise: float) -> FloatArray | None:
+    """Return coordinates with which the model explains a window; None where it does not."""
+    before = np.inf
+    while True:
+        at, _ = fitted(problem, at, count, noise, STEPS)
+        found = problem.residuals(at, count)
+        if found is None:
+            return None
+        left = float((found[0] ** 2).mean())
+        if left <= HOLDS * problem.noise**2:
+            return at
+        if noise == problem.noise or left > noise**2 or left > STUCK * before:
+            return None
+        noise, before = max(problem.noise, 0.1 * noise), left
+
+
 def _next_window(problem: Problem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
-    """Return the longest window in which the model keeps step, beyond this one, and the noise to give it."""
+    """Return the longest of the windows beyond this one in which the model keeps step, and the noise to give it."""
     found = problem.residuals(at, counts[-1])
     first = window + 1
     if found is None:
         return first, problem.noise * INFLATED
-    misfit, signal = (np.cumsum(values**2) for values in (found[0], problem.samples * problem.there))
+    misfit, signal = (np.cumsum(values**2) for values in (found[0], (problem.samples * problem.there)[: counts[-1]]))
     chosen = first
     before = counts[window] if window >= 0 else 0
     for number in range(first, len(counts)):
@@ -227,8 +267,6 @@ def _next_window(problem: Problem, at: FloatArray, counts: list[int], window: in
         chosen, before = number, counts[number]
     count = counts[chosen]
     spread = float(np.sqrt(misfit[count - 1] / count))
-    if chosen + 1 == len(counts) and spread < 3.0 * problem.noise:
-        return chosen, problem.noise
     return chosen, float(np.clip(spread, problem.noise, INFLATED * problem.noise))
 
 
@@ -267,24 +305,28 @@ def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: in
     With few `steps` they only have to come near: they also end where the sum of squares hardly falls.
     """
     here = problem.at(at, count, noise)
-    damping = DAMPING
-    for _ in range(steps):
+    damping, tries = DAMPING, 2 * steps
+    while tries > 0:
         if here is None:
             return at, False
         linear = _Step.at(*here)
+        if not np.all(np.isfinite(linear.factor)):
+            return at, False
         before = float((here[0] ** 2).sum())
         deviation = np.sqrt(np.diag(_inverse(linear.factor)))
         while True:
             step = linear.along(linear.target, damping)
             settled = bool(np.all(np.abs(step) < SETTLED * deviation))
+            tries -= 1
             found = _tried(problem, at, step / linear.size, count, noise)
             if found is not None and _size(found[1]) > before and not settled:
+                tries -= 1
                 bent = linear.curved(step, found[1][0], damping)
                 found = _tried(problem, at, bent / linear.size, count, noise)
             if found is not None and _size(found[1]) <= before:
                 at, here, damping = found[0], found[1], max(0.03 * damping, 1e-12)
                 break
-            if settled or damping > 1e8:
+            if settled or tries <= 0:
                 return at, settled
             damping *= 30.0
         if settled or (steps < LAST_STEPS and _size(here) > NEARLY * before):
@@ -306,6 +348,8 @@ def _size(found: tuple[FloatArray, FloatArray]) -> float:
 
 def _inverse(factor: FloatArray) -> FloatArray:
     """Return the inverse of RᵀR, from the singular values of R."""
+    if not np.all(np.isfinite(factor)):
+        return np.full(factor.shape, np.inf)
     _, singular, rows = np.linalg.svd(factor)
     scaled = rows.T / np.maximum(singular, 1e-14 * singular[0])
     return np.asarray(scaled @ scaled.T)
@@ -318,7 +362,7 @@ def covariance_of(jacobian: FloatArray) -> FloatArray:
     return _inverse(factor) / np.outer(size, size)
 
 
-def summary(problem: Problem, at: FloatArray, converged: bool) -> Fit:
+def summary(problem: Problem, at: FloatArray, converged: bool, held: float = np.inf) -> Fit:
     """Return what is known at some coordinates."""
     many, count = len(problem.paths), len(problem.times)
     found = problem.at(at, count, problem.noise)
@@ -331,11 +375,18 @@ def summary(problem: Problem, at: FloatArray, converged: bool) -> Fit:
     residual, jacobian = found
     covariance = covariance_of(jacobian)
     total = float((residual**2).sum())
-    evidence = -0.5 * total + 0.5 * float(np.linalg.slogdet(2.0 * np.pi * covariance)[1]) + _of_priors(problem.priors)
+    evidence = -np.inf
+    if np.all(np.isfinite(covariance)):
+        volume = float(np.linalg.slogdet(2.0 * np.pi * covariance)[1])
+        evidence = -0.5 * total + 0.5 * volume + _of_priors(problem.priors)
     misfit = float((residual[:count] ** 2).sum())
+    values = problem.values(at)
+    with np.errstate(divide="ignore"):
+        per = np.where(problem.linear, problem.scale / values, 1.0)
     return Fit(
-        problem.paths, problem.values(at), covariance, total, misfit, freedom, evidence, converged, problem.scenario(at)
-    )
+        problem.paths, values, covariance * np.outer(per, per), total, misfit, freedom, evidence, converged,
+        problem.scenario(at), held,
+    )  # fmt: skip
 
 
 def _of_priors(priors: tuple[Prior, ...]) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.diagnosis.fitting import Prior, Problem, solve
+from wheeltapper.ask.diagnosis.fitting import Fit, Prior, Problem, solve
 from wheeltapper.ask.diagnosis.force import noise_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
@@ -72,9 +72,9 @@ class Estimate:
 
     def interval(self, path: str, level: float = 0.9) -> tuple[float, float]:
         """Return the interval that holds the true value with this probability."""
-        from scipy.stats import norm
+        from scipy.special import ndtri
 
-        half = float(norm.ppf(0.5 + 0.5 * level)) * self.deviation(path)
+        half = float(ndtri(0.5 + 0.5 * level)) * self.deviation(path)
         return self[path] * float(np.exp(-half)), self[path] * float(np.exp(half))
 
 
@@ -121,7 +121,12 @@ def identify(
     spread = noise or noise_of(recording, site.sensor)
     model = site.passage.replaced(dict(start or {}))
     found = solve(Problem(recording, site.sensor, spread, model, beliefs(site, unknown)), onset(recording, spread))
+    return estimate_of(found, spread)
+
+
+def estimate_of(found: Fit, noise: float) -> Estimate:
+    """Return what a fit tells."""
     return Estimate(
         found.paths, found.values, found.covariance, found.chi_squared, found.freedom, found.converged, found.scenario,
-        spread,
+        noise,
     )  # fmt: skip

@@ -1,0 +1,277 @@
+"""From one recording to a finding: which fault explains it, how large it is, and what else would explain it as well.
+
+plain    one fit with mass, damping and load free; it tells apart all faults that change only these, by their priors
+else     where that does not explain the recording: flats from where something strikes, then the damper's end, then
+         wheels out of round, until one explains it
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.diagnosis.faults import CATALOGUE, PLAIN, Fault, fault_named
+from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
+from wheeltapper.ask.diagnosis.fitting import Fit, Prior, Problem, solve
+from wheeltapper.ask.diagnosis.force import noise_of
+from wheeltapper.ask.diagnosis.identify import beliefs, estimate_of, onset
+from wheeltapper.ask.diagnosis.search import as_rounded, flat_starts, harmonic_starts, strike
+from wheeltapper.ask.trajectory import trajectory
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.site import Site
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.build import lower
+from wheeltapper.lower.fields import Fields
+from wheeltapper.record.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+EXPLAINED = 1.3
+"""A model explains a recording where χ² per degree of freedom is at most this."""
+FAULTY = 0.1
+"""Probability before the recording that a wheelset has a fault."""
+ALIKE = 0.05
+"""Another verdict is not excluded where its probability is at least this part of the best one's."""
+BASIN = 0.02
+"""A fit that explains so much of the recording, s from the first strike, is in the right basin."""
+HARMONIC = 0.03
+"""How much longer the first window is where a wheel may be out of round, s."""
+SHORTEST = 32
+"""Least number of samples."""
+FLATS = ("wheel flat", "rounded flat")
+
+
+class _Case:
+    """One recording at one site, and the fits that were made of it."""
+
+    def __init__(self, recording: Recording, site: Site, faults: tuple[str, ...], noise: float) -> None:
+        self.recording, self.site, self.noise = recording, site, noise
+        self.passage = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
+        self.stated = Site(
+            passage=self.passage, sensor=site.sensor, uncertainty=site.uncertainty, name=site.name
+        )  # fmt: skip
+        self.faults = {name: fault_named(name) for name in faults}
+        self.begins = onset(recording, noise)
+        self.fits: dict[str, Fit] = {}
+        self.evidence: dict[str, float] = {}
+
+    def problem(self, start: Scenario, priors: dict[str, Prior]) -> Problem:
+        return Problem(self.recording, self.site.sensor, self.noise, start, priors)
+
+    @property
+    def best(self) -> Fit | None:
+        return min(self.fits.values(), key=lambda fit: fit.reduced, default=None)
+
+    @property
+    def explained(self) -> bool:
+        return self.best is not None and self.best.reduced <= EXPLAINED
+
+
+def diagnose(
+    recording: Recording, site: Site, *, faults: Sequence[str] | None = None, noise: float | None = None
+) -> Finding:
+    """Find what is wrong with a wheelset from the recording of its passage.
+
+    Parameters
+    ----------
+    recording
+        The deck's acceleration.
+    site
+        Where it was made, with what is uncertain of it and of a healthy wheelset.
+    faults
+        Names of the catalogue's faults to compare; by default all.
+    noise
+        Standard deviation of the samples' noise, m/s²; by default the sensor's, or what the recording shows.
+
+    Raises
+    ------
+    InputError
+        If the recording is no acceleration, too short, or of another sample rate than the site's sensor has.
+    """
+    _check(recording, site)
+    spread = noise or noise_of(recording, site.sensor)
+    if not spread > 0.0:
+        raise InputError(recording.source, "sensor.noise", "samples without noise", "a sensor with its noise stated")
+    case = _Case(recording, site, tuple(CATALOGUE if faults is None else faults), spread)
+    if not _wheel(recording, spread):
+        return _nothing(recording, site, spread)
+    _try_plain(case)
+    for attempt in (_try_flats, _try_harmonics):
+        if not case.explained:
+            attempt(case)
+    return _concluded(case)
+
+
+def _check(recording: Recording, site: Site) -> None:
+    if recording.quantity != "deck acceleration":
+        raise InputError(recording.source, "quantity", repr(recording.quantity), "'deck acceleration'")
+    good = int(np.isfinite(recording.samples).sum())
+    if good < SHORTEST:
+        raise InputError(recording.source, "samples", f"{good} of them", f"at least {SHORTEST}")
+    if abs(recording.rate / site.sensor.rate - 1.0) > 1e-6:
+        raise InputError(
+            recording.source,
+            "rate",
+            f"{recording.rate:g} Hz",
+            f"{site.sensor.rate:g} Hz, the rate of the site's sensor",
+        )
+
+
+def _wheel(recording: Recording, noise: float) -> bool:
+    """Return True where enough samples rise from the noise to be a wheel's."""
+    loud = np.abs(np.nan_to_num(recording.samples)) > 6.0 * noise
+    return bool(loud.sum() >= 8)
+
+
+def _nothing(recording: Recording, site: Site, noise: float) -> Finding:
+    largest = float(np.nanmax(np.abs(recording.samples)))
+    note = f"the largest sample is {largest:.3g} m/s², {largest / noise:.2g} deviations of the noise"
+    nan = np.nan
+    return Finding(
+        NO_WHEEL, {}, None, nan, nan, (nan, nan), (), nan, nan, nan, 0, (note, *recording.notes), recording, site, noise
+    )  # fmt: skip
+
+
+# -- faults that change mass, damping and load only -------------------------------------------------------------------
+
+
+def _try_plain(case: _Case) -> None:
+    """Fit mass, damping and load; weigh the plain faults and health by their priors."""
+    fields = Fields(case.passage)
+    unknown = tuple(path for path in PLAIN if float(fields(path)) > 0.0)
+    priors = beliefs(case.stated, unknown)
+    starts = [case.passage]
+    starts += [f.passage(case.passage) for f in (CATALOGUE["broken spring"], CATALOGUE["lost damper"])]
+    found: Fit | None = None
+    for start in starts:
+        trial = solve(case.problem(start, priors), case.begins)
+        if found is None or trial.chi_squared < found.chi_squared:
+            found = trial
+        if found.reduced <= EXPLAINED or found.held > case.begins + BASIN:
+            break
+    assert found is not None
+    case.fits["plain"] = found
+    many = len(unknown)
+    covariance = found.covariance[:many, :many]
+    for name in (HEALTHY, *(name for name, fault in case.faults.items() if fault.plain)):
+        away, variances = _expected(case, case.faults.get(name), unknown)
+        case.evidence[name] = found.evidence + _normal(
+            np.log(found.values[:many]) - away, covariance + np.diag(variances)
+        )
+
+
+def _expected(case: _Case, fault: Fault | None, unknown: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
+    """Return what is believed of the logarithms of the plain fields under a fault: centres and variances."""
+    passage = case.passage if fault is None else fault.passage(case.passage)
+    believed = {} if fault is None else fault.believed(case.passage)
+    centres, variances = [], []
+    for path in unknown:
+        prior = believed.get(path)
+        centres.append(np.log(prior.centre if prior else float(Fields(passage)(path))))
+        variances.append((prior.deviation if prior else case.site.uncertainty.get(path, 0.0)) ** 2)
+    return np.array(centres), np.array(variances)
+
+
+def _normal(away: FloatArray, covariance: FloatArray) -> float:
+    """Return the logarithm of a normal density."""
+    size = float(np.linalg.slogdet(2.0 * np.pi * covariance)[1])
+    return -0.5 * (size + float(away @ np.linalg.solve(covariance, away)))
+
+
+# -- flats ------------------------------------------------------------------------------------------------------------
+
+
+def _try_flats(case: _Case) -> None:
+    """Fit flats, from where something strikes that mass, damping and load do not explain."""
+    plain = case.fits["plain"]
+    made = {name: case.faults[name].made for name in FLATS if name in case.faults}
+    if not made or plain.held <= case.begins:
+        return
+    healthy = case.problem(case.passage, beliefs(case.stated))
+    struck = strike(healthy, plain.scenario, plain.held)
+    if not np.isfinite(struck):
+        return
+    whole = solve(case.problem(case.passage, beliefs(case.stated)).until(struck), case.begins)
+    for name, add in made.items():
+        starts = flat_starts(healthy, whole.scenario, struck, name, add)
+        if name != "wheel flat" and case.explained:
+            starts = iter([as_rounded(case.fits["wheel flat"].scenario, add)])
+        for start in starts:
+            _fit_fault(case, name, start, struck)
+            if case.fits[name].reduced <= EXPLAINED:
+                break
+
+
+def _try_harmonics(case: _Case) -> None:
+    """Fit wheels that are out of round."""
+    if "out of round" not in case.faults:
+        return
+    for start in harmonic_starts(case.problem(case.passage, beliefs(case.stated)), case.begins):
+        _fit_fault(case, "out of round", start, case.begins + HARMONIC)
+        if case.explained:
+            return
+
+
+def _fit_fault(case: _Case, name: str, start: Scenario, begins: float) -> None:
+    priors = beliefs(case.stated) | case.faults[name].believed(case.passage)
+    found = solve(case.problem(start, priors), begins)
+    if name not in case.fits or found.evidence > case.fits[name].evidence:
+        case.fits[name], case.evidence[name] = found, found.evidence
+
+
+# -- the verdict ------------------------------------------------------------------------------------------------------
+
+
+def _concluded(case: _Case) -> Finding:
+    each = FAULTY / len(CATALOGUE)
+    weights = {
+        name: evidence + np.log(1.0 - FAULTY if name == HEALTHY else each) for name, evidence in case.evidence.items()
+    }
+    top = max(weights.values())
+    whole = {name: float(np.exp(weight - top)) for name, weight in weights.items()}
+    total = sum(whole.values())
+    probabilities = {name: value / total for name, value in sorted(whole.items(), key=lambda item: -item[1])}
+    best = next(iter(probabilities))
+    fit = case.fits.get(best, case.fits["plain"])
+    verdict = best if fit.reduced <= EXPLAINED else NOT_EXPLAINED
+    alike = tuple(
+        name for name, p in probabilities.items() if name != best and p >= ALIKE * probabilities[best]
+    )  # fmt: skip
+    estimate = estimate_of(fit, case.noise)
+    size, interval = _size_of(case, verdict, fit)
+    moved = trajectory(fit.scenario.replaced({"duration": case.recording.times[-1]}), (), case.recording.times)
+    return Finding(
+        verdict, probabilities, estimate, fit.reduced, size, interval, alike if verdict != NOT_EXPLAINED else (),
+        float(fit.scenario.speed), lower(fit.scenario).static_force, moved.largest_force, moved.impacts,
+        (*case.recording.notes, *_notes(case)), case.recording, case.site, case.noise, moved.deck_acceleration,
+    )  # fmt: skip
+
+
+def _size_of(case: _Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, float]]:
+    nan = (np.nan, (np.nan, np.nan))
+    if verdict not in case.faults:
+        return nan
+    fault = case.faults[verdict]
+    path = fault.path.replace(".-1.", f".{len(case.passage.irregularity)}.")
+    estimate = estimate_of(fit, case.noise)
+    if path not in estimate.paths:
+        return nan
+    value, (low, high) = estimate[path], estimate.interval(path)
+    if not fault.plain:
+        return value, (low, high)
+    held = float(Fields(case.passage)(path))
+    if fault.unit:  # what is added
+        return value - held, (low - held, high - held)
+    return value / held, (low / held, high / held)
+
+
+def _notes(case: _Case) -> tuple[str, ...]:
+    notes = []
+    clipped = int(case.recording.clipped.sum())
+    if clipped:
+        notes.append(f"{clipped} clipped samples count as bounds")
+    if not case.fits["plain"].converged and len(case.fits) == 1:
+        notes.append("the fit has not settled")
+    return tuple(notes)

@@ -1,0 +1,184 @@
+"""What a diagnosis says: in numbers, in one paragraph, as JSON."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.diagnosis.faults import CATALOGUE
+from wheeltapper.ask.diagnosis.identify import Estimate
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.site import Site
+from wheeltapper.record.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+HEALTHY, NOT_EXPLAINED, NO_WHEEL = "healthy", "not explained", "no wheel"
+FORMAT = 1
+"""Version of the JSON's layout."""
+KIP = 4448.2216152605
+"""N."""
+NAMES = {
+    "vehicle.mass": ("unsprung mass", "kg", 1.0),
+    "vehicle.damping": ("damping", "kN s/m", 1e-3),
+    "vehicle.load": ("load", "kN", 1e-3),
+    "vehicle.damper_play": ("half the damper's play", "um", 1e6),
+    "vehicle.bush_stiffness": ("bush", "kN/mm", 1e-6),
+}
+"""How the fields of a finding are printed: words, unit, factor."""
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """What one recording tells of a wheelset.
+
+    Attributes
+    ----------
+    verdict
+        The most probable of the catalogue's faults or "healthy"; "not explained" where no model fits; "no wheel"
+        where nothing rises from the noise.
+    probabilities
+        Of "healthy" and each fault that was compared; empty without a wheel. Where the verdict is "not explained"
+        they only rank the models.
+    estimate
+        The parameters of the best model, with intervals.
+    reduced
+        χ² per degree of freedom of the best model: one where it explains the recording.
+    size, interval
+        Of the fault and its 90 % interval, in the unit of the catalogue; NaN without one.
+    alike
+        Other verdicts that this recording does not exclude.
+    speed, static_force, largest_force
+        m/s and N, of the best model.
+    impacts
+        How often it lost contact and struck again.
+    notes
+        What the user should know.
+    recording, site
+        What was diagnosed, and where.
+    noise
+        Standard deviation of the samples' noise, m/s².
+    """
+
+    verdict: str
+    probabilities: dict[str, float]
+    estimate: Estimate | None
+    reduced: float
+    size: float
+    interval: tuple[float, float]
+    alike: tuple[str, ...]
+    speed: float
+    static_force: float
+    largest_force: float
+    impacts: int
+    notes: tuple[str, ...]
+    recording: Recording
+    site: Site
+    noise: float
+    _acceleration: FloatArray = field(repr=False, default_factory=lambda: np.empty(0))
+
+    @property
+    def model(self) -> Scenario | None:
+        """The passage that fits best."""
+        return self.estimate.scenario if self.estimate is not None else None
+
+    @property
+    def model_acceleration(self) -> FloatArray:
+        """The deck's acceleration of the best model at the recording's times, m/s²."""
+        return self._acceleration
+
+    @property
+    def dynamic_ratio(self) -> float:
+        """Largest over static force."""
+        return self.largest_force / self.static_force
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all of it but the samples, for JSON; in SI units."""
+        values = {}
+        if self.estimate is not None:
+            for path in self.estimate.paths:
+                low, high = self.estimate.interval(path)
+                values[path] = {"value": self.estimate[path], "interval_90": [_number(low), _number(high)]}
+        return {
+            "format": FORMAT,
+            "source": self.recording.source,
+            "site": self.site.name,
+            "verdict": self.verdict,
+            "probabilities": dict(self.probabilities),
+            "alike": list(self.alike),
+            "size": _number(self.size),
+            "size_interval_90": [_number(end) for end in self.interval],
+            "size_unit": CATALOGUE[self.verdict].unit if self.verdict in CATALOGUE else "",
+            "chi_squared_reduced": _number(self.reduced),
+            "noise": self.noise,
+            "speed": _number(self.speed),
+            "static_force": _number(self.static_force),
+            "largest_force": _number(self.largest_force),
+            "impacts": self.impacts,
+            "estimates": values,
+            "notes": list(self.notes),
+        }
+
+    def __str__(self) -> str:
+        """Return one paragraph."""
+        said = [f"{self.recording.source or 'recording'}: {self._headline()}."]
+        if self.verdict in CATALOGUE:
+            fault = CATALOGUE[self.verdict]
+            said.append(f"{_capital(fault.meaning)}.")
+            if np.isfinite(self.size):
+                said.append(f"{_capital(fault.size)}: {_range(self.size, *self.interval, fault.unit)}.")
+        if self.estimate is not None:
+            said.append(self._values())
+            said.append(
+                f"Static force {self.static_force / 1e3:.1f} kN ({self.static_force / KIP:.1f} kips), largest "
+                f"{self.largest_force / 1e3:.1f} kN ({self.largest_force / KIP:.1f} kips, {self.dynamic_ratio:.2f} times"
+                f" static), at {3.6 * self.speed:.1f} km/h, {self.impacts} impacts after losses of contact."
+            )
+            said.append(f"The best model leaves χ² = {self.reduced:.3g} per sample.")
+        if self.alike:
+            said.append(f"This recording does not exclude: {', '.join(self.alike)}.")
+        said += [f"{_capital(note)}." for note in self.notes]
+        return " ".join(said)
+
+    def _headline(self) -> str:
+        if self.verdict == NO_WHEEL:
+            return "no wheel: nothing rises from the noise"
+        if self.verdict == NOT_EXPLAINED:
+            best = max(self.probabilities, key=self.probabilities.__getitem__, default="none")
+            return f"not explained: neither a healthy wheelset nor a fault of the catalogue fits (nearest: {best})"
+        return f"{self.verdict} (probability {_percent(self.probabilities[self.verdict])})"
+
+    def _values(self) -> str:
+        assert self.estimate is not None
+        parts = []
+        for path, (words, unit, factor) in NAMES.items():
+            if path in self.estimate.paths:
+                ends = [factor * end for end in self.estimate.interval(path)]
+                parts.append(f"{words} {_range(factor * self.estimate[path], ends[0], ends[1], unit)}")
+        return f"{_capital(', '.join(parts))}." if parts else "Mass and damping as stated."
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _percent(probability: float) -> str:
+    if 0.0005 < probability < 0.9995:
+        return f"{100.0 * probability:.1f} %"
+    return ">99.9 %" if probability > 0.5 else "<0.1 %"
+
+
+def _range(value: float, low: float, high: float, unit: str) -> str:
+    said = {"m": (1e3, "mm"), "": (1.0, "")}.get(unit, (1.0, unit))
+    factor, unit = said
+    if unit == "mm" and abs(value) < 1e-3:
+        factor, unit = 1e6, "um"
+    text = f"{factor * value:.4g} {unit}".strip()
+    return f"{text} (90 %: {factor * low:.4g} to {factor * high:.4g})" if np.isfinite(low + high) else text
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -1,0 +1,143 @@
+"""Where the fits of faults start that a fit from the healthy passage would not find.
+
+strike  where the recording leaves a model that has explained it so far: the place of a flat
+grids   lengths of a flat about that place; orders and phases of a wheel out of round; plays of a damper
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.diagnosis.faults import Made, out_of_round
+from wheeltapper.ask.diagnosis.fitting import INFLATED, STEPS, Motion, Prior, Problem, by_tangents, fitted
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+STRIKES = 5.0
+"""Something else strikes where the difference, over a millisecond, exceeds so many deviations of the noise."""
+FLATS = tuple(1e-3 * length for length in (7, 10, 14, 18, 23, 28, 34, 40, 47, 54, 62, 70, 79, 88, 98))
+"""Lengths of fresh flats that are tried, m."""
+LIKE = {"wheel flat": 1.0, "rounded flat": 0.7}
+"""Length of the fresh flat that a flat resembles, over its own."""
+EDGE, EDGES = 0.002, (0.0, 0.002, 0.004, 0.007)
+"""How far before the place where it is felt the flat's edge touches, m: usually, and what is tried at last."""
+TRIED = 3
+"""How many starts are gone on with."""
+AFTER = 0.02
+"""s after the strike in which starts are judged."""
+ORDERS = range(1, 31)
+SMALL, NEAR = 1e-5, (0.011, 0.022, 0.04)
+"""Amplitude of a wheel out of round at which orders are weighed, m, and the windows that lead there, s."""
+PLAYS = (1.2e-5, 3e-5, 7e-5, 1.5e-4)
+"""Half-gaps that are tried, m."""
+BUSHES = (1e6, 4e6, 1.6e7, 6e7)
+"""Stiffnesses of a bush that are tried, N/m."""
+
+
+def strike(problem: Problem, model: Scenario, since: float) -> float:
+    """Return when something strikes that a model does not explain, s after the trigger; NaN if nothing does."""
+    times, rate = problem.times, problem.recording.rate
+    found = by_tangents(model.replaced({"duration": float(times[-1] + 0.5 / rate)}), (), times)
+    if found is None:
+        return since
+    off = np.where(problem.there & ~problem.recording.clipped, found[0] - problem.samples, 0.0)
+    count, width = int(np.searchsorted(times, since)), max(int(1e-3 * rate), 1)
+    total = np.concatenate([[0.0], np.cumsum(off**2)])
+    power = (total[width:] - total[:-width]) / width
+    loud = np.flatnonzero(power[count:] > (STRIKES * problem.noise) ** 2)
+    if not len(loud):
+        return np.nan
+    first = count + int(loud[0])
+    beyond = np.flatnonzero(np.abs(off[first : first + width]) > STRIKES * problem.noise)
+    return float(times[first + (int(beyond[0]) if len(beyond) else 0)])
+
+
+def misfit(problem: Problem, model: Scenario, start: float, end: float, motion: Motion = by_tangents) -> float:
+    """Return the mean squared difference between a model and the recording between two times."""
+    first, last = np.searchsorted(problem.times, [start, end])
+    last = max(int(last), int(first) + 1)
+    times = problem.times[:last]
+    try:
+        found = motion(model.replaced({"duration": float(times[-1] + 0.5 / problem.recording.rate)}), (), times)
+    except (InputError, ValueError):
+        return np.inf
+    if found is None or not np.all(np.isfinite(found[0])):
+        return np.inf
+    part = slice(int(first), last)
+    off = (found[0][part] - problem.samples[part])[problem.there[part]]
+    return float((off**2).mean())
+
+
+def ranked(
+    problem: Problem, models: Iterable[Scenario], start: float, end: float, motion: Motion = by_tangents
+) -> list[Scenario]:
+    """Return the models, those nearest to the recording between two times first."""
+    tried = [(misfit(problem, model, start, end, motion), number, model) for number, model in enumerate(models)]
+    return [model for off, _, model in sorted(tried, key=lambda one: one[:2]) if np.isfinite(off)]
+
+
+def flat_starts(problem: Problem, model: Scenario, struck: float, name: str, made: Made) -> Iterator[Scenario]:
+    """Yield models with flats that come near to what follows a strike, the nearest first."""
+    turn = 2.0 * pi * model.vehicle.radius
+    felt = float(model.speed) * struck
+
+    def flat(length: float, edge: float) -> Scenario:
+        own = length / LIKE[name]
+        return made(model, own, ((felt - edge + 0.5 * own) % turn) / turn)
+
+    for near in ranked(problem, [flat(length, EDGE) for length in FLATS], struck - 0.002, struck + AFTER)[:TRIED]:
+        others = [flat(LIKE[name] * near.irregularities[-1].length, edge) for edge in EDGES]
+        yield from ranked(problem, others, struck - 0.002, struck + 0.5 * AFTER)[:1]
+
+
+def as_rounded(fresh: Scenario, made: Made) -> Scenario:
+    """Return the passage with the rounded flat that resembles a fresh one."""
+    flat = fresh.irregularities[-1]
+    turn = 2.0 * pi * fresh.vehicle.radius
+    without = fresh.replaced({"irregularity": fresh.irregularities[:-1]})
+    return made(without, flat.length / LIKE["rounded flat"], (flat.position % turn) / turn)
+
+
+def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
+    """Yield models of a wheel out of round, by the order, amplitude and phase that explain most at first order.
+
+    `problem` is that of the healthy wheelset.
+    """
+    at = np.zeros(len(problem.paths))
+    for window in NEAR:
+        count = int(np.searchsorted(problem.times, begins + window))
+        at, _ = fitted(problem, at, count, INFLATED * problem.noise, STEPS)
+    model = problem.scenario(at)
+    found = problem.residuals(at, count)
+    if found is None:
+        return
+    noise = max(float(np.sqrt((found[0] ** 2).mean())), problem.noise)
+    tried = [(*_harmonic(problem, model, order, count, noise), order) for order in ORDERS]
+    for _, start, _ in sorted(tried, key=lambda one: (one[0], one[2]))[:TRIED]:
+        yield start
+
+
+def _harmonic(problem: Problem, model: Scenario, order: int, count: int, noise: float) -> tuple[float, Scenario]:
+    """Return what one order leaves unexplained at first order, and the wheel that explains the rest."""
+    own, radius = len(model.irregularities), float(model.vehicle.radius)
+    paths = (f"irregularity.{own}.amplitudes.0", f"irregularity.{own}.position")
+    start = out_of_round(model, SMALL, 0.5, order)
+    place, half = float(start.irregularities[-1].position), pi * radius
+    known = dict(zip(problem.paths, problem.priors, strict=True))
+    unknown = {paths[0]: Prior(SMALL), paths[1]: Prior(place, half, "uniform")}
+    family = Problem(problem.recording, problem.sensor, problem.noise, start, known | unknown)
+    found = family.at(np.zeros(len(family.paths)), count, noise)
+    if found is None or not np.all(np.isfinite(found[1])):
+        return np.inf, start
+    residual, jacobian = found
+    step = np.linalg.lstsq(jacobian, -residual, rcond=None)[0]
+    left = float(((residual + jacobian @ step) ** 2).sum())
+    along, across = 1.0 + step[-2], order / radius * step[-1] * half
+    amplitude, turned = SMALL * float(np.hypot(along, across)), float(np.arctan2(across, along))
+    return left, start.replaced({paths[0]: amplitude, paths[1]: (place + turned * radius / order) % (2.0 * half)})
