@@ -1,0 +1,279 @@
+"""Probability of detection against size, and the bounds to it.
+
+POD(a) = c·F((t - μ)/σ)     t the size or its logarithm, F the link's distribution, c the ceiling
+
+After MIL-HDBK-1823A (2009), appendix G, for hit/miss data and for signals; there c is one. A ceiling below one (the
+flat that misses the deck) follows "Profile likelihood: what to do when maximum probability of detection never gets to
+one", Materials Evaluation, January 2015: a parameter like the others, known or estimated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import inf
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wheeltapper.ask.diagnosis.detection_bounds import delta_lower, delta_size, located, wald_lower, wald_size
+from wheeltapper.ask.diagnosis.detection_fit import Fit
+from wheeltapper.ask.diagnosis.likelihood import FloatArray, Link
+from wheeltapper.ask.diagnosis.roc import samples
+from wheeltapper.ground.errors import InputError
+
+Scale = Literal["log", "linear"]
+Bounds = Literal["wald", "likelihood ratio", "delta"]
+
+USUAL = 0.95
+"""Level of a bound where none is named."""
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """Probability of detection against the size of a fault; `hit_miss` and `signal_response` make it.
+
+    Sizes have the unit of those that were given. A size that is never detected with the probability asked for is
+    infinite, one that the data do not tell is NaN, and `reason` says why.
+
+    Attributes
+    ----------
+    kind
+        "hit/miss" or "signal response".
+    link
+        F: "probit", the normal distribution, or "logit", the logistic one.
+    scale
+        "log" where t is the natural logarithm of the size, or "linear".
+    specimens
+        Number of inspections.
+    threshold
+        Signal from which on a fault is called; NaN of hit/miss data.
+    ceiling
+        Largest probability of detection, however large the fault.
+    location, spread
+        μ and σ: t where POD is half the ceiling, and the scale of F.
+    covariance
+        Of μ and σ, (2, 2), by the delta method; where the ceiling was estimated, of μ, σ and c, (3, 3). NaN where the
+        data have no normal limit.
+    coefficients
+        Of hit/miss data, intercept and slope of the index F⁻¹(POD/c) over t; of signals, intercept, slope and
+        standard deviation of the (logarithm of the) signal over t.
+    coefficient_covariance
+        (2, 2) or (3, 3): inverse of Fisher's information for hits and misses, of the observed one for signals.
+    log_likelihood
+        Largest value, with all constants.
+    method
+        Of the bounds: "wald", "likelihood ratio" or "delta".
+    note
+        What is unusual in the data; else empty.
+    fit
+        Of standardised sizes and signals, and their likelihood.
+    """
+
+    kind: str
+    link: Link
+    scale: Scale
+    specimens: int
+    threshold: float
+    ceiling: float
+    location: float
+    spread: float
+    covariance: FloatArray
+    coefficients: FloatArray
+    coefficient_covariance: FloatArray
+    log_likelihood: float
+    method: Bounds
+    note: str
+    fit: Fit = field(repr=False)
+
+    def at(self, sizes: ArrayLike) -> FloatArray:
+        """Return the probability of detection at sizes, in their shape; NaN where the data do not tell."""
+        return self.fit.at(self._inner(sizes))
+
+    def lower(self, sizes: ArrayLike, level: float = USUAL) -> FloatArray:
+        """Return the lower bound to the probability of detection at sizes.
+
+        Parameters
+        ----------
+        sizes
+            In the unit of those given.
+        level
+            Probability with which the bound lies below the true one, for each size by itself.
+
+        Returns
+        -------
+        Probabilities in the shape of the sizes; NaN where the data have no normal limit and the method needs one.
+
+        Raises
+        ------
+        InputError
+            If a size is not finite, or not positive on a log scale, or the level is not between 0.5 and 1.
+        """
+        _check_level(level)
+        x = self._inner(sizes)
+        if self.method == "likelihood ratio":
+            found = np.array([self.fit.least(float(one), level) for one in x.ravel()], dtype=np.float64)
+            return found.reshape(x.shape)
+        if not self.fit.is_regular:
+            return np.full(x.shape, np.nan)
+        return (wald_lower if self.method == "wald" else delta_lower)(self.fit.index, x, level)
+
+    def size(self, probability: float, level: float | None = None) -> float:
+        """Return the size that is detected with a probability; with a level, the upper bound to it.
+
+        The bound is the size at which `lower` reaches the probability.
+
+        Parameters
+        ----------
+        probability
+            Between zero and one.
+        level
+            Probability with which the bound lies above the true size; by default the estimate is returned.
+
+        Returns
+        -------
+        Infinite if no size is, or need be, detected with that probability; NaN if the data do not tell.
+
+        Raises
+        ------
+        InputError
+            If the probability is not between 0 and 1, or the level not between 0.5 and 1.
+        """
+        if not 0.0 < probability < 1.0:
+            raise InputError("", "probability", repr(probability), "between 0 and 1")
+        if level is None:
+            return self._outer(self.fit.reached(probability))
+        _check_level(level)
+        if probability >= self.ceiling:
+            return inf
+        if self.method == "likelihood ratio":
+            return self._outer(self.fit.largest(probability, level))
+        if not self.fit.is_regular:
+            return np.nan
+        return self._outer((wald_size if self.method == "wald" else delta_size)(self.fit.index, probability, level))
+
+    @property
+    def a50(self) -> float:
+        """Size that is detected with probability 0.5."""
+        return self.size(0.5)
+
+    @property
+    def a90(self) -> float:
+        """Size that is detected with probability 0.9."""
+        return self.size(0.9)
+
+    @cached_property
+    def a90_95(self) -> float:
+        """Size that is detected with probability 0.9, or more, at the 95 % level."""
+        return self.size(0.9, USUAL)
+
+    @cached_property
+    def reason(self) -> str:
+        """Why a50, a90 or a90/95 is infinite or NaN, and what is unusual in the data; else empty."""
+        parts = [self.note] if self.note else []
+        missing = [name for name, p in (("a50", 0.5), ("a90", 0.9)) if p >= self.ceiling]
+        if missing:
+            share = f"{'the likeliest ceiling is' if self.fit.is_estimated else 'the ceiling is'} {self.ceiling:.3g}"
+            parts.append(f"{share}, so that there is no {' and no '.join(missing)}")
+        elif self.a90_95 == inf:
+            parts.append("the data do not prove that any size is detected with 0.9: there is no a90/95")
+        elif np.isnan(self.a90_95):
+            parts.append(f"there is no bound by {self.method}, but one by the likelihood ratio")
+        return "; ".join(parts)
+
+    def ceiling_interval(self, level: float = USUAL) -> tuple[float, float]:
+        """Return the bounds between which the ceiling lies, by the likelihood ratio; it itself where it was given."""
+        _check_level(level)
+        return self.fit.ceilings(level)
+
+    def _inner(self, sizes: ArrayLike) -> FloatArray:
+        """Return sizes as the fit has them."""
+        t = transformed(np.asarray(sizes, dtype=np.float64), self.scale, "sizes")
+        return np.asarray((t - self.fit.centre) / self.fit.width)
+
+    def _outer(self, x: float) -> float:
+        t = self.fit.centre + self.fit.width * x
+        with np.errstate(over="ignore"):
+            return float(np.exp(t)) if self.scale == "log" else t
+
+
+def described(
+    fit: Fit, *, kind: str, scale: Scale, threshold: float, coefficients: FloatArray, by_theta: FloatArray,
+    log_likelihood: float, bounds: Bounds | None, note: str,
+) -> Detection:  # fmt: skip
+    """Return a fit in the field's terms.
+
+    Parameters
+    ----------
+    fit
+        Of standardised sizes (and signals).
+    kind, scale, threshold, coefficients, log_likelihood, note
+        As of `Detection`.
+    bounds
+        Their method; by default Wald's where the data have a normal limit, else the likelihood ratio.
+    by_theta
+        Derivatives of the coefficients by the fit's parameters, (k, k).
+    """
+    method = bounds or ("wald" if fit.is_regular and not fit.is_estimated else "likelihood ratio")
+    location, spread, of_coefficients = np.nan, inf, np.full(by_theta.shape, np.nan)
+    covariance = np.full((2 + fit.is_estimated,) * 2, np.nan)
+    if fit.is_regular:
+        middle, slow, found = located(fit.index)
+        location, spread = fit.centre + fit.width * middle, fit.width * slow
+        unit = np.array([fit.width, fit.width, 1.0])[: len(found)]
+        covariance[: len(found), : len(found)] = found * np.outer(unit, unit)
+        many = len(by_theta)
+        of_coefficients = by_theta @ fit.covariance()[:many, :many] @ by_theta.T
+    return Detection(
+        kind, fit.likelihood.link, scale, len(fit.sizes), threshold, fit.ceiling, location, spread, covariance,
+        coefficients, of_coefficients, log_likelihood, method, _noted(fit, note), fit,
+    )  # fmt: skip
+
+
+def _noted(fit: Fit, note: str) -> str:
+    if note or fit.is_regular:
+        return note or ("the likeliest ceiling is one, its standard error unknown" if fit.is_at_one else "")
+    if fit.step is None:
+        return "detection does not grow with size in these data: they tell no a50 and no a90"
+    return ""
+
+
+def transformed(sizes: FloatArray, scale: Scale, name: str) -> FloatArray:
+    """Return sizes or signals on their scale."""
+    if not np.all(np.isfinite(sizes)):
+        raise InputError("", name, f"{int(np.sum(~np.isfinite(sizes)))} values that are not finite", "finite numbers")
+    if scale == "linear":
+        return sizes
+    if np.any(sizes <= 0.0):
+        raise InputError("", name, f"{float(sizes.min()):g}", "more than zero on a log scale")
+    return np.asarray(np.log(sizes))
+
+
+def standardised(sizes: ArrayLike, scale: Scale) -> tuple[FloatArray, float, float]:
+    """Return sizes of specimens less their mean over their standard deviation, and both."""
+    t = transformed(samples(sizes, "sizes"), scale, "sizes")
+    centre, width = float(t.mean()), float(t.std())
+    if width <= 1e-12 * max(abs(centre), 1.0):
+        raise InputError("", "sizes", f"all {len(t)} equal", "at least two different sizes")
+    return (t - centre) / width, centre, width
+
+
+def check_choice(name: str, value: object, allowed: tuple[str | None, ...]) -> None:
+    """Raise an InputError unless a value is one of the allowed ones."""
+    if value not in allowed:
+        raise InputError("", name, repr(value), ", ".join(map(repr, allowed)))
+
+
+def check_bounds(ceiling: float | None, bounds: Bounds | None) -> None:
+    """Raise an InputError unless a ceiling is a probability, or None, and bounds can be had with it."""
+    if ceiling is not None and not 0.0 < ceiling <= 1.0:
+        raise InputError("", "ceiling", repr(ceiling), "more than 0 and at most 1, or None: it is estimated")
+    check_choice("bounds", bounds, ("wald", "likelihood ratio", "delta", None))
+    if ceiling is None and bounds not in (None, "likelihood ratio"):
+        raise InputError("", "bounds", f"{bounds!r} with a ceiling to be estimated", "'likelihood ratio'")
+
+
+def _check_level(level: float) -> None:
+    if not 0.5 < level < 1.0:
+        raise InputError("", "level", repr(level), "between 0.5 and 1")

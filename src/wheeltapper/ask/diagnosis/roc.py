@@ -1,0 +1,204 @@
+"""How well a score tells faulty wheels from healthy ones: the ROC curve, its area, and false calls per 1,000 axles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, log, sqrt
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wheeltapper.ground.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+AXLES = 1000.0
+"""False calls are told per so many axles."""
+
+
+@dataclass(frozen=True, eq=False)
+class Roc:
+    """Receiver operating characteristic: a wheel is called faulty from a threshold of its score on.
+
+    Attributes
+    ----------
+    thresholds
+        From infinity, where nothing is called, down to the lowest score, (k,).
+    false_call_rate, detection_rate
+        Shares of the healthy and of the faulty that are called, (k,).
+    auc
+        Area under the curve: the probability that a faulty wheel scores higher than a healthy one, ties counted half
+        (Mann and Whitney's U over the number of pairs).
+    deviation
+        Standard error of the area (DeLong, DeLong and Clarke-Pearson 1988, Biometrics 44, 837); NaN where one kind has
+        a single score.
+    healthy, faulty
+        Numbers of scores.
+    """
+
+    thresholds: FloatArray
+    false_call_rate: FloatArray
+    detection_rate: FloatArray
+    auc: float
+    deviation: float
+    healthy: int
+    faulty: int
+
+    def rate_at(self, false_calls: float) -> float:
+        """Return the largest detection rate with a false-call rate of no more than this.
+
+        No threshold is made up between two that the scores give.
+        """
+        return float(self.detection_rate[self._index(false_calls)])
+
+    def threshold_at(self, false_calls: float) -> float:
+        """Return the threshold of `rate_at`: infinite where only to call nothing will do."""
+        return float(self.thresholds[self._index(false_calls)])
+
+    def _index(self, false_calls: float) -> int:
+        if not 0.0 <= false_calls <= 1.0:
+            raise InputError("", "false_calls", repr(false_calls), "a rate from 0 to 1")
+        return int(np.searchsorted(self.false_call_rate, false_calls, side="right")) - 1
+
+    def interval(self, level: float = 0.95) -> tuple[float, float]:
+        """Return the interval that holds the true area with this probability.
+
+        The standard error is that of the logarithm of the odds auc/(1 - auc), so that the interval stays within zero
+        and one. Where the error is zero or unknown (all faulty scores above all healthy ones, say), it tells nothing.
+        Then the interval is Clopper and Pearson's for as many independent pairs of one healthy and one faulty score as
+        can be formed, n: separation of all scores is separation of these, which has no more than the probability
+        auc^n. At an area of one the lower bound is (0.5 - level/2)^(1/n).
+        """
+        from scipy.special import expit, ndtri
+
+        _check_level(level)
+        if not self.deviation > 0.0:
+            pairs = min(self.healthy, self.faulty)
+            return clopper_pearson(self.auc * pairs, pairs, level)
+        middle = log(self.auc / (1.0 - self.auc))
+        half = float(ndtri(0.5 + 0.5 * level)) * self.deviation / (self.auc * (1.0 - self.auc))
+        return float(expit(middle - half)), float(expit(middle + half))
+
+
+@dataclass(frozen=True)
+class FalseCalls:
+    """False calls per 1,000 axles.
+
+    Attributes
+    ----------
+    count, axles
+        Healthy axles called, and all healthy axles.
+    level
+        Of the interval.
+    per_thousand
+        1000·count/axles.
+    lower, upper
+        Clopper and Pearson's interval of it (1934, Biometrika 26, 404): exact for axles that are independent.
+    """
+
+    count: int
+    axles: int
+    level: float
+    per_thousand: float
+    lower: float
+    upper: float
+
+
+def roc(scores_healthy: ArrayLike, scores_faulty: ArrayLike) -> Roc:
+    """Return the ROC curve of a score.
+
+    Parameters
+    ----------
+    scores_healthy, scores_faulty
+        Of healthy wheels, (n,), and of wheels with the fault, (m,); larger means more suspect.
+
+    Raises
+    ------
+    InputError
+        If there is no score of a kind, or one is not finite.
+    """
+    healthy, faulty = samples(scores_healthy, "scores_healthy"), samples(scores_faulty, "scores_faulty")
+    thresholds = np.unique(np.concatenate([healthy, faulty]))[::-1]
+    healthy, faulty = np.sort(healthy), np.sort(faulty)
+    above_healthy, above_faulty = _places(faulty, healthy), 1.0 - _places(healthy, faulty)
+    return Roc(
+        np.concatenate([[inf], thresholds]),
+        _called(healthy, thresholds),
+        _called(faulty, thresholds),
+        float(above_healthy.mean()),
+        _deviation(above_healthy, above_faulty),
+        len(healthy),
+        len(faulty),
+    )
+
+
+def false_calls(count: int, axles: int, level: float = 0.95) -> FalseCalls:
+    """Return the false calls per 1,000 axles, with their interval.
+
+    Parameters
+    ----------
+    count
+        Healthy axles that were called faulty.
+    axles
+        All healthy axles that passed.
+    level
+        Probability with which the interval holds the true value, at least.
+
+    Raises
+    ------
+    InputError
+        If there is no axle, or more calls than axles.
+    """
+    if isinstance(axles, bool) or not isinstance(axles, (int, np.integer)) or axles < 1:
+        raise InputError("", "axles", repr(axles), "a number of axles, at least 1")
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 0 <= count <= axles:
+        raise InputError("", "count", repr(count), f"a number of axles, 0 to {axles}")
+    _check_level(level)
+    low, high = clopper_pearson(int(count), int(axles), level)
+    return FalseCalls(int(count), int(axles), level, AXLES * int(count) / int(axles), AXLES * low, AXLES * high)
+
+
+def clopper_pearson(hits: float, trials: int, level: float) -> tuple[float, float]:
+    """Return the exact interval of a probability from a number of hits."""
+    from scipy.special import betaincinv
+
+    rest = 0.5 - 0.5 * level
+    low = 0.0 if hits <= 0.0 else float(betaincinv(hits, trials - hits + 1.0, rest))
+    high = 1.0 if hits >= trials else float(betaincinv(hits + 1.0, trials - hits, 1.0 - rest))
+    return low, high
+
+
+def samples(values: ArrayLike, name: str) -> FloatArray:
+    """Return values as an array, (n,), all of them finite and at least one."""
+    try:
+        found = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError("", name, type(values).__name__, "a list of numbers") from error
+    if found.ndim != 1 or len(found) == 0:
+        raise InputError("", name, f"shape {found.shape}", "a list of numbers, at least one")
+    if not np.all(np.isfinite(found)):
+        raise InputError("", name, f"{int(np.sum(~np.isfinite(found)))} values that are not finite", "finite numbers")
+    return found
+
+
+def _called(scores: FloatArray, thresholds: FloatArray) -> FloatArray:
+    """Return the share of the scores, which are sorted, that reaches each threshold, after that of none."""
+    return np.concatenate([[0.0], (len(scores) - np.searchsorted(scores, thresholds)) / len(scores)])
+
+
+def _places(values: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the share of the others, which are sorted, that each value exceeds, equal ones counted half."""
+    both = np.searchsorted(others, values, side="left") + np.searchsorted(others, values, side="right")
+    return np.asarray(0.5 * both / len(others))
+
+
+def _deviation(above_healthy: FloatArray, above_faulty: FloatArray) -> float:
+    if min(len(above_healthy), len(above_faulty)) < 2:
+        return float("nan")
+    parts = (float(places.var(ddof=1)) / len(places) for places in (above_healthy, above_faulty))
+    return sqrt(sum(parts))
+
+
+def _check_level(level: float) -> None:
+    if not 0.0 < level < 1.0:
+        raise InputError("", "level", repr(level), "between 0 and 1")

@@ -1,0 +1,226 @@
+"""Probability of detection from signals: their regression on size, and how often they exceed a threshold.
+
+log y (or y) = b0 + b1·t + τ·ε,  ε normal;   POD = c·Φ((t - μ)/σ),  μ = (y_dec - b0)/b1,  σ = τ/b1
+"""
+
+from __future__ import annotations
+
+from math import log
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wheeltapper.ask.diagnosis.detection import (
+    Bounds,
+    Detection,
+    Scale,
+    check_bounds,
+    check_choice,
+    described,
+    standardised,
+    transformed,
+)
+from wheeltapper.ask.diagnosis.detection_fit import Fit, estimated
+from wheeltapper.ask.diagnosis.likelihood import FloatArray, Likelihood, Peak
+from wheeltapper.ask.diagnosis.roc import samples
+from wheeltapper.ground.errors import InputError
+
+BoolArray = NDArray[np.bool_]
+
+FEWEST = 3
+"""Least number of signals that are known, besides censored ones."""
+SAME = 1e-9
+"""Sizes nearer to each other than this, over the deviation of all, are one."""
+EXACT = 1e-9
+"""Signals this near to their line, over their standard deviation, have no scatter."""
+
+
+def signal_response(
+    sizes: ArrayLike, signals: ArrayLike, threshold: float, *, floor: float | None = None,
+    saturation: float | None = None, scale: Scale = "log", signal_scale: Scale = "log",
+    ceiling: float | None = 1.0, seen_only: bool = False, bounds: Bounds | None = None,
+) -> Detection:  # fmt: skip
+    """Return the probability of detection from signals.
+
+    The method is that of MIL-HDBK-1823A, appendix G, on "â against a": linear regression by maximum likelihood, with
+    signals below the floor and beyond saturation censored (Tobit), then μ and σ of the curve and their covariance by
+    the delta method. The deviation τ is the likeliest one, not corrected for the number of coefficients.
+
+    With a ceiling below one, a fault that is not seen gives a signal below the floor: such a signal has the
+    probability 1 - c + c·Φ(...).
+
+    Parameters
+    ----------
+    sizes
+        Of the faults, one per inspection, (n,), any unit.
+    signals
+        What the detector gave for each, (n,), any unit.
+    threshold
+        Signal from which on a fault is called.
+    floor, saturation
+        At or below the floor, and at or beyond saturation, a signal says no more than that.
+    scale, signal_scale
+        "log", by natural logarithms, or "linear": in which the relation is a straight line of uniform scatter.
+    ceiling
+        Probability that a fault is seen at all: given, or None, and it is estimated.
+    seen_only
+        Whether the data hold none but faults that were seen. The given ceiling then leaves them as they are and
+        multiplies the curve.
+    bounds
+        "wald": about the index, (b0 + b1·t - y_dec)/τ, with the observed information; a90/95 is where that bound
+        reaches 0.9. "delta": the handbook's, of μ + σ·z. "likelihood ratio".
+        By default Wald's for a given ceiling, else the likelihood ratio. Of 100 signals with 30 % censored, a90/95 lay
+        above the true a90 in 94 % of replicates by Wald's and the likelihood ratio and in 92 % by the delta method.
+
+    Raises
+    ------
+    InputError
+        If lengths differ, a value is not finite, a size, or a signal between the limits, is not positive on a log
+        scale, all sizes are equal, fewer than three signals lie between the limits, or these are of one size or on a
+        line without scatter, the threshold is beyond a limit, or a ceiling asks for data that are not there.
+    """
+    for name, value in (("scale", scale), ("signal_scale", signal_scale)):
+        check_choice(name, value, ("log", "linear"))
+    check_bounds(ceiling, bounds)
+    _check_ceiling(ceiling, floor, seen_only)
+    x, centre, width = standardised(sizes, scale)
+    y, below, beyond, decided = _censored(signals, threshold, floor, saturation, signal_scale)
+    if len(y) != len(x):
+        raise InputError("", "signals", f"{len(y)} signals", f"{len(x)}, one for each size")
+    known = ~(below | beyond)
+    if known.sum() < FEWEST:
+        raise InputError("", "signals", f"{int(known.sum())} between the limits", f"at least {FEWEST}; or use hit_miss")
+    if np.ptp(x[known]) < SAME:
+        raise InputError("", "signals", "those between the limits of one size only", "two sizes; or use hit_miss")
+    middle, spread = float(y[known].mean()), float(y[known].std())
+    start = _line(x[known], (y[known] - middle) / max(spread, 1e-300), spread)
+    rows = np.column_stack([np.ones(len(x)), x, (middle - y) / spread])
+    likelihood = Likelihood("probit", rows[beyond], rows[below], rows[known])
+    inner = estimated(likelihood, start, x, 1.0 if seen_only else ceiling)
+    most = ceiling if seen_only and ceiling is not None else inner.ceiling
+    tail = np.array([(middle - decided) / spread])
+    fit = Fit(likelihood, inner, tail, centre, width, x, most, ceiling is None, seen_only)
+    coefficients, by_theta = _coefficients(inner, centre, width, middle, spread)
+    return described(
+        fit, kind="signal response", scale=scale, threshold=float(threshold), coefficients=coefficients,
+        by_theta=by_theta, log_likelihood=inner.value - int(known.sum()) * log(spread), bounds=bounds, note="",
+    )  # fmt: skip
+
+
+def noise_threshold(
+    noise: ArrayLike, false_call_rate: float, *, method: Literal["gaussian", "exact"] = "gaussian",
+    scale: Scale = "linear", level: float | None = None,
+) -> float:  # fmt: skip
+    """Return the threshold that healthy wheels exceed with a given probability.
+
+    MIL-HDBK-1823A, appendix G, on noise: the threshold comes from signals where there is no fault.
+
+    Parameters
+    ----------
+    noise
+        Signals of healthy wheels, (n,).
+    false_call_rate
+        Probability with which another one may reach the threshold.
+    method
+        "gaussian": mean and standard deviation of the noise, on its scale. "exact": just beyond one of the signals
+        themselves, whatever their distribution.
+    scale
+        Of the gaussian method: "linear", or "log" where the logarithm of the noise is normal.
+    level
+        Probability with which the rate is no more than that asked for. By default the threshold is an estimate: the
+        normal distribution's with the sample's mean and deviation, or the signal which one more healthy wheel exceeds
+        with no more than that probability, on average.
+
+    Raises
+    ------
+    InputError
+        If values are not finite, too few for the rate, or not positive on a log scale.
+    """
+    check_choice("method", method, ("gaussian", "exact"))
+    check_choice("scale", scale, ("log", "linear"))
+    if not 0.0 < false_call_rate < 1.0:
+        raise InputError("", "false_call_rate", repr(false_call_rate), "between 0 and 1")
+    if level is not None and not 0.0 < level < 1.0:
+        raise InputError("", "level", repr(level), "between 0 and 1")
+    found = samples(noise, "noise")
+    if method == "exact":
+        return _exact(np.sort(found), false_call_rate, level)
+    value = _gaussian(transformed(found, scale, "noise"), false_call_rate, level)
+    return float(np.exp(value)) if scale == "log" else value
+
+
+def _gaussian(noise: FloatArray, rate: float, level: float | None) -> float:
+    """Return mean and deviation's threshold; with a level, the one-sided tolerance limit by Student's non-central t."""
+    from scipy.special import nctdtrit, ndtri
+
+    count = len(noise)
+    if count < 2:
+        raise InputError("", "noise", "1 value", "at least 2")
+    factor = float(ndtri(1.0 - rate))
+    if level is not None:
+        factor = float(nctdtrit(count - 1, np.sqrt(count) * factor, level) / np.sqrt(count))
+    return float(noise.mean() + factor * noise.std(ddof=1))
+
+
+def _exact(noise: FloatArray, rate: float, level: float | None) -> float:
+    """Return the lowest order statistic that will do; the share beyond the r-th of n has a beta distribution."""
+    from scipy.special import bdtr
+
+    count = len(noise)
+    above = np.arange(count)  # of the signals, beyond each from the largest down
+    if level is None:
+        will_do = (above + 1) / (count + 1) <= rate * (1.0 + 1e-12)
+        least = int(np.ceil(1.0 / rate * (1.0 - 1e-12))) - 1
+    else:
+        will_do = bdtr(above, count, rate) <= 1.0 - level
+        least = int(np.ceil(np.log1p(-level) / np.log1p(-rate) * (1.0 - 1e-12)))
+    if not will_do.any():
+        raise InputError("", "noise", f"{count} values", f"at least {least} for this rate; or the gaussian method")
+    return float(np.nextafter(noise[count - 1 - int(np.flatnonzero(will_do)[-1])], np.inf))
+
+
+def _check_ceiling(ceiling: float | None, floor: float | None, seen_only: bool) -> None:
+    if ceiling is None and seen_only:
+        raise InputError("", "ceiling", "None with seen_only", "a given ceiling: such data do not tell it")
+    if ceiling != 1.0 and floor is None and not seen_only:
+        raise InputError("", "floor", "None", "a floor below which faults that are not seen remain, or seen_only")
+
+
+def _censored(
+    signals: ArrayLike, threshold: float, floor: float | None, saturation: float | None, scale: Scale
+) -> tuple[FloatArray, BoolArray, BoolArray, float]:
+    """Return signals on their scale, at their limits where they are beyond; which those are; the threshold."""
+    found = samples(signals, "signals")
+    low, high = -np.inf if floor is None else float(floor), np.inf if saturation is None else float(saturation)
+    if not low < high:
+        raise InputError("", "saturation", f"{high:g}", f"more than the floor, {low:g}")
+    if not low <= threshold <= high:
+        raise InputError("", "threshold", f"{threshold:g}", f"from the floor, {low:g}, to saturation, {high:g}")
+    limits = np.array([limit for limit in (floor, saturation, threshold) if limit is not None], dtype=np.float64)
+    decided = float(transformed(limits, scale, "floor, saturation or threshold")[-1])
+    return transformed(np.clip(found, low, high), scale, "signals"), found <= low, found >= high, decided
+
+
+def _line(x: FloatArray, y: FloatArray, spread: float) -> FloatArray:
+    """Return where to start: the line through the known signals."""
+    rows = np.column_stack([np.ones(len(x)), x])
+    line = np.linalg.lstsq(rows, y, rcond=None)[0]
+    deviation = float(np.sqrt(np.mean((y - rows @ line) ** 2)))
+    if spread == 0.0 or deviation < EXACT:
+        raise InputError("", "signals", "all on one line, without scatter", "signals that scatter")
+    return np.append(line, 1.0) / deviation
+
+
+def _coefficients(
+    peak: Peak, centre: float, width: float, middle: float, spread: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return intercept, slope and standard deviation, and their derivatives by θ."""
+    a, b, h = (float(value) for value in peak.theta)
+    tau, level = spread / h, a - b * centre / width
+    by_theta = np.array([
+        [tau, -tau * centre / width, -tau * level / h],
+        [0.0, tau / width, -tau * b / (width * h)],
+        [0.0, 0.0, -tau / h],
+    ])  # fmt: skip
+    return np.array([middle + tau * level, tau * b / width, tau]), by_theta
