@@ -8,9 +8,13 @@ from typing import TYPE_CHECKING, Any
 from wheeltapper._version import __version__
 
 if TYPE_CHECKING:
+    from wheeltapper.ask import diagnosis as diagnosis
+    from wheeltapper.ask import stability as stability
+    from wheeltapper.ask import wear as wear
     from wheeltapper.ask.border import border as border
-    from wheeltapper.ask.marks import marks as marks
-    from wheeltapper.ask.modes import critical_speed as critical_speed
+    from wheeltapper.ask.diagnosis.design import design_site as design_site
+    from wheeltapper.ask.diagnosis.diagnose import diagnose as diagnose
+    from wheeltapper.ask.diagnosis.synthetic import synthesise as synthesise
     from wheeltapper.ask.modes import modes as modes
     from wheeltapper.ask.reduced import reduced as reduced
     from wheeltapper.ask.sweep import gradient as gradient
@@ -37,6 +41,7 @@ if TYPE_CHECKING:
     from wheeltapper.faces.plot import plot as plot
     from wheeltapper.ground.errors import InputError as InputError
     from wheeltapper.record import features as features
+    from wheeltapper.record.read_recording import read_recording as read_recording
     from wheeltapper.record.record import Record as Record
     from wheeltapper.record.simulate import simulate as simulate
     from wheeltapper.record.store import load as load
@@ -62,24 +67,29 @@ _HOMES = {
     "WheelFlat": "describe.irregularity.flat",
     "Wheelset": "describe.vehicle.wheelset",
     "border": "ask.border",
-    "critical_speed": "ask.modes",
+    "design_site": "ask.diagnosis.design",
+    "diagnose": "ask.diagnosis.diagnose",
     "gradient": "ask.sweep",
     "load": "record.store",
-    "marks": "ask.marks",
     "modes": "ask.modes",
     "plot": "faces.plot",
+    "read_recording": "record.read_recording",
     "reduced": "ask.reduced",
     "simulate": "record.simulate",
     "sweep": "ask.sweep",
+    "synthesise": "ask.diagnosis.synthetic",
     "wear_in": "ask.wear",
 }
 
 _ROOMS = {
     "contact": "describe.contact",
     "creep": "describe.creep",
+    "diagnosis": "ask.diagnosis",
     "features": "record.features",
     "profiles": "describe.profile",
+    "stability": "ask.stability",
     "vehicles": "describe.vehicle",
+    "wear": "ask.wear",
 }
 
 __all__ = [

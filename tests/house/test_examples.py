@@ -1,5 +1,6 @@
 """The examples: every scenario runs on the command line, every script runs, and each yields its number."""
 
+import json
 import re
 import subprocess
 import sys
@@ -34,10 +35,12 @@ SCRIPTS = {
 
 # Study: a feature, and its mean over the cells.
 STUDIES = {"bump_study.toml": ("impact_interval", 0.0095148269)}
+# Site: a recording made there, its verdict, and the fault's size.
+SITES = {"site.toml": ("deck_flat.csv.gz", "wheel flat", 0.04)}
 
 
 def test_every_example_has_its_number() -> None:
-    assert {path.name for path in EXAMPLES.glob("*.toml")} == set(SCENARIOS) | set(STUDIES)
+    assert {path.name for path in EXAMPLES.glob("*.toml")} == set(SCENARIOS) | set(STUDIES) | set(SITES)
     assert {path.name for path in EXAMPLES.glob("*.py")} == set(SCRIPTS)
 
 
@@ -51,6 +54,19 @@ def test_the_scenario_runs_on_the_command_line(name: str, tmp_path: Path, capsys
     assert f"{force:.3f} of static" in printed
     assert wt.load(output).impacts.sizes["impact"] == impacts
     assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("name", SITES)
+def test_the_recording_is_diagnosed_on_the_command_line(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recording, verdict, size = SITES[name]
+    command = ["diagnose", str(EXAMPLES / "data" / recording), "--site", str(EXAMPLES / name), "-o", str(tmp_path)]
+    assert main(command) == 0
+    assert f"{recording}: {verdict} (probability" in capsys.readouterr().out
+    finding = json.loads((tmp_path / f"{recording}.json").read_text(encoding="utf-8"))
+    assert finding["size"] == pytest.approx(size, abs=1e-4)
+    assert (tmp_path / f"{recording}.png").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize("name", STUDIES)

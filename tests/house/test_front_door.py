@@ -29,21 +29,26 @@ NAMES = [
     "border",
     "contact",
     "creep",
-    "critical_speed",
+    "design_site",
+    "diagnose",
+    "diagnosis",
     "features",
     "gradient",
     "load",
-    "marks",
     "modes",
     "plot",
     "profiles",
+    "read_recording",
     "reduced",
     "simulate",
+    "stability",
     "sweep",
+    "synthesise",
     "vehicles",
+    "wear",
     "wear_in",
 ]
-ROOMS = {"contact", "creep", "features", "profiles", "vehicles", "__version__"}
+ROOMS = {"contact", "creep", "diagnosis", "features", "profiles", "stability", "vehicles", "wear", "__version__"}
 """Modules, which are no names of functions or classes."""
 HEAVY = {"numba", "xarray", "matplotlib", "scipy", "pint", "pandas", "h5netcdf"}
 

@@ -179,7 +179,7 @@ def test_a_hardened_rail_yields_where_it_has_borne_and_the_force_is_continuous_t
 
 def test_the_marks_of_a_pass_follow_from_its_indentation():
     record = wt.simulate(scene(speed=9.0, length=0.6))
-    marks = wt.marks(record)
+    marks = wt.wear.marks(record)
     x = marks.table.position.values
     history = record.at(x / 9.0)
     program, unit = record._lowered.program, record._lowered.length
@@ -196,7 +196,7 @@ def test_the_marks_of_a_pass_follow_from_its_indentation():
 @pytest.mark.parametrize("rolling", ["point", "circle"])
 def test_marks_are_shared_saved_and_rolled_over_again(tmp_path, rolling):
     one = scene(speed=9.0, length=0.6, rail_share=0.25).replaced({"rolling": rolling})
-    marks = wt.marks(wt.simulate(one))
+    marks = wt.wear.marks(wt.simulate(one))
     both = marks.table.permanent_indentation.values
     np.testing.assert_allclose(marks.table.rail, -0.25 * both, rtol=1e-12)
     assert -min(marks.wheel.deviations) == pytest.approx(0.75 * both.max(), rel=0.02)
@@ -214,7 +214,7 @@ def test_marks_are_shared_saved_and_rolled_over_again(tmp_path, rolling):
 
 def test_marks_of_a_wheel_meet_again_after_one_turn():
     one = scene(speed=9.0, length=0.6, rail_share=0.0)
-    marks = wt.marks(wt.simulate(one))
+    marks = wt.wear.marks(wt.simulate(one))
     turn = 2 * np.pi * 0.46
     again = one.replaced({"irregularity": marks.wheel, "duration": (turn + 0.6) / 9.0})
     record = wt.simulate(again)
@@ -235,7 +235,7 @@ def test_records_with_yield_are_saved_and_read(tmp_path):
 
 def test_pictures(tmp_path):
     one = scene(speed=9.0, length=0.6)
-    wt.plot(wt.marks(wt.simulate(one)), tmp_path / "marks.png")
+    wt.plot(wt.wear.marks(wt.simulate(one)), tmp_path / "marks.png")
     wt.plot(wt.wear_in(one, 3), tmp_path / "wear.png")
     wt.plot(wt.simulate(one), tmp_path / "record.png")
     assert all((tmp_path / f"{name}.png").stat().st_size > 5_000 for name in ("marks", "wear", "record"))
@@ -278,4 +278,4 @@ def test_foreign_files_are_not_overwritten(tmp_path):
     with pytest.raises(InputError, match="no readable netCDF file"):
         wt.wear_in(one, 2, store=text)
     with pytest.raises(InputError, match=r"others leave no marks"):
-        wt.marks(wt.simulate(one.replaced({"contact": wt.Hertz(constant=1.4e11)})))
+        wt.wear.marks(wt.simulate(one.replaced({"contact": wt.Hertz(constant=1.4e11)})))

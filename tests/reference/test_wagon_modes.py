@@ -44,7 +44,7 @@ def test_the_contact_modes_without_creep():
 
 @pytest.mark.parametrize(("smoothing", "speed"), [(5e-6, 54.0), (15e-6, 68.0), (30e-6, 80.0)])
 def test_the_linear_critical_speed(smoothing, speed):
-    found = wt.critical_speed(scene(smoothing=smoothing))
+    found = wt.stability.critical_speed(scene(smoothing=smoothing))
     assert found == pytest.approx(speed, rel=0.05)
     for share, grows in ((0.99, False), (1.01, True)):
         modes = wt.modes(scene(smoothing=smoothing, speed=share * found))
@@ -79,7 +79,7 @@ def test_modes_need_a_wagon_and_hunting_needs_creep():
     with pytest.raises(wt.InputError, match="a Wagon"):
         wt.modes(core)
     with pytest.raises(wt.InputError, match="creep law"):
-        wt.critical_speed(scene(creep=None))
+        wt.stability.critical_speed(scene(creep=None))
 
 
 @pytest.mark.parametrize("wheelset", [1, 4])

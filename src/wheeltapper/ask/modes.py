@@ -1,10 +1,10 @@
-"""Small vibrations of a wagon about its steady run: modes with names, and the speed at which it begins to hunt."""
+"""Small vibrations of a wagon about its steady run: modes with names."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,8 @@ class Linear:
     mass: FloatArray
 
 
-def _as_wagon(scenario: Scenario, verb: str) -> Wagon:
+def as_wagon(scenario: Scenario, verb: str) -> Wagon:
+    """Return the scenario's wagon, or say that `verb` needs one."""
     if not isinstance(scenario.vehicle, Wagon):
         raise InputError("", "vehicle", f"a {type(scenario.vehicle).__name__}", f"a Wagon, whose {verb} can be told")
     return scenario.vehicle
@@ -93,7 +94,7 @@ def modes(scenario: Scenario, *, fixed_wheelsets: bool = False) -> xr.Dataset:
     """
     import xarray as xr
 
-    wagon = _as_wagon(scenario, "modes")
+    wagon = as_wagon(scenario, "modes")
     lowered = lower_wagon(scenario.replaced({"irregularity": None}))
     fixed = tuple(f"wheelset {i + 1}" for i in range(len(wagon.axles))) if fixed_wheelsets else ()
     linear = linearised(lowered, fixed)
@@ -158,43 +159,3 @@ def _pattern(moved: ComplexArray) -> str:
     if np.all(signs > 0):
         return "in phase"
     return "as " + " ".join({1.0: "+", -1.0: "-", 0.0: "0"}[float(sign)] for sign in signs)
-
-
-def critical_speed(scenario: Scenario, *, highest: float = 150.0, tolerance: float = 1e-4) -> float:
-    """Return the lowest speed, m/s, at which a small deviation from the steady run grows: the linear critical speed.
-
-    Parameters
-    ----------
-    scenario
-        With a `Wagon` and a creep law; its speed and irregularities are left out.
-    highest
-        Speeds above it are not looked at; infinity is returned where the run is stable up to there.
-    tolerance
-        Of the speed, relative.
-
-    Raises
-    ------
-    InputError
-        If the vehicle is no wagon, or there is no creep law.
-    """
-    from scipy.optimize import brentq
-
-    _as_wagon(scenario, "critical speed")
-    if scenario.creep is None:
-        raise InputError("", "creep", "none", "a creep law, without which nothing hunts")
-    level = scenario.replaced({"irregularity": None})
-
-    def growth(speed: float) -> float:
-        linear = linearised(lower_wagon(level.replaced({"speed": float(speed)})))
-        values: Any = np.linalg.eigvals(linear.matrix)
-        return float(values[np.abs(values) > STILL].real.max())
-
-    speeds = np.linspace(2.0, highest, 75)
-    before = growth(speeds[0])
-    if before > 0.0:
-        return float(speeds[0])
-    for slower, faster in zip(speeds[:-1], speeds[1:], strict=True):
-        after = growth(faster)
-        if after > 0.0:
-            return float(brentq(growth, slower, faster, rtol=tolerance))
-    return float("inf")

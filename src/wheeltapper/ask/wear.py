@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper._version import __version__
+from wheeltapper.ask.marks import Marks, marks
 from wheeltapper.ask.passes import Line, Pass, Scatter
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
@@ -28,6 +29,8 @@ from wheeltapper.record.simulate import say_that_it_compiles, warn_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+__all__ = ["Marks", "marks", "wear_in"]
 
 FloatArray = NDArray[np.float64]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +10,8 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from wheeltapper._version import __version__
+from wheeltapper.faces.cli_site import assess, design, diagnose
+from wheeltapper.faces.exits import DONE, NOT_FINISHED, WRONG_INPUT, check_target, make_folder
 from wheeltapper.ground.errors import InputError
 
 app = App(
@@ -20,7 +21,8 @@ app = App(
     help_format="plaintext",
 )
 
-DONE, CLAIM_FAILED, WRONG_INPUT, NOT_FINISHED = 0, 1, 2, 3
+for command in (diagnose, assess, design):
+    app.command(command)
 
 
 @app.command
@@ -46,7 +48,7 @@ def run(
     """
     for option, target, suffixes in (("--output", output, (".nc",)), ("--plot", plot, (".png", ".pdf", ".svg"))):
         if target is not None:
-            _check_target(option, target, suffixes)
+            check_target(option, target, suffixes)
     from wheeltapper.describe.scenario import Scenario
     from wheeltapper.ground.outcome import Outcome
     from wheeltapper.record.simulate import simulate
@@ -100,7 +102,7 @@ def sweep(
     threads
         Without workers: how many threads compute; by default all cores.
     """
-    _check_target("--output", output, (".zarr",), folder=True)
+    check_target("--output", output, (".zarr",), folder=True)
     if workers and scheduler:
         raise InputError("", "--workers", "both --workers and --scheduler", "one of them")
     if workers < 0 or (threads is not None and threads < 1):
@@ -168,9 +170,9 @@ def wear(
     method
         default or strict.
     """
-    _check_target("--output", output, (".nc",))
+    check_target("--output", output, (".nc",))
     if plot is not None:
-        _check_target("--plot", plot, (".png", ".pdf", ".svg"))
+        check_target("--plot", plot, (".png", ".pdf", ".svg"))
     from wheeltapper.ask.wear import wear_in
     from wheeltapper.describe.scenario import Scenario
     from wheeltapper.faces.progress import progress_bar
@@ -227,7 +229,7 @@ def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output"
     names = list(which) or ["all"]
     chosen(names)
     if output is not None:
-        _make_folder(output)
+        make_folder(output)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)  # the paper's point follower, meant so
         return run(names, output)
@@ -240,30 +242,6 @@ def schema() -> int:
 
     print(json.dumps(json_schema(), indent=2))
     return DONE
-
-
-def _check_target(option: str, target: Path, suffixes: tuple[str, ...], folder: bool = False) -> None:
-    """Refuse a place that cannot be written, before anything is computed."""
-    parent = target.resolve().parent
-    if target.suffix not in suffixes:
-        raise InputError(str(target), option, f"the suffix {target.suffix!r}", " or ".join(suffixes))
-    wrong = target.is_file() if folder else target.is_dir()
-    if wrong or not parent.is_dir() or not os.access(target if target.exists() else parent, os.W_OK):
-        raise InputError(
-            str(target), option, "a place that cannot be written", "a place in a writable folder that exists"
-        )
-
-
-def _make_folder(folder: Path) -> None:
-    """Make a folder for output, or refuse it before anything is computed."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            str(folder), "--output", f"a place that cannot be made ({error.strerror})", "a folder"
-        ) from error
-    if not os.access(folder, os.W_OK):
-        raise InputError(str(folder), "--output", "a folder that cannot be written", "a writable folder")
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wheeltapper.ask.diagnosis.finding import Finding
+from wheeltapper.ask.diagnosis.performance import Performance
 from wheeltapper.ask.marks import Marks
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
+from wheeltapper.faces.findings import draw_finding, draw_performance
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.errors import InputError
@@ -26,14 +29,14 @@ SAMPLES = 6_000
 
 
 def plot(
-    what: Record | Marks | xr.Dataset,
+    what: Record | Marks | Finding | Performance | xr.Dataset,
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
     against: Record | None = None,
     wheelset: int = 1,
 ) -> Figure:
-    """Draw a record, a chart, marks, or the evolution of a rail.
+    """Draw a record, a chart, marks, the evolution of a rail, a finding, or the performance of a site.
 
     A record: path and wheel, normal force with losses shaded and impacts marked, the deck where there is one. That of
     a wagon: normal forces of all wheels, and the car body's acceleration. A chart
@@ -43,7 +46,7 @@ def plot(
     Parameters
     ----------
     what
-        What `simulate`, `sweep`, `marks`, `wear_in` or `load` returned.
+        What `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess` or `load` returned.
     path
         Where to write the picture; None only returns it.
     features
@@ -71,6 +74,10 @@ def plot(
             figure = _drawn(what)
         elif isinstance(what, Marks):
             figure = draw_marks(what)
+        elif isinstance(what, Finding):
+            figure = draw_finding(what)
+        elif isinstance(what, Performance):
+            figure = draw_performance(what)
         elif getattr(what, "attrs", {}).get("title") == WEAR_TITLE:
             figure = draw_wear(what)
         elif getattr(what, "attrs", {}).get("title") == "wheeltapper chart":
@@ -80,7 +87,7 @@ def plot(
             if border is not None:
                 draw_border(figure, what, border)
         else:
-            raise InputError("", "what", f"a {type(what).__name__}", "a Record, a chart, an evolution or marks")
+            raise InputError("", "what", f"a {type(what).__name__}", "what `plot` draws: see its documentation")
         if path is not None:
             save(figure, path)
     return figure

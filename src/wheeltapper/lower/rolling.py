@@ -63,7 +63,7 @@ def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray
         left[active] = np.where(height > 0.0, here, left[active])
         right[active] = np.where(height > 0.0, right[active], here)
         new = here - height / np.where(slope == 0.0, -1.0, slope)
-        settled = np.abs(new - here) <= 4e-16 * np.abs(here)
+        settled = np.abs(new - here) <= 4e-15 * np.abs(here)
         outside = ~((new > left[active]) & (new < right[active])) & ~settled
         new[outside] = 0.5 * (left[active] + right[active])[outside]
         settled |= outside & ((new == left[active]) | (new == right[active]))

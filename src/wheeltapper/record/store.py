@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from wheeltapper._version import __version__
-from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.scenario import Scenario, toml_table
+from wheeltapper.describe.site import Site
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import Lowered
@@ -99,7 +100,7 @@ def _scenario_text(scenario: Scenario) -> str:
 
 
 def load(path: str | Path) -> Any:
-    """Load by suffix: .toml gives a `Scenario`, .nc a `Record` or what `wear_in` wrote, .zarr a chart.
+    """Load by suffix: .toml gives a `Scenario` or a `Site`, .nc a record or what `wear_in` wrote, .zarr a chart.
 
     Raises
     ------
@@ -108,13 +109,15 @@ def load(path: str | Path) -> Any:
     """
     path = Path(path)
     if path.suffix == ".toml":
-        return Scenario.from_toml(path)
+        return (
+            Site.from_toml(path) if "passage" in toml_table(path, "a scenario or a site") else Scenario.from_toml(path)
+        )
     if path.suffix == ".nc":
         return _load_record(path)
     if path.suffix == ".zarr":
         return _load_chart(path)
     raise InputError(
-        str(path), "", f"the suffix {path.suffix!r}", ".toml (a scenario), .nc (a record) or .zarr (a chart)"
+        str(path), "", f"the suffix {path.suffix!r}", ".toml (a scenario or a site), .nc (a record) or .zarr (a chart)"
     )
 
 

@@ -7,7 +7,7 @@ else     where that does not explain the recording: flats from where something s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, 
 from wheeltapper.ask.diagnosis.fitting import Fit, Prior, Problem, solve
 from wheeltapper.ask.diagnosis.force import noise_of
 from wheeltapper.ask.diagnosis.identify import beliefs, estimate_of, onset
-from wheeltapper.ask.diagnosis.search import as_rounded, flat_starts, harmonic_starts, strike
+from wheeltapper.ask.diagnosis.search import as_rounded, flat_starts, harmonic_starts, ranked, strike
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
@@ -38,6 +38,8 @@ BASIN = 0.02
 """A fit that explains so much of the recording, s from the first strike, is in the right basin."""
 HARMONIC = 0.03
 """How much longer the first window is where a wheel may be out of round, s."""
+BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
+"""In what part of the recording other starts are judged, s, how far apart their speeds are, and how many are tried."""
 SHORTEST = 32
 """Least number of samples."""
 FLATS = ("wheel flat", "rounded flat")
@@ -142,12 +144,10 @@ def _try_plain(case: _Case) -> None:
     fields = Fields(case.passage)
     unknown = tuple(path for path in PLAIN if float(fields(path)) > 0.0)
     priors = beliefs(case.stated, unknown)
-    starts = [case.passage]
-    starts += [f.passage(case.passage) for f in (CATALOGUE["broken spring"], CATALOGUE["lost damper"])]
     found: Fit | None = None
-    for start in starts:
+    for start in _plain_starts(case, priors):
         trial = solve(case.problem(start, priors), case.begins)
-        if found is None or trial.chi_squared < found.chi_squared:
+        if found is None or (trial.held, -trial.chi_squared) > (found.held, -found.chi_squared):
             found = trial
         if found.reduced <= EXPLAINED or found.held > case.begins + BASIN:
             break
@@ -160,6 +160,16 @@ def _try_plain(case: _Case) -> None:
         case.evidence[name] = found.evidence + _normal(
             np.log(found.values[:many]) - away, covariance + np.diag(variances)
         )
+
+
+def _plain_starts(case: _Case, priors: dict[str, Prior]) -> Iterator[Scenario]:
+    """Yield the passage as stated, then others with which the recording may begin alike, the nearest first."""
+    yield case.passage
+    share = 2.5 * case.site.uncertainty.get("speed", 0.0)
+    speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
+    others = [case.passage, *(CATALOGUE[name].passage(case.passage) for name in ("broken spring", "lost damper"))]
+    tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
+    yield from ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)[:STARTS]
 
 
 def _expected(case: _Case, fault: Fault | None, unknown: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
@@ -193,12 +203,14 @@ def _try_flats(case: _Case) -> None:
     struck = strike(healthy, plain.scenario, plain.held)
     if not np.isfinite(struck):
         return
-    whole = solve(case.problem(case.passage, beliefs(case.stated)).until(struck), case.begins)
+    stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
+    whole = solve(case.problem(plain.scenario.replaced(stated), beliefs(case.stated)).until(struck), case.begins)
     for name, add in made.items():
-        starts = flat_starts(healthy, whole.scenario, struck, name, add)
-        if name != "wheel flat" and case.explained:
-            starts = iter([as_rounded(case.fits["wheel flat"].scenario, add)])
-        for start in starts:
+        fresh = case.fits.get("wheel flat")
+        if name != "wheel flat" and fresh is not None and fresh.reduced <= EXPLAINED:
+            _fit_fault(case, name, as_rounded(fresh.scenario, add), struck, patient=False)
+            continue
+        for start in flat_starts(healthy, whole.scenario, struck, name, add):
             _fit_fault(case, name, start, struck)
             if case.fits[name].reduced <= EXPLAINED:
                 break
@@ -214,9 +226,9 @@ def _try_harmonics(case: _Case) -> None:
             return
 
 
-def _fit_fault(case: _Case, name: str, start: Scenario, begins: float) -> None:
+def _fit_fault(case: _Case, name: str, start: Scenario, begins: float, patient: bool = True) -> None:
     priors = beliefs(case.stated) | case.faults[name].believed(case.passage)
-    found = solve(case.problem(start, priors), begins)
+    found = solve(case.problem(start, priors), begins, patient)
     if name not in case.fits or found.evidence > case.fits[name].evidence:
         case.fits[name], case.evidence[name] = found, found.evidence
 
@@ -245,7 +257,8 @@ def _concluded(case: _Case) -> Finding:
     return Finding(
         verdict, probabilities, estimate, fit.reduced, size, interval, alike if verdict != NOT_EXPLAINED else (),
         float(fit.scenario.speed), lower(fit.scenario).static_force, moved.largest_force, moved.impacts,
-        (*case.recording.notes, *_notes(case)), case.recording, case.site, case.noise, moved.deck_acceleration,
+        (*case.recording.notes, *_notes(case)), case.recording, case.site, case.noise, weights,
+        moved.deck_acceleration,
     )  # fmt: skip
 
 

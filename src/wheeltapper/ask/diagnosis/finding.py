@@ -61,6 +61,8 @@ class Finding:
         What was diagnosed, and where.
     noise
         Standard deviation of the samples' noise, m/s².
+    weights
+        Logarithms of the probabilities, but for a constant: they also order what is next to impossible.
     """
 
     verdict: str
@@ -78,12 +80,18 @@ class Finding:
     recording: Recording
     site: Site
     noise: float
+    weights: dict[str, float] = field(repr=False, default_factory=dict)
     _acceleration: FloatArray = field(repr=False, default_factory=lambda: np.empty(0))
 
     @property
     def model(self) -> Scenario | None:
         """The passage that fits best."""
         return self.estimate.scenario if self.estimate is not None else None
+
+    @property
+    def part(self) -> str:
+        """Where the fault is: "suspension", "damper", "wheel", "load"; "" without one."""
+        return CATALOGUE[self.verdict].part if self.verdict in CATALOGUE else ""
 
     @property
     def model_acceleration(self) -> FloatArray:
@@ -94,6 +102,13 @@ class Finding:
     def dynamic_ratio(self) -> float:
         """Largest over static force."""
         return self.largest_force / self.static_force
+
+    def score(self, part: str) -> float:
+        """Return the logarithm of the odds of a fault in one part of the wheelset, against health."""
+        faulty = [weight for name, weight in self.weights.items() if name != HEALTHY and CATALOGUE[name].part == part]
+        if not faulty or not np.isfinite(max(faulty)):
+            return -np.inf
+        return float(np.logaddexp.reduce(faulty) - self.weights[HEALTHY])
 
     def to_dict(self) -> dict[str, Any]:
         """Return all of it but the samples, for JSON; in SI units."""

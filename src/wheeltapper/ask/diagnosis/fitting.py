@@ -44,6 +44,8 @@ DAMPING = 1e-5
 """Of the first step in a window, over the scaled Jacobian's unit columns."""
 NEARLY = 0.9
 """A window but the last is done where a step leaves more than this share of the sum of squares."""
+BLOCK = 256
+"""Rows that are factorised at a time."""
 HOLDS = 2.0
 """A model explains a window where χ² per sample is at most this."""
 PATIENCE = 2
@@ -140,6 +142,7 @@ class Problem:
         self.times = recording.times
         self.samples = np.nan_to_num(recording.samples)
         self.there = np.isfinite(recording.samples)
+        self._known: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
     def until(self, time: float) -> Problem:
         """Return the same with the part of the recording before a time after the trigger, s."""
@@ -165,9 +168,18 @@ class Problem:
 
     def residuals(self, at: FloatArray, count: int) -> tuple[FloatArray, FloatArray] | None:
         """Return differences from the first `count` samples, m/s², and their derivatives (samples, parameters)."""
-        times = self.times[:count]
         if not count:
             return np.empty(0), np.empty((0, len(self.paths)))
+        if self._known is None or not np.array_equal(self._known[0], at) or len(self._known[1]) < count:
+            found = self._computed(at, count)
+            if found is None:
+                return None
+            self._known = (at.copy(), *found)
+        _, residual, slopes = self._known
+        return residual[:count], slopes[:count]
+
+    def _computed(self, at: FloatArray, count: int) -> tuple[FloatArray, FloatArray] | None:
+        times = self.times[:count]
         try:
             model = self.scenario(at).replaced({"duration": float(times[-1] + 0.5 / self.recording.rate)})
             found = self.motion(model, self.paths, times)
@@ -206,19 +218,20 @@ class Problem:
         return np.concatenate([found[0] / noise, beliefs]), np.vstack([found[1] / noise, slopes])
 
 
-def solve(problem: Problem, begins: float) -> Fit:
+def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
     """Fit a family of models to a recording in which the wheel first strikes at `begins`, s after the trigger.
 
     A family that does not explain a window explains no longer one: the fit then stays with the last window that it
-    explains.
+    explains. Without patience a family is given up early.
     """
     times = problem.times
     ends = [begins + window for window in WINDOWS if begins + window < times[-1]]
     counts = [*dict.fromkeys(int(np.searchsorted(times, end)) for end in ends), len(times)]
-    at, window, longest, patience = np.zeros(len(problem.paths)), -1, len(counts), PATIENCE
+    at, window, longest, patience = np.zeros(len(problem.paths)), -1, len(counts), PATIENCE if patient else 0
+    steps = STEPS if patient else STEPS // 2
     while window + 1 < len(counts):
         chosen, noise = _next_window(problem, at, counts[:longest], window)
-        trial = _explaining(problem, at, counts[chosen], noise)
+        trial = _explaining(problem, at, counts[chosen], noise, steps)
         if trial is not None:
             at, window, longest = trial, chosen, len(counts)
         elif chosen > window + 1 and patience:
@@ -232,11 +245,11 @@ def solve(problem: Problem, begins: float) -> Fit:
     return summary(problem, at, converged)
 
 
-def _explaining(problem: Problem, at: FloatArray, count: int, noise: float) -> FloatArray | None:
+def _explaining(problem: Problem, at: FloatArray, count: int, noise: float, steps: int) -> FloatArray | None:
     """Return coordinates with which the model explains a window; None where it does not."""
     before = np.inf
     while True:
-        at, _ = fitted(problem, at, count, noise, STEPS)
+        at, _ = fitted(problem, at, count, noise, steps)
         found = problem.residuals(at, count)
         if found is None:
             return None
@@ -283,7 +296,7 @@ class _Step(NamedTuple):
     def at(residual: FloatArray, jacobian: FloatArray) -> _Step:
         size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
         many = jacobian.shape[1]
-        triangle = np.asarray(np.linalg.qr(np.column_stack([jacobian / size, residual]), mode="r"))
+        triangle = triangle_of(np.column_stack([jacobian / size, residual]))
         return _Step(triangle[:many, :many], -triangle[:many, -1], jacobian, residual, size)
 
     def along(self, target: FloatArray, damping: float) -> FloatArray:
@@ -346,6 +359,16 @@ def _size(found: tuple[FloatArray, FloatArray]) -> float:
     return float((found[0] ** 2).sum())
 
 
+def triangle_of(matrix: FloatArray) -> FloatArray:
+    """Return R of a tall matrix's QR factorisation, block by block: small blocks start no threads."""
+    rows, columns = matrix.shape
+    blocks = max(-(-rows // BLOCK), 1)
+    padded = np.zeros((blocks * BLOCK, columns))
+    padded[:rows] = matrix
+    each = np.linalg.qr(padded.reshape(blocks, BLOCK, columns), mode="r")
+    return np.asarray(np.linalg.qr(np.asarray(each).reshape(-1, columns), mode="r"))
+
+
 def _inverse(factor: FloatArray) -> FloatArray:
     """Return the inverse of RᵀR, from the singular values of R."""
     if not np.all(np.isfinite(factor)):
@@ -358,8 +381,7 @@ def _inverse(factor: FloatArray) -> FloatArray:
 def covariance_of(jacobian: FloatArray) -> FloatArray:
     """Return the inverse of JᵀJ."""
     size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
-    factor = np.asarray(np.linalg.qr(jacobian / size, mode="r"))
-    return _inverse(factor) / np.outer(size, size)
+    return _inverse(triangle_of(jacobian / size)) / np.outer(size, size)
 
 
 def summary(problem: Problem, at: FloatArray, converged: bool, held: float = np.inf) -> Fit:

@@ -2,28 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ask.diagnosis.neighbours import Condition, Neighbour, Others, felt, neighbours_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
-from wheeltapper.record.simulate import simulate
 
 FloatArray = NDArray[np.float64]
 
 OVERSAMPLED = 8
 """Times as many samples are filtered where the sensor has a filter before its converter."""
+OWN = "vehicle."
+"""Fields in which the wheelsets of one train differ; the rest is the site's, the same for all of them."""
+COACH = (0.0, 2.56, 19.0, 21.56)
+"""Places of a coach's wheelsets behind its first one, m (ERRI B176)."""
+COUPLED = 26.4
+"""From a coach to the next, m."""
+REACH = 6.0
+"""Wheelsets farther away than this are not felt, m."""
 
 
 def synthesise(
-    site: Site, count: int = 1, *, changes: Mapping[str, float] | None = None, label: str = "healthy", seed: int = 0,
-    vary: bool = True, noise: float | None = None,
+    site: Site, count: int = 1, *, fault: str | None = None, size: float | tuple[float, float] | None = None,
+    place: float | None = None, changes: Mapping[str, float] | None = None, label: str | None = None, seed: int = 0,
+    vary: bool = True, noise: float | None = None, neighbour: float | Neighbour | Sequence[Neighbour] | None = None,
+    coupled: bool = True,
 ) -> list[Recording]:  # fmt: skip
     """Compute recordings of passages over a site.
 
@@ -33,46 +44,183 @@ def synthesise(
         The deck, its sensor, and how well all of it is known.
     count
         How many passages.
+    fault, size, place
+        Name in the catalogue, size in its unit, or a range (low, high) in which it is drawn uniformly, and where on the
+        wheel's circumference it is, 0 to 1; by default none, the usual size, and drawn uniformly.
     changes
-        By path, values that differ from the site's passage: a fault. What is uncertain is drawn about them.
+        By path, values that differ from the site's passage.
     label
-        Said in the recordings' `truth`.
+        Said in the recordings' `truth`; by default the fault's name, or "healthy".
     seed
-        Of everything drawn. Recording n is the same however many there are.
+        Of everything drawn. Recording n is the same however many there are; with a fault it has the same speed,
+        height and so on, over what is stated, as without.
     vary
-        Whether what the site is uncertain of is drawn; otherwise it is as stated.
+        Whether what the site is uncertain of is drawn, about the faulty passage; otherwise it is as stated.
     noise
         Standard deviation of the samples' noise, m/s²; by default the sensor's.
+    neighbour
+        Wheelsets that pass with it: the spacing to a healthy one, m (positive ahead), or `Neighbour`.
+    coupled
+        Whether wheelsets feel what the others do to the deck; otherwise they are superposed.
+
+    Returns
+    -------
+    list of Recording
+        `truth` holds label, fault, size, place, scenario, neighbours, and by path what was drawn.
     """
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InputError("", "count", repr(count), "a number of passages, at least 1")
     stated = site.passage.replaced(dict(changes or {}))
-    return [_passage(site, stated, label, np.random.default_rng([seed, n]), vary, noise) for n in range(count)]
+    condition, others = Condition(fault, size, place), neighbours_of(neighbour)
+    out = []
+    for number in range(count):
+        random = np.random.default_rng([seed, number])
+        relative = _relative(site, random) if vary else {}
+        passage, truth = _made(stated, condition, relative, random)
+        beside = [
+            _beside(site, other, relative, np.random.default_rng([seed, number, 1 + i]))
+            for i, other in enumerate(others)
+        ]
+        truth = {"label": label or condition.label, **truth}
+        if others:
+            truth["neighbours"] = [{"spacing": spacing, "scenario": scene} for spacing, scene in beside]
+        out.append(_recorded(site, passage, beside, random, noise, coupled, truth))
+    return out
 
 
-def _passage(
-    site: Site, stated: Scenario, label: str, random: np.random.Generator, vary: bool, noise: float | None
-) -> Recording:
-    drawn = {}
-    for path, share in site.uncertainty.items():
-        value = float(Fields(stated)(path))
-        drawn[path] = value * (1.0 + share * random.standard_normal()) if vary else value
-    scenario = stated.replaced(drawn) if drawn else stated
-    record = simulate(scenario)
-    sensor = site.sensor
-    count = int(np.floor(record.end * sensor.rate * (1.0 + 1e-12))) + 1
+def synthesise_train(
+    site: Site,
+    axles: Sequence[str | Condition | None] | Mapping[int, str | Condition],
+    *,
+    count: int | None = None,
+    positions: Sequence[float] | None = None,
+    seed: int = 0,
+    speed: float | None = None,
+    vary: bool = True,
+    noise: float | None = None,
+    reach: float = REACH,
+    coupled: bool = True,
+) -> list[Recording]:
+    """Compute the recordings of a train's wheelsets, each cut around its own trigger.
+
+    Speed, deck, rail and contact are the same for all wheelsets, their own fields are drawn for each.
+
+    Parameters
+    ----------
+    site
+        The deck, its sensor, and how well all of it is known.
+    axles
+        What is wrong with each wheelset, from the leading one on: a fault's name, a `Condition`, None for a healthy
+        one; or only the faulty ones, by number from 1, of `count`.
+    positions
+        Of the wheelsets behind the first one, m, rising from 0; by default those of coaches ERRI B176.
+    seed
+        Of everything drawn.
+    speed
+        As measured, m/s; the true one differs from it as the site states. None: that of the site's passage, which was
+        not measured.
+    vary, noise, coupled
+        As for `synthesise`.
+    reach
+        Wheelsets farther away than this are not felt, m. Zero: each is alone on the deck.
+    """
+    conditions = _conditions(axles, count)
+    places = _positions(positions, len(conditions))
+    stated = site.passage if speed is None else site.passage.replaced({"speed": speed})
+    shared = _relative(site, np.random.default_rng([seed])) if vary else {}
+    generators = [np.random.default_rng([seed, i]) for i in range(len(conditions))]
+    made = []
+    for condition, random in zip(conditions, generators, strict=True):
+        own = _relative(site, random) if vary else {}
+        relative = {path: own[path] if path.startswith(OWN) else share for path, share in shared.items()}
+        made.append(_made(stated, condition, relative, random))
+    out = []
+    for i, (passage, truth) in enumerate(made):
+        near = [j for j in range(len(made)) if j != i and abs(places[j] - places[i]) <= reach]
+        beside = [(places[i] - places[j], made[j][0]) for j in near]
+        truth = {"label": conditions[i].label, "axle": i + 1, "position": places[i], **truth}
+        out.append(_recorded(site, passage, beside, generators[i], noise, coupled, truth, speed))
+    return out
+
+
+def _conditions(
+    axles: Sequence[str | Condition | None] | Mapping[int, str | Condition], count: int | None
+) -> list[Condition]:
+    if isinstance(axles, Mapping):
+        if count is None or count < 1:
+            raise InputError("", "count", repr(count), "how many wheelsets the train has, since only some are named")
+        wrong = next((number for number in axles if number not in range(1, count + 1)), None)
+        if wrong is not None:
+            raise InputError("", "axles", f"wheelset {wrong!r}", f"numbers from 1 to {count}")
+        listed = [axles.get(number) for number in range(1, count + 1)]
+    else:
+        listed = list(axles)
+    if not listed:
+        raise InputError("", "axles", "none", "at least one wheelset")
+    out = []
+    for i, given in enumerate(listed, 1):
+        if not (given is None or isinstance(given, str | Condition)):
+            raise InputError("", f"axles.{i}", repr(given), "a fault's name, a Condition, or None")
+        known = given if isinstance(given, Condition) else Condition(None if given in (None, "healthy") else given)
+        out.append(known)
+    return out
+
+
+def _positions(given: Sequence[float] | None, count: int) -> list[float]:
+    if given is None:
+        return [COUPLED * (i // len(COACH)) + COACH[i % len(COACH)] for i in range(count)]
+    places = [float(place) for place in given]
+    if len(places) != count or places[0] != 0.0 or np.any(np.diff(places) <= 0.0):
+        raise InputError("", "positions", repr(list(given)), f"{count} distances in m that rise from 0")
+    return places
+
+
+# -- one passage ------------------------------------------------------------------------------------------------------
+
+
+def _relative(site: Site, random: np.random.Generator) -> dict[str, float]:
+    """Return by path by how much what the site is uncertain of differs from what it states, over that."""
+    return {path: share * float(random.standard_normal()) for path, share in site.uncertainty.items()}
+
+
+def _made(
+    stated: Scenario, condition: Condition, relative: Mapping[str, float], random: np.random.Generator
+) -> tuple[Scenario, dict[str, Any]]:
+    """Return a wheelset's passage, and the truth of it."""
+    fault, size, place = condition.drawn(random)
+    passage = stated if fault is None else fault.passage(stated, size, 0.5 if place is None else place)
+    drawn = {path: float(Fields(passage)(path)) * (1.0 + share) for path, share in relative.items()}
+    scenario = passage.replaced(drawn) if drawn else passage
+    return scenario, {"fault": condition.fault, "size": size, "place": place, "scenario": scenario, **drawn}
+
+
+def _beside(
+    site: Site, other: Neighbour, relative: Mapping[str, float], random: np.random.Generator
+) -> tuple[float, Scenario]:
+    """Return a neighbour's spacing and passage; what is the site's is as for the wheelset of interest."""
+    drawn = _relative(site, random)
+    own = {path: drawn[path] if path.startswith(OWN) else share for path, share in relative.items()}
+    return other.spacing, _made(site.passage, other, own, random)[0]
+
+
+def _recorded(
+    site: Site, passage: Scenario, beside: Others, random: np.random.Generator, noise: float | None, coupled: bool,
+    truth: dict[str, Any], speed: float | None = None,
+) -> Recording:  # fmt: skip
+    sensor, deck = site.sensor, felt(passage, beside, coupled)
+    count = int(np.floor(deck.end * sensor.rate * (1.0 + 1e-12))) + 1
     times = np.arange(count) / sensor.rate
     if sensor.cutoff is None:
-        samples = record.at(times).deck_acceleration.values
+        samples = deck.at(times)
     else:
         finer = np.arange((count - 1) * OVERSAMPLED + 1) / (sensor.rate * OVERSAMPLED)
-        samples = filtered(record.at(np.minimum(finer, record.end)).deck_acceleration.values, sensor, OVERSAMPLED)
-        samples = samples[::OVERSAMPLED]
+        samples = filtered(deck.at(finer), sensor, OVERSAMPLED)[::OVERSAMPLED]
     spread = sensor.noise * np.sqrt(0.5 * sensor.rate) if noise is None else noise
     samples = samples + spread * random.standard_normal(count) + sensor.offset + sensor.drift * times
     samples, clipped = converted(samples, sensor)
-    truth = {"label": label, "scenario": scenario, **drawn}
-    return Recording(samples, float(sensor.rate), clipped=clipped, source=f"synthetic: {label}", truth=truth)
+    return Recording(
+        samples, float(sensor.rate), clipped=clipped, speed=speed, source=f"synthetic: {truth['label']}", truth=truth
+    )
 
 
 def filtered(samples: FloatArray, sensor: Sensor, finer: int = 1) -> FloatArray:

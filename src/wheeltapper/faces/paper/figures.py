@@ -10,7 +10,17 @@ import numpy as np
 
 import wheeltapper as wt
 from wheeltapper.faces.charts import draw_map
-from wheeltapper.faces.paper import coach_figures, corrugation, deck, law, maps, missed, naive, plastic_figures
+from wheeltapper.faces.paper import (
+    coach_figures,
+    corrugation,
+    deck,
+    diagnosis,
+    law,
+    maps,
+    missed,
+    naive,
+    plastic_figures,
+)
 from wheeltapper.faces.paper.setting import CONSTANT, STATIC, bump, flat, impacts, largest, losses, sine, step
 from wheeltapper.faces.plot import STYLE, save, shade_losses
 
@@ -18,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-DRAW: dict[str, Callable[[Figure], None]] = coach_figures.DRAW | plastic_figures.DRAW
+DRAW: dict[str, Callable[[Figure], None]] = coach_figures.DRAW | plastic_figures.DRAW | diagnosis.DRAW
 """By figure, the function that draws it."""
 
 

@@ -104,7 +104,7 @@ def deepest_mark() -> Iterator[Measure]:
 def hammered(track: wt.StiffTrack | wt.FloatingDeck) -> tuple[int, float]:
     """Return how many marks a wheel leaves behind a bump, and the deepest one in µm."""
     record = bump(5e4, 0.25, contact=THORNTON, track=track)
-    table = wt.marks(record).table
+    table = wt.wear.marks(record).table
     left = table.permanent_indentation.values * (table.position.values > 0.06)
     deep = left > 1e-8
     return int((np.diff(deep.astype(int)) == 1).sum()), 1e6 * float(left.max())

@@ -6,11 +6,11 @@ import csv
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from wheeltapper.faces.paper import coach, corrugation, deck, law, maps, missed, plastic, single
+from wheeltapper.faces.paper import coach, corrugation, deck, diagnosis, law, maps, missed, plastic, single
 from wheeltapper.faces.paper.claims import CLAIMS, Claim
 from wheeltapper.ground.errors import InputError
 
-TOPICS = (single, maps, deck, missed, corrugation, law, coach, plastic)
+TOPICS = (single, maps, deck, missed, corrugation, law, coach, plastic, diagnosis)
 """The modules that register claims; importing them fills the register."""
 
 

@@ -1,0 +1,294 @@
+"""The core model diagnoses a coach: what it leaves unexplained, and what that costs. Tests on one's own model flatter.
+
+    uv run python benchmarks/coach_diagnosis.py
+
+First, healthy passages of the ERRI B176 coach over a deck with a bump: which share of the acceleration's rms the best
+core model leaves, χ² per sample at noise of 1 % of the rms, and mass and damping over the true ones, with speed, load,
+height and contact constant known as well as the site states. Then faults of one wheelset, in passages that differ as
+the site states: how often the verdict names the right part of the wheelset, says "not explained", "healthy", or names a
+wrong part. The last columns are the core model's own recordings of the same faults.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from machine import surroundings
+
+import wheeltapper as wt
+from wheeltapper.ask.diagnosis.diagnose import diagnose
+from wheeltapper.ask.diagnosis.fitting import Problem, solve
+from wheeltapper.ask.diagnosis.identify import beliefs, onset
+from wheeltapper.ask.diagnosis.synthetic import synthesise
+from wheeltapper.ask.trajectory import trajectory
+from wheeltapper.describe.sensor import Sensor
+from wheeltapper.describe.site import Site
+from wheeltapper.record.recording import Recording
+
+RATE, SPEED, DURATION, SHARE = 20e3, 9.0, 0.2111, 0.01
+"""Hz, m/s, s, and the noise over the acceleration's rms."""
+TIMES = np.arange(int(DURATION * RATE)) / RATE
+BUMP = wt.CosineBump(height=2e-4, length=0.05, start=0.009)
+DECK = {"mass": 15_000.0, "stiffness": 1.5e7}
+BEHIND = (0.0, 2.56, 19.0, 21.56)
+"""Places of the wheelsets behind the first one, m."""
+KNOWN = {"speed": 0.01, "vehicle.load": 0.05, "contact.constant": 0.05, "irregularity.0.height": 0.05}
+SPREAD = {"vehicle.mass": 0.03, "vehicle.damping": 0.05}
+"""Of healthy wheelsets; without it the core model's bias alone, 3 and 5 %, would be a fault."""
+COMPARED = ("broken spring", "mass deviation", "lost damper", "weak damper", "load deviation", "wheel flat")
+UNKNOWN = ("vehicle.mass", "vehicle.damping")
+PASSAGES = 3
+"""Of each fault."""
+INFLATED = (1.0, 4.0, 32.0)
+"""Factors on the noise with which a healthy passage is fitted; the best fit counts."""
+HEALTHY = wt.Wagon.erri_b176()
+
+
+def coach(vehicle: wt.Wagon = HEALTHY, **changes: Any) -> wt.Scenario:
+    """Return a passage of the coach; only wheelset 1 is on the deck unless a track says otherwise."""
+    fields = {
+        "contact": wt.Hertz(constant_per_wheel=7.025e10), "creep": wt.creep.Polach(friction=0.35), "speed": SPEED,
+        "track": wt.FloatingDeck(**DECK, damping=5e4, wheelset=1), "irregularity": {"both": BUMP}, "duration": DURATION,
+    }  # fmt: skip
+    return wt.Scenario(vehicle=vehicle, **(fields | changes))
+
+
+def deck_acceleration(scene: wt.Scenario, wheelset: int = 1) -> np.ndarray:
+    """Return the deck's acceleration after a wheelset's trigger."""
+    begins = BEHIND[wheelset - 1] / float(scene.speed)
+    record = wt.simulate(scene.replaced({"duration": DURATION + begins}))
+    return np.asarray(record.at(TIMES + begins).deck_acceleration.values)
+
+
+def site_of(scene: wt.Scenario, rms: float) -> Site:
+    """Return the site whose healthy wheelset is the equivalent of wheelset 1."""
+    alone = scene.track.model_copy(update={"wheelset": None})
+    core = wt.reduced(coach(scene.vehicle, contact=scene.contact), 1).replaced({"track": alone})
+    sensor = Sensor(rate=RATE, noise=SHARE * rms / np.sqrt(0.5 * RATE))
+    return Site(passage=core, sensor=sensor, uncertainty=KNOWN)
+
+
+def recorded(samples: np.ndarray, noise: float, seed: int) -> Recording:
+    """Return samples as a recording, with noise."""
+    return Recording(samples + noise * np.random.default_rng([99, seed]).standard_normal(len(samples)), RATE)
+
+
+# -- healthy passages -------------------------------------------------------------------------------------------------
+
+
+def short(damping: float) -> wt.FloatingDeck:
+    """Return a deck that ends before the next wheelset of the bogie comes."""
+    return wt.FloatingDeck(**DECK, damping=damping, start=-0.05, length=2.2)
+
+
+SOUND: dict[str, tuple[wt.Scenario, int]] = {
+    "only wheelset 1 on the deck": (coach(), 1),
+    "the same, no creep": (coach(creep=None), 1),
+    "the same, contacts from the profiles": (coach(contact=wt.Hertz()), 1),
+    "the same, dampers in series with springs": (coach(wt.Wagon.erri_b176(series_springs=True)), 1),
+    "the same, bump on the right rail only": (coach(irregularity={"right": BUMP}), 1),
+    "only wheelset 2 on the deck": (coach(track=wt.FloatingDeck(**DECK, damping=5e4, wheelset=2)), 2),
+    "deck of 2.2 m, 5 % damped, wheelset 1": (coach(track=short(5e4)), 1),
+    "the same, wheelset 2": (coach(track=short(5e4)), 2),
+    "the same, wheelset 3": (coach(track=short(5e4)), 3),
+    "deck of 2.2 m, 50 % damped, wheelset 2": (coach(track=short(4.7e5)), 2),
+    "deck of 2.2 m, 100 % damped, wheelset 2": (coach(track=short(9.5e5)), 2),
+    "endless deck, wheelset 1": (coach(track=wt.FloatingDeck(**DECK, damping=5e4)), 1),
+}
+
+
+@dataclass
+class Left:
+    """What the best core model leaves of a healthy passage."""
+
+    share: float
+    mass: float
+    damping: float
+    held: float
+
+
+def left_over(scene: wt.Scenario, wheelset: int) -> Left:
+    """Fit the core model to a healthy passage."""
+    samples = deck_acceleration(scene, wheelset)
+    rms = float(samples.std())
+    site = site_of(scene, rms)
+    recording, best = recorded(samples, SHARE * rms, 0), None
+    for factor in INFLATED:
+        noise = factor * SHARE * rms
+        problem = Problem(recording, site.sensor, noise, site.passage, beliefs(site, UNKNOWN))
+        fit = solve(problem, onset(recording, noise))
+        model = trajectory(fit.scenario.replaced({"duration": DURATION}), (), TIMES).deck_acceleration
+        share = float(np.std(model - samples) / rms)
+        if best is None or share < best.share:
+            over = [fit.values[i] / float(getattr(site.passage.vehicle, n)) for i, n in enumerate(("mass", "damping"))]
+            best = Left(share, *over, held=fit.held)
+    assert best is not None
+    return best
+
+
+def healthy_table() -> float:
+    """Print what is left of healthy passages; return that of the first."""
+    print(f"{'healthy coach':44} {'left/rms':>9} {'chi2':>9} {'m/m0':>6} {'c/c0':>6} {'explained up to':>16}")
+    first = np.nan
+    for name, (scene, wheelset) in SOUND.items():
+        found = left_over(scene, wheelset)
+        first = found.share if np.isnan(first) else first
+        until = "all" if np.isinf(found.held) else f"{1e3 * found.held:.0f} ms"
+        chi_squared = 1.0 + (found.share / SHARE) ** 2
+        print(
+            f"{name:44} {found.share:9.4f} {chi_squared:9.3g} {found.mass:6.3f} {found.damping:6.3f} {until:>16}",
+            flush=True,
+        )
+    return first
+
+
+# -- faults -----------------------------------------------------------------------------------------------------------
+
+
+def weakened(factor: float, *sides: str) -> wt.Wagon:
+    """Return the coach with dampers of wheelset 1 that do so much of what they should."""
+    vehicle = HEALTHY
+    for side in sides:
+        damper = next(item for item in vehicle.elements if item.name == f"primary damper 1 {side}")
+        x, y, z = damper.damping
+        vehicle = vehicle.with_element(damper.model_copy(update={"damping": (x, y, factor * z)}))
+    return vehicle
+
+
+def broken(*sides: str) -> wt.Wagon:
+    """Return the coach with springs of wheelset 1 that are rigid upwards."""
+    vehicle = HEALTHY
+    for side in sides:
+        spring = next(item for item in vehicle.elements if item.name == f"primary spring 1 {side}")
+        kept = spring.model_copy(update={"stiffness": (*spring.stiffness[:2], 0.0)})
+        link = wt.vehicles.Link(name=f"broken {side}", between=spring.between, at=spring.at, along=("z",))
+        vehicle = vehicle.with_element(kept).with_element(link)
+    return vehicle
+
+
+def heavier(factor: float) -> wt.Wagon:
+    """Return the coach with another mass of wheelset 1."""
+    first, *others = HEALTHY.axles
+    axles = (first.model_copy(update={"mass": factor * float(first.mass)}), *others)
+    return wt.Wagon(bodies=HEALTHY.bodies, axles=axles, elements=HEALTHY.elements, gravity=HEALTHY.gravity)
+
+
+def aside() -> wt.Wagon:
+    """Return the coach with its car body's centre of gravity 0.1 m to the left."""
+    body, *others = HEALTHY.bodies
+    x, _, z = body.position
+    bodies = (body.model_copy(update={"position": (x, 0.1, z)}), *others)
+    return wt.Wagon(bodies=bodies, axles=HEALTHY.axles, elements=HEALTHY.elements, gravity=HEALTHY.gravity)
+
+
+def flat(length: float, *places: str) -> dict[str, Any]:
+    """Return irregularities with a flat on some wheels."""
+    tread = wt.WheelFlat(length=length, position=1.2)
+    both = {"wheelset 1 left": (BUMP,), "wheelset 1 right": (BUMP,)}
+    return both | {f"wheelset 1 {place}": (BUMP, tread) for place in places}
+
+
+@dataclass
+class Fault:
+    """A fault of the coach, the core model's, and the part of the wheelset where it is."""
+
+    part: str
+    vehicle: wt.Wagon = HEALTHY
+    rails: dict[str, Any] = field(default_factory=lambda: {"wheelset 1": BUMP})
+    core: tuple[str | None, float | None] = (None, None)
+
+
+FAULTS = {
+    "healthy": Fault(""),
+    "no damper, both sides": Fault("damper", weakened(1e-3, "left", "right"), core=("lost damper", 1e-3)),
+    "c/5, both sides": Fault("damper", weakened(0.2, "left", "right"), core=("lost damper", 0.2)),
+    "no damper, left": Fault("damper", weakened(1e-3, "left"), core=("weak damper", 0.5)),
+    "c/5, left": Fault("damper", weakened(0.2, "left"), core=("weak damper", 0.6)),
+    "broken spring, both sides": Fault("suspension", broken("left", "right"), core=("broken spring", None)),
+    "broken spring, left": Fault("suspension", broken("left"), core=("broken spring", 335.0)),
+    "mass + 10 %": Fault("suspension", heavier(1.1), core=("mass deviation", 1.1)),
+    "mass - 10 %": Fault("suspension", heavier(0.9), core=("mass deviation", 0.9)),
+    "flat of 40 mm, both wheels": Fault("wheel", rails=flat(0.04, "left", "right"), core=("wheel flat", 0.04)),
+    "flat of 40 mm, right": Fault("wheel", rails=flat(0.04, "right"), core=("wheel flat", 0.04)),
+    "flat of 20 mm, right": Fault("wheel", rails=flat(0.02, "right"), core=("wheel flat", 0.02)),
+    "car body 0.1 m to the left": Fault("", aside()),
+}
+
+
+def passage(fault: Fault, number: int) -> np.ndarray:
+    """Return a passage of the coach that differs from the stated one as the site is uncertain."""
+    draws = np.random.default_rng([7, number]).standard_normal(len(KNOWN))
+    speed, load, constant, height = (1.0 + share * z for share, z in zip(KNOWN.values(), draws, strict=True))
+    scene = coach(fault.vehicle, speed=SPEED * speed, contact=wt.Hertz(constant_per_wheel=7.025e10 * constant))
+    body = scene.vehicle.bodies[0]
+    more = (load - 1.0) * 4.0 * 91_513.0 / 9.81
+    rails = {
+        place: tuple(
+            item.model_copy(update={"height": height * item.height}) if item is BUMP else item
+            for item in (items if isinstance(items, tuple) else (items,))
+        )
+        for place, items in fault.rails.items()
+    }
+    return deck_acceleration(scene.replaced({"vehicle.bodies.0.mass": body.mass + more, "irregularity": rails}))
+
+
+def judged(name: str, recordings: list[Recording], site: Site, noise: float) -> tuple[Counter[str], Any]:
+    """Return how the verdicts on recordings of a fault are, and medians of χ², m and c."""
+    part, counts, values = FAULTS[name].part, Counter[str](), []
+    for recording in recordings:
+        finding = diagnose(recording, site, noise=noise, faults=COMPARED)
+        if finding.verdict == "not explained":
+            counts["unexplained"] += 1
+        else:
+            kind = "healthy" if finding.verdict == "healthy" else "wrong"
+            counts["right" if finding.part == part else kind] += 1
+        estimate, vehicle = finding.estimate, site.passage.vehicle
+        assert estimate is not None
+        known = [estimate[p] if p in estimate.paths else np.nan for p in UNKNOWN]
+        values.append([finding.reduced, known[0] / float(vehicle.mass), known[1] / float(vehicle.damping)])
+    return counts, np.median(values, axis=0)
+
+
+def fault_table(share: float) -> None:
+    """Print how faults of the coach, and of the core model itself, are judged."""
+    scene = coach()
+    rms = float(deck_acceleration(scene).std())
+    stated = site_of(scene, rms)
+    site = Site(passage=stated.passage, sensor=stated.sensor, uncertainty=KNOWN | SPREAD)
+    noise = SHARE * rms
+    print(
+        f"\nof {PASSAGES} passages each: right part / not explained / healthy / wrong part; medians of χ², m/m0, c/c0"
+    )
+    whole = float(np.hypot(noise, share * rms))
+    print(f"{'fault of wheelset 1':28} {'coach':>36} {f'coach, noise and {100 * share:.1f} %':>36} {'core model':>36}")
+    total: dict[str, Counter[str]] = {"coach": Counter(), "more": Counter(), "core": Counter()}
+    for name, fault in FAULTS.items():
+        coaches = [recorded(passage(fault, n), noise, n) for n in range(PASSAGES)]
+        kind, size = fault.core
+        own = synthesise(stated, PASSAGES, fault=kind, size=size, place=0.415 if kind else None, seed=7)
+        cells = []
+        for column, of, spread in (("coach", coaches, noise), ("more", coaches, whole), ("core", own, noise)):
+            counts, (chi_squared, mass, damping) = judged(name, of, site, spread)
+            total[column].update(counts)
+            shown = "/".join(str(counts[kind]) for kind in ("right", "unexplained", "healthy", "wrong"))
+            cells.append(f"{shown:>9} {chi_squared:10.4g} {mass:7.3f} {damping:7.3f}")
+        print(f"{name:28} " + " ".join(f"{cell:>36}" for cell in cells), flush=True)
+    for column, counts in total.items():
+        print(f"{column}: {dict(counts)}")
+
+
+def main(clock: Callable[[], float] = time.perf_counter) -> None:
+    """Print both tables."""
+    began = clock()
+    print({name: held for name, held in surroundings().items() if name in ("cpu", "cores", "commit", "load")})
+    fault_table(healthy_table())
+    print(f"{clock() - began:.0f} s")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,259 @@
+"""Alarm rules: dated figures of railways and standards, with which a finding is compared.
+
+Forces of findings are those of a wheelset, and so are their ratios; rules mostly speak of a wheel. Where both wheels do
+the same, a wheel has half of the wheelset's. Where the fault is in a wheel, or unknown, all of the dynamic part is put
+on one wheel: static/2 + (peak - static), the most that a wheel can have had. Rules are made for level track, while
+healthy wheels, too, bounce over the site's irregularity: where an entry says what the force is on level track, that one
+counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from datetime import date
+from importlib.resources import files
+from math import inf, isfinite, nan
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from wheeltapper.describe.scenario import toml_table
+from wheeltapper.describe.site import Site
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.quantities import to_si
+
+VERIFY = "verify current edition"
+QUANTITIES = {
+    "peak_force": "force", "dynamic_ratio": "number", "dynamic_increment": "number", "flat_length": "length",
+    "out_of_roundness": "length",
+}  # fmt: skip
+"""What rules limit, and its dimension."""
+CHOICES = {
+    "quantity": tuple(QUANTITIES), "per": ("wheel", "axle"), "when": ("exceeded", "reached"),
+    "level": ("warning", "maintain", "stop"),
+}  # fmt: skip
+LENGTHS = ("diameter_above", "diameter_up_to")
+FLATS = ("wheel flat", "rounded flat")
+ONE_WHEEL = (*FLATS, "out of round", "not explained")
+"""Verdicts that put all of the dynamic force on one wheel."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One figure of one document.
+
+    Attributes
+    ----------
+    name, body, country
+        What it is called here, who states it, and where it is in use.
+    quantity
+        A key of `QUANTITIES`.
+    limit
+        N, m or a plain number.
+    level
+        "warning", "maintain" or "stop".
+    edition, date
+        Of the document, in words and as year-month-day ("" where it is not known).
+    source
+        The document's number and title.
+    basis
+        Where the figure was taken from, and how sure it is.
+    per
+        "wheel" or "axle": whose force it is.
+    when
+        "exceeded" or "reached": whether the limit itself already counts.
+    diameter_above, diameter_up_to
+        Of the wheels to which it applies, m.
+    applies
+        What else it depends on, in words.
+    verify
+        What to do before anything depends on it.
+    """
+
+    name: str
+    quantity: str
+    limit: float
+    level: str
+    body: str = ""
+    country: str = ""
+    edition: str = ""
+    date: str = ""
+    source: str = ""
+    basis: str = ""
+    per: str = "wheel"
+    when: str = "exceeded"
+    diameter_above: float = 0.0
+    diameter_up_to: float = inf
+    applies: str = ""
+    verify: str = VERIFY
+
+    @property
+    def said(self) -> str:
+        """The limit as text."""
+        if self.quantity == "peak_force":
+            return f"{self.limit / 1e3:.4g} kN ({self.limit / to_si('1 kip', 'force'):.4g} kips) per {self.per}"
+        return f"{1e3 * self.limit:.4g} mm" if QUANTITIES[self.quantity] == "length" else f"{self.limit:.4g}"
+
+    def is_in(self, countries: Sequence[str]) -> bool:
+        """Return whether the rule names one of these countries."""
+        return not {part.strip() for part in self.country.split(",")}.isdisjoint(countries)
+
+    def raised_by(self, value: float) -> bool:
+        """Return whether a value sets off the alarm; NaN does not."""
+        return value >= self.limit if self.when == "reached" else value > self.limit
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it for JSON; in SI units."""
+        return {
+            field.name: value for field in fields(self) if not isinstance(value := getattr(self, field.name), float)
+            or isfinite(value)
+        }  # fmt: skip
+
+
+class Alarm(NamedTuple):
+    """A rule that a wheelset has set off."""
+
+    axle: int  # from 1
+    rule: Rule
+    value: float  # SI
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it for JSON; in SI units."""
+        return {
+            "axle": self.axle, "rule": self.rule.name, "level": self.rule.level, "quantity": self.rule.quantity,
+            "value": self.value, "limit": self.rule.limit, "verify": self.rule.verify,
+        }  # fmt: skip
+
+    def __str__(self) -> str:
+        value = Rule("", self.rule.quantity, self.value, "", per=self.rule.per).said
+        word = "at least" if self.rule.when == "reached" else "more than"
+        edition = f", {self.rule.edition}" if self.rule.edition else ""
+        text = f"axle {self.axle}: {self.rule.level}: {self.rule.quantity.replace('_', ' ')} {value}"
+        return f"{text}, {word} {self.rule.said}; {self.rule.name}{edition}; {self.rule.verify}"
+
+
+# -- what is compared -------------------------------------------------------------------------------------------------
+
+
+def wheel_forces(entry: Mapping[str, Any], wheels: int = 2) -> tuple[float, float]:
+    """Return static and largest force of one wheel, N, from those of the wheelset; NaN without a wheel."""
+    static, peak = _forces(entry)
+    if entry.get("verdict") in ONE_WHEEL:
+        return static / wheels, static / wheels + (peak - static)
+    return static / wheels, peak / wheels
+
+
+def _forces(entry: Mapping[str, Any]) -> tuple[float, float]:
+    """Return static and largest force of the wheelset, N: the one on level track where it is there."""
+    level = entry.get("level_force")
+    return _number(entry.get("static_force")), _number(entry.get("largest_force") if level is None else level)
+
+
+def compared(entry: Mapping[str, Any], rule: Rule, site: Site) -> float:
+    """Return the value that a rule limits, in SI units; NaN where there is none.
+
+    Parameters
+    ----------
+    entry
+        What `Finding.to_dict` gives, perhaps with `level_force`, N.
+    rule, site
+        The rule, and the site of the finding: it states the wheels.
+    """
+    verdict, size = entry.get("verdict"), _number(entry.get("size"))
+    vehicle = site.passage.vehicle
+    if not rule.diameter_above < 2.0 * float(vehicle.radius) <= rule.diameter_up_to:
+        return nan
+    if rule.quantity == "flat_length":
+        return size if verdict in FLATS else nan
+    if rule.quantity == "out_of_roundness":
+        return 2.0 * size if verdict == "out of round" else nan
+    static, peak = _forces(entry) if rule.per == "axle" else wheel_forces(entry, vehicle.wheels)
+    if rule.quantity == "peak_force":
+        return peak
+    return peak / static - (rule.quantity == "dynamic_increment")
+
+
+def alarms_of(entries: Sequence[Mapping[str, Any]], rules: Sequence[Rule], site: Site) -> tuple[Alarm, ...]:
+    """Return all alarms of wheelsets, those of the leading one first."""
+    out = []
+    for axle, entry in enumerate(entries, 1):
+        values = [(rule, compared(entry, rule, site)) for rule in rules]
+        out += [Alarm(axle, rule, value) for rule, value in values if rule.raised_by(value)]
+    return tuple(out)
+
+
+def _number(value: Any) -> float:
+    return nan if value is None else float(value)
+
+
+# -- rules in a file --------------------------------------------------------------------------------------------------
+
+
+def read_rules(path: str | Path | None = None, countries: Sequence[str] | None = None) -> tuple[Rule, ...]:
+    """Read alarm rules.
+
+    Parameters
+    ----------
+    path
+        A file like the package's own, which is taken by default.
+    countries
+        Take only the rules that name one of these, such as ("SE", "EU").
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or a rule in it is wrong; the field says which one and what of it.
+    """
+    source = str(path) if path is not None else ""
+    data = toml_table(
+        Path(path) if path is not None else Path(str(files(__package__) / "alarm_rules.toml")), "alarm rules"
+    )
+    table = data.pop("rule", None)
+    if data:
+        name = next(iter(data))
+        raise InputError(source, name, f"the unknown name {name!r}", "format, rule")
+    if not isinstance(table, list) or not table or not all(isinstance(entry, dict) for entry in table):
+        raise InputError(
+            source, "rule", "none" if not table else repr(table)[:80], "tables [[rule]], one for each rule"
+        )
+    rules = tuple(_rule(entry, f"rule.{number}", source) for number, entry in enumerate(table, 1))
+    names = [rule.name for rule in rules]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(source, "rule", f"the name {twice!r} twice", "names that differ")
+    return tuple(rule for rule in rules if countries is None or rule.is_in(countries))
+
+
+def _rule(entry: dict[str, Any], where: str, source: str) -> Rule:
+    known = [field.name for field in fields(Rule)]
+    for name in entry:
+        if name not in known:
+            raise InputError(source, f"{where}.{name}", f"the unknown name {name!r}", ", ".join(known))
+    for name in ("name", "quantity", "limit", "level"):
+        if name not in entry:
+            raise InputError(source, f"{where}.{name}", "nothing", "a value, which is required here")
+    values = dict(entry)
+    for name, choices in CHOICES.items():
+        if name in values and values[name] not in choices:
+            raise InputError(source, f"{where}.{name}", repr(values[name]), ", ".join(choices))
+    values["limit"] = _positive(values["limit"], QUANTITIES[values["quantity"]], f"{where}.limit", source)
+    for name in LENGTHS:
+        if name in values:
+            values[name] = _positive(values[name], "length", f"{where}.{name}", source)
+    if isinstance(values.get("date"), date):
+        values["date"] = values["date"].isoformat()
+    for name, value in values.items():
+        if name not in ("limit", *LENGTHS) and not isinstance(value, str):
+            raise InputError(source, f"{where}.{name}", repr(value), "a text" if name != "date" else "a date")
+    return Rule(**values)
+
+
+def _positive(value: Any, dimension: str, where: str, source: str) -> float:
+    try:
+        number = to_si(value, dimension)
+    except ValueError as error:
+        found, _, allowed = str(error).removeprefix("found ").partition("; allowed: ")
+        raise InputError(source, where, found, allowed) from error
+    if not 0.0 < number < inf:
+        raise InputError(source, where, repr(value), f"a positive {dimension}")
+    return number

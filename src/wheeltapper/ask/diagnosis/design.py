@@ -1,0 +1,210 @@
+"""Irregularities designed to tell: the rail that makes a passage tell most of some fields, under limits.
+
+These are the paper's "specially designed irregularities". A layout is judged by what passages at each speed tell of
+the named fields while all that the site is uncertain of is unknown too (`information`), each passage by itself:
+
+determinant     mean over the speeds of the determinant of the marginal information: one over the square of the area
+                of the ellipse in which the fields' logarithms lie
+worst interval  the largest standard deviation of any of them at any speed
+
+The search is differential evolution (Storn and Price 1997), since the criterion is rugged: an impact more or less is a
+cliff. Layouts whose force is too large rank behind all others, by how much it is (Deb 2000). It samples coarsely at
+equal noise density; the best layouts are judged again at the sensor's rate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from wheeltapper.ask.diagnosis.design_search import Candidate, Criterion, Judge, Progress, Search, cost
+from wheeltapper.ask.diagnosis.information import NAMED, Information
+from wheeltapper.ask.diagnosis.layout import Bounds, Family
+from wheeltapper.describe.scenario import FORMAT
+from wheeltapper.describe.site import Site
+from wheeltapper.ground.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """The rail that tells most, and all that it was compared with.
+
+    Attributes
+    ----------
+    site
+        With that rail.
+    information
+        That passages over it give, at the sensor's rate.
+    criterion
+        "determinant" or "worst interval".
+    best, single, repeated
+        The layout found; the best single feature; the best one repeated, as often as the design has features. At the
+        sensor's rate, in recordings of the same length.
+    candidates
+        All layouts that the search has judged, at its own rate.
+    """
+
+    site: Site
+    information: Information
+    criterion: Criterion
+    best: Candidate
+    single: Candidate
+    repeated: Candidate
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def gains(self) -> dict[str, float]:
+        """How many times better the criterion is than with the layouts to compare with."""
+        here = cost(self.best, self.criterion)
+        others = {"single": self.single, "repeated": self.repeated}
+        return {kind: float(np.exp(cost(one, self.criterion) - here)) for kind, one in others.items()}
+
+    def front(self, over: Literal["largest_force", "total_length"] = "largest_force") -> tuple[Candidate, ...]:
+        """Return the designed layouts that no other beats in both the criterion and the force, or the length.
+
+        The search looks for the best within the limits: what is far below them is a by-product, and may be beaten.
+        """
+        out: list[Candidate] = []
+        told = [one for one in self.candidates if one.kind == "designed" and np.isfinite(one.determinant)]
+        for one in sorted(told, key=lambda one: (getattr(one, over), cost(one, self.criterion))):
+            if not out or cost(one, self.criterion) < cost(out[-1], self.criterion):
+                out.append(one)
+        return tuple(out)
+
+    def chart(self) -> xr.Dataset:
+        """Return all judged layouts as a labelled dataset over "candidate" and "feature"."""
+        import xarray as xr
+
+        most = max(len(one.layout.features) for one in self.candidates)
+        features = np.full((len(self.candidates), most, 3), np.nan)
+        for i, one in enumerate(self.candidates):
+            for j, feature in enumerate(one.layout.features):
+                features[i, j] = feature.lift, feature.length, feature.start
+        plain = [(one.determinant, one.worst, one.largest_force, one.total_length) for one in self.candidates]
+        data: dict[str, Any] = {
+            name: ("candidate", column, {"units": unit, "long_name": meaning})
+            for (name, unit, meaning), column in zip(COLUMNS, np.array(plain).T, strict=True)
+        }
+        named = zip(("height", "length", "start"), np.moveaxis(features, 2, 0), strict=True)
+        data |= {name: (("candidate", "feature"), held, {"units": "m"}) for name, held in named}
+        kinds = np.array([one.kind for one in self.candidates])
+        return xr.Dataset(data, {"kind": ("candidate", kinds)}, {"title": "wheeltapper design"})
+
+    def to_toml(self, path: str | Path) -> None:
+        """Write the site with the designed rail."""
+        write_site(self.site, path)
+
+    def __str__(self) -> str:
+        features = "; ".join(
+            f"{one.shape} {1e3 * one.height:.3g} mm" + (f" x {1e3 * one.length:.3g} mm" if one.length else "")
+            + f" at {one.start:.4g} m" for one in self.best.layout.features
+        )  # fmt: skip
+        named = self.information.paths[: self.information.named]
+        told = ", ".join(f"{path} {100.0 * self.information.deviation(path).max():.2g} %" for path in named)
+        gains = ", ".join(f"{gain:.3g} x {kind}" for kind, gain in self.gains.items())
+        return f"{features}: {told} at worst; {self.criterion} {gains}; {self.best.largest_force / 1e3:.0f} kN"
+
+
+COLUMNS = (
+    ("determinant", "", "mean determinant of the marginal information"),
+    ("worst_interval", "", "largest standard deviation of a named field over its value"),
+    ("largest_force", "N", "largest contact force at any speed"),
+    ("total_length", "m", "from the first feature's start to the last one's end"),
+)
+"""Of a design's chart: name, unit and meaning."""
+
+
+def design_site(
+    site: Site,
+    parameters: Sequence[str] = NAMED,
+    speeds: Sequence[float] | None = (6.0, 9.0, 12.0),
+    *,
+    number: int = 2,
+    shapes: Sequence[str] = ("bump", "dip"),
+    heights: Bounds = (2e-5, 4e-3),
+    lengths: Bounds = (0.02, 0.4),
+    spacing: Bounds = (0.02, 2.0),
+    total_length: float = 2.0,
+    largest_force: float = 400e3,
+    vary: Mapping[str, Bounds] | None = None,
+    criterion: Criterion = "determinant",
+    one_gauge: bool = False,
+    trigger: float = 0.0,
+    budget: int = 2000,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Design:
+    """Design the rail of a site so that passages tell most of some fields.
+
+    Parameters
+    ----------
+    site
+        Its deck, sensor, vehicle and uncertainties; its rail is replaced. Each feature is known as well as the first
+        one of the site's ("irregularity.0.height" and so on). Recordings last 0.2 s longer than the slowest passage
+        over the total length, all the same, or as long as the site's.
+    parameters
+        Paths of the fields asked for, of which nothing is known beforehand.
+    speeds
+        m/s; None: the passage's own, or what `vary` says of "speed".
+    number, shapes
+        Of features, and which of "bump", "dip", "step up" and "step down" each of them may be.
+    heights, lengths, spacing
+        Bounds, m: of magnitudes, and of the distance from one start to the next. Over features longer than 0.4 m the
+        bogie, whose inertia the wheelset's model leaves out, begins to move.
+    total_length, largest_force
+        Limits, m and N; the force at every speed.
+    vary
+        By path, bounds of what else may be chosen: "track.mass" and so on. The layouts to compare with may choose, too.
+    criterion
+        "determinant" or "worst interval".
+    one_gauge
+        True where all heights share one relative error; otherwise each has its own, and more features average it.
+    trigger
+        Standard deviation of the trigger's time, s, as in `information`.
+    budget, seed
+        How many layouts are judged, about, and what the search draws from: the same seed finds the same layout.
+    progress
+        Called with how many layouts were judged, the budget, and the best criterion so far.
+    """
+    if criterion not in ("determinant", "worst interval"):
+        raise InputError("", "criterion", repr(criterion), "'determinant' or 'worst interval'")
+    shaping = [path for path in (*parameters, *(vary or {})) if path.startswith("irregularity.")]
+    if shaping:
+        raise InputError("", shaping[0], "a field of the rail, which is to be designed", "fields of what rolls over it")
+    family = Family(
+        number, tuple(shapes), heights, lengths, spacing, total_length, fields=dict(vary or {})
+    ).checked()  # fmt: skip
+    plain = ("bump",) if "bump" in shapes else family.shapes[:1]
+    families = {
+        "single": replace(family, number=1, shapes=plain),
+        "repeated": replace(family, shapes=plain, alike=True),
+        "designed": family,
+    }
+    slowest = min(speeds) if speeds else (vary or {}).get("speed", (float(site.passage.speed),))[0]
+    judge = Judge(
+        site, tuple(parameters), tuple(speeds) if speeds else None, criterion, largest_force, one_gauge, trigger,
+        family.duration(slowest),
+    )  # fmt: skip
+    search = Search(judge, budget, progress)
+    found: list[Candidate] = []
+    for number_of, (kind, one) in enumerate(families.items()):
+        found.append(search.best(kind, one, [known.layout for known in found], [seed, number_of]))
+    single, repeated, best = found
+    chosen = judge.site_of(best.layout)
+    return Design(
+        chosen, judge.information(best.layout), criterion, best, single, repeated, tuple(search.candidates)
+    )  # fmt: skip
+
+
+def write_site(site: Site, path: str | Path) -> None:
+    """Write a site as TOML that `Site.from_toml` reads back as it is."""
+    import tomli_w
+
+    Path(path).write_text(tomli_w.dumps({"format": FORMAT} | site.model_dump(mode="json")), encoding="utf-8")

@@ -1,0 +1,148 @@
+"""Many recordings diagnosed: by several processes, each finding kept as soon as it is there, so that work goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from wheeltapper._version import __version__
+from wheeltapper.ask.diagnosis.diagnose import diagnose
+from wheeltapper.ask.diagnosis.finding import Finding
+from wheeltapper.ask.diagnosis.processes import in_processes
+from wheeltapper.describe.site import Site
+from wheeltapper.ground.errors import InputError
+
+NOT_READ = "not read"
+"""The verdict on a file that holds no recording of this site; its entry says why."""
+
+After = Callable[[Finding, Path], None]
+
+
+def diagnose_all(
+    files: Iterable[str | Path],
+    site: Site,
+    *,
+    output: str | Path | None = None,
+    workers: int | None = None,
+    reading: Mapping[str, Any] | None = None,
+    after: After | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[dict[str, Any]]:
+    """Diagnose recordings in files.
+
+    Parameters
+    ----------
+    files
+        The recordings.
+    site
+        Where they were made.
+    output
+        Folder in which each finding is kept as FILE.json; what is there already, of the same file and site, is not
+        computed again. It is made if need be. None: nothing is kept.
+    workers
+        Processes; by default one per core.
+    reading
+        Arguments of `read_recording`.
+    after
+        What else to do with each finding, in the process that has found it: called with it and its JSON's path.
+    progress
+        Called with how many are done, and how many there are.
+
+    Returns
+    -------
+    list of dict
+        What each finding's `to_dict` gives, in the order of the files; a file that cannot be read, or is no recording
+        of this site, has the verdict "not read" and says why.
+    """
+    paths = [Path(file) for file in files]
+    folder = _folder(output, paths)
+    reading = dict(reading or {})
+    found: dict[int, dict[str, Any]] = {}
+    for i, path in enumerate(paths):
+        kept = None if folder is None else _kept(_target(folder, path), path, site, reading)
+        if kept is not None:
+            found[i] = kept
+    waiting = [i for i in range(len(paths)) if i not in found]
+    tasks = [(paths[i], folder, reading, after) for i in waiting]
+    for number, entry in in_processes(_one, site, tasks, workers):
+        found[waiting[number]] = entry
+        if progress is not None:
+            progress(len(found), len(paths))
+    return [found[i] for i in range(len(paths))]
+
+
+_Task = tuple[Path, Path | None, dict[str, Any], After | None]
+
+
+def _one(site: Site, task: _Task) -> dict[str, Any]:
+    from wheeltapper.record.read_recording import read_recording
+
+    path, folder, reading, after = task
+    try:
+        finding = diagnose(read_recording(path, **reading), site)
+        entry = finding.to_dict() | {"paragraph": str(finding)}
+    except InputError as error:
+        finding = None
+        entry = {"source": str(path), "verdict": NOT_READ, "paragraph": str(error)}
+    if folder is not None:
+        target = _target(folder, path)
+        _write(target, entry | {"of": _mark(path, site, reading)})
+        if after is not None and finding is not None:
+            after(finding, target)
+    return entry
+
+
+# -- what is kept -----------------------------------------------------------------------------------------------------
+
+
+def _folder(output: str | Path | None, paths: list[Path]) -> Path | None:
+    if output is None:
+        return None
+    folder = Path(output)
+    names = [path.name for path in paths]
+    twice = next((name for name in names if names.count(name) > 1), None) if len(set(names)) < len(names) else None
+    if twice is not None:
+        raise InputError("", "files", f"two files with the name {twice}", "names that differ, since findings bear them")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            str(folder), "output", f"a place that cannot be made ({error.strerror})", "a folder"
+        ) from error
+    return folder
+
+
+def _target(folder: Path, path: Path) -> Path:
+    return folder / f"{path.name}.json"
+
+
+def _mark(path: Path, site: Site, reading: dict[str, Any]) -> dict[str, Any]:
+    """Return what a finding depends on: the file, the site, how it was read, this program."""
+    try:
+        seen = path.stat()
+        size, changed = seen.st_size, seen.st_mtime_ns
+    except OSError:
+        size = changed = -1
+    of = json.dumps([site.model_dump(mode="json"), reading], sort_keys=True, default=str)
+    digest = hashlib.sha256(of.encode()).hexdigest()
+    return {"size": size, "changed": changed, "site": digest, "version": __version__}
+
+
+def _kept(target: Path, path: Path, site: Site, reading: dict[str, Any]) -> dict[str, Any] | None:
+    try:
+        entry = json.loads(target.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    if not isinstance(entry, dict) or entry.pop("of", None) != _mark(path, site, reading):
+        return None
+    return entry
+
+
+def _write(target: Path, entry: dict[str, Any]) -> None:
+    """Write a finding whole or not at all."""
+    aside = target.with_suffix(".part")
+    aside.write_text(json.dumps(entry, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    aside.replace(target)

@@ -1,0 +1,307 @@
+"""What recordings of passages tell of their parameters before any is made: Fisher's information.
+
+sample       the deck's acceleration behind the sensor's filter, plus white noise of the sensor's density
+coordinates  logarithms of the fields (of their magnitude where they are negative)
+information  Σ ∂a·∂aᵀ/σ² over the samples, plus one over the variance of what is known beforehand. It is kept as the
+             triangle R of those rows, RᵀR the information: its condition reaches 1e8 and would be lost in its square
+marginal     of the named fields: what is left of their columns at right angles to all others. Its inverse is their
+             block of the whole inverse, below which no unbiased estimate scatters (Cramér and Rao)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.diagnosis.passages import Motion, Passages
+from wheeltapper.ask.diagnosis.synthetic import filtered
+from wheeltapper.describe.irregularity.base import PLACES
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.sensor import Sensor
+from wheeltapper.describe.site import Site
+from wheeltapper.ground.errors import ComputationError, InputError
+from wheeltapper.lower.fields import Fields
+from wheeltapper.march import program as contract
+from wheeltapper.record.record import OUTCOMES
+
+FloatArray = NDArray[np.float64]
+
+NAMED = ("vehicle.mass", "vehicle.damping")
+NOTHING = 1e-12
+"""What is left of a column at right angles to others counts as nothing below this share of it."""
+BLOCK = 128
+OWN = "speed"
+"""The field that differs from one passage of a wheelset to the next."""
+
+
+@dataclass(frozen=True, eq=False)
+class Information:
+    """What a passage tells, at one or several speeds.
+
+    Attributes
+    ----------
+    site
+        That was asked about.
+    paths
+        The fields whose logarithms are the coordinates: the named ones first, then what the site is uncertain of.
+    named
+        How many of them are asked for; of these nothing is known beforehand.
+    speeds
+        (passages,) m/s.
+    factors
+        (passages, paths, paths) R of the samples alone.
+    beliefs
+        (paths,) one over the standard deviation of each logarithm that is known beforehand; zero where nothing is.
+    largest_force, signal
+        (passages,) of the contact, N, and rms of the deck's acceleration, m/s².
+    """
+
+    site: Site
+    paths: tuple[str, ...]
+    named: int
+    speeds: FloatArray
+    factors: FloatArray
+    beliefs: FloatArray
+    largest_force: FloatArray
+    signal: FloatArray
+
+    def rows(self, passage: int = 0) -> FloatArray:
+        """Return all that is known of one passage, as rows over their standard deviations."""
+        return np.vstack([self.factors[passage], np.diag(self.beliefs)])
+
+    @cached_property
+    def marginal(self) -> FloatArray:
+        """The information (passages, named, named) on the named fields' logarithms, all others being uncertain."""
+        return np.array([rows.T @ rows for rows in self._across])
+
+    @cached_property
+    def determinants(self) -> FloatArray:
+        """(passages,) determinants of the marginal information."""
+        return np.array([np.prod(np.diag(triangle(rows))) ** 2 for rows in self._across])
+
+    @cached_property
+    def _across(self) -> list[FloatArray]:
+        asked = np.arange(len(self.paths)) < self.named
+        return [across(self.rows(i), asked) for i in range(len(self.speeds))]
+
+    @cached_property
+    def deviations(self) -> FloatArray:
+        """(passages, paths) least standard deviations of the logarithms; infinite where a passage tells nothing."""
+        single = np.eye(len(self.paths), dtype=bool)
+        found = [[across(self.rows(i), one) for one in single] for i in range(len(self.speeds))]
+        with np.errstate(divide="ignore"):
+            return np.array([[1.0 / np.linalg.norm(rows) for rows in passage] for passage in found])
+
+    @property
+    def determinant(self) -> float:
+        """Mean over the passages of the determinant, each passage being judged by itself."""
+        return float(self.determinants.mean())
+
+    @property
+    def worst(self) -> float:
+        """The largest standard deviation of a named field's logarithm at any speed."""
+        return float(self.deviations[:, : self.named].max())
+
+    def deviation(self, path: str) -> FloatArray:
+        """Return (passages,) the least standard deviations of a field over its value."""
+        return np.asarray(self.deviations[:, self.index(path)])
+
+    def correlation(self, path: str, other: str, passage: int = 0) -> float:
+        """Return the correlation of two fields' errors."""
+        unit = np.eye(len(self.paths))
+        rows = self.rows(passage)
+        one, two = (errors(rows, unit[self.index(name)]) for name in (path, other))
+        return float(one @ two / np.sqrt((one @ one) * (two @ two)))
+
+    def index(self, path: str) -> int:
+        """Return which coordinate a field is."""
+        if path not in self.paths:
+            raise InputError("", "path", repr(path), ", ".join(self.paths))
+        return self.paths.index(path)
+
+    def joint(self) -> Information:
+        """Return what all passages tell together of the same wheelset; it counts as one passage.
+
+        What is uncertain is the same in all of them, but for the speed, which is each passage's own.
+        """
+        kept = np.array([path != OWN for path in self.paths])
+        own = np.diag(self.beliefs)[~kept]
+        stacked = np.vstack([across(np.vstack([factor, own]), kept) for factor in self.factors])
+        return replace(
+            self, paths=tuple(path for path in self.paths if path != OWN), beliefs=self.beliefs[kept],
+            speeds=self.speeds[:1], factors=triangle(stacked)[None],
+            largest_force=self.largest_force.max(keepdims=True), signal=np.sqrt((self.signal**2).mean(keepdims=True)),
+        )  # fmt: skip
+
+
+def information(
+    site: Site,
+    parameters: Sequence[str] = NAMED,
+    speeds: Sequence[float] | None = None,
+    *,
+    together: Sequence[Sequence[str]] = (),
+    trigger: float = 0.0,
+    noise: float | None = None,
+    rate: float | None = None,
+) -> Information:
+    """Return what passages over a site tell of some fields, given how well the site is known.
+
+    Parameters
+    ----------
+    site
+        Its uncertain fields are unknown, too, with normal priors. Clipped samples count as lost.
+    parameters
+        Paths of the fields asked for, of which nothing is known beforehand whatever the site says.
+    speeds
+        m/s; by default the passage's own. Recordings last as long at each of them.
+    together
+        Groups of paths whose relative errors are one and the same (heights by one gauge): known as the first is. What
+        is in no group errs independently.
+    trigger
+        Standard deviation of the time of the trigger, s: zero where time zero is exactly at x = 0, infinite where
+        only the record itself tells when the wheel came.
+    noise
+        Standard deviation of the samples, m/s²; by default as the sensor states it.
+    rate
+        Samples per second; by default the sensor's. With fewer, the noise keeps its density.
+    """
+    plan = Plan.of(site, tuple(parameters), together, trigger, noise, rate)
+    passages = plan.passages(site.passage, [site.passage.speed] if speeds is None else speeds)
+    return plan.information(site, passages)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is asked of each passage, as `information` describes it."""
+
+    named: int
+    paths: tuple[str, ...]
+    groups: dict[str, tuple[str, ...]]
+    beliefs: FloatArray
+    sensor: Sensor
+    trigger: float
+    spread: float
+
+    @staticmethod
+    def of(
+        site: Site, parameters: tuple[str, ...], together: Sequence[Sequence[str]], trigger: float,
+        noise: float | None, rate: float | None,
+    ) -> Plan:  # fmt: skip
+        """Return the plan, once it is checked."""
+        sensor = site.sensor.model_copy(update={"rate": float(rate or site.sensor.rate)})
+        step = 0.0 if sensor.range is None or sensor.bits is None else 2.0 * sensor.range / 2**sensor.bits
+        density = sensor.noise if noise is None else noise / np.sqrt(0.5 * site.sensor.rate)
+        spread = float(np.hypot(density * np.sqrt(0.5 * sensor.rate), step / np.sqrt(12.0)))
+        if not spread > 0.0:
+            raise InputError("", "sensor.noise", f"{sensor.noise:g}", "a positive density, m/s²/√Hz, or noise = …")
+        groups = {group[0]: tuple(group) for group in together}
+        joined = {path for group in groups.values() for path in group[1:]}
+        uncertain = [path for path, share in site.uncertainty.items() if share > 0.0 and path not in joined]
+        paths = tuple(dict.fromkeys((*parameters, *uncertain)))
+        beliefs = np.array([0.0 if path in parameters else 1.0 / site.uncertainty[path] for path in paths])
+        return Plan(len(parameters), paths, groups, beliefs, sensor, trigger, spread)
+
+    def passages(self, scenario: Scenario, speeds: Sequence[float]) -> Passages:
+        """Return the passages that tell it."""
+        members = [path for first in self.paths for path in self.groups.get(first, (first,))]
+        fields = tuple(dict.fromkeys([*members, *self._places(scenario)]))
+        for path in fields:
+            if float(Fields(scenario)(path)) == 0.0:
+                raise InputError("", path, "0", "a field that is not zero: its logarithm is the coordinate")
+        return Passages(scenario, np.array(speeds, dtype=float), fields)
+
+    def _places(self, scenario: Scenario) -> tuple[str, ...]:
+        return _places(scenario) if self.trigger > 0.0 else ()
+
+    def information(self, site: Site, passages: Passages) -> Information:
+        """Return what they tell."""
+        times = np.arange(int(site.passage.duration * self.sensor.rate * (1.0 + 1e-12)) + 1) / self.sensor.rate
+        found = passages.at(times)
+        for one in found:
+            if one.status not in (contract.DONE, contract.ENOUGH):
+                raise ComputationError(OUTCOMES[one.status])
+        factors = [
+            self._triangle(site.passage, speed, dict(zip(passages.parameters, self._seen(one), strict=True)))
+            for speed, one in zip(passages.speeds.tolist(), found, strict=True)
+        ]
+        signal = [float(np.sqrt((one.deck_acceleration**2).mean())) for one in found]
+        return Information(
+            site, self.paths, self.named, passages.speeds, np.array(factors), self.beliefs, passages.largest_forces,
+            np.array(signal),
+        )  # fmt: skip
+
+    def _triangle(self, scenario: Scenario, speed: float, slopes: dict[str, FloatArray]) -> FloatArray:
+        """Return R of one passage's samples."""
+        held = Fields(scenario)
+        groups = [self.groups.get(path, (path,)) for path in self.paths]
+        value = {OWN: speed}
+        columns = [np.sum([value.get(p, float(held(p))) * slopes[p] for p in group], axis=0) for group in groups]
+        if not self.trigger > 0.0:
+            return triangle(np.array(columns).T / self.spread)
+        late = speed * np.sum([slopes[path] for path in self._places(scenario)], axis=0)  # the rail begins farther on
+        rows = np.array([*columns, late]).T / self.spread
+        asked = np.arange(rows.shape[1]) < len(columns)
+        return triangle(across(np.vstack([rows, ~asked / self.trigger]), asked))
+
+    def _seen(self, found: Motion) -> list[FloatArray]:
+        """Return what the sensor's filter leaves of the derivatives, zero where samples are clipped."""
+        seen = filtered(found.deck_acceleration, self.sensor) + self.sensor.offset
+        lost = np.zeros(len(seen), dtype=bool) if self.sensor.range is None else np.abs(seen) >= self.sensor.range
+        return [np.where(lost, 0.0, filtered(row, self.sensor)) for row in found.slopes]
+
+
+def _places(scenario: Scenario) -> tuple[str, ...]:
+    """Return the fields that move with everything that the wheel meets, when it comes later."""
+    out = ["track.start"] if scenario.track.start is not None else []
+    for i, item in enumerate(scenario.irregularities):
+        path = f"irregularity.{i}"
+        while hasattr(item, "of"):
+            path, item = f"{path}.of", item.of
+        names = [name for name in PLACES if getattr(item, name, None) is not None]
+        if not names:
+            raise InputError(
+                "", "trigger", f"an uncertain one with a {type(item).__name__}", "0, or a rail with places"
+            )
+        out += [f"{path}.{name}" for name in names]
+    return tuple(out)
+
+
+def errors(rows: FloatArray, exponents: FloatArray) -> FloatArray:
+    """Return e, eᵀe the variance of the logarithm of a product of powers; products of two e are covariances.
+
+    Huge, but finite, where the rows say nothing of it.
+    """
+    held = triangle(rows)
+    size = np.linalg.norm(held, axis=0)
+    size[size == 0.0] = 1.0
+    _, singular, turned = np.linalg.svd(held / size)
+    return np.asarray(turned @ (exponents / size) / np.maximum(singular, NOTHING * singular[0]))
+
+
+def triangle(rows: FloatArray) -> FloatArray:
+    """Return R (columns, columns) of some rows: block by block, which needs a fiftieth of the time."""
+    columns = rows.shape[1]
+    blocks = -(-len(rows) // BLOCK)
+    padded = np.zeros((blocks * max(BLOCK, columns), columns))
+    padded[: len(rows)] = rows
+    each = np.linalg.qr(padded.reshape(blocks, -1, columns), mode="r")
+    return np.asarray(np.linalg.qr(each.reshape(-1, columns), mode="r"))
+
+
+def across(rows: FloatArray, asked: NDArray[np.bool_]) -> FloatArray:
+    """Return the asked columns less what the others can imitate."""
+    held = triangle(rows)
+    others, mine = held[:, ~asked], held[:, asked]
+    if not others.shape[1]:
+        return mine
+    size = np.linalg.norm(others, axis=0)
+    base, singular, _ = np.linalg.svd(others / np.where(size > 0.0, size, 1.0), full_matrices=False)
+    base = base[:, singular > NOTHING * singular[0]]
+    left = mine
+    for _ in range(2):  # the second time takes what rounding has left
+        left = left - base @ (base.T @ left)
+    return np.where(np.linalg.norm(left, axis=0) > NOTHING * np.linalg.norm(mine, axis=0), left, 0.0)

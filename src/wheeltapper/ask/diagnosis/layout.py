@@ -1,0 +1,224 @@
+"""Layouts of rails: a few features one after the other, from coordinates that a search may vary between 0 and 1.
+
+height, length   by their logarithms between bounds; where several shapes are allowed, the height's coordinate is cut
+                 in as many parts, and the part tells the shape
+spacing          from one start to the next, in proportion between its least value (features do not overlap) and its
+                 largest (the total length is kept)
+fields           of the site (the deck's mass …) by their logarithms between bounds
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.bump import CosineBump
+from wheeltapper.describe.irregularity.step import Step
+from wheeltapper.describe.site import Site
+from wheeltapper.ground.errors import InputError
+
+FloatArray = NDArray[np.float64]
+Bounds = tuple[float, float]
+
+SHAPES = ("bump", "dip", "step up", "step down")
+FALLING = ("dip", "step down")
+FIRST = 0.05
+"""Where the first feature begins, m after the trigger: a circle may touch it from afar."""
+HOLLOW = 1.01
+"""Curvature of a bump's foot over the wheel's, up to which it is lowered to one."""
+LISTENING = 0.2
+"""s that a recording goes on when the slowest passage has left the last feature."""
+
+
+class Feature(NamedTuple):
+    """One of the things that make the wheel bounce; height and length are magnitudes, m."""
+
+    shape: str
+    height: float
+    length: float
+    start: float
+
+    @property
+    def lift(self) -> float:
+        """Its height with its sign, m."""
+        return -self.height if self.shape in FALLING else self.height
+
+    @property
+    def irregularity(self) -> Irregularity:
+        """The noun."""
+        if self.shape.startswith("step"):
+            return Step(height=self.lift, position=self.start)
+        return CosineBump(height=self.lift, length=self.length, start=self.start)
+
+
+class Layout(NamedTuple):
+    """Features, and other fields by path."""
+
+    features: tuple[Feature, ...]
+    fields: dict[str, float]
+
+    @property
+    def total_length(self) -> float:
+        """From the start of the first feature to the end of the last, m."""
+        return max(one.start + one.length for one in self.features) - self.features[0].start
+
+    def clear(self, radius: float) -> Layout:
+        """Return the layout without bumps whose foot is just about as hollow as the wheel is round.
+
+        There, the path of the wheel's centre bends without bound, and lowering it may not end.
+        """
+        features = []
+        for one in self.features:
+            hollow = radius * 2.0 * np.pi**2 * one.height / one.length**2 if one.length else 0.0
+            lower = 1.0 < hollow < HOLLOW and one.shape not in FALLING
+            features.append(one._replace(height=one.height * 0.999 / hollow) if lower else one)
+        return self._replace(features=tuple(features))
+
+    def lowered(self, x: float, share: float, alike: bool) -> Layout:
+        """Return the layout with a share of the height of the feature over which a wheel at x has come last."""
+        last = max(sum(one.start <= x for one in self.features) - 1, 0)
+        features = [
+            one._replace(height=share * one.height) if alike or i == last else one
+            for i, one in enumerate(self.features)
+        ]
+        return self._replace(features=tuple(features))
+
+
+@dataclass(frozen=True)
+class Family:
+    """All layouts between some bounds.
+
+    Attributes
+    ----------
+    number
+        Of features.
+    shapes
+        Of SHAPES, that each feature may have.
+    heights, lengths, spacing
+        Bounds, m: of magnitudes; of the distance from one start to the next.
+    total_length
+        m, largest.
+    alike
+        Whether all features are the same one, at equal distances.
+    fields
+        By path, bounds of what else may be chosen.
+    """
+
+    number: int
+    shapes: tuple[str, ...]
+    heights: Bounds
+    lengths: Bounds
+    spacing: Bounds
+    total_length: float
+    alike: bool = False
+    fields: Mapping[str, Bounds] = field(default_factory=dict)
+
+    def checked(self) -> Family:
+        """Return the family, or say what is wrong with it."""
+        wrong = [shape for shape in self.shapes if shape not in SHAPES]
+        if wrong or not self.shapes:
+            raise InputError("", "shapes", repr(wrong[0] if wrong else self.shapes), ", ".join(map(repr, SHAPES)))
+        if isinstance(self.number, bool) or self.number < 1:
+            raise InputError("", "number", repr(self.number), "a number of features, at least 1")
+        named = {"heights": self.heights, "lengths": self.lengths, "spacing": self.spacing, **self.fields}
+        for name, (low, high) in named.items():
+            if not 0.0 < low <= high:
+                raise InputError("", name, f"({low:g}, {high:g})", "two positive bounds, the smaller one first")
+        if not self.lengths[0] <= self.total_length:
+            raise InputError("", "total_length", f"{self.total_length:g}", f"at least {self.lengths[0]:g} m")
+        return self
+
+    @property
+    def size(self) -> int:
+        """How many coordinates there are."""
+        features = 2 + (self.number > 1) if self.alike else 3 * self.number - 1
+        return features + len(self.fields)
+
+    def duration(self, slowest: float) -> float:
+        """Return how long recordings of all these layouts have to last at a speed, s."""
+        return (FIRST + self.total_length) / slowest + LISTENING
+
+    def layout(self, at: FloatArray) -> Layout:
+        """Return the layout at some coordinates, each between 0 and 1."""
+        left = np.clip(at, 0.0, 1.0).tolist()
+        fields = {path: _between(bounds, left.pop()) for path, bounds in [*self.fields.items()][::-1]}
+        shape, height = self._shaped(left.pop(0))
+        features = [Feature(shape, height, self._long(shape, left.pop(0)), FIRST)]
+        share = left.pop(0) if self.alike and left else 0.0
+        for rest in range(self.number - 2, -1, -1):
+            last = features[-1]
+            if not self.alike:
+                share = left.pop(0)
+                shape, height = self._shaped(left.pop(0))
+            length = last.length if self.alike else self._long(shape, left.pop(0))
+            features.append(Feature(shape, height, length, last.start + self._apart(last, length, share, rest)))
+        return Layout(tuple(features), dict(sorted(fields.items())))
+
+    def coordinates(self, layout: Layout) -> FloatArray:
+        """Return where a layout is, or one near it if it is not of this family: too few features are repeated."""
+        given = layout.features
+        features = (given * self.number)[: self.number]
+        out = [*self._sizes(features[0])]
+        for i, one in enumerate(features[1:], 1):
+            apart = one.start - features[i - 1].start if i < len(given) else 0.0
+            least, most = self._range(features[i - 1], one.length, self.number - 1 - i)
+            share = (apart - least) / (most - least) if most > least and apart > 0.0 else 0.5
+            if not self.alike:
+                out += [share, *self._sizes(one)]
+            elif i == 1:
+                out.append(share)
+        fields = [_share(bounds, layout.fields[path]) for path, bounds in self.fields.items()]
+        return np.clip([*out, *fields], 0.0, 1.0)
+
+    def _sizes(self, one: Feature) -> tuple[float, ...]:
+        part = self.shapes.index(one.shape) if one.shape in self.shapes else 0
+        height = (part + np.clip(_share(self.heights, one.height), 0.0, 1.0 - 1e-9)) / len(self.shapes)
+        return float(height), _share(self.lengths, one.length or self.lengths[0])
+
+    def _shaped(self, share: float) -> tuple[str, float]:
+        part = min(int(share * len(self.shapes)), len(self.shapes) - 1)
+        return self.shapes[part], _between(self.heights, share * len(self.shapes) - part)
+
+    def _long(self, shape: str, share: float) -> float:
+        return 0.0 if shape.startswith("step") else _between(self.lengths, share)
+
+    def _apart(self, last: Feature, length: float, share: float, rest: int) -> float:
+        """Return the distance to the next feature."""
+        least, most = self._range(last, length, rest)
+        return least + share * (most - least)
+
+    def _range(self, last: Feature, length: float, rest: int) -> Bounds:
+        """Return the least and the largest distance to the next feature; so many more find room behind it."""
+        room = self.total_length - (last.start - FIRST) - length
+        least = max(self.spacing[0], last.length)
+        most = room / (rest + 1) if self.alike else room - rest * self.spacing[0]
+        return least, max(min(self.spacing[1], most), least)
+
+
+def _between(bounds: Bounds, share: float) -> float:
+    low, high = bounds
+    return float(low * (high / low) ** share)
+
+
+def laid_out(site: Site, layout: Layout, duration: float) -> Site:
+    """Return the site with another rail, whose features are known as well as its first one is.
+
+    A recording lasts so long, s, or as long as the site's if that is longer.
+    """
+    items = tuple(one.irregularity for one in layout.features)
+    changes = {"irregularity": items, "duration": max(float(site.passage.duration), duration), **layout.fields}
+    known = {path: share for path, share in site.uncertainty.items() if not path.startswith("irregularity.")}
+    first = {path.split(".", 2)[2]: s for path, s in site.uncertainty.items() if path.startswith("irregularity.0.")}
+    for i, item in enumerate(items):
+        known |= {f"irregularity.{i}.{name}": share for name, share in first.items() if hasattr(item, name)}
+    return Site(passage=site.passage.replaced(changes), sensor=site.sensor, uncertainty=known, name=site.name)
+
+
+def _share(bounds: Bounds, value: float) -> float:
+    low, high = bounds
+    return float(np.log(value / low) / np.log(high / low)) if high > low else 0.0

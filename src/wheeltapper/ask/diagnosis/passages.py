@@ -1,0 +1,110 @@
+"""One wheelset's passages at several speeds, with derivatives: the rail is lowered once for all of them."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.sensitivity import turns_of
+from wheeltapper.ask.trajectory import _in_si
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.many import EPSILON, Direction, Many
+from wheeltapper.march import program as contract
+from wheeltapper.march.program import Program
+
+if TYPE_CHECKING:
+    from wheeltapper.march.ensemble import Cells
+    from wheeltapper.march.gradients import Turns
+    from wheeltapper.march.single import March
+
+FloatArray = NDArray[np.float64]
+
+
+class Motion(NamedTuple):
+    """One passage at given times, SI: NaN beyond the end of its march."""
+
+    status: int
+    deck_acceleration: FloatArray  # (times,)
+    slopes: FloatArray  # (parameters, times): its derivatives
+
+
+class Passages:
+    """Passages that differ in speed.
+
+    Parameters
+    ----------
+    scenario
+        With a wheelset on an elastic contact.
+    speeds
+        m/s.
+    parameters
+        Paths of continuous fields, by which derivatives are wanted.
+    """
+
+    def __init__(self, scenario: Scenario, speeds: FloatArray, parameters: tuple[str, ...]) -> None:
+        self.speeds, self.parameters = speeds, parameters
+        held = {path: np.full(len(speeds), float(Fields(scenario)(path))) for path in parameters}
+        self.many = Many(scenario, held | {"speed": speeds})
+
+    @cached_property
+    def marches(self) -> list[March]:
+        """The motions themselves."""
+        from wheeltapper.march.single import march
+
+        cells = self.many.cells
+        return [march(Program(cells.pieces, cells.numbers[i])) for i in range(len(self.speeds))]
+
+    @cached_property
+    def largest_forces(self) -> FloatArray:
+        """(speeds,) N."""
+        peaks = [march.peaks[:, contract.PEAK_FORCE].max(initial=0.0) for march in self.marches]
+        return np.asarray(np.array(peaks) * self.many.units.force)
+
+    @property
+    def hardest(self) -> float:
+        """Where the force is largest, m; NaN if it has no maximum."""
+        i = int(np.argmax(self.largest_forces))
+        peaks = self.marches[i].peaks
+        if not len(peaks):
+            return np.nan
+        time = peaks[np.argmax(peaks[:, contract.PEAK_FORCE]), contract.PEAK_TIME] * self.many.units.time[i]
+        return float(time * self.speeds[i])
+
+    def at(self, times: FloatArray) -> list[Motion]:
+        """Return each passage's deck acceleration with its derivatives at rising times, s."""
+        from wheeltapper.march.tangent_path import LANES
+
+        directions = [self.many.along(path) for path in self.parameters]
+        groups = [directions[i : i + LANES] for i in range(0, max(len(directions), 1), LANES)]
+        lowered = [(group, *turns_of(self.many, group)) for group in groups]
+        out = []
+        for i, march in enumerate(self.marches):
+            parts = [self._sampled(i, times, *each) for each in lowered]
+            out.append(Motion(march.status, parts[0][0], np.concatenate([part[1] for part in parts])))
+        return out
+
+    def _sampled(
+        self, i: int, times: FloatArray, directions: list[Direction], cells: Cells, turns: Turns
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the deck acceleration (times,) of a passage, and its derivatives (directions, times)."""
+        from wheeltapper.march.gradients import sampled
+        from wheeltapper.march.tangent_samples import DECK_V, DECK_Y, FIRST_LANE, FORCE, RATE, VALUE
+
+        block, rows = slice(i, i + 1), (FORCE, DECK_Y, DECK_V)
+        units, numbers = self.many.units.part(block), cells.numbers[i]
+        scaled = times / units.time.item()
+        _, samples = sampled(Program(cells.pieces, numbers), turns.numbers[i], turns.bends, turns.table, scaled)
+        plain = _in_si(numbers.astype(complex), units, samples[:, :, VALUE].astype(complex), scaled, rows)[1]
+        slopes = np.empty((len(directions), len(times)))
+        for lane, direction in enumerate(directions):
+            own = direction.units.part(block)
+            stretch = own.time.imag.item() / EPSILON / units.time.item()
+            moving = samples[:, :, FIRST_LANE + lane] - samples[:, :, RATE] * (scaled * stretch)[:, None]
+            moved = samples[:, :, VALUE] + 1j * EPSILON * moving
+            tilted = _in_si(numbers + 1j * EPSILON * direction.numbers[i], own, moved, scaled, rows)[1]
+            slopes[lane] = tilted.imag / EPSILON
+        return plain.real, slopes

@@ -1,0 +1,315 @@
+"""How well a site tells faults: passages computed, diagnosed, and counted."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.diagnosis.detection import Detection
+from wheeltapper.ask.diagnosis.diagnose import diagnose
+from wheeltapper.ask.diagnosis.faults import fault_named
+from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL
+from wheeltapper.ask.diagnosis.hit_miss import hit_miss
+from wheeltapper.ask.diagnosis.processes import in_processes
+from wheeltapper.ask.diagnosis.roc import FalseCalls, Roc, false_calls, roc
+from wheeltapper.ask.diagnosis.signal_response import signal_response
+from wheeltapper.ask.diagnosis.synthetic import synthesise
+from wheeltapper.describe.site import Site
+from wheeltapper.ground.errors import InputError
+
+FloatArray = NDArray[np.float64]
+Sizes = float | tuple[float, float] | None
+
+LOWEST = -1e9
+"""Score of a fault that was not even compared."""
+ALLOWED = 0.01
+"""Rate of false calls at which detection is told."""
+
+
+class Passage(NamedTuple):
+    """One computed passage, diagnosed."""
+
+    label: str
+    number: int
+    size: float  # NaN where it is healthy
+    verdict: str
+    named: bool  # the verdict is a fault of the part that has one
+    score: float  # of the fault's part; of a healthy passage the largest over the parts
+    scores: dict[str, float]
+    estimated: float
+
+
+@dataclass(frozen=True, eq=False)
+class FaultPerformance:
+    """How well one fault is told.
+
+    Attributes
+    ----------
+    roc
+        Of the odds of a fault in the part concerned, against healthy passages.
+    called, named
+        Shares of the faulty passages whose verdict is not "healthy", and whose verdict names the part.
+    size_error
+        Root mean square of the estimated size less the true one, where the fault itself was named; NaN without.
+    hit_miss, signal_response
+        Probability of detection against size, where sizes were drawn from a range; None otherwise, and where `reason`
+        says why.
+    """
+
+    roc: Roc
+    called: float
+    named: float
+    size_error: float
+    hit_miss: Detection | None
+    signal_response: Detection | None
+    reason: str
+    passages: tuple[Passage, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Performance:
+    """How well a site tells faults.
+
+    Attributes
+    ----------
+    false_calls
+        Healthy passages that were called faulty.
+    faults
+        By name.
+    ceiling
+        Share of a wheel's circumference that rolls over the deck while it is recorded: no flat can be seen more often.
+    """
+
+    site: Site
+    healthy: tuple[Passage, ...]
+    false_calls: FalseCalls
+    faults: dict[str, FaultPerformance]
+    ceiling: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers, for JSON."""
+        return {
+            "format": 1,
+            "site": self.site.name,
+            "healthy": len(self.healthy),
+            "false_calls_per_1000": self.false_calls.per_thousand,
+            "false_calls_per_1000_interval_95": [self.false_calls.lower, self.false_calls.upper],
+            "ceiling": self.ceiling,
+            "faults": {name: _told(found) for name, found in self.faults.items()},
+        }
+
+    def __str__(self) -> str:
+        low, high = self.false_calls.lower, self.false_calls.upper
+        lines = [
+            f"{len(self.healthy)} healthy passages: {self.false_calls.per_thousand:.3g} false calls per 1,000 axles "
+            f"(95 %: {low:.3g} to {high:.3g})",
+            f"{'fault':16} {'passages':>8} {'AUC':>8} {'called':>8} {'named':>8} {'rms size error':>15} {'a90':>9} "
+            f"{'a90/95':>9}",
+        ]
+        for name, found in self.faults.items():
+            pod = found.hit_miss
+            sizes = [
+                _shown(value) for value in (found.size_error, *((pod.a90, pod.a90_95) if pod else (np.nan, np.nan)))
+            ]
+            lines.append(
+                f"{name:16} {len(found.passages):8d} {found.roc.auc:8.4f} {found.called:8.3f} {found.named:8.3f} "
+                f"{sizes[0]:>15} {sizes[1]:>9} {sizes[2]:>9}"
+            )
+            if found.reason:
+                lines.append(f"    {found.reason}")
+        return "\n".join(lines)
+
+
+def assess(
+    site: Site,
+    faults: Mapping[str, Sizes] | None = None,
+    *,
+    count: int = 200,
+    healthy: int | None = None,
+    seed: int = 0,
+    output: str | Path | None = None,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Performance:
+    """Measure how well a site tells faults, on passages that are computed.
+
+    Parameters
+    ----------
+    site
+        With what is uncertain of it: from that the truths are drawn.
+    faults
+        By name, a size, a range of sizes from which each passage's is drawn (then the probability of detection is told
+        against size), or None for the usual size; by default some of the catalogue at their usual sizes.
+    count, healthy
+        Passages of each fault, and healthy ones (by default as many).
+    seed
+        Of everything drawn.
+    output
+        File (.jsonl) in which each passage's result is kept; what is there already is not computed again.
+    workers
+        Processes; by default one per core.
+    progress
+        Called with how many passages are done, and how many there are.
+    """
+    faults = dict(USUAL if faults is None else faults)
+    for name in faults:
+        fault_named(name)
+    if min(count, healthy or count) < 2:
+        raise InputError("", "count", str(min(count, healthy or count)), "at least 2 passages")
+    tasks = [(name, size, number, seed) for name, size in faults.items() for number in range(count)]
+    tasks += [(HEALTHY, None, number, seed) for number in range(healthy or count)]
+    kept = _kept(output, site)
+    found = {i: kept[_key(task)] for i, task in enumerate(tasks) if _key(task) in kept}
+    waiting = [i for i in range(len(tasks)) if i not in found]
+    for number, passage in in_processes(_passage, site, [tasks[i] for i in waiting], workers):
+        i = waiting[number]
+        found[i] = passage
+        _keep(output, site, tasks[i], passage)
+        if progress is not None:
+            progress(len(found), len(tasks))
+    passages = [found[i] for i in range(len(tasks))]
+    sound = tuple(p for p in passages if p.label == HEALTHY)
+    ceiling = _ceiling(site)
+    told = {
+        name: _fault(name, size, tuple(p for p in passages if p.label == name), sound, ceiling)
+        for name, size in faults.items()
+    }
+    called = sum(p.verdict not in (HEALTHY, NO_WHEEL) for p in sound)
+    return Performance(site, sound, false_calls(called, len(sound)), told, ceiling)
+
+
+USUAL: dict[str, Sizes] = {
+    "broken spring": None, "lost damper": None, "weak damper": None, "mass deviation": None, "free play": None,
+    "wheel flat": (0.002, 0.02),
+}  # fmt: skip
+
+_Task = tuple[str, Sizes, int, int]
+
+
+def _passage(site: Site, task: _Task) -> Passage:
+    """Compute and diagnose one passage."""
+    name, size, number, seed = task
+    own = int(np.random.SeedSequence([seed, *name.encode(), number]).generate_state(1)[0])
+    fault = None if name == HEALTHY else name
+    (recording,) = synthesise(site, 1, fault=fault, size=size, seed=own)
+    finding = diagnose(recording, site)
+    parts = {fault_named(other).part for other in finding.weights if other != HEALTHY}
+    scores = {part: max(finding.score(part), LOWEST) for part in sorted(parts)}
+    if fault is None:
+        score, named = max(scores.values(), default=LOWEST), False
+    else:
+        part = fault_named(fault).part
+        score = scores.get(part, LOWEST)
+        named = finding.verdict != HEALTHY and finding.part == part
+    true = float(recording.truth.get("size") or np.nan)
+    same = finding.size if finding.verdict == fault else np.nan
+    return Passage(name, number, true, finding.verdict, named, score, scores, same)
+
+
+def _fault(
+    name: str, size: Sizes, passages: tuple[Passage, ...], sound: tuple[Passage, ...], ceiling: float
+) -> FaultPerformance:
+    part = fault_named(name).part
+    curve = roc([p.scores.get(part, LOWEST) for p in sound], [p.score for p in passages])
+    errors = np.array([p.estimated - p.size for p in passages])
+    errors = errors[np.isfinite(errors)]
+    detected = signal = None
+    reason = ""
+    if isinstance(size, tuple):
+        most = ceiling if part == "wheel" else 1.0
+        sizes = [p.size for p in passages]
+        try:
+            detected = hit_miss(sizes, [p.named for p in passages], ceiling=most)
+            reason = detected.reason
+            signals = np.array([p.estimated if np.isfinite(p.estimated) else 0.0 for p in passages])
+            floor = float(signals[signals > 0.0].min(initial=np.inf))
+            signal = signal_response(sizes, signals, floor, floor=0.999 * floor, ceiling=most)
+        except InputError as error:
+            reason = str(error)
+    return FaultPerformance(
+        curve,
+        float(np.mean([p.verdict not in (HEALTHY, NO_WHEEL) for p in passages])),
+        float(np.mean([p.named for p in passages])),
+        float(np.sqrt((errors**2).mean())) if len(errors) else np.nan,
+        detected,
+        signal,
+        reason,
+        passages,
+    )
+
+
+def _ceiling(site: Site) -> float:
+    """Return the share of the circumference that rolls over the deck while it is recorded."""
+    passage = site.passage
+    end = float(passage.speed * passage.duration)
+    start, length = passage.track.start, passage.track.length
+    first = 0.0 if start is None else max(float(start), 0.0)
+    last = end if start is None or length is None else min(end, float(start) + float(length))
+    return float(min(max(last - first, 0.0) / (2.0 * np.pi * passage.vehicle.radius), 1.0))
+
+
+def _told(found: FaultPerformance) -> dict[str, Any]:
+    out: dict[str, Any] = {
+        "passages": len(found.passages), "auc": found.roc.auc, "auc_interval_95": list(found.roc.interval()),
+        "detected_at_1_percent_false_calls": found.roc.rate_at(ALLOWED), "called": found.called, "named": found.named,
+        "rms_size_error": _number(found.size_error), "reason": found.reason,
+    }  # fmt: skip
+    for kind in ("hit_miss", "signal_response"):
+        pod = getattr(found, kind)
+        if pod is not None:
+            out[kind] = {"a50": _number(pod.a50), "a90": _number(pod.a90), "a90_95": _number(pod.a90_95)}
+    return out
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _shown(value: float) -> str:
+    return "" if np.isnan(value) else f"{value:.3g}"
+
+
+# -- what is kept -----------------------------------------------------------------------------------------------------
+
+
+def _key(task: _Task) -> str:
+    return json.dumps(task)
+
+
+def _site_text(site: Site) -> str:
+    return json.dumps(site.model_dump(mode="json"), sort_keys=True)
+
+
+def _kept(output: str | Path | None, site: Site) -> dict[str, Passage]:
+    """Return the results that a file holds, of this site."""
+    out: dict[str, Passage] = {}
+    if output is None or not Path(output).exists():
+        return out
+    for line in Path(output).read_text(encoding="utf-8").splitlines():
+        try:
+            entry = json.loads(line)
+        except ValueError:
+            continue  # a line that was being written when the program was stopped
+        if entry.get("site") == _digest(site):
+            out[entry["task"]] = Passage(**entry["passage"])
+    return out
+
+
+def _keep(output: str | Path | None, site: Site, task: _Task, passage: Passage) -> None:
+    if output is None:
+        return
+    entry = {"site": _digest(site), "task": _key(task), "passage": passage._asdict()}
+    with Path(output).open("a", encoding="utf-8") as file:
+        file.write(json.dumps(entry) + "\n")
+
+
+def _digest(site: Site) -> str:
+    import hashlib
+
+    return hashlib.sha256(_site_text(site).encode()).hexdigest()[:16]

@@ -1,0 +1,86 @@
+"""One function on many tasks, by several processes that share a large argument."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from multiprocessing import get_context
+from typing import Any, TypeVar
+
+from wheeltapper.ground.errors import InputError
+
+AHEAD = 4
+"""Tasks that wait for each process."""
+THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+
+Shared = TypeVar("Shared")
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+
+def in_processes(
+    function: Callable[[Shared, Task], Result], shared: Shared, tasks: Sequence[Task], workers: int | None = None
+) -> Iterator[tuple[int, Result]]:
+    """Yield the number of each task and function(shared, task), as they are done.
+
+    Parameters
+    ----------
+    function
+        Of a module, since the processes import it.
+    shared, tasks
+        What all calls share, and what each is about; both can be pickled.
+    workers
+        Processes; by default one per core. One: no process is started.
+    """
+    if workers is not None and workers < 1:
+        raise InputError("", "workers", str(workers), "at least 1")
+    many = min(workers or os.cpu_count() or 1, len(tasks))
+    if many < 2:
+        for number, task in enumerate(tasks):
+            yield number, function(shared, task)
+        return
+    with _single_threaded(), ProcessPoolExecutor(many, get_context("spawn"), _begin, (function, shared)) as pool:
+        ahead = iter(enumerate(tasks))
+        running: dict[Future[Any], int] = {}
+        try:
+            while True:
+                for number, task in ahead:
+                    running[pool.submit(_call, task)] = number
+                    if len(running) >= AHEAD * many:
+                        break
+                if not running:
+                    return
+                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                for future in done:
+                    yield running.pop(future), future.result()
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+_HELD: list[Any] = []
+
+
+def _begin(function: Any, shared: Any) -> None:
+    _HELD[:] = [function, shared]
+
+
+def _call(task: Any) -> Any:
+    return _HELD[0](_HELD[1], task)
+
+
+@contextmanager
+def _single_threaded() -> Iterator[None]:
+    """Leave linear algebra to one thread in each process that starts here: they share the cores already."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value

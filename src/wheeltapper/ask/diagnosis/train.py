@@ -1,0 +1,304 @@
+"""A train, axle by axle: findings as one table and one JSON, compared with alarm rules."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wheeltapper.ask.diagnosis.alarms import FLATS, Alarm, Rule, alarms_of, read_rules, wheel_forces
+from wheeltapper.ask.diagnosis.diagnose import diagnose
+from wheeltapper.ask.diagnosis.faults import CATALOGUE, fault_named
+from wheeltapper.ask.diagnosis.finding import HEALTHY, KIP, NOT_EXPLAINED, Finding
+from wheeltapper.ask.diagnosis.processes import in_processes
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.site import Site
+from wheeltapper.describe.track.stiff import StiffTrack
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.recording import Recording
+from wheeltapper.record.simulate import simulate
+
+FORMAT = 1
+"""Version of the JSON's layout."""
+Rules = str | Path | Sequence[Rule] | None
+COLUMNS = (
+    ("axle", "axle", "d"), ("speed_kmh", "km/h", ".1f"), ("static_kn", "static kN", ".1f"),
+    ("peak_kn", "peak kN", ".1f"), ("peak_kips", "peak kips", ".1f"), ("dynamic_ratio", "peak/static", ".2f"),
+    ("dynamic_increment", "(peak-static)/static", ".2f"),
+    ("level_kn", "level kN", ".1f"), ("verdict", "verdict", "s"),
+    ("probability", "probability", ".3f"), ("size", "size", "s"), ("alarms", "alarms", "s"),
+)  # fmt: skip
+"""Of the table: key, heading, how it is printed."""
+FEWEST = 6
+"""Most alarms that are printed in full for one axle."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrainFinding:
+    """What the recordings of a train's wheelsets tell.
+
+    Attributes
+    ----------
+    axles
+        What `Finding.to_dict` gives for each wheelset, from the leading one on, and `level_force`: the largest force
+        that it has on level track, N.
+    site
+        Where they were recorded.
+    rules, alarms
+        The rules that were compared, and those that were set off.
+    name, date
+        Of the train, and when it passed, as given.
+    healthy_ratio
+        Largest over static force of the site's healthy wheelset as stated: the site's irregularity makes it bounce.
+    findings
+        The findings themselves, where they were made here.
+    """
+
+    axles: tuple[dict[str, Any], ...]
+    site: Site
+    rules: tuple[Rule, ...]
+    alarms: tuple[Alarm, ...]
+    name: str = ""
+    date: str = ""
+    healthy_ratio: float = np.nan
+    findings: tuple[Finding, ...] = ()
+
+    def alarms_at(self, axle: int) -> tuple[Alarm, ...]:
+        """Return the alarms of one wheelset, numbered from 1."""
+        return tuple(alarm for alarm in self.alarms if alarm.axle == axle)
+
+    def table(self) -> list[dict[str, Any]]:
+        """Return one row per wheelset; None where there is nothing to say.
+
+        Keys: axle, speed_kmh, static_kn, peak_kn, peak_kips, dynamic_ratio (peak over static), dynamic_increment
+        ((peak - static) over static), level_kn (peak on level track), verdict, probability, size (as text), alarms
+        (names of the rules). Forces are those of the wheelset, in kN and in kips.
+        """
+        return [self._row(number, entry) for number, entry in enumerate(self.axles, 1)]
+
+    def _row(self, number: int, entry: Mapping[str, Any]) -> dict[str, Any]:
+        static, peak, speed = (entry.get(name) for name in ("static_force", "largest_force", "speed"))
+        ratio = peak / static if static and peak is not None else None
+        verdict = str(entry["verdict"])
+        return {
+            "axle": number,
+            "speed_kmh": None if speed is None else 3.6 * speed,
+            "static_kn": None if static is None else 1e-3 * static,
+            "peak_kn": None if peak is None else 1e-3 * peak,
+            "peak_kips": None if peak is None else peak / KIP,
+            "dynamic_ratio": ratio,
+            "dynamic_increment": None if ratio is None else ratio - 1.0,
+            "level_kn": None if entry.get("level_force") is None else 1e-3 * entry["level_force"],
+            "verdict": verdict,
+            "probability": entry.get("probabilities", {}).get(verdict),
+            "size": _size(entry),
+            "alarms": [alarm.rule.name for alarm in self.alarms_at(number)],
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all of it for one JSON; in SI units."""
+        wheels = self.site.passage.vehicle.wheels
+        axles = []
+        for row, entry in zip(self.table(), self.axles, strict=True):
+            more = {name: row[name] for name in ("dynamic_ratio", "dynamic_increment")}
+            largest = wheel_forces(entry, wheels)[1]
+            alarms = [alarm.to_dict() for alarm in self.alarms_at(row["axle"])]
+            own = {"axle": row["axle"], **entry, **more, "largest_wheel_force": _finite(largest), "alarms": alarms}
+            axles.append(own)
+        return {
+            "format": FORMAT,
+            "train": self.name,
+            "date": self.date,
+            "site": self.site.name,
+            "healthy_dynamic_ratio": _finite(self.healthy_ratio),
+            "axles": axles,
+            "rules": [rule.to_dict() for rule in self.rules],
+            "notes": list(self._notes()),
+        }
+
+    def __str__(self) -> str:
+        """Return the table, the alarms and what to know about them."""
+        head = ", ".join(part for part in (self.name, self.date, self.site.name) if part)
+        faulty = [str(row["axle"]) for row in self.table() if row["verdict"] != HEALTHY]
+        count = f"{len(self.axles)} axles, " + (f"not healthy: {', '.join(faulty)}" if faulty else "all healthy")
+        lines = [f"{head}: {count}" if head else count, *_aligned(self.table())]
+        for axle in range(1, len(self.axles) + 1):
+            alarms = self.alarms_at(axle)
+            lines += [str(alarm) for alarm in alarms[:FEWEST]]
+            if len(alarms) > FEWEST:
+                lines.append(f"axle {axle}: and {len(alarms) - FEWEST} more alarms")
+        return "\n".join([*lines, *self._notes()])
+
+    def _notes(self) -> tuple[str, ...]:
+        notes = ["peaks and ratios are those of the wheelset, over this site's irregularity"]
+        if np.isfinite(self.healthy_ratio):
+            notes[0] += f", where a healthy wheelset as stated has {self.healthy_ratio:.2f} times its static force"
+        notes.append("level: the largest force of the best model on level, rigid track; alarms compare this one")
+        if any(alarm.rule.per == "wheel" and "length" not in alarm.rule.quantity for alarm in self.alarms):
+            notes.append(
+                "alarms per wheel: half of the wheelset's force, or all of its dynamic part on one wheel where the "
+                "fault is in a wheel or unknown"
+            )
+        if self.alarms:
+            notes.append("alarm rules are to compare with; each says: verify current edition")
+        return tuple(notes)
+
+
+def _size(entry: Mapping[str, Any]) -> str:
+    size, unit = entry.get("size"), entry.get("size_unit", "")
+    if size is None:
+        return ""
+    if unit == "m":
+        return f"{1e3 * size:.4g} mm" if abs(size) >= 1e-3 else f"{1e6 * size:.4g} um"
+    return f"{size:.4g} {unit}".strip()
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _aligned(rows: list[dict[str, Any]]) -> list[str]:
+    """Return a table as lines of text: numbers to the right, words to the left."""
+
+    def said(value: Any, form: str) -> str:
+        if value is None:
+            return "-"
+        return ", ".join(value) if isinstance(value, list) else format(value, form)
+
+    cells = [
+        [heading for _, heading, _ in COLUMNS],
+        *([said(row[key], form) for key, _, form in COLUMNS] for row in rows),
+    ]
+    widths = [max(len(line[i]) for line in cells) for i in range(len(COLUMNS))]
+    left = [form == "s" for _, _, form in COLUMNS]
+    return [
+        "  ".join(
+            cell.ljust(width) if words else cell.rjust(width)
+            for cell, width, words in zip(line, widths, left, strict=True)
+        ).rstrip()
+        for line in cells
+    ]  # fmt: skip
+
+
+def train_of(
+    found: Sequence[Mapping[str, Any] | Finding],
+    site: Site,
+    *,
+    rules: Rules = None,
+    countries: Sequence[str] | None = None,
+    name: str = "",
+    date: str = "",
+) -> TrainFinding:
+    """Put the findings of a train's wheelsets together.
+
+    Parameters
+    ----------
+    found
+        From the leading wheelset on: findings, or what their `to_dict` gives.
+    site
+        Where they were recorded.
+    rules
+        Alarm rules, or a file of them; by default those of the package.
+    countries
+        Take only rules that name one of these, such as ("SE", "EU").
+    name, date
+        Of the train, and when it passed; only repeated.
+    """
+    if not found:
+        raise InputError("", "recordings", "none", "one for each wheelset of the train")
+    findings = tuple(one for one in found if isinstance(one, Finding))
+    ratio = healthy_ratio(site)
+    entries = tuple(_entry(one, site, ratio) for one in found)
+    chosen = read_rules(rules, countries) if rules is None or isinstance(rules, str | Path) else _of(rules, countries)
+    return TrainFinding(
+        entries, site, chosen, alarms_of(entries, chosen, site), name, date, ratio,
+        findings if len(findings) == len(entries) else (),
+    )  # fmt: skip
+
+
+def _entry(found: Mapping[str, Any] | Finding, site: Site, ratio: float) -> dict[str, Any]:
+    entry = found.to_dict() if isinstance(found, Finding) else dict(found)
+    model = found.model if isinstance(found, Finding) else _model(entry, site)
+    return {**entry, "level_force": _finite(_level_force(entry, model, site, ratio))}
+
+
+def _model(entry: Mapping[str, Any], site: Site) -> Scenario | None:
+    """Return the best model from what a finding's JSON says; None where it does not say enough."""
+    if entry["verdict"] not in FLATS:
+        return None
+    values = {path: one["value"] for path, one in entry.get("estimates", {}).items()}
+    return fault_named(entry["verdict"]).passage(site.passage).replaced({"speed": entry["speed"], **values})
+
+
+def _level_force(entry: Mapping[str, Any], model: Scenario | None, site: Site, ratio: float) -> float:
+    """Return a wheelset's largest force on level, rigid track, N; NaN without a wheel.
+
+    Without a model it has what exceeds a healthy wheelset's force over the site's irregularity.
+    """
+    static, peak = entry.get("static_force"), entry.get("largest_force")
+    if static is None or peak is None:
+        return np.nan
+    verdict = entry["verdict"]
+    if verdict == HEALTHY or (verdict in CATALOGUE and CATALOGUE[verdict].part != "wheel"):
+        return float(static)
+    if verdict == NOT_EXPLAINED or model is None:
+        return float(static + max(peak - ratio * static, 0.0))
+    own = model.irregularities[len(site.passage.irregularities) :]
+    turns = 2.0 * 2.0 * np.pi * float(model.vehicle.radius) / float(model.speed)
+    level = model.replaced({"irregularity": own, "track": StiffTrack(), "duration": turns})
+    return float(simulate(level).peaks.normal_force.values.max(initial=static))
+
+
+def _of(rules: Sequence[Rule], countries: Sequence[str] | None) -> tuple[Rule, ...]:
+    return tuple(rule for rule in rules if countries is None or rule.is_in(countries))
+
+
+def healthy_ratio(site: Site) -> float:
+    """Return the largest over the static force of the site's healthy wheelset as stated."""
+    from wheeltapper.ask.trajectory import trajectory
+    from wheeltapper.lower.build import lower
+
+    moved = trajectory(site.passage, (), np.array([float(site.passage.duration)]))
+    static = lower(site.passage).static_force
+    return max(moved.largest_force / static, 1.0)
+
+
+def diagnose_train(
+    recordings: Sequence[Recording],
+    site: Site,
+    *,
+    rules: Rules = None,
+    countries: Sequence[str] | None = None,
+    faults: Sequence[str] | None = None,
+    noise: float | None = None,
+    name: str = "",
+    date: str = "",
+    workers: int | None = 1,
+) -> TrainFinding:
+    """Diagnose the wheelsets of a train.
+
+    Parameters
+    ----------
+    recordings
+        One of each wheelset, from the leading one on.
+    site
+        Where they were made.
+    rules, countries, name, date
+        As for `train_of`.
+    faults, noise
+        As for `diagnose`.
+    workers
+        Processes; None: one per core.
+    """
+    shared = site, tuple(faults) if faults is not None else None, noise
+    found = dict(in_processes(_diagnosed, shared, list(recordings), workers))
+    ordered = [found[i] for i in range(len(found))]
+    return train_of(ordered, site, rules=rules, countries=countries, name=name, date=date)
+
+
+def _diagnosed(shared: tuple[Site, tuple[str, ...] | None, float | None], recording: Recording) -> Finding:
+    site, faults, noise = shared
+    return diagnose(recording, site, faults=faults, noise=noise)

@@ -1,0 +1,219 @@
+"""The commands that work with a site: diagnose recordings, assess how well it tells faults, design it."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from wheeltapper.faces.exits import DONE, NOT_FINISHED, check_target, make_folder
+from wheeltapper.ground.errors import InputError
+
+if TYPE_CHECKING:
+    from wheeltapper.ask.diagnosis.finding import Finding
+
+RECORDINGS = (".csv", ".txt", ".tsv", ".gz", ".wav", ".mat", ".npy", ".npz", ".nc", ".tdms", ".mf4", ".mdf")
+Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+
+
+def diagnose(
+    *recordings: Path,
+    site: Path,
+    output: Output = None,
+    figures: Literal["all", "faulty", "none"] | None = None,
+    train: bool = False,
+    rules: Path | None = None,
+    workers: int | None = None,
+    unit: str | None = None,
+    rate: str | None = None,
+    column: str | None = None,
+    speed: str | None = None,
+) -> int:
+    """Find what is wrong with wheelsets from recordings of the deck's acceleration.
+
+    Parameters
+    ----------
+    recordings
+        Files, or folders of them.
+    site
+        The site in TOML.
+    output
+        Folder for each finding's JSON and figure; what is there already is not computed again.
+    figures
+        Of which findings: all (of a single recording the default), faulty (of several), none.
+    train
+        The recordings are the axles of one train, in this order: print a table with the alarms, write train.json.
+    rules
+        Alarm rules in TOML instead of the package's own.
+    workers
+        Processes; by default one per core.
+    unit, rate, column, speed
+        What the files do not say: unit of 1 in the file, samples per second, which column, measured speed.
+    """
+    from wheeltapper.ask.diagnosis.folder import NOT_READ, diagnose_all
+    from wheeltapper.describe.site import Site
+    from wheeltapper.faces.progress import progress_bar
+
+    files = _files(recordings)
+    place = Site.from_toml(site)
+    given = {"unit": unit, "rate": rate, "column": column, "speed": speed}
+    reading = {name: value for name, value in given.items() if value is not None}
+    if output is not None:
+        make_folder(output)
+    chosen = figures or ("all" if len(files) == 1 else "faulty")
+    after = {"all": draw_all, "faulty": draw_faulty, "none": None}[chosen] if output is not None else None
+    try:
+        with progress_bar("recordings") as (progress, _):
+            found = diagnose_all(
+                files, place, output=output, workers=workers, reading=reading, after=after,
+                progress=progress if len(files) > 1 else None,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        kept = f"what is found is in {output}; the same command goes on" if output else "nothing was kept"
+        print(f"wheeltapper: interrupted; {kept}", file=sys.stderr)
+        return NOT_FINISHED
+    if len(found) == 1 and found[0]["verdict"] == NOT_READ:
+        raise InputError(str(files[0]), "", found[0]["paragraph"], "a recording of this site")
+    for entry in found if not train else []:
+        print(entry["paragraph"])
+    if train:
+        _train(found, place, rules, output)
+    elif len(found) > 1:
+        print(_counts(found))
+    if output is not None:
+        print(f"findings: {output}")
+    return DONE
+
+
+def _files(recordings: tuple[Path, ...]) -> list[Path]:
+    """Return the files, and those in folders, in order."""
+    out: list[Path] = []
+    for place in recordings:
+        if place.is_dir():
+            inside = sorted(file for file in place.iterdir() if file.suffix.lower() in RECORDINGS)
+            if not inside:
+                raise InputError(
+                    str(place), "", "a folder without recordings", f"files ending in {', '.join(RECORDINGS)}"
+                )
+            out += inside
+        else:
+            out.append(place)
+    if not out:
+        raise InputError("", "recordings", "none", "files or folders of recordings")
+    return out
+
+
+def _counts(found: list[dict[str, Any]]) -> str:
+    verdicts = [entry["verdict"] for entry in found]
+    counts = sorted({name: verdicts.count(name) for name in verdicts}.items(), key=lambda item: -item[1])
+    return f"{len(found)} recordings: " + ", ".join(f"{count} {name}" for name, count in counts)
+
+
+def _train(found: list[dict[str, Any]], site: Any, rules: Path | None, output: Path | None) -> None:
+    from wheeltapper.ask.diagnosis.train import train_of
+
+    told = train_of(found, site, rules=rules)
+    print(told)
+    if output is not None:
+        target = output / "train.json"
+        target.write_text(json.dumps(told.to_dict(), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def draw_all(finding: Finding, target: Path) -> None:
+    """Write the figure of a finding beside its JSON."""
+    from wheeltapper.faces.plot import plot
+
+    plot(finding, target.with_suffix(".png"))
+
+
+def draw_faulty(finding: Finding, target: Path) -> None:
+    """Write the figure of a finding beside its JSON, unless the wheelset is healthy."""
+    from wheeltapper.ask.diagnosis.finding import HEALTHY
+
+    if finding.verdict != HEALTHY:
+        draw_all(finding, target)
+
+
+def assess(
+    site: Path,
+    *,
+    faults: tuple[str, ...] = (),
+    count: int = 200,
+    healthy: int | None = None,
+    seed: int = 0,
+    output: Output = None,
+    plot: Path | None = None,
+    workers: int | None = None,
+) -> int:
+    """Measure how well a site tells faults, on passages that are computed.
+
+    Parameters
+    ----------
+    site
+        The site in TOML.
+    faults
+        Names of the catalogue, each perhaps with a size or a range of sizes in SI units: "wheel flat=0.002:0.02". By
+        default some of the catalogue.
+    count, healthy
+        Passages of each fault, and healthy ones.
+    seed
+        Of everything drawn.
+    output
+        Write the numbers here (.json). Each passage is kept beside it (.jsonl): the same command goes on.
+    plot
+        Write a picture here (.png, .pdf, .svg).
+    workers
+        Processes; by default one per core.
+    """
+    if output is not None:
+        check_target("--output", output, (".json",))
+    if plot is not None:
+        check_target("--plot", plot, (".png", ".pdf", ".svg"))
+    from wheeltapper.ask.diagnosis.performance import assess as measure
+    from wheeltapper.describe.site import Site
+    from wheeltapper.faces.progress import progress_bar
+
+    place = Site.from_toml(site)
+    kept = None if output is None else output.with_suffix(".jsonl")
+    chosen = dict(_fault(text) for text in faults) or None
+    try:
+        with progress_bar("passages") as (progress, _):
+            found = measure(
+                place, chosen, count=count, healthy=healthy, seed=seed, output=kept, workers=workers, progress=progress
+            )
+    except KeyboardInterrupt:
+        where = f"what is computed is in {kept}; the same command goes on" if kept else "nothing was kept"
+        print(f"wheeltapper: interrupted; {where}", file=sys.stderr)
+        return NOT_FINISHED
+    print(found)
+    if output is not None:
+        output.write_text(json.dumps(found.to_dict(), indent=2) + "\n", encoding="utf-8")
+        print(f"performance: {output}")
+    if plot is not None:
+        from wheeltapper.faces.plot import plot as draw
+
+        draw(found, plot)
+        print(f"picture: {plot}")
+    return DONE
+
+
+def _fault(text: str) -> tuple[str, Any]:
+    """Return the name and the size, or range of sizes, that NAME=SIZE or NAME=LOW:HIGH says."""
+    name, mark, size = text.partition("=")
+    if not mark:
+        return name, None
+    try:
+        numbers = tuple(float(part) for part in size.split(":"))
+    except ValueError:
+        numbers = ()
+    if len(numbers) not in (1, 2):
+        raise InputError("", "--faults", repr(text), "NAME, NAME=SIZE or NAME=LOW:HIGH, in SI units")
+    return name, numbers[0] if len(numbers) == 1 else numbers
+
+
+def design() -> int:
+    """Design the irregularity of a site."""
+    return DONE

@@ -1,0 +1,97 @@
+"""Pictures of what recordings tell: the evidence of a finding, the performance of a site, the choice of a design."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wheeltapper.ask.diagnosis.finding import Finding
+from wheeltapper.ask.diagnosis.identify import onset
+from wheeltapper.ask.diagnosis.performance import FaultPerformance, Performance
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+CLOSE = 0.04
+"""How much of the recording the second panel shows, s from the first strike."""
+FAINT = 1e-4
+"""Verdicts less probable than this are not drawn."""
+
+
+def draw_finding(finding: Finding) -> Figure:
+    """Draw what was measured against the best model, what is left, and how probable each verdict is."""
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    evidence(figure, finding)
+    return figure
+
+
+def evidence(figure: Figure, finding: Finding) -> None:
+    """Draw a finding into a figure."""
+    figure.set_size_inches(9.0, 9.0)
+    whole, close, left, verdicts = figure.subplots(4, 1, height_ratios=(2, 2, 1.4, 1.4))
+    recording = finding.recording
+    _acceleration(whole, finding, recording.start, float(recording.times[-1]))
+    begins = onset(recording, finding.noise)
+    _acceleration(close, finding, begins - 0.001, min(begins + CLOSE, float(recording.times[-1])))
+    whole.legend(loc="lower right", ncols=3)
+    if len(finding.model_acceleration):
+        off = (recording.samples - finding.model_acceleration) / finding.noise
+        left.plot(1e3 * recording.times, np.where(recording.clipped, np.nan, off), linewidth=0.6)
+    left.set(xlabel="time after the trigger [ms]", ylabel="difference over noise")
+    shown = {name: p for name, p in finding.probabilities.items() if p > FAINT}
+    verdicts.barh(list(shown), list(shown.values()))
+    verdicts.invert_yaxis()
+    verdicts.set(xlabel="probability", xlim=(0.0, 1.0))
+    figure.suptitle(f"{Path(finding.recording.source).name}: {finding.verdict}", fontsize=10)
+
+
+def _acceleration(axis: Axes, finding: Finding, start: float, end: float) -> None:
+    recording = finding.recording
+    part = (recording.times >= start) & (recording.times <= end)
+    times = 1e3 * recording.times[part]
+    axis.plot(times, recording.samples[part], color="0.75", linewidth=2.5, label="measured")
+    clipped = recording.clipped[part]
+    if clipped.any():
+        axis.plot(times[clipped], recording.samples[part][clipped], "x", markersize=3, color="C3", label="clipped")
+    if len(finding.model_acceleration):
+        axis.plot(
+            times, finding.model_acceleration[part], color="C1", linewidth=0.9, linestyle="--", label="best model"
+        )
+    axis.set_ylabel("deck acceleration [m/s²]")
+
+
+def draw_performance(performance: Performance) -> Figure:
+    """Draw the receiver operating characteristic of each fault, and the probability of detection against size."""
+    from matplotlib.figure import Figure
+
+    with_size = {name: found for name, found in performance.faults.items() if found.hit_miss is not None}
+    figure = Figure(figsize=(5.0 * (1 + len(with_size)), 4.6))
+    axes = np.atleast_1d(figure.subplots(1, 1 + len(with_size)))
+    for name, found in performance.faults.items():
+        axes[0].step(
+            found.roc.false_call_rate, found.roc.detection_rate, where="post", label=f"{name} {found.roc.auc:.4f}"
+        )
+    axes[0].set(xlabel="false-call rate", ylabel="detection rate", title="ROC, with its area")
+    axes[0].legend(loc="lower right")
+    for axis, (name, found) in zip(axes[1:], with_size.items(), strict=True):
+        _detection(axis, name, found)
+    return figure
+
+
+def _detection(axis: Axes, name: str, found: FaultPerformance) -> None:
+    sizes = np.array([passage.size for passage in found.passages])
+    hits = np.array([passage.named for passage in found.passages])
+    axis.plot(sizes, np.where(hits, 1.02, -0.02), "|", color="0.5")
+    x = np.linspace(float(sizes.min()), float(sizes.max()), 200)
+    for words, pod in (("hit/miss", found.hit_miss), ("signal response", found.signal_response)):
+        if pod is None:
+            continue
+        (line,) = axis.plot(x, pod.at(x), label=f"{words}: a90 {pod.a90:.3g}, a90/95 {pod.a90_95:.3g}")
+        axis.plot(x, pod.lower(x), color=line.get_color(), linestyle=":")
+    axis.set(xlabel="size", ylabel="probability of detection", title=name)
+    axis.legend(loc="lower right")

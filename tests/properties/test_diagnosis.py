@@ -1,0 +1,162 @@
+"""Findings: the fault that was put in is found, sized, and told apart; what cannot be told is said."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.ask.diagnosis import CATALOGUE, Recording, Site, diagnose_all, processes, write_recording
+
+SITE = wt.load("examples/site.toml")
+SHORT = Site.model_validate(SITE.model_dump() | {"passage": SITE.passage.replaced({"duration": 0.2})})
+
+
+def found(fault, size=None, seed=1, site=SHORT, **options):
+    (recording,) = wt.synthesise(site, fault=fault, size=size, seed=seed, **options)
+    return wt.diagnose(recording, site), recording
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_healthy_wheelset_is_called_healthy(seed):
+    finding, recording = found(None, seed=seed)
+    assert finding.verdict == "healthy"
+    assert finding.probabilities["healthy"] > 0.8
+    assert sum(finding.probabilities.values()) == pytest.approx(1.0)
+    assert finding.reduced == pytest.approx(1.0, abs=0.1)
+    assert finding.speed == pytest.approx(recording.truth["speed"], rel=1e-2)
+    record = wt.simulate(recording.truth["scenario"])
+    assert finding.largest_force == pytest.approx(float(record.peaks.normal_force.max()), rel=0.01)
+    assert finding.static_force == pytest.approx(record.static_force, rel=0.01)
+    assert finding.impacts == pytest.approx(record.impacts.sizes["impact"], abs=1)
+
+
+@pytest.mark.parametrize(
+    ("fault", "size", "within"),
+    [
+        ("broken spring", None, 100.0),
+        ("lost damper", None, 0.02),
+        ("weak damper", None, 0.05),
+        ("mass deviation", 1.1, 0.05),
+        ("mass deviation", 0.9, 0.05),
+        ("load deviation", 1.8, 0.02),
+    ],
+)
+def test_plain_faults_are_named_and_sized(fault, size, within):
+    finding, recording = found(fault, size)
+    assert finding.verdict == fault
+    true = recording.truth["size"] if finding.part != "load" else recording.truth["vehicle.load"] / 91_307
+    assert finding.size == pytest.approx(true, abs=within)
+    assert finding.interval[0] < finding.size < finding.interval[1]
+    assert finding.part == CATALOGUE[fault].part
+    assert finding.score(finding.part) > 3.0
+
+
+@pytest.mark.parametrize(("size", "seed"), [(0.02, 1), (0.04, 2), (0.08, 3)])
+def test_flats_are_sized_clipped_or_not(size, seed):
+    finding, recording = found("wheel flat", size, seed, SITE)
+    assert finding.verdict == "wheel flat"
+    assert finding.size == pytest.approx(size, abs=1e-4)
+    assert np.any(recording.clipped) == (size == 0.08)
+
+
+def test_a_rounded_flat_is_not_a_fresh_one():
+    finding, _ = found("rounded flat", 0.05, 4, SITE)
+    assert finding.verdict == "rounded flat"
+    assert finding.size == pytest.approx(0.05, abs=1e-4)
+
+
+def test_a_wheel_out_of_round_shows_its_order():
+    finding, _ = found("out of round", 1e-4, 2, SITE)
+    assert finding.verdict == "out of round"
+    assert finding.size == pytest.approx(1e-4, abs=2e-6)
+    assert finding.model.irregularities[-1].orders == (12,)
+
+
+def test_pure_noise_holds_no_wheel():
+    noise = np.random.default_rng(1).standard_normal(4000) * 0.0666
+    finding = wt.diagnose(Recording(noise, 20e3), SHORT)
+    assert finding.verdict == "no wheel"
+    assert finding.probabilities == {}
+    assert "nothing rises from the noise" in str(finding)
+
+
+def test_a_recording_of_another_site_is_not_explained():
+    other = SHORT.passage.replaced({"track.mass": 9000.0, "irregularity.0.height": 4e-4, "irregularity.0.length": 0.08})
+    (recording,) = wt.synthesise(Site.model_validate(SHORT.model_dump() | {"passage": other}), seed=1)
+    finding = wt.diagnose(recording, SHORT)
+    assert finding.verdict == "not explained"
+    assert finding.reduced > 10.0
+    assert finding.alike == ()
+    assert "neither a healthy wheelset nor a fault" in str(finding)
+
+
+def test_a_recording_that_is_clipped_nearly_everywhere_says_so():
+    tight = Site.model_validate(SHORT.model_dump() | {"sensor": SHORT.sensor.model_copy(update={"range": 1.0})})
+    finding, recording = found(None, seed=5, site=tight)
+    assert recording.clipped.mean() > 0.2
+    assert any("clipped samples" in note for note in finding.notes)
+    assert finding.verdict in ("healthy", "not explained")
+
+
+def test_recordings_that_cannot_be_diagnosed_are_refused():
+    (recording,) = wt.synthesise(SHORT, seed=1)
+    for wrong, field in (
+        (replace(recording, rate=10e3), "rate"),
+        (replace(recording, samples=np.full(4000, np.nan)), "samples"),
+        (replace(recording, quantity="force"), "quantity"),
+    ):
+        with pytest.raises(wt.InputError) as refused:
+            wt.diagnose(wrong, SHORT)
+        assert refused.value.field == field
+    with pytest.raises(wt.InputError, match="broken spring"):
+        wt.diagnose(recording, SHORT, faults=["no such fault"])
+
+
+def test_a_finding_is_json_and_a_figure(tmp_path):
+    finding, _ = found("broken spring")
+    told = json.loads(json.dumps(finding.to_dict(), allow_nan=False))
+    assert told["verdict"] == "broken spring"
+    assert (
+        told["estimates"]["vehicle.mass"]["interval_90"][0] < 2170 < told["estimates"]["vehicle.mass"]["interval_90"][1]
+    )
+    figure = wt.plot(finding, tmp_path / "finding.png")
+    assert (tmp_path / "finding.png").stat().st_size > 10_000
+    assert len(figure.axes) == 4
+
+
+def recordings(folder, count):
+    for number, recording in enumerate(wt.synthesise(SHORT, count, seed=7)):
+        write_recording(recording, folder / f"{number}.csv")
+    return sorted(folder.glob("*.csv"))
+
+
+def test_a_folder_is_diagnosed_and_goes_on(tmp_path, monkeypatch):
+    files = recordings(tmp_path, 3)
+    (tmp_path / "3.csv").write_text("not a recording\n")
+    files.append(tmp_path / "3.csv")
+    seen = []
+    first = diagnose_all(files, SHORT, output=tmp_path / "found", workers=1, progress=lambda *now: seen.append(now))
+    assert [entry["verdict"] for entry in first] == ["healthy"] * 3 + ["not read"]
+    assert seen[-1] == (4, 4)
+    (tmp_path / "found" / "1.csv.json").write_text("{")  # as a kill might leave it
+    computed = []
+    whole = processes.in_processes
+    monkeypatch.setattr(
+        "wheeltapper.ask.diagnosis.folder.in_processes",
+        lambda function, site, tasks, workers: computed.extend(tasks) or whole(function, site, tasks, workers),
+    )
+    again = diagnose_all(files, SHORT, output=tmp_path / "found", workers=1)
+    assert [task[0].name for task in computed] == ["1.csv"]
+    assert again == first
+    other = Site.model_validate(SHORT.model_dump() | {"uncertainty": {"speed": 0.2}})
+    computed.clear()
+    diagnose_all(files[:1], other, output=tmp_path / "found", workers=1)
+    assert len(computed) == 1
+
+
+@pytest.mark.slow
+def test_processes_find_the_same(tmp_path):
+    files = recordings(tmp_path, 4)
+    assert diagnose_all(files, SHORT, workers=2) == diagnose_all(files, SHORT, workers=1)
