@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from wheeltapper._version import __version__
 
 if TYPE_CHECKING:
-    from wheeltapper.ask import diagnosis as diagnosis
     from wheeltapper.ask import stability as stability
     from wheeltapper.ask import wear as wear
     from wheeltapper.ask.border import border as border
+    from wheeltapper.ask.diagnosis import public
     from wheeltapper.ask.diagnosis.design import design_site as design_site
     from wheeltapper.ask.diagnosis.diagnose import diagnose as diagnose
     from wheeltapper.ask.diagnosis.synthetic import synthesise as synthesise
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from wheeltapper.record.simulate import simulate as simulate
     from wheeltapper.record.store import load as load
 
-    profiles, vehicles = profile, vehicle
+    diagnosis, profiles, vehicles = public, profile, vehicle
 
 _HOMES = {
     "Corrugation": "describe.irregularity.corrugation",
@@ -84,7 +84,7 @@ _HOMES = {
 _ROOMS = {
     "contact": "describe.contact",
     "creep": "describe.creep",
-    "diagnosis": "ask.diagnosis",
+    "diagnosis": "ask.diagnosis.public",
     "features": "record.features",
     "profiles": "describe.profile",
     "stability": "ask.stability",

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis import CATALOGUE, Recording, Site, diagnose_all, processes, write_recording
+from wheeltapper.ask.diagnosis import processes
+from wheeltapper.ask.diagnosis.public import CATALOGUE, Recording, Site, diagnose_all, write_recording
 
 SITE = wt.load("examples/site.toml")
 SHORT = Site.model_validate(SITE.model_dump() | {"passage": SITE.passage.replaced({"duration": 0.2})})

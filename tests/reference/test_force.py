@@ -283,3 +283,16 @@ def test_what_cannot_be_is_refused():
         reconstructed(Recording(acceleration[:3], RATE), site)
     with pytest.raises(wt.InputError, match="found 0 Hz"):
         imitation(site, np.array([0.0, 1.0]))
+
+
+def test_the_map_of_the_imitation(tmp_path):
+    site = wt.load("examples/site.toml")
+    shown = wt.diagnosis.imitation_map(site, [7500.0, 15_000.0], [1e7, 1.5e7], [50.0, 100.0])
+    here = shown.sel({"track.mass": 15_000.0, "track.stiffness": 1.5e7})
+    assert here.modulus.values == pytest.approx(np.abs(imitation(site, np.array([50.0, 100.0]))), rel=1e-12)
+    assert float(here.error[1]) < float(here.error[0]) < 0.2
+    assert np.all(shown.error.diff("track.mass") < 0.0)
+    wt.plot(shown, tmp_path / "imitation.png")
+    assert (tmp_path / "imitation.png").stat().st_size > 5_000
+    with pytest.raises(wt.InputError, match="positive"):
+        wt.diagnosis.imitation_map(site, [0.0], [1e7], [50.0])

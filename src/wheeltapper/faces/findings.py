@@ -12,11 +12,14 @@ from wheeltapper.ask.diagnosis.identify import onset
 from wheeltapper.ask.diagnosis.performance import FaultPerformance, Performance
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 CLOSE = 0.04
 """How much of the recording the second panel shows, s from the first strike."""
+ERRORS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
+"""Level curves of the imitation's error, %."""
 FAINT = 1e-4
 """Verdicts less probable than this are not drawn."""
 
@@ -95,3 +98,21 @@ def _detection(axis: Axes, name: str, found: FaultPerformance) -> None:
         axis.plot(x, pod.lower(x), color=line.get_color(), linestyle=":")
     axis.set(xlabel="size", ylabel="probability of detection", title=name)
     axis.legend(loc="lower right")
+
+
+def draw_imitation(shown: xr.Dataset) -> Figure:
+    """Draw how far decks err as scales of the force, over mass and stiffness, for each frequency."""
+    from matplotlib.figure import Figure
+
+    many = shown.sizes["frequency"]
+    figure = Figure(figsize=(4.2 * many, 4.2))
+    for axis, frequency in zip(np.atleast_1d(figure.subplots(1, many, sharey=True)), shown.frequency, strict=True):
+        error = 100.0 * shown.error.sel(frequency=frequency)
+        x, y = shown["track.mass"] / 1e3, shown["track.stiffness"] / 1e6
+        curves = axis.contour(x, y, error.transpose("track.stiffness", "track.mass"), levels=ERRORS)
+        axis.clabel(curves, fontsize=7, fmt="%g %%")
+        axis.set(
+            xscale="log", yscale="log", xlabel="deck's mass [t]", title=f"error of the force at {float(frequency):g} Hz"
+        )
+    figure.axes[0].set_ylabel("deck's stiffness [kN/mm]")
+    return figure

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wheeltapper.ask.diagnosis.finding import Finding
+from wheeltapper.ask.diagnosis.imitation_map import TITLE as IMITATION
 from wheeltapper.ask.diagnosis.performance import Performance
 from wheeltapper.ask.marks import Marks
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
-from wheeltapper.faces.findings import draw_finding, draw_performance
+from wheeltapper.faces.findings import draw_finding, draw_imitation, draw_performance
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.errors import InputError
@@ -80,6 +81,8 @@ def plot(
             figure = draw_performance(what)
         elif getattr(what, "attrs", {}).get("title") == WEAR_TITLE:
             figure = draw_wear(what)
+        elif getattr(what, "attrs", {}).get("title") == IMITATION:
+            figure = draw_imitation(what)
         elif getattr(what, "attrs", {}).get("title") == "wheeltapper chart":
             chosen = features_of(what) if features is None else features
             figure = Figure(figsize=(4.6 * max(len(chosen), 1), 4.4))

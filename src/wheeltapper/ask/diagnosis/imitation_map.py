@@ -1,0 +1,77 @@
+"""How well a deck imitates the contact force, over its mass, its bearing and the frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wheeltapper.ask.diagnosis.force import imitation
+from wheeltapper.describe.site import Site
+from wheeltapper.ground.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TITLE = "wheeltapper imitation"
+"""Of the dataset, by which `plot` knows it."""
+
+
+def imitation_map(
+    site: Site, masses: Sequence[float], stiffnesses: Sequence[float], frequencies: Sequence[float]
+) -> xr.Dataset:
+    """Return the share of the dynamic contact force that the inertia of decks shows.
+
+    Parameters
+    ----------
+    site
+        Its deck's damping ratio is kept: C_d grows with √(K·M).
+    masses, stiffnesses
+        M, kg, and K, N/m, of the decks.
+    frequencies
+        Hz.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over "track.mass", "track.stiffness" and "frequency": `modulus` and `phase` (rad) of -M·A/ΔN, and `error`, the
+        modulus of its difference from one. 0.01 is an error of 1 % of the force at that frequency.
+
+    Raises
+    ------
+    InputError
+        If a mass, stiffness or frequency is not positive.
+    """
+    import xarray as xr
+
+    for name, values in (("masses", masses), ("stiffnesses", stiffnesses)):
+        if not len(values) or min(values) <= 0.0:
+            raise InputError("", name, f"{list(values)}", "positive numbers")
+    deck = site.passage.track
+    share = deck.damping / np.sqrt(deck.stiffness * deck.mass) if deck.stiffness > 0.0 else 0.0
+    f = np.asarray(frequencies, dtype=float)
+    shown = np.empty((len(masses), len(stiffnesses), len(f)), dtype=complex)
+    for i, mass in enumerate(masses):
+        for j, stiffness in enumerate(stiffnesses):
+            changes = {"mass": mass, "stiffness": stiffness, "damping": share * np.sqrt(stiffness * mass)}
+            other = site.passage.replaced({f"track.{name}": value for name, value in changes.items()})
+            shown[i, j] = imitation(Site(passage=other, sensor=site.sensor), f)
+    over = ("track.mass", "track.stiffness", "frequency")
+    return xr.Dataset(
+        {
+            "modulus": (over, np.abs(shown), {"long_name": "shown over true force", "units": ""}),
+            "phase": (over, np.angle(shown), {"long_name": "phase of the shown force", "units": "rad"}),
+            "error": (
+                over,
+                np.abs(shown - 1.0),
+                {"long_name": "error of the shown force over the true one", "units": ""},
+            ),
+        },
+        {
+            "track.mass": ("track.mass", np.asarray(masses, dtype=float), {"units": "kg"}),
+            "track.stiffness": ("track.stiffness", np.asarray(stiffnesses, dtype=float), {"units": "N/m"}),
+            "frequency": ("frequency", f, {"units": "Hz"}),
+        },
+        {"title": TITLE, "format": 1},
+    )

@@ -1,0 +1,57 @@
+"""What a wheelset's bouncing over a site says of it: sites and recordings, findings, performance, design."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from wheeltapper.ask.diagnosis.faults import CATALOGUE as CATALOGUE
+    from wheeltapper.ask.diagnosis.faults import Fault as Fault
+    from wheeltapper.ask.diagnosis.finding import Finding as Finding
+    from wheeltapper.ask.diagnosis.folder import diagnose_all as diagnose_all
+    from wheeltapper.ask.diagnosis.force import imitation as imitation
+    from wheeltapper.ask.diagnosis.force import reconstructed as reconstructed
+    from wheeltapper.ask.diagnosis.hit_miss import hit_miss as hit_miss
+    from wheeltapper.ask.diagnosis.identify import identify as identify
+    from wheeltapper.ask.diagnosis.imitation_map import imitation_map as imitation_map
+    from wheeltapper.ask.diagnosis.performance import assess as assess
+    from wheeltapper.ask.diagnosis.roc import roc as roc
+    from wheeltapper.ask.diagnosis.signal_response import signal_response as signal_response
+    from wheeltapper.describe.sensor import Sensor as Sensor
+    from wheeltapper.describe.site import Site as Site
+    from wheeltapper.record.read_recording import write_recording as write_recording
+    from wheeltapper.record.recording import Recording as Recording
+
+_HERE = "wheeltapper.ask.diagnosis"
+_HOMES = {
+    "CATALOGUE": f"{_HERE}.faults",
+    "Fault": f"{_HERE}.faults",
+    "Finding": f"{_HERE}.finding",
+    "Recording": "wheeltapper.record.recording",
+    "Sensor": "wheeltapper.describe.sensor",
+    "Site": "wheeltapper.describe.site",
+    "assess": f"{_HERE}.performance",
+    "diagnose_all": f"{_HERE}.folder",
+    "hit_miss": f"{_HERE}.hit_miss",
+    "identify": f"{_HERE}.identify",
+    "imitation": f"{_HERE}.force",
+    "imitation_map": f"{_HERE}.imitation_map",
+    "reconstructed": f"{_HERE}.force",
+    "roc": f"{_HERE}.roc",
+    "signal_response": f"{_HERE}.signal_response",
+    "write_recording": "wheeltapper.record.read_recording",
+}
+
+__all__ = [*_HOMES]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a name when it is first used."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
