@@ -317,13 +317,13 @@ def _suggest(name: str, names: list[str]) -> str:
     return ", ".join(names) + hint
 
 
-def _fields_at(location: tuple[Any, ...]) -> list[str]:
-    """Return the names that may stand where an unknown one was found."""
+def _fields_at(location: tuple[Any, ...], root: Any = None) -> list[str]:
+    """Return the names that may stand where an unknown one was found in a scenario, or another `root`."""
     kinds: dict[str, Any] = {kind.__name__: kind for kind in KINDS}
     for part in reversed(location[:-1]):
         if part in kinds:
             return list(kinds[part].model_fields)
-    here: Any = Scenario
+    here: Any = root or Scenario
     for part in location[:-1]:
         field = getattr(here, "model_fields", {}).get(part)
         candidates = [field.annotation, *get_args(field.annotation)] if field else []
@@ -331,8 +331,8 @@ def _fields_at(location: tuple[Any, ...]) -> list[str]:
     return list(here.model_fields)
 
 
-def explained(error: ValidationError, source: str) -> InputError:
-    """Return pydantic's first complaint as one clear message."""
+def explained(error: ValidationError, source: str, root: Any = None) -> InputError:
+    """Return pydantic's first complaint about a scenario, or another `root`, as one clear message."""
     first = min(
         error.errors(), key=lambda e: e["type"] != "extra_forbidden"
     )  # a misspelt name explains what is missing
@@ -345,7 +345,7 @@ def explained(error: ValidationError, source: str) -> InputError:
         found = found[:77] + "..."
     if first["type"] == "extra_forbidden":
         return InputError(
-            source, field, f"the unknown name {location[-1]!r}", _suggest(str(location[-1]), _fields_at(location))
+            source, field, f"the unknown name {location[-1]!r}", _suggest(str(location[-1]), _fields_at(location, root))
         )
     if first["type"] == "missing":
         return InputError(source, field, "nothing", "a value, which is required here")

@@ -8,6 +8,10 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.site import Site
+
+UNTYPED = ("Scenario", "Site", "Sensor")
+"""Tables that need no `type`: where they stand nothing else may stand."""
 
 
 class _WithType(GenerateJsonSchema):
@@ -17,7 +21,7 @@ class _WithType(GenerateJsonSchema):
         out = super().model_schema(schema)
         name = schema["cls"].__name__
         out["properties"] = {"type": {"const": name}} | out.get("properties", {})
-        if name != "Scenario":
+        if name not in UNTYPED:
             out["required"] = ["type", *out.get("required", [])]
         return out
 
@@ -25,9 +29,9 @@ class _WithType(GenerateJsonSchema):
         return {"not": {}, "description": "a Python function: not in a file"}
 
 
-def json_schema() -> dict[str, Any]:
-    """Return the JSON schema of a scenario file."""
-    out = Scenario.model_json_schema(schema_generator=_WithType, mode="validation")
+def json_schema(of: type[Scenario] | type[Site] = Scenario) -> dict[str, Any]:
+    """Return the JSON schema of a scenario's or a site's file."""
+    out = of.model_json_schema(schema_generator=_WithType, mode="validation")
     out["properties"]["format"] = {"const": 1}
-    out["title"] = "wheeltapper scenario"
+    out["title"] = f"wheeltapper {of.__name__.lower()}"
     return out

@@ -78,4 +78,4 @@ class Site(Noun):
         try:
             return cls.model_validate(data)
         except ValidationError as error:
-            raise explained(error, source) from error
+            raise explained(error, source, cls) from error

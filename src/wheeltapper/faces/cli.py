@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import App, Parameter
 
@@ -236,11 +236,19 @@ def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output"
 
 
 @app.command
-def schema() -> int:
-    """Print the JSON schema of the TOML files, for editors."""
-    from wheeltapper.describe.schema import json_schema
+def schema(of: Literal["scenario", "site"] = "scenario") -> int:
+    """Print the JSON schema of the TOML files, for editors.
 
-    print(json.dumps(json_schema(), indent=2))
+    Parameters
+    ----------
+    of
+        scenario or site.
+    """
+    from wheeltapper.describe.scenario import Scenario
+    from wheeltapper.describe.schema import json_schema
+    from wheeltapper.describe.site import Site
+
+    print(json.dumps(json_schema({"scenario": Scenario, "site": Site}[of]), indent=2))
     return DONE
 
 

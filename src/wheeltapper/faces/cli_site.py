@@ -53,7 +53,7 @@ def diagnose(
     unit, rate, column, speed
         What the files do not say: unit of 1 in the file, samples per second, which column, measured speed.
     """
-    from wheeltapper.ask.diagnosis.folder import NOT_READ, diagnose_all
+    from wheeltapper.ask.diagnosis.folder import diagnose_all
     from wheeltapper.describe.site import Site
     from wheeltapper.faces.progress import progress_bar
 
@@ -69,14 +69,12 @@ def diagnose(
         with progress_bar("recordings") as (progress, _):
             found = diagnose_all(
                 files, place, output=output, workers=workers, reading=reading, after=after,
-                progress=progress if len(files) > 1 else None,
+                raising=len(files) == 1, progress=progress if len(files) > 1 else None,
             )  # fmt: skip
     except KeyboardInterrupt:
         kept = f"what is found is in {output}; the same command goes on" if output else "nothing was kept"
         print(f"wheeltapper: interrupted; {kept}", file=sys.stderr)
         return NOT_FINISHED
-    if len(found) == 1 and found[0]["verdict"] == NOT_READ:
-        raise InputError(str(files[0]), "", found[0]["paragraph"], "a recording of this site")
     for entry in found if not train else []:
         print(entry["paragraph"])
     if train:

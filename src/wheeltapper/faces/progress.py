@@ -40,4 +40,5 @@ def progress_bar(of: str) -> Iterator[tuple[Callable[[int, int], None], Callable
     try:
         yield progress, console.print
     finally:
-        bar.stop()
+        if bar.live.is_started:
+            bar.stop()

@@ -29,6 +29,7 @@ def diagnose_all(
     workers: int | None = None,
     reading: Mapping[str, Any] | None = None,
     after: After | None = None,
+    raising: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[dict[str, Any]]:
     """Diagnose recordings in files.
@@ -48,6 +49,8 @@ def diagnose_all(
         Arguments of `read_recording`.
     after
         What else to do with each finding, in the process that has found it: called with it and its JSON's path.
+    raising
+        Whether to stop at a file that cannot be read, or is no recording of this site, with its InputError.
     progress
         Called with how many are done, and how many there are.
 
@@ -66,7 +69,7 @@ def diagnose_all(
         if kept is not None:
             found[i] = kept
     waiting = [i for i in range(len(paths)) if i not in found]
-    tasks = [(paths[i], folder, reading, after) for i in waiting]
+    tasks = [(paths[i], folder, reading, after, raising) for i in waiting]
     for number, entry in in_processes(_one, site, tasks, workers):
         found[waiting[number]] = entry
         if progress is not None:
@@ -74,17 +77,19 @@ def diagnose_all(
     return [found[i] for i in range(len(paths))]
 
 
-_Task = tuple[Path, Path | None, dict[str, Any], After | None]
+_Task = tuple[Path, Path | None, dict[str, Any], After | None, bool]
 
 
 def _one(site: Site, task: _Task) -> dict[str, Any]:
     from wheeltapper.record.read_recording import read_recording
 
-    path, folder, reading, after = task
+    path, folder, reading, after, raising = task
     try:
         finding = diagnose(read_recording(path, **reading), site)
         entry = finding.to_dict() | {"paragraph": str(finding)}
     except InputError as error:
+        if raising:
+            raise
         finding = None
         entry = {"source": str(path), "verdict": NOT_READ, "paragraph": str(error)}
     if folder is not None:
