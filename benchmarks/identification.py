@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.fitting import Problem, covariance_of
+from wheeltapper.ask.diagnosis.fitting import covariance_of
 from wheeltapper.ask.diagnosis.identify import beliefs, identify
+from wheeltapper.ask.diagnosis.problem import Problem
 from wheeltapper.ask.diagnosis.processes import in_processes
 
 UNKNOWN = ("vehicle.mass", "vehicle.damping")

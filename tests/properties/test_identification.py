@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.fitting import Problem, covariance_of
+from wheeltapper.ask.diagnosis.fitting import covariance_of
 from wheeltapper.ask.diagnosis.force import noise_of
 from wheeltapper.ask.diagnosis.identify import beliefs, identify, onset
+from wheeltapper.ask.diagnosis.problem import Problem
 from wheeltapper.ask.diagnosis.synthetic import synthesise
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site

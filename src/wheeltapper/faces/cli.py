@@ -248,7 +248,7 @@ def schema(of: Literal["scenario", "site"] = "scenario") -> int:
     from wheeltapper.describe.schema import json_schema
     from wheeltapper.describe.site import Site
 
-    print(json.dumps(json_schema({"scenario": Scenario, "site": Site}[of]), indent=2))
+    print(json.dumps(json_schema(Site if of == "site" else Scenario), indent=2))
     return DONE
 
 

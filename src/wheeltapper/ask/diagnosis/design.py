@@ -128,7 +128,7 @@ def design_site(
     *,
     number: int = 2,
     shapes: Sequence[str] = ("bump", "dip"),
-    heights: Bounds = (2e-5, 4e-3),
+    heights: Bounds = (2e-5, 5e-3),
     lengths: Bounds = (0.02, 0.4),
     spacing: Bounds = (0.02, 2.0),
     total_length: float = 2.0,

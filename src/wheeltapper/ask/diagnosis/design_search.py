@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.information import Information, Plan, information
-from wheeltapper.ask.diagnosis.layout import Family, Layout, laid_out
+from wheeltapper.ask.diagnosis.layout import Family, Feature, Layout, laid_out
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import ComputationError, InputError
 
@@ -25,6 +25,8 @@ SHARES = {"single": 0.1, "repeated": 0.2, "designed": 0.7}
 """Of the budget."""
 POPULATION = 8
 """Layouts per coordinate in each generation."""
+PARTS = 0.1
+"""Share of a search for several features that goes into single ones, of which half of the first layouts are made."""
 REFINED = 0.2
 """Share of a search that goes into its end, by Nelder's and Mead's simplex from the best layout."""
 SIMPLEX = 0.02
@@ -40,7 +42,7 @@ REFUSED = 1e3
 class Candidate(NamedTuple):
     """A layout that was judged. Not a number: what was not computed, as the force is too large."""
 
-    kind: str  # "designed", or one of those to compare with: "single", "repeated"
+    kind: str  # "designed", its "part", or one of those to compare with: "single", "repeated"
     layout: Layout
     determinant: float
     worst: float
@@ -129,20 +131,44 @@ class Search:
 
     def best(self, kind: str, family: Family, known: Sequence[Layout], seed: list[int]) -> Candidate:
         """Return the best layout of a family, at the sensor's rate; the search begins with the known ones, too."""
-        from scipy.optimize import Bounds, differential_evolution, minimize
-
-        budget = max(int(SHARES[kind] * self.budget), 1)
         random = np.random.default_rng(seed)
+        budget = max(int(SHARES[kind] * self.budget), 1)
+        mark = len(self.candidates)
+        parts = [] if family.alike or family.number == 1 else self._parts(family, int(PARTS * budget), random)
         many = int(np.clip(budget // 4, 5, POPULATION * family.size))
         first = _spread(many, family.size, random)
+        for i in range(many // 2 if parts else 0):
+            first[i] = family.joined([parts[j] for j in random.integers(len(parts), size=family.number)], first[i])
         for i, layout in enumerate(known):
-            first[i] = family.coordinates(layout)
-        generations = max(int((1.0 - REFINED) * budget) // many - 1, 0)
+            first[-1 - i] = family.coordinates(layout)
+        self._evolved(kind, family, first, budget - (len(self.candidates) - mark), random)
+        return self._judged_again([one for one in self.candidates[mark:] if one.kind == kind])
+
+    def _parts(self, family: Family, budget: int, random: np.random.Generator) -> list[Feature]:
+        """Return the best single features, one of each shape and of about each length."""
+        alone = replace(family, number=1)
+        mark = len(self.candidates)
+        for at in _spread(max(budget, 1), alone.size, random):
+            self._price("part", alone.layout(at), False)
+        best: dict[tuple[str, int], Candidate] = {}
+        for one in self.candidates[mark:]:
+            (part,) = one.layout.features
+            octave = (part.shape, int(np.floor(np.log2(part.length / family.lengths[0]))) if part.length else 0)
+            if np.isfinite(one.worst) and (octave not in best or self._cost(one) < self._cost(best[octave])):
+                best[octave] = one
+        return [one.layout.features[0] for one in best.values()]
+
+    def _evolved(
+        self, kind: str, family: Family, first: FloatArray, budget: int, random: np.random.Generator
+    ) -> None:  # fmt: skip
+        """Judge about as many layouts as the budget allows: an evolution from the first ones, and a simplex."""
+        from scipy.optimize import Bounds, differential_evolution, minimize
 
         def price(at: FloatArray) -> float:
             return self._price(kind, family.layout(at), family.alike)
 
         mark = len(self.candidates)
+        generations = max(int((1.0 - REFINED) * budget) // len(first) - 1, 0)
         box = Bounds(np.zeros(family.size), np.ones(family.size))
         evolved = differential_evolution(
             price, box, init=first, maxiter=generations, rng=random, polish=False, tol=0.0
@@ -151,7 +177,9 @@ class Search:
         if rest > family.size:
             simplex = evolved.x + np.vstack([np.zeros(family.size), np.diag(_inwards(evolved.x))])
             minimize(price, evolved.x, method="Nelder-Mead", options={"maxfev": rest, "initial_simplex": simplex})
-        return self._judged_again(self.candidates[mark:])
+
+    def _cost(self, one: Candidate) -> float:
+        return cost(one, self.judge.criterion)
 
     def _price(self, kind: str, layout: Layout, alike: bool) -> float:
         try:
@@ -161,20 +189,20 @@ class Search:
         self.candidates.append(found)
         if self.progress is not None:
             told = [one for one in self.candidates if np.isfinite(one.worst)]
-            best = min(told, key=lambda one: cost(one, self.judge.criterion), default=found)
+            best = min(told, key=lambda one: self._cost(one), default=found)
             value = best.determinant if self.judge.criterion == "determinant" else best.worst
             self.progress(len(self.candidates), self.budget, value)
         excess = found.largest_force / self.judge.largest_force - 1.0
-        return REFUSED + excess if excess > 0.0 else min(cost(found, self.judge.criterion), 0.5 * REFUSED)
+        return REFUSED + excess if excess > 0.0 else min(self._cost(found), 0.5 * REFUSED)
 
     def _judged_again(self, found: Sequence[Candidate]) -> Candidate:
         told = [one for one in found if np.isfinite(one.worst)]
         if not told:
             limit = f"{self.judge.largest_force:g} N, which none of {len(found)} layouts keeps"
             raise InputError("", "largest_force", limit, "a larger one, lower heights, or a larger budget")
-        ranked = sorted(told, key=lambda one: cost(one, self.judge.criterion))[:JUDGED]
+        ranked = sorted(told, key=lambda one: self._cost(one))[:JUDGED]
         again = [self.judge.judged(one.kind, one.layout) for one in ranked]
-        return min(again, key=lambda one: cost(one, self.judge.criterion))
+        return min(again, key=lambda one: self._cost(one))
 
 
 def _spread(many: int, size: int, random: np.random.Generator) -> FloatArray:

@@ -14,10 +14,19 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.faults import CATALOGUE, PLAIN, Fault, fault_named
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
-from wheeltapper.ask.diagnosis.fitting import Fit, Prior, Problem, solve
+from wheeltapper.ask.diagnosis.fitting import Fit, solve
 from wheeltapper.ask.diagnosis.force import noise_of
 from wheeltapper.ask.diagnosis.identify import beliefs, estimate_of, onset
-from wheeltapper.ask.diagnosis.search import as_rounded, flat_starts, harmonic_starts, ranked, strike
+from wheeltapper.ask.diagnosis.problem import Motion, Prior, Problem, by_differences, by_tangents
+from wheeltapper.ask.diagnosis.search import (
+    as_rounded,
+    damper_starts,
+    flat_starts,
+    harmonic_starts,
+    near,
+    ranked,
+    strike,
+)
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
@@ -42,7 +51,7 @@ BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
 """In what part of the recording other starts are judged, s, how far apart their speeds are, and how many are tried."""
 SHORTEST = 32
 """Least number of samples."""
-FLATS = ("wheel flat", "rounded flat")
+FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
 
 
 class _Case:
@@ -59,8 +68,8 @@ class _Case:
         self.fits: dict[str, Fit] = {}
         self.evidence: dict[str, float] = {}
 
-    def problem(self, start: Scenario, priors: dict[str, Prior]) -> Problem:
-        return Problem(self.recording, self.site.sensor, self.noise, start, priors)
+    def problem(self, start: Scenario, priors: dict[str, Prior], motion: Motion = by_tangents) -> Problem:
+        return Problem(self.recording, self.site.sensor, self.noise, start, priors, motion)
 
     @property
     def best(self) -> Fit | None:
@@ -100,7 +109,7 @@ def diagnose(
     if not _wheel(recording, spread):
         return _nothing(recording, site, spread)
     _try_plain(case)
-    for attempt in (_try_flats, _try_harmonics):
+    for attempt in (_try_flats, _try_damper_ends, _try_harmonics):
         if not case.explained:
             attempt(case)
     return _concluded(case)
@@ -216,6 +225,23 @@ def _try_flats(case: _Case) -> None:
                 break
 
 
+def _try_damper_ends(case: _Case) -> None:
+    """Fit dampers with play at their ends, or a bush."""
+    names = [name for name in DAMPER_ENDS if name in case.faults]
+    if not names:
+        return
+    loose = case.problem(case.passage, beliefs(case.stated, PLAIN[:2]))
+    at, _ = near(loose, case.begins)
+    stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
+    model = loose.scenario(at).replaced(stated)
+    for name in names:
+        family = case.problem(model, {}, by_differences)
+        for start in damper_starts(family, model, case.begins, name, case.faults[name].made):
+            _fit_fault(case, name, start, case.begins, motion=by_differences)
+            if case.fits[name].reduced <= EXPLAINED:
+                break
+
+
 def _try_harmonics(case: _Case) -> None:
     """Fit wheels that are out of round."""
     if "out of round" not in case.faults:
@@ -226,9 +252,11 @@ def _try_harmonics(case: _Case) -> None:
             return
 
 
-def _fit_fault(case: _Case, name: str, start: Scenario, begins: float, patient: bool = True) -> None:
+def _fit_fault(
+    case: _Case, name: str, start: Scenario, begins: float, patient: bool = True, motion: Motion = by_tangents
+) -> None:
     priors = beliefs(case.stated) | case.faults[name].believed(case.passage)
-    found = solve(case.problem(start, priors), begins, patient)
+    found = solve(case.problem(start, priors, motion), begins, patient)
     if name not in case.fits or found.evidence > case.fits[name].evidence:
         case.fits[name], case.evidence[name] = found, found.evidence
 

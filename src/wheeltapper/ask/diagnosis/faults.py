@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import Any
 
-from wheeltapper.ask.diagnosis.fitting import Prior
+from wheeltapper.ask.diagnosis.problem import Prior
 from wheeltapper.describe.irregularity.flat import WheelFlat
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.scenario import Scenario

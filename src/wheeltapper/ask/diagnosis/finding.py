@@ -148,9 +148,9 @@ class Finding:
         if self.estimate is not None:
             said.append(self._values())
             said.append(
-                f"Static force {self.static_force / 1e3:.1f} kN ({self.static_force / KIP:.1f} kips), largest "
-                f"{self.largest_force / 1e3:.1f} kN ({self.largest_force / KIP:.1f} kips, {self.dynamic_ratio:.2f} times"
-                f" static), at {3.6 * self.speed:.1f} km/h, {self.impacts} impacts after losses of contact."
+                f"Static force {_force(self.static_force)}, largest {_force(self.largest_force)}, "
+                f"{self.dynamic_ratio:.2f} times the static one, at {3.6 * self.speed:.1f} km/h; {self.impacts} impacts "
+                "after losses of contact."
             )
             said.append(f"The best model leaves χ² = {self.reduced:.3g} per sample.")
         if self.alike:
@@ -184,6 +184,10 @@ def _percent(probability: float) -> str:
     if 0.0005 < probability < 0.9995:
         return f"{100.0 * probability:.1f} %"
     return ">99.9 %" if probability > 0.5 else "<0.1 %"
+
+
+def _force(force: float) -> str:
+    return f"{force / 1e3:.1f} kN ({force / KIP:.1f} kips)"
 
 
 def _range(value: float, low: float, high: float, unit: str) -> str:

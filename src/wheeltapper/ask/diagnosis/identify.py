@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.diagnosis.fitting import Fit, Prior, Problem, solve
+from wheeltapper.ask.diagnosis.fitting import Fit, solve
 from wheeltapper.ask.diagnosis.force import noise_of
+from wheeltapper.ask.diagnosis.problem import Prior, Problem
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import InputError

@@ -9,7 +9,7 @@ fields           of the site (the deck's mass …) by their logarithms between b
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -174,6 +174,13 @@ class Family:
                 out.append(share)
         fields = [_share(bounds, layout.fields[path]) for path, bounds in self.fields.items()]
         return np.clip([*out, *fields], 0.0, 1.0)
+
+    def joined(self, parts: Sequence[Feature], at: FloatArray) -> FloatArray:
+        """Return coordinates with the sizes of some features in the place of their own."""
+        out = at.copy()
+        for i, part in enumerate(parts):
+            out[3 * i : 3 * i + 2] = self._sizes(part)
+        return out
 
     def _sizes(self, one: Feature) -> tuple[float, ...]:
         part = self.shapes.index(one.shape) if one.shape in self.shapes else 0

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.faults import Made, out_of_round
-from wheeltapper.ask.diagnosis.fitting import INFLATED, STEPS, Motion, Prior, Problem, by_tangents, fitted
+from wheeltapper.ask.diagnosis.fitting import INFLATED, STEPS, fitted
+from wheeltapper.ask.diagnosis.problem import Motion, Prior, Problem, by_tangents
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 
@@ -34,8 +35,8 @@ AFTER = 0.02
 ORDERS = range(1, 31)
 SMALL, NEAR = 1e-5, (0.011, 0.022, 0.04)
 """Amplitude of a wheel out of round at which orders are weighed, m, and the windows that lead there, s."""
-PLAYS = (1.2e-5, 3e-5, 7e-5, 1.5e-4)
-"""Half-gaps that are tried, m."""
+PLAYS, PLACES = (1.2e-5, 2.5e-5, 5e-5, 1e-4, 2e-4), (0.2, 0.5, 0.8)
+"""Half-gaps that are tried, m, and places of the end in the gap, 0 to 1."""
 BUSHES = (1e6, 4e6, 1.6e7, 6e7)
 """Stiffnesses of a bush that are tried, N/m."""
 
@@ -104,23 +105,40 @@ def as_rounded(fresh: Scenario, made: Made) -> Scenario:
     return made(without, flat.length / LIKE["rounded flat"], (flat.position % turn) / turn)
 
 
+def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
+    """Return coordinates at which a model that does not explain a recording comes near to its beginning, and its end.
+
+    The end is a number of samples.
+    """
+    at, count = np.zeros(len(problem.paths)), 0
+    for window in NEAR:
+        count = int(np.searchsorted(problem.times, begins + window))
+        at, _ = fitted(problem, at, count, INFLATED * problem.noise, STEPS)
+    return at, count
+
+
 def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
     """Yield models of a wheel out of round, by the order, amplitude and phase that explain most at first order.
 
     `problem` is that of the healthy wheelset.
     """
-    at = np.zeros(len(problem.paths))
-    for window in NEAR:
-        count = int(np.searchsorted(problem.times, begins + window))
-        at, _ = fitted(problem, at, count, INFLATED * problem.noise, STEPS)
-    model = problem.scenario(at)
+    at, count = near(problem, begins)
     found = problem.residuals(at, count)
     if found is None:
         return
-    noise = max(float(np.sqrt((found[0] ** 2).mean())), problem.noise)
+    model, noise = problem.scenario(at), max(float(np.sqrt((found[0] ** 2).mean())), problem.noise)
     tried = [(*_harmonic(problem, model, order, count, noise), order) for order in ORDERS]
     for _, start, _ in sorted(tried, key=lambda one: (one[0], one[2]))[:TRIED]:
         yield start
+
+
+def damper_starts(problem: Problem, model: Scenario, begins: float, name: str, made: Made) -> list[Scenario]:
+    """Return passages whose damper has an end of its own, the nearest to the beginning of the recording first."""
+    if name == "free play":
+        tried = [made(model, play, place) for play in PLAYS for place in PLACES]
+    else:
+        tried = [made(model, bush, 0.5) for bush in BUSHES]
+    return ranked(problem, tried, begins, begins + NEAR[-1], problem.motion)[:TRIED]
 
 
 def _harmonic(problem: Problem, model: Scenario, order: int, count: int, noise: float) -> tuple[float, Scenario]:
