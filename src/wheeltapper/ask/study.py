@@ -178,6 +178,11 @@ def check_mappable(scenario: Scenario) -> None:
             "", "contact", f"{type(scenario.contact).__name__}, of which there are no maps",
             "Hertz or Linear; many elastic-plastic scenarios march with `simulate([...])`",
         )  # fmt: skip
+    if scenario.vehicle.damper_end:
+        raise InputError(
+            "", "vehicle", "a damper with play or a bush, of which there are no maps and gradients",
+            "one without them; many such scenarios march with `simulate([...])`",
+        )  # fmt: skip
 
 
 def study(

@@ -212,6 +212,71 @@ def _fault(text: str) -> tuple[str, Any]:
     return name, numbers[0] if len(numbers) == 1 else numbers
 
 
-def design() -> int:
-    """Design the irregularity of a site."""
+def design(
+    site: Path,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    plot: Path | None = None,
+    parameters: tuple[str, ...] = (),
+    speeds: tuple[float, ...] = (6.0, 9.0, 12.0),
+    number: int = 2,
+    shapes: tuple[str, ...] = ("bump", "dip"),
+    largest_force: float = 400e3,
+    total_length: float = 2.0,
+    criterion: Literal["determinant", "worst interval"] = "determinant",
+    budget: int = 2000,
+    seed: int = 0,
+) -> int:
+    """Find the irregularity of a site that tells most of a wheelset, under limits.
+
+    Parameters
+    ----------
+    site
+        The site in TOML.
+    output
+        Write the site with the designed irregularity here (.toml).
+    plot
+        Write a picture here (.png, .pdf, .svg): the rail, and what was chosen from.
+    parameters
+        Fields asked for; by default vehicle.mass and vehicle.damping.
+    speeds
+        Of the passages, m/s.
+    number, shapes
+        Of features, and what each may be: bump, dip, step up, step down.
+    largest_force, total_length
+        Limits, N and m.
+    criterion
+        determinant of the marginal information, or worst interval of a parameter.
+    budget, seed
+        How many layouts are judged, and what the search draws from.
+    """
+    check_target("--output", output, (".toml",))
+    if plot is not None:
+        check_target("--plot", plot, (".png", ".pdf", ".svg"))
+    from wheeltapper.ask.diagnosis.design import design_site
+    from wheeltapper.ask.diagnosis.information import NAMED
+    from wheeltapper.describe.site import Site
+    from wheeltapper.faces.progress import progress_bar
+
+    place = Site.from_toml(site)
+    try:
+        with progress_bar("layouts") as (progress, _):
+            found = design_site(
+                place, parameters or NAMED, speeds, number=number, shapes=shapes, largest_force=largest_force,
+                total_length=total_length, criterion=criterion, budget=budget, seed=seed,
+                progress=lambda done, total, _: progress(done, total),
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        print("wheeltapper: interrupted; nothing was found yet", file=sys.stderr)
+        return NOT_FINISHED
+    except InputError as error:
+        raise error.at(str(site)) from error
+    print(found)
+    found.to_toml(output)
+    print(f"site: {output}")
+    if plot is not None:
+        from wheeltapper.faces.plot import plot as draw
+
+        draw(found, plot)
+        print(f"picture: {plot}")
     return DONE

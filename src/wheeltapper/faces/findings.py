@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wheeltapper.ask.diagnosis.design import Design
 from wheeltapper.ask.diagnosis.finding import Finding
 from wheeltapper.ask.diagnosis.identify import onset
 from wheeltapper.ask.diagnosis.performance import FaultPerformance, Performance
+from wheeltapper.lower.build import courses_of, path_table
+from wheeltapper.lower.numbers import METHODS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -115,4 +118,35 @@ def draw_imitation(shown: xr.Dataset) -> Figure:
             xscale="log", yscale="log", xlabel="deck's mass [t]", title=f"error of the force at {float(frequency):g} Hz"
         )
     figure.axes[0].set_ylabel("deck's stiffness [kN/mm]")
+    return figure
+
+
+def draw_design(design: Design) -> Figure:
+    """Draw the designed rail, and all layouts that were judged: criterion over largest force and over total length."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.0, 7.0))
+    whole = figure.add_gridspec(2, 2)
+    rail = figure.add_subplot(whole[0, :])
+    passage = design.site.passage
+    end = max(one.start + one.length for one in design.best.layout.features) + 0.1
+    x = np.linspace(0.0, end, 4001)
+    height, _ = path_table(courses_of(passage), end, METHODS["default"], "point", passage.vehicle.radius, None)
+    rail.plot(x, 1e3 * height.height(x))
+    rail.set(xlabel="position [m]", ylabel="rail [mm]")
+    chart = design.chart()
+    worse = "worst_interval" if design.criterion == "worst interval" else "determinant"
+    for column, (name, scale, label) in enumerate(
+        (("largest_force", 1e-3, "largest force [kN]"), ("total_length", 1.0, "total length [m]"))
+    ):
+        axis = figure.add_subplot(whole[1, column])
+        for kind in ("designed", "repeated", "single"):
+            own = chart.isel(candidate=chart.kind.values == kind)
+            axis.plot(scale * own[name], own[worse], ".", markersize=2, label=kind)
+        front = design.front("largest_force" if name == "largest_force" else "total_length")
+        values = [one.worst if design.criterion == "worst interval" else one.determinant for one in front]
+        axis.step([scale * getattr(one, name) for one in front], values, where="post", color="black", linewidth=1.0)
+        axis.set(xlabel=label, ylabel=design.criterion, yscale="log")
+    figure.axes[-1].legend(loc="lower right", markerscale=4)
+    figure.suptitle(str(design), fontsize=8, wrap=True)
     return figure

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wheeltapper.ask.diagnosis.design import Design
 from wheeltapper.ask.diagnosis.finding import Finding
 from wheeltapper.ask.diagnosis.imitation_map import TITLE as IMITATION
 from wheeltapper.ask.diagnosis.performance import Performance
 from wheeltapper.ask.marks import Marks
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
-from wheeltapper.faces.findings import draw_finding, draw_imitation, draw_performance
+from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.errors import InputError
@@ -30,14 +31,14 @@ SAMPLES = 6_000
 
 
 def plot(
-    what: Record | Marks | Finding | Performance | xr.Dataset,
+    what: Record | Marks | Finding | Design | Performance | xr.Dataset,
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
     against: Record | None = None,
     wheelset: int = 1,
 ) -> Figure:
-    """Draw a record, a chart, marks, the evolution of a rail, a finding, or the performance of a site.
+    """Draw a record, a chart, marks, the evolution of a rail, a finding, or a site's performance or design.
 
     A record: path and wheel, normal force with losses shaded and impacts marked, the deck where there is one. That of
     a wagon: normal forces of all wheels, and the car body's acceleration. A chart
@@ -47,7 +48,7 @@ def plot(
     Parameters
     ----------
     what
-        What `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess` or `load` returned.
+        What `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site` or `load` returned.
     path
         Where to write the picture; None only returns it.
     features
@@ -77,6 +78,8 @@ def plot(
             figure = draw_marks(what)
         elif isinstance(what, Finding):
             figure = draw_finding(what)
+        elif isinstance(what, Design):
+            figure = draw_design(what)
         elif isinstance(what, Performance):
             figure = draw_performance(what)
         elif getattr(what, "attrs", {}).get("title") == WEAR_TITLE:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.irregularity.course import Course, level
 from wheeltapper.lower import ellipse
+from wheeltapper.lower.damper_end import check_contact, program_with_end
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.fit import Factor
 from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
@@ -109,7 +110,7 @@ def _sharp_dip_notes(courses: list[Course], radius: float, end: float) -> list[s
     ]
 
 
-def lower(scenario: Scenario, method: str = "default") -> Lowered:
+def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[str]] | None = None) -> Lowered:
     """Lower a scenario with one wheelset to a program.
 
     Parameters
@@ -118,9 +119,13 @@ def lower(scenario: Scenario, method: str = "default") -> Lowered:
         What to simulate.
     method
         "default" or "strict".
+    path
+        What `table_of` returned for the scenario, where that is known already.
     """
+    if scenario.vehicle.damper_end:
+        check_contact(scenario)
     chosen = METHODS[method]
-    table, notes = table_of(scenario, float(scenario.speed * scenario.duration), chosen)
+    table, notes = path or table_of(scenario, float(scenario.speed * scenario.duration), chosen)
     here = np.zeros(1)
     placing = Placing(np.ones(1), np.ones(1), np.zeros(1), table.height(here), table.factor(here))
     numbers, units = numbers_of(Fields(scenario), placing, chosen)
@@ -130,7 +135,9 @@ def lower(scenario: Scenario, method: str = "default") -> Lowered:
     static_force = units.static_force.item()
     if isinstance(scenario.contact, ElasticPlastic):
         program, static_force = yielding_program(scenario, scenario.contact, program, units, table.height(here).item())
-        notes += [scenario.contact.warning] if scenario.speed == 0.0 and scenario.contact.warning else []
+        notes = notes + ([scenario.contact.warning] if scenario.speed == 0.0 and scenario.contact.warning else [])
+    if scenario.vehicle.damper_end:
+        program = program_with_end(scenario.vehicle, program, units)
     return Lowered(
         program,
         table,

@@ -46,3 +46,8 @@ COUNT = MARK + 8
 # pieces in use.
 EVENTS, PEAKS, OPENED, IMPACTS, UNTIL_IMPACT, UNTIL_LOSS, SEEN, IDLE, PIECES = range(1, 10)
 SCRATCH = int(COUNT + PIECES + 1)
+
+# Behind all that, where the damper has an end of its own: series of the wheel's displacement, velocity and acceleration
+# in contact, of the bush's deflection and its rate; and how many events the end has had so far.
+WHEEL_Y, WHEEL_V, WHEEL_A, BUSH, BUSH_RATE, STOPS = _positions(range(SCRATCH, SCRATCH + 6 * WIDTH, WIDTH))
+ENDED_SCRATCH = int(STOPS + 1)

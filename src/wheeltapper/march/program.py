@@ -33,6 +33,16 @@ RUNNING, DONE, FULL, TOO_MANY_EVENTS, NOT_FINITE, STALLED, END_OF_PATH, ENOUGH =
 # Columns of the state, and of a row of steps (a row is the state at the step's start, then its length).
 PHASE, TIME, A, B, DECK_Y, DECK_V, PIECE, SHIFT, ON_DECK, LENGTH = range(10)
 STEP_COLUMNS = 10
+# Columns that follow, in the state too, where the damper has an end of its own: what holds the end, its displacement
+# while nothing does, and the deflection of its bush.
+END_MODE, END_PLACE, END_DEFLECTION = range(10, 13)
+ENDED_COLUMNS = 13
+# What holds the damper's end: nothing, its upper or its lower stop, or the wheel itself (a bush without play).
+FREE, UPPER, LOWER, LINKED = 0.0, 1.0, -1.0, 2.0
+# Columns of the events of the damper's end, and their kinds.
+STOP_TIME, STOP_KIND, STOP_SIDE = range(3)
+STOP_COLUMNS = 3
+REACHED, LEFT = 0, 1
 # Columns of events and of peaks.
 EVENT_TIME, EVENT_KIND, EVENT_RATE, EVENT_CAUSE = range(4)
 EVENT_COLUMNS = 4
@@ -94,6 +104,14 @@ NUMBERS = 26
 ELASTIC = np.empty((0, LAW_COLUMNS))
 """The plastic law of contacts that do not yield."""
 
+# Entries of a damper with an end of its own (the numbers' DAMPING is then zero): its damping, half the gap of its play,
+# the stiffness of its bush (0: rigid), and where in the gap the end begins, from -1 to 1.
+DAMPER_DAMPING, DAMPER_PLAY, DAMPER_BUSH, DAMPER_START = range(4)
+DAMPER_ENTRIES = 4
+
+PLAIN = np.empty(0)
+"""The damper whose end the wheel holds: the numbers know it."""
+
 
 class Program(NamedTuple):
     """One wheel on a stiff rail or a deck, ready to march: pieces of the path, and numbers."""
@@ -101,3 +119,4 @@ class Program(NamedTuple):
     pieces: FloatArray  # (n, PIECE_COLUMNS), where the contact yields (n, MARKED_COLUMNS)
     numbers: FloatArray  # (NUMBERS,)
     law: FloatArray = ELASTIC  # (pieces of the plastic law, LAW_COLUMNS)
+    damper: FloatArray = PLAIN  # (DAMPER_ENTRIES,) where the damper has an end of its own

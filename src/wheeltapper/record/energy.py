@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
-from wheeltapper.record import yielded
+from wheeltapper.record import damper, yielded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,15 +45,18 @@ class Integrals:
 
 def integrate(lowered: Lowered, march: March) -> Integrals:
     """Integrate over every step of a march."""
-    from wheeltapper.march import dense
+    from wheeltapper.march import damper_dense, dense
 
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    columns = np.zeros((len(march.steps), dense.INTEGRALS))
-    ends = np.zeros((len(march.steps), 2, dense.OUT_COLUMNS))
     program = lowered.program
-    dense.integrals(
-        program.pieces, program.numbers, program.law, march.steps, 0.5 * (nodes + 1.0), 0.5 * weights, columns, ends
-    )
+    has_end = len(program.damper) > 0
+    columns = np.zeros((len(march.steps), dense.INTEGRALS))
+    ends = np.zeros((len(march.steps), 2, damper_dense.ENDED_OUT_COLUMNS if has_end else dense.OUT_COLUMNS))
+    rule = (0.5 * (nodes + 1.0), 0.5 * weights)
+    if has_end:
+        damper_dense.integrals(program.pieces, program.numbers, program.damper, march.steps, *rule, columns, ends)
+    else:
+        dense.integrals(program.pieces, program.numbers, program.law, march.steps, *rule, columns, ends)
     elastic = _elastic(lowered, march, ends)
     yields = march.steps[:, contract.PHASE] >= contract.YIELDING
     if np.any(yields):
@@ -98,7 +101,7 @@ def _state_energy(lowered: Lowered, ends: FloatArray) -> tuple[float, float]:
     kinetic = 0.5 * ends[dense.WHEEL_V] ** 2 + 0.5 * numbers[contract.DECK_MASS] * ends[dense.OUT_DECK_V] ** 2
     springs = numbers[contract.STIFFNESS] * ends[dense.WHEEL_Y] ** 2
     springs += numbers[contract.DECK_STIFFNESS] * ends[dense.OUT_DECK_Y] ** 2
-    return float(kinetic), float(0.5 * springs)
+    return float(kinetic), float(0.5 * springs) + damper.stored(lowered, ends)
 
 
 def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:

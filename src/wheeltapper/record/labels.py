@@ -22,6 +22,8 @@ HISTORY = {
     "deck_displacement": ("m", "displacement of the deck from its static position, upwards"),
     "deck_velocity": ("m/s", "velocity of the deck, upwards"),
     "deck_acceleration": ("m/s^2", "acceleration of the deck, upwards"),
+    "damper_end_displacement": ("m", "displacement of the damper's own end, upwards"),
+    "damper_force": ("N", "force of the damper on the wheel, upwards"),
 }
 WAGON = {
     "time": ("s", "time since the leading wheelset was at x = 0"),

@@ -15,7 +15,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
-from wheeltapper.record import energy, yielded
+from wheeltapper.record import damper, energy, yielded
 from wheeltapper.record.labels import EVENT_KINDS, HISTORY, dataset
 
 if TYPE_CHECKING:
@@ -47,9 +47,11 @@ class Record:
         What the user should know: contact at two points, edges, warnings with numbers.
     """
 
-    def __init__(self, scenario: Scenario, method: str, lowered: Lowered, march: March) -> None:
+    def __init__(
+        self, scenario: Scenario, method: str, lowered: Lowered, march: March, stops: FloatArray = damper.NO_STOPS
+    ) -> None:
         self.scenario, self.method = scenario, method
-        self._lowered, self._march = lowered, march
+        self._lowered, self._march, self._stops = lowered, march, stops
         self.notes = lowered.notes
 
     @property
@@ -136,6 +138,11 @@ class Record:
             force_ratio=np.append(peak[:-1] / peak[1:], missing),
         )
 
+    @cached_property
+    def damper_events(self) -> xr.Dataset:
+        """Stops that the damper's end meets ("reached") and leaves ("left"): time, kind, side; with play only."""
+        return damper.events(self._lowered, self._stops)
+
     def _largest_between(self, start: FloatArray, end: FloatArray) -> FloatArray:
         times, forces = self.peaks.time.values, self.peaks.normal_force.values
         out = np.full(len(start), np.nan)
@@ -176,12 +183,8 @@ class Record:
         return self._labelled_at(wanted)
 
     def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
-        from wheeltapper.march.dense import OUT_COLUMNS, dense
-
         order = np.argsort(wanted, kind="stable")
-        out = np.empty((len(wanted), OUT_COLUMNS))
-        program, units = self._lowered.program, self._lowered
-        dense(program.pieces, program.numbers, program.law, self._march.steps, wanted[order] / units.time, out)
+        out = damper.sampled(self._lowered, self._march, wanted[order] / self._lowered.time)
         rows = np.empty_like(out)
         rows[order] = out
         return self._labelled(wanted, rows)
@@ -207,6 +210,8 @@ class Record:
                 "deck_velocity": rows[:, dense.OUT_DECK_V] * speed,
                 "deck_acceleration": rows[:, dense.OUT_DECK_A] * acceleration,
             }
+        if len(units.program.damper):
+            columns |= damper.columns(units, rows)
         assert set(columns) <= set(HISTORY)
         return dataset("time", time=times, **columns)
 

@@ -95,9 +95,20 @@ def _of_wheelset(scenario: Scenario, method: str) -> Record:
     if isinstance(scenario.contact, ElasticPlastic):
         return _of_yielding(scenario, scenario.contact, method, lowered)
     warn_of(lowered.notes, depth=5)
+    if scenario.vehicle.damper_end:
+        return _with_end(scenario, method, lowered)
     if not is_ready(lowered.program):
         say_that_it_compiles()
     return Record(scenario, method, lowered, march(lowered.program))
+
+
+def _with_end(scenario: Scenario, method: str, lowered: Lowered) -> Record:
+    from wheeltapper.march import damper_end
+
+    if not damper_end.is_ready(lowered.program):
+        say_that_it_compiles()
+    march, stops = damper_end.march(lowered.program)
+    return Record(scenario, method, lowered, march, stops)
 
 
 def _of_yielding(scenario: Scenario, law: ElasticPlastic, method: str, lowered: Lowered) -> Record:

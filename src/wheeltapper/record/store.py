@@ -16,7 +16,8 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.table import Table
 from wheeltapper.march import program as contract
-from wheeltapper.march.program import ELASTIC, Program
+from wheeltapper.march.program import ELASTIC, PLAIN, Program
+from wheeltapper.record import damper
 from wheeltapper.record.labels import EVENT_KINDS, WEAR_TITLE
 from wheeltapper.record.record import Record
 from wheeltapper.record.wagon_record import WagonRecord
@@ -63,7 +64,10 @@ def save(record: Record, path: Path) -> None:
         **more,
         **record.provenance,
     }
-    data = xr.merge([events, peaks, xr.Dataset(tables)], combine_attrs="drop").assign_attrs(attributes)
+    parts = [events, peaks, xr.Dataset(tables)]
+    if "program_damper" in tables:
+        parts.append(damper.flagged(record.damper_events))
+    data = xr.merge(parts, combine_attrs="override").assign_attrs(attributes)
     for name, value in record.energy.data_vars.items():
         data[f"energy_{name}"] = value
     try:
@@ -84,6 +88,9 @@ def _wheelset_tables(record: Record) -> tuple[dict[str, Any], dict[str, Any]]:
     }
     if len(lowered.program.law):
         tables["program_law"] = (("law_piece", "law_column"), lowered.program.law)
+    if len(lowered.program.damper):
+        tables["program_damper"] = (("damper_entry",), lowered.program.damper)
+        tables["march_stops"] = (("damper_event", "stop_column"), record._stops)
     return tables, {"loop": [lowered.table.loop, lowered.table.loop_join]}
 
 
@@ -167,7 +174,10 @@ def _load_record(path: Path) -> Any:
     numbers = data.program_numbers.values
     length, time, force, static, constant = (float(v) for v in data.units.values)
     law = np.ascontiguousarray(data.program_law.values) if "program_law" in data else ELASTIC
-    program = Program(np.ascontiguousarray(data.program_pieces.values), numbers, law)
+    ended = "program_damper" in data
+    program = Program(
+        np.ascontiguousarray(data.program_pieces.values), numbers, law, data.program_damper.values if ended else PLAIN
+    )
     loop, join = (int(v) for v in data.attrs["loop"])
     lowered = Lowered(
         program, Table(program.pieces, loop, join), length, time, force, static, constant,
@@ -175,4 +185,5 @@ def _load_record(path: Path) -> Any:
     )  # fmt: skip
     steps, events, peaks = (np.ascontiguousarray(data[f"march_{name}"].values) for name in ("steps", "events", "peaks"))
     march = March(int(data.attrs["status"]), steps, events, peaks, data.march_state.values[: contract.LENGTH])
-    return Record(scenario, str(data.attrs["method"]), lowered, march)
+    stops = data.march_stops.values if ended else damper.NO_STOPS
+    return Record(scenario, str(data.attrs["method"]), lowered, march, stops)

@@ -149,8 +149,8 @@ class Finding:
             said.append(self._values())
             said.append(
                 f"Static force {_force(self.static_force)}, largest {_force(self.largest_force)}, "
-                f"{self.dynamic_ratio:.2f} times the static one, at {3.6 * self.speed:.1f} km/h; {self.impacts} impacts "
-                "after losses of contact."
+                f"{self.dynamic_ratio:.2f} times the static one, at {3.6 * self.speed:.1f} km/h; {self.impacts} "
+                "impacts after losses of contact."
             )
             said.append(f"The best model leaves χ² = {self.reduced:.3g} per sample.")
         if self.alike:

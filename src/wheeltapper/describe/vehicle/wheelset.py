@@ -4,7 +4,20 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
-from wheeltapper.describe.noun import Acceleration, Damping, Force, Mass, Noun, PositiveLength, Stiffness
+from wheeltapper.describe.noun import (
+    Acceleration,
+    Damping,
+    Force,
+    Length,
+    Mass,
+    Noun,
+    PositiveLength,
+    PositiveStiffness,
+    Stiffness,
+)
+
+FASTEST = 1e6
+"""Largest rate k_b/c of a bush, 1/s: a stiffer one is rigid to any measurement, and would need ever smaller steps."""
 
 
 class Wheelset(Noun):
@@ -12,6 +25,11 @@ class Wheelset(Noun):
 
     The equation of motion is m·ÿ = -P - m·g - k·y - c·ẏ + N (the paper, equation 2.3), y the displacement upwards;
     the spring is unstretched at y = 0. All values are per wheelset.
+
+    The damper may have a massless end z of its own (the project's diagnosis reference, section "Faults"). With free
+    play, the wheel moves by up to g either way between its stops, |y - z| ≤ g: the damper acts, with -c·ẏ, only while
+    the wheel is at a stop and moves outwards; else there is no force, and z rests. With a bush, F = k_b·(y - z) = c·ż:
+    the damper acts below k_b/c only. With both, F = k_b·(y - z ∓ g) beyond the gap and zero within.
 
     Parameters
     ----------
@@ -29,6 +47,12 @@ class Wheelset(Noun):
         Number of wheels that share the contact force.
     gravity
         g, m/s².
+    damper_play
+        Half the gap g of the damper's free play, m; 0: none.
+    damper_play_start
+        Where in its gap the end begins, from -1 to 1: z = y + damper_play_start·g at the start, 0 in the middle.
+    bush_stiffness
+        k_b of the bush between wheel and damper, N/m, at most c·1e6/s; None: rigid.
     """
 
     mass: Mass
@@ -38,6 +62,9 @@ class Wheelset(Noun):
     radius: PositiveLength = 0.46
     wheels: int = Field(default=2, ge=1)
     gravity: Acceleration = 9.81
+    damper_play: Length = Field(default=0.0, ge=0)
+    damper_play_start: float = Field(default=0.0, ge=-1, le=1)
+    bush_stiffness: PositiveStiffness | None = None
 
     @model_validator(mode="after")
     def _pressed_on_the_rail(self) -> Wheelset:
@@ -46,6 +73,27 @@ class Wheelset(Noun):
                 f"found load + mass·gravity = {self.weight:g} N; allowed: more than 0 N, to hold it on the rail"
             )
         return self
+
+    @model_validator(mode="after")
+    def _end_of_a_damper(self) -> Wheelset:
+        if self.damper_end and self.damping == 0.0:
+            what = "damper_play" if self.damper_play > 0.0 else "bush_stiffness"
+            raise ValueError(f"found {what} without damping; allowed: damping of more than 0 N·s/m, or none of both")
+        if self.damper_play_start != 0.0 and self.damper_play == 0.0:
+            raise ValueError(
+                f"found damper_play_start = {self.damper_play_start:g} without damper_play; allowed: both, or neither"
+            )
+        if self.bush_stiffness is not None and self.bush_stiffness > FASTEST * self.damping:
+            raise ValueError(
+                f"found bush_stiffness = {self.bush_stiffness:g} N/m, {self.bush_stiffness / self.damping:.3g} times "
+                f"damping per second; allowed: at most {FASTEST * self.damping:g} N/m, or none (a rigid one)"
+            )
+        return self
+
+    @property
+    def damper_end(self) -> bool:
+        """Whether the damper has an end of its own: play, or a bush."""
+        return self.damper_play > 0.0 or self.bush_stiffness is not None
 
     @property
     def weight(self) -> float:

@@ -1,0 +1,169 @@
+"""What holds the damper's end: where a step begins at a stop, and where on its series a stop is met or left.
+
+meets   y - z = ±g while the end is free                    leaves   v = 0 (a rigid end) or e = 0 (a bush) while held
+A step ends there; the next one begins there, and where its series head decides. A touch without a crossing is no event,
+nor is one that goes beyond the stop by less than the march is exact: on a stiff rail a wheel that is free comes back,
+period after period, to the very place where it left a stop.
+"""
+
+from __future__ import annotations
+
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.layout import BUSH, STATE, STOPS, TREND, WHEEL_V, WHEEL_Y, T, U, W, Y, Z
+from wheeltapper.march.program import (
+    DAMPER_BUSH,
+    DAMPER_PLAY,
+    END_DEFLECTION,
+    END_MODE,
+    END_PLACE,
+    FREE,
+    LEFT,
+    LINKED,
+    ON_DECK,
+    REACHED,
+    STOP_KIND,
+    STOP_SIDE,
+    STOP_TIME,
+    TIME,
+    FloatArray,
+)
+from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
+from wheeltapper.march.series import path_at
+
+NEAR = 1e-12
+"""Displacements and velocities (scaled) that differ by less are the same."""
+HEADS = 1e-11
+"""A term of a series that is smaller at the step's end does not say where the series heads."""
+HARDLY = 1e-3
+"""Times the tolerance: how far beyond a stop the wheel may turn without reaching it."""
+
+
+@kernel
+def _heading(row: int, order: int, length: float, S: FloatArray) -> float:
+    """Return where a series heads from its start, 1 or -1; 0 where it stays within rounding."""
+    power = 1.0
+    for k in range(1, order + 1):
+        power *= length
+        term = S[row + k] * power
+        if abs(term) > HEADS:
+            return 1.0 if term > 0.0 else -1.0
+    return 0.0
+
+
+@kernel
+def _hardly(row: int, side: float, order: int, length: float, tolerance: float, S: FloatArray) -> bool:
+    """Return True where a series that heads to that side turns back after next to nothing, and is back in the step."""
+    rise, fall = side * S[row + 1], -side * S[row + 2]
+    if rise * length < HEADS or fall <= 0.0 or rise >= fall * length:
+        return False
+    beyond = rise * rise / (4.0 * fall)
+    return bool(beyond < HARDLY * tolerance and side * (evaluate(S, row, order, rise / fall) - S[row]) < 0.5 * beyond)
+
+
+@kernel
+def _log_stop(kind: int, side: float, stops: FloatArray, S: FloatArray) -> None:
+    row = int(S[STOPS])
+    stops[row, STOP_TIME] = S[STATE + TIME]
+    stops[row, STOP_KIND] = kind
+    stops[row, STOP_SIDE] = side
+    S[STOPS] += 1.0
+
+
+@kernel
+def changes_hold(
+    damper: FloatArray, y: int, order: int, length: float, tolerance: float, stops: FloatArray, S: FloatArray
+) -> bool:
+    """Let the end meet or leave a stop where the step begins at one; return whether it did. Row y: the wheel's."""
+    mode = S[STATE + END_MODE]
+    if mode == LINKED:
+        return False
+    if mode == FREE:
+        for side in (1.0, -1.0):
+            beyond = side * (S[y] - S[STATE + END_PLACE]) - damper[DAMPER_PLAY]
+            meets = beyond > -NEAR and side * _heading(y, order, length, S) > 0.0
+            if meets and not _hardly(y, side, order, length, tolerance, S):
+                S[STATE + END_MODE] = side
+                S[STATE + END_DEFLECTION] = 0.0
+                _log_stop(REACHED, side, stops, S)
+                return True
+        return False
+    if mode * S[STATE + END_DEFLECTION] > NEAR or mode * _heading(y, order, length, S) >= 0.0:
+        return False
+    S[STATE + END_PLACE] = S[y] - mode * damper[DAMPER_PLAY]
+    S[STATE + END_MODE] = FREE
+    S[STATE + END_DEFLECTION] = 0.0
+    _log_stop(LEFT, mode, stops, S)
+    return True
+
+
+@kernel
+def _root(row: int, gain: float, offset: float, direction: float, order: int, length: float, S: FloatArray) -> float:
+    """Return the first root of gain·row - offset in the step in that direction; one at its start does not count."""
+    for k in range(order + 1):
+        S[TREND + k] = gain * S[row + k]
+    S[TREND] -= offset
+    if abs(S[TREND]) < NEAR:
+        S[TREND] = 0.0
+    root, _ = first_root(S, TREND, order, 0.0, length, direction, 0.0)
+    return root
+
+
+@kernel
+def changes_at(damper: FloatArray, y: int, v: int, order: int, length: float, S: FloatArray) -> float:
+    """Return where in the step the end meets or leaves a stop; NONE where it does not."""
+    mode = S[STATE + END_MODE]
+    if mode == LINKED:
+        return NONE
+    if mode != FREE:
+        return _root(BUSH if damper[DAMPER_BUSH] > 0.0 else v, mode, 0.0, -1.0, order, length, S)
+    swing = 0.0
+    for k in range(order, 0, -1):
+        swing = (swing + abs(S[y + k])) * length
+    if abs(S[y] - S[STATE + END_PLACE]) + swing < damper[DAMPER_PLAY]:
+        return NONE
+    found = NONE
+    for side in (1.0, -1.0):
+        root = _root(y, side, side * S[STATE + END_PLACE] + damper[DAMPER_PLAY], 1.0, order, length, S)
+        if root != NONE:
+            found = length = root
+    return found
+
+
+@kernel
+def _moves(order: int, s: float, S: FloatArray) -> tuple[float, float]:
+    """Return the wheel's displacement and velocity in a contact step as the state at its end will have them."""
+    y, v, _ = path_at(evaluate(S, T, order, s), S)
+    u = evaluate(S, U, order, s)
+    y -= u * u
+    v -= evaluate(S, W, order, s)
+    if S[STATE + ON_DECK] != 0.0:
+        y += evaluate(S, Y, order, s)
+        v += evaluate(S, Z, order, s)
+    return y, v
+
+
+@kernel
+def sharpened(damper: FloatArray, order: int, root: float, length: float, S: FloatArray) -> float:
+    """Return the root of a contact step by the state instead of the truncated rows of y and v."""
+    mode = S[STATE + END_MODE]
+    if mode != FREE and damper[DAMPER_BUSH] > 0.0:
+        return root
+    for _ in range(2):
+        y, v = _moves(order, root, S)
+        if mode == FREE:
+            off = y - S[STATE + END_PLACE]
+            missing = off - damper[DAMPER_PLAY] * (1.0 if off > 0.0 else -1.0)
+            slope = evaluate_derivative(S, WHEEL_Y, order, root)
+        else:
+            missing = v
+            slope = evaluate_derivative(S, WHEEL_V, order, root)
+        if abs(missing) < 1e-3 * length * abs(slope):
+            root = min(max(root - missing / slope, 0.0), length)
+    return root
+
+
+@kernel
+def stretch(damper: FloatArray, order: int, length: float, S: FloatArray) -> None:
+    """Carry the bush's deflection to the step's end."""
+    if damper[DAMPER_BUSH] > 0.0 and S[STATE + END_MODE] != FREE:
+        S[STATE + END_DEFLECTION] = evaluate(S, BUSH, order, length)

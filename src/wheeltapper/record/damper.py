@@ -1,0 +1,86 @@
+"""What a record tells of a damper with an end of its own: its motion, its force, and the stops that it meets."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.lower.build import Lowered
+from wheeltapper.march import program as contract
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wheeltapper.march.single import March
+
+FloatArray = NDArray[np.float64]
+
+KINDS = ("reached", "left")
+SIDES = ("lower", "upper")
+NO_STOPS = np.empty((0, contract.STOP_COLUMNS))
+"""Events of a damper without an end of its own."""
+
+
+def sampled(lowered: Lowered, march: March, times: FloatArray) -> FloatArray:
+    """Return the dense output at rising times (scaled); columns for a damper's own end follow where there is one."""
+    from wheeltapper.march import damper_dense, dense
+
+    program = lowered.program
+    if not len(program.damper):
+        out = np.empty((len(times), dense.OUT_COLUMNS))
+        dense.dense(program.pieces, program.numbers, program.law, march.steps, times, out)
+        return out
+    out = np.empty((len(times), damper_dense.ENDED_OUT_COLUMNS))
+    damper_dense.dense(program.pieces, program.numbers, program.damper, march.steps, times, out)
+    return out
+
+
+def columns(lowered: Lowered, rows: FloatArray) -> dict[str, FloatArray]:
+    """Return what rows of the dense output tell of the end, in SI units."""
+    from wheeltapper.march import damper_dense
+
+    return {
+        "damper_end_displacement": rows[:, damper_dense.OUT_END_Y] * lowered.length,
+        "damper_force": rows[:, damper_dense.OUT_DAMPER_FORCE] * lowered.force,
+    }
+
+
+def stored(lowered: Lowered, ends: FloatArray) -> float:
+    """Return the elastic energy of the bush (scaled), from a row of the dense output."""
+    from wheeltapper.march import damper_dense
+
+    damper = lowered.program.damper
+    if not len(damper) or damper[contract.DAMPER_BUSH] == 0.0:
+        return 0.0
+    return float(0.5 * ends[damper_dense.OUT_DAMPER_FORCE] ** 2 / damper[contract.DAMPER_BUSH])
+
+
+def events(lowered: Lowered, stops: FloatArray) -> xr.Dataset:
+    """Return the table of stops that the end meets and leaves."""
+    import xarray as xr
+
+    kinds = np.array(KINDS)[stops[:, contract.STOP_KIND].astype(int)]
+    sides = np.where(stops[:, contract.STOP_SIDE] > 0.0, SIDES[1], SIDES[0])
+    told: dict[str, tuple[Any, str, str]] = {
+        "time": (stops[:, contract.STOP_TIME] * lowered.time, "s", "time since the wheel was at x = 0"),
+        "kind": (kinds, "", "reached: the damper begins to act; left: it ceases to"),
+        "side": (sides, "", "stop of the damper's end at which the wheel is: lower or upper"),
+    }
+    return xr.Dataset(
+        {
+            name: ("damper_event", values, {"units": unit, "long_name": text})
+            for name, (values, unit, text) in told.items()
+        }
+    )
+
+
+def flagged(table: xr.Dataset) -> xr.Dataset:
+    """Return that table as files hold it: names as numbers with their meaning."""
+    out = table.rename({name: f"damper_event_{name}" for name in table.data_vars})
+    for name, names in (("kind", KINDS), ("side", SIDES)):
+        numbers = np.array([names.index(value) for value in table[name].values], dtype=np.int8)
+        meaning = {"flag_values": np.arange(len(names), dtype=np.int8), "flag_meanings": " ".join(names)}
+        out[f"damper_event_{name}"] = ("damper_event", numbers, meaning)
+    return out
