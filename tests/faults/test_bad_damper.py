@@ -71,6 +71,11 @@ def test_what_has_no_such_dampers_says_so(tmp_path, changes):
     ):
         with pytest.raises(wt.InputError, match=r"vehicle: found a damper with play or a bush, of which there are no"):
             ask()
+    plain = scene.replaced({"vehicle.damper_play": 0.0, "vehicle.bush_stiffness": None})
+    with pytest.raises(wt.InputError, match=r"vehicle.damper_play: found a damper with play or a bush"):
+        wt.sweep(plain, {"vehicle.damper_play": [0.0, 1e-5]}, [wt.features.largest_force()])
+    with pytest.raises(wt.InputError, match=r"vehicle.damper_play: found a damper with play or a bush"):
+        trajectory(plain, ("vehicle.damper_play",), np.array([0.001]))
     worn = scene.replaced({"contact": wt.contact.Thornton(constant=1.405e11)})
     with pytest.raises(wt.InputError, match=r"contact: found Thornton under a damper with play or a bush"):
         wt.wear_in(worn, 2)

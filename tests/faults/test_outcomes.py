@@ -34,14 +34,14 @@ def test_too_many_events_stop_the_run_and_what_was_found_is_kept(monkeypatch, tm
     [(contract.DAMPING, np.nan, contract.NOT_FINITE), (contract.STIFFNESS, np.inf, contract.NOT_FINITE)],
 )
 def test_numbers_that_are_none_end_the_march_with_a_status(entry, value, status):
-    pieces, numbers, _ = build.lower(wt.Scenario.from_toml(EXAMPLE)).program
+    pieces, numbers, *_ = build.lower(wt.Scenario.from_toml(EXAMPLE)).program
     spoilt = numbers.copy()
     spoilt[entry] = value
     assert march(contract.Program(pieces, spoilt)).status == status
 
 
 def test_a_path_that_ends_before_the_run_is_an_outcome():
-    pieces, numbers, _ = build.lower(wt.Scenario.from_toml(EXAMPLE)).program
+    pieces, numbers, *_ = build.lower(wt.Scenario.from_toml(EXAMPLE)).program
     short = pieces[:2].copy()
     short[-1, contract.STOP] = short[-1, contract.START] + 0.01
     ended = numbers.copy()

@@ -161,3 +161,26 @@ def test_a_folder_is_diagnosed_and_goes_on(tmp_path, monkeypatch):
 def test_processes_find_the_same(tmp_path):
     files = recordings(tmp_path, 4)
     assert diagnose_all(files, SHORT, workers=2) == diagnose_all(files, SHORT, workers=1)
+
+
+@pytest.mark.parametrize(("fault", "size", "seed"), [("free play", 5e-5, 300), ("soft bush", 1e7, 301)])
+def test_dampers_with_an_end_of_their_own_are_named_and_sized(fault, size, seed):
+    finding, _ = found(fault, size, seed)
+    assert finding.verdict == fault
+    assert finding.part == "damper"
+    assert finding.size == pytest.approx(size, rel=5e-3)
+
+
+def test_play_that_is_never_crossed_looks_like_no_damper():
+    finding, _ = found("free play", 1e-3, 300)
+    assert finding.verdict == "lost damper"
+    assert finding.alike == ("free play",)
+    assert "does not exclude: free play" in str(finding)
+
+
+@pytest.mark.parametrize("cutoff", [2e3, 8e3])
+def test_a_sensor_with_a_filter_is_seen_through(cutoff):
+    sensor = SHORT.sensor.model_copy(update={"cutoff": cutoff, "offset": 0.3, "drift": 0.5})
+    finding, _ = found(None, seed=1, site=Site.model_validate(SHORT.model_dump() | {"sensor": sensor}))
+    assert finding.verdict == "healthy"
+    assert finding.reduced == pytest.approx(1.0, abs=0.1)

@@ -70,7 +70,7 @@ def test_many_steps_in_a_row_find_what_single_steps_find(method):
         speed=5,
         duration=0.5,
     )
-    pieces, numbers, _ = lower(bump, method).program
+    pieces, numbers, *_ = lower(bump, method).program
     single = numbers.copy()
     single[program.HYSTERESIS] = 1e-300  # no effect but that the loops are taken
     many, one = march(program.Program(pieces, numbers)), march(program.Program(pieces, single))

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.study import check_mappable
 from wheeltapper.lower.many import EPSILON, Direction, Many
 from wheeltapper.lower.table import used_degree
 from wheeltapper.march import program as contract
@@ -70,7 +69,6 @@ def turns_of(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
     from wheeltapper.march.gradients import Turns
     from wheeltapper.march.tangent_path import LANES
 
-    check_mappable(many.scenario)
     cells = len(many.cells.first)
     numbers = np.zeros((cells, contract.NUMBERS, LANES))
     table = np.full(LANES, -1, dtype=np.int64)

@@ -14,6 +14,7 @@ from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.damper_end import check_held
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.features import Feature
 
@@ -178,11 +179,7 @@ def check_mappable(scenario: Scenario) -> None:
             "", "contact", f"{type(scenario.contact).__name__}, of which there are no maps",
             "Hertz or Linear; many elastic-plastic scenarios march with `simulate([...])`",
         )  # fmt: skip
-    if scenario.vehicle.damper_end:
-        raise InputError(
-            "", "vehicle", "a damper with play or a bush, of which there are no maps and gradients",
-            "one without them; many such scenarios march with `simulate([...])`",
-        )  # fmt: skip
+    check_held(scenario.vehicle)
 
 
 def study(
@@ -204,6 +201,8 @@ def study(
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise InputError("", "features", f"the name {twice[0]!r} twice", "features of different names (`renamed`)")
+    by = tuple(over) if gradient is True else tuple(gradient or ())
+    check_held(scenario.vehicle, (*over, *by))
     axes = tuple(_axis(scenario, path, values) for path, values in over.items())
     if samples is not None:
         axes = _sampled(axes, samples, sampling, seed)
@@ -211,7 +210,6 @@ def study(
     lengths = {axis.path: len(axis.values) for axis in axes}
     if side_by_side and len(set(lengths.values())) > 1:
         raise InputError("", "over", f"lists of different lengths {lengths}", "lists of one length where zipped")
-    by = tuple(over) if gradient is True else tuple(gradient or ())
     for path in by:
         field_at(scenario, path)
     return Study(scenario, axes, not side_by_side, tuple(features), method, by, chaos_limit)

@@ -128,7 +128,7 @@ def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[s
     table, notes = path or table_of(scenario, float(scenario.speed * scenario.duration), chosen)
     here = np.zeros(1)
     placing = Placing(np.ones(1), np.ones(1), np.zeros(1), table.height(here), table.factor(here))
-    numbers, units = numbers_of(Fields(scenario), placing, chosen)
+    numbers, units = numbers_of(Fields(scenario), placing, chosen, end_apart=True)
     numbers[:, contract.LOOP] = table.loop
     numbers[:, contract.LOOP_JOIN] = table.loop_join
     program = Program(table.rows, numbers[0])

@@ -27,13 +27,13 @@ from wheeltapper.ask.diagnosis.search import (
     ranked,
     strike,
 )
-from wheeltapper.ask.trajectory import trajectory
+from wheeltapper.ask.diagnosis.sensing import drifted, filtered
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.build import lower
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
+from wheeltapper.record.simulate import simulate
 
 FloatArray = NDArray[np.float64]
 
@@ -49,6 +49,10 @@ HARMONIC = 0.03
 """How much longer the first window is where a wheel may be out of round, s."""
 BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
 """In what part of the recording other starts are judged, s, how far apart their speeds are, and how many are tried."""
+VAGUE = 0.3
+"""A field whose logarithm has a larger standard deviation is hardly there."""
+NOTHING = 3.0
+"""A damping below so many of its standard deviations may be none."""
 SHORTEST = 32
 """Least number of samples."""
 FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
@@ -162,13 +166,8 @@ def _try_plain(case: _Case) -> None:
             break
     assert found is not None
     case.fits["plain"] = found
-    many = len(unknown)
-    covariance = found.covariance[:many, :many]
     for name in (HEALTHY, *(name for name, fault in case.faults.items() if fault.plain)):
-        away, variances = _expected(case, case.faults.get(name), unknown)
-        case.evidence[name] = found.evidence + _normal(
-            np.log(found.values[:many]) - away, covariance + np.diag(variances)
-        )
+        case.evidence[name] = found.evidence + _believed(case, case.faults.get(name), found, unknown)
 
 
 def _plain_starts(case: _Case, priors: dict[str, Prior]) -> Iterator[Scenario]:
@@ -181,16 +180,24 @@ def _plain_starts(case: _Case, priors: dict[str, Prior]) -> Iterator[Scenario]:
     yield from ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)[:STARTS]
 
 
-def _expected(case: _Case, fault: Fault | None, unknown: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-    """Return what is believed of the logarithms of the plain fields under a fault: centres and variances."""
+def _believed(case: _Case, fault: Fault | None, found: Fit, unknown: tuple[str, ...]) -> float:
+    """Return the logarithm of the density that is believed of the plain fields under a fault, where the fit has them.
+
+    The likelihood is normal in the fields' logarithms; of one that is hardly there (a lost damper), in the field.
+    """
     passage = case.passage if fault is None else fault.passage(case.passage)
     believed = {} if fault is None else fault.believed(case.passage)
-    centres, variances = [], []
-    for path in unknown:
-        prior = believed.get(path)
-        centres.append(np.log(prior.centre if prior else float(Fields(passage)(path))))
-        variances.append((prior.deviation if prior else case.site.uncertainty.get(path, 0.0)) ** 2)
-    return np.array(centres), np.array(variances)
+    many = len(unknown)
+    vague = np.sqrt(np.diag(found.covariance)[:many]) > VAGUE
+    away, scales, variances = np.empty(many), np.ones(many), np.empty(many)
+    for i, path in enumerate(unknown):
+        prior, value, stated = believed.get(path), found.values[i], float(Fields(case.passage)(path))
+        centre = prior.centre if prior else float(Fields(passage)(path))
+        share = prior.deviation if prior else case.site.uncertainty.get(path, 0.0)
+        away[i] = (value - centre) / stated if vague[i] else np.log(value / centre)
+        scales[i] = value / stated if vague[i] else 1.0
+        variances[i] = (share * (centre / stated if vague[i] else 1.0)) ** 2
+    return _normal(away, found.covariance[:many, :many] * np.outer(scales, scales) + np.diag(variances))
 
 
 def _normal(away: FloatArray, covariance: FloatArray) -> float:
@@ -214,6 +221,8 @@ def _try_flats(case: _Case) -> None:
         return
     stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
     whole = solve(case.problem(plain.scenario.replaced(stated), beliefs(case.stated)).until(struck), case.begins)
+    if np.isfinite(whole.held):
+        return  # something else is wrong before
     for name, add in made.items():
         fresh = case.fits.get("wheel flat")
         if name != "wheel flat" and fresh is not None and fresh.reduced <= EXPLAINED:
@@ -234,12 +243,11 @@ def _try_damper_ends(case: _Case) -> None:
     at, _ = near(loose, case.begins)
     stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
     model = loose.scenario(at).replaced(stated)
-    for name in names:
-        family = case.problem(model, {}, by_differences)
-        for start in damper_starts(family, model, case.begins, name, case.faults[name].made):
-            _fit_fault(case, name, start, case.begins, motion=by_differences)
-            if case.fits[name].reduced <= EXPLAINED:
-                break
+    family = case.problem(model, {}, by_differences)
+    starts = damper_starts(family, model, case.begins, {name: case.faults[name].made for name in names})
+    for name, start in starts:
+        if name not in case.fits or not case.explained:
+            _fit_fault(case, name, start, case.begins, not case.explained, by_differences)
 
 
 def _try_harmonics(case: _Case) -> None:
@@ -276,18 +284,26 @@ def _concluded(case: _Case) -> Finding:
     best = next(iter(probabilities))
     fit = case.fits.get(best, case.fits["plain"])
     verdict = best if fit.reduced <= EXPLAINED else NOT_EXPLAINED
-    alike = tuple(
-        name for name, p in probabilities.items() if name != best and p >= ALIKE * probabilities[best]
-    )  # fmt: skip
     estimate = estimate_of(fit, case.noise)
+    alike = tuple(name for name, p in probabilities.items() if name != best and p >= ALIKE * probabilities[best])
+    if verdict == "lost damper" and "free play" in case.faults and estimate.deviation(PLAIN[1]) > 1.0 / NOTHING:
+        alike = (*alike, "free play")  # wide enough that its stops are never reached
     size, interval = _size_of(case, verdict, fit)
-    moved = trajectory(fit.scenario.replaced({"duration": case.recording.times[-1]}), (), case.recording.times)
+    static, largest, impacts, seen = _motion(case, fit)
     return Finding(
         verdict, probabilities, estimate, fit.reduced, size, interval, alike if verdict != NOT_EXPLAINED else (),
-        float(fit.scenario.speed), lower(fit.scenario).static_force, moved.largest_force, moved.impacts,
-        (*case.recording.notes, *_notes(case)), case.recording, case.site, case.noise, weights,
-        moved.deck_acceleration,
+        float(fit.scenario.speed), static, largest, impacts, (*case.recording.notes, *_notes(case)), case.recording,
+        case.site, case.noise, weights, seen,
     )  # fmt: skip
+
+
+def _motion(case: _Case, fit: Fit) -> tuple[float, float, int, FloatArray]:
+    """Return static and largest force, the number of impacts, and what the sensor shows of the best model."""
+    times, sensor = case.recording.times, case.site.sensor
+    record = simulate(fit.scenario.replaced({"duration": float(times[-1])}))
+    shown = drifted(filtered(record.at(times).deck_acceleration.values, sensor), times, sensor)
+    largest = float(record.peaks.normal_force.max()) if record.peaks.sizes["peak"] else record.static_force
+    return record.static_force, largest, record.impacts.sizes["impact"], shown
 
 
 def _size_of(case: _Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, float]]:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.passages import Motion, Passages
-from wheeltapper.ask.diagnosis.synthetic import filtered
+from wheeltapper.ask.diagnosis.sensing import filtered
 from wheeltapper.describe.irregularity.base import PLACES
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor import Sensor
@@ -288,7 +288,7 @@ def triangle(rows: FloatArray) -> FloatArray:
     blocks = -(-len(rows) // BLOCK)
     padded = np.zeros((blocks * max(BLOCK, columns), columns))
     padded[: len(rows)] = rows
-    each = np.linalg.qr(padded.reshape(blocks, -1, columns), mode="r")
+    each = np.asarray(np.linalg.qr(padded.reshape(blocks, -1, columns), mode="r"))
     return np.asarray(np.linalg.qr(each.reshape(-1, columns), mode="r"))
 
 

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.diagnosis.synthetic import filtered
+from wheeltapper.ask.diagnosis.sensing import drifted, filtered
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor import Sensor
@@ -142,7 +142,7 @@ class Problem:
             return None
         per = np.where(self.linear, self.scale, self.values(at))
         slopes = np.array([filtered(row, self.sensor) for row in found[1]]).reshape(len(per), count) * per[:, None]
-        residual = filtered(found[0], self.sensor) - self.samples[:count]
+        residual = drifted(filtered(found[0], self.sensor), times, self.sensor) - self.samples[:count]
         beyond = self.recording.clipped[:count] & (residual * np.sign(self.samples[:count]) > 0.0)
         counts = self.there[:count] & ~beyond  # beyond a clipped sample the model may be anywhere
         return np.where(counts, residual, 0.0), np.where(counts, slopes, 0.0).T

@@ -35,6 +35,8 @@ AFTER = 0.02
 ORDERS = range(1, 31)
 SMALL, NEAR = 1e-5, (0.011, 0.022, 0.04)
 """Amplitude of a wheel out of round at which orders are weighed, m, and the windows that lead there, s."""
+DAMPERS = 4
+"""How many dampers with an end of their own are gone on with."""
 PLAYS, PLACES = (1.2e-5, 2.5e-5, 5e-5, 1e-4, 2e-4), (0.2, 0.5, 0.8)
 """Half-gaps that are tried, m, and places of the end in the gap, 0 to 1."""
 BUSHES = (1e6, 4e6, 1.6e7, 6e7)
@@ -132,13 +134,22 @@ def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
         yield start
 
 
-def damper_starts(problem: Problem, model: Scenario, begins: float, name: str, made: Made) -> list[Scenario]:
-    """Return passages whose damper has an end of its own, the nearest to the beginning of the recording first."""
-    if name == "free play":
-        tried = [made(model, play, place) for play in PLAYS for place in PLACES]
-    else:
-        tried = [made(model, bush, 0.5) for bush in BUSHES]
-    return ranked(problem, tried, begins, begins + NEAR[-1], problem.motion)[:TRIED]
+def damper_starts(
+    problem: Problem, model: Scenario, begins: float, made: dict[str, Made]
+) -> Iterator[tuple[str, Scenario]]:
+    """Yield passages whose damper has an end of its own, by name, the nearest to the recording's beginning first.
+
+    At last comes the nearest one of each name that was not among these.
+    """
+    sizes = {"free play": [(play, place) for play in PLAYS for place in PLACES]}
+    sizes["soft bush"] = [(bush, 0.5) for bush in BUSHES]
+    names = {add(model, *size): name for name, add in made.items() for size in sizes[name]}
+    order = ranked(problem, names, begins, begins + NEAR[-1], problem.motion)
+    yield from ((names[start], start) for start in order[:DAMPERS])
+    for name in made:
+        late = [start for start in order[DAMPERS:] if names[start] == name]
+        if late and all(names[start] != name for start in order[:DAMPERS]):
+            yield name, late[0]
 
 
 def _harmonic(problem: Problem, model: Scenario, order: int, count: int, noise: float) -> tuple[float, Scenario]:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.neighbours import Condition, Neighbour, Others, felt, neighbours_of
+from wheeltapper.ask.diagnosis.sensing import OVERSAMPLED, converted, drifted, filtered
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.fields import Fields
@@ -18,8 +18,6 @@ from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
 
-OVERSAMPLED = 8
-"""Times as many samples are filtered where the sensor has a filter before its converter."""
 OWN = "vehicle."
 """Fields in which the wheelsets of one train differ; the rest is the site's, the same for all of them."""
 COACH = (0.0, 2.56, 19.0, 21.56)
@@ -214,32 +212,10 @@ def _recorded(
         samples = deck.at(times)
     else:
         finer = np.arange((count - 1) * OVERSAMPLED + 1) / (sensor.rate * OVERSAMPLED)
-        samples = filtered(deck.at(finer), sensor, OVERSAMPLED)[::OVERSAMPLED]
+        samples = filtered(deck.at(finer), sensor, OVERSAMPLED)
     spread = sensor.noise * np.sqrt(0.5 * sensor.rate) if noise is None else noise
-    samples = samples + spread * random.standard_normal(count) + sensor.offset + sensor.drift * times
+    samples = drifted(samples + spread * random.standard_normal(count), times, sensor)
     samples, clipped = converted(samples, sensor)
     return Recording(
         samples, float(sensor.rate), clipped=clipped, speed=speed, source=f"synthetic: {truth['label']}", truth=truth
     )
-
-
-def filtered(samples: FloatArray, sensor: Sensor, finer: int = 1) -> FloatArray:
-    """Return samples, so many times finer than the sensor's, behind its filter, at rest before the first."""
-    if sensor.cutoff is None:
-        return samples
-    from scipy.signal import butter, sosfilt
-
-    sections = butter(sensor.order, sensor.cutoff, fs=sensor.rate * finer, output="sos")
-    return np.asarray(sosfilt(sections, samples - samples[0]) + samples[0])
-
-
-def converted(samples: FloatArray, sensor: Sensor) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return what the converter makes of samples, and which of them it clips."""
-    if sensor.range is None:
-        return samples, np.zeros(len(samples), dtype=bool)
-    clipped = np.abs(samples) >= sensor.range
-    samples = np.clip(samples, -sensor.range, sensor.range)
-    if sensor.bits is not None:
-        step = 2.0 * sensor.range / 2**sensor.bits
-        samples = np.round(samples / step) * step
-    return samples, clipped

@@ -1,0 +1,65 @@
+"""What a sensor makes of an acceleration: its filter, its offset and drift, its converter."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.sensor import Sensor
+
+FloatArray = NDArray[np.float64]
+
+OVERSAMPLED = 8
+"""A filter before the converter is computed at so many times the converter's rate."""
+AROUND = 3
+"""Samples on either side of a place from which what lies between samples is interpolated."""
+
+
+def filtered(samples: FloatArray, sensor: Sensor, finer: int = 1) -> FloatArray:
+    """Return samples behind a sensor's filter, at its own rate; at rest before the first.
+
+    Parameters
+    ----------
+    samples
+        At the sensor's rate, or `finer` (OVERSAMPLED) times that.
+    """
+    if sensor.cutoff is None:
+        return samples[::finer]
+    from scipy.signal import butter, sosfilt
+
+    whole = samples if finer == OVERSAMPLED else _between(samples)
+    sections = butter(sensor.order, sensor.cutoff, fs=sensor.rate * OVERSAMPLED, output="sos")
+    return np.asarray(sosfilt(sections, whole - whole[0]) + whole[0])[::OVERSAMPLED]
+
+
+def _between(samples: FloatArray) -> FloatArray:
+    """Return samples OVERSAMPLED times as many, by Lagrange's polynomials through the nearest ones."""
+    if len(samples) < AROUND:
+        return np.repeat(samples, OVERSAMPLED)
+    nodes = np.arange(1 - AROUND, AROUND + 1)
+    places = np.arange(OVERSAMPLED) / OVERSAMPLED
+    weights = np.ones((OVERSAMPLED, len(nodes)))
+    for i, node in enumerate(nodes):
+        for other in nodes[nodes != node]:
+            weights[:, i] *= (places - other) / (node - other)
+    ahead = samples[-1] + np.arange(1, AROUND + 1) * (samples[-1] - samples[-2])
+    padded = np.concatenate([np.full(AROUND - 1, samples[0]), samples, ahead])
+    near = np.lib.stride_tricks.sliding_window_view(padded, len(nodes))[: len(samples)]
+    return np.asarray((near @ weights.T).ravel())
+
+
+def drifted(samples: FloatArray, times: FloatArray, sensor: Sensor) -> FloatArray:
+    """Return samples with the sensor's offset and drift."""
+    return np.asarray(samples + sensor.offset + sensor.drift * times)
+
+
+def converted(samples: FloatArray, sensor: Sensor) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return what the converter makes of samples, and which of them it clips."""
+    if sensor.range is None:
+        return samples, np.zeros(len(samples), dtype=bool)
+    clipped = np.abs(samples) >= sensor.range
+    samples = np.clip(samples, -sensor.range, sensor.range)
+    if sensor.bits is not None:
+        step = 2.0 * sensor.range / 2**sensor.bits
+        samples = np.round(samples / step) * step
+    return samples, clipped
