@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.diagnosis.faults import CATALOGUE, PLAIN, Fault, fault_named
+from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault, fault_named
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
 from wheeltapper.ask.diagnosis.fitting import Fit, solve
 from wheeltapper.ask.diagnosis.force import noise_of
@@ -49,6 +49,8 @@ HARMONIC = 0.03
 """How much longer the first window is where a wheel may be out of round, s."""
 BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
 """In what part of the recording other starts are judged, s, how far apart their speeds are, and how many are tried."""
+FLIGHTS, PLATEAU = 0.06, 97.0
+"""In what part of the recording flights show the static force, s, and the percentile of the acceleration in them."""
 VAGUE = 0.3
 """A field whose logarithm has a larger standard deviation is hardly there."""
 NOTHING = 3.0
@@ -171,13 +173,31 @@ def _try_plain(case: _Case) -> None:
 
 
 def _plain_starts(case: _Case, priors: dict[str, Prior]) -> Iterator[Scenario]:
-    """Yield the passage as stated, then others with which the recording may begin alike, the nearest first."""
-    yield case.passage
+    """Yield the passage with a load as the recording shows it, then others that may begin alike, the nearest first."""
+    begun = _loaded(case)
+    yield begun
     share = 2.5 * case.site.uncertainty.get("speed", 0.0)
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
-    others = [case.passage, *(CATALOGUE[name].passage(case.passage) for name in ("broken spring", "lost damper"))]
+    others = [begun, *(CATALOGUE[name].passage(begun) for name in ("broken spring", "lost damper"))]
     tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
     yield from ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)[:STARTS]
+
+
+def _loaded(case: _Case) -> Scenario:
+    """Return the passage under the load that the recording shows: in flight the deck rises with N0/M."""
+    times = case.recording.times
+    part = (times >= case.begins) & (times < case.begins + FLIGHTS) & np.isfinite(case.recording.samples)
+    stated = by_tangents(
+        case.passage.replaced({"duration": case.begins + FLIGHTS}), (), times[times < case.begins + FLIGHTS]
+    )
+    load, weight = float(case.passage.vehicle.load), float(case.passage.vehicle.weight)
+    if stated is None or load <= 0.0:
+        return case.passage
+    levels = [
+        np.percentile(values, PLATEAU) for values in (case.recording.samples[part], stated[0][part[: len(stated[0])]])
+    ]
+    ratio = float(np.clip(levels[0] / levels[1], 0.5, 2.0)) if levels[1] > 0.0 else 1.0
+    return case.passage.replaced({LOAD: max(load + (ratio - 1.0) * weight, 0.2 * load)})
 
 
 def _believed(case: _Case, fault: Fault | None, found: Fit, unknown: tuple[str, ...]) -> float:
