@@ -52,7 +52,7 @@ def test_one_field_gives_lines_and_samples_give_clouds(tmp_path):
 
 
 def test_what_cannot_be_drawn_is_refused():
-    with pytest.raises(wt.InputError, match="a Record, a chart, an evolution or marks"):
+    with pytest.raises(wt.InputError, match="a Record, a chart, an evolution, marks"):
         wt.plot(3)
     chart = wt.sweep(BUMP, OVER | {"speed": [8.0, 9.0]}, PAIR)
     with pytest.raises(wt.InputError, match="3 varied fields"):

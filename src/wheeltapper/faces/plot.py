@@ -93,7 +93,9 @@ def plot(
             if border is not None:
                 draw_border(figure, what, border)
         else:
-            raise InputError("", "what", f"a {type(what).__name__}", "what `plot` draws: see its documentation")
+            raise InputError(
+                "", "what", f"a {type(what).__name__}", "a Record, a chart, an evolution, marks, a finding or the like"
+            )
         if path is not None:
             save(figure, path)
     return figure
