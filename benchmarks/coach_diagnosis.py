@@ -37,8 +37,8 @@ HIGH, GENTLE = 2e-4, 1e-4
 """Heights of the bump, m: wheels leave the rail for long, or hardly."""
 DECK = {"mass": 15_000.0, "stiffness": 1.5e7}
 ALLOWED = {HIGH: 0.01, GENTLE: 0.02}
-"""What the model may leave, over the acceleration's rms: twice what it leaves of an even coach; and as much as it leaves
-of one with its car body 0.1 m to the left, which the high bump does not allow."""
+"""What the model may leave, over the acceleration's rms: twice what it leaves of an even coach; and as much as it
+leaves of one with its car body 0.1 m to the left, which the high bump does not allow."""
 BEHIND = (0.0, 2.56, 19.0, 21.56)
 """Places of the wheelsets behind the first one, m."""
 KNOWN = {"speed": 0.01, "vehicle.load": 0.05, "contact.constant": 0.05, "irregularity.0.height": 0.05}

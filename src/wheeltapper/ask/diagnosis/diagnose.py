@@ -66,9 +66,7 @@ class _Case:
     def __init__(self, recording: Recording, site: Site, faults: tuple[str, ...], noise: float) -> None:
         self.recording, self.site, self.noise = recording, site, noise
         self.passage = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
-        self.stated = Site(
-            passage=self.passage, sensor=site.sensor, uncertainty=site.uncertainty, name=site.name
-        )  # fmt: skip
+        self.stated = site.model_copy(update={"passage": self.passage})
         self.faults = {name: fault_named(name) for name in faults}
         self.begins = onset(recording, noise)
         self.fits: dict[str, Fit] = {}
@@ -168,7 +166,7 @@ def _try_plain(case: _Case) -> None:
             break
     assert found is not None
     case.fits["plain"] = found
-    for name in (HEALTHY, *(name for name, fault in case.faults.items() if fault.plain)):
+    for name in (HEALTHY, *(name for name, fault in case.faults.items() if fault.plain and fault.path in unknown)):
         case.evidence[name] = found.evidence + _believed(case, case.faults.get(name), found, unknown)
 
 

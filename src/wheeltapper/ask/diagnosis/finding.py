@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ask.diagnosis.combinations import Combination, Combinations, combinations
 from wheeltapper.ask.diagnosis.faults import CATALOGUE
 from wheeltapper.ask.diagnosis.identify import Estimate
+from wheeltapper.ask.diagnosis.information import information
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
+from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
@@ -21,6 +25,10 @@ FORMAT = 1
 """Version of the JSON's layout."""
 KIP = 4448.2216152605
 """N."""
+ASKED = ("vehicle.mass", "vehicle.damping")
+"""Fields of which combinations are told."""
+MOST = 3
+"""How many of them the paragraph tells."""
 NAMES = {
     "vehicle.mass": ("unsprung mass", "kg", 1.0),
     "vehicle.damping": ("damping", "kN s/m", 1e-3),
@@ -93,6 +101,18 @@ class Finding:
         """Where the fault is: "suspension", "damper", "wheel", "load"; "" without one."""
         return CATALOGUE[self.verdict].part if self.verdict in CATALOGUE else ""
 
+    @cached_property
+    def combinations(self) -> Combinations | None:
+        """What this passage cannot tell, by the information matrix, and the products of powers that it tells best.
+
+        None where there is no model, or one without exact derivatives.
+        """
+        if self.model is None or self.model.vehicle.damper_end:
+            return None
+        named = tuple(path for path in ASKED if float(Fields(self.model)(path)) > 0.0)
+        here = self.site.model_copy(update={"passage": self.model})
+        return combinations(information(here, named, noise=self.noise))
+
     @property
     def model_acceleration(self) -> FloatArray:
         """The deck's acceleration of the best model at the recording's times, m/s²."""
@@ -134,6 +154,7 @@ class Finding:
             "largest_force": _number(self.largest_force),
             "impacts": self.impacts,
             "estimates": values,
+            "combinations": self._combinations(),
             "notes": list(self.notes),
         }
 
@@ -152,11 +173,24 @@ class Finding:
                 f"{self.dynamic_ratio:.2f} times the static one, at {3.6 * self.speed:.1f} km/h; {self.impacts} "
                 "impacts after losses of contact."
             )
+            if self.combinations is not None:
+                said += [f"Not known: {one}." for one in self.combinations.unknown]
+                best = [str(one) for one in self.combinations.known[:MOST]]
+                said += [f"Better known than each by itself: {'; '.join(best)}."] if best else []
             said.append(f"The best model leaves χ² = {self.reduced:.3g} per sample.")
         if self.alike:
             said.append(f"This recording does not exclude: {', '.join(self.alike)}.")
         said += [f"{_capital(note)}." for note in self.notes]
         return " ".join(said)
+
+    def _combinations(self) -> dict[str, list[dict[str, Any]]]:
+        told = self.combinations
+        if told is None:
+            return {}
+        return {
+            "not_known": [_told(one) for one in told.unknown],
+            "known": [_told(one) for one in told.known],
+        }
 
     def _headline(self) -> str:
         if self.verdict == NO_WHEEL:
@@ -174,6 +208,10 @@ class Finding:
                 ends = [factor * end for end in self.estimate.interval(path)]
                 parts.append(f"{words} {_range(factor * self.estimate[path], ends[0], ends[1], unit)}")
         return f"{_capital(', '.join(parts))}." if parts else "Mass and damping as stated."
+
+
+def _told(one: Combination) -> dict[str, Any]:
+    return {"exponents": one.exponents, "deviation": _number(one.deviation), "reason": one.reason}
 
 
 def _number(value: float) -> float | None:
