@@ -184,3 +184,23 @@ def test_a_sensor_with_a_filter_is_seen_through(cutoff):
     finding, _ = found(None, seed=1, site=Site.model_validate(SHORT.model_dump() | {"sensor": sensor}))
     assert finding.verdict == "healthy"
     assert finding.reduced == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_misfit_of_the_model_is_noise():
+    (recording,) = wt.synthesise(SHORT, seed=1)
+    ripple = 0.1 * np.sin(2.0 * np.pi * 37.0 * recording.times)
+    disturbed = replace(recording, samples=recording.samples + ripple)
+    tolerant = Site.model_validate(SHORT.model_dump() | {"misfit": 0.015})
+    assert wt.diagnose(disturbed, SHORT).verdict != "healthy"
+    finding = wt.diagnose(disturbed, tolerant)
+    assert finding.verdict == "healthy"
+    rms = np.sqrt((disturbed.samples**2).mean())
+    assert finding.noise == pytest.approx(np.hypot(np.sqrt(0.5 * 20e3) * 6.66e-4, 0.015 * rms), rel=1e-3)
+
+
+def test_what_is_explained_of_a_recording_that_is_not_is_told():
+    (recording,) = wt.synthesise(SHORT, seed=1)
+    late = recording.times > 0.1
+    finding = wt.diagnose(replace(recording, samples=np.where(late, -recording.samples, recording.samples)), SHORT)
+    assert finding.verdict == "not explained"
+    assert any(note.startswith("up to ") and "explain it" in note for note in finding.notes)

@@ -55,8 +55,9 @@ def test_superposition_adds_the_neighbours_passage_shifted_by_spacing_over_speed
     assert rms(added) > 0.1
 
 
-def test_a_neighbour_that_is_not_on_the_deck_changes_nothing():
-    own = site(SHORT).passage
+@pytest.mark.parametrize("bush", [None, 1e7])
+def test_a_neighbour_that_is_not_on_the_deck_changes_nothing(bush):
+    own = site(SHORT).passage.replaced({"vehicle.bush_stiffness": bush})
     both, by_itself = felt(own, [(-2.56, own)]).at(TIMES), alone(own).at(TIMES)
     np.testing.assert_allclose(both, by_itself, rtol=0, atol=1e-4 * rms(by_itself))
 

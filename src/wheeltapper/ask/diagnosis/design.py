@@ -7,9 +7,10 @@ determinant     mean over the speeds of the determinant of the marginal informat
                 of the ellipse in which the fields' logarithms lie
 worst interval  the largest standard deviation of any of them at any speed
 
-The search is differential evolution (Storn and Price 1997), since the criterion is rugged: an impact more or less is a
-cliff. Layouts whose force is too large rank behind all others, by how much it is (Deb 2000). It samples coarsely at
-equal noise density; the best layouts are judged again at the sensor's rate.
+The criterion is rugged: an impact more or less is a cliff. So the search samples all layouts, most of them made of
+single features that tell much by themselves, and climbs from the best by Nelder's and Mead's simplex (1965). Where the
+force is too large, the feature that makes it is lowered until it is not. The search samples coarsely at equal noise
+density; its best layouts are judged again at the sensor's rate.
 """
 
 from __future__ import annotations
@@ -190,7 +191,7 @@ def design_site(
     slowest = min(speeds) if speeds else (vary or {}).get("speed", (float(site.passage.speed),))[0]
     judge = Judge(
         site, tuple(parameters), tuple(speeds) if speeds else None, criterion, largest_force, one_gauge, trigger,
-        family.duration(slowest),
+        heights[0], family.duration(slowest),
     )  # fmt: skip
     search = Search(judge, budget, progress)
     found: list[Candidate] = []

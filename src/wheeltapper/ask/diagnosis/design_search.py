@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
@@ -21,16 +21,14 @@ Progress = Callable[[int, int, float], None]
 
 SEARCH_RATE = 5e3
 """Samples per second of the search: more of them tell the same within 1 %, as contacts last a millisecond or more."""
-SHARES = {"single": 0.1, "repeated": 0.2, "designed": 0.7}
+SHARES = {"single": 0.15, "repeated": 0.25, "designed": 0.6}
 """Of the budget."""
-POPULATION = 8
-"""Layouts per coordinate in each generation."""
-PARTS = 0.1
-"""Share of a search for several features that goes into single ones, of which half of the first layouts are made."""
-REFINED = 0.2
-"""Share of a search that goes into its end, by Nelder's and Mead's simplex from the best layout."""
-SIMPLEX = 0.02
-"""Size of its first simplex."""
+PARTS, SAMPLED = 0.1, 0.3
+"""Shares of a search that go into single features, and into layouts all over the family, most of them made of these."""
+CLIMB = 24
+"""Layouts per coordinate in each of the climbs that follow, from the best of them, by Nelder's and Mead's simplex."""
+SIMPLEX, FINE = 0.05, 1e-3
+"""Size of a climb's first simplex, and of its last."""
 JUDGED = 3
 """How many of the best are judged again at the sensor's rate."""
 EASED, TRIES = 0.99, 8
@@ -58,7 +56,7 @@ def cost(one: Candidate, criterion: Criterion) -> float:
 
 @dataclass(frozen=True)
 class Judge:
-    """What layouts are judged by: see `design_site`; recordings last `duration`, s."""
+    """What layouts are judged by: see `design_site`; no height is below `lowest`, m, recordings last `duration`, s."""
 
     site: Site
     parameters: tuple[str, ...]
@@ -67,6 +65,7 @@ class Judge:
     largest_force: float
     one_gauge: bool
     trigger: float
+    lowest: float
     duration: float
 
     def site_of(self, layout: Layout) -> Site:
@@ -84,26 +83,37 @@ class Judge:
             self.site_of(layout), self.parameters, self.speeds, together=self.together(layout), trigger=self.trigger
         )
 
-    def judged(self, kind: str, layout: Layout, rate: float | None = None, alike: bool | None = None) -> Candidate:
-        """Return what a layout is worth, at some rate; nothing is told where its force is too large.
+    def judged(self, kind: str, layout: Layout, rate: float | None = None) -> Candidate:
+        """Return what a layout is worth, at some rate; nothing is told where its force is too large."""
+        return self._judged(kind, layout, rate)[0]
 
-        With `alike`, features whose force is too large are lowered first: all of them, or the one alone.
+    def eased(self, kind: str, layout: Layout, rate: float, alike: bool) -> Candidate:
+        """Return what a layout is worth once its force is allowed.
+
+        Again and again the feature is lowered where it is too large, or all features if they are to be alike.
         """
         vehicle = self.site.passage.vehicle
         static, aim = float(vehicle.weight), EASED * self.largest_force
-        for left in range(0 if alike is None else TRIES, -1, -1):
-            layout = layout if alike is None else layout.clear(float(vehicle.radius))
-            site = self.site_of(layout)
-            plan = Plan.of(site, self.parameters, self.together(layout), self.trigger, None, rate)
+        for _ in range(TRIES):
+            layout = layout.clear(float(vehicle.radius))
+            found, hardest = self._judged(kind, layout, rate)
+            if np.isfinite(found.worst):
+                break
+            share = float(np.clip((aim - static) / (found.largest_force - static), 0.3, 0.97))
+            layout = layout.lowered(hardest, share, self.lowest, alike)
+        return found
+
+    def _judged(self, kind: str, layout: Layout, rate: float | None) -> tuple[Candidate, float]:
+        """Return what a layout is worth, and where the force is largest, m."""
+        site = self.site_of(layout)
+        plan = Plan.of(site, self.parameters, self.together(layout), self.trigger, None, rate)
+        with np.errstate(invalid="ignore"):  # where lowering tries places beyond the circle
             passages = plan.passages(site.passage, self.speeds or (float(site.passage.speed),))
             force = float(passages.largest_forces.max())
-            if force <= self.largest_force:
-                found = plan.information(site, passages)
-                return Candidate(kind, layout, found.determinant, found.worst, force, layout.total_length)
-            if left:
-                share = float(np.clip((aim - static) / (force - static), 0.3, 0.97))
-                layout = layout.lowered(passages.hardest, share, bool(alike))
-        return Candidate(kind, layout, np.nan, np.nan, force, layout.total_length)
+            if force > self.largest_force:
+                return Candidate(kind, layout, np.nan, np.nan, force, layout.total_length), passages.hardest
+            found = plan.information(site, passages)
+        return Candidate(kind, layout, found.determinant, found.worst, force, layout.total_length), passages.hardest
 
     @property
     def search_rate(self) -> float:
@@ -135,13 +145,16 @@ class Search:
         budget = max(int(SHARES[kind] * self.budget), 1)
         mark = len(self.candidates)
         parts = [] if family.alike or family.number == 1 else self._parts(family, int(PARTS * budget), random)
-        many = int(np.clip(budget // 4, 5, POPULATION * family.size))
-        first = _spread(many, family.size, random)
-        for i in range(many // 2 if parts else 0):
-            first[i] = family.joined([parts[j] for j in random.integers(len(parts), size=family.number)], first[i])
-        for i, layout in enumerate(known):
-            first[-1 - i] = family.coordinates(layout)
-        self._evolved(kind, family, first, budget - (len(self.candidates) - mark), random)
+        for layout in known:
+            self._price(kind, family, family.coordinates(layout))
+        for i, at in enumerate(_spread(max(int(SAMPLED * budget), 1), family.size, random)):
+            mixed = parts and i % 4  # the fourth is taken from everywhere
+            drawn = random.integers(len(parts), size=family.number) if mixed else ()
+            self._price(kind, family, family.joined([parts[j] for j in drawn], at))
+        starts = list(self._distinct(self.candidates[mark:], kind, family))
+        while starts and len(self.candidates) - mark < budget:
+            rest = budget - (len(self.candidates) - mark)
+            self._climbed(kind, family, starts.pop(0), min(rest, CLIMB * family.size))
         return self._judged_again([one for one in self.candidates[mark:] if one.kind == kind])
 
     def _parts(self, family: Family, budget: int, random: np.random.Generator) -> list[Feature]:
@@ -149,51 +162,44 @@ class Search:
         alone = replace(family, number=1)
         mark = len(self.candidates)
         for at in _spread(max(budget, 1), alone.size, random):
-            self._price("part", alone.layout(at), False)
-        best: dict[tuple[str, int], Candidate] = {}
-        for one in self.candidates[mark:]:
-            (part,) = one.layout.features
-            octave = (part.shape, int(np.floor(np.log2(part.length / family.lengths[0]))) if part.length else 0)
-            if np.isfinite(one.worst) and (octave not in best or self._cost(one) < self._cost(best[octave])):
-                best[octave] = one
-        return [one.layout.features[0] for one in best.values()]
+            self._price("part", alone, at)
+        return [family.layout(at).features[0] for at in self._distinct(self.candidates[mark:], "part", alone)]
 
-    def _evolved(
-        self, kind: str, family: Family, first: FloatArray, budget: int, random: np.random.Generator
-    ) -> None:  # fmt: skip
-        """Judge about as many layouts as the budget allows: an evolution from the first ones, and a simplex."""
-        from scipy.optimize import Bounds, differential_evolution, minimize
+    def _distinct(self, found: Sequence[Candidate], kind: str, family: Family) -> Iterator[FloatArray]:
+        """Return where the best layouts are, best first, one of each sequence of shapes and of about each length."""
+        seen = set()
+        told = [one for one in found if one.kind == kind and np.isfinite(one.worst)]
+        for one in sorted(told, key=self._cost):
+            sizes = tuple((f.shape, round(np.log2(f.length)) if f.length else 0) for f in one.layout.features)
+            if sizes not in seen:
+                seen.add(sizes)
+                yield family.coordinates(one.layout)
 
-        def price(at: FloatArray) -> float:
-            return self._price(kind, family.layout(at), family.alike)
+    def _climbed(self, kind: str, family: Family, at: FloatArray, budget: int) -> None:
+        """Judge layouts uphill from one of them."""
+        from scipy.optimize import minimize
 
-        mark = len(self.candidates)
-        generations = max(int((1.0 - REFINED) * budget) // len(first) - 1, 0)
-        box = Bounds(np.zeros(family.size), np.ones(family.size))
-        evolved = differential_evolution(
-            price, box, init=first, maxiter=generations, rng=random, polish=False, tol=0.0
-        )  # fmt: skip
-        rest = budget - (len(self.candidates) - mark)
-        if rest > family.size:
-            simplex = evolved.x + np.vstack([np.zeros(family.size), np.diag(_inwards(evolved.x))])
-            minimize(price, evolved.x, method="Nelder-Mead", options={"maxfev": rest, "initial_simplex": simplex})
+        simplex = at + np.vstack([np.zeros(family.size), np.diag(np.where(at < 0.5, SIMPLEX, -SIMPLEX))])
+        options = {"maxfev": budget, "initial_simplex": simplex, "xatol": FINE, "fatol": FINE}
+        minimize(lambda x: self._price(kind, family, x), at, method="Nelder-Mead", options=options)
 
-    def _cost(self, one: Candidate) -> float:
-        return cost(one, self.judge.criterion)
-
-    def _price(self, kind: str, layout: Layout, alike: bool) -> float:
+    def _price(self, kind: str, family: Family, at: FloatArray) -> float:
+        """Return what a layout costs."""
         try:
-            found = self.judge.judged(kind, layout, self.judge.search_rate, alike)
+            found = self.judge.eased(kind, family.layout(at), self.judge.search_rate, family.alike)
         except ComputationError:
             return 2.0 * REFUSED
         self.candidates.append(found)
         if self.progress is not None:
-            told = [one for one in self.candidates if np.isfinite(one.worst)]
-            best = min(told, key=lambda one: self._cost(one), default=found)
+            best = min(self.candidates, key=lambda one: self._cost(one) if np.isfinite(one.worst) else np.inf)
             value = best.determinant if self.judge.criterion == "determinant" else best.worst
             self.progress(len(self.candidates), self.budget, value)
-        excess = found.largest_force / self.judge.largest_force - 1.0
-        return REFUSED + excess if excess > 0.0 else min(self._cost(found), 0.5 * REFUSED)
+        if not np.isfinite(found.worst):
+            return REFUSED + found.largest_force / self.judge.largest_force
+        return min(self._cost(found), 0.5 * REFUSED)
+
+    def _cost(self, one: Candidate) -> float:
+        return cost(one, self.judge.criterion)
 
     def _judged_again(self, found: Sequence[Candidate]) -> Candidate:
         told = [one for one in found if np.isfinite(one.worst)]
@@ -209,7 +215,3 @@ def _spread(many: int, size: int, random: np.random.Generator) -> FloatArray:
     """Return a Latin hypercube: each coordinate's range is cut in so many parts, each of which is met once."""
     parts = np.column_stack([random.permutation(many) for _ in range(size)])
     return np.asarray((parts + random.random((many, size))) / many)
-
-
-def _inwards(at: FloatArray) -> FloatArray:
-    return np.where(at < 0.5, SIMPLEX, -SIMPLEX)

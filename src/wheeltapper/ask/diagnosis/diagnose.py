@@ -45,6 +45,8 @@ ALIKE = 0.05
 """Another verdict is not excluded where its probability is at least this part of the best one's."""
 BASIN = 0.02
 """A fit that explains so much of the recording, s from the first strike, is in the right basin."""
+LASTING = 0.03
+"""How long mass, damping and load must explain a recording, s, to be told where nothing explains it as a whole."""
 HARMONIC = 0.03
 """How much longer the first window is where a wheel may be out of round, s."""
 BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
@@ -71,6 +73,7 @@ class _Case:
         self.begins = onset(recording, noise)
         self.fits: dict[str, Fit] = {}
         self.evidence: dict[str, float] = {}
+        self.struck = False  # healthy up to where something strikes: only flats do that
 
     def problem(self, start: Scenario, priors: dict[str, Prior], motion: Motion = by_tangents) -> Problem:
         return Problem(self.recording, self.site.sensor, self.noise, start, priors, motion)
@@ -98,7 +101,8 @@ def diagnose(
     faults
         Names of the catalogue's faults to compare; by default all.
     noise
-        Standard deviation of the samples' noise, m/s²; by default the sensor's, or what the recording shows.
+        Standard deviation of the samples' noise, m/s²; by default the sensor's, or what the recording shows. What the
+        site says of the model's misfit is added to it.
 
     Raises
     ------
@@ -107,6 +111,7 @@ def diagnose(
     """
     _check(recording, site)
     spread = noise or noise_of(recording, site.sensor)
+    spread = float(np.hypot(spread, site.misfit * np.sqrt(np.nanmean(recording.samples**2))))
     if not spread > 0.0:
         raise InputError(recording.source, "sensor.noise", "samples without noise", "a sensor with its noise stated")
     case = _Case(recording, site, tuple(CATALOGUE if faults is None else faults), spread)
@@ -114,7 +119,7 @@ def diagnose(
         return _nothing(recording, site, spread)
     _try_plain(case)
     for attempt in (_try_flats, _try_damper_ends, _try_harmonics):
-        if not case.explained:
+        if not case.explained and not case.struck:
             attempt(case)
     return _concluded(case)
 
@@ -241,6 +246,7 @@ def _try_flats(case: _Case) -> None:
     whole = solve(case.problem(plain.scenario.replaced(stated), beliefs(case.stated)).until(struck), case.begins)
     if np.isfinite(whole.held):
         return  # something else is wrong before
+    case.struck = struck > case.begins + LASTING
     for name, add in made.items():
         fresh = case.fits.get("wheel flat")
         if name != "wheel flat" and fresh is not None and fresh.reduced <= EXPLAINED:
@@ -347,6 +353,13 @@ def _notes(case: _Case) -> tuple[str, ...]:
     clipped = int(case.recording.clipped.sum())
     if clipped:
         notes.append(f"{clipped} clipped samples count as bounds")
-    if not case.fits["plain"].converged and len(case.fits) == 1:
+    plain = case.fits["plain"]
+    if not plain.converged and plain.reduced <= EXPLAINED:
         notes.append("the fit has not settled")
+    if not case.explained and plain.held > case.begins + LASTING:
+        fields = Fields(plain.scenario)
+        notes.append(
+            f"up to {1e3 * plain.held:.0f} ms a mass of {float(fields(PLAIN[0])):.4g} kg and a damping of "
+            f"{1e-3 * float(fields(PLAIN[1])):.4g} kN s/m explain it"
+        )
     return tuple(notes)

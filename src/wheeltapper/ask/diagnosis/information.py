@@ -208,11 +208,11 @@ class Plan:
     def passages(self, scenario: Scenario, speeds: Sequence[float]) -> Passages:
         """Return the passages that tell it."""
         members = [path for first in self.paths for path in self.groups.get(first, (first,))]
-        fields = tuple(dict.fromkeys([*members, *self._places(scenario)]))
-        for path in fields:
+        for path in members:
             if float(Fields(scenario)(path)) == 0.0:
                 raise InputError("", path, "0", "a field that is not zero: its logarithm is the coordinate")
-        return Passages(scenario, np.array(speeds, dtype=float), fields)
+        fields = dict.fromkeys([*members, *self._places(scenario)])
+        return Passages(scenario, np.array(speeds, dtype=float), tuple(fields))
 
     def _places(self, scenario: Scenario) -> tuple[str, ...]:
         return _places(scenario) if self.trigger > 0.0 else ()

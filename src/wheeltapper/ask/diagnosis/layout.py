@@ -79,11 +79,11 @@ class Layout(NamedTuple):
             features.append(one._replace(height=one.height * 0.999 / hollow) if lower else one)
         return self._replace(features=tuple(features))
 
-    def lowered(self, x: float, share: float, alike: bool) -> Layout:
-        """Return the layout with a share of the height of the feature over which a wheel at x has come last."""
+    def lowered(self, x: float, share: float, least: float, alike: bool) -> Layout:
+        """Return the layout with less height of the feature over which a wheel at x has come last, or of all."""
         last = max(sum(one.start <= x for one in self.features) - 1, 0)
         features = [
-            one._replace(height=share * one.height) if alike or i == last else one
+            one._replace(height=max(share * one.height, least)) if alike or i == last else one
             for i, one in enumerate(self.features)
         ]
         return self._replace(features=tuple(features))
