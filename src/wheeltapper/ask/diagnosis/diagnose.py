@@ -121,6 +121,8 @@ def diagnose(
     for attempt in (_try_flats, _try_damper_ends, _try_harmonics):
         if not case.explained and not case.struck:
             attempt(case)
+    if case.explained and case.fits["plain"].reduced > EXPLAINED:
+        _try_plain_again(case)
     return _concluded(case)
 
 
@@ -159,9 +161,7 @@ def _nothing(recording: Recording, site: Site, noise: float) -> Finding:
 
 def _try_plain(case: _Case) -> None:
     """Fit mass, damping and load; weigh the plain faults and health by their priors."""
-    fields = Fields(case.passage)
-    unknown = tuple(path for path in PLAIN if float(fields(path)) > 0.0)
-    priors = beliefs(case.stated, unknown)
+    priors = beliefs(case.stated, _unknown(case))
     found: Fit | None = None
     for start in _plain_starts(case, priors):
         trial = solve(case.problem(start, priors), case.begins)
@@ -170,6 +170,26 @@ def _try_plain(case: _Case) -> None:
         if found.reduced <= EXPLAINED or found.held > case.begins + BASIN:
             break
     assert found is not None
+    _weigh_plain(case, found)
+
+
+def _try_plain_again(case: _Case) -> None:
+    """Start the plain fit from what another family has found: a fault of no size is none."""
+    assert case.best is not None
+    priors = beliefs(case.stated, _unknown(case))
+    values = {path: float(Fields(case.best.scenario)(path)) for path in priors}
+    trial = solve(case.problem(case.passage.replaced(values), priors), case.begins, patient=False)
+    if trial.reduced <= EXPLAINED:
+        _weigh_plain(case, trial)
+
+
+def _unknown(case: _Case) -> tuple[str, ...]:
+    return tuple(path for path in PLAIN if float(Fields(case.passage)(path)) > 0.0)
+
+
+def _weigh_plain(case: _Case, found: Fit) -> None:
+    """Weigh health and the plain faults by what is believed of the fields that the fit has left free."""
+    unknown = _unknown(case)
     case.fits["plain"] = found
     for name in (HEALTHY, *(name for name, fault in case.faults.items() if fault.plain and fault.path in unknown)):
         case.evidence[name] = found.evidence + _believed(case, case.faults.get(name), found, unknown)
@@ -194,7 +214,8 @@ def _loaded(case: _Case) -> Scenario:
         case.passage.replaced({"duration": case.begins + FLIGHTS}), (), times[times < case.begins + FLIGHTS]
     )
     load, weight = float(case.passage.vehicle.load), float(case.passage.vehicle.weight)
-    if stated is None or load <= 0.0:
+    lost = case.recording.clipped & (case.recording.samples > 0.0)
+    if stated is None or load <= 0.0 or lost[part].mean() > 1.0 - PLATEAU / 100.0:
         return case.passage
     levels = [
         np.percentile(values, PLATEAU) for values in (case.recording.samples[part], stated[0][part[: len(stated[0])]])
