@@ -1,0 +1,60 @@
+"""How long a recording takes to be diagnosed, in a running process, and a folder of recordings.
+
+uv run python benchmarks/folder.py [--count 1000] [--workers 2]
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections import Counter
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+import wheeltapper as wt
+
+MIXED = ("broken spring", "lost damper", "weak damper", "mass deviation", "wheel flat", "free play")
+"""Faults of every tenth recording, in turn; the others are healthy."""
+
+
+def written(site: wt.diagnosis.Site, folder: Path, count: int) -> list[Path]:
+    """Write recordings as NumPy files; return them."""
+    files = []
+    for number in range(count):
+        fault = MIXED[number // 10 % len(MIXED)] if number % 10 == 0 else None
+        (recording,) = wt.synthesise(site, fault=fault, seed=number)
+        files.append(folder / f"{number:04d}.nc")
+        wt.diagnosis.write_recording(recording, files[-1])
+    return files
+
+
+def main() -> None:
+    """Print times."""
+    asked = argparse.ArgumentParser(description=__doc__)
+    asked.add_argument("--count", type=int, default=1000)
+    asked.add_argument("--workers", type=int, default=2)
+    given = asked.parse_args()
+    site = wt.load("examples/site.toml")
+    for fault in (None, *MIXED, "rounded flat", "soft bush", "out of round"):
+        took = []
+        for seed in range(6):
+            (recording,) = wt.synthesise(site, fault=fault, seed=seed)
+            begun = perf_counter()
+            wt.diagnose(recording, site)
+            took.append(perf_counter() - begun)
+        print(
+            f"{fault or 'healthy':16} median {np.median(took[1:]):5.2f} s, longest {max(took[1:]):5.2f} s", flush=True
+        )
+    with tempfile.TemporaryDirectory() as place:
+        files = written(site, Path(place), given.count)
+        begun = perf_counter()
+        found = wt.diagnosis.diagnose_all(files, site, output=Path(place) / "found", workers=given.workers)
+        took_all = perf_counter() - begun
+    verdicts = dict(Counter(entry["verdict"] for entry in found))
+    print(f"{given.count} recordings of 0.4 s on {given.workers} processes: {took_all:.0f} s, {verdicts}")
+
+
+if __name__ == "__main__":
+    main()
