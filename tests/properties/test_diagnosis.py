@@ -19,7 +19,7 @@ def found(fault, size=None, seed=1, site=SHORT, **options):
     return wt.diagnose(recording, site), recording
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_healthy_wheelset_is_called_healthy(seed):
     finding, recording = found(None, seed=seed)
     assert finding.verdict == "healthy"
@@ -54,7 +54,7 @@ def test_plain_faults_are_named_and_sized(fault, size, within):
     assert finding.score(finding.part) > 3.0
 
 
-@pytest.mark.parametrize(("size", "seed"), [(0.02, 1), (0.04, 2), (0.08, 3)])
+@pytest.mark.parametrize(("size", "seed"), [(0.02, 1), (0.08, 3)])
 def test_flats_are_sized_clipped_or_not(size, seed):
     finding, recording = found("wheel flat", size, seed, SITE)
     assert finding.verdict == "wheel flat"
@@ -62,12 +62,14 @@ def test_flats_are_sized_clipped_or_not(size, seed):
     assert np.any(recording.clipped) == (size == 0.08)
 
 
+@pytest.mark.slow
 def test_a_rounded_flat_is_not_a_fresh_one():
     finding, _ = found("rounded flat", 0.05, 4, SITE)
     assert finding.verdict == "rounded flat"
     assert finding.size == pytest.approx(0.05, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_a_wheel_out_of_round_shows_its_order():
     finding, _ = found("out of round", 1e-4, 2, SITE)
     assert finding.verdict == "out of round"
@@ -83,6 +85,7 @@ def test_pure_noise_holds_no_wheel():
     assert "nothing rises from the noise" in str(finding)
 
 
+@pytest.mark.slow
 def test_a_recording_of_another_site_is_not_explained():
     other = SHORT.passage.replaced({"track.mass": 9000.0, "irregularity.0.height": 4e-4, "irregularity.0.length": 0.08})
     (recording,) = wt.synthesise(Site.model_validate(SHORT.model_dump() | {"passage": other}), seed=1)
@@ -171,6 +174,7 @@ def test_dampers_with_an_end_of_their_own_are_named_and_sized(fault, size, seed)
     assert finding.size == pytest.approx(size, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_play_that_is_never_crossed_looks_like_no_damper():
     finding, _ = found("free play", 1e-3, 300)
     assert finding.verdict == "lost damper"
@@ -178,7 +182,7 @@ def test_play_that_is_never_crossed_looks_like_no_damper():
     assert "does not exclude: free play" in str(finding)
 
 
-@pytest.mark.parametrize("cutoff", [2e3, 8e3])
+@pytest.mark.parametrize("cutoff", [4e3])
 def test_a_sensor_with_a_filter_is_seen_through(cutoff):
     sensor = SHORT.sensor.model_copy(update={"cutoff": cutoff, "offset": 0.3, "drift": 0.5})
     finding, _ = found(None, seed=1, site=Site.model_validate(SHORT.model_dump() | {"sensor": sensor}))
@@ -186,6 +190,7 @@ def test_a_sensor_with_a_filter_is_seen_through(cutoff):
     assert finding.reduced == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_misfit_of_the_model_is_noise():
     (recording,) = wt.synthesise(SHORT, seed=1)
     ripple = 0.1 * np.sin(2.0 * np.pi * 37.0 * recording.times)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,7 +151,7 @@ class Search:
             mixed = parts and i % 4  # the fourth is taken from everywhere
             drawn = random.integers(len(parts), size=family.number) if mixed else ()
             self._price(kind, family, family.joined([parts[j] for j in drawn], at))
-        starts = list(self._distinct(self.candidates[mark:], kind, family))
+        starts = [family.coordinates(one.layout) for one in self._distinct(self.candidates[mark:], kind)]
         while starts and len(self.candidates) - mark < budget:
             rest = budget - (len(self.candidates) - mark)
             self._climbed(kind, family, starts.pop(0), min(rest, CLIMB * family.size))
@@ -163,24 +163,24 @@ class Search:
         mark = len(self.candidates)
         for at in _spread(max(budget, 1), alone.size, random):
             self._price("part", alone, at)
-        return [family.layout(at).features[0] for at in self._distinct(self.candidates[mark:], "part", alone)]
+        return [one.layout.features[0] for one in self._distinct(self.candidates[mark:], "part")]
 
-    def _distinct(self, found: Sequence[Candidate], kind: str, family: Family) -> Iterator[FloatArray]:
-        """Return where the best layouts are, best first, one of each sequence of shapes and of about each length."""
+    def _distinct(self, found: Sequence[Candidate], kind: str) -> Iterator[Candidate]:
+        """Return the best layouts, best first, one of each sequence of shapes and of about each length."""
         seen = set()
         told = [one for one in found if one.kind == kind and np.isfinite(one.worst)]
         for one in sorted(told, key=self._cost):
             sizes = tuple((f.shape, round(np.log2(f.length)) if f.length else 0) for f in one.layout.features)
             if sizes not in seen:
                 seen.add(sizes)
-                yield family.coordinates(one.layout)
+                yield one
 
     def _climbed(self, kind: str, family: Family, at: FloatArray, budget: int) -> None:
         """Judge layouts uphill from one of them."""
         from scipy.optimize import minimize
 
         simplex = at + np.vstack([np.zeros(family.size), np.diag(np.where(at < 0.5, SIMPLEX, -SIMPLEX))])
-        options = {"maxfev": budget, "initial_simplex": simplex, "xatol": FINE, "fatol": FINE}
+        options: Any = {"maxfev": budget, "initial_simplex": simplex, "xatol": FINE, "fatol": FINE}
         minimize(lambda x: self._price(kind, family, x), at, method="Nelder-Mead", options=options)
 
     def _price(self, kind: str, family: Family, at: FloatArray) -> float:
