@@ -25,8 +25,8 @@ SHARES = {"single": 0.15, "repeated": 0.25, "designed": 0.6}
 """Of the budget."""
 PARTS, SAMPLED = 0.1, 0.3
 """Shares of a search that go into single features, and into layouts all over the family, most of them made of these."""
-CLIMB = 24
-"""Layouts per coordinate in each of the climbs that follow, from the best of them, by Nelder's and Mead's simplex."""
+CLIMBS = (12, 4, 1)
+"""From how many of the best climbs follow, by Nelder's and Mead's simplex: three rounds at equal cost."""
 SIMPLEX, FINE = 0.05, 1e-3
 """Size of a climb's first simplex, and of its last."""
 JUDGED = 3
@@ -151,10 +151,12 @@ class Search:
             mixed = parts and i % 4  # the fourth is taken from everywhere
             drawn = random.integers(len(parts), size=family.number) if mixed else ()
             self._price(kind, family, family.joined([parts[j] for j in drawn], at))
-        starts = [family.coordinates(one.layout) for one in self._distinct(self.candidates[mark:], kind)]
-        while starts and len(self.candidates) - mark < budget:
-            rest = budget - (len(self.candidates) - mark)
-            self._climbed(kind, family, starts.pop(0), min(rest, CLIMB * family.size))
+        starts = list(self._distinct(self.candidates[mark:], kind))
+        rest = budget - (len(self.candidates) - mark)
+        for many in CLIMBS:
+            starts = sorted(starts, key=self._cost)[:many]
+            each = max(rest // len(CLIMBS) // max(len(starts), 1), 1)
+            starts = [self._climbed(kind, family, one, each) for one in starts]
         return self._judged_again([one for one in self.candidates[mark:] if one.kind == kind])
 
     def _parts(self, family: Family, budget: int, random: np.random.Generator) -> list[Feature]:
@@ -175,13 +177,19 @@ class Search:
                 seen.add(sizes)
                 yield one
 
-    def _climbed(self, kind: str, family: Family, at: FloatArray, budget: int) -> None:
-        """Judge layouts uphill from one of them."""
+    def _climbed(self, kind: str, family: Family, start: Candidate, budget: int) -> Candidate:
+        """Return the best layout uphill from one of them."""
         from scipy.optimize import minimize
 
+        mark, at = len(self.candidates), family.coordinates(start.layout)
         simplex = at + np.vstack([np.zeros(family.size), np.diag(np.where(at < 0.5, SIMPLEX, -SIMPLEX))])
         options: Any = {"maxfev": budget, "initial_simplex": simplex, "xatol": FINE, "fatol": FINE}
-        minimize(lambda x: self._price(kind, family, x), at, method="Nelder-Mead", options=options)
+        minimize(self._price_of(kind, family), at, method="Nelder-Mead", options=options)
+        told = [one for one in self.candidates[mark:] if np.isfinite(one.worst)]
+        return min([start, *told], key=self._cost)
+
+    def _price_of(self, kind: str, family: Family) -> Callable[[FloatArray], float]:
+        return lambda at: self._price(kind, family, at)
 
     def _price(self, kind: str, family: Family, at: FloatArray) -> float:
         """Return what a layout costs."""

@@ -129,8 +129,8 @@ class Family:
         for name, (low, high) in named.items():
             if not 0.0 < low <= high:
                 raise InputError("", name, f"({low:g}, {high:g})", "two positive bounds, the smaller one first")
-        if not self.lengths[0] <= self.total_length:
-            raise InputError("", "total_length", f"{self.total_length:g}", f"at least {self.lengths[0]:g} m")
+        if not self._least(self.number) <= self.total_length:
+            raise InputError("", "total_length", f"{self.total_length:g}", f"at least {self._least(self.number):g} m")
         return self
 
     @property
@@ -148,14 +148,15 @@ class Family:
         left = np.clip(at, 0.0, 1.0).tolist()
         fields = {path: _between(bounds, left.pop()) for path, bounds in [*self.fields.items()][::-1]}
         shape, height = self._shaped(left.pop(0))
-        features = [Feature(shape, height, self._long(shape, left.pop(0)), FIRST)]
+        features = [Feature(shape, height, self._long(shape, left.pop(0), self.total_length, self.number - 1), FIRST)]
         share = left.pop(0) if self.alike and left else 0.0
         for rest in range(self.number - 2, -1, -1):
             last = features[-1]
             if not self.alike:
                 share = left.pop(0)
                 shape, height = self._shaped(left.pop(0))
-            length = last.length if self.alike else self._long(shape, left.pop(0))
+            room = self.total_length - (last.start - FIRST) - max(self.spacing[0], last.length)
+            length = last.length if self.alike else self._long(shape, left.pop(0), room, rest)
             features.append(Feature(shape, height, length, last.start + self._apart(last, length, share, rest)))
         return Layout(tuple(features), dict(sorted(fields.items())))
 
@@ -191,8 +192,18 @@ class Family:
         part = min(int(share * len(self.shapes)), len(self.shapes) - 1)
         return self.shapes[part], _between(self.heights, share * len(self.shapes) - part)
 
-    def _long(self, shape: str, share: float) -> float:
-        return 0.0 if shape.startswith("step") else _between(self.lengths, share)
+    def _least(self, number: int) -> float:
+        """Return the least length of so many features."""
+        return self.lengths[0] + (number - 1) * max(self.spacing[0], self.lengths[0])
+
+    def _long(self, shape: str, share: float, room: float, rest: int) -> float:
+        """Return the length of a feature in some room, in which so many more must follow it."""
+        if shape.startswith("step"):
+            return 0.0
+        most = room - self._least(rest) if rest else room
+        if self.alike:
+            most = min(room / (rest + 1), room - rest * self.spacing[0])
+        return min(_between(self.lengths, share), most)
 
     def _apart(self, last: Feature, length: float, share: float, rest: int) -> float:
         """Return the distance to the next feature."""
@@ -201,9 +212,10 @@ class Family:
 
     def _range(self, last: Feature, length: float, rest: int) -> Bounds:
         """Return the least and the largest distance to the next feature; so many more find room behind it."""
-        room = self.total_length - (last.start - FIRST) - length
+        room = self.total_length - (last.start - FIRST)
         least = max(self.spacing[0], last.length)
-        most = room / (rest + 1) if self.alike else room - rest * self.spacing[0]
+        behind = max(self.spacing[0], length) + self._least(rest) if rest else length
+        most = (room - length) / (rest + 1) if self.alike else room - behind
         return least, max(min(self.spacing[1], most), least)
 
 
