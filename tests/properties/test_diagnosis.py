@@ -163,7 +163,11 @@ def test_a_folder_is_diagnosed_and_goes_on(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_processes_find_the_same(tmp_path):
     files = recordings(tmp_path, 4)
-    assert diagnose_all(files, SHORT, workers=2) == diagnose_all(files, SHORT, workers=1)
+    many, few = (diagnose_all(files, SHORT, workers=workers) for workers in (2, 1))
+    for one, other in zip(many, few, strict=True):
+        assert one["verdict"] == other["verdict"]
+        for path, found in one["estimates"].items():  # linear algebra on more threads rounds in another order
+            assert found["value"] == pytest.approx(other["estimates"][path]["value"], rel=1e-6)
 
 
 @pytest.mark.parametrize(("fault", "size", "seed"), [("free play", 5e-5, 300), ("soft bush", 1e7, 301)])
