@@ -57,13 +57,13 @@ def one(where: wt.diagnosis.Site, seed: int) -> dict[str, Any]:
     found = identify(recording, where)
     took = perf_counter() - begun
     truth = Problem(recording, where.sensor, SIGMA, recording.truth["scenario"], beliefs(where, UNKNOWN))
-    whole = truth.at(np.zeros(len(truth.paths)), len(recording.samples), SIGMA)
+    whole = truth.jacobian(np.zeros(len(truth.paths)), len(recording.samples), SIGMA)
     assert whole is not None
     errors = [np.log(found[path] / true) for path, true in zip(UNKNOWN, TRUE, strict=True)]
     ends = [found.interval(path) for path in UNKNOWN]
     return {
         "errors": errors,
-        "bounds": np.sqrt(np.diag(covariance_of(whole[1])))[:2],
+        "bounds": np.sqrt(np.diag(covariance_of(whole)))[:2],
         "covered": [low < true < high for (low, high), true in zip(ends, TRUE, strict=True)],
         "converged": found.converged,
         "seconds": took,

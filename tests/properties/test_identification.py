@@ -46,7 +46,7 @@ def bound(recording, where):
     """Return the least standard deviations of ln m and ln c, with the priors, at the truth."""
     truth = recording.truth["scenario"]
     problem = Problem(recording, where.sensor, SIGMA, truth, beliefs(where, UNKNOWN))
-    _, jacobian = problem.at(np.zeros(len(problem.paths)), len(recording.samples), SIGMA)
+    jacobian = problem.jacobian(np.zeros(len(problem.paths)), len(recording.samples), SIGMA)
     return np.sqrt(np.diag(covariance_of(jacobian)))[:2]
 
 

@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 import wheeltapper as wt
-from wheeltapper.ask.loose import damper_motion
+from wheeltapper.ask.motion import motion_at
 
 DECK = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)
 LIGHT = wt.FloatingDeck(mass=1500, stiffness=1e8, damping=2e4)
@@ -225,7 +225,7 @@ def test_energy_closes_with_what_damper_and_bush_take(name, method):
 
 
 def force_of(one):
-    return damper_motion(one, TIMES, "strict").force
+    return motion_at(one, TIMES, "strict").force
 
 
 def errors(name, values, limit):
@@ -314,12 +314,12 @@ def test_a_saved_record_answers_as_before(tmp_path):
 @pytest.mark.parametrize("changes", [{}, *CASES.values()], ids=["plain", *CASES])
 def test_the_motion_for_fits_is_that_of_the_record(changes):
     one = scene(**changes)
-    found = damper_motion(one, TIMES)
+    found = motion_at(one, TIMES)
     at = wt.simulate(one).at(TIMES)
     np.testing.assert_allclose(found.force, at.normal_force, rtol=0, atol=1e-12 * np.abs(found.force).max())
     expected = at.deck_acceleration if "deck_acceleration" in at else np.zeros_like(TIMES)
     np.testing.assert_allclose(found.deck_acceleration, expected, rtol=0, atol=1e-11)
-    late = damper_motion(one, np.array([0.01, float(one.duration), 1.0]))
+    late = motion_at(one, np.array([0.01, float(one.duration), 1.0]))
     assert np.isfinite(late.force[:2]).all()
     assert np.isnan(late.force[2])
 
@@ -329,7 +329,7 @@ def test_the_motion_for_fits_is_smooth(path):
     one = scene(damper_play=2.5e-5, bush_stiffness=1e9, track=DECK)
     value = float(getattr(one.vehicle, path.split(".")[1]))
     steps = np.linspace(-1e-6, 1e-6, 9)
-    found = np.array([damper_motion(one.replaced({path: value * (1 + s)}), TIMES).deck_acceleration for s in steps])
+    found = np.array([motion_at(one.replaced({path: value * (1 + s)}), TIMES).deck_acceleration for s in steps])
     powers = np.vander(steps / 1e-6, 3)
     left = found - powers @ np.linalg.lstsq(powers, found, rcond=None)[0]
     assert np.abs(left).max() < 1e-9 * np.abs(found).max()

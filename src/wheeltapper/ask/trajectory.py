@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ask.motion import table_at_hand
 from wheeltapper.ask.sensitivity import turns_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
@@ -53,7 +54,7 @@ def trajectory(
     from wheeltapper.march.tangent_samples import DECK_V, DECK_Y, FIRST_LANE, FORCE, RATE, VALUE
 
     here = {path: np.array([float(Fields(scenario)(path))]) for path in parameters}
-    many = Many(scenario, here or {"speed": np.array([float(scenario.speed)])}, method)
+    many = Many(scenario, here or {"speed": np.array([float(scenario.speed)])}, method, table_at_hand)
     units = many.units
     scaled = times / units.time.item()
     march, values, tangents = None, np.empty(0), []

@@ -9,6 +9,7 @@ bends the pieces of its table.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -21,13 +22,14 @@ from wheeltapper.lower.bends import bend
 from wheeltapper.lower.build import table_of
 from wheeltapper.lower.ellipse import factor_function
 from wheeltapper.lower.fields import Fields
-from wheeltapper.lower.numbers import METHODS, Numbers, Placing, Units, numbers_of
+from wheeltapper.lower.numbers import METHODS, Method, Numbers, Placing, Units, numbers_of
 from wheeltapper.lower.table import Table
 from wheeltapper.march import program as contract
 from wheeltapper.march.ensemble import Cells
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Tabled = Callable[[Scenario, float, Method], tuple[Table, list[str]]]
 EPSILON = 1e-30
 """The imaginary step: small enough to leave no trace in real parts."""
 
@@ -81,10 +83,14 @@ class Many:
         By path, one number per cell in SI units.
     method
         "default" or "strict".
+    tabled
+        From a scenario, the end of its path (m) and the method to the table, where tables are at hand.
     """
 
-    def __init__(self, scenario: Scenario, changed: dict[str, FloatArray], method: str = "default") -> None:
-        self.scenario, self.changed = scenario, changed
+    def __init__(
+        self, scenario: Scenario, changed: dict[str, FloatArray], method: str = "default", tabled: Tabled = table_of
+    ) -> None:
+        self.scenario, self.changed, self._tabled = scenario, changed, tabled
         self._method = METHODS[method]
         self._kinds, self._reference = self._similarity()
         self._shaping = [path for path in changed if path not in self._kinds and _shapes_the_path(scenario, path)]
@@ -151,11 +157,13 @@ class Many:
             variants, owner = np.zeros((1, 0)), np.zeros(value.cells, dtype=np.int64)
         made, notes = [], []
         for index, variant in enumerate(variants):
-            changes: dict[str, Any] = self._reference | dict(zip(self._shaping, variant.tolist(), strict=True))
+            values = self._reference | dict(zip(self._shaping, variant.tolist(), strict=True))
+            held = Fields(scenario)
+            changes: dict[str, Any] = {path: value for path, value in values.items() if value != held(path)}
             shaped = scenario.replaced(changes) if changes else scenario
             end = float(ends[owner == index].max())
             shaped.check_extent(end)
-            table, said = table_of(shaped, end, self._method)
+            table, said = self._tabled(shaped, end, self._method)
             made.append(_Shaped(shaped, table))
             notes += said
         return made, owner, tuple(dict.fromkeys(notes))

@@ -84,9 +84,12 @@ def cells(courses: list[Course], start: float, end: float) -> list[tuple[float, 
 
 def total(present: list[Placed], which: str) -> Function:
     """Return the sum of one property of the stretches as a function."""
+    forms = [p.stretch.exact for p in present]
+    uneven = [p for p, form in zip(present, forms, strict=True) if not (isinstance(form, Harmonic) and form.level)]
+    level = sum(form.offset for form in forms if isinstance(form, Harmonic) and form.level) if which == "value" else 0.0
 
     def function(x: FloatArray) -> FloatArray:
-        return np.asarray(sum((getattr(p, which)(x) for p in present), np.zeros_like(x)))
+        return np.asarray(sum((getattr(p, which)(x) for p in uneven), np.full_like(x, level)))
 
     return function
 

@@ -56,7 +56,7 @@ def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray
     x = 0.5 * (left + right)
     early, late = above(left, everyone)[0] <= 0.0, above(right, everyone)[0] >= 0.0
     x[late], x[early] = right[late], left[early]
-    active = np.flatnonzero(~early & ~late)
+    active, has_left = np.flatnonzero(~early & ~late), np.zeros(len(x), dtype=bool)
     while len(active):
         here = x[active]
         height, slope = above(here, active)
@@ -65,8 +65,12 @@ def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray
         new = here - height / np.where(slope == 0.0, -1.0, slope)
         settled = np.abs(new - here) <= 4e-15 * np.abs(here)
         outside = ~((new > left[active]) & (new < right[active])) & ~settled
-        new[outside] = 0.5 * (left[active] + right[active])[outside]
-        settled |= outside & ((new == left[active]) | (new == right[active]))
+        end, middle = np.clip(new, left[active], right[active]), 0.5 * (left[active] + right[active])
+        new[outside] = np.where(has_left[active] | (end == here), middle, end)[
+            outside
+        ]  # a root at an end is met from there
+        has_left[active] |= outside
+        settled |= outside & (new == here)
         x[active] = np.where(settled, here, new)
         active = active[~settled]
     return x

@@ -31,7 +31,7 @@ class Cell:
     @staticmethod
     def of(start: float, end: float, present: list[Placed]) -> Cell:
         """Return the cell where these stretches are summed."""
-        flat = all(isinstance(f := p.stretch.exact, Harmonic) and not (f.sine or f.cosine) for p in present)
+        flat = all(isinstance(f := p.stretch.exact, Harmonic) and f.level for p in present)
         knots = [p.stretch.exact.breaks + p.shift for p in present if isinstance(p.stretch.exact, Polynomials)]
         inside = np.concatenate([k[(k > start) & (k < end)] for k in knots]) if knots else np.empty(0)
         return Cell(

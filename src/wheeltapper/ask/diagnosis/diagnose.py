@@ -8,23 +8,24 @@ else     where that does not explain the recording: flats from where something s
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault, fault_named
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
-from wheeltapper.ask.diagnosis.fitting import Fit, solve
+from wheeltapper.ask.diagnosis.fitting import WINDOWS, Fit, solve
 from wheeltapper.ask.diagnosis.force import noise_of
 from wheeltapper.ask.diagnosis.identify import beliefs, estimate_of, onset
-from wheeltapper.ask.diagnosis.problem import Motion, Prior, Problem, by_differences, by_tangents
+from wheeltapper.ask.diagnosis.problem import Prior, Problem, values_of
 from wheeltapper.ask.diagnosis.search import (
-    as_rounded,
     damper_starts,
     flat_starts,
     harmonic_starts,
     near,
     ranked,
+    resembling,
     strike,
 )
 from wheeltapper.ask.diagnosis.sensing import drifted, filtered
@@ -43,6 +44,8 @@ FAULTY = 0.1
 """Probability before the recording that a wheelset has a fault."""
 ALIKE = 0.05
 """Another verdict is not excluded where its probability is at least this part of the best one's."""
+EARLY = 3.0
+"""A healthy wheel moves the deck by more than so many deviations of the noise where the recording first shows it."""
 BASIN = 0.02
 """A fit that explains so much of the recording, s from the first strike, is in the right basin."""
 LASTING = 0.03
@@ -57,6 +60,10 @@ VAGUE = 0.3
 """A field whose logarithm has a larger standard deviation is hardly there."""
 NOTHING = 3.0
 """A damping below so many of its standard deviations may be none."""
+FIRST = (0.009, 0.007, 0.005, 0.003)
+"""Beginnings that a healthy wheelset may explain where it does not explain the first window, s."""
+DEVIATIONS, SHORTER = 3.0, 0.25
+"""χ² of a healthy beginning may exceed its mean by so many deviations; else it ends earlier by this factor."""
 SHORTEST = 32
 """Least number of samples."""
 FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
@@ -75,12 +82,22 @@ class _Case:
         self.evidence: dict[str, float] = {}
         self.struck = False  # healthy up to where something strikes: only flats do that
 
-    def problem(self, start: Scenario, priors: dict[str, Prior], motion: Motion = by_tangents) -> Problem:
-        return Problem(self.recording, self.site.sensor, self.noise, start, priors, motion)
+    def problem(self, start: Scenario, priors: dict[str, Prior]) -> Problem:
+        return Problem(self.recording, self.site.sensor, self.noise, start, priors)
 
     @property
     def best(self) -> Fit | None:
         return min(self.fits.values(), key=lambda fit: fit.reduced, default=None)
+
+    @cached_property
+    def early(self) -> bool:
+        """True where something moves the deck before the site's irregularity can: the wheel itself."""
+        fastest = self.passage.replaced(
+            {"speed": self.passage.speed * (1.0 + 3.0 * self.site.uncertainty.get("speed", 0.0))}
+        )
+        count = int(np.searchsorted(self.recording.times, self.begins)) + 1
+        found = self.problem(fastest, {}).shown(fastest, count)
+        return found is not None and bool(np.abs(found).max() < EARLY * self.noise)
 
     @property
     def explained(self) -> bool:
@@ -118,7 +135,8 @@ def diagnose(
     if not _wheel(recording, spread):
         return _nothing(recording, site, spread)
     _try_plain(case)
-    for attempt in (_try_flats, _try_damper_ends, _try_harmonics):
+    others = (_try_flats, _try_damper_ends, _try_harmonics)
+    for attempt in reversed(others) if case.early else others:
         if not case.explained and not case.struck:
             attempt(case)
     if case.explained and case.fits["plain"].reduced > EXPLAINED:
@@ -167,7 +185,7 @@ def _try_plain(case: _Case) -> None:
         trial = solve(case.problem(start, priors), case.begins)
         if found is None or (trial.held, -trial.chi_squared) > (found.held, -found.chi_squared):
             found = trial
-        if found.reduced <= EXPLAINED or found.held > case.begins + BASIN:
+        if found.reduced <= EXPLAINED or found.held > case.begins + BASIN or case.early:
             break
     assert found is not None
     _weigh_plain(case, found)
@@ -210,16 +228,13 @@ def _loaded(case: _Case) -> Scenario:
     """Return the passage under the load that the recording shows: in flight the deck rises with N0/M."""
     times = case.recording.times
     part = (times >= case.begins) & (times < case.begins + FLIGHTS) & np.isfinite(case.recording.samples)
-    stated = by_tangents(
-        case.passage.replaced({"duration": case.begins + FLIGHTS}), (), times[times < case.begins + FLIGHTS]
-    )
+    early = times[times < case.begins + FLIGHTS]
+    stated = values_of(case.passage.replaced({"duration": case.begins + FLIGHTS}), early)
     load, weight = float(case.passage.vehicle.load), float(case.passage.vehicle.weight)
     lost = case.recording.clipped & (case.recording.samples > 0.0)
     if stated is None or load <= 0.0 or lost[part].mean() > 1.0 - PLATEAU / 100.0:
         return case.passage
-    levels = [
-        np.percentile(values, PLATEAU) for values in (case.recording.samples[part], stated[0][part[: len(stated[0])]])
-    ]
+    levels = [np.percentile(values, PLATEAU) for values in (case.recording.samples[part], stated[part[: len(stated)]])]
     ratio = float(np.clip(levels[0] / levels[1], 0.5, 2.0)) if levels[1] > 0.0 else 1.0
     return case.passage.replaced({LOAD: max(load + (ratio - 1.0) * weight, 0.2 * load)})
 
@@ -255,28 +270,50 @@ def _normal(away: FloatArray, covariance: FloatArray) -> float:
 
 def _try_flats(case: _Case) -> None:
     """Fit flats, from where something strikes that mass, damping and load do not explain."""
-    plain = case.fits["plain"]
     made = {name: case.faults[name].made for name in FLATS if name in case.faults}
-    if not made or plain.held <= case.begins:
-        return
     healthy = case.problem(case.passage, beliefs(case.stated))
-    struck = strike(healthy, plain.scenario, plain.held)
-    if not np.isfinite(struck):
+    found = _struck(case, healthy) if made else None
+    if found is None:
         return
-    stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
-    whole = solve(case.problem(plain.scenario.replaced(stated), beliefs(case.stated)).until(struck), case.begins)
-    if np.isfinite(whole.held):
-        return  # something else is wrong before
+    struck, models = found
     case.struck = struck > case.begins + LASTING
-    for name, add in made.items():
-        fresh = case.fits.get("wheel flat")
-        if name != "wheel flat" and fresh is not None and fresh.reduced <= EXPLAINED:
-            _fit_fault(case, name, as_rounded(fresh.scenario, add), struck, patient=False)
+    for name, start in flat_starts(healthy, models, struck, made):
+        _fit_fault(case, name, start, struck)
+        if case.fits[name].reduced > EXPLAINED:
             continue
-        for start in flat_starts(healthy, whole.scenario, struck, name, add):
-            _fit_fault(case, name, start, struck)
-            if case.fits[name].reduced <= EXPLAINED:
-                break
+        for other in made.keys() - {name}:
+            alike = resembling(case.fits[name].scenario, name, other, made[other])
+            _fit_fault(case, other, alike, struck, patient=False)
+        break
+
+
+def _struck(case: _Case, healthy: Problem) -> tuple[float, list[Scenario]] | None:
+    """Return when something strikes a wheelset that was healthy up to then, and models of it; None where it was not."""
+    plain = case.fits["plain"]
+    if case.early:
+        share = 2.0 * case.site.uncertainty.get("speed", 0.0)
+        speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS / 2) + 1)
+        return case.begins, [case.passage.replaced({"speed": speed}) for speed in speeds.tolist()]
+    if plain.held <= case.begins:
+        begun = [model for window in FIRST if (model := _up_to(case, case.passage, case.begins + window))]
+        struck = strike(healthy, begun[0], case.begins) if begun else np.nan
+        return (struck, begun[:1]) if struck < case.begins + WINDOWS[0] else None
+    struck = strike(healthy, plain.scenario, plain.held)
+    stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
+    model = _up_to(case, plain.scenario.replaced(stated), struck) if np.isfinite(struck) else None
+    return None if model is None else (struck, [model])
+
+
+def _up_to(case: _Case, start: Scenario, end: float) -> Scenario | None:
+    """Return the healthy wheelset that explains the recording up to some time, or less where a flat is hardly felt."""
+    while True:
+        whole = solve(case.problem(start, beliefs(case.stated)).until(end), case.begins)
+        if np.isfinite(whole.held):
+            return None
+        within = 1.0 + DEVIATIONS * np.sqrt(2.0 / max(whole.freedom, 1))
+        end *= SHORTER
+        if whole.reduced <= within or end < case.begins + WINDOWS[0]:
+            return whole.scenario
 
 
 def _try_damper_ends(case: _Case) -> None:
@@ -288,11 +325,11 @@ def _try_damper_ends(case: _Case) -> None:
     at, _ = near(loose, case.begins)
     stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
     model = loose.scenario(at).replaced(stated)
-    family = case.problem(model, {}, by_differences)
+    family = case.problem(model, {})
     starts = damper_starts(family, model, case.begins, {name: case.faults[name].made for name in names})
     for name, start in starts:
         if name not in case.fits or not case.explained:
-            _fit_fault(case, name, start, case.begins, not case.explained, by_differences)
+            _fit_fault(case, name, start, case.begins, not case.explained)
 
 
 def _try_harmonics(case: _Case) -> None:
@@ -305,11 +342,9 @@ def _try_harmonics(case: _Case) -> None:
             return
 
 
-def _fit_fault(
-    case: _Case, name: str, start: Scenario, begins: float, patient: bool = True, motion: Motion = by_tangents
-) -> None:
+def _fit_fault(case: _Case, name: str, start: Scenario, begins: float, patient: bool = True) -> None:
     priors = beliefs(case.stated) | case.faults[name].believed(case.passage)
-    found = solve(case.problem(start, priors, motion), begins, patient)
+    found = solve(case.problem(start, priors), begins, patient)
     if name not in case.fits or found.evidence > case.fits[name].evidence:
         case.fits[name], case.evidence[name] = found, found.evidence
 

@@ -116,7 +116,7 @@ def _explaining(problem: Problem, at: FloatArray, count: int, noise: float, step
         found = problem.residuals(at, count)
         if found is None:
             return None
-        left = float((found[0] ** 2).mean())
+        left = float((found**2).mean())
         if left <= HOLDS * problem.noise**2:
             return at
         if noise == problem.noise or left > noise**2 or left > STUCK * before:
@@ -130,7 +130,7 @@ def _next_window(problem: Problem, at: FloatArray, counts: list[int], window: in
     first = window + 1
     if found is None:
         return first, problem.noise * INFLATED
-    misfit, signal = (np.cumsum(values**2) for values in (found[0], (problem.samples * problem.there)[: counts[-1]]))
+    misfit, signal = (np.cumsum(values**2) for values in (found, (problem.samples * problem.there)[: counts[-1]]))
     chosen = first
     before = counts[window] if window >= 0 else 0
     for number in range(first, len(counts)):
@@ -180,46 +180,41 @@ def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: in
 
     With few `steps` they only have to come near: they also end where the sum of squares hardly falls.
     """
-    here = problem.at(at, count, noise)
-    damping, tries = DAMPING, 2 * steps
+    residual, damping, tries = problem.weighed(at, count, noise), DAMPING, 2 * steps
     while tries > 0:
-        if here is None:
+        jacobian = problem.jacobian(at, count, noise)
+        if residual is None or jacobian is None:
             return at, False
-        linear = _Step.at(*here)
+        linear = _Step.at(residual, jacobian)
         if not np.all(np.isfinite(linear.factor)):
             return at, False
-        before = float((here[0] ** 2).sum())
-        deviation = np.sqrt(np.diag(_inverse(linear.factor)))
+        before, deviation = float(residual @ residual), np.sqrt(np.diag(_inverse(linear.factor)))
         while True:
             step = linear.along(linear.target, damping)
             settled = bool(np.all(np.abs(step) < SETTLED * deviation))
             tries -= 1
-            found = _tried(problem, at, step / linear.size, count, noise)
-            if found is not None and _size(found[1]) > before and not settled:
+            trial, residual = _tried(problem, at, step / linear.size, count, noise)
+            if residual is not None and residual @ residual > before and not settled:
                 tries -= 1
-                bent = linear.curved(step, found[1][0], damping)
-                found = _tried(problem, at, bent / linear.size, count, noise)
-            if found is not None and _size(found[1]) <= before:
-                at, here, damping = found[0], found[1], max(0.03 * damping, 1e-12)
+                bent = linear.curved(step, residual, damping)
+                trial, residual = _tried(problem, at, bent / linear.size, count, noise)
+            if residual is not None and residual @ residual <= before:
+                at, damping = trial, max(0.03 * damping, 1e-12)
                 break
             if settled or tries <= 0:
                 return at, settled
             damping *= 30.0
-        if settled or (steps < LAST_STEPS and _size(here) > NEARLY * before):
+        if settled or (steps < LAST_STEPS and residual @ residual > NEARLY * before):
             return at, settled
     return at, False
 
 
 def _tried(
     problem: Problem, at: FloatArray, step: FloatArray, count: int, noise: float
-) -> tuple[FloatArray, tuple[FloatArray, FloatArray]] | None:
+) -> tuple[FloatArray, FloatArray | None]:
+    """Return where a step leads, and the residuals there."""
     trial = problem.within(at + np.clip(step, -REACH, REACH))
-    found = problem.at(trial, count, noise)
-    return None if found is None else (trial, found)
-
-
-def _size(found: tuple[FloatArray, FloatArray]) -> float:
-    return float((found[0] ** 2).sum())
+    return trial, problem.weighed(trial, count, noise)
 
 
 def triangle_of(matrix: FloatArray) -> FloatArray:
@@ -250,14 +245,13 @@ def covariance_of(jacobian: FloatArray) -> FloatArray:
 def summary(problem: Problem, at: FloatArray, converged: bool, held: float = np.inf) -> Fit:
     """Return what is known at some coordinates."""
     many, count = len(problem.paths), len(problem.times)
-    found = problem.at(at, count, problem.noise)
+    residual, jacobian = problem.weighed(at, count, problem.noise), problem.jacobian(at, count, problem.noise)
     freedom = int(problem.there.sum()) - sum(prior.kind == "flat" for prior in problem.priors)
-    if found is None:
+    if residual is None or jacobian is None:
         nothing = np.full((many, many), np.inf)
         return Fit(
             problem.paths, problem.first, nothing, np.inf, np.inf, freedom, -np.inf, False, problem.start
         )  # fmt: skip
-    residual, jacobian = found
     covariance = covariance_of(jacobian)
     total = float((residual**2).sum())
     evidence = -np.inf

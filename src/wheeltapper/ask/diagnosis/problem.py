@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.sensing import drifted, filtered
+from wheeltapper.ask.motion import motion_at
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor import Sensor
@@ -18,11 +19,8 @@ from wheeltapper.march import program as contract
 from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
-Motion = Callable[[Scenario, tuple[str, ...], FloatArray], tuple[FloatArray, FloatArray] | None]
-"""The deck's acceleration at some times and its derivatives (parameters, times); None where no model is there."""
-
-DIFFERENCE, BETWEEN = 1e-5, ("vehicle.damper_play_start",)
-"""Step of differences, over the value; over one where the value lies about zero."""
+DIFFERENCE, BETWEEN = 3e-7, ("vehicle.damper_play_start",)
+"""Step of differences, over the value; over one, inwards, where the value lies between -1 and 1."""
 
 
 class Prior(NamedTuple):
@@ -37,32 +35,38 @@ class Prior(NamedTuple):
     kind: Literal["flat", "normal", "lognormal", "uniform"] = "flat"
 
 
-def by_tangents(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """Return the motion of the core model with its exact derivatives."""
+def values_of(scenario: Scenario, times: FloatArray) -> FloatArray | None:
+    """Return the deck's acceleration at some times; None where no model is there."""
+    found = motion_at(scenario, times)
+    return _whole(found.status, found.deck_acceleration)
+
+
+def slopes_of(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> FloatArray | None:
+    """Return the derivatives (parameters, times) of the deck's acceleration; None where no model is there.
+
+    They are exact, but where the damper has an end of its own: there they are differences.
+    """
+    if scenario.vehicle.damper_end:
+        return _differences(scenario, paths, times)
     found = trajectory(scenario, paths, times)
-    if found.status not in (contract.DONE, contract.ENOUGH):
-        return None
-    return found.deck_acceleration, found.of_deck_acceleration
+    return None if _whole(found.status, found.deck_acceleration) is None else found.of_deck_acceleration
 
 
-def by_differences(
-    scenario: Scenario, paths: tuple[str, ...], times: FloatArray
-) -> tuple[FloatArray, FloatArray] | None:
-    """Return the motion of a wheelset whose damper has an end of its own, with central differences."""
-    from wheeltapper.ask.loose import damper_motion
-
-    def moved(model: Scenario) -> FloatArray:
-        status, _, acceleration = damper_motion(model, times)
-        return acceleration if status in (contract.DONE, contract.ENOUGH) else np.full(len(times), np.nan)
-
-    def slope(path: str) -> FloatArray:
+def _differences(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> FloatArray | None:
+    here, out = values_of(scenario, times), np.empty((len(paths), len(times)))
+    for row, path in zip(out, paths, strict=True):
         value = float(Fields(scenario)(path))
-        step = DIFFERENCE * (abs(value) if path not in BETWEEN else 1.0)
-        up, down = (scenario.replaced({path: value + side * step}) for side in (1, -1))
-        return (moved(up) - moved(down)) / (2.0 * step)
+        step = DIFFERENCE * (abs(value) if path not in BETWEEN else -1.0 if value > 0.0 else 1.0)
+        there = values_of(scenario.replaced({path: value + step}), times)
+        if here is None or there is None:
+            return None
+        row[:] = (there - here) / step
+    return out
 
-    slopes = [slope(path) for path in paths]
-    return moved(scenario), np.array(slopes).reshape(len(paths), len(times))
+
+def _whole(status: int, acceleration: FloatArray) -> FloatArray | None:
+    there = status in (contract.DONE, contract.ENOUGH) and bool(np.all(np.isfinite(acceleration)))
+    return acceleration if there else None
 
 
 class Problem:
@@ -76,15 +80,12 @@ class Problem:
         The model to start from.
     priors
         The parameters, by path.
-    motion
-        How the models move.
     """
 
     def __init__(
-        self, recording: Recording, sensor: Sensor, noise: float, start: Scenario, priors: Mapping[str, Prior],
-        motion: Motion = by_tangents,
-    ) -> None:  # fmt: skip
-        self.recording, self.sensor, self.noise, self.start, self.motion = recording, sensor, noise, start, motion
+        self, recording: Recording, sensor: Sensor, noise: float, start: Scenario, priors: Mapping[str, Prior]
+    ) -> None:
+        self.recording, self.sensor, self.noise, self.start = recording, sensor, noise, start
         self.paths, self.priors = tuple(priors), tuple(priors.values())
         self.first = np.array([float(Fields(start)(path)) for path in self.paths])
         self.linear = np.array([prior.kind == "uniform" for prior in self.priors], dtype=bool)
@@ -95,14 +96,14 @@ class Problem:
         self.times = recording.times
         self.samples = np.nan_to_num(recording.samples)
         self.there = np.isfinite(recording.samples)
-        self._known: tuple[FloatArray, FloatArray, FloatArray] | None = None
+        self._model: tuple[FloatArray, Scenario] | None = None
+        self._residuals: tuple[FloatArray, FloatArray, NDArray[np.bool_]] | None = None  # and which samples count
+        self._slopes: tuple[FloatArray, FloatArray] | None = None
 
     def until(self, time: float) -> Problem:
         """Return the same with the part of the recording before a time after the trigger, s."""
         part = self.recording.until(time)
-        return Problem(
-            part, self.sensor, self.noise, self.start, dict(zip(self.paths, self.priors, strict=True)), self.motion
-        )
+        return Problem(part, self.sensor, self.noise, self.start, dict(zip(self.paths, self.priors, strict=True)))
 
     def values(self, at: FloatArray) -> FloatArray:
         """Return the parameters' values at some coordinates, counted from the start."""
@@ -111,7 +112,10 @@ class Problem:
 
     def scenario(self, at: FloatArray) -> Scenario:
         """Return the model at some coordinates."""
-        return self.start.replaced(dict(zip(self.paths, self.values(at).tolist(), strict=True)))
+        if self._model is None or not np.array_equal(self._model[0], at):
+            values = dict(zip(self.paths, self.values(at).tolist(), strict=True))
+            self._model = at.copy(), self.start.replaced(values)
+        return self._model[1]
 
     def within(self, at: FloatArray) -> FloatArray:
         """Return the nearest coordinates that uniform priors allow."""
@@ -119,33 +123,54 @@ class Problem:
         middle = (centre - self.first) / self.scale
         return np.where(self.linear, np.clip(at, middle - 1.0, middle + 1.0), at)
 
-    def residuals(self, at: FloatArray, count: int) -> tuple[FloatArray, FloatArray] | None:
-        """Return differences from the first `count` samples, m/s², and their derivatives (samples, parameters)."""
+    def shown(self, model: Scenario, count: int) -> FloatArray | None:
+        """Return the first `count` samples as a model makes them; None where it makes none."""
         if not count:
-            return np.empty(0), np.empty((0, len(self.paths)))
-        if self._known is None or not np.array_equal(self._known[0], at) or len(self._known[1]) < count:
-            found = self._computed(at, count)
-            if found is None:
-                return None
-            self._known = (at.copy(), *found)
-        _, residual, slopes = self._known
-        return residual[:count], slopes[:count]
-
-    def _computed(self, at: FloatArray, count: int) -> tuple[FloatArray, FloatArray] | None:
+            return np.empty(0)
         times = self.times[:count]
         try:
-            model = self.scenario(at).replaced({"duration": float(times[-1] + 0.5 / self.recording.rate)})
-            found = self.motion(model, self.paths, times)
+            found = values_of(self._until(model, count), times)
         except (InputError, ValueError):
             return None
-        if found is None or not np.all(np.isfinite(found[0])):
+        return None if found is None else drifted(filtered(found, self.sensor), times, self.sensor)
+
+    def residuals(self, at: FloatArray, count: int) -> FloatArray | None:
+        """Return differences from the first `count` samples, m/s²; None where no model is there."""
+        if self._residuals is None or _lacks(self._residuals, at, count):
+            found = self._at(at, lambda model: self.shown(model, count))
+            if found is None:
+                return None
+            off, samples = found - self.samples[:count], self.samples[:count]
+            beyond = self.recording.clipped[:count] & (off * np.sign(samples) > 0.0)
+            counts = self.there[:count] & ~beyond  # beyond a clipped sample the model may be anywhere
+            self._residuals = at.copy(), np.where(counts, off, 0.0), counts
+        return self._residuals[1][:count]
+
+    def slopes(self, at: FloatArray, count: int) -> FloatArray | None:
+        """Return the derivatives (samples, parameters) of the residuals; None where no model is there."""
+        if not count:
+            return np.empty((0, len(self.paths)))
+        if self.residuals(at, count) is None:
             return None
-        per = np.where(self.linear, self.scale, self.values(at))
-        slopes = np.array([filtered(row, self.sensor) for row in found[1]]).reshape(len(per), count) * per[:, None]
-        residual = drifted(filtered(found[0], self.sensor), times, self.sensor) - self.samples[:count]
-        beyond = self.recording.clipped[:count] & (residual * np.sign(self.samples[:count]) > 0.0)
-        counts = self.there[:count] & ~beyond  # beyond a clipped sample the model may be anywhere
-        return np.where(counts, residual, 0.0), np.where(counts, slopes, 0.0).T
+        assert self._residuals is not None
+        if self._slopes is None or _lacks(self._slopes, at, count):
+            found = self._at(at, lambda model: slopes_of(self._until(model, count), self.paths, self.times[:count]))
+            if found is None:
+                return None
+            per = np.where(self.linear, self.scale, self.values(at))
+            shown = np.array([filtered(row, self.sensor) for row in found]).reshape(len(per), count)
+            self._slopes = at.copy(), np.where(self._residuals[2][:count], shown * per[:, None], 0.0).T
+        return self._slopes[1][:count]
+
+    def _at(self, at: FloatArray, found: Callable[[Scenario], FloatArray | None]) -> FloatArray | None:
+        """Return what is found with the model at some coordinates; None where none can be there."""
+        try:
+            return found(self.scenario(at))
+        except (InputError, ValueError):
+            return None
+
+    def _until(self, model: Scenario, count: int) -> Scenario:
+        return model.replaced({"duration": float(self.times[count - 1] + 0.5 / self.recording.rate)})
 
     def prior_residuals(self, at: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how far the parameters are from what is known of them, over its deviation, and the derivatives."""
@@ -162,10 +187,16 @@ class Problem:
                 slopes.append(0.0)
         return np.array(out), np.diag(slopes)
 
-    def at(self, at: FloatArray, count: int, noise: float) -> tuple[FloatArray, FloatArray] | None:
-        """Return all residuals over their deviations and the Jacobian."""
+    def weighed(self, at: FloatArray, count: int, noise: float) -> FloatArray | None:
+        """Return all residuals over their deviations, those from what is known beforehand last."""
         found = self.residuals(at, count)
-        if found is None:
-            return None
-        beliefs, slopes = self.prior_residuals(at)
-        return np.concatenate([found[0] / noise, beliefs]), np.vstack([found[1] / noise, slopes])
+        return None if found is None else np.concatenate([found / noise, self.prior_residuals(at)[0]])
+
+    def jacobian(self, at: FloatArray, count: int, noise: float) -> FloatArray | None:
+        """Return the derivatives of the weighed residuals."""
+        found = self.slopes(at, count)
+        return None if found is None else np.vstack([found / noise, self.prior_residuals(at)[1]])
+
+
+def _lacks(known: tuple[FloatArray, ...], at: FloatArray, count: int) -> bool:
+    return len(known[1]) < count or not np.array_equal(known[0], at)

@@ -6,7 +6,7 @@ grids   lengths of a flat about that place; orders and phases of a wheel out of 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from math import pi
 
 import numpy as np
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.faults import Made, out_of_round
 from wheeltapper.ask.diagnosis.fitting import INFLATED, STEPS, fitted
-from wheeltapper.ask.diagnosis.problem import Motion, Prior, Problem, by_tangents
+from wheeltapper.ask.diagnosis.problem import Prior, Problem
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.errors import InputError
+from wheeltapper.record.simulate import simulate
 
 FloatArray = NDArray[np.float64]
 
@@ -26,17 +26,19 @@ FLATS = tuple(1e-3 * length for length in (7, 10, 14, 18, 23, 28, 34, 40, 47, 54
 """Lengths of fresh flats that are tried, m."""
 LIKE = {"wheel flat": 1.0, "rounded flat": 0.7}
 """Length of the fresh flat that a flat resembles, over its own."""
-EDGE, EDGES = 0.002, (0.0, 0.002, 0.004, 0.007)
-"""How far before the place where it is felt the flat's edge touches, m: usually, and what is tried at last."""
-TRIED = 3
-"""How many starts are gone on with."""
+EDGES = (0.0, 0.002, 0.005)
+"""How far before the place where it is felt the flat's edge touches, m, where the wheel has rolled onto it."""
+LANDED, LANDING = (0.15, 0.5, 0.85), 1e-3
+"""The same over the length where the wheel has landed on it, at most so long before, s."""
+TRIED = 6
+"""How many starts are gone on with, at most."""
 AFTER = 0.02
 """s after the strike in which starts are judged."""
 ORDERS = range(1, 31)
 SMALL, NEAR = 1e-5, (0.011, 0.022, 0.04)
 """Amplitude of a wheel out of round at which orders are weighed, m, and the windows that lead there, s."""
-DAMPERS = 4
-"""How many dampers with an end of their own are gone on with."""
+HARMONICS, DAMPERS = 3, 4
+"""How many orders, and how many dampers with an end of their own, are gone on with."""
 PLAYS, PLACES = (1.2e-5, 2.5e-5, 5e-5, 1e-4, 2e-4), (0.2, 0.5, 0.8)
 """Half-gaps that are tried, m, and places of the end in the gap, 0 to 1."""
 BUSHES = (1e6, 4e6, 1.6e7, 6e7)
@@ -46,10 +48,10 @@ BUSHES = (1e6, 4e6, 1.6e7, 6e7)
 def strike(problem: Problem, model: Scenario, since: float) -> float:
     """Return when something strikes that a model does not explain, s after the trigger; NaN if nothing does."""
     times, rate = problem.times, problem.recording.rate
-    found = by_tangents(model.replaced({"duration": float(times[-1] + 0.5 / rate)}), (), times)
+    found = problem.shown(model, len(times))
     if found is None:
         return since
-    off = np.where(problem.there & ~problem.recording.clipped, found[0] - problem.samples, 0.0)
+    off = np.where(problem.there & ~problem.recording.clipped, found - problem.samples, 0.0)
     count, width = int(np.searchsorted(times, since)), max(int(1e-3 * rate), 1)
     total = np.concatenate([[0.0], np.cumsum(off**2)])
     power = (total[width:] - total[:-width]) / width
@@ -61,50 +63,48 @@ def strike(problem: Problem, model: Scenario, since: float) -> float:
     return float(times[first + (int(beyond[0]) if len(beyond) else 0)])
 
 
-def misfit(problem: Problem, model: Scenario, start: float, end: float, motion: Motion = by_tangents) -> float:
+def misfit(problem: Problem, model: Scenario, start: float, end: float) -> float:
     """Return the mean squared difference between a model and the recording between two times."""
     first, last = np.searchsorted(problem.times, [start, end])
     last = max(int(last), int(first) + 1)
-    times = problem.times[:last]
-    try:
-        found = motion(model.replaced({"duration": float(times[-1] + 0.5 / problem.recording.rate)}), (), times)
-    except (InputError, ValueError):
-        return np.inf
-    if found is None or not np.all(np.isfinite(found[0])):
+    found = problem.shown(model, last)
+    if found is None:
         return np.inf
     part = slice(int(first), last)
-    off = (found[0][part] - problem.samples[part])[problem.there[part]]
+    off = (found[part] - problem.samples[part])[problem.there[part]]
     return float((off**2).mean())
 
 
-def ranked(
-    problem: Problem, models: Iterable[Scenario], start: float, end: float, motion: Motion = by_tangents
-) -> list[Scenario]:
+def ranked(problem: Problem, models: Iterable[Scenario], start: float, end: float) -> list[Scenario]:
     """Return the models, those nearest to the recording between two times first."""
-    tried = [(misfit(problem, model, start, end, motion), number, model) for number, model in enumerate(models)]
+    tried = [(misfit(problem, model, start, end), number, model) for number, model in enumerate(models)]
     return [model for off, _, model in sorted(tried, key=lambda one: one[:2]) if np.isfinite(off)]
 
 
-def flat_starts(problem: Problem, model: Scenario, struck: float, name: str, made: Made) -> Iterator[Scenario]:
-    """Yield models with flats that come near to what follows a strike, the nearest first."""
-    turn = 2.0 * pi * model.vehicle.radius
-    felt = float(model.speed) * struck
+def flat_starts(
+    problem: Problem, models: Sequence[Scenario], struck: float, made: dict[str, Made]
+) -> Iterator[tuple[str, Scenario]]:
+    """Yield models with flats that come near to what follows a strike, by name, the nearest first."""
+    turn = 2.0 * pi * models[0].vehicle.radius
+    since = struck - simulate(models[0].replaced({"duration": struck})).impacts.time.values
+    landed = bool(np.any(since < LANDING))
+    edges = [(length, edge * length if landed else edge) for length in FLATS for edge in (LANDED if landed else EDGES)]
 
-    def flat(length: float, edge: float) -> Scenario:
+    def flat(name: str, model: Scenario, length: float, edge: float) -> Scenario:
         own = length / LIKE[name]
-        return made(model, own, ((felt - edge + 0.5 * own) % turn) / turn)
+        return made[name](model, own, ((float(model.speed) * struck - edge + 0.5 * own) % turn) / turn)
 
-    for near in ranked(problem, [flat(length, EDGE) for length in FLATS], struck - 0.002, struck + AFTER)[:TRIED]:
-        others = [flat(LIKE[name] * near.irregularities[-1].length, edge) for edge in EDGES]
-        yield from ranked(problem, others, struck - 0.002, struck + 0.5 * AFTER)[:1]
+    names = {flat(name, model, *edge): name for name in made for model in models for edge in edges}
+    for start in ranked(problem, names, struck - 0.002, struck + AFTER)[:TRIED]:
+        yield names[start], start
 
 
-def as_rounded(fresh: Scenario, made: Made) -> Scenario:
-    """Return the passage with the rounded flat that resembles a fresh one."""
-    flat = fresh.irregularities[-1]
-    turn = 2.0 * pi * fresh.vehicle.radius
-    without = fresh.replaced({"irregularity": fresh.irregularities[:-1]})
-    return made(without, flat.length / LIKE["rounded flat"], (flat.position % turn) / turn)
+def resembling(flat: Scenario, of: str, name: str, made: Made) -> Scenario:
+    """Return the passage whose last irregularity, a flat of one kind, is the one of another kind that is most alike."""
+    item = flat.irregularities[-1]
+    turn = 2.0 * pi * flat.vehicle.radius
+    without = flat.replaced({"irregularity": flat.irregularities[:-1]})
+    return made(without, item.length * LIKE[of] / LIKE[name], (item.position % turn) / turn)
 
 
 def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
@@ -128,9 +128,9 @@ def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
     found = problem.residuals(at, count)
     if found is None:
         return
-    model, noise = problem.scenario(at), max(float(np.sqrt((found[0] ** 2).mean())), problem.noise)
+    model, noise = problem.scenario(at), max(float(np.sqrt((found**2).mean())), problem.noise)
     tried = [(*_harmonic(problem, model, order, count, noise), order) for order in ORDERS]
-    for _, start, _ in sorted(tried, key=lambda one: (one[0], one[2]))[:TRIED]:
+    for _, start, _ in sorted(tried, key=lambda one: (one[0], one[2]))[:HARMONICS]:
         yield start
 
 
@@ -144,7 +144,7 @@ def damper_starts(
     sizes = {"free play": [(play, place) for play in PLAYS for place in PLACES]}
     sizes["soft bush"] = [(bush, 0.5) for bush in BUSHES]
     names = {add(model, *size): name for name, add in made.items() for size in sizes[name]}
-    order = ranked(problem, names, begins, begins + NEAR[-1], problem.motion)
+    order = ranked(problem, names, begins, begins + NEAR[-1])
     yield from ((names[start], start) for start in order[:DAMPERS])
     for name in made:
         late = [start for start in order[DAMPERS:] if names[start] == name]
@@ -161,10 +161,10 @@ def _harmonic(problem: Problem, model: Scenario, order: int, count: int, noise: 
     known = dict(zip(problem.paths, problem.priors, strict=True))
     unknown = {paths[0]: Prior(SMALL), paths[1]: Prior(place, half, "uniform")}
     family = Problem(problem.recording, problem.sensor, problem.noise, start, known | unknown)
-    found = family.at(np.zeros(len(family.paths)), count, noise)
-    if found is None or not np.all(np.isfinite(found[1])):
+    at = np.zeros(len(family.paths))
+    residual, jacobian = family.weighed(at, count, noise), family.jacobian(at, count, noise)
+    if residual is None or jacobian is None or not np.all(np.isfinite(jacobian)):
         return np.inf, start
-    residual, jacobian = found
     step = np.linalg.lstsq(jacobian, -residual, rcond=None)[0]
     left = float(((residual + jacobian @ step) ** 2).sum())
     along, across = 1.0 + step[-2], order / radius * step[-1] * half

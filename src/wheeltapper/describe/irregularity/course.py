@@ -24,6 +24,11 @@ class Harmonic:
     wavenumber: float
     origin: float
 
+    @property
+    def level(self) -> bool:
+        """True where there is no wave."""
+        return not (self.sine or self.cosine)
+
     def moved(self, distance: float) -> Harmonic:
         """Return the form, moved forward."""
         return replace(self, origin=self.origin + distance)

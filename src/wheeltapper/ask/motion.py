@@ -1,9 +1,10 @@
-"""The motion of a wheelset whose damper is loose or has a bush, at given times: what a fit of recordings asks for."""
+"""The motion of a wheelset at given times and nothing else, quickly: what a fit of recordings asks for."""
 
 from __future__ import annotations
 
 from collections.abc import Hashable
 from functools import lru_cache
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -11,12 +12,14 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.build import lower, table_of
-from wheeltapper.lower.numbers import METHODS
+from wheeltapper.lower.numbers import METHODS, Method
 from wheeltapper.lower.table import Table
 from wheeltapper.march import program as contract
 from wheeltapper.record.damper import sampled
 
 FloatArray = NDArray[np.float64]
+REACH = 0.25
+"""The path of the wheel's centre is known up to a multiple of this, m: other speeds then share it."""
 
 
 class Motion(NamedTuple):
@@ -43,12 +46,11 @@ class _Same:
 class _Path:
     """A scenario, equal to others whose wheel's centre goes the same way."""
 
-    def __init__(self, scenario: Scenario, method: str) -> None:
-        self.scenario, self.method = scenario, method
+    def __init__(self, scenario: Scenario, end: float, method: Method) -> None:
+        self.scenario, self.end, self.method = scenario, REACH * ceil(end / REACH), method
         contact = scenario.contact if getattr(scenario.contact, "follows_curvature", False) else None
         items = tuple(_Same(item) for item in scenario.irregularities)
-        end = scenario.speed * scenario.duration
-        self._key: Hashable = (items, scenario.rolling, scenario.vehicle.radius, contact, end, method)
+        self._key: Hashable = (items, scenario.rolling, scenario.vehicle.radius, contact, self.end, method)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Path) and self._key == other._key
@@ -59,11 +61,15 @@ class _Path:
 
 @lru_cache(maxsize=8)
 def _table(path: _Path) -> tuple[Table, list[str]]:
-    scenario = path.scenario
-    return table_of(scenario, float(scenario.speed * scenario.duration), METHODS[path.method])
+    return table_of(path.scenario, path.end, path.method)
 
 
-def damper_motion(scenario: Scenario, times: FloatArray, method: str = "default") -> Motion:
+def table_at_hand(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[str]]:
+    """Return the path of the wheel's centre to x = end (m) or farther, as lately where the wheel goes the same way."""
+    return _table(_Path(scenario, end, method))
+
+
+def motion_at(scenario: Scenario, times: FloatArray, method: str = "default") -> Motion:
     """Return normal force and deck acceleration of a wheelset, its damper with an end of its own or not.
 
     Nothing but the numbers is computed, no farther than to the last of the times, and the path of the wheel's centre
@@ -86,7 +92,8 @@ def damper_motion(scenario: Scenario, times: FloatArray, method: str = "default"
     """
     from wheeltapper.march import damper_end, dense, single
 
-    lowered = lower(scenario, method, _table(_Path(scenario, method)))
+    path = table_at_hand(scenario, float(scenario.speed * scenario.duration), METHODS[method])
+    lowered = lower(scenario, method, path)
     program = lowered.program
     scaled = times / lowered.time
     program.numbers[contract.END] = min(program.numbers[contract.END], scaled.max(initial=0.0))
