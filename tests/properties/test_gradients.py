@@ -225,6 +225,22 @@ def test_a_longer_run_ends_later_and_changes_nothing_else():
     assert float(landed.largest_force_gradient[0]) == 0.0
 
 
+@pytest.mark.parametrize(
+    ("length", "position"),
+    [(0.04377536973301918, 0.016833079862064934), (0.07632510970879307, 0.06536523648343796),
+     (0.07827404478805525, 0.02113657721308422), (0.0675421101126794, 0.06200302792328245)],
+)  # fmt: skip
+def test_a_flat_whose_chord_is_touched_in_a_dot(length, position):
+    """Rounding may leave the chord a run of the last digit's length; it is none."""
+    wheel = WHEEL.model_copy(update={"radius": 0.46})
+    flat = wt.WheelFlat(length=length, position=position)
+    one = wt.Scenario(vehicle=wheel, speed=9.0, duration=0.4, irregularity=flat)
+    assert wt.simulate(one).impacts.sizes["impact"] > 5
+    force = wt.features.largest_force()
+    found = wt.gradient(one.replaced({"contact": BUMP.contact}), [force], ["irregularity.0.length"])
+    assert np.isfinite(found.largest_force.values).all()
+
+
 def test_a_cell_that_grazes_is_flagged_and_not_smoothed():
     """A dip of 0.064 07 mm is where contact begins to be lost (the numerics reference, section 7)."""
     dip = wt.Scenario(

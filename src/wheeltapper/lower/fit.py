@@ -72,14 +72,16 @@ def _noise(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> Flo
 
 def _fitted(
     sample: Sample, left: FloatArray, right: FloatArray, owner: IntArray, tolerances: list[float]
-) -> tuple[list[FloatArray], NDArray[np.bool_]]:
-    """Return the monomial coefficients of each function on each interval, and where all are good enough."""
+) -> tuple[list[FloatArray], IntArray]:
+    """Return the monomial coefficients of each function on each interval, and into how many it is to be cut.
+
+    One where all are good enough, else a power of two that is likely not to be too large.
+    """
     middle, half = 0.5 * (left + right)[:, None], 0.5 * (right - left)[:, None]
     places = middle + half * (NODES if len(tolerances) == 1 else np.concatenate([NODES, LOBATTO]))
     places[:, 0], places[:, 1] = left, right  # exactly: neighbours share their ends
     found = sample(places.ravel(), np.repeat(owner, places.shape[1]))
-    good = np.asarray(half[:, 0] < NARROWEST)
-    rows, errors = [], []
+    rows, excess = [], np.zeros(len(left))
     for one, tolerance in zip(found, tolerances, strict=True):
         table = one.values.reshape(places.shape)
         if one.slopes is None:
@@ -94,9 +96,21 @@ def _fitted(
         checked = table[:, 2 + len(INNER) : len(NODES)]
         error = np.abs(np.polynomial.polynomial.polyval(CHECK, coefficients.T) - checked).max(axis=1)
         scatter = 0.0 if one.scatter is None else one.scatter.reshape(places.shape).max(axis=1)
-        errors.append(error <= tolerance + scatter + _noise(coefficients, left, right))
+        excess = np.maximum(excess, error / (tolerance + scatter + _noise(coefficients, left, right)))
         rows.append(coefficients)
-    return rows, good | np.all(errors, axis=0)
+    halvings = np.log2(np.clip(excess, 1.0, 1e12)) / (DEGREE + 1)
+    good = (half[:, 0] < NARROWEST) | (excess <= 1.0)
+    return rows, np.where(good, 1, 2 ** np.maximum(halvings.astype(np.int64), 1))
+
+
+def _cut(ends: FloatArray, parts: IntArray) -> FloatArray:
+    """Return each interval cut into so many equal parts, which share their ends."""
+    owner = np.repeat(np.arange(len(ends)), parts)
+    number = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+    width = np.diff(ends, axis=1)[owner, 0] / parts[owner]
+    left, last = ends[owner, 0] + number * width, number == parts[owner] - 1
+    right = np.where(last, ends[owner, 1], ends[owner, 0] + (number + 1) * width)
+    return np.column_stack([left, right])
 
 
 def fit(
@@ -127,15 +141,13 @@ def fit(
     waiting = [(intervals[i : i + CHUNK], owner[i : i + CHUNK]) for i in range(0, len(intervals), CHUNK)]
     while waiting:
         ends, owned = waiting.pop()
-        rows, good = _fitted(sample, ends[:, 0], ends[:, 1], owned, tolerances)
+        rows, parts = _fitted(sample, ends[:, 0], ends[:, 1], owned, tolerances)
+        good = parts == 1
         done.append(ends[good])
         for kept, coefficients in zip(found, rows, strict=True):
             kept.append(coefficients[good])
         if not good.all():
-            halves = ends[~good]
-            cut = halves.mean(axis=1)
-            both = np.vstack([np.column_stack([halves[:, 0], cut]), np.column_stack([cut, halves[:, 1]])])
-            waiting.append((both, np.tile(owned[~good], 2)))
+            waiting.append((_cut(ends[~good], parts[~good]), np.repeat(owned[~good], parts[~good])))
     pieces = np.vstack(done) if done else np.empty((0, 2))
     order = np.argsort(pieces[:, 0])
     return pieces[order, 0], pieces[order, 1], [np.vstack(kept)[order] if kept else np.empty((0, 9)) for kept in found]

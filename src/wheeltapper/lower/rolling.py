@@ -32,6 +32,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+ROUNDING = 1e-15
+"""A run no longer than this part of its place is none: between the corners of a chord a wheel touches it in a dot."""
+
+
 def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray, right: FloatArray) -> FloatArray:
     """Return where the first branch of each pair stops to be the higher one. Newton's method, kept in brackets.
 
@@ -124,6 +128,9 @@ def _join(envelope: Envelope) -> list[float]:
         kinks = _meetings(envelope, [(a.branch, b.branch) for a, b in sides], left, right)
         for (a, b), x in zip(sides, kinks.tolist(), strict=True):
             a.end = b.start = x
+    for dot, after in zip(runs[1:-1], runs[2:], strict=True):
+        if dot.end - dot.start <= ROUNDING * abs(dot.end):
+            dot.end = after.start = dot.start
     envelope.runs = runs
     return [runs[i].start for i in leaps]
 

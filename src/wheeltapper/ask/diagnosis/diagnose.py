@@ -8,26 +8,19 @@ else     where that does not explain the recording: flats from where something s
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault, fault_named
+from wheeltapper.ask.diagnosis.attempts import LASTING, try_damper_ends, try_flats, try_harmonics
+from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, clearly
+from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
-from wheeltapper.ask.diagnosis.fitting import WINDOWS, Fit, solve
+from wheeltapper.ask.diagnosis.fitting import Fit, solve
 from wheeltapper.ask.diagnosis.force import noise_of
-from wheeltapper.ask.diagnosis.identify import beliefs, estimate_of, onset
-from wheeltapper.ask.diagnosis.problem import Prior, Problem, values_of
-from wheeltapper.ask.diagnosis.search import (
-    damper_starts,
-    flat_starts,
-    harmonic_starts,
-    near,
-    ranked,
-    resembling,
-    strike,
-)
+from wheeltapper.ask.diagnosis.identify import beliefs, estimate_of
+from wheeltapper.ask.diagnosis.problem import Prior, values_of
+from wheeltapper.ask.diagnosis.search import ranked
 from wheeltapper.ask.diagnosis.sensing import drifted, filtered
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
@@ -38,20 +31,12 @@ from wheeltapper.record.simulate import simulate
 
 FloatArray = NDArray[np.float64]
 
-EXPLAINED = 1.3
-"""A model explains a recording where χ² per degree of freedom is at most this."""
 FAULTY = 0.1
 """Probability before the recording that a wheelset has a fault."""
 ALIKE = 0.05
 """Another verdict is not excluded where its probability is at least this part of the best one's."""
-EARLY = 3.0
-"""A healthy wheel moves the deck by more than so many deviations of the noise where the recording first shows it."""
 BASIN = 0.02
 """A fit that explains so much of the recording, s from the first strike, is in the right basin."""
-LASTING = 0.03
-"""How long mass, damping and load must explain a recording, s, to be told where nothing explains it as a whole."""
-HARMONIC = 0.03
-"""How much longer the first window is where a wheel may be out of round, s."""
 BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
 """In what part of the recording other starts are judged, s, how far apart their speeds are, and how many are tried."""
 FLIGHTS, PLATEAU = 0.06, 97.0
@@ -60,48 +45,8 @@ VAGUE = 0.3
 """A field whose logarithm has a larger standard deviation is hardly there."""
 NOTHING = 3.0
 """A damping below so many of its standard deviations may be none."""
-FIRST = (0.009, 0.007, 0.005, 0.003)
-"""Beginnings that a healthy wheelset may explain where it does not explain the first window, s."""
-DEVIATIONS, SHORTER = 3.0, 0.25
-"""χ² of a healthy beginning may exceed its mean by so many deviations; else it ends earlier by this factor."""
 SHORTEST = 32
 """Least number of samples."""
-FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
-
-
-class _Case:
-    """One recording at one site, and the fits that were made of it."""
-
-    def __init__(self, recording: Recording, site: Site, faults: tuple[str, ...], noise: float) -> None:
-        self.recording, self.site, self.noise = recording, site, noise
-        self.passage = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
-        self.stated = site.model_copy(update={"passage": self.passage})
-        self.faults = {name: fault_named(name) for name in faults}
-        self.begins = onset(recording, noise)
-        self.fits: dict[str, Fit] = {}
-        self.evidence: dict[str, float] = {}
-        self.struck = False  # healthy up to where something strikes: only flats do that
-
-    def problem(self, start: Scenario, priors: dict[str, Prior]) -> Problem:
-        return Problem(self.recording, self.site.sensor, self.noise, start, priors)
-
-    @property
-    def best(self) -> Fit | None:
-        return min(self.fits.values(), key=lambda fit: fit.reduced, default=None)
-
-    @cached_property
-    def early(self) -> bool:
-        """True where something moves the deck before the site's irregularity can: the wheel itself."""
-        fastest = self.passage.replaced(
-            {"speed": self.passage.speed * (1.0 + 3.0 * self.site.uncertainty.get("speed", 0.0))}
-        )
-        count = int(np.searchsorted(self.recording.times, self.begins)) + 1
-        found = self.problem(fastest, {}).shown(fastest, count)
-        return found is not None and bool(np.abs(found).max() < EARLY * self.noise)
-
-    @property
-    def explained(self) -> bool:
-        return self.best is not None and self.best.reduced <= EXPLAINED
 
 
 def diagnose(
@@ -131,15 +76,15 @@ def diagnose(
     spread = float(np.hypot(spread, site.misfit * np.sqrt(np.nanmean(recording.samples**2))))
     if not spread > 0.0:
         raise InputError(recording.source, "sensor.noise", "samples without noise", "a sensor with its noise stated")
-    case = _Case(recording, site, tuple(CATALOGUE if faults is None else faults), spread)
+    case = Case(recording, site, tuple(CATALOGUE if faults is None else faults), spread)
     if not _wheel(recording, spread):
         return _nothing(recording, site, spread)
     _try_plain(case)
-    others = (_try_flats, _try_damper_ends, _try_harmonics)
+    others = (try_flats, try_damper_ends, try_harmonics)
     for attempt in reversed(others) if case.early else others:
-        if not case.explained and not case.struck:
+        if not clearly(case.best) and not case.struck:
             attempt(case)
-    if case.explained and case.fits["plain"].reduced > EXPLAINED:
+    if case.explained and not clearly(case.fits["plain"]):
         _try_plain_again(case)
     return _concluded(case)
 
@@ -177,7 +122,7 @@ def _nothing(recording: Recording, site: Site, noise: float) -> Finding:
 # -- faults that change mass, damping and load only -------------------------------------------------------------------
 
 
-def _try_plain(case: _Case) -> None:
+def _try_plain(case: Case) -> None:
     """Fit mass, damping and load; weigh the plain faults and health by their priors."""
     priors = beliefs(case.stated, _unknown(case))
     found: Fit | None = None
@@ -191,7 +136,7 @@ def _try_plain(case: _Case) -> None:
     _weigh_plain(case, found)
 
 
-def _try_plain_again(case: _Case) -> None:
+def _try_plain_again(case: Case) -> None:
     """Start the plain fit from what another family has found: a fault of no size is none."""
     assert case.best is not None
     priors = beliefs(case.stated, _unknown(case))
@@ -201,11 +146,11 @@ def _try_plain_again(case: _Case) -> None:
         _weigh_plain(case, trial)
 
 
-def _unknown(case: _Case) -> tuple[str, ...]:
+def _unknown(case: Case) -> tuple[str, ...]:
     return tuple(path for path in PLAIN if float(Fields(case.passage)(path)) > 0.0)
 
 
-def _weigh_plain(case: _Case, found: Fit) -> None:
+def _weigh_plain(case: Case, found: Fit) -> None:
     """Weigh health and the plain faults by what is believed of the fields that the fit has left free."""
     unknown = _unknown(case)
     case.fits["plain"] = found
@@ -213,7 +158,7 @@ def _weigh_plain(case: _Case, found: Fit) -> None:
         case.evidence[name] = found.evidence + _believed(case, case.faults.get(name), found, unknown)
 
 
-def _plain_starts(case: _Case, priors: dict[str, Prior]) -> Iterator[Scenario]:
+def _plain_starts(case: Case, priors: dict[str, Prior]) -> Iterator[Scenario]:
     """Yield the passage with a load as the recording shows it, then others that may begin alike, the nearest first."""
     begun = _loaded(case)
     yield begun
@@ -224,7 +169,7 @@ def _plain_starts(case: _Case, priors: dict[str, Prior]) -> Iterator[Scenario]:
     yield from ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)[:STARTS]
 
 
-def _loaded(case: _Case) -> Scenario:
+def _loaded(case: Case) -> Scenario:
     """Return the passage under the load that the recording shows: in flight the deck rises with N0/M."""
     times = case.recording.times
     part = (times >= case.begins) & (times < case.begins + FLIGHTS) & np.isfinite(case.recording.samples)
@@ -239,7 +184,7 @@ def _loaded(case: _Case) -> Scenario:
     return case.passage.replaced({LOAD: max(load + (ratio - 1.0) * weight, 0.2 * load)})
 
 
-def _believed(case: _Case, fault: Fault | None, found: Fit, unknown: tuple[str, ...]) -> float:
+def _believed(case: Case, fault: Fault | None, found: Fit, unknown: tuple[str, ...]) -> float:
     """Return the logarithm of the density that is believed of the plain fields under a fault, where the fit has them.
 
     The likelihood is normal in the fields' logarithms; of one that is hardly there (a lost damper), in the field.
@@ -265,94 +210,10 @@ def _normal(away: FloatArray, covariance: FloatArray) -> float:
     return -0.5 * (size + float(away @ np.linalg.solve(covariance, away)))
 
 
-# -- flats ------------------------------------------------------------------------------------------------------------
-
-
-def _try_flats(case: _Case) -> None:
-    """Fit flats, from where something strikes that mass, damping and load do not explain."""
-    made = {name: case.faults[name].made for name in FLATS if name in case.faults}
-    healthy = case.problem(case.passage, beliefs(case.stated))
-    found = _struck(case, healthy) if made else None
-    if found is None:
-        return
-    struck, models = found
-    case.struck = struck > case.begins + LASTING
-    for name, start in flat_starts(healthy, models, struck, made):
-        _fit_fault(case, name, start, struck)
-        if case.fits[name].reduced > EXPLAINED:
-            continue
-        for other in made.keys() - {name}:
-            alike = resembling(case.fits[name].scenario, name, other, made[other])
-            _fit_fault(case, other, alike, struck, patient=False)
-        break
-
-
-def _struck(case: _Case, healthy: Problem) -> tuple[float, list[Scenario]] | None:
-    """Return when something strikes a wheelset that was healthy up to then, and models of it; None where it was not."""
-    plain = case.fits["plain"]
-    if case.early:
-        share = 2.0 * case.site.uncertainty.get("speed", 0.0)
-        speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS / 2) + 1)
-        return case.begins, [case.passage.replaced({"speed": speed}) for speed in speeds.tolist()]
-    if plain.held <= case.begins:
-        begun = [model for window in FIRST if (model := _up_to(case, case.passage, case.begins + window))]
-        struck = strike(healthy, begun[0], case.begins) if begun else np.nan
-        return (struck, begun[:1]) if struck < case.begins + WINDOWS[0] else None
-    struck = strike(healthy, plain.scenario, plain.held)
-    stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
-    model = _up_to(case, plain.scenario.replaced(stated), struck) if np.isfinite(struck) else None
-    return None if model is None else (struck, [model])
-
-
-def _up_to(case: _Case, start: Scenario, end: float) -> Scenario | None:
-    """Return the healthy wheelset that explains the recording up to some time, or less where a flat is hardly felt."""
-    while True:
-        whole = solve(case.problem(start, beliefs(case.stated)).until(end), case.begins)
-        if np.isfinite(whole.held):
-            return None
-        within = 1.0 + DEVIATIONS * np.sqrt(2.0 / max(whole.freedom, 1))
-        end *= SHORTER
-        if whole.reduced <= within or end < case.begins + WINDOWS[0]:
-            return whole.scenario
-
-
-def _try_damper_ends(case: _Case) -> None:
-    """Fit dampers with play at their ends, or a bush."""
-    names = [name for name in DAMPER_ENDS if name in case.faults]
-    if not names:
-        return
-    loose = case.problem(case.passage, beliefs(case.stated, PLAIN[:2]))
-    at, _ = near(loose, case.begins)
-    stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
-    model = loose.scenario(at).replaced(stated)
-    family = case.problem(model, {})
-    starts = damper_starts(family, model, case.begins, {name: case.faults[name].made for name in names})
-    for name, start in starts:
-        if name not in case.fits or not case.explained:
-            _fit_fault(case, name, start, case.begins, not case.explained)
-
-
-def _try_harmonics(case: _Case) -> None:
-    """Fit wheels that are out of round."""
-    if "out of round" not in case.faults:
-        return
-    for start in harmonic_starts(case.problem(case.passage, beliefs(case.stated)), case.begins):
-        _fit_fault(case, "out of round", start, case.begins + HARMONIC)
-        if case.explained:
-            return
-
-
-def _fit_fault(case: _Case, name: str, start: Scenario, begins: float, patient: bool = True) -> None:
-    priors = beliefs(case.stated) | case.faults[name].believed(case.passage)
-    found = solve(case.problem(start, priors), begins, patient)
-    if name not in case.fits or found.evidence > case.fits[name].evidence:
-        case.fits[name], case.evidence[name] = found, found.evidence
-
-
 # -- the verdict ------------------------------------------------------------------------------------------------------
 
 
-def _concluded(case: _Case) -> Finding:
+def _concluded(case: Case) -> Finding:
     each = FAULTY / len(CATALOGUE)
     weights = {
         name: evidence + np.log(1.0 - FAULTY if name == HEALTHY else each) for name, evidence in case.evidence.items()
@@ -377,7 +238,7 @@ def _concluded(case: _Case) -> Finding:
     )  # fmt: skip
 
 
-def _motion(case: _Case, fit: Fit) -> tuple[float, float, int, FloatArray]:
+def _motion(case: Case, fit: Fit) -> tuple[float, float, int, FloatArray]:
     """Return static and largest force, the number of impacts, and what the sensor shows of the best model."""
     times, sensor = case.recording.times, case.site.sensor
     record = simulate(fit.scenario.replaced({"duration": float(times[-1])}))
@@ -386,7 +247,7 @@ def _motion(case: _Case, fit: Fit) -> tuple[float, float, int, FloatArray]:
     return record.static_force, largest, record.impacts.sizes["impact"], shown
 
 
-def _size_of(case: _Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, float]]:
+def _size_of(case: Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, float]]:
     nan = (np.nan, (np.nan, np.nan))
     if verdict not in case.faults:
         return nan
@@ -404,7 +265,7 @@ def _size_of(case: _Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, f
     return value / held, (low / held, high / held)
 
 
-def _notes(case: _Case) -> tuple[str, ...]:
+def _notes(case: Case) -> tuple[str, ...]:
     notes = []
     clipped = int(case.recording.clipped.sum())
     if clipped:

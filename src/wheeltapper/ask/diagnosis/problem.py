@@ -136,7 +136,7 @@ class Problem:
 
     def residuals(self, at: FloatArray, count: int) -> FloatArray | None:
         """Return differences from the first `count` samples, m/s²; None where no model is there."""
-        if self._residuals is None or _lacks(self._residuals, at, count):
+        if self._residuals is None or _lacks(*self._residuals[:2], at, count):
             found = self._at(at, lambda model: self.shown(model, count))
             if found is None:
                 return None
@@ -153,7 +153,7 @@ class Problem:
         if self.residuals(at, count) is None:
             return None
         assert self._residuals is not None
-        if self._slopes is None or _lacks(self._slopes, at, count):
+        if self._slopes is None or _lacks(*self._slopes, at, count):
             found = self._at(at, lambda model: slopes_of(self._until(model, count), self.paths, self.times[:count]))
             if found is None:
                 return None
@@ -198,5 +198,5 @@ class Problem:
         return None if found is None else np.vstack([found / noise, self.prior_residuals(at)[1]])
 
 
-def _lacks(known: tuple[FloatArray, ...], at: FloatArray, count: int) -> bool:
-    return len(known[1]) < count or not np.array_equal(known[0], at)
+def _lacks(known_at: FloatArray, known: FloatArray, at: FloatArray, count: int) -> bool:
+    return len(known) < count or not np.array_equal(known_at, at)

@@ -22,22 +22,27 @@ FloatArray = NDArray[np.float64]
 
 STRIKES = 5.0
 """Something else strikes where the difference, over a millisecond, exceeds so many deviations of the noise."""
-FLATS = tuple(1e-3 * length for length in (7, 10, 14, 18, 23, 28, 34, 40, 47, 54, 62, 70, 79, 88, 98))
-"""Lengths of fresh flats that are tried, m."""
+FLATS = (
+    tuple(1e-3 * length for length in (8, 12, 17, 24, 33, 45, 62, 86)),
+    tuple(1e-3 * length for length in (7, 10, 14, 18, 23, 28, 34, 40, 47, 54, 62, 70, 79, 88, 98)),
+)
+"""Lengths of fresh flats that are tried in the first and in the second round, m."""
 LIKE = {"wheel flat": 1.0, "rounded flat": 0.7}
 """Length of the fresh flat that a flat resembles, over its own."""
-EDGES = (0.0, 0.002, 0.005)
+EDGES = ((0.0, 0.002, 0.005), (0.0, 0.001, 0.002, 0.0035, 0.005, 0.007))
 """How far before the place where it is felt the flat's edge touches, m, where the wheel has rolled onto it."""
-LANDED, LANDING = (0.15, 0.5, 0.85), 1e-3
+LANDED, LANDING = ((0.15, 0.5, 0.85), (0.02, 0.3, 0.4, 0.6, 0.7, 0.98)), 1e-3
 """The same over the length where the wheel has landed on it, at most so long before, s."""
 TRIED = 6
 """How many starts are gone on with, at most."""
-AFTER = 0.02
-"""s after the strike in which starts are judged."""
+BEFORE, AFTER = 0.002, 0.004
+"""The part of the recording about a strike in which starts are judged, s."""
 ORDERS = range(1, 31)
 SMALL, NEAR = 1e-5, (0.011, 0.022, 0.04)
 """Amplitude of a wheel out of round at which orders are weighed, m, and the windows that lead there, s."""
-HARMONICS, DAMPERS = 3, 4
+LOOSELY = 2.0
+"""Noise that is assumed there, over the misfit: what is known beforehand holds against what no such model explains."""
+HARMONICS, DAMPERS = 6, 4
 """How many orders, and how many dampers with an end of their own, are gone on with."""
 PLAYS, PLACES = (1.2e-5, 2.5e-5, 5e-5, 1e-4, 2e-4), (0.2, 0.5, 0.8)
 """Half-gaps that are tried, m, and places of the end in the gap, 0 to 1."""
@@ -82,29 +87,52 @@ def ranked(problem: Problem, models: Iterable[Scenario], start: float, end: floa
 
 
 def flat_starts(
-    problem: Problem, models: Sequence[Scenario], struck: float, made: dict[str, Made]
+    problem: Problem, models: Sequence[Scenario], struck: float, made: dict[str, Made], round_: int
 ) -> Iterator[tuple[str, Scenario]]:
-    """Yield models with flats that come near to what follows a strike, by name, the nearest first."""
+    """Yield models with flats that come near to what follows a strike, by name, the nearest first: more in round 1."""
     turn = 2.0 * pi * models[0].vehicle.radius
     since = struck - simulate(models[0].replaced({"duration": struck})).impacts.time.values
     landed = bool(np.any(since < LANDING))
-    edges = [(length, edge * length if landed else edge) for length in FLATS for edge in (LANDED if landed else EDGES)]
+    offsets = (LANDED if landed else EDGES)[round_]
+    edges = [(length, edge * length if landed else edge) for length in FLATS[round_] for edge in offsets]
 
     def flat(name: str, model: Scenario, length: float, edge: float) -> Scenario:
         own = length / LIKE[name]
         return made[name](model, own, ((float(model.speed) * struck - edge + 0.5 * own) % turn) / turn)
 
     names = {flat(name, model, *edge): name for name in made for model in models for edge in edges}
-    for start in ranked(problem, names, struck - 0.002, struck + AFTER)[:TRIED]:
+    for start in ranked(problem, names, struck - BEFORE, struck + AFTER)[:TRIED]:
         yield names[start], start
 
 
-def resembling(flat: Scenario, of: str, name: str, made: Made) -> Scenario:
-    """Return the passage whose last irregularity, a flat of one kind, is the one of another kind that is most alike."""
-    item = flat.irregularities[-1]
-    turn = 2.0 * pi * flat.vehicle.radius
+def with_flat(flat: Scenario, name: str, made: dict[str, Made], length: float, place: float) -> Scenario:
+    """Return a passage whose last irregularity, a flat, is another one, its middle at another place, m."""
     without = flat.replaced({"irregularity": flat.irregularities[:-1]})
-    return made(without, item.length * LIKE[of] / LIKE[name], (item.position % turn) / turn)
+    turn = 2.0 * pi * flat.vehicle.radius
+    return made[name](without, length, (place % turn) / turn)
+
+
+def resembling(flat: Scenario, of: str, name: str, made: dict[str, Made]) -> Scenario:
+    """Return the passage whose flat of one kind is the one of another kind that is most alike."""
+    item = flat.irregularities[-1]
+    return with_flat(flat, name, made, item.length * LIKE[of] / LIKE[name], item.position)
+
+
+def same_edge_starts(
+    problem: Problem, flat: Scenario, name: str, struck: float, made: dict[str, Made]
+) -> Iterator[Scenario]:
+    """Yield passages whose flat has one edge in common with a flat, those nearest to what follows a strike first.
+
+    A wheel that lands near one edge of a flat tells nothing of the other one before the next turn.
+    """
+    item = flat.irregularities[-1]
+    longer = [length / LIKE[name] - item.length for length in FLATS[1]]
+    tried = [
+        with_flat(flat, name, made, item.length + more, item.position + 0.5 * side * more)
+        for more in longer
+        for side in (-1, 1)
+    ]
+    yield from ranked(problem, tried, struck - BEFORE, struck + AFTER)[:TRIED]
 
 
 def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
@@ -115,8 +143,13 @@ def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
     at, count = np.zeros(len(problem.paths)), 0
     for window in NEAR:
         count = int(np.searchsorted(problem.times, begins + window))
-        at, _ = fitted(problem, at, count, INFLATED * problem.noise, STEPS)
+        noise = LOOSELY * max(_rms(problem.residuals(at, count)), INFLATED * problem.noise)
+        at, _ = fitted(problem, at, count, noise, STEPS)
     return at, count
+
+
+def _rms(residual: FloatArray | None) -> float:
+    return 0.0 if residual is None else float(np.sqrt((residual**2).mean()))
 
 
 def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
@@ -128,7 +161,7 @@ def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
     found = problem.residuals(at, count)
     if found is None:
         return
-    model, noise = problem.scenario(at), max(float(np.sqrt((found**2).mean())), problem.noise)
+    model, noise = problem.scenario(at), max(_rms(found), problem.noise)
     tried = [(*_harmonic(problem, model, order, count, noise), order) for order in ORDERS]
     for _, start, _ in sorted(tried, key=lambda one: (one[0], one[2]))[:HARMONICS]:
         yield start

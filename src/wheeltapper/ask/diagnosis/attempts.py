@@ -1,0 +1,128 @@
+"""Fits of the faults that mass, damping and load do not explain, each from starts of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, clearly
+from wheeltapper.ask.diagnosis.faults import PLAIN
+from wheeltapper.ask.diagnosis.fitting import WINDOWS, Fit, solve
+from wheeltapper.ask.diagnosis.identify import beliefs
+from wheeltapper.ask.diagnosis.problem import Problem
+from wheeltapper.ask.diagnosis.search import (
+    damper_starts,
+    flat_starts,
+    harmonic_starts,
+    near,
+    resembling,
+    same_edge_starts,
+    strike,
+)
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.lower.fields import Fields
+
+SPEEDS = 0.05
+"""How far apart the speeds are that are tried where a flat strikes before anything else, over the speed."""
+FIRST = (0.009, 0.007, 0.005, 0.003)
+"""Beginnings that a healthy wheelset may explain where it does not explain the first window, s."""
+EARLIER = 0.008
+"""The windows of a wheel's fault begin so much before it strikes, s: the first one ends soon after."""
+SHORTER = 0.25
+"""A healthy beginning that is not clearly explained ends earlier by this factor."""
+LASTING = 0.03
+"""How long mass, damping and load must explain a recording, s, to be told where nothing explains it as a whole."""
+FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
+
+
+def try_flats(case: Case) -> None:
+    """Fit flats, from where something strikes that mass, damping and load do not explain."""
+    made = {name: case.faults[name].made for name in FLATS if name in case.faults}
+    healthy = case.problem(case.passage, beliefs(case.stated))
+    found = _struck(case, healthy) if made else None
+    if found is None:
+        return
+    struck, models = found
+    case.struck = struck > case.begins + LASTING
+    for round_ in (0, 1):
+        longest = _first_explaining(case, flat_starts(healthy, models, struck, made, round_), struck)
+        if longest is not None and not case.explained:
+            name, fit = longest
+            others = same_edge_starts(healthy, fit.scenario, name, fit.held, made)
+            _first_explaining(case, ((name, start) for start in others), fit.held)
+        if case.explained:
+            break
+    for name in made:
+        if name in case.fits and case.fits[name].reduced <= EXPLAINED:
+            for other in made.keys() - {name}:
+                alike = resembling(case.fits[name].scenario, name, other, made)
+                case.fit(other, alike, struck, patient=False)
+            break
+
+
+def _first_explaining(case: Case, starts: Iterable[tuple[str, Scenario]], struck: float) -> tuple[str, Fit] | None:
+    """Fit starts up to the first that explains the recording; return the fit that explains it the longest."""
+    longest = None
+    for name, start in starts:
+        found = case.fit(name, start, struck - EARLIER)
+        if longest is None or found.held > longest[1].held:
+            longest = name, found
+        if found.reduced <= EXPLAINED:
+            break
+    return longest
+
+
+def _struck(case: Case, healthy: Problem) -> tuple[float, list[Scenario]] | None:
+    """Return when something strikes a wheelset that was healthy up to then, and models of it; None where it was not."""
+    plain = case.fits["plain"]
+    if case.early:
+        share = 2.0 * case.site.uncertainty.get("speed", 0.0)
+        speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
+        return case.begins, [case.passage.replaced({"speed": speed}) for speed in speeds.tolist()]
+    if plain.held <= case.begins:
+        begun = (_up_to(case, case.passage, case.begins + window) for window in FIRST)
+        model = next((model for model in begun if model is not None), None)
+        struck = strike(healthy, model, case.begins) if model is not None else np.nan
+        return None if model is None or not struck < case.begins + WINDOWS[0] else (struck, [model])
+    struck = strike(healthy, plain.scenario, plain.held)
+    stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
+    model = _up_to(case, plain.scenario.replaced(stated), struck) if np.isfinite(struck) else None
+    return None if model is None else (struck, [model])
+
+
+def _up_to(case: Case, start: Scenario, end: float) -> Scenario | None:
+    """Return the healthy wheelset that explains the recording up to some time, or less where a flat is hardly felt."""
+    while True:
+        whole = solve(case.problem(start, beliefs(case.stated)).until(end), case.begins)
+        if np.isfinite(whole.held):
+            return None
+        end *= SHORTER
+        if clearly(whole) or end < case.begins + WINDOWS[0]:
+            return whole.scenario
+
+
+def try_damper_ends(case: Case) -> None:
+    """Fit dampers with play at their ends, or a bush."""
+    names = [name for name in DAMPER_ENDS if name in case.faults]
+    if not names:
+        return
+    loose = case.problem(case.passage, beliefs(case.stated, PLAIN[:2]))
+    at, _ = near(loose, case.begins)
+    stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
+    model = loose.scenario(at).replaced(stated)
+    family = case.problem(model, {})
+    starts = damper_starts(family, model, case.begins, {name: case.faults[name].made for name in names})
+    for name, start in starts:
+        if name not in case.fits or not case.explained:
+            case.fit(name, start, case.begins, not case.explained)
+
+
+def try_harmonics(case: Case) -> None:
+    """Fit wheels that are out of round."""
+    if "out of round" not in case.faults:
+        return
+    for start in harmonic_starts(case.problem(case.passage, beliefs(case.stated)), case.begins):
+        case.fit("out of round", start, case.begins - EARLIER)
+        if case.explained:
+            return

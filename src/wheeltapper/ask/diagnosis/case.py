@@ -1,0 +1,73 @@
+"""One recording at one site, and the fits that were made of it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from wheeltapper.ask.diagnosis.faults import fault_named
+from wheeltapper.ask.diagnosis.fitting import Fit, solve
+from wheeltapper.ask.diagnosis.identify import beliefs, onset
+from wheeltapper.ask.diagnosis.problem import Prior, Problem
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.site import Site
+from wheeltapper.record.recording import Recording
+
+EXPLAINED = 1.3
+"""A model explains a recording where χ² per degree of freedom is at most this."""
+CLEARLY = 3.0
+"""It does so clearly where χ² exceeds its mean by at most so many of its deviations."""
+EARLY = 3.0
+"""A healthy wheel moves the deck by more than so many deviations of the noise where the recording first shows it."""
+
+
+class Case:
+    """One recording at one site, and the fits that were made of it."""
+
+    def __init__(self, recording: Recording, site: Site, faults: tuple[str, ...], noise: float) -> None:
+        self.recording, self.site, self.noise = recording, site, noise
+        self.passage = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
+        self.stated = site.model_copy(update={"passage": self.passage})
+        self.faults = {name: fault_named(name) for name in faults}
+        self.begins = onset(recording, noise)
+        self.fits: dict[str, Fit] = {}
+        self.evidence: dict[str, float] = {}
+        self.struck = False  # healthy up to where something strikes: only flats do that
+
+    def problem(self, start: Scenario, priors: dict[str, Prior]) -> Problem:
+        """Return the problem of fitting models from a start on."""
+        return Problem(self.recording, self.site.sensor, self.noise, start, priors)
+
+    @property
+    def best(self) -> Fit | None:
+        """The fit that leaves least unexplained."""
+        return min(self.fits.values(), key=lambda fit: fit.reduced, default=None)
+
+    @cached_property
+    def early(self) -> bool:
+        """True where something moves the deck before the site's irregularity can: the wheel itself."""
+        fastest = self.passage.replaced(
+            {"speed": self.passage.speed * (1.0 + 3.0 * self.site.uncertainty.get("speed", 0.0))}
+        )
+        count = int(np.searchsorted(self.recording.times, self.begins)) + 1
+        found = self.problem(fastest, {}).shown(fastest, count)
+        return found is not None and bool(np.abs(found).max() < EARLY * self.noise)
+
+    @property
+    def explained(self) -> bool:
+        """True where one of the fits explains the recording."""
+        return self.best is not None and self.best.reduced <= EXPLAINED
+
+    def fit(self, name: str, start: Scenario, begins: float, patient: bool = True) -> Fit:
+        """Fit a fault from a start, and keep the fit if it is the fault's best one."""
+        priors = beliefs(self.stated) | self.faults[name].believed(self.passage)
+        found = solve(self.problem(start, priors), begins, patient)
+        if name not in self.fits or found.evidence > self.fits[name].evidence:
+            self.fits[name], self.evidence[name] = found, found.evidence
+        return found
+
+
+def clearly(fit: Fit | None) -> bool:
+    """Return True where nothing but noise is left: nothing else need be tried."""
+    return fit is not None and fit.reduced <= 1.0 + CLEARLY * np.sqrt(2.0 / max(fit.freedom, 1))
