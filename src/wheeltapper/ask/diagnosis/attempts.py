@@ -10,7 +10,6 @@ from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, clearly
 from wheeltapper.ask.diagnosis.faults import PLAIN
 from wheeltapper.ask.diagnosis.fitting import WINDOWS, Fit, solve
 from wheeltapper.ask.diagnosis.identify import beliefs
-from wheeltapper.ask.diagnosis.problem import Problem
 from wheeltapper.ask.diagnosis.search import (
     damper_starts,
     flat_starts,
@@ -25,8 +24,8 @@ from wheeltapper.lower.fields import Fields
 
 SPEEDS = 0.05
 """How far apart the speeds are that are tried where a flat strikes before anything else, over the speed."""
-FIRST = (0.009, 0.007, 0.005, 0.003)
-"""Beginnings that a healthy wheelset may explain where it does not explain the first window, s."""
+FIRM, FIRST = 0.01, (0.009, 0.007, 0.005, 0.003)
+"""Mass, damping and load may explain so much of anything, s; then parts of it that a healthy wheelset explains."""
 EARLIER = 0.008
 """The windows of a wheel's fault begin so much before it strikes, s: the first one ends soon after."""
 SHORTER = 0.25
@@ -38,20 +37,31 @@ FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
 
 def try_flats(case: Case) -> None:
     """Fit flats, from where something strikes that mass, damping and load do not explain."""
+    found = _at_onset(case) if case.early else _struck(case)
+    if found is not None:
+        _fit_flats(case, *found)
+
+
+def try_flats_at_onset(case: Case) -> None:
+    """Fit flats that strike together with the site's irregularity."""
+    if not case.early and case.fits["plain"].held <= case.begins:
+        _fit_flats(case, *_at_onset(case))
+
+
+def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
+    """Fit flats that strike one of some healthy wheelsets at some time."""
     made = {name: case.faults[name].made for name in FLATS if name in case.faults}
-    healthy = case.problem(case.passage, beliefs(case.stated))
-    found = _struck(case, healthy) if made else None
-    if found is None:
+    if not made:
         return
-    struck, models = found
     case.struck = struck > case.begins + LASTING
-    for round_ in (0, 1):
+    healthy = case.problem(case.passage, {})
+    for round_ in (0, 1) if len(models) == 1 else (0,):
         longest = _first_explaining(case, flat_starts(healthy, models, struck, made, round_), struck)
-        if longest is not None and not case.explained:
+        if longest is not None and len(models) == 1 and not clearly(case.best):
             name, fit = longest
             others = same_edge_starts(healthy, fit.scenario, name, fit.held, made)
             _first_explaining(case, ((name, start) for start in others), fit.held)
-        if case.explained:
+        if clearly(case.best):
             break
     for name in made:
         if name in case.fits and case.fits[name].reduced <= EXPLAINED:
@@ -68,19 +78,22 @@ def _first_explaining(case: Case, starts: Iterable[tuple[str, Scenario]], struck
         found = case.fit(name, start, struck - EARLIER)
         if longest is None or found.held > longest[1].held:
             longest = name, found
-        if found.reduced <= EXPLAINED:
+        if clearly(found):
             break
     return longest
 
 
-def _struck(case: Case, healthy: Problem) -> tuple[float, list[Scenario]] | None:
-    """Return when something strikes a wheelset that was healthy up to then, and models of it; None where it was not."""
-    plain = case.fits["plain"]
-    if case.early:
-        share = 2.0 * case.site.uncertainty.get("speed", 0.0)
-        speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
-        return case.begins, [case.passage.replaced({"speed": speed}) for speed in speeds.tolist()]
-    if plain.held <= case.begins:
+def _at_onset(case: Case) -> tuple[float, list[Scenario]]:
+    """Return when the recording begins, and healthy wheelsets of several speeds: nothing has told it before."""
+    share = 2.0 * case.site.uncertainty.get("speed", 0.0)
+    speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
+    return case.begins, [case.passage.replaced({"speed": speed}) for speed in speeds.tolist()]
+
+
+def _struck(case: Case) -> tuple[float, list[Scenario]] | None:
+    """Return when something strikes a wheelset that was healthy up to then, and it; None where it was not."""
+    plain, healthy = case.fits["plain"], case.problem(case.passage, {})
+    if plain.held < case.begins + FIRM:
         begun = (_up_to(case, case.passage, case.begins + window) for window in FIRST)
         model = next((model for model in begun if model is not None), None)
         struck = strike(healthy, model, case.begins) if model is not None else np.nan

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.diagnosis.attempts import LASTING, try_damper_ends, try_flats, try_harmonics
+from wheeltapper.ask.diagnosis.attempts import LASTING, try_damper_ends, try_flats, try_flats_at_onset, try_harmonics
 from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, clearly
 from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
@@ -39,6 +39,8 @@ BASIN = 0.02
 """A fit that explains so much of the recording, s from the first strike, is in the right basin."""
 BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
 """In what part of the recording other starts are judged, s, how far apart their speeds are, and how many are tried."""
+SOONER = 0.006
+"""So much shorter are windows that may settle the speed before the first impact, s."""
 FLIGHTS, PLATEAU = 0.06, 97.0
 """In what part of the recording flights show the static force, s, and the percentile of the acceleration in them."""
 VAGUE = 0.3
@@ -80,8 +82,10 @@ def diagnose(
     if not _wheel(recording, spread):
         return _nothing(recording, site, spread)
     _try_plain(case)
-    others = (try_flats, try_damper_ends, try_harmonics)
-    for attempt in reversed(others) if case.early else others:
+    others = (
+        (try_harmonics, try_flats) if case.early else (try_flats, try_damper_ends, try_harmonics, try_flats_at_onset)
+    )
+    for attempt in others:
         if not clearly(case.best) and not case.struck:
             attempt(case)
     if case.explained and not clearly(case.fits["plain"]):
@@ -126,8 +130,8 @@ def _try_plain(case: Case) -> None:
     """Fit mass, damping and load; weigh the plain faults and health by their priors."""
     priors = beliefs(case.stated, _unknown(case))
     found: Fit | None = None
-    for start in _plain_starts(case, priors):
-        trial = solve(case.problem(start, priors), case.begins)
+    for start, begins in _plain_starts(case, priors):
+        trial = solve(case.problem(start, priors), begins)
         if found is None or (trial.held, -trial.chi_squared) > (found.held, -found.chi_squared):
             found = trial
         if found.reduced <= EXPLAINED or found.held > case.begins + BASIN or case.early:
@@ -158,15 +162,21 @@ def _weigh_plain(case: Case, found: Fit) -> None:
         case.evidence[name] = found.evidence + _believed(case, case.faults.get(name), found, unknown)
 
 
-def _plain_starts(case: Case, priors: dict[str, Prior]) -> Iterator[Scenario]:
-    """Yield the passage with a load as the recording shows it, then others that may begin alike, the nearest first."""
+def _plain_starts(case: Case, priors: dict[str, Prior]) -> Iterator[tuple[Scenario, float]]:
+    """Yield starts and where their windows begin.
+
+    First the passage with a load as the recording shows it, from shorter windows on if that fails; then others that
+    may begin alike, the nearest first.
+    """
     begun = _loaded(case)
-    yield begun
+    yield begun, case.begins
+    yield begun, case.begins - SOONER
     share = 2.5 * case.site.uncertainty.get("speed", 0.0)
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
     others = [begun, *(CATALOGUE[name].passage(begun) for name in ("broken spring", "lost damper"))]
     tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
-    yield from ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)[:STARTS]
+    nearest = ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)
+    yield from ((start, case.begins) for start in nearest[:STARTS])
 
 
 def _loaded(case: Case) -> Scenario:
