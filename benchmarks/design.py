@@ -1,0 +1,67 @@
+"""What a designed rail tells more than bumps do: gains in the determinant, and which calibration stands in the way.
+
+uv run python benchmarks/design.py [--number 2] [--length 2] [--budget 3000] [--shapes bump,dip] [--seed 0]
+
+Mass and damping are asked for, at 6, 9 and 12 m/s, with at most 400 kN. Where the site has been calibrated, the rails
+found are judged once more with one of the calibrated quantities, or all, known exactly.
+"""
+
+from __future__ import annotations
+
+import argparse
+from time import perf_counter
+
+from identification import KNOWN, LEVELS, UNKNOWN, site
+
+import wheeltapper as wt
+from wheeltapper.ask.diagnosis.information import information
+from wheeltapper.ask.diagnosis.layout import laid_out
+
+SPEEDS = (6.0, 9.0, 12.0)
+CALIBRATED = {"irregularity.0.height": 0.005, "contact.constant": 0.02, "vehicle.radius": 0.002, "track.mass": 0.003}
+"""Standard deviations over the values where the site has been calibrated."""
+
+
+def known(uncertainty: dict[str, float]) -> wt.diagnosis.Site:
+    """Return the reference site with another state of calibration."""
+    return wt.diagnosis.Site.model_validate(site("all").model_dump() | {"uncertainty": uncertainty})
+
+
+def main() -> None:
+    """Print gains."""
+    asked = argparse.ArgumentParser(description=__doc__)
+    asked.add_argument("--number", type=int, default=2)
+    asked.add_argument("--length", type=float, default=2.0)
+    asked.add_argument("--budget", type=int, default=3000)
+    asked.add_argument("--shapes", default="bump,dip")
+    asked.add_argument("--seed", type=int, default=0)
+    asked.add_argument("--only", choices=("calibrated", "uncalibrated"))
+    given = asked.parse_args()
+    states = {"uncalibrated": LEVELS["all"], "calibrated": KNOWN | CALIBRATED}
+    for state in [given.only] if given.only else states:
+        begun = perf_counter()
+        found = wt.design_site(
+            known(states[state]), UNKNOWN, SPEEDS, number=given.number, total_length=given.length,
+            budget=given.budget, shapes=given.shapes.split(","), seed=given.seed,
+        )  # fmt: skip
+        print(f"{state}, {perf_counter() - begun:.0f} s: {found}", flush=True)
+    if given.only == "uncalibrated":
+        return
+    duration = float(found.site.passage.duration)
+    for exact in (*((path,) for path in CALIBRATED), tuple(CALIBRATED)):
+        left = known({path: share for path, share in states["calibrated"].items() if path not in exact})
+        told = [
+            information(laid_out(left, one.layout, duration), UNKNOWN, SPEEDS)
+            for one in (found.single, found.repeated, found.best)
+        ]
+        gains = [told[-1].determinant / one.determinant for one in told[:2]]
+        worst = [100.0 * float(one.deviation(UNKNOWN[0]).max()) for one in told]
+        print(
+            f"exactly known {', '.join(exact)}: {gains[0]:.2f} x single, {gains[1]:.2f} x repeated; mass within "
+            f"{worst[0]:.3f}, {worst[1]:.3f}, {worst[2]:.3f} %",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
