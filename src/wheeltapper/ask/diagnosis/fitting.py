@@ -239,7 +239,8 @@ def _inverse(factor: FloatArray) -> FloatArray:
 def covariance_of(jacobian: FloatArray) -> FloatArray:
     """Return the inverse of JᵀJ."""
     size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
-    return _inverse(triangle_of(jacobian / size)) / np.outer(size, size)
+    with np.errstate(divide="ignore", invalid="ignore"):  # nothing is known of a parameter without effect
+        return np.asarray(_inverse(triangle_of(jacobian / size)) / np.outer(size, size))
 
 
 def summary(problem: Problem, at: FloatArray, converged: bool, held: float = np.inf) -> Fit:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -37,7 +37,10 @@ class Prior(NamedTuple):
 
 def values_of(scenario: Scenario, times: FloatArray) -> FloatArray | None:
     """Return the deck's acceleration at some times; None where no model is there."""
-    found = motion_at(scenario, times)
+    try:
+        found = motion_at(scenario, times)
+    except (InputError, ValueError):
+        return None
     return _whole(found.status, found.deck_acceleration)
 
 
@@ -48,7 +51,10 @@ def slopes_of(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> 
     """
     if scenario.vehicle.damper_end:
         return _differences(scenario, paths, times)
-    found = trajectory(scenario, paths, times)
+    try:
+        found = trajectory(scenario, paths, times)
+    except (InputError, ValueError):
+        return None
     return None if _whole(found.status, found.deck_acceleration) is None else found.of_deck_acceleration
 
 
@@ -128,16 +134,14 @@ class Problem:
         if not count:
             return np.empty(0)
         times = self.times[:count]
-        try:
-            found = values_of(self._until(model, count), times)
-        except (InputError, ValueError):
-            return None
+        found = values_of(self._until(model, count), times)
         return None if found is None else drifted(filtered(found, self.sensor), times, self.sensor)
 
     def residuals(self, at: FloatArray, count: int) -> FloatArray | None:
         """Return differences from the first `count` samples, m/s²; None where no model is there."""
         if self._residuals is None or _lacks(*self._residuals[:2], at, count):
-            found = self._at(at, lambda model: self.shown(model, count))
+            model = self._modelled(at)
+            found = None if model is None else self.shown(model, count)
             if found is None:
                 return None
             off, samples = found - self.samples[:count], self.samples[:count]
@@ -154,7 +158,7 @@ class Problem:
             return None
         assert self._residuals is not None
         if self._slopes is None or _lacks(*self._slopes, at, count):
-            found = self._at(at, lambda model: slopes_of(self._until(model, count), self.paths, self.times[:count]))
+            found = slopes_of(self._until(self.scenario(at), count), self.paths, self.times[:count])
             if found is None:
                 return None
             per = np.where(self.linear, self.scale, self.values(at))
@@ -162,10 +166,9 @@ class Problem:
             self._slopes = at.copy(), np.where(self._residuals[2][:count], shown * per[:, None], 0.0).T
         return self._slopes[1][:count]
 
-    def _at(self, at: FloatArray, found: Callable[[Scenario], FloatArray | None]) -> FloatArray | None:
-        """Return what is found with the model at some coordinates; None where none can be there."""
+    def _modelled(self, at: FloatArray) -> Scenario | None:
         try:
-            return found(self.scenario(at))
+            return self.scenario(at)
         except (InputError, ValueError):
             return None
 
