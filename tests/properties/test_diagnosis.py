@@ -80,6 +80,16 @@ def test_a_flat_is_sized_wherever_it_strikes(size, seed, place):
 
 
 @pytest.mark.slow
+def test_a_flat_is_found_where_the_noise_is_misjudged():
+    """What is left is more than noise then, to the end of the recording."""
+    (recording,) = wt.synthesise(SITE, fault="wheel flat", size=0.0357, seed=2)
+    finding = wt.diagnose(recording, SITE, noise=0.0666 / 1.1)
+    assert finding.verdict == "wheel flat"
+    assert finding.size == pytest.approx(0.0357, abs=1e-4)
+    assert finding.reduced == pytest.approx(1.21, abs=0.05)
+
+
+@pytest.mark.slow
 def test_a_soft_bush_is_not_a_lost_damper():
     """A lost damper explains it within the threshold, but not as well."""
     finding, _ = found("soft bush", 3.04e6, 8, SITE)

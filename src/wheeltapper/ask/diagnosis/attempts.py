@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, clearly
+from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, well
 from wheeltapper.ask.diagnosis.faults import PLAIN
 from wheeltapper.ask.diagnosis.fitting import WINDOWS, Fit, solve
 from wheeltapper.ask.diagnosis.identify import beliefs
@@ -28,8 +28,8 @@ FIRM, FIRST = 0.01, (0.009, 0.007, 0.005, 0.003)
 """Mass, damping and load may explain so much of anything, s; then parts of it that a healthy wheelset explains."""
 EARLIER = 0.008
 """The windows of a wheel's fault begin so much before it strikes, s: the first one ends soon after."""
-SHORTER = 0.25
-"""A healthy beginning that is not clearly explained ends earlier by this factor."""
+CLEARLY, SHORTER = 3.0, 0.25
+"""A healthy beginning whose χ² exceeds its mean by more of its deviations ends earlier by this factor."""
 LASTING = 0.03
 """How long mass, damping and load must explain a recording, s, to be told where nothing explains it as a whole."""
 FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
@@ -57,11 +57,11 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
     healthy = case.problem(case.passage, {})
     for round_ in (0, 1) if len(models) == 1 else (0,):
         longest = _first_explaining(case, flat_starts(healthy, models, struck, made, round_), struck)
-        if longest is not None and len(models) == 1 and not clearly(case.best):
+        if longest is not None and np.isfinite(longest[1].held) and len(models) == 1:
             name, fit = longest
             others = same_edge_starts(healthy, fit.scenario, name, fit.held, made)
             _first_explaining(case, ((name, start) for start in others), fit.held)
-        if clearly(case.best):
+        if well(case.best):
             break
     for name in made:
         if name in case.fits and case.fits[name].reduced <= EXPLAINED:
@@ -78,7 +78,7 @@ def _first_explaining(case: Case, starts: Iterable[tuple[str, Scenario]], struck
         found = case.fit(name, start, struck - EARLIER)
         if longest is None or found.held > longest[1].held:
             longest = name, found
-        if clearly(found):
+        if well(found):
             break
     return longest
 
@@ -111,7 +111,8 @@ def _up_to(case: Case, start: Scenario, end: float) -> Scenario | None:
         if np.isfinite(whole.held):
             return None
         end *= SHORTER
-        if clearly(whole) or end < case.begins + WINDOWS[0]:
+        within = 1.0 + CLEARLY * np.sqrt(2.0 / max(whole.freedom, 1))
+        if whole.reduced <= within or end < case.begins + WINDOWS[0]:
             return whole.scenario
 
 

@@ -16,8 +16,8 @@ from wheeltapper.record.recording import Recording
 
 EXPLAINED = 1.3
 """A model explains a recording where χ² per degree of freedom is at most this."""
-CLEARLY = 3.0
-"""It does so clearly where χ² exceeds its mean by at most so many of its deviations."""
+WELL = 1.1
+"""It does so well, so that nothing else is tried, where that is at most this: a noise that is misjudged by 5 %."""
 EARLY = 3.0
 """A healthy wheel moves the deck by more than so many deviations of the noise where the recording first shows it."""
 
@@ -68,6 +68,6 @@ class Case:
         return found
 
 
-def clearly(fit: Fit | None) -> bool:
-    """Return True where nothing but noise is left: nothing else need be tried."""
-    return fit is not None and fit.reduced <= 1.0 + CLEARLY * np.sqrt(2.0 / max(fit.freedom, 1))
+def well(fit: Fit | None) -> bool:
+    """Return True where a fit leaves hardly more than noise: nothing else need be tried."""
+    return fit is not None and fit.reduced <= WELL

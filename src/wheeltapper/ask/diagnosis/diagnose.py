@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.attempts import LASTING, try_damper_ends, try_flats, try_flats_at_onset, try_harmonics
-from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, clearly
+from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, well
 from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
 from wheeltapper.ask.diagnosis.fitting import Fit, solve
@@ -86,9 +86,9 @@ def diagnose(
         (try_harmonics, try_flats) if case.early else (try_flats, try_damper_ends, try_harmonics, try_flats_at_onset)
     )
     for attempt in others:
-        if not clearly(case.best) and not case.struck:
+        if not well(case.best) and not case.struck:
             attempt(case)
-    if case.explained and not clearly(case.fits["plain"]):
+    if case.explained and not well(case.fits["plain"]):
         _try_plain_again(case)
     return _concluded(case)
 

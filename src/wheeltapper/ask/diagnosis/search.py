@@ -71,7 +71,7 @@ def strike(problem: Problem, model: Scenario, since: float) -> float:
 def misfit(problem: Problem, model: Scenario, start: float, end: float) -> float:
     """Return the mean squared difference between a model and the recording between two times."""
     first, last = np.searchsorted(problem.times, [start, end])
-    last = max(int(last), int(first) + 1)
+    last = min(max(int(last), int(first) + 1), len(problem.times))
     found = problem.shown(model, last)
     if found is None:
         return np.inf
