@@ -42,10 +42,21 @@ def try_flats(case: Case) -> None:
         _fit_flats(case, *found)
 
 
-def try_flats_at_onset(case: Case) -> None:
-    """Fit flats that strike together with the site's irregularity."""
-    if not case.early and case.fits["plain"].held <= case.begins:
+def try_flats_again(case: Case) -> None:
+    """Fit flats that strike together with the site's irregularity, or that are hardly felt at first."""
+    plain = case.fits["plain"]
+    if case.early:
+        return
+    if plain.held <= case.begins:
         _fit_flats(case, *_at_onset(case))
+        return
+    held = min(plain.held, case.recording.times[-1]) - case.begins
+    spans = (max(FIRM, SHORTER**power * held) for power in (1, 2, 3))
+    begun = (_up_to(case, case.passage, case.begins + span) for span in spans)
+    model = next((model for model in begun if model is not None), None)
+    struck = np.nan if model is None else strike(case.problem(case.passage, {}), model, case.begins)
+    if model is not None and np.isfinite(struck):
+        _fit_flats(case, struck, [model])
 
 
 def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.diagnosis.attempts import LASTING, try_damper_ends, try_flats, try_flats_at_onset, try_harmonics
+from wheeltapper.ask.diagnosis.attempts import LASTING, try_damper_ends, try_flats, try_flats_again, try_harmonics
 from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, well
 from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
@@ -82,9 +82,7 @@ def diagnose(
     if not _wheel(recording, spread):
         return _nothing(recording, site, spread)
     _try_plain(case)
-    others = (
-        (try_harmonics, try_flats) if case.early else (try_flats, try_damper_ends, try_harmonics, try_flats_at_onset)
-    )
+    others = (try_harmonics, try_flats) if case.early else (try_flats, try_damper_ends, try_harmonics, try_flats_again)
     for attempt in others:
         if not well(case.best) and not case.struck:
             attempt(case)
