@@ -23,7 +23,7 @@ PLAIN: dict[str, tuple[str, Sizes, float]] = {
     "free play 50 um": ("free play", 5e-5, 0.99),
     "free play 20 to 300 um": ("free play", (2e-5, 3e-4), 0.99),
 }
-"""Fault, its size, and the area asked for."""
+"""Fault, its size, and the area asked for; of free play, which is only to be named, the others'."""
 FLATS = {"20 to 80 mm": (0.02, 0.08)}
 
 

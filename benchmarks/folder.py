@@ -20,7 +20,7 @@ MIXED = ("broken spring", "lost damper", "weak damper", "mass deviation", "wheel
 
 
 def written(site: wt.diagnosis.Site, folder: Path, count: int) -> list[Path]:
-    """Write recordings as NumPy files; return them."""
+    """Write recordings as netCDF files; return them."""
     files = []
     for number in range(count):
         fault = MIXED[number // 10 % len(MIXED)] if number % 10 == 0 else None
