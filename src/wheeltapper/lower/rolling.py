@@ -70,9 +70,8 @@ def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray
         settled = np.abs(new - here) <= 4e-15 * np.abs(here)
         outside = ~((new > left[active]) & (new < right[active])) & ~settled
         end, middle = np.clip(new, left[active], right[active]), 0.5 * (left[active] + right[active])
-        new[outside] = np.where(has_left[active] | (end == here), middle, end)[
-            outside
-        ]  # a root at an end is met from there
+        tried = has_left[active] | (end == here)  # else, a root at an end is met from there
+        new[outside] = np.where(tried, middle, end)[outside]
         has_left[active] |= outside
         settled |= outside & (new == here)
         x[active] = np.where(settled, here, new)

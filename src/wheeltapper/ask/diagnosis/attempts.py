@@ -121,7 +121,7 @@ def _up_to(case: Case, start: Scenario, end: float) -> Scenario | None:
         whole = solve(case.problem(start, beliefs(case.stated)).until(end), case.begins)
         if np.isfinite(whole.held):
             return None
-        end *= SHORTER
+        end = case.begins + SHORTER * (end - case.begins)
         within = 1.0 + CLEARLY * np.sqrt(2.0 / max(whole.freedom, 1))
         if whole.reduced <= within or end < case.begins + WINDOWS[0]:
             return whole.scenario
@@ -139,8 +139,8 @@ def try_damper_ends(case: Case) -> None:
     family = case.problem(model, {})
     starts = damper_starts(family, model, case.begins, {name: case.faults[name].made for name in names})
     for name, start in starts:
-        if name not in case.fits or not case.explained:
-            case.fit(name, start, case.begins, not case.explained)
+        if name not in case.fits or not well(case.best):
+            case.fit(name, start, case.begins, not well(case.best))
 
 
 def try_harmonics(case: Case) -> None:
@@ -149,5 +149,5 @@ def try_harmonics(case: Case) -> None:
         return
     for start in harmonic_starts(case.problem(case.passage, beliefs(case.stated)), case.begins):
         case.fit("out of round", start, case.begins - EARLIER)
-        if case.explained:
+        if well(case.best):
             return

@@ -2,7 +2,7 @@
 
 plain    one fit with mass, damping and load free; it tells apart all faults that change only these, by their priors
 else     where that does not explain the recording: flats from where something strikes, then the damper's end, then
-         wheels out of round, until one explains it
+         wheels out of round (first, where the wheel itself excites the deck), then flats hard to place, until one does
 """
 
 from __future__ import annotations
