@@ -52,13 +52,13 @@ def main() -> None:
         left = known({path: share for path, share in states["calibrated"].items() if path not in exact})
         told = [
             information(laid_out(left, one.layout, duration), UNKNOWN, SPEEDS)
-            for one in (found.single, found.repeated, found.best)
+            for one in (found.single, found.repeated, found.alike, found.best)
         ]
-        gains = [told[-1].determinant / one.determinant for one in told[:2]]
+        gains = [told[-1].determinant / one.determinant for one in told[:-1]]
         worst = [100.0 * float(one.deviation(UNKNOWN[0]).max()) for one in told]
         print(
-            f"exactly known {', '.join(exact)}: {gains[0]:.2f} x single, {gains[1]:.2f} x repeated; mass within "
-            f"{worst[0]:.3f}, {worst[1]:.3f}, {worst[2]:.3f} %",
+            f"exactly known {', '.join(exact)}: {gains[0]:.2f} x single, {gains[1]:.2f} x repeated, "
+            f"{gains[2]:.2f} x alike; mass within {', '.join(f'{share:.3f}' for share in worst)} %",
             flush=True,
         )
 

@@ -291,17 +291,21 @@ def found():
 
 
 def test_a_design_keeps_the_limits_and_says_what_it_gains(found, tmp_path):
-    for one in (found.best, found.single, found.repeated):
+    for one in (found.best, found.single, found.repeated, found.alike):
         assert one.largest_force <= 400e3
         assert one.total_length <= 0.6 + 1e-9
     assert found.information.largest_force.max() == found.best.largest_force
     assert found.information.determinant == pytest.approx(found.best.determinant, rel=1e-9)
     assert found.gains["single"] == pytest.approx(found.best.determinant / found.single.determinant)
-    assert found.gains["repeated"] >= 1.0 - 0.02  # the search has begun with it; the rate is another one
+    assert min(found.gains.values()) >= 1.0 - 0.02  # the search has begun with all of them; the rate is another one
     assert "kN" in str(found)
-    first, second = found.repeated.layout.features
-    assert first[:3] == second[:3]
-    assert len(found.single.layout.features) == 1
+    (bump,) = found.single.layout.features
+    for one in (found.repeated, found.alike):
+        first, second = one.layout.features
+        assert first[:3] == second[:3]
+    assert found.repeated.layout.features[0].length == pytest.approx(bump.length)
+    assert found.repeated.layout.features[0].height <= bump.height * (1.0 + 1e-9)  # lower only where the force asks it
+    assert found.alike.determinant >= (1.0 - 0.02) * found.repeated.determinant
 
 
 def test_the_same_seed_finds_the_same_design(found):
@@ -322,7 +326,7 @@ def test_the_front_is_what_nothing_beats(found):
             )
     chart = found.chart()
     assert chart.sizes["candidate"] == len(found.candidates)
-    assert set(chart.kind.values) == {"single", "repeated", "part", "designed"}
+    assert set(chart.kind.values) == {"single", "repeated", "alike", "part", "designed"}
     assert float(chart.largest_force[-1]) == found.candidates[-1].largest_force
 
 

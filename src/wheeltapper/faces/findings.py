@@ -140,7 +140,7 @@ def draw_design(design: Design) -> Figure:
         (("largest_force", 1e-3, "largest force [kN]"), ("total_length", 1.0, "total length [m]"))
     ):
         axis = figure.add_subplot(whole[1, column])
-        for kind in ("designed", "repeated", "single"):
+        for kind in ("designed", "alike", "repeated", "single"):
             own = chart.isel(candidate=chart.kind.values == kind)
             axis.plot(scale * own[name], own[worse], ".", markersize=2, label=kind)
         front = design.front("largest_force" if name == "largest_force" else "total_length")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,9 @@ NODES = np.concatenate([[-1.0, 1.0], INNER, CHECK])
 LOBATTO = np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 FROM_LOBATTO = np.linalg.inv(LOBATTO[:, None] ** np.arange(DEGREE + 1))
 CHUNK = 20_000
-"""Pieces that are fitted at once: bounds the memory."""
+"""Intervals that are fitted at once: bounds the memory."""
+AT_ONCE = 63
+"""So many pieces of few intervals are fitted ahead, should they be needed: a call costs more than they do."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,8 @@ Sample = Callable[[FloatArray, IntArray], list[Sampled]]
 
 def _noise(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
     """Return what rounding of x and of the value alone does to the value: no fit can be better."""
-    rise = (np.abs(coefficients) * np.arange(DEGREE + 1)).sum(axis=1) / (0.5 * (right - left))
+    half = np.maximum(0.5 * (right - left), 1e-300)  # halves of a dot have no width
+    rise = (np.abs(coefficients) * np.arange(DEGREE + 1)).sum(axis=1) / half
     place = np.maximum(np.abs(left), np.abs(right))
     return np.asarray(4e-16 * (place * rise + np.abs(coefficients).sum(axis=1)))
 
@@ -83,7 +87,8 @@ def _fitted(
     found = sample(places.ravel(), np.repeat(owner, places.shape[1]))
     rows, excess = [], np.zeros(len(left))
     for one, tolerance in zip(found, tolerances, strict=True):
-        table = one.values.reshape(places.shape)
+        level = one.values.reshape(places.shape)[:, :1]
+        table = one.values.reshape(places.shape) - level  # else a high level's rounding drowns what bends
         if one.slopes is None:
             coefficients = table[:, len(NODES) :] @ FROM_LOBATTO.T
         else:
@@ -95,6 +100,7 @@ def _fitted(
             coefficients[dot, 0], coefficients[dot, 1] = table[dot, :2].mean(axis=1), ends[dot].mean(axis=1)
         checked = table[:, 2 + len(INNER) : len(NODES)]
         error = np.abs(np.polynomial.polynomial.polyval(CHECK, coefficients.T) - checked).max(axis=1)
+        coefficients[:, :1] += level
         scatter = 0.0 if one.scatter is None else one.scatter.reshape(places.shape).max(axis=1)
         excess = np.maximum(excess, error / (tolerance + scatter + _noise(coefficients, left, right)))
         rows.append(coefficients)
@@ -141,13 +147,48 @@ def fit(
     waiting = [(intervals[i : i + CHUNK], owner[i : i + CHUNK]) for i in range(0, len(intervals), CHUNK)]
     while waiting:
         ends, owned = waiting.pop()
-        rows, parts = _fitted(sample, ends[:, 0], ends[:, 1], owned, tolerances)
-        good = parts == 1
-        done.append(ends[good])
+        levels = max((AT_ONCE // len(ends) + 1).bit_length() - 1, 1)
+        pieces = _halved(ends, levels)
+        owners = np.repeat(owned, pieces.shape[1])
+        rows, parts = _fitted(sample, pieces[..., 0].ravel(), pieces[..., 1].ravel(), owners, tolerances)
+        good, later = _chosen(parts.reshape(pieces.shape[:2]), levels)
+        pieces = pieces.reshape(-1, 2)
+        done.append(pieces[good])
         for kept, coefficients in zip(found, rows, strict=True):
             kept.append(coefficients[good])
-        if not good.all():
-            waiting.append((_cut(ends[~good], parts[~good]), np.repeat(owned[~good], parts[~good])))
+        if later.any():
+            waiting.append((_cut(pieces[later], parts[later]), np.repeat(owners[later], parts[later])))
     pieces = np.vstack(done) if done else np.empty((0, 2))
     order = np.argsort(pieces[:, 0])
     return pieces[order, 0], pieces[order, 1], [np.vstack(kept)[order] if kept else np.empty((0, 9)) for kept in found]
+
+
+@lru_cache
+def _fractions(levels: int) -> tuple[FloatArray, FloatArray]:
+    """Return where the whole, its halves, their halves and so on begin and end."""
+    first = [np.arange(2**level) / 2**level for level in range(levels)]
+    last = [np.arange(1, 2**level + 1) / 2**level for level in range(levels)]
+    return np.concatenate(first), np.concatenate(last)
+
+
+def _halved(ends: FloatArray, levels: int) -> FloatArray:
+    """Return each interval, its halves, their halves and so on: (intervals, pieces, 2)."""
+    first, last = _fractions(levels)
+    left, right = ends[:, :1], ends[:, 1:]
+    out = left[..., None] + (right - left)[..., None] * np.column_stack([first, last])
+    out[:, last == 1.0, 1] = right  # exactly
+    return np.asarray(out)
+
+
+def _chosen(parts: IntArray, levels: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return, from the number of parts into which each piece is to be cut, which are good and which are cut further."""
+    chosen = np.zeros(parts.shape, dtype=bool)
+    chosen[:, 0] = True
+    known = [slice(2**level - 1, 2 ** (level + 1) - 1) for level in range(levels)]
+    later = np.zeros_like(chosen)
+    for level, here in enumerate(known):
+        for deeper in range(level + 1, levels):
+            cut = 2 ** (deeper - level)
+            chosen[:, known[deeper]] |= np.repeat(chosen[:, here] & (parts[:, here] == cut), cut, axis=1)
+        later[:, here] = chosen[:, here] & (parts[:, here] >= 2 ** (levels - level))
+    return (chosen & (parts == 1)).ravel(), later.ravel()

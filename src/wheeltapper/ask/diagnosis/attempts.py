@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import sqrt
 
 import numpy as np
 
@@ -28,10 +29,12 @@ FIRM, FIRST = 0.01, (0.009, 0.007, 0.005, 0.003)
 """Mass, damping and load may explain so much of anything, s; then parts of it that a healthy wheelset explains."""
 EARLIER = 0.008
 """The windows of a wheel's fault begin so much before it strikes, s: the first one ends soon after."""
-CLEARLY, SHORTER = 3.0, 0.25
-"""A healthy beginning whose χ² exceeds its mean by more of its deviations ends earlier by this factor."""
+CLEARLY, SHORTER = 4.0, 0.25
+"""By how many of its deviations χ² may exceed its mean; a healthy beginning where it does ends earlier by a factor."""
 LASTING = 0.03
 """How long mass, damping and load must explain a recording, s, to be told where nothing explains it as a whole."""
+PATIENTLY = 3
+"""Of how many orders the fits are repeated with patience where none explains the recording."""
 FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
 
 
@@ -67,11 +70,12 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
     case.struck = struck > case.begins + LASTING
     healthy = case.problem(case.passage, {})
     for round_ in (0, 1) if len(models) == 1 else (0,):
-        longest = _first_explaining(case, flat_starts(healthy, models, struck, made, round_), struck)
-        if longest is not None and np.isfinite(longest[1].held) and len(models) == 1:
-            name, fit = longest
-            others = same_edge_starts(healthy, fit.scenario, name, fit.held, made)
-            _first_explaining(case, ((name, start) for start in others), fit.held)
+        longest, before = _first_explaining(case, flat_starts(healthy, models, struck, made, round_), struck), None
+        while longest is not None and longest is not before and len(models) == 1 and not _clear(longest[1]):
+            name, fit = before = longest
+            since = fit.held if np.isfinite(fit.held) else struck
+            others = ((name, start) for start in same_edge_starts(healthy, fit.scenario, name, since, made))
+            longest = _first_explaining(case, others, since, longest)
         if well(case.best):
             break
     for name in made:
@@ -82,16 +86,22 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
             break
 
 
-def _first_explaining(case: Case, starts: Iterable[tuple[str, Scenario]], struck: float) -> tuple[str, Fit] | None:
-    """Fit starts up to the first that explains the recording; return the fit that explains it the longest."""
-    longest = None
+def _first_explaining(
+    case: Case, starts: Iterable[tuple[str, Scenario]], struck: float, longest: tuple[str, Fit] | None = None
+) -> tuple[str, Fit] | None:
+    """Fit starts up to the first that explains the recording clearly; return the fit that explains it the longest."""
     for name, start in starts:
-        found = case.fit(name, start, struck - EARLIER)
-        if longest is None or found.held > longest[1].held:
+        found = case.fit(name, start, struck - EARLIER, patient=struck < case.begins + LASTING)
+        if longest is None or (found.held, -found.reduced) > (longest[1].held, -longest[1].reduced):
             longest = name, found
-        if well(found):
+        if _clear(found):
             break
     return longest
+
+
+def _clear(fit: Fit) -> bool:
+    """Return True where a fit leaves no more than noise that is as stated: a neighbouring minimum may leave more."""
+    return fit.reduced <= 1.0 + CLEARLY * sqrt(2.0 / max(fit.freedom, 1))
 
 
 def _at_onset(case: Case) -> tuple[float, list[Scenario]]:
@@ -122,8 +132,7 @@ def _up_to(case: Case, start: Scenario, end: float) -> Scenario | None:
         if np.isfinite(whole.held):
             return None
         end = case.begins + SHORTER * (end - case.begins)
-        within = 1.0 + CLEARLY * np.sqrt(2.0 / max(whole.freedom, 1))
-        if whole.reduced <= within or end < case.begins + WINDOWS[0]:
+        if _clear(whole) or end < case.begins + WINDOWS[0]:
             return whole.scenario
 
 
@@ -147,7 +156,9 @@ def try_harmonics(case: Case) -> None:
     """Fit wheels that are out of round."""
     if "out of round" not in case.faults:
         return
-    for start in harmonic_starts(case.problem(case.passage, beliefs(case.stated)), case.begins):
-        case.fit("out of round", start, case.begins - EARLIER)
+    starts = [*harmonic_starts(case.problem(case.passage, beliefs(case.stated)), case.begins)]
+    soon = case.fits["plain"].held < case.begins + LASTING  # such a wheel is felt from the start on
+    for number, start in enumerate([*starts, *(starts[:PATIENTLY] if soon else ())]):
+        case.fit("out of round", start, case.begins - EARLIER, patient=number >= len(starts))
         if well(case.best):
             return

@@ -45,9 +45,9 @@ class Design:
         That passages over it give, at the sensor's rate.
     criterion
         "determinant" or "worst interval".
-    best, single, repeated
-        The layout found; the best single feature; the best one repeated, as often as the design has features. At the
-        sensor's rate, in recordings of the same length.
+    best, single, repeated, alike
+        The layout found; the best single feature; that one repeated at the best distance, as often as the design has
+        features; the best layout of features that are alike. At the sensor's rate, in recordings of the same length.
     candidates
         All layouts that the search has judged, at its own rate.
     """
@@ -58,14 +58,15 @@ class Design:
     best: Candidate
     single: Candidate
     repeated: Candidate
+    alike: Candidate
     candidates: tuple[Candidate, ...]
 
     @property
     def gains(self) -> dict[str, float]:
         """How many times better the criterion is than with the layouts to compare with."""
         here = cost(self.best, self.criterion)
-        others = {"single": self.single, "repeated": self.repeated}
-        return {kind: float(np.exp(cost(one, self.criterion) - here)) for kind, one in others.items()}
+        others = (self.single, self.repeated, self.alike)
+        return {one.kind: float(np.exp(cost(one, self.criterion) - here)) for one in others}
 
     def front(self, over: Literal["largest_force", "total_length"] = "largest_force") -> tuple[Candidate, ...]:
         """Return the designed layouts that no other beats in both the criterion and the force, or the length.
@@ -183,24 +184,21 @@ def design_site(
         number, tuple(shapes), heights, lengths, spacing, total_length, fields=dict(vary or {})
     ).checked()  # fmt: skip
     plain = ("bump",) if "bump" in shapes else family.shapes[:1]
-    families = {
-        "single": replace(family, number=1, shapes=plain),
-        "repeated": replace(family, shapes=plain, alike=True),
-        "designed": family,
-    }
     slowest = min(speeds) if speeds else (vary or {}).get("speed", (float(site.passage.speed),))[0]
     judge = Judge(
         site, tuple(parameters), tuple(speeds) if speeds else None, criterion, largest_force, one_gauge, trigger,
         heights[0], family.duration(slowest),
     )  # fmt: skip
     search = Search(judge, budget, progress)
-    found: list[Candidate] = []
-    for number_of, (kind, one) in enumerate(families.items()):
-        found.append(search.best(kind, one, [known.layout for known in found], [seed, number_of]))
-    single, repeated, best = found
+    single = search.best("single", replace(family, number=1, shapes=plain), [], [seed, 0])
+    bumps, bump = replace(family, shapes=plain, alike=True), single.layout.features[0]
+    same = replace(bumps, heights=(bump.height, bump.height), lengths=(bump.length, bump.length))
+    repeated = search.best("repeated", same, [single.layout], [seed, 1])
+    alike = search.best("alike", bumps, [single.layout, repeated.layout], [seed, 2])
+    best = search.best("designed", family, [one.layout for one in (single, repeated, alike)], [seed, 3])
     chosen = judge.site_of(best.layout)
     return Design(
-        chosen, judge.information(best.layout), criterion, best, single, repeated, tuple(search.candidates)
+        chosen, judge.information(best.layout), criterion, best, single, repeated, alike, tuple(search.candidates)
     )  # fmt: skip
 
 

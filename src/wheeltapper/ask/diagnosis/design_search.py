@@ -21,7 +21,7 @@ Progress = Callable[[int, int, float], None]
 
 SEARCH_RATE = 5e3
 """Samples per second of the search: more of them tell the same within 1 %, as contacts last a millisecond or more."""
-SHARES = {"single": 0.15, "repeated": 0.25, "designed": 0.6}
+SHARES = {"single": 0.15, "repeated": 0.03, "alike": 0.22, "designed": 0.6}
 """Of the budget."""
 PARTS, SAMPLED = 0.1, 0.3
 """Shares of a search that go into single features, and into layouts all over the family, most of them made of these."""
@@ -40,7 +40,7 @@ REFUSED = 1e3
 class Candidate(NamedTuple):
     """A layout that was judged. Not a number: what was not computed, as the force is too large."""
 
-    kind: str  # "designed", its "part", or one of those to compare with: "single", "repeated"
+    kind: str  # "designed", its "part", or one of those to compare with: "single", "repeated", "alike"
     layout: Layout
     determinant: float
     worst: float

@@ -16,7 +16,7 @@ from wheeltapper.ask.diagnosis.attempts import LASTING, try_damper_ends, try_fla
 from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, well
 from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
-from wheeltapper.ask.diagnosis.fitting import Fit, solve
+from wheeltapper.ask.diagnosis.fitting import Fit, keeps_step, solve
 from wheeltapper.ask.diagnosis.force import noise_of
 from wheeltapper.ask.diagnosis.identify import beliefs, estimate_of
 from wheeltapper.ask.diagnosis.problem import Prior, values_of
@@ -44,7 +44,7 @@ SOONER = 0.006
 FLIGHTS, PLATEAU = 0.06, 97.0
 """In what part of the recording flights show the static force, s, and the percentile of the acceleration in them."""
 VAGUE = 0.3
-"""A field whose logarithm has a larger standard deviation is hardly there."""
+"""A field whose logarithm has a larger standard deviation is hardly there, or its size is not told."""
 NOTHING = 3.0
 """A damping below so many of its standard deviations may be none."""
 SHORTEST = 32
@@ -143,9 +143,11 @@ def _try_plain_again(case: Case) -> None:
     assert case.best is not None
     priors = beliefs(case.stated, _unknown(case))
     values = {path: float(Fields(case.best.scenario)(path)) for path in priors}
-    trial = solve(case.problem(case.passage.replaced(values), priors), case.begins, patient=False)
-    if trial.reduced <= EXPLAINED:
-        _weigh_plain(case, trial)
+    problem = case.problem(case.passage.replaced(values), priors)
+    if keeps_step(problem, case.begins):
+        trial = solve(problem, case.begins, patient=False)
+        if trial.reduced <= EXPLAINED:
+            _weigh_plain(case, trial)
 
 
 def _unknown(case: Case) -> tuple[str, ...]:
@@ -173,7 +175,7 @@ def _plain_starts(case: Case, priors: dict[str, Prior]) -> Iterator[tuple[Scenar
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
     others = [begun, *(CATALOGUE[name].passage(begun) for name in ("broken spring", "lost damper"))]
     tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
-    nearest = ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)
+    nearest = [*ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)]
     yield from ((start, case.begins) for start in nearest[:STARTS])
 
 
@@ -266,7 +268,7 @@ def _size_of(case: Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, fl
         return nan
     value, (low, high) = estimate[path], estimate.interval(path)
     if not fault.plain:
-        return value, (low, high)
+        return value if estimate.deviation(path) < VAGUE else np.nan, (low, high)
     held = float(Fields(case.passage)(path))
     if fault.unit:  # what is added
         return value - held, (low - held, high - held)

@@ -56,7 +56,8 @@ class Finding:
     reduced
         χ² per degree of freedom of the best model: one where it explains the recording.
     size, interval
-        Of the fault and its 90 % interval, in the unit of the catalogue; NaN without one.
+        Of the fault and its 90 % interval, in the unit of the catalogue; NaN without one. Where the recording hardly
+        tells the size there is only the interval.
     alike
         Other verdicts that this recording does not exclude.
     speed, static_force, largest_force
@@ -166,6 +167,9 @@ class Finding:
             said.append(f"{_capital(fault.meaning)}.")
             if np.isfinite(self.size):
                 said.append(f"{_capital(fault.size)}: {_range(self.size, *self.interval, fault.unit)}.")
+            elif np.all(np.isfinite(self.interval)):
+                ends = " to ".join(_range(end, np.nan, np.nan, fault.unit) for end in self.interval)
+                said.append(f"{_capital(fault.size)} hardly told by this recording: {ends} (90 %).")
         if self.estimate is not None:
             said.append(self._values())
             said.append(

@@ -33,12 +33,16 @@ DAMPING = 1e-5
 """Of the first step in a window, over the scaled Jacobian's unit columns."""
 NEARLY = 0.9
 """A window but the last is done where a step leaves more than this share of the sum of squares."""
+AHEAD = 2
+"""So many windows are looked at before all that follow: most models fall out of step soon."""
 BLOCK = 256
 """Rows that are factorised at a time."""
 HOLDS = 2.0
 """A model explains a window where χ² per sample is at most this."""
 PATIENCE = 2
 """How often a shorter window is tried where a long one is not explained."""
+LONG, HALVINGS = 0.05, 3
+"""A model that explains so much, s, is worth going on with: how often the way to the next window may be halved."""
 STUCK = 0.9
 """A fit is given up where less noise leaves more than this share of the sum of squares."""
 
@@ -50,7 +54,8 @@ class Fit:
     Attributes
     ----------
     paths, values, covariance
-        The parameters, and the covariance (parameters, parameters) of their logarithms.
+        The parameters, and the covariance (parameters, parameters) of their logarithms; where only the beginning of the
+        recording is explained, what that tells.
     chi_squared, misfit
         Sum of squared residuals over their variances with the priors' and without; infinite where no model is there.
     freedom
@@ -87,10 +92,9 @@ def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
     A family that does not explain a window explains no longer one: the fit then stays with the last window that it
     explains. Without patience a family is given up early.
     """
-    times = problem.times
-    ends = [begins + window for window in WINDOWS if begins + window < times[-1]]
-    counts = [*dict.fromkeys(int(np.searchsorted(times, end)) for end in ends), len(times)]
-    at, window, longest, patience = np.zeros(len(problem.paths)), -1, len(counts), PATIENCE if patient else 0
+    times, counts = problem.times, _counts(problem.times, begins)
+    at, window, longest = np.zeros(len(problem.paths)), -1, len(counts)
+    patience, halvings = PATIENCE if patient else 0, HALVINGS
     steps = STEPS if patient else STEPS // 2
     while window + 1 < len(counts):
         chosen, noise = _next_window(problem, at, counts[:longest], window)
@@ -99,13 +103,28 @@ def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
             at, window, longest = trial, chosen, len(counts)
         elif chosen > window + 1 and patience:
             longest, patience = (window + 1 + chosen) // 2 + 1, patience - 1
+        elif halvings and window >= 0 and times[counts[window] - 1] > begins + LONG:
+            counts.insert(window + 1, (counts[window] + counts[window + 1]) // 2)
+            longest, halvings = window + 2, halvings - 1
         else:
             break
     if window + 1 < len(counts):
         held = float(times[counts[window] - 1]) if window >= 0 else begins
-        return summary(problem, at, False, held)
+        return summary(problem, at, False, counts[max(window, 0)], held)
     at, converged = fitted(problem, at, counts[-1], problem.noise, LAST_STEPS)
-    return summary(problem, at, converged)
+    return summary(problem, at, converged, counts[-1])
+
+
+def keeps_step(problem: Problem, begins: float) -> bool:
+    """Return True where the model to start from keeps step with the whole recording."""
+    counts = _counts(problem.times, begins)
+    return _next_window(problem, np.zeros(len(problem.paths)), counts, -1)[0] == len(counts) - 1
+
+
+def _counts(times: FloatArray, begins: float) -> list[int]:
+    """Return how many samples each window has, the last one all."""
+    ends = [begins + window for window in WINDOWS if begins + window < times[-1]]
+    return [*dict.fromkeys(int(np.searchsorted(times, end)) for end in ends), len(times)]
 
 
 def _explaining(problem: Problem, at: FloatArray, count: int, noise: float, steps: int) -> FloatArray | None:
@@ -126,6 +145,15 @@ def _explaining(problem: Problem, at: FloatArray, count: int, noise: float, step
 
 def _next_window(problem: Problem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
     """Return the longest of the windows beyond this one in which the model keeps step, and the noise to give it."""
+    first = window + 1
+    chosen, noise = _in_step(problem, at, counts[: first + AHEAD], window)
+    if first + AHEAD < len(counts) and chosen == first + AHEAD - 1:
+        return _in_step(problem, at, counts, window)
+    return chosen, noise
+
+
+def _in_step(problem: Problem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
+    """Return the longest of these windows, beyond the one at hand, in which the model keeps step, and its noise."""
     found = problem.residuals(at, counts[-1])
     first = window + 1
     if found is None:
@@ -243,10 +271,10 @@ def covariance_of(jacobian: FloatArray) -> FloatArray:
         return np.asarray(_inverse(triangle_of(jacobian / size)) / np.outer(size, size))
 
 
-def summary(problem: Problem, at: FloatArray, converged: bool, held: float = np.inf) -> Fit:
-    """Return what is known at some coordinates."""
+def summary(problem: Problem, at: FloatArray, converged: bool, told: int, held: float = np.inf) -> Fit:
+    """Return what is known at some coordinates, to which the first `told` samples have led."""
     many, count = len(problem.paths), len(problem.times)
-    residual, jacobian = problem.weighed(at, count, problem.noise), problem.jacobian(at, count, problem.noise)
+    residual, jacobian = problem.weighed(at, count, problem.noise), problem.jacobian(at, told, problem.noise)
     freedom = int(problem.there.sum()) - sum(prior.kind == "flat" for prior in problem.priors)
     if residual is None or jacobian is None:
         nothing = np.full((many, many), np.inf)

@@ -38,7 +38,8 @@ class Prior(NamedTuple):
 def values_of(scenario: Scenario, times: FloatArray) -> FloatArray | None:
     """Return the deck's acceleration at some times; None where no model is there."""
     try:
-        found = motion_at(scenario, times)
+        with np.errstate(invalid="ignore"):  # a trial's wheel may be asked to touch beyond its radius
+            found = motion_at(scenario, times)
     except (InputError, ValueError):
         return None
     return _whole(found.status, found.deck_acceleration)
@@ -52,7 +53,8 @@ def slopes_of(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> 
     if scenario.vehicle.damper_end:
         return _differences(scenario, paths, times)
     try:
-        found = trajectory(scenario, paths, times)
+        with np.errstate(invalid="ignore"):
+            found = trajectory(scenario, paths, times)
     except (InputError, ValueError):
         return None
     return None if _whole(found.status, found.deck_acceleration) is None else found.of_deck_acceleration

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,12 +39,12 @@ TRIED = 6
 BEFORE, AFTER = 0.002, 0.004
 """The part of the recording about a strike in which starts are judged, s."""
 ORDERS = range(1, 31)
-SMALL, NEAR = 1e-5, (0.011, 0.022, 0.04)
+SMALL, NEAR = 1e-6, (0.011, 0.022, 0.04)
 """Amplitude of a wheel out of round at which orders are weighed, m, and the windows that lead there, s."""
 LOOSELY = 2.0
 """Noise that is assumed there, over the misfit: what is known beforehand holds against what no such model explains."""
-HARMONICS, DAMPERS = 6, 4
-"""How many orders, and how many dampers with an end of their own, are gone on with."""
+WEIGHED, HARMONICS, DAMPERS = 3, 6, 4
+"""How many orders' neighbours are weighed, how many orders, and dampers with an end of their own, are gone on with."""
 PLAYS, PLACES = (1.2e-5, 2.5e-5, 5e-5, 1e-4, 2e-4), (0.2, 0.5, 0.8)
 """Half-gaps that are tried, m, and places of the end in the gap, 0 to 1."""
 BUSHES = (1e6, 4e6, 1.6e7, 6e7)
@@ -80,10 +81,10 @@ def misfit(problem: Problem, model: Scenario, start: float, end: float) -> float
     return float((off**2).mean())
 
 
-def ranked(problem: Problem, models: Iterable[Scenario], start: float, end: float) -> list[Scenario]:
-    """Return the models, those nearest to the recording between two times first."""
-    tried = [(misfit(problem, model, start, end), number, model) for number, model in enumerate(models)]
-    return [model for off, _, model in sorted(tried, key=lambda one: one[:2]) if np.isfinite(off)]
+def ranked(problem: Problem, models: Iterable[Scenario], start: float, end: float) -> dict[Scenario, float]:
+    """Return the models and their misfits between two times, those nearest to the recording first."""
+    off = {model: misfit(problem, model, start, end) for model in models}
+    return {model: off[model] for model in sorted(off, key=lambda one: off[one]) if np.isfinite(off[model])}
 
 
 def flat_starts(
@@ -94,14 +95,15 @@ def flat_starts(
     since = struck - simulate(models[0].replaced({"duration": struck})).impacts.time.values
     landed = bool(np.any(since < LANDING))
     offsets = (LANDED if landed else EDGES)[round_]
-    edges = [(length, edge * length if landed else edge) for length in FLATS[round_] for edge in offsets]
+    lengths = FLATS[round_] if len(models) == 1 else FLATS[round_][1::2]
+    edges = [(length, edge * length if landed else edge) for length in lengths for edge in offsets]
 
     def flat(name: str, model: Scenario, length: float, edge: float) -> Scenario:
         own = length / LIKE[name]
         return made[name](model, own, ((float(model.speed) * struck - edge + 0.5 * own) % turn) / turn)
 
     names = {flat(name, model, *edge): name for name in made for model in models for edge in edges}
-    for start in ranked(problem, names, struck - BEFORE, struck + AFTER)[:TRIED]:
+    for start in [*ranked(problem, names, struck - BEFORE, struck + AFTER)][:TRIED]:
         yield names[start], start
 
 
@@ -132,7 +134,7 @@ def same_edge_starts(
         for more in longer
         for side in (-1, 1)
     ]
-    yield from ranked(problem, tried, struck - BEFORE, struck + AFTER)[:TRIED]
+    yield from [*ranked(problem, tried, struck - BEFORE, struck + AFTER)][:TRIED]
 
 
 def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
@@ -155,16 +157,25 @@ def _rms(residual: FloatArray | None) -> float:
 def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
     """Yield models of a wheel out of round, by the order, amplitude and phase that explain most at first order.
 
-    `problem` is that of the healthy wheelset.
+    `problem` is that of the healthy wheelset. Neighbouring orders hardly differ in the beginning of a recording: every
+    second one is weighed, and the neighbours of the best.
     """
     at, count = near(problem, begins)
     found = problem.residuals(at, count)
     if found is None:
         return
-    model, noise = problem.scenario(at), max(_rms(found), problem.noise)
-    tried = [(*_harmonic(problem, model, order, count, noise), order) for order in ORDERS]
-    for _, start, _ in sorted(tried, key=lambda one: (one[0], one[2]))[:HARMONICS]:
-        yield start
+    noise = max(_rms(found), problem.noise)
+    healthy = problem.weighed(at, count, noise), problem.jacobian(at, count, noise)
+    if healthy[0] is None or healthy[1] is None:
+        return
+    model, weighed = problem.scenario(at), _Linear(healthy[0], healthy[1], noise)
+    tried = {order: _harmonic(problem, model, order, count, weighed) for order in ORDERS[::2]}
+    best = sorted(tried, key=lambda order: tried[order][0])[:WEIGHED]
+    for beside in sorted({order + side for order in best for side in (-1, 1)} & {*ORDERS}):
+        tried[beside] = _harmonic(problem, model, beside, count, weighed)
+    for order in sorted(tried, key=lambda order: tried[order][0])[:HARMONICS]:
+        if np.isfinite(tried[order][0]):
+            yield tried[order][1]
 
 
 def damper_starts(
@@ -172,34 +183,41 @@ def damper_starts(
 ) -> Iterator[tuple[str, Scenario]]:
     """Yield passages whose damper has an end of its own, by name, the nearest to the recording's beginning first.
 
-    At last comes the nearest one of each name that was not among these.
+    The nearest one of each name comes before all others: the two begin alike.
     """
     sizes = {"free play": [(play, place) for play in PLAYS for place in PLACES]}
     sizes["soft bush"] = [(bush, 0.5) for bush in BUSHES]
     names = {add(model, *size): name for name, add in made.items() for size in sizes[name]}
-    order = ranked(problem, names, begins, begins + NEAR[-1])
-    yield from ((names[start], start) for start in order[:DAMPERS])
-    for name in made:
-        late = [start for start in order[DAMPERS:] if names[start] == name]
-        if late and all(names[start] != name for start in order[:DAMPERS]):
-            yield name, late[0]
+    order = [*ranked(problem, names, begins, begins + NEAR[-1])]
+    first = [start for i, start in enumerate(order) if names[start] not in {names[nearer] for nearer in order[:i]}]
+    for start in [*first, *(start for start in order[:DAMPERS] if start not in first)]:
+        yield names[start], start
 
 
-def _harmonic(problem: Problem, model: Scenario, order: int, count: int, noise: float) -> tuple[float, Scenario]:
+class _Linear(NamedTuple):
+    """A healthy wheelset's weighed residuals and their derivatives, and the noise over which the samples are."""
+
+    residual: FloatArray
+    jacobian: FloatArray
+    noise: float
+
+
+def _harmonic(problem: Problem, model: Scenario, order: int, count: int, healthy: _Linear) -> tuple[float, Scenario]:
     """Return what one order leaves unexplained at first order, and the wheel that explains the rest."""
     own, radius = len(model.irregularities), float(model.vehicle.radius)
     paths = (f"irregularity.{own}.amplitudes.0", f"irregularity.{own}.position")
     start = out_of_round(model, SMALL, 0.5, order)
     place, half = float(start.irregularities[-1].position), pi * radius
-    known = dict(zip(problem.paths, problem.priors, strict=True))
     unknown = {paths[0]: Prior(SMALL), paths[1]: Prior(place, half, "uniform")}
-    family = Problem(problem.recording, problem.sensor, problem.noise, start, known | unknown)
-    at = np.zeros(len(family.paths))
-    residual, jacobian = family.weighed(at, count, noise), family.jacobian(at, count, noise)
-    if residual is None or jacobian is None or not np.all(np.isfinite(jacobian)):
+    family = Problem(problem.recording, problem.sensor, problem.noise, start, unknown)
+    slopes = family.slopes(np.zeros(2), count)
+    if slopes is None or not np.all(np.isfinite(slopes)):
         return np.inf, start
-    step = np.linalg.lstsq(jacobian, -residual, rcond=None)[0]
-    left = float(((residual + jacobian @ step) ** 2).sum())
-    along, across = 1.0 + step[-2], order / radius * step[-1] * half
+    rows = np.zeros((len(healthy.residual), 2))
+    rows[:count] = slopes / healthy.noise
+    jacobian = np.column_stack([healthy.jacobian, rows])
+    step = np.linalg.lstsq(jacobian, -healthy.residual, rcond=None)[0]
+    left = float(((healthy.residual + jacobian @ step) ** 2).sum())
+    along, across = step[-2], order / radius * step[-1] * half
     amplitude, turned = SMALL * float(np.hypot(along, across)), float(np.arctan2(across, along))
     return left, start.replaced({paths[0]: amplitude, paths[1]: (place + turned * radius / order) % (2.0 * half)})

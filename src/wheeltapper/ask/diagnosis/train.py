@@ -149,8 +149,11 @@ class TrainFinding:
 
 def _size(entry: Mapping[str, Any]) -> str:
     size, unit = entry.get("size"), entry.get("size_unit", "")
-    if size is None:
-        return ""
+    interval = [end for end in entry.get("size_interval_90", ()) if end is not None]
+    return " to ".join(_with_unit(value, unit) for value in (interval if size is None else [size]))
+
+
+def _with_unit(size: float, unit: str) -> str:
     if unit == "m":
         return f"{1e3 * size:.4g} mm" if abs(size) >= 1e-3 else f"{1e6 * size:.4g} um"
     return f"{size:.4g} {unit}".strip()
