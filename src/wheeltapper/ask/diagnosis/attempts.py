@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import islice
 from math import sqrt
 
 import numpy as np
@@ -25,7 +26,7 @@ from wheeltapper.lower.fields import Fields
 
 SPEEDS = 0.05
 """How far apart the speeds are that are tried where a flat strikes before anything else, over the speed."""
-FIRM, FIRST = 0.01, (0.009, 0.007, 0.005, 0.003)
+FIRM, FIRST = 0.01, (0.009, 0.007, 0.005, 0.003, 0.0015)
 """Mass, damping and load may explain so much of anything, s; then parts of it that a healthy wheelset explains."""
 EARLIER = 0.008
 """The windows of a wheel's fault begin so much before it strikes, s: the first one ends soon after."""
@@ -34,7 +35,7 @@ CLEARLY, SHORTER = 4.0, 0.25
 LASTING = 0.03
 """How long mass, damping and load must explain a recording, s, to be told where nothing explains it as a whole."""
 PATIENTLY = 3
-"""Of how many orders the fits are repeated with patience where none explains the recording."""
+"""Of how many orders the fits are repeated with patience."""
 FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
 
 
@@ -70,12 +71,14 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
     case.struck = struck > case.begins + LASTING
     healthy = case.problem(case.passage, {})
     for round_ in (0, 1) if len(models) == 1 else (0,):
-        longest, before = _first_explaining(case, flat_starts(healthy, models, struck, made, round_), struck), None
+        patient = struck < case.begins + LASTING and not round_  # little has told speed and load before
+        starts = flat_starts(healthy, models, struck, made, round_)
+        longest, before = _first_explaining(case, starts, struck, patient), None
         while longest is not None and longest is not before and len(models) == 1 and not _clear(longest[1]):
             name, fit = before = longest
             since = fit.held if np.isfinite(fit.held) else struck
             others = ((name, start) for start in same_edge_starts(healthy, fit.scenario, name, since, made))
-            longest = _first_explaining(case, others, since, longest)
+            longest = _first_explaining(case, others, since, False, longest)
         if well(case.best):
             break
     for name in made:
@@ -87,11 +90,15 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
 
 
 def _first_explaining(
-    case: Case, starts: Iterable[tuple[str, Scenario]], struck: float, longest: tuple[str, Fit] | None = None
+    case: Case,
+    starts: Iterable[tuple[str, Scenario]],
+    struck: float,
+    patient: bool,
+    longest: tuple[str, Fit] | None = None,
 ) -> tuple[str, Fit] | None:
     """Fit starts up to the first that explains the recording clearly; return the fit that explains it the longest."""
     for name, start in starts:
-        found = case.fit(name, start, struck - EARLIER, patient=struck < case.begins + LASTING)
+        found = case.fit(name, start, struck - EARLIER, patient)
         if longest is None or (found.held, -found.reduced) > (longest[1].held, -longest[1].reduced):
             longest = name, found
         if _clear(found):
@@ -154,11 +161,20 @@ def try_damper_ends(case: Case) -> None:
 
 def try_harmonics(case: Case) -> None:
     """Fit wheels that are out of round."""
+    _fit_harmonics(case, patient=False)
+
+
+def try_harmonics_again(case: Case) -> None:
+    """Fit wheels that are out of round with patience, where they may be: they are felt from the start on."""
+    if case.fits["plain"].held < case.begins + LASTING:
+        _fit_harmonics(case, patient=True)
+
+
+def _fit_harmonics(case: Case, patient: bool) -> None:
     if "out of round" not in case.faults:
         return
-    starts = [*harmonic_starts(case.problem(case.passage, beliefs(case.stated)), case.begins)]
-    soon = case.fits["plain"].held < case.begins + LASTING  # such a wheel is felt from the start on
-    for number, start in enumerate([*starts, *(starts[:PATIENTLY] if soon else ())]):
-        case.fit("out of round", start, case.begins - EARLIER, patient=number >= len(starts))
+    starts = harmonic_starts(case.problem(case.passage, beliefs(case.stated)), case.begins)
+    for start in islice(starts, PATIENTLY if patient else None):
+        case.fit("out of round", start, case.begins - EARLIER, patient)
         if well(case.best):
             return

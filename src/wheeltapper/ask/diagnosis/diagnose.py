@@ -1,18 +1,26 @@
 """From one recording to a finding: which fault explains it, how large it is, and what else would explain it as well.
 
 plain    one fit with mass, damping and load free; it tells apart all faults that change only these, by their priors
-else     where that does not explain the recording: flats from where something strikes, then the damper's end, then
-         wheels out of round (first, where the wheel itself excites the deck), then flats hard to place, until one does
+else     where that does not explain the recording, one family after the other until one does: flats from where
+         something strikes; the damper's end and wheels out of round (first, where little is explained); flats hard to
+         place
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.diagnosis.attempts import LASTING, try_damper_ends, try_flats, try_flats_again, try_harmonics
+from wheeltapper.ask.diagnosis.attempts import (
+    LASTING,
+    try_damper_ends,
+    try_flats,
+    try_flats_again,
+    try_harmonics,
+    try_harmonics_again,
+)
 from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, well
 from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
@@ -82,13 +90,21 @@ def diagnose(
     if not _wheel(recording, spread):
         return _nothing(recording, site, spread)
     _try_plain(case)
-    others = (try_harmonics, try_flats) if case.early else (try_flats, try_damper_ends, try_harmonics, try_flats_again)
-    for attempt in others:
+    for attempt in _attempts(case):
         if not well(case.best) and not case.struck:
             attempt(case)
     if case.explained and not well(case.fits["plain"]):
         _try_plain_again(case)
     return _concluded(case)
+
+
+def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
+    """Return what else to try, first what is likely: a damper's end and a wheel out of round are felt from early on."""
+    if case.early:
+        return try_harmonics, try_harmonics_again, try_flats
+    if case.fits["plain"].held < case.begins + LASTING:
+        return try_damper_ends, try_harmonics, try_flats, try_harmonics_again, try_flats_again
+    return try_flats, try_damper_ends, try_harmonics, try_flats_again
 
 
 def _check(recording: Recording, site: Site) -> None:
