@@ -25,8 +25,8 @@ INFLATED = 20.0
 """Largest factor on the noise in a window."""
 SETTLED = 0.02
 """A fit has converged where no parameter moves by more than this part of its standard deviation."""
-STEPS, LAST_STEPS = 6, 30
-"""Steps in a window but the last, and in the last one; as many may fail."""
+STEPS, HASTY_STEPS, LAST_STEPS = 6, 4, 30
+"""Steps in a window but the last, with and without patience, and in the last one; as many may fail."""
 REACH = 0.5
 """Largest step of a coordinate."""
 DAMPING = 1e-5
@@ -95,7 +95,7 @@ def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
     times, counts = problem.times, _counts(problem.times, begins)
     at, window, longest = np.zeros(len(problem.paths)), -1, len(counts)
     patience, halvings = PATIENCE if patient else 0, HALVINGS
-    steps = STEPS if patient else STEPS // 2
+    steps = STEPS if patient else HASTY_STEPS
     while window + 1 < len(counts):
         chosen, noise = _next_window(problem, at, counts[:longest], window)
         trial = _explaining(problem, at, counts[chosen], noise, steps)
