@@ -5,6 +5,8 @@ import pytest
 from pydantic import ValidationError
 
 import wheeltapper as wt
+from wheeltapper.lower.build import table_of
+from wheeltapper.lower.numbers import METHODS
 
 LAWS = {
     "given": wt.Hertz(constant=1.405e11),
@@ -79,3 +81,11 @@ def test_a_law_is_a_frozen_value_that_survives_its_file(name, tmp_path):
 def test_laws_give_different_answers_in_one_process():
     largest = [float(wt.simulate(scene(law)).peaks.normal_force.max()) for law in LAWS.values()]
     assert len({round(value, 3) for value in largest}) == len(LAWS)
+
+
+@pytest.mark.parametrize("rolling", ["point", "circle"])
+def test_strict_tables_of_a_factor_do_not_follow_rounding(rolling):
+    """Fitted with its level, a path of 0.1 mm was cut a million times: rounding of the level looked like a bend."""
+    following = scene(LAWS["following the curvature"]).replaced({"rolling": rolling})
+    table, _ = table_of(following, 0.5, METHODS["strict"])
+    assert len(table.rows) < 100

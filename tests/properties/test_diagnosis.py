@@ -249,3 +249,31 @@ def test_what_is_explained_of_a_recording_that_is_not_is_told():
     finding = wt.diagnose(replace(recording, samples=np.where(late, -recording.samples, recording.samples)), SHORT)
     assert finding.verdict == "not explained"
     assert any(note.startswith("up to ") and "explain it" in note for note in finding.notes)
+
+
+def test_a_length_that_the_recording_does_not_tell_is_not_given():
+    """The wheel lands near one edge of the flat, and the recording ends before the next turn shows the other."""
+    finding, recording = found("wheel flat", (0.02, 0.08), 188_923_824, SITE)
+    assert finding.verdict == "wheel flat"
+    assert np.isnan(finding.size)
+    assert finding.interval[0] < recording.truth["size"] < finding.interval[1]
+    assert "Length hardly told by this recording" in str(finding)
+    assert finding.to_dict()["size"] is None
+    assert finding.to_dict()["size_interval_90"][0] == pytest.approx(finding.interval[0])
+
+
+@pytest.mark.parametrize("fault", [None, "broken spring", "free play"])
+def test_the_irregularity_may_lie_far_behind_the_trigger(fault):
+    """Speeds that are known to 10 % tell to 10 ms when the wheel gets there: the recording tells it better."""
+    late = SITE.passage.replaced({"irregularity.0.start": 0.9, "duration": 0.4})
+    finding, _ = found(fault, seed=2, site=Site.model_validate(SITE.model_dump() | {"passage": late}))
+    assert finding.verdict == (fault or "healthy")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [2_392_737_485, 2_121_094_103, 2_464_715_917])
+def test_flats_that_are_hard_to_place(seed):
+    """Under the wheel as it comes onto the deck; 3 ms behind the bump; hardly felt in the first turn."""
+    finding, recording = found("wheel flat", (0.02, 0.08), seed, SITE)
+    assert finding.verdict == "wheel flat"
+    assert finding.size == pytest.approx(recording.truth["size"], abs=2e-4)

@@ -8,7 +8,7 @@ import numpy as np
 
 from wheeltapper.ask.diagnosis.faults import fault_named
 from wheeltapper.ask.diagnosis.fitting import Fit, solve
-from wheeltapper.ask.diagnosis.identify import beliefs, onset
+from wheeltapper.ask.diagnosis.identify import LOUD, beliefs, onset
 from wheeltapper.ask.diagnosis.problem import Prior, Problem
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
@@ -21,16 +21,20 @@ WELL = 1.1
 EARLY = 3.0
 """A healthy wheel moves the deck by more than so many deviations of the noise where the recording first shows it."""
 
+SURE = 3.0
+"""So many deviations of the speed are all that is thought of; the onset tells it where they are as many samples."""
+
 
 class Case:
     """One recording at one site, and the fits that were made of it."""
 
     def __init__(self, recording: Recording, site: Site, faults: tuple[str, ...], noise: float) -> None:
         self.recording, self.site, self.noise = recording, site, noise
-        self.passage = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
-        self.stated = site.model_copy(update={"passage": self.passage})
+        stated = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
+        self.stated = site.model_copy(update={"passage": stated})
         self.faults = {name: fault_named(name) for name in faults}
         self.begins = onset(recording, noise)
+        self.passage = self._timed()
         self.fits: dict[str, Fit] = {}
         self.evidence: dict[str, float] = {}
         self.struck = False  # healthy up to where something strikes: only flats do that
@@ -47,12 +51,22 @@ class Case:
     @cached_property
     def early(self) -> bool:
         """True where something moves the deck before the site's irregularity can: the wheel itself."""
-        fastest = self.passage.replaced(
-            {"speed": self.passage.speed * (1.0 + 3.0 * self.site.uncertainty.get("speed", 0.0))}
-        )
+        stated = self.stated.passage
+        fastest = stated.replaced({"speed": stated.speed * (1.0 + SURE * self.site.uncertainty.get("speed", 0.0))})
         count = int(np.searchsorted(self.recording.times, self.begins)) + 1
         found = self.problem(fastest, {}).shown(fastest, count)
         return found is not None and bool(np.abs(found).max() < EARLY * self.noise)
+
+    def _timed(self) -> Scenario:
+        """Return the stated passage at the speed at which it begins when the recording does, where that tells more."""
+        stated, share = self.stated.passage, self.site.uncertainty.get("speed", 0.0)
+        if self.early or share * self.begins * self.recording.rate < SURE:
+            return stated
+        count = int(np.searchsorted(self.recording.times, self.begins * (1.0 + SURE * share)))
+        found = self.problem(stated, {}).shown(stated, count)
+        loud = np.empty(0) if found is None else np.flatnonzero(np.abs(found) > LOUD * self.noise)
+        ratio = self.recording.times[loud[0]] / self.begins if len(loud) else np.inf
+        return stated.replaced({"speed": stated.speed * ratio}) if abs(ratio - 1.0) <= SURE * share else stated
 
     @property
     def explained(self) -> bool:

@@ -218,6 +218,8 @@ def _believed(case: Case, fault: Fault | None, found: Fit, unknown: tuple[str, .
     passage = case.passage if fault is None else fault.passage(case.passage)
     believed = {} if fault is None else fault.believed(case.passage)
     many = len(unknown)
+    if not np.all(np.isfinite(found.covariance)):
+        return 0.0  # nothing is told of some field
     vague = np.sqrt(np.diag(found.covariance)[:many]) > VAGUE
     away, scales, variances = np.empty(many), np.ones(many), np.empty(many)
     for i, path in enumerate(unknown):

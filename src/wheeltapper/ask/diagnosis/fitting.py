@@ -267,7 +267,7 @@ def _inverse(factor: FloatArray) -> FloatArray:
 def covariance_of(jacobian: FloatArray) -> FloatArray:
     """Return the inverse of JᵀJ."""
     size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
-    with np.errstate(divide="ignore", invalid="ignore"):  # nothing is known of a parameter without effect
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # nothing is known of one without effect
         return np.asarray(_inverse(triangle_of(jacobian / size)) / np.outer(size, size))
 
 
@@ -283,10 +283,9 @@ def summary(problem: Problem, at: FloatArray, converged: bool, told: int, held: 
         )  # fmt: skip
     covariance = covariance_of(jacobian)
     total = float((residual**2).sum())
-    evidence = -np.inf
+    evidence = -0.5 * total + _of_priors(problem.priors)
     if np.all(np.isfinite(covariance)):
-        volume = float(np.linalg.slogdet(2.0 * np.pi * covariance)[1])
-        evidence = -0.5 * total + 0.5 * volume + _of_priors(problem.priors)
+        evidence += 0.5 * float(np.linalg.slogdet(2.0 * np.pi * covariance)[1])
     misfit = float((residual[:count] ** 2).sum())
     values = problem.values(at)
     with np.errstate(divide="ignore"):
