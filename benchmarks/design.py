@@ -2,8 +2,8 @@
 
 uv run python benchmarks/design.py [--number 2] [--length 2] [--budget 3000] [--shapes bump,dip] [--seed 0]
 
-Mass and damping are asked for, at 6, 9 and 12 m/s, with at most 400 kN. Where the site has been calibrated, the rails
-found are judged once more with one of the calibrated quantities, or all, known exactly.
+Mass and damping are asked for, at 6, 9 and 12 m/s, with at most 400 kN. The rails found are judged once more with one
+of the uncertain quantities, or all, known exactly.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from time import perf_counter
 from identification import KNOWN, LEVELS, UNKNOWN, site
 
 import wheeltapper as wt
+from wheeltapper.ask.diagnosis.design import Design
 from wheeltapper.ask.diagnosis.information import information
 from wheeltapper.ask.diagnosis.layout import laid_out
 
@@ -45,11 +46,14 @@ def main() -> None:
             budget=given.budget, shapes=given.shapes.split(","), seed=given.seed,
         )  # fmt: skip
         print(f"{state}, {perf_counter() - begun:.0f} s: {found}", flush=True)
-    if given.only == "uncalibrated":
-        return
+        in_the_way(found, states[state], tuple(CALIBRATED if state == "calibrated" else LEVELS["all"]))
+
+
+def in_the_way(found: Design, uncertainty: dict[str, float], paths: tuple[str, ...]) -> None:
+    """Print the gains were one of the uncertain quantities exactly known, or all."""
     duration = float(found.site.passage.duration)
-    for exact in (*((path,) for path in CALIBRATED), tuple(CALIBRATED)):
-        left = known({path: share for path, share in states["calibrated"].items() if path not in exact})
+    for exact in (*((path,) for path in paths), paths):
+        left = known({path: share for path, share in uncertainty.items() if path not in exact})
         told = [
             information(laid_out(left, one.layout, duration), UNKNOWN, SPEEDS)
             for one in (found.single, found.repeated, found.alike, found.best)

@@ -191,7 +191,7 @@ def _plain_starts(case: Case, priors: dict[str, Prior]) -> Iterator[tuple[Scenar
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
     others = [begun, *(CATALOGUE[name].passage(begun) for name in ("broken spring", "lost damper"))]
     tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
-    nearest = [*ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)]
+    nearest = ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)
     yield from ((start, case.begins) for start in nearest[:STARTS])
 
 

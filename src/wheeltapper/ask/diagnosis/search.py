@@ -81,10 +81,10 @@ def misfit(problem: Problem, model: Scenario, start: float, end: float) -> float
     return float((off**2).mean())
 
 
-def ranked(problem: Problem, models: Iterable[Scenario], start: float, end: float) -> dict[Scenario, float]:
-    """Return the models and their misfits between two times, those nearest to the recording first."""
+def ranked(problem: Problem, models: Iterable[Scenario], start: float, end: float) -> list[Scenario]:
+    """Return the models, those nearest to the recording between two times first."""
     off = {model: misfit(problem, model, start, end) for model in models}
-    return {model: off[model] for model in sorted(off, key=lambda one: off[one]) if np.isfinite(off[model])}
+    return [model for model in sorted(off, key=lambda one: off[one]) if np.isfinite(off[model])]
 
 
 def flat_starts(
@@ -103,7 +103,7 @@ def flat_starts(
         return made[name](model, own, ((float(model.speed) * struck - edge + 0.5 * own) % turn) / turn)
 
     names = {flat(name, model, *edge): name for name in made for model in models for edge in edges}
-    for start in [*ranked(problem, names, struck - BEFORE, struck + AFTER)][:TRIED]:
+    for start in ranked(problem, names, struck - BEFORE, struck + AFTER)[:TRIED]:
         yield names[start], start
 
 
@@ -134,7 +134,7 @@ def same_edge_starts(
         for more in longer
         for side in (-1, 1)
     ]
-    yield from [*ranked(problem, tried, struck - BEFORE, struck + AFTER)][:TRIED]
+    yield from ranked(problem, tried, struck - BEFORE, struck + AFTER)[:TRIED]
 
 
 def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
@@ -188,7 +188,7 @@ def damper_starts(
     sizes = {"free play": [(play, place) for play in PLAYS for place in PLACES]}
     sizes["soft bush"] = [(bush, 0.5) for bush in BUSHES]
     names = {add(model, *size): name for name, add in made.items() for size in sizes[name]}
-    order = [*ranked(problem, names, begins, begins + NEAR[-1])]
+    order = ranked(problem, names, begins, begins + NEAR[-1])
     first = [start for i, start in enumerate(order) if names[start] not in {names[nearer] for nearer in order[:i]}]
     for start in [*first, *(start for start in order[:DAMPERS] if start not in first)]:
         yield names[start], start
