@@ -35,7 +35,7 @@ class Method:
     fit: float
 
 
-METHODS = {"default": Method(12, 1e-7, 1e-11), "strict": Method(20, 1e-10, 1e-13)}
+METHODS = {"default": Method(12, 1e-7, 1e-11), "strict": Method(20, 1e-10, 5e-14)}
 
 
 @dataclass(frozen=True)
