@@ -33,7 +33,7 @@ EARLIER = 0.008
 CLEARLY, SHORTER = 4.0, 0.25
 """By how many of its deviations χ² may exceed its mean; a healthy beginning where it does ends earlier by a factor."""
 LASTING = 0.03
-"""How long mass, damping and load must explain a recording, s, to be told where nothing explains it as a whole."""
+"""What mass, damping and load explain is little up to here, s; if more, it is told where nothing explains the whole."""
 PATIENTLY = 3
 """Of how many orders the fits are repeated with patience."""
 FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")

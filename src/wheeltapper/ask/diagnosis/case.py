@@ -20,7 +20,6 @@ WELL = 1.1
 """It does so well, so that nothing else is tried, where that is at most this: a noise that is misjudged by 5 %."""
 EARLY = 3.0
 """A healthy wheel moves the deck by more than so many deviations of the noise where the recording first shows it."""
-
 SURE = 3.0
 """So many deviations of the speed are all that is thought of; the onset tells it where they are as many samples."""
 
