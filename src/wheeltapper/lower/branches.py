@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.surface import Profile
+from wheeltapper.march import contact_points
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -66,37 +67,35 @@ def _cell_samples(profile: Profile, index: int, window: float) -> FloatArray:
     return np.linspace(start, end, int(np.ceil((end - start) / _spacing(profile, window, end - start))) + 1)
 
 
-def _rising(profile: Profile, index: int, s: FloatArray) -> tuple[FloatArray, list[tuple[int, int]]]:
-    """Return the samples with the folds of x0(s) put in, and first and last index (exclusive) where x0 rises."""
-    rises = profile.is_outer(s, index)
-    turns = np.flatnonzero(rises[1:] != rises[:-1])
-    up, down = s[turns + 1].copy(), s[turns].copy()
-    swapped = rises[turns]
-    up[swapped], down[swapped] = s[turns][swapped], s[turns + 1][swapped]
-    for _ in range(HALVINGS if len(turns) else 0):
-        middle = 0.5 * (up + down)
-        outer = profile.is_outer(middle, index)
-        up, down = np.where(outer, middle, up), np.where(outer, down, middle)
-    s = np.insert(s, turns + 1, up)
-    borders = [0, *(turns + 1 + np.arange(len(turns))).tolist(), len(s) - 1]
-    first = 0 if rises[0] else 1
-    return s, [(a, b + 1) for a, b in zip(borders[first:-1:2], borders[first + 1 :: 2], strict=True)]
+def _with_folds(profile: Profile, s: FloatArray, cell: IntArray) -> tuple[FloatArray, IntArray, list[slice]]:
+    """Return samples and their cells with the folds of x0(s) put in, and the parts of them in which x0 rises."""
+    rises, inside = profile.is_outer(s, cell), cell[1:] == cell[:-1]
+    turns = np.flatnonzero((rises[1:] != rises[:-1]) & inside)
+    if len(turns):
+        here = cell[turns]
+        up, down = np.where(rises[turns], s[[turns, turns + 1]], s[[turns + 1, turns]])
+        for _ in range(HALVINGS):
+            middle = 0.5 * (up + down)
+            outer = profile.is_outer(middle, here)
+            up, down = np.where(outer, middle, up), np.where(outer, down, middle)
+        s, cell = np.insert(s, turns + 1, up), np.insert(cell, turns + 1, here)
+        rises = np.insert(rises, turns + 1, True)
+        inside = cell[1:] == cell[:-1]
+    borders = [0, *(np.flatnonzero((rises[1:] != rises[:-1]) | ~inside) + 1).tolist(), len(s)]
+    return s, cell, [slice(a, b) for a, b in zip(borders[:-1], borders[1:], strict=True) if rises[a]]
 
 
 def find(profile: Profile, window: float) -> list[Branch]:
     """Return all branches of a profile."""
+    bent = [i for i, cell in enumerate(profile.cells) if cell.chord != profile.radius]  # a chord is touched all at once
+    each = [_cell_samples(profile, index, window) for index in bent]
+    s, cell, rising = _with_folds(profile, np.concatenate(each), np.repeat(bent, [len(samples) for samples in each]))
+    x = profile.touching(s, cell)
     out = []
-    for index in range(len(profile.cells)):
-        s = _cell_samples(profile, index, window)
-        if not profile.cells[index].flat:
-            s, bounds = _rising(profile, index, s)
-        else:
-            bounds = [(0, len(s))]
-        x = profile.touching(s, index)
-        for a, b in bounds:
-            forward = a + np.flatnonzero(np.diff(x[a:b], prepend=-np.inf) > 0.0)
-            if len(forward) > 1:
-                out.append(Branch(index, -1, x[forward], s[forward]))
+    for part in rising:
+        forward = part.start + np.flatnonzero(np.diff(x[part], prepend=-np.inf) > 0.0)
+        if len(forward) > 1:
+            out.append(Branch(int(cell[part.start]), -1, x[forward], s[forward]))
     for index, corner in enumerate(profile.corners):
         if corner.juts_out:
             reach = min(MARGIN * window, 0.999 * profile.radius)
@@ -111,6 +110,8 @@ class Envelope:
     def __init__(self, profile: Profile, window: float) -> None:
         self.profile = profile
         self.branches = find(profile, window)
+        self._x, self._s = (np.concatenate(part) for part in zip(*((b.x, b.s) for b in self.branches), strict=True))
+        self._first = np.cumsum([0, *(len(b.x) for b in self.branches)])
         self.cells = np.array([b.cell for b in self.branches])
         self.corners = np.array([b.corner for b in self.branches])
         self._flat = np.array([b.corner < 0 and profile.cells[b.cell].flat for b in self.branches])
@@ -119,12 +120,7 @@ class Envelope:
     def contact(self, x: FloatArray, owner: IntArray) -> FloatArray:
         """Return the point of contact for each place of the wheel on the given branch, else the branch's nearer end."""
         s, lo, hi = np.empty_like(x), np.empty_like(x), np.empty_like(x)
-        for group in _groups(owner):
-            branch = self.branches[owner[group[0]]]
-            right = np.clip(np.searchsorted(branch.x, x[group]), 1, len(branch.x) - 1)
-            s[group] = np.interp(x[group], branch.x, branch.s)
-            lo[group] = branch.s[np.maximum(right - 2, 0)]
-            hi[group] = branch.s[np.minimum(right + 1, len(branch.s) - 1)]
+        contact_points.bracket(self._x, self._s, self._first, owner, x, s, lo, hi)
         bent = np.flatnonzero((self.corners[owner] < 0) & ~self._flat[owner])
         if len(bent):
             s[bent] = self.profile.sharpen(x[bent], s[bent], lo[bent], hi[bent], self.cells[owner[bent]])
@@ -170,11 +166,3 @@ class Envelope:
         touched = np.flatnonzero(winner >= 0)
         parts = np.split(touched, np.flatnonzero(np.diff(winner[touched])) + 1)
         return [Run(int(winner[p[0]]), float(grid[p[0]]), float(grid[p[-1]])) for p in parts]
-
-
-def _groups(owner: IntArray) -> list[IntArray]:
-    """Return the indices of each owner's places."""
-    if len(owner) == 0 or (owner[0] == owner[-1] and np.all(owner == owner[0])):
-        return [np.arange(len(owner))] if len(owner) else []
-    order = np.argsort(owner, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(owner[order])) + 1)

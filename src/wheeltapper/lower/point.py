@@ -181,10 +181,14 @@ def _cell_rows(
     return rows
 
 
-def _goes_on_as_one_wave(course: Course) -> bool:
-    """Return True where one harmonic stretch holds from the first period on: it needs no loop."""
+def unwound(course: Course) -> Course:
+    """Return a course without its period where it goes on as one wave without: it needs no loop, and has no borders."""
     last = course.stretches[-1]
-    return isinstance(last.exact, Harmonic) and last.start <= course.repeats_from
+    return (
+        replace(course, period=None)
+        if isinstance(last.exact, Harmonic) and last.start <= course.repeats_from
+        else course
+    )
 
 
 def point_table(
@@ -204,7 +208,7 @@ def point_table(
         The factor on the contact force; None for one.
     """
     if factor is None:
-        courses = [replace(c, period=None) if _goes_on_as_one_wave(c) else c for c in courses]
+        courses = [unwound(course) for course in courses]
     repeating = [c for c in courses if c.period is not None]
     loop = None
     stop = end

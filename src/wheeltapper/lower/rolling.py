@@ -23,7 +23,7 @@ from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomia
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.branches import Envelope, Run
 from wheeltapper.lower.fit import Factor, Sampled, fit
-from wheeltapper.lower.point import cells, total
+from wheeltapper.lower.point import cells, total, unwound
 from wheeltapper.lower.surface import Profile, value_at
 from wheeltapper.lower.table import Table, assemble, blank, polynomial_rows, set_factor
 from wheeltapper.march import program as contract
@@ -208,9 +208,10 @@ class Rolled:
 
     def __init__(self, courses: list[Course], end: float, radius: float, height: float) -> None:
         self.all = courses
-        self.courses = [course for course in courses if not course.followed]
-        window = _window(self.courses, end, radius)
+        rolled = [course for course in courses if not course.followed]
+        window = _window(rolled, end, radius)
         self.stop, self.loop = _repetition(courses, end, window)
+        self.courses = rolled if self.loop is not None else [unwound(course) for course in rolled]
         profile = Profile(self.courses, -2 * window, self.stop + 2 * window, radius, height)
         self.envelope = Envelope(profile, window)
         self.kinks = _join(self.envelope)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import inf, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials
+from wheeltapper.describe.irregularity.course import Chord, Course, Harmonic, Polynomials
 from wheeltapper.lower.fit import Function
 from wheeltapper.lower.point import Placed, cells, total
+from wheeltapper.march import contact_points
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -18,7 +19,10 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Cell:
-    """A smooth cell of the profile between two borders."""
+    """A smooth cell of the profile between two borders.
+
+    `chord` is the radius of the circle of which it is a chord, NaN if it is none.
+    """
 
     start: float
     end: float
@@ -26,17 +30,19 @@ class Cell:
     slope: Function
     curvature: Function
     flat: bool
+    chord: float
     knots: FloatArray
 
     @staticmethod
     def of(start: float, end: float, present: list[Placed]) -> Cell:
         """Return the cell where these stretches are summed."""
-        flat = all(isinstance(f := p.stretch.exact, Harmonic) and f.level for p in present)
+        uneven = [f for p in present if not (isinstance(f := p.stretch.exact, Harmonic) and f.level)]
+        chord = uneven[0].radius if len(uneven) == 1 and isinstance(uneven[0], Chord) else nan
         knots = [p.stretch.exact.breaks + p.shift for p in present if isinstance(p.stretch.exact, Polynomials)]
         inside = np.concatenate([k[(k > start) & (k < end)] for k in knots]) if knots else np.empty(0)
         return Cell(
-            start, end, total(present, "value"), total(present, "slope"), total(present, "curvature"), flat,
-            np.unique(inside),
+            start, end, total(present, "value"), total(present, "slope"), total(present, "curvature"),
+            not uneven, chord, np.unique(inside),
         )  # fmt: skip
 
 
@@ -60,27 +66,54 @@ def value_at(function: Function, x: float) -> float:
     return float(function(np.array([x]))[0])
 
 
-def _corner(left: Cell, right: Cell, height: float) -> Corner:
-    x = right.start
-    low, high = value_at(left.value, x), value_at(right.value, x)
-    before, after = value_at(left.slope, x), value_at(right.slope, x)
-    if abs(high - low) > 1e-12 * height:
-        before, after = (inf, after) if high > low else (before, -inf)
-    return Corner(x, max(low, high), before, after)
+ORDERS = {"value": 0, "slope": 1, "curvature": 2}
+
+
+def _terms(present: list[Placed]) -> list[list[float]] | None:
+    """Return the sum of some stretches as the kernels know it; None where one of them is neither wave nor chord."""
+    rows = []
+    for p in present:
+        form = p.stretch.exact
+        if isinstance(form, Harmonic):
+            wave = [form.offset, form.sine, form.cosine, form.wavenumber, form.origin + p.shift]
+            rows += [[contact_points.WAVE, *wave]] if form.offset or not form.level else []
+        elif isinstance(form, Chord):
+            rows.append([contact_points.CHORD, form.start + p.shift, form.end + p.shift, form.radius, form.below, 0.0])
+        else:
+            return None
+    return rows
 
 
 class Profile:
     """A profile to roll over: its cells, its corners, and the circle."""
 
     def __init__(self, courses: list[Course], start: float, end: float, radius: float, height: float) -> None:
-        self.cells = [Cell.of(*cell) for cell in cells(courses, start, end)]
-        self.corners = [_corner(a, b, height) for a, b in zip(self.cells[:-1], self.cells[1:], strict=True)]
+        placed = cells(courses, start, end)
+        self.cells = [Cell.of(*cell) for cell in placed]
+        terms = [_terms(present) for _, _, present in placed]
+        rows = [row for part in terms if part for row in part]
+        self._terms = np.array(rows).reshape(-1, contact_points.TERM) if None not in terms else None
+        self._first = np.cumsum([0, *(len(part or ()) for part in terms)])
         self.radius = radius
         self.start, self.end = start, end
-        self.borders = np.array([corner.position for corner in self.corners])
+        self.corners = self._corners(height)
+
+    def _corners(self, height: float) -> list[Corner]:
+        x, left = np.array([cell.start for cell in self.cells[1:]]), np.arange(len(self.cells) - 1)
+        low, high, before, after = (
+            self.each(x, cell, which) for which in ("value", "slope") for cell in (left, left + 1)
+        )
+        leaps = np.abs(high - low) > 1e-12 * height
+        before, after = np.where(leaps & (high > low), inf, before), np.where(leaps & (high < low), -inf, after)
+        each = zip(x.tolist(), np.maximum(low, high).tolist(), before.tolist(), after.tolist(), strict=True)
+        return [Corner(*corner) for corner in each]
 
     def each(self, s: FloatArray, cell: IntArray, which: str) -> FloatArray:
         """Return a property of the profile at s, each in the given cell."""
+        if self._terms is not None:
+            found = np.empty_like(s)
+            contact_points.evaluate(self._terms, self._first, cell, s, ORDERS[which], found)
+            return found
         if len(s) and cell[0] == cell[-1] and np.all(cell == cell[0]):
             return np.asarray(getattr(self.cells[cell[0]], which)(s))
         out = np.empty_like(s)
@@ -99,15 +132,15 @@ class Profile:
         """Return u/sqrt(R² - u²), the slope at which the circle touches at the offset u."""
         return np.asarray(u / np.sqrt(self.radius**2 - u**2))
 
-    def touching(self, s: FloatArray, cell: int) -> FloatArray:
-        """Return the wheel's places at which it touches at s."""
-        slope = self.cells[cell].slope(s)
+    def touching(self, s: FloatArray, cell: IntArray) -> FloatArray:
+        """Return the wheel's places at which it touches at s, each in the given cell."""
+        slope = self.each(s, cell, "slope")
         return np.asarray(s - self.radius * slope / np.sqrt(1.0 + slope**2))
 
-    def is_outer(self, s: FloatArray, cell: int) -> NDArray[np.bool_]:
+    def is_outer(self, s: FloatArray, cell: IntArray) -> NDArray[np.bool_]:
         """Return True where the circle that touches at s lies above the profile nearby: the place rises with s."""
-        slope = self.cells[cell].slope(s)
-        return np.asarray(self.radius * self.cells[cell].curvature(s) < (1.0 + slope**2) ** 1.5)
+        slope, curvature = self.each(s, cell, "slope"), self.each(s, cell, "curvature")
+        return np.asarray(self.radius * curvature < (1.0 + slope**2) ** 1.5)
 
     def offset(self, slope: float) -> float:
         """Return the offset u at which the circle touches a slope."""
@@ -117,7 +150,11 @@ class Profile:
 
     def sharpen(self, x0: FloatArray, s: FloatArray, lo: FloatArray, hi: FloatArray, cell: IntArray) -> FloatArray:
         """Return the contact inside [lo, hi] of one cell each, where p' - lean falls through zero (else an end)."""
-        lo, hi, s = lo.copy(), hi.copy(), np.clip(s, lo, hi)
+        s = np.clip(s, lo, hi)
+        if self._terms is not None:
+            contact_points.touch(self._terms, self._first, cell, self.radius, x0, lo, hi, s)
+            return s
+        lo, hi = lo.copy(), hi.copy()
         active = np.arange(len(s))
         for _ in range(80):
             at, cells_at = s[active], cell[active]

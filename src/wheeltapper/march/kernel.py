@@ -77,6 +77,8 @@ def temporary() -> str:
 caching.CacheImpl._locator_classes[:0] = [_Environment, _InTree, _UserWide, _ForThisProcess]
 
 kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True)
+plain_kernel = numba.njit(cache=True, error_model="numpy", nogil=True)
+"""For what must be right to the last digit: sums stay in the order in which they are written."""
 
 
 def is_compiled(dispatcher: Any, arguments: tuple[Any, ...]) -> bool:

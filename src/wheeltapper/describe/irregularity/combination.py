@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, SerializeAsAny, model_validator
 
 from wheeltapper.describe.irregularity.base import Irregularity
-from wheeltapper.describe.irregularity.course import Course, Polynomials, Stretch
+from wheeltapper.describe.irregularity.course import Course, Stretch
 from wheeltapper.describe.noun import PositiveLength
 
 
@@ -60,23 +60,8 @@ class Repeated(Irregularity):
         first, *inner, last = once.stretches
         stretches: list[Stretch] = [first]
         for i in range(self.count):
-            stretches += [moved(s, i * self.period) for s in inner]
+            stretches += [s.moved(i * self.period) for s in inner]
             gap_end = inf if i == self.count - 1 else first.end + (i + 1) * self.period
-            gap = moved(last, i * self.period)
+            gap = last.moved(i * self.period)
             stretches.append(Stretch(gap.start, gap_end, gap.value, gap.slope, gap.curvature, gap.exact))
         return Course(tuple(s for s in stretches if s.end > s.start), once.height)
-
-
-def moved(stretch: Stretch, by: float) -> Stretch:
-    """Return a stretch moved along the line by a distance in m."""
-    from dataclasses import replace
-
-    exact = stretch.exact
-    if isinstance(exact, Polynomials):
-        exact = Polynomials(exact.breaks + by, exact.coefficients)
-    elif exact is not None:
-        exact = replace(exact, origin=exact.origin + by)
-    return Stretch(
-        stretch.start + by, stretch.end + by,
-        lambda x: stretch.value(x - by), lambda x: stretch.slope(x - by), lambda x: stretch.curvature(x - by), exact,
-    )  # fmt: skip

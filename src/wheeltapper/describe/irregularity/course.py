@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, sqrt
 from typing import Any
 
 import numpy as np
@@ -57,6 +57,24 @@ class Polynomials:
 
 
 @dataclass(frozen=True)
+class Chord:
+    """The exact form sqrt(R² - L²) - sqrt(R² - X²), in m: a chord of half-length L in a circle, X from its middle."""
+
+    start: float
+    end: float
+    radius: float
+
+    @property
+    def below(self) -> float:
+        """How far from the circle's centre the chord lies, m."""
+        return sqrt(self.radius**2 - (0.5 * (self.end - self.start)) ** 2)
+
+    def moved(self, distance: float) -> Chord:
+        """Return the form, moved forward."""
+        return Chord(self.start + distance, self.end + distance, self.radius)
+
+
+@dataclass(frozen=True)
 class Stretch:
     """One smooth stretch: value, slope and curvature (second derivative) are vectorised functions of x."""
 
@@ -65,7 +83,7 @@ class Stretch:
     value: Function
     slope: Function
     curvature: Function
-    exact: Harmonic | Polynomials | None = None
+    exact: Harmonic | Polynomials | Chord | None = None
 
     def moved(self, distance: float) -> Stretch:
         """Return the stretch, moved forward."""
@@ -143,6 +161,25 @@ def level(start: float, end: float, height: float = 0.0) -> Stretch:
         return np.zeros_like(x) + height
 
     return Stretch(start, end, value, np.zeros_like, np.zeros_like, Harmonic(height, 0.0, 0.0, 0.0, 0.0))
+
+
+def chord(form: Chord) -> Stretch:
+    """Return a stretch that is exactly one chord."""
+    middle, below = 0.5 * (form.start + form.end), form.below
+
+    def root(x: NDArray[Any]) -> NDArray[Any]:
+        return np.sqrt(form.radius**2 - (x - middle) ** 2)
+
+    def value(x: NDArray[Any]) -> NDArray[Any]:
+        return (x - form.start) * (x - form.end) / (below + root(x))  # no difference of roots: d is small
+
+    def slope(x: NDArray[Any]) -> NDArray[Any]:
+        return np.asarray((x - middle) / root(x))
+
+    def curvature(x: NDArray[Any]) -> NDArray[Any]:
+        return form.radius**2 / root(x) ** 3
+
+    return Stretch(form.start, form.end, value, slope, curvature, form)
 
 
 def harmonic(start: float, end: float, form: Harmonic) -> Stretch:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from math import inf, pi, sqrt
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
 from wheeltapper.describe.irregularity.base import Irregularity, Similarity
-from wheeltapper.describe.irregularity.course import Course, Harmonic, Stretch, harmonic, level
+from wheeltapper.describe.irregularity.course import Chord, Course, Harmonic, Stretch, chord, harmonic, level
 from wheeltapper.describe.noun import Length, PositiveLength
 
 
@@ -67,33 +65,12 @@ class WheelFlat(Irregularity):
         """Return the deviation over the rolled distance."""
         depth, length = self.size(radius)
         start, end = self.position - 0.5 * length, self.position + 0.5 * length
-        middle = _chord(start, end, radius, 0.5 * length) if self.shape == "fresh" else _haversine(start, end, depth)
+        middle = chord(Chord(start, end, radius)) if self.shape == "fresh" else _haversine(start, end, depth)
         if not self.repeat:
             return Course((level(-inf, start), middle, level(end, inf)), depth)
         turn = 2.0 * pi * radius
         stretches = (level(-inf, start), middle, level(end, inf))
         return Course(stretches, depth, turn, self.position - 0.5 * turn)
-
-
-def _chord(start: float, end: float, radius: float, half: float) -> Stretch:
-    """Return a chord of half-length `half` in a circle: its deviation sqrt(R² - L²) - sqrt(R² - X²)."""
-    middle = 0.5 * (start + end)
-    below = sqrt(radius**2 - half**2)
-
-    def root(x: NDArray[Any]) -> NDArray[Any]:
-        return np.sqrt(radius**2 - (x - middle) ** 2)
-
-    def value(x: NDArray[Any]) -> NDArray[Any]:
-        near = (x - start) * (x - end)
-        return near / (below + root(x))
-
-    def slope(x: NDArray[Any]) -> NDArray[Any]:
-        return np.asarray((x - middle) / root(x))
-
-    def curvature(x: NDArray[Any]) -> NDArray[Any]:
-        return radius**2 / root(x) ** 3
-
-    return Stretch(start, end, value, slope, curvature)
 
 
 def _haversine(start: float, end: float, depth: float) -> Stretch:

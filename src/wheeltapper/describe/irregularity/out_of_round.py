@@ -13,7 +13,6 @@ from pydantic import model_validator
 
 from wheeltapper.describe.irregularity import samples, spline
 from wheeltapper.describe.irregularity.base import Irregularity
-from wheeltapper.describe.irregularity.combination import moved
 from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials, Stretch, harmonic, level
 from wheeltapper.describe.noun import Angle, Length, PositiveLength
 
@@ -130,5 +129,5 @@ class OutOfRound(Irregularity):
                 else spline.interpolating(closed, heights, True)
             )
         part = spline.stretch(self.forms[radius])
-        part = moved(part, -turn * np.ceil((part.start + turn) / turn))  # a whole turn before the run at least
+        part = part.moved(-turn * float(np.ceil((part.start + turn) / turn)))  # a whole turn before the run at least
         return Course((level(-inf, part.start), part, level(part.end, inf)), float(np.ptp(y)), turn, part.start)
