@@ -85,7 +85,8 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
         if name in case.fits and case.fits[name].reduced <= EXPLAINED:
             for other in made.keys() - {name}:
                 alike = resembling(case.fits[name].scenario, name, other, made)
-                case.fit(other, alike, struck)
+                if case.fit(other, alike, struck, patient=False).held > struck:
+                    case.fit(other, alike, struck)
             break
 
 

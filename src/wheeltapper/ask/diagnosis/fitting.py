@@ -23,8 +23,9 @@ IN_STEP = 0.6
 """Model and recording keep step where their difference stays below this share of the recording's rms."""
 INFLATED = 20.0
 """Largest factor on the noise in a window."""
-SETTLED = 0.02
-"""A fit has converged where no parameter moves by more than this part of its standard deviation."""
+SETTLED, NEAR = 0.1, 1.0
+"""A fit has converged where no parameter moves by more than this part of its standard deviation; one that only has to
+come near, where none moves by more than so many of them."""
 STEPS, HASTY_STEPS, LAST_STEPS = 6, 4, 30
 """Steps in a window but the last, with and without patience, and in the last one; as many may fail."""
 REACH = 0.5
@@ -41,8 +42,10 @@ HOLDS = 2.0
 """A model explains a window where χ² per sample is at most this."""
 PATIENCE = 2
 """How often a shorter window is tried where a long one is not explained."""
-LONG, HALVINGS = 0.05, 3
-"""A model that explains so much, s, is worth going on with: how often the way to the next window may be halved."""
+LONG, PROGRESS = 0.05, 0.02
+"""A model that explains so much, s, goes on to where it departs from the recording, by such shares of that or more."""
+DEPARTS, OVER = 5.0, 1e-3
+"""A model departs where the difference exceeds so many deviations of the noise, over so long a time, s."""
 STUCK = 0.9
 """A fit is given up where less noise leaves more than this share of the sum of squares."""
 
@@ -90,11 +93,11 @@ def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
     """Fit a family of models to a recording in which the wheel first strikes at `begins`, s after the trigger.
 
     A family that does not explain a window explains no longer one: the fit then stays with the last window that it
-    explains. Without patience a family is given up early.
+    explains, or goes on from there in small steps. Without patience a family is given up early.
     """
     times, counts = problem.times, _counts(problem.times, begins)
     at, window, longest = np.zeros(len(problem.paths)), -1, len(counts)
-    patience, halvings = PATIENCE if patient else 0, HALVINGS
+    patience, careful = PATIENCE if patient else 0, False
     steps = STEPS if patient else HASTY_STEPS
     while window + 1 < len(counts):
         chosen, noise = _next_window(problem, at, counts[:longest], window)
@@ -103,16 +106,40 @@ def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
             at, window, longest = trial, chosen, len(counts)
         elif chosen > window + 1 and patience:
             longest, patience = (window + 1 + chosen) // 2 + 1, patience - 1
-        elif halvings and window >= 0 and times[counts[window] - 1] > begins + LONG:
-            counts.insert(window + 1, (counts[window] + counts[window + 1]) // 2)
-            longest, halvings = window + 2, halvings - 1
-        else:
+            continue
+        elif careful or window < 0 or times[counts[window] - 1] < begins + LONG:
             break
+        else:
+            careful = True
+        if careful and window + 1 < len(counts):
+            end = _departure(problem, at, counts[window], counts[window + 1])
+            if times[end - 1] - begins < (1.0 + PROGRESS) * (times[counts[window] - 1] - begins):
+                break
+            counts[window + 1 : window + 1] = [end] if end < counts[window + 1] else []
+            longest = window + 2
     if window + 1 < len(counts):
         held = float(times[counts[window] - 1]) if window >= 0 else begins
         return summary(problem, at, False, counts[max(window, 0)], held)
     at, converged = fitted(problem, at, counts[-1], problem.noise, LAST_STEPS)
     return summary(problem, at, converged, counts[-1])
+
+
+def _departure(problem: Problem, at: FloatArray, first: int, last: int) -> int:
+    """Return up to which sample a model that explains the first ones goes on to do so, at most the last one."""
+    found = problem.residuals(at, last)
+    return first if found is None else departure(found[:last], problem.noise, problem.recording.rate, first)
+
+
+def departure(off: FloatArray, noise: float, rate: float, first: int) -> int:
+    """Return from which sample on a difference is more than noise, from the first on; their number if it never is."""
+    width = max(int(OVER * rate), 1)
+    total = np.concatenate([[0.0], np.cumsum(off**2)])
+    loud = np.flatnonzero((total[width:] - total[:-width])[first:] > width * (DEPARTS * noise) ** 2)
+    if not len(loud):
+        return len(off)
+    start = first + int(loud[0])
+    beyond = np.flatnonzero(np.abs(off[start : start + width]) > DEPARTS * noise)
+    return start + (int(beyond[0]) if len(beyond) else 0)
 
 
 def keeps_step(problem: Problem, begins: float) -> bool:
@@ -219,7 +246,8 @@ def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: in
         before, deviation = float(residual @ residual), np.sqrt(np.diag(_inverse(linear.factor)))
         while True:
             step = linear.along(linear.target, damping)
-            settled = bool(np.all(np.abs(step) < SETTLED * deviation))
+            moves = float(np.max(np.abs(step) / deviation))
+            settled = moves < SETTLED
             tries -= 1
             trial, residual = _tried(problem, at, step / linear.size, count, noise)
             if residual is not None and residual @ residual > before and not settled:
@@ -232,7 +260,7 @@ def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: in
             if settled or tries <= 0:
                 return at, settled
             damping *= 30.0
-        if settled or (steps < LAST_STEPS and residual @ residual > NEARLY * before):
+        if settled or (steps < LAST_STEPS and (moves < NEAR or residual @ residual > NEARLY * before)):
             return at, settled
     return at, False
 

@@ -14,15 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.faults import Made, out_of_round
-from wheeltapper.ask.diagnosis.fitting import INFLATED, STEPS, fitted
+from wheeltapper.ask.diagnosis.fitting import INFLATED, STEPS, departure, fitted
 from wheeltapper.ask.diagnosis.problem import Prior, Problem
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.record.simulate import simulate
 
 FloatArray = NDArray[np.float64]
 
-STRIKES = 5.0
-"""Something else strikes where the difference, over a millisecond, exceeds so many deviations of the noise."""
 FLATS = (
     tuple(1e-3 * length for length in (8, 12, 17, 24, 33, 45, 62, 86)),
     tuple(1e-3 * length for length in (7, 10, 14, 18, 23, 28, 34, 40, 47, 54, 62, 70, 79, 88, 98)),
@@ -53,20 +51,13 @@ BUSHES = (1e6, 4e6, 1.6e7, 6e7)
 
 def strike(problem: Problem, model: Scenario, since: float) -> float:
     """Return when something strikes that a model does not explain, s after the trigger; NaN if nothing does."""
-    times, rate = problem.times, problem.recording.rate
+    times = problem.times
     found = problem.shown(model, len(times))
     if found is None:
         return since
     off = np.where(problem.there & ~problem.recording.clipped, found - problem.samples, 0.0)
-    count, width = int(np.searchsorted(times, since)), max(int(1e-3 * rate), 1)
-    total = np.concatenate([[0.0], np.cumsum(off**2)])
-    power = (total[width:] - total[:-width]) / width
-    loud = np.flatnonzero(power[count:] > (STRIKES * problem.noise) ** 2)
-    if not len(loud):
-        return np.nan
-    first = count + int(loud[0])
-    beyond = np.flatnonzero(np.abs(off[first : first + width]) > STRIKES * problem.noise)
-    return float(times[first + (int(beyond[0]) if len(beyond) else 0)])
+    first = departure(off, problem.noise, problem.recording.rate, int(np.searchsorted(times, since)))
+    return float(times[first]) if first < len(times) else np.nan
 
 
 def misfit(problem: Problem, model: Scenario, start: float, end: float) -> float:
@@ -102,7 +93,11 @@ def flat_starts(
         own = length / LIKE[name]
         return made[name](model, own, ((float(model.speed) * struck - edge + 0.5 * own) % turn) / turn)
 
-    names = {flat(name, model, *edge): name for name in made for model in models for edge in edges}
+    one, *others = made
+    tried = {flat(one, model, *edge): (model, edge) for model in models for edge in edges}
+    best = ranked(problem, tried, struck - BEFORE, struck + AFTER)[:TRIED]
+    names = {start: one for start in best}
+    names |= {flat(name, model, *edge): name for name in others for model, edge in map(tried.__getitem__, best)}
     for start in ranked(problem, names, struck - BEFORE, struck + AFTER)[:TRIED]:
         yield names[start], start
 
