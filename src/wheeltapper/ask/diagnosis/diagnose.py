@@ -9,6 +9,7 @@ else     where that does not explain the recording, one family after the other u
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -192,7 +193,7 @@ def _plain_starts(case: Case, priors: dict[str, Prior]) -> Iterator[tuple[Scenar
     others = [begun, *(CATALOGUE[name].passage(begun) for name in ("broken spring", "lost damper"))]
     tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
     nearest = ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)
-    yield from ((start, case.begins) for start in nearest[:STARTS])
+    yield from ((start, case.begins) for start in islice(nearest, STARTS))
 
 
 def _loaded(case: Case) -> Scenario:
