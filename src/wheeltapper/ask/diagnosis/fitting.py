@@ -32,6 +32,8 @@ REACH = 0.5
 """Largest step of a coordinate."""
 DAMPING = 1e-5
 """Of the first step in a window, over the scaled Jacobian's unit columns."""
+AS_FORETOLD = 0.1
+"""Derivatives hold for another step where the last one gained what they foretold, but for this share."""
 NEARLY = 0.9
 """A window but the last is done where a step leaves more than this share of the sum of squares."""
 AHEAD = 2
@@ -202,20 +204,22 @@ def _in_step(problem: Problem, at: FloatArray, counts: list[int], window: int) -
 
 
 class _Step(NamedTuple):
-    """A problem linearised at some coordinates: R of the scaled Jacobian, its target, and the scales."""
+    """A problem linearised at some coordinates: R of the scaled Jacobian, its target, the scales, and deviations."""
 
     factor: FloatArray
     target: FloatArray
     jacobian: FloatArray
     residual: FloatArray
     size: FloatArray
+    deviation: FloatArray  # of the scaled coordinates
 
     @staticmethod
     def at(residual: FloatArray, jacobian: FloatArray) -> _Step:
         size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
         many = jacobian.shape[1]
         triangle = triangle_of(np.column_stack([jacobian / size, residual]))
-        return _Step(triangle[:many, :many], -triangle[:many, -1], jacobian, residual, size)
+        factor = triangle[:many, :many]
+        return _Step(factor, -triangle[:many, -1], jacobian, residual, size, np.sqrt(np.diag(_inverse(factor))))
 
     def along(self, target: FloatArray, damping: float) -> FloatArray:
         """Return the damped step (unscaled) towards a target."""
@@ -225,9 +229,22 @@ class _Step(NamedTuple):
 
     def curved(self, step: FloatArray, there: FloatArray, damping: float) -> FloatArray:
         """Return a step along the bend of the valley, from the residuals to which the straight one has led."""
-        bend = there - self.residual - self.jacobian @ (step / self.size)
-        projected = np.linalg.lstsq(self.factor.T, (self.jacobian / self.size).T @ bend, rcond=None)[0]
-        return np.asarray(step - self.along(np.asarray(projected), damping))
+        return np.asarray(step - self.along(self._projected(there - self._foretold(step)), damping))
+
+    def _foretold(self, step: FloatArray) -> FloatArray:
+        return np.asarray(self.residual + self.jacobian @ (step / self.size))
+
+    def _projected(self, residual: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.lstsq(self.factor.T, (self.jacobian / self.size).T @ residual, rcond=None)[0])
+
+    def holds(self, step: FloatArray, there: FloatArray) -> bool:
+        """Return True where a step has led to the sum of squares that was foretold."""
+        before, foretold = (float(residual @ residual) for residual in (self.residual, self._foretold(step)))
+        return abs(float(there @ there) - foretold) <= AS_FORETOLD * (before - foretold)
+
+    def again(self, residual: FloatArray) -> _Step:
+        """Return the same linearisation at other residuals."""
+        return self._replace(residual=residual, target=-self._projected(residual))
 
 
 def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: int) -> tuple[FloatArray, bool]:
@@ -236,33 +253,40 @@ def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: in
     With few `steps` they only have to come near: they also end where the sum of squares hardly falls.
     """
     residual, damping, tries = problem.weighed(at, count, noise), DAMPING, 2 * steps
-    while tries > 0:
-        jacobian = problem.jacobian(at, count, noise)
-        if residual is None or jacobian is None:
+    linear, held = None, False  # held: from where the last step began
+    while tries > 0 and residual is not None:
+        linear = linear or _linearised(problem, at, residual, count, noise)
+        if linear is None:
             return at, False
-        linear = _Step.at(residual, jacobian)
-        if not np.all(np.isfinite(linear.factor)):
-            return at, False
-        before, deviation = float(residual @ residual), np.sqrt(np.diag(_inverse(linear.factor)))
-        while True:
-            step = linear.along(linear.target, damping)
-            moves = float(np.max(np.abs(step) / deviation))
-            settled = moves < SETTLED
+        before, step = float(residual @ residual), linear.along(linear.target, damping)
+        moves = float(np.max(np.abs(step) / linear.deviation))
+        settled = moves < SETTLED
+        tries -= 1
+        trial, there = _tried(problem, at, step / linear.size, count, noise)
+        if there is not None and there @ there > before and not settled and not held:
             tries -= 1
-            trial, residual = _tried(problem, at, step / linear.size, count, noise)
-            if residual is not None and residual @ residual > before and not settled:
-                tries -= 1
-                bent = linear.curved(step, residual, damping)
-                trial, residual = _tried(problem, at, bent / linear.size, count, noise)
-            if residual is not None and residual @ residual <= before:
-                at, damping = trial, max(0.03 * damping, 1e-12)
-                break
-            if settled or tries <= 0:
+            bent = linear.curved(step, there, damping)
+            trial, there = _tried(problem, at, bent / linear.size, count, noise)
+        if there is not None and there @ there <= before:
+            at, residual, damping = trial, there, max(0.03 * damping, 1e-12)
+            if settled or (steps < LAST_STEPS and (moves < NEAR or there @ there > NEARLY * before)):
                 return at, settled
+            held = linear.holds(step, there)
+            linear = linear.again(there) if held else None
+        elif held:
+            linear, held = None, False
+        elif settled:
+            return at, True
+        else:
             damping *= 30.0
-        if settled or (steps < LAST_STEPS and (moves < NEAR or residual @ residual > NEARLY * before)):
-            return at, settled
     return at, False
+
+
+def _linearised(problem: Problem, at: FloatArray, residual: FloatArray, count: int, noise: float) -> _Step | None:
+    """Return a problem linearised at some coordinates; None where it has no derivatives there."""
+    jacobian = problem.jacobian(at, count, noise)
+    linear = None if jacobian is None else _Step.at(residual, jacobian)
+    return linear if linear is not None and np.all(np.isfinite(linear.factor)) else None
 
 
 def _tried(
