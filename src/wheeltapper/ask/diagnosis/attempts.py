@@ -154,10 +154,12 @@ def try_damper_ends(case: Case) -> None:
     stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
     model = loose.scenario(at).replaced(stated)
     family = case.problem(model, {})
-    starts = damper_starts(family, model, case.begins, {name: case.faults[name].made for name in names})
+    starts = [*damper_starts(family, model, case.begins, {name: case.faults[name].made for name in names})]
+    for name, start in starts[: len(names)]:  # one of each
+        case.fit(name, start, case.begins, patient=False)
     for name, start in starts:
-        if name not in case.fits or not well(case.best):
-            case.fit(name, start, case.begins, not well(case.best))
+        if not well(case.best):
+            case.fit(name, start, case.begins)
 
 
 def try_harmonics(case: Case) -> None:

@@ -19,6 +19,8 @@ from wheeltapper.march import program as contract
 from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
+FORGOTTEN = 20.0
+"""A sensor's filter has forgotten how it began after so many periods of its cutoff."""
 DIFFERENCE, BETWEEN = 3e-7, ("vehicle.damper_play_start",)
 """Step of differences, over the value; over one, inwards, where the value lies between -1 and 1."""
 
@@ -131,13 +133,14 @@ class Problem:
         middle = (centre - self.first) / self.scale
         return np.where(self.linear, np.clip(at, middle - 1.0, middle + 1.0), at)
 
-    def shown(self, model: Scenario, count: int) -> FloatArray | None:
-        """Return the first `count` samples as a model makes them; None where it makes none."""
+    def shown(self, model: Scenario, count: int, first: int = 0) -> FloatArray | None:
+        """Return the samples from `first` to before `count` as a model makes them; None where it makes none."""
         if not count:
             return np.empty(0)
-        times = self.times[:count]
+        begin = max(first - int(FORGOTTEN * self.recording.rate / (self.sensor.cutoff or np.inf)), 0)
+        times = self.times[begin:count]
         found = values_of(self._until(model, count), times)
-        return None if found is None else drifted(filtered(found, self.sensor), times, self.sensor)
+        return None if found is None else drifted(filtered(found, self.sensor), times, self.sensor)[first - begin :]
 
     def residuals(self, at: FloatArray, count: int) -> FloatArray | None:
         """Return differences from the first `count` samples, m/s²; None where no model is there."""

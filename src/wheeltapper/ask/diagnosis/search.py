@@ -63,13 +63,12 @@ def strike(problem: Problem, model: Scenario, since: float) -> float:
 
 def misfit(problem: Problem, model: Scenario, start: float, end: float) -> float:
     """Return the mean squared difference between a model and the recording between two times."""
-    first, last = np.searchsorted(problem.times, [start, end])
-    last = min(max(int(last), int(first) + 1), len(problem.times))
-    found = problem.shown(model, last)
+    first, last = np.searchsorted(problem.times, [start, end]).tolist()
+    last = min(max(last, first + 1), len(problem.times))
+    found = problem.shown(model, last, first)
     if found is None:
         return np.inf
-    part = slice(int(first), last)
-    off = (found[part] - problem.samples[part])[problem.there[part]]
+    off = (found - problem.samples[first:last])[problem.there[first:last]]
     return float((off**2).mean())
 
 
