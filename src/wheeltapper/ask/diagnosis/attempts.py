@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import islice
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,11 +40,21 @@ PATIENTLY = 3
 FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
 
 
-def try_flats(case: Case) -> None:
+class Strike(NamedTuple):
+    """When something strikes a wheelset, s after the trigger, that was healthy up to then; models of it up to then.
+
+    It is `sure` where a healthy wheelset explains all that came before, and that is not little.
+    """
+
+    time: float
+    models: list[Scenario]
+    sure: bool
+
+
+def try_flats(case: Case, strike: Strike | None) -> None:
     """Fit flats, from where something strikes that mass, damping and load do not explain."""
-    found = _at_onset(case) if case.early else _struck(case)
-    if found is not None:
-        _fit_flats(case, *found)
+    if strike is not None:
+        _fit_flats(case, strike.time, strike.models)
 
 
 def try_flats_again(case: Case) -> None:
@@ -52,11 +63,11 @@ def try_flats_again(case: Case) -> None:
     if case.early:
         return
     if plain.held <= case.begins:
-        _fit_flats(case, *_at_onset(case))
+        try_flats(case, strike_at_onset(case))
         return
     held = min(plain.held, case.recording.times[-1]) - case.begins
     spans = (max(FIRM, SHORTER**power * held) for power in (1, 2, 3))
-    begun = (_up_to(case, case.passage, case.begins + span) for span in spans)
+    begun = (_up_to(case, case.passage, case.begins + span)[0] for span in spans)
     model = next((model for model in begun if model is not None), None)
     struck = np.nan if model is None else strike(case.problem(case.passage, {}), model, case.begins)
     if model is not None and np.isfinite(struck):
@@ -112,36 +123,42 @@ def _clear(fit: Fit) -> bool:
     return fit.reduced <= 1.0 + CLEARLY * sqrt(2.0 / max(fit.freedom, 1))
 
 
-def _at_onset(case: Case) -> tuple[float, list[Scenario]]:
+def strike_at_onset(case: Case) -> Strike:
     """Return when the recording begins, and healthy wheelsets of several speeds: nothing has told it before."""
     share = 2.0 * case.site.uncertainty.get("speed", 0.0)
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
-    return case.begins, [case.passage.replaced({"speed": speed}) for speed in speeds.tolist()]
+    return Strike(case.begins, [case.passage.replaced({"speed": speed}) for speed in speeds.tolist()], False)
 
 
-def _struck(case: Case) -> tuple[float, list[Scenario]] | None:
-    """Return when something strikes a wheelset that was healthy up to then, and it; None where it was not."""
+def strike_of(case: Case) -> Strike | None:
+    """Return when something strikes a wheelset that was healthy up to then; None where it was not."""
     plain, healthy = case.fits["plain"], case.problem(case.passage, {})
     if plain.held < case.begins + FIRM:
-        begun = (_up_to(case, case.passage, case.begins + window) for window in FIRST)
+        begun = (_up_to(case, case.passage, case.begins + window)[0] for window in FIRST)
         model = next((model for model in begun if model is not None), None)
         struck = strike(healthy, model, case.begins) if model is not None else np.nan
-        return None if model is None or not struck < case.begins + WINDOWS[0] else (struck, [model])
+        return None if model is None or not struck < case.begins + WINDOWS[0] else Strike(struck, [model], False)
     struck = strike(healthy, plain.scenario, plain.held)
     stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
-    model = _up_to(case, plain.scenario.replaced(stated), struck) if np.isfinite(struck) else None
-    return None if model is None else (struck, [model])
+    if not np.isfinite(struck):
+        return None
+    model, end = _up_to(case, plain.scenario.replaced(stated), struck)
+    return None if model is None else Strike(struck, [model], end == struck)
 
 
-def _up_to(case: Case, start: Scenario, end: float) -> Scenario | None:
-    """Return the healthy wheelset that explains the recording up to some time, or less where a flat is hardly felt."""
+def _up_to(case: Case, start: Scenario, end: float) -> tuple[Scenario | None, float]:
+    """Return the healthy wheelset that explains the recording up to some time, and that time.
+
+    It is earlier where a flat is hardly felt.
+    """
     while True:
         whole = solve(case.problem(start, beliefs(case.stated)).until(end), case.begins)
         if np.isfinite(whole.held):
-            return None
-        end = case.begins + SHORTER * (end - case.begins)
-        if _clear(whole) or end < case.begins + WINDOWS[0]:
-            return whole.scenario
+            return None, end
+        earlier = case.begins + SHORTER * (end - case.begins)
+        if _clear(whole) or earlier < case.begins + WINDOWS[0]:
+            return whole.scenario, end
+        end = earlier
 
 
 def try_damper_ends(case: Case) -> None:

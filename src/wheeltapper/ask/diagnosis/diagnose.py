@@ -9,6 +9,7 @@ else     where that does not explain the recording, one family after the other u
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import islice
 
 import numpy as np
@@ -16,6 +17,8 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.attempts import (
     LASTING,
+    strike_at_onset,
+    strike_of,
     try_damper_ends,
     try_flats,
     try_flats_again,
@@ -101,11 +104,15 @@ def diagnose(
 
 def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
     """Return what else to try, first what is likely: a damper's end and a wheel out of round are felt from early on."""
+    if well(case.best):
+        return ()
+    strike = strike_at_onset(case) if case.early else strike_of(case)
+    flats = partial(try_flats, strike=strike)
     if case.early:
-        return try_harmonics, try_harmonics_again, try_flats
-    if case.fits["plain"].held < case.begins + LASTING:
-        return try_damper_ends, try_harmonics, try_flats, try_harmonics_again, try_flats_again
-    return try_flats, try_damper_ends, try_harmonics, try_flats_again
+        return try_harmonics, try_harmonics_again, flats
+    if case.fits["plain"].held < case.begins + LASTING and not (strike and strike.sure):
+        return try_damper_ends, try_harmonics, flats, try_harmonics_again, try_flats_again
+    return flats, try_damper_ends, try_harmonics, try_flats_again
 
 
 def _check(recording: Recording, site: Site) -> None:

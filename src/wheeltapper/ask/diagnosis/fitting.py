@@ -114,8 +114,8 @@ def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
         else:
             careful = True
         if careful and window + 1 < len(counts):
-            end = _departure(problem, at, counts[window], counts[window + 1])
-            if times[end - 1] - begins < (1.0 + PROGRESS) * (times[counts[window] - 1] - begins):
+            end = _small_step(problem, at, begins, counts[window], counts[window + 1])
+            if end is None:
                 break
             counts[window + 1 : window + 1] = [end] if end < counts[window + 1] else []
             longest = window + 2
@@ -126,10 +126,23 @@ def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
     return summary(problem, at, converged, counts[-1])
 
 
-def _departure(problem: Problem, at: FloatArray, first: int, last: int) -> int:
-    """Return up to which sample a model that explains the first ones goes on to do so, at most the last one."""
+def _small_step(problem: Problem, at: FloatArray, begins: float, first: int, last: int) -> int | None:
+    """Return up to which sample to go on from the first ones, which a model explains: to where it departs, or farther.
+
+    None where no model is there.
+    """
     found = problem.residuals(at, last)
-    return first if found is None else departure(found[:last], problem.noise, problem.recording.rate, first)
+    if found is None:
+        return None
+    held = float(problem.times[first - 1]) - begins
+    least = min(int(np.searchsorted(problem.times, begins + (1.0 + PROGRESS) * held)), last)
+    return max(departure(found, problem.noise, problem.recording.rate, first), least)
+
+
+def _alike(problem: Problem, found: FloatArray, first: int, last: int) -> bool:
+    """Return True where residuals between two samples are small beside the recording."""
+    off, loud = (float((values[first:last] ** 2).sum()) for values in (found, problem.samples * problem.there))
+    return off <= IN_STEP**2 * loud + 4.0 * problem.noise**2 * (last - first)
 
 
 def departure(off: FloatArray, noise: float, rate: float, first: int) -> int:
@@ -181,25 +194,24 @@ def _next_window(problem: Problem, at: FloatArray, counts: list[int], window: in
     return chosen, noise
 
 
+def rms(residual: FloatArray | None) -> float:
+    """Return the root of the mean square; zero where nothing is known."""
+    return 0.0 if residual is None else float(np.sqrt((residual**2).mean()))
+
+
 def _in_step(problem: Problem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
     """Return the longest of these windows, beyond the one at hand, in which the model keeps step, and its noise."""
     found = problem.residuals(at, counts[-1])
     first = window + 1
     if found is None:
         return first, problem.noise * INFLATED
-    misfit, signal = (np.cumsum(values**2) for values in (found, (problem.samples * problem.there)[: counts[-1]]))
     chosen = first
     before = counts[window] if window >= 0 else 0
     for number in range(first, len(counts)):
-        here = slice(before, counts[number])
-        off, loud = (
-            total[here.stop - 1] - (total[here.start - 1] if here.start else 0.0) for total in (misfit, signal)
-        )
-        if off > IN_STEP**2 * loud + 4.0 * problem.noise**2 * (here.stop - here.start):
+        if not _alike(problem, found, before, counts[number]):
             break
         chosen, before = number, counts[number]
-    count = counts[chosen]
-    spread = float(np.sqrt(misfit[count - 1] / count))
+    spread = rms(found[: counts[chosen]])
     return chosen, float(np.clip(spread, problem.noise, INFLATED * problem.noise))
 
 

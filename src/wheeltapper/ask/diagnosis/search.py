@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.faults import Made, out_of_round
-from wheeltapper.ask.diagnosis.fitting import INFLATED, STEPS, departure, fitted
+from wheeltapper.ask.diagnosis.fitting import INFLATED, STEPS, departure, fitted, rms
 from wheeltapper.ask.diagnosis.problem import Prior, Problem
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.record.simulate import simulate
@@ -143,13 +143,9 @@ def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
     at, count = np.zeros(len(problem.paths)), 0
     for window in NEAR:
         count = int(np.searchsorted(problem.times, begins + window))
-        noise = LOOSELY * max(_rms(problem.residuals(at, count)), INFLATED * problem.noise)
+        noise = LOOSELY * max(rms(problem.residuals(at, count)), INFLATED * problem.noise)
         at, _ = fitted(problem, at, count, noise, STEPS)
     return at, count
-
-
-def _rms(residual: FloatArray | None) -> float:
-    return 0.0 if residual is None else float(np.sqrt((residual**2).mean()))
 
 
 def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
@@ -162,7 +158,7 @@ def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
     found = problem.residuals(at, count)
     if found is None:
         return
-    noise = max(_rms(found), problem.noise)
+    noise = max(rms(found), problem.noise)
     healthy = problem.weighed(at, count, noise), problem.jacobian(at, count, noise)
     if healthy[0] is None or healthy[1] is None:
         return
