@@ -109,6 +109,17 @@ def test_the_path_is_the_maximum_over_all_contacts(irregularity):
         assert table.height(np.array([x0]))[0] == pytest.approx(brute_force(scenario, x0), abs=2e-13)
 
 
+@pytest.mark.parametrize("over", [-1e-12, 1e-12, 1e-6, 2.6e-4, 1e-2])
+def test_a_bump_whose_foot_is_as_hollow_as_the_wheel_is_round(over):
+    """There the wheel touches ground and bump at places that hardly differ."""
+    bump = wt.CosineBump(height=(1.0 + over) * 0.05**2 / (2.0 * np.pi**2 * R), length=0.05, start=0.009)
+    scenario = scene(bump, duration=3.25)
+    for method in ("default", "strict"):
+        table = lower(scenario, method).table
+        for x0 in [*np.random.default_rng(4).uniform(0.0, 0.07, 10), 0.009, 0.059]:
+            assert table.height(np.array([x0]))[0] == pytest.approx(brute_force(scenario, x0), abs=2e-13)
+
+
 def test_a_contact_at_two_points_is_a_kink_and_is_said():
     scenario = scene(wt.Corrugation(amplitude=5e-5, wavelength=0.0301, start=0.0), speed=0.1)
     assert any("two points" in note for note in lower(scenario).notes)

@@ -39,8 +39,8 @@ ROUNDING = 1e-15
 def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray, right: FloatArray) -> FloatArray:
     """Return where the first branch of each pair stops to be the higher one. Newton's method, kept in brackets.
 
-    The brackets come from samples of rough height; where they hold no sign change, all that both branches reach is
-    searched on that side.
+    The brackets come from samples of rough height, of which what both branches reach counts; where that holds no sign
+    change, all that both reach is searched on that side.
     """
     first, second = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
 
@@ -51,11 +51,13 @@ def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray
         return envelope.height(x, sa, a) - envelope.height(x, sb, b), lean(sa - x) - lean(sb - x)
 
     everyone = np.arange(len(first))
-    early, late = above(left, everyone)[0] <= 0.0, above(right, everyone)[0] >= 0.0
     reach = np.array([(b.x[0], b.x[-1]) for b in envelope.branches])
+    start, end = np.maximum(reach[first, 0], reach[second, 0]), np.minimum(reach[first, 1], reach[second, 1])
+    left, right = np.clip(left, start, end), np.clip(right, start, end)
+    early, late = above(left, everyone)[0] <= 0.0, above(right, everyone)[0] >= 0.0
     left, right = (
-        np.where(early, np.maximum(reach[first, 0], reach[second, 0]), np.where(late, right, left)),
-        np.where(late, np.minimum(reach[first, 1], reach[second, 1]), np.where(early, left, right)),
+        np.where(early, start, np.where(late, right, left)),
+        np.where(late, end, np.where(early, left, right)),
     )
     x = 0.5 * (left + right)
     early, late = above(left, everyone)[0] <= 0.0, above(right, everyone)[0] >= 0.0
@@ -69,9 +71,9 @@ def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray
         new = here - height / np.where(slope == 0.0, -1.0, slope)
         settled = np.abs(new - here) <= 4e-15 * np.abs(here)
         outside = ~((new > left[active]) & (new < right[active])) & ~settled
-        end, middle = np.clip(new, left[active], right[active]), 0.5 * (left[active] + right[active])
-        tried = has_left[active] | (end == here)  # else, a root at an end is met from there
-        new[outside] = np.where(tried, middle, end)[outside]
+        nearest, middle = np.clip(new, left[active], right[active]), 0.5 * (left[active] + right[active])
+        tried = has_left[active] | (nearest == here)  # else, a root at an end is met from there
+        new[outside] = np.where(tried, middle, nearest)[outside]
         has_left[active] |= outside
         settled |= outside & (new == here)
         x[active] = np.where(settled, here, new)

@@ -95,7 +95,6 @@ class Judge:
         vehicle = self.site.passage.vehicle
         static, aim = float(vehicle.weight), EASED * self.largest_force
         for _ in range(TRIES):
-            layout = layout.clear(float(vehicle.radius))
             found, hardest = self._judged(kind, layout, rate)
             if np.isfinite(found.worst):
                 break

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -200,7 +199,7 @@ def _plain_starts(case: Case, priors: dict[str, Prior]) -> Iterator[tuple[Scenar
     others = [begun, *(CATALOGUE[name].passage(begun) for name in ("broken spring", "lost damper"))]
     tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
     nearest = ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)
-    yield from ((start, case.begins) for start in islice(nearest, STARTS))
+    yield from ((start, case.begins) for start in nearest[:STARTS])
 
 
 def _loaded(case: Case) -> Scenario:

@@ -29,8 +29,6 @@ SHAPES = ("bump", "dip", "step up", "step down")
 FALLING = ("dip", "step down")
 FIRST = 0.05
 """Where the first feature begins, m after the trigger: a circle may touch it from afar."""
-HOLLOW = 1.01
-"""Curvature of a bump's foot over the wheel's, up to which it is lowered to one."""
 LISTENING = 0.2
 """s that a recording goes on when the slowest passage has left the last feature."""
 
@@ -66,18 +64,6 @@ class Layout(NamedTuple):
     def total_length(self) -> float:
         """From the start of the first feature to the end of the last, m."""
         return max(one.start + one.length for one in self.features) - self.features[0].start
-
-    def clear(self, radius: float) -> Layout:
-        """Return the layout without bumps whose foot is just about as hollow as the wheel is round.
-
-        There, the path of the wheel's centre bends without bound, and lowering it may not end.
-        """
-        features = []
-        for one in self.features:
-            hollow = radius * 2.0 * np.pi**2 * one.height / one.length**2 if one.length else 0.0
-            lower = 1.0 < hollow < HOLLOW and one.shape not in FALLING
-            features.append(one._replace(height=one.height * 0.999 / hollow) if lower else one)
-        return self._replace(features=tuple(features))
 
     def lowered(self, x: float, share: float, least: float, alike: bool) -> Layout:
         """Return the layout with less height of the feature over which a wheel at x has come last, or of all."""

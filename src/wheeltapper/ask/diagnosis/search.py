@@ -7,7 +7,6 @@ grids   lengths of a flat about that place; orders and phases of a wheel out of 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import islice
 from math import pi
 from typing import NamedTuple
 
@@ -33,8 +32,8 @@ EDGES = ((0.0, 0.002, 0.005), (0.0, 0.001, 0.002, 0.0035, 0.005, 0.007))
 """How far before the place where it is felt the flat's edge touches, m, where the wheel has rolled onto it."""
 LANDED, LANDING = ((0.15, 0.5, 0.85), (0.02, 0.3, 0.4, 0.6, 0.7, 0.98)), 1e-3
 """The same over the length where the wheel has landed on it, at most so long before, s."""
-TRIED, RESEMBLED = 6, 12
-"""How many starts are gone on with, at most; how many fresh flats are weighed against rounded ones like them."""
+TRIED = 6
+"""How many starts are gone on with, at most."""
 BEFORE, AFTER = 0.002, 0.004
 """The part of the recording about a strike in which starts are judged, s."""
 ORDERS = range(1, 31)
@@ -72,13 +71,10 @@ def misfit(problem: Problem, model: Scenario, start: float, end: float) -> float
     return float((off**2).mean())
 
 
-def ranked(problem: Problem, models: Iterable[Scenario], start: float, end: float) -> dict[Scenario, float]:
-    """Return the models and their misfits, those nearest to the recording between two times first."""
-    return _nearest_first({model: misfit(problem, model, start, end) for model in models})
-
-
-def _nearest_first(off: dict[Scenario, float]) -> dict[Scenario, float]:
-    return {model: off[model] for model in sorted(off, key=lambda one: off[one]) if np.isfinite(off[model])}
+def ranked(problem: Problem, models: Iterable[Scenario], start: float, end: float) -> list[Scenario]:
+    """Return the models, those nearest to the recording between two times first."""
+    off = {model: misfit(problem, model, start, end) for model in models}
+    return [model for model in sorted(off, key=lambda one: off[one]) if np.isfinite(off[model])]
 
 
 def flat_starts(
@@ -96,13 +92,9 @@ def flat_starts(
         own = length / LIKE[name]
         return made[name](model, own, ((float(model.speed) * struck - edge + 0.5 * own) % turn) / turn)
 
-    one, *others = made
-    tried = {flat(one, model, *edge): (model, edge) for model in models for edge in edges}
-    off = ranked(problem, tried, struck - BEFORE, struck + AFTER)
-    best = [tried[start] for start in islice(off, RESEMBLED)]
-    names = {flat(name, model, *edge): name for name in others for model, edge in best}
-    off |= ranked(problem, names, struck - BEFORE, struck + AFTER)
-    yield from ((names.get(start, one), start) for start in islice(_nearest_first(off), TRIED))
+    names = {flat(name, model, *edge): name for name in made for model in models for edge in edges}
+    for start in ranked(problem, names, struck - BEFORE, struck + AFTER)[:TRIED]:
+        yield names[start], start
 
 
 def with_flat(flat: Scenario, name: str, made: dict[str, Made], length: float, place: float) -> Scenario:
@@ -132,7 +124,7 @@ def same_edge_starts(
         for more in longer
         for side in (-1, 1)
     ]
-    yield from islice(ranked(problem, tried, struck - BEFORE, struck + AFTER), TRIED)
+    yield from ranked(problem, tried, struck - BEFORE, struck + AFTER)[:TRIED]
 
 
 def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
@@ -182,7 +174,7 @@ def damper_starts(
     sizes = {"free play": [(play, place) for play in PLAYS for place in PLACES]}
     sizes["soft bush"] = [(bush, 0.5) for bush in BUSHES]
     names = {add(model, *size): name for name, add in made.items() for size in sizes[name]}
-    order = list(ranked(problem, names, begins, begins + NEAR[-1]))
+    order = ranked(problem, names, begins, begins + NEAR[-1])
     first = [start for i, start in enumerate(order) if names[start] not in {names[nearer] for nearer in order[:i]}]
     for start in [*first, *(start for start in order[:DAMPERS] if start not in first)]:
         yield names[start], start
