@@ -161,8 +161,8 @@ def _up_to(case: Case, start: Scenario, end: float) -> tuple[Scenario | None, fl
         end = earlier
 
 
-def try_damper_ends(case: Case) -> None:
-    """Fit dampers with play at their ends, or a bush."""
+def try_damper_ends(case: Case, patient: bool) -> None:
+    """Fit dampers with play at their ends, or a bush; without patience, the nearest of each only."""
     names = [name for name in DAMPER_ENDS if name in case.faults]
     if not names:
         return
@@ -171,26 +171,14 @@ def try_damper_ends(case: Case) -> None:
     stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
     model = loose.scenario(at).replaced(stated)
     family = case.problem(model, {})
-    starts = [*damper_starts(family, model, case.begins, {name: case.faults[name].made for name in names})]
-    for name, start in starts[: len(names)]:  # one of each
-        case.fit(name, start, case.begins, patient=False)
-    for name, start in starts:
-        if not well(case.best):
-            case.fit(name, start, case.begins)
+    starts = damper_starts(family, model, case.begins, {name: case.faults[name].made for name in names})
+    for name, start in islice(starts, None if patient else len(names)):
+        if not (patient and well(case.best)):
+            case.fit(name, start, case.begins, patient)
 
 
-def try_harmonics(case: Case) -> None:
-    """Fit wheels that are out of round."""
-    _fit_harmonics(case, patient=False)
-
-
-def try_harmonics_again(case: Case) -> None:
-    """Fit wheels that are out of round with patience, where they may be: they are felt from the start on."""
-    if case.fits["plain"].held < case.begins + LASTING:
-        _fit_harmonics(case, patient=True)
-
-
-def _fit_harmonics(case: Case, patient: bool) -> None:
+def try_harmonics(case: Case, patient: bool) -> None:
+    """Fit wheels that are out of round; with patience, of few orders only."""
     if "out of round" not in case.faults:
         return
     starts = harmonic_starts(case.problem(case.passage, beliefs(case.stated)), case.begins)

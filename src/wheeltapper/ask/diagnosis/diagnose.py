@@ -8,7 +8,7 @@ else     where that does not explain the recording, one family after the other u
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 import numpy as np
@@ -22,7 +22,6 @@ from wheeltapper.ask.diagnosis.attempts import (
     try_flats,
     try_flats_again,
     try_harmonics,
-    try_harmonics_again,
 )
 from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, well
 from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault
@@ -30,7 +29,7 @@ from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, 
 from wheeltapper.ask.diagnosis.fitting import Fit, keeps_step, solve
 from wheeltapper.ask.diagnosis.force import noise_of
 from wheeltapper.ask.diagnosis.identify import beliefs, estimate_of
-from wheeltapper.ask.diagnosis.problem import Prior, values_of
+from wheeltapper.ask.diagnosis.problem import values_of
 from wheeltapper.ask.diagnosis.search import ranked
 from wheeltapper.ask.diagnosis.sensing import drifted, filtered
 from wheeltapper.describe.scenario import Scenario
@@ -102,16 +101,21 @@ def diagnose(
 
 
 def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
-    """Return what else to try, first what is likely: a damper's end and a wheel out of round are felt from early on."""
+    """Return what else to try, first what is likely: a damper's end and a wheel out of round are felt from early on.
+
+    All of these are tried in haste before any is tried with patience.
+    """
     if well(case.best):
         return ()
     strike = strike_at_onset(case) if case.early else strike_of(case)
     flats = partial(try_flats, strike=strike)
+    ends, ends_again = (partial(try_damper_ends, patient=patient) for patient in (False, True))
+    waves, waves_again = (partial(try_harmonics, patient=patient) for patient in (False, True))
     if case.early:
-        return try_harmonics, try_harmonics_again, flats
+        return waves, waves_again, flats
     if case.fits["plain"].held < case.begins + LASTING and not (strike and strike.sure):
-        return try_damper_ends, try_harmonics, flats, try_harmonics_again, try_flats_again
-    return flats, try_damper_ends, try_harmonics, try_flats_again
+        return ends, waves, _try_plain_elsewhere, flats, ends_again, waves_again, try_flats_again
+    return flats, ends, waves, ends_again, try_flats_again
 
 
 def _check(recording: Recording, site: Site) -> None:
@@ -149,14 +153,30 @@ def _nothing(recording: Recording, site: Site, noise: float) -> Finding:
 
 def _try_plain(case: Case) -> None:
     """Fit mass, damping and load; weigh the plain faults and health by their priors."""
-    priors = beliefs(case.stated, _unknown(case))
-    found: Fit | None = None
-    for start, begins in _plain_starts(case, priors):
+    begun = _loaded(case)
+    _fit_plain(case, ((begun, begins) for begins in (case.begins, case.begins - SOONER)))
+
+
+def _try_plain_elsewhere(case: Case) -> None:
+    """Fit them from other starts that may begin alike, the nearest first."""
+    begun, share = _loaded(case), 2.5 * case.site.uncertainty.get("speed", 0.0)
+    speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
+    others = [begun, *(CATALOGUE[name].passage(begun) for name in ("broken spring", "lost damper"))]
+    tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
+    problem = case.problem(case.passage, beliefs(case.stated, _unknown(case)))
+    nearest = ranked(problem, tried, case.begins - 0.001, case.begins + BEGINNING)
+    _fit_plain(case, ((start, case.begins) for start in nearest[:STARTS]))
+
+
+def _fit_plain(case: Case, starts: Iterable[tuple[Scenario, float]]) -> None:
+    """Fit from starts, each with when its windows begin, until one leads somewhere."""
+    priors, found = beliefs(case.stated, _unknown(case)), case.fits.get("plain")
+    for start, begins in starts:
+        if found is not None and (found.reduced <= EXPLAINED or found.held > case.begins + BASIN or case.early):
+            break
         trial = solve(case.problem(start, priors), begins)
         if found is None or (trial.held, -trial.chi_squared) > (found.held, -found.chi_squared):
             found = trial
-        if found.reduced <= EXPLAINED or found.held > case.begins + BASIN or case.early:
-            break
     assert found is not None
     _weigh_plain(case, found)
 
@@ -183,23 +203,6 @@ def _weigh_plain(case: Case, found: Fit) -> None:
     case.fits["plain"] = found
     for name in (HEALTHY, *(name for name, fault in case.faults.items() if fault.plain and fault.path in unknown)):
         case.evidence[name] = found.evidence + _believed(case, case.faults.get(name), found, unknown)
-
-
-def _plain_starts(case: Case, priors: dict[str, Prior]) -> Iterator[tuple[Scenario, float]]:
-    """Yield starts and where their windows begin.
-
-    First the passage with a load as the recording shows it, from shorter windows on if that fails; then others that
-    may begin alike, the nearest first.
-    """
-    begun = _loaded(case)
-    yield begun, case.begins
-    yield begun, case.begins - SOONER
-    share = 2.5 * case.site.uncertainty.get("speed", 0.0)
-    speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
-    others = [begun, *(CATALOGUE[name].passage(begun) for name in ("broken spring", "lost damper"))]
-    tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
-    nearest = ranked(case.problem(case.passage, priors), tried, case.begins - 0.001, case.begins + BEGINNING)
-    yield from ((start, case.begins) for start in nearest[:STARTS])
 
 
 def _loaded(case: Case) -> Scenario:
