@@ -103,7 +103,7 @@ def diagnose(
 def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
     """Return what else to try, first what is likely: a damper's end and a wheel out of round are felt from early on.
 
-    All of these are tried in haste before any is tried with patience.
+    These two are tried in haste before either is tried with patience, unless mass and damping explain much.
     """
     if well(case.best):
         return ()
@@ -115,7 +115,7 @@ def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
         return waves, waves_again, flats
     if case.fits["plain"].held < case.begins + LASTING and not (strike and strike.sure):
         return ends, waves, _try_plain_elsewhere, flats, ends_again, waves_again, try_flats_again
-    return flats, ends, waves, ends_again, try_flats_again
+    return flats, ends, ends_again, waves, try_flats_again
 
 
 def _check(recording: Recording, site: Site) -> None:
