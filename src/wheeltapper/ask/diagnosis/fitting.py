@@ -23,16 +23,16 @@ IN_STEP = 0.6
 """Model and recording keep step where their difference stays below this share of the recording's rms."""
 INFLATED = 20.0
 """Largest factor on the noise in a window."""
-SETTLED, NEAR = 0.1, 1.0
-"""A fit has converged where no parameter moves by more than this part of its standard deviation; one that only has to
-come near, where none moves by more than so many of them."""
+SETTLED, NEAR = 0.1, 0.3
+"""A fit has converged where no parameter moves by more than this part of its standard deviation; the second holds where
+it only has to come near."""
 STEPS, HASTY_STEPS, LAST_STEPS = 6, 4, 30
 """Steps in a window but the last, with and without patience, and in the last one; as many may fail."""
 REACH = 0.5
 """Largest step of a coordinate."""
 DAMPING = 1e-5
 """Of the first step in a window, over the scaled Jacobian's unit columns."""
-AS_FORETOLD = 0.1
+AS_FORETOLD = 0.03
 """Derivatives hold for another step where the last one gained what they foretold, but for this share."""
 NEARLY = 0.9
 """A window but the last is done where a step leaves more than this share of the sum of squares."""
