@@ -23,9 +23,9 @@ IN_STEP = 0.6
 """Model and recording keep step where their difference stays below this share of the recording's rms."""
 INFLATED = 20.0
 """Largest factor on the noise in a window."""
-SETTLED, NEAR = 0.1, 0.3
-"""A fit has converged where no parameter moves by more than this part of its standard deviation; the second holds where
-it only has to come near."""
+SETTLED, NEAR = 0.05, 0.3
+"""A fit has converged where no parameter is farther away than this part of its standard deviation, however small the
+steps are that are taken; the second holds where it only has to come near."""
 STEPS, HASTY_STEPS, LAST_STEPS = 6, 4, 30
 """Steps in a window but the last, with and without patience, and in the last one; as many may fail."""
 REACH = 0.5
@@ -239,6 +239,10 @@ class _Step(NamedTuple):
         rows = np.vstack([self.factor, np.sqrt(damping) * np.eye(many)])
         return np.asarray(np.linalg.lstsq(rows, np.append(target, np.zeros(many)), rcond=None)[0])
 
+    def far(self) -> float:
+        """Return how many of its deviations a coordinate is away, at most, from where undamped steps lead."""
+        return float(np.max(np.abs(self.along(self.target, 0.0)) / self.deviation))
+
     def curved(self, step: FloatArray, there: FloatArray, damping: float) -> FloatArray:
         """Return a step along the bend of the valley, from the residuals to which the straight one has led."""
         return np.asarray(step - self.along(self._projected(there - self._foretold(step)), damping))
@@ -271,8 +275,8 @@ def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: in
         if linear is None:
             return at, False
         before, step = float(residual @ residual), linear.along(linear.target, damping)
-        moves = float(np.max(np.abs(step) / linear.deviation))
-        settled = moves < SETTLED
+        far = linear.far()
+        settled = far < SETTLED
         tries -= 1
         trial, there = _tried(problem, at, step / linear.size, count, noise)
         if there is not None and there @ there > before and not settled and not held:
@@ -281,7 +285,7 @@ def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: in
             trial, there = _tried(problem, at, bent / linear.size, count, noise)
         if there is not None and there @ there <= before:
             at, residual, damping = trial, there, max(0.03 * damping, 1e-12)
-            if settled or (steps < LAST_STEPS and (moves < NEAR or there @ there > NEARLY * before)):
+            if settled or (steps < LAST_STEPS and (far < NEAR or there @ there > NEARLY * before)):
                 return at, settled
             held = linear.holds(step, there)
             linear = linear.again(there) if held else None
