@@ -2,7 +2,8 @@
 
 window  from the start to where the model at hand departs from the recording; fit; look again how far it keeps step
 noise   in a window at least the misfit at its start: far from the solution the priors hold, near it the samples do
-step    Levenberg's and Marquardt's, from the triangle of the Jacobian itself (its condition may reach 1e8)
+step    Levenberg's and Marquardt's, from the triangle of the Jacobian itself (its condition may reach 1e8), which
+        serves for the next step, too, where this one gained what it foretold
 """
 
 from __future__ import annotations
