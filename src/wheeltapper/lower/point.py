@@ -184,11 +184,8 @@ def _cell_rows(
 def unwound(course: Course) -> Course:
     """Return a course without its period where it goes on as one wave without: it needs no loop, and has no borders."""
     last = course.stretches[-1]
-    return (
-        replace(course, period=None)
-        if isinstance(last.exact, Harmonic) and last.start <= course.repeats_from
-        else course
-    )
+    one_wave = isinstance(last.exact, Harmonic) and last.start <= course.repeats_from
+    return replace(course, period=None) if one_wave else course
 
 
 def point_table(
