@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.fitting import covariance_of
+from wheeltapper.ask.diagnosis.fitting import covariance_of, departure, fitted, solve
 from wheeltapper.ask.diagnosis.force import noise_of
 from wheeltapper.ask.diagnosis.identify import beliefs, identify, onset
 from wheeltapper.ask.diagnosis.problem import Problem
@@ -121,3 +121,30 @@ def test_a_broken_spring_is_seen_from_any_start():
     found = identify(recording, where, start={"vehicle.mass": 2170.0})
     assert found["vehicle.mass"] == pytest.approx(2170, rel=0.06)
     assert found.reduced == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_fit_that_says_it_has_converged_stands_in_the_minimum(seed):
+    """Heights, contact constant and mass lie in a narrow valley, in which damped steps are small everywhere."""
+    where = site("all")
+    (recording,) = synthesise(where, seed=seed)
+    spread = noise_of(recording, where.sensor)
+    problem = Problem(recording, where.sensor, spread, where.passage, beliefs(where, UNKNOWN))
+    fit = solve(problem, onset(recording, spread))
+    assert fit.converged
+    again = Problem(recording, where.sensor, spread, fit.scenario, beliefs(where, UNKNOWN))
+    at = np.zeros(len(again.paths))
+    for _ in range(3):
+        at, _ = fitted(again, at, len(recording.samples), spread, steps=30)
+    assert np.all(np.abs(at) < 0.1 * np.sqrt(np.diag(fit.covariance)))
+
+
+def test_a_model_departs_where_a_difference_is_more_than_noise():
+    off = np.random.default_rng(1).normal(0.0, 0.1, 4000)
+    assert departure(off, 0.1, 20e3, 500) == 4000
+    off[2500:] += 1.0
+    assert departure(off, 0.1, 20e3, 500) == 2500
+    assert departure(off, 0.1, 20e3, 3000) == 3000
+    off[1000] += 3.0  # one sample alone, of thirty deviations: over a millisecond that is much, too
+    assert departure(off, 0.1, 20e3, 500) == 1000
+    assert departure(np.zeros(5), 0.1, 20e3, 0) == 5

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.lower import surface
 from wheeltapper.lower.build import courses_of, lower
 
 from ..cases import reference
@@ -107,6 +108,30 @@ def test_the_path_is_the_maximum_over_all_contacts(irregularity):
     table = lower(scenario).table
     for x0 in np.random.default_rng(3).uniform(0.0, 0.99, 25):
         assert table.height(np.array([x0]))[0] == pytest.approx(brute_force(scenario, x0), abs=2e-13)
+
+
+@pytest.mark.parametrize("curvature", [False, True])
+@pytest.mark.parametrize(
+    "irregularity",
+    [
+        (wt.CosineBump(height=2e-4, length=0.05, start=0.009), wt.WheelFlat(length=0.04, position=0.4)),
+        (wt.WheelFlat(length=0.06, position=0.03, shape="rounded"), wt.CosineBump(height=3e-4, length=0.05, start=0.0)),
+        (wt.OutOfRound(orders=(9,), amplitudes=(1e-4,)), wt.WheelFlat(length=0.05, position=0.6423)),
+        (
+            wt.Repeated(of=wt.CosineBump(height=1e-4, length=0.05, start=0.1), period=0.2),
+            wt.Step(height=1e-4, position=0.5),
+        ),
+    ],
+)
+def test_kernel_and_numpy_lower_the_same_path(irregularity, curvature, monkeypatch):
+    """Waves and chords are known to the kernel; as mere functions they go the way of all others."""
+    scenario = scene(*irregularity).replaced({"contact": wt.Hertz(constant=1.405e11, curvature=curvature)})
+    x = np.sort(np.random.default_rng(5).uniform(0.0, 0.99, 400))
+    by_kernel = lower(scenario).table
+    monkeypatch.setattr(surface, "_terms", lambda present: None)
+    by_numpy = lower(scenario).table
+    np.testing.assert_allclose(by_kernel.height(x), by_numpy.height(x), rtol=0, atol=1e-16)
+    np.testing.assert_allclose(by_kernel.factor(x), by_numpy.factor(x), rtol=1e-9)
 
 
 @pytest.mark.parametrize("over", [-1e-12, 1e-12, 1e-6, 2.6e-4, 1e-2])
