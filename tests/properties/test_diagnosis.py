@@ -277,3 +277,13 @@ def test_flats_that_are_hard_to_place(seed):
     finding, recording = found("wheel flat", (0.02, 0.08), seed, SITE)
     assert finding.verdict == "wheel flat"
     assert finding.size == pytest.approx(recording.truth["size"], abs=2e-4)
+
+
+@pytest.mark.parametrize("fault", [None, *wt.diagnosis.CATALOGUE])
+def test_a_spring_never_leaves_its_seat(fault):
+    """Play in a spring's seat is held closed by the static load: why the catalogue has none."""
+    (recording,) = wt.synthesise(SITE, fault=fault, seed=1)
+    scenario = recording.truth["scenario"]
+    pressed = scenario.vehicle.load / scenario.vehicle.stiffness
+    moved = wt.simulate(scenario).at(recording.times).wheel_displacement.values
+    assert np.abs(moved).max() < 0.1 * pressed

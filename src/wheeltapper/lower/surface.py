@@ -156,7 +156,7 @@ class Profile:
             return s
         lo, hi = lo.copy(), hi.copy()
         active = np.arange(len(s))
-        for _ in range(80):
+        for _ in range(contact_points.NEWTON_STEPS):
             at, cells_at = s[active], cell[active]
             u = at - x0[active]
             root = np.sqrt(self.radius**2 - u**2)
@@ -169,7 +169,7 @@ class Profile:
             outside = ~((new >= lo[active]) & (new <= hi[active]))
             new[outside] = 0.5 * (lo[active] + hi[active])[outside]
             s[active] = new
-            moving = np.abs(new - at) > 4e-16 * (np.abs(new) + self.radius * 1e-2)
+            moving = np.abs(new - at) > contact_points.LAST_DIGIT * (np.abs(new) + contact_points.PART * self.radius)
             active = active[moving]
             if not len(active):
                 break

@@ -91,7 +91,7 @@ def touch(
     There the profile's slope less the circle's falls through zero; where it does not, s is one of the ends.
     """
     for i in range(len(s)):
-        here, there = terms[first[cell[i]] : first[cell[i] + 1], :], s[i]
+        here, there = terms[first[cell[i]] : first[cell[i] + 1]], s[i]
         lo, hi = low[i], high[i]
         for _ in range(NEWTON_STEPS):
             at = there

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from itertools import islice
+from collections.abc import Callable, Iterable
 from math import sqrt
 from typing import NamedTuple
 
@@ -15,12 +14,12 @@ from wheeltapper.ask.diagnosis.fitting import WINDOWS, Fit, solve
 from wheeltapper.ask.diagnosis.identify import beliefs
 from wheeltapper.ask.diagnosis.search import (
     damper_starts,
+    departs_at,
     flat_starts,
     harmonic_starts,
     near,
     resembling,
     same_edge_starts,
-    strike,
 )
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
@@ -69,7 +68,7 @@ def try_flats_again(case: Case) -> None:
     spans = (max(FIRM, SHORTER**power * held) for power in (1, 2, 3))
     begun = (_up_to(case, case.passage, case.begins + span)[0] for span in spans)
     model = next((model for model in begun if model is not None), None)
-    struck = np.nan if model is None else strike(case.problem(case.passage, {}), model, case.begins)
+    struck = np.nan if model is None else departs_at(case.problem(case.passage, {}), model, case.begins)
     if model is not None and np.isfinite(struck):
         _fit_flats(case, struck, [model])
 
@@ -136,9 +135,9 @@ def strike_of(case: Case) -> Strike | None:
     if plain.held < case.begins + FIRM:
         begun = (_up_to(case, case.passage, case.begins + window)[0] for window in FIRST)
         model = next((model for model in begun if model is not None), None)
-        struck = strike(healthy, model, case.begins) if model is not None else np.nan
+        struck = departs_at(healthy, model, case.begins) if model is not None else np.nan
         return None if model is None or not struck < case.begins + WINDOWS[0] else Strike(struck, [model], False)
-    struck = strike(healthy, plain.scenario, plain.held)
+    struck = departs_at(healthy, plain.scenario, plain.held)
     stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
     if not np.isfinite(struck):
         return None
@@ -161,28 +160,42 @@ def _up_to(case: Case, start: Scenario, end: float) -> tuple[Scenario | None, fl
         end = earlier
 
 
-def try_damper_ends(case: Case, patient: bool) -> None:
-    """Fit dampers with play at their ends, or a bush; without patience, the nearest of each only."""
+Starts = Callable[[], list[tuple[str, Scenario]]]
+"""Names of faults and passages with them, found when they are asked for."""
+
+
+def damper_end_starts(case: Case) -> list[tuple[str, Scenario]]:
+    """Return dampers with play at their ends, or with a bush, first the nearest of each."""
     names = [name for name in DAMPER_ENDS if name in case.faults]
     if not names:
-        return
+        return []
     loose = case.problem(case.passage, beliefs(case.stated, PLAIN[:2]))
     at, _ = near(loose, case.begins)
     stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
     model = loose.scenario(at).replaced(stated)
     family = case.problem(model, {})
-    starts = damper_starts(family, model, case.begins, {name: case.faults[name].made for name in names})
-    for name, start in islice(starts, None if patient else len(names)):
+    return [*damper_starts(family, model, case.begins, {name: case.faults[name].made for name in names})]
+
+
+def try_damper_ends(case: Case, starts: Starts, patient: bool) -> None:
+    """Fit dampers with an end of their own; without patience, the nearest of each only."""
+    each = len({name for name, _ in starts()})
+    for name, start in starts() if patient else starts()[:each]:
         if not (patient and well(case.best)):
             case.fit(name, start, case.begins, patient)
 
 
-def try_harmonics(case: Case, patient: bool) -> None:
-    """Fit wheels that are out of round; with patience, of few orders only."""
+def out_of_round_starts(case: Case) -> list[tuple[str, Scenario]]:
+    """Return wheels that are out of round, those of the likeliest orders first."""
     if "out of round" not in case.faults:
-        return
+        return []
     starts = harmonic_starts(case.problem(case.passage, beliefs(case.stated)), case.begins)
-    for start in islice(starts, PATIENTLY if patient else None):
-        case.fit("out of round", start, case.begins - EARLIER, patient)
+    return [("out of round", start) for start in starts]
+
+
+def try_harmonics(case: Case, starts: Starts, patient: bool) -> None:
+    """Fit wheels that are out of round; with patience, of few orders only."""
+    for name, start in starts()[:PATIENTLY] if patient else starts():
+        case.fit(name, start, case.begins - EARLIER, patient)
         if well(case.best):
             return

@@ -9,13 +9,15 @@ else     where that does not explain the recording, one family after the other u
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.attempts import (
     LASTING,
+    damper_end_starts,
+    out_of_round_starts,
     strike_at_onset,
     strike_of,
     try_damper_ends,
@@ -109,8 +111,9 @@ def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
         return ()
     strike = strike_at_onset(case) if case.early else strike_of(case)
     flats = partial(try_flats, strike=strike)
-    ends, ends_again = (partial(try_damper_ends, patient=patient) for patient in (False, True))
-    waves, waves_again = (partial(try_harmonics, patient=patient) for patient in (False, True))
+    dampers, wheels = (cache(partial(starts, case)) for starts in (damper_end_starts, out_of_round_starts))
+    ends, ends_again = (partial(try_damper_ends, starts=dampers, patient=patient) for patient in (False, True))
+    waves, waves_again = (partial(try_harmonics, starts=wheels, patient=patient) for patient in (False, True))
     if case.early:
         return waves, waves_again, flats
     if case.fits["plain"].held < case.begins + LASTING and not (strike and strike.sure):

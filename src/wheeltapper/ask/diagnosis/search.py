@@ -1,6 +1,6 @@
 """Where the fits of faults start that a fit from the healthy passage would not find.
 
-strike  where the recording leaves a model that has explained it so far: the place of a flat
+departs where the recording leaves a model that has explained it so far: the place of a flat
 grids   lengths of a flat about that place; orders and phases of a wheel out of round; plays of a damper
 """
 
@@ -49,8 +49,8 @@ BUSHES = (1e6, 4e6, 1.6e7, 6e7)
 """Stiffnesses of a bush that are tried, N/m."""
 
 
-def strike(problem: Problem, model: Scenario, since: float) -> float:
-    """Return when something strikes that a model does not explain, s after the trigger; NaN if nothing does."""
+def departs_at(problem: Problem, model: Scenario, since: float) -> float:
+    """Return when a recording leaves a model, s after the trigger: something strikes; NaN if it never does."""
     times = problem.times
     found = problem.shown(model, len(times))
     if found is None:
