@@ -1,31 +1,27 @@
-"""The reference cases of `shared/reference`, as scenarios; tests that need them skip cleanly where they are absent."""
+"""The figures in `tests/data`, and its reference cases as scenarios."""
 
 import csv
 import json
+from functools import cache
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import wheeltapper as wt
 
-SHARED = Path(__file__).resolve().parents[2] / "shared"
-CASES = SHARED / "reference" / "core_cases.json"
+DATA = Path(__file__).resolve().parent / "data"
 NAMES = ["drop_undamped_k0", "cosbump_c5e4", "step_up_R046", "flat_stiff", "flat_deck", "sine_V9"]
 
 
+@cache
 def reference():
-    if not CASES.exists():
-        pytest.skip("the reference cases are not here")
-    return json.loads(CASES.read_text(encoding="utf-8"))
+    """Return the motions and static figures that were computed with 30 digits."""
+    return json.loads((DATA / "core_cases.json").read_text(encoding="utf-8"))
 
 
 def rows(name):
-    """Return the rows of a table of `shared/data`."""
-    path = SHARED / "data" / name
-    if not path.exists():
-        pytest.skip("the data are not here")
-    with path.open(encoding="utf-8") as file:
+    """Return the rows of a table."""
+    with (DATA / name).open(encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
 

@@ -22,7 +22,7 @@ def test_with_five_micrometres_it_is_the_elastic_programs_geometry():
 def test_with_little_smoothing_it_is_the_rigid_geometry():
     rigid = contact_geometry(s1002, rail_60e1, smoothing=2e-7, shifts=np.linspace(-5e-3, 5e-3, 401))
     compared = 0
-    for row in rows("rrd_s1002_60e1_1in40.csv"):
+    for row in rows("rolling_radii_s1002_60e1.csv"):
         shift = float(row["dy_mm"])
         if not 0.5 <= shift <= 4.0:  # there the rigid contact jumps
             continue

@@ -50,14 +50,28 @@ def kalkers_strips(ux, uy, fx, fy, strips, tolerance):
     return laid
 
 
-def test_kalkers_coefficients_at_the_entries_of_his_table():
-    table = rows("kalker_table_E3.csv")
+def at_the_entries():
+    """Return the rows of Kalker's table, and the coefficients of the package there."""
+    table = rows("kalker_table_e3.csv")
     assert len(table) == 57
-    for row in table:
-        g = float(row["g"])
-        a, b = (g, 1.0) if row["ratio"] == "a/b" else (1.0, g)
-        found = coefficients(a, b, float(row["nu"]))
+    axes = [(float(row["g"]), 1.0) if row["ratio"] == "a/b" else (1.0, float(row["g"])) for row in table]
+    return table, [coefficients(a, b, float(row["nu"])) for (a, b), row in zip(axes, table, strict=True)]
+
+
+def test_kalkers_coefficients_at_the_entries_of_his_table():
+    for row, found in zip(*at_the_entries(), strict=True):
         np.testing.assert_allclose(found, [float(row[name]) for name in ("C11", "C22", "C23", "C33")], rtol=1e-12)
+
+
+def test_kalkers_coefficients_are_those_of_the_full_theory():
+    """The witness computes on 45 x 45 elements; its differences to the table shrink with finer ones."""
+    compared = 0
+    for row, found in zip(*at_the_entries(), strict=True):
+        for value, name in zip(found, ("C11", "C22", "C23"), strict=False):
+            if row[f"{name}_contact"]:
+                assert value == pytest.approx(float(row[f"{name}_contact"]), rel=0.035), (row["nu"], row["g"], name)
+                compared += 1
+    assert compared > 160
 
 
 def test_kalkers_coefficients_between_and_beyond_the_entries():
@@ -71,20 +85,21 @@ def test_kalkers_coefficients_between_and_beyond_the_entries():
 
 
 def test_fastsim_finds_kalkers_published_forces():
-    for row in rows("fastsim_checks.csv"):
-        if "here 0.4524" in row["note"]:  # Kalker's own figure is not reached; this one has the same source
-            expected, digits = (0.4524, 0.8314), 1e-4
-        else:
-            expected, digits = (float(row["Tx_abs"]), float(row["Ty_abs"])), 6e-5
+    published = [row for row in rows("fastsim_checks.csv") if row["source"] != "fine grid"]
+    assert len(published) == 6
+    for row in published:
         numbers = [float(row[name]) for name in ("ux", "uy", "fx", "fy")]
         held = entered(*numbers)
         for y, width in kalkers_strips(*numbers, int(row["my"]), float(row["TOL"])):
             lanes.add_strip(y, width, int(row["mx"]), PARABOLIC, held)
+        expected = float(row["Tx_abs"]), float(row["Ty_abs"])
+        # One of Kalker's figures is reached by no implementation; `again` is what another one finds there.
+        digits = {"0.4530": 2e-3, "0.4524": 1e-4}.get(row["Tx_abs"], 6e-5)
         np.testing.assert_allclose(np.abs(forces(held)), expected, atol=digits)
 
 
 def test_equal_strips_are_as_exact_as_kalkers():
-    fine = [row for row in rows("fastsim_checks.csv") if row["source"] == "fine_grid_here"]
+    fine = [row for row in rows("fastsim_checks.csv") if row["source"] == "fine grid"]
     assert len(fine) == 3
     for row in fine:
         numbers = [float(row[name]) for name in ("ux", "uy", "fx", "fy")]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.cases import SHARED
+from tests.cases import DATA
 from wheeltapper.describe.profile.files import rail_profile, wheel_profile
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import s1002
@@ -176,10 +176,7 @@ def test_a_rail_measured_on_one_side_is_laid_by_its_gauge_point(tmp_path):
 
 
 def test_the_scanned_wheels_cross_section_is_s1002(tmp_path):
-    path = SHARED / "data" / "measured" / "wheel_flat_chalmers_nominal_s1002.csv"
-    if not path.exists():
-        pytest.skip("the measured profile is not here")
-    y, z = np.loadtxt(path, delimiter=",", skiprows=2).T
+    y, z = np.loadtxt(DATA / "wheel_section_chalmers.csv", delimiter=",", skiprows=2).T
     wheel = wheel_profile(write(tmp_path / "w.csv", 1e3 * y, 1e3 * z, "y,z\n", between=","))
     beside = np.concatenate([np.linspace(-60.0, -30.0, 301), np.linspace(38.0, 59.0, 211)])
     assert np.abs(wheel(beside) - s1002(beside)).max() < 5e-3  # rounding, and 1 mm between the points
