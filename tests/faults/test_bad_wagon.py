@@ -150,6 +150,6 @@ def test_elastic_constants_beside_a_given_constant_shape_creep_on_a_wagon_only()
             "creep": {"type": "Polach", "friction": 0.35}, "speed": 5, "duration": 0.001,
         })  # fmt: skip
         forces.append(float(wt.simulate(scene).at([0.0]).lateral_force.sel(wheelset=1, side="left")[0]))
-    # -1812 N of the normal force and 1514 N of spin, by the project's coach reference
+    # -1812 N of the normal force and 1514 N of spin (docs/theory/wagon.rst, section 7.6)
     assert forces[0] == pytest.approx(-298.0, abs=2.0)
     assert forces[1] < forces[0] - 15.0

@@ -18,6 +18,11 @@ FENCED = re.compile(r"^```(?P<language>\w+)\n(?P<body>.*?)^```$", re.MULTILINE |
 DIRECTIVE = re.compile(
     r"^\.\. code-block:: (?P<language>\w+)\n(?:[ ]+:.*\n)*\n(?P<body>(?:(?:[ ]{3}.*)?\n)+)", re.MULTILINE
 )
+THEORY = ROOT / "docs" / "theory"
+TITLE = re.compile(r"^(?P<title>[^\s=-].*)\n(?P<line>=+|-+)\n(?=\n)", re.MULTILINE)
+CITATION = re.compile(r"docs/theory/(?P<chapter>\w+)\.rst,\s+sections?\s+(?P<sections>[\d.]+(?:\s+and\s+[\d.]+)*)")
+NUMBER = re.compile(r"\d+(?:\.\d+)?")
+MENTION = re.compile(r"(?<!,\s)\bsection\s+(\d+\.\d+)")  # after a comma: of a publication
 RUN = "pip install uv && uv run wheeltapper run examples/wheel_flat.toml"
 TEST = "pip install uv && uv run pytest"
 
@@ -86,6 +91,45 @@ def test_the_readme_gives_both_commands_and_ci_runs_the_second() -> None:
     assert RUN in readme
     assert TEST in readme
     assert TEST in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+
+
+def chapters() -> dict[str, list[str]]:
+    """Return the numbers of the theory's sections, in the order of the pages, by chapter."""
+    index = (THEORY / "index.rst").read_text(encoding="utf-8")
+    found = {}
+    for chapter in index.partition(":maxdepth: 1\n\n")[2].split():
+        text = (THEORY / f"{chapter}.rst").read_text(encoding="utf-8")
+        found[chapter] = [match["title"].split()[0] for match in TITLE.finditer(text)]
+    return found
+
+
+def test_chapters_and_sections_of_the_theory_are_numbered() -> None:
+    for number, (chapter, found) in enumerate(chapters().items(), start=1):
+        assert found == [str(number), *(f"{number}.{section}" for section in range(1, len(found)))], chapter
+    assert {f"{chapter}.rst" for chapter in chapters()} == {p.name for p in THEORY.glob("*.rst")} - {"index.rst"}
+
+
+def test_every_section_of_the_theory_that_is_cited_exists() -> None:
+    sections = chapters()
+    cited, wrong = 0, []
+    for folder in ("src", "tests", "tools", "benchmarks", "docs", "examples"):
+        for path in sorted((ROOT / folder).rglob("*.[prm][ysd]*")):
+            if GENERATED & set(path.parts):
+                continue
+            for match in CITATION.finditer(path.read_text(encoding="utf-8", errors="replace")):
+                for number in NUMBER.findall(match["sections"]):
+                    cited += 1
+                    if number not in sections.get(match["chapter"], []):
+                        wrong.append(f"{path.relative_to(ROOT)}: {match['chapter']}, section {number}")
+    assert not wrong, "\n".join(wrong)
+    assert cited > 20
+
+
+def test_sections_that_the_theory_mentions_exist() -> None:
+    known = {number for found in chapters().values() for number in found}
+    for path in THEORY.glob("*.rst"):
+        mentioned = {match[1] for match in MENTION.finditer(path.read_text(encoding="utf-8"))}
+        assert mentioned <= known, path.name
 
 
 def test_every_public_name_has_its_place_in_the_reference() -> None:

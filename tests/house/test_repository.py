@@ -25,6 +25,19 @@ REGISTRIES = [
 ]
 WORKPLACES = [f"/{place}/" for place in ("work", "tmp", "home", "root")]
 FORBIDDEN = re.compile("|".join(re.escape(text) for text in REGISTRIES + WORKPLACES))
+# Texts that a clone does not contain. What they say is cited from docs/theory, by chapter and section.
+SUBJECTS = "physics|numerics|coach|diagnosis"
+ELSEWHERE = re.compile(
+    "|".join([
+        rf"\b({SUBJECTS})[ ]reference\b",
+        r"\bproject's[ ](\w+[ ])?references?\b",
+        rf"(?<![-\w])({SUBJECTS}|design|march|orbits|track|users|house|style)[.]md\b",
+        r"\bled[g]er",
+        r"\bshared[/]",
+        r"[.][.]/[s]hared",
+        r'/ "[s]hared"',
+    ])
+)  # fmt: skip
 
 
 def git(*arguments: str) -> str:
@@ -52,6 +65,21 @@ def test_no_file_names_a_package_registry_or_a_place_of_some_machine() -> None:
             if FORBIDDEN.search(line):
                 found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()[:100]}")
     assert not found, "\n".join(found)
+
+
+def test_nothing_refers_to_texts_outside_the_repository() -> None:
+    found = []
+    for path in files():
+        text = " ".join(path.read_text(encoding="utf-8", errors="replace").split())  # a citation may go over two lines
+        found += [f"{path.relative_to(ROOT)}: {match[0]}" for match in ELSEWHERE.finditer(text)]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    "text", ["numerics" + " reference, section 1", "the project's coach" + " reference", "led" + "ger"]
+)
+def test_such_a_reference_would_be_found(text: str) -> None:
+    assert ELSEWHERE.search(text)
 
 
 def test_the_lock_file_is_ignored() -> None:

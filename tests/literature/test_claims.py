@@ -1,4 +1,8 @@
-"""The paper's claims, each measured against the ledger's numbers."""
+"""The paper's claims, each measured.
+
+The paper: Vibro-impacts induced by irregular rolling surfaces of railway rails and wheels (2007); how it is read stands
+in docs/theory/motion.rst, section 1.7.
+"""
 
 import pytest
 
@@ -47,7 +51,7 @@ def test_every_figure_of_a_claim_is_drawn():
     assert {claim.figure for claim in CLAIMS.values()} == set(DRAW)
 
 
-def test_the_ledgers_claims_are_all_here_but_that_on_orbits():
+def test_every_claim_is_measured_but_that_on_orbits():
     numbers = [*range(1, 42), *range(43, 50)]
     repeated = {"C17b", "C18b", "C19b", "C20b", "C22b", "C28b", "C29b", "C33b"}  # core models' claims, on the coach
     repeated |= {"C48b", "C49b"}  # and with marks

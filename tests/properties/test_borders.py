@@ -19,7 +19,7 @@ DECK = NOMINAL.replaced({"track": wt.FloatingDeck(mass=3000, stiffness=1e8)})
 
 
 def test_the_threshold_of_the_dip():
-    """0.06407 mm at 5 m/s (the numerics reference, section 7)."""
+    """0.06407 mm at 5 m/s (docs/theory/accuracy.rst, section 10.3)."""
     over = {"irregularity.0.height": [-6.6e-5, -6.2e-5], "speed": [4.9, 5.1]}
     curve = wt.border(DIP, over, resolution=2)
     depth = -curve["irregularity.0.height"].values[np.abs(curve.speed.values - 5.0) < 1e-12]

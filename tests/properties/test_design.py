@@ -45,7 +45,7 @@ def site(uncertainty, rail=BUMP, deck=15_000, speed=9.0, duration=0.2, sensor=No
     return Site(passage=passage, sensor=sensor or Sensor(noise=SIGMA / np.sqrt(RATE / 2)), uncertainty=uncertainty)
 
 
-# -- what can be known: the table of the project's reference ----------------------------------------------------------
+# -- what can be known: figures of another program ---------------------------------------------------------------------
 
 ROWS = [
     # uncertain, rail, speed, deck, noise: 40 dB or m/s²; m, c, C in %, relative tolerance

@@ -242,7 +242,7 @@ def test_a_flat_whose_chord_is_touched_in_a_dot(length, position):
 
 
 def test_a_cell_that_grazes_is_flagged_and_not_smoothed():
-    """A dip of 0.064 07 mm is where contact begins to be lost (the numerics reference, section 7)."""
+    """A dip of 0.064 07 mm is where contact begins to be lost (docs/theory/accuracy.rst, section 10.3)."""
     dip = wt.Scenario(
         vehicle=wt.Wheelset(mass=1500, load=85_285), contact=wt.Hertz(constant=9e10), rolling="point", speed=5,
         irregularity=wt.CosineBump(height=-6.4070e-5, length=0.02, start=0.05), duration=0.2,

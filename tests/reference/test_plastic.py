@@ -1,4 +1,4 @@
-"""Elastic-plastic contacts against the reference impacts and the physics reference, section 7."""
+"""Elastic-plastic contacts against the reference impacts and the published laws (docs/theory/elastic_plastic.rst)."""
 
 from math import sqrt
 

@@ -1,4 +1,4 @@
-"""Modes, critical speed and reduced model of the coach against the project's reference numbers."""
+"""Modes, critical speed and reduced model of the coach against other programs (docs/theory/wagon.rst, section 7.6)."""
 
 import numpy as np
 import pytest

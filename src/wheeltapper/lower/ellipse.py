@@ -5,7 +5,8 @@ the eccentricity e of the ellipse (semi-axes a ≥ b) and complete elliptic inte
 
     larger/smaller of A, B = [(a/b)²·E - K]/[K - E],     a³ = 3·N·(K - E)/(2π·A·e²·E*),     δ = 3·N·K/(2π·a·E*)
 
-so that C = N/δ^1.5 does not depend on N (Johnson 1985, section 4.2; the project's physics reference, section 5).
+so that C = N/δ^1.5 does not depend on N (K. L. Johnson, Contact Mechanics, 1985, section 4.2;
+docs/theory/contact.rst, section 3.1).
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ to which the shift lifts the wheel, zero at u = 0.
 A wheel may also touch with its flange, beside its tread. The flange begins where the wheel's profile is steeper than 45
 degrees; each of both surfaces has tables of its own.
 
-Source: the project's coach reference, section 2.
+See docs/theory/wagon.rst, section 7.2.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
     Fx = -G·a·b·C11·ξ        Fy = -G·a·b·C22·η - G·(a·b)^1.5·C23·φ        Mz = G·(a·b)^1.5·C23·η - G·(a·b)²·C33·φ
 
-Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990), table E3 and appendix; the project's
-physics reference, section 9.
+Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990), table E3 and appendix;
+docs/theory/wagon.rst, section 7.3.
 """
 
 from __future__ import annotations

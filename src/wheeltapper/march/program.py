@@ -1,6 +1,6 @@
 """The contract between lowering and the kernels: all that a kernel may know, as plain numbers and arrays.
 
-Scaled units (the project's numerics reference, section 1.1): force P + mg, length d0 at which the contact carries that
+Scaled units (docs/theory/integration.rst, section 5.2): force P + mg, length d0 at which the contact carries that
 force, time sqrt(m·d0/(P + mg)). In these units the wheel has mass one, weight one and static indentation near one.
 Positions stay in metres: a table serves every speed and height by `pace` and `lift`.
 """

@@ -1,6 +1,6 @@
 """Taylor series of one step in contact, as recurrences in the regularised variable s; those in time are in flight.py.
 
-Contact (δ = u², dt = u ds, w = dδ/dt; the project's numerics reference, section 1.2):
+Contact (δ = u², dt = u ds, w = dδ/dt; docs/theory/integration.rst, sections 5.3 and 5.4):
 
     t' = u     u' = w/2     w' = u·(F + A + K·(Y - u²) + G·(Z - w) - N)     Y' = u·Z     Z' = u·A
     F = 1 + K·y_k + G·y_k' + y_k''         A = (-N + prestress - κ·Y - γ·Z)/μ   on the deck

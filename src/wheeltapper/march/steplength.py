@@ -1,4 +1,4 @@
-"""The length of a contact step, from the last two terms of its series (the project's numerics reference, section 1.3).
+"""The length of a contact step, from the last two terms of its series (docs/theory/integration.rst, section 5.4).
 
 Roots of order 11 and more forgive much: logarithm and power come from the bits of the number, to 0.1 and 3 %.
 """

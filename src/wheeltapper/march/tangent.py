@@ -9,7 +9,7 @@ at the end of a contact, and at every breakpoint: to fixed time, where y, v, Y, 
     (but where the force itself jumps: v_p += (a_before - a_after)·dt_b/dp)
 at a landing: t_p = -g_p/g', u_p = 0, all else the total derivative along the event
 
-(The project's numerics reference, section 5.)
+See docs/theory/maps.rst, section 9.3.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Eight contacts of wheels and rails at a time: path, geometry, normal force, creep forces.
 
-Side σ is +1 left, -1 right; u, s and the tables count outwards from the track's middle (the project's coach reference,
-section 2):
+Side σ is +1 left, -1 right; u, s and the tables count outwards from the track's middle (docs/theory/wagon.rst, section
+7.2):
 
     u  = σ·(y + R·roll)
     δ  = path + h(u) - z - σ·(s(u) - u)·roll            N  = C(u)·δ^1.5

@@ -10,8 +10,8 @@ from wheeltapper.describe.noun import HertzConstant, Noun, PositiveLength, Press
 class ElasticContact(Noun):
     """A contact whose elastic part is Hertz's: N = C·δ^1.5.
 
-    C is given, or computed exactly from radii and elastic constants (Hertz 1882; the project's physics reference,
-    section 5).
+    C is given, or computed exactly from radii and elastic constants (Hertz 1882; docs/theory/contact.rst, section
+    3.1).
     """
 
     constant: HertzConstant | None = None

@@ -12,8 +12,8 @@ from wheeltapper.describe.noun import Speed, TimePerLength
 class Hertz(ElasticContact):
     """A contact that can only push: N = C·δ^1.5·(1 + χ·δ'), never below zero.
 
-    C is given, or computed exactly from radii and elastic constants (Hertz 1882; the project's physics reference,
-    section 5). With `curvature` it follows the local longitudinal curvature of the irregularity: the paper's
+    C is given, or computed exactly from radii and elastic constants (Hertz 1882; docs/theory/contact.rst, section
+    3.1). With `curvature` it follows the local longitudinal curvature of the irregularity: the paper's
     parametric excitation. χ is Hunt and Crossley's (1975) material damping.
 
     Parameters

@@ -22,8 +22,8 @@ class JacksonGreen(ElasticPlastic):
     smoothly from there to 2.0.
 
     Source: R. L. Jackson and I. Green, A finite element study of elasto-plastic hemispherical contact against a rigid
-    flat, Journal of Tribology 127 (2005); R. L. Jackson, I. Green and D. B. Marghitu (2010) for the residual; the
-    project's physics reference, section 7.
+    flat, Journal of Tribology 127 (2005); R. L. Jackson, I. Green and D. B. Marghitu (2010) for the residual;
+    docs/theory/elastic_plastic.rst, section 4.2.
     """
 
     borders: ClassVar[tuple[float, ...]] = (ELASTIC_TO, PLASTIC_FROM)

@@ -20,8 +20,8 @@ class KogutEtsion(ElasticPlastic):
     authors fit 1.5·D^-0.033).
 
     Source: L. Kogut and I. Etsion, Elastic-plastic contact analysis of a sphere and a rigid flat, Journal of Applied
-    Mechanics 69 (2002); I. Etsion, Y. Kligerman and Y. Kadin (2005) for the residual; the project's physics reference,
-    section 7.
+    Mechanics 69 (2002); I. Etsion, Y. Kligerman and Y. Kadin (2005) for the residual; docs/theory/elastic_plastic.rst,
+    section 4.2.
     """
 
     borders: ClassVar[tuple[float, ...]] = (1.1, 6.0, 6.3)

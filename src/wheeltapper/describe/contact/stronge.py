@@ -23,8 +23,8 @@ class Stronge(ElasticPlastic):
     contact is stiffer than Hertz's, and an impact whose largest force is below some 3.6 N_Y gives more energy back than
     it took (coefficients of restitution up to 1.06, so that it suits rolling rather than impacts on one spot).
 
-    Source: W. J. Stronge, Impact Mechanics (2000), after K. L. Johnson, Contact Mechanics (1985); the project's physics
-    reference, section 7.
+    Source: W. J. Stronge, Impact Mechanics (2000), after K. L. Johnson, Contact Mechanics (1985);
+    docs/theory/elastic_plastic.rst, section 4.2.
     """
 
     borders: ClassVar[tuple[float, ...]] = (FULLY_PLASTIC,)

@@ -17,7 +17,7 @@ class Thornton(ElasticPlastic):
     The flattened spot has the radius R·N_Hertz/N at the largest force: δ_r = δ - (N/C)^(2/3)·(N/N_Hertz)^(1/3).
 
     Source: C. Thornton, Coefficient of restitution for collinear collisions of elastic-perfectly plastic spheres,
-    Journal of Applied Mechanics 64 (1997); the project's physics reference, section 7.
+    Journal of Applied Mechanics 64 (1997); docs/theory/elastic_plastic.rst, section 4.2.
     """
 
     def pressure(self) -> float:

@@ -26,7 +26,7 @@ class Wheelset(Noun):
     The equation of motion is m·ÿ = -P - m·g - k·y - c·ẏ + N (the paper, equation 2.3), y the displacement upwards;
     the spring is unstretched at y = 0. All values are per wheelset.
 
-    The damper may have a massless end z of its own (the project's diagnosis reference, section "Faults"). With free
+    The damper may have a massless end z of its own (docs/theory/motion.rst, section 1.3). With free
     play, the wheel moves by up to g either way between its stops, |y - z| ≤ g: the damper acts, with -c·ẏ, only while
     the wheel is at a stop and moves outwards; else there is no force, and z rests. With a bush, F = k_b·(y - z) = c·ż:
     the damper acts below k_b/c only. With both, F = k_b·(y - z ∓ g) beyond the gap and zero within.

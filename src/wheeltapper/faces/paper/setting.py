@@ -1,4 +1,4 @@
-"""The setting of the paper: its wheelset, contact and irregularities (physics reference, section 3)."""
+"""The setting of the paper: its wheelset, contact and irregularities (docs/theory/motion.rst, section 1.6)."""
 
 from __future__ import annotations
 
