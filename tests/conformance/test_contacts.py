@@ -1,10 +1,21 @@
-"""One suite over every contact law: statics, sign of the force, energy, agreement of the methods, description."""
+"""One suite over every contact law: statics, sign of the force, energy, agreement of the methods, description.
+
+The laws are those of the scenario; one that shares the Hertzian constant is tried without a line here.
+"""
+
+import importlib
+import inspect
+import pkgutil
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
 import wheeltapper as wt
+from wheeltapper.describe import contact as family
+from wheeltapper.describe.contact.elastic import ElasticContact
+from wheeltapper.describe.noun import Noun
+from wheeltapper.describe.scenario import CONTACTS
 from wheeltapper.lower.build import table_of
 from wheeltapper.lower.numbers import METHODS
 
@@ -22,6 +33,12 @@ LAWS = {
     "linear": wt.Linear(stiffness=1.9e9),
     "linear, bilateral": wt.Linear(stiffness=1.9e9, bilateral=True),
 }
+SAMPLED = {type(law) for law in LAWS.values()}
+LAWS |= {
+    kind.__name__: kind(constant=1.405e11)
+    for kind in CONTACTS
+    if issubclass(kind, ElasticContact) and kind not in SAMPLED
+}
 
 
 def scene(law, height=1.5e-4, duration=0.06, **fields):
@@ -34,6 +51,14 @@ def scene(law, height=1.5e-4, duration=0.06, **fields):
         duration=duration,
         **fields,
     )
+
+
+def test_every_file_of_a_law_belongs_to_the_scenario_and_has_a_sample_here():
+    modules = [importlib.import_module(f"{family.__name__}.{m.name}") for m in pkgutil.iter_modules(family.__path__)]
+    nouns = {noun for m in modules for _, noun in inspect.getmembers(m, inspect.isclass) if issubclass(noun, Noun)}
+    laws = {noun for noun in nouns if noun.__module__.startswith(family.__name__) and not noun.__subclasses__()}
+    assert laws == set(CONTACTS) == {type(law) for law in LAWS.values()}
+    assert {law.__name__ for law in laws} <= set(family.__all__)
 
 
 @pytest.mark.parametrize("name", sorted(LAWS))

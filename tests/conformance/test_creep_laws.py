@@ -9,6 +9,7 @@ import pytest
 
 from wheeltapper.describe import creep
 from wheeltapper.describe.noun import Noun
+from wheeltapper.describe.scenario import CREEP_LAWS, Scenario
 
 
 def laws():
@@ -27,6 +28,9 @@ Q = np.concatenate([[0.0], np.geomspace(1e-9, 1e5, 4000)])
 
 def test_every_law_is_at_the_door():
     assert set(ALL) == set(creep.__all__)
+    assert set(ALL) == {law.__name__ for law in CREEP_LAWS}
+    named = str(Scenario.model_fields["creep"].annotation)
+    assert [name for name in ALL if f"Tag('{name}')" not in named and f"tag='{name}'" not in named] == []
     assert len(LIMITED) == 2
 
 

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 import wheeltapper as wt
 from wheeltapper.describe import irregularity as family
 from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.scenario import IRREGULARITIES
 
 for module in pkgutil.iter_modules(family.__path__):
     importlib.import_module(f"{family.__name__}.{module.name}")
@@ -37,8 +38,27 @@ SAMPLES = {
 LAWS = sorted(SAMPLES)
 
 
-def test_every_law_has_a_sample():
+def test_every_law_belongs_to_the_scenario_and_has_a_sample():
     assert {law.__name__ for law in Irregularity.__subclasses__()} == set(SAMPLES)
+    assert {law.__name__ for law in IRREGULARITIES} == set(SAMPLES)
+
+
+@pytest.mark.filterwarnings("ignore:the irregularity is more sharply hollow")  # only a point follows a flat's ends
+@pytest.mark.parametrize("rolling", ["point", "circle"])
+@pytest.mark.parametrize("name", LAWS)
+def test_a_wheel_rolls_over_it_and_the_energy_closes(name, rolling):
+    scene = wt.Scenario(
+        vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=2e4, radius=RADIUS),
+        contact=wt.Hertz(constant=1.405e11),
+        irregularity=SAMPLES[name],
+        rolling=rolling,
+        speed=6.0,
+        duration=0.06,
+    )
+    record = wt.simulate(scene)
+    felt = record.history(1e4).normal_force.values / record.static_force - 1.0
+    assert np.abs(felt).max() > 1e-3
+    assert abs(record.energy.relative_imbalance.item()) < 1e-7
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -53,6 +73,16 @@ def test_a_law_is_a_frozen_value(name):
     if name != "Profile":
         scene = wt.Scenario(vehicle=wt.Wheelset(mass=1500), irregularity=law, speed=1.0, duration=0.1)
         assert wt.Scenario.model_validate(scene.model_dump(mode="json")) == scene
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_that_has_been_used_is_still_equal_to_its_like(name):
+    used, like = (pickle.loads(pickle.dumps(SAMPLES[name])) for _ in range(2))
+    for law in (used, like):
+        law.course(RADIUS)
+    assert used == like
+    assert hash(used) == hash(like)
+    assert used != "a law"
 
 
 @pytest.mark.parametrize("name", LAWS)

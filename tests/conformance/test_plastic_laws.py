@@ -1,4 +1,8 @@
-"""One suite over the elastic-plastic laws: their curves, impacts on one spot, rolling over virgin rail."""
+"""One suite over the elastic-plastic laws: their curves, impacts on one spot, rolling over virgin rail.
+
+The laws are those of the scenario. What is said of single laws below is what was published of them; of one that is not
+mentioned it is expected that nothing jumps and that no impact gives more energy back than it took.
+"""
 
 import warnings
 
@@ -8,17 +12,20 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import wheeltapper as wt
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.describe.scenario import CONTACTS
 from wheeltapper.lower.plastic import law_rows, left_after, loading_force, stored_below
 from wheeltapper.record.simulate import ModelWarning
 
 MASS, LOAD, CONSTANT = 1500.0, 91_307.0, 1.405e11
 N0 = LOAD + MASS * 9.81
-NAMES = ["JacksonGreen", "KogutEtsion", "Stronge", "Thornton"]
+LAWS = {kind.__name__: kind for kind in CONTACTS if issubclass(kind, ElasticPlastic)}
+NAMES = sorted(LAWS)
 PUBLISHED_JUMPS = {
     "JacksonGreen": {1.9: 0.00474},
     "KogutEtsion": {1.0: 0.03, 6.0: 0.01679},
 }
-LARGEST_RESTITUTION = {"JacksonGreen": 1.0, "KogutEtsion": 1.00947, "Stronge": 1.06072, "Thornton": 1.0}
+LARGEST_RESTITUTION = {"KogutEtsion": 1.00947, "Stronge": 1.06072}
 GIVES_BACK_MORE_BELOW = {"KogutEtsion": 1.38407, "Stronge": 3.65520}
 GROWS = np.unique(np.concatenate([np.linspace(1.0, 8.0, 701), np.geomspace(8.0, 250.0, 100)]))
 JUST = 1e-12
@@ -28,7 +35,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:.* energy back than it took")
 
 
 def law(name, **fields):
-    return getattr(wt.contact, name)(constant=CONSTANT, **fields)
+    return LAWS[name](constant=CONSTANT, **fields)
 
 
 def force(contact, depth):
@@ -125,7 +132,7 @@ def test_loading_and_residual_rise_with_the_indentation(name):
 def test_an_impact_gives_back_more_than_it_took_only_where_said(name):
     contact = law(name)
     ratios = np.array([np.sqrt(stored(contact, d) / loading_work(contact, d)) for d in GROWS])
-    assert ratios.max() == pytest.approx(LARGEST_RESTITUTION[name], abs=1e-5)
+    assert ratios.max() == pytest.approx(LARGEST_RESTITUTION.get(name, 1.0), abs=1e-5)
     if name in GIVES_BACK_MORE_BELOW:
         even = depth_at(contact, GIVES_BACK_MORE_BELOW[name])
         assert lost(contact, even) == pytest.approx(0.0, abs=1e-5)

@@ -30,6 +30,12 @@ class Noun(BaseModel):
         plain = {name: value for name, value in handler(self).items() if value is not None}
         return {"type": type(self).__name__} | plain
 
+    def __eq__(self, other: object) -> bool:
+        # Fields only: what a noun has computed once (a spline, say) is kept beside them, and arrays have no truth value.
+        if type(self) is not type(other):
+            return NotImplemented
+        return all(getattr(self, name) == getattr(other, name) for name in type(self).model_fields)
+
 
 def _reader(dimension: str) -> Callable[[Any], float]:
     def read(value: Any) -> float:
