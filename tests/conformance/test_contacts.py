@@ -14,6 +14,7 @@ from pydantic import ValidationError
 import wheeltapper as wt
 from wheeltapper.describe import contact as family
 from wheeltapper.describe.contact.elastic import ElasticContact
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import CONTACTS
 from wheeltapper.lower.build import table_of
@@ -101,6 +102,25 @@ def test_a_law_is_a_frozen_value_that_survives_its_file(name, tmp_path):
     file = tmp_path / "scenario.toml"
     scene(law).to_toml(file)
     assert wt.Scenario.from_toml(file).contact == law
+
+
+def numbers_of(law):
+    return [field for field, value in law.model_dump().items() if type(value) is float and value > 0.0]
+
+
+@pytest.mark.parametrize("name", sorted(name for name, law in LAWS.items() if not isinstance(law, ElasticPlastic)))
+def test_gradients_by_the_laws_own_numbers_are_differences(name):
+    """The elastic-plastic laws have none, and say so (tests/faults/test_bad_plastic.py)."""
+    law, features = LAWS[name], [wt.features.largest_force()]
+    fields = [f"contact.{field}" for field in numbers_of(law) if field in law.model_fields_set]
+    assert fields
+    found = wt.gradient(scene(law), features, fields, method="strict").largest_force_gradient
+    for field in fields:
+        middle = getattr(law, field.removeprefix("contact."))
+        step = 1e-4 * middle
+        ends = wt.sweep(scene(law), {field: [middle - step, middle + step]}, features, method="strict").largest_force
+        slope = float(ends[1] - ends[0]) / (2.0 * step)
+        assert found.sel(parameter=field).item() == pytest.approx(slope, rel=1e-5, abs=1e-7 * float(ends[0]) / middle)
 
 
 def test_laws_give_different_answers_in_one_process():
