@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Sequence
-from inspect import Parameter, Signature
+from collections.abc import Callable
 from math import isfinite
-from types import NoneType, UnionType
-from typing import TYPE_CHECKING, Annotated, Any, Self, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_serializer, model_validator
 from pydantic._internal._model_construction import ModelMetaclass
-from pydantic_core import PydanticUndefined
 
 from wheeltapper.describe.complaint import explained
+from wheeltapper.describe.manual import completed, signature
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.quantities import to_si
 
@@ -39,47 +36,6 @@ class Kind(ModelMetaclass):
         return sorted(name for name in {*super().__dir__()} - {*vars(BaseModel)} if not name.startswith("_"))
 
 
-class _Words(str):
-    """A type as users may read it; signatures print it without quotes."""
-
-    __slots__ = ()
-    __repr__ = str.__str__
-
-
-def _signature(kind: type[BaseModel]) -> Signature:
-    """Return the fields with what may be given for them."""
-    return Signature(
-        [
-            Parameter(
-                name, Parameter.KEYWORD_ONLY, annotation=_Words(_type(field.annotation, field.metadata)),
-                default=Parameter.empty if field.is_required() else field.get_default(call_default_factory=True),
-            )
-            for name, field in kind.model_fields.items()
-        ]
-    )  # fmt: skip
-
-
-def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
-    """Return what may be given for a field of some type, without how it is read and checked."""
-    given = [one.json_schema_input_type for one in metadata if isinstance(one, BeforeValidator)]
-    if given and given[0] is not PydanticUndefined:
-        return str(given[0])
-    origin, inside = get_origin(annotation), get_args(annotation)
-    if origin is Annotated:
-        return _type(inside[0], inside[1:])
-    if origin in (Union, UnionType):
-        return " | ".join(_type(one) for one in inside)
-    if origin in (tuple, dict):
-        return f"{origin.__name__}[{', '.join(_type(one) for one in inside)}]"
-    if annotation in (..., NoneType):
-        return "..." if annotation is ... else "None"
-    return (
-        annotation.__name__
-        if isinstance(annotation, type)
-        else re.sub(r"typing\.|collections\.abc\.", "", str(annotation))
-    )
-
-
 def kinds() -> dict[str, type[Noun]]:
     """Return all kinds of nouns by their names."""
     found, at = [Noun], 0
@@ -96,7 +52,8 @@ class Noun(BaseModel, metaclass=Kind):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **options: Any) -> None:
-        cls.__signature__ = _signature(cls)
+        cls.__signature__ = signature(cls)
+        cls.__doc__ = completed(cls)
 
     @classmethod
     def model_validate(cls, obj: Any, **options: Any) -> Self:

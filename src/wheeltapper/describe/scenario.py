@@ -57,7 +57,15 @@ AnyCreepLaw = Annotated[
 
 
 class Start(Noun):
-    """Displacement (m) and velocity (m/s) of the wheel at time zero, upwards."""
+    """Where the wheel is at time zero, and how it moves.
+
+    Parameters
+    ----------
+    displacement
+        Of its centre, upwards from the height of first touch, m.
+    velocity
+        Upwards, m/s.
+    """
 
     displacement: Length = 0.0
     velocity: Speed = 0.0
