@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Union
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, model_validator
+from pydantic_core import PydanticSerializationError
 
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.contact.jackson_green import JacksonGreen
@@ -30,7 +31,8 @@ from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.track.stiff import StiffTrack
 from wheeltapper.describe.vehicle.wagon import ErriB176, Wagon, made
 from wheeltapper.describe.vehicle.wheelset import Wheelset
-from wheeltapper.ground.errors import InputError, suggested
+from wheeltapper.ground.arguments import as_path
+from wheeltapper.ground.errors import InputError, shown, suggested
 
 CONTACTS = (Hertz, Linear, Thornton, Stronge, JacksonGreen, KogutEtsion)
 CREEP_LAWS = (KalkerLinear, ShenHedrickElkins, Polach, Fastsim)
@@ -203,6 +205,8 @@ class Scenario(Noun):
 
     def replaced(self, changes: dict[str, Any]) -> Scenario:
         """Return a changed copy; keys are paths such as "vehicle.mass" or "irregularity.0.height"."""
+        if not isinstance(changes, dict) or not all(isinstance(path, str) for path in changes):
+            raise InputError("", "changes", shown(changes), 'paths with their values, as {"vehicle.mass": 1600}')
         values: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields}
         for path, value in changes.items():
             head, *rest = path.split(".")
@@ -214,7 +218,7 @@ class Scenario(Noun):
     @classmethod
     def from_toml(cls, path: str | Path) -> Scenario:
         """Read a scenario; files that it names are taken relative to it."""
-        path = Path(path)
+        path = as_path(path, "path", "the path of a TOML file with a scenario")
         data = toml_table(path, "a scenario")
         if not data:
             raise InputError(str(path), "", "an empty file", "a TOML file with a scenario")
@@ -232,7 +236,18 @@ class Scenario(Noun):
         """Write the scenario as TOML."""
         import tomli_w
 
-        Path(path).write_text(tomli_w.dumps({"format": FORMAT} | self.model_dump(mode="json")), encoding="utf-8")
+        path = as_path(path, "path", "the path of the TOML file to write")
+        try:
+            text = tomli_w.dumps({"format": FORMAT} | self.model_dump(mode="json"))
+            path.write_text(text, encoding="utf-8")
+        except PydanticSerializationError as error:
+            raise InputError(
+                str(path), "irregularity", "a Profile, which holds a Python function", "samples of it in a `Measured`"
+            ) from error
+        except OSError as error:
+            raise InputError(
+                str(path), "", f"a place that cannot be written ({error.strerror or error})", "a writable path"
+            ) from error
 
 
 def toml_table(path: Path, what: str) -> dict[str, Any]:
@@ -271,10 +286,10 @@ def _changed(value: Any, rest: list[str], new: Any, path: str) -> Any:
         given = {name: getattr(value, name) for name in value.model_fields_set}
         given[head] = _changed(getattr(value, head), deeper, new, path)
         return {"type": type(value).__name__} | given
-    names = list(type(value).model_fields) if isinstance(value, Noun) else [str(i) for i in range(len(value or ()))]
-    if isinstance(value, tuple) and value and hasattr(value[0], "name"):
-        names = [item.name for item in value]
-    raise InputError("", path, f"no such field {head!r}", suggested(head, names))
+    names = list(type(value).model_fields) if isinstance(value, Noun) else []
+    if isinstance(value, tuple):
+        names = [getattr(item, "name", str(i)) for i, item in enumerate(value)]
+    raise InputError("", path, f"no such field {head!r}", suggested(head, names) or "nothing in it")
 
 
 def _index(items: tuple[Any, ...], key: str) -> int | None:

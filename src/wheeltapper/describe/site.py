@@ -12,6 +12,7 @@ from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
 
 
@@ -72,7 +73,7 @@ class Site(Noun):
     @classmethod
     def from_toml(cls, path: str | Path) -> Site:
         """Read a site; files that it names are taken relative to it."""
-        path = Path(path)
+        path = as_path(path, "path", "the path of a TOML file with a site")
         data = toml_table(path, "a site")
         return cls.of(relative_paths(data, path.parent), str(path))
 

@@ -11,7 +11,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from wheeltapper.describe.noun import Acceleration, Mass, Noun, PositiveStiffness
 from wheeltapper.describe.vehicle.body import Axle, Body
 from wheeltapper.describe.vehicle.element import GROUND, Damper, Link, Spring, Stop
-from wheeltapper.ground.errors import InputError, suggested
+from wheeltapper.ground.errors import InputError, shown, suggested
 
 ELEMENTS = (Spring, Damper, Stop, Link)
 
@@ -78,6 +78,8 @@ class Wagon(Noun):
 
     def with_element(self, element: Any) -> Wagon:
         """Return the wagon with one more element, or with another one of that name."""
+        if not isinstance(element, ELEMENTS):
+            raise InputError("", "element", shown(element), ", ".join(kind.__name__ for kind in ELEMENTS))
         if any(element.name == held.name for held in self.elements):
             return self._with(tuple(element if element.name == held.name else held for held in self.elements))
         return self._with((*self.elements, element))
