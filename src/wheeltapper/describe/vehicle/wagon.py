@@ -87,9 +87,9 @@ class Wagon(Noun):
     def without(self, *names: str) -> Wagon:
         """Return the wagon without some elements."""
         held = [element.name for element in self.elements]
-        unknown = next((name for name in names if name not in held), None)
-        if unknown is not None:
-            raise InputError("", "elements", f"no element {unknown!r}", suggested(str(unknown), held))
+        unknown = [name for name in names if name not in held]
+        if unknown:
+            raise InputError("", "elements", f"no element {unknown[0]!r}", suggested(str(unknown[0]), held))
         return self._with(tuple(element for element in self.elements if element.name not in names))
 
     def without_dampers(self) -> Wagon:
