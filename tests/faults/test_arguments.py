@@ -105,7 +105,7 @@ WALK = {
     "comfort, rate": (lambda v: coach_record().comfort(rate=v), [5.0, *NOT_NUMBERS]),
     "comfort, settling": (lambda v: coach_record().comfort(settling=v), [9.0, *NOT_NUMBERS]),
     "comfort, weighting": (lambda v: coach_record().comfort(vertical_weighting=v), ["Wx", None, 5, ["Wb"]]),
-    "replaced": (lambda v: scene().replaced(v), [5, None, "x", [1], {5: 1}, {"": 1}, {"vehicle..m": 1}, {"speed.x": 1}]),
+    "replaced": (lambda v: scene().replaced(v), [5, None, "x", [1], {5: 1}, {"": 1}, {"a..b": 1}, {"speed.x": 1}]),
     "replaced, a number": (lambda v: scene().replaced({"vehicle.mass": v}), [True, *NOT_NUMBERS]),
     "replaced, a noun": (lambda v: scene().replaced({"vehicle": v}), [5, None, "x", {"a": 1}, [1], wt.StiffTrack()]),
     "replaced, a table": (lambda v: scene().replaced({"vehicle": {}, "vehicle.mass": v}), [1500]),
