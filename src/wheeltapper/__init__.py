@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from wheeltapper.ask.wear import wear_in as wear_in
     from wheeltapper.describe import contact as contact
     from wheeltapper.describe import creep as creep
-    from wheeltapper.describe import profile, vehicle
+    from wheeltapper.describe import irregularity, profile, track, vehicle
     from wheeltapper.describe.contact.hertz import Hertz as Hertz
     from wheeltapper.describe.contact.linear import Linear as Linear
     from wheeltapper.describe.irregularity.bump import CosineBump as CosineBump
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from wheeltapper.record.simulate import simulate as simulate
     from wheeltapper.record.store import load as load
 
-    diagnosis, profiles, vehicles = public, profile, vehicle
+    diagnosis, irregularities, profiles, tracks, vehicles = public, irregularity, profile, track, vehicle
 
 _HOMES = {
     "Corrugation": "describe.irregularity.corrugation",
@@ -86,8 +86,10 @@ _ROOMS = {
     "creep": "describe.creep",
     "diagnosis": "ask.diagnosis.public",
     "features": "record.features",
+    "irregularities": "describe.irregularity",
     "profiles": "describe.profile",
     "stability": "ask.stability",
+    "tracks": "describe.track",
     "vehicles": "describe.vehicle",
     "wear": "ask.wear",
 }
@@ -102,7 +104,9 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used."""
     if name in _ROOMS:
-        return import_module(f"wheeltapper.{_ROOMS[name]}")
+        room: Any = import_module(f"wheeltapper.{_ROOMS[name]}")
+        room.__dir__ = lambda: sorted(room.__all__)  # what a room offers, and not what it needs itself
+        return room
     if name not in _HOMES:
         raise AttributeError(f"module 'wheeltapper' has no attribute {name!r}")
     return getattr(import_module(f"wheeltapper.{_HOMES[name]}"), name)

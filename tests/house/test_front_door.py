@@ -2,10 +2,12 @@
 
 import subprocess
 import sys
+from types import ModuleType
 
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.describe.scenario import IRREGULARITIES
 
 NAMES = [
     "Corrugation",
@@ -34,6 +36,7 @@ NAMES = [
     "diagnosis",
     "features",
     "gradient",
+    "irregularities",
     "load",
     "modes",
     "plot",
@@ -44,11 +47,23 @@ NAMES = [
     "stability",
     "sweep",
     "synthesise",
+    "tracks",
     "vehicles",
     "wear",
     "wear_in",
 ]
-ROOMS = {"contact", "creep", "diagnosis", "features", "profiles", "stability", "vehicles", "wear", "__version__"}
+ROOMS = {
+    "contact",
+    "creep",
+    "diagnosis",
+    "features",
+    "irregularities",
+    "profiles",
+    "stability",
+    "tracks",
+    "vehicles",
+    "wear",
+}
 """Modules, which are no names of functions or classes."""
 HEAVY = {"numba", "xarray", "matplotlib", "scipy", "pint", "pandas", "h5netcdf"}
 
@@ -61,7 +76,7 @@ def loaded_by(statement: str) -> set[str]:
 
 def test_the_public_names_are_these_and_at_most_thirty() -> None:
     assert sorted(wt.__all__) == NAMES
-    assert len(set(NAMES) - ROOMS) <= 30
+    assert len(set(NAMES) - ROOMS - {"__version__"}) <= 30
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -79,6 +94,22 @@ def test_each_name_is_documented(name: str) -> None:
     text = getattr(wt, name).__doc__
     assert text
     assert text.strip()
+
+
+@pytest.mark.parametrize("name", sorted(ROOMS))
+def test_a_room_offers_its_public_names_only(name: str) -> None:
+    room = getattr(wt, name)
+    assert dir(room) == sorted(room.__all__)
+    for offered in dir(room):
+        assert not offered.startswith("_")
+        assert not isinstance(getattr(room, offered), ModuleType)
+        assert getattr(getattr(room, offered), "__module__", "wheeltapper").startswith("wheeltapper")
+
+
+def test_every_irregularity_and_every_track_that_a_scenario_takes_is_in_its_room() -> None:
+    for kind in IRREGULARITIES:
+        assert getattr(wt.irregularities, kind.__name__) is kind
+    assert {type(wt.StiffTrack()).__name__, "FloatingDeck"} == set(dir(wt.tracks))
 
 
 def test_an_unknown_name_is_an_attribute_error() -> None:

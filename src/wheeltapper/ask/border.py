@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,9 +11,11 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.study import field_at, study, unit_of
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_count
+from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import cores
+from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.features import first_loss
 from wheeltapper.record.simulate import say_that_it_compiles
 
@@ -23,7 +26,7 @@ FloatArray = NDArray[np.float64]
 
 
 def border(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     over: Mapping[str, Any],
     *,
     losses: int = 1,
@@ -40,7 +43,7 @@ def border(
     Parameters
     ----------
     scenario
-        What is common.
+        What is common; or the path of its TOML file.
     over
         Two paths with lowest and highest value each, numbers in SI units or strings with a unit.
     losses
@@ -61,17 +64,17 @@ def border(
     InputError
         If there are not two continuous fields with two values each.
     """
-    if len(over) != 2:
-        raise InputError("", "over", f"{len(over)} fields", "two fields, each with lowest and highest value")
-    if not isinstance(losses, int) or losses < 1:
-        raise InputError("", "losses", repr(losses), "a number of losses, at least 1")
-    if not isinstance(resolution, int) or resolution < 2:
-        raise InputError("", "resolution", repr(resolution), "a number of segments, at least 2")
+    scenario = as_scenario(scenario)
+    if not isinstance(over, Mapping) or len(over) != 2:
+        found = f"{len(over)} fields" if isinstance(over, Mapping) else shown(over)
+        raise InputError("", "over", found, "two fields, each with lowest and highest value")
+    losses, resolution = as_count(losses, "losses"), as_count(resolution, "resolution", 2)
+    held = cores() if threads is None else as_count(threads, "threads")
     ends = study(scenario, over, [first_loss()], zipped=True, method=method).axes
     for axis in ends:
         if len(axis.values) != 2 or not axis.values[0] < axis.values[1]:
             raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value")
-    plane = _Plane(scenario, (ends[0].path, ends[1].path), losses, method, threads or cores())
+    plane = _Plane(scenario, (ends[0].path, ends[1].path), losses, method, held)
     x, y = (np.linspace(axis.values[0], axis.values[1], resolution + 1) for axis in ends)
     return plane.dataset(plane.curves(x, y))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,11 +13,12 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.describe.vehicle.wagon import Wagon
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.lower.standing import jacobian
 from wheeltapper.lower.wagon import DECK, LoweredWagon, lower_wagon
 from wheeltapper.march import assembly as contract
 from wheeltapper.march.assembly import LANES, PLACES, RATE
+from wheeltapper.record.arguments import as_scenario
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,6 +45,8 @@ class Linear:
 
 def as_wagon(scenario: Scenario, verb: str) -> Wagon:
     """Return the scenario's wagon, or say that `verb` needs one."""
+    if not isinstance(scenario, Scenario):
+        raise InputError("", "scenario", shown(scenario), "a Scenario with a Wagon")
     if not isinstance(scenario.vehicle, Wagon):
         raise InputError("", "vehicle", f"a {type(scenario.vehicle).__name__}", f"a Wagon, whose {verb} can be told")
     return scenario.vehicle
@@ -70,13 +74,13 @@ def linearised(lowered: LoweredWagon, fixed: tuple[str, ...] = ()) -> Linear:
     return Linear(matrix, layout.motions, rows, rate_rows, masses)
 
 
-def modes(scenario: Scenario, *, fixed_wheelsets: bool = False) -> xr.Dataset:
+def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> xr.Dataset:
     """Return the modes of small vibrations of a wagon about its steady run, contacts linear and always closed.
 
     Parameters
     ----------
     scenario
-        With a `Wagon`; its irregularities are left out.
+        With a `Wagon`, or the path of its TOML file; its irregularities are left out.
     fixed_wheelsets
         True: only what stands on the wheelsets moves.
 
@@ -94,6 +98,7 @@ def modes(scenario: Scenario, *, fixed_wheelsets: bool = False) -> xr.Dataset:
     """
     import xarray as xr
 
+    scenario = as_scenario(scenario)
     wagon = as_wagon(scenario, "modes")
     lowered = lower_wagon(scenario.replaced({"irregularity": None}))
     fixed = tuple(f"wheelset {i + 1}" for i in range(len(wagon.axles))) if fixed_wheelsets else ()

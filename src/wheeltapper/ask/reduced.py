@@ -5,6 +5,7 @@ The paper's claim (section 4): for contact vibrations a mass and a damper suffic
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +17,9 @@ from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.vehicle.element import Damper, Spring
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
+from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.labels import LABELS
 from wheeltapper.record.record import Record
 
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 
-def reduced(scenario: Scenario, wheelset: int = 1) -> Scenario:
+def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
     """Return the scenario of the core model that is equivalent to one wheelset of a wagon.
 
     Mass, contacts and static contact force are the wheelset's; stiffness and damping those of its vertical springs and
@@ -35,7 +38,7 @@ def reduced(scenario: Scenario, wheelset: int = 1) -> Scenario:
     Parameters
     ----------
     scenario
-        With a `Wagon`.
+        With a `Wagon`, or the path of its TOML file.
     wheelset
         Its number, from the leading one, 1.
 
@@ -45,11 +48,11 @@ def reduced(scenario: Scenario, wheelset: int = 1) -> Scenario:
         If there is no such wheelset, if its two wheels meet different irregularities, or if one of these has no place
         that could be moved.
     """
+    scenario = as_scenario(scenario)
     wagon = scenario.vehicle
     if not isinstance(wagon, Wagon):
         raise InputError("", "vehicle", f"a {type(wagon).__name__}", "a Wagon")
-    if not 1 <= wheelset <= len(wagon.axles):
-        raise InputError("", "wheelset", str(wheelset), f"1 to {len(wagon.axles)}")
+    wheelset = as_count(wheelset, "wheelset", 1, len(wagon.axles))
     items = scenario.irregularities_on(wheelset, "left")
     if items != scenario.irregularities_on(wheelset, "right"):
         raise InputError(

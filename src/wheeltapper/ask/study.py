@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -13,14 +14,18 @@ from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wheelset import Wheelset
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_count, as_list, as_quantity
+from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.lower.damper_end import check_held
 from wheeltapper.lower.fields import Fields
-from wheeltapper.record.features import Feature
+from wheeltapper.record.arguments import check_method
+from wheeltapper.record.features import Feature, named
 
 FloatArray = NDArray[np.float64]
 CHAOS_LIMIT = 1e4
 Sampling = Literal["sobol", "latin hypercube"]
+Asked = str | Feature | Sequence[str | Feature]
+"""Features, or their names: one or several."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +113,8 @@ def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
     holder: Any = scenario
     value: Any = scenario
     name = ""
+    if not isinstance(path, str):
+        raise InputError("", shown(path), "no path", 'a path of a field, as "vehicle.damping"')
     for part in path.split("."):
         holder, name = (value, part) if isinstance(value, Noun) else (holder, name)
         if isinstance(value, Noun) and part in type(value).model_fields:
@@ -115,8 +122,9 @@ def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
         elif isinstance(value, tuple) and part.isdigit() and int(part) < len(value):
             value = value[int(part)]
         else:
-            known = type(value).model_fields if isinstance(value, Noun) else range(len(value or ()))
-            raise InputError("", path, f"no such field {part!r}", ", ".join(str(n) for n in known) or "nothing here")
+            known = type(value).model_fields if isinstance(value, Noun) else range(len(value) if value else 0)
+            allowed = suggested(part, map(str, known)) or "nothing here"
+            raise InputError("", path, f"no such field {part!r}", allowed)
     if isinstance(value, bool) or not isinstance(value, float):
         what = "nothing set" if value is None else f"{value!r}, which is no continuous number"
         raise InputError("", path, what, "a field that holds a quantity")
@@ -146,25 +154,23 @@ def _description(field: Any) -> str:
 
 def _axis(scenario: Scenario, path: str, values: Any) -> Axis:
     unit = unit_of(scenario, path)
-    listed = [values] if isinstance(values, str) or np.ndim(values) == 0 else list(values)
+    listed = list(values) if isinstance(values, list | tuple) or np.ndim(values) == 1 else [values]
     if not listed:
         raise InputError("", path, "no values", "at least one value")
-    if any(isinstance(value, str) for value in listed):
-        numbers = [_number(scenario, path, value) for value in listed]
-    else:
-        try:
-            numbers = [float(value) for value in listed]
-        except (TypeError, ValueError) as error:
-            raise InputError("", path, repr(values), "numbers, or strings with a unit") from error
-    array = np.asarray(numbers)
-    if array.ndim != 1 or not np.all(np.isfinite(array)):
-        raise InputError("", path, "values that are not finite numbers in one dimension", "finite numbers")
+    array = np.array([_number(scenario, path, value) for value in listed])
+    if not np.all(np.isfinite(array)):
+        raise InputError("", path, "values that are not finite", "finite numbers")
     for extreme in (array.min(), array.max()):
         scenario.replaced({path: float(extreme)})
     return Axis(path, array, unit)
 
 
 def _number(scenario: Scenario, path: str, value: Any) -> float:
+    """Return a value in SI units: a number as it is, anything else as the field itself reads it."""
+    if isinstance(value, Real) and not isinstance(value, bool):
+        return float(value)
+    if value is None:  # which would take the field away
+        raise InputError("", path, "None", "numbers in SI units, or strings with a unit")
     return float(Fields(scenario.replaced({path: value}))(path))
 
 
@@ -183,25 +189,23 @@ def check_mappable(scenario: Scenario) -> None:
 
 
 def study(
-    scenario: Scenario, over: Mapping[str, Any], features: Sequence[Feature], *,
+    scenario: Scenario, over: Mapping[str, Any], features: Asked, *,
     gradient: bool | Sequence[str] = False, zipped: bool = False, samples: int | None = None,
     sampling: Sampling = "sobol", seed: int = 0, method: str = "default", chaos_limit: float = CHAOS_LIMIT,
 ) -> Study:  # fmt: skip
     """Return the study that `sweep` computes; its arguments are those of `sweep`."""
     check_mappable(scenario)
-    from wheeltapper.lower.numbers import METHODS
-
-    if method not in METHODS:
-        raise InputError("", "method", repr(method), " or ".join(repr(name) for name in METHODS))
-    if not over:
-        raise InputError("", "over", "nothing", "at least one field of the scenario with its values")
-    if not features:
-        raise InputError("", "features", "nothing", "at least one feature")
-    names = [feature.name for feature in features]
+    check_method(method)
+    _check_options(zipped, sampling, seed, chaos_limit)
+    if not isinstance(over, Mapping) or not over:
+        found = shown(over) if over else "nothing"
+        raise InputError("", "over", found, 'at least one field of the scenario with its values, as {"speed": [5, 6]}')
+    asked = as_features(features)
+    names = [feature.name for feature in asked]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise InputError("", "features", f"the name {twice[0]!r} twice", "features of different names (`renamed`)")
-    by = tuple(over) if gradient is True else tuple(gradient or ())
+    by = tuple(over) if gradient is True else tuple(as_list(gradient or (), "gradient", "True, or paths of fields"))
     check_held(scenario.vehicle, (*over, *by))
     axes = tuple(_axis(scenario, path, values) for path, values in over.items())
     if samples is not None:
@@ -212,23 +216,37 @@ def study(
         raise InputError("", "over", f"lists of different lengths {lengths}", "lists of one length where zipped")
     for path in by:
         field_at(scenario, path)
-    return Study(scenario, axes, not side_by_side, tuple(features), method, by, chaos_limit)
+    return Study(scenario, axes, not side_by_side, asked, method, by, chaos_limit)
+
+
+def as_features(given: Asked) -> tuple[Feature, ...]:
+    """Return features: of a name the built-in one, of a table with a `type` what it means."""
+    several = [given] if isinstance(given, Feature | str | dict) else as_list(given, "features", "a list of features")
+    if not several:
+        raise InputError("", "features", "nothing", "at least one feature")
+    return tuple(one if isinstance(one, Feature) else named(one) for one in several)
+
+
+def _check_options(zipped: Any, sampling: Any, seed: Any, chaos_limit: Any) -> None:
+    if not isinstance(zipped, bool):
+        raise InputError("", "zipped", shown(zipped), "True or False")
+    if sampling not in get_args(Sampling):
+        raise InputError("", "sampling", shown(sampling), "'sobol' or 'latin hypercube'")
+    as_count(seed, "seed", 0)
+    as_quantity(chaos_limit, "chaos_limit", "number")
 
 
 def _sampled(axes: tuple[Axis, ...], samples: int, sampling: Sampling, seed: int) -> tuple[Axis, ...]:
     from scipy.stats import qmc
 
-    if samples < 1:
-        raise InputError("", "samples", repr(samples), "at least 1")
+    samples = as_count(samples, "samples")
     for axis in axes:
         if len(axis.values) != 2 or axis.values[0] > axis.values[1]:
             raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value, to sample between")
     if sampling == "sobol":
         points = qmc.Sobol(len(axes), rng=seed).random(samples)
-    elif sampling == "latin hypercube":
-        points = qmc.LatinHypercube(len(axes), rng=seed).random(samples)
     else:
-        raise InputError("", "sampling", repr(sampling), "'sobol' or 'latin hypercube'")
+        points = qmc.LatinHypercube(len(axes), rng=seed).random(samples)
     return tuple(
         Axis(axis.path, axis.values[0] + column * (axis.values[1] - axis.values[0]), axis.unit)
         for axis, column in zip(axes, points.T, strict=True)

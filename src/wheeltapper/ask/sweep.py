@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wheeltapper.ask.cells import compute
 from wheeltapper.ask.chart import chart
-from wheeltapper.ask.study import CHAOS_LIMIT, Sampling, field_at, study
+from wheeltapper.ask.study import CHAOS_LIMIT, Asked, Sampling, field_at, study
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.arguments import as_count, as_list
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march.blocks import cores
-from wheeltapper.record.features import Feature
+from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.simulate import warn_of
 
 if TYPE_CHECKING:
@@ -19,9 +21,9 @@ if TYPE_CHECKING:
 
 
 def sweep(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     over: Mapping[str, Any],
-    features: Sequence[Feature],
+    features: Asked,
     *,
     gradient: bool | Sequence[str] = False,
     zipped: bool = False,
@@ -37,12 +39,12 @@ def sweep(
     Parameters
     ----------
     scenario
-        What all cells have in common.
+        What all cells have in common; or the path of its TOML file.
     over
         By path ("vehicle.damping", "irregularity.0.height", "speed"), the values of a continuous field: numbers in SI
         units or strings with a unit. The cells are all combinations of them.
     features
-        From `wheeltapper.features`. A run ends as soon as all of them are known.
+        From `wheeltapper.features`, or their names, as ["force_ratio"]. A run ends as soon as all of them are known.
     gradient
         True: the features' exact derivatives with respect to the varied fields, through all impacts; or the paths of
         the fields by which to differentiate.
@@ -74,18 +76,18 @@ def sweep(
         "refused", and a `ModelWarning` the first reason.
     """
     asked = study(
-        scenario, over, features, gradient=gradient, zipped=zipped, samples=samples, sampling=sampling, seed=seed,
-        method=method, chaos_limit=chaos_limit,
+        as_scenario(scenario), over, features, gradient=gradient, zipped=zipped, samples=samples, sampling=sampling,
+        seed=seed, method=method, chaos_limit=chaos_limit,
     )  # fmt: skip
-    found = compute(asked, asked.changed(), threads or cores())
+    found = compute(asked, asked.changed(), cores() if threads is None else as_count(threads, "threads"))
     found.check()
     warn_of(found.notes)
     return chart(asked, found)
 
 
 def gradient(
-    scenario: Scenario,
-    features: Sequence[Feature],
+    scenario: Scenario | str | Path,
+    features: Asked,
     parameters: Sequence[str],
     *,
     method: str = "default",
@@ -96,9 +98,9 @@ def gradient(
     Parameters
     ----------
     scenario
-        What to simulate.
+        What to simulate, or the path of its TOML file.
     features
-        From `wheeltapper.features`.
+        From `wheeltapper.features`, or their names.
     parameters
         Paths of the continuous fields by which to differentiate.
     method, chaos_limit
@@ -116,6 +118,8 @@ def gradient(
     """
     import numpy as np
 
+    scenario = as_scenario(scenario)
+    parameters = as_list(parameters, "parameters", 'paths of continuous fields, as ["vehicle.damping"]')
     for path in parameters:
         field_at(scenario, path)
     here = {path: [float(Fields(scenario)(path))] for path in parameters}

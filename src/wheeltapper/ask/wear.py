@@ -17,12 +17,13 @@ from wheeltapper._version import __version__
 from wheeltapper.ask.marks import Marks, marks
 from wheeltapper.ask.passes import Line, Pass, Scatter
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.arguments import as_count, as_path, as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.marks import Surface
-from wheeltapper.lower.numbers import METHODS
 from wheeltapper.march import program as contract
 from wheeltapper.march import yielding
 from wheeltapper.march.blocks import cores
+from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.labels import WEAR_TITLE
 from wheeltapper.record.record import OUTCOMES
 from wheeltapper.record.simulate import say_that_it_compiles, warn_of
@@ -68,11 +69,11 @@ class Options(TypedDict, total=False):
 
 
 @overload
-def wear_in(scenario: Scenario, passes: int, **options: Unpack[Options]) -> xr.Dataset: ...
+def wear_in(scenario: Scenario | str | Path, passes: int, **options: Unpack[Options]) -> xr.Dataset: ...
 @overload
-def wear_in(scenario: Iterable[Scenario], passes: int, **options: Unpack[Options]) -> list[xr.Dataset]: ...
+def wear_in(scenario: Iterable[Scenario | Path], passes: int, **options: Unpack[Options]) -> list[xr.Dataset]: ...
 def wear_in(
-    scenario: Scenario | Iterable[Scenario],
+    scenario: Scenario | str | Path | Iterable[Scenario | Path],
     passes: int,
     *,
     hardening: float = 1.0,
@@ -133,33 +134,33 @@ def wear_in(
     InputError
         If the contact leaves no marks, the wheel does not roll or not as a point, or a file is of another evolution.
     """
-    options = Scatter(hardening, speed_scatter, load_scatter, start_scatter, seed)
-    _check(passes, every, samples, options, method)
-    if isinstance(scenario, Scenario):
-        file = None if store is None else Path(store)
-        return _Evolution(scenario, options, every, samples, method, file).until(passes, progress)
+    for name, number in (("passes", passes), ("every", every), ("samples", samples)):
+        as_count(number, name)
+    check_method(method)
+    options = _scatter(hardening, speed_scatter, load_scatter, start_scatter, seed)
+    if isinstance(scenario, Scenario | str | Path):
+        file = None if store is None else as_path(store, "store", "a path with the suffix .nc")
+        return _Evolution(as_scenario(scenario), options, every, samples, method, file).until(passes, progress)
     if store is not None:
         raise InputError("", "store", str(store), "none with several scenarios, or a call for each with its own")
     if progress is not None:
         raise InputError("", "progress", "a function", "none with several scenarios")
-    if threads is not None and threads < 1:
-        raise InputError("", "threads", str(threads), "1 or more")
-    with ThreadPoolExecutor(threads or cores()) as pool:
-        evolutions = pool.map(lambda one: _Evolution(one, options, every, samples, method, None), scenario)
+    scenarios = as_scenarios(scenario)
+    with ThreadPoolExecutor(cores() if threads is None else as_count(threads, "threads")) as pool:
+        evolutions = pool.map(lambda one: _Evolution(one, options, every, samples, method, None), scenarios)
         return list(pool.map(lambda one: one.until(passes, None), evolutions))
 
 
-def _check(passes: int, every: int, samples: int, options: Scatter, method: str) -> None:
-    for name, number in (("passes", passes), ("every", every), ("samples", samples)):
-        if isinstance(number, bool) or not isinstance(number, int) or number < 1:
-            raise InputError("", name, repr(number), "a whole number, at least 1")
-    if not 0.0 <= options.hardening <= 1.0:
-        raise InputError("", "hardening", repr(options.hardening), "0 to 1")
-    for name in ("speed", "load", "start"):
-        if not getattr(options, name) >= 0.0:
-            raise InputError("", f"{name}_scatter", repr(getattr(options, name)), "0 or more")
-    if method not in METHODS:
-        raise InputError("", "method", repr(method), " or ".join(repr(name) for name in METHODS))
+def _scatter(hardening: Any, speed: Any, load: Any, start: Any, seed: Any) -> Scatter:
+    if as_quantity(hardening, "hardening", "number", positive=False) > 1.0:
+        raise InputError("", "hardening", repr(hardening), "0 to 1")
+    return Scatter(
+        as_quantity(hardening, "hardening", "number", positive=False),
+        as_quantity(speed, "speed_scatter", "number", positive=False),
+        as_quantity(load, "load_scatter", "number", positive=False),
+        as_quantity(start, "start_scatter", "length", positive=False),
+        as_count(seed, "seed", 0),
+    )
 
 
 class _Evolution:

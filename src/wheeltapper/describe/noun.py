@@ -4,24 +4,80 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isfinite
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_serializer, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_serializer, model_validator
+from pydantic._internal._model_construction import ModelMetaclass
 
+from wheeltapper.describe.complaint import explained
+from wheeltapper.describe.manual import completed, signature
+from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.quantities import to_si
 
 
-class Noun(BaseModel):
+class Kind(ModelMetaclass):
+    """The class of all kinds of nouns: they complain in one line, and show users nothing of pydantic's insides.
+
+    Complaints are put into words here, and not in `__init__`, because pydantic makes the nouns inside a noun without
+    calling their classes: so the outermost one speaks, and names the whole path to what is wrong.
+    """
+
+    def __call__(cls, *nameless: Any, **fields: Any) -> Any:  # noqa: N805 - of a metaclass
+        """Make a noun."""
+        if nameless:
+            names = ", ".join(cls.model_fields)  # type: ignore[attr-defined]
+            raise InputError("", "", f"{shown(nameless[0])} without a name", f"values with names: {names}")
+        try:
+            return super().__call__(**fields)
+        except ValidationError as error:
+            raise explained(error, cls, kinds()) from None
+
+    def __dir__(cls) -> list[str]:  # noqa: N805
+        return sorted(name for name in {*super().__dir__()} - {*vars(BaseModel)} if not name.startswith("_"))
+
+
+def kinds() -> dict[str, type[Noun]]:
+    """Return all kinds of nouns by their names."""
+    found, at = [Noun], 0
+    while at < len(found):
+        found += found[at].__subclasses__()
+        at += 1
+    return {kind.__name__: kind for kind in found}
+
+
+class Noun(BaseModel, metaclass=Kind):
     """A frozen description: equal by value, hashable, picklable, printable; unknown names are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, validate_default=False)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **options: Any) -> None:
+        cls.__signature__ = signature(cls)
+        cls.__doc__ = completed(cls)
+
+    @classmethod
+    def model_validate(cls, obj: Any, **options: Any) -> Self:
+        """Return the noun that a table describes."""
+        try:
+            return super().model_validate(obj, **options)
+        except ValidationError as error:
+            raise explained(error, cls, kinds()) from None
+
+    if not TYPE_CHECKING:  # type checkers know from `frozen` that nothing may be set
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            what = f"a new value for {name!r} of a {type(self).__name__}, which never changes"
+            raise InputError("", name, what, 'a changed copy: Scenario.replaced({"vehicle.mass": 1600}) and the like')
+
+    def __dir__(self) -> list[str]:
+        return [*type(self).model_fields, *dir(type(self))]
 
     @model_validator(mode="before")
     @classmethod
     def _take_type(cls, data: Any) -> Any:
         if isinstance(data, dict) and "type" in data and "type" not in cls.model_fields:
             if data["type"] != cls.__name__:
-                raise ValueError(f"found type {data['type']!r}; allowed: {cls.__name__!r}")
+                raise ValueError(f"type: found {data['type']!r}; allowed: {cls.__name__!r}")
             return {name: value for name, value in data.items() if name != "type"}
         return data
 
@@ -41,7 +97,7 @@ def _reader(dimension: str) -> Callable[[Any], float]:
     def read(value: Any) -> float:
         number = to_si(value, dimension)
         if not isfinite(number):
-            raise ValueError(f"found {value!r}; allowed: a finite {dimension}")
+            raise InputError("", "", shown(value), f"a finite {dimension}")
         return number
 
     return read

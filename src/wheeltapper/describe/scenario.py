@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal, Union, get_args
+from typing import Annotated, Any, Literal, Union
 
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, ValidationError, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, model_validator
+from pydantic_core import PydanticSerializationError
 
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.contact.jackson_green import JacksonGreen
@@ -24,24 +24,19 @@ from wheeltapper.describe.irregularity.measured import Measured
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.irregularity.profile import Profile
 from wheeltapper.describe.irregularity.step import Step
-from wheeltapper.describe.noun import Duration, Length, Noun, Speed
+from wheeltapper.describe.noun import Duration, Length, Noun, Speed, kinds
 from wheeltapper.describe.placement import Placement, check_places
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Cones, WheelRail
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.track.stiff import StiffTrack
-from wheeltapper.describe.vehicle.element import Damper, Link, Spring, Stop
 from wheeltapper.describe.vehicle.wagon import ErriB176, Wagon, made
 from wheeltapper.describe.vehicle.wheelset import Wheelset
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_path
+from wheeltapper.ground.errors import InputError, shown, suggested
 
 CONTACTS = (Hertz, Linear, Thornton, Stronge, JacksonGreen, KogutEtsion)
 CREEP_LAWS = (KalkerLinear, ShenHedrickElkins, Polach, Fastsim)
 IRREGULARITIES = (Step, CosineBump, Corrugation, Measured, Profile, Repeated, WheelFlat, OutOfRound)
-KINDS = (
-    Wheelset, Wagon, ErriB176, Spring, Damper, Stop, Link, StiffTrack, FloatingDeck, WheelRail, Cones, *CONTACTS,
-    *CREEP_LAWS, *IRREGULARITIES,
-)  # fmt: skip
-"""All nouns that a `type` may name."""
 FORMAT = 1
 """Version of the TOML files' layout."""
 
@@ -50,23 +45,10 @@ def _kind(value: Any) -> str | None:
     return value.get("type") if isinstance(value, dict) else type(value).__name__
 
 
-def _choice(*kinds: type[Noun]) -> Any:
+def _choice(*nouns: type[Noun]) -> Any:
     """Return the type of a field that holds one of several nouns, chosen by `type`."""
-    if len(kinds) == 1:
-        return kinds[0]
-    union: Any = Union[tuple(Annotated[kind, Tag(kind.__name__)] for kind in kinds)]  # noqa: UP007 - of a tuple
+    union: Any = Union[tuple(Annotated[noun, Tag(noun.__name__)] for noun in nouns)]  # noqa: UP007 - of a tuple
     return Annotated[union, Discriminator(_kind)]
-
-
-def _nested(value: Any) -> Any:
-    """Turn the table inside a repeated irregularity into its noun first."""
-    if isinstance(value, dict) and value.get("type") == "Repeated" and isinstance(value.get("of"), dict):
-        kinds = {kind.__name__: kind for kind in IRREGULARITIES}
-        inner = value["of"]
-        kind = kinds.get(inner.get("type", ""))
-        if kind is not None:
-            return {**value, "of": kind.model_validate(inner)}
-    return value
 
 
 AnyCreepLaw = Annotated[
@@ -77,7 +59,15 @@ AnyCreepLaw = Annotated[
 
 
 class Start(Noun):
-    """Displacement (m) and velocity (m/s) of the wheel at time zero, upwards."""
+    """Where the wheel is at time zero, and how it moves.
+
+    Parameters
+    ----------
+    displacement
+        Of its centre, upwards from the height of first touch, m.
+    velocity
+        Upwards, m/s.
+    """
 
     displacement: Length = 0.0
     velocity: Speed = 0.0
@@ -88,8 +78,7 @@ def _listed(value: Any) -> Any:
         return ()
     if isinstance(value, dict) and "type" not in value:
         return {where: _listed(items) for where, items in value.items()}
-    items = value if isinstance(value, list | tuple) else [value]
-    return [_nested(item) for item in items]
+    return value if isinstance(value, list | tuple) else [value]
 
 
 def _form(value: Any) -> str:
@@ -216,18 +205,20 @@ class Scenario(Noun):
 
     def replaced(self, changes: dict[str, Any]) -> Scenario:
         """Return a changed copy; keys are paths such as "vehicle.mass" or "irregularity.0.height"."""
+        if not isinstance(changes, dict) or not all(isinstance(path, str) for path in changes):
+            raise InputError("", "changes", shown(changes), 'paths with their values, as {"vehicle.mass": 1600}')
         values: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields}
         for path, value in changes.items():
             head, *rest = path.split(".")
             if head not in values:
-                raise InputError("", path, "no such field", _suggest(head, list(values)))
+                raise InputError("", path, "no such field", suggested(head, list(values)))
             values[head] = _changed(values[head], rest, value, path)
-        return _validated(values, "")
+        return Scenario.model_validate(values)
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Scenario:
         """Read a scenario; files that it names are taken relative to it."""
-        path = Path(path)
+        path = as_path(path, "path", "the path of a TOML file with a scenario")
         data = toml_table(path, "a scenario")
         if not data:
             raise InputError(str(path), "", "an empty file", "a TOML file with a scenario")
@@ -236,13 +227,27 @@ class Scenario(Noun):
     @classmethod
     def of(cls, data: dict[str, Any], source: str = "") -> Scenario:
         """Return the scenario that a table describes; `source` is named where it is wrong."""
-        return _validated(data, source)
+        try:
+            return cls.model_validate(data)
+        except InputError as error:
+            raise error.at(source) from None
 
     def to_toml(self, path: str | Path) -> None:
         """Write the scenario as TOML."""
         import tomli_w
 
-        Path(path).write_text(tomli_w.dumps({"format": FORMAT} | self.model_dump(mode="json")), encoding="utf-8")
+        path = as_path(path, "path", "the path of the TOML file to write")
+        try:
+            text = tomli_w.dumps({"format": FORMAT} | self.model_dump(mode="json"))
+            path.write_text(text, encoding="utf-8")
+        except PydanticSerializationError as error:
+            raise InputError(
+                str(path), "irregularity", "a Profile, which holds a Python function", "samples of it in a `Measured`"
+            ) from error
+        except OSError as error:
+            raise InputError(
+                str(path), "", f"a place that cannot be written ({error.strerror or error})", "a writable path"
+            ) from error
 
 
 def toml_table(path: Path, what: str) -> dict[str, Any]:
@@ -272,17 +277,19 @@ def _changed(value: Any, rest: list[str], new: Any, path: str) -> Any:
     if isinstance(value, Placement) and head in value:
         return dict(value) | {head: _changed(value[head], deeper, new, path)}
     if isinstance(value, dict):  # already changed in another field
-        if head in value or head in _fields_at((value["type"], head)):
+        kind: Any = kinds().get(str(value.get("type")))
+        names = [*value] if kind is None else list(kind.model_fields)
+        if head in names:
             return value | {head: _changed(value.get(head), deeper, new, path)}
-        raise InputError("", path, f"no such field {head!r}", _suggest(head, _fields_at((value["type"], head))))
+        raise InputError("", path, f"no such field {head!r}", suggested(head, names))
     if isinstance(value, Noun) and head in type(value).model_fields:
         given = {name: getattr(value, name) for name in value.model_fields_set}
         given[head] = _changed(getattr(value, head), deeper, new, path)
         return {"type": type(value).__name__} | given
-    names = list(type(value).model_fields) if isinstance(value, Noun) else [str(i) for i in range(len(value or ()))]
-    if isinstance(value, tuple) and value and hasattr(value[0], "name"):
-        names = [item.name for item in value]
-    raise InputError("", path, f"no such field {head!r}", _suggest(head, names))
+    names = list(type(value).model_fields) if isinstance(value, Noun) else []
+    if isinstance(value, tuple):
+        names = [getattr(item, "name", str(i)) for i, item in enumerate(value)]
+    raise InputError("", path, f"no such field {head!r}", suggested(head, names) or "nothing in it")
 
 
 def _index(items: tuple[Any, ...], key: str) -> int | None:
@@ -309,63 +316,3 @@ def relative_paths(data: Any, folder: Path) -> Any:
     if isinstance(data, list):
         return [relative_paths(item, folder) for item in data]
     return data
-
-
-def _suggest(name: str, names: list[str]) -> str:
-    close = difflib.get_close_matches(name, names, n=1)
-    hint = f" (did you mean {close[0]!r}?)" if close else ""
-    return ", ".join(names) + hint
-
-
-def _fields_at(location: tuple[Any, ...], root: Any = None) -> list[str]:
-    """Return the names that may stand where an unknown one was found in a scenario, or another `root`."""
-    kinds: dict[str, Any] = {kind.__name__: kind for kind in KINDS}
-    for part in reversed(location[:-1]):
-        if part in kinds:
-            return list(kinds[part].model_fields)
-    here: Any = root or Scenario
-    for part in location[:-1]:
-        field = getattr(here, "model_fields", {}).get(part)
-        candidates = [field.annotation, *get_args(field.annotation)] if field else []
-        here = next((c for c in candidates if hasattr(c, "model_fields")), here)
-    return list(here.model_fields)
-
-
-def explained(error: ValidationError, source: str, root: Any = None) -> InputError:
-    """Return pydantic's first complaint about a scenario, or another `root`, as one clear message."""
-    first = min(
-        error.errors(), key=lambda e: e["type"] != "extra_forbidden"
-    )  # a misspelt name explains what is missing
-    location = first["loc"]
-    kinds = {kind.__name__ for kind in (*KINDS, Start)} | {"all", "places", "literal['equilibrium']"}
-    field = ".".join(str(part) for part in location if part not in kinds)
-    message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-    found = repr(first.get("input"))
-    if len(found) > 80:
-        found = found[:77] + "..."
-    if first["type"] == "extra_forbidden":
-        return InputError(
-            source, field, f"the unknown name {location[-1]!r}", _suggest(str(location[-1]), _fields_at(location, root))
-        )
-    if first["type"] == "missing":
-        return InputError(source, field, "nothing", "a value, which is required here")
-    if first["type"] == "union_tag_invalid":
-        context = first.get("ctx", {})
-        return InputError(source, f"{field}.type", repr(context.get("tag")), str(context.get("expected_tags")))
-    if first["type"] == "union_tag_not_found":
-        return InputError(source, f"{field}.type", "nothing", "the type of the noun, which is required here")
-    if first["type"] == "value_error":
-        head, mark, rest = message.partition("found ")
-        name = ".".join(p for p in (field, head.strip(" :")) if p)
-        what, _, allowed = rest.partition("; allowed: ")
-        return InputError(source, name, what if mark else message, allowed)
-    return InputError(source, field, found, message)
-
-
-def _validated(data: dict[str, Any], source: str) -> Scenario:
-    try:
-        return Scenario.model_validate(data)
-    except ValidationError as error:
-        raise explained(error, source) from error
-    except InputError as error:
-        raise error.at(source) from error

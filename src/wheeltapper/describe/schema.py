@@ -7,6 +7,7 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import CoreSchema
 
+from wheeltapper.describe.manual import HEADING, described
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 
@@ -23,6 +24,10 @@ class _WithType(GenerateJsonSchema):
         out["properties"] = {"type": {"const": name}} | out.get("properties", {})
         if name not in UNTYPED:
             out["required"] = ["type", *out.get("required", [])]
+        out["description"] = out["description"].partition(HEADING)[0].strip()
+        for field, words in described(schema["cls"]).items():
+            held = out["properties"][field]
+            held["description"] = f"{words} ({held['description']})" if "description" in held else words
         return out
 
     def callable_schema(self, schema: CoreSchema) -> JsonSchemaValue:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from wheeltapper.describe.noun import Noun, Share
-from wheeltapper.describe.scenario import Scenario, explained, relative_paths, toml_table
+from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
 
 
@@ -72,7 +73,7 @@ class Site(Noun):
     @classmethod
     def from_toml(cls, path: str | Path) -> Site:
         """Read a site; files that it names are taken relative to it."""
-        path = Path(path)
+        path = as_path(path, "path", "the path of a TOML file with a site")
         data = toml_table(path, "a site")
         return cls.of(relative_paths(data, path.parent), str(path))
 
@@ -81,5 +82,5 @@ class Site(Noun):
         """Return the site that a table describes; `source` is named where it is wrong."""
         try:
             return cls.model_validate(data)
-        except ValidationError as error:
-            raise explained(error, source, cls) from error
+        except InputError as error:
+            raise error.at(source) from None

@@ -2,7 +2,27 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
+
 from wheeltapper.ground.outcome import Outcome
+
+LONGEST = 80
+"""Characters of what was found that fit into a message."""
+
+
+def shown(value: object) -> str:
+    """Return how a value is shown in a message: on one line, and not too long."""
+    text = " ".join(line.strip() for line in repr(value).splitlines())
+    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+
+
+def suggested(name: str, names: Iterable[str], listed: str | None = None) -> str:
+    """Return the names that are allowed, or `listed` as they are to be printed, with the one that was perhaps meant."""
+    names = list(names)
+    close = difflib.get_close_matches(name, names, n=1)
+    hint = f" (did you mean {close[0]!r}?)" if close else ""
+    return (", ".join(names) if listed is None else listed) + hint
 
 
 class InputError(ValueError):
@@ -32,6 +52,11 @@ class InputError(ValueError):
     def at(self, source: str) -> InputError:
         """Return the same error with the file named, if none is named yet."""
         return self if self.source else InputError(source, self.field, self.found, self.allowed)
+
+    def within(self, field: str) -> InputError:
+        """Return the same error of a part of something, whose own field is named before."""
+        path = ".".join(part for part in (field, self.field) if part)
+        return InputError(self.source, path, self.found, self.allowed)
 
 
 class ComputationError(RuntimeError):

@@ -4,6 +4,13 @@ from __future__ import annotations
 
 import re
 from decimal import Decimal
+from numbers import Real
+from typing import Any
+
+from wheeltapper.ground.errors import InputError, shown
+
+STANDARD_GRAVITY = 9.80665
+"""m/s²."""
 
 PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 
@@ -28,11 +35,11 @@ UNITS: dict[str, dict[str, float]] = {
     "force": _scaled("N", "kM") | {"kip": 4448.2216152605, "lbf": 4.4482216152605},
     "stiffness": _PER_LENGTH,
     "damping": _DAMPING,
-    "speed": {"m/s": 1.0, "km/h": 1 / 3.6, "mm/s": 1e-3, "mph": 0.44704},
+    "speed": {"m/s": 1.0, "km/h": 1 / 3.6, "mm/s": 1e-3, "mph": 0.44704, "kmh": 1 / 3.6, "kph": 1 / 3.6},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "h": 3600.0},
     "pressure": _scaled("Pa", "kMG") | {"N/mm^2": 1e6, "N/m^2": 1.0},
     "Hertz constant": {"N/m^1.5": 1.0, "N/mm^1.5": 10**4.5, "kN/mm^1.5": 10**7.5, "N/m^(3/2)": 1.0},
-    "acceleration": {"m/s^2": 1.0, "m/s2": 1.0, "g": 9.80665},
+    "acceleration": {"m/s^2": 1.0, "m/s2": 1.0, "g": STANDARD_GRAVITY},
     "angle": {"rad": 1.0, "deg": 0.017453292519943295, "°": 0.017453292519943295, "mrad": 1e-3},
     "curvature": {"1/m": 1.0, "1/mm": 1e3, "1/km": 1e-3},
     "time per length": {"s/m": 1.0, "s/mm": 1e3},
@@ -51,34 +58,69 @@ PINT = {
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
 
-def to_si(value: object, dimension: str) -> float:
+def to_si(value: object, dimension: str, field: str = "") -> float:
     """Return a number in SI units.
 
     Parameters
     ----------
     value
-        A number (taken as SI) or a string with a unit, "0.1 mm".
+        A number (taken as SI), a string with a unit, "0.1 mm", or a quantity of a package for units such as pint:
+        whatever has a `magnitude` and converts itself by `to`.
     dimension
         A key of `UNITS`.
+    field
+        What the quantity is, for the message.
 
     Raises
     ------
-    ValueError
-        If it is no quantity of that dimension; the message says what was found and what is allowed.
+    InputError
+        If it is no quantity of that dimension.
     """
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ValueError(f"found {value!r}; allowed: {_allowed(dimension)}")
-    if not isinstance(value, str):
-        return float(value)
-    match = _TEXT.fullmatch(value)
+    if isinstance(value, str):
+        return _from_text(value, dimension, field)
+    if hasattr(value, "magnitude") and hasattr(value, "to"):
+        return _from_quantity(value, dimension, field)
+    if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):  # a number of NumPy or xarray
+        value = value.item()
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InputError("", field, shown(value), _allowed(dimension))
+    return float(value)
+
+
+def _from_text(text: str, dimension: str, field: str) -> float:
+    match = _TEXT.fullmatch(text)
     if match is None:
-        raise ValueError(f"found {value!r}; allowed: {_allowed(dimension)}")
-    number, unit = float(match[1]), match[2]
+        raise InputError("", field, shown(text), _allowed(dimension))
+    unit = match[2]
     if unit == "":
-        return number
+        return float(match[1])
     if unit in UNITS[dimension]:
         return float(Decimal(match[1]) * Decimal(repr(UNITS[dimension][unit])))  # "9 mm" is 0.009 to the last digit
-    return _by_pint(value, number, unit, dimension)
+    if dimension == "force" and unit in UNITS["mass"]:
+        weight = float(match[1]) * UNITS["mass"][unit] * STANDARD_GRAVITY
+        raise InputError(
+            "", field, f"{shown(text)}, a mass where a force is needed",
+            f"N, kN, kip …: {text.strip()} weigh {weight / 1e3:.6g} kN (times {STANDARD_GRAVITY} m/s²)",
+        )  # fmt: skip
+    if any(unit in table for table in UNITS.values()):
+        raise InputError("", field, f"{shown(text)}, which is not a {dimension}", _allowed(dimension))
+    import pint
+
+    try:
+        quantity = pint.UnitRegistry().Quantity(float(match[1]), unit)
+    except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError, SyntaxError) as error:
+        raise InputError(
+            "", field, f"{shown(text)}, whose unit is not one of {dimension}", _allowed(dimension)
+        ) from error
+    return _from_quantity(quantity, dimension, field, text)
+
+
+def _from_quantity(quantity: Any, dimension: str, field: str, text: str = "") -> float:
+    try:
+        return float(quantity.to(PINT[dimension] or "dimensionless").magnitude)
+    except (AttributeError, TypeError, ValueError) as error:  # what pint's errors are, without importing it
+        found = shown(text or str(quantity))
+        raise InputError("", field, f"{found}, whose unit is not one of {dimension}", _allowed(dimension)) from error
 
 
 def si_unit(dimension: str) -> str:
@@ -94,16 +136,3 @@ def unit_factor(unit: str, dimension: str) -> float:
 def _allowed(dimension: str) -> str:
     units = [unit for unit in UNITS[dimension] if unit][:6]
     return f"a {dimension} as a number in SI units or with a unit such as {', '.join(units)}"
-
-
-def _by_pint(text: str, number: float, unit: str, dimension: str) -> float:
-    if any(unit in table for table in UNITS.values()):
-        raise ValueError(f"found {text!r}, which is not a {dimension}; allowed: {_allowed(dimension)}")
-    import pint
-
-    try:
-        return float(pint.UnitRegistry().Quantity(number, unit).to(PINT[dimension] or "dimensionless").magnitude)
-    except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError, SyntaxError) as error:
-        raise ValueError(
-            f"found {text!r}, whose unit is not one of {dimension}; allowed: {_allowed(dimension)}"
-        ) from error

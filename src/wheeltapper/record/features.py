@@ -12,7 +12,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_count
+from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.record.trains import Trains, Values
 
 __all__ = [
@@ -69,7 +70,7 @@ class Feature:
 
 
 def _pair(first: int, second: int) -> None:
-    if not 1 <= first < second:
+    if not as_count(first, "first") < as_count(second, "second"):
         raise InputError("", "features", f"impacts {first} and {second}", "two impacts, counted from 1, in order")
 
 
@@ -94,7 +95,7 @@ def impact_interval(first: int = 1, second: int = 2, between: Literal["onsets", 
             "impact", lambda trains: _onset(trains, second) - _onset(trains, first),
         )  # fmt: skip
     if between != "peaks":
-        raise InputError("", "between", repr(between), "'onsets' or 'peaks'")
+        raise InputError("", "between", shown(between), "'onsets' or 'peaks'")
     return Feature(
         "impact_interval", "s", f"time from the largest force after impact {first} to that after impact {second}",
         second, "loss", lambda trains: trains.impact_peak(second, "time") - trains.impact_peak(first, "time"),
@@ -186,8 +187,7 @@ def decay_rate() -> Feature:
 
 def impulse(impact: int = 1) -> Feature:
     """Return the impulse of the contact force from an impact to the next loss of contact, N s."""
-    if impact < 1:
-        raise InputError("", "impact", repr(impact), "an impact, counted from 1")
+    impact = as_count(impact, "impact")
     return Feature(
         "impulse", "N s", f"impulse of the contact force from impact {impact} to the next loss of contact", impact,
         "loss", lambda trains: trains.impulse(impact), tally=True,
@@ -281,8 +281,8 @@ def named(what: Any) -> Feature:
     """
     table = {"type": what} if isinstance(what, str) else dict(what) if isinstance(what, dict) else {}
     kind, name = table.pop("type", None), table.pop("name", None)
-    if kind not in BUILT_IN:
-        raise InputError("", "features", repr(what), ", ".join(BUILT_IN))
+    if not isinstance(kind, str) or kind not in BUILT_IN:
+        raise InputError("", "features", shown(what), suggested(str(kind), BUILT_IN))
     try:
         feature = BUILT_IN[kind](**table)
     except TypeError as error:

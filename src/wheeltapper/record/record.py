@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper._version import __version__
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_path, as_quantity
+from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.outcome import Outcome
+from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
 from wheeltapper.record import damper, energy, yielded
@@ -162,22 +164,20 @@ class Record:
 
     # -- the dense solution -----------------------------------------------------------------------------------------
 
-    def history(self, rate: float | None = None) -> xr.Dataset:
+    def history(self, rate: float | str | None = None) -> xr.Dataset:
         """Return everything over uniform times.
 
         Parameters
         ----------
         rate
-            Samples per second; by default enough for about 20 000 samples.
+            Samples per second, Hz or as "20 kHz"; by default enough for about 20 000 samples.
         """
-        rate = 20_000 / self.end if rate is None else rate
-        if not rate > 0:
-            raise InputError("", "rate", repr(rate), "more than 0 samples per second")
+        rate = 20_000 / self.end if rate is None else as_quantity(rate, "rate", "frequency")
         return self.at(np.arange(int(np.floor(self.end * rate * (1 + 1e-12))) + 1) / rate)
 
     def at(self, times: ArrayLike) -> xr.Dataset:
-        """Return everything at the given times (s), from the solution's own series."""
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        """Return everything at the given times (s, or as "1 ms"), from the solution's own series."""
+        wanted = _seconds(times)
         if len(wanted) and not (np.all(wanted >= 0.0) and np.all(wanted <= self.end * (1 + 1e-12))):
             raise InputError("", "times", f"times from {wanted.min():g} to {wanted.max():g} s", f"0 to {self.end:g} s")
         return self._labelled_at(wanted)
@@ -252,11 +252,31 @@ class Record:
     def __repr__(self) -> str:
         return f"<Record {self}>"
 
+    def comfort(self, *_: Any, **__: Any) -> xr.Dataset:
+        """Ride comfort is of wagons: see `wheeltapper.record.wagon_record.WagonRecord.comfort`."""
+        raise InputError("", "vehicle", "a Wheelset, on which nobody rides", "a Wagon")
+
     def save(self, path: str | Path) -> None:
-        """Write the record as netCDF; it opens in plain xarray, and with `wheeltapper.load`."""
+        """Write the record as netCDF (.nc); it opens in plain xarray, and with `wheeltapper.load`."""
         from wheeltapper.record.store import save
 
-        save(self, Path(path))
+        path = as_path(path, "path", "a path with the suffix .nc")
+        if path.suffix != ".nc":
+            raise InputError(str(path), "", f"the suffix {path.suffix!r}", ".nc (netCDF)")
+        save(self, path)
+
+
+def _seconds(times: Any) -> FloatArray:
+    """Return times as an array in s."""
+    if isinstance(times, str) or (isinstance(times, list | tuple) and any(isinstance(one, str) for one in times)):
+        return np.array([to_si(one, "time", "times") for one in ([times] if isinstance(times, str) else times)])
+    try:
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+    except (TypeError, ValueError):
+        wanted = np.empty((0, 0))
+    if wanted.ndim != 1:
+        raise InputError("", "times", shown(times), 'times in s, or as "1 ms": one, or a list')
+    return wanted
 
 
 def program_has_deck(lowered: Lowered) -> bool:

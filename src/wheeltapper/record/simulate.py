@@ -7,16 +7,17 @@ import warnings
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 from typing import Literal, overload
 
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wagon import Wagon
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_count
 from wheeltapper.lower.build import Lowered, lower
-from wheeltapper.lower.numbers import METHODS
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import cores
+from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.record import Record
 
 Method = Literal["default", "strict"]
@@ -43,20 +44,23 @@ def warn_of(notes: Iterable[str], depth: int = 3) -> None:
 
 
 @overload
-def simulate(scenario: Scenario, method: Method = "default", *, threads: int | None = None) -> Record: ...
+def simulate(scenario: Scenario | str | Path, method: Method = "default", *, threads: int | None = None) -> Record: ...
 @overload
 def simulate(
-    scenario: Iterable[Scenario], method: Method = "default", *, threads: int | None = None
+    scenario: Iterable[Scenario | Path], method: Method = "default", *, threads: int | None = None
 ) -> list[Record]: ...
 def simulate(
-    scenario: Scenario | Iterable[Scenario], method: Method = "default", *, threads: int | None = None
+    scenario: Scenario | str | Path | Iterable[Scenario | Path],
+    method: Method = "default",
+    *,
+    threads: int | None = None,
 ) -> Record | list[Record]:
     """Simulate a scenario: every loss of contact, every impact and every force maximum, located exactly.
 
     Parameters
     ----------
     scenario
-        What to simulate; or several, which march side by side.
+        What to simulate, or the path of its TOML file; or several of them, which march side by side.
     method
         Of a wheelset, "default": Taylor series of order 12; "strict": order 20 with a thousand times smaller step
         tolerance. Of a wagon, DOP853 with step tolerances of 1e-7 and 3e-11.
@@ -73,14 +77,12 @@ def simulate(
     InputError
         If a scenario cannot be simulated.
     """
-    if method not in METHODS:
-        raise InputError("", "method", repr(method), " or ".join(repr(name) for name in METHODS))
-    if isinstance(scenario, Scenario):
-        return _simulated(scenario, method)
-    if threads is not None and threads < 1:
-        raise InputError("", "threads", str(threads), "1 or more")
-    with ThreadPoolExecutor(threads or cores()) as pool:
-        return list(pool.map(lambda one: _simulated(one, method), scenario))
+    check_method(method)
+    if isinstance(scenario, Scenario | str | Path):
+        return _simulated(as_scenario(scenario), method)
+    scenarios = as_scenarios(scenario)
+    with ThreadPoolExecutor(cores() if threads is None else as_count(threads, "threads")) as pool:
+        return list(pool.map(lambda one: _simulated(one, method), scenarios))
 
 
 def _simulated(scenario: Scenario, method: str) -> Record:

@@ -12,6 +12,7 @@ from wheeltapper._version import __version__
 from wheeltapper.describe.scenario import Scenario, toml_table
 from wheeltapper.describe.site import Site
 from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.table import Table
@@ -114,7 +115,7 @@ def load(path: str | Path) -> Any:
     InputError
         If the file is missing, foreign, or written by a newer format.
     """
-    path = Path(path)
+    path = as_path(path, "path", "the path of a file: .toml (a scenario or a site), .nc (a record) or .zarr (a chart)")
     if path.suffix == ".toml":
         return (
             Site.from_toml(path) if "passage" in toml_table(path, "a scenario or a site") else Scenario.from_toml(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,10 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
+from wheeltapper.ground.arguments import as_quantity
+from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.outcome import Outcome
+from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.wagon import DECK, LoweredWagon
 from wheeltapper.march import assembly as contract
 from wheeltapper.march import program
@@ -269,7 +273,13 @@ class WagonRecord(Record):
         return balance(self._lowered, self._march, self._works, self.scenario)
 
     def comfort(
-        self, body: str = "car body", at: tuple[float, float, float] | None = None, **options: Any
+        self,
+        body: str = "car body",
+        at: Sequence[float] | None = None,
+        rate: float | str = 1000.0,
+        *,
+        vertical_weighting: str = "Wb",
+        settling: float | str = 0.0,
     ) -> xr.Dataset:
         """Return how comfortable a ride on a body is (EN 12299, ISO 2631-1).
 
@@ -279,12 +289,35 @@ class WagonRecord(Record):
             Its name.
         at
             Place from its centre of gravity, m; by default there.
-        **options
-            Of `wheeltapper.record.comfort.comfort`: rate, vertical_weighting, settling.
+        rate
+            Samples per second, Hz or as "1 kHz", at least 250.
+        vertical_weighting
+            "Wb", or "Wb EN 12299:2009" as in programs for that edition.
+        settling
+            Seconds at the beginning that are filtered but not counted.
+
+        Returns
+        -------
+        xarray.Dataset
+            The numbers of `wheeltapper.record.comfort.ride_comfort`, each with unit and meaning.
+
+        Raises
+        ------
+        InputError
+            For an unknown body, a point that is not three numbers, a low rate, or nothing left after settling.
         """
         from wheeltapper.record.comfort import comfort
 
-        return comfort(self, body, at, **options)
+        bodies = [name for name in self._lowered.layout.bodies if name != DECK]
+        if body not in bodies:
+            raise InputError("", "body", shown(body), suggested(str(body), bodies))
+        if at is not None and (isinstance(at, str | dict) or np.shape(at) != (3,)):
+            raise InputError("", "at", shown(at), "three numbers in m (x, y, z), or None")
+        offset = None if at is None else [to_si(x, "length", "at") for x in at]
+        return comfort(
+            self, body, offset, as_quantity(rate, "rate", "frequency"), vertical_weighting=vertical_weighting,
+            settling=as_quantity(settling, "settling", "time", positive=False),
+        )  # fmt: skip
 
     @property
     def time_in_air(self) -> float:

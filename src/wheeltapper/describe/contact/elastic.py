@@ -12,6 +12,19 @@ class ElasticContact(Noun):
 
     C is given, or computed exactly from radii and elastic constants (Hertz 1882; docs/theory/contact.rst, section
     3.1).
+
+    Parameters
+    ----------
+    constant
+        C per wheelset, N/m^1.5.
+    constant_per_wheel
+        C of one wheel, N/m^1.5; at the same indentation a wheelset's is the sum over its wheels.
+    rail_radius
+        Transverse radius of the rail's crown, m.
+    youngs_modulus
+        E of both bodies, Pa.
+    poisson
+        ν of both bodies.
     """
 
     constant: HertzConstant | None = None

@@ -37,8 +37,6 @@ class ElasticPlastic(ElasticContact):
 
     Parameters
     ----------
-    constant, constant_per_wheel, rail_radius, youngs_modulus, poisson
-        The elastic contact, as for `Hertz`.
     yield_force
         Normal force at which yield begins, N per wheelset. By default, where nothing of the following is given either,
         twice the static contact force.

@@ -18,14 +18,6 @@ class Hertz(ElasticContact):
 
     Parameters
     ----------
-    constant
-        C per wheelset, N/m^1.5.
-    constant_per_wheel
-        C of one wheel, N/m^1.5; at the same indentation a wheelset's is the sum over its wheels.
-    rail_radius
-        Transverse radius of the rail's crown, m.
-    youngs_modulus, poisson
-        Of both bodies.
     curvature
         Whether C follows the local longitudinal curvature; by default a given constant does not, a computed one does.
     restitution, impact_speed

@@ -6,11 +6,12 @@ from math import inf
 from typing import Any
 
 import numpy as np
-from pydantic import Field, SerializeAsAny, model_validator
+from pydantic import Field, SerializeAsAny, field_validator, model_validator
 
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.course import Course, Stretch
 from wheeltapper.describe.noun import PositiveLength
+from wheeltapper.ground.errors import InputError, shown, suggested
 
 
 class Repeated(Irregularity):
@@ -30,10 +31,21 @@ class Repeated(Irregularity):
     period: PositiveLength
     count: int | None = Field(default=None, ge=1)
 
+    @field_validator("of", mode="before")
+    @classmethod
+    def _made(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        known = {kind.__name__: kind for kind in Irregularity.__subclasses__() if kind.borne == "rail"}
+        kind = str(value.get("type"))
+        if kind not in known:
+            raise InputError("", "type", repr(kind), suggested(kind, sorted(known)))
+        return known[kind].model_validate(value)
+
     @model_validator(mode="after")
     def _fits(self) -> Repeated:
         if not isinstance(self.of, Irregularity) or self.of.borne != "rail":
-            raise ValueError(f"found {self.of!r}; allowed: an irregularity of the rail")
+            raise InputError("", "of", shown(self.of), "an irregularity of the rail")
         course = self.of.course(1.0)
         if course.period is not None:
             raise ValueError("found an irregularity that already repeats; allowed: one that does not")

@@ -2,7 +2,7 @@
 
 from wheeltapper.describe.vehicle.body import Axle, Body
 from wheeltapper.describe.vehicle.element import Damper, Link, Spring, Stop
-from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.describe.vehicle.wagon import ErriB176, Wagon
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 
-__all__ = ["Axle", "Body", "Damper", "Link", "Spring", "Stop", "Wagon", "Wheelset"]
+__all__ = ["Axle", "Body", "Damper", "ErriB176", "Link", "Spring", "Stop", "Wagon", "Wheelset"]

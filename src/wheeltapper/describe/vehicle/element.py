@@ -17,7 +17,18 @@ GROUND = "ground"
 
 
 class Element(Noun):
-    """What all elements have: a name, two ends, and the place where they meet (x as for bodies, y left, z up), m."""
+    """What all elements have: a name, two ends, and the place where they meet.
+
+    Parameters
+    ----------
+    name
+        Names of elements and bodies differ; faults and changes name the element so.
+    between
+        What it connects: names of two bodies ("wheelset 1" is a wheelset), or of a body and "ground".
+    at
+        Where both ends are in the undeformed vehicle: x from the leading wheelset (forward; negative behind it), y to
+        the left, z above the rail, m.
+    """
 
     name: str = Field(min_length=1)
     between: tuple[str, str]

@@ -6,12 +6,12 @@ import tomllib
 from importlib.resources import files
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from wheeltapper.describe.noun import Acceleration, Mass, Noun, PositiveStiffness
 from wheeltapper.describe.vehicle.body import Axle, Body
 from wheeltapper.describe.vehicle.element import GROUND, Damper, Link, Spring, Stop
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, shown, suggested
 
 ELEMENTS = (Spring, Damper, Stop, Link)
 
@@ -46,7 +46,7 @@ class Wagon(Noun):
 
     bodies: tuple[Body, ...]
     axles: Annotated[tuple[Axle, ...], Field(min_length=1)]
-    elements: Annotated[tuple[AnyElement, ...], BeforeValidator(lambda value: tuple(value))] = ()
+    elements: tuple[AnyElement, ...] = ()
     gravity: Acceleration = 9.81
 
     @model_validator(mode="after")
@@ -78,6 +78,8 @@ class Wagon(Noun):
 
     def with_element(self, element: Any) -> Wagon:
         """Return the wagon with one more element, or with another one of that name."""
+        if not isinstance(element, ELEMENTS):
+            raise InputError("", "element", shown(element), ", ".join(kind.__name__ for kind in ELEMENTS))
         if any(element.name == held.name for held in self.elements):
             return self._with(tuple(element if element.name == held.name else held for held in self.elements))
         return self._with((*self.elements, element))
@@ -85,9 +87,9 @@ class Wagon(Noun):
     def without(self, *names: str) -> Wagon:
         """Return the wagon without some elements."""
         held = [element.name for element in self.elements]
-        unknown = next((name for name in names if name not in held), None)
-        if unknown is not None:
-            raise InputError("", "vehicle.elements", f"no element {unknown!r}", ", ".join(held))
+        unknown = [name for name in names if name not in held]
+        if unknown:
+            raise InputError("", "elements", f"no element {unknown[0]!r}", suggested(str(unknown[0]), held))
         return self._with(tuple(element for element in self.elements if element.name not in names))
 
     def without_dampers(self) -> Wagon:

@@ -1,0 +1,94 @@
+"""What is wrong with a description, said in one line: pydantic's complaints become `InputError`s."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any, get_args
+
+from pydantic import ValidationError
+
+from wheeltapper.ground.errors import InputError, shown, suggested
+
+TAGS = {"all", "places", "literal['equilibrium']"}
+"""Parts of pydantic's locations, beside names of nouns, that are no fields."""
+Location = tuple[int | str, ...]
+
+
+def explained(error: ValidationError, root: Any, kinds: Mapping[str, Any], source: str = "") -> InputError:
+    """Return pydantic's first complaint as one clear message.
+
+    Parameters
+    ----------
+    error
+        What pydantic found.
+    root
+        The noun that was being made.
+    kinds
+        All nouns by name.
+    source
+        File, or the empty string where the input came from Python.
+    """
+    first: Any = min(
+        error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden"
+    )  # a misspelt name explains what is missing
+    location, given, context = first["loc"], first.get("input"), first.get("ctx", {})
+    field = ".".join(str(part) for part in location if part not in kinds and part not in TAGS)
+    match first["type"]:
+        case "extra_forbidden":
+            name = str(location[-1])
+            return InputError(
+                source, field, f"the unknown name {name!r}", suggested(name, _fields_at(location, root, kinds))
+            )
+        case "missing":
+            return InputError(source, field, "nothing", "a value, which is required here")
+        case "union_tag_not_found":
+            return InputError(source, f"{field}.type", "nothing", "the type of the noun, which is required here")
+        case "union_tag_invalid":
+            return _of_another_kind(source, field, given, context)
+        case "value_error":
+            return _of_our_own(context["error"], field).at(source)
+        case "too_short" | "too_long":
+            some = "at least" if first["type"] == "too_short" else "at most"
+            bound = context.get("min_length", context.get("max_length"))
+            return InputError(source, field, f"{context['actual_length']} values", f"{some} {bound}")
+        case "literal_error" if isinstance(given, str):
+            names = re.findall("'([^']*)'", context["expected"])
+            return InputError(source, field, shown(given), suggested(given, names, context["expected"]))
+        case "model_type" | "model_attributes_type":
+            return InputError(source, field, shown(given), f"{context['class_name']}, or a table of its fields")
+        case "tuple_type" | "dict_type":
+            return InputError(source, field, shown(given), "a list" if first["type"] == "tuple_type" else "a table")
+    return InputError(source, field, shown(given), re.sub(r"^(Input should be |\w+ should have )", "", first["msg"]))
+
+
+def _of_another_kind(source: str, field: str, given: Any, context: dict[str, Any]) -> InputError:
+    expected = str(context["expected_tags"])
+    if not isinstance(given, dict):
+        return InputError(source, field, shown(given), expected)
+    kind = str(given["type"])
+    return InputError(
+        source, f"{field}.type", shown(given["type"]), suggested(kind, re.findall("'([^']*)'", expected), expected)
+    )
+
+
+def _of_our_own(error: Exception, field: str) -> InputError:
+    """Return what a validator raised: an `InputError`, or "field: found …; allowed: …" as text."""
+    if isinstance(error, InputError):
+        return error.within(field)
+    head, mark, rest = str(error).partition("found ")
+    what, _, allowed = rest.partition("; allowed: ")
+    return InputError("", head.strip(" :"), what if mark else str(error), allowed).within(field)
+
+
+def _fields_at(location: Location, root: Any, kinds: Mapping[str, Any]) -> list[str]:
+    """Return the names that may stand where an unknown one was found."""
+    here: Any = root
+    for part in location[:-1]:
+        if part in kinds:
+            here = kinds[str(part)]
+            continue
+        field = getattr(here, "model_fields", {}).get(part)
+        candidates = [field.annotation, *get_args(field.annotation)] if field else []
+        here = next((c for c in candidates if hasattr(c, "model_fields")), here)
+    return list(here.model_fields)

@@ -1,0 +1,82 @@
+"""What users read of a noun: its signature, and what its docstring says of each field."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Sequence
+from inspect import Parameter, Signature
+from types import NoneType, UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from pydantic import BaseModel, BeforeValidator
+from pydantic_core import PydanticUndefined
+
+HEADING = "Parameters\n----------\n"
+
+
+class _Words(str):
+    """A type as users may read it; signatures print it without quotes."""
+
+    __slots__ = ()
+    __repr__ = str.__str__
+
+
+def signature(kind: type[BaseModel]) -> Signature:
+    """Return the fields with what may be given for them."""
+    return Signature(
+        [
+            Parameter(
+                name, Parameter.KEYWORD_ONLY, annotation=_Words(_type(field.annotation, field.metadata)),
+                default=Parameter.empty if field.is_required() else field.get_default(call_default_factory=True),
+            )
+            for name, field in kind.model_fields.items()
+        ]
+    )  # fmt: skip
+
+
+def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
+    """Return what may be given for a field of some type, without how it is read and checked."""
+    given = [one.json_schema_input_type for one in metadata if isinstance(one, BeforeValidator)]
+    if given and given[0] is not PydanticUndefined:
+        return str(given[0])
+    origin, inside = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _type(inside[0], inside[1:])
+    if origin in (Union, UnionType):
+        return " | ".join(_type(one) for one in inside)
+    if origin in (tuple, dict):
+        return f"{origin.__name__}[{', '.join(_type(one) for one in inside)}]"
+    if annotation in (..., NoneType):
+        return "..." if annotation is ... else "None"
+    return (
+        annotation.__name__
+        if isinstance(annotation, type)
+        else re.sub(r"typing\.|collections\.abc\.", "", str(annotation))
+    )
+
+
+def described(kind: type[BaseModel]) -> dict[str, str]:
+    """Return what the docstring of a noun says of its fields."""
+    return {name: " ".join(words.split()) for names, words in _entries(kind) for name in names}
+
+
+def completed(kind: type[BaseModel]) -> str:
+    """Return the docstring of a noun with the fields that it inherits: help() shows no others."""
+    own = _entries(kind)
+    known = {name for names, _ in own for name in names}
+    inherited = [
+        ([name for name in names if name not in known], words)
+        for base in kind.__bases__
+        for names, words in _entries(base)
+    ]
+    text = inspect.cleandoc(kind.__doc__ or "").partition(HEADING)[0].rstrip()
+    section = "\n".join(f"{', '.join(names)}\n{words}" for names, words in inherited + own if names)
+    return f"{text}\n\n{HEADING}{section}" if section else text
+
+
+def _entries(kind: type) -> list[tuple[list[str], str]]:
+    """Return the entries of a docstring's section of parameters: names, and the text below them."""
+    section = inspect.cleandoc(kind.__doc__ or "").partition(HEADING)[2]
+    entries = (entry.partition("\n") for entry in re.split(r"\n(?=\S)", section) if entry)
+    return [(names.split(", "), words) for names, _, words in entries]

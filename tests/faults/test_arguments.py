@@ -1,0 +1,168 @@
+"""Arguments of a wrong kind: every public verb refuses them in one line, before it computes anything."""
+
+import pickle
+from functools import cache
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+
+NOT_NUMBERS = [None, "x", {"a": 1}, [1], float("nan"), -1, object(), wt.StiffTrack()]
+NOT_LISTS = [value for value in NOT_NUMBERS if value != [1]]
+NOT_SCENARIOS = [5, None, "none.toml", {"a": 1}, [1], float("nan"), True, object(), wt.StiffTrack(), len]
+NOT_PATHS = [5, None, "", {"a": 1}, ["a"], True, object(), wt.StiffTrack()]
+NOT_FEATURES = [5, None, "force_rati", {"a": 1}, {"type": ["x"]}, [5], [], float("nan"), object(), wt.StiffTrack()]
+NOT_FIELDS = [5, {"a": 1}, "spede", ["vehicle.mas"], ["vehicle"], ["irregularity.9.height"], [None], object()]
+NOT_METHODS = ["quick", None, 5, ["strict"], {"a": 1}]
+GRID = {"speed": [5.0, 6.0]}
+PLANE = {"speed": [4.0, 5.0], "vehicle.damping": [1e3, 1e4]}
+
+
+def scene(**changes):
+    vehicle = wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=2e4)
+    bump = wt.CosineBump(height=1e-4, length=0.05, start=0.02)
+    given = {"vehicle": vehicle, "contact": wt.Hertz(constant=1.405e11), "irregularity": bump}
+    return wt.Scenario(**(given | {"speed": 5.0, "duration": 0.03} | changes))
+
+
+def coach():
+    return wt.Scenario(vehicle=wt.Wagon.erri_b176(), speed=20.0, duration=0.01)
+
+
+@cache
+def record():
+    return wt.simulate(scene())
+
+
+@cache
+def coach_record():
+    return wt.simulate(coach())
+
+
+def asked():
+    return [wt.features.force_ratio()]
+
+
+def sweep(**options):
+    return wt.sweep(options.pop("scenario", scene()), options.pop("over", GRID), asked(), **options)
+
+
+def wear_in(**options):
+    plastic = scene(contact=wt.contact.Thornton(), rolling="point")
+    return wt.wear_in(plastic, options.pop("passes", 1), **options)
+
+
+WALK = {
+    "simulate": (wt.simulate, NOT_SCENARIOS),
+    "simulate, one of several": (lambda v: wt.simulate([scene(), v]), [*NOT_SCENARIOS, [scene()]]),
+    "simulate, method": (lambda v: wt.simulate(scene(), v), NOT_METHODS),
+    "simulate, threads": (lambda v: wt.simulate([scene()], threads=v), [0, *NOT_NUMBERS[1:]]),
+    "sweep": (lambda v: sweep(scenario=v), NOT_SCENARIOS),
+    "sweep, over": (lambda v: sweep(over=v), [5, None, "speed", {}, ["speed"], {"spede": [1]}, {5: [1]}, object()]),
+    "sweep, values": (lambda v: sweep(over={"speed": v}), [*NOT_LISTS, [], [None], ["5 kg"], [[1.0]], [float("inf")]]),
+    "sweep, features": (lambda v: wt.sweep(scene(), GRID, v), NOT_FEATURES),
+    "sweep, gradient": (lambda v: sweep(gradient=v), NOT_FIELDS),
+    "sweep, zipped": (lambda v: sweep(zipped=v), [None, "x", 5]),
+    "sweep, samples": (lambda v: sweep(samples=v), [0, 2.5, *NOT_NUMBERS[1:]]),
+    "sweep, sampling": (lambda v: sweep(samples=4, sampling=v), [None, "sobel", 5, ["sobol"]]),
+    "sweep, seed": (lambda v: sweep(seed=v), [2.5, *NOT_NUMBERS]),
+    "sweep, method": (lambda v: sweep(method=v), NOT_METHODS),
+    "sweep, threads": (lambda v: sweep(threads=v), [0, *NOT_NUMBERS[1:]]),
+    "sweep, chaos_limit": (lambda v: sweep(chaos_limit=v), NOT_NUMBERS),
+    "gradient": (lambda v: wt.gradient(v, asked(), ["speed"]), NOT_SCENARIOS),
+    "gradient, features": (lambda v: wt.gradient(scene(), v, ["speed"]), NOT_FEATURES),
+    "gradient, parameters": (lambda v: wt.gradient(scene(), asked(), v), [None, [], *NOT_FIELDS]),
+    "border": (lambda v: wt.border(v, PLANE), NOT_SCENARIOS),
+    "border, over": (lambda v: wt.border(scene(), v), [5, None, "speed", GRID, ["speed"], PLANE | {"speed": 4.0}]),
+    "border, losses": (lambda v: wt.border(scene(), PLANE, losses=v), [0, 1.5, *NOT_NUMBERS]),
+    "border, resolution": (lambda v: wt.border(scene(), PLANE, resolution=v), [1, 2.5, *NOT_NUMBERS]),
+    "border, threads": (lambda v: wt.border(scene(), PLANE, threads=v), [0, *NOT_NUMBERS[1:]]),
+    "modes": (wt.modes, [*NOT_SCENARIOS, scene()]),
+    "reduced": (wt.reduced, [*NOT_SCENARIOS, scene()]),
+    "reduced, wheelset": (lambda v: wt.reduced(coach(), v), [0, 5, 1.5, *NOT_NUMBERS]),
+    "critical_speed": (wt.stability.critical_speed, [*NOT_SCENARIOS, scene(), coach()]),
+    "wear_in": (lambda v: wt.wear_in(v, 1), [*NOT_SCENARIOS, scene()]),
+    "wear_in, one of several": (lambda v: wt.wear_in([v], 1), [*NOT_SCENARIOS, scene()]),
+    **{
+        f"wear_in, {name}": (lambda v, name=name: wear_in(**{name: v}), [*more, *NOT_NUMBERS])
+        for name, more in {
+            "passes": [0, 1.5], "every": [0], "samples": [0], "seed": [2.5], "hardening": [1.5], "speed_scatter": [],
+            "load_scatter": [], "start_scatter": [],
+        }.items()
+    },
+    "wear_in, method": (lambda v: wear_in(method=v), NOT_METHODS),
+    "wear_in, store": (lambda v: wear_in(store=v), ["a.csv", *[v for v in NOT_PATHS if v is not None]]),
+    "marks": (wt.wear.marks, [*NOT_SCENARIOS, scene()]),
+    "load": (wt.load, ["a.csv", "none.toml", "none.nc", "none.zarr", *NOT_PATHS]),
+    "plot": (wt.plot, [*NOT_SCENARIOS, scene()]),
+    "history": (lambda v: record().history(v), [0, "20 kHzz", "20 m", *NOT_NUMBERS[1:]]),
+    "at": (lambda v: record().at(v), ["1 m", ["1 ms", "x"], 9.0, [[0.01]], *NOT_LISTS]),
+    "save": (lambda v: record().save(v), ["a.csv", "none/a.nc", *NOT_PATHS]),
+    "comfort of a wheelset": (lambda v: record().comfort(v), ["car body", None]),
+    "comfort, body": (lambda v: coach_record().comfort(v), ["car bodi", None, 5, ["car body"], {"a": 1}]),
+    "comfort, at": (lambda v: coach_record().comfort(at=v), [5, "xyz", [1, 2], {"a": 1}, ["1 kg", 0, 0], [None] * 3]),
+    "comfort, rate": (lambda v: coach_record().comfort(rate=v), [5.0, *NOT_NUMBERS]),
+    "comfort, settling": (lambda v: coach_record().comfort(settling=v), [9.0, *NOT_NUMBERS]),
+    "comfort, weighting": (lambda v: coach_record().comfort(vertical_weighting=v), ["Wx", None, 5, ["Wb"]]),
+    "replaced": (lambda v: scene().replaced(v), [5, None, "x", [1], {5: 1}, {"": 1}, {"a..b": 1}, {"speed.x": 1}]),
+    "replaced, a number": (lambda v: scene().replaced({"vehicle.mass": v}), [True, *NOT_NUMBERS]),
+    "replaced, a noun": (lambda v: scene().replaced({"vehicle": v}), [5, None, "x", {"a": 1}, [1], wt.StiffTrack()]),
+    "replaced, a table": (lambda v: scene().replaced({"vehicle": {}, "vehicle.mass": v}), [1500]),
+    "from_toml": (wt.Scenario.from_toml, ["none.toml", *NOT_PATHS]),
+    "to_toml": (lambda v: scene().to_toml(v), ["none/a.toml", *NOT_PATHS]),
+    "a site's file": (wt.diagnosis.Site.from_toml, ["none.toml", *NOT_PATHS]),
+    "with_element": (wt.Wagon.erri_b176().with_element, [5, None, "x", {"a": 1}, wt.StiffTrack()]),
+    "without": (wt.Wagon.erri_b176().without, [5, None, "x", "primary damper 9"]),
+    "impact_interval": (wt.features.impact_interval, [0, 2, 1.5, *NOT_NUMBERS]),
+    "force_ratio": (wt.features.force_ratio, [0, 2, 1.5, *NOT_NUMBERS]),
+    "impulse": (wt.features.impulse, [0, 1.5, *NOT_NUMBERS]),
+}  # fmt: skip
+
+
+def cases():
+    return [pytest.param(verb, v, id=f"{name}: {str(v)[:30]}") for name, (verb, vs) in WALK.items() for v in vs]
+
+
+@pytest.mark.parametrize(("verb", "value"), cases())
+def test_a_wrong_argument_is_refused_in_one_line(verb, value, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(wt.InputError) as caught:
+        verb(value)
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 1000
+    assert not list(tmp_path.iterdir())
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_a_scenario_may_be_given_as_its_file(tmp_path):
+    path = tmp_path / "scene.toml"
+    scene().to_toml(path)
+    for given in (path, str(path)):
+        assert wt.simulate(given).scenario == scene()
+    assert [one.scenario for one in wt.simulate([path, scene()])] == [scene(), scene()]
+
+
+def test_an_error_in_a_file_names_the_file_and_in_a_list_the_place(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text("speed = 5", encoding="utf-8")
+    with pytest.raises(wt.InputError, match=r"scene.toml: vehicle: found nothing"):
+        wt.simulate([path])
+    with pytest.raises(wt.InputError, match=r"^scenario.1: found 5"):
+        wt.simulate([scene(), 5])
+
+
+def test_rates_and_times_may_have_units():
+    np.testing.assert_array_equal(record().history("1 kHz").time, record().history(1000.0).time)
+    np.testing.assert_array_equal(record().at(["1 ms", "2 ms"]).time, record().at([0.001, 0.002]).time)
+    np.testing.assert_array_equal(record().at("1 ms").time, record().at(0.001).time)
+
+
+def test_features_may_be_given_by_name():
+    from wheeltapper.ask.study import study
+
+    by_name = study(scene(), GRID, ["force_ratio", {"type": "impulse", "impact": 2, "name": "second"}])
+    assert [feature.name for feature in by_name.features] == ["force_ratio", "second"]
+    assert study(scene(), GRID, "force_ratio").features[0].definition == asked()[0].definition
+    with pytest.raises(wt.InputError, match="did you mean 'force_ratio'"):
+        wt.sweep(scene(), GRID, ["force_rati"])
