@@ -13,6 +13,7 @@ from wheeltapper.ask.diagnosis.combinations import Combination, Combinations, co
 from wheeltapper.ask.diagnosis.faults import CATALOGUE
 from wheeltapper.ask.diagnosis.identify import Estimate
 from wheeltapper.ask.diagnosis.information import information
+from wheeltapper.ask.trajectory import derivable
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.lower.fields import Fields
@@ -108,7 +109,7 @@ class Finding:
 
         None where there is no model, or one without exact derivatives.
         """
-        if self.model is None or self.model.vehicle.damper_end:
+        if self.model is None or not derivable(self.model):
             return None
         named = tuple(path for path in ASKED if float(Fields(self.model)(path)) > 0.0)
         here = self.site.model_copy(update={"passage": self.model})
