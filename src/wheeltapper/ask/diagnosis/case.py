@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
 
-from wheeltapper.ask.diagnosis.faults import fault_named
+from wheeltapper.ask.diagnosis.faults import CATALOGUE, Fault, fault_named
 from wheeltapper.ask.diagnosis.fitting import Fit, solve
 from wheeltapper.ask.diagnosis.identify import LOUD, beliefs, onset
 from wheeltapper.ask.diagnosis.problem import Prior, Problem
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.damper_end import check_contact
 from wheeltapper.record.recording import Recording
 
 EXPLAINED = 1.3
@@ -27,11 +30,11 @@ SURE = 3.0
 class Case:
     """One recording at one site, and the fits that were made of it."""
 
-    def __init__(self, recording: Recording, site: Site, faults: tuple[str, ...], noise: float) -> None:
+    def __init__(self, recording: Recording, site: Site, faults: Sequence[str] | None, noise: float) -> None:
         self.recording, self.site, self.noise = recording, site, noise
         stated = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
         self.stated = site.model_copy(update={"passage": stated})
-        self.faults = {name: fault_named(name) for name in faults}
+        self.faults, self.left_out = _compared(site.passage, faults)
         self.begins = onset(recording, noise)
         self.passage = self._timed()
         self.fits: dict[str, Fit] = {}
@@ -79,6 +82,24 @@ class Case:
         if name not in self.fits or found.evidence > self.fits[name].evidence:
             self.fits[name], self.evidence[name] = found, found.evidence
         return found
+
+
+def _compared(passage: Scenario, names: Sequence[str] | None) -> tuple[dict[str, Fault], dict[str, str]]:
+    """Return the faults that are compared, and why others of the catalogue are not: the passage cannot have them."""
+    faults, left_out = {}, {}
+    for name in CATALOGUE if names is None else names:
+        fault = fault_named(name)
+        try:
+            faulty = fault.passage(passage)
+            if faulty.vehicle.damper_end:
+                check_contact(faulty)
+        except InputError as error:
+            if names is not None:
+                raise InputError("", "faults", f"{name!r}: {error.found}", error.allowed) from error
+            left_out[name] = error.found
+        else:
+            faults[name] = fault
+    return faults, left_out
 
 
 def well(fit: Fit | None) -> bool:

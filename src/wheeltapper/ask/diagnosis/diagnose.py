@@ -90,7 +90,7 @@ def diagnose(
     spread = float(np.hypot(spread, site.misfit * np.sqrt(np.nanmean(recording.samples**2))))
     if not spread > 0.0:
         raise InputError(recording.source, "sensor.noise", "samples without noise", "a sensor with its noise stated")
-    case = Case(recording, site, tuple(CATALOGUE if faults is None else faults), spread)
+    case = Case(recording, site, faults, spread)
     if not _wheel(recording, spread):
         return _nothing(recording, site, spread)
     _try_plain(case)
@@ -307,7 +307,10 @@ def _size_of(case: Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, fl
 
 
 def _notes(case: Case) -> tuple[str, ...]:
-    notes = []
+    notes = [
+        f"not compared: {', '.join(name for name in case.left_out if case.left_out[name] == why)} ({why})"
+        for why in dict.fromkeys(case.left_out.values())
+    ]
     clipped = int(case.recording.clipped.sum())
     if clipped:
         notes.append(f"{clipped} clipped samples count as bounds")
