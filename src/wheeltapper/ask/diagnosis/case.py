@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from wheeltapper.ask.diagnosis.faults import CATALOGUE, Fault, fault_named
+from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, Fault, fault_named
 from wheeltapper.ask.diagnosis.fitting import Fit, solve
 from wheeltapper.ask.diagnosis.identify import LOUD, beliefs, onset
-from wheeltapper.ask.diagnosis.problem import Prior, Problem
+from wheeltapper.ask.diagnosis.problem import Prior, Problem, values_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import InputError
@@ -25,6 +25,9 @@ EARLY = 3.0
 """A healthy wheel moves the deck by more than so many deviations of the noise where the recording first shows it."""
 SURE = 3.0
 """So many deviations of the speed are all that is thought of; the onset tells it where they are as many samples."""
+
+FLIGHTS, PLATEAU = 0.06, 97.0
+"""In what part of the recording flights show the static force, s, and the percentile of the acceleration in them."""
 
 
 class Case:
@@ -69,6 +72,22 @@ class Case:
         loud = np.empty(0) if found is None else np.flatnonzero(np.abs(found) > LOUD * self.noise)
         ratio = self.recording.times[loud[0]] / self.begins if len(loud) else np.inf
         return stated.replaced({"speed": stated.speed * ratio}) if abs(ratio - 1.0) <= SURE * share else stated
+
+    @cached_property
+    def loaded(self) -> Scenario:
+        """The passage under the load that the recording shows: in flight the deck rises with N0/M."""
+        passage, times = self.passage, self.recording.times
+        part = (times >= self.begins) & (times < self.begins + FLIGHTS) & np.isfinite(self.recording.samples)
+        early = times[times < self.begins + FLIGHTS]
+        stated = values_of(passage.replaced({"duration": self.begins + FLIGHTS}), early)
+        load, weight = float(passage.vehicle.load), float(passage.vehicle.weight)
+        lost = self.recording.clipped & (self.recording.samples > 0.0)
+        if stated is None or load <= 0.0 or lost[part].mean() > 1.0 - PLATEAU / 100.0:
+            return passage
+        both = self.recording.samples[part], stated[part[: len(stated)]]
+        levels = [np.percentile(values, PLATEAU) for values in both]
+        ratio = float(np.clip(levels[0] / levels[1], 0.5, 2.0)) if levels[1] > 0.0 else 1.0
+        return passage.replaced({LOAD: max(load + (ratio - 1.0) * weight, 0.2 * load)})
 
     @property
     def explained(self) -> bool:
