@@ -103,6 +103,11 @@ class Case:
         return found
 
 
+def feels_load(passage: Scenario) -> bool:
+    """Return True where a recording depends on the load: not on a contact that also pulls, on which all is linear."""
+    return not getattr(passage.contact, "bilateral", False)
+
+
 def _compared(passage: Scenario, names: Sequence[str] | None) -> tuple[dict[str, Fault], dict[str, str]]:
     """Return the faults that are compared, and why others of the catalogue are not: the passage cannot have them."""
     faults, left_out = {}, {}
@@ -112,6 +117,8 @@ def _compared(passage: Scenario, names: Sequence[str] | None) -> tuple[dict[str,
             faulty = fault.passage(passage)
             if faulty.vehicle.damper_end:
                 check_contact(faulty)
+            if fault.path == LOAD and not feels_load(passage):
+                raise InputError("", LOAD, "a bilateral contact, on which motions are the same under any load", "")
         except InputError as error:
             if names is not None:
                 raise InputError("", "faults", f"{name!r}: {error.found}", error.allowed) from error

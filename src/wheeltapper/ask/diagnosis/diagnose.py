@@ -25,8 +25,8 @@ from wheeltapper.ask.diagnosis.attempts import (
     try_flats_again,
     try_harmonics,
 )
-from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, well
-from wheeltapper.ask.diagnosis.faults import CATALOGUE, PLAIN, Fault
+from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, feels_load, well
+from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
 from wheeltapper.ask.diagnosis.fitting import Fit, keeps_step, solve
 from wheeltapper.ask.diagnosis.force import noise_of
@@ -198,7 +198,8 @@ def _try_plain_again(case: Case) -> None:
 
 
 def _unknown(case: Case) -> tuple[str, ...]:
-    return tuple(path for path in PLAIN if float(Fields(case.passage)(path)) > 0.0)
+    told = PLAIN if feels_load(case.passage) else tuple(path for path in PLAIN if path != LOAD)
+    return tuple(path for path in told if float(Fields(case.passage)(path)) > 0.0)
 
 
 def _weigh_plain(case: Case, found: Fit) -> None:
