@@ -111,7 +111,7 @@ def feels_load(passage: Scenario) -> bool:
 def _compared(passage: Scenario, names: Sequence[str] | None) -> tuple[dict[str, Fault], dict[str, str]]:
     """Return the faults that are compared, and why others of the catalogue are not: the passage cannot have them."""
     faults, left_out = {}, {}
-    for name in CATALOGUE if names is None else names:
+    for name in CATALOGUE if names is None else [names] if isinstance(names, str) else names:
         fault = fault_named(name)
         try:
             faulty = fault.passage(passage)

@@ -30,7 +30,7 @@ from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
 from wheeltapper.ask.diagnosis.fitting import Fit, keeps_step, solve
 from wheeltapper.ask.diagnosis.force import noise_of
-from wheeltapper.ask.diagnosis.identify import beliefs, estimate_of
+from wheeltapper.ask.diagnosis.identify import beliefs, check_recording, estimate_of
 from wheeltapper.ask.diagnosis.measured import Forces, measured
 from wheeltapper.ask.diagnosis.search import ranked
 from wheeltapper.ask.diagnosis.sensing import drifted, filtered
@@ -60,8 +60,6 @@ NOTHING = 3.0
 FAR = 10.0
 """The nearest model's parameters are given up to this χ² per degree of freedom: beyond it the model is about three
 deviations of the noise away from the recording, and intervals that count noise alone say nothing."""
-SHORTEST = 32
-"""Least number of samples."""
 
 
 def diagnose(
@@ -86,7 +84,7 @@ def diagnose(
     InputError
         If the recording is no acceleration, too short, or of another sample rate than the site's sensor has.
     """
-    _check(recording, site)
+    check_recording(recording, site, noise)
     spread = noise or noise_of(recording, site.sensor)
     spread = float(np.hypot(spread, site.misfit * np.sqrt(np.nanmean(recording.samples**2))))
     if not spread > 0.0:
@@ -120,21 +118,6 @@ def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
     if case.fits["plain"].held < case.begins + LASTING and not (strike and strike.sure):
         return ends, waves, _try_plain_elsewhere, flats, ends_again, waves_again, try_flats_again
     return flats, ends, ends_again, waves, try_flats_again
-
-
-def _check(recording: Recording, site: Site) -> None:
-    if recording.quantity != "deck acceleration":
-        raise InputError(recording.source, "quantity", repr(recording.quantity), "'deck acceleration'")
-    good = int(np.isfinite(recording.samples).sum())
-    if good < SHORTEST:
-        raise InputError(recording.source, "samples", f"{good} of them", f"at least {SHORTEST}")
-    if abs(recording.rate / site.sensor.rate - 1.0) > 1e-6:
-        raise InputError(
-            recording.source,
-            "rate",
-            f"{recording.rate:g} Hz",
-            f"{site.sensor.rate:g} Hz, the rate of the site's sensor",
-        )
 
 
 def _wheel(recording: Recording, noise: float) -> bool:

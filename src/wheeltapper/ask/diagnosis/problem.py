@@ -37,6 +37,18 @@ class Prior(NamedTuple):
     kind: Literal["flat", "normal", "lognormal", "uniform"] = "flat"
 
 
+def number_at(scenario: Scenario, path: str) -> float:
+    """Return the number at a path, or say that there is none."""
+    try:
+        value = Fields(scenario)(path)
+    except (AttributeError, IndexError, TypeError, ValueError):
+        scenario.replaced({path: None})  # says which fields there are
+        value = None
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError("", path, "no number there", "paths of fields that hold a number")
+    return float(value)
+
+
 def values_of(scenario: Scenario, times: FloatArray) -> FloatArray | None:
     """Return the deck's acceleration at some times; None where no model is there."""
     try:
