@@ -1,6 +1,11 @@
 """Wrong sites, recordings and options: one clear line and exit code 2, on the command line as in Python."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +16,7 @@ from wheeltapper.ask.diagnosis.public import write_recording
 from wheeltapper.faces.cli import main
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-SITE, RECORDING = EXAMPLES / "site.toml", EXAMPLES / "data" / "deck_flat.csv.gz"
+SITE, RECORDING, BUMP = EXAMPLES / "site.toml", EXAMPLES / "data" / "deck_flat.csv.gz", EXAMPLES / "bump.toml"
 
 
 def refused(capsys, *arguments):
@@ -74,6 +79,185 @@ def test_what_is_asked_of_assess_is_checked_first(tmp_path, capsys):
     assert "NAME=SIZE" in refused(capsys, "assess", SITE, "--faults", "wheel flat=big")
     assert "passages" in refused(capsys, "assess", SITE, "--count", "1")
     assert ".json" in refused(capsys, "assess", SITE, "--output", tmp_path / "out.txt")
+
+
+def test_options_take_one_or_several_values_and_may_be_repeated(tmp_path, monkeypatch, capsys):
+    asked = {}
+
+    def measured(place, faults, **options):
+        asked["faults"] = faults
+        raise wt.InputError("", "stop", "here", "")
+
+    def designed(place, parameters, speeds, *, shapes, **options):
+        asked.update(parameters=parameters, speeds=speeds, shapes=shapes)
+        raise wt.InputError("", "stop", "here", "")
+
+    monkeypatch.setattr("wheeltapper.ask.diagnosis.performance.assess", measured)
+    monkeypatch.setattr("wheeltapper.ask.diagnosis.design.design_site", designed)
+    refused(capsys, "assess", SITE, "--faults", "broken spring", "wheel flat=0.01:0.02", "--faults", "lost damper=0.1")
+    assert asked["faults"] == {"broken spring": None, "wheel flat": (0.01, 0.02), "lost damper": 0.1}
+    refused(
+        capsys, "design", SITE, "-o", tmp_path / "out.toml", "--speeds", "6", "9", "--speeds", "12", "--shapes", "bump",
+        "step up", "--parameters", "vehicle.mass", "vehicle.load",
+    )  # fmt: skip
+    assert asked["speeds"] == (6.0, 9.0, 12.0)
+    assert asked["shapes"] == ("bump", "step up")
+    assert asked["parameters"] == ("vehicle.mass", "vehicle.load")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("assess", SITE, "--faults", "wheel flat=0.01:0.02", "wheel flat=0.01:0.05"), "two different sizes"),
+        (("assess", SITE, "--faults", "wheel flat", "broken spring", "wheel flat=0.01"), "two different sizes"),
+        (("assess", SITE, "--faults"), "--faults: found nothing"),
+        (("assess", SITE, "--faults", "wheel flt"), "(did you mean 'wheel flat'?)"),
+        (("design", SITE, "--output", "out.toml", "--speeds"), "--speeds: found nothing"),
+        (("design", SITE, "--output", "out.toml", "--speeds", "-3"), "site.toml: speeds: found [-3.0]"),
+        (("design", SITE, "--output", "out.toml", "--parameters", "vehicle.mas"), "(did you mean 'mass'?)"),
+        (("run", SITE), "site.toml: found a site: use `wheeltapper diagnose`"),
+        (("sweep", SITE, "--output", "out.zarr"), "site.toml: found a site: use `wheeltapper diagnose`"),
+        (("diagnose", RECORDING, "--site", BUMP), "bump.toml: found a scenario: use `wheeltapper run`"),
+        (("assess", EXAMPLES / "bump_study.toml"), "bump_study.toml: found a study: use `wheeltapper sweep`"),
+    ],
+)  # fmt: skip
+def test_what_is_mistaken_for_something_else_is_named(arguments, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    error = refused(capsys, *arguments)
+    assert said in error
+    assert error.count("\n") == 1
+
+
+def test_ctrl_c_keeps_what_assess_has_computed(tmp_path, monkeypatch, capsys):
+    from wheeltapper.ask.diagnosis import performance
+
+    calls = []
+
+    def whole(site, task):
+        return performance.Passage(task[0], task[2], 1.1, "healthy", False, 0.0, {"suspension": 0.0}, 1.1)
+
+    def stopped(site, task):
+        calls.append(task)
+        if len(calls) > 2:
+            raise KeyboardInterrupt
+        return whole(site, task)
+
+    monkeypatch.setattr(performance, "_passage", stopped)
+    arguments = ["assess", str(SITE), "--faults", "mass deviation", "--count", "2", "--workers", "1"]
+    assert main([*arguments, "-o", str(tmp_path / "found.json")]) == 3
+    error = capsys.readouterr().err
+    assert f"interrupted; what is computed is in {tmp_path / 'found.jsonl'}; the same command goes on" in error
+    assert len((tmp_path / "found.jsonl").read_text().splitlines()) == 2
+    calls[:] = [None, None]
+    assert main(arguments) == 3
+    assert "interrupted; nothing was kept" in capsys.readouterr().err
+    monkeypatch.setattr(performance, "_passage", whole)
+    assert main([*arguments, "-o", str(tmp_path / "found.json")]) == 0
+    assert len((tmp_path / "found.jsonl").read_text().splitlines()) == 4
+
+
+@pytest.mark.parametrize("judged", [0, 12])
+def test_ctrl_c_keeps_the_best_rail_that_was_found(judged, tmp_path, monkeypatch, capsys):
+    from wheeltapper.ask.diagnosis.design_search import Judge
+
+    whole, calls = Judge.eased, []
+
+    def stopped(self, *arguments):
+        if len(calls) == judged:
+            raise KeyboardInterrupt
+        calls.append(arguments)
+        return whole(self, *arguments)
+
+    monkeypatch.setattr(Judge, "eased", stopped)
+    target = tmp_path / "designed.toml"
+    assert main(["design", str(SITE), "-o", str(target), "--budget", "100"]) == 3
+    error = capsys.readouterr().err
+    if not judged:
+        assert "interrupted; nothing was found yet" in error
+        assert not target.exists()
+        return
+    assert f"interrupted; the best rail so far is in {target}" in error
+    assert wt.load(target).passage.irregularity != wt.load(SITE).passage.irregularity
+
+
+SLEEPING = """
+import sys, time
+from wheeltapper.ask.diagnosis.processes import in_processes
+if __name__ == "__main__":
+    print("begun", flush=True)
+    try:
+        for number, _ in in_processes(max, 0.0, [1.0, 2.0], 2):
+            pass
+        print("computed", flush=True)
+        for _ in in_processes(pow, 3, [10**8] * 8, 2):
+            pass
+    except KeyboardInterrupt:
+        print("interrupted", flush=True)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="Ctrl-C reaches all processes at once on POSIX only")
+def test_ctrl_c_ends_all_processes_at_once_and_without_their_tracebacks(tmp_path):
+    (tmp_path / "sleeping.py").write_text(SLEEPING)
+    begun = subprocess.Popen(
+        [sys.executable, "sleeping.py"], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
+    )  # fmt: skip
+    assert begun.stdout.readline() == "begun\n"
+    assert begun.stdout.readline() == "computed\n"
+    time.sleep(2.0)  # the processes are busy now, with minutes of work
+    os.killpg(begun.pid, signal.SIGINT)
+    out, error = begun.communicate(timeout=30.0)
+    assert out == "interrupted\n"
+    assert error == ""
+
+
+NO_NUMBERS = ["vehicle.bush_stiffness", "vehicle.mas", "irregularity.0", "irregularity.7.height", "rolling"]
+
+
+@pytest.mark.parametrize("path", NO_NUMBERS)
+def test_a_field_without_a_number_is_neither_uncertain_nor_asked_for(path):
+    site = wt.load(SITE)
+    recording = wt.diagnosis.Recording(np.zeros(400), 20e3)
+    for call in (
+        lambda: wt.diagnosis.identify(recording, site, (path,)),
+        lambda: wt.diagnosis.information(site, (path,)),
+        lambda: wt.diagnosis.information(site, together=[(path,)]),
+        lambda: wt.diagnosis.Site.of({"passage": site.passage, "uncertainty": {path: 0.1}}),
+    ):
+        with pytest.raises(wt.InputError) as caught:
+            call()
+        assert "\n" not in str(caught.value)
+        assert path in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"rate": 10e3}, "rate: found 10000 Hz"),
+        ({"samples": np.zeros(31)}, "samples: found 31 of them"),
+        ({"quantity": "force"}, "quantity: found 'force'"),
+    ],
+)
+def test_recordings_of_another_sensor_are_not_identified(change, said):
+    recording = wt.diagnosis.Recording(**({"samples": np.zeros(400), "rate": 20e3} | change))
+    for call in (wt.diagnosis.identify, wt.diagnose):
+        with pytest.raises(wt.InputError, match=said):
+            call(recording, wt.load(SITE))
+
+
+def test_what_is_no_site_no_recording_and_no_noise_is_refused():
+    site, recording = wt.load(SITE), wt.diagnosis.Recording(np.zeros(400), 20e3)
+    for call, said in (
+        (lambda: wt.diagnose(str(RECORDING), site), "recording: found a str; allowed: a Recording"),
+        (lambda: wt.diagnose(recording, site.passage), "site: found a Scenario; allowed: a Site"),
+        (lambda: wt.diagnose(recording, site, noise=-1.0), "noise: found -1.0"),
+        (lambda: wt.diagnosis.information(site, speeds=[]), r"speeds: found \[\]"),
+        (lambda: wt.design_site(site, budget=0), "budget: found 0"),
+    ):
+        with pytest.raises(wt.InputError, match=said):
+            call()
 
 
 def test_the_schema_of_sites(capsys):

@@ -262,6 +262,69 @@ def test_a_length_that_the_recording_does_not_tell_is_not_given():
     assert finding.to_dict()["size_interval_90"][0] == pytest.approx(finding.interval[0])
 
 
+@pytest.mark.parametrize("fault", CATALOGUE)
+def test_a_site_that_is_certain_of_everything_is_diagnosed(fault):
+    """Nothing is left to fit but the fault's own size."""
+    certain = Site(passage=SITE.passage, sensor=SITE.sensor)
+    finding, recording = found(fault, site=certain)
+    assert finding.verdict == fault
+    assert finding.size == pytest.approx(recording.truth["size"], rel=5e-3)
+
+
+@pytest.fixture(scope="module")
+def unexplained():
+    """A flat of 40 mm that makes a force of 980 kN, compared with faults that cannot explain it."""
+    recording = wt.diagnosis.synthesise_train(SITE, [None, "wheel flat"], seed=2, reach=0.0)[1]
+    return wt.diagnose(recording, SITE, faults=["broken spring", "lost damper", "weak damper"]), recording
+
+
+def test_forces_of_what_is_not_explained_are_those_of_the_recording(unexplained):
+    finding, recording = unexplained
+    record = wt.simulate(recording.truth["scenario"])
+    true = float(record.peaks.normal_force.max())
+    assert finding.verdict == "not explained"
+    assert true == pytest.approx(980e3, rel=0.01)
+    assert finding.largest_force == pytest.approx(true, rel=0.01)
+    assert finding.static_force == pytest.approx(record.static_force, rel=0.02)
+    assert finding.to_dict()["forces_from"] == finding.forces_from == "recording"
+    assert "From the recording: static force 124.2 kN (27.9 kips), largest 980.2 kN (220.4 kips)" in str(finding)
+
+
+def test_no_parameters_are_given_of_a_model_that_is_far_from_the_recording(unexplained):
+    finding, _ = unexplained
+    told = finding.to_dict()
+    assert finding.reduced > 1000.0
+    assert finding.estimate is None
+    assert (told["estimates"], told["combinations"], told["impacts"]) == ({}, {}, None)
+    assert "90 %" not in str(finding)
+    assert "so its parameters are not given" in str(finding)
+    wt.plot(finding)
+
+
+def test_parameters_of_a_model_that_is_near_the_recording_are_those_of_the_nearest_model():
+    (recording,) = wt.synthesise(SHORT, seed=1)
+    ripple = 0.1 * np.sin(2.0 * np.pi * 37.0 * recording.times)
+    disturbed = replace(recording, samples=recording.samples + ripple)
+    finding = wt.diagnose(disturbed, SHORT, faults=["broken spring"])
+    assert finding.verdict == "not explained"
+    assert 1.3 < finding.reduced < 10.0
+    assert finding.estimate["vehicle.mass"] == pytest.approx(1500.0, rel=0.05)
+    assert "Nearest model: Unsprung mass" in str(finding)
+    assert finding.forces_from == "recording"
+
+
+def test_the_forces_of_clipped_recordings_that_nothing_explains_are_bounds():
+    tight = SITE.sensor.model_copy(update={"range": 20.0})
+    site = Site.model_validate(SITE.model_dump() | {"sensor": tight})
+    (recording,) = wt.synthesise(site, fault="wheel flat", size=0.04, seed=1)
+    finding = wt.diagnose(recording, site, faults=["broken spring"])
+    true = float(wt.simulate(recording.truth["scenario"]).peaks.normal_force.max())
+    assert finding.verdict == "not explained"
+    assert recording.clipped.sum() > 10
+    assert 15_000 * 19.9 < finding.largest_force < true
+    assert any("may lie beyond" in note for note in finding.notes)
+
+
 @pytest.mark.parametrize("fault", [None, "broken spring", "free play"])
 def test_the_irregularity_may_lie_far_behind_the_trigger(fault):
     """Speeds that are known to 10 % tell to 10 ms when the wheel gets there: the recording tells it better."""

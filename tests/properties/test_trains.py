@@ -210,6 +210,28 @@ def test_one_json_holds_the_train_and_gives_it_back(train):
     assert train_of(entries, found.site, countries=["SE"]).alarms[0].rule.name == "Trafikverket, 350 kN"
 
 
+def test_alarms_of_what_is_not_explained_compare_the_force_of_the_recording():
+    where = site()
+    recordings = synthesise_train(where, [None, Condition("wheel flat", 0.04, 0.3)], seed=3, reach=0.0)
+    found = diagnose_train(recordings, where, faults=["broken spring", "lost damper"])
+    row, entry = found.table()[1], found.to_dict()["axles"][1]
+    true = float(wt.simulate(recordings[1].truth["scenario"]).peaks.normal_force.max())
+    assert (row["verdict"], row["forces_from"], row["level_kn"]) == ("not explained", "recording", None)
+    assert row["peak_kn"] == pytest.approx(1e-3 * true, rel=0.02)
+    assert entry["forces_from"] == "recording"
+    assert entry["level_force"] is None
+    assert entry["estimates"] == {}
+    alarm = next(alarm for alarm in found.alarms if alarm.rule.name == "Trafikverket, 350 kN")
+    static = entry["static_force"]
+    assert alarm.value == pytest.approx(0.5 * static + entry["largest_force"] - static)
+    assert {alarm["forces_from"] for alarm in entry["alarms"]} == {"recording"}
+    text = str(found)
+    assert "per wheel from the recording, more than 350 kN" in text
+    assert "not explained: no model tells a force on level track; forces are from the recording" in text
+    again = train_of(json.loads(json.dumps([finding.to_dict() for finding in found.findings])), where)
+    assert [str(one) for one in again.alarms] == [str(one) for one in found.alarms]
+
+
 def test_axles_without_a_wheel_or_a_recording_keep_their_place_in_the_table():
     nothing = {"verdict": "no wheel", "probabilities": {}, "static_force": None, "largest_force": None, "speed": None}
     unread = {"source": "a.csv", "verdict": "not read", "paragraph": "a.csv: found nothing"}

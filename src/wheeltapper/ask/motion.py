@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import replace
 from functools import lru_cache
 from math import ceil
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import lower, table_of
 from wheeltapper.lower.numbers import METHODS, Method
 from wheeltapper.lower.table import Table
 from wheeltapper.march import program as contract
+from wheeltapper.march.program import Program
 from wheeltapper.record.damper import sampled
+
+if TYPE_CHECKING:
+    from wheeltapper.march.single import March
 
 FloatArray = NDArray[np.float64]
 REACH = 0.25
@@ -70,7 +77,7 @@ def table_at_hand(scenario: Scenario, end: float, method: Method) -> tuple[Table
 
 
 def motion_at(scenario: Scenario, times: FloatArray, method: str = "default") -> Motion:
-    """Return normal force and deck acceleration of a wheelset, its damper with an end of its own or not.
+    """Return normal force and deck acceleration of a wheelset, on whatever contact and with whatever damper it has.
 
     Nothing but the numbers is computed, no farther than to the last of the times, and the path of the wheel's centre
     only where it is another one than lately: some milliseconds for 0.3 s. The result is as smooth in the scenario's
@@ -79,7 +86,7 @@ def motion_at(scenario: Scenario, times: FloatArray, method: str = "default") ->
     Parameters
     ----------
     scenario
-        With a wheelset on an elastic contact.
+        With a wheelset.
     times
         Rising times, s.
     method
@@ -88,19 +95,37 @@ def motion_at(scenario: Scenario, times: FloatArray, method: str = "default") ->
     Raises
     ------
     InputError
-        If the scenario's contact does not go with a damper that has an end of its own.
+        If the vehicle is a wagon, or the contact does not go with a damper that has an end of its own.
     """
-    from wheeltapper.march import damper_end, dense, single
+    from wheeltapper.march import dense
 
+    check_wheelset(scenario)
     path = table_at_hand(scenario, float(scenario.speed * scenario.duration), METHODS[method])
     lowered = lower(scenario, method, path)
-    program = lowered.program
     scaled = times / lowered.time
-    program.numbers[contract.END] = min(program.numbers[contract.END], scaled.max(initial=0.0))
-    march = damper_end.march(program)[0] if len(program.damper) else single.march(program)
+    lowered.program.numbers[contract.END] = min(lowered.program.numbers[contract.END], scaled.max(initial=0.0))
+    march, program = _marched(lowered.program)
     within = scaled <= march.state[contract.TIME] * (1.0 + 1e-12)
     found = np.full((2, len(times)), np.nan)
-    rows = sampled(lowered, march, scaled[within])
+    rows = sampled(replace(lowered, program=program), march, scaled[within])
     found[0, within] = rows[:, dense.FORCE] * lowered.force
     found[1, within] = rows[:, dense.OUT_DECK_A] * (lowered.length / lowered.time**2)
     return Motion(march.status, found[0], found[1])
+
+
+def check_wheelset(scenario: Scenario) -> None:
+    """Refuse a wagon, whose motion is computed by `simulate` only."""
+    if not isinstance(scenario.vehicle, Wheelset):
+        raise InputError("", "vehicle", "a Wagon", "a Wheelset; a Wagon's motion is computed by `simulate`")
+
+
+def _marched(program: Program) -> tuple[March, Program]:
+    """March a program by the marcher of its contact and damper; return also the pieces that a yielding spot adds."""
+    from wheeltapper.march import damper_end, single, yielding
+
+    if len(program.law):
+        march, pieces = yielding.march(program)
+        return march, program._replace(pieces=pieces)
+    if len(program.damper):
+        return damper_end.march(program)[0], program
+    return single.march(program), program

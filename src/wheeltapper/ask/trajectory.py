@@ -10,9 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.motion import table_at_hand
+from wheeltapper.ask.motion import check_wheelset, table_at_hand
 from wheeltapper.ask.sensitivity import turns_of
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON, Many
 from wheeltapper.march import program as contract
@@ -33,6 +35,26 @@ class Trajectory(NamedTuple):
     impacts: int
 
 
+def derivable(scenario: Scenario) -> bool:
+    """Return True where a wheelset's motion has exact derivatives: not where its contact yields, or its damper ends."""
+    return not (isinstance(scenario.contact, ElasticPlastic) or scenario.vehicle.damper_end)
+
+
+def check_derivable(scenario: Scenario) -> None:
+    """Refuse scenarios whose motion has no exact derivatives, which the information matrix and designs need."""
+    check_wheelset(scenario)
+    if derivable(scenario):
+        return
+    if scenario.vehicle.damper_end:
+        field, found, allowed = "vehicle", "a damper with play or a bush", "a damper without them"
+    else:
+        field, found, allowed = "contact", type(scenario.contact).__name__, "Hertz or Linear"
+    raise InputError(
+        "", field, f"{found}, with which a motion has no exact derivatives",
+        f"{allowed}; `simulate`, `synthesise` and `diagnose` take it",
+    )  # fmt: skip
+
+
 def trajectory(
     scenario: Scenario, parameters: tuple[str, ...], times: FloatArray, method: str = "default"
 ) -> Trajectory:
@@ -48,7 +70,13 @@ def trajectory(
         Rising times, s.
     method
         "default" or "strict".
+
+    Raises
+    ------
+    InputError
+        If the motion has no exact derivatives: see `check_derivable`.
     """
+    check_derivable(scenario)
     from wheeltapper.march.gradients import sampled
     from wheeltapper.march.tangent_path import LANES
     from wheeltapper.march.tangent_samples import DECK_V, DECK_Y, FIRST_LANE, FORCE, RATE, VALUE

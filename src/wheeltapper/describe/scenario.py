@@ -250,6 +250,14 @@ class Scenario(Noun):
             ) from error
 
 
+TABLES = {
+    "a site": ("passage", "`wheeltapper diagnose`, `assess` or `design`"),
+    "a study": ("over", "`wheeltapper sweep`"),
+    "a scenario": ("vehicle", "`wheeltapper run` or `wear`"),
+}
+"""What a file may hold, the field that no other of them has at its top, and what takes it."""
+
+
 def toml_table(path: Path, what: str) -> dict[str, Any]:
     """Return what a TOML file holds, less its `format`, or say clearly why that is not `what`."""
     allowed = f"a TOML file with {what}"
@@ -259,6 +267,10 @@ def toml_table(path: Path, what: str) -> dict[str, Any]:
         raise InputError(str(path), "", f"no readable file ({error.strerror})", allowed) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(str(path), "", f"text that is not TOML: {error}", allowed) from error
+    if what in TABLES and TABLES[what][0] not in data:
+        for other, (field, command) in TABLES.items():
+            if field in data:
+                raise InputError(str(path), "", f"{other}: use {command} with it", allowed)
     version = data.pop("format", FORMAT)
     if version != FORMAT:
         raise InputError(str(path), "format", repr(version), f"{FORMAT}; a newer file needs a newer wheeltapper")

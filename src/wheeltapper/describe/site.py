@@ -65,6 +65,11 @@ class Site(Noun):
                     raise ValueError(
                         f"uncertainty: found {path!r}; allowed: paths of numbers in the passage"
                     ) from error
+            held: Any = self.passage
+            for part in path.split("."):
+                held = held[int(part)] if part.isdigit() else getattr(held, part)
+            if isinstance(held, bool) or not isinstance(held, int | float):
+                raise ValueError(f"uncertainty: found {path!r}, where there is no number; allowed: paths of numbers")
         return self
 
     def __hash__(self) -> int:

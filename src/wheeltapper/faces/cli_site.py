@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 RECORDINGS = (".csv", ".txt", ".tsv", ".gz", ".wav", ".mat", ".npy", ".npz", ".nc", ".tdms", ".mf4", ".mdf")
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+SEVERAL = Parameter(consume_multiple=True, negative="")
+"""An option that takes all values that follow it, and may be repeated."""
 
 
 def diagnose(
@@ -50,8 +52,14 @@ def diagnose(
         Alarm rules in TOML instead of the package's own.
     workers
         Processes; by default one per core.
-    unit, rate, column, speed
-        What the files do not say: unit of 1 in the file, samples per second, which column, measured speed.
+    unit
+        Of the numbers in the files, where these do not say it.
+    rate
+        Samples per second, where the files do not say it.
+    column
+        Which column of the files, where there are several.
+    speed
+        Measured speed of the wheelset.
     """
     from wheeltapper.ask.diagnosis.folder import diagnose_all
     from wheeltapper.describe.site import Site
@@ -69,7 +77,7 @@ def diagnose(
         with progress_bar("recordings") as (progress, _):
             found = diagnose_all(
                 files, place, output=output, workers=workers, reading=reading, after=after,
-                raising=len(files) == 1, progress=progress if len(files) > 1 else None,
+                raising=len(files) == 1, progress=progress,
             )  # fmt: skip
     except KeyboardInterrupt:
         kept = f"what is found is in {output}; the same command goes on" if output else "nothing was kept"
@@ -138,7 +146,7 @@ def draw_faulty(finding: Finding, target: Path) -> None:
 def assess(
     site: Path,
     *,
-    faults: tuple[str, ...] = (),
+    faults: Annotated[tuple[str, ...] | None, SEVERAL] = None,
     count: int = 200,
     healthy: int | None = None,
     seed: int = 0,
@@ -153,10 +161,12 @@ def assess(
     site
         The site in TOML.
     faults
-        Names of the catalogue, each perhaps with a size or a range of sizes in SI units: "wheel flat=0.002:0.02". By
-        default some of the catalogue.
-    count, healthy
-        Passages of each fault, and healthy ones.
+        One or more names of the catalogue, each perhaps with a size or a range of sizes in SI units: "broken spring"
+        "wheel flat=0.002:0.02". By default some of the catalogue.
+    count
+        Passages of each fault.
+    healthy
+        Healthy passages; by default as many.
     seed
         Of everything drawn.
     output
@@ -176,14 +186,15 @@ def assess(
 
     place = Site.from_toml(site)
     kept = None if output is None else output.with_suffix(".jsonl")
-    chosen = dict(_fault(text) for text in faults) or None
+    chosen = _faults(faults)
     try:
         with progress_bar("passages") as (progress, _):
             found = measure(
                 place, chosen, count=count, healthy=healthy, seed=seed, output=kept, workers=workers, progress=progress
             )
     except KeyboardInterrupt:
-        where = f"what is computed is in {kept}; the same command goes on" if kept else "nothing was kept"
+        begun = kept is not None and kept.exists()
+        where = f"what is computed is in {kept}; the same command goes on" if begun else "nothing was kept"
         print(f"wheeltapper: interrupted; {where}", file=sys.stderr)
         return NOT_FINISHED
     print(found)
@@ -196,6 +207,26 @@ def assess(
         draw(found, plot)
         print(f"picture: {plot}")
     return DONE
+
+
+def _faults(texts: tuple[str, ...] | None) -> dict[str, Any] | None:
+    """Return the faults and sizes that are asked for; None: the usual ones."""
+    if texts is None:
+        return None
+    _check_given("--faults", texts)
+    chosen: dict[str, Any] = {}
+    for text in texts:
+        name, size = _fault(text)
+        if chosen.get(name, size) != size:
+            raise InputError("", "--faults", f"{name!r} with two different sizes", "each fault once")
+        chosen[name] = size
+    return chosen
+
+
+def _check_given(option: str, values: tuple[Any, ...]) -> None:
+    """Refuse an option without a value."""
+    if not values:
+        raise InputError("", option, "nothing", "one or more values")
 
 
 def _fault(text: str) -> tuple[str, Any]:
@@ -217,10 +248,10 @@ def design(
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
     plot: Path | None = None,
-    parameters: tuple[str, ...] = (),
-    speeds: tuple[float, ...] = (6.0, 9.0, 12.0),
+    parameters: Annotated[tuple[str, ...], SEVERAL] = ("vehicle.mass", "vehicle.damping"),
+    speeds: Annotated[tuple[float, ...], SEVERAL] = (6.0, 9.0, 12.0),
     number: int = 2,
-    shapes: tuple[str, ...] = ("bump", "dip"),
+    shapes: Annotated[tuple[str, ...], SEVERAL] = ("bump", "dip"),
     largest_force: float = 400e3,
     total_length: float = 2.0,
     criterion: Literal["determinant", "worst interval"] = "determinant",
@@ -238,23 +269,30 @@ def design(
     plot
         Write a picture here (.png, .pdf, .svg): the rail, and what was chosen from.
     parameters
-        Fields asked for; by default vehicle.mass and vehicle.damping.
+        Fields asked for.
     speeds
         Of the passages, m/s.
-    number, shapes
-        Of features, and what each may be: bump, dip, step up, step down.
-    largest_force, total_length
-        Limits, N and m.
+    number
+        Of features.
+    shapes
+        What each feature may be: bump, dip, step up, step down.
+    largest_force
+        Limit of the contact force, N per wheelset.
+    total_length
+        Limit from the first feature's start to the last one's end, m.
     criterion
         determinant of the marginal information, or worst interval of a parameter.
-    budget, seed
-        How many layouts are judged, and what the search draws from.
+    budget
+        How many layouts are judged, about.
+    seed
+        What the search draws from.
     """
     check_target("--output", output, (".toml",))
     if plot is not None:
         check_target("--plot", plot, (".png", ".pdf", ".svg"))
-    from wheeltapper.ask.diagnosis.design import design_site
-    from wheeltapper.ask.diagnosis.information import NAMED
+    for option, values in (("--parameters", parameters), ("--speeds", speeds), ("--shapes", shapes)):
+        _check_given(option, values)
+    from wheeltapper.ask.diagnosis.design import Interrupted, design_site, write_site
     from wheeltapper.describe.site import Site
     from wheeltapper.faces.progress import progress_bar
 
@@ -262,12 +300,16 @@ def design(
     try:
         with progress_bar("layouts") as (progress, _):
             found = design_site(
-                place, parameters or NAMED, speeds, number=number, shapes=shapes, largest_force=largest_force,
+                place, parameters, speeds, number=number, shapes=shapes, largest_force=largest_force,
                 total_length=total_length, criterion=criterion, budget=budget, seed=seed,
-                progress=lambda done, total, _: progress(done, total),
+                progress=lambda done, total, _: progress(done, max(done, total)),
             )  # fmt: skip
-    except KeyboardInterrupt:
-        print("wheeltapper: interrupted; nothing was found yet", file=sys.stderr)
+    except Interrupted as stop:
+        kept = "nothing was found yet"
+        if stop.site is not None:
+            write_site(stop.site, output)
+            kept = f"the best rail so far is in {output}"
+        print(f"wheeltapper: interrupted; {kept}", file=sys.stderr)
         return NOT_FINISHED
     except InputError as error:
         raise error.at(str(site)) from error

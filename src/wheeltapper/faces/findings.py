@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wheeltapper.ask.diagnosis.design import Design
-from wheeltapper.ask.diagnosis.finding import Finding
+from wheeltapper.ask.diagnosis.finding import NOT_EXPLAINED, Finding
 from wheeltapper.ask.diagnosis.identify import onset
 from wheeltapper.ask.diagnosis.performance import FaultPerformance, Performance
 from wheeltapper.lower.build import courses_of, path_table
@@ -65,9 +65,8 @@ def _acceleration(axis: Axes, finding: Finding, start: float, end: float) -> Non
     if clipped.any():
         axis.plot(times[clipped], recording.samples[part][clipped], "x", markersize=3, color="C3", label="clipped")
     if len(finding.model_acceleration):
-        axis.plot(
-            times, finding.model_acceleration[part], color="C1", linewidth=0.9, linestyle="--", label="best model"
-        )
+        label = "nearest model" if finding.verdict == NOT_EXPLAINED else "best model"
+        axis.plot(times, finding.model_acceleration[part], color="C1", linewidth=0.9, linestyle="--", label=label)
     axis.set_ylabel("deck acceleration [m/s²]")
 
 

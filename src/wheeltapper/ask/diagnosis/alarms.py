@@ -4,7 +4,8 @@ Forces of findings are those of a wheelset, and so are their ratios; rules mostl
 the same, a wheel has half of the wheelset's. Where the fault is in a wheel, or unknown, all of the dynamic part is put
 on one wheel: static/2 + (peak - static), the most that a wheel can have had. Rules are made for level track, while
 healthy wheels, too, bounce over the site's irregularity: where an entry says what the force is on level track, that one
-counts.
+counts. Where no model explains the recording, the largest force that the recording shows counts as it is: too early an
+alarm is the safe error.
 """
 
 from __future__ import annotations
@@ -116,19 +117,21 @@ class Alarm(NamedTuple):
     axle: int  # from 1
     rule: Rule
     value: float  # SI
+    forces_from: str = "model"  # or "recording"
 
     def to_dict(self) -> dict[str, Any]:
         """Return it for JSON; in SI units."""
         return {
             "axle": self.axle, "rule": self.rule.name, "level": self.rule.level, "quantity": self.rule.quantity,
-            "value": self.value, "limit": self.rule.limit, "verify": self.rule.verify,
+            "value": self.value, "forces_from": self.forces_from, "limit": self.rule.limit, "verify": self.rule.verify,
         }  # fmt: skip
 
     def __str__(self) -> str:
         value = Rule("", self.rule.quantity, self.value, "", per=self.rule.per).said
         word = "at least" if self.rule.when == "reached" else "more than"
+        measured = " from the recording" if self.forces_from == "recording" else ""
         edition = f", {self.rule.edition}" if self.rule.edition else ""
-        text = f"axle {self.axle}: {self.rule.level}: {self.rule.quantity.replace('_', ' ')} {value}"
+        text = f"axle {self.axle}: {self.rule.level}: {self.rule.quantity.replace('_', ' ')} {value}{measured}"
         return f"{text}, {word} {self.rule.said}; {self.rule.name}{edition}; {self.rule.verify}"
 
 
@@ -178,7 +181,8 @@ def alarms_of(entries: Sequence[Mapping[str, Any]], rules: Sequence[Rule], site:
     out = []
     for axle, entry in enumerate(entries, 1):
         values = [(rule, compared(entry, rule, site)) for rule in rules]
-        out += [Alarm(axle, rule, value) for rule, value in values if rule.raised_by(value)]
+        source = str(entry.get("forces_from") or "model")
+        out += [Alarm(axle, rule, value, source) for rule, value in values if rule.raised_by(value)]
     return tuple(out)
 
 

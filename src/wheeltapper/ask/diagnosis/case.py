@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
 
-from wheeltapper.ask.diagnosis.faults import fault_named
+from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, Fault, fault_named
 from wheeltapper.ask.diagnosis.fitting import Fit, solve
 from wheeltapper.ask.diagnosis.identify import LOUD, beliefs, onset
-from wheeltapper.ask.diagnosis.problem import Prior, Problem
+from wheeltapper.ask.diagnosis.problem import Prior, Problem, values_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.damper_end import check_contact
 from wheeltapper.record.recording import Recording
 
 EXPLAINED = 1.3
@@ -23,15 +26,18 @@ EARLY = 3.0
 SURE = 3.0
 """So many deviations of the speed are all that is thought of; the onset tells it where they are as many samples."""
 
+FLIGHTS, PLATEAU = 0.06, 97.0
+"""In what part of the recording flights show the static force, s, and the percentile of the acceleration in them."""
+
 
 class Case:
     """One recording at one site, and the fits that were made of it."""
 
-    def __init__(self, recording: Recording, site: Site, faults: tuple[str, ...], noise: float) -> None:
+    def __init__(self, recording: Recording, site: Site, faults: Sequence[str] | None, noise: float) -> None:
         self.recording, self.site, self.noise = recording, site, noise
         stated = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
         self.stated = site.model_copy(update={"passage": stated})
-        self.faults = {name: fault_named(name) for name in faults}
+        self.faults, self.left_out = _compared(site.passage, faults)
         self.begins = onset(recording, noise)
         self.passage = self._timed()
         self.fits: dict[str, Fit] = {}
@@ -67,6 +73,22 @@ class Case:
         ratio = self.recording.times[loud[0]] / self.begins if len(loud) else np.inf
         return stated.replaced({"speed": stated.speed * ratio}) if abs(ratio - 1.0) <= SURE * share else stated
 
+    @cached_property
+    def loaded(self) -> Scenario:
+        """The passage under the load that the recording shows: in flight the deck rises with N0/M."""
+        passage, times = self.passage, self.recording.times
+        part = (times >= self.begins) & (times < self.begins + FLIGHTS) & np.isfinite(self.recording.samples)
+        early = times[times < self.begins + FLIGHTS]
+        stated = values_of(passage.replaced({"duration": self.begins + FLIGHTS}), early)
+        load, weight = float(passage.vehicle.load), float(passage.vehicle.weight)
+        lost = self.recording.clipped & (self.recording.samples > 0.0)
+        if stated is None or load <= 0.0 or lost[part].mean() > 1.0 - PLATEAU / 100.0:
+            return passage
+        both = self.recording.samples[part], stated[part[: len(stated)]]
+        levels = [np.percentile(values, PLATEAU) for values in both]
+        ratio = float(np.clip(levels[0] / levels[1], 0.5, 2.0)) if levels[1] > 0.0 else 1.0
+        return passage.replaced({LOAD: max(load + (ratio - 1.0) * weight, 0.2 * load)})
+
     @property
     def explained(self) -> bool:
         """True where one of the fits explains the recording."""
@@ -79,6 +101,31 @@ class Case:
         if name not in self.fits or found.evidence > self.fits[name].evidence:
             self.fits[name], self.evidence[name] = found, found.evidence
         return found
+
+
+def feels_load(passage: Scenario) -> bool:
+    """Return True where a recording depends on the load: not on a contact that also pulls, on which all is linear."""
+    return not getattr(passage.contact, "bilateral", False)
+
+
+def _compared(passage: Scenario, names: Sequence[str] | None) -> tuple[dict[str, Fault], dict[str, str]]:
+    """Return the faults that are compared, and why others of the catalogue are not: the passage cannot have them."""
+    faults, left_out = {}, {}
+    for name in CATALOGUE if names is None else [names] if isinstance(names, str) else names:
+        fault = fault_named(name)
+        try:
+            faulty = fault.passage(passage)
+            if faulty.vehicle.damper_end:
+                check_contact(faulty)
+            if fault.path == LOAD and not feels_load(passage):
+                raise InputError("", LOAD, "a bilateral contact, on which motions are the same under any load", "")
+        except InputError as error:
+            if names is not None:
+                raise InputError("", "faults", f"{name!r}: {error.found}", error.allowed) from error
+            left_out[name] = error.found
+        else:
+            faults[name] = fault
+    return faults, left_out
 
 
 def well(fit: Fit | None) -> bool:

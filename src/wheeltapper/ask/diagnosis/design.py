@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from wheeltapper.ask.diagnosis.design_search import Candidate, Criterion, Judge, Progress, Search, cost
-from wheeltapper.ask.diagnosis.information import NAMED, Information
+from wheeltapper.ask.diagnosis.information import NAMED, Information, check_speeds
 from wheeltapper.ask.diagnosis.layout import Bounds, Family
 from wheeltapper.describe.scenario import FORMAT
 from wheeltapper.describe.site import Site
@@ -174,9 +174,21 @@ def design_site(
         How many layouts are judged, about, and what the search draws from: the same seed finds the same layout.
     progress
         Called with how many layouts were judged, the budget, and the best criterion so far.
+
+    Raises
+    ------
+    InputError
+        If something asked for is wrong, or the site's motion has no exact derivatives.
+    Interrupted
+        At Ctrl-C, with the best rail so far.
     """
     if criterion not in ("determinant", "worst interval"):
         raise InputError("", "criterion", repr(criterion), "'determinant' or 'worst interval'")
+    if budget < 1:
+        raise InputError("", "budget", str(budget), "at least 1 layout")
+    if speeds is not None:
+        check_speeds(speeds)
+    parameters = (parameters,) if isinstance(parameters, str) else parameters
     shaping = [path for path in (*parameters, *(vary or {})) if path.startswith("irregularity.")]
     if shaping:
         raise InputError("", shaping[0], "a field of the rail, which is to be designed", "fields of what rolls over it")
@@ -190,15 +202,32 @@ def design_site(
         heights[0], family.duration(slowest),
     )  # fmt: skip
     search = Search(judge, budget, progress)
+    try:
+        return _designed(search, family, plain, seed)
+    except KeyboardInterrupt as stop:
+        raise Interrupted(search.site_so_far) from stop
+
+
+class Interrupted(KeyboardInterrupt):
+    """A search was stopped; `site` has the best rail that was judged so far, at the search's rate; None before one."""
+
+    def __init__(self, site: Site | None) -> None:
+        super().__init__()
+        self.site = site
+
+
+def _designed(search: Search, family: Family, plain: tuple[str, ...], seed: int) -> Design:
+    """Return the best of all layouts, with those to compare it with; `plain` is the shape that these have."""
+    judge = search.judge
     single = search.best("single", replace(family, number=1, shapes=plain), [], [seed, 0])
     bumps, bump = replace(family, shapes=plain, alike=True), single.layout.features[0]
     same = replace(bumps, heights=(bump.height, bump.height), lengths=(bump.length, bump.length))
     repeated = search.best("repeated", same, [single.layout], [seed, 1])
     alike = search.best("alike", bumps, [single.layout, repeated.layout], [seed, 2])
     best = search.best("designed", family, [one.layout for one in (single, repeated, alike)], [seed, 3])
-    chosen = judge.site_of(best.layout)
     return Design(
-        chosen, judge.information(best.layout), criterion, best, single, repeated, alike, tuple(search.candidates)
+        judge.site_of(best.layout), judge.information(best.layout), judge.criterion, best, single, repeated, alike,
+        tuple(search.candidates),
     )  # fmt: skip
 
 

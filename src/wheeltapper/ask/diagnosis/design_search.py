@@ -198,12 +198,23 @@ class Search:
             return 2.0 * REFUSED
         self.candidates.append(found)
         if self.progress is not None:
-            best = min(self.candidates, key=lambda one: self._cost(one) if np.isfinite(one.worst) else np.inf)
+            best = self._best_so_far
             value = best.determinant if self.judge.criterion == "determinant" else best.worst
             self.progress(len(self.candidates), self.budget, value)
         if not np.isfinite(found.worst):
             return REFUSED + found.largest_force / self.judge.largest_force
         return min(self._cost(found), 0.5 * REFUSED)
+
+    @property
+    def _best_so_far(self) -> Candidate:
+        """The best layout that was judged; one whose force is too large, where none keeps the limit."""
+        return min(self.candidates, key=lambda one: self._cost(one) if np.isfinite(one.worst) else np.inf)
+
+    @property
+    def site_so_far(self) -> Site | None:
+        """The site with the best layout that was judged; None where none keeps the limits."""
+        best = self._best_so_far if self.candidates else None
+        return None if best is None or not np.isfinite(best.worst) else self.judge.site_of(best.layout)
 
     def _cost(self, one: Candidate) -> float:
         return cost(one, self.judge.criterion)

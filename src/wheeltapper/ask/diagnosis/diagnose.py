@@ -25,13 +25,13 @@ from wheeltapper.ask.diagnosis.attempts import (
     try_flats_again,
     try_harmonics,
 )
-from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, well
+from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, feels_load, well
 from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
 from wheeltapper.ask.diagnosis.fitting import Fit, keeps_step, solve
 from wheeltapper.ask.diagnosis.force import noise_of
-from wheeltapper.ask.diagnosis.identify import beliefs, estimate_of
-from wheeltapper.ask.diagnosis.problem import values_of
+from wheeltapper.ask.diagnosis.identify import beliefs, check_recording, estimate_of
+from wheeltapper.ask.diagnosis.measured import Forces, measured
 from wheeltapper.ask.diagnosis.search import ranked
 from wheeltapper.ask.diagnosis.sensing import drifted, filtered
 from wheeltapper.describe.scenario import Scenario
@@ -53,14 +53,13 @@ BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
 """In what part of the recording other starts are judged, s, how far apart their speeds are, and how many are tried."""
 SOONER = 0.006
 """So much shorter are windows that may settle the speed before the first impact, s."""
-FLIGHTS, PLATEAU = 0.06, 97.0
-"""In what part of the recording flights show the static force, s, and the percentile of the acceleration in them."""
 VAGUE = 0.3
 """A field whose logarithm has a larger standard deviation is hardly there, or its size is not told."""
 NOTHING = 3.0
 """A damping below so many of its standard deviations may be none."""
-SHORTEST = 32
-"""Least number of samples."""
+FAR = 10.0
+"""The nearest model's parameters are given up to this χ² per degree of freedom: beyond it the model is about three
+deviations of the noise away from the recording, and intervals that count noise alone say nothing."""
 
 
 def diagnose(
@@ -85,12 +84,12 @@ def diagnose(
     InputError
         If the recording is no acceleration, too short, or of another sample rate than the site's sensor has.
     """
-    _check(recording, site)
+    check_recording(recording, site, noise)
     spread = noise or noise_of(recording, site.sensor)
     spread = float(np.hypot(spread, site.misfit * np.sqrt(np.nanmean(recording.samples**2))))
     if not spread > 0.0:
         raise InputError(recording.source, "sensor.noise", "samples without noise", "a sensor with its noise stated")
-    case = Case(recording, site, tuple(CATALOGUE if faults is None else faults), spread)
+    case = Case(recording, site, faults, spread)
     if not _wheel(recording, spread):
         return _nothing(recording, site, spread)
     _try_plain(case)
@@ -121,21 +120,6 @@ def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
     return flats, ends, ends_again, waves, try_flats_again
 
 
-def _check(recording: Recording, site: Site) -> None:
-    if recording.quantity != "deck acceleration":
-        raise InputError(recording.source, "quantity", repr(recording.quantity), "'deck acceleration'")
-    good = int(np.isfinite(recording.samples).sum())
-    if good < SHORTEST:
-        raise InputError(recording.source, "samples", f"{good} of them", f"at least {SHORTEST}")
-    if abs(recording.rate / site.sensor.rate - 1.0) > 1e-6:
-        raise InputError(
-            recording.source,
-            "rate",
-            f"{recording.rate:g} Hz",
-            f"{site.sensor.rate:g} Hz, the rate of the site's sensor",
-        )
-
-
 def _wheel(recording: Recording, noise: float) -> bool:
     """Return True where enough samples rise from the noise to be a wheel's."""
     loud = np.abs(np.nan_to_num(recording.samples)) > 6.0 * noise
@@ -156,13 +140,13 @@ def _nothing(recording: Recording, site: Site, noise: float) -> Finding:
 
 def _try_plain(case: Case) -> None:
     """Fit mass, damping and load; weigh the plain faults and health by their priors."""
-    begun = _loaded(case)
+    begun = case.loaded
     _fit_plain(case, ((begun, begins) for begins in (case.begins, case.begins - SOONER)))
 
 
 def _try_plain_elsewhere(case: Case) -> None:
     """Fit them from other starts that may begin alike, the nearest first."""
-    begun, share = _loaded(case), 2.5 * case.site.uncertainty.get("speed", 0.0)
+    begun, share = case.loaded, 2.5 * case.site.uncertainty.get("speed", 0.0)
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
     others = [begun, *(CATALOGUE[name].passage(begun) for name in ("broken spring", "lost damper"))]
     tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
@@ -197,7 +181,8 @@ def _try_plain_again(case: Case) -> None:
 
 
 def _unknown(case: Case) -> tuple[str, ...]:
-    return tuple(path for path in PLAIN if float(Fields(case.passage)(path)) > 0.0)
+    told = PLAIN if feels_load(case.passage) else tuple(path for path in PLAIN if path != LOAD)
+    return tuple(path for path in told if float(Fields(case.passage)(path)) > 0.0)
 
 
 def _weigh_plain(case: Case, found: Fit) -> None:
@@ -206,21 +191,6 @@ def _weigh_plain(case: Case, found: Fit) -> None:
     case.fits["plain"] = found
     for name in (HEALTHY, *(name for name, fault in case.faults.items() if fault.plain and fault.path in unknown)):
         case.evidence[name] = found.evidence + _believed(case, case.faults.get(name), found, unknown)
-
-
-def _loaded(case: Case) -> Scenario:
-    """Return the passage under the load that the recording shows: in flight the deck rises with N0/M."""
-    times = case.recording.times
-    part = (times >= case.begins) & (times < case.begins + FLIGHTS) & np.isfinite(case.recording.samples)
-    early = times[times < case.begins + FLIGHTS]
-    stated = values_of(case.passage.replaced({"duration": case.begins + FLIGHTS}), early)
-    load, weight = float(case.passage.vehicle.load), float(case.passage.vehicle.weight)
-    lost = case.recording.clipped & (case.recording.samples > 0.0)
-    if stated is None or load <= 0.0 or lost[part].mean() > 1.0 - PLATEAU / 100.0:
-        return case.passage
-    levels = [np.percentile(values, PLATEAU) for values in (case.recording.samples[part], stated[part[: len(stated)]])]
-    ratio = float(np.clip(levels[0] / levels[1], 0.5, 2.0)) if levels[1] > 0.0 else 1.0
-    return case.passage.replaced({LOAD: max(load + (ratio - 1.0) * weight, 0.2 * load)})
 
 
 def _believed(case: Case, fault: Fault | None, found: Fit, unknown: tuple[str, ...]) -> float:
@@ -271,21 +241,25 @@ def _concluded(case: Case) -> Finding:
     if verdict == "lost damper" and "free play" in case.faults and estimate.deviation(PLAIN[1]) > 1.0 / NOTHING:
         alike = (*alike, "free play")  # wide enough that its stops are never reached
     size, interval = _size_of(case, verdict, fit)
-    static, largest, impacts, seen = _motion(case, fit)
+    forces, seen = _motion(case, fit)
+    if verdict == NOT_EXPLAINED:
+        forces, alike = measured(case), ()
     return Finding(
-        verdict, probabilities, estimate, fit.reduced, size, interval, alike if verdict != NOT_EXPLAINED else (),
-        float(fit.scenario.speed), static, largest, impacts, (*case.recording.notes, *_notes(case)), case.recording,
-        case.site, case.noise, weights, seen,
+        verdict, probabilities, estimate if fit.reduced <= FAR else None, fit.reduced, size, interval, alike,
+        forces.speed, forces.static, forces.largest, forces.impacts,
+        (*case.recording.notes, *_notes(case), *forces.notes), case.recording, case.site, case.noise, weights,
+        forces.source, seen,
     )  # fmt: skip
 
 
-def _motion(case: Case, fit: Fit) -> tuple[float, float, int, FloatArray]:
-    """Return static and largest force, the number of impacts, and what the sensor shows of the best model."""
+def _motion(case: Case, fit: Fit) -> tuple[Forces, FloatArray]:
+    """Return what the best model does, and what the sensor shows of it."""
     times, sensor = case.recording.times, case.site.sensor
     record = simulate(fit.scenario.replaced({"duration": float(times[-1])}))
     shown = drifted(filtered(record.at(times).deck_acceleration.values, sensor), times, sensor)
     largest = float(record.peaks.normal_force.max()) if record.peaks.sizes["peak"] else record.static_force
-    return record.static_force, largest, record.impacts.sizes["impact"], shown
+    impacts = record.impacts.sizes["impact"]
+    return Forces(float(fit.scenario.speed), record.static_force, largest, impacts, "model"), shown
 
 
 def _size_of(case: Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, float]]:
@@ -307,7 +281,10 @@ def _size_of(case: Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, fl
 
 
 def _notes(case: Case) -> tuple[str, ...]:
-    notes = []
+    notes = [
+        f"not compared: {', '.join(name for name in case.left_out if case.left_out[name] == why)} ({why})"
+        for why in dict.fromkeys(case.left_out.values())
+    ]
     clipped = int(case.recording.clipped.sum())
     if clipped:
         notes.append(f"{clipped} clipped samples count as bounds")

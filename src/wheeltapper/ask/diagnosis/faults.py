@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from math import pi
 from typing import Any
 
@@ -216,5 +217,7 @@ CATALOGUE: dict[str, Fault] = {
 def fault_named(name: str) -> Fault:
     """Return a fault of the catalogue."""
     if name not in CATALOGUE:
-        raise InputError("", "fault", repr(name), ", ".join(CATALOGUE))
+        close = get_close_matches(name, CATALOGUE, n=1)
+        meant = f" (did you mean {close[0]!r}?)" if close else ""
+        raise InputError("", "fault", repr(name), ", ".join(CATALOGUE) + meant)
     return CATALOGUE[name]

@@ -13,6 +13,7 @@ from wheeltapper.ask.diagnosis.combinations import Combination, Combinations, co
 from wheeltapper.ask.diagnosis.faults import CATALOGUE
 from wheeltapper.ask.diagnosis.identify import Estimate
 from wheeltapper.ask.diagnosis.information import information
+from wheeltapper.ask.trajectory import derivable
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.lower.fields import Fields
@@ -52,7 +53,8 @@ class Finding:
         Of "healthy" and each fault that was compared; empty without a wheel. Where the verdict is "not explained"
         they only rank the models.
     estimate
-        The parameters of the best model, with intervals.
+        The parameters of the best model, with intervals. None without a wheel, and where even the nearest model is far
+        from the recording (χ² per degree of freedom above 10).
     reduced
         χ² per degree of freedom of the best model: one where it explains the recording.
     size, interval
@@ -61,9 +63,10 @@ class Finding:
     alike
         Other verdicts that this recording does not exclude.
     speed, static_force, largest_force
-        m/s and N, of the best model.
+        m/s and N, of the wheelset. Where the verdict is "not explained", the forces are reconstructed from the
+        recording, and the speed is the measured or stated one, corrected by when the recording begins.
     impacts
-        How often it lost contact and struck again.
+        How often it lost contact and struck again; None where the verdict is "not explained".
     notes
         What the user should know.
     recording, site
@@ -72,6 +75,8 @@ class Finding:
         Standard deviation of the samples' noise, m/s².
     weights
         Logarithms of the probabilities, but for a constant: they also order what is next to impossible.
+    forces_from
+        "model" or "recording": what the forces are taken from; "" without a wheel.
     """
 
     verdict: str
@@ -84,17 +89,18 @@ class Finding:
     speed: float
     static_force: float
     largest_force: float
-    impacts: int
+    impacts: int | None
     notes: tuple[str, ...]
     recording: Recording
     site: Site
     noise: float
     weights: dict[str, float] = field(repr=False, default_factory=dict)
+    forces_from: str = ""
     _acceleration: FloatArray = field(repr=False, default_factory=lambda: np.empty(0))
 
     @property
     def model(self) -> Scenario | None:
-        """The passage that fits best."""
+        """The passage that fits best; None without an estimate."""
         return self.estimate.scenario if self.estimate is not None else None
 
     @property
@@ -108,7 +114,7 @@ class Finding:
 
         None where there is no model, or one without exact derivatives.
         """
-        if self.model is None or self.model.vehicle.damper_end:
+        if self.model is None or not derivable(self.model):
             return None
         named = tuple(path for path in ASKED if float(Fields(self.model)(path)) > 0.0)
         here = self.site.model_copy(update={"passage": self.model})
@@ -116,7 +122,7 @@ class Finding:
 
     @property
     def model_acceleration(self) -> FloatArray:
-        """The deck's acceleration of the best model at the recording's times, m/s²."""
+        """The deck's acceleration of the best or nearest model at the recording's times, m/s²."""
         return self._acceleration
 
     @property
@@ -153,6 +159,7 @@ class Finding:
             "speed": _number(self.speed),
             "static_force": _number(self.static_force),
             "largest_force": _number(self.largest_force),
+            "forces_from": self.forces_from or None,
             "impacts": self.impacts,
             "estimates": values,
             "combinations": self._combinations(),
@@ -170,22 +177,30 @@ class Finding:
             elif np.all(np.isfinite(self.interval)):
                 ends = " to ".join(_range(end, np.nan, np.nan, fault.unit) for end in self.interval)
                 said.append(f"{_capital(fault.size)} hardly told by this recording: {ends} (90 %).")
-        if self.estimate is not None:
-            said.append(self._values())
-            said.append(
-                f"Static force {_force(self.static_force)}, largest {_force(self.largest_force)}, "
-                f"{self.dynamic_ratio:.2f} times the static one, at {3.6 * self.speed:.1f} km/h; {self.impacts} "
-                "impacts after losses of contact."
-            )
-            if self.combinations is not None:
-                said += [f"Not known: {one}." for one in self.combinations.unknown]
-                best = [str(one) for one in self.combinations.known[:MOST]]
-                said += [f"Better known than each by itself: {'; '.join(best)}."] if best else []
-            said.append(f"The best model leaves χ² = {self.reduced:.3g} per sample.")
+        if self.verdict != NO_WHEEL:
+            said += self._model_and_forces()
         if self.alike:
             said.append(f"This recording does not exclude: {', '.join(self.alike)}.")
         said += [f"{_capital(note)}." for note in self.notes]
         return " ".join(said)
+
+    def _model_and_forces(self) -> list[str]:
+        """Return sentences on the forces, the parameters, and how well a model explains the recording."""
+        explained = self.verdict != NOT_EXPLAINED
+        said = [] if self.estimate is None else [self._values() if explained else f"Nearest model: {self._values()}"]
+        start = "Static force" if explained else "From the recording: static force"
+        end = f"; {self.impacts} impacts after losses of contact" if explained else " as measured or stated"
+        said.append(
+            f"{start} {_force(self.static_force)}, largest {_force(self.largest_force)}, "
+            f"{self.dynamic_ratio:.2f} times the static one, at {3.6 * self.speed:.1f} km/h{end}."
+        )
+        if self.combinations is not None:
+            said += [f"Not known: {one}." for one in self.combinations.unknown]
+            best = [str(one) for one in self.combinations.known[:MOST]]
+            said += [f"Better known than each by itself: {'; '.join(best)}."] if best else []
+        far = "" if self.estimate is not None else ", so its parameters are not given"
+        said.append(f"The {'best' if explained else 'nearest'} model leaves χ² = {self.reduced:.3g} per sample{far}.")
+        return said
 
     def _combinations(self) -> dict[str, list[dict[str, Any]]]:
         told = self.combinations

@@ -269,6 +269,8 @@ def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: in
 
     With few `steps` they only have to come near: they also end where the sum of squares hardly falls.
     """
+    if not len(at):
+        return at, True  # nothing is unknown
     residual, damping, tries = problem.weighed(at, count, noise), DAMPING, 2 * steps
     linear, held = None, False  # held: from where the last step began
     while tries > 0 and residual is not None:
@@ -335,6 +337,8 @@ def _inverse(factor: FloatArray) -> FloatArray:
 
 def covariance_of(jacobian: FloatArray) -> FloatArray:
     """Return the inverse of JᵀJ."""
+    if not jacobian.shape[1]:
+        return np.empty((0, 0))
     size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # nothing is known of one without effect
         return np.asarray(_inverse(triangle_of(jacobian / size)) / np.outer(size, size))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.fitting import Fit, solve
 from wheeltapper.ask.diagnosis.force import noise_of
-from wheeltapper.ask.diagnosis.problem import Prior, Problem
+from wheeltapper.ask.diagnosis.problem import Prior, Problem, number_at
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import InputError
@@ -19,6 +19,8 @@ from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
 
+SHORTEST = 32
+"""Least number of samples."""
 LOUD = 6.0
 """The onset is where the acceleration first exceeds so many standard deviations of its noise."""
 
@@ -87,17 +89,38 @@ def onset(recording: Recording, noise: float) -> float:
 
 def beliefs(site: Site, unknown: tuple[str, ...] = ()) -> dict[str, Prior]:
     """Return what is known beforehand of the unknown fields and of what the site is uncertain of."""
-    out = {path: Prior(float(Fields(site.passage)(path))) for path in unknown}
+    out = {path: Prior(number_at(site.passage, path)) for path in unknown}
     for path, share in site.uncertainty.items():
         if share > 0.0 and path not in out:
             out[path] = Prior(float(Fields(site.passage)(path)), share, "normal")
     return out
 
 
+def check_recording(recording: Recording, site: Site, noise: float | None) -> None:
+    """Refuse recordings that are none of a site's sensor, and a noise that is none."""
+    for name, given, kind in (("recording", recording, Recording), ("site", site, Site)):
+        if not isinstance(given, kind):
+            raise InputError("", name, f"a {type(given).__name__}", f"a {kind.__name__}")
+    if recording.quantity != "deck acceleration":
+        raise InputError(recording.source, "quantity", repr(recording.quantity), "'deck acceleration'")
+    good = int(np.isfinite(recording.samples).sum())
+    if good < SHORTEST:
+        raise InputError(recording.source, "samples", f"{good} of them", f"at least {SHORTEST}")
+    if abs(recording.rate / site.sensor.rate - 1.0) > 1e-6:
+        raise InputError(
+            recording.source,
+            "rate",
+            f"{recording.rate:g} Hz",
+            f"{site.sensor.rate:g} Hz, the rate of the site's sensor",
+        )
+    if noise is not None and not 0.0 < noise < np.inf:
+        raise InputError("", "noise", f"{noise!r}", "a positive standard deviation of the samples, m/s²")
+
+
 def identify(
     recording: Recording,
     site: Site,
-    unknown: tuple[str, ...] = ("vehicle.mass", "vehicle.damping"),
+    unknown: Sequence[str] = ("vehicle.mass", "vehicle.damping"),
     *,
     start: Mapping[str, float] | None = None,
     noise: float | None = None,
@@ -116,12 +139,17 @@ def identify(
         By path, values to begin with instead of the site's.
     noise
         Standard deviation of the samples' noise, m/s²; by default the sensor's, or what the recording shows.
+
+    Raises
+    ------
+    InputError
+        If the recording is none of the site's sensor, or an unknown field holds no number.
     """
-    if recording.quantity != "deck acceleration":
-        raise InputError(recording.source, "quantity", repr(recording.quantity), "'deck acceleration'")
+    check_recording(recording, site, noise)
     spread = noise or noise_of(recording, site.sensor)
     model = site.passage.replaced(dict(start or {}))
-    found = solve(Problem(recording, site.sensor, spread, model, beliefs(site, unknown)), onset(recording, spread))
+    asked = (unknown,) if isinstance(unknown, str) else tuple(unknown)
+    found = solve(Problem(recording, site.sensor, spread, model, beliefs(site, asked)), onset(recording, spread))
     return estimate_of(found, spread)
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.passages import Motion, Passages
+from wheeltapper.ask.diagnosis.problem import number_at
 from wheeltapper.ask.diagnosis.sensing import filtered
 from wheeltapper.describe.irregularity.base import PLACES
 from wheeltapper.describe.scenario import Scenario
@@ -168,10 +169,25 @@ def information(
         Standard deviation of the samples, m/s²; by default as the sensor states it.
     rate
         Samples per second; by default the sensor's. With fewer, the noise keeps its density.
+
+    Raises
+    ------
+    InputError
+        If a field holds no number, or the motion has no exact derivatives: an elastic-plastic contact, a damper with
+        play or a bush.
     """
-    plan = Plan.of(site, tuple(parameters), together, trigger, noise, rate)
-    passages = plan.passages(site.passage, [site.passage.speed] if speeds is None else speeds)
+    asked = (parameters,) if isinstance(parameters, str) else tuple(parameters)
+    passing = [float(site.passage.speed)] if speeds is None else speeds
+    check_speeds(passing)
+    plan = Plan.of(site, asked, together, trigger, noise, rate)
+    passages = plan.passages(site.passage, passing)
     return plan.information(site, passages)
+
+
+def check_speeds(speeds: Sequence[float]) -> None:
+    """Refuse speeds at which nothing passes."""
+    if not len(speeds) or not all(0.0 < speed < np.inf for speed in speeds):
+        raise InputError("", "speeds", repr(list(speeds)), "one or more positive speeds, m/s")
 
 
 @dataclass(frozen=True)
@@ -198,6 +214,8 @@ class Plan:
         spread = float(np.hypot(density * np.sqrt(0.5 * sensor.rate), step / np.sqrt(12.0)))
         if not spread > 0.0:
             raise InputError("", "sensor.noise", f"{sensor.noise:g}", "a positive density, m/s²/√Hz, or noise = …")
+        for path in (*parameters, *(path for group in together for path in group)):
+            number_at(site.passage, path)
         groups = {group[0]: tuple(group) for group in together}
         joined = {path for group in groups.values() for path in group[1:]}
         uncertain = [path for path, share in site.uncertainty.items() if share > 0.0 and path not in joined]

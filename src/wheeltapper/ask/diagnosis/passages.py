@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.sensitivity import turns_of
-from wheeltapper.ask.trajectory import _in_si
+from wheeltapper.ask.trajectory import _in_si, check_derivable
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON, Direction, Many
@@ -38,7 +38,7 @@ class Passages:
     Parameters
     ----------
     scenario
-        With a wheelset on an elastic contact.
+        With a wheelset whose motion has exact derivatives.
     speeds
         m/s.
     parameters
@@ -46,6 +46,7 @@ class Passages:
     """
 
     def __init__(self, scenario: Scenario, speeds: FloatArray, parameters: tuple[str, ...]) -> None:
+        check_derivable(scenario)
         self.speeds, self.parameters = speeds, parameters
         held = {path: np.full(len(speeds), float(Fields(scenario)(path))) for path in parameters}
         self.many = Many(scenario, held | {"speed": speeds})

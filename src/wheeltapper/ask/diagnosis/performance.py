@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -128,7 +128,7 @@ class Performance:
 
 def assess(
     site: Site,
-    faults: Mapping[str, Sizes] | None = None,
+    faults: Mapping[str, Sizes] | Sequence[str] | None = None,
     *,
     count: int = 200,
     healthy: int | None = None,
@@ -145,7 +145,7 @@ def assess(
         With what is uncertain of it: from that the truths are drawn.
     faults
         By name, a size, a range of sizes from which each passage's is drawn (then the probability of detection is told
-        against size), or None for the usual size; by default some of the catalogue at their usual sizes.
+        against size), or None for the usual size; names alone stand for usual sizes; by default some of the catalogue.
     count, healthy
         Passages of each fault, and healthy ones (by default as many).
     seed
@@ -157,7 +157,7 @@ def assess(
     progress
         Called with how many passages are done, and how many there are.
     """
-    faults = dict(USUAL if faults is None else faults)
+    faults = _with_sizes(USUAL if faults is None else faults)
     for name in faults:
         fault_named(name)
     if min(count, healthy or count) < 2:
@@ -167,6 +167,8 @@ def assess(
     kept = _kept(output, site)
     found = {i: kept[_key(task)] for i, task in enumerate(tasks) if _key(task) in kept}
     waiting = [i for i in range(len(tasks)) if i not in found]
+    if progress is not None:
+        progress(len(found), len(tasks))
     for number, passage in in_processes(_passage, site, [tasks[i] for i in waiting], workers):
         i = waiting[number]
         found[i] = passage
@@ -190,6 +192,12 @@ USUAL: dict[str, Sizes] = {
 }  # fmt: skip
 
 _Task = tuple[str, Sizes, int, int]
+
+
+def _with_sizes(faults: Mapping[str, Sizes] | Sequence[str]) -> dict[str, Sizes]:
+    if isinstance(faults, Mapping):
+        return dict(faults)
+    return dict.fromkeys([faults] if isinstance(faults, str) else faults)
 
 
 def _passage(site: Site, task: _Task) -> Passage:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.sensing import drifted, filtered
 from wheeltapper.ask.motion import motion_at
-from wheeltapper.ask.trajectory import trajectory
+from wheeltapper.ask.trajectory import derivable, trajectory
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.ground.errors import InputError
@@ -37,6 +37,18 @@ class Prior(NamedTuple):
     kind: Literal["flat", "normal", "lognormal", "uniform"] = "flat"
 
 
+def number_at(scenario: Scenario, path: str) -> float:
+    """Return the number at a path, or say that there is none."""
+    try:
+        value = Fields(scenario)(path)
+    except (AttributeError, IndexError, TypeError, ValueError):
+        scenario.replaced({path: None})  # says which fields there are
+        value = None
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError("", path, "no number there", "paths of fields that hold a number")
+    return float(value)
+
+
 def values_of(scenario: Scenario, times: FloatArray) -> FloatArray | None:
     """Return the deck's acceleration at some times; None where no model is there."""
     try:
@@ -50,9 +62,10 @@ def values_of(scenario: Scenario, times: FloatArray) -> FloatArray | None:
 def slopes_of(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> FloatArray | None:
     """Return the derivatives (parameters, times) of the deck's acceleration; None where no model is there.
 
-    They are exact, but where the damper has an end of its own: there they are differences.
+    They are exact where the motion has exact derivatives, and differences elsewhere: where the damper has an end of its
+    own, or the contact yields.
     """
-    if scenario.vehicle.damper_end:
+    if not derivable(scenario):
         return _differences(scenario, paths, times)
     try:
         with np.errstate(invalid="ignore"):

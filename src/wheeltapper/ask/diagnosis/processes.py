@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
@@ -46,17 +47,21 @@ def in_processes(
         running: dict[Future[Any], int] = {}
         try:
             while True:
-                for number, task in ahead:
-                    running[pool.submit(_call, task)] = number
-                    if len(running) >= AHEAD * many:
-                        break
+                with _deaf():
+                    for number, task in ahead:
+                        running[pool.submit(_call, task)] = number
+                        if len(running) >= AHEAD * many:
+                            break
                 if not running:
                     return
                 done, _ = wait(running, return_when=FIRST_COMPLETED)
                 for future in done:
                     yield running.pop(future), future.result()
         except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
+            started = list(pool._processes.values())
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in started:  # else the program ends only with the tasks at hand: half a minute each
+                process.terminate()
             raise
 
 
@@ -69,6 +74,19 @@ def _begin(function: Any, shared: Any) -> None:
 
 def _call(task: Any) -> Any:
     return _HELD[0](_HELD[1], task)
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Let processes that start here never hear of Ctrl-C, which is for the one that started them: it ends them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

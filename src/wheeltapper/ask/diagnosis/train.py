@@ -28,7 +28,7 @@ COLUMNS = (
     ("axle", "axle", "d"), ("speed_kmh", "km/h", ".1f"), ("static_kn", "static kN", ".1f"),
     ("peak_kn", "peak kN", ".1f"), ("peak_kips", "peak kips", ".1f"), ("dynamic_ratio", "peak/static", ".2f"),
     ("dynamic_increment", "(peak-static)/static", ".2f"),
-    ("level_kn", "level kN", ".1f"), ("verdict", "verdict", "s"),
+    ("level_kn", "level kN", ".1f"), ("forces_from", "forces from", "s"), ("verdict", "verdict", "s"),
     ("probability", "probability", ".3f"), ("size", "size", "s"), ("alarms", "alarms", "s"),
 )  # fmt: skip
 """Of the table: key, heading, how it is printed."""
@@ -44,7 +44,7 @@ class TrainFinding:
     ----------
     axles
         What `Finding.to_dict` gives for each wheelset, from the leading one on, and `level_force`: the largest force
-        that it has on level track, N.
+        that its model has on level track, N; None where no model explains the recording.
     site
         Where they were recorded.
     rules, alarms
@@ -74,8 +74,8 @@ class TrainFinding:
         """Return one row per wheelset; None where there is nothing to say.
 
         Keys: axle, speed_kmh, static_kn, peak_kn, peak_kips, dynamic_ratio (peak over static), dynamic_increment
-        ((peak - static) over static), level_kn (peak on level track), verdict, probability, size (as text), alarms
-        (names of the rules). Forces are those of the wheelset, in kN and in kips.
+        ((peak - static) over static), level_kn (peak on level track), forces_from ("model" or "recording"), verdict,
+        probability, size (as text), alarms (names of the rules). Forces are those of the wheelset, in kN and in kips.
         """
         return [self._row(number, entry) for number, entry in enumerate(self.axles, 1)]
 
@@ -92,6 +92,7 @@ class TrainFinding:
             "dynamic_ratio": ratio,
             "dynamic_increment": None if ratio is None else ratio - 1.0,
             "level_kn": None if entry.get("level_force") is None else 1e-3 * entry["level_force"],
+            "forces_from": entry.get("forces_from"),
             "verdict": verdict,
             "probability": entry.get("probabilities", {}).get(verdict),
             "size": _size(entry),
@@ -137,6 +138,11 @@ class TrainFinding:
         if np.isfinite(self.healthy_ratio):
             notes[0] += f", where a healthy wheelset as stated has {self.healthy_ratio:.2f} times its static force"
         notes.append("level: the largest force of the best model on level, rigid track; alarms compare this one")
+        if any(entry["verdict"] == NOT_EXPLAINED for entry in self.axles):
+            notes.append(
+                "not explained: no model tells a force on level track; forces are from the recording, alarms compare "
+                "the peak with what the site's irregularity adds, and the speed is the measured or stated one"
+            )
         if any(alarm.rule.per == "wheel" and "length" not in alarm.rule.quantity for alarm in self.alarms):
             notes.append(
                 "alarms per wheel: half of the wheelset's force, or all of its dynamic part on one wheel where the "
@@ -237,17 +243,17 @@ def _model(entry: Mapping[str, Any], site: Site) -> Scenario | None:
 
 
 def _level_force(entry: Mapping[str, Any], model: Scenario | None, site: Site, ratio: float) -> float:
-    """Return a wheelset's largest force on level, rigid track, N; NaN without a wheel.
+    """Return a wheelset's largest force on level, rigid track, N; NaN without a wheel, or where nothing explains it.
 
-    Without a model it has what exceeds a healthy wheelset's force over the site's irregularity.
+    A fault of the wheel without a model has what exceeds a healthy wheelset's force over the site's irregularity.
     """
     static, peak = entry.get("static_force"), entry.get("largest_force")
-    if static is None or peak is None:
-        return np.nan
     verdict = entry["verdict"]
+    if static is None or peak is None or verdict == NOT_EXPLAINED:
+        return np.nan
     if verdict == HEALTHY or (verdict in CATALOGUE and CATALOGUE[verdict].part != "wheel"):
         return float(static)
-    if verdict == NOT_EXPLAINED or model is None:
+    if model is None:
         return float(static + max(peak - ratio * static, 0.0))
     own = model.irregularities[len(site.passage.irregularities) :]
     turns = 2.0 * 2.0 * np.pi * float(model.vehicle.radius) / float(model.speed)
@@ -261,12 +267,8 @@ def _of(rules: Sequence[Rule], countries: Sequence[str] | None) -> tuple[Rule, .
 
 def healthy_ratio(site: Site) -> float:
     """Return the largest over the static force of the site's healthy wheelset as stated."""
-    from wheeltapper.ask.trajectory import trajectory
-    from wheeltapper.lower.build import lower
-
-    moved = trajectory(site.passage, (), np.array([float(site.passage.duration)]))
-    static = lower(site.passage).static_force
-    return max(moved.largest_force / static, 1.0)
+    record = simulate(site.passage)
+    return float(record.peaks.normal_force.values.max(initial=record.static_force) / record.static_force)
 
 
 def diagnose_train(
