@@ -137,7 +137,9 @@ def test_a_wheelset_hunts_from_the_textbooks_speed_on_and_an_undamped_neighbour_
 
 
 def test_what_grows_already_at_the_lowest_speed_is_refused_and_no_growth_is_infinity():
-    with pytest.raises(wt.InputError, match=r"grows already at 90 m/s, 'bogie lateral, in phase' at 7.33 Hz; allowed: .*lowest"):
+    with pytest.raises(
+        wt.InputError, match=r"grows already at 90 m/s, 'bogie lateral, in phase' at 7.33 Hz; allowed: .*lowest"
+    ):
         wt.stability.critical_speed(scene(), lowest=90.0)
     assert wt.stability.critical_speed(scene(), lowest=20.0, highest=40.0) == np.inf
     for low, high in ((50.0, 20.0), (0.0, 20.0)):
