@@ -1,4 +1,4 @@
-"""Creep laws that count spin as lateral slip, against FASTSIM: where they are near it; a run says where they are not."""
+"""Creep laws that count spin as lateral slip, against FASTSIM: where they are near it, and notes beyond."""
 
 from math import pi, sqrt
 
