@@ -263,6 +263,23 @@ def test_the_numbers_of_a_record_say_what_they_are():
     assert float(comfort(Swaying(), body="wheelset 1", rate=RATE).mean_comfort) == 0.0
 
 
+@pytest.mark.parametrize(
+    ("settling", "parts"),
+    [
+        (29.5, ("maximum_transient_vibration needs 1 s", "need a block of 5 s", "counted here: 0.5 s")),
+        (27.0, ("need a block of 5 s", "counted here: 3 s")),
+        (10.0, ("by the standard takes 300 s", "counted here: 20 s")),
+    ],
+)
+def test_what_a_record_is_too_short_for_is_said(settling, parts):
+    found = comfort(Swaying(), rate=RATE, settling=settling)
+    for part in parts:
+        assert part in found.attrs["note"]
+    assert bool(np.isnan(found.mean_comfort)) == ("need a block" in found.attrs["note"])
+    transient = bool(np.isnan(found.maximum_transient_vibration).any())
+    assert transient == ("transient" in found.attrs["note"])
+
+
 def test_a_wrong_question_to_a_record_is_refused():
     with pytest.raises(InputError, match=r"body: found 'bogie'; allowed: car body \| wheelset 1"):
         comfort(Swaying(), body="bogie", rate=RATE)

@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import wheeltapper as wt
+from wheeltapper.lower.ellipse import semi_axes
+from wheeltapper.lower.kalker import coefficients
+from wheeltapper.record.simulate import ModelWarning
 
 GIVEN = wt.Hertz(constant_per_wheel=7.025e10)
 
@@ -49,6 +53,98 @@ def test_the_linear_critical_speed(smoothing, speed):
     for share, grows in ((0.99, False), (1.01, True)):
         modes = wt.modes(scene(smoothing=smoothing, speed=share * found))
         assert bool((modes.damping_ratio < -1e-9).any()) == grows
+
+
+def without_damping_along(element, axis):
+    """Return the coach whose dampers of a kind do nothing along one axis."""
+    wagon = wt.Wagon.erri_b176()
+    for held in wagon.elements:
+        if held.name.startswith(element):
+            damping = tuple(0.0 if i == axis else value for i, value in enumerate(held.damping))
+            wagon = wagon.with_element(held.model_copy(update={"damping": damping}))
+    return wagon
+
+
+def test_an_undamped_mode_is_named_and_is_not_taken_for_hunting():
+    with pytest.warns(ModelWarning, match="undamped: 'wheelset longitudinal.* at 29.6 Hz and 1 more"):
+        found = wt.stability.critical_speed(scene(without_damping_along("primary damper", 0)))
+    assert found == pytest.approx(67.84, abs=0.01)
+
+
+@pytest.mark.parametrize(("element", "axis"), [("primary damper", 2), ("secondary damper", 2)])
+def test_a_mode_without_a_damper_of_its_own_does_not_hunt_either(element, axis):
+    changed = scene(without_damping_along(element, axis))
+    found = wt.stability.critical_speed(changed)
+    assert found == pytest.approx(68.0, rel=0.01)
+    for share, grows in ((0.999, False), (1.001, True)):
+        ratios = wt.modes(changed.replaced({"speed": share * found})).damping_ratio
+        assert bool((ratios < -1e-7).any()) == grows
+
+
+HALF_AXLE, CONICITY, RADIUS, YAW, SIDEWAYS = 0.75, 0.05, 0.46, 2 * 2e5, 2 * 1e5
+
+
+def held_wheelset(*more):
+    """Return a wheelset on cones, held by springs alone; and bodies and elements beside it."""
+    axle = wt.vehicles.Axle(mass=1500.0, inertia=(1120.0, 112.0, 1120.0), position=0.0, load=91_307.0)
+    springs = [
+        wt.vehicles.Spring(
+            name=f"spring {y}", between=("wheelset 1", "ground"), at=(0.0, y, RADIUS),
+            stiffness=(YAW / 2, SIDEWAYS / 2, 0.0),
+        )
+        for y in (1.0, -1.0)
+    ]  # fmt: skip
+    bodies = tuple(item for item in more if isinstance(item, wt.vehicles.Body))
+    elements = (*springs, *(item for item in more if item not in bodies))
+    return scene(
+        wt.Wagon(bodies=bodies, axles=(axle,), elements=elements), creep=wt.creep.KalkerLinear(),
+        profiles=wt.profiles.Cones(conicity=CONICITY, arm=HALF_AXLE),
+    )  # fmt: skip
+
+
+def textbook_critical_speed():
+    """Return the critical speed of a wheelset's two motions, sideways and yaw (A. H. Wickens)."""
+    force = 0.5 * (91_307.0 + 1500.0 * 9.81)
+    a, b = (float(axis[0]) * force ** (1 / 3) for axis in semi_axes(
+        np.array([0.5 / RADIUS]), np.array([0.5 / 0.3]), 210e9, 0.3
+    ))  # fmt: skip
+    c, shear = coefficients(a, b, 0.3), 210e9 / 2.6
+    f11, f22, f23, f33 = a * b * c.c11, a * b * c.c22, (a * b) ** 1.5 * c.c23, (a * b) ** 2 * c.c33
+    f11, f22, f23, f33 = (2 * shear * f for f in (f11, f22, f23, f33))
+    inverse = np.diag([1 / 1500.0, 1 / 1120.0])
+    stiffness = np.array([[SIDEWAYS, -f22], [f11 * HALF_AXLE * CONICITY / RADIUS, YAW + f23]])
+    damping = np.array([[f22, f23], [-f23, f11 * HALF_AXLE**2 + f33]])
+
+    def growth(speed):
+        motion = np.block([[np.zeros((2, 2)), np.eye(2)], [-inverse @ stiffness, -inverse @ damping / speed]])
+        return np.linalg.eigvals(motion).real.max()
+
+    return brentq(growth, 5.0, 100.0)
+
+
+def test_a_wheelset_hunts_from_the_textbooks_speed_on_and_an_undamped_neighbour_changes_nothing():
+    with pytest.warns(ModelWarning, match="undamped"):  # along the track nothing but springs holds it
+        alone = wt.stability.critical_speed(held_wheelset())
+    assert alone == pytest.approx(textbook_critical_speed(), rel=0.01)
+    bob = wt.vehicles.Body(
+        name="bob", mass=1e3, inertia=(1e3, 1e3, 1e3), position=(0.0, 0.0, 2.0),
+        held=("y", "z", "roll", "pitch", "yaw"),
+    )  # fmt: skip
+    spring = wt.vehicles.Spring(name="k", between=("bob", "ground"), at=(0.0, 0.0, 2.0), stiffness=(1e5, 0.0, 0.0))
+    with pytest.warns(ModelWarning, match="undamped"):
+        beside = wt.stability.critical_speed(held_wheelset(bob, spring))
+    assert beside == pytest.approx(alone, rel=1e-6)
+
+
+def test_what_grows_already_at_the_lowest_speed_is_refused_and_no_growth_is_infinity():
+    with pytest.raises(
+        wt.InputError, match=r"grows already at 90 m/s, 'bogie lateral, in phase' at 7.33 Hz; allowed: .*lowest"
+    ):
+        wt.stability.critical_speed(scene(), lowest=90.0)
+    assert wt.stability.critical_speed(scene(), lowest=20.0, highest=40.0) == np.inf
+    for low, high in ((50.0, 20.0), (0.0, 20.0)):
+        with pytest.raises(wt.InputError, match="lowest, highest"):
+            wt.stability.critical_speed(scene(), lowest=low, highest=high)
 
 
 def test_a_loosely_held_wheelset_sways_as_its_conicity_says():

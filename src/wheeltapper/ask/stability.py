@@ -2,53 +2,93 @@
 
 from __future__ import annotations
 
+import warnings
+from math import ceil
 from typing import Any
 
 import numpy as np
 
-from wheeltapper.ask.modes import STILL, as_wagon, linearised
+from wheeltapper.ask.modes import STILL, as_wagon, linearised, modes
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.wagon import lower_wagon
+from wheeltapper.record.simulate import ModelWarning
 
 __all__ = ["critical_speed"]
 
+STEP = 2.0
+"""Speeds are searched so far apart, m/s."""
+ROUNDING = 1e-9
+"""Growth that is no more than this share of a mode's own rate, or this, 1/s, is rounding: the mode is undamped."""
 
-def critical_speed(scenario: Scenario, *, highest: float = 150.0, tolerance: float = 1e-4) -> float:
+
+def critical_speed(
+    scenario: Scenario, *, lowest: float = 2.0, highest: float = 150.0, tolerance: float = 1e-4
+) -> float:
     """Return the lowest speed, m/s, at which a small deviation from the steady run grows: the linear critical speed.
+
+    It lies between `lowest` and `highest`. Every 2 m/s is looked at there: instability within a narrower range of
+    speeds may be missed. A mode that neither grows nor decays (its damping ratio within 1e-9 of zero) does not count as
+    hunting, and is named in a warning.
 
     Parameters
     ----------
     scenario
         With a `Wagon` and a creep law; its speed and irregularities are left out.
+    lowest
+        Where the search begins, m/s; the vehicle has to run stably there.
     highest
-        Speeds above it are not looked at; infinity is returned where the run is stable up to there.
+        Where it ends, m/s; infinity is returned where the run is stable, or undamped, up to there.
     tolerance
         Of the speed, relative.
 
     Raises
     ------
     InputError
-        If the vehicle is no wagon, or there is no creep law.
+        If the vehicle is no wagon, there is no creep law, the speeds do not rise, or a deviation grows already at the
+        lowest of them: the critical speed is then below.
     """
     from scipy.optimize import brentq
 
     as_wagon(scenario, "critical speed")
     if scenario.creep is None:
         raise InputError("", "creep", "none", "a creep law, without which nothing hunts")
+    if not 0.0 < lowest < highest < np.inf:
+        raise InputError("", "lowest, highest", f"{lowest:g} m/s and {highest:g} m/s", "speeds above zero that rise")
     level = scenario.replaced({"irregularity": None})
 
     def growth(speed: float) -> float:
         linear = linearised(lower_wagon(level.replaced({"speed": float(speed)})))
         values: Any = np.linalg.eigvals(linear.matrix)
-        return float(values[np.abs(values) > STILL].real.max())
+        size = np.abs(values)
+        return float((values.real - ROUNDING * np.maximum(size, 1.0))[size > STILL].max())
 
-    speeds = np.linspace(2.0, highest, 75)
-    before = growth(speeds[0])
-    if before > 0.0:
-        return float(speeds[0])
+    speeds = np.linspace(lowest, highest, ceil((highest - lowest) / STEP) + 1)
+    _tell_undamped(level.replaced({"speed": float(lowest)}), growth(lowest))
     for slower, faster in zip(speeds[:-1], speeds[1:], strict=True):
-        after = growth(faster)
-        if after > 0.0:
+        if growth(faster) > 0.0:
             return float(brentq(growth, slower, faster, rtol=tolerance))
     return float("inf")
+
+
+def _tell_undamped(scenario: Scenario, growth: float) -> None:
+    """Refuse a wagon of which a mode grows at the scenario's speed; warn of modes that neither grow nor decay."""
+    found = modes(scenario)
+    ratios = found.damping_ratio.values
+
+    def told(mode: int) -> str:
+        return f"'{found.name.values[mode]}' at {float(found.frequency[mode]):.3g} Hz"
+
+    if growth > 0.0:
+        raise InputError(
+            "", "vehicle", f"a mode that grows already at {scenario.speed:g} m/s, {told(int(np.argmin(ratios)))}",
+            "a wagon that runs stably at the lowest speed searched (`lowest`)",
+        )  # fmt: skip
+    undamped = np.flatnonzero(np.abs(ratios) <= ROUNDING)
+    if len(undamped):
+        more = f" and {len(undamped) - 1} more" if len(undamped) > 1 else ""
+        warnings.warn(
+            f"undamped: {told(int(undamped[0]))}{more}; what neither grows nor decays is not counted as hunting",
+            ModelWarning,
+            stacklevel=3,
+        )

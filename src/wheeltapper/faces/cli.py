@@ -7,11 +7,12 @@ import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
-from cyclopts import App, Parameter
+from cyclopts import App, CycloptsError, Parameter
 
 from wheeltapper._version import __version__
 from wheeltapper.faces.cli_site import assess, design, diagnose
 from wheeltapper.faces.exits import DONE, NOT_FINISHED, WRONG_INPUT, check_target, make_folder
+from wheeltapper.faces.usage import as_input_error, refuse_fractions
 from wheeltapper.ground.errors import InputError
 
 app = App(
@@ -19,7 +20,10 @@ app = App(
     version=__version__,
     help="Exact vibro-impacts of railway wheels on irregular rails.",
     help_format="plaintext",
+    suppress_keyboard_interrupt=False,
+    config=refuse_fractions,
 )
+app.register_install_completion_command(help="Install completion for this shell (bash, zsh, fish).")
 
 for command in (diagnose, assess, design):
     app.command(command)
@@ -32,6 +36,7 @@ def run(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     plot: Path | None = None,
     method: str = "default",
+    as_json: Annotated[bool, Parameter(name="--json", negative="")] = False,
 ) -> int:
     """Simulate a scenario.
 
@@ -45,33 +50,27 @@ def run(
         Write a picture here (.png, .pdf, .svg).
     method
         default or strict.
+    as_json
+        Print one JSON object instead of lines; warnings go to stderr.
     """
     for option, target, suffixes in (("--output", output, (".nc",)), ("--plot", plot, (".png", ".pdf", ".svg"))):
         if target is not None:
             check_target(option, target, suffixes)
-    from wheeltapper.describe.scenario import Scenario
+    from wheeltapper.faces.running import simulated, told_as_json, told_as_lines
     from wheeltapper.ground.outcome import Outcome
-    from wheeltapper.record.simulate import simulate
 
-    scenario = Scenario.from_toml(file)
-    try:
-        record = simulate(scenario, method)  # type: ignore[call-overload]
-    except InputError as error:
-        raise error.at(str(file)) from error
-    print(record)
-    for note in record.notes:
-        print(f"note: {note}")
+    found = simulated(file, method)
     if output is not None:
-        record.save(output)
-        print(f"record: {output}")
+        found.record.save(output)
     if plot is not None:
         from wheeltapper.faces.plot import plot as draw
 
-        draw(record, plot)
-        print(f"picture: {plot}")
-    if record.outcome is Outcome.COMPLETED:
+        draw(found.record, plot)
+    print((told_as_json if as_json else told_as_lines)(found, output, plot))
+    outcome = found.record.outcome
+    if outcome is Outcome.COMPLETED:
         return DONE
-    print(f"wheeltapper: {record.outcome.sentence}; {record.outcome.remedy}", file=sys.stderr)
+    print(f"wheeltapper: {outcome.sentence}; {outcome.remedy}", file=sys.stderr)
     return NOT_FINISHED
 
 
@@ -224,15 +223,16 @@ def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output"
     import warnings
 
     from wheeltapper.faces.paper.run import chosen, run
+    from wheeltapper.faces.progress import progress_bar
     from wheeltapper.record.simulate import ModelWarning
 
     names = list(which) or ["all"]
     chosen(names)
     if output is not None:
         make_folder(output)
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), progress_bar("claims") as (progress, _):
         warnings.simplefilter("ignore", ModelWarning)  # the paper's point follower, meant so
-        return run(names, output)
+        return run(names, output, progress=progress)
 
 
 @app.command
@@ -252,16 +252,38 @@ def schema(of: Literal["scenario", "site"] = "scenario") -> int:
     return DONE
 
 
+@app.command
+def completion(shell: Literal["bash", "zsh", "fish"]) -> int:
+    """Print the script by which a shell completes commands, options and files.
+
+    Parameters
+    ----------
+    shell
+        bash, zsh or fish.
+    """
+    print(app.generate_completion(shell=shell))
+    return DONE
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code: 0 done, 1 a claim failed, 2 wrong input, 3 could not finish."""
     import warnings
 
+    from wheeltapper.faces.interrupts import interruptible
+
     warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
     try:
-        result = app(arguments, exit_on_error=True, result_action="return_value")
+        with interruptible():
+            result = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+    except CycloptsError as error:
+        print(f"wheeltapper: {as_input_error(error)}", file=sys.stderr)
+        return WRONG_INPUT
     except InputError as error:
         print(f"wheeltapper: {error}", file=sys.stderr)
         return WRONG_INPUT
+    except KeyboardInterrupt:
+        print("wheeltapper: interrupted", file=sys.stderr)
+        return NOT_FINISHED
     except SystemExit as stop:
         return WRONG_INPUT if stop.code else DONE
     return result if isinstance(result, int) else DONE

@@ -13,7 +13,7 @@ from wheeltapper.march import assembly as contract
 from wheeltapper.march.assembly import HALF, LANES, PLACES, RATE, Assembly
 from wheeltapper.march.multibody import probe
 from wheeltapper.march.program import PIECE_COLUMNS, STOP
-from wheeltapper.march.wheel_rows import NORMAL
+from wheeltapper.march.wheel_rows import NORMAL, PATH
 
 if TYPE_CHECKING:
     from wheeltapper.lower.wagon import Layout
@@ -57,10 +57,39 @@ def level(assembly: Assembly, layout: Layout) -> Assembly:
 
 def normal_forces(assembly: Assembly, state: FloatArray, wheelsets: int) -> FloatArray:
     """Return the normal forces of the treads in a state at time zero, N, (wheelsets, 2): left, right."""
+    return _of_treads(assembly, state, NORMAL, wheelsets)
+
+
+def _of_treads(assembly: Assembly, state: FloatArray, row: int, wheelsets: int) -> FloatArray:
+    """Return a row of the treads' contacts in a state at time zero, (wheelsets, 2): left, right."""
     _, wheels = probe(assembly, state[None])
     octets = int(assembly.numbers[contract.TREADS])
-    lanes = wheels[:octets, NORMAL : NORMAL + LANES].reshape(octets, 2, HALF)
+    lanes = wheels[:octets, row : row + LANES].reshape(octets, 2, HALF)
     return np.asarray(np.swapaxes(lanes, 1, 2).reshape(-1, 2)[:wheelsets])
+
+
+def standing_on(
+    assembly: Assembly, layout: Layout, mobility: FloatArray, positions: tuple[float, ...]
+) -> FloatArray:  # fmt: skip
+    """Return the state of a steady run on what lies under the wheels at time zero; wheelsets begin at `positions`, m.
+
+    Raises
+    ------
+    InputError
+        If none is found, although there is one on level rails: an irregularity under a wheel is to blame.
+    """
+    try:
+        return standing(assembly, layout, mobility)
+    except InputError as error:
+        heights = _of_treads(assembly, assembly.start, PATH, len(positions))
+        wheelset, side = (int(i) for i in np.unravel_index(np.argmax(np.abs(heights)), heights.shape))
+        if heights[wheelset, side] == 0.0:
+            raise
+        where = f"under wheelset {wheelset + 1} {('left', 'right')[side]}, at x = {positions[wheelset]:g} m"
+        raise InputError(
+            "", "irregularity", f"{1e3 * heights[wheelset, side]:.4g} mm {where}, on which the vehicle cannot stand",
+            "irregularities that begin ahead of the wheels",
+        ) from error  # fmt: skip
 
 
 def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance: float = 1e-11) -> FloatArray:

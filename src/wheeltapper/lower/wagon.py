@@ -28,7 +28,7 @@ from wheeltapper.lower.patches import (
     patch_tables,
     saturation_cells,
 )
-from wheeltapper.lower.standing import level, normal_forces, standing
+from wheeltapper.lower.standing import level, normal_forces, standing, standing_on
 from wheeltapper.lower.structure import Structure, structure_of
 from wheeltapper.lower.table import Table
 from wheeltapper.march import assembly as contract
@@ -254,7 +254,9 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     resting_state = standing(even, layout, mobility)
     static = normal_forces(even, resting_state, len(wheelsets))
     numbers[contract.PRESTRESS] = static[_deck_wheelset(scenario)].sum()
-    assembly = assembly._replace(start=standing(assembly._replace(start=resting_state), layout, mobility))
+    positions = tuple(axle.position for axle in wagon.axles)
+    start = standing_on(assembly._replace(start=resting_state), layout, mobility, positions)
+    assembly = assembly._replace(start=start)
     return LoweredWagon(assembly, layout, structure, static, middle, notes)
 
 

@@ -1,20 +1,15 @@
-"""Ride comfort: frequency weightings of whole-body vibration, and the comfort numbers of a car body's accelerations.
-
-A weighting is a band limit, a transition from acceleration to velocity, and an upward step; ISO 8041-1:2017 writes all
-three with corner frequencies f1 to f6 and quality factors Q1 to Q6. Its digital twin here has the analogue poles and
-zeros where sampling puts them, and a short correction that restores modulus and phase up to a quarter of the rate.
-"""
+"""Ride comfort: the comfort numbers of a car body's accelerations (ISO 2631-1, EN 12299)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper.ground.errors import InputError
+from wheeltapper.record.weighting import WEIGHTINGS, checked_rate, weighted, weighting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,15 +19,12 @@ if TYPE_CHECKING:
 __all__ = ["AXES", "RESULTS", "WEIGHTINGS", "comfort", "ride_comfort", "running_rms", "weighted", "weighting"]
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 AXES = ("longitudinal", "lateral", "vertical")
-SLOWEST = 250.0
-"""Lowest admissible rate, samples per second: below, the band limit at 100 Hz is beyond 0.4 of the rate."""
-BAND, BUTTERWORTH = (0.4, 100.0), 0.5**0.5
-"""Corner frequencies f1 and f2 of the band limit, Hz, and its quality factors Q1 = Q2, in every edition."""
 BLOCK, PERCENTILE, FACTOR = 5.0, 95.0, 6.0
 """Seconds of a block, percentile of the blocks, factor of N_MV: EN 12299:2009, 6.6.2, 6.6.3, 6.7.2."""
+STANDARD_BLOCKS = 60
+"""Blocks of the standard method: EN 12299:2009."""
 TRANSIENT = 1.0
 """Integration time of the running r.m.s. whose maximum is the MTVV, s: ISO 2631-1:1997, 6.3.1."""
 AXIS_FACTORS = (1.0, 1.0, 1.0)
@@ -51,153 +43,7 @@ RESULTS = {
 }
 """What `ride_comfort` returns: unit and meaning of each."""
 
-
-class Weighting(NamedTuple):
-    """A weighting's f3, f4 (Hz), Q4; its step's f5, Q5, f6, Q6 or None; K, beside (f5/f6)^2; where they stand."""
-
-    transition: tuple[float, float, float]
-    step: tuple[float, float, float, float] | None
-    gain: float
-    source: str
-
-
-# EN 12299 and BS 6841 number the quality factors otherwise (Q2, Q3, Q4 are Q4, Q5, Q6 here) and write the step without
-# (f5/f6)^2 but with K = 0.4, which is 1.024 (2.5/4)^2.
-WEIGHTINGS = {
-    "Wk": Weighting((12.5, 12.5, 0.63), (2.37, 0.91, 3.35, 0.91), 1.0, "ISO 2631-1:1997, Table A.1"),
-    "Wd": Weighting((2.0, 2.0, 0.63), None, 1.0, "ISO 2631-1:1997, Table A.1"),
-    "Wb": Weighting((16.0, 16.0, 0.55), (2.5, 0.9, 4.0, 0.95), 1.024, "ISO 8041-1:2017, Table 3"),
-    "Wb EN 12299:2009": Weighting((16.0, 16.0, 0.63), (2.5, 0.8, 4.0, 0.8), 1.024, "programs for EN 12299:2009"),
-}
-"""By name: "Wk" vertical, "Wd" horizontal, "Wb" vertical for rail, and the form of Wb in programs for EN 12299:2009."""
-
 VERTICAL_FOR_RAIL = ("Wb", "Wb EN 12299:2009")
-TAPS, FITTED_UP_TO, FITTED_AT = 6, 0.27, 400  # the correction: length, fraction of the rate, number of frequencies
-
-
-def weighting(name: str, frequency: ArrayLike) -> ComplexArray:
-    """Return the complex response of an analogue frequency weighting; its modulus is the weighting factor.
-
-    Source: ISO 8041-1:2017, Formulae (1) to (5). "Wk" and "Wd" are those of ISO 2631-1:1997, Annex A. "Wb" is that of
-    ISO 8041-1:2017, which is ISO 2631-4:2001 and BS 6841:1987 with Q1 unrounded. Public programs for EN 12299:2009 have
-    other quality factors, "Wb EN 12299:2009": 13 % more at 16 Hz, 8 % less at 4 Hz. The standard itself, and its
-    edition of 2024, could not be consulted.
-
-    Parameters
-    ----------
-    name
-        "Wk", "Wd", "Wb" or "Wb EN 12299:2009".
-    frequency
-        Hz, of any shape.
-
-    Returns
-    -------
-    numpy.ndarray
-        Complex, of the shape of `frequency`; no unit.
-
-    Raises
-    ------
-    InputError
-        For an unknown name.
-    """
-    held = _named(name)
-    p = np.asarray(1j * np.asarray(frequency), dtype=np.complex128)
-    (f1, f2), (f3, f4, q4) = BAND, held.transition
-    band = (p / f1) ** 2 / _quadratic(p, f1, BUTTERWORTH) / _quadratic(p, f2, BUTTERWORTH)
-    out = held.gain * band * (1.0 + p / f3) / _quadratic(p, f4, q4)
-    if held.step is None:
-        return out
-    f5, q5, f6, q6 = held.step
-    return out * _quadratic(p, f5, q5) / _quadratic(p, f6, q6) * (f5 / f6) ** 2
-
-
-def weighted(acceleration: ArrayLike, rate: float, name: str) -> FloatArray:
-    """Return weighted accelerations: what a causal filter makes of the samples, starting from rest.
-
-    Before the first sample there is nothing: an acceleration that does not begin at zero is a jump to the filter, and
-    the band limit at 0.4 Hz takes some 2 s to forget it. Gravity should not be among the samples.
-
-    Parameters
-    ----------
-    acceleration
-        m/s^2, time along the last axis, uniformly sampled and free of content above half the rate.
-    rate
-        Samples per second, at least 250. Up to a quarter of it the response is right to 0.2 % and 0.002 rad.
-    name
-        Of the weighting, as for `weighting`.
-
-    Returns
-    -------
-    numpy.ndarray
-        m/s^2, of the shape of `acceleration`.
-
-    Raises
-    ------
-    InputError
-        For a rate below 250, an unknown name, or samples that are not finite.
-    """
-    from scipy import signal
-
-    samples = np.asarray(acceleration, dtype=np.float64)
-    if samples.ndim == 0 or not np.isfinite(samples).all():
-        raise InputError("", "acceleration", "no finite samples over time", "an array of finite samples, time last")
-    sections, correction = _digital(name, _checked_rate(rate))
-    if samples.size == 0:
-        return samples.copy()
-    return np.asarray(signal.lfilter(correction, [1.0], signal.sosfilt(sections, samples)), dtype=np.float64)
-
-
-@cache
-def _digital(name: str, rate: float) -> tuple[FloatArray, FloatArray]:
-    """Return the second-order sections and the correction's coefficients of a weighting at a rate.
-
-    Poles and zeros s go to exp(s/rate), so the two zeros at s = 0 stay exact. What is then missing is smooth up to half
-    the rate, and a few coefficients, fitted by least squares of the relative error, make it up.
-    """
-    from scipy import signal
-
-    zeros, poles = _roots(_named(name))
-    sections = signal.zpk2sos(np.exp(zeros / rate), np.exp(poles / rate), 1.0)
-    frequency = rate * np.linspace(1e-3, FITTED_UP_TO, FITTED_AT)
-    response = signal.freqz_sos(sections, worN=frequency, fs=rate)[1]
-    delays = np.exp(-2j * np.pi * np.outer(frequency / rate, np.arange(TAPS)))
-    relative = delays * (response / weighting(name, frequency))[:, None]
-    system, wanted = np.concatenate([relative.real, relative.imag]), np.repeat([1.0, 0.0], FITTED_AT)
-    return np.asarray(sections), np.asarray(np.linalg.lstsq(system, wanted, rcond=None)[0])
-
-
-def _roots(held: Weighting) -> tuple[ComplexArray, ComplexArray]:
-    """Return the analogue zeros and poles, rad/s."""
-    (f1, f2), (f3, f4, q4) = BAND, held.transition
-    zeros = [0j, 0j, complex(-2.0 * np.pi * f3)]
-    poles = [*_pair(f1, BUTTERWORTH), *_pair(f2, BUTTERWORTH), *_pair(f4, q4)]
-    if held.step is not None:
-        zeros += _pair(*held.step[:2])
-        poles += _pair(*held.step[2:])
-    return np.array(zeros), np.array(poles)
-
-
-def _pair(corner: float, quality: float) -> list[complex]:
-    """Return the two roots, rad/s, of a quadratic with a corner frequency (Hz) and a quality factor above 1/2."""
-    damping = 0.5 / quality
-    root = 2.0 * np.pi * corner * complex(-damping, np.sqrt(1.0 - damping**2))
-    return [root, root.conjugate()]
-
-
-def _quadratic(p: ComplexArray, corner: float, quality: float) -> ComplexArray:
-    return np.asarray(1.0 + p / (quality * corner) + (p / corner) ** 2)
-
-
-def _named(name: str) -> Weighting:
-    if name not in WEIGHTINGS:
-        raise InputError("", "weighting", repr(name), " | ".join(WEIGHTINGS))
-    return WEIGHTINGS[name]
-
-
-def _checked_rate(rate: float) -> float:
-    if not SLOWEST <= rate < np.inf:
-        raise InputError("", "rate", f"{rate!r} samples per second", f"at least {SLOWEST:g}, for a band up to 100 Hz")
-    return float(rate)
 
 
 def running_rms(weighted: ArrayLike, rate: float, seconds: float) -> FloatArray:
@@ -274,7 +120,7 @@ def ride_comfort(
     if vertical_weighting not in VERTICAL_FOR_RAIL:
         raise InputError("", "vertical_weighting", repr(vertical_weighting), " | ".join(VERTICAL_FOR_RAIL))
     samples = _three(longitudinal, lateral, vertical)
-    duration = samples.shape[-1] / _checked_rate(rate)
+    duration = samples.shape[-1] / checked_rate(rate)
     if not 0.0 <= settling < duration:
         raise InputError("", "settling", f"{settling!r} s", f"0 to less than the record's {duration:g} s")
     begin = int(settling * rate)
@@ -353,7 +199,8 @@ def comfort(
     Returns
     -------
     xarray.Dataset
-        The numbers of `ride_comfort` over "axis" and "block" (its end, s), each with `units` and `long_name`.
+        The numbers of `ride_comfort` over "axis" and "block" (its end, s), each with `units` and `long_name`. The
+        attribute `note` says what the record is too short for.
 
     Raises
     ------
@@ -362,7 +209,7 @@ def comfort(
     """
     import xarray as xr
 
-    _checked_rate(rate)
+    checked_rate(rate)
     offset = np.asarray((0.0, 0.0, 0.0) if at is None else at, dtype=np.float64)
     if offset.shape != (3,) or not np.isfinite(offset).all():
         raise InputError("", "at", repr(at), "three numbers in m (x, y, z), or None")
@@ -378,8 +225,21 @@ def comfort(
         attrs={
             "body": body, "at": offset, "rate": rate, "settling": settling, "vertical_weighting": vertical_weighting,
             "vertical_weighting_source": WEIGHTINGS[vertical_weighting].source,
+            "note": _too_short(found["blocks"], len(x) / rate - settling),
         },
     )  # fmt: skip
+
+
+def _too_short(blocks: int, seconds: float) -> str:
+    """Return what so many counted seconds do not give; empty where they give all."""
+    said = []
+    if seconds < TRANSIENT:
+        said.append(f"maximum_transient_vibration needs {TRANSIENT:g} s")
+    if not blocks:
+        said.append(f"mean_comfort and percentile_95 need a block of {BLOCK:g} s")
+    elif blocks < STANDARD_BLOCKS:
+        said.append(f"mean_comfort by the standard takes {STANDARD_BLOCKS * BLOCK:g} s")
+    return f"{'; '.join(said)}; counted here: {seconds:.4g} s" if said else ""
 
 
 def _labels(name: str) -> dict[str, str]:

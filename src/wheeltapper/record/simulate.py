@@ -130,10 +130,13 @@ def _of_yielding(scenario: Scenario, law: ElasticPlastic, method: str, lowered: 
 def _of_wagon(scenario: Scenario, method: str) -> Record:
     from wheeltapper.lower.wagon import lower_wagon
     from wheeltapper.march import multibody
+    from wheeltapper.record.creep_range import beyond_spin
     from wheeltapper.record.wagon_record import WagonRecord
 
     lowered = lower_wagon(scenario, method)
     warn_of(lowered.notes, depth=5)
     if not multibody.kernels_are_ready():
         say_that_it_compiles()
-    return WagonRecord(scenario, method, lowered, multibody.march(lowered.assembly))
+    march = multibody.march(lowered.assembly)
+    lowered = replace(lowered, notes=lowered.notes + beyond_spin(scenario, lowered, march))
+    return WagonRecord(scenario, method, lowered, march)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from wheeltapper.describe.noun import Friction, Noun
 
@@ -20,5 +20,7 @@ class CreepLaw(Noun):
         "full": with its own equation of motion.
     """
 
+    spin_range: ClassVar[float | None] = None
+    """So much of the friction limit may the linear spin force by itself use, for the law to hold; None: any."""
     friction: Friction = 0.4
     wheel_spin: Literal["quasi-static", "full"] = "quasi-static"

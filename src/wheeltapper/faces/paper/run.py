@@ -8,6 +8,7 @@ from pathlib import Path
 
 from wheeltapper.faces.paper import coach, corrugation, deck, diagnosis, law, maps, missed, plastic, single
 from wheeltapper.faces.paper.claims import CLAIMS, Claim
+from wheeltapper.faces.usage import did_you_mean
 from wheeltapper.ground.errors import InputError
 
 TOPICS = (single, maps, deck, missed, corrugation, law, coach, plastic, diagnosis)
@@ -21,12 +22,18 @@ def chosen(which: list[str]) -> list[Claim]:
     for name in which:
         match = {n: c for n, c in CLAIMS.items() if name in ("all", n, c.figure)}
         if not match:
-            raise InputError("", "paper", repr(name), ", ".join(["all", *figures, *sorted(CLAIMS)]))
+            groups = f"all, a claim ({min(CLAIMS)} to {max(CLAIMS)}), or those of {', '.join(figures)}"
+            raise InputError("", "paper", repr(name), groups + did_you_mean(name, ["all", *figures, *CLAIMS]))
         found |= match
     return [found[n] for n in sorted(found)]
 
 
-def run(which: list[str], output: Path | None = None, say: Callable[[str], None] = print) -> int:
+def run(
+    which: list[str],
+    output: Path | None = None,
+    say: Callable[[str], None] = print,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> int:
     """Measure claims; return 0 if all hold and 1 otherwise.
 
     Parameters
@@ -37,11 +44,14 @@ def run(which: list[str], output: Path | None = None, say: Callable[[str], None]
         Folder for `claims.csv` and for the claims' figures.
     say
         What takes each line.
+    progress
+        What takes the numbers of claims measured and in all.
     """
     claims = chosen(which)
     rows = []
     failed: set[str] = set()
-    for claim in claims:
+    for done, claim in enumerate(claims):
+        progress(done, len(claims))
         say(f"{claim.number} ({claim.figure}): {claim.sentence}")
         for measure in claim.measure():
             verdict = "PASS" if measure.holds else "FAIL"
@@ -49,6 +59,7 @@ def run(which: list[str], output: Path | None = None, say: Callable[[str], None]
             rows.append((claim.number, claim.figure, measure.quantity, measure.value, measure.expected, verdict))
             if not measure.holds:
                 failed.add(claim.number)
+    progress(len(claims), len(claims))
     said = f"; failed: {', '.join(sorted(failed))}" if failed else ""
     say(f"{len(claims) - len(failed)} of {len(claims)} claims hold{said}")
     if output is not None:

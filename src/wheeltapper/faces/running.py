@@ -1,0 +1,86 @@
+"""What `run` does with a scenario, and how it tells what was found: lines, or one JSON object."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+import warnings
+from dataclasses import dataclass
+from importlib.metadata import version
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from wheeltapper.describe.scenario import FORMAT, Scenario
+from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.faces.progress import work_bar
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.record import Record
+from wheeltapper.record.simulate import simulate
+
+
+@dataclass(frozen=True)
+class Run:
+    """A record, where it comes from, and what was said on the way."""
+
+    file: Path
+    record: Record
+    method: str
+    warnings: tuple[str, ...]
+    seconds: float
+
+
+def simulated(file: Path, method: str) -> Run:
+    """Simulate the scenario in a file, with a bar where that takes long; warnings go to stderr."""
+    scenario = Scenario.from_toml(file)
+    begin = time.perf_counter()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            with work_bar():
+                record = simulate(scenario, method)  # type: ignore[call-overload]
+        except InputError as error:
+            raise error.at(str(file)) from error
+    said = tuple(str(warning.message) for warning in caught)
+    for line in said:
+        print(f"warning: {line}", file=sys.stderr)
+    return Run(file, record, method, said, time.perf_counter() - begin)
+
+
+def told_as_lines(run: Run, output: Path | None, plot: Path | None) -> str:
+    """Return the record's line, its notes, and what was written."""
+    lines = [str(run.record), *(f"note: {note}" for note in run.record.notes)]
+    lines += [f"{what}: {path}" for what, path in (("record", output), ("picture", plot)) if path is not None]
+    return "\n".join(lines)
+
+
+def told_as_json(run: Run, output: Path | None, plot: Path | None) -> str:
+    """Return what was found as one JSON object, in SI units; null where there is no such number."""
+    record = run.record
+    kinds = record.events.kind.values
+    forces = record.peaks.normal_force.values
+    largest = float(forces.max()) if len(forces) else None
+    numbers = {
+        "largest_force_over_static": None if largest is None else largest / record.static_force,
+        "largest_force": largest,
+        "static_force": record.static_force,
+        "time_in_air": record.time_in_air,
+        "end": record.end,
+        "seconds": run.seconds,
+    }
+    found: dict[str, Any] = {
+        "file": str(run.file),
+        "method": run.method,
+        "outcome": record.outcome.name,
+        "impacts": int((kinds == "impact").sum()),
+        "losses": int((kinds == "loss").sum()),
+        **{name: value if value is not None and isfinite(value) else None for name, value in numbers.items()},
+        "per": "wheel" if isinstance(record.scenario.vehicle, Wagon) else "wheelset",
+        "notes": list(record.notes),
+        "warnings": list(run.warnings),
+        "record": None if output is None else str(output),
+        "picture": None if plot is None else str(plot),
+        "versions": {name: version(name) for name in ("wheeltapper", "numpy", "numba")} | {"format": FORMAT},
+    }
+    return json.dumps(found, indent=2, ensure_ascii=False)

@@ -1,0 +1,85 @@
+"""Words for a command line that is wrong, in one line as for all other input."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from typing import Any, Literal, get_args, get_origin
+
+from cyclopts import CycloptsError
+from cyclopts.exceptions import (
+    CoercionError,
+    MissingArgumentError,
+    UnknownCommandError,
+    UnknownOptionError,
+    UnusedCliTokensError,
+)
+
+from wheeltapper.ground.errors import InputError
+
+
+def did_you_mean(name: str, names: Iterable[str]) -> str:
+    """Return a hint at the name that is nearest to a wrong one, or nothing."""
+    close = difflib.get_close_matches(name, list(names), n=1)
+    return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+def as_input_error(error: CycloptsError) -> InputError:
+    """Return what is wrong with a command line as the house says it."""
+    command = " ".join(error.command_chain or ())
+    match error:
+        case UnknownCommandError():
+            name, names = (error.unused_tokens or [""])[0], _commands(error.app)
+            return InputError("", "command", repr(name), ", ".join(names) + did_you_mean(name, error.app or ()))
+        case UnknownOptionError():
+            name = (error.token.keyword or error.token.value).partition("=")[0]
+            names = _options(error.argument_collection)
+            return InputError(command, name, "an option that is unknown", ", ".join(names) + did_you_mean(name, names))
+        case MissingArgumentError() if error.argument is not None:
+            return InputError(command, _name(error.argument), "nothing", _meaning(error.app, error.argument))
+        case CoercionError() if error.argument is not None and error.token is not None:
+            allowed, choices = _type(error.target_type or error.argument.hint)
+            allowed += did_you_mean(error.token.value, choices)
+            return InputError(command, _name(error.argument), repr(error.token.value), allowed)
+        case UnusedCliTokensError():
+            left = ", ".join(repr(token) for token in error.unused_tokens or ())
+            return InputError(command, "", f"{left} left over", f"what `wheeltapper {command} --help` lists")
+        case _:
+            return InputError(command, "", " ".join(str(error).split()), "")
+
+
+def _commands(app: Any) -> list[str]:
+    return [name for name in app if not name.startswith("-")]
+
+
+def _options(arguments: Any) -> list[str]:
+    return sorted(name for argument in arguments for name in argument.names if name.startswith("--"))
+
+
+def _name(argument: Any) -> str:
+    """Return an option with its dashes, and a place on the command line as the help writes it."""
+    return str(argument.name.lstrip("-").upper() if argument.field_info.is_positional else argument.name)
+
+
+def _meaning(app: Any, argument: Any) -> str:
+    """Return what the command's docstring says of an argument."""
+    described = app.assemble_argument_collection(parse_docstring=True) if app is not None else ()
+    said = next((str(other.parameter.help) for other in described if other.names == argument.names), "")
+    return said[:1].lower() + said[1:].rstrip(".") if said else "a value"
+
+
+def refuse_fractions(app: Any, commands: Any, arguments: Any) -> None:
+    """Refuse numbers with a fraction where whole ones are meant, which cyclopts would round."""
+    for argument in arguments:
+        if int in (argument.hint, *get_args(argument.hint)):
+            for token in argument.tokens:
+                if not token.value.lstrip("+-").isdecimal():
+                    raise CoercionError(argument=argument, token=token, target_type=int)
+
+
+def _type(hint: Any) -> tuple[str, list[str]]:
+    """Return what a type allows, and the choices where these are words."""
+    if get_origin(hint) is Literal:
+        choices = [str(choice) for choice in get_args(hint)]
+        return ", ".join(choices), choices
+    return {int: "a whole number", float: "a number", bool: "yes or no"}.get(hint, "a value of that kind"), []

@@ -1,0 +1,83 @@
+"""Whether the spin of a wagon's contacts stayed within the range of its creep law."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.profile.wheel_rail import WheelRail
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.lower.patches import Surface, geometry_of, patch_tables
+from wheeltapper.lower.wagon import LoweredWagon
+from wheeltapper.march import assembly as contract
+from wheeltapper.march.multibody import MultibodyMarch
+from wheeltapper.march.program import IMPACT
+
+FloatArray = NDArray[np.float64]
+
+
+def spin_use(
+    scenario: Scenario, friction: float, radius: float, shift: FloatArray, surface: Surface = "tread"
+) -> FloatArray:
+    """Return the linear spin force of a straight run over the friction limit, at lateral shifts u (m) of a wheel.
+
+    Neither the normal force nor the speed enters: the spin is h'(u)/R, and its force grows as the normal force.
+    """
+    tables = patch_tables(scenario.profiles, scenario.contact, radius, surface)
+    nodes = geometry_of(scenario.profiles, radius, scenario.contact.rail_radius, surface).shift
+    slope = np.gradient(tables[contract.LIFT], nodes)
+    inclined = 1.0 + slope**2 if surface == "flange" else 1.0
+    use = tables[contract.SPIN] * np.abs(slope) / (radius * friction * inclined)
+    return np.asarray(np.interp(shift, nodes, use))
+
+
+def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[str, ...]:
+    """Return what to know where spin leaves the range of the creep law, of the worst place only; nothing elsewhere."""
+    law = scenario.creep
+    if law is None or law.spin_range is None:
+        return ()
+    limit = law.spin_range
+    worst, where = limit, ""
+    for number, axle in enumerate(scenario.vehicle.axles, 1):
+        outwards = _shift(lowered, march, f"wheelset {number}", axle.radius)
+        for sign, side in ((1.0, "left"), (-1.0, "right")):
+            use = spin_use(scenario, law.friction, axle.radius, sign * outwards)
+            most = int(np.argmax(use))
+            if use[most] > worst:
+                worst, where = float(use[most]), f"on wheelset {number} {side} at t = {_times(march)[most]:.4g} s"
+    found = []
+    if where:
+        found.append(f"spin by itself would use {worst:.2g} of the friction limit {where}")
+    flange = _first_on_flange(scenario, lowered, march)
+    if flange is not None:
+        found.append(f"flanges touch from t = {flange:.4g} s on")
+    if not found:
+        return ()
+    return (
+        f"{'; '.join(found)}: {type(law).__name__} is near FASTSIM up to {limit:g}, beyond that its forces are too "
+        "large; wt.creep.Fastsim() is right there",
+    )
+
+
+def _times(march: MultibodyMarch) -> FloatArray:
+    return np.append(march.steps[:, 0], march.end)
+
+
+def _shift(lowered: LoweredWagon, march: MultibodyMarch, body: str, radius: float) -> FloatArray:
+    """Return the shift of a wheelset's treads to the left, m, at the beginnings of all steps and at the end."""
+    motions, places = lowered.layout.motions, lowered.layout.places
+    states = np.vstack([march.states, march.state])
+    y, roll = (
+        states[:, places[motions.index((body, motion))]] if (body, motion) in motions else 0.0
+        for motion in ("y", "roll")
+    )  # fmt: skip
+    return np.asarray(y + radius * roll)
+
+
+def _first_on_flange(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> float | None:
+    """Return the time of the first impact of a flange, s; None without one."""
+    if not isinstance(scenario.profiles, WheelRail):
+        return None
+    treads = lowered.assembly.numbers[contract.TREADS] * contract.LANES
+    events = march.events[(march.events[:, 1] == IMPACT) & (march.events[:, 2] >= treads)]
+    return float(events[0, 0]) if len(events) else None
