@@ -11,14 +11,17 @@ from numpy.typing import NDArray
 from wheeltapper.describe.table.text import TextColumn, TextTable, listing, named, read_text_table
 from wheeltapper.describe.table.units import plain
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.quantities import UNITS, unit_factor
+from wheeltapper.ground.quantities import UNITS
 
 FloatArray = NDArray[np.float64]
 
 GAP = 20.0
 FEWEST = 4
 _SCALED = {
-    unit for kind in ("length", "angle") for unit, size in UNITS[kind].items() if size != 1.0 and unit not in ("in", "°")
+    unit
+    for kind in ("length", "angle")
+    for unit, size in UNITS[kind].items()
+    if size != 1.0 and unit not in ("in", "°")
 }
 """Units that words above the numbers may name, and without which they mean something else."""
 
@@ -40,8 +43,8 @@ def read_columns(
     try:
         table = read_text_table(path, ("length", "angle"), fewest=2)
         x, y = _chosen(table.columns, columns)
-        _check_units(table, x, y)
-        return _si(x, place, table), _si(y, "length", table), table.lines.tolist()
+        _check_words(table, x)
+        return *converted(table, (x, place, ""), (y, "length", "")), table.lines.tolist()
     except InputError as error:
         raise error.at(str(path)) from None
 
@@ -59,12 +62,8 @@ def _chosen(held: tuple[TextColumn, ...], columns: tuple[str | int, str | int] |
     return first, second
 
 
-def _check_units(table: TextTable, x: TextColumn, y: TextColumn) -> None:
-    """Refuse units of one column alone, and those that stand elsewhere than in the header."""
-    for here, other in ((x, y), (y, x)):
-        if other.unit and not here.unit:
-            found = f"no unit of {here.name!r}, and {other.unit} of {other.name!r}"
-            raise InputError("", "header", found, "units of both, as in 'x [mm]', or of none (m, rad)")
+def _check_words(table: TextTable, x: TextColumn) -> None:
+    """Refuse units that stand above the columns and not in their header."""
     for number, text in table.beside if not x.unit else []:
         unit = next((word for word in re.findall(r"[^\W\d_]+", text) if word in _SCALED), None)
         if unit is not None:
@@ -72,19 +71,29 @@ def _check_units(table: TextTable, x: TextColumn, y: TextColumn) -> None:
             raise InputError("", f"line {number}", found, "units in the header, as in 'x [mm]'")
 
 
-def _si(column: TextColumn, dimension: str, table: TextTable) -> FloatArray:
-    """Return a column's values in SI units."""
-    if column.fault is not None:
-        raise column.fault
-    unit = plain(column.unit)
-    try:
-        factor = unit_factor(unit, dimension) if unit else 1.0
-    except ValueError:
-        above = [number for number, _ in table.beside if number < table.lines[0]]
-        field = f"line {above[-1]}, header" if above else "header"
-        found = f"the unit {column.unit!r} of {column.name!r}"
-        raise InputError("", field, found, f"a unit of {dimension}: {', '.join(UNITS[dimension])}") from None
-    return np.ascontiguousarray(column.values) * factor
+def converted(table: TextTable, *wanted: tuple[TextColumn, str, str]) -> tuple[FloatArray, ...]:
+    """Return the values of columns, each with its dimension and the unit that is asked for ("": that of the SI).
+
+    Without units in the header they are in those units already; a unit of one column alone is refused.
+    """
+    above = [number for number, _ in table.beside if number < table.lines[0]]
+    field = f"line {above[-1]}, header" if above else "header"
+    out = []
+    for column, dimension, base in wanted:
+        if column.fault is not None:
+            raise column.fault
+        other = next((c for c, _, _ in wanted if bool(c.unit) != bool(column.unit)), None)
+        if other is not None:
+            has, lacks = (column, other) if column.unit else (other, column)
+            found = f"no unit of {lacks.name!r}, and {has.unit} of {has.name!r}"
+            raise InputError("", field, found, "units of both, as in 'x [mm]', or of none")
+        unit = plain(column.unit)
+        if unit and unit not in UNITS[dimension]:
+            found = f"the unit {column.unit!r} of {column.name!r}"
+            raise InputError("", field, found, f"a unit of {dimension}: {', '.join(UNITS[dimension])}")
+        factor = UNITS[dimension][unit] / (UNITS[dimension][base] if base else 1.0) if unit else 1.0
+        out.append(np.ascontiguousarray(column.values) * factor)
+    return tuple(out)
 
 
 def check(x: FloatArray, y: FloatArray, source: str, lines: list[int] | None, allow_gaps: bool) -> None:
