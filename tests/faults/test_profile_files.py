@@ -7,6 +7,7 @@ from wheeltapper.describe.profile.files import rail_profile, wheel_profile
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import s1002
 from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.geometry import contact_geometry
 
 WHEEL = np.linspace(-70.0, 60.0, 261)
 RAIL = np.linspace(-37.0, 37.0, 297)
@@ -153,3 +154,25 @@ def test_miniprofs_wheel_must_count_from_the_flanges_back(tmp_path):
 def test_a_simpack_rail_with_heights_upwards_is_refused(tmp_path):
     (tmp_path / "r.prr").write_text(simpack(GOOD_RAIL, kind=0))
     refused(tmp_path / "r.prr", "rail", "crown", "mirror.z")
+
+
+@pytest.mark.parametrize(("slope", "spacing"), [(20.0, 0.002), (90.0, 0.01)])
+def test_steep_and_finely_sampled_sides_of_a_rail_touch_as_coarser_ones_do(tmp_path, slope, spacing):
+    def touched(step):
+        out = np.arange(step, 20.0 / slope, step)
+        y = np.concatenate([-36.0 - out[::-1], head, 36.0 + out])
+        z = np.concatenate([(tops[0] - slope * out)[::-1], tops, tops[-1] - slope * out])
+        (tmp_path / "r.txt").write_text(rows(y, z))
+        return contact_geometry(s1002, rail_profile(str(tmp_path / "r.txt")), surface="flange", smoothing=15e-6)
+
+    head = np.linspace(-36.0, 36.0, 289)
+    tops = rail_60e1(head)
+    fine, coarse = touched(spacing), touched(0.05)
+    assert np.isfinite(fine.curvature).all()
+    near = fine.shift > 4e-3
+    np.testing.assert_allclose(fine.lift[near], coarse.lift[near], atol=3e-5)
+
+
+def test_a_flange_that_touches_with_an_edge_alone_is_refused():
+    with pytest.raises(InputError, match="profiles: found a flange that is beside the rail"):
+        contact_geometry(s1002, rail_60e1, surface="flange", shifts=np.linspace(-20e-3, -15e-3, 11))

@@ -121,7 +121,7 @@ def recording(path, dialect):
 
 
 @pytest.mark.parametrize("purpose", [measured, out_of_round, wheel, rail, recording])
-@pytest.mark.parametrize("dialect", dialects())
+@pytest.mark.parametrize("dialect", list(dialects()))
 def test_every_dialect_is_read_exactly_for_every_purpose(tmp_path, purpose, dialect):
     purpose(tmp_path / "a.csv", dialect)
 

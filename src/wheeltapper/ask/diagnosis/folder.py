@@ -12,6 +12,7 @@ from wheeltapper._version import __version__
 from wheeltapper.ask.diagnosis.diagnose import diagnose
 from wheeltapper.ask.diagnosis.finding import Finding
 from wheeltapper.ask.diagnosis.processes import in_processes
+from wheeltapper.ask.spec import contents
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import InputError
 
@@ -131,7 +132,8 @@ def _mark(path: Path, site: Site, reading: dict[str, Any]) -> dict[str, Any]:
         size, changed = seen.st_size, seen.st_mtime_ns
     except OSError:
         size = changed = -1
-    of = json.dumps([site.model_dump(mode="json"), reading], sort_keys=True, default=str)
+    told = [site.model_dump(mode="json"), reading, *([held] if (held := contents(site.passage)) else [])]
+    of = json.dumps(told, sort_keys=True, default=str)
     digest = hashlib.sha256(of.encode()).hexdigest()
     return {"size": size, "changed": changed, "site": digest, "version": __version__}
 

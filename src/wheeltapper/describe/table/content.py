@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import hashlib
 import zlib
 from pathlib import Path
 
@@ -32,6 +33,14 @@ def content(path: Path, largest: float = LARGEST) -> bytes:
         raise InputError("", "path", f"no readable file ({error.strerror or error})", "a file") from None
     check_size(len(unpacked), largest)
     return unpacked
+
+
+def digest(path: Path) -> str:
+    """Return what tells a file's content from others; nothing for a file that cannot be read."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return ""
 
 
 def check_size(count: float, largest: float) -> None:
