@@ -34,6 +34,8 @@ def diagnose(
 ) -> int:
     """Find what is wrong with wheelsets from recordings of the deck's acceleration.
 
+    Exit code 3: some of several files were not read; the rest is done.
+
     Parameters
     ----------
     recordings
@@ -51,9 +53,10 @@ def diagnose(
     workers
         Processes; by default one per core.
     unit, rate, column, speed
-        What the files do not say: unit of 1 in the file, samples per second, which column, measured speed.
+        What the files do not say: unit of 1 in the file, samples per second, which column (its name, its header as it
+        stands in the file, or its number from 0), measured speed.
     """
-    from wheeltapper.ask.diagnosis.folder import diagnose_all
+    from wheeltapper.ask.diagnosis.folder import NOT_READ, diagnose_all
     from wheeltapper.describe.site import Site
     from wheeltapper.faces.progress import progress_bar
 
@@ -83,7 +86,7 @@ def diagnose(
         print(_counts(found))
     if output is not None:
         print(f"findings: {output}")
-    return DONE
+    return NOT_FINISHED if any(entry["verdict"] == NOT_READ for entry in found) else DONE
 
 
 def _files(recordings: tuple[Path, ...]) -> list[Path]:

@@ -5,11 +5,13 @@ The process stays for the next file, and is replaced when it has ended; so a fol
 
 from __future__ import annotations
 
+import atexit
 import os
 import pickle
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 from threading import Lock, Timer
 from typing import Any
@@ -59,7 +61,10 @@ def read_apart(path: Path, largest: float) -> Table:
 def _process() -> subprocess.Popen[bytes]:
     """Return the process that reads for this one, started if need be."""
     process = _READERS.get(os.getpid())
-    if process is None or process.poll() is not None:
+    if process is not None and process.poll() is not None:
+        stop()
+        process = None
+    if process is None:
         found = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "OPENBLAS_NUM_THREADS": "1"}
         process = subprocess.Popen(
             [sys.executable, "-c", _SERVE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
@@ -76,17 +81,24 @@ def _ended(process: subprocess.Popen[bytes], late: bool) -> str:
             process.wait(timeout=1.0)
         except subprocess.TimeoutExpired:
             late = process.poll() is None
-    process.kill()
-    code = process.wait()
-    for stream in (process.stdin, process.stdout):
-        try:
-            stream.close()  # type: ignore[union-attr]
-        except OSError:
-            continue
-    _READERS.pop(os.getpid(), None)
+    code = stop()
     if late:
         return f"had not ended after {PATIENCE:g} s"
     return f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+
+
+@atexit.register
+def stop() -> int:
+    """End the process that reads for this one; return its exit code."""
+    process = _READERS.pop(os.getpid(), None)
+    if process is None:
+        return 0
+    process.kill()
+    for stream in (process.stdin, process.stdout):
+        assert stream is not None
+        with suppress(OSError):
+            stream.close()
+    return process.wait()
 
 
 def serve() -> None:

@@ -63,7 +63,7 @@ def diagnose_all(
     """
     paths = [Path(file) for file in files]
     folder = _folder(output, paths)
-    reading = dict(reading or {})
+    reading = {"apart": True} | dict(reading or {})
     found: dict[int, dict[str, Any]] = {}
     for i, path in enumerate(paths):
         kept = None if folder is None else _kept(_target(folder, path), path, site, reading)
@@ -88,11 +88,12 @@ def _one(site: Site, task: _Task) -> dict[str, Any]:
     try:
         finding = diagnose(read_recording(path, **reading), site)
         entry = finding.to_dict() | {"paragraph": str(finding)}
-    except InputError as error:
+    except Exception as error:  # the other files are diagnosed whatever this one holds
         if raising:
             raise
         finding = None
-        entry = {"source": str(path), "verdict": NOT_READ, "paragraph": str(error)}
+        why = str(error) if isinstance(error, InputError) else f"{path}: found {type(error).__name__}: {error}"
+        entry = {"source": str(path), "verdict": NOT_READ, "paragraph": " ".join(why.split())}
     if folder is not None:
         target = _target(folder, path)
         _write(target, entry | {"of": _mark(path, site, reading)})
