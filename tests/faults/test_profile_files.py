@@ -7,6 +7,7 @@ from wheeltapper.describe.profile.files import rail_profile, wheel_profile
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import s1002
 from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.geometry import contact_geometry
 
 WHEEL = np.linspace(-70.0, 60.0, 261)
 RAIL = np.linspace(-37.0, 37.0, 297)
@@ -61,20 +62,24 @@ def test_a_name_that_is_no_profiles_is_refused(tmp_path, name, kind, content, pa
 @pytest.mark.parametrize(
     ("name", "content", "parts"),
     [
-        ("w.txt", "", ("0 points", "at least 10")),
+        ("w.txt", "", ("an empty file",)),
         ("w.txt", "1 2\n" * 9, ("9 points", "at least 10")),
-        ("w.txt", "y z\n1 2\n3\n", ("line 3", "'3'", "2 finite numbers")),
-        ("w.txt", "1 2\n3 four\n", ("line 2", "'3 four'")),
-        ("w.txt", "1 2 3\n", ("line 1", "'1 2 3'")),
-        ("w.txt", "nan 2\n1 2\n", ("line 1", "'nan 2'", "finite")),
+        ("w.txt", "y z\n1 2\n3\n", ("line 3", "1 values in '3'", "2, as in the header")),
+        ("w.txt", "1 2\n3 four\n", ("line 2", "'four'", "a number")),
+        ("w.txt", "1 2 3\n", ("line 1", "3 columns", "allowed: 2")),
+        ("w.txt", "nan 2\n1 2\n", ("line 1", "nan and 2", "finite")),
         ("w.txt", "1 inf\n", ("line 1", "finite")),
-        ("w.txt", "1,5\t2,5\n", ("line 1",)),  # decimal commas, not four columns
-        ("w.txt", "two lines\nof words\n", ("line 2", "'of words'")),
-        ("w.txt", "\x00\x01\n\x02\x03", ("line 2",)),
+        ("w.txt", "1,5\t2,5\n", ("1 points",)),  # decimal commas, not four columns
+        ("w.txt", "1,5,2,5\n2,5,3,5\n", ("line 1", "'1,5,2,5'", "decimal commas")),
+        ("w.txt", "y [mm];z [kg]\n1;2\n", ("line 1, header", "'kg'", "a unit of length")),
+        ("w.txt", "y [mm];z\n1;2\n", ("line 1, header", "no unit of 'z'", "units of both")),
+        ("w.txt", "two lines\nof words\n", ("'of words' in line 2",)),
+        ("w.txt", "\x00\x01\n\x02\x03", ("not text",)),
         ("w.whl", "XYPoints=300\n\n" + GOOD_WHEEL, ("XYPoints", "261 of 300", "cut off")),
         ("w.whl", "XYPoints=many\n\n" + GOOD_WHEEL, ("XYPOINTS", "'many'", "a number")),
         ("w.whl", "ColumnDef=A,C\n\n" + GOOD_WHEEL, ("ColumnDef", "'A,C'", "X and Y")),
         ("w.whl", "ColumnDef=X,Y\n\n1 2\nSide=L\n", ("line 4", "'Side=L'")),
+        ("w.whl", "ColumnDef=X,Y\n\n1,5,2,5\n2,5,3,5\n", ("line 3", "'1,5,2,5'", "decimal commas")),
         ("w.prw", simpack(""), ("point", "no points", "point.begin")),
         ("w.prw", "spline.begin\npoint.begin\n1 2\n", ("point", "the end of the file", "point.end")),
         ("w.prw", simpack("1 2\n3\n"), ("line 8", "'3'")),
@@ -149,3 +154,25 @@ def test_miniprofs_wheel_must_count_from_the_flanges_back(tmp_path):
 def test_a_simpack_rail_with_heights_upwards_is_refused(tmp_path):
     (tmp_path / "r.prr").write_text(simpack(GOOD_RAIL, kind=0))
     refused(tmp_path / "r.prr", "rail", "crown", "mirror.z")
+
+
+@pytest.mark.parametrize(("slope", "spacing"), [(20.0, 0.002), (90.0, 0.01)])
+def test_steep_and_finely_sampled_sides_of_a_rail_touch_as_coarser_ones_do(tmp_path, slope, spacing):
+    def touched(step):
+        out = np.arange(step, 20.0 / slope, step)
+        y = np.concatenate([-36.0 - out[::-1], head, 36.0 + out])
+        z = np.concatenate([(tops[0] - slope * out)[::-1], tops, tops[-1] - slope * out])
+        (tmp_path / "r.txt").write_text(rows(y, z))
+        return contact_geometry(s1002, rail_profile(str(tmp_path / "r.txt")), surface="flange", smoothing=15e-6)
+
+    head = np.linspace(-36.0, 36.0, 289)
+    tops = rail_60e1(head)
+    fine, coarse = touched(spacing), touched(0.05)
+    assert np.isfinite(fine.curvature).all()
+    near = fine.shift > 4e-3
+    np.testing.assert_allclose(fine.lift[near], coarse.lift[near], atol=3e-5)
+
+
+def test_a_flange_that_touches_with_an_edge_alone_is_refused():
+    with pytest.raises(InputError, match="profiles: found a flange that is beside the rail"):
+        contact_geometry(s1002, rail_60e1, surface="flange", shifts=np.linspace(-20e-3, -15e-3, 11))

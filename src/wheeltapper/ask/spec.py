@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from wheeltapper.ask.study import Study, study
+from wheeltapper.describe.profile.wheel_rail import BUILT_IN, WheelRail
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
+from wheeltapper.describe.table.content import digest
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.features import named
 
@@ -17,7 +19,7 @@ FIELDS = (
     "scenario", "over", "features", "gradient", "zipped", "samples", "sampling", "seed", "method", "chaos_limit",
     "chunk",
 )  # fmt: skip
-NOT_OPTIONS = ("scenario", "over", "features", "chunk")
+NOT_OPTIONS = ("scenario", "over", "features", "chunk", "contents")
 SPACING: dict[str, Callable[..., Any]] = {"linear": np.linspace, "log": np.geomspace}
 
 
@@ -30,12 +32,22 @@ def read(path: Path) -> dict[str, Any]:
     for name in ("scenario", "over", "features"):
         if name not in data:
             raise InputError(str(path), name, "nothing", "a value, which is required here")
-    held = data["scenario"]
-    if isinstance(held, str):
-        scenario = Scenario.from_toml(path.parent / held)
+    of = data["scenario"]
+    if isinstance(of, str):
+        scenario = Scenario.from_toml(path.parent / of)
     else:
-        scenario = Scenario.of(relative_paths(held, path.parent), str(path))
-    return data | {"scenario": scenario.model_dump(mode="json")}
+        scenario = Scenario.of(relative_paths(of, path.parent), str(path))
+    held = {"contents": found} if (found := contents(scenario)) else {}
+    return data | {"scenario": scenario.model_dump(mode="json")} | held
+
+
+def contents(scenario: Scenario) -> dict[str, str]:
+    """Return digests of the files that a scenario names: what is kept of it holds only while they stay the same."""
+    items = [getattr(item, "of", item) for item in scenario.irregularities]
+    names = [item.path for item in items if getattr(item, "path", None) is not None]
+    if isinstance(scenario.profiles, WheelRail):
+        names += [name for name in (scenario.profiles.wheel, scenario.profiles.rail) if name not in BUILT_IN]
+    return {str(name): digest(Path(name)) for name in names}
 
 
 def meant(spec: dict[str, Any]) -> Study:

@@ -36,6 +36,8 @@ def diagnose(
 ) -> int:
     """Find what is wrong with wheelsets from recordings of the deck's acceleration.
 
+    Exit code 3: some of several files were not read; the rest is done.
+
     Parameters
     ----------
     recordings
@@ -57,11 +59,12 @@ def diagnose(
     rate
         Samples per second, where the files do not say it.
     column
-        Which column of the files, where there are several.
+        Which column of the files, where there are several: its name, its header as it stands in the file, or its number
+        from 0.
     speed
         Measured speed of the wheelset.
     """
-    from wheeltapper.ask.diagnosis.folder import diagnose_all
+    from wheeltapper.ask.diagnosis.folder import NOT_READ, diagnose_all
     from wheeltapper.describe.site import Site
     from wheeltapper.faces.progress import progress_bar
 
@@ -91,7 +94,7 @@ def diagnose(
         print(_counts(found))
     if output is not None:
         print(f"findings: {output}")
-    return DONE
+    return NOT_FINISHED if any(entry["verdict"] == NOT_READ for entry in found) else DONE
 
 
 def _files(recordings: tuple[Path, ...]) -> list[Path]:

@@ -19,12 +19,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.profile.s1002 import BACK, FLANGE_BACK, FRONT
+from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
 Shape = Callable[[FloatArray], FloatArray]
@@ -129,6 +131,9 @@ def _beside(shifts: FloatArray, rows: FloatArray) -> FloatArray:
     if not sharp.any():
         return rows
     first = int(np.flatnonzero(sharp)[-1]) + 1
+    if first + 1 >= len(shifts):
+        found = f"a flange that is beside the rail, or meets it with an edge alone, at {1e3 * shifts[first - 1]:g} mm"
+        raise InputError("", "profiles", found, "wheel and rail whose flange and side touch as the wheel shifts")
     out = rows.copy()
     out[:, :first] = rows[:, first : first + 1]
     out[0, :first] += (shifts[:first] - shifts[first]) * (rows[0, first + 1] - rows[0, first]) / (shifts[1] - shifts[0])
@@ -158,7 +163,8 @@ def _touch(
     mean = float(weight @ s)
     variance = float(weight @ (s - mean) ** 2)
     lift = smoothing * np.log(total * FINENESS) - smallest
-    return float(lift), mean, radius + float(weight @ profile), smoothing / (2.0 * variance)
+    curvature = smoothing / (2.0 * variance) if variance > 0.0 else inf  # one place alone: an edge
+    return float(lift), mean, radius + float(weight @ profile), curvature
 
 
 def resting_roll(geometry: Geometry, shift: float, radius: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -10,7 +11,8 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.profile.files import rail_profile, wheel_profile
-from wheeltapper.describe.profile.wheel_rail import Cones, WheelRail
+from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Cones, WheelRail
+from wheeltapper.describe.table.content import digest
 from wheeltapper.lower.ellipse import contact_constant, semi_axes
 from wheeltapper.lower.geometry import Geometry, contact_geometry
 from wheeltapper.lower.kalker import coefficients
@@ -23,12 +25,24 @@ NODES = 441
 Surface = Literal["tread", "flange"]
 
 
-@lru_cache(maxsize=16)
 def geometry_of(profiles: WheelRail | Cones, radius: float, crown: float, surface: Surface = "tread") -> Geometry:
     """Return the contact geometry of wheels with this nominal radius (m).
 
     `crown` is the transverse radius of rails that cones roll on, m.
     """
+    return _geometry(profiles, _contents(profiles), radius, crown, surface)
+
+
+def _contents(profiles: WheelRail | Cones) -> tuple[str, ...]:
+    """Return digests of the files that profiles name, since these may change under the same names."""
+    names = () if isinstance(profiles, Cones) else (profiles.wheel, profiles.rail)
+    return tuple(digest(Path(name)) for name in names if name not in BUILT_IN)
+
+
+@lru_cache(maxsize=16)
+def _geometry(
+    profiles: WheelRail | Cones, contents: tuple[str, ...], radius: float, crown: float, surface: Surface
+) -> Geometry:
     u = np.linspace(-WIDTH, WIDTH, NODES)
     if isinstance(profiles, Cones):
         slope = profiles.conicity
@@ -49,14 +63,20 @@ def flange_from(profiles: WheelRail, radius: float) -> float:
     return float(tread.shift[near[0]]) if len(near) else WIDTH
 
 
-@lru_cache(maxsize=16)
 def patch_tables(profiles: WheelRail | Cones, contact: Hertz, radius: float, surface: Surface = "tread") -> FloatArray:
     """Return the tables of `march.assembly` at their nodes, (TABLES, nodes).
 
     On a flange, which is steep, indentations and forces count along z; ellipse and forces of Hertz lie in the inclined
     plane of contact.
     """
-    geometry = geometry_of(profiles, radius, contact.rail_radius, surface)
+    return _patch_tables(profiles, _contents(profiles), contact, radius, surface)
+
+
+@lru_cache(maxsize=16)
+def _patch_tables(
+    profiles: WheelRail | Cones, contents: tuple[str, ...], contact: Hertz, radius: float, surface: Surface
+) -> FloatArray:
+    geometry = _geometry(profiles, contents, radius, contact.rail_radius, surface)
     young, poisson = contact.youngs_modulus, contact.poisson
     cosine = np.ones_like(geometry.shift)
     if surface == "flange":

@@ -108,7 +108,7 @@ def _enter_cells(first: float, finer: float, data: FloatArray, cells: int, count
     last = count - 1.0
     changed = 0.0
     for i in range(LANES):
-        cell = min(max(np.floor((L[U + i] - first) * finer), 0.0), last)
+        cell = min(last, max(0.0, np.floor((L[U + i] - first) * finer)))  # in this order NaN gives 0, not an index
         L[NEW_CELL + i] = cell
         changed += (cell - L[CELL + i]) * (cell - L[CELL + i])
     if changed == 0.0:
@@ -236,7 +236,7 @@ def _linear(inclined: float, friction: float, L: FloatArray) -> float:
         fy = -L[STIFF_Y + i] * slip_y - L[STIFF_SPIN + i] * slip_turn
         force = sqrt(fx * fx + fy * fy)
         share = force / (force + friction * L[NORMAL + i] * stretch + 1e-300)
-        cell = np.floor(share * LAST_CELL)
+        cell = max(0.0, np.floor(share * LAST_CELL))  # 0 for NaN
         L[SLIP_X + i] = slip_x
         L[SLIP_Y + i] = slip_y
         L[SLIP_TURN + i] = slip_turn

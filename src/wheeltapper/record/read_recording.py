@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.table.content import LARGEST
+from wheeltapper.describe.table.units import plain
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import UNITS, unit_factor
-from wheeltapper.record.reading_arrays import read_mat, read_mdf, read_nc, read_npy, read_npz, read_tdms, read_wav
+from wheeltapper.record.reading_apart import read_apart
 from wheeltapper.record.reading_checks import Grid, check_samples, clipping, contradicts, on_grid, size_notes
+from wheeltapper.record.reading_files import read_file
 from wheeltapper.record.reading_table import TIMES, Column, Table, choose, clipped_column, plain_name, positive
-from wheeltapper.record.reading_text import read_text
-from wheeltapper.record.reading_units import QUANTITIES, has_number, meaning, plain
+from wheeltapper.record.reading_units import QUANTITIES, has_number, meaning
 from wheeltapper.record.reading_writing import write_recording
 from wheeltapper.record.recording import Quantity, Recording
 
 __all__ = ["read_recording", "write_recording"]
 
-READERS: dict[str, Callable[[Path], Table]] = {
-    ".csv": read_text, ".txt": read_text, ".tsv": read_text, ".csv.gz": read_text, ".txt.gz": read_text,
-    ".tsv.gz": read_text, ".wav": read_wav, ".mat": read_mat, ".npy": read_npy, ".npz": read_npz, ".nc": read_nc,
-    ".tdms": read_tdms, ".mf4": read_mdf, ".mdf": read_mdf,
-}  # fmt: skip
 LONG = 3600.0
 
 
@@ -38,6 +34,8 @@ def read_recording(
     column: str | int | None = None,
     time: str | int | None = None,
     speed: float | str | None = None,
+    largest: float = LARGEST,
+    apart: bool = False,
 ) -> Recording:
     """Read a recording.
 
@@ -57,10 +55,15 @@ def read_recording(
     rate
         Samples per second, Hz or as "20 kHz", where the file has neither rate nor times.
     column, time
-        Name, or number from 0, of the column (channel, variable) of samples and of times, where the file leaves a
-        choice. Times are in s where they have no unit.
+        Name, header as it stands in the file, or number from 0, of the column (channel, variable) of samples and of
+        times, where the file leaves a choice. Times are in s where they have no unit.
     speed
         Measured speed of the passage, m/s or as "80 km/h"; goes before that in the file.
+    largest
+        Bytes that the file may hold, unpacked; a larger one is refused before it is read.
+    apart
+        Whether a file that is no text is read in a process of its own, which a damaged one may end, or hold up for a
+        minute: then it is refused.
 
     Returns
     -------
@@ -77,26 +80,12 @@ def read_recording(
     """
     path = Path(path)
     try:
-        table = _read(path)
+        table = (read_apart if apart else read_file)(path, largest)
         stated = _stated_rate(table.facts.get("rate"), rate)
         samples, clock = choose(table, column, time, quantity)
         return _recording(path, table, samples, clock, quantity, unit, stated, speed)
     except InputError as error:
         raise error.at(str(path)) from None
-
-
-def _read(path: Path) -> Table:
-    """Return what a file holds."""
-    name = path.name.lower()
-    reader = next((READERS[end] for end in sorted(READERS, key=len, reverse=True) if name.endswith(end)), None)
-    if reader is None:
-        raise InputError("", "path", f"the suffix {path.suffix!r}", ", ".join(READERS))
-    try:
-        if path.stat().st_size == 0:
-            raise InputError("", "path", "an empty file", "a file with samples")
-        return reader(path)
-    except OSError as error:
-        raise InputError("", "path", f"no readable file ({error.strerror or error})", "a file") from None
 
 
 def _recording(

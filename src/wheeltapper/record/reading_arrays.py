@@ -3,34 +3,64 @@
 from __future__ import annotations
 
 import importlib
+import io
 import json
+import math
 import warnings
-from collections.abc import Mapping
+import zlib
+from collections.abc import Callable, Mapping
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.table.content import check_size
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.reading_table import CLIPPED, INTERVALS, RATES, Column, Table, positive, rate_fact
 from wheeltapper.record.reading_units import name_and_unit
 
 UNIT_NAMES = ("unit", "units")
+MATLAB_CLASSES = ("double", "single", "logical", "char", *(f"{s}int{n}" for s in ("", "u") for n in (8, 16, 32, 64)))
+"""What may be samples or facts; structures and cells are left out."""
+MATLAB_PACKED = 15
+"""Type of a compressed element."""
+CHUNK = 2**18
 
 
-def read_wav(path: Path) -> Table:
+def whole(kind: str) -> Callable[[Callable[[Path, float], Table]], Callable[[Path, float], Table]]:
+    """Let a reader refuse in one line whatever is wrong with a file: no library names all that a broken one does."""
+
+    def wrapped(reader: Callable[[Path, float], Table]) -> Callable[[Path, float], Table]:
+        @wraps(reader)
+        def read(path: Path, largest: float) -> Table:
+            check_size(path.stat().st_size, largest)
+            try:
+                return reader(path, largest)
+            except InputError:
+                raise
+            except Exception as error:
+                text = " ".join(str(error).split())[:120] or type(error).__name__
+                raise InputError("", "path", f"no readable {kind} file ({text})", f"a whole {kind} file") from None
+
+        return read
+
+    return wrapped
+
+
+@whole("WAV")
+def read_wav(path: Path, largest: float) -> Table:
     """Return the channels of a WAV file; of integers, 1 is full scale."""
     from scipy.io import wavfile
 
+    with path.open("rb") as file:
+        head = file.read(36)
+    if head.startswith(b"RF64"):  # sizes of 64 bits, which are believed before the file is read
+        check_size(int.from_bytes(head[28:36], "little"), largest)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        try:
-            rate, samples = wavfile.read(path)
-        except (ValueError, EOFError, OSError, TypeError, ZeroDivisionError) as error:
-            raise _unreadable("WAV", error) from None
-        except Exception as error:  # struct.error of a header cut short
-            raise _unreadable("WAV", error) from None
+        rate, samples = wavfile.read(path)
     notes = [str(w.message).split("\n")[0] for w in caught if "non-data" not in str(w.message)]
     integer = samples.dtype.kind in "iu"
     if integer:
@@ -41,49 +71,103 @@ def read_wav(path: Path) -> Table:
     return Table(columns, {"rate": float(rate), "notes": notes}, full_scale=integer)
 
 
-def read_npy(path: Path) -> Table:
+@whole("numpy")
+def read_npy(path: Path, largest: float) -> Table:
     """Return a vector, the columns of a matrix, or the fields of a structured array."""
-    array = _loaded(path)
+    with path.open("rb") as file:
+        array = _array(file, path.stat().st_size, largest)
     if array.dtype.names:
         fields = [(name, *name_and_unit(name)) for name in array.dtype.names]
         return Table(tuple(Column(name, array[key].ravel(), unit) for key, name, unit in fields))
     return Table(tuple(_spread("", array)))
 
 
-def read_npz(path: Path) -> Table:
+@whole("numpy")
+def read_npz(path: Path, largest: float) -> Table:
     """Return the vectors of an .npz file, and the numbers and texts beside them."""
-    with _loaded(path) as archive:
-        try:
-            return _from_variables({name: archive[name] for name in archive.files})
-        except (ValueError, OSError, EOFError) as error:
-            if isinstance(error, InputError):
-                raise
-            raise _unreadable("numpy", error) from None
-
-
-def _loaded(path: Path) -> Any:
     import zipfile
 
-    try:
-        return np.load(path, allow_pickle=False)
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise _unreadable("numpy", error) from None
+    variables = {}
+    with zipfile.ZipFile(path) as archive:
+        members = archive.infolist()
+        check_size(sum(member.file_size for member in members), largest)
+        for member in members:
+            if member.filename.endswith(".npy"):
+                file = io.BytesIO(archive.read(member))  # no more than the size that it states
+                variables[member.filename.removesuffix(".npy")] = _array(file, member.file_size, largest)
+    return _from_variables(variables)
 
 
-def read_mat(path: Path) -> Table:
+def _array(file: Any, size: int, largest: float) -> NDArray[Any]:
+    """Return the array in an .npy file, which must be as long as it says."""
+    form = np.lib.format
+    read_header = form.read_array_header_1_0 if form.read_magic(file) == (1, 0) else form.read_array_header_2_0
+    shape, _, dtype = read_header(file)
+    stated = math.prod(shape) * dtype.itemsize
+    check_size(stated, largest)
+    if min(shape, default=0) < 0 or stated > size - file.tell():
+        found = f"an array of {stated} bytes in a file with {size - file.tell()}"
+        raise InputError("", "path", found, "a whole numpy file")
+    file.seek(0)
+    return np.asarray(form.read_array(file, allow_pickle=False))
+
+
+@whole("MATLAB")
+def read_mat(path: Path, largest: float) -> Table:
     """Return the variables of a MATLAB file, up to v7 by scipy, v7.3 by h5py."""
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
 
     h5py = importlib.import_module("h5py")
-    try:
-        if h5py.is_hdf5(path):
-            return _from_variables(_hdf5_variables(h5py, path))
-        variables = loadmat(path)
-    except InputError:
-        raise
-    except Exception as error:  # scipy's readers fail in many ways on a broken file
-        raise _unreadable("MATLAB", error) from None
+    if h5py.is_hdf5(path):
+        check_hdf5(path, largest)
+        return _from_variables(_hdf5_variables(h5py, path))
+    held = _unpacked_size(path, largest)
+    wanted = [(name, math.prod(shape)) for name, shape, kind in whosmat(path) if kind in MATLAB_CLASSES]
+    stated = sum(count for _, count in wanted)
+    check_size(8 * stated, largest)
+    if stated > held:
+        raise InputError("", "path", f"{stated} numbers in {held} bytes", "a whole MATLAB file")
+    variables = loadmat(path, variable_names=[name for name, _ in wanted])
     return _from_variables({name: value for name, value in variables.items() if not name.startswith("__")})
+
+
+def _unpacked_size(path: Path, largest: float) -> int:
+    """Return how many bytes a MATLAB file up to v7 holds; no more is unpacked at once than a little."""
+    from scipy.io.matlab import matfile_version
+
+    size = path.stat().st_size
+    if matfile_version(path)[0] != 1:  # before v5 nothing is packed
+        return size
+    total = 0
+    with path.open("rb") as file:
+        order: Literal["big", "little"] = "big" if file.read(128)[126:] == b"MI" else "little"
+        while len(tag := file.read(8)) == 8:
+            kind, count = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)
+            total += 0 if kind == MATLAB_PACKED else count
+            unpacking, end = zlib.decompressobj(), min(file.tell() + count, size)
+            while kind == MATLAB_PACKED and file.tell() < end:
+                piece = file.read(min(CHUNK, end - file.tell()))
+                while piece and not unpacking.eof:
+                    total += len(unpacking.decompress(piece, CHUNK))
+                    check_size(total, largest)
+                    piece = unpacking.unconsumed_tail
+            file.seek(end)
+    return total
+
+
+def check_hdf5(path: Path, largest: float) -> None:
+    """Refuse an HDF5 file whose arrays are larger, as they state, than a file may be."""
+    h5py = importlib.import_module("h5py")
+    total = 0
+
+    def add(_: str, item: Any) -> None:
+        nonlocal total
+        if isinstance(item, h5py.Dataset) and item.shape is not None:
+            total += math.prod(item.shape) * item.dtype.itemsize
+
+    with h5py.File(path, "r") as file:
+        file.visititems(add)
+    check_size(total, largest)
 
 
 def _hdf5_variables(h5py: Any, path: Path) -> dict[str, Any]:
@@ -155,15 +239,14 @@ def _add_number(facts: dict[str, Any], name: str, value: Any) -> None:
         facts[name] = float(value)
 
 
-def read_nc(path: Path) -> Table:
+@whole("netCDF-4")
+def read_nc(path: Path, largest: float) -> Table:
     """Return the vectors of a netCDF file with their units; attributes are facts."""
     import xarray as xr
 
-    try:
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as opened:
-            data = opened.load()
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise _unreadable("netCDF-4", error) from None
+    check_hdf5(path, largest)
+    with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as opened:
+        data = opened.load()
     facts: dict[str, Any] = {}
     names = [str(name) for name in data.variables if data[name].ndim == 1 and data[name].dtype.kind in "fiub"]
     for name, value in data.attrs.items():
@@ -189,19 +272,22 @@ def _add_fact(facts: dict[str, Any], name: str, value: Any) -> None:
         _add_text(facts, name, str(array.ravel()[0]))
 
 
-def read_tdms(path: Path) -> Table:
+@whole("TDMS")
+def read_tdms(path: Path, largest: float) -> Table:
     """Return the channels of a TDMS file, named "group/channel"."""
     nptdms = _optional("nptdms", ".tdms")
-    columns = []
-    try:
-        for group in nptdms.TdmsFile.read(path).groups():
-            for channel in group.channels():
-                values = np.asarray(channel[:])
-                if values.dtype.kind in "fiu" and len(values):
-                    columns.append(_tdms_column(f"{group.name}/{channel.name}", values, channel.properties))
-    except Exception as error:  # nptdms has no class of errors of its own
-        raise _unreadable("TDMS", error) from None
-    return Table(tuple(columns))
+    with nptdms.TdmsFile.open(path) as file:
+        channels = [channel for group in file.groups() for channel in group.channels() if channel.dtype.kind in "fiu"]
+        check_size(sum(len(channel) * channel.dtype.itemsize for channel in channels), largest)
+        stated, size = sum(map(len, channels)), path.stat().st_size
+        if stated > size:
+            raise InputError("", "path", f"{stated} numbers in {size} bytes", "a whole TDMS file")
+        columns = tuple(
+            _tdms_column(f"{channel.group_name}/{channel.name}", np.asarray(channel[:]), channel.properties)
+            for channel in channels
+            if len(channel)
+        )
+    return Table(columns)
 
 
 def _tdms_column(name: str, values: NDArray[Any], properties: Mapping[str, Any]) -> Column:
@@ -211,18 +297,18 @@ def _tdms_column(name: str, values: NDArray[Any], properties: Mapping[str, Any])
     return Column(name, values, unit, rate=1.0 / step if step > 0.0 else None, start=start)
 
 
-def read_mdf(path: Path) -> Table:
+@whole("MDF")
+def read_mdf(path: Path, largest: float) -> Table:
     """Return the channels of an MDF file, each with its own times."""
     asammdf = _optional("asammdf", path.suffix)
     columns = []
-    try:
-        with asammdf.MDF(path) as file:
-            for signal in file.iter_channels(skip_master=True):
-                samples = np.asarray(signal.samples)
-                if samples.ndim == 1 and samples.dtype.kind in "fiu" and len(samples):
-                    columns.append(Column(signal.name, samples, signal.unit or "", times=np.asarray(signal.timestamps)))
-    except Exception as error:  # asammdf's errors have no common class
-        raise _unreadable("MDF", error) from None
+    with asammdf.MDF(path) as file:
+        groups = [group.channel_group for group in file.groups]
+        check_size(sum(group.cycles_nr * (group.samples_byte_nr + 8) for group in groups), largest)
+        for signal in file.iter_channels(skip_master=True):
+            samples = np.asarray(signal.samples)
+            if samples.ndim == 1 and samples.dtype.kind in "fiu" and len(samples):
+                columns.append(Column(signal.name, samples, signal.unit or "", times=np.asarray(signal.timestamps)))
     return Table(tuple(columns))
 
 
@@ -233,8 +319,3 @@ def _optional(package: str, suffix: str) -> Any:
     except ImportError:
         found = f"a {suffix} file, for which the package {package} is not installed"
         raise InputError("", "path", found, f"after: pip install {package}; or another format") from None
-
-
-def _unreadable(kind: str, error: Exception) -> InputError:
-    text = " ".join(str(error).split())[:120] or type(error).__name__
-    return InputError("", "path", f"no readable {kind} file ({text})", f"a whole {kind} file")

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.table.text import listing, named
+from wheeltapper.describe.table.units import is_time, plain
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import to_si
-from wheeltapper.record.reading_units import is_time, plain, quantity_of
+from wheeltapper.record.reading_units import DIMENSIONS, quantity_of
 from wheeltapper.record.recording import Quantity
 
 TIMES = ("t", "time", "times", "timestamp", "time stamp", "elapsed time", "zeit", "temps", "tiempo")
@@ -115,8 +117,8 @@ def choose(
         If a column is named that is not there, or several may be meant.
     """
     columns = [c for c in table.columns if plain_name(c) != CLIPPED]
-    wanted = None if column is None else named(table, "column", column)
-    clock = named(table, "time", time) if time is not None else _clock(columns, wanted)
+    wanted = None if column is None else named(table.columns, "column", column, DIMENSIONS)
+    clock = named(table.columns, "time", time, DIMENSIONS) if time is not None else _clock(columns, wanted)
     if clock is not None and clock is wanted:
         raise InputError("", "time", f"the column {time!r} for times and samples", "two columns")
     samples = wanted if wanted is not None else _samples([c for c in columns if c is not clock], quantity)
@@ -142,20 +144,6 @@ def clipped_column(table: Table, samples: Column) -> NDArray[np.bool_] | None:
 def plain_name(column: Column) -> str:
     """Return a name without regard to capitals."""
     return column.name.strip().lower()
-
-
-def named(table: Table, argument: str, name: str | int) -> Column:
-    """Return the column that a name, or a number from 0, means."""
-    columns = table.columns
-    if isinstance(name, int) and not isinstance(name, bool):
-        if 0 <= name < len(columns):
-            return columns[name]
-        raise InputError("", argument, str(name), f"0 to {len(columns) - 1}, or one of: {_listing(columns)}")
-    exact = [c for c in columns if c.name == name]
-    for found in (exact, [c for c in columns if plain_name(c) == str(name).strip().lower()]):
-        if len(found) == 1:
-            return found[0]
-    raise InputError("", argument, repr(name), f"one of: {_listing(columns)}")
 
 
 def _clock(columns: list[Column], wanted: Column | None) -> Column | None:
@@ -186,9 +174,4 @@ def _samples(columns: list[Column], quantity: Quantity | None) -> Column:
     for narrowed in (fitting, [c for c in columns if plain_name(c) == SAMPLES]):
         if len(narrowed) == 1:
             return narrowed[0]
-    raise InputError("", "column", f"{len(columns)} columns that may be meant", f"one of: {_listing(columns)}")
-
-
-def _listing(columns: list[Column] | tuple[Column, ...]) -> str:
-    names = [c.name or str(i) for i, c in enumerate(columns)]
-    return ", ".join(names[:12]) + (" …" if len(names) > 12 else "")
+    raise InputError("", "column", f"{len(columns)} columns that may be meant", f"one of: {listing(columns)}")

@@ -1,11 +1,13 @@
-"""Units in measured files: the many ways in which they are spelt, and the quantity that follows from them."""
+"""Units in recordings, and the quantity that follows from them."""
 
 from __future__ import annotations
 
 import re
 
+from wheeltapper.describe.table import units
+from wheeltapper.describe.table.units import plain
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.quantities import UNITS, unit_factor
+from wheeltapper.ground.quantities import unit_factor
 from wheeltapper.record.recording import Quantity
 
 QUANTITIES: dict[Quantity, str] = {"deck acceleration": "acceleration", "force": "force"}
@@ -13,51 +15,14 @@ QUANTITIES: dict[Quantity, str] = {"deck acceleration": "acceleration", "force":
 SI: dict[Quantity, str] = {"deck acceleration": "m/s^2", "force": "N"}
 ALLOWED = "m/s^2, g (acceleration), N, kN, kip, lbf (force)"
 
-_SPELT = {
-    "m/s^2": ("m/s/s", "m/(s^2)", "m/sec^2", "ms^-2", "m s^-2", "m*s^-2", "ms-2", "m_s^2", "m_s2", "ms2", "mps2"),
-    "g": ("G", "gn", "g0", "g_n", "gee"),
-    "N": ("Newton", "newton", "newtons", "Newtons"),
-    "kip": ("kips", "klbf"),
-    "s": ("sec", "secs", "second", "seconds", "Sekunden", "S"),
-    "ms": ("msec", "millisecond", "milliseconds"),
-    "us": ("usec", "μs", "microsecond", "microseconds"),
-}
-_PLAIN = {spelt: unit for unit, ways in _SPELT.items() for spelt in ways}
+DIMENSIONS = ("time", "acceleration", "force")
+"""Of the columns of a recording."""
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
-_UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[\s*(.+?)\s*\]|\(\s*(.+?)\s*\)|\s/\s+\(?(.+?)\)?)$")
-
-
-def plain(unit: str) -> str:
-    """Return a unit as the house spells it: "m/s²" and "m s⁻²" are m/s^2; an unknown one as it stands."""
-    text = unit.strip().strip("[]").strip()
-    if text.startswith("(") and text.endswith(")"):
-        text = text[1:-1].strip()
-    text = text.replace("⁻²", "^-2").replace("²", "^2").replace("**", "^").replace("·", "*")
-    return _PLAIN.get(text, text)
-
-
-def is_time(unit: str) -> bool:
-    """Return whether a unit is one of time."""
-    return plain(unit) in UNITS["time"]
-
-
-def is_unit(unit: str) -> bool:
-    """Return whether the house's tables know a unit; empty and "-" are units of a number."""
-    text = plain(unit)
-    return text in ("", "-") or any(text in table for table in UNITS.values())
 
 
 def name_and_unit(header: str) -> tuple[str, str]:
-    """Split "a [g]", "acc (m/s^2)", "F / kN" or "t_s" into name and unit; "" where there is no unit."""
-    text = header.strip().strip('"').strip()
-    match = _UNIT_IN_NAME.fullmatch(text)
-    if match:
-        return match[1], match[2] or match[3] or match[4]
-    for mark in re.finditer("_", text):  # "acc_m_s2": the longest end that is a unit
-        name, unit = text[: mark.start()], text[mark.end() :]
-        if name and plain(unit) in (*UNITS["time"], *UNITS["acceleration"], *UNITS["force"]):
-            return name, unit
-    return text, ""
+    """Split a header into name and unit; "" where there is no unit."""
+    return units.name_and_unit(header, DIMENSIONS)
 
 
 def has_number(unit: str) -> bool:

@@ -12,7 +12,7 @@ FloatArray = NDArray[np.float64]
 Quantity = Literal["deck acceleration", "force"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """Samples at a constant rate.
 
@@ -51,6 +51,14 @@ class Recording:
     def __post_init__(self) -> None:
         if len(self.clipped) == 0:
             object.__setattr__(self, "clipped", np.zeros(len(self.samples), dtype=bool))
+
+    def __repr__(self) -> str:
+        speed = f", {self.speed:.6g} m/s" if self.speed is not None else ""
+        return (
+            f"<Recording {self.source!r}: {self.quantity}, {len(self.samples)} samples at {self.rate:.6g} Hz, "
+            f"{self.duration:.6g} s{speed}, {int(np.isnan(self.samples).sum())} missing, {int(self.clipped.sum())} "
+            f"clipped, {len(self.notes)} notes>"
+        )
 
     @property
     def times(self) -> FloatArray:

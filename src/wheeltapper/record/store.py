@@ -9,18 +9,20 @@ from typing import Any
 import numpy as np
 
 from wheeltapper._version import __version__
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario, toml_table
 from wheeltapper.describe.site import Site
+from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.table import Table
-from wheeltapper.march import program as contract
-from wheeltapper.march.program import ELASTIC, PLAIN, Program
 from wheeltapper.record import damper
 from wheeltapper.record.labels import EVENT_KINDS, WEAR_TITLE
-from wheeltapper.record.record import Record
+from wheeltapper.record.reading_arrays import check_hdf5
+from wheeltapper.record.record import OUTCOMES, Record
+from wheeltapper.record.stored import UNDAMAGED, check, choice, march_of, method_of, notes, program_of, rising, table
 from wheeltapper.record.wagon_record import WagonRecord
 from wheeltapper.record.wagon_store import wagon_record, wagon_tables
 
@@ -107,26 +109,40 @@ def _scenario_text(scenario: Scenario) -> str:
         return repr(scenario)
 
 
-def load(path: str | Path) -> Any:
+LOADED = ".toml (a scenario or a site), .nc (a record) or .zarr (a chart)"
+RECORD = "a record saved by wheeltapper"
+CHART = "a store filled by wheeltapper sweep"
+
+
+def load(path: str | Path, *, largest: float = LARGEST) -> Any:
     """Load by suffix: .toml gives a `Scenario` or a `Site`, .nc a record or what `wear_in` wrote, .zarr a chart.
+
+    Parameters
+    ----------
+    path
+        The file, or a chart's folder.
+    largest
+        Bytes that a .nc file may hold, unpacked.
 
     Raises
     ------
     InputError
-        If the file is missing, foreign, or written by a newer format.
+        If the file is missing, foreign, damaged, or written by a newer format.
     """
-    path = as_path(path, "path", "the path of a file: .toml (a scenario or a site), .nc (a record) or .zarr (a chart)")
-    if path.suffix == ".toml":
-        return (
-            Site.from_toml(path) if "passage" in toml_table(path, "a scenario or a site") else Scenario.from_toml(path)
-        )
-    if path.suffix == ".nc":
-        return _load_record(path)
-    if path.suffix == ".zarr":
-        return _load_chart(path)
-    raise InputError(
-        str(path), "", f"the suffix {path.suffix!r}", ".toml (a scenario or a site), .nc (a record) or .zarr (a chart)"
-    )
+    path = as_path(path, "path", f"the path of a file: {LOADED}")
+    suffix = path.suffix.lower()
+    if suffix not in (".toml", ".nc", ".zarr"):
+        raise InputError(str(path), "", f"the suffix {path.suffix!r}" if path.suffix else "no suffix", LOADED)
+    if path.is_dir() != (suffix == ".zarr") or not path.exists():
+        found = "a folder" if path.is_dir() else "a file" if path.exists() else "no such file or folder"
+        raise InputError(str(path), "", found, LOADED)
+    if suffix == ".toml":
+        is_site = "passage" in toml_table(path, "a scenario or a site")
+        return Site.from_toml(path) if is_site else Scenario.from_toml(path)
+    try:
+        return _load_record(path, largest) if suffix == ".nc" else _load_chart(path)
+    except InputError as error:
+        raise error.at(str(path)) from None
 
 
 def _load_chart(path: Path) -> Any:
@@ -134,57 +150,83 @@ def _load_chart(path: Path) -> Any:
 
     try:
         chart = xr.open_zarr(path)
-    except (OSError, ValueError) as error:
-        raise InputError(
-            str(path), "", f"no readable store ({error})", "a store filled by wheeltapper sweep"
-        ) from error
+    except Exception as error:  # neither zarr nor xarray names all that a damaged store does
+        raise InputError("", "", f"no readable store ({' '.join(str(error).split())[:120]})", CHART) from error
     if chart.attrs.get("title") != "wheeltapper chart":
-        raise InputError(str(path), "", "a store that wheeltapper did not write", "a store filled by wheeltapper sweep")
+        raise InputError("", "", "a store that wheeltapper did not write", CHART)
+    _check_format(chart.attrs.get("format", FORMAT))
+    if "status" not in chart or sum(each.dims == chart["status"].dims for each in chart.data_vars.values()) < 2:
+        raise InputError("", "status", "nothing, or no feature beside it", CHART)
     return chart
 
 
-def _load_record(path: Path) -> Any:
+def _check_format(version: Any) -> None:
+    """Refuse the layout of a newer file."""
+    try:
+        number = int(version)
+    except (TypeError, ValueError):
+        raise InputError("", "format", repr(version)[:80], str(FORMAT)) from None
+    if number > FORMAT:
+        raise InputError("", "format", str(number), f"at most {FORMAT}; wheeltapper {__version__} cannot read it")
+
+
+def _load_record(path: Path, largest: float) -> Any:
     import xarray as xr
 
-    from wheeltapper.march.single import March
-
     try:
+        check_hdf5(path, largest)
         with xr.open_dataset(path, engine="h5netcdf") as opened:
             data = opened.load()
-    except (OSError, ValueError) as error:
-        raise InputError(
-            str(path), "", f"no readable netCDF file ({error})", "a record saved by wheeltapper"
-        ) from error
+    except InputError:
+        raise
+    except Exception as error:  # h5py and xarray fail in many ways on a damaged file
+        raise InputError("", "", f"no readable netCDF file ({' '.join(str(error).split())[:120]})", RECORD) from error
     if data.attrs.get("title") == WEAR_TITLE:
-        return data
-    version = data.attrs.get("format")
-    if version is None or "march_steps" not in data:
-        raise InputError(str(path), "", "a file that wheeltapper did not write", "a record saved by wheeltapper")
-    if int(version) > FORMAT:
-        raise InputError(
-            str(path), "format", str(version), f"at most {FORMAT}; wheeltapper {__version__} cannot read it"
-        )
+        return check_wear(data)
+    if data.attrs.get("format") is None or "march_steps" not in data:
+        raise InputError("", "", "a file that wheeltapper did not write", RECORD)
+    _check_format(data.attrs["format"])
+    scenario = _scenario_of(data)
+    record = wagon_record if isinstance(scenario.vehicle, Wagon) else _wheelset_record
+    return record(scenario, data)
+
+
+def _scenario_of(data: Any) -> Scenario:
+    """Return the scenario in a file."""
+    text = str(data.attrs.get("scenario", ""))
     try:
-        scenario = Scenario.model_validate(json.loads(data.attrs["scenario"]))
-    except ValueError as error:
-        raise InputError(
-            str(path), "scenario", "a Python function, which a file cannot hold", "a scenario without a Profile"
-        ) from error
-    if isinstance(scenario.vehicle, Wagon):
-        return wagon_record(scenario, data)
-    numbers = data.program_numbers.values
-    length, time, force, static, constant = (float(v) for v in data.units.values)
-    law = np.ascontiguousarray(data.program_law.values) if "program_law" in data else ELASTIC
-    ended = "program_damper" in data
-    program = Program(
-        np.ascontiguousarray(data.program_pieces.values), numbers, law, data.program_damper.values if ended else PLAIN
-    )
-    loop, join = (int(v) for v in data.attrs["loop"])
-    lowered = Lowered(
-        program, Table(program.pieces, loop, join), length, time, force, static, constant,
-        tuple(json.loads(data.attrs["notes"])),
-    )  # fmt: skip
-    steps, events, peaks = (np.ascontiguousarray(data[f"march_{name}"].values) for name in ("steps", "events", "peaks"))
-    march = March(int(data.attrs["status"]), steps, events, peaks, data.march_state.values[: contract.LENGTH])
-    stops = data.march_stops.values if ended else damper.NO_STOPS
-    return Record(scenario, str(data.attrs["method"]), lowered, march, stops)
+        return Scenario.of(json.loads(text))
+    except InputError as error:
+        raise InputError("", f"scenario, {error.field}", error.found, error.allowed) from None
+    except (ValueError, RecursionError):
+        found = "a Python function, which a file cannot hold" if text.startswith("Scenario(") else repr(text[:60])
+        raise InputError("", "scenario", found, "a scenario without a Profile") from None
+
+
+def _wheelset_record(scenario: Scenario, data: Any) -> Record:
+    """Return the record of a wheelset from a file's contents."""
+    from wheeltapper.march.single import March
+
+    program, loop, join = program_of(data)
+    if len(program.law) and not isinstance(scenario.contact, ElasticPlastic):
+        raise InputError("", "program_law", f"a law beside {type(scenario.contact).__name__}", UNDAMAGED)
+    units = table(data, "units", 5)
+    check("units", units, units > 0.0, "positive numbers")
+    length, time, force, static, constant = units.tolist()
+    lowered = Lowered(program, Table(program.pieces, loop, join), length, time, force, static, constant, notes(data))
+    steps, events, peaks, state, stops = march_of(data, program)
+    march = March(choice(data, "status", int, OUTCOMES), steps, events, peaks, state)
+    return Record(scenario, method_of(data), lowered, march, stops)
+
+
+def check_wear(data: Any) -> Any:
+    """Return what `wear_in` wrote, if it is whole."""
+    passes, kept = (data.sizes.get(name, -1) for name in ("pass", "kept"))
+    for name in ("speed", "largest_force"):
+        table(data, name, passes, ends=True)
+    for name, along in (("height", "position"), ("permanent_indentation", "position"), ("amplitude", "wavelength")):
+        table(data, name, kept, data.sizes.get(along, -1))
+    table(data, "position", data.sizes.get("position", -1))
+    rising("kept", table(data, "kept", kept), passes)
+    notes(data)
+    return data

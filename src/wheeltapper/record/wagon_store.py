@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.structure import structure_of
 from wheeltapper.lower.wagon import LoweredWagon, layout_of
 from wheeltapper.march.assembly import Assembly
-from wheeltapper.march.multibody import MultibodyMarch
+from wheeltapper.record.stored import UNDAMAGED, attribute, check, method_of, notes, table, whole
+from wheeltapper.record.wagon_checks import check_assembly, march_of
 from wheeltapper.record.wagon_record import WagonRecord
 
 if TYPE_CHECKING:
@@ -41,24 +44,37 @@ def wagon_tables(record: WagonRecord) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def wagon_record(scenario: Scenario, data: xr.Dataset) -> WagonRecord:
-    """Return the record of a wagon from a file's contents."""
-    whole, at = data.assembly.values, 0
-    parts: dict[str, Any] = {}
-    for name, shape, kind in json.loads(data.attrs["assembly_parts"]):
-        size = int(np.prod(shape))
-        part = np.ascontiguousarray(whole[at : at + size].reshape(shape))
-        parts[name] = part.astype(np.int64) if kind == "i" else part
-        at += size
+    """Return the record of a wagon from a file's contents; refuse what no march has written."""
     structure = structure_of(scenario.vehicle)
+    layout = layout_of(scenario, structure)
+    assembly = _assembly(data)
+    check_assembly(assembly, scenario, layout)
+    static = table(data, "static_force", len(scenario.vehicle.axles), 2)
+    check("static_force", static, static > 0.0, "positive forces")
     lowered = LoweredWagon(
-        Assembly(**parts), layout_of(scenario, structure), structure, data.static_force.values,
-        float(data.attrs["contact_constant"]), tuple(json.loads(data.attrs["notes"])),
+        assembly, layout, structure, static, attribute(data, "contact_constant", float), notes(data)
     )  # fmt: skip
-    steps, states, events, peaks = (
-        np.ascontiguousarray(data[f"march_{name}"].values) for name in ("steps", "states", "events", "peaks")
-    )
-    march = MultibodyMarch(
-        int(data.attrs["status"]), steps, states, events, peaks, float(data.attrs["end"]), data.march_state.values,
-        int(data.attrs["evaluations"]),
-    )  # fmt: skip
-    return WagonRecord(scenario, str(data.attrs["method"]), lowered, march)
+    return WagonRecord(scenario, method_of(data), lowered, march_of(data, assembly, scenario))
+
+
+def _assembly(data: xr.Dataset) -> Assembly:
+    """Return the assembly from the array that holds all of its parts."""
+    held = table(data, "assembly", None, ends=True)
+    at, parts = 0, dict[str, Any]()
+    for entry in attribute(data, "assembly_parts", list):
+        try:
+            name, shape, kind = entry
+            size = prod(shape)
+            fits = name not in parts and min(shape, default=0) >= 0 and at + size <= len(held) and kind in "fi"
+        except (TypeError, ValueError):
+            fits = False
+        if not fits:
+            raise InputError("", "assembly_parts", repr(entry)[:80], UNDAMAGED)
+        part = held[at : at + size].reshape(shape)
+        if kind == "i":
+            whole(f"assembly, {name}", part, -(2**31), 2**31)
+            part = part.astype(np.int64)
+        parts[name], at = np.ascontiguousarray(part), at + size
+    if tuple(parts) != Assembly._fields or at != len(held):
+        raise InputError("", "assembly_parts", f"{len(parts)} parts with {at} numbers", UNDAMAGED)
+    return Assembly(**parts)

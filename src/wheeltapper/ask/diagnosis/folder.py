@@ -12,6 +12,7 @@ from wheeltapper._version import __version__
 from wheeltapper.ask.diagnosis.diagnose import diagnose
 from wheeltapper.ask.diagnosis.finding import Finding
 from wheeltapper.ask.diagnosis.processes import in_processes
+from wheeltapper.ask.spec import contents
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import InputError
 
@@ -62,7 +63,7 @@ def diagnose_all(
     """
     paths = [Path(file) for file in files]
     folder = _folder(output, paths)
-    reading = dict(reading or {})
+    reading = {"apart": True} | dict(reading or {})
     found: dict[int, dict[str, Any]] = {}
     for i, path in enumerate(paths):
         kept = None if folder is None else _kept(_target(folder, path), path, site, reading)
@@ -87,11 +88,12 @@ def _one(site: Site, task: _Task) -> dict[str, Any]:
     try:
         finding = diagnose(read_recording(path, **reading), site)
         entry = finding.to_dict() | {"paragraph": str(finding)}
-    except InputError as error:
+    except Exception as error:  # the other files are diagnosed whatever this one holds
         if raising:
             raise
         finding = None
-        entry = {"source": str(path), "verdict": NOT_READ, "paragraph": str(error)}
+        why = str(error) if isinstance(error, InputError) else f"{path}: found {type(error).__name__}: {error}"
+        entry = {"source": str(path), "verdict": NOT_READ, "paragraph": " ".join(why.split())}
     if folder is not None:
         target = _target(folder, path)
         _write(target, entry | {"of": _mark(path, site, reading)})
@@ -131,7 +133,8 @@ def _mark(path: Path, site: Site, reading: dict[str, Any]) -> dict[str, Any]:
         size, changed = seen.st_size, seen.st_mtime_ns
     except OSError:
         size = changed = -1
-    of = json.dumps([site.model_dump(mode="json"), reading], sort_keys=True, default=str)
+    told = [site.model_dump(mode="json"), reading, *([held] if (held := contents(site.passage)) else [])]
+    of = json.dumps(told, sort_keys=True, default=str)
     digest = hashlib.sha256(of.encode()).hexdigest()
     return {"size": size, "changed": changed, "site": digest, "version": __version__}
 

@@ -28,11 +28,12 @@ class Measured(Irregularity):
     Parameters
     ----------
     path
-        Text file with columns position and height, in m or with a unit in the header.
+        Text file with columns position and height, in m or with units in the header. It is read when it is first
+        needed; a new object reads it anew.
     positions, heights
         The samples themselves, m, instead of a file.
     columns
-        Names or numbers of the two columns; the first two by default.
+        Names or numbers (from 0) of the two columns, where the file has more.
     start
         Where the first sample lies, m; by default where the file says.
     beyond
@@ -81,7 +82,8 @@ class Measured(Irregularity):
 
     def moved(self, distance: float) -> Measured:
         """Return the same measurement farther along the rail (m)."""
-        return self.model_copy(update={"start": float(self.samples[0][0]) + distance})
+        given = {name: getattr(self, name) for name in type(self).model_fields}  # a copy would keep the old samples
+        return Measured(**given | {"start": float(self.samples[0][0]) + distance})
 
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""

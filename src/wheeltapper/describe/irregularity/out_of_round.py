@@ -30,11 +30,12 @@ class OutOfRound(Irregularity):
     orders, amplitudes, phases
         Harmonics of the circumference; amplitudes in m, phases in rad (zero by default).
     path
-        Text file with columns angle or arc, and deviation (missing material negative).
+        Text file with columns angle or arc, and deviation (missing material negative). It is read when it is first
+        needed; a new object reads it anew.
     places, deviations
         The samples themselves instead of a file: arcs in m or angles in rad, and deviations in m.
     columns
-        Names or numbers of the two columns.
+        Names or numbers (from 0) of the two columns, where the file has more.
     over
         What the first column is: "arc" in m or "angle" in rad (after conversion by the header's unit).
     noise
@@ -79,7 +80,7 @@ class OutOfRound(Irregularity):
             x, y = np.array(self.places, dtype=float), np.array(self.deviations, dtype=float)
             samples.check(x, y, "", None, allow_gaps=True)
             return x, y
-        x, y, lines = samples.read_columns(self.path, self.columns)
+        x, y, lines = samples.read_columns(self.path, self.columns, "angle" if self.over == "angle" else "length")
         samples.check(x, y, str(self.path), lines, allow_gaps=True)
         return x, y
 

@@ -1,4 +1,4 @@
-"""Reading and checking measured columns: order, duplicates, gaps, numbers; with the line named."""
+"""Measured columns of a surface: read from a file, and checked for order, duplicates, gaps and numbers."""
 
 from __future__ import annotations
 
@@ -8,103 +8,92 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.table.text import TextColumn, TextTable, listing, named, read_text_table
+from wheeltapper.describe.table.units import plain
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.quantities import UNITS, unit_factor
+from wheeltapper.ground.quantities import UNITS
 
 FloatArray = NDArray[np.float64]
 
 GAP = 20.0
 FEWEST = 4
+_SCALED = {
+    unit
+    for kind in ("length", "angle")
+    for unit, size in UNITS[kind].items()
+    if size != 1.0 and unit not in ("in", "°")
+}
+"""Units that words above the numbers may name, and without which they mean something else."""
 
 
-def read_columns(path: Path, columns: tuple[str | int, str | int] | None) -> tuple[FloatArray, FloatArray, list[int]]:
+def read_columns(
+    path: Path, columns: tuple[str | int, str | int] | None, place: str = "length"
+) -> tuple[FloatArray, FloatArray, list[int]]:
     """Return two columns of a text file in SI units, and the line number of each row.
 
-    Values are separated by commas, semicolons, tabs or blanks; lines that begin with # are comments; one header line
-    may name the columns, with a unit as in "x [mm]", "x (mm)" or "x_mm" (metres without one).
+    Parameters
+    ----------
+    path
+        The file, in any dialect of `read_text_table`. Without units it is in m, or in rad.
+    columns
+        Names or numbers of the two; None where there are no others.
+    place
+        What the first one is: "length" or "angle". The second one is a length.
     """
-    lines = _lines(path)
-    rows = [(i + 1, line.strip()) for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
-    if not rows:
-        raise InputError(str(path), "path", "an empty file", "two columns of numbers")
-    header = _header(rows[0][1])
-    names = header or []
-    body = rows[1:] if header else rows
-    chosen = [_column(path, names, c) for c in (columns or (0, 1))]
     try:
-        table = np.loadtxt([_blanks(text) for _, text in body], usecols=chosen, ndmin=2)
-    except (ValueError, IndexError):
-        _complain(path, body, chosen)
-        raise
-    factors = [_factor(path, names[c]) if names else 1.0 for c in chosen]
-    numbers = [number for number, _ in body]
-    return np.ascontiguousarray(table[:, 0]) * factors[0], np.ascontiguousarray(table[:, 1]) * factors[1], numbers
+        table = read_text_table(path, ("length", "angle"), fewest=2)
+        x, y = _chosen(table.columns, columns)
+        _check_words(table, x)
+        return *converted(table, (x, place, ""), (y, "length", "")), table.lines.tolist()
+    except InputError as error:
+        raise error.at(str(path)) from None
 
 
-def _lines(path: Path) -> list[str]:
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(
-            str(path), "path", f"no readable file ({error.strerror})", "a text file with two columns"
-        ) from error
-    except UnicodeDecodeError as error:
-        raise InputError(
-            str(path), "path", "a file that is not text", "a text file with two columns of numbers"
-        ) from error
-    if "\0" in text:
-        raise InputError(str(path), "path", "a file that is not text", "a text file with two columns of numbers")
-    return text.splitlines()
+def _chosen(held: tuple[TextColumn, ...], columns: tuple[str | int, str | int] | None) -> tuple[TextColumn, TextColumn]:
+    """Return the two columns that are meant."""
+    if columns is None:
+        if len(held) != 2:
+            allowed = f"two, or columns = two of: {listing(held)}" if len(held) > 2 else "two: places and heights"
+            raise InputError("", "columns", f"{len(held)} columns", allowed)
+        return held[0], held[1]
+    first, second = (named(held, "columns", column, ("length", "angle")) for column in columns)
+    if first is second:
+        raise InputError("", "columns", f"{columns[0]!r} for places and heights", "two columns")
+    return first, second
 
 
-def _blanks(text: str) -> str:
-    return re.sub(r"[,;\t]+", " ", text)
+def _check_words(table: TextTable, x: TextColumn) -> None:
+    """Refuse units that stand above the columns and not in their header."""
+    for number, text in table.beside if not x.unit else []:
+        unit = next((word for word in re.findall(r"[^\W\d_]+", text) if word in _SCALED), None)
+        if unit is not None:
+            found = f"the unit {unit} in {text[:60]!r}, and none in the header"
+            raise InputError("", f"line {number}", found, "units in the header, as in 'x [mm]'")
 
 
-def _header(text: str) -> list[str] | None:
-    parts = [p.strip() for p in re.split(r"[,;\t]", text)] if re.search(r"[,;\t]", text) else text.split()
-    try:
-        [float(p) for p in parts]
-    except ValueError:
-        return parts
-    return None
+def converted(table: TextTable, *wanted: tuple[TextColumn, str, str]) -> tuple[FloatArray, ...]:
+    """Return the values of columns, each with its dimension and the unit that is asked for ("": that of the SI).
 
-
-def _column(path: Path, names: list[str], column: str | int) -> int:
-    if isinstance(column, int):
-        return column
-    plain = [re.sub(r"\s*[\[(].*", "", name) for name in names]
-    for listing in (names, plain):
-        if column in listing:
-            return listing.index(column)
-    raise InputError(
-        str(path), "columns", repr(column), ", ".join(names) or "column numbers, as the file has no header"
-    )
-
-
-def _factor(path: Path, name: str) -> float:
-    match = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]|_([A-Za-zµ]+)$", name)
-    if match is None:
-        return 1.0
-    unit = match[1] or match[2]
-    for dimension in ("length", "angle"):
-        if unit in UNITS[dimension]:
-            return unit_factor(unit, dimension)
-    raise InputError(
-        str(path), "header", f"{name!r}, whose unit is not one of length or angle", "m, mm, um, rad, deg …"
-    )
-
-
-def _complain(path: Path, body: list[tuple[int, str]], chosen: list[int]) -> None:
-    for number, text in body:
-        parts = _blanks(text).split()
-        if len(parts) <= max(chosen):
-            raise InputError(f"{path}, line {number}", "columns", f"{len(parts)} values", f"at least {max(chosen) + 1}")
-        for c in chosen:
-            try:
-                float(parts[c])
-            except ValueError as error:
-                raise InputError(f"{path}, line {number}", "columns", repr(parts[c]), "a number") from error
+    Without units in the header they are in those units already; a unit of one column alone is refused.
+    """
+    above = [number for number, _ in table.beside if number < table.lines[0]]
+    field = f"line {above[-1]}, header" if above else "header"
+    out = []
+    for column, dimension, base in wanted:
+        if column.fault is not None:
+            raise column.fault
+        other = next((c for c, _, _ in wanted if bool(c.unit) != bool(column.unit)), None)
+        if other is not None:
+            has, lacks = (column, other) if column.unit else (other, column)
+            found = f"no unit of {lacks.name!r}, and {has.unit} of {has.name!r}"
+            raise InputError("", field, found, "units of both, as in 'x [mm]', or of none")
+        unit = plain(column.unit)
+        if unit and unit not in UNITS[dimension]:
+            found = f"the unit {column.unit!r} of {column.name!r}"
+            raise InputError("", field, found, f"a unit of {dimension}: {', '.join(UNITS[dimension])}")
+        factor = UNITS[dimension][unit] / (UNITS[dimension][base] if base else 1.0) if unit else 1.0
+        out.append(np.ascontiguousarray(column.values) * factor)
+    return tuple(out)
 
 
 def check(x: FloatArray, y: FloatArray, source: str, lines: list[int] | None, allow_gaps: bool) -> None:

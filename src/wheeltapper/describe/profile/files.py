@@ -36,8 +36,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity import spline
+from wheeltapper.describe.irregularity.samples import converted
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import FLANGE_BACK, s1002
+from wheeltapper.describe.table.content import content, decoded, numbered
+from wheeltapper.describe.table.text import text_table
 from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -152,8 +155,8 @@ def _read(path: Path, kind: Kind) -> Outline:
         raise InputError("", kind, "no such file", known)
     if suffix not in (*PLAIN, *OWNER, ".mpt"):
         raise InputError("", kind, f"a file with the suffix {suffix!r}", known)
-    text = path.read_bytes().decode("utf-8-sig", errors="replace")
-    lines = list(enumerate(map(str.strip, text.splitlines()), start=1))
+    text = decoded(content(path))
+    lines = [(number, line.strip()) for number, line in numbered(text)]
     if suffix in (".prw", ".prr") or re.search(r"^\s*point\.begin", text, re.MULTILINE):
         return _simpack(lines, kind)
     if suffix not in PLAIN or re.search(r"^(XYPoints|ColumnDef)\s*=", text, re.MULTILINE | re.IGNORECASE):
@@ -162,36 +165,27 @@ def _read(path: Path, kind: Kind) -> Outline:
 
 
 def _two_columns(lines: Lines) -> Outline:
-    """Return the points of a file with columns y and z; one line with names may stand above them."""
-    rows = [(number, text) for number, text in lines if text and text[0] not in "#!%"]
-    if rows and not _is_row(rows[0][1]):
-        rows = rows[1:]
-    return Outline(*np.array([_numbers(row, 2, exact=True) for row in rows]).reshape(-1, 2).T)
+    """Return the points of a file with columns y and z, in mm unless its header says otherwise."""
+    return Outline(*_points(lines, two=True))
 
 
-def _parts(text: str) -> list[str]:
-    """Return the values of a row; between semicolons a comma is a decimal one."""
-    if ";" in text:
-        return [part.strip().replace(",", ".") for part in text.split(";")]
-    return re.split(r"\s*,\s*|\s+", text.strip())
+def _points(lines: Lines, first: int = 0, second: int = 1, two: bool = False) -> FloatArray:
+    """Return two columns of rows of numbers, (2, rows): in mm, where a header gives them another unit."""
+    table = text_table(lines, ("length",), fewest=2)
+    if len(table.columns) <= max(first, second) or (two and len(table.columns) > 2):
+        found = f"{len(table.columns)} columns"
+        raise InputError("", f"line {table.lines[0]}", found, "2" if two else f"at least {max(first, second) + 1}")
+    points = np.array(converted(table, *((table.columns[k], "length", "mm") for k in (first, second))))
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=0))
+    if len(bad):
+        found = f"{points[0, bad[0]]:g} and {points[1, bad[0]]:g}"
+        raise InputError("", f"line {table.lines[bad[0]]}", found, "2 finite numbers")
+    return points
 
 
 def _is_row(text: str) -> bool:
     """Return whether a line begins with a number, be it none that a profile may have."""
-    return re.match(r"[-+]?(\.?\d|nan|inf)", _parts(text)[0], re.IGNORECASE) is not None
-
-
-def _numbers(row: tuple[int, str], count: int, exact: bool = False) -> list[float]:
-    """Return the first numbers of a row."""
-    number, text = row
-    parts = _parts(text)
-    try:
-        values = [float(part) for part in parts[:count]]
-    except ValueError:
-        values = []  # refused below
-    if len(values) < count or (exact and len(parts) > count) or not np.isfinite(values).all():
-        raise InputError("", f"line {number}", repr(text[:60]), f"{count} finite numbers")
-    return values
+    return re.match(r"[-+]?(\.?\d|nan|inf)", text.strip(), re.IGNORECASE) is not None
 
 
 def _setting(settings: dict[str, str], key: str, default: float) -> float:
@@ -215,12 +209,9 @@ def _miniprof(lines: Lines, kind: Kind) -> Outline:
     names = [name.strip().upper() for name in header.get("COLUMNDEF", "X,Y").split(",")]
     if "X" not in names or "Y" not in names:
         raise InputError("", "ColumnDef", repr(header["COLUMNDEF"]), "columns X and Y")
-    rows = [(number, re.split('["#!%]', text)[0]) for number, text in body]  # some rows are commented out
-    across, up = names.index("X"), names.index("Y")
-    count = max(across, up) + 1
-    table = np.array([_numbers(row, count) for row in rows if row[1].strip()]).reshape(-1, count)
-    x = table[:, across] + _setting(header, "XOFFSET", 0.0)
-    z = table[:, up] + _setting(header, "YOFFSET", 0.0)
+    rows = [(number, re.split('["#!%]', text)[0].strip()) for number, text in body]  # some are commented out
+    across, up = _points(rows, names.index("X"), names.index("Y")) if body else np.empty((2, 0))
+    x, z = across + _setting(header, "XOFFSET", 0.0), up + _setting(header, "YOFFSET", 0.0)
     if kind == "wheel":
         y = x - _setting(header, "WHEELDIAMETERTAPERLINE", FLANGE_BACK)
         return Outline(y, z - _at_datum(y, z))
@@ -266,7 +257,7 @@ def _simpack(lines: Lines, kind: Kind) -> Outline:
         raise InputError("", "header.type", f"{settings['header.type']} (a {other})", f"the profile of a {kind}")
     if value("rotate"):
         raise InputError("", "spline.rotate", settings["spline.rotate"], "0; turn the points themselves instead")
-    y, z = _apart(np.array([_numbers(row, 2) for row in points]), value("point.dist.min")).T
+    y, z = _apart(_points(points).T, value("point.dist.min")).T
     y, z = y + value("shift.y"), z + value("shift.z")
     if (low := value("bound.y.min")) < (high := value("bound.y.max")):
         y, z = y[(y >= low) & (y <= high)], z[(y >= low) & (y <= high)]
@@ -301,9 +292,11 @@ def _allowance(squares: float, points: Lines) -> float:
     if squares < 0.0:
         raise InputError("", "spline.approx.smooth", f"{squares:g}", "0 (through the points) or more")
     if squares:
-        for row in points:
-            if len(_parts(row[1])) > 2 and _numbers(row, 3)[2] != 1.0:
-                raise InputError("", f"line {row[0]}", "a weight other than 1", "equal weights where approx.smooth > 0")
+        table = text_table(points, ("length",))
+        weights = table.columns[2].values if len(table.columns) > 2 else np.ones(1)
+        if (weights != 1.0).any():
+            where = f"line {table.lines[np.argmax(weights != 1.0)]}"
+            raise InputError("", where, "a weight other than 1", "equal weights where approx.smooth > 0")
     return squares
 
 

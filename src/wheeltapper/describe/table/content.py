@@ -1,0 +1,70 @@
+"""What a file holds: its bytes, unpacked up to a limit, and the text that they mean."""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import zlib
+from pathlib import Path
+
+from wheeltapper.ground.errors import InputError
+
+LARGEST = 1e9
+"""Bytes that a file may hold, unpacked, unless the caller says otherwise."""
+
+
+def content(path: Path, largest: float = LARGEST) -> bytes:
+    """Return what a file holds, unpacked where its name ends with .gz.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is broken, or holds more bytes than `largest`.
+    """
+    try:
+        if path.suffix.lower() != ".gz":
+            check_size(path.stat().st_size, largest)
+            return path.read_bytes()
+        with gzip.open(path) as file:
+            unpacked = file.read(int(largest) + 1)  # no more than that is ever unpacked
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise InputError("", "path", f"a broken gzip file ({error})", "a whole .gz file") from None
+    except OSError as error:
+        raise InputError("", "path", f"no readable file ({error.strerror or error})", "a file") from None
+    check_size(len(unpacked), largest)
+    return unpacked
+
+
+def digest(path: Path) -> str:
+    """Return what tells a file's content from others; nothing for a file that cannot be read."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return ""
+
+
+def check_size(count: float, largest: float) -> None:
+    """Refuse more bytes than a file may hold."""
+    if count > largest:
+        allowed = f"up to {largest:.4g} bytes, or largest= as many as it may hold"
+        raise InputError("", "path", f"a file that holds more than {largest:.4g} bytes unpacked", allowed)
+
+
+def decoded(whole: bytes) -> str:
+    """Return text, of whatever encoding measuring programs write."""
+    if whole.startswith((b"\xff\xfe", b"\xfe\xff")):
+        text = whole.decode("utf-16", errors="replace")
+    else:
+        try:
+            text = whole.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = whole.decode("latin-1")  # every byte is a letter; a wrong one makes no number
+    if "\0" in text:
+        raise InputError("", "path", "a file that is not text", "a text file with columns of numbers")
+    return text
+
+
+def numbered(text: str) -> list[tuple[int, str]]:
+    """Return the lines of a text with their numbers, from 1."""
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return [(i, line.strip(" \xa0\f\x1a")) for i, line in enumerate(lines, start=1)]

@@ -1,0 +1,132 @@
+"""How a text file writes its numbers: what separates them, and whether their decimals follow a point or a comma."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from wheeltapper.ground.errors import InputError
+
+Rows = list[tuple[int, str]]
+"""Line numbers and lines."""
+
+NOTHING = {"", "nan", "-nan", "+nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "missing", "1.#qnan", "nan(ind)"}
+"""What stands for a missing value, in small letters."""
+SEEN = 200
+"""Lines that are looked at to find the dialect."""
+_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
+_WHOLE = re.compile(r"[-+]?\d+")
+_PADDED = re.compile(r"[-+]?0\d")
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """What separates the values of a line (None: blanks), and the mark before their decimals."""
+
+    separator: str | None
+    decimal: str = "."
+
+    def cells(self, text: str) -> list[str]:
+        """Return the cells of a line."""
+        if self.separator is None:
+            return text.split()
+        if '"' in text:
+            return [cell.strip() for cell in next(csv.reader([text], delimiter=self.separator, skipinitialspace=True))]
+        return [cell.strip() for cell in text.split(self.separator)]
+
+    def number(self, cell: str) -> float:
+        """Return a cell's number, NaN where it says that there is none; ValueError for anything else."""
+        text = cell.strip('" \t').replace("\u2212", "-")
+        if text.lower() in NOTHING:
+            return float("nan")
+        other = "," if self.decimal == "." else "."
+        if "_" in text or other in text:
+            raise ValueError(text)
+        return float(text.replace(",", "."))
+
+    def is_number(self, cell: str) -> bool:
+        """Return whether a cell holds a number, or says that there is none."""
+        try:
+            self.number(cell)
+        except ValueError:
+            return False
+        return True
+
+    def pattern(self, text: str) -> tuple[bool, ...]:
+        """Return which cells of a line are numbers; none where less than half are, or all are missing."""
+        cells = self.cells(text)
+        found = tuple(self.is_number(cell) for cell in cells)
+        there = sum(cell.lower() not in NOTHING for cell, good in zip(cells, found, strict=True) if good)
+        return found if there and 2 * sum(found) >= len(found) else ()
+
+
+CANDIDATES = (
+    *(Dialect(mark, decimal) for mark in (";", "\t") for decimal in (".", ",")),
+    Dialect(",", "."), Dialect(",", ","), Dialect(None, "."), Dialect(None, ","),
+)  # fmt: skip
+"""Commas before decimals stand between commas only in quotes, which each line's cells show."""
+
+
+def dialect_of(rows: Rows) -> Dialect:
+    """Return the dialect in which most lines hold nothing but numbers; the first of CANDIDATES among equals."""
+    texts = [text for _, text in rows[:: max(1, len(rows) // SEEN)]]
+    held = "".join(texts)
+    possible = [d for d in CANDIDATES if (d.separator or "") in held and (d.decimal == "." or "," in held)]
+
+    def fitting(dialect: Dialect) -> tuple[int, int]:
+        patterns = [dialect.pattern(text) for text in texts]
+        return sum(all(found) for found in patterns if found), sum(map(bool, patterns))
+
+    return max(possible, key=fitting)
+
+
+def usual_pattern(rows: Rows, dialect: Dialect) -> tuple[bool, ...]:
+    """Return which cells are numbers in most lines that hold numbers; none where no line does."""
+    found = Counter(dialect.pattern(text) for _, text in rows[:: max(1, len(rows) // SEEN)])
+    found.pop((), None)
+    return max(found, key=lambda pattern: (found[pattern], sum(pattern)), default=())
+
+
+def check_unambiguous(body: Rows, dialect: Dialect, named: int, fewest: int) -> None:
+    """Refuse numbers that can be read in two ways.
+
+    Parameters
+    ----------
+    body
+        The lines of numbers.
+    dialect
+        How they are read.
+    named
+        How many columns the header names; 0 without one.
+    fewest
+        How many columns there must be.
+    """
+    number, text = body[0]
+    if dialect == Dialect(",", "."):
+        width = len(dialect.cells(text.rstrip(", ")))
+        halves = width >= 2 * fewest
+        if named != width and not _other(_WHOLE, body, dialect) and (halves or _any(_PADDED, body, dialect)):
+            found = f"{text[:60]!r}, whole numbers or decimal commas between commas"
+            allowed = "a header with a name for each column, decimal points, or semicolons between the columns"
+            raise InputError("", f"line {number}", found, allowed)
+    elif dialect.decimal == "," and not _other(_THOUSANDS, body, dialect, ","):
+        found = f"{text[:60]!r}, where commas may stand before decimals or thousands"
+        raise InputError("", f"line {number}", found, "another number of decimals, or decimal points")
+
+
+def _numbers(body: Rows, dialect: Dialect) -> Iterable[str]:
+    return (cell for _, text in body for cell in dialect.cells(text) if cell.lower() not in NOTHING)
+
+
+def _any(form: re.Pattern[str], body: Rows, dialect: Dialect) -> bool:
+    return any(form.match(cell) for cell in _numbers(body, dialect))
+
+
+def _other(form: re.Pattern[str], body: Rows, dialect: Dialect, holding: str = "") -> bool:
+    """Return whether a number that holds a mark has another form."""
+    return any(
+        not form.fullmatch(cell) for cell in _numbers(body, dialect) if holding in cell and dialect.is_number(cell)
+    )

@@ -1,0 +1,132 @@
+"""Files of arrays read by a process of their own: a damaged one may crash its library, or keep it busy for ever.
+
+The process stays for the next file, and is replaced when it has ended; so a folder costs one start.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+from threading import Lock, Timer
+from typing import Any
+
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.reading_files import read_file, reader_of
+from wheeltapper.record.reading_table import Table
+from wheeltapper.record.reading_text import read_text
+
+PATIENCE = 60.0
+"""Seconds that a file may take."""
+ROOM = 2**33
+"""Bytes of address space that the process has besides four times what a file may hold."""
+_SERVE = "from wheeltapper.record.reading_apart import serve; serve()"
+_READERS: dict[int, subprocess.Popen[bytes]] = {}
+_ALONE = Lock()
+
+
+def read_apart(path: Path, largest: float) -> Table:
+    """Return what `read_file` does; text is read here, since nothing in it can crash."""
+    if reader_of(path) is read_text:
+        return read_file(path, largest)
+    with _ALONE:
+        process = _process()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        late = Timer(PATIENCE, process.kill)
+        late.start()
+        try:
+            pickle.dump((path, largest), process.stdin)
+            process.stdin.flush()
+            answer = pickle.load(process.stdout)
+        except (EOFError, OSError, pickle.UnpicklingError):
+            why = _ended(process, late.finished.is_set())
+            raise InputError("", "path", f"a file whose reader {why}", "a file that is not damaged") from None
+        except BaseException:
+            _ended(process, False)  # it is still busy with this file, and would answer the next question with it
+            raise
+        finally:
+            late.cancel()
+    if isinstance(answer, InputError):
+        raise answer
+    assert isinstance(answer, Table)
+    return answer
+
+
+def _process() -> subprocess.Popen[bytes]:
+    """Return the process that reads for this one, started if need be."""
+    process = _READERS.get(os.getpid())
+    if process is not None and process.poll() is not None:
+        stop()
+        process = None
+    if process is None:
+        found = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "OPENBLAS_NUM_THREADS": "1"}
+        process = subprocess.Popen(
+            [sys.executable, "-c", _SERVE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            env=found,
+        )  # fmt: skip
+        _READERS[os.getpid()] = process
+    return process
+
+
+def _ended(process: subprocess.Popen[bytes], late: bool) -> str:
+    """Remove a process, and say how it ended."""
+    if not late:  # it may be about to end by itself, which tells more
+        try:
+            process.wait(timeout=1.0)
+        except subprocess.TimeoutExpired:
+            late = process.poll() is None
+    code = stop()
+    if late:
+        return f"had not ended after {PATIENCE:g} s"
+    return f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+
+
+@atexit.register
+def stop() -> int:
+    """End the process that reads for this one; return its exit code."""
+    process = _READERS.pop(os.getpid(), None)
+    if process is None:
+        return 0
+    process.kill()
+    for stream in (process.stdin, process.stdout):
+        assert stream is not None
+        with suppress(OSError):
+            stream.close()
+    return process.wait()
+
+
+def serve() -> None:
+    """Read files as they are asked for on the standard input; answer on the standard output, which is no one else's."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    asked, told = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    while True:
+        try:
+            path, largest = pickle.load(asked)
+        except EOFError:
+            return
+        _limit_memory(4 * largest + ROOM)
+        answer: Any
+        try:
+            answer = read_file(path, largest)
+        except InputError as error:
+            answer = error
+        pickle.dump(answer, told)
+        told.flush()
+
+
+def _limit_memory(room: float) -> None:
+    """Let what a damaged file asks for fail here, and not where others need memory."""
+    try:
+        import resource
+    except ImportError:  # not on Windows
+        return
+    most = resource.getrlimit(resource.RLIMIT_AS)[1]
+    room = int(room) if most == resource.RLIM_INFINITY else min(int(room), most)
+    resource.setrlimit(resource.RLIMIT_AS, (room, most))

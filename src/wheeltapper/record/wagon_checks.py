@@ -1,0 +1,161 @@
+"""Checks of a wagon's file: what its kernels take for an index is one, and its states are those of a run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.creep import Fastsim
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.wagon import Layout
+from wheeltapper.march import assembly as contract
+from wheeltapper.march import program
+from wheeltapper.march.assembly import FLANGE, HALF, LANES, PLACES, TREAD, Assembly
+from wheeltapper.march.multibody import STEP_CLOSED, STEP_ELEMENTS, STEP_LENGTH, STEP_TIME, MultibodyMarch
+from wheeltapper.record.record import OUTCOMES
+from wheeltapper.record.stored import UNDAMAGED, attribute, check, check_pieces, choice, rising, table, whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+IntArray = NDArray[np.int64]
+TOGETHER = 4
+"""Columns of a body come in so many."""
+LARGEST = 1e3
+"""No displacement (m, rad) or velocity of a run is larger."""
+TURNS = 1e7
+"""So often, at most, a path may be gone round in a run."""
+
+
+def check_assembly(A: Assembly, scenario: Scenario, layout: Layout) -> None:
+    """Refuse an assembly that is not of this scenario, or holds an index beyond what it counts."""
+    treads = -(-len(scenario.vehicle.axles) // HALF)
+    octets, bodies, states, elements = len(A.kinds), len(layout.bodies), len(A.start), len(A.element_inside)
+    shapes = {
+        "numbers": (contract.NUMBERS,), "scales": (states,), "lanes": (octets, contract.LANE_COLUMNS, LANES),
+        "cells": (octets // treads, A.cells.shape[1] if A.cells.ndim == 4 else 0, contract.TABLES, contract.TERMS),
+        "saturation": (contract.SATURATION_CELLS, contract.TERMS), "pieces": (len(A.pieces), program.PIECE_COLUMNS),
+        "columns": (LANES * len(A.sources),), "force_columns": (LANES * len(A.force_sources),),
+        "mobility": (bodies * LANES,), "loads": (bodies * LANES,), "element_weight": (len(A.element_index),),
+        "corners": (len(A.corners), 2), "element_inside": (elements, 2),
+    }  # fmt: skip
+    for name, shape in shapes.items():
+        held: NDArray[np.float64] = getattr(A, name)
+        if held.shape != shape or (0 in held.shape[:1] and name in ("cells", "pieces")):
+            raise InputError("", f"assembly, {name}", f"the shape {held.shape}", f"{shape}; {UNDAMAGED}")
+        if name not in ("lanes", "pieces"):
+            check(f"assembly, {name}", held, np.isfinite(held), "finite numbers")
+    inside = states - layout.states
+    if inside < 0 or inside % LANES or octets not in (treads, 2 * treads) or A.cells.shape[1] == 0:
+        raise InputError("", "assembly", f"{states} states and {octets} octets of contacts", UNDAMAGED)
+    kinds = np.repeat([TREAD, FLANGE], treads)[:octets]
+    check("assembly, kinds", A.kinds, A.kinds == kinds, "treads, then flanges")
+    check("assembly, start", A.start, np.abs(A.start) < LARGEST, f"states below {LARGEST:g}")
+    _check_numbers(A, scenario, layout, treads)
+    check_pieces("assembly, pieces", A.pieces)
+    _check_lanes(A, scenario, bodies, treads)
+    _spans("spans", A.spans, bodies, len(A.sources), TOGETHER)
+    _spans("force_spans", A.force_spans, bodies, len(A.force_sources), TOGETHER)
+    whole("assembly, sources", A.sources, 0, states - 1)
+    whole("assembly, force_sources", A.force_sources, 0, bodies * LANES - 1)
+    _check_elements(A, layout.states)
+
+
+def _check_numbers(A: Assembly, scenario: Scenario, layout: Layout, treads: int) -> None:
+    """Refuse numbers that are other than the scenario's, where they count or choose."""
+    creep = scenario.creep
+    chosen = contract.NO_CREEP if creep is None else contract.CURVE
+    cells, strips = 0, 0
+    if isinstance(creep, Fastsim):
+        chosen, cells, strips = contract.STRIPS, creep.cells, creep.strips
+    expected = {
+        contract.SPEED: scenario.speed, contract.END: scenario.duration, contract.TREADS: treads,
+        contract.DECK: len(layout.bodies) - 1 if layout.bodies[-1] not in scenario.vehicle.names else -1,
+        contract.CREEP: chosen, contract.STRIP_CELLS: cells, contract.STRIP_COUNT: strips,
+    }  # fmt: skip
+    for place, value in expected.items():
+        check("assembly, numbers", A.numbers[[place]], A.numbers[place] == value, f"{value:g}, as in the scenario")
+    whole("assembly, numbers", A.numbers[[contract.STRIP_BOUND, contract.QUASI_STATIC]], 0, 1)
+    positive = A.numbers[[contract.CELLS_PER_M, contract.LENGTH, contract.PULSE]]
+    check("assembly, numbers", positive, positive > 0.0, "positive numbers")
+
+
+def _check_lanes(A: Assembly, scenario: Scenario, bodies: int, treads: int) -> None:
+    """Refuse lanes that no wheel has, or whose body or path is none."""
+    names = "assembly, lanes"
+    wheels = np.zeros((treads, 2, HALF))
+    for k in range(len(scenario.vehicle.axles)):
+        wheels[k // HALF, :, k % HALF] = 1.0, -1.0
+    sides = A.lanes[:, contract.SIDE]
+    check(names, sides, sides == np.tile(wheels.reshape(treads, LANES), (len(A.lanes) // treads, 1)), "wheels")
+    whole(names, A.lanes[:, contract.BODY], 0, bodies - 1)
+    last = len(A.pieces) - 1
+    whole(names, A.lanes[:, [contract.FIRST, contract.LAST]], 0, last)
+    whole(names, A.lanes[:, contract.LOOP], 0, last + 1)
+    whole(names, A.lanes[:, contract.LOOP_JOIN], program.SOFT, program.JUMP)
+    check(names, A.lanes, ~np.isnan(A.lanes), "no NaN")
+    check(names, A.lanes[:, contract.NOMINAL], np.isfinite(A.lanes[:, contract.NOMINAL]), "finite radii")
+    there = A.lanes[:, :, :].transpose(0, 2, 1)[sides != 0.0]
+    loop = there[:, contract.LOOP].astype(int)
+    stop = A.pieces[there[:, contract.LAST].astype(int), program.STOP]
+    again = loop <= there[:, contract.LAST]
+    back = A.pieces[np.minimum(loop, last), program.START]
+    reach = scenario.speed * scenario.duration
+    goes_on = np.where(again, TURNS * (stop - back) >= reach, stop >= reach * (1.0 - 1e-9))
+    check(names, loop.astype(float), goes_on, "paths that go on to the end of the run")
+
+
+def _spans(name: str, spans: IntArray, count: int, total: int, step: int = 1) -> None:
+    """Refuse spans that do not part a whole."""
+    good = len(spans) == count + 1 and spans[0] == 0 and spans[-1] == total
+    if not good or (np.diff(spans) < 0).any() or (spans % step).any():
+        raise InputError("", f"assembly, {name}", f"{spans.tolist()}"[:80], f"rising from 0 to {total}; {UNDAMAGED}")
+
+
+def _check_elements(A: Assembly, own: int) -> None:
+    """Refuse nonlinear elements that act on no motion, or whose characteristic does not rise through zero."""
+    elements = len(A.element_inside)
+    _spans("element_spans", A.element_spans, elements, len(A.element_index))
+    _spans("element_corners", A.element_corners, elements, len(A.corners))
+    whole("assembly, element_index", A.element_index, 0, len(A.start) - 1)
+    whole("assembly, element_inside", A.element_inside[:, 0], -1, len(A.start) - 1)
+    within = np.repeat(A.element_inside[:, 0], np.diff(A.element_spans))
+    motion = (A.element_index < own) & (A.element_index % PLACES < LANES)
+    check("assembly, element_index", A.element_index, motion | (A.element_index == within), "displacements")
+    for first, end in zip(A.element_corners, A.element_corners[1:], strict=False):
+        places = A.corners[first:end, 0]
+        far = len(places) > 1 and (np.diff(places) > 0.0).all() and places[0] < -LARGEST and places[-1] > LARGEST
+        check("assembly, corners", places, bool(far), f"rising corners from below -{LARGEST:g} to above {LARGEST:g}")
+
+
+def march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMarch:
+    """Return the checked march of a wagon."""
+    end = attribute(data, "end", float)
+    check("end", np.array([end]), 0.0 < end <= scenario.duration * (1.0 + 1e-9), "a time within the run")
+    elements, octets = len(A.element_inside), len(A.kinds)
+    steps = table(data, "march_steps", None, STEP_ELEMENTS + elements)
+    if len(steps) == 0:
+        raise InputError("", "march_steps", "no steps", UNDAMAGED)
+    rising("march_steps", steps[:, STEP_TIME], end)
+    until = np.append(steps[1:, STEP_TIME], end)
+    follows = np.abs(steps[:, STEP_TIME] + steps[:, STEP_LENGTH] - until) <= 1e-9 * end
+    check("march_steps", steps[:, STEP_LENGTH], follows & (steps[:, STEP_LENGTH] > 0.0), "steps that follow each other")
+    whole("march_steps", steps[:, STEP_CLOSED], 0, 2.0 ** (octets * LANES) - 1)
+    most = np.diff(A.element_corners) - 2
+    for element in range(elements):
+        whole("march_steps", steps[:, STEP_ELEMENTS + element], 0, most[element])
+    states = table(data, "march_states", len(steps), len(A.start))
+    state = table(data, "march_state", len(A.start))
+    for name, values in (("march_states", states), ("march_state", state)):
+        check(name, values, np.abs(values) < LARGEST, f"states below {LARGEST:g}")
+    events, peaks = (table(data, f"march_{name}", None, 4) for name in ("events", "peaks"))
+    wheels = np.flatnonzero(A.lanes[:, contract.SIDE].ravel())
+    for name, rows, column in (("march_events", events, 2), ("march_peaks", peaks, 1)):
+        rising(name, rows[:, 0], end)
+        check(name, rows[:, column], np.isin(rows[:, column], wheels), "contacts of wheels")
+    whole("march_events", events[:, 1], program.LOSS, program.IMPACT)
+    status = choice(data, "status", int, (*OUTCOMES, contract.DERAILED))
+    return MultibodyMarch(status, steps, states, events, peaks, end, state, attribute(data, "evaluations", int))
