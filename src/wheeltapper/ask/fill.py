@@ -26,7 +26,9 @@ ENVIRONMENT = {"OMP_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1, "MKL_NUM_THREADS
 """What workers on this machine begin with. Dask's default also limits what they keep of freed memory, and then every
 larger array has to be fetched from the system again."""
 ATTEMPTS = 2
-"""How often a chunk is tried again, alone, after its workers died."""
+"""How often a chunk is tried again, alone, after its workers died, and a cluster whose workers die as they start."""
+DASHBOARD = "127.0.0.1:8787"
+"""Where the dashboard of workers on this machine can be seen: here only. Dask's default shows it to the network."""
 PATIENCE = 120.0
 """How long, in s, a cluster may be without workers. On a busy machine a worker takes half a minute to start again."""
 LOCAL = {
@@ -122,12 +124,22 @@ def _on_cluster(
             yield from _on(client, store, todo, say)
         return
     dask: Any = import_module("dask")
-    with (
-        dask.config.set(LOCAL),
-        distributed.LocalCluster(n_workers=workers, threads_per_worker=1, processes=True) as cluster,
-        distributed.Client(cluster) as client,
-    ):
+    with dask.config.set(LOCAL), _local_cluster(workers) as cluster, distributed.Client(cluster) as client:
         yield from _on(client, store, todo, say)
+
+
+def _local_cluster(workers: int) -> Any:
+    """Return a cluster on this machine; one whose workers are killed before they have started is begun anew."""
+    distributed: Any = import_module("distributed")
+    for attempt in range(ATTEMPTS + 1):
+        try:
+            return distributed.LocalCluster(
+                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=DASHBOARD
+            )
+        except RuntimeError:
+            if attempt == ATTEMPTS:
+                raise
+    raise AssertionError
 
 
 def _written(store: Store, place: Place, threads: int) -> Done:

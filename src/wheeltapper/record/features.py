@@ -7,13 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.outcome import Outcome
 from wheeltapper.record.trains import Trains, Values
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wheeltapper.record.record import Record
 
 __all__ = [
     "Feature", "Train", "contact_frequency", "custom", "decay_rate", "first_loss", "force_ratio", "impact_interval",
@@ -60,8 +66,41 @@ class Feature:
         """Return the same feature under another name, so that a map can hold two of a kind."""
         return replace(self, name=name)
 
-    def __call__(self, trains: Trains) -> Values:
-        """Return the feature of each cell; NaN where the train is too short, or the run broke off before."""
+    @overload
+    def __call__(self, of: Trains) -> Values: ...
+    @overload
+    def __call__(self, of: Record) -> xr.DataArray: ...
+    def __call__(self, of: Trains | Record) -> Values | xr.DataArray:
+        """Return the feature of a record, or of each train of cells.
+
+        Parameters
+        ----------
+        of
+            A record; of a wagon's the feature has one value per wheel, for the contact of its tread.
+
+        Returns
+        -------
+        xarray.DataArray
+            With unit and definition: one number, of a wagon over `wheelset` and `side`. NaN where there are too few
+            impacts, or the run broke off.
+
+        Raises
+        ------
+        InputError
+            If it is no record.
+        """
+        if isinstance(of, Trains):
+            return self._of_trains(of)
+        from wheeltapper.record.record import Record
+        from wheeltapper.record.record_trains import labelled, static_forces, trains_of
+
+        if not isinstance(of, Record):
+            raise InputError("", self.name, f"a {type(of).__name__}", "a record: what `wheeltapper.simulate` returns")
+        whole = of.outcome is Outcome.COMPLETED
+        values = self._of_trains(trains_of(of, self.tally)) if whole else np.full(static_forces(of).size, np.nan)
+        return labelled(of, values, {"units": self.unit, "long_name": self.definition})
+
+    def _of_trains(self, trains: Trains) -> Values:
         with np.errstate(invalid="ignore", divide="ignore"):
             values = np.asarray(self.of(trains))
         known = trains.whole & (trains.impacts.count >= self.impacts)
