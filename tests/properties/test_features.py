@@ -47,7 +47,7 @@ def test_every_feature_of_a_record_is_that_of_a_cell(name):
 
 def told_by_tables(record, impacts, losses, peaks, end, starts_in_flight=False):
     """Return what single features must be, from the tables of one contact."""
-    after = {n: impulse for n, impulse in enumerate(impacts.impulse.values, 1)}
+    after = dict(enumerate(impacts.impulse.values, 1))
     flights = np.sum(impacts.time.values) - np.sum(losses)
     flights += end * (len(losses) + starts_in_flight - impacts.sizes["impact"])
     return {
@@ -138,6 +138,6 @@ def test_a_run_that_broke_off_has_no_features():
 
 @pytest.mark.parametrize("what", [BUMP, [1.0], None])
 def test_what_is_no_record_is_refused_in_one_line(what):
-    with pytest.raises(wt.InputError, match="largest_force: found a .*; allowed: a record") as error:
+    with pytest.raises(wt.InputError, match=r"largest_force: found a .*; allowed: a record") as error:
         wt.features.largest_force()(what)
     assert "\n" not in str(error.value)

@@ -14,14 +14,13 @@ from typing import Any
 
 from wheeltapper.ask.store import Store, locked
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.notes import Shared, shared
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.simulate import say_that_it_compiles
 
 Place = tuple[int, ...]
-Done = tuple[Place, int, str, tuple[str, ...]]
+Done = tuple[Place, int, str, tuple[Shared, ...]]
 """A chunk, its number of cells, what went wrong ("" where nothing did), and notes."""
-NOTES = 10
-"""How many different notes the user is told."""
 ENVIRONMENT = {"OMP_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1, "MKL_NUM_THREADS": 1}
 """What workers on this machine begin with. Dask's default also limits what they keep of freed memory, and then every
 larger array has to be fetched from the system again."""
@@ -74,7 +73,7 @@ def fill(
     with locked(path):
         if path.exists():
             store.check()
-            store.clean()
+            store.mend()
         else:
             store.create()
         todo = store.missing()
@@ -82,17 +81,19 @@ def fill(
         of = store.study.cells
         done = of - sum(_cells(store, place) for place in todo)
         failed = []
-        said: set[str] = set()
+        noted: tuple[Shared, ...] = ()
         progress(done, of)
-        for place, cells, wrong, notes in _filled(store, todo, workers, scheduler, threads or cores(), say):
-            for note in [note for note in notes if note not in said][: NOTES - len(said)]:
-                said.add(note)
-                say(f"note: {note}" + ("; further notes are not shown" if len(said) == NOTES else ""))
-            if wrong:
-                failed.append(f"{store.describe(place)}: {wrong}")
-            else:
-                done += cells
-            progress(done, of)
+        try:
+            for place, cells, wrong, notes in _filled(store, todo, workers, scheduler, threads or cores(), say):
+                noted = shared((*noted, *notes))
+                if wrong:
+                    failed.append(f"{store.describe(place)}: {wrong}")
+                else:
+                    done += cells
+                progress(done, of)
+        finally:
+            for note in noted:
+                say(f"note: {note.told(of)}")
     return failed
 
 

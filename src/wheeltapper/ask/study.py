@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import prod
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ask.room import check_room
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
@@ -20,6 +23,9 @@ from wheeltapper.record.features import Feature
 
 FloatArray = NDArray[np.float64]
 CHAOS_LIMIT = 1e4
+RESERVED = ("status", "parameter", "cell", "gradient_status", "amplification", "condition")
+DERIVED = ("_gradient", "_elasticity", "_angle")
+"""Names of a chart's own variables, and what follows a feature's name in those that belong to it."""
 Sampling = Literal["sobol", "latin hypercube"]
 
 
@@ -70,7 +76,13 @@ class Study:
     @property
     def cells(self) -> int:
         """Number of all cells."""
-        return int(np.prod(self.shape))
+        return prod(self.shape)
+
+    def numbers(self, cells: int) -> int:
+        """Return how many numbers are held at a time while so many cells are computed together."""
+        features, parameters, fields = len(self.features), len(self.gradient), len(self.axes) + len(self.gradient)
+        found = features * (1 + parameters) + 3  # and status, trust, amplification; joined from parts, thus twice
+        return cells * (2 * found + 2 * fields + 2 * features * parameters)
 
     @property
     def tally(self) -> bool:
@@ -115,7 +127,11 @@ def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
         elif isinstance(value, tuple) and part.isdigit() and int(part) < len(value):
             value = value[int(part)]
         else:
-            known = type(value).model_fields if isinstance(value, Noun) else range(len(value or ()))
+            known = (
+                type(value).model_fields
+                if isinstance(value, Noun)
+                else range(len(value) if isinstance(value, tuple) else 0)
+            )
             raise InputError("", path, f"no such field {part!r}", ", ".join(str(n) for n in known) or "nothing here")
     if isinstance(value, bool) or not isinstance(value, float):
         what = "nothing set" if value is None else f"{value!r}, which is no continuous number"
@@ -146,22 +162,30 @@ def _description(field: Any) -> str:
 
 def _axis(scenario: Scenario, path: str, values: Any) -> Axis:
     unit = unit_of(scenario, path)
-    listed = [values] if isinstance(values, str) or np.ndim(values) == 0 else list(values)
-    if not listed:
+    array = values if isinstance(values, np.ndarray) and values.dtype.kind in "fiu" else _listed(scenario, path, values)
+    array = np.atleast_1d(array).astype(float)
+    if not array.size:
         raise InputError("", path, "no values", "at least one value")
-    if any(isinstance(value, str) for value in listed):
-        numbers = [_number(scenario, path, value) for value in listed]
-    else:
-        try:
-            numbers = [float(value) for value in listed]
-        except (TypeError, ValueError) as error:
-            raise InputError("", path, repr(values), "numbers, or strings with a unit") from error
-    array = np.asarray(numbers)
     if array.ndim != 1 or not np.all(np.isfinite(array)):
         raise InputError("", path, "values that are not finite numbers in one dimension", "finite numbers")
     for extreme in (array.min(), array.max()):
         scenario.replaced({path: float(extreme)})
     return Axis(path, array, unit)
+
+
+def _listed(scenario: Scenario, path: str, values: Any) -> FloatArray:
+    """Return numbers, or strings with a unit, as numbers."""
+    listed = list(values) if hasattr(values, "__iter__") and not isinstance(values, str) else [values]
+    try:
+        if any(isinstance(value, bool) for value in listed):
+            raise TypeError
+        if any(isinstance(value, str) for value in listed):
+            return np.array([_number(scenario, path, value) for value in listed])
+        return np.array([float(value) for value in listed])
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError("", path, repr(values), "numbers, or strings with a unit") from error
 
 
 def _number(scenario: Scenario, path: str, value: Any) -> float:
@@ -197,10 +221,7 @@ def study(
         raise InputError("", "over", "nothing", "at least one field of the scenario with its values")
     if not features:
         raise InputError("", "features", "nothing", "at least one feature")
-    names = [feature.name for feature in features]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise InputError("", "features", f"the name {twice[0]!r} twice", "features of different names (`renamed`)")
+    _check_names([feature.name for feature in features], over)
     by = tuple(over) if gradient is True else tuple(gradient or ())
     check_held(scenario.vehicle, (*over, *by))
     axes = tuple(_axis(scenario, path, values) for path, values in over.items())
@@ -215,11 +236,23 @@ def study(
     return Study(scenario, axes, not side_by_side, tuple(features), method, by, chaos_limit)
 
 
+def _check_names(names: Sequence[str], over: Mapping[str, Any]) -> None:
+    """Refuse names of features that a chart, or a file, has no room for."""
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError("", "features", f"the name {name!r} twice", "features of different names (`renamed`)")
+        if name in RESERVED or name in over or any(name == f"{other}{end}" for other in names for end in DERIVED):
+            raise InputError("", "features", f"the name {name!r}, which charts use", "another name (`renamed`)")
+        if not re.fullmatch(r"\w[^/\\\0]*", name):
+            raise InputError("", "features", f"the name {name!r}", "a name that begins with a letter, without slashes")
+
+
 def _sampled(axes: tuple[Axis, ...], samples: int, sampling: Sampling, seed: int) -> tuple[Axis, ...]:
     from scipy.stats import qmc
 
     if samples < 1:
         raise InputError("", "samples", repr(samples), "at least 1")
+    check_room("samples", f"{samples:.4g} samples", 3.0 * samples * len(axes), "fewer samples")
     for axis in axes:
         if len(axis.values) != 2 or axis.values[0] > axis.values[1]:
             raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value, to sample between")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from wheeltapper.ask.cells import compute
 from wheeltapper.ask.chart import chart
+from wheeltapper.ask.room import check_room
 from wheeltapper.ask.study import CHAOS_LIMIT, Sampling, field_at, study
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
@@ -77,9 +78,13 @@ def sweep(
         scenario, over, features, gradient=gradient, zipped=zipped, samples=samples, sampling=sampling, seed=seed,
         method=method, chaos_limit=chaos_limit,
     )  # fmt: skip
+    check_room(
+        "over", f"{asked.cells:.4g} cells", asked.numbers(asked.cells),
+        "fewer cells, or `wheeltapper sweep`, which keeps a few chunks in memory at a time",
+    )  # fmt: skip
     found = compute(asked, asked.changed(), threads or cores())
     found.check()
-    warn_of(found.notes)
+    warn_of(note.told(asked.cells) for note in found.notes)
     return chart(asked, found)
 
 
@@ -124,7 +129,7 @@ def gradient(
     )
     computed = compute(asked, asked.changed(), 1)
     computed.check()
-    warn_of(computed.notes)
+    warn_of(note.told(1) for note in computed.notes)
     found = chart(asked, computed).isel(cell=0)
     return found.drop_vars([name for name in found.coords if name != "parameter"]).assign_coords(
         value=("parameter", np.array([here[path][0] for path in parameters]))

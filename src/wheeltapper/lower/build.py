@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.irregularity.course import Course, level
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower import ellipse
 from wheeltapper.lower.damper_end import check_contact, program_with_end
 from wheeltapper.lower.fields import Fields
@@ -104,10 +105,11 @@ def _sharp_dip_notes(courses: list[Course], radius: float, end: float) -> list[s
     worst = int(np.argmax(curvature))
     if curvature[worst] * radius <= 1.0:
         return []
-    return [
+    text = (
         f"the irregularity is more sharply hollow (radius {1e3 / curvature[worst]:.4g} mm at x = {x[worst]:.6g} m) "
         f'than the wheel is round (radius {1e3 * radius:.4g} mm): a wheel cannot follow it; rolling="circle" is exact'
-    ]
+    )
+    return [Note(text, "sharp dip", float(curvature[worst] * radius))]
 
 
 def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[str]] | None = None) -> Lowered:

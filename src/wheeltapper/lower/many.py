@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.notes import Note, Shared, shared
 from wheeltapper.lower.bends import bend
 from wheeltapper.lower.build import table_of
 from wheeltapper.lower.ellipse import factor_function
@@ -145,7 +146,7 @@ class Many:
                 offset = held - value(path) * rate
         return lift, rate, offset
 
-    def _lowered_tables(self) -> tuple[list[_Shaped], IntArray, tuple[str, ...]]:
+    def _lowered_tables(self) -> tuple[list[_Shaped], IntArray, tuple[Shared, ...]]:
         value, scenario = self._value, self.scenario
         _, rate, offset = self._scaled(self._kinds, self._reference, value)
         ends = np.broadcast_to(np.asarray(value("speed") * value("duration")) * rate + offset, value.cells)
@@ -155,7 +156,7 @@ class Many:
             owner = owner.ravel()
         else:
             variants, owner = np.zeros((1, 0)), np.zeros(value.cells, dtype=np.int64)
-        made, notes = [], []
+        made, notes = list[_Shaped](), list[Shared]()
         for index, variant in enumerate(variants):
             values = self._reference | dict(zip(self._shaping, variant.tolist(), strict=True))
             held = Fields(scenario)
@@ -165,8 +166,9 @@ class Many:
             shaped.check_extent(end)
             table, said = self._tabled(shaped, end, self._method)
             made.append(_Shaped(shaped, table))
-            notes += said
-        return made, owner, tuple(dict.fromkeys(notes))
+            met = int((owner == index).sum())
+            notes += [Shared(note if isinstance(note, Note) else Note(note), met) for note in said]
+        return made, owner, shared(notes)
 
     def _placing(self, value: Fields) -> Placing:
         lift, rate, offset = self._scaled(self._kinds, self._reference, value)

@@ -107,8 +107,12 @@ class Feature:
         return np.where(known, values, np.nan)
 
 
+def _is_whole(number: Any) -> bool:
+    return isinstance(number, int) and not isinstance(number, bool)
+
+
 def _pair(first: int, second: int) -> None:
-    if not 1 <= first < second:
+    if not (_is_whole(first) and _is_whole(second) and 1 <= first < second):
         raise InputError("", "features", f"impacts {first} and {second}", "two impacts, counted from 1, in order")
 
 
@@ -152,6 +156,8 @@ def force_ratio(first: int = 1, second: int = 2) -> Feature:
 
 def largest_force(over_static: bool = False) -> Feature:
     """Return the largest maximum of the contact force, N; `over_static`: divided by the static force N0."""
+    if not isinstance(over_static, bool):
+        raise InputError("", "over_static", repr(over_static), "true or false")
     if over_static:
         return Feature(
             "largest_force_over_static", "", "largest maximum of the contact force, over the static force", 0, "end",
@@ -225,7 +231,7 @@ def decay_rate() -> Feature:
 
 def impulse(impact: int = 1) -> Feature:
     """Return the impulse of the contact force from an impact to the next loss of contact, N s."""
-    if impact < 1:
+    if not _is_whole(impact) or impact < 1:
         raise InputError("", "impact", repr(impact), "an impact, counted from 1")
     return Feature(
         "impulse", "N s", f"impulse of the contact force from impact {impact} to the next loss of contact", impact,
@@ -320,10 +326,12 @@ def named(what: Any) -> Feature:
     """
     table = {"type": what} if isinstance(what, str) else dict(what) if isinstance(what, dict) else {}
     kind, name = table.pop("type", None), table.pop("name", None)
-    if kind not in BUILT_IN:
+    if not isinstance(kind, str) or kind not in BUILT_IN:
         raise InputError("", "features", repr(what), ", ".join(BUILT_IN))
+    if name is not None and not isinstance(name, str):
+        raise InputError("", f"features.{kind}.name", repr(name), "a text")
     try:
         feature = BUILT_IN[kind](**table)
     except TypeError as error:
         raise InputError("", f"features.{kind}", repr(table), f"arguments of {kind} ({error})") from error
-    return feature if name is None else feature.renamed(str(name))
+    return feature if name is None else feature.renamed(name)

@@ -18,6 +18,7 @@ from wheeltapper.lower.table import Table
 from wheeltapper.march import program as contract
 from wheeltapper.march.program import ELASTIC, PLAIN, Program
 from wheeltapper.record import damper
+from wheeltapper.record.chart_store import load_chart
 from wheeltapper.record.labels import EVENT_KINDS, WEAR_TITLE
 from wheeltapper.record.record import Record
 from wheeltapper.record.wagon_record import WagonRecord
@@ -122,24 +123,10 @@ def load(path: str | Path) -> Any:
     if path.suffix == ".nc":
         return _load_record(path)
     if path.suffix == ".zarr":
-        return _load_chart(path)
+        return load_chart(path)
     raise InputError(
         str(path), "", f"the suffix {path.suffix!r}", ".toml (a scenario or a site), .nc (a record) or .zarr (a chart)"
     )
-
-
-def _load_chart(path: Path) -> Any:
-    import xarray as xr
-
-    try:
-        chart = xr.open_zarr(path)
-    except (OSError, ValueError) as error:
-        raise InputError(
-            str(path), "", f"no readable store ({error})", "a store filled by wheeltapper sweep"
-        ) from error
-    if chart.attrs.get("title") != "wheeltapper chart":
-        raise InputError(str(path), "", "a store that wheeltapper did not write", "a store filled by wheeltapper sweep")
-    return chart
 
 
 def _load_record(path: Path) -> Any:
