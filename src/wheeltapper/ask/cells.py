@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.notes import Note, Shared, shared
 from wheeltapper.march import program as contract
 from wheeltapper.record.simulate import ModelWarning, say_that_it_compiles
 
@@ -24,8 +25,8 @@ IntArray = NDArray[np.int64]
 SLAB = 2**20
 """Cells that are lowered at a time: bounds the memory."""
 
-MOST_NOTES = 100
-"""How many notes, and how many reasons of refusals, are kept."""
+MOST_REFUSALS = 100
+"""How many reasons of refusals are kept."""
 
 # Status of a cell, in the order of the numbers that a chart stores.
 COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED = range(6)
@@ -56,7 +57,7 @@ class Computed:
     amplification
         (cells,) how much a change of the start has grown when the last feature is known; NaN without gradients.
     notes
-        What the user should know.
+        What the user should know, once for each cause.
     refusals
         Why cells were refused.
     """
@@ -66,7 +67,7 @@ class Computed:
     gradient: FloatArray
     trust: IntArray
     amplification: FloatArray
-    notes: tuple[str, ...]
+    notes: tuple[Shared, ...]
     refusals: tuple[InputError, ...] = ()
 
     def check(self) -> None:
@@ -82,13 +83,13 @@ class Computed:
     @staticmethod
     def joined(parts: list[Computed]) -> Computed:
         """Return several parts as one, in order."""
-        notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))[:MOST_NOTES]
+        notes = shared(note for part in parts for note in part.notes)
 
         def whole(name: str) -> FloatArray:
             return np.concatenate([getattr(part, name) for part in parts], axis=-1)
 
         status, trust = whole("status").astype(np.int64), whole("trust").astype(np.int64)
-        refusals = tuple(error for part in parts for error in part.refusals)[:MOST_NOTES]
+        refusals = tuple(error for part in parts for error in part.refusals)[:MOST_REFUSALS]
         return Computed(whole("values"), status, whole("gradient"), trust, whole("amplification"), notes, refusals)
 
     @staticmethod
@@ -97,7 +98,8 @@ class Computed:
         features, parameters = len(asked.features), len(asked.gradient)
         return Computed(
             np.full((features, 1), np.nan), np.array([REFUSED]), np.full((features, parameters, 1), np.nan),
-            np.array([EXACT]), np.full(1, np.nan), tuple(str(error) for error in why), why,
+            np.array([EXACT]), np.full(1, np.nan),
+            tuple(Shared(Note(f"cannot be computed: {error}", "refused"), 1) for error in why), why,
         )  # fmt: skip
 
 

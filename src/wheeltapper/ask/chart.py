@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from wheeltapper._version import __version__
 from wheeltapper.ask.cells import STATUS, TRUST, Computed
 from wheeltapper.ask.study import Study, unit_of
+from wheeltapper.record.chart_store import FORMAT
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
-FORMAT = 1
-"""Version of a chart's layout."""
 
 
 def chart(asked: Study, found: Computed) -> xr.Dataset:
@@ -38,7 +37,7 @@ def chart(asked: Study, found: Computed) -> xr.Dataset:
     if asked.gradient:
         named["parameter"] = ("parameter", np.array(asked.gradient))
         data |= _gradient(asked, found, dimensions)
-    return xr.Dataset(data, named, attributes(asked, found.notes))
+    return xr.Dataset(data, named, attributes(asked, tuple(note.told(asked.cells) for note in found.notes)))
 
 
 def flags(meanings: tuple[str, ...]) -> dict[str, Any]:

@@ -14,19 +14,20 @@ from typing import Any
 
 from wheeltapper.ask.store import Store, locked
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.notes import Shared, shared
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.simulate import say_that_it_compiles
 
 Place = tuple[int, ...]
-Done = tuple[Place, int, str, tuple[str, ...]]
+Done = tuple[Place, int, str, tuple[Shared, ...]]
 """A chunk, its number of cells, what went wrong ("" where nothing did), and notes."""
-NOTES = 10
-"""How many different notes the user is told."""
 ENVIRONMENT = {"OMP_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1, "MKL_NUM_THREADS": 1}
 """What workers on this machine begin with. Dask's default also limits what they keep of freed memory, and then every
 larger array has to be fetched from the system again."""
 ATTEMPTS = 2
-"""How often a chunk is tried again, alone, after its workers died."""
+"""How often a chunk is tried again, alone, after its workers died, and a cluster whose workers die as they start."""
+DASHBOARD = "127.0.0.1:8787"
+"""Where the dashboard of workers on this machine can be seen: here only. Dask's default shows it to the network."""
 PATIENCE = 120.0
 """How long, in s, a cluster may be without workers. On a busy machine a worker takes half a minute to start again."""
 LOCAL = {
@@ -72,7 +73,7 @@ def fill(
     with locked(path):
         if path.exists():
             store.check()
-            store.clean()
+            store.mend()
         else:
             store.create()
         todo = store.missing()
@@ -80,17 +81,19 @@ def fill(
         of = store.study.cells
         done = of - sum(_cells(store, place) for place in todo)
         failed = []
-        said: set[str] = set()
+        noted: tuple[Shared, ...] = ()
         progress(done, of)
-        for place, cells, wrong, notes in _filled(store, todo, workers, scheduler, threads or cores(), say):
-            for note in [note for note in notes if note not in said][: NOTES - len(said)]:
-                said.add(note)
-                say(f"note: {note}" + ("; further notes are not shown" if len(said) == NOTES else ""))
-            if wrong:
-                failed.append(f"{store.describe(place)}: {wrong}")
-            else:
-                done += cells
-            progress(done, of)
+        try:
+            for place, cells, wrong, notes in _filled(store, todo, workers, scheduler, threads or cores(), say):
+                noted = shared((*noted, *notes))
+                if wrong:
+                    failed.append(f"{store.describe(place)}: {wrong}")
+                else:
+                    done += cells
+                progress(done, of)
+        finally:
+            for note in noted:
+                say(f"note: {note.told(of)}")
     return failed
 
 
@@ -122,12 +125,22 @@ def _on_cluster(
             yield from _on(client, store, todo, say)
         return
     dask: Any = import_module("dask")
-    with (
-        dask.config.set(LOCAL),
-        distributed.LocalCluster(n_workers=workers, threads_per_worker=1, processes=True) as cluster,
-        distributed.Client(cluster) as client,
-    ):
+    with dask.config.set(LOCAL), _local_cluster(workers) as cluster, distributed.Client(cluster) as client:
         yield from _on(client, store, todo, say)
+
+
+def _local_cluster(workers: int) -> Any:
+    """Return a cluster on this machine; one whose workers are killed before they have started is begun anew."""
+    distributed: Any = import_module("distributed")
+    for attempt in range(ATTEMPTS + 1):
+        try:
+            return distributed.LocalCluster(
+                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=DASHBOARD
+            )
+        except RuntimeError:
+            if attempt == ATTEMPTS:
+                raise
+    raise AssertionError
 
 
 def _written(store: Store, place: Place, threads: int) -> Done:

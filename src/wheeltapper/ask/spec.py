@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from wheeltapper.ask.room import check_room
 from wheeltapper.ask.study import Study, study
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, WheelRail
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
@@ -19,7 +21,14 @@ FIELDS = (
     "scenario", "over", "features", "gradient", "zipped", "samples", "sampling", "seed", "method", "chaos_limit",
     "chunk",
 )  # fmt: skip
-NOT_OPTIONS = ("scenario", "over", "features", "chunk", "contents")
+KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "scenario": (lambda x: isinstance(x, dict) or (isinstance(x, str) and x != ""), "a file, or a scenario's table"),
+    "over": (lambda x: isinstance(x, dict), "a table of fields with their values"),
+    "features": (lambda x: isinstance(x, str | list | dict), "names of features, or tables with their type"),
+    "chunk": (lambda x: _is_whole(x) and x >= 1, "a number of cells, at least 1"),
+}
+"""Of names that are no options of `sweep`, whether a value is of its kind, and what is."""
+NOT_OPTIONS = (*KINDS, "contents")
 SPACING: dict[str, Callable[..., Any]] = {"linear": np.linspace, "log": np.geomspace}
 
 
@@ -32,6 +41,9 @@ def read(path: Path) -> dict[str, Any]:
     for name in ("scenario", "over", "features"):
         if name not in data:
             raise InputError(str(path), name, "nothing", "a value, which is required here")
+    for name, (fits, allowed) in KINDS.items():
+        if name in data and not fits(data[name]):
+            raise InputError(str(path), name, repr(data[name]), allowed)
     of = data["scenario"]
     if isinstance(of, str):
         scenario = Scenario.from_toml(path.parent / of)
@@ -53,9 +65,6 @@ def contents(scenario: Scenario) -> dict[str, str]:
 def meant(spec: dict[str, Any]) -> Study:
     """Return the study that a specification means."""
     options = {name: value for name, value in spec.items() if name not in NOT_OPTIONS}
-    chunk = spec.get("chunk", 1)
-    if not isinstance(chunk, int) or isinstance(chunk, bool) or chunk < 1:
-        raise InputError("", "chunk", repr(chunk), "a number of cells, at least 1")
     features = spec["features"] if isinstance(spec["features"], list) else [spec["features"]]
     over = {path: _values(path, values) for path, values in _flat(spec["over"]).items()}
     return study(Scenario.of(spec["scenario"]), over, [named(what) for what in features], **options)
@@ -63,8 +72,6 @@ def meant(spec: dict[str, Any]) -> Study:
 
 def _flat(table: Any, prefix: str = "") -> dict[str, Any]:
     """Return nested tables as paths: vehicle.mass may be quoted or not."""
-    if not isinstance(table, dict):
-        raise InputError("", "over", repr(table), "a table of fields with their values")
     out: dict[str, Any] = {}
     for name, value in table.items():
         path = f"{prefix}{name}"
@@ -77,18 +84,27 @@ def _flat(table: Any, prefix: str = "") -> dict[str, Any]:
 
 def _values(path: str, values: Any) -> Any:
     """Return a list as it is, and a range {from, to, count, spacing} as its values."""
-    if not isinstance(values, dict):
+    if isinstance(values, list):
         return values
-    unknown = set(values) - {"from", "to", "count", "spacing"}
-    if unknown or not {"from", "to", "count"} <= set(values):
+    names = {"from", "to", "count"}
+    if not isinstance(values, dict) or not names <= set(values) <= names | {"spacing"}:
         raise InputError(
             "", f"over.{path}", repr(values), 'a list, or { from = a, to = b, count = n, spacing = "log" }'
         )
-    spacing = values.get("spacing", "linear")
-    count = values["count"]
-    if spacing not in SPACING or not isinstance(count, int) or count < 1:
+    first, last, count, spacing = values["from"], values["to"], values["count"], values.get("spacing", "linear")
+    if not (isinstance(spacing, str) and spacing in SPACING and _is_whole(count) and count >= 1):
         raise InputError("", f"over.{path}", repr(values), 'a count of at least 1, and spacing "linear" or "log"')
-    try:
-        return SPACING[spacing](float(values["from"]), float(values["to"]), count)
-    except (TypeError, ValueError) as error:
-        raise InputError("", f"over.{path}", repr(values), "numbers in SI units") from error
+    if not (_is_number(first) and _is_number(last)):
+        raise InputError("", f"over.{path}", repr(values), "finite numbers in SI units")
+    if spacing == "log" and not first * last > 0:
+        raise InputError("", f"over.{path}", repr(values), "ends of one sign, not zero, for spacing in logarithms")
+    check_room(f"over.{path}", f"{count:.4g} values", 3.0 * count, "a smaller count")
+    return SPACING[spacing](float(first), float(last), count)
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)

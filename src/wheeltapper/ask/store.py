@@ -1,17 +1,17 @@
 """Studies on disk: a Zarr store that is filled chunk by chunk, and knows which chunks are there.
 
-A chunk's features are written first and its status last, each file atomically; so a chunk whose status is there is
-there as a whole, and computing it twice writes the same bytes twice.
+A chunk's features are written first and its status last, each file atomically and with a checksum; computing a chunk
+twice writes the same bytes twice. What a disk or a user has lost or damaged since is found by reading it.
 """
 
 from __future__ import annotations
 
-import itertools
 import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -19,14 +19,20 @@ import numpy as np
 
 from wheeltapper._version import __version__
 from wheeltapper.ask.cells import Computed, compute
-from wheeltapper.ask.chart import FORMAT, attributes, chart
+from wheeltapper.ask.chart import attributes, chart
+from wheeltapper.ask.room import check_room
 from wheeltapper.ask.spec import meant
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.notes import Shared
+from wheeltapper.record.chart_store import FORMAT, MISSING, THERE, places, state_of
 
+EVERY_CHUNK = {"array.write_empty_chunks": True}
+"""Zarr leaves out chunks that hold nothing but NaN; here a chunk without a file is one that is not computed."""
+MOST_CHUNKS = 1_000_000
+"""Each chunk has a file for every variable."""
 CHUNK = 32_768
 """Cells of a chunk, about, unless the study says otherwise."""
-MISSING = -1
 
 Block = tuple[slice, ...]
 
@@ -56,6 +62,14 @@ class Store:
         self.path, self.spec = path, spec
         self.study: Study = meant(spec)
         self._sizes = chunk_shape(self.study.shape, int(spec.get("chunk", CHUNK)))
+        together = prod(self._sizes)
+        check_room("chunk", f"{together:.4g} cells", self.study.numbers(together), "fewer cells in a chunk")
+        chunks = prod(-(-n // size) for n, size in zip(self.study.shape, self._sizes, strict=True))
+        if chunks > MOST_CHUNKS:
+            raise InputError(
+                "", "chunk", f"{together} cells, which makes {chunks} chunks",
+                f"at most {MOST_CHUNKS} chunks: more cells in each, or fewer in all",
+            )  # fmt: skip
 
     def block(self, place: tuple[int, ...]) -> Block:
         """Return the cells of a chunk."""
@@ -67,16 +81,20 @@ class Store:
         import shutil
         import warnings
 
+        import zarr
+
         begun = self.path.with_name(self.path.name + ".new")
         shutil.rmtree(begun, ignore_errors=True)
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), zarr.config.set(EVERY_CHUNK):
             warnings.simplefilter("ignore")  # texts and consolidated metadata extend Zarr 3; xarray knows them
             self._create(begun)
         begun.rename(self.path)
 
     def _create(self, path: Path) -> None:
         import zarr
+        from zarr.codecs import Crc32cCodec, ZstdCodec
 
+        codecs = (ZstdCodec(), Crc32cCodec())
         one = tuple(slice(0, 1) for _ in self.study.shape)
         template = chart(self._part(one), Computed.refused(self.study))
         shape, sizes = self.study.shape, self._sizes
@@ -95,16 +113,24 @@ class Store:
                 fill_value=MISSING if variable.dtype == np.int8 else np.nan,
                 dimension_names=[str(dimension) for dimension in whole],
                 attributes=_plain(variable.attrs),
+                compressors=codecs,
             )
         for axis in self.study.axes:
             along_it = axis.path if self.study.grid else "cell"
             group.create_array(
-                axis.path, data=axis.values, dimension_names=(along_it,), attributes={"units": axis.unit}
+                axis.path,
+                data=axis.values,
+                dimension_names=(along_it,),
+                attributes={"units": axis.unit},
+                compressors=codecs,
             )
         if parameters:
             width = max(len(path) for path in self.study.gradient)
             group.create_array(
-                "parameter", data=np.array(self.study.gradient, dtype=f"<U{width}"), dimension_names=("parameter",)
+                "parameter",
+                data=np.array(self.study.gradient, dtype=f"<U{width}"),
+                dimension_names=("parameter",),
+                compressors=codecs,
             )
         zarr.consolidate_metadata(path)
 
@@ -130,7 +156,7 @@ class Store:
             for name in self._expected():
                 if name not in group:
                     raise KeyError(name)
-        except (OSError, KeyError, ValueError, zarr.errors.BaseZarrError) as error:
+        except (OSError, KeyError, ValueError, TypeError, zarr.errors.BaseZarrError) as error:
             raise InputError(
                 str(self.path),
                 "--output",
@@ -161,33 +187,52 @@ class Store:
     def _expected(self) -> list[str]:
         return ["status", *(feature.name for feature in self.study.features), *(axis.path for axis in self.study.axes)]
 
-    def clean(self) -> None:
-        """Remove what an interrupted write left behind."""
+    def mend(self) -> None:
+        """Remove what an interrupted write left behind, and write again what the study itself knows."""
+        import zarr
+
         for left in self.path.rglob("*.partial"):
             left.unlink(missing_ok=True)
+        with zarr.config.set(EVERY_CHUNK):
+            group = zarr.open_group(self.path, mode="r+", use_consolidated=False)
+            known = {axis.path: axis.values for axis in self.study.axes}
+            if self.study.gradient:
+                known["parameter"] = np.array(self.study.gradient)
+            for name, values in known.items():
+                array: Any = group[name]
+                array[:] = values
 
     def missing(self) -> list[tuple[int, ...]]:
-        """Return the places of the chunks that are not there yet."""
-        shape = self.study.shape
+        """Return the places of the chunks that are not there as a whole."""
+        import zarr
+
+        group = zarr.open_group(self.path, mode="r", use_consolidated=False)
+        known = {"parameter", *(axis.path for axis in self.study.axes)}
+        along = {str(name): self._along(array) for name, array in group.arrays() if name not in known}
         return [
             place
-            for place in itertools.product(*(range(-(-n // size)) for n, size in zip(shape, self._sizes, strict=True)))
-            if not (self.path / "status" / "c" / Path(*map(str, place))).exists()
+            for place in places(group["status"])
+            if any(state_of(self.path, group, name, (*first, *place)) != THERE for name, first in along.items())
         ]
 
-    def write(self, place: tuple[int, ...], threads: int) -> tuple[int, tuple[str, ...]]:
+    def _along(self, array: Any) -> tuple[int, ...]:
+        """Return what precedes the place of a chunk: that of all parameters together, where there are any."""
+        return (0,) * (len(array.shape) - len(self.study.shape))
+
+    def write(self, place: tuple[int, ...], threads: int) -> tuple[int, tuple[Shared, ...]]:
         """Compute a chunk and write it, status last; return its number of cells, and notes."""
         import zarr
 
         block = self.block(place)
         found = compute(self.study, self.study.changed(block), threads)
         part = chart(self._part(block), found)
-        group = zarr.open_group(self.path, mode="r+")
         names = [str(name) for name in part.data_vars if name != "status"]
-        for name in [*names, "status"]:
-            array: Any = group[name]
-            along = part[name].dims[:1] == ("parameter",)
-            array[(slice(None), *block) if along else block] = part[name].values
+        with zarr.config.set(EVERY_CHUNK):
+            group = zarr.open_group(self.path, mode="r+")
+            for name in [*names, "status"]:
+                array: Any = group[name]
+                along = part[name].dims[:1] == ("parameter",)
+                array[(slice(None), *block) if along else block] = part[name].values
         return len(found.status), found.notes
 
     def describe(self, place: tuple[int, ...]) -> str:

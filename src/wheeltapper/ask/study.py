@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import prod
 from numbers import Real
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ask.room import check_room
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
@@ -23,6 +26,9 @@ from wheeltapper.record.features import Feature, named
 
 FloatArray = NDArray[np.float64]
 CHAOS_LIMIT = 1e4
+RESERVED = ("status", "parameter", "cell", "gradient_status", "amplification", "condition")
+DERIVED = ("_gradient", "_elasticity", "_angle")
+"""Names of a chart's own variables, and what follows a feature's name in those that belong to it."""
 Sampling = Literal["sobol", "latin hypercube"]
 Asked = str | Feature | Sequence[str | Feature]
 """Features, or their names: one or several."""
@@ -75,7 +81,13 @@ class Study:
     @property
     def cells(self) -> int:
         """Number of all cells."""
-        return int(np.prod(self.shape))
+        return prod(self.shape)
+
+    def numbers(self, cells: int) -> int:
+        """Return how many numbers are held at a time while so many cells are computed together."""
+        features, parameters, fields = len(self.features), len(self.gradient), len(self.axes) + len(self.gradient)
+        found = features * (1 + parameters) + 3  # and status, trust, amplification; joined from parts, thus twice
+        return cells * (2 * found + 2 * fields + 2 * features * parameters)
 
     @property
     def tally(self) -> bool:
@@ -122,7 +134,8 @@ def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
         elif isinstance(value, tuple) and part.isdigit() and int(part) < len(value):
             value = value[int(part)]
         else:
-            known = type(value).model_fields if isinstance(value, Noun) else range(len(value) if value else 0)
+            items = value if isinstance(value, tuple) else ()
+            known = type(value).model_fields if isinstance(value, Noun) else range(len(items))
             allowed = suggested(part, map(str, known)) or "nothing here"
             raise InputError("", path, f"no such field {part!r}", allowed)
     if isinstance(value, bool) or not isinstance(value, float):
@@ -154,15 +167,21 @@ def _description(field: Any) -> str:
 
 def _axis(scenario: Scenario, path: str, values: Any) -> Axis:
     unit = unit_of(scenario, path)
-    listed = list(values) if isinstance(values, list | tuple) or np.ndim(values) == 1 else [values]
-    if not listed:
+    array = values if isinstance(values, np.ndarray) and values.dtype.kind in "fiu" else _listed(scenario, path, values)
+    array = np.atleast_1d(array).astype(float)
+    if not array.size:
         raise InputError("", path, "no values", "at least one value")
-    array = np.array([_number(scenario, path, value) for value in listed])
-    if not np.all(np.isfinite(array)):
-        raise InputError("", path, "values that are not finite", "finite numbers")
+    if array.ndim != 1 or not np.all(np.isfinite(array)):
+        raise InputError("", path, "values that are not finite numbers in one dimension", "finite numbers")
     for extreme in (array.min(), array.max()):
         scenario.replaced({path: float(extreme)})
     return Axis(path, array, unit)
+
+
+def _listed(scenario: Scenario, path: str, values: Any) -> FloatArray:
+    """Return numbers, or strings with a unit, as numbers."""
+    listed = list(values) if hasattr(values, "__iter__") and not isinstance(values, str) else [values]
+    return np.array([_number(scenario, path, value) for value in listed])
 
 
 def _number(scenario: Scenario, path: str, value: Any) -> float:
@@ -201,10 +220,7 @@ def study(
         found = shown(over) if over else "nothing"
         raise InputError("", "over", found, 'at least one field of the scenario with its values, as {"speed": [5, 6]}')
     asked = as_features(features)
-    names = [feature.name for feature in asked]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise InputError("", "features", f"the name {twice[0]!r} twice", "features of different names (`renamed`)")
+    _check_names([feature.name for feature in asked], over)
     by = tuple(over) if gradient is True else tuple(as_list(gradient or (), "gradient", "True, or paths of fields"))
     check_held(scenario.vehicle, (*over, *by))
     axes = tuple(_axis(scenario, path, values) for path, values in over.items())
@@ -236,10 +252,22 @@ def _check_options(zipped: Any, sampling: Any, seed: Any, chaos_limit: Any) -> N
     as_quantity(chaos_limit, "chaos_limit", "number")
 
 
+def _check_names(names: Sequence[str], over: Mapping[str, Any]) -> None:
+    """Refuse names of features that a chart, or a file, has no room for."""
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError("", "features", f"the name {name!r} twice", "features of different names (`renamed`)")
+        if name in RESERVED or name in over or any(name == f"{other}{end}" for other in names for end in DERIVED):
+            raise InputError("", "features", f"the name {name!r}, which charts use", "another name (`renamed`)")
+        if not re.fullmatch(r"\w[^/\\\0]*", name):
+            raise InputError("", "features", f"the name {name!r}", "a name that begins with a letter, without slashes")
+
+
 def _sampled(axes: tuple[Axis, ...], samples: int, sampling: Sampling, seed: int) -> tuple[Axis, ...]:
     from scipy.stats import qmc
 
     samples = as_count(samples, "samples")
+    check_room("samples", f"{samples:.4g} samples", 3.0 * samples * len(axes), "fewer samples")
     for axis in axes:
         if len(axis.values) != 2 or axis.values[0] > axis.values[1]:
             raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value, to sample between")

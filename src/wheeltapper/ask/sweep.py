@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from wheeltapper.ask.cells import compute
 from wheeltapper.ask.chart import chart
+from wheeltapper.ask.room import check_room
 from wheeltapper.ask.study import CHAOS_LIMIT, Asked, Sampling, field_at, study
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list
@@ -79,9 +80,13 @@ def sweep(
         as_scenario(scenario), over, features, gradient=gradient, zipped=zipped, samples=samples, sampling=sampling,
         seed=seed, method=method, chaos_limit=chaos_limit,
     )  # fmt: skip
+    check_room(
+        "over", f"{asked.cells:.4g} cells", asked.numbers(asked.cells),
+        "fewer cells, or `wheeltapper sweep`, which keeps a few chunks in memory at a time",
+    )  # fmt: skip
     found = compute(asked, asked.changed(), cores() if threads is None else as_count(threads, "threads"))
     found.check()
-    warn_of(found.notes)
+    warn_of(note.told(asked.cells) for note in found.notes)
     return chart(asked, found)
 
 
@@ -128,7 +133,7 @@ def gradient(
     )
     computed = compute(asked, asked.changed(), 1)
     computed.check()
-    warn_of(computed.notes)
+    warn_of(note.told(1) for note in computed.notes)
     found = chart(asked, computed).isel(cell=0)
     return found.drop_vars([name for name in found.coords if name != "parameter"]).assign_coords(
         value=("parameter", np.array([here[path][0] for path in parameters]))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.irregularity.course import Course, level
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower import ellipse
 from wheeltapper.lower.damper_end import check_contact, program_with_end
 from wheeltapper.lower.fields import Fields
@@ -28,6 +29,10 @@ if TYPE_CHECKING:
     from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
+
+
+SHARP_DIP = "sharp dip"
+"""Cause of the note on a hollow that no wheel can follow."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +82,7 @@ def path_table(
     height = sum(course.height for course in courses)
     followed = None if factor is None else Factor(factor, _curvature_noise(courses, end))
     if rolling == "point":
-        return point_table(courses, end, height, method.fit, followed), _sharp_dip_notes(courses, radius, end)
+        return point_table(courses, end, height, method.fit, followed), sharp_dip(*curvatures(courses, end)[1], radius)
     return circle_table(courses, end, height, method.fit, radius, followed)
 
 
@@ -97,17 +102,23 @@ def _curvature_noise(courses: list[Course], end: float) -> float:
     return total
 
 
-def _sharp_dip_notes(courses: list[Course], radius: float, end: float) -> list[str]:
-    """Return a warning where the irregularity is more sharply hollow than the wheel is round."""
+def curvatures(courses: list[Course], end: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return lowest and highest curvature (1/m) of the courses' sum up to x = end, each with its place, m."""
     x = np.linspace(0.0, end, 20_001)
     curvature = sum((course.curvature(x) for course in courses), np.zeros_like(x))
-    worst = int(np.argmax(curvature))
-    if curvature[worst] * radius <= 1.0:
+    least, most = int(np.argmin(curvature)), int(np.argmax(curvature))
+    return (float(curvature[least]), float(x[least])), (float(curvature[most]), float(x[most]))
+
+
+def sharp_dip(curvature: float, x: float, radius: float) -> list[str]:
+    """Return a warning where the irregularity is more sharply hollow than the wheel is round."""
+    if curvature * radius <= 1.0:
         return []
-    return [
-        f"the irregularity is more sharply hollow (radius {1e3 / curvature[worst]:.4g} mm at x = {x[worst]:.6g} m) "
-        f'than the wheel is round (radius {1e3 * radius:.4g} mm): a wheel cannot follow it; rolling="circle" is exact'
-    ]
+    text = (
+        f"the irregularity is more sharply hollow (radius {1e3 / curvature:.4g} mm at x = {x:.6g} m) than the wheel is "
+        f'round (radius {1e3 * radius:.4g} mm): a wheel cannot follow it; rolling="circle" is exact'
+    )
+    return [Note(text, SHARP_DIP, curvature * radius)]
 
 
 def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[str]] | None = None) -> Lowered:

@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.notes import Note, Shared, shared
 from wheeltapper.lower.bends import bend
-from wheeltapper.lower.build import table_of
+from wheeltapper.lower.build import SHARP_DIP, courses_of, curvatures, sharp_dip, table_of
 from wheeltapper.lower.ellipse import factor_function
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.numbers import METHODS, Method, Numbers, Placing, Units, numbers_of
@@ -94,7 +95,7 @@ class Many:
         self._method = METHODS[method]
         self._kinds, self._reference = self._similarity()
         self._shaping = [path for path in changed if path not in self._kinds and _shapes_the_path(scenario, path)]
-        self._shaped, self._owner, self.notes = self._lowered_tables()
+        self._shaped, self._owner, self._said = self._lowered_tables()
         tables = [shaped.table for shaped in self._shaped]
         numbers, units = numbers_of(self._value, self._placing(self._value), self._method)
         self._first = np.cumsum([0, *(len(table.rows) for table in tables)])
@@ -145,7 +146,7 @@ class Many:
                 offset = held - value(path) * rate
         return lift, rate, offset
 
-    def _lowered_tables(self) -> tuple[list[_Shaped], IntArray, tuple[str, ...]]:
+    def _lowered_tables(self) -> tuple[list[_Shaped], IntArray, list[list[str]]]:
         value, scenario = self._value, self.scenario
         _, rate, offset = self._scaled(self._kinds, self._reference, value)
         ends = np.broadcast_to(np.asarray(value("speed") * value("duration")) * rate + offset, value.cells)
@@ -155,7 +156,7 @@ class Many:
             owner = owner.ravel()
         else:
             variants, owner = np.zeros((1, 0)), np.zeros(value.cells, dtype=np.int64)
-        made, notes = [], []
+        made, notes = list[_Shaped](), list[list[str]]()
         for index, variant in enumerate(variants):
             values = self._reference | dict(zip(self._shaping, variant.tolist(), strict=True))
             held = Fields(scenario)
@@ -165,8 +166,40 @@ class Many:
             shaped.check_extent(end)
             table, said = self._tabled(shaped, end, self._method)
             made.append(_Shaped(shaped, table))
-            notes += said
-        return made, owner, tuple(dict.fromkeys(notes))
+            notes.append(said)
+        return made, owner, notes
+
+    @cached_property
+    def notes(self) -> tuple[Shared, ...]:
+        """What the user should know, one note for each cause."""
+        counts = np.bincount(self._owner, minlength=len(self._shaped))
+        notes = [
+            Shared(note if isinstance(note, Note) else Note(note), int(cells))
+            for said, cells in zip(self._said, counts, strict=True)
+            for note in said
+        ]
+        return shared([note for note in notes if note.note.cause != SHARP_DIP] + self._sharp_dips())
+
+    def _sharp_dips(self) -> list[Shared]:
+        """Return what is said of hollows that no wheel can follow: cells that share a table differ in them."""
+        if self.scenario.rolling != "point":
+            return []
+        value = self._value
+        lift, rate, offset = (
+            np.broadcast_to(held, value.cells) for held in self._scaled(self._kinds, self._reference, value)
+        )
+        ends = np.asarray(value("speed") * value("duration")) * rate + offset
+        found = np.array(
+            [
+                curvatures(courses_of(shaped.scenario), float(ends[self._owner == index].max()))
+                for index, shaped in enumerate(self._shaped)
+            ]
+        )[self._owner, (lift > 0.0).astype(int)]  # turned upside down, crests are hollows
+        curvature, radius = found[:, 0] * lift * rate**2, np.broadcast_to(value("vehicle.radius"), value.cells)
+        worst = int(np.argmax(curvature * radius))
+        place = (found[worst, 1] - offset[worst]) / rate[worst]
+        met = int((curvature * radius > 1.0).sum())
+        return [Shared(note, met) for note in sharp_dip(float(curvature[worst]), float(place), float(radius[worst]))]
 
     def _placing(self, value: Fields) -> Placing:
         lift, rate, offset = self._scaled(self._kinds, self._reference, value)

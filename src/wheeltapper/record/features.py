@@ -7,14 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.outcome import Outcome
 from wheeltapper.record.trains import Trains, Values
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wheeltapper.record.record import Record
 
 __all__ = [
     "Feature", "Train", "contact_frequency", "custom", "decay_rate", "first_loss", "force_ratio", "impact_interval",
@@ -61,8 +67,41 @@ class Feature:
         """Return the same feature under another name, so that a map can hold two of a kind."""
         return replace(self, name=name)
 
-    def __call__(self, trains: Trains) -> Values:
-        """Return the feature of each cell; NaN where the train is too short, or the run broke off before."""
+    @overload
+    def __call__(self, of: Trains) -> Values: ...
+    @overload
+    def __call__(self, of: Record) -> xr.DataArray: ...
+    def __call__(self, of: Trains | Record) -> Values | xr.DataArray:
+        """Return the feature of a record, or of each train of cells.
+
+        Parameters
+        ----------
+        of
+            A record; of a wagon's the feature has one value per wheel, for the contact of its tread.
+
+        Returns
+        -------
+        xarray.DataArray
+            With unit and definition: one number, of a wagon over `wheelset` and `side`. NaN where there are too few
+            impacts, or the run broke off.
+
+        Raises
+        ------
+        InputError
+            If it is no record.
+        """
+        if isinstance(of, Trains):
+            return self._of_trains(of)
+        from wheeltapper.record.record import Record
+        from wheeltapper.record.record_trains import labelled, static_forces, trains_of
+
+        if not isinstance(of, Record):
+            raise InputError("", self.name, f"a {type(of).__name__}", "a record: what `wheeltapper.simulate` returns")
+        whole = of.outcome is Outcome.COMPLETED
+        values = self._of_trains(trains_of(of, self.tally)) if whole else np.full(static_forces(of).size, np.nan)
+        return labelled(of, values, {"units": self.unit, "long_name": self.definition})
+
+    def _of_trains(self, trains: Trains) -> Values:
         with np.errstate(invalid="ignore", divide="ignore"):
             values = np.asarray(self.of(trains))
         known = trains.whole & (trains.impacts.count >= self.impacts)
@@ -114,6 +153,8 @@ def force_ratio(first: int = 1, second: int = 2) -> Feature:
 
 def largest_force(over_static: bool = False) -> Feature:
     """Return the largest maximum of the contact force, N; `over_static`: divided by the static force N0."""
+    if not isinstance(over_static, bool):
+        raise InputError("", "over_static", repr(over_static), "true or false")
     if over_static:
         return Feature(
             "largest_force_over_static", "", "largest maximum of the contact force, over the static force", 0, "end",
@@ -283,8 +324,10 @@ def named(what: Any) -> Feature:
     kind, name = table.pop("type", None), table.pop("name", None)
     if not isinstance(kind, str) or kind not in BUILT_IN:
         raise InputError("", "features", shown(what), suggested(str(kind), BUILT_IN))
+    if name is not None and not isinstance(name, str):
+        raise InputError("", f"features.{kind}.name", shown(name), "a text")
     try:
         feature = BUILT_IN[kind](**table)
     except TypeError as error:
         raise InputError("", f"features.{kind}", repr(table), f"arguments of {kind} ({error})") from error
-    return feature if name is None else feature.renamed(str(name))
+    return feature if name is None else feature.renamed(name)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from wheeltapper._version import __version__
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario, toml_table
 from wheeltapper.describe.site import Site
@@ -19,10 +18,22 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.table import Table
 from wheeltapper.record import damper
+from wheeltapper.record.chart_store import load_chart
 from wheeltapper.record.labels import EVENT_KINDS, WEAR_TITLE
 from wheeltapper.record.reading_arrays import check_hdf5
 from wheeltapper.record.record import OUTCOMES, Record
-from wheeltapper.record.stored import UNDAMAGED, check, choice, march_of, method_of, notes, program_of, rising, table
+from wheeltapper.record.stored import (
+    UNDAMAGED,
+    check,
+    check_format,
+    choice,
+    march_of,
+    method_of,
+    notes,
+    program_of,
+    rising,
+    table,
+)
 from wheeltapper.record.wagon_record import WagonRecord
 from wheeltapper.record.wagon_store import wagon_record, wagon_tables
 
@@ -111,7 +122,6 @@ def _scenario_text(scenario: Scenario) -> str:
 
 LOADED = ".toml (a scenario or a site), .nc (a record) or .zarr (a chart)"
 RECORD = "a record saved by wheeltapper"
-CHART = "a store filled by wheeltapper sweep"
 
 
 def load(path: str | Path, *, largest: float = LARGEST) -> Any:
@@ -140,34 +150,9 @@ def load(path: str | Path, *, largest: float = LARGEST) -> Any:
         is_site = "passage" in toml_table(path, "a scenario or a site")
         return Site.from_toml(path) if is_site else Scenario.from_toml(path)
     try:
-        return _load_record(path, largest) if suffix == ".nc" else _load_chart(path)
+        return _load_record(path, largest) if suffix == ".nc" else load_chart(path)
     except InputError as error:
         raise error.at(str(path)) from None
-
-
-def _load_chart(path: Path) -> Any:
-    import xarray as xr
-
-    try:
-        chart = xr.open_zarr(path)
-    except Exception as error:  # neither zarr nor xarray names all that a damaged store does
-        raise InputError("", "", f"no readable store ({' '.join(str(error).split())[:120]})", CHART) from error
-    if chart.attrs.get("title") != "wheeltapper chart":
-        raise InputError("", "", "a store that wheeltapper did not write", CHART)
-    _check_format(chart.attrs.get("format", FORMAT))
-    if "status" not in chart or sum(each.dims == chart["status"].dims for each in chart.data_vars.values()) < 2:
-        raise InputError("", "status", "nothing, or no feature beside it", CHART)
-    return chart
-
-
-def _check_format(version: Any) -> None:
-    """Refuse the layout of a newer file."""
-    try:
-        number = int(version)
-    except (TypeError, ValueError):
-        raise InputError("", "format", repr(version)[:80], str(FORMAT)) from None
-    if number > FORMAT:
-        raise InputError("", "format", str(number), f"at most {FORMAT}; wheeltapper {__version__} cannot read it")
 
 
 def _load_record(path: Path, largest: float) -> Any:
@@ -185,7 +170,7 @@ def _load_record(path: Path, largest: float) -> Any:
         return check_wear(data)
     if data.attrs.get("format") is None or "march_steps" not in data:
         raise InputError("", "", "a file that wheeltapper did not write", RECORD)
-    _check_format(data.attrs["format"])
+    check_format(data.attrs["format"], FORMAT)
     scenario = _scenario_of(data)
     record = wagon_record if isinstance(scenario.vehicle, Wagon) else _wheelset_record
     return record(scenario, data)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper._version import __version__
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.march import program as contract
@@ -21,6 +22,17 @@ FloatArray = NDArray[np.float64]
 UNDAMAGED = "a file as wheeltapper wrote it"
 LATER = {contract.START_SHIFT: 0.0, contract.LAST_IMPACT: -1.0, contract.LAST_LOSS: -1.0, contract.MEMORY: 0.0}
 """Numbers that older files lack, and what they then are."""
+
+
+def check_format(version: Any, newest: int) -> int:
+    """Return the version of a layout, unless it is newer than what is known."""
+    try:
+        number = int(version)
+    except (TypeError, ValueError):
+        raise InputError("", "format", repr(version)[:80], str(newest)) from None
+    if number > newest:
+        raise InputError("", "format", str(number), f"at most {newest}; wheeltapper {__version__} cannot read it")
+    return number
 
 
 def table(data: xr.Dataset, name: str, *shape: int | Iterable[int] | None, ends: bool = False) -> FloatArray:

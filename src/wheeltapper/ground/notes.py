@@ -1,0 +1,59 @@
+"""What the user should know of a computation: sentences, and which of them have one cause."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+class Note(str):
+    """A sentence for the user; of those with one cause, the severest speaks for all.
+
+    Parameters
+    ----------
+    text
+        The sentence, numbers included.
+    cause
+        What it is about; by default the sentence itself.
+    severity
+        How bad it is, among notes of this cause.
+    """
+
+    cause: str
+    severity: float
+
+    def __new__(cls, text: str, cause: str = "", severity: float = 0.0) -> Note:
+        """Return the text with cause and severity."""
+        note = super().__new__(cls, text)
+        note.cause, note.severity = cause or str(text), severity
+        return note
+
+
+@dataclass(frozen=True)
+class Shared:
+    """A note that holds, like others of its cause, in some of many cells.
+
+    Attributes
+    ----------
+    note
+        The severest.
+    cells
+        In how many cells the cause is met.
+    """
+
+    note: Note
+    cells: int
+
+    def told(self, total: int) -> str:
+        """Return the note as a sentence about `total` cells."""
+        return str(self.note) if total == 1 else f"{self.note} (the worst of {self.cells} such cells of {total})"
+
+
+def shared(notes: Iterable[Shared]) -> tuple[Shared, ...]:
+    """Return one note for each cause: the severest, the first of equals, for the cells of all."""
+    by_cause: dict[str, Shared] = {}
+    for one in notes:
+        held = by_cause.setdefault(one.note.cause, Shared(one.note, 0))
+        note = one.note if one.note.severity > held.note.severity else held.note
+        by_cause[one.note.cause] = Shared(note, held.cells + one.cells)
+    return tuple(by_cause.values())

@@ -1,0 +1,111 @@
+"""Charts on disk, as they are read: which of their chunks are there, and whether they are whole."""
+
+from __future__ import annotations
+
+import itertools
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.stored import check_format
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CHART = "a store filled by wheeltapper sweep"
+FORMAT = 2
+"""Version of a chart's layout. Since 2 every chunk has a file, also where it has no value, and a checksum."""
+MISSING = -1
+"""Status of a cell that is not computed."""
+THERE, ABSENT, DAMAGED = range(3)
+Place = tuple[int, ...]
+
+
+def places(array: Any) -> Iterator[Place]:
+    """Return the places of an array's chunks."""
+    both = zip(array.shape, array.chunks, strict=True)
+    return itertools.product(*(range(-(-length // size)) for length, size in both))
+
+
+def chunk_file(path: Path, name: str, place: Place) -> Path:
+    """Return the file of a chunk of an array in a store."""
+    return path.joinpath(name, "c", *map(str, place))
+
+
+def state_of(path: Path, group: Any, name: str, place: Place) -> int:
+    """Return whether a chunk is there as a whole, absent, or damaged: found by reading it."""
+    if not chunk_file(path, name, place).exists():
+        return ABSENT
+    try:
+        group[name].get_block_selection(place)
+    except Exception:  # whatever a codec says of bytes that it did not write
+        return DAMAGED
+    return THERE
+
+
+def load_chart(path: Path) -> xr.Dataset:
+    """Return the chart in a store; cells of which anything is absent have the status -1, and a warning counts them.
+
+    Raises
+    ------
+    InputError
+        If it is no chart, one of a newer format, or damaged.
+    """
+    import xarray as xr
+    import zarr
+
+    from wheeltapper.record.simulate import ModelWarning
+
+    try:
+        group = zarr.open_group(path, mode="r", use_consolidated=False)
+        held = dict(group.attrs)
+        arrays: dict[str, Any] = dict(group.arrays())
+    except Exception as error:  # neither zarr nor xarray names all that a damaged store does
+        raise InputError(str(path), "", f"no readable store ({' '.join(str(error).split())[:120]})", CHART) from error
+    if held.get("title") != "wheeltapper chart" or "status" not in arrays:
+        raise InputError(str(path), "", "a store that wheeltapper did not write", CHART)
+    version = check_format(held.get("format", 0), FORMAT)
+    absent = list(_absent(path, group, arrays, version))
+    chart: xr.Dataset = xr.open_zarr(path, consolidated=False)
+    cells = np.array(chart.status.values)
+    for block in absent:
+        cells[block] = MISSING
+    missing = int((cells == MISSING).sum())
+    if missing:
+        text = f"{path}: {missing} of {cells.size} cells are not computed; wheeltapper sweep --resume computes them"
+        warnings.warn(text, ModelWarning, stacklevel=4)
+    found: xr.Dataset = chart.assign(status=chart.status.copy(data=cells))
+    return found
+
+
+def _absent(path: Path, group: Any, arrays: dict[str, Any], version: int) -> Iterator[tuple[slice, ...]]:
+    """Return the blocks of cells of which a chunk is absent; refuse a store in which one is damaged.
+
+    Format 1 left out chunks that held nothing but NaN, or an axis nothing but zeros.
+    """
+    along = arrays["status"].metadata.dimension_names
+    axes = {*along, *str(group.attrs.get("coordinates", "")).split(), "parameter"}
+    for name, array in arrays.items():
+        for place in places(array):
+            state = state_of(path, group, name, place)
+            if state == DAMAGED or (state == ABSENT and name in axes and version > 1):
+                raise _damaged(path, name, place, state)
+            if state == ABSENT and name not in axes and (version > 1 or name == "status"):
+                yield _block(array, place)[-len(along) :]
+
+
+def _damaged(path: Path, name: str, place: Place, state: int) -> InputError:
+    what = "no" if state == ABSENT else "a damaged"
+    return InputError(
+        str(path), name, f"{what} chunk {'/'.join(map(str, place))}",
+        "a whole store; wheeltapper sweep --resume computes again what is not",
+    )  # fmt: skip
+
+
+def _block(array: Any, place: Place) -> tuple[slice, ...]:
+    """Return what a chunk holds of an array."""
+    return tuple(slice(i * size, (i + 1) * size) for i, size in zip(place, array.chunks, strict=True))
