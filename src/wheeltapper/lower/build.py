@@ -82,7 +82,8 @@ def path_table(
     height = sum(course.height for course in courses)
     followed = None if factor is None else Factor(factor, _curvature_noise(courses, end))
     if rolling == "point":
-        return point_table(courses, end, height, method.fit, followed), sharp_dip(*curvatures(courses, end)[1], radius)
+        notes = sharp_dip(*curvatures(courses, end)[1], radius)
+        return point_table(courses, end, height, method.fit, followed), [*notes]
     return circle_table(courses, end, height, method.fit, radius, followed)
 
 
@@ -110,7 +111,7 @@ def curvatures(courses: list[Course], end: float) -> tuple[tuple[float, float], 
     return (float(curvature[least]), float(x[least])), (float(curvature[most]), float(x[most]))
 
 
-def sharp_dip(curvature: float, x: float, radius: float) -> list[str]:
+def sharp_dip(curvature: float, x: float, radius: float) -> list[Note]:
     """Return a warning where the irregularity is more sharply hollow than the wheel is round."""
     if curvature * radius <= 1.0:
         return []
