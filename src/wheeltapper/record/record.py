@@ -49,6 +49,9 @@ class Record:
         What the user should know: contact at two points, edges, warnings with numbers.
     """
 
+    _share = "wheelset"
+    """Whose force is told."""
+
     def __init__(
         self, scenario: Scenario, method: str, lowered: Lowered, march: March, stops: FloatArray = damper.NO_STOPS
     ) -> None:
@@ -242,7 +245,9 @@ class Record:
         impacts, largest = self._summary()
         peak = "no force maximum"
         if largest is not None:
-            peak = f"largest force {largest:.3f} of static ({largest * self.static_force / 1e3:.1f} kN)"
+            peak = (
+                f"largest force {largest:.3f} of static ({largest * self.static_force / 1e3:.1f} kN per {self._share})"
+            )
         plural = "impact" if impacts == 1 else "impacts"
         state = self.outcome.sentence if self.outcome is not Outcome.COMPLETED else f"completed, {self.end:.6g} s"
         onsets = int((self._march.events[:, contract.EVENT_KIND] == contract.YIELD).sum())

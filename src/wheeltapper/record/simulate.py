@@ -15,10 +15,12 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.lower.build import Lowered, lower
+from wheeltapper.lower.plausible import implausible
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.record import Record
+from wheeltapper.record.rigid import rigid_track
 
 Method = Literal["default", "strict"]
 
@@ -27,7 +29,7 @@ class ModelWarning(UserWarning):
     """The scenario is valid, but its result may not mean what the user thinks."""
 
 
-DOUBTS = ("cannot follow", "energy back than it took", "holds up to")
+DOUBTS = ("cannot follow", "energy back than it took", "holds up to", "is implausible")
 """Words of the notes that put a result's meaning in doubt."""
 
 
@@ -87,7 +89,11 @@ def simulate(
 
 def _simulated(scenario: Scenario, method: str) -> Record:
     scenario.check_extent()
-    return _of_wagon(scenario, method) if isinstance(scenario.vehicle, Wagon) else _of_wheelset(scenario, method)
+    doubts = implausible(scenario)
+    warn_of(doubts, depth=4)
+    record = _of_wagon(scenario, method) if isinstance(scenario.vehicle, Wagon) else _of_wheelset(scenario, method)
+    record.notes = (*doubts, *record.notes, *rigid_track(record))
+    return record
 
 
 def _of_wheelset(scenario: Scenario, method: str) -> Record:

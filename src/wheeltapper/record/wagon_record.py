@@ -38,6 +38,7 @@ class WagonRecord(Record):
     motions of the bodies by name.
     """
 
+    _share = "wheel"
     _lowered: LoweredWagon  # type: ignore[assignment]
     _march: MultibodyMarch  # type: ignore[assignment]
 

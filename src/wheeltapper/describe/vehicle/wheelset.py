@@ -15,9 +15,13 @@ from wheeltapper.describe.noun import (
     PositiveStiffness,
     Stiffness,
 )
+from wheeltapper.ground.errors import InputError
 
 FASTEST = 1e6
-"""Largest rate k_b/c of a bush, 1/s: a stiffer one is rigid to any measurement, and would need ever smaller steps."""
+"""Largest rate of a suspension √(k/m) or c/m, and of a bush k_b/c, 1/s.
+
+What is faster is rigid to any measurement, and would need ever smaller steps.
+"""
 
 
 class Wheelset(Noun):
@@ -38,9 +42,9 @@ class Wheelset(Noun):
     load
         P, N, without the wheelset's own weight.
     stiffness
-        k of the primary suspension, N/m.
+        k of the primary suspension, N/m, at most m·1e12/s².
     damping
-        c of the primary suspension, N·s/m.
+        c of the primary suspension, N·s/m, at most m·1e6/s.
     radius
         R of the wheel, m.
     wheels
@@ -72,6 +76,18 @@ class Wheelset(Noun):
             raise ValueError(
                 f"found load + mass·gravity = {self.weight:g} N; allowed: more than 0 N, to hold it on the rail"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _suspended(self) -> Wheelset:
+        for name, held, most, unit in (
+            ("stiffness", self.stiffness, FASTEST**2 * self.mass, "N/m"),
+            ("damping", self.damping, FASTEST * self.mass, "N·s/m"),
+        ):
+            if held > most:
+                raise InputError(
+                    "", name, f"{held:g} {unit}", f"at most {most:g} {unit} for a mass of {self.mass:g} kg"
+                )
         return self
 
     @model_validator(mode="after")

@@ -1,0 +1,177 @@
+"""Numbers that are possible but implausible: nearly always a unit was forgotten, or another one was meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from typing import NamedTuple
+
+from wheeltapper.describe.noun import Noun
+from wheeltapper.describe.placement import Placement
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.quantities import UNITS, si_unit
+
+
+class Usual(NamedTuple):
+    """What is usual of a quantity, and beyond which limits it is implausible: all in one unit.
+
+    Negative numbers are judged by their size. Zero is always plausible, and what is as good as zero.
+    """
+
+    dimension: str
+    unit: str
+    usual: tuple[float, float]
+    least: float
+    most: float
+
+
+NOTHING = 1e-6
+"""Below this share of the least plausible value a number stands for zero, and is meant so."""
+IMPERIAL = ("in", "inch", "lb", "kip", "lbf", "mph")
+"""Units that nobody forgets beside SI."""
+HEIGHT = Usual("length", "mm", (0.01, 5), 0.0, 50)
+WAVE = Usual("length", "m", (0.01, 3), 1e-4, 1e4)
+ELASTIC = {
+    "constant": Usual("Hertz constant", "N/m^1.5", (5e10, 5e11), 1e9, 1e13),
+    "constant_per_wheel": Usual("Hertz constant", "N/m^1.5", (3e10, 3e11), 1e9, 1e13),
+    "rail_radius": Usual("length", "m", (0.08, 0.5), 0.005, 10),
+    "youngs_modulus": Usual("pressure", "GPa", (200, 215), 0.1, 2000),
+}
+STRENGTH = Usual("pressure", "MPa", (300, 4000), 10, 1e5)
+INERTIA = Usual("moment of inertia", "kg m^2", (50, 3e6), 0.1, 1e9)
+
+USUAL: dict[str, dict[str, Usual]] = {
+    "Scenario": {
+        "speed": Usual("speed", "m/s", (1, 100), 0.0, 200),
+        "duration": Usual("time", "s", (0.01, 600), 0.0, 1e5),
+    },
+    "Start": {
+        "displacement": Usual("length", "mm", (0.1, 5), 0.0, 100),
+        "velocity": Usual("speed", "m/s", (0.01, 2), 0.0, 20),
+    },
+    "Wheelset": {
+        "mass": Usual("mass", "kg", (500, 3000), 5, 1e5),
+        "load": Usual("force", "kN", (10, 300), 0.1, 2000),
+        "stiffness": Usual("stiffness", "MN/m", (0.1, 100), 1e-4, 1000),
+        "damping": Usual("damping", "kN s/m", (1, 100), 1e-3, 1e4),
+        "radius": Usual("length", "m", (0.3, 0.65), 0.02, 2),
+        "gravity": Usual("acceleration", "m/s^2", (9.7, 9.9), 0.1, 100),
+        "damper_play": Usual("length", "mm", (0.01, 5), 0.0, 50),
+        "bush_stiffness": Usual("stiffness", "MN/m", (0.1, 100), 1e-4, 1e5),
+    },
+    "FloatingDeck": {
+        "mass": Usual("mass", "kg", (100, 1e5), 1, 1e7),
+        "stiffness": Usual("stiffness", "MN/m", (1, 1000), 1e-4, 1e6),
+        "damping": Usual("damping", "kN s/m", (1, 1000), 1e-3, 1e6),
+        "length": Usual("length", "m", (0.5, 50), 0.01, 1e5),
+    },
+    "Linear": {"stiffness": Usual("stiffness", "MN/m", (500, 5000), 0.1, 1e6)},
+    "Hertz": ELASTIC | {
+        "impact_speed": Usual("speed", "m/s", (0.01, 1), 0.0, 20),
+        "hysteresis": Usual("time per length", "s/m", (0.01, 2), 0.0, 100),
+    },
+    **dict.fromkeys(("Thornton", "Stronge", "JacksonGreen", "KogutEtsion"), ELASTIC | {
+        "yield_force": Usual("force", "kN", (20, 400), 0.1, 1e4),
+        "yield_strength": STRENGTH, "hardness": STRENGTH, "rail_hardness": STRENGTH, "wheel_hardness": STRENGTH,
+    }),
+    "Step": {"height": HEIGHT},
+    "CosineBump": {"height": HEIGHT, "length": WAVE},
+    "Corrugation": {"amplitude": HEIGHT, "wavelength": WAVE},
+    "WheelFlat": {
+        "depth": Usual("length", "mm", (0.05, 3), 0.0, 20),
+        "length": Usual("length", "mm", (10, 150), 0.1, 500),
+    },
+    "OutOfRound": {"amplitudes": Usual("length", "mm", (0.005, 1), 0.0, 20)},
+    "Repeated": {"period": WAVE},
+    "Wagon": {"gravity": Usual("acceleration", "m/s^2", (9.7, 9.9), 0.1, 100)},
+    "Body": {
+        "mass": Usual("mass", "kg", (500, 1e5), 5, 1e6),
+        "inertia": INERTIA,
+        "position": Usual("length", "m", (0.3, 30), 0.0, 500),
+    },
+    "Axle": {
+        "mass": Usual("mass", "kg", (500, 3000), 5, 1e5),
+        "inertia": INERTIA,
+        "position": Usual("length", "m", (1, 30), 0.0, 500),
+        "load": Usual("force", "kN", (10, 300), 0.1, 2000),
+        "radius": Usual("length", "m", (0.3, 0.65), 0.02, 2),
+    },
+    "Spring": {
+        "stiffness": Usual("stiffness", "MN/m", (0.01, 100), 1e-6, 1e6),
+        "bending": Usual("angular stiffness", "N m/rad", (1e3, 1e8), 1, 1e12),
+    },
+    "Damper": {
+        "damping": Usual("damping", "kN s/m", (1, 1000), 1e-3, 1e6),
+        "series_stiffness": Usual("stiffness", "MN/m", (0.1, 100), 1e-4, 1e6),
+        "free_play": Usual("length", "mm", (0.01, 5), 0.0, 100),
+    },
+}  # fmt: skip
+"""Kinds of nouns, their fields, and what is usual of these.
+
+Limits are wide: what models of wheels, decks and vehicles in the literature and on laboratory rigs have lies within.
+"""
+
+
+def implausible(scenario: Scenario) -> tuple[str, ...]:
+    """Return one note for each number of a scenario that is implausible: what it is, and what is usual."""
+    return tuple(
+        _note(path, value, usual)
+        for where, noun in _nouns(scenario)
+        for path, value, usual in _doubted(where, noun)
+    )  # fmt: skip
+
+
+def _nouns(scenario: Scenario) -> Iterator[tuple[str, Noun]]:
+    """Return the nouns of a scenario whose numbers are judged, with their paths."""
+    yield "", scenario
+    yield "vehicle", scenario.vehicle
+    for part in ("bodies", "axles", "elements"):
+        for i, noun in enumerate(getattr(scenario.vehicle, part, ())):
+            yield f"vehicle.{part}.{getattr(noun, 'name', f'wheelset {i + 1}')}", noun
+    yield "track", scenario.track
+    yield "contact", scenario.contact
+    places = scenario.irregularity if isinstance(scenario.irregularity, Placement) else {"": scenario.irregularity}
+    for place, items in places.items():
+        for i, item in enumerate(items):
+            where, noun = ".".join(part for part in ("irregularity", place, str(i)) if part), item
+            while noun is not None:  # of a repeated irregularity, what is repeated too
+                yield where, noun
+                where, noun = f"{where}.of", getattr(noun, "of", None) if type(noun).__name__ == "Repeated" else None
+    if isinstance(scenario.start, Noun):
+        yield "start", scenario.start
+
+
+def _doubted(where: str, noun: Noun) -> Iterator[tuple[str, float, Usual]]:
+    held = vars(noun)
+    for field, least, most, usual in _limits(type(noun).__name__):
+        given = held[field]
+        if given is None:
+            continue
+        for value in given if isinstance(given, tuple) else (given,):
+            if abs(value) > most or NOTHING * least <= abs(value) < least:
+                yield (f"{where}.{field}" if where else field), value, usual
+
+
+@cache
+def _limits(kind: str) -> list[tuple[str, float, float, Usual]]:
+    """Return the fields of a kind of noun with their limits in SI units."""
+    found = []
+    for field, usual in USUAL.get(kind, {}).items():
+        factor = UNITS[usual.dimension][usual.unit]
+        found.append((field, usual.least * factor, usual.most * factor, usual))
+    return found
+
+
+def _note(path: str, value: float, usual: Usual) -> str:
+    si = si_unit(usual.dimension)
+    low, high = usual.usual
+    meant = _meant(abs(value), usual)
+    hint = f'; did you mean "{value:.6g} {meant}"?' if meant else ""
+    return f"{path} = {value:.6g} {si} is implausible: usual are {low:g} to {high:g} {usual.unit}{hint}"
+
+
+def _meant(value: float, usual: Usual) -> str:
+    """Return the metric unit with which a number would be usual; nothing if there is none."""
+    units = UNITS[usual.dimension]
+    low, high = (bound * units[usual.unit] for bound in usual.usual)
+    return next((unit for unit, one in units.items() if unit not in IMPERIAL and low <= value * one <= high), "")

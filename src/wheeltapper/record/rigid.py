@@ -1,0 +1,43 @@
+"""What a rigid track does to forces: said where it matters."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wheeltapper.describe.track.stiff import StiffTrack
+
+if TYPE_CHECKING:
+    from wheeltapper.describe.irregularity.course import Course
+    from wheeltapper.record.record import Record
+
+LARGE = 2.5
+"""Force over the static one beyond which the track's own give decides."""
+KINK = 1e-4
+"""Least change of slope, and least jump of height over the course's, that is one."""
+NOTE = (
+    "the track is rigid: at a kink such as a flat, a step or a joint, a rail that gives way takes other forces, at low "
+    "speed much smaller ones, at high speed also larger ones"
+)
+
+
+def rigid_track(record: Record) -> tuple[str, ...]:
+    """Return a note where a kink on a rigid track makes a large force."""
+    scenario = record.scenario
+    if not isinstance(scenario.track, StiffTrack) or (record._summary()[1] or 0.0) <= LARGE:
+        return ()
+    vehicle: Any = scenario.vehicle
+    radius = vehicle.radius if hasattr(vehicle, "radius") else vehicle.axles[0].radius
+    return (NOTE,) if any(has_kink(item.course(radius)) for item in scenario.irregularities) else ()
+
+
+def has_kink(course: Course) -> bool:
+    """Return whether a course's height or slope jumps."""
+    for before, after in zip(course.stretches[:-1], course.stretches[1:], strict=True):
+        here = np.array([before.end])
+        if abs((after.slope(here) - before.slope(here)).item()) > KINK:
+            return True
+        if abs((after.value(here) - before.value(here)).item()) > KINK * course.height:
+            return True
+    return False

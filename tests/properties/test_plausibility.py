@@ -1,0 +1,129 @@
+"""Implausible numbers are doubted in one note each; what people compute is not."""
+
+import warnings
+from pathlib import Path
+
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.describe.noun import kinds
+from wheeltapper.ground.quantities import UNITS, si_unit
+from wheeltapper.lower.plausible import USUAL, implausible
+from wheeltapper.record.simulate import ModelWarning
+
+ROOT = Path(__file__).parents[2]
+BUMP = wt.CosineBump(height=1e-4, length=0.05, start=0.02)
+
+
+def scene(**changes):
+    vehicle = wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=2e4)
+    given = {"vehicle": vehicle, "contact": wt.Hertz(constant=1.405e11), "irregularity": BUMP}
+    return wt.Scenario(**(given | {"speed": 5.0, "duration": 0.05} | changes))
+
+
+def wheelset(**changes):
+    return {"vehicle": wt.Wheelset(**({"mass": 1500, "load": 91_307} | changes))}
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"irregularity": wt.WheelFlat(depth=0.1, position=0.1)}, ("irregularity.0.depth = 0.1 m", "mm", '"0.1 mm"')),
+        ({"irregularity": wt.Step(height=-1, position=0.1)}, ("irregularity.0.height = -1 m", '"-1 mm"')),
+        ({"irregularity": wt.Corrugation(amplitude=50, wavelength=0.05, start=0)}, ("amplitude = 50 m", '"50 um"')),
+        ({"irregularity": wt.Repeated(of=BUMP.model_copy(update={"height": 0.1}), period=1)}, ("irregularity.0.of.",)),
+        ({"irregularity": wt.OutOfRound(orders=(1, 3), amplitudes=(1e-4, 0.3))}, ("amplitudes = 0.3 m", '"0.3 mm"')),
+        ({"speed": 500_000}, ("speed = 500000 m/s", "1 to 100 m/s")),
+        ({"speed": 250}, ("speed = 250 m/s", '"250 km/h"')),
+        ({"duration": 1e6}, ("duration = 1e+06 s",)),
+        (wheelset(radius=46), ("vehicle.radius = 46 m", '"46 cm"')),
+        (wheelset(mass=1.5), ("vehicle.mass = 1.5 kg", '"1.5 t"')),
+        (wheelset(load=22.5), ("vehicle.load = 22.5 N", '"22.5 kN"')),
+        (wheelset(stiffness=1e14), ("vehicle.stiffness = 1e+14 N/m", "0.1 to 100 MN/m")),
+        (wheelset(stiffness=2.44), ("vehicle.stiffness = 2.44 N/m", '"2.44 kN/mm"')),
+        (wheelset(damping=1e8), ("vehicle.damping = 1e+08 N s/m",)),
+        ({"contact": wt.Hertz(constant=4.44e6)}, ("contact.constant = 4.44e+06", "N/mm^1.5")),
+        ({"contact": wt.Hertz(youngs_modulus=210)}, ("contact.youngs_modulus = 210 Pa", '"210 GPa"')),
+        ({"contact": wt.contact.Thornton(yield_strength=500)}, ("contact.yield_strength = 500 Pa", '"500 MPa"')),
+        ({"track": wt.FloatingDeck(mass=15, stiffness=59.2)}, ("track.stiffness = 59.2 N/m", '"59.2 kN/mm"')),
+        ({"track": wt.FloatingDeck(mass=1e9, stiffness=1.5e7)}, ("track.mass = 1e+09 kg",)),
+    ],
+)
+def test_an_implausible_number_is_doubted_in_one_note(changes, parts):
+    notes = implausible(scene(**changes))
+    assert len(notes) == 1
+    assert "\n" not in notes[0]
+    for part in (*parts, "is implausible: usual are"):
+        assert part in notes[0]
+
+
+def test_the_parts_of_a_wagon_are_doubted_by_name():
+    wagon = wt.Wagon.erri_b176()
+    light = wagon.bodies[0].model_copy(update={"mass": 32.0 / 32.0})
+    spring = wagon.elements[0].model_copy(update={"stiffness": (0.0, 0.0, 1e20)})
+    wagon = wagon.model_copy(update={"bodies": (light, *wagon.bodies[1:])}).with_element(spring)
+    notes = implausible(wt.Scenario(vehicle=wagon, irregularity={"left": [BUMP]}, speed=20, duration=1))
+    assert [note.partition(" = ")[0] for note in notes] == [
+        "vehicle.bodies.car body.mass",
+        f"vehicle.elements.{spring.name}.stiffness",
+    ]
+
+
+def test_a_record_holds_the_doubts_and_warns_of_them(tmp_path):
+    with pytest.warns(ModelWarning, match=r'depth = 0\.1 m .* did you mean "0\.1 mm"') as caught:
+        record = wt.simulate(scene(irregularity=wt.WheelFlat(depth=0.1, position=1.0)))
+    assert [one.filename for one in caught] == [__file__]
+    assert len(record.notes) == 1
+    record.save(tmp_path / "record.nc")
+    assert wt.load(tmp_path / "record.nc").notes == record.notes
+
+
+def test_examples_and_the_coach_are_plausible():
+    paths = sorted((ROOT / "examples").glob("*.toml"))
+    loaded = [wt.load(path) for path in paths if "over" not in path.read_text(encoding="utf-8")]
+    scenarios = [getattr(one, "passage", one) for one in loaded]
+    assert len(scenarios) >= 7
+    scenarios += [
+        wt.Scenario(vehicle=wt.Wagon.erri_b176(series_springs=series), speed=55, duration=60)
+        for series in (True, False)
+    ]
+    assert [note for scenario in scenarios for note in implausible(scenario)] == []
+
+
+def test_the_table_names_fields_that_exist_and_usual_numbers_are_plausible():
+    for kind, fields in USUAL.items():
+        assert set(fields) <= set(kinds()[kind].model_fields)
+        for usual in fields.values():
+            assert usual.unit in UNITS[usual.dimension]
+            assert si_unit(usual.dimension)
+            assert usual.least <= usual.usual[0] / 10 < usual.usual[1] * 1.9 <= usual.most
+
+
+@pytest.mark.parametrize("field", ["stiffness", "damping"])
+def test_a_suspension_that_would_need_ever_smaller_steps_is_refused(field):
+    with pytest.raises(wt.InputError, match=rf"^{field}: found 1e\+20 N.*at most 1\.5e\+"):
+        wt.Wheelset(mass=1500, load=9e4, **{field: 1e20})
+
+
+@pytest.mark.parametrize(
+    ("irregularity", "track", "large", "told"),
+    [
+        (wt.WheelFlat(length="40 mm", position=0.1), wt.StiffTrack(), True, True),
+        (wt.Step(height="0.3 mm", position=0.1), wt.StiffTrack(), True, True),
+        (wt.WheelFlat(length="2 mm", position=0.1), wt.StiffTrack(), False, False),
+        (wt.CosineBump(height="0.5 mm", length="60 mm", start=0.05), wt.StiffTrack(), True, False),
+        (wt.WheelFlat(length="40 mm", position=0.1), wt.FloatingDeck(mass=15_000, stiffness=1.5e7), True, False),
+    ],
+)
+def test_large_forces_at_a_kink_of_a_rigid_track_say_that_it_is_rigid(irregularity, track, large, told):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        record = wt.simulate(scene(irregularity=irregularity, track=track, speed=8.3, duration=0.05))
+    assert sum("the track is rigid" in note for note in record.notes) == told
+    assert (float(record.peaks.normal_force.max()) > 2.5 * record.static_force) == large
+
+
+def test_the_line_of_a_record_says_whose_force_it_is():
+    coach = wt.Scenario(vehicle=wt.Wagon.erri_b176(), irregularity=BUMP, speed=20, duration=0.01)
+    assert "kN per wheelset)" in str(wt.simulate(scene()))
+    assert "kN per wheel)" in str(wt.simulate(coach))
