@@ -43,7 +43,9 @@ def answer(*arguments, **environment):
     return json.loads(done.stdout), done.stderr
 
 
-@pytest.mark.parametrize("arguments", [(), ("deck",), ("map",)])
+@pytest.mark.parametrize(
+    "arguments", [(), pytest.param(("deck",), marks=pytest.mark.slow), pytest.param(("map",), marks=pytest.mark.slow)]
+)
 def test_without_compilation_the_answers_are_the_same(arguments):
     plain, _ = answer(*arguments, NUMBA_DISABLE_JIT="1")
     compiled, _ = answer(*arguments)

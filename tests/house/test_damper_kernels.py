@@ -40,7 +40,7 @@ def answer(*arguments, **environment):
     return json.loads(done.stdout), done.stderr
 
 
-@pytest.mark.parametrize("arguments", [(), ("bush",)])
+@pytest.mark.parametrize("arguments", [pytest.param((), marks=pytest.mark.slow), ("bush",)])
 def test_without_compilation_the_answers_are_the_same_and_a_second_process_compiles_nothing(arguments):
     plain, _ = answer(*arguments, NUMBA_DISABLE_JIT="1")
     compiled, _ = answer(*arguments)

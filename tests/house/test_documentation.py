@@ -1,6 +1,7 @@
 """The documentation: every Python block runs and states a number that holds; every scenario in TOML loads."""
 
 import re
+import runpy
 import shutil
 import textwrap
 from pathlib import Path
@@ -144,3 +145,11 @@ def test_every_decision_is_listed() -> None:
         number, _, sentence = title.removeprefix("# ").partition(". ")
         assert int(number) == int(path.name[:4])
         assert f"{number}. {sentence}" in listed.replace("``", ""), path.name
+
+
+def test_the_readmes_picture_is_small_and_its_script_draws_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    kept = ROOT / "docs" / "_static" / "wheel_flat.png"
+    assert 20_000 < kept.stat().st_size < 150_000
+    runpy.run_path(str(ROOT / "docs" / "readme_picture.py"))["draw"](tmp_path / "drawn.png")
+    assert 20_000 < (tmp_path / "drawn.png").stat().st_size < 150_000

@@ -11,8 +11,12 @@ from wheeltapper.faces.paper.claims import Claim, absolute
 from wheeltapper.faces.paper.figures import DRAW
 from wheeltapper.faces.paper.run import CLAIMS, run
 
+LONG = {"C15"}
 
-@pytest.mark.parametrize("number", sorted(CLAIMS))
+
+@pytest.mark.parametrize(
+    "number", [pytest.param(number, marks=pytest.mark.slow if number in LONG else ()) for number in sorted(CLAIMS)]
+)
 def test_a_claim_holds(number):
     failed = [m for m in CLAIMS[number].measure() if not m.holds]
     assert not failed

@@ -87,7 +87,7 @@ class Noun(BaseModel, metaclass=Kind):
         return {"type": type(self).__name__} | plain
 
     def __eq__(self, other: object) -> bool:
-        # Fields only: what a noun has computed once (a spline, say) is kept beside them; arrays have no truth value.
+        # Fields only: what a noun has computed once (a spline, say) is kept beside them and says nothing new.
         if type(self) is not type(other):
             return NotImplemented
         return all(getattr(self, name) == getattr(other, name) for name in type(self).model_fields)
