@@ -25,17 +25,20 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
 
 SPEEDS = 0.05
-"""How far apart the speeds are that are tried where a flat strikes before anything else, over the speed."""
+"""Relative spacing of the starting speeds where a flat strikes before the irregularity."""
 FIRM, FIRST = 0.01, (0.009, 0.007, 0.005, 0.003, 0.0015)
-"""Mass, damping and load may explain so much of anything, s; then parts of it that a healthy wheelset explains."""
+"""A fit of mass, damping and load that holds for less than FIRM, s, proves nothing. Then a healthy wheelset is fitted
+to shorter beginnings: FIRST, s after the onset."""
 EARLIER = 0.008
-"""The windows of a wheel's fault begin so much before it strikes, s: the first one ends soon after."""
+"""Time from the start of the fit windows to the strike of a wheel's fault, s. The first window ends 3 ms after it."""
 CLEARLY, SHORTER = 4.0, 0.25
-"""By how many of its deviations χ² may exceed its mean; a healthy beginning where it does ends earlier by a factor."""
+"""A fit is clear if χ² exceeds its mean by at most CLEARLY of its standard deviations. A healthy beginning that is not
+clear is shortened to the part SHORTER."""
 LASTING = 0.03
-"""What mass, damping and load explain is little up to here, s; if more, it is told where nothing explains the whole."""
+"""A fit of mass, damping and load that holds for less than this, s after the onset, explains little. If it holds for
+longer and nothing explains the whole recording, a note says for how long."""
 PATIENTLY = 3
-"""Of how many orders the fits are repeated with patience."""
+"""Number of orders of a wheel out of round whose fits are repeated with patience."""
 FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
 
 

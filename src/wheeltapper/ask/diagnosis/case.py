@@ -20,14 +20,16 @@ from wheeltapper.record.recording import Recording
 EXPLAINED = 1.3
 """A model explains a recording where χ² per degree of freedom is at most this."""
 WELL = 1.1
-"""It does so well, so that nothing else is tried, where that is at most this: a noise that is misjudged by 5 %."""
+"""The search ends where χ² per degree of freedom is at most this: the noise may be misjudged by 5 %."""
 EARLY = 3.0
-"""A healthy wheel moves the deck by more than so many deviations of the noise where the recording first shows it."""
+"""The wheel itself is the cause of the onset if, at that time, the model of the fastest healthy wheelset stays below so
+many standard deviations of the noise."""
 SURE = 3.0
-"""So many deviations of the speed are all that is thought of; the onset tells it where they are as many samples."""
+"""Largest deviation of the speed that is considered, in standard deviations. The onset determines the speed where the
+stated uncertainty makes more than as many samples."""
 
 FLIGHTS, PLATEAU = 0.06, 97.0
-"""In what part of the recording flights show the static force, s, and the percentile of the acceleration in them."""
+"""Flights within the first FLIGHTS seconds show the static force, by the PLATEAU-th percentile of the acceleration."""
 
 
 class Case:

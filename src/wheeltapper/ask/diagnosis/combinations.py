@@ -24,25 +24,26 @@ STATIC_LOAD = "static load"
 """N0 = P + m·g, among the exponents in the load's place."""
 DENOMINATORS = (1, 2, 3)
 NEAR = 0.04
-"""Exponents are rounded to a fraction that is as near as this."""
+"""Exponents are rounded to a simple fraction that is at most this far away."""
 LIKE = 0.95
-"""Cosine above which a direction is a law's."""
+"""Least cosine of the angle between a direction and that of a law for which the law is named."""
 GAIN = 3.0
-"""A product of powers is told where it is known so many times better than its fields are."""
+"""A product of powers is listed if its standard deviation is this many times smaller than that of its fields."""
 LIMIT = 0.1
-"""A direction is unknown where its standard deviation is more than this, a product is known where it is less."""
+"""Standard deviation of the logarithm above which a direction counts as unknown, and below which a product counts as
+known."""
 CONSTANTS = ("contact.constant", "contact.constant_per_wheel")
 HEIGHTS = ("height", "depth", "amplitude")
 FORCES = (
     STATIC_LOAD, "vehicle.mass", "vehicle.stiffness", "vehicle.damping", *CONSTANTS, "contact.stiffness",
     "contact.youngs_modulus", "track.mass", "track.stiffness", "track.damping",
 )  # fmt: skip
-"""Fields in proportion to which the force is."""
+"""Fields that the force scale multiplies."""
 LENGTHS = {
     "vehicle.mass": -1.0, "vehicle.stiffness": -1.0, "vehicle.damping": -1.0, "vehicle.radius": -1.0,
     "contact.stiffness": -1.0, **dict.fromkeys(CONSTANTS, -1.5),
 }  # fmt: skip
-"""Exponents under which, with the heights', the force stays."""
+"""Exponents of the fields in the displacement scale; heights have exponent one."""
 
 
 class Combination(NamedTuple):

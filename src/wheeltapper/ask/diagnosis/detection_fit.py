@@ -33,19 +33,19 @@ from wheeltapper.ask.diagnosis.likelihood import (
 FloatArray = NDArray[np.float64]
 
 LEAST = 1e-9
-"""A probability taken for zero, and the distance from one taken for one."""
+"""Probabilities nearer than this to zero or one count as zero or one."""
 TINY = 1e-12
-"""Least distance from one at which a curve is sought."""
+"""Least distance of a curve's probability from one."""
 CERTAIN = 1e-6
-"""Within so much of zero and one, a curve says nothing of its slope."""
+"""A curve whose probabilities are all within this of zero or one does not determine its slope."""
 FARTHEST = 1e4
-"""A size beyond which none is looked for, in standard deviations of the specimens' sizes."""
+"""Largest size that is searched, in standard deviations of the sizes of the specimens."""
 LOWEST = 1e-3
-"""Lowest ceiling that is looked for."""
+"""Lowest ceiling of a curve that is searched."""
 NEXT = 1e-6
-"""Distance at which a step is past, in the same unit."""
+"""Distance beyond a step at which its far side is evaluated, in the same unit."""
 SMALL = 1e-6
-"""A rise of the log-likelihood that is none; a ceiling this near to one is one."""
+"""A smaller rise of the log-likelihood counts as none, and a ceiling nearer to one counts as one."""
 
 
 @dataclass(frozen=True, eq=False)

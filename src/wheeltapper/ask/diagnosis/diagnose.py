@@ -44,19 +44,22 @@ from wheeltapper.record.simulate import simulate
 FloatArray = NDArray[np.float64]
 
 FAULTY = 0.1
-"""Probability before the recording that a wheelset has a fault."""
+"""Prior probability that a wheelset has a fault."""
 ALIKE = 0.05
-"""Another verdict is not excluded where its probability is at least this part of the best one's."""
+"""Another verdict is listed as not excluded if its probability is at least this share of the best one's."""
 BASIN = 0.02
-"""A fit that explains so much of the recording, s from the first strike, is in the right basin."""
+"""A fit that explains the recording for longer than this, s after the onset, has found the right minimum."""
 BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
-"""In what part of the recording other starts are judged, s, how far apart their speeds are, and how many are tried."""
+"""Other starts are ranked by the first BEGINNING seconds after the onset. Their speeds differ by the share SPEEDS, and
+the STARTS best ones are fitted."""
 SOONER = 0.006
-"""So much shorter are windows that may settle the speed before the first impact, s."""
+"""A second fit begins its windows so much earlier, s: its first window ends before the first impact and determines the
+speed."""
 VAGUE = 0.3
-"""A field whose logarithm has a larger standard deviation is hardly there, or its size is not told."""
+"""If the standard deviation of a field's logarithm is larger, its likelihood is taken as normal in the field itself,
+and the size of a fault is not given."""
 NOTHING = 3.0
-"""A damping below so many of its standard deviations may be none."""
+"""A damping smaller than so many of its standard deviations may be zero."""
 FAR = 10.0
 """The nearest model's parameters are given up to this χ² per degree of freedom: beyond it the model is about three
 deviations of the noise away from the recording, and intervals that count noise alone say nothing."""

@@ -25,11 +25,11 @@ HEALTHY, NOT_EXPLAINED, NO_WHEEL = "healthy", "not explained", "no wheel"
 FORMAT = 1
 """Version of the JSON's layout."""
 KIP = 4448.2216152605
-"""N."""
+"""One kip (1000 pounds-force), N."""
 ASKED = ("vehicle.mass", "vehicle.damping")
-"""Fields of which combinations are told."""
+"""Fields whose combinations are listed."""
 MOST = 3
-"""How many of them the paragraph tells."""
+"""Number of combinations in the paragraph."""
 NAMES = {
     "vehicle.mass": ("unsprung mass", "kg", 1.0),
     "vehicle.damping": ("damping", "kN s/m", 1e-3),

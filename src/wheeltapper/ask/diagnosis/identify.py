@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 SHORTEST = 32
 """Least number of samples."""
 LOUD = 6.0
-"""The onset is where the acceleration first exceeds so many standard deviations of its noise."""
+"""Standard deviations of the noise that the acceleration first exceeds at the onset."""
 
 
 @dataclass(frozen=True)

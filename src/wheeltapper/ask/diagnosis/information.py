@@ -33,10 +33,10 @@ FloatArray = NDArray[np.float64]
 
 NAMED = ("vehicle.mass", "vehicle.damping")
 NOTHING = 1e-12
-"""What is left of a column at right angles to others counts as nothing below this share of it."""
+"""The part of a column that is orthogonal to others counts as zero below this share of the column."""
 BLOCK = 128
 OWN = "speed"
-"""The field that differs from one passage of a wheelset to the next."""
+"""The field that differs between the passages of one wheelset."""
 
 
 @dataclass(frozen=True, eq=False)

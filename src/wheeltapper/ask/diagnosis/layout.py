@@ -28,9 +28,9 @@ Bounds = tuple[float, float]
 SHAPES = ("bump", "dip", "step up", "step down")
 FALLING = ("dip", "step down")
 FIRST = 0.05
-"""Where the first feature begins, m after the trigger: a circle may touch it from afar."""
+"""Start of the first feature, m after the trigger. A wheel may touch a step before its axle is above it."""
 LISTENING = 0.2
-"""s that a recording goes on when the slowest passage has left the last feature."""
+"""Time for which a recording goes on after the slowest passage has left the last feature, s."""
 
 
 class Feature(NamedTuple):

@@ -27,9 +27,9 @@ FloatArray = NDArray[np.float64]
 Sizes = float | tuple[float, float] | None
 
 LOWEST = -1e9
-"""Score of a fault that was not even compared."""
+"""Score of a fault that was not compared."""
 ALLOWED = 0.01
-"""Rate of false calls at which detection is told."""
+"""Rate of false calls at which the detection rate is given."""
 
 
 class Passage(NamedTuple):

@@ -13,7 +13,7 @@ from wheeltapper.ground.errors import InputError
 FloatArray = NDArray[np.float64]
 
 AXLES = 1000.0
-"""False calls are told per so many axles."""
+"""Number of axles for which false calls are given."""
 
 
 @dataclass(frozen=True, eq=False)
