@@ -84,7 +84,7 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
     case.struck = struck > case.begins + LASTING
     healthy = case.problem(case.passage, {})
     for round_ in (0, 1) if len(models) == 1 else (0,):
-        patient = struck < case.begins + LASTING and not round_  # little has told speed and load before
+        patient = struck < case.begins + LASTING and not round_  # little has determined speed and load before
         starts = flat_starts(healthy, models, struck, made, round_)
         longest, before = _first_explaining(case, starts, struck, patient), None
         while longest is not None and longest is not before and len(models) == 1 and not _clear(longest[1]):
@@ -126,7 +126,7 @@ def _clear(fit: Fit) -> bool:
 
 
 def strike_at_onset(case: Case) -> Strike:
-    """Return when the recording begins, and healthy wheelsets of several speeds: nothing has told it before."""
+    """Return when the recording begins, and healthy wheelsets of several speeds, since the speed is not known yet."""
     share = 2.0 * case.site.uncertainty.get("speed", 0.0)
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
     return Strike(case.begins, [case.passage.replaced({"speed": speed}) for speed in speeds.tolist()], False)

@@ -65,7 +65,7 @@ class Case:
         return found is not None and bool(np.abs(found).max() < EARLY * self.noise)
 
     def _timed(self) -> Scenario:
-        """Return the stated passage at the speed at which it begins when the recording does, where that tells more."""
+        """Return the stated passage, at the speed that the onset shows where that is the more precise one."""
         stated, share = self.stated.passage, self.site.uncertainty.get("speed", 0.0)
         if self.early or share * self.begins * self.recording.rate < SURE:
             return stated

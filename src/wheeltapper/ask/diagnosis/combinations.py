@@ -1,8 +1,8 @@
-"""What a record cannot tell, however good the sensor, and what it tells best: products of powers of the fields.
+"""What a record cannot show, however good the sensor, and what it shows best: products of powers of the fields.
 
 force scale         m, P, k, c, C, M, K, C_d times s leave the deck's motion as it is
 displacement scale  h times s, with R, m, k, c over s and C over s^1.5 at the same N0, leave the force as it is; only
-                    the deck's own motion, small where it is heavy, tells s
+                    the deck's own motion, small where it is heavy, shows s
 load and weight     act by their sum N0 = P + m·g alone, which stands for the load here
 """
 
@@ -66,7 +66,7 @@ class Combination(NamedTuple):
 
 @dataclass(frozen=True)
 class Combinations:
-    """What one passage cannot tell, and what it tells best.
+    """What one passage cannot show, and what it shows best.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class Combinations:
 
 
 def combinations(found: Information, passage: int = 0, limit: float = LIMIT) -> Combinations:
-    """Return what one of the passages cannot tell, and what it tells best.
+    """Return what one of the passages cannot show, and what it shows best.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def combinations(found: Information, passage: int = 0, limit: float = LIMIT) -> 
     passage
         Which of its speeds.
     limit
-        A direction in which ln s has a larger standard deviation by the record alone is told as unknown.
+        A direction in which ln s has a larger standard deviation by the record alone is listed as unknown.
     """
     names, turned = _coordinates(found)
     laws = _laws(names)

@@ -17,7 +17,7 @@ from wheeltapper.ground.errors import ComputationError, InputError
 FloatArray = NDArray[np.float64]
 Criterion = Literal["determinant", "worst interval"]
 Progress = Callable[[int, int, float], None]
-"""Told how many layouts were judged, the budget, and the best criterion so far."""
+"""Called with the number of layouts that were judged, the budget, and the best criterion so far."""
 
 SEARCH_RATE = 5e3
 """Samples per second of the search. Contacts last a millisecond or more: with more samples the information changes by
@@ -33,7 +33,7 @@ SIMPLEX, FINE = 0.05, 1e-3
 JUDGED = 3
 """Number of the best layouts that are judged again at the rate of the sensor."""
 EASED, TRIES = 0.99, 8
-"""Features are lowered until the force is this share of its limit, in at most so many trials."""
+"""Features are lowered until the force is this share of its limit, in at most TRIES trials."""
 REFUSED = 1e3
 """Cost of a layout that exceeds the limit of the force; the ratio of force and limit is added. Others cost less than
 200."""
@@ -80,13 +80,13 @@ class Judge:
         return [heights] if self.one_gauge and "irregularity.0.height" in self.site.uncertainty else []
 
     def information(self, layout: Layout) -> Information:
-        """Return what a layout tells, at the sensor's rate."""
+        """Return the information of a layout, at the sensor's rate."""
         return information(
             self.site_of(layout), self.parameters, self.speeds, together=self.together(layout), trigger=self.trigger
         )
 
     def judged(self, kind: str, layout: Layout, rate: float | None = None) -> Candidate:
-        """Return what a layout is worth, at some rate; nothing is told where its force is too large."""
+        """Return what a layout is worth, at some rate; NaN where its force is too large."""
         return self._judged(kind, layout, rate)[0]
 
     def eased(self, kind: str, layout: Layout, rate: float, alike: bool) -> Candidate:
@@ -232,6 +232,6 @@ class Search:
 
 
 def _spread(many: int, size: int, random: np.random.Generator) -> FloatArray:
-    """Return a Latin hypercube: each coordinate's range is cut in so many parts, each of which is met once."""
+    """Return a Latin hypercube: each coordinate's range is cut into `many` parts, each of which is met once."""
     parts = np.column_stack([random.permutation(many) for _ in range(size)])
     return np.asarray((parts + random.random((many, size))) / many)

@@ -118,14 +118,14 @@ class Fit:
         return Index(self.likelihood.link, self.ceiling, level, self.slope, across @ covariance @ across.T)
 
     def at(self, x: FloatArray) -> FloatArray:
-        """Return the probability of detection, NaN where the data do not tell."""
+        """Return the probability of detection, NaN where the data do not determine it."""
         if self.step is None:
             return self.ceiling * cdf(self.likelihood.link, self.vector @ self.peak.theta + self.slope * x)
         below, above = x <= self.step[0], x >= self.step[1]
         return np.where(below == above, np.nan, np.where(above, self.ceiling, 0.0))
 
     def reached(self, probability: float) -> float:
-        """Return the x at which the curve has a probability; infinite where it never has, NaN where none can tell."""
+        """Return the x at which the curve has a probability; infinite if it never has, NaN if the data do not show it."""
         if probability >= self.ceiling:
             return inf
         if not self.is_regular:

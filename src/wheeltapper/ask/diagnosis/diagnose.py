@@ -1,6 +1,6 @@
 """From one recording to a finding: which fault explains it, how large it is, and what else would explain it as well.
 
-plain    one fit with mass, damping and load free; it tells apart all faults that change only these, by their priors
+plain    one fit with mass, damping and load free; it distinguishes all faults that change only these, by their priors
 else     where that does not explain the recording, one family after the other until one does: flats from where
          something strikes; the damper's end and wheels out of round (first, where little is explained); flats hard to
          place
@@ -53,13 +53,13 @@ BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
 """Other starts are ranked by the first BEGINNING seconds after the onset. Their speeds differ by the share SPEEDS, and
 the STARTS best ones are fitted."""
 SOONER = 0.006
-"""A second fit begins its windows so much earlier, s: its first window ends before the first impact and determines the
-speed."""
+"""Time by which a second fit begins its windows earlier, s. Its first window then ends before the first impact, and
+determines the speed."""
 VAGUE = 0.3
 """If the standard deviation of a field's logarithm is larger, its likelihood is taken as normal in the field itself,
 and the size of a fault is not given."""
 NOTHING = 3.0
-"""A damping smaller than so many of its standard deviations may be zero."""
+"""A damping smaller than this, in its standard deviations, may be zero."""
 FAR = 10.0
 """The nearest model's parameters are given up to this χ² per degree of freedom: beyond it the model is about three
 deviations of the noise away from the recording, and intervals that count noise alone say nothing."""
@@ -205,7 +205,7 @@ def _believed(case: Case, fault: Fault | None, found: Fit, unknown: tuple[str, .
     believed = {} if fault is None else fault.believed(case.passage)
     many = len(unknown)
     if not np.all(np.isfinite(found.covariance)):
-        return 0.0  # nothing is told of some field
+        return 0.0  # the recording does not determine some field
     vague = np.sqrt(np.diag(found.covariance)[:many]) > VAGUE
     away, scales, variances = np.empty(many), np.ones(many), np.empty(many)
     for i, path in enumerate(unknown):

@@ -157,7 +157,7 @@ def _bush_believed(_: Scenario) -> dict[str, Prior]:
 
 
 def imbalance(passage: Scenario, aside: float) -> Scenario:
-    """Return a coach's passage with its car body's centre of gravity moved to the left by so much, m."""
+    """Return a coach's passage with its car body's centre of gravity moved to the left by `aside`, m."""
     if not isinstance(passage.vehicle, Wagon):
         raise InputError("", "vehicle", "a Wheelset", "a Wagon: left and right are one on the core model")
     x, y, z = passage.vehicle.bodies[0].position

@@ -63,13 +63,13 @@ class Fit:
     ----------
     paths, values, covariance
         The parameters, and the covariance (parameters, parameters) of their logarithms; where only the beginning of the
-        recording is explained, what that tells.
+        recording is explained, of that part.
     chi_squared, misfit
         Sum of squared residuals over their variances with the priors' and without; infinite where no model is there.
     freedom
         Number of samples that count less that of parameters without a prior.
     evidence
-        Logarithm of the probability of the recording under the model, but for a constant that all models share:
+        Logarithm of the probability of the recording under the model, up to a constant that all models share:
         Laplace's approximation.
     converged, scenario
         Whether the last steps were small, and the best model.
@@ -346,10 +346,10 @@ def covariance_of(jacobian: FloatArray) -> FloatArray:
         return np.asarray(_inverse(triangle_of(jacobian / size)) / np.outer(size, size))
 
 
-def summary(problem: Problem, at: FloatArray, converged: bool, told: int, held: float = np.inf) -> Fit:
-    """Return what is known at some coordinates, to which the first `told` samples have led."""
+def summary(problem: Problem, at: FloatArray, converged: bool, used: int, held: float = np.inf) -> Fit:
+    """Return what is known at some coordinates, to which the first `used` samples have led."""
     many, count = len(problem.paths), len(problem.times)
-    residual, jacobian = problem.weighed(at, count, problem.noise), problem.jacobian(at, told, problem.noise)
+    residual, jacobian = problem.weighed(at, count, problem.noise), problem.jacobian(at, used, problem.noise)
     freedom = int(problem.there.sum()) - sum(prior.kind == "flat" for prior in problem.priors)
     if residual is None or jacobian is None:
         nothing = np.full((many, many), np.inf)

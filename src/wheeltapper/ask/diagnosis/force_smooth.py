@@ -91,7 +91,7 @@ class Problem(NamedTuple):
         return float(np.sum(self.weights * (self.measured - g) ** 2))
 
     def surprise(self, log_weight: float, noise: float) -> float:
-        """Return minus the logarithm of the likelihood, but for a constant; `noise` is the deviation of g in N."""
+        """Return minus the logarithm of the likelihood, up to a constant; `noise` is the deviation of g in N."""
         factor = self.factor(log_weight)
         g = self.solved(factor)
         misfit = self.residual(g) + np.exp(log_weight) * float(np.sum(self.roughness(g) ** 2 / self.shape))

@@ -118,7 +118,7 @@ def same_edge_starts(
 ) -> Iterator[Scenario]:
     """Yield passages whose flat has one edge in common with a flat, those nearest to what follows a strike first.
 
-    A wheel that lands near one edge of a flat tells nothing of the other one before the next turn.
+    A wheel that lands near one edge of a flat shows nothing of the other one before the next turn.
     """
     item = flat.irregularities[-1]
     longer = [length / LIKE[name] - item.length for length in FLATS[1]]

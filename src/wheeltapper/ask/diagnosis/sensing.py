@@ -10,7 +10,7 @@ from wheeltapper.describe.sensor import Sensor
 FloatArray = NDArray[np.float64]
 
 OVERSAMPLED = 8
-"""The sensor's filter is computed at so many times the rate of the converter."""
+"""The sensor's filter is computed at this multiple of the rate of the converter."""
 AROUND = 3
 """Number of samples on either side from which values between samples are interpolated."""
 

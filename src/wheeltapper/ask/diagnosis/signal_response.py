@@ -182,7 +182,7 @@ def _exact(noise: FloatArray, rate: float, level: float | None) -> float:
 
 def _check_ceiling(ceiling: float | None, floor: float | None, seen_only: bool) -> None:
     if ceiling is None and seen_only:
-        raise InputError("", "ceiling", "None with seen_only", "a given ceiling: such data do not tell it")
+        raise InputError("", "ceiling", "None with seen_only", "a given ceiling: such data do not determine it")
     if ceiling != 1.0 and floor is None and not seen_only:
         raise InputError("", "floor", "None", "a floor below which faults that are not seen remain, or seen_only")
 
