@@ -125,7 +125,7 @@ class Fit:
         return np.where(below == above, np.nan, np.where(above, self.ceiling, 0.0))
 
     def reached(self, probability: float) -> float:
-        """Return the x at which the curve has a probability; infinite if it never has, NaN if the data do not show it."""
+        """Return the x at which the curve has a probability; infinite if it never has, NaN if data do not show it."""
         if probability >= self.ceiling:
             return inf
         if not self.is_regular:
