@@ -257,7 +257,7 @@ def test_a_length_that_the_recording_does_not_tell_is_not_given():
     assert finding.verdict == "wheel flat"
     assert np.isnan(finding.size)
     assert finding.interval[0] < recording.truth["size"] < finding.interval[1]
-    assert "Length hardly told by this recording" in str(finding)
+    assert "Length hardly determined by this recording" in str(finding)
     assert finding.to_dict()["size"] is None
     assert finding.to_dict()["size_interval_90"][0] == pytest.approx(finding.interval[0])
 

@@ -1,4 +1,4 @@
-"""The commands that work with a site: diagnose recordings, assess how well it tells faults, design it."""
+"""The commands that work with a site: diagnose recordings, assess how well it distinguishes faults, design it."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def assess(
     plot: Path | None = None,
     workers: int | None = None,
 ) -> int:
-    """Measure how well a site tells faults, on passages that are computed.
+    """Measure how well a site distinguishes faults, on passages that are computed.
 
     Parameters
     ----------
@@ -261,7 +261,7 @@ def design(
     budget: int = 2000,
     seed: int = 0,
 ) -> int:
-    """Find the irregularity of a site that tells most of a wheelset, under limits.
+    """Find the irregularity that gives most information on a wheelset, under limits.
 
     Parameters
     ----------

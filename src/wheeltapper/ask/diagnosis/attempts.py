@@ -25,17 +25,20 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
 
 SPEEDS = 0.05
-"""How far apart the speeds are that are tried where a flat strikes before anything else, over the speed."""
+"""Relative spacing of the starting speeds where a flat strikes before the irregularity."""
 FIRM, FIRST = 0.01, (0.009, 0.007, 0.005, 0.003, 0.0015)
-"""Mass, damping and load may explain so much of anything, s; then parts of it that a healthy wheelset explains."""
+"""A fit of mass, damping and load that holds for less than FIRM, s, proves nothing. Then a healthy wheelset is fitted
+to shorter beginnings: FIRST, s after the onset."""
 EARLIER = 0.008
-"""The windows of a wheel's fault begin so much before it strikes, s: the first one ends soon after."""
+"""Time from the start of the fit windows to the strike of a wheel's fault, s. The first window ends 3 ms after it."""
 CLEARLY, SHORTER = 4.0, 0.25
-"""By how many of its deviations χ² may exceed its mean; a healthy beginning where it does ends earlier by a factor."""
+"""A fit is clear if χ² exceeds its mean by at most CLEARLY of its standard deviations. A healthy beginning that is not
+clear is shortened to the part SHORTER."""
 LASTING = 0.03
-"""What mass, damping and load explain is little up to here, s; if more, it is told where nothing explains the whole."""
+"""A fit of mass, damping and load that holds for less than this, s after the onset, explains little. If it holds for
+longer and nothing explains the whole recording, a note says for how long."""
 PATIENTLY = 3
-"""Of how many orders the fits are repeated with patience."""
+"""Number of orders of a wheel out of round whose fits are repeated with patience."""
 FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
 
 
@@ -81,7 +84,7 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
     case.struck = struck > case.begins + LASTING
     healthy = case.problem(case.passage, {})
     for round_ in (0, 1) if len(models) == 1 else (0,):
-        patient = struck < case.begins + LASTING and not round_  # little has told speed and load before
+        patient = struck < case.begins + LASTING and not round_  # little has determined speed and load before
         starts = flat_starts(healthy, models, struck, made, round_)
         longest, before = _first_explaining(case, starts, struck, patient), None
         while longest is not None and longest is not before and len(models) == 1 and not _clear(longest[1]):
@@ -123,7 +126,7 @@ def _clear(fit: Fit) -> bool:
 
 
 def strike_at_onset(case: Case) -> Strike:
-    """Return when the recording begins, and healthy wheelsets of several speeds: nothing has told it before."""
+    """Return when the recording begins, and healthy wheelsets of several speeds, since the speed is not known yet."""
     share = 2.0 * case.site.uncertainty.get("speed", 0.0)
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
     return Strike(case.begins, [case.passage.replaced({"speed": speed}) for speed in speeds.tolist()], False)

@@ -20,14 +20,16 @@ from wheeltapper.record.recording import Recording
 EXPLAINED = 1.3
 """A model explains a recording where χ² per degree of freedom is at most this."""
 WELL = 1.1
-"""It does so well, so that nothing else is tried, where that is at most this: a noise that is misjudged by 5 %."""
+"""The search ends where χ² per degree of freedom is at most this: the noise may be misjudged by 5 %."""
 EARLY = 3.0
-"""A healthy wheel moves the deck by more than so many deviations of the noise where the recording first shows it."""
+"""The wheel itself is the cause of the onset if, at that time, the model of the fastest healthy wheelset stays below so
+many standard deviations of the noise."""
 SURE = 3.0
-"""So many deviations of the speed are all that is thought of; the onset tells it where they are as many samples."""
+"""Largest deviation of the speed that is considered, in standard deviations. The onset determines the speed where the
+stated uncertainty makes more than as many samples."""
 
 FLIGHTS, PLATEAU = 0.06, 97.0
-"""In what part of the recording flights show the static force, s, and the percentile of the acceleration in them."""
+"""Flights within the first FLIGHTS seconds show the static force, by the PLATEAU-th percentile of the acceleration."""
 
 
 class Case:
@@ -63,7 +65,7 @@ class Case:
         return found is not None and bool(np.abs(found).max() < EARLY * self.noise)
 
     def _timed(self) -> Scenario:
-        """Return the stated passage at the speed at which it begins when the recording does, where that tells more."""
+        """Return the stated passage, at the speed that the onset shows where that is the more precise one."""
         stated, share = self.stated.passage, self.site.uncertainty.get("speed", 0.0)
         if self.early or share * self.begins * self.recording.rate < SURE:
             return stated

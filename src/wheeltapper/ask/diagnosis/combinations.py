@@ -1,8 +1,8 @@
-"""What a record cannot tell, however good the sensor, and what it tells best: products of powers of the fields.
+"""What a record cannot show, however good the sensor, and what it shows best: products of powers of the fields.
 
 force scale         m, P, k, c, C, M, K, C_d times s leave the deck's motion as it is
 displacement scale  h times s, with R, m, k, c over s and C over s^1.5 at the same N0, leave the force as it is; only
-                    the deck's own motion, small where it is heavy, tells s
+                    the deck's own motion, small where it is heavy, shows s
 load and weight     act by their sum N0 = P + m·g alone, which stands for the load here
 """
 
@@ -24,25 +24,26 @@ STATIC_LOAD = "static load"
 """N0 = P + m·g, among the exponents in the load's place."""
 DENOMINATORS = (1, 2, 3)
 NEAR = 0.04
-"""Exponents are rounded to a fraction that is as near as this."""
+"""Exponents are rounded to a simple fraction that is at most this far away."""
 LIKE = 0.95
-"""Cosine above which a direction is a law's."""
+"""Least cosine of the angle between a direction and that of a law for which the law is named."""
 GAIN = 3.0
-"""A product of powers is told where it is known so many times better than its fields are."""
+"""A product of powers is listed if its standard deviation is this many times smaller than that of its fields."""
 LIMIT = 0.1
-"""A direction is unknown where its standard deviation is more than this, a product is known where it is less."""
+"""Standard deviation of the logarithm above which a direction counts as unknown, and below which a product counts as
+known."""
 CONSTANTS = ("contact.constant", "contact.constant_per_wheel")
 HEIGHTS = ("height", "depth", "amplitude")
 FORCES = (
     STATIC_LOAD, "vehicle.mass", "vehicle.stiffness", "vehicle.damping", *CONSTANTS, "contact.stiffness",
     "contact.youngs_modulus", "track.mass", "track.stiffness", "track.damping",
 )  # fmt: skip
-"""Fields in proportion to which the force is."""
+"""Fields that the force scale multiplies."""
 LENGTHS = {
     "vehicle.mass": -1.0, "vehicle.stiffness": -1.0, "vehicle.damping": -1.0, "vehicle.radius": -1.0,
     "contact.stiffness": -1.0, **dict.fromkeys(CONSTANTS, -1.5),
 }  # fmt: skip
-"""Exponents under which, with the heights', the force stays."""
+"""Exponents of the fields in the displacement scale; heights have exponent one."""
 
 
 class Combination(NamedTuple):
@@ -65,7 +66,7 @@ class Combination(NamedTuple):
 
 @dataclass(frozen=True)
 class Combinations:
-    """What one passage cannot tell, and what it tells best.
+    """What one passage cannot show, and what it shows best.
 
     Attributes
     ----------
@@ -85,7 +86,7 @@ class Combinations:
 
 
 def combinations(found: Information, passage: int = 0, limit: float = LIMIT) -> Combinations:
-    """Return what one of the passages cannot tell, and what it tells best.
+    """Return what one of the passages cannot show, and what it shows best.
 
     Parameters
     ----------
@@ -94,7 +95,7 @@ def combinations(found: Information, passage: int = 0, limit: float = LIMIT) -> 
     passage
         Which of its speeds.
     limit
-        A direction in which ln s has a larger standard deviation by the record alone is told as unknown.
+        A direction in which ln s has a larger standard deviation by the record alone is listed as unknown.
     """
     names, turned = _coordinates(found)
     laws = _laws(names)

@@ -1,14 +1,15 @@
-"""Irregularities designed to tell: the rail that makes a passage tell most of some fields, under limits.
+"""Designed irregularities: the rail on which a passage gives most information on some fields, under limits.
 
-These are the paper's "specially designed irregularities". A layout is judged by what passages at each speed tell of
-the named fields while all that the site is uncertain of is unknown too (`information`), each passage by itself:
+These are the paper's "specially designed irregularities". A layout is judged by the
+information of passages at each speed on the named fields (`information`), each passage by itself; all that the site is
+uncertain of is unknown too:
 
 determinant     mean over the speeds of the determinant of the marginal information: one over the square of the area
                 of the ellipse in which the fields' logarithms lie
 worst interval  the largest standard deviation of any of them at any speed
 
 The criterion is rugged: an impact more or less is a cliff. So the search samples all layouts, most of them made of
-single features that tell much by themselves, and climbs from the best by Nelder's and Mead's simplex (1965). Where the
+single features that are good by themselves, and climbs from the best by Nelder's and Mead's simplex (1965). Where the
 force is too large, the feature that makes it is lowered until it is not. The search samples coarsely at equal noise
 density; its best layouts are judged again at the sensor's rate.
 """
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """The rail that tells most, and all that it was compared with.
+    """The best rail, and all that it was compared with.
 
     Attributes
     ----------
@@ -143,7 +144,7 @@ def design_site(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Design:
-    """Design the rail of a site so that passages tell most of some fields.
+    """Design the rail of a site so that passages give most information on some fields.
 
     Parameters
     ----------

@@ -17,24 +17,26 @@ from wheeltapper.ground.errors import ComputationError, InputError
 FloatArray = NDArray[np.float64]
 Criterion = Literal["determinant", "worst interval"]
 Progress = Callable[[int, int, float], None]
-"""Told how many layouts were judged, the budget, and the best criterion so far."""
+"""Called with the number of layouts that were judged, the budget, and the best criterion so far."""
 
 SEARCH_RATE = 5e3
-"""Samples per second of the search: more of them tell the same within 1 %, as contacts last a millisecond or more."""
+"""Samples per second of the search. Contacts last a millisecond or more: with more samples the information changes by
+less than 1 %."""
 SHARES = {"single": 0.15, "repeated": 0.03, "alike": 0.22, "designed": 0.6}
-"""Of the budget."""
+"""Shares of the budget."""
 PARTS, SAMPLED = 0.1, 0.3
-"""Shares of a search that go into single features, and into layouts all over the family, most of them made of these."""
+"""Shares of a search: for single features, and for layouts that are sampled, most of them combined from these."""
 CLIMBS = (12, 4, 1)
-"""From how many of the best climbs follow, by Nelder's and Mead's simplex: three rounds at equal cost."""
+"""Numbers of starts in three rounds of equal cost of the simplex search by Nelder and Mead (1965)."""
 SIMPLEX, FINE = 0.05, 1e-3
-"""Size of a climb's first simplex, and of its last."""
+"""Size of the first simplex, and the size at which the search ends."""
 JUDGED = 3
-"""How many of the best are judged again at the sensor's rate."""
+"""Number of the best layouts that are judged again at the rate of the sensor."""
 EASED, TRIES = 0.99, 8
-"""Share of the largest force to which features are lowered, and how often that is tried."""
+"""Features are lowered until the force is this share of its limit, in at most TRIES trials."""
 REFUSED = 1e3
-"""Cost of a layout that exceeds a limit, before what it exceeds it by; others cost less than 200."""
+"""Cost of a layout that exceeds the limit of the force; the ratio of force and limit is added. Others cost less than
+200."""
 
 
 class Candidate(NamedTuple):
@@ -78,13 +80,13 @@ class Judge:
         return [heights] if self.one_gauge and "irregularity.0.height" in self.site.uncertainty else []
 
     def information(self, layout: Layout) -> Information:
-        """Return what a layout tells, at the sensor's rate."""
+        """Return the information of a layout, at the sensor's rate."""
         return information(
             self.site_of(layout), self.parameters, self.speeds, together=self.together(layout), trigger=self.trigger
         )
 
     def judged(self, kind: str, layout: Layout, rate: float | None = None) -> Candidate:
-        """Return what a layout is worth, at some rate; nothing is told where its force is too large."""
+        """Return what a layout is worth, at some rate; NaN where its force is too large."""
         return self._judged(kind, layout, rate)[0]
 
     def eased(self, kind: str, layout: Layout, rate: float, alike: bool) -> Candidate:
@@ -230,6 +232,6 @@ class Search:
 
 
 def _spread(many: int, size: int, random: np.random.Generator) -> FloatArray:
-    """Return a Latin hypercube: each coordinate's range is cut in so many parts, each of which is met once."""
+    """Return a Latin hypercube: each coordinate's range is cut into `many` parts, each of which is met once."""
     parts = np.column_stack([random.permutation(many) for _ in range(size)])
     return np.asarray((parts + random.random((many, size))) / many)

@@ -35,7 +35,7 @@ class Detection:
     """Probability of detection against the size of a fault; `hit_miss` and `signal_response` make it.
 
     Sizes have the unit of those that were given. A size that is never detected with the probability asked for is
-    infinite, one that the data do not tell is NaN, and `reason` says why.
+    infinite, one that the data do not determine is NaN, and `reason` says why.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class Detection:
     fit: Fit = field(repr=False)
 
     def at(self, sizes: ArrayLike) -> FloatArray:
-        """Return the probability of detection at sizes, in their shape; NaN where the data do not tell."""
+        """Return the probability of detection at sizes, in their shape; NaN where the data do not determine it."""
         return self.fit.at(self._inner(sizes))
 
     def lower(self, sizes: ArrayLike, level: float = USUAL) -> FloatArray:
@@ -133,7 +133,7 @@ class Detection:
 
         Returns
         -------
-        Infinite if no size is, or need be, detected with that probability; NaN if the data do not tell.
+        Infinite if no size is, or need be, detected with that probability; NaN if the data do not determine it.
 
         Raises
         ------
@@ -235,7 +235,7 @@ def _noted(fit: Fit, note: str) -> str:
     if note or fit.is_regular:
         return note or ("the likeliest ceiling is one, its standard error unknown" if fit.is_at_one else "")
     if fit.step is None:
-        return "detection does not grow with size in these data: they tell no a50 and no a90"
+        return "detection does not grow with size in these data: they determine no a50 and no a90"
     return ""
 
 

@@ -33,19 +33,19 @@ from wheeltapper.ask.diagnosis.likelihood import (
 FloatArray = NDArray[np.float64]
 
 LEAST = 1e-9
-"""A probability taken for zero, and the distance from one taken for one."""
+"""Probabilities nearer than this to zero or one count as zero or one."""
 TINY = 1e-12
-"""Least distance from one at which a curve is sought."""
+"""Least distance of a curve's probability from one."""
 CERTAIN = 1e-6
-"""Within so much of zero and one, a curve says nothing of its slope."""
+"""A curve whose probabilities are all within this of zero or one does not determine its slope."""
 FARTHEST = 1e4
-"""A size beyond which none is looked for, in standard deviations of the specimens' sizes."""
+"""Largest size that is searched, in standard deviations of the sizes of the specimens."""
 LOWEST = 1e-3
-"""Lowest ceiling that is looked for."""
+"""Lowest ceiling of a curve that is searched."""
 NEXT = 1e-6
-"""Distance at which a step is past, in the same unit."""
+"""Distance beyond a step at which its far side is evaluated, in the same unit."""
 SMALL = 1e-6
-"""A rise of the log-likelihood that is none; a ceiling this near to one is one."""
+"""A smaller rise of the log-likelihood counts as none, and a ceiling nearer to one counts as one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,14 +118,14 @@ class Fit:
         return Index(self.likelihood.link, self.ceiling, level, self.slope, across @ covariance @ across.T)
 
     def at(self, x: FloatArray) -> FloatArray:
-        """Return the probability of detection, NaN where the data do not tell."""
+        """Return the probability of detection, NaN where the data do not determine it."""
         if self.step is None:
             return self.ceiling * cdf(self.likelihood.link, self.vector @ self.peak.theta + self.slope * x)
         below, above = x <= self.step[0], x >= self.step[1]
         return np.where(below == above, np.nan, np.where(above, self.ceiling, 0.0))
 
     def reached(self, probability: float) -> float:
-        """Return the x at which the curve has a probability; infinite where it never has, NaN where none can tell."""
+        """Return the x at which the curve has a probability; infinite if it never has, NaN if data do not show it."""
         if probability >= self.ceiling:
             return inf
         if not self.is_regular:

@@ -1,6 +1,6 @@
 """From one recording to a finding: which fault explains it, how large it is, and what else would explain it as well.
 
-plain    one fit with mass, damping and load free; it tells apart all faults that change only these, by their priors
+plain    one fit with mass, damping and load free; it distinguishes all faults that change only these, by their priors
 else     where that does not explain the recording, one family after the other until one does: flats from where
          something strikes; the damper's end and wheels out of round (first, where little is explained); flats hard to
          place
@@ -44,19 +44,22 @@ from wheeltapper.record.simulate import simulate
 FloatArray = NDArray[np.float64]
 
 FAULTY = 0.1
-"""Probability before the recording that a wheelset has a fault."""
+"""Prior probability that a wheelset has a fault."""
 ALIKE = 0.05
-"""Another verdict is not excluded where its probability is at least this part of the best one's."""
+"""Another verdict is listed as not excluded if its probability is at least this share of the best one's."""
 BASIN = 0.02
-"""A fit that explains so much of the recording, s from the first strike, is in the right basin."""
+"""A fit that explains the recording for longer than this, s after the onset, has found the right minimum."""
 BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
-"""In what part of the recording other starts are judged, s, how far apart their speeds are, and how many are tried."""
+"""Other starts are ranked by the first BEGINNING seconds after the onset. Their speeds differ by the share SPEEDS, and
+the STARTS best ones are fitted."""
 SOONER = 0.006
-"""So much shorter are windows that may settle the speed before the first impact, s."""
+"""Time by which a second fit begins its windows earlier, s. Its first window then ends before the first impact, and
+determines the speed."""
 VAGUE = 0.3
-"""A field whose logarithm has a larger standard deviation is hardly there, or its size is not told."""
+"""If the standard deviation of a field's logarithm is larger, its likelihood is taken as normal in the field itself,
+and the size of a fault is not given."""
 NOTHING = 3.0
-"""A damping below so many of its standard deviations may be none."""
+"""A damping smaller than this, in its standard deviations, may be zero."""
 FAR = 10.0
 """The nearest model's parameters are given up to this χ² per degree of freedom: beyond it the model is about three
 deviations of the noise away from the recording, and intervals that count noise alone say nothing."""
@@ -202,7 +205,7 @@ def _believed(case: Case, fault: Fault | None, found: Fit, unknown: tuple[str, .
     believed = {} if fault is None else fault.believed(case.passage)
     many = len(unknown)
     if not np.all(np.isfinite(found.covariance)):
-        return 0.0  # nothing is told of some field
+        return 0.0  # the recording does not determine some field
     vague = np.sqrt(np.diag(found.covariance)[:many]) > VAGUE
     away, scales, variances = np.empty(many), np.ones(many), np.empty(many)
     for i, path in enumerate(unknown):

@@ -1,6 +1,6 @@
 """The catalogue of faults: what each changes in a scenario, and what is believed of its size beforehand.
 
-Facts and figures are those of the project's diagnosis reference, section "Faults".
+The facts stand in docs/theory/diagnosis.rst, section 8.6.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from wheeltapper.ground.errors import InputError
 
 MASS, DAMPING, LOAD = "vehicle.mass", "vehicle.damping", "vehicle.load"
 PLAIN = (MASS, DAMPING, LOAD)
-"""Fields of the wheelset that the plain faults change: one fit of these tells all of them apart."""
+"""Fields of the wheelset that the plain faults change: one fit of these distinguishes all of them."""
 ADDED_MASS = 670.0
-"""kg of the bogie that a broken, rigid primary spring adds to the wheelset."""
+"""Mass of the bogie that a broken, rigid primary spring adds to the wheelset, kg."""
 ORDER = 12
-"""Of a wheel that is out of round, unless stated."""
+"""Order of a wheel out of round, unless stated."""
 
 Made = Callable[[Scenario, float, float], Scenario]
 Believed = Callable[[Scenario], dict[str, Prior]]
@@ -157,7 +157,7 @@ def _bush_believed(_: Scenario) -> dict[str, Prior]:
 
 
 def imbalance(passage: Scenario, aside: float) -> Scenario:
-    """Return a coach's passage with its car body's centre of gravity moved to the left by so much, m."""
+    """Return a coach's passage with its car body's centre of gravity moved to the left by `aside`, m."""
     if not isinstance(passage.vehicle, Wagon):
         raise InputError("", "vehicle", "a Wheelset", "a Wagon: left and right are one on the core model")
     x, y, z = passage.vehicle.bodies[0].position

@@ -25,11 +25,11 @@ HEALTHY, NOT_EXPLAINED, NO_WHEEL = "healthy", "not explained", "no wheel"
 FORMAT = 1
 """Version of the JSON's layout."""
 KIP = 4448.2216152605
-"""N."""
+"""One kip (1000 pounds-force), N."""
 ASKED = ("vehicle.mass", "vehicle.damping")
-"""Fields of which combinations are told."""
+"""Fields whose combinations are listed."""
 MOST = 3
-"""How many of them the paragraph tells."""
+"""Number of combinations in the paragraph."""
 NAMES = {
     "vehicle.mass": ("unsprung mass", "kg", 1.0),
     "vehicle.damping": ("damping", "kN s/m", 1e-3),
@@ -42,7 +42,7 @@ NAMES = {
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """What one recording tells of a wheelset.
+    """What one recording shows of a wheelset.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Finding:
         χ² per degree of freedom of the best model: one where it explains the recording.
     size, interval
         Of the fault and its 90 % interval, in the unit of the catalogue; NaN without one. Where the recording hardly
-        tells the size there is only the interval.
+        determines the size there is only the interval.
     alike
         Other verdicts that this recording does not exclude.
     speed, static_force, largest_force
@@ -74,7 +74,7 @@ class Finding:
     noise
         Standard deviation of the samples' noise, m/s².
     weights
-        Logarithms of the probabilities, but for a constant: they also order what is next to impossible.
+        Logarithms of the probabilities, up to a constant: they also order what is nearly impossible.
     forces_from
         "model" or "recording": what the forces are taken from; "" without a wheel.
     """
@@ -110,7 +110,7 @@ class Finding:
 
     @cached_property
     def combinations(self) -> Combinations | None:
-        """What this passage cannot tell, by the information matrix, and the products of powers that it tells best.
+        """What this passage cannot show, by the information matrix, and the products of powers that it shows best.
 
         None where there is no model, or one without exact derivatives.
         """
@@ -176,7 +176,7 @@ class Finding:
                 said.append(f"{_capital(fault.size)}: {_range(self.size, *self.interval, fault.unit)}.")
             elif np.all(np.isfinite(self.interval)):
                 ends = " to ".join(_range(end, np.nan, np.nan, fault.unit) for end in self.interval)
-                said.append(f"{_capital(fault.size)} hardly told by this recording: {ends} (90 %).")
+                said.append(f"{_capital(fault.size)} hardly determined by this recording: {ends} (90 %).")
         if self.verdict != NO_WHEEL:
             said += self._model_and_forces()
         if self.alike:

@@ -19,38 +19,40 @@ from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
 WINDOWS = (0.011, 0.016, 0.022, 0.030, 0.040, 0.055, 0.075, 0.1, 0.14, 0.2, 0.3, 0.45, 0.65, 1.0, 1.5, 2.2, 3.3, 5.0)
-"""Ends that windows may have, s after the onset."""
+"""Possible ends of the fit windows, s after the onset."""
 IN_STEP = 0.6
-"""Model and recording keep step where their difference stays below this share of the recording's rms."""
+"""Model and recording are in step over a window if their difference has less than this share of the recording's rms."""
 INFLATED = 20.0
-"""Largest factor on the noise in a window."""
+"""Largest factor by which the noise assumed in a window exceeds the true noise."""
 SETTLED, NEAR = 0.05, 0.3
-"""A fit has converged where no parameter is farther away than this part of its standard deviation, however small the
-steps are that are taken; the second holds where it only has to come near."""
+"""A fit has converged if its undamped step is below SETTLED standard deviations in every parameter. A fit of a window
+that is not the last one ends below NEAR."""
 STEPS, HASTY_STEPS, LAST_STEPS = 6, 4, 30
-"""Steps in a window but the last, with and without patience, and in the last one; as many may fail."""
+"""Largest number of steps in a window: with patience, without, and in the last window. As many may fail."""
 REACH = 0.5
-"""Largest step of a coordinate."""
+"""Largest change of a coordinate in one step."""
 DAMPING = 1e-5
-"""Of the first step in a window, over the scaled Jacobian's unit columns."""
+"""Damping (Levenberg, Marquardt) of the first step in a window, for a Jacobian scaled to unit columns."""
 AS_FORETOLD = 0.03
-"""Derivatives hold for another step where the last one gained what they foretold, but for this share."""
+"""The derivatives are used again if the last step reduced the sum of squares as predicted, within this share."""
 NEARLY = 0.9
-"""A window but the last is done where a step leaves more than this share of the sum of squares."""
+"""The fit of a window that is not the last one ends if a step leaves more than this share of the sum of squares."""
 AHEAD = 2
-"""So many windows are looked at before all that follow: most models fall out of step soon."""
+"""Number of windows that are compared first. Most models leave the recording soon, which saves the later windows."""
 BLOCK = 256
-"""Rows that are factorised at a time."""
+"""Rows in one block of the QR factorisation."""
 HOLDS = 2.0
 """A model explains a window where χ² per sample is at most this."""
 PATIENCE = 2
-"""How often a shorter window is tried where a long one is not explained."""
+"""Number of times that a shorter window is tried after a long one was not explained."""
 LONG, PROGRESS = 0.05, 0.02
-"""A model that explains so much, s, goes on to where it departs from the recording, by such shares of that or more."""
+"""A model that explains more than LONG, s, goes on in short windows. Each ends where the model departs from the
+recording, and is longer than the last one by at least the share PROGRESS."""
 DEPARTS, OVER = 5.0, 1e-3
-"""A model departs where the difference exceeds so many deviations of the noise, over so long a time, s."""
+"""A model departs where the rms of the difference over OVER, s, exceeds DEPARTS standard deviations of the noise."""
 STUCK = 0.9
-"""A fit is given up where less noise leaves more than this share of the sum of squares."""
+"""A window is tried with less and less assumed noise. The fit ends without success if the mean square of the residual
+then stays above this share of what it was."""
 
 
 @dataclass(frozen=True)
@@ -61,13 +63,13 @@ class Fit:
     ----------
     paths, values, covariance
         The parameters, and the covariance (parameters, parameters) of their logarithms; where only the beginning of the
-        recording is explained, what that tells.
+        recording is explained, of that part.
     chi_squared, misfit
         Sum of squared residuals over their variances with the priors' and without; infinite where no model is there.
     freedom
         Number of samples that count less that of parameters without a prior.
     evidence
-        Logarithm of the probability of the recording under the model, but for a constant that all models share:
+        Logarithm of the probability of the recording under the model, up to a constant that all models share:
         Laplace's approximation.
     converged, scenario
         Whether the last steps were small, and the best model.
@@ -344,10 +346,10 @@ def covariance_of(jacobian: FloatArray) -> FloatArray:
         return np.asarray(_inverse(triangle_of(jacobian / size)) / np.outer(size, size))
 
 
-def summary(problem: Problem, at: FloatArray, converged: bool, told: int, held: float = np.inf) -> Fit:
-    """Return what is known at some coordinates, to which the first `told` samples have led."""
+def summary(problem: Problem, at: FloatArray, converged: bool, used: int, held: float = np.inf) -> Fit:
+    """Return what is known at some coordinates, to which the first `used` samples have led."""
     many, count = len(problem.paths), len(problem.times)
-    residual, jacobian = problem.weighed(at, count, problem.noise), problem.jacobian(at, told, problem.noise)
+    residual, jacobian = problem.weighed(at, count, problem.noise), problem.jacobian(at, used, problem.noise)
     freedom = int(problem.there.sum()) - sum(prior.kind == "flat" for prior in problem.priors)
     if residual is None or jacobian is None:
         nothing = np.full((many, many), np.inf)

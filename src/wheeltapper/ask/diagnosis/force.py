@@ -26,18 +26,19 @@ RIGHT = 0.01
 LOUD = 60.0
 """Signal over noise, dB, from which on `auto` does not smooth."""
 CONTACT = 100.0
-"""Frequency of bouncing contact, Hz, at which `auto` judges the deck's inertia alone, and by how much it may err."""
+"""Frequency of bouncing contact, Hz, at which `auto` compares the deck's inertia alone with the whole force."""
 NEGLIGIBLE = 0.003
+"""Relative error there below which `auto` neglects the bearing."""
 SHORTEST = 16
 """Least number of samples."""
 ORDER = 6
-"""Of the differences from which noise is estimated."""
+"""Order of the differences from which noise is estimated."""
 NORMAL = 1.482602218505602
 """Standard deviation of a normal distribution over the median of its modulus."""
 FASTEST = 3
-"""Trim of a flight's ends where nothing is smoothed, samples."""
+"""Samples that are left out at each end of a flight where nothing is smoothed."""
 AROUND = 2.0
-"""Trim of a flight's ends, over the width of the smoothing kernel."""
+"""The same where the force is smoothed, over the width of the smoothing kernel."""
 
 
 @dataclass(frozen=True, eq=False)

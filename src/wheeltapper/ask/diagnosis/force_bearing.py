@@ -19,19 +19,20 @@ FLIGHT = 1e-3
 PIECE = 3e-3
 """Longest piece of a flight that gives one value, s."""
 NEAR_ZERO = 0.02
-"""Force that may be one in flight, over the static one, besides noise."""
+"""Largest force, over the static one, that counts as zero in flight, besides noise."""
 HIGHEST = 0.5
-"""Noise and drift must leave zero and the static force this far apart, over the static force."""
+"""Largest sum of noise and drift, over the static force, at which zero and the static force can be distinguished."""
 MOST = 100
 """Largest number of flights that are used."""
 TIE = 1e-3
-"""Standard error of the force in flight, over the static one: of the model."""
+"""Standard error of the model's zero force in flight, over the static one."""
 MEAN = 0.025
 """Window over which the mean force is compared with the static one, s."""
 OF_SWING, OF_STATIC = 0.1, 2e-3
-"""Standard error of a window's mean force: over the force's deviation in it, and over the static force."""
+"""Standard error of a window's mean force: its parts in proportion to the force's standard deviation in the window, and
+to the static force."""
 SLOWEST = 6.0
-"""Least angular frequency, rad/s, that a deck which is not at rest at the start is taken to have."""
+"""Least natural angular frequency, rad/s, that is assumed for a deck that is not at rest at the start."""
 MOST_TIMES = 20_000
 """Largest number of times at which the drift is computed; between them it is linear."""
 WINDOWS = 100

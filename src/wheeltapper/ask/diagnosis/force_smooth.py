@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 WINDOW = 0.015
-"""Over how long the intensity of what drives the force is taken as constant, s."""
+"""Time over which the intensity of the noise that drives the force is taken as constant, s."""
 QUIETEST = 1e-4
-"""Least local intensity over its mean."""
+"""Least local intensity, over its mean."""
 WIDEST = 80.0
 """Largest width of the kernel in samples: λ to the power of one over twice the order."""
 NARROWEST = 0.1
@@ -26,9 +26,9 @@ NARROWEST = 0.1
 
 
 STIFFEST = 1e12
-"""Largest weight of a difference: beyond it the arithmetic has no digits left for the samples."""
+"""Largest weight of a difference. Beyond it the samples are lost in rounding."""
 UNMEASURED, LEAST = 1e-11, 1e-3
-"""Weight of g = 0 where nothing was measured: over the largest weight of a difference, and at most; for long gaps."""
+"""Weight of g = 0 in gaps, so that long gaps have a solution: over the largest weight of a difference, and at most."""
 
 
 class Smooth(NamedTuple):
@@ -91,7 +91,7 @@ class Problem(NamedTuple):
         return float(np.sum(self.weights * (self.measured - g) ** 2))
 
     def surprise(self, log_weight: float, noise: float) -> float:
-        """Return minus the logarithm of the likelihood, but for a constant; `noise` is the deviation of g in N."""
+        """Return minus the logarithm of the likelihood, up to a constant; `noise` is the deviation of g in N."""
         factor = self.factor(log_weight)
         g = self.solved(factor)
         misfit = self.residual(g) + np.exp(log_weight) * float(np.sum(self.roughness(g) ** 2 / self.shape))

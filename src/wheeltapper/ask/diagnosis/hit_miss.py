@@ -122,4 +122,4 @@ def _said(fit: Fit, scale: Scale, hits: int) -> str:
     if scale == "log":
         before, after = np.exp(before), np.exp(after)
     where = f"at {after:.4g}" if before == after else f"between {before:.4g} and {after:.4g}"
-    return f"detection rises {where} in one step: these data do not tell how steeply"
+    return f"detection rises {where} in one step: these data do not show how steeply"

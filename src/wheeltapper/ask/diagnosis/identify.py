@@ -1,4 +1,4 @@
-"""Parameters of a passage from its recording: what the record tells, with its uncertainty."""
+"""Parameters of a passage from its recording: what the record shows, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ FloatArray = NDArray[np.float64]
 SHORTEST = 32
 """Least number of samples."""
 LOUD = 6.0
-"""The onset is where the acceleration first exceeds so many standard deviations of its noise."""
+"""Standard deviations of the noise that the acceleration first exceeds at the onset."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a recording tells of its passage.
+    """What a recording shows of its passage.
 
     Attributes
     ----------
@@ -154,7 +154,7 @@ def identify(
 
 
 def estimate_of(found: Fit, noise: float) -> Estimate:
-    """Return what a fit tells."""
+    """Return the result of a fit."""
     return Estimate(
         found.paths, found.values, found.covariance, found.chi_squared, found.freedom, found.converged, found.scenario,
         noise,

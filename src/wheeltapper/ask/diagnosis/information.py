@@ -1,4 +1,4 @@
-"""What recordings of passages tell of their parameters before any is made: Fisher's information.
+"""How well recordings of passages will determine their parameters, before any is made: Fisher's information.
 
 sample       the deck's acceleration behind the sensor's filter, plus white noise of the sensor's density
 coordinates  logarithms of the fields (of their magnitude where they are negative)
@@ -33,15 +33,15 @@ FloatArray = NDArray[np.float64]
 
 NAMED = ("vehicle.mass", "vehicle.damping")
 NOTHING = 1e-12
-"""What is left of a column at right angles to others counts as nothing below this share of it."""
+"""The part of a column that is orthogonal to others counts as zero below this share of the column."""
 BLOCK = 128
 OWN = "speed"
-"""The field that differs from one passage of a wheelset to the next."""
+"""The field that differs between the passages of one wheelset."""
 
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """What a passage tells, at one or several speeds.
+    """The information of a passage, at one or several speeds.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Information:
 
     @cached_property
     def deviations(self) -> FloatArray:
-        """(passages, paths) least standard deviations of the logarithms; infinite where a passage tells nothing."""
+        """(passages, paths) least standard deviations of the logarithms; infinite if a passage shows nothing of it."""
         single = np.eye(len(self.paths), dtype=bool)
         found = [[across(self.rows(i), one) for one in single] for i in range(len(self.speeds))]
         with np.errstate(divide="ignore"):
@@ -125,9 +125,9 @@ class Information:
         return self.paths.index(path)
 
     def joint(self) -> Information:
-        """Return what all passages tell together of the same wheelset; it counts as one passage.
+        """Return the information of all passages of the same wheelset together; it counts as one passage.
 
-        What is uncertain is the same in all of them, but for the speed, which is each passage's own.
+        What is uncertain is the same in all of them, except the speed, which is each passage's own.
         """
         kept = np.array([path != OWN for path in self.paths])
         own = np.diag(self.beliefs)[~kept]
@@ -149,7 +149,7 @@ def information(
     noise: float | None = None,
     rate: float | None = None,
 ) -> Information:
-    """Return what passages over a site tell of some fields, given how well the site is known.
+    """Return the information of passages over a site on some fields, given how well the site is known.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def information(
         is in no group errs independently.
     trigger
         Standard deviation of the time of the trigger, s: zero where time zero is exactly at x = 0, infinite where
-        only the record itself tells when the wheel came.
+        only the record itself shows when the wheel came.
     noise
         Standard deviation of the samples, m/s²; by default as the sensor states it.
     rate
@@ -224,7 +224,7 @@ class Plan:
         return Plan(len(parameters), paths, groups, beliefs, sensor, trigger, spread)
 
     def passages(self, scenario: Scenario, speeds: Sequence[float]) -> Passages:
-        """Return the passages that tell it."""
+        """Return the passages, with the derivatives that are needed."""
         members = [path for first in self.paths for path in self.groups.get(first, (first,))]
         for path in members:
             if float(Fields(scenario)(path)) == 0.0:
@@ -236,7 +236,7 @@ class Plan:
         return _places(scenario) if self.trigger > 0.0 else ()
 
     def information(self, site: Site, passages: Passages) -> Information:
-        """Return what they tell."""
+        """Return their information."""
         times = np.arange(int(site.passage.duration * self.sensor.rate * (1.0 + 1e-12)) + 1) / self.sensor.rate
         found = passages.at(times)
         for one in found:

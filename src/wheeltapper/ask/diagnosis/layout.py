@@ -28,9 +28,9 @@ Bounds = tuple[float, float]
 SHAPES = ("bump", "dip", "step up", "step down")
 FALLING = ("dip", "step down")
 FIRST = 0.05
-"""Where the first feature begins, m after the trigger: a circle may touch it from afar."""
+"""Start of the first feature, m after the trigger. A wheel may touch a step before its axle is above it."""
 LISTENING = 0.2
-"""s that a recording goes on when the slowest passage has left the last feature."""
+"""Time for which a recording goes on after the slowest passage has left the last feature, s."""
 
 
 class Feature(NamedTuple):
@@ -179,11 +179,11 @@ class Family:
         return self.shapes[part], _between(self.heights, share * len(self.shapes) - part)
 
     def _least(self, number: int) -> float:
-        """Return the least length of so many features."""
+        """Return the least length of some number of features."""
         return self.lengths[0] + (number - 1) * max(self.spacing[0], self.lengths[0])
 
     def _long(self, shape: str, share: float, room: float, rest: int) -> float:
-        """Return the length of a feature in some room, in which so many more must follow it."""
+        """Return the length of a feature in some room, in which `rest` more must follow it."""
         if shape.startswith("step"):
             return 0.0
         most = room - self._least(rest) if rest else room
@@ -197,7 +197,7 @@ class Family:
         return least + share * (most - least)
 
     def _range(self, last: Feature, length: float, rest: int) -> Bounds:
-        """Return the least and the largest distance to the next feature; so many more find room behind it."""
+        """Return the least and the largest distance to the next feature; `rest` more must find room behind it."""
         room = self.total_length - (last.start - FIRST)
         least = max(self.spacing[0], last.length)
         behind = max(self.spacing[0], length) + self._least(rest) if rest else length

@@ -23,14 +23,14 @@ FloatArray = NDArray[np.float64]
 Link = Literal["probit", "logit"]
 
 GAIN = 1e-13
-"""Newton's method ends where the next step promises a smaller rise of the log-likelihood."""
+"""Newton's method ends if the predicted rise of the log-likelihood is smaller."""
 STEPS = 200
 REACH = 4.0
-"""Largest change of any η in one step, unless they are larger already: then they may double."""
+"""Largest change of any η in one step; values that are larger already may double."""
 SLOPES = (0.3, 1.0, 3.0, 10.0, 40.0, 400.0)
-"""Where else maxima are looked for below a ceiling, in units of 1 over the deviation of size."""
+"""Starting slopes of the search below a ceiling, in units of one over the standard deviation of the sizes."""
 PLACES, CEILINGS, CLIMBS = 40, 9, 3
-"""At how many sizes and ceilings they are looked for, and from how many of all these points one climbs."""
+"""Numbers of starting sizes and ceilings, and of the best of all these points from which the search goes on."""
 
 
 class Slopes(NamedTuple):

@@ -153,7 +153,7 @@ def felt(own: Scenario, others: Others = (), coupled: bool = True) -> Felt:
 
 
 def alone(passage: Scenario, ahead: float = 0.0) -> Felt:
-    """Return what the deck feels of one wheelset whose trigger was so much earlier, s: nothing before it."""
+    """Return what the deck feels of one wheelset whose trigger was `ahead` earlier, s: nothing before it."""
     duration = float(passage.duration) + ahead
     if duration <= 0.0:
         return Felt(np.inf, np.zeros_like)

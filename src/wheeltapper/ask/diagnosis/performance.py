@@ -1,4 +1,4 @@
-"""How well a site tells faults: passages computed, diagnosed, and counted."""
+"""How well a site distinguishes faults: passages computed, diagnosed, and counted."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ FloatArray = NDArray[np.float64]
 Sizes = float | tuple[float, float] | None
 
 LOWEST = -1e9
-"""Score of a fault that was not even compared."""
+"""Score of a fault that was not compared."""
 ALLOWED = 0.01
-"""Rate of false calls at which detection is told."""
+"""Rate of false calls at which the detection rate is given."""
 
 
 class Passage(NamedTuple):
@@ -47,7 +47,7 @@ class Passage(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class FaultPerformance:
-    """How well one fault is told.
+    """How well one fault is recognised.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class FaultPerformance:
 
 @dataclass(frozen=True, eq=False)
 class Performance:
-    """How well a site tells faults.
+    """How well a site distinguishes faults.
 
     Attributes
     ----------
@@ -137,7 +137,7 @@ def assess(
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Performance:
-    """Measure how well a site tells faults, on passages that are computed.
+    """Measure how well a site distinguishes faults, on passages that are computed.
 
     Parameters
     ----------

@@ -20,9 +20,9 @@ from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
 FORGOTTEN = 20.0
-"""A sensor's filter has forgotten how it began after so many periods of its cutoff."""
+"""Periods of the cutoff frequency after which the initial state of the sensor's filter has no effect."""
 DIFFERENCE, BETWEEN = 3e-7, ("vehicle.damper_play_start",)
-"""Step of differences, over the value; over one, inwards, where the value lies between -1 and 1."""
+"""Relative step of difference quotients. In fields between -1 and 1 the step is absolute, and towards zero."""
 
 
 class Prior(NamedTuple):

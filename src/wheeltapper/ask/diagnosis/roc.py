@@ -1,4 +1,4 @@
-"""How well a score tells faulty wheels from healthy ones: the ROC curve, its area, and false calls per 1,000 axles."""
+"""How well a score separates faulty wheels from healthy ones: ROC curve, its area, and false calls per 1,000 axles."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from wheeltapper.ground.errors import InputError
 FloatArray = NDArray[np.float64]
 
 AXLES = 1000.0
-"""False calls are told per so many axles."""
+"""Number of axles for which false calls are given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class Roc:
         """Return the interval that holds the true area with this probability.
 
         The standard error is that of the logarithm of the odds auc/(1 - auc), so that the interval stays within zero
-        and one. Where the error is zero or unknown (all faulty scores above all healthy ones, say), it tells nothing.
+        and one. Where the error is zero or unknown (all faulty scores above all healthy ones, say), it means nothing.
         Then the interval is Clopper and Pearson's for as many independent pairs of one healthy and one faulty score as
         can be formed, n: separation of all scores is separation of these, which has no more than the probability
         auc^n. At an area of one the lower bound is (0.5 - level/2)^(1/n).

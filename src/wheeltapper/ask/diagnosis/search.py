@@ -27,22 +27,25 @@ FLATS = (
 )
 """Lengths of fresh flats that are tried in the first and in the second round, m."""
 LIKE = {"wheel flat": 1.0, "rounded flat": 0.7}
-"""Length of the fresh flat that a flat resembles, over its own."""
+"""Length of the fresh flat that a flat resembles, over its own length."""
 EDGES = ((0.0, 0.002, 0.005), (0.0, 0.001, 0.002, 0.0035, 0.005, 0.007))
-"""How far before the place where it is felt the flat's edge touches, m, where the wheel has rolled onto it."""
+"""Distances of the flat's edge before the place of the strike, m, where the wheel has rolled onto the flat: in the
+first and in the second round."""
 LANDED, LANDING = ((0.15, 0.5, 0.85), (0.02, 0.3, 0.4, 0.6, 0.7, 0.98)), 1e-3
-"""The same over the length where the wheel has landed on it, at most so long before, s."""
+"""The same distances over the length of the flat where the wheel has landed on it, at most LANDING seconds before."""
 TRIED = 6
-"""How many starts are gone on with, at most."""
+"""Largest number of starts that are fitted."""
 BEFORE, AFTER = 0.002, 0.004
-"""The part of the recording about a strike in which starts are judged, s."""
+"""Starts are ranked by the recording from BEFORE seconds before a strike to AFTER seconds after it."""
 ORDERS = range(1, 31)
+"""Orders of a wheel out of round that are tried."""
 SMALL, NEAR = 1e-6, (0.011, 0.022, 0.04)
-"""Amplitude of a wheel out of round at which orders are weighed, m, and the windows that lead there, s."""
+"""Amplitude at which the linear effect of an order is computed, m; windows of the healthy fit before it, s."""
 LOOSELY = 2.0
-"""Noise that is assumed there, over the misfit: what is known beforehand holds against what no such model explains."""
+"""Noise assumed in that fit, over the residual's rms. It is large, so that the priors hold where no healthy wheelset
+explains the recording."""
 WEIGHED, HARMONICS, DAMPERS = 3, 6, 4
-"""How many orders' neighbours are weighed, how many orders, and dampers with an end of their own, are gone on with."""
+"""Numbers of orders whose neighbours are tried too, of orders that are fitted, and of damper ends that are fitted."""
 PLAYS, PLACES = (1.2e-5, 2.5e-5, 5e-5, 1e-4, 2e-4), (0.2, 0.5, 0.8)
 """Half-gaps that are tried, m, and places of the end in the gap, 0 to 1."""
 BUSHES = (1e6, 4e6, 1.6e7, 6e7)
@@ -115,7 +118,7 @@ def same_edge_starts(
 ) -> Iterator[Scenario]:
     """Yield passages whose flat has one edge in common with a flat, those nearest to what follows a strike first.
 
-    A wheel that lands near one edge of a flat tells nothing of the other one before the next turn.
+    A wheel that lands near one edge of a flat shows nothing of the other one before the next turn.
     """
     item = flat.irregularities[-1]
     longer = [length / LIKE[name] - item.length for length in FLATS[1]]

@@ -10,9 +10,9 @@ from wheeltapper.describe.sensor import Sensor
 FloatArray = NDArray[np.float64]
 
 OVERSAMPLED = 8
-"""A filter before the converter is computed at so many times the converter's rate."""
+"""The sensor's filter is computed at this multiple of the rate of the converter."""
 AROUND = 3
-"""Samples on either side of a place from which what lies between samples is interpolated."""
+"""Number of samples on either side from which values between samples are interpolated."""
 
 
 def filtered(samples: FloatArray, sensor: Sensor, finer: int = 1) -> FloatArray:

@@ -29,11 +29,11 @@ from wheeltapper.ground.errors import InputError
 BoolArray = NDArray[np.bool_]
 
 FEWEST = 3
-"""Least number of signals that are known, besides censored ones."""
+"""Least number of signals that are not censored."""
 SAME = 1e-9
-"""Sizes nearer to each other than this, over the deviation of all, are one."""
+"""Sizes nearer to each other than this, over the standard deviation of all sizes, count as equal."""
 EXACT = 1e-9
-"""Signals this near to their line, over their standard deviation, have no scatter."""
+"""Signals nearer to their line than this, over their standard deviation, count as without scatter."""
 
 
 def signal_response(
@@ -182,7 +182,7 @@ def _exact(noise: FloatArray, rate: float, level: float | None) -> float:
 
 def _check_ceiling(ceiling: float | None, floor: float | None, seen_only: bool) -> None:
     if ceiling is None and seen_only:
-        raise InputError("", "ceiling", "None with seen_only", "a given ceiling: such data do not tell it")
+        raise InputError("", "ceiling", "None with seen_only", "a given ceiling: such data do not determine it")
     if ceiling != 1.0 and floor is None and not seen_only:
         raise InputError("", "floor", "None", "a floor below which faults that are not seen remain, or seen_only")
 

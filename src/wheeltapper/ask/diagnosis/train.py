@@ -38,7 +38,7 @@ FEWEST = 6
 
 @dataclass(frozen=True, eq=False)
 class TrainFinding:
-    """What the recordings of a train's wheelsets tell.
+    """What the recordings of a train's wheelsets show.
 
     Attributes
     ----------
@@ -140,7 +140,7 @@ class TrainFinding:
         notes.append("level: the largest force of the best model on level, rigid track; alarms compare this one")
         if any(entry["verdict"] == NOT_EXPLAINED for entry in self.axles):
             notes.append(
-                "not explained: no model tells a force on level track; forces are from the recording, alarms compare "
+                "not explained: no model gives a force on level track; forces are from the recording, alarms compare "
                 "the peak with what the site's irregularity adds, and the speed is the measured or stated one"
             )
         if any(alarm.rule.per == "wheel" and "length" not in alarm.rule.quantity for alarm in self.alarms):
