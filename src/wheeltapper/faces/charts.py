@@ -74,7 +74,8 @@ def _scale(chart: xr.Dataset, path: str) -> tuple[FloatArray, float, str]:
     nominal = _nominal(chart, path)
     if nominal is None:
         return values, 1.0, f"{path}{_unit(chart, path)}"
-    return values / nominal, nominal, f"{path} / {nominal:.4g}{_unit(chart, path)}"
+    value = f"{nominal:.4g} {chart[path].attrs.get('units', '')}".strip()
+    return values / nominal, nominal, f"{path} / ({value})"
 
 
 def _masked(chart: xr.Dataset, name: str) -> NDArray[np.bool_]:

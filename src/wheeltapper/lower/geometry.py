@@ -35,6 +35,8 @@ GAUGE_DEPTH = 0.014
 """The gauge is measured so far below the running surface."""
 FINENESS = 1e-5
 FAR = 1.0
+ROUNDING = 1e-9
+"""By so much, m, a shift may lie beyond the tables."""
 SHARPEST = 1e4
 """A curvature, 1/m, beyond which what touches is the edge of a part of the profile."""
 
@@ -64,9 +66,19 @@ class Geometry:
     curvature: FloatArray
 
     def at(self, name: str, shift: float) -> float:
-        """Return one of the tables between its nodes."""
+        """Return one of the tables between its nodes.
+
+        Raises
+        ------
+        InputError
+            If the shift lies beyond them, where a polynomial would go on without any wheel and rail.
+        """
         from scipy.interpolate import make_interp_spline
 
+        first, last = self.shift[0], self.shift[-1]
+        if not first - ROUNDING <= shift <= last + ROUNDING:
+            found = f"{1e3 * shift:.4g} mm, where a flange has climbed its rail"
+            raise InputError("", "shift", found, f"{1e3 * first:g} to {1e3 * last:g} mm, for which there are tables")
         return float(make_interp_spline(self.shift, getattr(self, name), k=5)(shift))
 
 
@@ -181,6 +193,12 @@ def resting_roll(geometry: Geometry, shift: float, radius: float) -> float:
 
 
 def radius_difference(geometry: Geometry, shift: float, radius: float = 0.46) -> float:
-    """Return the rolling radius of the left wheel less that of the right, of a wheelset shifted to the left, m."""
+    """Return the rolling radius of the left wheel less that of the right, of a wheelset shifted to the left, m.
+
+    Raises
+    ------
+    InputError
+        If the geometry's tables do not reach so far.
+    """
     left = shift + radius * resting_roll(geometry, shift, radius)
     return geometry.at("radius", left) - geometry.at("radius", -left)

@@ -13,6 +13,7 @@ from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.profile.files import rail_profile, wheel_profile
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Cones, WheelRail
 from wheeltapper.describe.table.content import digest
+from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.ellipse import contact_constant, semi_axes
 from wheeltapper.lower.geometry import Geometry, contact_geometry
 from wheeltapper.lower.kalker import coefficients
@@ -57,8 +58,17 @@ def _geometry(
 
 
 def flange_from(profiles: WheelRail, radius: float) -> float:
-    """Return the least shift, m, at which a flange may be nearer than 1 mm to its rail."""
+    """Return the least shift, m, at which a flange may be nearer than 1 mm to its rail.
+
+    Raises
+    ------
+    InputError
+        If the flanges touch their rails while the wheelset is in the middle.
+    """
     tread, flange = (geometry_of(profiles, radius, 0.0, surface) for surface in ("tread", "flange"))
+    if flange.at("lift", 0.0) >= tread.at("lift", 0.0):
+        found = f"{profiles.gauge:g} m with flanges {profiles.flange_backs:g} m apart, too narrow"
+        raise InputError("", "profiles.gauge", found, "a gauge in which the flanges have room between the rails")
     near = np.flatnonzero(flange.lift > tread.lift - 1e-3)
     return float(tread.shift[near[0]]) if len(near) else WIDTH
 

@@ -29,7 +29,7 @@ class WheelRail(Noun):
         Between the backs of the two wheels' flanges, m.
     smoothing
         ε, m: places whose gap is larger than the smallest one by ε still count 1/e. Of the order of the indentation;
-        it rounds off the jumps that rigid profiles make.
+        it rounds off the jumps that rigid profiles make. For what it does to rolling radii see the guide on wagons.
     """
 
     wheel: str = "S1002"
@@ -46,8 +46,8 @@ class WheelRail(Noun):
                 f"gauge: found {self.gauge:g} m with flanges {self.flange_backs:g} m apart; "
                 "allowed: 20 mm to 120 mm more than between the flanges' backs"
             )
-        if self.smoothing > 1e-3:
-            raise ValueError(f"smoothing: found {self.smoothing:g} m; allowed: 1 mm at most")
+        if not 1e-7 <= self.smoothing <= 1e-3:
+            raise ValueError(f"smoothing: found {self.smoothing:g} m; allowed: 0.1 µm to 1 mm")
         return self
 
 
