@@ -19,6 +19,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.program import ELASTIC, PLAIN, Program
 from wheeltapper.record import damper
 from wheeltapper.record.chart_store import load_chart
+from wheeltapper.record.checksum import is_damaged
 from wheeltapper.record.labels import EVENT_KINDS, WEAR_TITLE
 from wheeltapper.record.record import Record
 from wheeltapper.record.wagon_record import WagonRecord
@@ -137,10 +138,13 @@ def _load_record(path: Path) -> Any:
     try:
         with xr.open_dataset(path, engine="h5netcdf") as opened:
             data = opened.load()
-    except (OSError, ValueError) as error:
+    except Exception as error:  # of a damaged file HDF5 says whatever it stumbles over
+        reason = str(error).partition("\n")[0]
         raise InputError(
-            str(path), "", f"no readable netCDF file ({error})", "a record saved by wheeltapper"
+            str(path), "", f"no readable netCDF file ({reason})", "a record saved by wheeltapper"
         ) from error
+    if is_damaged(data):
+        raise InputError(str(path), "", "a damaged file", "a file as wheeltapper wrote it")
     if data.attrs.get("title") == WEAR_TITLE:
         return data
     version = data.attrs.get("format")
