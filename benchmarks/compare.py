@@ -10,24 +10,26 @@ README.md beside this file.
 
 from __future__ import annotations
 
-import argparse
-
 import core
 import ensembles
 import maps
 import peak
 from machine import load, prepare, store
+from options import need_peers, parser_of
 from problems import CASES
 
 
 def main() -> None:
     """Measure, print and store."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(__doc__)
     parser.add_argument("--rounds", type=int, default=10, help="rounds of each interleaved measurement (default 10)")
     parser.add_argument("--map-rounds", type=int, default=3, help="the same for the map and its peers (default 3)")
     maps.arguments(parser)
     ensembles.arguments(parser)
     options = parser.parse_args()
+    need_peers()
+    if options.smallest:
+        options.rounds, options.map_rounds, options.cells, options.side, options.samples = 1, 1, 64, 16, 2
     result = prepare()
     result["cases"] = {name: core.run(case, options.rounds) for name, case in CASES.items()}
     result["ensembles"] = {name: ensembles.run(CASES[name], options.cells, options.rounds) for name in CASES}
@@ -35,7 +37,8 @@ def main() -> None:
     if options.scaling:
         result["scaling"] = maps.scaling()
     result["peak"] = peak.run(options.side, options.cells, options.rounds)
-    store("compare", result | {"load_at_the_end": load()})
+    if not options.smallest:
+        store("compare", result | {"load_at_the_end": load()})
 
 
 if __name__ == "__main__":

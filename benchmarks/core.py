@@ -15,10 +15,8 @@ from typing import Any
 
 from machine import no_garbage_collection, prepare, seconds, store
 from matching import Match, Point, match
+from options import need_peers, parser_of
 from own import march_case, simulate_case
-from peer_cvode import Cvode
-from peer_diffrax import Diffrax
-from peer_heyoka import Heyoka
 from peer_scipy import Scipy
 from problems import (
     CASES,
@@ -66,6 +64,10 @@ class Entry:
 
 def entries(case: Case) -> list[Entry]:
     """Return all codes at all settings, prepared for a case."""
+    from peer_cvode import Cvode
+    from peer_diffrax import Diffrax
+    from peer_heyoka import Heyoka
+
     problem = scaled(case)
     own = [Entry(OWN, method, march_case(case.name, method)) for method in ("default", "strict")]
     whole = [Entry("simulate()", "default", simulate_case(case.name, "default"), compared=False)]
@@ -155,7 +157,7 @@ def run(case: Case, rounds: int) -> dict[str, Any]:
 
 def arguments() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description="Compare wheeltapper's core with its peers.")
+    parser = parser_of("Compare wheeltapper's core with its peers.")
     parser.add_argument("--rounds", type=int, default=10, help="rounds of the interleaved measurement (default 10)")
     parser.add_argument("--case", choices=sorted(CASES), action="append", help="only this case (may be repeated)")
     return parser.parse_args()
@@ -163,8 +165,12 @@ def arguments() -> argparse.Namespace:
 
 def main() -> None:
     options = arguments()
+    need_peers()
     around = prepare()
-    store("core", around | {"cases": {name: run(CASES[name], options.rounds) for name in options.case or CASES}})
+    names, rounds = (["bump"], 1) if options.smallest else (options.case or CASES, options.rounds)
+    found = {name: run(CASES[name], rounds) for name in names}
+    if not options.smallest:
+        store("core", around | {"cases": found})
 
 
 if __name__ == "__main__":

@@ -2,16 +2,16 @@
 
 uv run python benchmarks/design.py [--number 2] [--length 2] [--budget 3000] [--shapes bump,dip] [--seed 0]
 
-Mass and damping are asked for, at 6, 9 and 12 m/s, with at most 400 kN. The rails found are judged once more with one
-of the uncertain quantities, or all, known exactly.
+The unknowns are mass and damping, at 6, 9 and 12 m/s, with at most 400 kN. The rails found are judged once more with
+one of the uncertain quantities, or all, known exactly.
 """
 
 from __future__ import annotations
 
-import argparse
 from time import perf_counter
 
 from identification import KNOWN, LEVELS, UNKNOWN, site
+from options import parser_of
 
 import wheeltapper as wt
 from wheeltapper.ask.diagnosis.design import Design
@@ -30,22 +30,26 @@ def known(uncertainty: dict[str, float]) -> wt.diagnosis.Site:
 
 def main() -> None:
     """Print gains."""
-    asked = argparse.ArgumentParser(description=__doc__)
-    asked.add_argument("--number", type=int, default=2)
-    asked.add_argument("--length", type=float, default=2.0)
-    asked.add_argument("--budget", type=int, default=3000)
-    asked.add_argument("--shapes", default="bump,dip")
-    asked.add_argument("--seed", type=int, default=0)
-    asked.add_argument("--only", choices=("calibrated", "uncalibrated"))
-    given = asked.parse_args()
+    parser = parser_of(__doc__)
+    parser.add_argument("--number", type=int, default=2)
+    parser.add_argument("--length", type=float, default=2.0)
+    parser.add_argument("--budget", type=int, default=3000)
+    parser.add_argument("--shapes", default="bump,dip")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", choices=("calibrated", "uncalibrated"))
+    options = parser.parse_args()
+    if options.smallest:
+        options.budget, options.only = 4, "calibrated"
     states = {"uncalibrated": LEVELS["all"], "calibrated": KNOWN | CALIBRATED}
-    for state in [given.only] if given.only else states:
+    for state in [options.only] if options.only else states:
         begun = perf_counter()
         found = wt.design_site(
-            known(states[state]), UNKNOWN, SPEEDS, number=given.number, total_length=given.length,
-            budget=given.budget, shapes=given.shapes.split(","), seed=given.seed,
+            known(states[state]), UNKNOWN, SPEEDS, number=options.number, total_length=options.length,
+            budget=options.budget, shapes=options.shapes.split(","), seed=options.seed,
         )  # fmt: skip
         print(f"{state}, {perf_counter() - begun:.0f} s: {found}", flush=True)
+        if options.smallest:
+            return
         in_the_way(found, states[state], tuple(CALIBRATED if state == "calibrated" else LEVELS["all"]))
 
 

@@ -15,11 +15,12 @@ from typing import Any
 
 import numpy as np
 from machine import prepare, shortest, store
+from options import parser_of
 from own import scenario
 from problems import CASES, Case, FloatArray
 
-from wheeltapper.ask.cells import cores
 from wheeltapper.lower.many import Many
+from wheeltapper.march.blocks import cores
 from wheeltapper.march.ensemble import Cells, Marched, march_all, march_in_lanes, march_one_by_one
 from wheeltapper.march.program import EVENT_KIND, IMPACT, PEAK_CORNER, PEAK_FORCE
 
@@ -123,12 +124,16 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def main() -> None:
     """Measure, print and store."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(__doc__)
     arguments(parser)
     parser.add_argument("--rounds", type=int, default=10, help="rounds of the interleaved measurement (default 10)")
     options = parser.parse_args()
     around = prepare()
-    store("ensembles", around | {name: run(CASES[name], options.cells, options.rounds) for name in TRAJECTORIES})
+    if options.smallest:
+        options.cells, options.rounds = max(TRAJECTORIES.values()), 1
+    found = {name: run(CASES[name], options.cells, options.rounds) for name in TRAJECTORIES}
+    if not options.smallest:
+        store("ensembles", around | found)
 
 
 if __name__ == "__main__":

@@ -7,9 +7,8 @@ Speed and load differ by ±10 % from passage to passage, bump and contact consta
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
+from options import parser_of
 
 import wheeltapper as wt
 from wheeltapper.ask.diagnosis.performance import Sizes
@@ -23,7 +22,7 @@ PLAIN: dict[str, tuple[str, Sizes, float]] = {
     "free play 50 um": ("free play", 5e-5, 0.99),
     "free play 20 to 300 um": ("free play", (2e-5, 3e-4), 0.99),
 }
-"""Fault, its size, and the area asked for; of free play, which is only to be named, the others'."""
+"""Fault, its size, and the goal for the area; of free play, which is only to be named, the others'."""
 FLATS = {"20 to 80 mm": (0.02, 0.08)}
 
 
@@ -37,17 +36,20 @@ def site(duration: float, clips: bool) -> wt.diagnosis.Site:
 
 def main() -> None:
     """Print one line per fault."""
-    asked = argparse.ArgumentParser(description=__doc__)
-    asked.add_argument("--count", type=int, default=250)
-    asked.add_argument("--healthy", type=int, default=1000)
-    asked.add_argument("--output")
-    asked.add_argument("--workers", type=int)
-    given = asked.parse_args()
-    often = {"count": given.count, "output": given.output, "workers": given.workers}
+    parser = parser_of(__doc__)
+    parser.add_argument("--count", type=int, default=250)
+    parser.add_argument("--healthy", type=int, default=1000)
+    parser.add_argument("--output")
+    parser.add_argument("--workers", type=int)
+    options = parser.parse_args()
+    plain, flats = PLAIN, FLATS
+    if options.smallest:
+        options.count, options.healthy, plain, flats = 2, 2, {"lost damper": PLAIN["lost damper"]}, {}
+    often = {"count": options.count, "output": options.output, "workers": options.workers}
     sound = None
-    print(f"{'fault':24} {'AUC':>8} {'95 % from':>10} {'asked':>6} {'named':>7} {'rms size error':>15}")
-    for words, (fault, size, area) in PLAIN.items():
-        found = wt.diagnosis.assess(site(0.2111, True), {fault: size}, healthy=given.healthy, seed=1, **often)
+    print(f"{'fault':24} {'AUC':>8} {'95 % from':>10} {'goal':>6} {'named':>7} {'rms size error':>15}")
+    for words, (fault, size, area) in plain.items():
+        found = wt.diagnosis.assess(site(0.2111, True), {fault: size}, healthy=options.healthy, seed=1, **often)
         one, sound = found.faults[fault], found
         print(
             f"{words:24} {one.roc.auc:8.5f} {one.roc.interval()[0]:10.4f} {area:6g} {one.named:7.3f} "
@@ -57,7 +59,7 @@ def main() -> None:
     assert sound is not None
     calls = sound.false_calls
     print(f"false calls: {calls.count} of {calls.axles}, per 1,000 (95 %): {calls.lower:.3g} to {calls.upper:.3g}")
-    for words, size in FLATS.items():
+    for words, size in flats.items():
         for clips in (False, True):
             found = wt.diagnosis.assess(site(0.4, clips), {"wheel flat": size}, healthy=2, seed=2, **often)
             one = found.faults["wheel flat"]

@@ -5,13 +5,13 @@ uv run python benchmarks/folder.py [--count 1000] [--workers 2]
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections import Counter
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+from options import parser_of
 
 import wheeltapper as wt
 
@@ -32,14 +32,17 @@ def written(site: wt.diagnosis.Site, folder: Path, count: int) -> list[Path]:
 
 def main() -> None:
     """Print times."""
-    asked = argparse.ArgumentParser(description=__doc__)
-    asked.add_argument("--count", type=int, default=1000)
-    asked.add_argument("--workers", type=int, default=2)
-    given = asked.parse_args()
+    parser = parser_of(__doc__)
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--workers", type=int, default=2)
+    options = parser.parse_args()
+    faults, repeats = (None, *MIXED, "rounded flat", "soft bush", "out of round"), 6
+    if options.smallest:
+        options.count, options.workers, faults, repeats = 2, 1, (None,), 2
     site = wt.load("examples/site.toml")
-    for fault in (None, *MIXED, "rounded flat", "soft bush", "out of round"):
+    for fault in faults:
         took = []
-        for seed in range(6):
+        for seed in range(repeats):
             (recording,) = wt.synthesise(site, fault=fault, seed=seed)
             begun = perf_counter()
             wt.diagnose(recording, site)
@@ -48,12 +51,12 @@ def main() -> None:
             f"{fault or 'healthy':16} median {np.median(took[1:]):5.2f} s, longest {max(took[1:]):5.2f} s", flush=True
         )
     with tempfile.TemporaryDirectory() as place:
-        files = written(site, Path(place), given.count)
+        files = written(site, Path(place), options.count)
         begun = perf_counter()
-        found = wt.diagnosis.diagnose_all(files, site, output=Path(place) / "found", workers=given.workers)
+        found = wt.diagnosis.diagnose_all(files, site, output=Path(place) / "found", workers=options.workers)
         took_all = perf_counter() - begun
     verdicts = dict(Counter(entry["verdict"] for entry in found))
-    print(f"{given.count} recordings of 0.4 s on {given.workers} processes: {took_all:.0f} s, {verdicts}")
+    print(f"{options.count} recordings of 0.4 s on {options.workers} processes: {took_all:.0f} s, {verdicts}")
 
 
 if __name__ == "__main__":

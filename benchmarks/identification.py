@@ -8,11 +8,11 @@ what else is uncertain grows from level to level. Each recording's truth is draw
 
 from __future__ import annotations
 
-import argparse
 from time import perf_counter
 from typing import Any
 
 import numpy as np
+from options import parser_of
 
 import wheeltapper as wt
 from wheeltapper.ask.diagnosis.fitting import covariance_of
@@ -32,7 +32,7 @@ LEVELS = {
         "track.stiffness": 0.05, "track.damping": 0.2,
     },
 }  # fmt: skip
-ASKED = {"calibrated": (0.1, 0.3), "h, C": (2.5, 3.0), "all": (4.0, 4.0)}
+GOALS = {"calibrated": (0.1, 0.3), "h, C": (2.5, 3.0), "all": (4.0, 4.0)}
 SIGMA, RATE = 0.0666, 20e3
 
 
@@ -72,22 +72,24 @@ def one(where: wt.diagnosis.Site, seed: int) -> dict[str, Any]:
 
 def main() -> None:
     """Print one line per level."""
-    asked = argparse.ArgumentParser(description=__doc__)
-    asked.add_argument("--count", type=int, default=1000)
-    asked.add_argument("--level", choices=LEVELS)
-    asked.add_argument("--workers", type=int)
-    given = asked.parse_args()
-    heads = (("rms m, c [%]", 16), ("asked", 9), ("over bound", 14), ("90 % cover", 15), ("conv.", 7), ("s", 5))
+    parser = parser_of(__doc__)
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--level", choices=LEVELS)
+    parser.add_argument("--workers", type=int)
+    options = parser.parse_args()
+    if options.smallest:
+        options.count, options.level, options.workers = 2, "calibrated", 1
+    heads = (("rms m, c [%]", 16), ("goal", 9), ("over bound", 14), ("90 % cover", 15), ("conv.", 7), ("s", 5))
     print("level".ljust(11), *(head.rjust(width) for head, width in heads))
-    for level in [given.level] if given.level else LEVELS:
-        found = [entry for _, entry in in_processes(one, site(level), range(given.count), given.workers)]
+    for level in [options.level] if options.level else LEVELS:
+        found = [entry for _, entry in in_processes(one, site(level), range(options.count), options.workers)]
         errors, bounds = (np.array([entry[name] for entry in found]) for name in ("errors", "bounds"))
         rms = 100 * np.sqrt((errors**2).mean(axis=0))
         ratio = np.sqrt(((errors / bounds) ** 2).mean(axis=0))
         cover = 100 * np.mean([entry["covered"] for entry in found], axis=0)
         converged = 100 * np.mean([entry["converged"] for entry in found])
         print(
-            f"{level:11} {rms[0]:8.4f} {rms[1]:7.4f} {ASKED[level][0]:4g} {ASKED[level][1]:4g} {ratio[0]:7.3f} "
+            f"{level:11} {rms[0]:8.4f} {rms[1]:7.4f} {GOALS[level][0]:4g} {GOALS[level][1]:4g} {ratio[0]:7.3f} "
             f"{ratio[1]:6.3f} {cover[0]:8.1f} {cover[1]:6.1f} {converged:7.1f} "
             f"{np.median([entry['seconds'] for entry in found]):5.2f}",
             flush=True,

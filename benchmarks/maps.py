@@ -22,14 +22,15 @@ from typing import Any
 import numpy as np
 from machine import prepare, shortest, store
 from matching import Match, Point, match
+from options import need_peers, parser_of
 from own import scenario
 from problems import CASES, Case, FloatArray, IntArray, Outcome, largest_end_error
 from workers import Code, Workers
 
 import wheeltapper as wt
-from wheeltapper.ask.cells import cores
 from wheeltapper.lower.many import Many
 from wheeltapper.march import program as contract
+from wheeltapper.march.blocks import cores
 from wheeltapper.march.ensemble import Marched, march_all
 
 CASE = CASES["bump"]
@@ -263,12 +264,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def main() -> None:
     """Measure, print and store."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(__doc__)
     arguments(parser)
     parser.add_argument("--rounds", type=int, default=3, help="rounds of the interleaved measurement (default 3)")
     options = parser.parse_args()
+    need_peers()
     around = prepare()
+    if options.smallest:
+        options.side, options.samples, options.rounds = 16, 2, 1
     result = around | run(options.side, options.samples, options.rounds)
+    if options.smallest:
+        return
     store("maps", result | ({"scaling": scaling()} if options.scaling else {}))
 
 

@@ -1,4 +1,4 @@
-"""The two cases that all codes solve, in SI units and in the scaled numbers that the peers are given.
+"""The two cases that all codes solve, in SI units and in the scaled numbers that the peers get.
 
 Both are one wheelset on a stiff rail with a Hertz contact, whose centre follows the irregularity itself, started at
 rest in static equilibrium where the irregularity begins. In units of force N0 = P + mg, length d0 = (N0/C)^(2/3) and

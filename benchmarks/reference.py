@@ -12,11 +12,13 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import mpmath  # type: ignore[import-untyped]
 import numpy as np
 from mpmath import mp
+from options import parser_of
 from problems import (
     CASES,
     Case,
@@ -202,10 +204,17 @@ def cached(case: Case, make: Callable[[Case], Outcome] = compute) -> Outcome:
 
 
 def main() -> None:
+    parser = parser_of("Compute the reference solutions that are missing.")
+    parser.add_argument("--check", action="store_true", help="compute again with 44 digits and order 46, and compare")
+    options = parser.parse_args()
+    if options.smallest:
+        short = replace(CASES["bump"], duration="0.01")
+        print(f"bump, {short.duration} s: {len(compute(short, digits=20, order=12).losses)} losses")
+        return
     for case in CASES.values():
         found = cached(case)
         print(f"{case.name}: {len(found.impacts)} impacts, {len(found.peak_forces)} force maxima")
-        if "--check" in sys.argv:
+        if options.check:
             finer = compute(case, digits=44, order=46)
             force, time = largest_force_error(found, finer), largest_time_error(found, finer)
             print(f"  against 44 digits, order 46: forces differ by {force:.1e} (relative), times by {time:.1e} s,")

@@ -7,7 +7,6 @@ The first run compiles the kernels into a cache; it is measured with an empty on
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
@@ -15,6 +14,8 @@ import time
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
+
+from options import parser_of
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = Path(sys.executable).with_name("wheeltapper")
@@ -52,17 +53,20 @@ def first(repeats: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Measure the start of the command line.")
+    parser = parser_of("Measure the start of the command line.")
     parser.add_argument("--repeats", type=int, default=5, help="repeats of each warm call (default 5)")
     parser.add_argument("--first", type=int, default=1, help="repeats with an empty cache (default 1)")
     options = parser.parse_args()
+    if options.smallest:
+        options.repeats, options.first = 1, 0
     print(f"  {'wheeltapper ...':44}{'min, s':>8}{'median':>9}")
     with TemporaryDirectory() as folder:
         output = str(Path(folder) / "record.nc")
         warm("--help", ["--help"], options.repeats)
         warm("run examples/wheel_flat.toml", ["run", str(EXAMPLE)], options.repeats)
         warm("run examples/wheel_flat.toml --output", ["run", str(EXAMPLE), "--output", output], options.repeats)
-    first(options.first)
+    if options.first:
+        first(options.first)
 
 
 if __name__ == "__main__":

@@ -249,11 +249,11 @@ def _plain(attrs: dict[str, Any]) -> dict[str, Any]:
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Hold a store for one driver; a second one is refused. The lock goes with the process that held it."""
+    """Hold a store, or a file, for one process; a second one is refused. The lock goes with whoever held it."""
     lock = path.with_name(path.name + ".lock")
     with lock.open("a+") as file:
         if not _held(file, lock):
-            raise InputError(str(path), "--output", "a store that another process is filling", "one driver at a time")
+            raise InputError(str(path), "--output", "a file that another process is filling", "one process at a time")
         try:
             yield
         finally:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from wheeltapper._version import __version__
 from wheeltapper.ask.marks import Marks, marks
 from wheeltapper.ask.passes import Line, Pass, Scatter
+from wheeltapper.ask.wear_files import beside_of, held, unwritable
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_path, as_quantity
 from wheeltapper.ground.errors import InputError
@@ -24,6 +25,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march import yielding
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
+from wheeltapper.record.checksum import CHECKSUM, checksum, is_damaged
 from wheeltapper.record.labels import WEAR_TITLE
 from wheeltapper.record.record import OUTCOMES
 from wheeltapper.record.simulate import say_that_it_compiles, warn_of
@@ -132,7 +134,8 @@ def wear_in(
     Raises
     ------
     InputError
-        If the contact leaves no marks, the wheel does not roll or not as a point, or a file is of another evolution.
+        If the contact leaves no marks, the wheel does not roll or not as a point, or a file is damaged, of another
+        evolution, or holds more passes than are asked.
     """
     for name, number in (("passes", passes), ("every", every), ("samples", samples)):
         as_count(number, name)
@@ -140,7 +143,8 @@ def wear_in(
     options = _scatter(hardening, speed_scatter, load_scatter, start_scatter, seed)
     if isinstance(scenario, Scenario | str | Path):
         file = None if store is None else as_path(store, "store", "a path with the suffix .nc")
-        return _Evolution(as_scenario(scenario), options, every, samples, method, file).until(passes, progress)
+        with held(file):
+            return _Evolution(as_scenario(scenario), options, every, samples, method, file).until(passes, progress)
     if store is not None:
         raise InputError("", "store", str(store), "none with several scenarios, or a call for each with its own")
     if progress is not None:
@@ -185,11 +189,8 @@ class _Evolution:
         self._passes: list[Pass] = []
         self._snapshots: dict[int, FloatArray] = {0: self._surface.left}
         self._ended = ""
-        if store is not None:
-            if store.suffix != ".nc":
-                raise InputError(str(store), "store", f"the suffix {store.suffix!r}", ".nc")
-            if store.exists():
-                self._read(store)
+        if store is not None and store.exists():
+            self._read(store)
 
     @property
     def _surface(self) -> Surface:
@@ -205,6 +206,10 @@ class _Evolution:
 
     def until(self, passes: int, progress: Callable[[int, int], None] | None) -> xr.Dataset:
         """Let so many wheels pass, all in all; return the evolution."""
+        if passes < self._state[1]:
+            done = self._state[1]
+            what = f"{passes}, where the file holds {done}"
+            raise InputError(str(self._store), "passes", what, f"{done} or more, or a new name for a shorter evolution")
         if not yielding.is_ready(self._line.lowered.program):
             say_that_it_compiles()
         saved = time.monotonic()
@@ -305,8 +310,6 @@ class _Evolution:
     # -- files --------------------------------------------------------------------------------------------------------
 
     def _write(self, path: Path) -> None:
-        import os
-
         data = self.dataset()
         data["state_borne"] = ("sample", self._surface.borne)
         data["state_left"] = ("sample", self._surface.left)
@@ -316,15 +319,14 @@ class _Evolution:
             ("pass", "told"),
             np.array([list(one) for one in self._told], dtype=float).reshape(-1, len(Pass._fields)),
         )
-        beside = path.with_name(f".{path.name}.{os.getpid()}")
+        data.attrs[CHECKSUM] = checksum(data)
+        beside = beside_of(path)
         try:
             data.to_netcdf(beside, engine="h5netcdf")
             beside.replace(path)
         except OSError as error:
             beside.unlink(missing_ok=True)
-            raise InputError(
-                str(path), "store", f"a place that cannot be written ({error.strerror or error})", "a writable path"
-            ) from error
+            raise unwritable(path, error) from error
 
     def _read(self, path: Path) -> None:
         import xarray as xr
@@ -332,10 +334,13 @@ class _Evolution:
         try:
             with xr.open_dataset(path, engine="h5netcdf") as opened:
                 data = opened.load()
-        except (OSError, ValueError) as error:
-            raise InputError(str(path), "store", f"no readable netCDF file ({error})", "a file of wear_in") from error
+        except Exception as error:  # of a damaged file HDF5 says whatever it stumbles over
+            reason = f"{type(error).__name__}: {error}".partition("\n")[0]
+            raise InputError(str(path), "store", f"no readable netCDF file ({reason})", "a file of wear_in") from error
         if data.attrs.get("title") != WEAR_TITLE:
             raise InputError(str(path), "store", "a file that wear_in did not write", "one of its files, or a new name")
+        if is_damaged(data) or "request" not in data.attrs:
+            raise InputError(str(path), "store", "a damaged file", "a file as wear_in wrote it, or a new name")
         if data.attrs["request"] != self._request:
             raise InputError(
                 str(path), "store", "an evolution of another scenario, or with other options",

@@ -19,6 +19,7 @@ from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.table import Table
 from wheeltapper.record import damper
 from wheeltapper.record.chart_store import load_chart
+from wheeltapper.record.checksum import is_damaged
 from wheeltapper.record.labels import EVENT_KINDS, WEAR_TITLE
 from wheeltapper.record.reading_arrays import check_hdf5
 from wheeltapper.record.record import OUTCOMES, Record
@@ -166,6 +167,8 @@ def _load_record(path: Path, largest: float) -> Any:
         raise
     except Exception as error:  # h5py and xarray fail in many ways on a damaged file
         raise InputError("", "", f"no readable netCDF file ({' '.join(str(error).split())[:120]})", RECORD) from error
+    if is_damaged(data):
+        raise InputError("", "", "a damaged file", UNDAMAGED)
     if data.attrs.get("title") == WEAR_TITLE:
         return check_wear(data)
     if data.attrs.get("format") is None or "march_steps" not in data:

@@ -1,0 +1,38 @@
+"""The file of an evolution while wheels pass: one process holds it, and nothing stays beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from wheeltapper.ask.store import locked
+from wheeltapper.ground.errors import InputError
+
+
+@contextmanager
+def held(file: Path | None) -> Iterator[None]:
+    """Hold an evolution's file for this process, and remove what a killed one has left beside it."""
+    if file is None:
+        yield
+        return
+    if file.suffix != ".nc":
+        raise InputError(str(file), "store", f"the suffix {file.suffix!r}", ".nc")
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(locked(file))
+        except OSError as error:
+            raise unwritable(file, error) from error
+        beside_of(file).unlink(missing_ok=True)
+        yield
+
+
+def beside_of(file: Path) -> Path:
+    """Return where an evolution is written before it takes its file's place."""
+    return file.with_name(f".{file.name}.partial")
+
+
+def unwritable(file: Path, error: OSError) -> InputError:
+    """Return the error of a file that cannot be written."""
+    what = f"a place that cannot be written ({error.strerror or error})"
+    return InputError(str(file), "store", what, "a writable path")
