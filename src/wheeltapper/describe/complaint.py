@@ -37,9 +37,8 @@ def explained(error: ValidationError, root: Any, kinds: Mapping[str, Any], sourc
     match first["type"]:
         case "extra_forbidden":
             name = str(location[-1])
-            return InputError(
-                source, field, f"the unknown name {name!r}", suggested(name, _fields_at(location, root, kinds))
-            )
+            allowed = suggested(name, _fields_at(location, root, kinds)) or "no fields"
+            return InputError(source, field, f"the unknown name {name!r}", allowed)
         case "missing":
             return InputError(source, field, "nothing", "a value, which is required here")
         case "union_tag_not_found":

@@ -25,7 +25,7 @@ class Kind(ModelMetaclass):
     def __call__(cls, *nameless: Any, **fields: Any) -> Any:  # noqa: N805 - of a metaclass
         """Make a noun."""
         if nameless:
-            names = ", ".join(cls.model_fields)  # type: ignore[attr-defined]
+            names = ", ".join(cls.model_fields) or "none"  # type: ignore[attr-defined]
             raise InputError("", "", f"{shown(nameless[0])} without a name", f"values with names: {names}")
         try:
             return super().__call__(**fields)

@@ -1,4 +1,4 @@
-"""Tracks."""
+"""Tracks: rigid, or with a floating deck. Both are at the front door too."""
 
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.track.stiff import StiffTrack

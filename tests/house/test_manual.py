@@ -1,0 +1,67 @@
+"""What help() and editors show of a noun: its fields, each described, and nothing of how they are checked."""
+
+import inspect
+import pydoc
+
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.describe.manual import HEADING, described
+from wheeltapper.describe.noun import Noun, kinds
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.schema import json_schema
+from wheeltapper.describe.site import Site
+
+FAMILIES = {"Irregularity", "Element", "ElasticContact", "ElasticPlastic", "CreepLaw", "Noun"}
+"""Kinds that only others are made of."""
+KINDS = {name: kind for name, kind in kinds().items() if kind.__module__.startswith("wheeltapper.")}
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+def test_every_field_is_described_in_the_docstring(kind: type[Noun]) -> None:
+    words = described(kind)
+    assert [name for name in kind.model_fields if len(words.get(name, "")) < 2] == []
+    assert set(words) == set(kind.model_fields)
+    assert (kind.__doc__ or "").count(HEADING) == bool(kind.model_fields)
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+def test_help_shows_what_may_be_given_and_nothing_of_validation(kind: type[Noun]) -> None:
+    page = pydoc.render_doc(kind, renderer=pydoc.plaintext)
+    for word in ("Annotated", "Validator", "pydantic_", "model_config", "Discriminator", "FieldInfo", "Tag("):
+        assert word not in page
+    assert len(page.splitlines()) < 150
+    assert list(inspect.signature(kind).parameters) == list(kind.model_fields)
+
+
+def test_signatures_read_as_one_would_write_them() -> None:
+    page = pydoc.render_doc(wt.Wheelset, renderer=pydoc.plaintext)
+    assert "mass: float | str, load: float | str = 0.0" in page
+    assert "bush_stiffness: float | str | None = None" in page
+    assert "vehicle: Wheelset | Wagon | ErriB176, track: StiffTrack | FloatingDeck" in str(inspect.signature(Scenario))
+    assert "rolling: Literal['circle', 'point'] = 'circle'" in str(inspect.signature(Scenario))
+    assert "inertia: tuple[float | str, float | str, float | str]" in str(inspect.signature(wt.vehicles.Body))
+    assert "function: Callable[..., Any]" in str(inspect.signature(wt.Profile))
+
+
+def test_completion_offers_fields_and_methods_only() -> None:
+    wheelset = wt.Wheelset(mass=1500)
+    assert set(dir(wt.Wheelset)) == {"damper_end", "weight"}
+    assert set(dir(wheelset)) == {"damper_end", "weight", *wt.Wheelset.model_fields}
+    assert {"from_toml", "to_toml", "replaced", "irregularities"} <= set(dir(wt.Scenario))
+
+
+@pytest.mark.parametrize("of", [Scenario, Site])
+def test_the_schema_describes_every_field(of: type[Scenario] | type[Site]) -> None:
+    schema = json_schema(of)
+    for table in (schema, *schema["$defs"].values()):
+        assert "Parameters" not in table["description"]
+        for name, field in table["properties"].items():
+            assert name in ("type", "format") or field["description"], name
+    assert schema["$defs"]["Spring"]["properties"]["between"]["description"].startswith("What it connects")
+
+
+def test_every_kind_that_a_file_may_name_is_in_a_room_or_at_the_front_door() -> None:
+    rooms = (wt, wt.contact, wt.creep, wt.irregularities, wt.profiles, wt.tracks, wt.vehicles, wt.diagnosis)
+    offered = {name for room in rooms for name in dir(room)}
+    assert set(KINDS) - FAMILIES - offered == {"Start"}
