@@ -7,12 +7,16 @@ from math import isfinite
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_serializer, model_validator
-from pydantic._internal._model_construction import ModelMetaclass
 
 from wheeltapper.describe.complaint import explained
 from wheeltapper.describe.manual import completed, signature
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.quantities import to_si
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)  # pydantic keeps its name to itself
 
 
 class Kind(ModelMetaclass):
