@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import UNITS, unit_factor
 from wheeltapper.record.reading_arrays import read_mat, read_mdf, read_nc, read_npy, read_npz, read_tdms, read_wav
@@ -75,7 +76,7 @@ def read_recording(
         several columns that may be meant; doubled or falling times, jitter above 1 %, gaps of broken steps; or an
         argument contradicts it (rates by more than 0.1 %).
     """
-    path = Path(path)
+    path = as_path(path, "path", "the path of a recording")
     try:
         table = _read(path)
         stated = _stated_rate(table.facts.get("rate"), rate)
