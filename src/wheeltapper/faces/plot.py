@@ -16,7 +16,8 @@ from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon
 from wheeltapper.faces.wear import draw_marks, draw_wear
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_count, as_list, as_path
+from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.record.labels import WEAR_TITLE
 from wheeltapper.record.record import Record
 from wheeltapper.record.wagon_record import WagonRecord
@@ -67,6 +68,13 @@ def plot(
     import matplotlib.style
     from matplotlib.figure import Figure
 
+    path = None if path is None else as_path(path, "path", "the path of a .png, .pdf or .svg")
+    features = None if features is None else as_list(features, "features", "names of the chart's features")
+    if border is not None and "line" not in getattr(border, "data_vars", ()):
+        raise InputError("", "border", shown(border), "what `wheeltapper.border` returned")
+    if against is not None and not isinstance(against, Record):
+        raise InputError("", "against", shown(against), "a Record")
+    wheelset = as_count(wheelset, "wheelset")
     with matplotlib.style.context(STYLE):
         if isinstance(what, WagonRecord):
             figure = draw_wagon(what) if against is None else draw_comparison(what, against, wheelset)
@@ -93,9 +101,7 @@ def plot(
             if border is not None:
                 draw_border(figure, what, border)
         else:
-            raise InputError(
-                "", "what", f"a {type(what).__name__}", "a Record, a chart, an evolution, marks, a finding or the like"
-            )
+            raise InputError("", "what", shown(what), "a Record, a chart, an evolution, marks, a finding or the like")
         if path is not None:
             save(figure, path)
     return figure

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.describe.table.units import plain
+from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import UNITS, unit_factor
 from wheeltapper.record.reading_apart import read_apart
@@ -78,7 +79,7 @@ def read_recording(
         several columns that may be meant; doubled or falling times, jitter above 1 %, gaps of broken steps; or an
         argument contradicts it (rates by more than 0.1 %).
     """
-    path = Path(path)
+    path = as_path(path, "path", "the path of a recording")
     try:
         table = (read_apart if apart else read_file)(path, largest)
         stated = _stated_rate(table.facts.get("rate"), rate)
