@@ -191,6 +191,18 @@ def test_faults_of_a_yielding_site_are_told():
     assert told.false_calls.per_thousand == 0.0
 
 
+def test_the_usual_faults_are_those_that_a_site_can_have(monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        "wheeltapper.ask.diagnosis.performance.in_processes", lambda _, site, tasks, workers: asked.extend(tasks) or []
+    )
+    with pytest.raises(KeyError):  # nothing was computed
+        wt.diagnosis.assess(site("Thornton"), count=2)
+    assert {task[0] for task in asked} == {
+        "broken spring", "lost damper", "weak damper", "mass deviation", "wheel flat", "healthy",
+    }  # fmt: skip
+
+
 @pytest.mark.parametrize("name", ["free play", "soft bush"])
 def test_a_fault_that_a_site_cannot_have_is_refused_when_it_is_asked_for(name):
     where = site("Thornton")
@@ -198,6 +210,7 @@ def test_a_fault_that_a_site_cannot_have_is_refused_when_it_is_asked_for(name):
     for call in (
         lambda: wt.diagnose(recording, where, faults=[name]),
         lambda: wt.synthesise(where, fault=name),
+        lambda: wt.diagnosis.assess(where, [name], count=2, workers=1),
     ):
         with pytest.raises(wt.InputError, match="Thornton under a damper with play or a bush"):
             call()

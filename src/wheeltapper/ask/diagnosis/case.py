@@ -39,7 +39,7 @@ class Case:
         self.recording, self.site, self.noise = recording, site, noise
         stated = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
         self.stated = site.model_copy(update={"passage": stated})
-        self.faults, self.left_out = _compared(site.passage, faults)
+        self.faults, self.left_out = faults_of(site.passage, faults)
         self.begins = onset(recording, noise)
         self.passage = self._timed()
         self.fits: dict[str, Fit] = {}
@@ -110,8 +110,11 @@ def feels_load(passage: Scenario) -> bool:
     return not getattr(passage.contact, "bilateral", False)
 
 
-def _compared(passage: Scenario, names: Sequence[str] | None) -> tuple[dict[str, Fault], dict[str, str]]:
-    """Return the faults that are compared, and why others of the catalogue are not: the passage cannot have them."""
+def faults_of(passage: Scenario, names: Sequence[str] | None = None) -> tuple[dict[str, Fault], dict[str, str]]:
+    """Return the faults that a passage can have, of some or all of the catalogue, and why it cannot have others.
+
+    A fault that is named, but that the passage cannot have, is refused.
+    """
     faults, left_out = {}, {}
     for name in CATALOGUE if names is None else [names] if isinstance(names, str) else names:
         fault = fault_named(name)

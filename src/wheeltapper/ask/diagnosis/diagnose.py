@@ -262,7 +262,7 @@ def _motion(case: Case, fit: Fit) -> tuple[Forces, FloatArray]:
     shown = drifted(filtered(record.at(times).deck_acceleration.values, sensor), times, sensor)
     largest = float(record.peaks.normal_force.max()) if record.peaks.sizes["peak"] else record.static_force
     impacts = record.impacts.sizes["impact"]
-    return Forces(float(fit.scenario.speed), record.static_force, largest, impacts, "model"), shown
+    return Forces(float(fit.scenario.speed), record.static_force, largest, impacts, "model", record.notes), shown
 
 
 def _size_of(case: Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, float]]:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ask.diagnosis.case import faults_of
 from wheeltapper.ask.diagnosis.detection import Detection
 from wheeltapper.ask.diagnosis.diagnose import diagnose
 from wheeltapper.ask.diagnosis.faults import fault_named
@@ -145,7 +146,8 @@ def assess(
         With what is uncertain of it: from that the truths are drawn.
     faults
         By name, a size, a range of sizes from which each passage's is drawn (then the probability of detection is told
-        against size), or None for the usual size; names alone stand for usual sizes; by default some of the catalogue.
+        against size), or None for the usual size; names alone stand for usual sizes; by default some of those that the
+        site's wheelsets can have.
     count, healthy
         Passages of each fault, and healthy ones (by default as many).
     seed
@@ -157,9 +159,7 @@ def assess(
     progress
         Called with how many passages are done, and how many there are.
     """
-    faults = _with_sizes(USUAL if faults is None else faults)
-    for name in faults:
-        fault_named(name)
+    faults = _with_sizes(site, faults)
     if min(count, healthy or count) < 2:
         raise InputError("", "count", str(min(count, healthy or count)), "at least 2 passages")
     tasks = [(name, size, number, seed) for name, size in faults.items() for number in range(count)]
@@ -194,10 +194,15 @@ USUAL: dict[str, Sizes] = {
 _Task = tuple[str, Sizes, int, int]
 
 
-def _with_sizes(faults: Mapping[str, Sizes] | Sequence[str]) -> dict[str, Sizes]:
-    if isinstance(faults, Mapping):
-        return dict(faults)
-    return dict.fromkeys([faults] if isinstance(faults, str) else faults)
+def _with_sizes(site: Site, faults: Mapping[str, Sizes] | Sequence[str] | None) -> dict[str, Sizes]:
+    """Return the faults to compute with their sizes; by default the usual ones that the site's wheelsets can have."""
+    if faults is None:
+        possible = faults_of(site.passage)[0]
+        return {name: size for name, size in USUAL.items() if name in possible}
+    names = [faults] if isinstance(faults, str) else faults
+    named = dict(names) if isinstance(names, Mapping) else dict.fromkeys(names)
+    faults_of(site.passage, list(named))
+    return named
 
 
 def _passage(site: Site, task: _Task) -> Passage:
