@@ -64,7 +64,7 @@ def free_vibration(contact: Any, ratio: float) -> float:
 
 
 def exact_frequency(ratio: float) -> float:
-    """Return the same for Hertz's law, by quadrature of the energy integral (docs/theory/closed_forms.rst, 11.1)."""
+    """Return the same for Hertz's law, by quadrature of the energy (docs/theory/closed_forms.rst, section 11.1)."""
     from scipy.integrate import quad
     from scipy.optimize import brentq
 
