@@ -118,6 +118,14 @@ COMP_WORDS=(wheeltapper run --me) COMP_CWORD=2; $name wheeltapper --me run; echo
     assert done.stdout.split() == ["diagnose", "--method"]
 
 
+def test_completion_is_installed_where_the_shell_finds_it(tmp_path):
+    command = [sys.executable, "-c", "from wheeltapper.faces.cli import main; main(['--install-completion'])"]
+    environment = os.environ | {"HOME": str(tmp_path), "SHELL": "/bin/bash"}
+    subprocess.run(command, env=environment, capture_output=True, check=True)
+    (script,) = tmp_path.rglob("completions/wheeltapper")
+    assert "diagnose" in script.read_text(encoding="utf-8")
+
+
 def interrupted(code, said, environment=None):
     """Run Python code, press Ctrl-C when it has said something, and return its exit code, its words and the seconds."""
     command, pipe = [sys.executable, "-c", code], subprocess.PIPE
@@ -178,7 +186,21 @@ sys.exit(cli.main(["wait"]))
 """
 
 
-@pytest.mark.parametrize(("code", "said"), [(IN_A_KERNEL, "spinning"), (IN_PYTHON, "waiting")])
+LOST = IN_PYTHON.replace(
+    "time.sleep(100)",
+    """
+    from wheeltapper.faces import interrupts
+
+    interrupts.CLEARING = 0.5
+    try:
+        time.sleep(100)
+    except KeyboardInterrupt:
+        pass
+    time.sleep(100)""",
+)
+
+
+@pytest.mark.parametrize(("code", "said"), [(IN_A_KERNEL, "spinning"), (IN_PYTHON, "waiting"), (LOST, "waiting")])
 def test_ctrl_c_ends_a_command_with_one_line_and_code_3(code, said):
     returned, rest, seconds = interrupted(code, said)
     assert (returned, rest) == (3, "wheeltapper: interrupted\n")

@@ -77,6 +77,15 @@ def test_a_run_on_the_treads_of_dry_rails_says_nothing_and_one_on_slippery_rails
     assert said(wt.simulate(coach(wt.creep.Fastsim(friction=0.1)))) == []
 
 
+def test_a_wheelset_that_cannot_move_sideways_is_looked_at_too():
+    axle = wt.vehicles.Axle(
+        mass=1500.0, inertia=(1120.0, 112.0, 1120.0), position=0.0, load=91_307.0, held=("x", "y", "roll", "yaw")
+    )
+    held = wt.Wagon(bodies=(), axles=(axle,))
+    (note,) = said(wt.simulate(coach(wt.creep.Polach(friction=0.1), vehicle=held)))
+    assert "on wheelset 1" in note
+
+
 def test_a_flange_that_touches_is_said_with_its_time():
     kick = {"left": wt.CosineBump(height=1e-3, length=3.0, start=1.0)}
     scene = coach(wt.creep.Polach(friction=0.35), irregularity=kick, speed=95.0, duration=1.0)

@@ -60,13 +60,19 @@ def run(
     from wheeltapper.ground.outcome import Outcome
 
     found = simulated(file, method)
+    if not as_json:
+        print(told_as_lines(found))
     if output is not None:
         found.record.save(output)
     if plot is not None:
         from wheeltapper.faces.plot import plot as draw
 
         draw(found.record, plot)
-    print((told_as_json if as_json else told_as_lines)(found, output, plot))
+    written = {"record": output, "picture": plot}
+    if as_json:
+        print(told_as_json(found, written))
+    else:
+        print(*(f"{what}: {path}\n" for what, path in written.items() if path is not None), sep="", end="")
     outcome = found.record.outcome
     if outcome is Outcome.COMPLETED:
         return DONE

@@ -15,6 +15,9 @@ from wheeltapper.faces.exits import NOT_FINISHED
 
 GRACE = 2.0
 """Seconds that Python has to hear of Ctrl-C by itself; then the process ends where it stands."""
+CLEARING = 20.0
+"""Seconds that a command has to end once Python has heard: what is raised may get lost, as in a callback from C."""
+COMPILERS = ("numba.", "llvmlite.")
 SHOW_CURSOR = "\x1b[?25h"
 
 
@@ -27,17 +30,18 @@ def interruptible() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    heard = threading.Event()
+    heard, left = threading.Event(), threading.Event()
 
     def hear(number: int, frame: FrameType | None) -> None:
         heard.set()
+        if _compiles(frame):  # it has nothing to keep, and drops what is raised
+            _end()
         signal.default_int_handler(number, frame)
 
     def watch() -> None:
         while byte := reader.recv(1):  # the number of the signal; nothing when the other end is closed
-            if byte[0] == signal.SIGINT and not heard.wait(GRACE):
+            if byte[0] == signal.SIGINT and not (heard.wait(GRACE) and left.wait(CLEARING)):
                 _end()
-            heard.clear()
 
     reader, writer = socket.socketpair()
     writer.setblocking(False)
@@ -48,11 +52,21 @@ def interruptible() -> Iterator[None]:
     try:
         yield
     finally:
+        left.set()
         signal.set_wakeup_fd(wake)
         signal.signal(signal.SIGINT, held)
         writer.close()
         watcher.join()
         reader.close()
+
+
+def _compiles(frame: FrameType | None) -> bool:
+    """Return True where a frame, or one that called it, is of the kernels' compiler."""
+    while frame is not None:
+        if str(frame.f_globals.get("__name__")).startswith(COMPILERS):
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _end() -> None:

@@ -42,21 +42,19 @@ def simulated(file: Path, method: str) -> Run:
                 record = simulate(scenario, method)  # type: ignore[call-overload]
         except InputError as error:
             raise error.at(str(file)) from error
-    said = tuple(str(warning.message) for warning in caught)
+    said = tuple(dict.fromkeys(str(warning.message) for warning in caught))
     for line in said:
         print(f"warning: {line}", file=sys.stderr)
     return Run(file, record, method, said, time.perf_counter() - begin)
 
 
-def told_as_lines(run: Run, output: Path | None, plot: Path | None) -> str:
-    """Return the record's line, its notes, and what was written."""
-    lines = [str(run.record), *(f"note: {note}" for note in run.record.notes)]
-    lines += [f"{what}: {path}" for what, path in (("record", output), ("picture", plot)) if path is not None]
-    return "\n".join(lines)
+def told_as_lines(run: Run) -> str:
+    """Return the record's line and its notes."""
+    return "\n".join([str(run.record), *(f"note: {note}" for note in run.record.notes)])
 
 
-def told_as_json(run: Run, output: Path | None, plot: Path | None) -> str:
-    """Return what was found as one JSON object, in SI units; null where there is no such number."""
+def told_as_json(run: Run, written: dict[str, Path | None]) -> str:
+    """Return what was found, and which files were written, as one JSON object in SI units; null: no such thing."""
     record = run.record
     kinds = record.events.kind.values
     forces = record.peaks.normal_force.values
@@ -79,8 +77,7 @@ def told_as_json(run: Run, output: Path | None, plot: Path | None) -> str:
         "per": "wheel" if isinstance(record.scenario.vehicle, Wagon) else "wheelset",
         "notes": list(record.notes),
         "warnings": list(run.warnings),
-        "record": None if output is None else str(output),
-        "picture": None if plot is None else str(plot),
+        **{what: None if path is None else str(path) for what, path in written.items()},
         "versions": {name: version(name) for name in ("wheeltapper", "numpy", "numba")} | {"format": FORMAT},
     }
     return json.dumps(found, indent=2, ensure_ascii=False)

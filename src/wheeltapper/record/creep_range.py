@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.profile.wheel_rail import WheelRail
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.lower.patches import Surface, geometry_of, patch_tables
+from wheeltapper.lower.patches import geometry_of, patch_tables
 from wheeltapper.lower.wagon import LoweredWagon
 from wheeltapper.march import assembly as contract
 from wheeltapper.march.multibody import MultibodyMarch
@@ -16,18 +16,15 @@ from wheeltapper.march.program import IMPACT
 FloatArray = NDArray[np.float64]
 
 
-def spin_use(
-    scenario: Scenario, friction: float, radius: float, shift: FloatArray, surface: Surface = "tread"
-) -> FloatArray:
-    """Return the linear spin force of a straight run over the friction limit, at lateral shifts u (m) of a wheel.
+def spin_use(scenario: Scenario, friction: float, radius: float, shift: FloatArray) -> FloatArray:
+    """Return the linear spin force on a tread over the friction limit, in a straight run with lateral shifts u (m).
 
     Neither the normal force nor the speed enters: the spin is h'(u)/R, and its force grows as the normal force.
     """
-    tables = patch_tables(scenario.profiles, scenario.contact, radius, surface)
-    nodes = geometry_of(scenario.profiles, radius, scenario.contact.rail_radius, surface).shift
+    tables = patch_tables(scenario.profiles, scenario.contact, radius)
+    nodes = geometry_of(scenario.profiles, radius, scenario.contact.rail_radius).shift
     slope = np.gradient(tables[contract.LIFT], nodes)
-    inclined = 1.0 + slope**2 if surface == "flange" else 1.0
-    use = tables[contract.SPIN] * np.abs(slope) / (radius * friction * inclined)
+    use = tables[contract.SPIN] * np.abs(slope) / (radius * friction)
     return np.asarray(np.interp(shift, nodes, use))
 
 
@@ -55,7 +52,7 @@ def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch
         return ()
     return (
         f"{'; '.join(found)}: {type(law).__name__} is near FASTSIM up to {limit:g}, beyond that its forces are too "
-        "large; wt.creep.Fastsim() is right there",
+        "large; wt.creep.Fastsim() holds there",
     )
 
 
@@ -71,7 +68,7 @@ def _shift(lowered: LoweredWagon, march: MultibodyMarch, body: str, radius: floa
         states[:, places[motions.index((body, motion))]] if (body, motion) in motions else 0.0
         for motion in ("y", "roll")
     )  # fmt: skip
-    return np.asarray(y + radius * roll)
+    return np.asarray(np.zeros(len(states)) + y + radius * roll)
 
 
 def _first_on_flange(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> float | None:
