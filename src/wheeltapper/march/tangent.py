@@ -212,7 +212,7 @@ def tangent_kernel(
             gentlest = min(gentlest, max(step[A], abs(step[B])))
         restarted = contact and not begun
         if leapt >= 0:
-            leapt_force(numbers, step, contact, carried, S, of_peaks[leapt])
+            leapt_force(numbers, turns, step, carried, S, D, of_peaks[leapt])
             leapt = -1
         begun = contact
         if tallied is not None:

@@ -6,10 +6,11 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import FACTOR_DEGREE, HERE, U, W
+from wheeltapper.march.layout import U, W
 from wheeltapper.march.program import (
     BONDED,
     CONTACT,
+    DECK_V,
     DECK_Y,
     LENGTH,
     ON_DECK,
@@ -223,18 +224,35 @@ def corner_force(
 
 @kernel
 def leapt_force(
-    numbers: FloatArray, step: FloatArray, contact: bool, carried: FloatArray, S: FloatArray, of_peak: FloatArray
-) -> None:
-    """Write the derivative of a force that has jumped up at a breakpoint, along its motion, from the step behind it.
-
-    NaN where the contact dissipates or its factor varies.
-    """
+    numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray,
+    of_peak: FloatArray,
+) -> None:  # fmt: skip
+    """Write the derivative of a force that has jumped up at a breakpoint, along its motion, from the step behind it."""
     u, w = step[A], step[B]
-    plain = contact and numbers[contract.HYSTERESIS] == 0.0 and S[HERE + FACTOR_DEGREE] < 0.0
-    stiff = 2.0 * numbers[contract.QUADRATIC] * u + 3.0 * numbers[contract.CUBIC] * u * u
+    if step[PHASE] != CONTACT or not u > 0.0:
+        of_peak[1, :] = np.nan
+        return
+    on_deck = step[ON_DECK] != 0.0
+    height, velocity, bend = path_at(0.0, S)
+    factor, rate = factor_at(0.0, S)
+    eta = numbers[contract.HYSTERESIS]
+    law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
+    stiff = 2.0 * numbers[contract.QUADRATIC] + 3.0 * numbers[contract.CUBIC] * u
+    grip = 1.0 + eta * w
+    y = height - u * u
+    v = velocity - w
+    if on_deck:
+        y += step[DECK_Y]
+        v += step[DECK_V]
+        pull = numbers[contract.PRESTRESS] - factor * law * grip
+        pull -= numbers[contract.DECK_STIFFNESS] * step[DECK_Y] + numbers[contract.DECK_DAMPING] * step[DECK_V]
+        bend += pull / numbers[contract.DECK_MASS]
+    bend += 1.0 + numbers[contract.STIFFNESS] * y + numbers[contract.DAMPING] * v - factor * law * grip
     for lane in range(LANES):
-        change = stiff * (carried[DA, lane] + 0.5 * w / u * carried[DBREAK, lane])
-        of_peak[1, lane] = change if plain else np.nan
+        dt = carried[DBREAK, lane]
+        change = factor * stiff * (u * carried[DA, lane] + 0.5 * w * dt) * grip
+        change += factor * law * (eta * (carried[DB, lane] + bend * dt) + turns[contract.HYSTERESIS, lane] * w)
+        of_peak[1, lane] = change + (factor_tangent(0.0, lane, S, D) + rate * dt) * law * grip
 
 
 @kernel

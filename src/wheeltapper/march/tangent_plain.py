@@ -30,7 +30,7 @@ def plain_tangents(
     numbers: FloatArray, turns: FloatArray, step: FloatArray, x: float, carried: FloatArray, end: FloatArray,
     S: FloatArray, D: FloatArray, L: FloatArray,
 ) -> None:  # fmt: skip
-    """Carry the tangents over a localised contact step up to x, where the contact is plain and the path level or one wave."""
+    """Carry the tangents over a contact step up to x, where the contact is plain and the path level or one wave."""
     K = numbers[contract.STIFFNESS]
     G = numbers[contract.DAMPING]
     level = S[HERE + POLY]
