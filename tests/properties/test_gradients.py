@@ -283,3 +283,44 @@ def test_what_has_no_gradient_is_refused_by_name():
     counted = wt.gradient(BUMP, [interval, wt.features.number_of_impacts()], ["speed"])
     assert float(counted.number_of_impacts) == 11.0
     assert "number_of_impacts_gradient" not in counted
+
+
+FREE = wt.Scenario(
+    vehicle=wt.Wheelset(mass=1500, load=91_307), contact=wt.Hertz(constant=1.405e11), speed=0, duration=0.02
+)
+DEEPEST = (2.5 * (91_307 + 1500 * 9.81) / 1.405e11) ** (2 / 3)  # a wheel let go there just touches at its highest point
+
+
+@pytest.mark.parametrize("method", ["default", "strict"])
+def test_a_start_with_zero_indentation_and_rate_grazes_and_has_no_derivative(method):
+    scene = FREE.replaced({"start": {"displacement": 0.0, "velocity": 0.0}})
+    feature = wt.features.largest_force()
+    found = wt.gradient(scene, [feature], ["start.displacement", "vehicle.mass"], method=method)
+    assert int(found.gradient_status) == found.gradient_status.attrs["flag_meanings"].split().index("grazing")
+    assert np.isnan(found.largest_force_gradient.values).all()
+    assert found.largest_force.item() == pytest.approx(2.5 * (91_307 + 1500 * 9.81), rel=1e-6)
+
+
+@pytest.mark.parametrize(("short", "grazes"), [(1e-8, True), (1e-4, False)])
+@pytest.mark.parametrize("damping", [0.0, 1e-12])  # the second leaves the straight-line code
+def test_a_grazing_that_is_missed_by_a_hair_is_flagged(short, grazes, damping):
+    scene = FREE.replaced({
+        "start": {"displacement": -DEEPEST * (1 - short), "velocity": 0.0}, "contact.hysteresis": damping or None,
+    })  # fmt: skip
+    found = wt.gradient(scene, [wt.features.largest_force()], ["start.displacement"])
+    assert wt.simulate(scene).events.sizes["event"] == 0
+    assert int(found.gradient_status) == int(grazes)
+
+
+def test_a_derivative_that_nobody_knows_leaves_the_value_alone():
+    scene = BUMP.replaced({"irregularity": wt.Step(height=-3e-4, position=0.02, ideal=True)})
+    rate = wt.features.custom(lambda train: train.loss_time[0] + train.closing_speed[0], "sum", impacts=1, until="loss")
+    jump = BUMP.replaced({
+        "irregularity": wt.Step(height=2e-3, position=0.01, ideal=True),
+        "start": {"displacement": 1e-3, "velocity": 0.6},
+    })  # fmt: skip
+    speed = wt.features.custom(lambda train: train.closing_speed[0], "closing", "m/s", impacts=1, until="impact")
+    assert np.isfinite(float(wt.gradient(scene, [rate], ["vehicle.mass"])["sum"]))
+    found = wt.gradient(jump, [speed], ["vehicle.mass"])
+    assert found.closing.item() == pytest.approx(wt.simulate(jump).impacts.closing_speed.values[0], rel=1e-9)
+    assert np.isnan(found.closing_gradient.values).all()

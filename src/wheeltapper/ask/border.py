@@ -37,6 +37,7 @@ def border(
     """Find the curves in a plane of two fields at which contact begins to be lost.
 
     The margin is exact: the smallest indentation where contact is kept, minus the largest clearance where it is lost.
+    With material damping the force may end while indented: the factor 1 + χ·rate, times a length, counts as well.
     Roots of it are found on the lines of a grid, to a relative accuracy of 1e-9 of each line's segment; the grid only
     decides which curves are seen.
 

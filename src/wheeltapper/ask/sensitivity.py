@@ -110,7 +110,7 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
             rates = _Rates.along(tangents, lane)
             units = direction.units.part(block)
             trains = Trains(_tilted(marched, rates.known(0.0), direction, block), units)
-            other = Trains(_tilted(marched, rates.known(1.0), direction, block), units)
+            other = Trains(_tilted(marched, rates.known(1.0), direction, block), units) if rates.has_gaps else None
             for row, feature in enumerate(features):
                 values = feature(trains)
                 out.values[row, block] = values.real
@@ -118,7 +118,7 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
                     out.gradient[row, lane, block] = np.nan
                     continue
                 unknown = np.isnan(values)
-                if rates.has_gaps:
+                if other is not None:
                     unknown |= feature(other).imag != values.imag
                 out.gradient[row, lane, block] = np.where(unknown, np.nan, values.imag / EPSILON)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.events import CORNER_SET, GRAZE, cross_break, piece_end, settle_corner
+from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free, piece_end
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
     AMP_COS,
@@ -37,10 +37,12 @@ from wheeltapper.march.pool import (
     push,
     put_back,
     take,
+    track,
 )
 from wheeltapper.march.program import CONTACT, DONE, FLIGHT, FULL, PHASE, PIECE, RUNNING, SHIFT, TIME, A, B
 from wheeltapper.march.series import harmonic_forcing, localise
 from wheeltapper.march.single import advance_kernel, start_kernel
+from wheeltapper.march.steplength import SLOW
 
 
 @kernel
@@ -53,6 +55,7 @@ def join(cell: int, pool: Pool) -> bool:
         or numbers[contract.QUADRATIC] != 0.0
         or numbers[contract.CUBIC] != 1.0
         or numbers[contract.BILATERAL] != 0.0
+        or numbers[contract.STIFFNESS] + numbers[contract.DAMPING] > SLOW
         or S[HERE + DEGREE] != 0.0
         or S[HERE + FACTOR_DEGREE] >= 0.0
         or S[COUNT + SEEN] != 0.0
@@ -63,10 +66,10 @@ def join(cell: int, pool: Pool) -> bool:
     u, w = S[STATE + A], S[STATE + B]
     if not flying and not (S[STATE + PHASE] == CONTACT and (u > 0.0 or w >= GRAZE)):
         return False
-    peak = int(S[COUNT + PEAKS])
-    settle_corner(0.0 if flying else u * u * u, 0.0 if flying else w, pool.peaks[pool.used[1] - peak :], S)
-    own(cell, 0, int(S[COUNT + PEAKS]) - peak, pool)
+    corner = S[MARK + AT_BREAK]
+    S[MARK + AT_BREAK] = 0.0
     put_back(cell, pool.rows, S)
+    track(cell, S[STATE + TIME], 0.0 if flying else u * u * u, corner, pool)
     row = pool.rows[cell, LOCAL:]
     table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
     piece = table[int(S[STATE + PIECE])]
@@ -142,9 +145,8 @@ def start_lanes(pool: Pool) -> None:
     """Set every cell's state at time zero."""
     for cell in range(len(pool.first)):
         table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
-        pool.S[MARK + CORNER_SET] = 0.0
         start_kernel(table, pool.numbers[cell], pool.events, pool.S)
-        pool.rows[cell, AIRBORNE] = 1.0 if pool.S[STATE + PHASE] == FLIGHT else 0.0
+        pool.rows[cell, AIRBORNE] = 1.0 if is_free(pool.S[STATE + PHASE]) else 0.0
         put_back(cell, pool.rows, pool.S)
         if not join(cell, pool):
             push(cell, APART, pool.queue)

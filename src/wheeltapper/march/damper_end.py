@@ -22,21 +22,14 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.damper_hold import changes_at, changes_hold, sharpened, stretch
 from wheeltapper.march.damper_series import contact_with_end, flight_reach_with_end, flight_with_end, held
 from wheeltapper.march.events import (
-    CORNER_FORCE,
-    CORNER_RISING,
-    CORNER_SET,
-    CORNER_TIME,
+    AT_BREAK,
     GRAZE,
     LIFT,
-    QUIET,
     cross_break,
-    force,
+    follow_on,
+    follow_to_break,
     free_acceleration,
-    log_event,
-    log_peak,
     log_step,
-    settle_corner,
-    take_contact,
 )
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import (
@@ -54,6 +47,7 @@ from wheeltapper.march.layout import (
     STOPS,
     WHEEL_V,
     WHEEL_Y,
+    N,
     T,
     U,
     W,
@@ -74,9 +68,7 @@ from wheeltapper.march.program import (
     FLIGHT,
     FREE,
     FULL,
-    IMPACT,
     LINKED,
-    LOSS,
     NOT_FINITE,
     ON_DECK,
     PHASE,
@@ -93,12 +85,11 @@ from wheeltapper.march.program import (
     FloatArray,
     Program,
 )
-from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative
+from wheeltapper.march.roots import NONE, evaluate
 from wheeltapper.march.series import localise, path_at
-from wheeltapper.march.single import March, conclude, grown, next_break, start_kernel, tabled, tables
+from wheeltapper.march.single import March, arrive, conclude, grown, next_break, start_kernel, tabled, tables
 from wheeltapper.march.step import (
     BREAK,
-    GRIPS,
     NOTHING,
     OPENS,
     contact_end,
@@ -133,11 +124,11 @@ def _reach(numbers: FloatArray, damper: FloatArray, S: FloatArray) -> float:
     """
     order = int(numbers[contract.ORDER])
     goal = np.log2(numbers[contract.TOLERANCE])
-    length = contact_reach(order, numbers[contract.TOLERANCE], numbers[contract.DECK_MASS] > 0.0, S)
+    G, soft, rate = held(S[STATE + END_MODE], damper)
+    length = contact_reach(numbers, numbers[contract.STIFFNESS] + G + soft + rate, S)
     u, w = U + order - 2, W + order - 2
     earlier = goal * (order - 3) / (order - 1) + FORGIVEN
     length = min(length, steplength(order - 2, abs(S[u - 1]), abs(S[w - 1]), abs(S[u]), abs(S[w]), earlier))
-    _, soft, _ = held(S[STATE + END_MODE], damper)
     if soft == 0.0:
         return length
     gain = max(1.0, soft)
@@ -152,23 +143,6 @@ def _turns(order: int, length: float, w: float, S: FloatArray) -> bool:
     for k in range(order, 0, -1):
         sway = (sway + k * abs(S[W + k])) * length
     return not (S[W] * w > 0.0 and abs(S[W]) + abs(w) > sway)
-
-
-@kernel
-def _peak_at_end(
-    trend: int, degree: int, length: float, top: float, known: float, peaks: FloatArray, S: FloatArray
-) -> None:
-    """Log a force maximum at the very end of a contact step, which no search inside a step sees for sure.
-
-    On a flat stiff rail the end leaves the lower stop just there: the wheel's velocity is the indentation's rate.
-    """
-    time = S[STATE + TIME]
-    if abs(evaluate(S, trend, degree, length)) > QUIET or not evaluate_derivative(S, trend, degree, length) < 0.0:
-        return
-    row = int(S[COUNT + PEAKS])
-    if row > known and abs(peaks[row - 1, contract.PEAK_TIME] - time) <= 1e-9:
-        return
-    log_peak(time, top, 0.0, peaks, S[COUNT:])
 
 
 @kernel
@@ -194,38 +168,13 @@ def _contact_step(
     turns = _turns(order, length, w, S)
     length, what, after, u, w = contact_end(numbers, order, until - S[STATE + TIME], length, after, u, w, turns, S)
     trend, degree = trend_series(numbers, order, S)
-    top = force(numbers, after, u, w, S)
-    known = S[COUNT + PEAKS]
+    follow_on(max(S[N], 0.0), peaks, S)
     conclude(numbers, until, length, after, u, w, what, trend, degree, turns, steps, events, peaks, S)
     _log_step(length, steps, S, True)
     stretch(damper, order, length, S)
-    if what == NOTHING and root != NONE:
-        if numbers[contract.HYSTERESIS] == 0.0:
-            _peak_at_end(trend, degree, length, top, known, peaks, S)
-        else:  # the force's own rate may jump with the damper's force
-            S[MARK + CORNER_SET] = 1.0
-            S[MARK + CORNER_TIME] = S[STATE + TIME]
-            S[MARK + CORNER_FORCE] = top
-            S[MARK + CORNER_RISING] = evaluate(S, trend, degree, length)
+    if what == NOTHING and root != NONE and numbers[contract.HYSTERESIS] != 0.0:
+        S[MARK + AT_BREAK] = 1.0  # the force's own rate may jump with the damper's force
     return what
-
-
-@kernel
-def _arrive(numbers: FloatArray, what: int, length: float, events: FloatArray, S: FloatArray) -> None:
-    """Enter the phase behind a flight that ended in a loss, in an impact or in Hunt-Crossley's force gripping again."""
-    height, velocity, _ = path_at(length, S)
-    if S[STATE + ON_DECK] != 0.0:
-        height += S[STATE + DECK_Y]
-        velocity += S[STATE + DECK_V]
-    rate = velocity - S[STATE + B]
-    if what == OPENS:
-        S[STATE + PHASE] = FLIGHT
-        log_event(S[STATE + TIME], LOSS, rate, 0.0, events, S[COUNT:])
-    elif what == GRIPS:
-        take_contact(numbers, height - S[STATE + A], -1.0 / numbers[contract.HYSTERESIS], S)
-    else:
-        take_contact(numbers, 0.0, rate, S)
-        log_event(S[STATE + TIME], IMPACT, rate, 0.0, events, S[COUNT:])
 
 
 @kernel
@@ -251,7 +200,9 @@ def _flight_step(
     length, what = flight_end(numbers, released, reach, S)
     if what == BREAK and reach < until - time:
         what = NOTHING
-    settle_corner(0.0, 0.0, peaks, S)
+    follow_on(0.0, peaks, S)
+    if what == BREAK:
+        follow_to_break(until, 0.0, peaks, S)
     _log_step(length, steps, S, False)
     stretch(damper, FLIGHT_ORDER, length, S)
     S[STATE + TIME] = until if what == BREAK else time + length
@@ -261,7 +212,7 @@ def _flight_step(
         S[STATE + DECK_Y] = evaluate(S, Y, FLIGHT_ORDER, length)
         S[STATE + DECK_V] = evaluate(S, Z, FLIGHT_ORDER, length)
     if what != NOTHING and what != BREAK:
-        _arrive(numbers, what, length, events, S)
+        arrive(numbers, what, length, events, S)
     return what
 
 

@@ -14,14 +14,14 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.apart import start_lanes
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.dense import OUT_COLUMNS
+from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.lanes import lanes_kernel
-from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, STATE
+from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
 from wheeltapper.march.pool import AIRBORNE, END, STATUS, gather_kernel, pool_of
 from wheeltapper.march.program import (
     ENOUGH,
     EVENT_COLUMNS,
-    FLIGHT,
     FULL,
     PEAK_COLUMNS,
     PHASE,
@@ -67,7 +67,7 @@ class Marched(NamedTuple):
     peaks: FloatArray  # (peaks, PEAK_COLUMNS)
     event_ends: IntArray  # (cells,): the row after a cell's last event
     peak_ends: IntArray  # (cells,)
-    airborne: FloatArray  # (cells,): 1 where the march began in flight
+    airborne: FloatArray  # (cells,): 1 where the march began without contact force
     # Where a tally was kept: the wheel's highest position (cells,), and in the n-th of a cell's rows of events the
     # impulse of the contact that its n-th impact begins; NaN where that outlasts the run.
     highest: FloatArray | None = None
@@ -89,11 +89,10 @@ def ensemble_kernel(
     point = np.zeros(OUT_COLUMNS)
     while cell < len(first):
         table = pieces[first[cell] : first[cell] + many[cell]]
-        S[MARK] = 0.0
         start_kernel(table, numbers[cell], events[event:], S)
-        airborne[cell] = 1.0 if S[STATE + PHASE] == FLIGHT else 0.0
+        airborne[cell] = 1.0 if is_free(S[STATE + PHASE]) else 0.0
         tally[:] = 0.0
-        tally[HIGHEST] = S[STATE + A] if S[STATE + PHASE] == FLIGHT else -np.inf
+        tally[HIGHEST] = S[STATE + A] if is_free(S[STATE + PHASE]) else -np.inf
         why = FULL
         while why == FULL:
             why = march_kernel(table, numbers[cell], steps, events[event:], peaks[peak:], S, strict)

@@ -20,6 +20,7 @@ from wheeltapper.march.layout import (
     STATE,
     UNTIL_IMPACT,
     UNTIL_LOSS,
+    N,
     T,
     U,
     W,
@@ -51,12 +52,24 @@ from wheeltapper.march.roots import NONE, evaluate, first_root
 from wheeltapper.march.series import factor_at, law_at, localise, path_at, residual_at
 
 GRAZE = 1e-9
-APART = 1e-9  # two maxima closer than this part of a step are one, found again by rounding
+APART = 1e-9  # two extremes closer than this part of a step are one, found again by rounding
 LIFT = 1e-6
 QUIET = 1e-13
 
-# A corner of the force waiting for the other side of a breakpoint: flag, time, force, whether it was rising.
-CORNER_SET, CORNER_TIME, CORNER_FORCE, CORNER_RISING = range(4)
+STANDS_OUT = 1e-9
+"""How far, over one more than the force, a maximum must stand out on both sides (scaled): the default method's steps
+are exact to some 1e-10, and where they bend by less nobody knows whether the force rises or falls."""
+
+# How the force has gone since its last maximum, from MARK on: whether the present state stands at a breakpoint; whether
+# a maximum waits for the force to fall, its time, force, whether it is at a breakpoint, and how many impacts came
+# before; else the lowest force since the last one.
+AT_BREAK, WAITS, TOP_TIME, TOP_FORCE, TOP_CORNER, TOP_IMPACTS, LOWEST = range(7)
+
+
+@kernel
+def is_free(phase: float) -> bool:
+    """Return True for the phases without contact force."""
+    return bool(phase == FLIGHT or phase == RELEASED)
 
 
 @kernel
@@ -102,45 +115,76 @@ def log_event(time: float, kind: int, rate: float, cause: float, events: FloatAr
 
 
 @kernel
-def log_peak(time: float, force: float, at_corner: float, peaks: FloatArray, counts: FloatArray) -> None:
-    """Write a force maximum in its row; `counts` are the entries of the scratch array from COUNT on."""
-    row = int(counts[PEAKS])
-    peaks[row, contract.PEAK_TIME] = time
-    peaks[row, contract.PEAK_FORCE] = force
-    peaks[row, contract.PEAK_CORNER] = at_corner
-    peaks[row, contract.PEAK_IMPACT] = counts[IMPACTS]
-    counts[PEAKS] += 1
+def forget(S: FloatArray) -> None:
+    """Begin to follow the force of another march."""
+    S[MARK + AT_BREAK] = 0.0
+    S[MARK + WAITS] = 0.0
+    S[MARK + LOWEST] = np.inf
 
 
 @kernel
-def settle_corner(force: float, trend: float, peaks: FloatArray, S: FloatArray) -> None:
-    """Decide, with the force and its trend behind a breakpoint, whether the force had a maximum there."""
-    if S[MARK + CORNER_SET] == 0.0:
-        return
-    S[MARK + CORNER_SET] = 0.0
-    before = S[MARK + CORNER_FORCE]
-    rising = S[MARK + CORNER_RISING] > QUIET
-    drop = before - force > 1e-12 * (1.0 + before)
-    rise = force - before > 1e-12 * (1.0 + before)
-    if (rising and (drop or (not rise and trend < -QUIET))) or (rise and trend < QUIET):
-        log_peak(S[MARK + CORNER_TIME], max(before, force), 1.0, peaks, S[COUNT:])
+def follow(time: float, force: float, corner: float, peaks: FloatArray, mark: FloatArray, counts: FloatArray) -> None:
+    """Take the force's next value; log the maximum before it as soon as the force has fallen from it.
+
+    Between two values given here the force is monotone: they are its extremes, and those at breakpoints and ends.
+    `mark` and `counts` are the entries of the scratch array from MARK and from COUNT on.
+    """
+    least = STANDS_OUT * (1.0 + abs(force))
+    if mark[WAITS] == 0.0 and not force > mark[LOWEST] + least:
+        mark[LOWEST] = min(mark[LOWEST], force)
+    elif mark[WAITS] == 0.0 or force > mark[TOP_FORCE]:
+        mark[WAITS] = 1.0
+        mark[TOP_TIME] = time
+        mark[TOP_FORCE] = force
+        mark[TOP_CORNER] = corner
+        mark[TOP_IMPACTS] = counts[IMPACTS]
+    elif force < mark[TOP_FORCE] - least and counts[PEAKS] < peaks.shape[0]:
+        row = int(counts[PEAKS])
+        peaks[row, contract.PEAK_TIME] = mark[TOP_TIME]
+        peaks[row, contract.PEAK_FORCE] = mark[TOP_FORCE]
+        peaks[row, contract.PEAK_CORNER] = mark[TOP_CORNER]
+        peaks[row, contract.PEAK_IMPACT] = mark[TOP_IMPACTS]
+        counts[PEAKS] += 1
+        mark[WAITS] = 0.0
+        mark[LOWEST] = force
 
 
 @kernel
-def log_maxima(numbers: FloatArray, time: float, order: int, trend: int, degree: int, length: float, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
-    """Record every force maximum inside a contact step; row `trend` holds the sign of the force's rate."""
+def follow_on(force: float, peaks: FloatArray, S: FloatArray) -> None:
+    """Take the force at the present state, where a step begins."""
+    follow(S[STATE + TIME], force, S[MARK + AT_BREAK], peaks, S[MARK:], S[COUNT:])
+    S[MARK + AT_BREAK] = 0.0
+
+
+@kernel
+def follow_to_break(until: float, force: float, peaks: FloatArray, S: FloatArray) -> None:
+    """Take the force just before a breakpoint."""
+    follow(until, force, 1.0, peaks, S[MARK:], S[COUNT:])
+    S[MARK + AT_BREAK] = 1.0
+
+
+@kernel
+def follow_inside(numbers: FloatArray, time: float, order: int, trend: int, degree: int, length: float, bonded: bool, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
+    """Take the force's extremes inside a step; row `trend` holds the sign of its rate."""
+    rate = S[trend]
+    if abs(rate) <= QUIET:
+        rate = evaluate(S, trend, degree, 0.01 * length)
+    direction = -1.0 if rate > 0.0 else 1.0
     start = 0.0
-    while True:
-        root, more = first_root(S, trend, degree, start, length, -1.0, QUIET)
-        if root == NONE or S[COUNT + PEAKS] >= peaks.shape[0]:
+    more = True
+    while more:
+        root, more = first_root(S, trend, degree, start, length, direction, QUIET)
+        if root == NONE:
             return
-        after = evaluate(S, T, order, root)
-        u = evaluate(S, U, order, root)
-        w = evaluate(S, W, order, root)
-        log_peak(time + after, force(numbers, after, u, w, S), 0.0, peaks, S[COUNT:])
-        if not more:
-            return
+        after = root
+        if bonded:
+            size = evaluate(S, N, order, root)
+        else:
+            after = evaluate(S, T, order, root)
+            size = force(numbers, after, evaluate(S, U, order, root), evaluate(S, W, order, root), S)
+        follow(time + after, size, 0.0, peaks, S[MARK:], S[COUNT:])
         start = root + APART * length
+        direction = -direction
 
 
 @kernel
@@ -208,19 +252,16 @@ def place(numbers: FloatArray, y: float, v: float, was: int, cause: float, event
     touching = delta > 0.0
     if delta == 0.0:
         touching = rate > 0.0 or (rate == 0.0 and free_acceleration(numbers, y, v, S) > 0.0)
+    S[STATE + PHASE] = FLIGHT
     if touching:
         take_contact(numbers, delta, rate, S)
-        if was == FLIGHT:
-            log_event(S[STATE + TIME], IMPACT, rate, cause, events, S[COUNT:])
-        if S[STATE + PHASE] == RELEASED:
-            S[STATE + A] = y
-            S[STATE + B] = v
-    else:
-        S[STATE + PHASE] = FLIGHT
+    if is_free(S[STATE + PHASE]):
         S[STATE + A] = y
         S[STATE + B] = v
-        if was == CONTACT or was == RELEASED:
+        if was == CONTACT:
             log_event(S[STATE + TIME], LOSS, rate, cause, events, S[COUNT:])
+    elif is_free(was):
+        log_event(S[STATE + TIME], IMPACT, rate, cause, events, S[COUNT:])
 
 
 @kernel
@@ -274,6 +315,7 @@ def cross_break(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: 
             after += S[STATE + DECK_V]
         S[STATE + B] = after - v
         if numbers[contract.HYSTERESIS] * S[STATE + B] < -1.0 and S[STATE + A] > 0.0:
+            log_event(time, LOSS, S[STATE + B], 1.0, events, S[COUNT:])
             S[STATE + PHASE] = RELEASED
             S[STATE + A] = y
             S[STATE + B] = v

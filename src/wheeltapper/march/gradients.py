@@ -10,12 +10,12 @@ import numpy as np
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.dense import OUT_COLUMNS
 from wheeltapper.march.ensemble import Cells, Marched
+from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import is_compiled, kernel
-from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, STATE
+from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
 from wheeltapper.march.program import (
     ENOUGH,
     EVENT_COLUMNS,
-    FLIGHT,
     FULL,
     LENGTH,
     PEAK_COLUMNS,
@@ -79,9 +79,8 @@ def gradient_kernel(
     no_samples = np.zeros((0, QUANTITIES, SAMPLED))
     while cell < len(first):
         own = pieces[first[cell] : first[cell] + many[cell]]
-        S[MARK] = 0.0
         start_kernel(own, numbers[cell], events[event:], S)
-        airborne[cell] = 1.0 if S[STATE + PHASE] == FLIGHT else 0.0
+        airborne[cell] = 1.0 if is_free(S[STATE + PHASE]) else 0.0
         why = march_kernel(own, numbers[cell], steps, events[event:], peaks[peak:], S, strict)
         if why == FULL:
             return cell

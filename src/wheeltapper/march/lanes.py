@@ -17,10 +17,10 @@ from __future__ import annotations
 
 from wheeltapper.march import lane_rows as lane
 from wheeltapper.march.apart import cross, go_apart
-from wheeltapper.march.events import CORNER_FORCE, CORNER_RISING, CORNER_SET, CORNER_TIME, GRAZE, log_peak
+from wheeltapper.march.events import AT_BREAK, GRAZE
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.lane_rows import LANES
-from wheeltapper.march.layout import MARK, OPENED, PEAKS, STATE
+from wheeltapper.march.layout import OPENED
 from wheeltapper.march.pool import (
     APART,
     BREAK,
@@ -28,7 +28,7 @@ from wheeltapper.march.pool import (
     COUNTS,
     FLAT,
     FLY,
-    LOCAL,
+    MARKS,
     OPEN,
     ROOM,
     TURN,
@@ -38,9 +38,9 @@ from wheeltapper.march.pool import (
     fill_all,
     keep,
     note,
-    own,
     pop,
     push,
+    track,
 )
 from wheeltapper.march.program import CONTACT, FLIGHT, IMPACT, LOSS, PHASE, FloatArray
 from wheeltapper.march.unrolled_lanes import (
@@ -58,8 +58,6 @@ from wheeltapper.march.unrolled_lanes import (
     sharpen_12,
     sharpen_22,
 )
-
-MARKS = int(MARK - STATE)
 
 
 @kernel
@@ -145,11 +143,9 @@ def _turn(kind: int, pool: Pool) -> None:
         if not ends < L[lane.UNTIL + i] or turns > 1.0 or (turns == 1.0 and not falls and not L[lane.U_ROOT + i] > 0.0):
             push(cell, APART, queue)
             continue
-        if turns == 1.0 and falls:
-            u, counts = L[lane.U_ROOT + i], rows[cell, COUNTS:LOCAL]
-            peaks = pool.peaks[pool.used[1] - int(counts[PEAKS]) :]
-            log_peak(L[lane.TIME + i] + L[lane.T_ROOT + i], u * u * u, 0.0, peaks, counts)
-            own(cell, 0, 1, pool)
+        if turns == 1.0:
+            u = L[lane.U_ROOT + i]
+            track(cell, L[lane.TIME + i] + L[lane.T_ROOT + i], u * u * u, 0.0, pool)
         L[lane.TIME + i] = ends
         L[lane.U0 + i] = L[lane.U_END + i]
         L[lane.W0 + i] = L[lane.W_END + i]
@@ -178,6 +174,7 @@ def _open(kind: int, pool: Pool) -> None:
         keep(i, cell, rows, L)
         rows[cell, PHASE] = FLIGHT
         rows[cell, COUNTS + OPENED] = 1.0
+        track(cell, L[lane.TIME + i], 0.0, 0.0, pool)
         if note(cell, L[lane.TIME + i], LOSS, L[lane.W_ROOT + i], pool):
             push(cell, FLY, queue)
 
@@ -201,11 +198,8 @@ def _break(kind: int, pool: Pool) -> None:
         L[lane.U0 + i] = u
         L[lane.W0 + i] = w
         keep(i, cell, rows, L)
-        mark = rows[cell, MARKS:]
-        mark[CORNER_SET] = 1.0
-        mark[CORNER_TIME] = L[lane.UNTIL + i]
-        mark[CORNER_FORCE] = u * u * u
-        mark[CORNER_RISING] = w
+        track(cell, L[lane.UNTIL + i], u * u * u, 1.0, pool)
+        rows[cell, MARKS + AT_BREAK] = 1.0
         cross(cell, pool)
 
 
@@ -238,6 +232,7 @@ def _fly(pool: Pool) -> None:
         keep(i, cell, rows, L)
         rows[cell, COUNTS + OPENED] = 0.0
         if at_break:
+            rows[cell, MARKS + AT_BREAK] = 1.0
             cross(cell, pool)
         elif not lands:
             push(cell, FLY, queue)

@@ -39,7 +39,7 @@ BEARS = BEARS_DEGREE + 1
 LAW_TERMS = BEARS + MAX_DEGREE + 1
 LAW_CENTRE, LAW_SCALE, LAW = LAW_TERMS + 1, LAW_TERMS + 2, LAW_TERMS + 3
 STATE = HERE + LAW + MAX_DEGREE + 1  # the present state
-MARK = STATE + 16  # a corner of the force that waits for the other side of a breakpoint
+MARK = STATE + 16  # how the force has gone since its last maximum (events.py)
 COUNT = MARK + 8
 # Counts: steps (at COUNT itself), events, peaks so far; whether the last step ended in a loss; impacts so far, those at
 # and after which the march ends (-1: none), and whether it has to; steps in a row in which no time passed;

@@ -1,8 +1,9 @@
 """How far a wheel is from losing contact once more, or has gone beyond: a margin that passes zero smoothly.
 
 march each cell to the impact that ends the loss in question, or to the end; then go through its steps once more
-the loss happened      minus the largest clearance of its flight
+the loss happened      the smallest of the indentation in its flight, minus the largest clearance
 it did not             the smallest indentation since the impact before it
+with material damping  there the force also ends where 1 + η·w does: the smaller of both counts
 """
 
 from __future__ import annotations
@@ -14,15 +15,15 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells
+from wheeltapper.march.events import is_free
 from wheeltapper.march.flight import flight_series
 from wheeltapper.march.kernel import is_compiled, kernel
-from wheeltapper.march.layout import CLEAR, COUNT, EVENTS, FLIGHT_ORDER, MARK, SCRATCH, TREND, U, W
+from wheeltapper.march.layout import CLEAR, COUNT, EVENTS, FLIGHT_ORDER, SCRATCH, TREND, U, W
 from wheeltapper.march.program import (
     CONTACT,
     DECK_V,
     DECK_Y,
     EVENT_COLUMNS,
-    FLIGHT,
     FULL,
     LENGTH,
     LOSS,
@@ -45,31 +46,39 @@ BLOCK = 64
 
 
 @kernel
-def _smallest_indentation(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
-    """Return the smallest indentation in a contact step."""
-    order = int(numbers[contract.ORDER])
-    localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
-    contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
-    u = min(step[A], max(evaluate(S, U, order, step[LENGTH]), 0.0))
-    root, _ = first_root(S, W, order, 0.0, step[LENGTH], 1.0, 0.0)
-    if root != NONE:
-        u = min(u, evaluate(S, U, order, root))
-    return u * u
+def _lowest(row: int, order: int, length: float, S: FloatArray) -> float:
+    """Return the smallest value of a series over a step."""
+    lowest = min(S[row], evaluate(S, row, order, length))
+    for k in range(order):
+        S[TREND + k] = (k + 1) * S[row + k + 1]
+    root, _ = first_root(S, TREND, order - 1, 0.0, length, 1.0, 0.0)
+    return lowest if root == NONE else min(lowest, evaluate(S, row, order, root))
 
 
 @kernel
-def _largest_clearance(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
-    """Return the largest clearance in a step of flight."""
+def _held(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
+    """Return how near a contact step comes to a loss."""
+    order = int(numbers[contract.ORDER])
+    localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
+    contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
+    u = max(_lowest(U, order, step[LENGTH], S), 0.0)
+    eta = numbers[contract.HYSTERESIS]
+    return u * u if eta == 0.0 else min(u * u, 1.0 + eta * _lowest(W, order, step[LENGTH], S))
+
+
+@kernel
+def _lost(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
+    """Return how far a step without contact force goes beyond a loss, as a negative number."""
     order = int(FLIGHT_ORDER)
     localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
     flight_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
-    lowest = min(S[CLEAR], evaluate(S, CLEAR, order, step[LENGTH]))
+    lowest = _lowest(CLEAR, order, step[LENGTH], S)
+    eta = numbers[contract.HYSTERESIS]
+    if eta == 0.0:
+        return lowest
     for k in range(order):
-        S[TREND + k] = (k + 1) * S[CLEAR + k + 1]
-    root, _ = first_root(S, TREND, order - 1, 0.0, step[LENGTH], 1.0, 0.0)
-    if root != NONE:
-        lowest = min(lowest, evaluate(S, CLEAR, order, root))
-    return -lowest
+        S[CLEAR + k] = eta * (k + 1) * S[CLEAR + k + 1]
+    return min(lowest, 1.0 + _lowest(CLEAR, order - 1, step[LENGTH], S))
 
 
 @kernel
@@ -81,7 +90,6 @@ def margin_kernel(
     while cell < len(cells.first):
         table = cells.pieces[cells.first[cell] : cells.first[cell] + cells.many[cell]]
         numbers = cells.numbers[cell]
-        S[MARK] = 0.0
         start_kernel(table, numbers, events, S)
         why = march_kernel(table, numbers, steps, events, peaks, S, strict)
         if why == FULL:
@@ -100,9 +108,9 @@ def margin_kernel(
         margin = np.inf
         for i in range(rows):
             if found < losses and steps[i, PHASE] == CONTACT and steps[i, TIME] > since:
-                margin = min(margin, _smallest_indentation(table, numbers, steps[i], S))
-            elif found >= losses and steps[i, PHASE] == FLIGHT and steps[i, TIME] >= lost:
-                margin = min(margin, -_largest_clearance(table, numbers, steps[i], S))
+                margin = min(margin, _held(table, numbers, steps[i], S))
+            elif found >= losses and is_free(steps[i, PHASE]) and steps[i, TIME] >= lost:
+                margin = min(margin, _lost(table, numbers, steps[i], S))
         margins[cell] = margin if np.isfinite(margin) else np.nan
         cell += 1
     return cell

@@ -8,10 +8,10 @@ import numpy as np
 
 from wheeltapper.march import lane_rows as lane
 from wheeltapper.march import program as contract
-from wheeltapper.march.events import log_event
+from wheeltapper.march.events import follow, log_event
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.lane_rows import LANES
-from wheeltapper.march.layout import COUNT, EVENTS, SCRATCH, SEEN, STATE
+from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE
 from wheeltapper.march.program import (
     ENOUGH,
     EVENT_COLUMNS,
@@ -39,7 +39,7 @@ LOCAL = int(SCRATCH - STATE)
 LOCALS = (lane.GOAL - lane.K) // LANES + 1
 STATUS, END, AIRBORNE = range(LOCAL + LOCALS, LOCAL + LOCALS + 3)
 COLUMNS = AIRBORNE + 1
-COUNTS = int(COUNT - STATE)
+MARKS, COUNTS = int(MARK - STATE), int(COUNT - STATE)
 # Tables of events and peaks have one column more: whose they are.
 EVENT_CELL, PEAK_CELL = EVENT_COLUMNS, PEAK_COLUMNS
 
@@ -174,6 +174,15 @@ def note(cell: int, time: float, which: int, rate: float, pool: Pool) -> bool:
         return True
     finish(cell, ENOUGH if counts[SEEN] != 0.0 else TOO_MANY_EVENTS, time, pool.rows)
     return False
+
+
+@kernel
+def track(cell: int, time: float, force: float, corner: float, pool: Pool) -> None:
+    """Take the next value of a cell's contact force."""
+    counts = pool.rows[cell, COUNTS:LOCAL]
+    known = int(counts[PEAKS])
+    follow(time, force, corner, pool.peaks[pool.used[1] - known :], pool.rows[cell, MARKS:COUNTS], counts)
+    own(cell, 0, int(counts[PEAKS]) - known, pool)
 
 
 @kernel

@@ -2,41 +2,40 @@
 
 phase CONTACT   step in s from (u, w, Y, Z); ends at the tolerance, at a breakpoint, or where u = 0 (loss)
 phase FLIGHT    step in t from (y, v, Y, Z); ends at a breakpoint or at the first touch (impact)
-phase RELEASED  still indented, but Hunt-Crossley's force would pull: no force until δ = 0 or it would push again
+phase RELEASED  still indented, but Hunt-Crossley's force would pull: a loss as any other, until it would push again
+                (an impact); where the indentation ends before that, the flight goes on as FLIGHT
 phase BONDED    bilateral contact: linear, no events
 
 until the end:
-series of the step -> its end and what ends it -> force maxima before that end -> row of the step
+series of the step -> its end and what ends it -> the force's extremes before that end -> row of the step
 go to the end; at a loss or an impact change phase, at a breakpoint go to the next piece and carry
 displacement and velocity over it (the indentation takes the path's jump, its rate the path's kink)
 """
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import (
-    APART,
-    CORNER_FORCE,
-    CORNER_RISING,
-    CORNER_SET,
-    CORNER_TIME,
     GRAZE,
-    QUIET,
     cross_break,
+    follow,
+    follow_inside,
+    follow_on,
+    follow_to_break,
     force,
+    forget,
+    is_free,
     leave_grazing,
     log_event,
-    log_maxima,
-    log_peak,
     log_step,
     next_piece,
     piece_end,
     place,
-    settle_corner,
     take_contact,
 )
 from wheeltapper.march.flight import bonded_series, flight_series
@@ -92,7 +91,7 @@ from wheeltapper.march.program import (
     FloatArray,
     Program,
 )
-from wheeltapper.march.roots import NONE, evaluate, first_root
+from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import localise, path_at
 from wheeltapper.march.step import (
     BREAK,
@@ -113,9 +112,8 @@ def conclude(numbers: FloatArray, until: float, length: float, after: float, u: 
     """Log the contact step whose series are in S, and go to its end; row `trend` has the sign of the force's rate."""
     order = int(numbers[contract.ORDER])
     time = S[STATE + TIME]
-    settle_corner(max(S[N], 0.0), S[trend], peaks, S)
     if turns or trend != W:
-        log_maxima(numbers, time, order, trend, degree, length, peaks, S)
+        follow_inside(numbers, time, order, trend, degree, length, False, peaks, S)
     log_step(length, steps, S)
     y = 0.0
     z = 0.0
@@ -128,10 +126,7 @@ def conclude(numbers: FloatArray, until: float, length: float, after: float, u: 
     S[STATE + A] = u
     S[STATE + B] = w
     if what == BREAK:
-        S[MARK + CORNER_SET] = 1.0
-        S[MARK + CORNER_TIME] = until
-        S[MARK + CORNER_FORCE] = force(numbers, after, u, w, S)
-        S[MARK + CORNER_RISING] = evaluate(S, trend, degree, length)
+        follow_to_break(until, force(numbers, after, u, w, S), peaks, S)
         S[STATE + A] = max(u, 0.0)
     elif what == OPENS or what == RELEASES:
         height, velocity, _ = path_at(after, S)
@@ -139,8 +134,9 @@ def conclude(numbers: FloatArray, until: float, length: float, after: float, u: 
             height += y
             velocity += z
         if what == OPENS:
-            log_event(S[STATE + TIME], LOSS, w, 0.0, events, S[COUNT:])
             u = 0.0
+        follow(S[STATE + TIME], 0.0, 0.0, peaks, S[MARK:], S[COUNT:])
+        log_event(S[STATE + TIME], LOSS, w, 0.0, events, S[COUNT:])
         S[STATE + PHASE] = FLIGHT if what == OPENS else RELEASED
         S[STATE + A] = height - u * u
         S[STATE + B] = velocity - w
@@ -150,8 +146,8 @@ def conclude(numbers: FloatArray, until: float, length: float, after: float, u: 
 def _contact_step(numbers: FloatArray, strict: bool | None, until: float, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> int:  # fmt: skip
     """Step in contact until something ends a step other than its length; return what."""
     order = int(numbers[contract.ORDER])
-    limit = int(S[COUNT]) if S[MARK + CORNER_SET] != 0.0 else steps.shape[0] - 1
-    length, t, u, w, turns = contact_advance(numbers, strict, until, limit, steps, S)
+    follow_on(force(numbers, 0.0, S[STATE + A], S[STATE + B], S), peaks, S)
+    length, t, u, w, turns = contact_advance(numbers, strict, until, steps.shape[0] - 1, steps, S)
     length, what, after, u, w = contact_end(numbers, order, until - S[STATE + TIME], length, t, u, w, turns, S)
     trend, degree = trend_series(numbers, order, S)
     conclude(numbers, until, length, after, u, w, what, trend, degree, turns, steps, events, peaks, S)
@@ -159,19 +155,24 @@ def _contact_step(numbers: FloatArray, strict: bool | None, until: float, steps:
 
 
 @kernel
-def _bonded_maxima(numbers: FloatArray, time: float, length: float, peaks: FloatArray, S: FloatArray) -> None:
-    """Record the force maxima of a step in a bilateral contact."""
-    for k in range(FLIGHT_ORDER):
-        S[TREND + k] = (k + 1) * S[N + k + 1]
-    start = 0.0
-    while S[COUNT + PEAKS] < peaks.shape[0]:
-        root, more = first_root(S, TREND, FLIGHT_ORDER - 1, start, length, -1.0, QUIET)
-        if root == NONE:
-            return
-        log_peak(time + root, evaluate(S, N, FLIGHT_ORDER, root), 0.0, peaks, S[COUNT:])
-        if not more:
-            return
-        start = root + APART * length
+def arrive(numbers: FloatArray, what: int, length: float, events: FloatArray, S: FloatArray) -> None:
+    """Enter the phase behind a step without contact force that ended in an event after `length`."""
+    if what == OPENS:  # the loss was where the force ended, before the indentation
+        S[STATE + PHASE] = FLIGHT
+        return
+    height, velocity, _ = path_at(length, S)
+    if S[STATE + ON_DECK] != 0.0:
+        height += S[STATE + DECK_Y]
+        velocity += S[STATE + DECK_V]
+    rate = velocity - S[STATE + B]
+    if what == GRIPS:
+        rate = -1.0 / numbers[contract.HYSTERESIS]
+        S[STATE + PHASE] = CONTACT
+        S[STATE + A] = sqrt(max(height - S[STATE + A], 0.0))
+        S[STATE + B] = rate
+    else:
+        take_contact(numbers, 0.0, rate, S)
+    log_event(S[STATE + TIME], IMPACT, rate, 0.0, events, S[COUNT:])
 
 
 @kernel
@@ -189,18 +190,13 @@ def flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatArr
     if landed:
         S[CLEAR] = 0.0
     length, what = flight_end(numbers, released, until - time, S)
+    follow_on(S[N] if bonded else 0.0, peaks, S)
     if bonded:
-        settle_corner(S[N], S[N + 1], peaks, S)
-        _bonded_maxima(numbers, time, length, peaks, S)
-        if what == BREAK:
-            S[MARK + CORNER_SET] = 1.0
-            S[MARK + CORNER_TIME] = until
-            S[MARK + CORNER_FORCE] = evaluate(S, N, FLIGHT_ORDER, length)
-            S[MARK + CORNER_RISING] = evaluate(S, N, FLIGHT_ORDER, length) - evaluate(
-                S, N, FLIGHT_ORDER, 0.999 * length
-            )
-    else:
-        settle_corner(0.0, 0.0, peaks, S)
+        for k in range(FLIGHT_ORDER):
+            S[TREND + k] = (k + 1) * S[N + k + 1]
+        follow_inside(numbers, time, FLIGHT_ORDER, TREND, FLIGHT_ORDER - 1, length, True, peaks, S)
+    if what == BREAK:
+        follow_to_break(until, evaluate(S, N, FLIGHT_ORDER, length) if bonded else 0.0, peaks, S)
     log_step(length, steps, S)
     y = evaluate(S, U, FLIGHT_ORDER, length)
     v = evaluate(S, W, FLIGHT_ORDER, length)
@@ -212,21 +208,8 @@ def flight_step(numbers: FloatArray, until: float, landed: bool, steps: FloatArr
     S[STATE + DECK_V] = deck_v
     S[STATE + A] = y
     S[STATE + B] = v
-    if what == NOTHING or what == BREAK:
-        return what
-    height, velocity, _ = path_at(length, S)
-    if on_deck:
-        height += deck_y
-        velocity += deck_v
-    rate = velocity - v
-    if what == OPENS:
-        S[STATE + PHASE] = FLIGHT
-        log_event(S[STATE + TIME], LOSS, rate, 0.0, events, S[COUNT:])
-    elif what == GRIPS:
-        take_contact(numbers, height - y, -1.0 / numbers[contract.HYSTERESIS], S)
-    else:
-        take_contact(numbers, 0.0, rate, S)
-        log_event(S[STATE + TIME], IMPACT, rate, 0.0, events, S[COUNT:])
+    if what != NOTHING and what != BREAK:
+        arrive(numbers, what, length, events, S)
     return what
 
 
@@ -267,6 +250,8 @@ def advance_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, e
     ):
         return FULL
     if S[COUNT + SEEN] != 0.0:
+        if is_free(S[STATE + PHASE]):
+            follow_on(0.0, peaks, S)
         return ENOUGH
     if S[COUNT + EVENTS] >= numbers[contract.EVENT_LIMIT]:
         return TOO_MANY_EVENTS
@@ -306,6 +291,7 @@ def march_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, eve
 @kernel
 def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Set the state at time zero from the start's displacement and velocity."""
+    forget(S)
     S[STATE : STATE + LENGTH] = 0.0
     S[STATE + SHIFT] = numbers[contract.START_SHIFT]
     S[COUNT : COUNT + IDLE + 1] = 0.0

@@ -27,7 +27,7 @@ from wheeltapper.march.layout import (
 from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
 from wheeltapper.march.series import contact_series, harmonic_forcing
-from wheeltapper.march.steplength import steplength
+from wheeltapper.march.steplength import SLOW, stable, steplength
 from wheeltapper.march.unrolled import coast_flat_12, coast_flat_20, coast_wave_12, coast_wave_20
 
 # What ends a step.
@@ -37,8 +37,29 @@ HUGE = 1e200
 
 
 @kernel
-def contact_reach(order: int, tolerance: float, deck: bool, S: FloatArray) -> float:
-    """Return the step in s at which the last two terms of the series reach the tolerance."""
+def fastest(numbers: FloatArray, suspension: float, S: FloatArray) -> float:
+    """Return the rate in s of the fastest part of the motion at a contact step's start; `suspension`: its part in t.
+
+    The contact's own stiffness under the wheel does not count: what it does is never small in the series.
+    """
+    u = S[U]
+    law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
+    damped = numbers[contract.HYSTERESIS] * law
+    mass = numbers[contract.DECK_MASS]
+    if mass == 0.0:
+        return u * (suspension + damped)
+    stiff = numbers[contract.DECK_STIFFNESS]
+    if S[STATE + ON_DECK] != 0.0:
+        stiff += 2.0 * numbers[contract.QUADRATIC] + 1.5 * numbers[contract.CUBIC] * u
+        damped += damped / mass
+    return u * (suspension + damped + numbers[contract.DECK_DAMPING] / mass + np.sqrt(stiff / mass))
+
+
+@kernel
+def contact_reach(numbers: FloatArray, suspension: float, S: FloatArray) -> float:
+    """Return the step in s at which the last two terms of the series reach the tolerance, or that is just stable."""
+    order = int(numbers[contract.ORDER])
+    deck = numbers[contract.DECK_MASS] > 0.0
     u_last = abs(S[U + order])
     w_last = abs(S[W + order])
     u_before = abs(S[U + order - 1])
@@ -48,7 +69,9 @@ def contact_reach(order: int, tolerance: float, deck: bool, S: FloatArray) -> fl
         w_last = max(w_last, abs(S[Z + order]))
         u_before = max(u_before, abs(S[Y + order - 1]))
         w_before = max(w_before, abs(S[Z + order - 1]))
-    return steplength(order, u_before, w_before, u_last, w_last, np.log2(tolerance))
+    goal = np.log2(numbers[contract.TOLERANCE])
+    length = steplength(order, u_before, w_before, u_last, w_last, goal)
+    return stable(order, length, fastest(numbers, suspension, S))
 
 
 @kernel
@@ -67,6 +90,7 @@ def contact_advance(
         and numbers[contract.HYSTERESIS] == 0.0
         and numbers[contract.QUADRATIC] == 0.0
         and numbers[contract.CUBIC] == 1.0
+        and numbers[contract.STIFFNESS] + numbers[contract.DAMPING] <= SLOW
         and S[HERE + DEGREE] == 0.0
         and S[HERE + FACTOR_DEGREE] < 0.0
     ):
@@ -87,7 +111,7 @@ def contact_advance(
     contact_series(
         numbers, order, S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V], S[STATE + ON_DECK] != 0.0, S
     )
-    length = contact_reach(order, numbers[contract.TOLERANCE], numbers[contract.DECK_MASS] > 0.0, S)
+    length = contact_reach(numbers, numbers[contract.STIFFNESS] + numbers[contract.DAMPING], S)
     w = evaluate(S, W, order, length)
     sway = 0.0
     for k in range(order, 0, -1):
@@ -140,6 +164,8 @@ def contact_end(
             S[TREND + k] = eta * S[W + k]
         S[TREND] += 1.0
         root, _ = first_root(S, TREND, order, 0.0, length, -1.0, 0.0)
+        if S[TREND] <= 0.0 and S[TREND + 1] < 0.0:
+            root = 0.0  # it began at the root, within rounding
         if root != NONE:
             length = root
             what = RELEASES
@@ -184,6 +210,8 @@ def flight_end(numbers: FloatArray, released: bool, until: float, S: FloatArray)
             S[TREND + k] = (k + 1) * S[CLEAR + k + 1]
         S[TREND] += 1.0 / numbers[contract.HYSTERESIS]
         root, _ = first_root(S, TREND, FLIGHT_ORDER - 1, 0.0, length, 1.0, 0.0)
+        if S[TREND] >= 0.0 and S[TREND + 1] > 0.0:
+            root = 0.0
         if root != NONE:
             length = root
             what = GRIPS

@@ -1,5 +1,8 @@
 """The length of a contact step, from the last two terms of its series (docs/theory/integration.rst, section 5.4).
 
+A part of the motion that has died out is in no term of the series, but where it is fast it limits the step all the
+same: beyond order/2 of its time constants a polynomial makes rounding grow to motion. Half of that is the limit.
+
 Roots of order 11 and more forgive much: logarithm and power come from the bits of the number, to 0.1 and 3 %.
 """
 
@@ -14,6 +17,9 @@ LOG_SAFETY = float(np.log2(0.6))
 UNIT = 2.0**52
 BIAS = 1022.957  # of the exponent, less half the largest error of the straight line through the mantissa
 FLOOR = 1e-250
+STABLE = 0.25  # of the order
+SLOW = 1.0
+"""A suspension with K + G below this is too slow to limit a step of at most LONGEST."""
 
 
 @kernel
@@ -31,3 +37,10 @@ def steplength(order: int, u_before: float, w_before: float, u_last: float, w_la
     first = start + (UNIT * BIAS - before) / (order - 1)
     second = start + (UNIT * BIAS - last) / order
     return min(LONGEST, float(np.int64(min(first, second)).view(np.float64)))
+
+
+@kernel
+def stable(order: int, length: float, rate: float) -> float:
+    """Return the length of a step, at most what is stable where the motion has a part as fast as `rate`."""
+    reach = STABLE * order
+    return reach / rate if length * rate > reach else length

@@ -1,7 +1,7 @@
 """What steps add up to, for features that events and force maxima do not tell: impulses and the highest position.
 
 for each step: its series once more; its impulse to the present contact; its ends, and its inside where the wheel turns
-a step in flight ends the present contact, the first step after it begins the next
+a step without contact force ends the present contact, the first step after it begins the next
 """
 
 from __future__ import annotations
@@ -10,15 +10,16 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.dense import FORCE, WHEEL_V, WHEEL_Y, _fill, _prepare
+from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import U
-from wheeltapper.march.program import ELASTIC, FLIGHT, LENGTH, PHASE, TIME, FloatArray
+from wheeltapper.march.program import ELASTIC, LENGTH, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 # Entries of the tally: highest position and its time, number of contacts that impacts began, whether such a contact is
-# going on, whether the last step was in flight.
+# going on, whether the last step was without contact force.
 HIGHEST, HIGHEST_TIME, CONTACTS, OPEN, FLEW = range(5)
 TALLY = 5
 
@@ -54,7 +55,7 @@ def tally_kernel(
     """Add the first `count` steps to a cell's tally, and their impulses to the rows of `impulses`."""
     for i in range(count):
         step = steps[i]
-        flying = step[PHASE] == FLIGHT
+        flying = is_free(step[PHASE])
         contact = _prepare(pieces, numbers, ELASTIC, step, S)
         if flying:
             tally[OPEN] = 0.0

@@ -14,23 +14,18 @@ See docs/theory/maps.rst, section 9.3.
 
 from __future__ import annotations
 
-from math import cos, sin
-
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.events import is_free
 from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
-    AMP_COS,
-    AMP_SIN,
     DEGREE,
     FACTOR_DEGREE,
     FLIGHT_ORDER,
     HERE,
     OMEGA,
-    PHASE0,
-    POLY,
     N,
     T,
     U,
@@ -44,11 +39,11 @@ from wheeltapper.march.program import (
     DECK_V,
     DECK_Y,
     DEFAULT_ORDER,
-    FLIGHT,
     LENGTH,
     ON_DECK,
     PHASE,
     PIECE,
+    RELEASED,
     SHIFT,
     TIME,
     A,
@@ -56,9 +51,8 @@ from wheeltapper.march.program import (
     FloatArray,
     IntArray,
 )
-from wheeltapper.march.roots import evaluate, evaluate_derivative
+from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import contact_series, localise
-from wheeltapper.march.step import time_to
 from wheeltapper.march.tangent_events import (
     AFTER,
     FIRST,
@@ -66,9 +60,11 @@ from wheeltapper.march.tangent_events import (
     SECOND,
     THIRD,
     break_moves,
+    closest,
     corner_force,
     enter_contact,
     force_jump,
+    force_turns_on_or_off,
     land,
     leapt_force,
     leave_contact,
@@ -88,13 +84,16 @@ from wheeltapper.march.tangent_path import (
     localise_tangent,
 )
 from wheeltapper.march.tangent_peaks import OF_SIZE, OF_TIME, is_inside, peaks_inside
+from wheeltapper.march.tangent_plain import is_plain, plain_peak, plain_tangents
 from wheeltapper.march.tangent_samples import sample_tangents
 from wheeltapper.march.tangent_series import at, contact_tangent, flight_tangent
 from wheeltapper.march.tangent_tally import add_impulse, highest_tangent
-from wheeltapper.march.unrolled_tangent import tangent_flat_12, tangent_wave_12
 
 GRAZING = 1e-3
-"""Events with a smaller indentation rate (scaled) make a derivative meaningless."""
+"""A motion that comes nearer to u = w = 0 (scaled) makes a derivative meaningless, and so does a loss or an impact with
+a smaller indentation rate; where Hunt-Crossley's force ends or begins while indented, one that bends less."""
+NEAR = 0.1
+"""A contact step that may come nearer to u = w = 0 is looked into."""
 
 
 @kernel
@@ -150,84 +149,6 @@ def _contact_tangents(
 
 
 @kernel
-def _plain_tangents(
-    numbers: FloatArray, turns: FloatArray, step: FloatArray, x: float, carried: FloatArray, end: FloatArray,
-    S: FloatArray, D: FloatArray, L: FloatArray,
-) -> None:  # fmt: skip
-    """Do what `_contact_tangents` does up to x, where the contact is plain and the path level or one wave."""
-    K = numbers[contract.STIFFNESS]
-    G = numbers[contract.DAMPING]
-    level = S[HERE + POLY]
-    omega = S[HERE + OMEGA]
-    for lane in range(LANES):
-        L[lane] = carried[DT, lane]
-        L[LANES + lane] = carried[DA, lane]
-        L[2 * LANES + lane] = carried[DB, lane]
-        L[3 * LANES + lane] = turns[contract.STIFFNESS, lane]
-        L[4 * LANES + lane] = turns[contract.DAMPING, lane]
-        L[5 * LANES + lane] = turns[contract.STIFFNESS, lane] * level + K * D[HERE + POLY, lane]
-    if omega == 0.0:
-        t, u, w = tangent_flat_12(K, G, 1.0 + K * level, step[A], step[B], x, L)
-    else:
-        a = S[HERE + AMP_SIN]
-        b = S[HERE + AMP_COS]
-        stiff = K - omega * omega
-        gain_sin = stiff * a - G * omega * b
-        gain_cos = stiff * b + G * omega * a
-        s = sin(S[HERE + PHASE0])
-        c = cos(S[HERE + PHASE0])
-        along = gain_sin * s + gain_cos * c
-        across = gain_sin * c - gain_cos * s
-        size = gain_sin * gain_sin + gain_cos * gain_cos
-        for lane in range(LANES):
-            d_omega = D[HERE + OMEGA, lane]
-            d_a = D[HERE + AMP_SIN, lane]
-            d_b = D[HERE + AMP_COS, lane]
-            d_stiff = turns[contract.STIFFNESS, lane] - 2.0 * omega * d_omega
-            d_drag = turns[contract.DAMPING, lane] * omega + G * d_omega
-            d_sin = d_stiff * a + stiff * d_a - d_drag * b - G * omega * d_b
-            d_cos = d_stiff * b + stiff * d_b + d_drag * a + G * omega * d_a
-            L[6 * LANES + lane] = (d_sin * gain_sin + d_cos * gain_cos) / size
-            turn = (d_cos * gain_sin - d_sin * gain_cos) / size
-            L[7 * LANES + lane] = (D[HERE + PHASE0, lane] + turn) / omega
-            L[8 * LANES + lane] = d_omega / omega
-        t, u, w = tangent_wave_12(K, G, 1.0 + K * level, along, omega * across, omega * omega, step[A], step[B], x, L)
-    for lane in range(LANES):
-        carried[DT, lane] = L[lane]
-        carried[DA, lane] = L[LANES + lane]
-        carried[DB, lane] = L[2 * LANES + lane]
-    end[AFTER] = t
-    end[FIRST] = u
-    end[SECOND] = w
-    end[THIRD] = 0.0
-    end[FOURTH] = 0.0
-
-
-@kernel
-def _plain_peak(
-    numbers: FloatArray, turns: FloatArray, step: FloatArray, peak: int, peaks: FloatArray, of_peaks: FloatArray,
-    carried: FloatArray, end: FloatArray, S: FloatArray, D: FloatArray, L: FloatArray,
-) -> None:  # fmt: skip
-    """Write the derivatives of a force maximum inside a plain contact step; the carried tangents stay at its start."""
-    order = int(numbers[contract.ORDER])
-    contact_series(numbers, order, step[A], step[B], 0.0, 0.0, False, S)
-    x = time_to(S, order, step[LENGTH], peaks[peak, contract.PEAK_TIME] - step[TIME])
-    slope = evaluate_derivative(S, W, order, x)
-    for lane in range(LANES):
-        L[9 * LANES + lane] = carried[DT, lane]
-        L[10 * LANES + lane] = carried[DA, lane]
-        L[11 * LANES + lane] = carried[DB, lane]
-    _plain_tangents(numbers, turns, step, x, carried, end, S, D, L)
-    u = end[FIRST]
-    for lane in range(LANES):
-        of_peaks[peak, OF_SIZE, lane] = 3.0 * u * u * carried[DA, lane]
-        of_peaks[peak, OF_TIME, lane] = carried[DT, lane] - u * carried[DB, lane] / slope
-        carried[DT, lane] = L[9 * LANES + lane]
-        carried[DA, lane] = L[10 * LANES + lane]
-        carried[DB, lane] = L[11 * LANES + lane]
-
-
-@kernel
 def tangent_kernel(
     pieces: FloatArray, bends: FloatArray, base: int, table: IntArray, numbers: FloatArray, turns: FloatArray,
     start: FloatArray, steps: FloatArray, last: FloatArray, events: FloatArray, peaks: FloatArray,
@@ -235,7 +156,7 @@ def tangent_kernel(
     of_impulses: FloatArray, times: FloatArray, samples: FloatArray, S: FloatArray, D: FloatArray,
     tallied: bool | None,
 ) -> float:  # fmt: skip
-    """Carry the tangents along all steps; return the smallest indentation rate at an event (scaled).
+    """Carry the tangents along all steps; return how near the motion comes to grazing: GRAZING says what is too near.
 
     `start` (2, LANES) holds changes of the start's displacement and velocity beside those of the numbers; `last` is
     the state at the march's end. Written are the derivatives of time and rate of the events, of time and force of the
@@ -277,6 +198,9 @@ def tangent_kernel(
         after = steps[i + 1] if i + 1 < len(steps) else last
         contact = step[PHASE] == CONTACT
         on_deck = step[ON_DECK] != 0.0
+        if i == 0 and step[TIME] > 0.0:
+            gentlest = 0.0  # it began at u = w = 0, and left that by a small leap
+            carried[:] = np.nan
         if not (level and step[PIECE] == piece):  # a level piece looks the same from everywhere
             localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
             localise_tangent(pieces, bends, base, table, numbers, turns, step, carried, S, D)
@@ -284,29 +208,36 @@ def tangent_kernel(
             piece = step[PIECE]
         if contact and not begun and not enter_contact(step, carried, S, D):
             gentlest = 0.0
+        if i == 0 and contact:
+            gentlest = min(gentlest, max(step[A], abs(step[B])))
         restarted = contact and not begun
         if leapt >= 0:
-            leapt_force(numbers, step, contact, carried, S, of_peaks[leapt])
+            leapt_force(numbers, turns, step, carried, S, D, of_peaks[leapt])
             leapt = -1
         begun = contact
         if tallied is not None:
-            if step[PHASE] == FLIGHT:
+            if is_free(step[PHASE]):
                 opened = False
             elif flew:
                 opened = True
                 of_impulses[contacts] = 0.0
                 contacts += 1
-            flew = step[PHASE] == FLIGHT
+            flew = is_free(step[PHASE])
         if not contact:
             _flight_tangents(numbers, turns, step, carried, end, S, D)
             peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
-        elif simple and _is_plain(S):
+        elif simple and is_plain(S):
             while is_inside(peaks, peak, after[TIME]):
-                _plain_peak(numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
+                plain_peak(numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
                 peak += 1
-            _plain_tangents(numbers, turns, step, step[LENGTH], carried, end, S, D, L)
+            plain_tangents(numbers, turns, step, step[LENGTH], carried, end, S, D, L)
+            if _turns_near(step, end):
+                contact_series(numbers, DEFAULT_ORDER, step[A], step[B], 0.0, 0.0, False, S)
+                gentlest = min(gentlest, closest(step, DEFAULT_ORDER, end[FIRST], end[SECOND], S))
         else:
             _contact_tangents(numbers, turns, step, carried, end, S, D)
+            if _turns_near(step, end):
+                gentlest = min(gentlest, closest(step, int(numbers[contract.ORDER]), end[FIRST], end[SECOND], S))
             peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
         sample = sample_tangents(
             numbers, step, after[TIME] if i + 1 < len(steps) else np.inf, sample, times, samples, S, D
@@ -322,7 +253,8 @@ def tangent_kernel(
                 if i + 1 == len(steps) and highest_time == after[TIME]:
                     of_highest += velocity * turns[contract.END]
         if abs(step[TIME] + end[AFTER] - after[TIME]) > 1e-9 * (1.0 + abs(after[TIME])):
-            gentlest = 0.0  # the march left a grazing contact by a small leap
+            gentlest = 0.0  # the march left a grazing contact by a small leap, which has no tangent
+            carried[:] = np.nan
         if (
             contact
             and after[PHASE] == CONTACT
@@ -343,7 +275,7 @@ def tangent_kernel(
             for lane in range(LANES):  # a maximum at a breakpoint: its force along the moving breakpoint
                 of_peaks[peak, OF_TIME, lane] = carried[DBREAK, lane]
                 of_peaks[peak, OF_SIZE, lane] = corner_force(numbers, turns, step, end, here, carried, lane, S, D)
-            if contact and peaks[peak, contract.PEAK_FORCE] > here[9] * (1.0 + 1e-9):
+            if (contact or is_free(step[PHASE])) and peaks[peak, contract.PEAK_FORCE] > here[9] * (1.0 + 1e-9):
                 leapt = peak
             peak += 1
         for lane in range(LANES):
@@ -353,8 +285,13 @@ def tangent_kernel(
             of_end[3, lane] = carried[DZ, lane]
         landed = False
         while event < len(events) and events[event, contract.EVENT_TIME] <= after[TIME]:
-            gentlest = min(gentlest, abs(events[event, contract.EVENT_RATE]))
             broke = events[event, contract.EVENT_CAUSE] != 0.0
+            if not broke and (step[PHASE] == RELEASED or after[PHASE] == RELEASED):
+                bend = force_turns_on_or_off(numbers, turns, here, carried, on_deck, end[AFTER], of_events[event], S, D)
+                gentlest = min(gentlest, bend)
+                event += 1
+                continue
+            gentlest = min(gentlest, abs(events[event, contract.EVENT_RATE]))
             landed = not broke and events[event, contract.EVENT_KIND] == contract.IMPACT
             if landed:
                 land(here, carried, on_deck, end[AFTER], S, D)
@@ -375,8 +312,7 @@ def tangent_kernel(
 
 
 @kernel
-def _is_plain(S: FloatArray) -> bool:
-    """Return True where the present path is level or one wave of some amplitude, and the contact's factor one."""
-    if S[HERE + DEGREE] != 0.0 or S[HERE + FACTOR_DEGREE] >= 0.0:
-        return False
-    return S[HERE + OMEGA] == 0.0 or S[HERE + AMP_SIN] != 0.0 or S[HERE + AMP_COS] != 0.0
+def _turns_near(step: FloatArray, end: FloatArray) -> bool:
+    """Return True where u may come near zero inside a contact step: it lies above its tangents at both ends."""
+    half = 0.5 * step[LENGTH]
+    return bool(step[B] < 0.0 < end[SECOND] and max(step[A] + half * step[B], end[FIRST] - half * end[SECOND]) < NEAR)

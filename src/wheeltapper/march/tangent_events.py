@@ -6,11 +6,13 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import FACTOR_DEGREE, HERE
+from wheeltapper.march.layout import U, W
 from wheeltapper.march.program import (
     BONDED,
     CONTACT,
+    DECK_V,
     DECK_Y,
+    LENGTH,
     ON_DECK,
     PHASE,
     PIECE,
@@ -21,6 +23,7 @@ from wheeltapper.march.program import (
     FloatArray,
     IntArray,
 )
+from wheeltapper.march.roots import NONE, evaluate, first_root
 from wheeltapper.march.series import (
     factor_at,
     localise,
@@ -85,7 +88,10 @@ def motion_at_end(numbers: FloatArray, step: FloatArray, end: FloatArray, S: Flo
 
 @kernel
 def enter_contact(step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray) -> bool:
-    """Turn tangents at fixed time into those of a contact step that starts here; return False where it grazes."""
+    """Turn tangents at fixed time into those of a contact step that starts here; return False where it grazes.
+
+    There the regularised variables have no tangent, and none is given any more.
+    """
     u = step[A]
     on_deck = step[ON_DECK] != 0.0
     for lane in range(LANES):
@@ -93,7 +99,7 @@ def enter_contact(step: FloatArray, carried: FloatArray, S: FloatArray, D: Float
         delta = height - carried[DA, lane] + (carried[DY, lane] if on_deck else 0.0)
         carried[DB, lane] = velocity - carried[DB, lane] + (carried[DZ, lane] if on_deck else 0.0)
         carried[DT, lane] = 0.0
-        carried[DA, lane] = delta / (2.0 * u) if u > 1e-7 else 0.0
+        carried[DA, lane] = delta / (2.0 * u) if u > 1e-7 else np.nan
     return u > 1e-7
 
 
@@ -112,6 +118,38 @@ def land(here: FloatArray, carried: FloatArray, on_deck: bool, after: float, S: 
         carried[DB, lane] = sway + bend * delay
         carried[DY, lane] += here[7] * delay
         carried[DZ, lane] += here[8] * delay
+
+
+@kernel
+def force_turns_on_or_off(
+    numbers: FloatArray, turns: FloatArray, here: FloatArray, carried: FloatArray, on_deck: bool, after: float,
+    of_event: FloatArray, S: FloatArray, D: FloatArray,
+) -> float:  # fmt: skip
+    """Write the derivatives of time and rate where Hunt-Crossley's force ends or begins while indented.
+
+    There the rate is -1/η. `carried` are tangents at fixed time, `here` is the motion. Return how fast the rate
+    passes that value.
+    """
+    bend = here[2] - here[5] + (here[8] if on_deck else 0.0)
+    for lane in range(LANES):
+        _, velocity = path_tangent(after, lane, S, D)
+        sway = velocity - carried[DB, lane] + (carried[DZ, lane] if on_deck else 0.0)
+        moved = turns[contract.HYSTERESIS, lane] / numbers[contract.HYSTERESIS] ** 2
+        of_event[0, lane] = (moved - sway) / bend
+        of_event[1, lane] = moved
+    return abs(bend)
+
+
+@kernel
+def closest(step: FloatArray, order: int, u: float, w: float, S: FloatArray) -> float:
+    """Return how near a contact step comes to grazing, u = w = 0, if it turns there: the smallest u in it; else 1.
+
+    u and w are those at its end, its series stand in S.
+    """
+    if not step[B] < 0.0 < w:
+        return 1.0
+    root, _ = first_root(S, W, order, 0.0, step[LENGTH], 1.0, 0.0)
+    return min(step[A], u) if root == NONE else evaluate(S, U, order, root)
 
 
 @kernel
@@ -186,18 +224,35 @@ def corner_force(
 
 @kernel
 def leapt_force(
-    numbers: FloatArray, step: FloatArray, contact: bool, carried: FloatArray, S: FloatArray, of_peak: FloatArray
-) -> None:
-    """Write the derivative of a force that has jumped up at a breakpoint, along its motion, from the step behind it.
-
-    NaN where the contact dissipates or its factor varies.
-    """
+    numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray,
+    of_peak: FloatArray,
+) -> None:  # fmt: skip
+    """Write the derivative of a force that has jumped up at a breakpoint, along its motion, from the step behind it."""
     u, w = step[A], step[B]
-    plain = contact and numbers[contract.HYSTERESIS] == 0.0 and S[HERE + FACTOR_DEGREE] < 0.0
-    stiff = 2.0 * numbers[contract.QUADRATIC] * u + 3.0 * numbers[contract.CUBIC] * u * u
+    if step[PHASE] != CONTACT or not u > 0.0:
+        of_peak[1, :] = np.nan
+        return
+    on_deck = step[ON_DECK] != 0.0
+    height, velocity, bend = path_at(0.0, S)
+    factor, rate = factor_at(0.0, S)
+    eta = numbers[contract.HYSTERESIS]
+    law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
+    stiff = 2.0 * numbers[contract.QUADRATIC] + 3.0 * numbers[contract.CUBIC] * u
+    grip = 1.0 + eta * w
+    y = height - u * u
+    v = velocity - w
+    if on_deck:
+        y += step[DECK_Y]
+        v += step[DECK_V]
+        pull = numbers[contract.PRESTRESS] - factor * law * grip
+        pull -= numbers[contract.DECK_STIFFNESS] * step[DECK_Y] + numbers[contract.DECK_DAMPING] * step[DECK_V]
+        bend += pull / numbers[contract.DECK_MASS]
+    bend += 1.0 + numbers[contract.STIFFNESS] * y + numbers[contract.DAMPING] * v - factor * law * grip
     for lane in range(LANES):
-        change = stiff * (carried[DA, lane] + 0.5 * w / u * carried[DBREAK, lane])
-        of_peak[1, lane] = change if plain else np.nan
+        dt = carried[DBREAK, lane]
+        change = factor * stiff * (u * carried[DA, lane] + 0.5 * w * dt) * grip
+        change += factor * law * (eta * (carried[DB, lane] + bend * dt) + turns[contract.HYSTERESIS, lane] * w)
+        of_peak[1, lane] = change + (factor_tangent(0.0, lane, S, D) + rate * dt) * law * grip
 
 
 @kernel

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.events import GRAZE, cross_break, log_event, log_peak
+from wheeltapper.march.events import GRAZE, cross_break, follow, follow_on, log_event
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import (
     BEARS,
@@ -32,6 +32,7 @@ from wheeltapper.march.layout import (
     LAW_CENTRE,
     LAW_SCALE,
     LAW_TERMS,
+    MARK,
     OPENED,
     PEAKS,
     PIECES,
@@ -261,7 +262,7 @@ def _contact_step(
     contact_series(
         numbers, order, S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V], S[STATE + ON_DECK] != 0.0, S
     )
-    length = contact_reach(order, numbers[contract.TOLERANCE], numbers[contract.DECK_MASS] > 0.0, S)
+    length = contact_reach(numbers, numbers[contract.STIFFNESS] + numbers[contract.DAMPING], S)
     ends, follows = NOTHING, -1
     if yields:
         length, ends, follows = _yielding_end(law, order, length, memory, S)
@@ -276,12 +277,13 @@ def _contact_step(
     w = evaluate(S, W, order, length)
     length, what, after, u, w = contact_end(numbers, order, until - S[STATE + TIME], length, after, u, w, turns, S)
     trend, degree = _trend(order, S)
+    follow_on(max(S[N], 0.0), peaks, S)
     conclude(numbers, until, length, after, u, w, what, trend, degree, turns, steps, events, peaks, S)
     if what != NOTHING or ends == NOTHING:
         return what
     if ends == UNLOADS:
         if length > 0.0:
-            log_peak(S[STATE + TIME], law_at(u * u + residual_at(after, S), S), 0.0, peaks, S[COUNT:])
+            follow(S[STATE + TIME], law_at(u * u + residual_at(after, S), S), 0.0, peaks, S[MARK:], S[COUNT:])
         _remember(pieces, numbers, law, length > 0.0, S)
         return ends
     if ends == YIELDS:

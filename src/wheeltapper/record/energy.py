@@ -61,7 +61,9 @@ def integrate(lowered: Lowered, march: March) -> Integrals:
     yields = march.steps[:, contract.PHASE] >= contract.YIELDING
     if np.any(yields):
         elastic[yields] = yielded.stored(lowered, ends[yields])
-        columns[yields, dense.LOST_CONTACT] -= elastic[yields, 1] - elastic[yields, 0]
+    # An indentation that goes back without force gives nothing back: what it stored stays in the material.
+    spent = yields | (march.steps[:, contract.PHASE] == contract.RELEASED)
+    columns[spent, dense.LOST_CONTACT] -= elastic[spent, 1] - elastic[spent, 0]
     return Integrals(columns, ends, elastic, march.steps[:, contract.ON_DECK] != 0.0)
 
 

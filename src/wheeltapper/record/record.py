@@ -231,8 +231,9 @@ class Record:
 
     @property
     def time_in_air(self) -> float:
-        """Total time without contact, s."""
-        rows = self._march.steps[self._march.steps[:, contract.PHASE] == contract.FLIGHT]
+        """Total time without contact force, s."""
+        free = np.isin(self._march.steps[:, contract.PHASE], (contract.FLIGHT, contract.RELEASED))
+        rows = self._march.steps[free]
         return float(rows[:, contract.LENGTH].sum() * self._lowered.time)
 
     def _summary(self) -> tuple[int, float | None]:
