@@ -13,30 +13,15 @@ it over the step. Displacements and velocities go on over every event, so M is k
 
 from __future__ import annotations
 
-from math import cos, factorial, sin, sqrt
+from math import factorial, sqrt
 
 import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.dense import touches
-from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import (
-    AMP_COS,
-    AMP_SIN,
-    DEGREE,
-    HERE,
-    OMEGA,
-    PHASE0,
-    POLY,
-    SCRATCH,
-    N,
-    T,
-    U,
-    W,
-    Y,
-    Z,
-)
+from wheeltapper.march.layout import SCRATCH
+from wheeltapper.march.power import CONTACT_WORK, DOT, LONG, LOST, PATH, SHORT, contact_power, free_power, plain_power
 from wheeltapper.march.program import (
     BONDED,
     DECK_V,
@@ -52,23 +37,15 @@ from wheeltapper.march.program import (
     B,
     FloatArray,
 )
-from wheeltapper.march.series import contact_series, enter_law, localise, localise_marks, path_at
+from wheeltapper.march.series import enter_law, localise, localise_marks, path_at
 
-SHORT, LONG = 4, 8
-"""Terms of the power that are used at each end of a step in contact, whose steps are short, and of any other."""
-# Rows of the power's series: work on the path, work against the contact, loss in suspension and deck.
-PATH, CONTACT_WORK, LOST = range(3)
-# Columns of the state between two steps: displacements and velocities of wheel and deck.
-WHEEL_Y, WHEEL_V = range(2)
 # What is summed: what is missing, its largest amount so far, works and losses by amount, largest energies.
 MISSING, LARGEST_MISSING, WORKED, LARGEST_KINETIC, LARGEST_ELASTIC = range(5)
 SUMS = 5
-DOT = 1e-10
-"""An indentation below this part of the displacement is rounding: here the contact opens."""
 
 
 def _rule(terms: int) -> FloatArray:
-    """Return the weights of Hermite's rule for the coefficients of the series at the start; at the end, signs change."""
+    """Return the weights of Hermite's rule for the series at the start; for that at the end, signs alternate."""
     k = terms - 1
     return np.array([
         factorial(k + 1) / factorial(2 * k + 2) * factorial(2 * k + 1 - j) / factorial(k - j) / (j + 1)
@@ -77,207 +54,6 @@ def _rule(terms: int) -> FloatArray:
 
 
 SHORT_RULE, LONG_RULE = _rule(SHORT), _rule(LONG)
-
-
-@kernel
-def _shifted(pieces: FloatArray, piece: int, source: int, degree: int, at: float, terms: int, work: FloatArray) -> None:
-    """Write the first terms of Σ pieces[piece, source + k]·ξ^k in powers of ξ - at."""
-    for k in range(max(degree + 1, terms)):
-        work[k] = pieces[piece, source + k] if k <= degree else 0.0
-    for i in range(min(degree, terms)):
-        for k in range(degree - 1, i - 1, -1):
-            work[k] += at * work[k + 1]
-
-
-@kernel
-def _plain_power(
-    pieces: FloatArray, numbers: FloatArray, step: FloatArray, time: float, is_own: bool, y: float, v: float,
-    u0: float, w0: float, work: FloatArray, G: FloatArray,
-) -> tuple[float, float]:  # fmt: skip
-    """Write the power at a time in an elastic contact without a deck as series in s; return the wheel's motion.
-
-    `is_own`: the state is u0, w0; else it is the wheel's displacement y and velocity v.
-    """
-    K, drag, eta = numbers[contract.STIFFNESS], numbers[contract.DAMPING], numbers[contract.HYSTERESIS]
-    quadratic, cubic = numbers[contract.QUADRATIC], numbers[contract.CUBIC]
-    piece = int(step[PIECE])
-    # -- path and factor in powers of time
-    pace, lift = numbers[contract.PACE], numbers[contract.LIFT]
-    away = pace * time - step[SHIFT] - pieces[piece, contract.CENTRE]
-    p0 = lift * pieces[piece, contract.COEFFICIENT]
-    p1 = p2 = p3 = p4 = f1 = f2 = f3 = 0.0
-    f0 = 1.0
-    degree, factor_degree = int(pieces[piece, contract.DEGREE]), int(pieces[piece, contract.FACTOR_DEGREE])
-    if degree > 0 or factor_degree >= 0:
-        scale = pieces[piece, contract.SCALE]
-        at, rate = away / scale, pace / scale
-        _shifted(pieces, piece, contract.COEFFICIENT, degree, at, 5, work)
-        part = lift * rate
-        p0, p1, p2 = lift * work[0], part * work[1], part * rate * work[2]
-        part *= rate * rate
-        p3, p4 = part * work[3], part * rate * work[4]
-        if factor_degree >= 0:
-            _shifted(pieces, piece, contract.FACTOR, factor_degree, at, 4, work)
-            f0, f1, f2, f3 = work[0], rate * work[1], rate * rate * work[2], rate * rate * rate * work[3]
-    wavenumber = pieces[piece, contract.WAVENUMBER]
-    if wavenumber != 0.0:
-        s, c = sin(wavenumber * away), cos(wavenumber * away)
-        omega = wavenumber * pace
-        square = 0.5 * omega * omega
-        h = lift * (pieces[piece, contract.SINE] * s + pieces[piece, contract.COSINE] * c)
-        d = lift * omega * (pieces[piece, contract.SINE] * c - pieces[piece, contract.COSINE] * s)
-        p0 += h
-        p1 += d
-        p2 -= square * h
-        p3 -= square * d / 3.0
-        p4 += square * square * h / 6.0
-    # -- the state
-    if is_own:
-        y, v = p0 - u0 * u0, p1 - w0
-    else:
-        depth = p0 - y
-        u0 = sqrt(depth) if depth > DOT * (1.0 + abs(y)) else 0.0
-        w0 = p1 - v
-    # -- series of u, w, the contact force n and the path's velocity e in s
-    t1, u1 = u0, 0.5 * w0
-    b0 = u0 * u0 * (quadratic + cubic * u0)
-    n0 = f0 * b0 * (1.0 + eta * w0)
-    a0 = 1.0 + K * p0 + drag * p1 + 2.0 * p2 - K * u0 * u0 - drag * w0 - n0
-    w1 = u0 * a0
-    t2, u2 = 0.5 * u1, 0.25 * w1
-    q1 = 2.0 * u0 * u1
-    r1 = 1.5 * q1 * u0
-    b1 = quadratic * q1 + cubic * r1
-    g1 = f1 * t1
-    x0, x1 = f0 * b0, f0 * b1 + g1 * b0
-    n1 = x1 + eta * (x0 * w1 + x1 * w0)
-    c1 = K * p1 + 2.0 * drag * p2 + 6.0 * p3
-    a1 = c1 * t1 - K * q1 - drag * w1 - n1
-    w2 = 0.5 * (u0 * a1 + u1 * a0)
-    t3, u3 = u2 / 3.0, w2 / 6.0
-    q2 = 2.0 * u0 * u2 + u1 * u1
-    r2 = 3.0 * u0 * (u1 * u1 + u0 * u2)
-    b2 = quadratic * q2 + cubic * r2
-    g2 = f1 * t2 + f2 * t1 * t1
-    x2 = f0 * b2 + g1 * b1 + g2 * b0
-    n2 = x2 + eta * (x0 * w2 + x1 * w1 + x2 * w0)
-    c2 = K * p2 + 3.0 * drag * p3 + 12.0 * p4
-    a2 = c1 * t2 + c2 * t1 * t1 - K * q2 - drag * w2 - n2
-    w3 = (u0 * a2 + u1 * a1 + u2 * a0) / 3.0
-    b3 = quadratic * 2.0 * (u0 * u3 + u1 * u2) + cubic * (u1 * u1 * u1 + 6.0 * u0 * u1 * u2 + 3.0 * u0 * u0 * u3)
-    g3 = f1 * t3 + 2.0 * f2 * t1 * t2 + f3 * t1 * t1 * t1
-    x3 = f0 * b3 + g1 * b2 + g2 * b1 + g3 * b0
-    n3 = x3 + eta * (x0 * w3 + x1 * w2 + x2 * w1 + x3 * w0)
-    e0 = p1
-    e1 = 2.0 * p2 * t1
-    e2 = 2.0 * p2 * t2 + 3.0 * p3 * t1 * t1
-    e3 = 2.0 * p2 * t3 + 6.0 * p3 * t1 * t2 + 4.0 * p4 * t1 * t1 * t1
-    # -- the powers, times dt/ds = u
-    m0, m1, m2 = n0 * u0, n0 * u1 + n1 * u0, n0 * u2 + n1 * u1 + n2 * u0
-    m3 = n0 * u3 + n1 * u2 + n2 * u1 + n3 * u0
-    G[PATH, 0], G[PATH, 1] = m0 * e0, m0 * e1 + m1 * e0
-    G[PATH, 2], G[PATH, 3] = m0 * e2 + m1 * e1 + m2 * e0, m0 * e3 + m1 * e2 + m2 * e1 + m3 * e0
-    G[CONTACT_WORK, 0], G[CONTACT_WORK, 1] = m0 * w0, m0 * w1 + m1 * w0
-    G[CONTACT_WORK, 2] = m0 * w2 + m1 * w1 + m2 * w0
-    G[CONTACT_WORK, 3] = m0 * w3 + m1 * w2 + m2 * w1 + m3 * w0
-    v0, v1, v2, v3 = e0 - w0, e1 - w1, e2 - w2, e3 - w3
-    s0, s1, s2, s3 = v0 * v0, 2.0 * v0 * v1, 2.0 * v0 * v2 + v1 * v1, 2.0 * (v0 * v3 + v1 * v2)
-    G[LOST, 0], G[LOST, 1] = drag * s0 * u0, drag * (s0 * u1 + s1 * u0)
-    G[LOST, 2] = drag * (s0 * u2 + s1 * u1 + s2 * u0)
-    G[LOST, 3] = drag * (s0 * u3 + s1 * u2 + s2 * u1 + s3 * u0)
-    return y, v
-
-
-@kernel
-def _path_velocity(terms: int, S: FloatArray, out: FloatArray) -> None:
-    """Write the path's velocity as a series in time."""
-    degree = int(S[HERE + DEGREE])
-    for n in range(terms):
-        out[n] = (n + 1) * S[HERE + POLY + n + 1] if n < degree else 0.0
-    omega = S[HERE + OMEGA]
-    if omega != 0.0:
-        s = sin(S[HERE + PHASE0])
-        c = cos(S[HERE + PHASE0])
-        h = omega * (S[HERE + AMP_SIN] * c - S[HERE + AMP_COS] * s)
-        d = -omega * (S[HERE + AMP_SIN] * s + S[HERE + AMP_COS] * c)
-        for n in range(terms):
-            out[n] += h
-            part = omega / (n + 1)
-            h, d = d * part, -h * part
-
-
-@kernel
-def _in_s(p: FloatArray, S: FloatArray) -> None:
-    """Turn a series of SHORT terms in time into one in s."""
-    a, b, c = S[T + 1], S[T + 2], S[T + 3]
-    p[3] = p[1] * c + 2.0 * p[2] * a * b + p[3] * a * a * a
-    p[2] = p[1] * b + p[2] * a * a
-    p[1] = p[1] * a
-
-
-@kernel
-def _times(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
-    """Write the product of two series of SHORT terms."""
-    out[0] = a[0] * b[0]
-    out[1] = a[0] * b[1] + a[1] * b[0]
-    out[2] = a[0] * b[2] + a[1] * b[1] + a[2] * b[0]
-    out[3] = a[0] * b[3] + a[1] * b[2] + a[2] * b[1] + a[3] * b[0]
-
-
-@kernel
-def _contact_power(
-    numbers: FloatArray, u: float, w: float, deck_y: float, deck_v: float, on_deck: bool, S: FloatArray,
-    P: FloatArray, G: FloatArray,
-) -> None:  # fmt: skip
-    """Write the power in a contact whose piece stands in S as series in s, times dt/ds = u."""
-    contact_series(numbers, SHORT, u, w, deck_y, deck_v, on_deck, S)
-    velocity, pushed, speed, squared = P[0], P[1], P[2], P[3]
-    _path_velocity(SHORT, S, velocity)
-    _in_s(velocity, S)
-    _times(S[N : N + SHORT], S[U : U + SHORT], pushed)
-    _times(pushed, velocity, G[PATH])
-    _times(pushed, S[W : W + SHORT], G[CONTACT_WORK])
-    for n in range(SHORT):
-        speed[n] = velocity[n] - S[W + n]
-        if on_deck:
-            speed[n] += S[Z + n]
-    _times(speed, speed, squared)
-    for n in range(SHORT):
-        squared[n] *= numbers[contract.DAMPING]
-    if numbers[contract.DECK_DAMPING] > 0.0:
-        _times(S[Z : Z + SHORT], S[Z : Z + SHORT], speed)
-        for n in range(SHORT):
-            squared[n] += numbers[contract.DECK_DAMPING] * speed[n]
-    _times(squared, S[U : U + SHORT], G[LOST])
-
-
-@kernel
-def _free_power(
-    numbers: FloatArray, bonded: bool, y: float, v: float, deck_y: float, deck_v: float, on_deck: bool, S: FloatArray,
-    P: FloatArray, G: FloatArray,
-) -> None:  # fmt: skip
-    """Write the power without contact force, or in a bilateral contact, as series in time."""
-    if bonded:
-        bonded_series(numbers, LONG, y, v, deck_y, deck_v, on_deck, S)
-        _path_velocity(LONG, S, P[0])
-    else:
-        flight_series(numbers, LONG, y, v, deck_y, deck_v, on_deck, S)
-    for n in range(LONG):
-        worked, gained, suspension, bearing = 0.0, 0.0, 0.0, 0.0
-        for j in range(n + 1):
-            suspension += S[W + j] * S[W + n - j]
-            bearing += S[Z + j] * S[Z + n - j]
-            if bonded:
-                approach = P[0, n - j] - S[W + n - j]
-                if on_deck:
-                    approach += S[Z + n - j]
-                worked += S[N + j] * P[0, n - j]
-                gained += S[N + j] * approach
-        G[PATH, n] = worked
-        G[CONTACT_WORK, n] = gained
-        G[LOST, n] = numbers[contract.DAMPING] * suspension
-        if numbers[contract.DECK_DAMPING] > 0.0:
-            G[LOST, n] += numbers[contract.DECK_DAMPING] * bearing
 
 
 @kernel
@@ -292,7 +68,7 @@ def _enter(
 
 
 @kernel
-def _held(step: FloatArray, S: FloatArray) -> tuple[float, float]:
+def held_at(step: FloatArray, S: FloatArray) -> tuple[float, float]:
     """Return displacement and velocity of the wheel in a state whose piece stands in S."""
     if not touches(step):
         return step[A], step[B]
@@ -312,6 +88,62 @@ def _energy(numbers: FloatArray, y: float, v: float, deck_y: float, deck_v: floa
 
 
 @kernel
+def _short_sum(h: float, a: FloatArray, b: FloatArray) -> float:
+    """Return the integral over a step of length h from the series at its ends, of SHORT terms."""
+    r = SHORT_RULE
+    return h * (
+        r[0] * (a[0] + b[0]) + h * (r[1] * (a[1] - b[1]) + h * (r[2] * (a[2] + b[2]) + h * r[3] * (a[3] - b[3])))
+    )
+
+
+@kernel
+def _long_sum(h: float, a: FloatArray, b: FloatArray) -> float:
+    """Return the same from LONG terms."""
+    total, power, sign = 0.0, h, 1.0
+    for n in range(LONG):
+        total += power * LONG_RULE[n] * (a[n] + sign * b[n])
+        power *= h
+        sign = -sign
+    return total
+
+
+@kernel
+def settle(
+    numbers: FloatArray, step: FloatArray, after: FloatArray, y: float, v: float, end_y: float, end_v: float,
+    begins: FloatArray, ends: FloatArray, sums: FloatArray,
+) -> None:  # fmt: skip
+    """Add one step to the sums, with the wheel's motion and the power at its start and at its end."""
+    if touches(step):
+        worked = _short_sum(step[LENGTH], begins[PATH], ends[PATH])
+        gained = _short_sum(step[LENGTH], begins[CONTACT_WORK], ends[CONTACT_WORK])
+        lost = _short_sum(step[LENGTH], begins[LOST], ends[LOST])
+    else:
+        worked = _long_sum(step[LENGTH], begins[PATH], ends[PATH])
+        gained = _long_sum(step[LENGTH], begins[CONTACT_WORK], ends[CONTACT_WORK])
+        lost = _long_sum(step[LENGTH], begins[LOST], ends[LOST])
+    change = _energy(numbers, end_y, end_v, after[DECK_Y], after[DECK_V])
+    change -= _energy(numbers, y, v, step[DECK_Y], step[DECK_V])
+    if step[ON_DECK] != 0.0:
+        change -= numbers[contract.PRESTRESS] * (after[DECK_Y] - step[DECK_Y])
+    sums[MISSING] += change - (worked - gained - lost)
+    sums[LARGEST_MISSING] = max(sums[LARGEST_MISSING], abs(sums[MISSING]))
+    sums[WORKED] += abs(worked) + abs(lost)
+    sums[LARGEST_KINETIC] = max(sums[LARGEST_KINETIC], 0.5 * v * v)
+    sums[LARGEST_ELASTIC] = max(sums[LARGEST_ELASTIC], abs(gained))
+
+
+@kernel
+def seen_from(step: FloatArray, after: FloatArray, y: float, v: float, S: FloatArray) -> tuple[float, float]:
+    """Return u and w at the end of a contact step, whose piece stands in S, from the wheel's motion there."""
+    height, velocity, _ = path_at(0.0, S)
+    if step[ON_DECK] != 0.0:
+        height += after[DECK_Y]
+        velocity += after[DECK_V]
+    depth = height - y
+    return sqrt(depth) if depth > DOT * (1.0 + abs(y)) else 0.0, velocity - v
+
+
+@kernel
 def balance_kernel(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray, steps: FloatArray, last: FloatArray, sums: FloatArray
 ) -> None:
@@ -327,17 +159,16 @@ def balance_kernel(
         step = steps[i]
         after = steps[i + 1] if i + 1 < len(steps) else last
         contact, on_deck = touches(step), step[ON_DECK] != 0.0
-        terms = SHORT if contact else LONG
         if not known and contact and plain:
-            y, v = _plain_power(pieces, numbers, step, step[TIME], True, y, v, step[A], step[B], work, begins)
+            y, v = plain_power(pieces, numbers, step, step[TIME], True, y, v, step[A], step[B], work, begins)
         elif not known:
             _enter(pieces, numbers, law, step, step[TIME], S)
-            y, v = _held(step, S)
+            y, v = held_at(step, S)
             if contact:
-                _contact_power(numbers, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S, P, begins)
+                contact_power(numbers, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S, P, begins)
             else:
                 bonded = step[PHASE] == BONDED
-                _free_power(numbers, bonded, y, v, step[DECK_Y], step[DECK_V], on_deck, S, P, begins)
+                free_power(numbers, bonded, y, v, step[DECK_Y], step[DECK_V], on_deck, S, P, begins)
         # -- the end, as this step sees it
         known = (
             contact
@@ -347,48 +178,24 @@ def balance_kernel(
             and step[ON_DECK] == after[ON_DECK]
         )
         if known and plain:
-            end_y, end_v = _plain_power(pieces, numbers, after, after[TIME], True, y, v, after[A], after[B], work, ends)
+            end_y, end_v = plain_power(pieces, numbers, after, after[TIME], True, y, v, after[A], after[B], work, ends)
         else:
             _enter(pieces, numbers, law, after, after[TIME], S)
-            end_y, end_v = _held(after, S)
+            end_y, end_v = held_at(after, S)
         if known and plain:
             pass
         elif contact and plain:
-            _plain_power(pieces, numbers, step, after[TIME], False, end_y, end_v, 0.0, 0.0, work, ends)
+            plain_power(pieces, numbers, step, after[TIME], False, end_y, end_v, 0.0, 0.0, work, ends)
         elif known:
-            _contact_power(numbers, after[A], after[B], after[DECK_Y], after[DECK_V], on_deck, S, P, ends)
+            contact_power(numbers, after[A], after[B], after[DECK_Y], after[DECK_V], on_deck, S, P, ends)
         else:
             _enter(pieces, numbers, law, step, after[TIME], S)
             if contact:
-                height, velocity, _ = path_at(0.0, S)
-                if on_deck:
-                    height += after[DECK_Y]
-                    velocity += after[DECK_V]
-                depth = height - end_y
-                u = sqrt(depth) if depth > DOT * (1.0 + abs(end_y)) else 0.0
-                _contact_power(numbers, u, velocity - end_v, after[DECK_Y], after[DECK_V], on_deck, S, P, ends)
+                u, w = seen_from(step, after, end_y, end_v, S)
+                contact_power(numbers, u, w, after[DECK_Y], after[DECK_V], on_deck, S, P, ends)
             else:
                 bonded = step[PHASE] == BONDED
-                _free_power(numbers, bonded, end_y, end_v, after[DECK_Y], after[DECK_V], on_deck, S, P, ends)
-        # -- what the power adds up to
-        worked, gained, lost = 0.0, 0.0, 0.0
-        length, sign = step[LENGTH], 1.0
-        for n in range(terms):
-            weight = length * (SHORT_RULE[n] if contact else LONG_RULE[n])
-            worked += weight * (begins[PATH, n] + sign * ends[PATH, n])
-            gained += weight * (begins[CONTACT_WORK, n] + sign * ends[CONTACT_WORK, n])
-            lost += weight * (begins[LOST, n] + sign * ends[LOST, n])
-            length *= step[LENGTH]
-            sign = -sign
-        change = _energy(numbers, end_y, end_v, after[DECK_Y], after[DECK_V]) - _energy(
-            numbers, y, v, step[DECK_Y], step[DECK_V]
-        )
-        if on_deck:
-            change -= numbers[contract.PRESTRESS] * (after[DECK_Y] - step[DECK_Y])
-        sums[MISSING] += change - (worked - gained - lost)
-        sums[LARGEST_MISSING] = max(sums[LARGEST_MISSING], abs(sums[MISSING]))
-        sums[WORKED] += abs(worked) + lost
-        sums[LARGEST_KINETIC] = max(sums[LARGEST_KINETIC], 0.5 * v * v)
-        sums[LARGEST_ELASTIC] = max(sums[LARGEST_ELASTIC], abs(gained))
+                free_power(numbers, bonded, end_y, end_v, after[DECK_Y], after[DECK_V], on_deck, S, P, ends)
+        settle(numbers, step, after, y, v, end_y, end_v, begins, ends, sums)
         begins, ends = ends, begins
         y, v = end_y, end_v
