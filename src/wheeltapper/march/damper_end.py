@@ -367,9 +367,8 @@ def march(program: Program, tell: telling.Tell = telling.untold) -> tuple[March,
     while True:
         room = steps[: int(work[COUNT]) + telling.CHUNK]
         status = damper_kernel(pieces, numbers, damper, room, events, peaks, stops, work)
-        if status != FULL:
+        if status != FULL or tell(work[STATE + TIME]):
             return tabled(status, steps, events, peaks, work), stops[: int(work[STOPS])]
-        tell(work[STATE + TIME])
         used = work[COUNT : COUNT + 3].astype(int)
         steps, events, peaks = grown(steps, used[0]), grown(events, used[1]), grown(peaks, used[2])
         stops = grown(stops, work[STOPS])

@@ -289,12 +289,11 @@ def march(A: Assembly, tell: telling.Tell = telling.untold) -> MultibodyMarch:
         room = work.steps[: int(work.S[STEPS]) + telling.WAGON_CHUNK]
         status = march_kernel(*flat, A.scales, *work._replace(steps=room))
         steps, events, peaks = work.S[[STEPS, EVENTS, PEAKS]].astype(int)
-        if status != FULL:
+        if status != FULL or tell(float(work.S[TIME])):
             return MultibodyMarch(
                 status, work.steps[:steps], work.states[:steps], work.events[:events], work.peaks[:peaks],
                 float(work.S[TIME]), work.w, int(work.S[RATES_USED]),
             )  # fmt: skip
-        tell(float(work.S[TIME]))
         work = work._replace(
             steps=_grown(work.steps, steps), states=_grown(work.states, steps), events=_grown(work.events, events),
             peaks=_grown(work.peaks, peaks),

@@ -376,8 +376,7 @@ def march(program: Program, tell: telling.Tell = telling.untold) -> March:
     while True:
         room = steps[: int(work[COUNT]) + telling.CHUNK]
         status = march_kernel(pieces, numbers, room, events, peaks, work, strict)
-        if status != FULL:
+        if status != FULL or tell(work[STATE + TIME]):
             return tabled(status, steps, events, peaks, work)
-        tell(work[STATE + TIME])
         used = work[COUNT : COUNT + 3].astype(int)
         steps, events, peaks = grown(steps, used[0]), grown(events, used[1]), grown(peaks, used[2])

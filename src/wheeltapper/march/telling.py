@@ -8,9 +8,10 @@ CHUNK = 20_000
 """Steps of a wheelset's march after which its kernel returns: far below a tenth of a second."""
 WAGON_CHUNK = 4_000
 """The same of a wagon's, whose steps take longer."""
-Tell = Callable[[float], None]
-"""Called with the time (of the program) that a march has reached; what it raises ends the march."""
+Tell = Callable[[float], bool]
+"""Called with the time (of the program) that a march has reached; where it returns True, the march ends as FULL."""
 
 
-def untold(reached: float) -> None:
-    """Tell nobody."""
+def untold(reached: float) -> bool:
+    """Tell nobody, and go on."""
+    return False

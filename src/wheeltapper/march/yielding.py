@@ -376,9 +376,8 @@ def march(program: Program, tell: telling.Tell = telling.untold) -> tuple[March,
         status = yielding_kernel(pieces, numbers, law, room, events, peaks, work)
         used = work[COUNT : COUNT + 3].astype(int)
         last = max(int(work[COUNT + PIECES]), len(program.pieces))
-        if status != FULL:
+        if status != FULL or tell(work[STATE + TIME]):
             return tabled(status, steps, events, peaks, work), pieces[:last]
-        tell(work[STATE + TIME])
         steps, events, peaks = grown(steps, used[0]), grown(events, used[1]), grown(peaks, used[2])
         if numbers[contract.MEMORY] != 0.0:
             pieces = grown(pieces, last)

@@ -25,8 +25,12 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+UNBALANCED = 100
+"""Status of a march whose energy does not balance; the kernels know nothing of it."""
 OUTCOMES = {
     contract.DONE: Outcome.COMPLETED,
+    contract.FULL: Outcome.OUT_OF_MEMORY,
+    UNBALANCED: Outcome.UNBALANCED,
     contract.TOO_MANY_EVENTS: Outcome.EVENT_LIMIT,
     contract.NOT_FINITE: Outcome.NOT_FINITE,
     contract.STALLED: Outcome.STALLED,

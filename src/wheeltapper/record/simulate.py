@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Literal, overload
+from typing import TYPE_CHECKING, Literal, overload
+
+import numpy as np
+from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.ground import progress
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import Lowered, lower
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.march import program as contract
+from wheeltapper.march import telling
 from wheeltapper.march.blocks import cores
+from wheeltapper.record import balanced, extent
+from wheeltapper.record.damper import NO_STOPS
 from wheeltapper.record.record import Record
+
+if TYPE_CHECKING:
+    from wheeltapper.march.single import March
 
 Method = Literal["default", "strict"]
 
@@ -30,9 +39,14 @@ DOUBTS = ("cannot follow", "energy back than it took", "holds up to")
 """Words of the notes that put a result's meaning in doubt."""
 
 
-def say_that_it_compiles() -> None:
-    """Tell the user why nothing happens for some seconds."""
-    print("wheeltapper: compiling its kernels for this machine, once; this takes some seconds", file=sys.stderr)
+_compiled: set[str] = set()
+
+
+def say_that_it_compiles(what: str = "the kernels") -> None:
+    """Tell the user why nothing happens for some seconds, of each kernel once."""
+    if what not in _compiled:
+        _compiled.add(what)
+        progress.say(f"compiling {what} for this machine, once; this takes some seconds")
 
 
 def warn_of(notes: Iterable[str], depth: int = 3) -> None:
@@ -89,49 +103,70 @@ def _simulated(scenario: Scenario, method: str) -> Record:
 
 
 def _of_wheelset(scenario: Scenario, method: str) -> Record:
-    from wheeltapper.march.single import is_ready, march
-
+    progress.report("lowering", 0.0, 0.0)
     lowered = lower(scenario, method)
+    row = extent.row_bytes(lowered)
+    extent.check_duration(scenario, extent.fewest_steps(lowered), row)
+    tell = extent.teller("marching", lowered.time, scenario.duration, telling.CHUNK, row)
     if isinstance(scenario.contact, ElasticPlastic):
-        return _of_yielding(scenario, scenario.contact, method, lowered)
+        return _of_yielding(scenario, scenario.contact, method, lowered, tell)
     warn_of(lowered.notes, depth=5)
     if scenario.vehicle.damper_end:
-        return _with_end(scenario, method, lowered)
+        return _with_end(scenario, method, lowered, tell)
+    from wheeltapper.march.single import is_ready, march
+
     if not is_ready(lowered.program):
-        say_that_it_compiles()
-    return Record(scenario, method, lowered, march(lowered.program))
+        say_that_it_compiles("the wheelset's march")
+    return _checked(scenario, method, lowered, march(lowered.program, tell))
 
 
-def _with_end(scenario: Scenario, method: str, lowered: Lowered) -> Record:
+def _with_end(scenario: Scenario, method: str, lowered: Lowered, tell: telling.Tell) -> Record:
     from wheeltapper.march import damper_end
 
     if not damper_end.is_ready(lowered.program):
-        say_that_it_compiles()
-    march, stops = damper_end.march(lowered.program)
-    return Record(scenario, method, lowered, march, stops)
+        say_that_it_compiles("the march with a damper's end")
+    march, stops = damper_end.march(lowered.program, tell)
+    return _checked(scenario, method, lowered, march, stops)
 
 
-def _of_yielding(scenario: Scenario, law: ElasticPlastic, method: str, lowered: Lowered) -> Record:
+def _of_yielding(scenario: Scenario, law: ElasticPlastic, method: str, lowered: Lowered, tell: telling.Tell) -> Record:
     from wheeltapper.march import yielding
     from wheeltapper.record.yielded import beyond_law
 
     if not yielding.is_ready(lowered.program):
-        say_that_it_compiles()
-    march, pieces = yielding.march(lowered.program)
+        say_that_it_compiles("the yielding contact's march")
+    march, pieces = yielding.march(lowered.program, tell)
     largest = float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * lowered.force
     notes = lowered.notes + beyond_law(law, lowered, largest)
     warn_of(notes, depth=6)
     program = lowered.program._replace(pieces=pieces)
-    return Record(scenario, method, replace(lowered, program=program, notes=notes), march)
+    return _checked(scenario, method, replace(lowered, program=program, notes=notes), march)
+
+
+def _checked(
+    scenario: Scenario, method: str, lowered: Lowered, march: March, stops: NDArray[np.float64] = NO_STOPS
+) -> Record:
+    """Return the record of a march, after a look at its energy."""
+    if not balanced.is_ready(lowered):
+        say_that_it_compiles("the energy's check")
+    status, notes = balanced.judged(march.status, balanced.missing_part(lowered, march))
+    return Record(scenario, method, replace(lowered, notes=lowered.notes + notes), march._replace(status=status), stops)
 
 
 def _of_wagon(scenario: Scenario, method: str) -> Record:
-    from wheeltapper.lower.wagon import lower_wagon
+    from wheeltapper.lower.wagon import LONGEST, lower_wagon
     from wheeltapper.march import multibody
+    from wheeltapper.record import wagon_energy
     from wheeltapper.record.wagon_record import WagonRecord
 
+    progress.report("lowering", 0.0, 0.0)
     lowered = lower_wagon(scenario, method)
     warn_of(lowered.notes, depth=5)
+    row = 8.0 * (len(lowered.assembly.start) + multibody.STEP_ELEMENTS)
+    extent.check_duration(scenario, scenario.duration / LONGEST, row)
+    tell = extent.teller("marching", 1.0, scenario.duration, telling.WAGON_CHUNK, row)
     if not multibody.kernels_are_ready():
-        say_that_it_compiles()
-    return WagonRecord(scenario, method, lowered, multibody.march(lowered.assembly))
+        say_that_it_compiles("the wagon's march")
+    march = multibody.march(lowered.assembly, tell)
+    status, notes = balanced.judged(march.status, wagon_energy.missing_part(lowered, march, scenario))
+    return WagonRecord(scenario, method, replace(lowered, notes=lowered.notes + notes), march._replace(status=status))
