@@ -9,6 +9,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ground import progress
+from wheeltapper.ground.errors import InputError
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Function = Callable[[FloatArray], FloatArray]
@@ -36,6 +39,8 @@ LOBATTO = np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 FROM_LOBATTO = np.linalg.inv(LOBATTO[:, None] ** np.arange(DEGREE + 1))
 CHUNK = 20_000
 """Intervals that are fitted at once: bounds the memory."""
+MOST_PIECES = 100_000
+"""What needs more pieces than this, and than ten for each interval, is not smooth (or a run is far too long)."""
 AT_ONCE = 63
 """So many pieces of few intervals are fitted ahead, should they be needed: a call costs more than they do."""
 
@@ -145,8 +150,16 @@ def fit(
     done: list[FloatArray] = []
     found: list[list[FloatArray]] = [[] for _ in tolerances]
     waiting = [(intervals[i : i + CHUNK], owner[i : i + CHUNK]) for i in range(0, len(intervals), CHUNK)]
+    fitted, total, most = 0, float(np.diff(intervals, axis=1).sum()), max(MOST_PIECES, 10 * len(intervals))
+    reached = 0.0
     while waiting:
+        progress.report("fitting the path", reached, total)
         ends, owned = waiting.pop()
+        if fitted + len(ends) > most:
+            raise InputError(
+                "", "irregularity", f"heights that {most} pieces cannot follow (here near x = {ends[0, 0]:.6g} m)",
+                "heights that are smooth between their breakpoints, or a shorter run",
+            )  # fmt: skip
         levels = max((AT_ONCE // len(ends) + 1).bit_length() - 1, 1)
         pieces = _halved(ends, levels)
         owners = np.repeat(owned, pieces.shape[1])
@@ -154,6 +167,8 @@ def fit(
         good, later = _chosen(parts.reshape(pieces.shape[:2]), levels)
         pieces = pieces.reshape(-1, 2)
         done.append(pieces[good])
+        fitted += len(done[-1])
+        reached += float(np.diff(done[-1], axis=1).sum())
         for kept, coefficients in zip(found, rows, strict=True):
             kept.append(coefficients[good])
         if later.any():
