@@ -22,6 +22,8 @@ LIMIT = 1e-4
 """A larger part missing makes a run meaningless: its outcome says so."""
 NOTABLE = 1e-6
 """A larger part missing is told in a note."""
+UNBALANCED = 100
+"""Status of such a march; the kernels know nothing of it."""
 AT_REST = 0.4
 """Energy of the contact at rest in units of the program: of Hertz's law; of a linear one it is 0.5."""
 CHUNK = 100_000
@@ -64,8 +66,6 @@ def missing_part(lowered: Lowered, march: March) -> float:
 
 def judged(status: int, missing: float) -> tuple[int, tuple[str, ...]]:
     """Return the status of a march that came to its end, and what the user should know of its energy."""
-    from wheeltapper.record.record import UNBALANCED
-
     if status != contract.DONE or missing <= NOTABLE:
         return status, ()
     note = (f"work and energy differ by {missing:.2g} of what was exchanged, more than {NOTABLE:g}",)

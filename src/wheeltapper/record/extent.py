@@ -4,28 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground import memory, progress
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import Lowered
+from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.numbers import units_of
 from wheeltapper.march import program as contract
 
 LONGEST_STEP = 2.0
 """Units of time that a step of a wheel at rest takes; all others are shorter, but for those in the air."""
+ROW_BYTES = 8.0 * contract.ENDED_COLUMNS
 TABLES = 4.0
 """Times the rows' own memory: tables double, and what is asked of them is as large again."""
 
 
-def fewest_steps(lowered: Lowered) -> float:
-    """Return how many steps a wheelset's march will take at least: those of time, and those over pieces that repeat."""
-    numbers, table = lowered.program.numbers, lowered.table
-    over = 0.0
+def check_time(scenario: Scenario) -> None:
+    """Refuse a duration of a wheelset's run whose steps alone cannot fit, before its irregularities are looked at."""
+    steps = scenario.duration / float(units_of(Fields(scenario)).time) / LONGEST_STEP
+    check_duration(scenario, steps, ROW_BYTES)
+
+
+def check_pieces(scenario: Scenario, lowered: Lowered) -> None:
+    """Refuse a duration in which a wheelset passes more pieces of a path that repeats than fit."""
+    table = lowered.table
     if table.period:
-        distance = numbers[contract.END] * numbers[contract.PACE]
-        over = distance / table.period * (len(table.rows) - table.loop)
-    return float(numbers[contract.END] / LONGEST_STEP + over)
+        rounds = scenario.duration * scenario.speed / table.period
+        check_duration(scenario, rounds * (len(table.rows) - table.loop), ROW_BYTES)
 
 
 def check_duration(scenario: Scenario, steps: float, row_bytes: float) -> None:
@@ -45,7 +50,7 @@ def check_samples(field: str, found: str, count: float, columns: int) -> None:
     if needed > there:
         raise InputError(
             "", field, f"{found} ({count:.2g} samples, {memory.size(needed)})",
-            f"up to about {count * there / needed:.2g} samples here, where {memory.size(there)} of memory are free",
+            f"up to about {there / (8.0 * columns):.2g} samples here, where {memory.size(there)} of memory are free",
         )  # fmt: skip
 
 
@@ -61,9 +66,3 @@ def teller(what: str, unit: float, end: float, chunk: int, row_bytes: float) -> 
         return steps > most
 
     return tell
-
-
-def row_bytes(lowered: Lowered) -> float:
-    """Return the bytes of a row of steps."""
-    columns = contract.ENDED_COLUMNS if len(lowered.program.damper) else contract.STEP_COLUMNS
-    return float(np.dtype(float).itemsize * columns)

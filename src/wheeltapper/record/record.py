@@ -15,7 +15,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
-from wheeltapper.record import damper, energy, yielded
+from wheeltapper.record import balanced, damper, energy, extent, yielded
 from wheeltapper.record.labels import EVENT_KINDS, HISTORY, dataset
 
 if TYPE_CHECKING:
@@ -25,12 +25,10 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-UNBALANCED = 100
-"""Status of a march whose energy does not balance; the kernels know nothing of it."""
 OUTCOMES = {
     contract.DONE: Outcome.COMPLETED,
     contract.FULL: Outcome.OUT_OF_MEMORY,
-    UNBALANCED: Outcome.UNBALANCED,
+    balanced.UNBALANCED: Outcome.UNBALANCED,
     contract.TOO_MANY_EVENTS: Outcome.EVENT_LIMIT,
     contract.NOT_FINITE: Outcome.NOT_FINITE,
     contract.STALLED: Outcome.STALLED,
@@ -177,6 +175,7 @@ class Record:
         rate = 20_000 / self.end if rate is None else rate
         if not rate > 0:
             raise InputError("", "rate", repr(rate), "more than 0 samples per second")
+        extent.check_samples("rate", f"{rate:g} per second", self.end * rate + 1.0, self._sample_columns)
         return self.at(np.arange(int(np.floor(self.end * rate * (1 + 1e-12))) + 1) / rate)
 
     def at(self, times: ArrayLike) -> xr.Dataset:
@@ -184,7 +183,13 @@ class Record:
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
         if len(wanted) and not (np.all(wanted >= 0.0) and np.all(wanted <= self.end * (1 + 1e-12))):
             raise InputError("", "times", f"times from {wanted.min():g} to {wanted.max():g} s", f"0 to {self.end:g} s")
+        extent.check_samples("times", "too many", len(wanted), self._sample_columns)
         return self._labelled_at(wanted)
+
+    @property
+    def _sample_columns(self) -> int:
+        """Numbers that stand in memory for each sample of the dense solution."""
+        return 40
 
     def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
         order = np.argsort(wanted, kind="stable")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
+from threading import Event
 from typing import TYPE_CHECKING, Literal, overload
 
 import numpy as np
@@ -93,8 +94,34 @@ def simulate(
         return _simulated(scenario, method)
     if threads is not None and threads < 1:
         raise InputError("", "threads", str(threads), "1 or more")
-    with ThreadPoolExecutor(threads or cores()) as pool:
-        return list(pool.map(lambda one: _simulated(one, method), scenario))
+    return _side_by_side(list(scenario), method, threads or cores())
+
+
+class _StoppedError(Exception):
+    """Another run was interrupted."""
+
+
+def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[Record]:
+    """Simulate several scenarios at a time; what ends one, or an interruption, ends all soon."""
+    stop = Event()
+
+    def heard(*_: object) -> None:
+        if stop.is_set():
+            raise _StoppedError
+
+    def one(scenario: Scenario) -> Record:
+        with progress.reporting(heard):
+            return _simulated(scenario, method)
+
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            waiting = [pool.submit(one, scenario) for scenario in scenarios]
+            for done, _ in enumerate(as_completed(waiting), 1):
+                progress.report("scenarios", done, len(waiting))
+            return [future.result() for future in waiting]
+        finally:
+            stop.set()
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _simulated(scenario: Scenario, method: str) -> Record:
@@ -104,10 +131,10 @@ def _simulated(scenario: Scenario, method: str) -> Record:
 
 def _of_wheelset(scenario: Scenario, method: str) -> Record:
     progress.report("lowering", 0.0, 0.0)
+    extent.check_time(scenario)
     lowered = lower(scenario, method)
-    row = extent.row_bytes(lowered)
-    extent.check_duration(scenario, extent.fewest_steps(lowered), row)
-    tell = extent.teller("marching", lowered.time, scenario.duration, telling.CHUNK, row)
+    extent.check_pieces(scenario, lowered)
+    tell = extent.teller("marching", lowered.time, scenario.duration, telling.CHUNK, extent.ROW_BYTES)
     if isinstance(scenario.contact, ElasticPlastic):
         return _of_yielding(scenario, scenario.contact, method, lowered, tell)
     warn_of(lowered.notes, depth=5)
@@ -156,14 +183,15 @@ def _checked(
 def _of_wagon(scenario: Scenario, method: str) -> Record:
     from wheeltapper.lower.wagon import LONGEST, lower_wagon
     from wheeltapper.march import multibody
+    from wheeltapper.march.assembly import PLACES
     from wheeltapper.record import wagon_energy
     from wheeltapper.record.wagon_record import WagonRecord
 
     progress.report("lowering", 0.0, 0.0)
+    row = 8.0 * (PLACES * (len(scenario.vehicle.names) + 1) + multibody.STEP_ELEMENTS)
+    extent.check_duration(scenario, scenario.duration / LONGEST, row)
     lowered = lower_wagon(scenario, method)
     warn_of(lowered.notes, depth=5)
-    row = 8.0 * (len(lowered.assembly.start) + multibody.STEP_ELEMENTS)
-    extent.check_duration(scenario, scenario.duration / LONGEST, row)
     tell = extent.teller("marching", 1.0, scenario.duration, telling.WAGON_CHUNK, row)
     if not multibody.kernels_are_ready():
         say_that_it_compiles("the wagon's march")

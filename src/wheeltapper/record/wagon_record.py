@@ -158,6 +158,11 @@ class WagonRecord(Record):
 
     # -- the dense solution -----------------------------------------------------------------------------------------
 
+    @property
+    def _sample_columns(self) -> int:
+        assembly = self._lowered.assembly
+        return 4 * len(assembly.start) + 3 * len(ROWS) * LANES * len(assembly.kinds)
+
     def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
         import xarray as xr
 
