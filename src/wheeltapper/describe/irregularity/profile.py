@@ -138,4 +138,9 @@ class Profile(Irregularity):
                     break
             return out.reshape(x.shape)
 
-        return Stretch(start, end, self._call, lambda x: derivative(x, 1), lambda x: derivative(x, 2))
+        first, last = np.nextafter(start, inf), np.nextafter(end, -inf)
+
+        def value(x: NDArray[Any]) -> NDArray[Any]:  # at a breakpoint, the function may take the other side's value
+            return self._call(x if np.iscomplexobj(x) else np.clip(x, first, last))
+
+        return Stretch(start, end, value, lambda x: derivative(x, 1), lambda x: derivative(x, 2))
