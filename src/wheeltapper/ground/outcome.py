@@ -26,6 +26,15 @@ class Outcome(Enum):
         'state what lies beyond (beyond="flat") or shorten the duration',
     )
 
+    UNBALANCED = (
+        "the energy of the run does not balance: its numbers mean nothing",
+        'check the orders of magnitude of stiffness, damping and mass, and try method="strict"',
+    )
+    OUT_OF_MEMORY = (
+        "the run stopped because its record would no longer fit in memory",
+        "shorten the duration",
+    )
+
     DERAILED = (
         "a wheel left the rails",
         "lower the irregularity or the speed, or check gauge and profiles",

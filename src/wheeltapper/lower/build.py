@@ -21,6 +21,7 @@ from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
 from wheeltapper.lower.plastic import yielding_program
 from wheeltapper.lower.point import point_table
 from wheeltapper.lower.rolling import circle_table
+from wheeltapper.lower.sampled import over_the_run, pieces_note
 from wheeltapper.lower.table import Table
 from wheeltapper.march import program as contract
 from wheeltapper.march.program import Program
@@ -79,12 +80,19 @@ def path_table(
     `factor` gives the factor on the contact force from the second derivative of the irregularity.
     """
     courses = courses or [Course((level(-inf, inf),), 0.0)]
+    ahead = radius if rolling == "circle" else 0.0
+    courses = [over_the_run(course, -ahead, end + ahead) for course in courses]
     height = sum(course.height for course in courses)
     followed = None if factor is None else Factor(factor, _curvature_noise(courses, end))
     if rolling == "point":
-        notes = sharp_dip(*curvatures(courses, end)[1], radius)
-        return point_table(courses, end, height, method.fit, followed), [*notes]
-    return circle_table(courses, end, height, method.fit, radius, followed)
+        table, notes = (
+            point_table(courses, end, height, method.fit, followed),
+            [*sharp_dip(*curvatures(courses, end)[1], radius)],
+        )
+    else:
+        table, notes = circle_table(courses, end, height, method.fit, radius, followed)
+    halves = table.rows[:, contract.SCALE]
+    return table, notes + pieces_note(courses, table.rows[:, contract.START], halves)
 
 
 def _curvature_noise(courses: list[Course], end: float) -> float:

@@ -12,6 +12,7 @@ docs/theory/contact.rst, section 3.1).
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +27,8 @@ from wheeltapper.lower.first_order import STEP, WEIGHTS
 FloatArray = NDArray[np.float64]
 Contact = Hertz | Linear | ElasticPlastic
 FactorSlopes = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+KNOWN, INTERPOLANT = 12.0, 48
+"""Logarithm of the curvatures' ratio up to which an interpolant of that degree is nearer than 1e-9."""
 
 
 def _integrals(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -52,9 +55,8 @@ def _ratio(p: FloatArray) -> FloatArray:
     return np.asarray((k - d) / (p * d))
 
 
-def axis_ratio_squared(curvature_ratio: ArrayLike) -> FloatArray:
-    """Return (b/a)² of the contact ellipse for a ratio ≥ 1 of the principal relative curvatures."""
-    target = np.log(np.atleast_1d(np.asarray(curvature_ratio, dtype=float)))
+def _solved(target: FloatArray) -> FloatArray:
+    """Return ln (b/a)² for the logarithm of a ratio of curvatures, by Newton's method from far away."""
     lo, hi = np.full_like(target, -40.0), np.zeros_like(target)
     z = np.clip(-4.0 / 3.0 * target, -39.0, 0.0)  # z = ln p; near the circle and far from it b/a ~ ratio^(-2/3)
     for _ in range(100):
@@ -70,7 +72,25 @@ def axis_ratio_squared(curvature_ratio: ArrayLike) -> FloatArray:
         z = new
         if settled:
             break
-    return np.asarray(np.exp(z))
+    return np.asarray(z)
+
+
+@cache
+def _near() -> tuple[np.polynomial.Chebyshev, np.polynomial.Chebyshev]:
+    """Return an interpolant of `_solved` up to KNOWN, and its derivative."""
+    line = np.polynomial.Chebyshev.interpolate(_solved, INTERPOLANT, domain=[0.0, KNOWN])
+    return line, line.deriv()
+
+
+def axis_ratio_squared(curvature_ratio: ArrayLike) -> FloatArray:
+    """Return (b/a)² of the contact ellipse for a ratio ≥ 1 of the principal relative curvatures."""
+    target = np.log(np.atleast_1d(np.asarray(curvature_ratio, dtype=float)))
+    if target.size < INTERPOLANT or np.any(target > KNOWN):
+        return np.asarray(np.exp(_solved(target)))
+    line, slope = _near()
+    z = np.minimum(line(target), 0.0)
+    z -= (np.log(_ratio(np.exp(z))) - target) * slope(target)  # from 1e-9 to rounding
+    return np.asarray(np.exp(np.minimum(z, 0.0)))
 
 
 def contact_constant(

@@ -9,6 +9,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ground import progress
+from wheeltapper.ground.errors import InputError
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Function = Callable[[FloatArray], FloatArray]
@@ -34,8 +37,12 @@ NODES = np.concatenate([[-1.0, 1.0], INNER, CHECK])
 """Where a piece is sampled: its ends, inside, and where it is checked."""
 LOBATTO = np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 FROM_LOBATTO = np.linalg.inv(LOBATTO[:, None] ** np.arange(DEGREE + 1))
+ROUNDING = 16.0
+"""Times the allowed error: rounding, which is only estimated, does not reach farther."""
 CHUNK = 20_000
 """Intervals that are fitted at once: bounds the memory."""
+MOST_PIECES = 100_000
+"""What needs more pieces than this, and than ten for each interval, is not smooth (or a run is far too long)."""
 AT_ONCE = 63
 """So many pieces of few intervals are fitted ahead, should they be needed: a call costs more than they do."""
 
@@ -75,11 +82,13 @@ def _noise(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> Flo
 
 
 def _fitted(
-    sample: Sample, left: FloatArray, right: FloatArray, owner: IntArray, tolerances: list[float]
-) -> tuple[list[FloatArray], IntArray]:
-    """Return the monomial coefficients of each function on each interval, and into how many it is to be cut.
+    sample: Sample, left: FloatArray, right: FloatArray, owner: IntArray, tolerances: list[float], before: FloatArray
+) -> tuple[list[FloatArray], IntArray, FloatArray]:
+    """Return the monomial coefficients of each function on each interval, into how many it is to be cut, and its error.
 
-    One where all are good enough, else a power of two that is likely not to be too large.
+    One where all are good enough, else a power of two that is likely not to be too large. Errors count in those that
+    are allowed; where one is hardly smaller than that of a wider interval, `before`, rounding is left, which no cut
+    mends: a smooth function's would be hundreds of times smaller.
     """
     middle, half = 0.5 * (left + right)[:, None], 0.5 * (right - left)[:, None]
     places = middle + half * (NODES if len(tolerances) == 1 else np.concatenate([NODES, LOBATTO]))
@@ -105,8 +114,9 @@ def _fitted(
         excess = np.maximum(excess, error / (tolerance + scatter + _noise(coefficients, left, right)))
         rows.append(coefficients)
     halvings = np.log2(np.clip(excess, 1.0, 1e12)) / (DEGREE + 1)
-    good = (half[:, 0] < NARROWEST) | (excess <= 1.0)
-    return rows, np.where(good, 1, 2 ** np.maximum(halvings.astype(np.int64), 1))
+    rounding = (excess <= ROUNDING) & (excess > 0.5 * before)
+    good = (half[:, 0] < NARROWEST) | (excess <= 1.0) | rounding
+    return rows, np.where(good, 1, 2 ** np.maximum(halvings.astype(np.int64), 1)), excess
 
 
 def _cut(ends: FloatArray, parts: IntArray) -> FloatArray:
@@ -144,20 +154,34 @@ def fit(
     """
     done: list[FloatArray] = []
     found: list[list[FloatArray]] = [[] for _ in tolerances]
-    waiting = [(intervals[i : i + CHUNK], owner[i : i + CHUNK]) for i in range(0, len(intervals), CHUNK)]
+    unknown = np.full(len(intervals), np.inf)
+    blocks = [slice(i, i + CHUNK) for i in range(0, len(intervals), CHUNK)]
+    waiting = [(intervals[block], owner[block], unknown[block]) for block in blocks]
+    fitted, total, most = 0, float(np.diff(intervals, axis=1).sum()), max(MOST_PIECES, 10 * len(intervals))
+    reached = 0.0
     while waiting:
-        ends, owned = waiting.pop()
+        progress.report("fitting the path", reached, total)
+        ends, owned, before = waiting.pop()
+        if fitted + len(ends) > most:
+            raise InputError(
+                "", "irregularity", f"heights that {most} pieces cannot follow (here near x = {ends[0, 0]:.6g} m)",
+                "heights that are smooth between their breakpoints, or a shorter run",
+            )  # fmt: skip
         levels = max((AT_ONCE // len(ends) + 1).bit_length() - 1, 1)
         pieces = _halved(ends, levels)
         owners = np.repeat(owned, pieces.shape[1])
-        rows, parts = _fitted(sample, pieces[..., 0].ravel(), pieces[..., 1].ravel(), owners, tolerances)
+        wider = np.repeat(before, pieces.shape[1])
+        rows, parts, excess = _fitted(sample, pieces[..., 0].ravel(), pieces[..., 1].ravel(), owners, tolerances, wider)
         good, later = _chosen(parts.reshape(pieces.shape[:2]), levels)
         pieces = pieces.reshape(-1, 2)
         done.append(pieces[good])
+        fitted += len(done[-1])
+        reached += float(np.diff(done[-1], axis=1).sum())
         for kept, coefficients in zip(found, rows, strict=True):
             kept.append(coefficients[good])
         if later.any():
-            waiting.append((_cut(pieces[later], parts[later]), np.repeat(owners[later], parts[later])))
+            held = (np.repeat(part[later], parts[later]) for part in (owners, excess))
+            waiting.append((_cut(pieces[later], parts[later]), *held))
     pieces = np.vstack(done) if done else np.empty((0, 2))
     order = np.argsort(pieces[:, 0])
     return pieces[order, 0], pieces[order, 1], [np.vstack(kept)[order] if kept else np.empty((0, 9)) for kept in found]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials, Stretch
+from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.fit import Factor, Function, Sampled, fit
 from wheeltapper.lower.table import Table, assemble, blank, polynomial_rows, set_factor
 from wheeltapper.march import program as contract
@@ -16,6 +17,8 @@ from wheeltapper.march import program as contract
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+MOST_BORDERS = 1_000_000
+"""Borders of periods that are written out: more take minutes."""
 SLIVER = 1e-12
 """Borders closer than this (m) are one."""
 
@@ -58,6 +61,11 @@ def unrolled(course: Course, start: float, end: float) -> list[Placed]:
         for s in course.stretches
         if s.end > origin and s.start < origin + period
     ]
+    if (last - first + 1) * len(inside) > MOST_BORDERS:
+        raise InputError(
+            "", "duration", f"a run over {(last - first + 1) * len(inside):.2g} borders of an irregularity",
+            f"up to {MOST_BORDERS:g} of them: a shorter or slower run",
+        )  # fmt: skip
     out = lead + [
         Placed(s, k * period, a + k * period, b + k * period) for k in range(first, last + 1) for s, a, b in inside
     ]

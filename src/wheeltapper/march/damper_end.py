@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march import telling
 from wheeltapper.march.damper_hold import changes_at, changes_hold, sharpened, stretch
 from wheeltapper.march.damper_series import contact_with_end, flight_reach_with_end, flight_with_end, held
 from wheeltapper.march.events import (
@@ -310,13 +311,14 @@ def is_ready(program: Program) -> bool:
     return is_compiled(damper_kernel, _arguments(program))
 
 
-def march(program: Program) -> tuple[March, FloatArray]:
+def march(program: Program, tell: telling.Tell = telling.untold) -> tuple[March, FloatArray]:
     """March a program whose damper has an end of its own; return also the events of the end, (events, STOP_COLUMNS)."""
     pieces, numbers, damper, steps, events, peaks, stops, work = _arguments(program)
     _start(program, events, work)
     while True:
-        status = damper_kernel(pieces, numbers, damper, steps, events, peaks, stops, work)
-        if status != FULL:
+        room = steps[: int(work[COUNT]) + telling.CHUNK]
+        status = damper_kernel(pieces, numbers, damper, room, events, peaks, stops, work)
+        if status != FULL or tell(work[STATE + TIME]):
             return tabled(status, steps, events, peaks, work), stops[: int(work[STOPS])]
         used = work[COUNT : COUNT + 3].astype(int)
         steps, events, peaks = grown(steps, used[0]), grown(events, used[1]), grown(peaks, used[2])

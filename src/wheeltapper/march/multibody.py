@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.march import assembly as contract
+from wheeltapper.march import telling
 from wheeltapper.march.assembly import DERAILED, LANES, Assembly, flattened
 from wheeltapper.march.crossing import Span
 from wheeltapper.march.kernel import is_compiled, kernel
@@ -280,14 +281,15 @@ def _grown(table: FloatArray, used: float) -> FloatArray:
     return larger
 
 
-def march(A: Assembly) -> MultibodyMarch:
+def march(A: Assembly, tell: telling.Tell = telling.untold) -> MultibodyMarch:
     """March a vehicle from its start to its end."""
     flat, work = flattened(A), work_for(A)
     start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
     while True:
-        status = march_kernel(*flat, A.scales, *work)
+        room = work.steps[: int(work.S[STEPS]) + telling.WAGON_CHUNK]
+        status = march_kernel(*flat, A.scales, *work._replace(steps=room))
         steps, events, peaks = work.S[[STEPS, EVENTS, PEAKS]].astype(int)
-        if status != FULL:
+        if status != FULL or tell(float(work.S[TIME])):
             return MultibodyMarch(
                 status, work.steps[:steps], work.states[:steps], work.events[:events], work.peaks[:peaks],
                 float(work.S[TIME]), work.w, int(work.S[RATES_USED]),

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march import telling
 from wheeltapper.march.events import (
     GRAZE,
     cross_break,
@@ -354,13 +355,14 @@ def is_ready(program: Program) -> bool:
     return is_compiled(march_kernel, _arguments(program))
 
 
-def march(program: Program) -> March:
+def march(program: Program, tell: telling.Tell = telling.untold) -> March:
     """March a program whose contact is elastic from its start to its end."""
     pieces, numbers, steps, events, peaks, work, strict = _arguments(program)
     start_kernel(pieces, numbers, events, work)
     while True:
-        status = march_kernel(pieces, numbers, steps, events, peaks, work, strict)
-        if status != FULL:
+        room = steps[: int(work[COUNT]) + telling.CHUNK]
+        status = march_kernel(pieces, numbers, room, events, peaks, work, strict)
+        if status != FULL or tell(work[STATE + TIME]):
             return tabled(status, steps, events, peaks, work)
         used = work[COUNT : COUNT + 3].astype(int)
         steps, events, peaks = grown(steps, used[0]), grown(events, used[1]), grown(peaks, used[2])

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march import telling
 from wheeltapper.march.events import GRAZE, cross_break, follow, follow_on, log_event
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import (
@@ -366,17 +367,18 @@ def is_ready(program: Program) -> bool:
     return is_compiled(yielding_kernel, _arguments(program))
 
 
-def march(program: Program) -> tuple[March, FloatArray]:
+def march(program: Program, tell: telling.Tell = telling.untold) -> tuple[March, FloatArray]:
     """March a program whose contact yields; return also its pieces, with those that its spot has left behind."""
     pieces, numbers, law, steps, events, peaks, work = _arguments(program)
     start_kernel(pieces[: len(program.pieces)], numbers, events, work)
     if numbers[contract.MEMORY] != 0.0:
         work[COUNT + PIECES] = len(program.pieces)
     while True:
-        status = yielding_kernel(pieces, numbers, law, steps, events, peaks, work)
+        room = steps[: int(work[COUNT]) + telling.CHUNK]
+        status = yielding_kernel(pieces, numbers, law, room, events, peaks, work)
         used = work[COUNT : COUNT + 3].astype(int)
         last = max(int(work[COUNT + PIECES]), len(program.pieces))
-        if status != FULL:
+        if status != FULL or tell(work[STATE + TIME]):
             return tabled(status, steps, events, peaks, work), pieces[:last]
         steps, events, peaks = grown(steps, used[0]), grown(events, used[1]), grown(peaks, used[2])
         if numbers[contract.MEMORY] != 0.0:

@@ -17,7 +17,7 @@ from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
-from wheeltapper.record import damper, energy, yielded
+from wheeltapper.record import balanced, damper, energy, extent, yielded
 from wheeltapper.record.labels import EVENT_KINDS, HISTORY, dataset
 
 if TYPE_CHECKING:
@@ -29,6 +29,8 @@ FloatArray = NDArray[np.float64]
 
 OUTCOMES = {
     contract.DONE: Outcome.COMPLETED,
+    contract.FULL: Outcome.OUT_OF_MEMORY,
+    balanced.UNBALANCED: Outcome.UNBALANCED,
     contract.TOO_MANY_EVENTS: Outcome.EVENT_LIMIT,
     contract.NOT_FINITE: Outcome.NOT_FINITE,
     contract.STALLED: Outcome.STALLED,
@@ -176,6 +178,7 @@ class Record:
             Samples per second, Hz or as "20 kHz"; by default enough for about 20 000 samples.
         """
         rate = 20_000 / self.end if rate is None else as_quantity(rate, "rate", "frequency")
+        extent.check_samples("rate", f"{rate:g} per second", self.end * rate + 1.0, self._sample_columns)
         return self.at(np.arange(int(np.floor(self.end * rate * (1 + 1e-12))) + 1) / rate)
 
     def at(self, times: ArrayLike) -> xr.Dataset:
@@ -183,7 +186,13 @@ class Record:
         wanted = _seconds(times)
         if len(wanted) and not (np.all(wanted >= 0.0) and np.all(wanted <= self.end * (1 + 1e-12))):
             raise InputError("", "times", f"times from {wanted.min():g} to {wanted.max():g} s", f"0 to {self.end:g} s")
+        extent.check_samples("times", "too many", len(wanted), self._sample_columns)
         return self._labelled_at(wanted)
+
+    @property
+    def _sample_columns(self) -> int:
+        """Numbers that stand in memory for each sample of the dense solution."""
+        return 40
 
     def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
         order = np.argsort(wanted, kind="stable")

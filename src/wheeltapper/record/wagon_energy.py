@@ -23,6 +23,57 @@ if TYPE_CHECKING:
     from wheeltapper.march.multibody import MultibodyMarch
 
 FloatArray = NDArray[np.float64]
+SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
+"""How each work of `march.replay` (load, path, shape, damper, friction, drive, stand-in) changes the energy."""
+
+
+EVERY = 8
+"""One of so many steps is checked at the end of each run: making a step again costs more than its march did."""
+
+
+def missing_part(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario) -> float:
+    """Return the part of the energy exchanged that is missing, as one step of EVERY shows it."""
+    count = len(march.steps)
+    if count == 0:
+        return 0.0
+    sample = march._replace(steps=march.steps[::EVERY], states=march.states[::EVERY])
+    done, _, contacts = works(lowered, sample, scenario)
+    states = np.vstack([march.states, march.state])
+    mass, stiffness = _matrices(lowered, scenario)
+    places = lowered.layout.places
+    starts = np.arange(0, count, EVERY)
+    held = []
+    for rows in (starts, starts + 1):
+        q, v = states[rows][:, places], states[rows][:, places + RATE]
+        held.append((0.5 * (v**2) @ mass, 0.5 * np.einsum("ti,ij,tj->t", q, stiffness, q)))
+    change = sum(after - before for before, after in zip(*held, strict=True)) + contacts[:, 1] - contacts[:, 0]
+    missing = float(np.abs(np.cumsum(change - done @ SIGNS)).max())
+    exchanged = float(held[0][0].max() + contacts.max() + EVERY * np.abs(done).sum())
+    return EVERY * missing / exchanged
+
+
+def works(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario) -> tuple[FloatArray, ...]:
+    """Return works (steps, POWERS_KEPT), impulses (steps, lanes) and elastic energies (steps, 2) of some steps."""
+    from wheeltapper.march import replay
+
+    structure, layout = lowered.structure, lowered.layout
+    count = len(layout.motions)
+    damping = np.zeros((count, count))
+    damping[: len(structure.motions), : len(structure.motions)] = structure.damping
+    if DECK in layout.bodies:
+        damping[-1, -1] = scenario.track.damping
+    return replay.works(lowered.assembly, march, damping, layout.places)
+
+
+def _matrices(lowered: LoweredWagon, scenario: Scenario) -> tuple[FloatArray, FloatArray]:
+    """Return masses and stiffnesses of all motions, with those of the deck."""
+    structure = lowered.structure
+    if DECK not in lowered.layout.bodies:
+        return structure.mass, structure.stiffness
+    mass = np.append(structure.mass, scenario.track.mass)
+    stiffness = np.zeros((len(mass), len(mass)))
+    stiffness[:-1, :-1], stiffness[-1, -1] = structure.stiffness, scenario.track.stiffness
+    return mass, stiffness
 
 
 def balance(
@@ -39,14 +90,8 @@ def balance(
 
     done, _, contacts = works
     states = np.vstack([march.states, march.state])
-    structure, places = lowered.structure, lowered.layout.places
-    mass, stiffness = structure.mass, structure.stiffness
-    if DECK in lowered.layout.bodies:
-        mass = np.append(mass, scenario.track.mass)
-        count = len(mass)
-        larger = np.zeros((count, count))
-        larger[:-1, :-1], larger[-1, -1] = stiffness, scenario.track.stiffness
-        stiffness = larger
+    places = lowered.layout.places
+    mass, stiffness = _matrices(lowered, scenario)
     q, v = states[:, places], states[:, places + RATE]
     spins = np.array([motion == "pitch" and body.startswith("wheelset") for body, motion in lowered.layout.motions])
     kinetic = 0.5 * (v**2) @ mass

@@ -163,6 +163,11 @@ class WagonRecord(Record):
 
     # -- the dense solution -----------------------------------------------------------------------------------------
 
+    @property
+    def _sample_columns(self) -> int:
+        assembly = self._lowered.assembly
+        return 4 * len(assembly.start) + 3 * len(ROWS) * LANES * len(assembly.kinds)
+
     def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
         import xarray as xr
 
@@ -256,15 +261,9 @@ class WagonRecord(Record):
 
     @cached_property
     def _works(self) -> tuple[FloatArray, ...]:
-        from wheeltapper.march.replay import works
+        from wheeltapper.record.wagon_energy import works
 
-        structure, layout = self._lowered.structure, self._lowered.layout
-        count = len(layout.motions)
-        damping = np.zeros((count, count))
-        damping[: len(structure.motions), : len(structure.motions)] = structure.damping
-        if DECK in layout.bodies:
-            damping[-1, -1] = self.scenario.track.damping
-        return works(self._lowered.assembly, self._march, damping, layout.places)
+        return works(self._lowered, self._march, self.scenario)
 
     @cached_property
     def energy(self) -> xr.Dataset:

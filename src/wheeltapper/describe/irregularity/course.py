@@ -110,6 +110,8 @@ class Course:
         If given, the course repeats with this period (m) for ever from `repeats_from` on.
     followed
         True where the wheel's centre follows the course itself even if the wheel rolls as a circle (an ideal step).
+    sampled
+        True for a user's function: its height, and that it does not jump, is only known where it is sampled.
     """
 
     stretches: tuple[Stretch, ...]
@@ -117,6 +119,7 @@ class Course:
     period: float | None = None
     repeats_from: float = -inf
     followed: bool = False
+    sampled: bool = False
 
     def value(self, x: NDArray[Any]) -> NDArray[Any]:
         """Return the height in m at x."""

@@ -13,15 +13,25 @@ from pydantic import field_serializer, model_validator
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.course import Course, Stretch, level
 from wheeltapper.describe.noun import Length
+from wheeltapper.ground.errors import InputError
 
 NODES = np.cos(np.pi * (np.arange(13) + 0.5) / 13)
+RESOLVED, ROUNDING = 1e-10, 1e-14
+"""An interpolant whose last terms are a larger part of its changes, and more than rounding, is too wide."""
+MOST_NARROWER = 6
+"""How often an interpolant is made four times narrower at most: beside a kink none is narrow enough."""
 TO_MONOMIALS = np.linalg.inv(np.polynomial.chebyshev.chebvander(NODES, 12))
+
+
+def _refused(found: str) -> InputError:
+    return InputError("", "function", found, "a function from position in m to height in m, a finite real number each")
 
 
 class Profile(Irregularity):
     """The height of the rail as a function of position, smooth between its breakpoints.
 
-    Slope and curvature are taken from local Chebyshev interpolants that never reach across a breakpoint.
+    Slope and curvature are taken from local Chebyshev interpolants that never reach across a breakpoint. A jump that is
+    not among the breakpoints is refused when a run meets it; a kink is followed by short pieces, which a note says.
 
     Parameters
     ----------
@@ -71,29 +81,66 @@ class Profile(Irregularity):
             parts.insert(0, level(-inf, first))
         if np.isfinite(last):
             parts.append(level(last, inf))
-        x = np.linspace(max(first, -1e3), min(last, 1e3), 4097)
-        height = float(np.abs(self._call(x)).max())
-        return Course(tuple(parts), height or 1e-6)
+        height = 0.0
+        if np.isfinite(last - first):  # else the run's own way says it
+            height = float(np.ptp(self._call(np.linspace(first, last, 4097))))
+        return Course(tuple(parts), height or 1e-6, sampled=True)
 
     def _call(self, x: NDArray[Any]) -> NDArray[Any]:
         x = np.asarray(x)
         try:
+            out = self._values(x)
+        except InputError:
+            raise
+        except Exception as error:
+            raise _refused(f"a function that raises {type(error).__name__}: {error}") from error
+        if out.dtype.kind not in ("biufc" if np.iscomplexobj(x) else "biuf"):
+            raise _refused(f"a function that returns {out.ravel()[0]!r}" if out.size else "a function without values")
+        lost = np.flatnonzero(~np.isfinite(out.ravel()))
+        if len(lost):
+            raise _refused(f"a function that is {out.ravel()[lost[0]]:g} at x = {x.ravel()[lost[0]].real:.9g} m")
+        return out if out.dtype.kind in "fc" else out.astype(float)
+
+    def _values(self, x: NDArray[Any]) -> NDArray[Any]:
+        """Return what the function says of an array at once, or of one number after the other."""
+        try:
             out = np.asarray(self.function(x))
         except (TypeError, ValueError):
             out = np.empty(0)
-        if out.shape != x.shape:
-            out = np.array([self.function(v) for v in x.ravel()]).reshape(x.shape)
-        return out
+        if out.shape == x.shape:
+            return out
+        each = [np.asarray(self.function(v)) for v in x.ravel()]
+        wrong = next((one for one in each if one.shape != ()), None)
+        if wrong is not None:
+            raise _refused(f"a function that returns an array of shape {wrong.shape} for one position")
+        return np.array(each).reshape(x.shape)
 
     def _stretch(self, start: float, end: float, width: float) -> Stretch:
-        def local(x: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-            middle = np.clip(x, start + width, end - width)
-            values = self._call((middle[..., None] + width * NODES).ravel()).reshape(*middle.shape, len(NODES))
-            return values @ TO_MONOMIALS.T, (x - middle) / width
+        def local(x: NDArray[Any], half: float) -> tuple[NDArray[Any], NDArray[Any]]:
+            middle = np.clip(x, start + half, end - half)
+            values = self._call((middle[..., None] + half * NODES).ravel()).reshape(*middle.shape, len(NODES))
+            return values @ TO_MONOMIALS.T, (x - middle) / half
 
         def derivative(x: NDArray[Any], order: int) -> NDArray[Any]:
-            coefficients, xi = local(np.asarray(x, dtype=float))
-            changed = np.polynomial.chebyshev.chebder(np.moveaxis(coefficients, -1, 0), order)
-            return np.asarray(np.polynomial.chebyshev.chebval(xi, changed, tensor=False)) / width**order
+            x = np.asarray(x, dtype=float)
+            out, half = np.empty(x.size), width
+            left = np.arange(x.size)
+            for narrower in range(MOST_NARROWER + 1):
+                coefficients, xi = local(x.ravel()[left], half)
+                changed = np.polynomial.chebyshev.chebder(coefficients.T, order)
+                out[left] = np.polynomial.chebyshev.chebval(xi, changed, tensor=False) / half**order
+                bends = np.abs(coefficients[:, 1:]).max(axis=1)
+                coarse = np.abs(coefficients[:, -2:]).max(axis=1) > RESOLVED * bends + ROUNDING * abs(
+                    coefficients[:, 0]
+                )
+                left, half = left[coarse], 0.25 * half
+                if not len(left) or narrower == MOST_NARROWER:
+                    break
+            return out.reshape(x.shape)
 
-        return Stretch(start, end, self._call, lambda x: derivative(x, 1), lambda x: derivative(x, 2))
+        first, last = np.nextafter(start, inf), np.nextafter(end, -inf)
+
+        def value(x: NDArray[Any]) -> NDArray[Any]:  # at a breakpoint, the function may take the other side's value
+            return self._call(x if np.iscomplexobj(x) else np.clip(x, first, last))
+
+        return Stretch(start, end, value, lambda x: derivative(x, 1), lambda x: derivative(x, 2))

@@ -1,0 +1,46 @@
+"""How much memory there is, so that what cannot fit is refused before it is computed."""
+
+from __future__ import annotations
+
+import os
+from math import inf
+from pathlib import Path
+
+GROUPS = (
+    (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory.current")),
+    (Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"), Path("/sys/fs/cgroup/memory/memory.usage_in_bytes")),
+)
+"""Limit and present use of a container's memory, as Linux states them."""
+
+
+def available() -> float:
+    """Return the bytes that can still be had; infinite where the system does not tell."""
+    left = _of_machine()
+    for limit, use in GROUPS:
+        try:
+            left = min(left, float(limit.read_text()) - float(use.read_text()))
+        except (OSError, ValueError):  # no such group, or "max"
+            continue
+    return max(left, 0.0)
+
+
+def _of_machine() -> float:
+    try:
+        for line in Path("/proc/meminfo").read_text().splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1024.0 * float(line.split()[1])
+    except (OSError, ValueError, IndexError):
+        pass
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES")) * float(os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, OSError, ValueError):
+        return inf
+
+
+def size(count: float) -> str:
+    """Return a number of bytes with a unit, such as "3.2 GB"."""
+    for unit in ("B", "kB", "MB", "GB", "TB"):
+        if count < 1000.0:
+            return f"{count:.3g} {unit}"
+        count /= 1000.0
+    return f"{count:.3g} PB"

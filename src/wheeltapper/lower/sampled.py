@@ -1,0 +1,89 @@
+"""A user's function, over the way that a run takes: how much its height differs there, and that it does not jump.
+
+samples      at most SPACING apart, or MOST of them
+suspects     the intervals between samples whose rise differs most from that of their neighbours
+halved       again and again towards the larger rise: that of a smooth function goes with the width, a jump stays
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.irregularity.course import Course, Stretch
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.fit import NARROWEST
+
+FloatArray = NDArray[np.float64]
+SPACING = 1e-3
+"""m."""
+MOST = 100_000
+SUSPECTS = 256
+JUMP = 1e-9
+"""A smaller part of the function's own height is no jump."""
+WIDE = 1e-4
+"""m; a rise of which half is still there within NARROWEST is a jump."""
+PLACED = 1e-11
+"""m, within which a jump is found."""
+
+
+def over_the_run(course: Course, start: float, end: float) -> Course:
+    """Return a user's function with the height that it has from start to end, m.
+
+    Raises
+    ------
+    InputError
+        If it jumps where it has no breakpoint.
+    """
+    if not course.sampled:
+        return course
+    parts = []
+    for stretch in course.stretches:
+        first, last = max(stretch.start, start), min(stretch.end, end)
+        if first < last and stretch.exact is None:
+            x = np.linspace(first, last, int(np.clip((last - first) / SPACING, 64, MOST)) + 1)
+            parts.append((stretch, x, np.asarray(stretch.value(x), dtype=float)))
+    heights = np.concatenate([values for _, _, values in parts] or [np.zeros(1)])
+    height = float(np.ptp(heights)) or float(np.abs(heights).max()) or 1e-6
+    for stretch, x, values in parts:
+        _check_smooth(stretch, x, values, JUMP * height)
+    return replace(course, height=height)
+
+
+def _check_smooth(stretch: Stretch, x: FloatArray, values: FloatArray, largest: float) -> None:
+    rise = np.diff(values)
+    around = np.concatenate([rise[:1], rise, rise[-1:]])
+    odd = np.abs(rise - 0.5 * (around[:-2] + around[2:]))
+    suspects = np.argsort(odd)[-SUSPECTS:]
+    left, right, low, high = x[suspects], x[suspects + 1], values[suspects], values[suspects + 1]
+    wide = np.full(len(left), np.inf)
+    while len(left) and np.max(right - left) > PLACED:
+        middle = 0.5 * (left + right)
+        value = np.asarray(stretch.value(middle), dtype=float)
+        first = np.abs(value - low) >= np.abs(high - value)
+        left, low = np.where(first, left, middle), np.where(first, low, value)
+        right, high = np.where(first, middle, right), np.where(first, value, high)
+        wide = np.where(right - left > WIDE, np.abs(high - low), wide)
+        kept = np.abs(high - low) > largest
+        if np.max(right - left) < NARROWEST:
+            kept &= np.abs(high - low) > 0.5 * wide
+        left, right, low, high, wide = (part[kept] for part in (left, right, low, high, wide))
+    if len(left):
+        worst = int(np.argmin(right))
+        place = f"{right[worst]:.10g}"
+        raise InputError(
+            "", "irregularity",
+            f"a function that jumps by {1e3 * (high[worst] - low[worst]):.4g} mm at x = {place} m",
+            f"smooth functions between breakpoints (breakpoints=[{place}])",
+        )  # fmt: skip
+
+
+def pieces_note(courses: list[Course], starts: FloatArray, halves: FloatArray) -> list[str]:
+    """Return a note on where a fit to users' functions was cut to pieces."""
+    cut = np.unique(np.round(starts[halves < NARROWEST], 6))
+    if not len(cut) or not any(course.sampled for course in courses):
+        return []
+    where = ", ".join(f"{x:.6g}" for x in cut[:3]) + (f" and {len(cut) - 3} more" if len(cut) > 3 else "")
+    return [f"the function is not smooth at x = {where} m: its path is cut to pieces there (breakpoints avoid that)"]

@@ -1,0 +1,68 @@
+"""How large a record will be: what cannot fit in memory is refused before it is marched, or ends the march."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground import memory, progress
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.build import Lowered
+from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.numbers import units_of
+from wheeltapper.march import program as contract
+
+LONGEST_STEP = 2.0
+"""Units of time that a step of a wheel at rest takes; all others are shorter, but for those in the air."""
+ROW_BYTES = 8.0 * contract.ENDED_COLUMNS
+TABLES = 4.0
+"""Times the rows' own memory: tables double, and what is asked of them is as large again."""
+
+
+def check_time(scenario: Scenario) -> None:
+    """Refuse a duration of a wheelset's run whose steps alone cannot fit, before its irregularities are looked at."""
+    steps = scenario.duration / float(units_of(Fields(scenario)).time) / LONGEST_STEP
+    check_duration(scenario, steps, ROW_BYTES)
+
+
+def check_pieces(scenario: Scenario, lowered: Lowered) -> None:
+    """Refuse a duration in which a wheelset passes more pieces of a path that repeats than fit."""
+    table = lowered.table
+    if table.period:
+        rounds = scenario.duration * scenario.speed / table.period
+        check_duration(scenario, rounds * (len(table.rows) - table.loop), ROW_BYTES)
+
+
+def check_duration(scenario: Scenario, steps: float, row_bytes: float) -> None:
+    """Refuse a duration whose record cannot fit in memory."""
+    there, needed = memory.available(), steps * row_bytes
+    if needed > there:
+        fits = scenario.duration * there / needed
+        raise InputError(
+            "", "duration", f"{scenario.duration:g} s ({steps:.2g} steps or more, {memory.size(needed)})",
+            f"up to about {fits:.2g} s here, where {memory.size(there)} of memory are free",
+        )  # fmt: skip
+
+
+def check_samples(field: str, found: str, count: float, columns: int) -> None:
+    """Refuse more samples than fit in memory."""
+    there, needed = memory.available(), 8.0 * count * columns
+    if needed > there:
+        raise InputError(
+            "", field, f"{found} ({count:.2g} samples, {memory.size(needed)})",
+            f"up to about {there / (8.0 * columns):.2g} samples here, where {memory.size(there)} of memory are free",
+        )  # fmt: skip
+
+
+def teller(what: str, unit: float, end: float, chunk: int, row_bytes: float) -> Callable[[float], bool]:
+    """Return what a march tells how far it is (in units of `unit` s, of `end` s): it ends it where memory does."""
+    most = memory.available() / (TABLES * row_bytes)
+    steps = 0
+
+    def tell(reached: float) -> bool:
+        nonlocal steps
+        steps += chunk
+        progress.report(what, min(float(reached) * unit, end), end)
+        return steps > most
+
+    return tell
