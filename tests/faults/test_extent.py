@@ -23,7 +23,7 @@ def wheelset(**changes):
 
 def test_a_duration_that_cannot_fit_is_refused_with_steps_and_bytes():
     with pytest.raises(
-        wt.InputError, match=r"duration: found 1e\+09 s \(.* steps or more, .*B\); allowed: up to about"
+        wt.InputError, match=r"duration: found 1e\+09 s, .* steps or more, .*B; allowed: up to about"
     ):
         wt.simulate(wheelset(duration=1e9))
 

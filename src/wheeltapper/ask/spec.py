@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from wheeltapper.ask.room import check_room
 from wheeltapper.ask.study import Study, study
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, WheelRail
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.describe.table.content import digest
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.memory import check_room
 from wheeltapper.record.features import named
 
 FIELDS = (
@@ -98,7 +98,7 @@ def _values(path: str, values: Any) -> Any:
         raise InputError("", f"over.{path}", repr(values), "finite numbers in SI units")
     if spacing == "log" and not first * last > 0:
         raise InputError("", f"over.{path}", repr(values), "ends of one sign, not zero, for spacing in logarithms")
-    check_room(f"over.{path}", f"{count:.4g} values", 3.0 * count, "a smaller count")
+    check_room(f"over.{path}", f"{count:.4g} values", 24.0 * count, "a smaller count")
     return SPACING[spacing](float(first), float(last), count)
 
 

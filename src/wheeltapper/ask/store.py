@@ -20,10 +20,10 @@ import numpy as np
 from wheeltapper._version import __version__
 from wheeltapper.ask.cells import Computed, compute
 from wheeltapper.ask.chart import attributes, chart
-from wheeltapper.ask.room import check_room
 from wheeltapper.ask.spec import meant
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
 from wheeltapper.record.chart_store import FORMAT, MISSING, THERE, places, state_of
 
@@ -63,7 +63,7 @@ class Store:
         self.study: Study = meant(spec)
         self._sizes = chunk_shape(self.study.shape, int(spec.get("chunk", CHUNK)))
         together = prod(self._sizes)
-        check_room("chunk", f"{together:.4g} cells", self.study.numbers(together), "fewer cells in a chunk")
+        check_room("chunk", f"{together:.4g} cells", 8.0 * self.study.numbers(together), "fewer cells in a chunk")
         chunks = prod(-(-n // size) for n, size in zip(self.study.shape, self._sizes, strict=True))
         if chunks > MOST_CHUNKS:
             raise InputError(

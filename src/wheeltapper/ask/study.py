@@ -12,13 +12,13 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.room import check_room
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.arguments import as_count, as_list, as_quantity
 from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.memory import check_room
 from wheeltapper.lower.damper_end import check_held
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.arguments import check_method
@@ -267,7 +267,7 @@ def _sampled(axes: tuple[Axis, ...], samples: int, sampling: Sampling, seed: int
     from scipy.stats import qmc
 
     samples = as_count(samples, "samples")
-    check_room("samples", f"{samples:.4g} samples", 3.0 * samples * len(axes), "fewer samples")
+    check_room("samples", f"{samples:.4g} samples", 24.0 * samples * len(axes), "fewer samples")
     for axis in axes:
         if len(axis.values) != 2 or axis.values[0] > axis.values[1]:
             raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value, to sample between")

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from wheeltapper.ask.cells import compute
 from wheeltapper.ask.chart import chart
-from wheeltapper.ask.room import check_room
 from wheeltapper.ask.study import CHAOS_LIMIT, Asked, Sampling, field_at, study
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list
+from wheeltapper.ground.memory import check_room
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.arguments import as_scenario
@@ -81,8 +81,8 @@ def sweep(
         seed=seed, method=method, chaos_limit=chaos_limit,
     )  # fmt: skip
     check_room(
-        "over", f"{asked.cells:.4g} cells", asked.numbers(asked.cells),
-        "fewer cells, or `wheeltapper sweep`, which keeps a few chunks in memory at a time",
+        "over", f"{asked.cells:.4g} cells", 8.0 * asked.numbers(asked.cells),
+        "fewer cells, or `wheeltapper sweep`, which keeps a few chunks at a time,",
     )  # fmt: skip
     found = compute(asked, asked.changed(), cores() if threads is None else as_count(threads, "threads"))
     found.check()

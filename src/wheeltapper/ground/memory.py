@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from math import inf
 from pathlib import Path
+
+from wheeltapper.ground.errors import InputError
 
 GROUPS = (
     (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory.current")),
@@ -44,3 +47,25 @@ def size(count: float) -> str:
             return f"{count:.3g} {unit}"
         count /= 1000.0
     return f"{count:.3g} PB"
+
+
+def check_room(field: str, found: str, needed: float, fits: str | Callable[[float], str]) -> None:
+    """Refuse what takes more memory than there is.
+
+    Parameters
+    ----------
+    field
+        Where it was asked for.
+    found
+        What was asked for.
+    needed
+        The bytes that it takes.
+    fits
+        What may be asked for instead; or a function that says it of the share that fits.
+    """
+    there = available()
+    if needed > there:
+        allowed = fits if isinstance(fits, str) else fits(there / needed)
+        raise InputError(
+            "", field, f"{found}, {size(needed)}", f"{allowed} here, where {size(there)} of memory are free"
+        )

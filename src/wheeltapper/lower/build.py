@@ -85,10 +85,8 @@ def path_table(
     height = sum(course.height for course in courses)
     followed = None if factor is None else Factor(factor, _curvature_noise(courses, end))
     if rolling == "point":
-        table, notes = (
-            point_table(courses, end, height, method.fit, followed),
-            [*sharp_dip(*curvatures(courses, end)[1], radius)],
-        )
+        table = point_table(courses, end, height, method.fit, followed)
+        notes: list[str] = [*sharp_dip(*curvatures(courses, end)[1], radius)]
     else:
         table, notes = circle_table(courses, end, height, method.fit, radius, followed)
     halves = table.rows[:, contract.SCALE]

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground import memory, progress
-from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.numbers import units_of
@@ -35,23 +34,18 @@ def check_pieces(scenario: Scenario, lowered: Lowered) -> None:
 
 def check_duration(scenario: Scenario, steps: float, row_bytes: float) -> None:
     """Refuse a duration whose record cannot fit in memory."""
-    there, needed = memory.available(), steps * row_bytes
-    if needed > there:
-        fits = scenario.duration * there / needed
-        raise InputError(
-            "", "duration", f"{scenario.duration:g} s ({steps:.2g} steps or more, {memory.size(needed)})",
-            f"up to about {fits:.2g} s here, where {memory.size(there)} of memory are free",
-        )  # fmt: skip
+    memory.check_room(
+        "duration", f"{scenario.duration:g} s, {steps:.2g} steps or more", steps * row_bytes,
+        lambda share: f"up to about {scenario.duration * share:.2g} s",
+    )  # fmt: skip
 
 
 def check_samples(field: str, found: str, count: float, columns: int) -> None:
     """Refuse more samples than fit in memory."""
-    there, needed = memory.available(), 8.0 * count * columns
-    if needed > there:
-        raise InputError(
-            "", field, f"{found} ({count:.2g} samples, {memory.size(needed)})",
-            f"up to about {there / (8.0 * columns):.2g} samples here, where {memory.size(there)} of memory are free",
-        )  # fmt: skip
+    memory.check_room(
+        field, f"{found}, {count:.2g} samples", 8.0 * count * columns,
+        lambda share: f"up to about {count * share:.2g} samples",
+    )  # fmt: skip
 
 
 def teller(what: str, unit: float, end: float, chunk: int, row_bytes: float) -> Callable[[float], bool]:
