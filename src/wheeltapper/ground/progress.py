@@ -32,9 +32,8 @@ def reporting(report: Report, say: Say = _print) -> Iterator[None]:
     ----------
     report
         Called with what is being done ("lowering the irregularity", "marching"), how much of it is done and how much
-        there is to do, in units of their own (metres, seconds, pieces); a total of 0 where nobody knows. Comes about
-        ten times a second at most where the work is in kernels, else as often as the work goes round. What it raises
-        ends the work: so it may also stop it.
+        there is to do, in units of their own (metres, seconds, pieces); a total of 0 where nobody knows. It comes as
+        often as the work goes round. What it raises ends the work: so it may also stop it.
     say
         Called with a line for the user, such as that kernels are compiled; by default it is printed to stderr.
 
