@@ -127,7 +127,8 @@ WALK = {
 
 
 def cases():
-    return [pytest.param(verb, v, id=f"{name}: {str(v)[:30]}") for name, (verb, vs) in WALK.items() for v in vs]
+    # Numbered, not printed: processes must collect the same names, and an address is another one in each.
+    return [pytest.param(verb, v, id=f"{name} {i}") for name, (verb, vs) in WALK.items() for i, v in enumerate(vs)]
 
 
 @pytest.mark.parametrize(("verb", "value"), cases())
