@@ -59,7 +59,7 @@ WALK = {
     "simulate, method": (lambda v: wt.simulate(scene(), v), NOT_METHODS),
     "simulate, threads": (lambda v: wt.simulate([scene()], threads=v), [0, *NOT_NUMBERS[1:]]),
     "sweep": (lambda v: sweep(scenario=v), NOT_SCENARIOS),
-    "sweep, over": (lambda v: sweep(over=v), [5, None, "speed", {}, ["speed"], {"spede": [1]}, {5: [1]}, object()]),
+    "sweep, over": (lambda v: sweep(over=v), [5, None, "speed", {}, np.ones(2), {"spede": [1]}, {5: [1]}, object()]),
     "sweep, values": (lambda v: sweep(over={"speed": v}), [*NOT_LISTS, [], [None], ["5 kg"], [[1.0]], [float("inf")]]),
     "sweep, features": (lambda v: wt.sweep(scene(), GRID, v), NOT_FEATURES),
     "sweep, gradient": (lambda v: sweep(gradient=v), NOT_FIELDS),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,70 +107,34 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
         out.status[block], out.gentlest[block] = marched.status, tangents.gentlest
         out.amplification[block] = tangents.amplification
         for lane, direction in enumerate(directions):
-            rates = _Rates.along(tangents, lane)
-            units = direction.units.part(block)
-            trains = Trains(_tilted(marched, rates.known(0.0), direction, block), units)
-            other = Trains(_tilted(marched, rates.known(1.0), direction, block), units)
+            tilted = _tilted(marched, tangents, direction, block, lane)
+            trains = Trains(tilted, direction.units.part(block))
             for row, feature in enumerate(features):
                 values = feature(trains)
                 out.values[row, block] = values.real
-                if not feature.differentiable:
+                if feature.differentiable:
+                    out.gradient[row, lane, block] = np.where(np.isnan(values), np.nan, values.imag / EPSILON)
+                else:
                     out.gradient[row, lane, block] = np.nan
-                    continue
-                unknown = np.isnan(values)
-                if rates.has_gaps:
-                    unknown |= feature(other).imag != values.imag
-                out.gradient[row, lane, block] = np.where(unknown, np.nan, values.imag / EPSILON)
 
     gradients.march_all(cells, turns, threads, read, tally)
     return out
 
 
-class _Rates(NamedTuple):
-    """How what was marched changes along one direction; NaN where nobody knows.
-
-    A NaN as an imaginary part would make the real part NaN too, so that gaps are filled: a feature that changes with
-    what they are filled with has no derivative.
-    """
-
-    events: FloatArray  # (events, 2)
-    peaks: FloatArray  # (peaks, 2)
-    highest: FloatArray  # (cells,), empty where no tally was kept
-    impulses: FloatArray  # (events,)
-
-    @staticmethod
-    def along(tangents: Tangents, lane: int) -> _Rates:
-        none = np.empty((0, lane + 1))
-        highest = none if tangents.highest is None else tangents.highest
-        impulses = none if tangents.impulses is None else tangents.impulses
-        return _Rates(
-            tangents.events[:, :, lane], tangents.peaks[:, :, lane], highest[:, lane], impulses[:, lane]
-        )  # fmt: skip
-
-    @property
-    def has_gaps(self) -> bool:
-        return any(bool(np.isnan(rates).any()) for rates in self)
-
-    def known(self, gap: float) -> _Rates:
-        """Return the same with numbers, all different, of the order of `gap` in the gaps."""
-        fills = (np.linspace(gap, 2.0 * gap, rates.size).reshape(rates.shape) for rates in self)
-        return _Rates(*(np.where(np.isnan(rates), fill, rates) for rates, fill in zip(self, fills, strict=True)))
-
-
-def _tilted(marched: Marched, rates: _Rates, direction: Direction, block: slice) -> Marched:
-    """Return what was marched with its rates along one direction as imaginary parts."""
+def _tilted(marched: Marched, tangents: Tangents, direction: Direction, block: slice, lane: int) -> Marched:
+    """Return what was marched with the derivatives along one direction as imaginary parts."""
     from wheeltapper.march.tangent_peaks import OF_SIZE, OF_TIME
 
     events, peaks = marched.events.astype(complex), marched.peaks.astype(complex)
-    events[:, contract.EVENT_TIME] += 1j * EPSILON * rates.events[:, OF_TIME]
-    events[:, contract.EVENT_RATE] += 1j * EPSILON * rates.events[:, OF_SIZE]
-    peaks[:, contract.PEAK_TIME] += 1j * EPSILON * rates.peaks[:, OF_TIME]
-    peaks[:, contract.PEAK_FORCE] += 1j * EPSILON * rates.peaks[:, OF_SIZE]
+    events[:, contract.EVENT_TIME] += 1j * EPSILON * tangents.events[:, OF_TIME, lane]
+    events[:, contract.EVENT_RATE] += 1j * EPSILON * tangents.events[:, OF_SIZE, lane]
+    peaks[:, contract.PEAK_TIME] += 1j * EPSILON * tangents.peaks[:, OF_TIME, lane]
+    peaks[:, contract.PEAK_FORCE] += 1j * EPSILON * tangents.peaks[:, OF_SIZE, lane]
     ended = marched.status == contract.DONE
     end: Any = marched.end + 1j * EPSILON * np.where(ended, direction.numbers[block, contract.END], 0.0)
     tilted = marched._replace(events=events, peaks=peaks, end=end)
-    if marched.highest is None or marched.impulses is None:
+    if marched.highest is None or marched.impulses is None or tangents.highest is None or tangents.impulses is None:
         return tilted
-    highest: Any = marched.highest + 1j * EPSILON * rates.highest
-    impulses: Any = marched.impulses + 1j * EPSILON * rates.impulses
+    highest: Any = marched.highest + 1j * EPSILON * tangents.highest[:, lane]
+    impulses: Any = marched.impulses + 1j * EPSILON * tangents.impulses[:, lane]
     return tilted._replace(highest=highest, impulses=impulses)
