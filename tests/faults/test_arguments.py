@@ -101,6 +101,8 @@ WALK = {
     "plot, border": (lambda v: wt.plot(record(), border=v), [5, "x", {"a": 1}, record]),
     "plot, against": (lambda v: wt.plot(record(), against=v), [5, "x", {"a": 1}, scene()]),
     "plot, wheelset": (lambda v: wt.plot(record(), wheelset=v), [0, 1.5, *NOT_NUMBERS]),
+    "synthesise": (wt.synthesise, [*NOT_SCENARIOS, scene()]),
+    "synthesise, count": (lambda v: wt.synthesise("site.toml", v), [0, 1.5, *NOT_NUMBERS]),
     "read_recording": (wt.read_recording, ["none.csv", "a.foo", *NOT_PATHS]),
     "history": (lambda v: record().history(v), [0, "20 kHzz", "20 m", *NOT_NUMBERS[1:]]),
     "at": (lambda v: record().at(v), ["1 m", ["1 ms", "x"], 9.0, [[0.01]], *NOT_LISTS]),
