@@ -217,7 +217,7 @@ def study(
     check_method(method)
     _check_options(zipped, sampling, seed, chaos_limit)
     if not isinstance(over, Mapping) or not over:
-        found = shown(over) if over else "nothing"
+        found = "nothing" if isinstance(over, Mapping) else shown(over)
         raise InputError("", "over", found, 'at least one field of the scenario with its values, as {"speed": [5, 6]}')
     asked = as_features(features)
     _check_names([feature.name for feature in asked], over)

@@ -15,7 +15,7 @@ TAGS = {"all", "places", "literal['equilibrium']"}
 Location = tuple[int | str, ...]
 
 
-def explained(error: ValidationError, root: Any, kinds: Mapping[str, Any], source: str = "") -> InputError:
+def explained(error: ValidationError, root: Any, kinds: Mapping[str, Any]) -> InputError:
     """Return pydantic's first complaint as one clear message.
 
     Parameters
@@ -26,8 +26,6 @@ def explained(error: ValidationError, root: Any, kinds: Mapping[str, Any], sourc
         The noun that was being made.
     kinds
         All nouns by name.
-    source
-        File, or the empty string where the input came from Python.
     """
     first: Any = min(
         error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden"
@@ -38,36 +36,36 @@ def explained(error: ValidationError, root: Any, kinds: Mapping[str, Any], sourc
         case "extra_forbidden":
             name = str(location[-1])
             allowed = suggested(name, _fields_at(location, root, kinds)) or "no fields"
-            return InputError(source, field, f"the unknown name {name!r}", allowed)
+            return InputError("", field, f"the unknown name {name!r}", allowed)
         case "missing":
-            return InputError(source, field, "nothing", "a value, which is required here")
+            return InputError("", field, "nothing", "a value, which is required here")
         case "union_tag_not_found":
-            return InputError(source, f"{field}.type", "nothing", "the type of the noun, which is required here")
+            return InputError("", f"{field}.type", "nothing", "the type of the noun, which is required here")
         case "union_tag_invalid":
-            return _of_another_kind(source, field, given, context)
+            return _of_another_kind(field, given, context)
         case "value_error":
-            return _of_our_own(context["error"], field).at(source)
+            return _of_our_own(context["error"], field)
         case "too_short" | "too_long":
             some = "at least" if first["type"] == "too_short" else "at most"
             bound = context.get("min_length", context.get("max_length"))
-            return InputError(source, field, f"{context['actual_length']} values", f"{some} {bound}")
+            return InputError("", field, f"{context['actual_length']} values", f"{some} {bound}")
         case "literal_error" if isinstance(given, str):
             names = re.findall("'([^']*)'", context["expected"])
-            return InputError(source, field, shown(given), suggested(given, names, context["expected"]))
+            return InputError("", field, shown(given), suggested(given, names, context["expected"]))
         case "model_type" | "model_attributes_type":
-            return InputError(source, field, shown(given), f"{context['class_name']}, or a table of its fields")
+            return InputError("", field, shown(given), f"{context['class_name']}, or a table of its fields")
         case "tuple_type" | "dict_type":
-            return InputError(source, field, shown(given), "a list" if first["type"] == "tuple_type" else "a table")
-    return InputError(source, field, shown(given), re.sub(r"^(Input should be |\w+ should have )", "", first["msg"]))
+            return InputError("", field, shown(given), "a list" if first["type"] == "tuple_type" else "a table")
+    return InputError("", field, shown(given), re.sub(r"^(Input should be |\w+ should have )", "", first["msg"]))
 
 
-def _of_another_kind(source: str, field: str, given: Any, context: dict[str, Any]) -> InputError:
+def _of_another_kind(field: str, given: Any, context: dict[str, Any]) -> InputError:
     expected = str(context["expected_tags"])
     if not isinstance(given, dict):
-        return InputError(source, field, shown(given), expected)
+        return InputError("", field, shown(given), expected)
     kind = str(given["type"])
     return InputError(
-        source, f"{field}.type", shown(given["type"]), suggested(kind, re.findall("'([^']*)'", expected), expected)
+        "", f"{field}.type", shown(given["type"]), suggested(kind, re.findall("'([^']*)'", expected), expected)
     )
 
 

@@ -89,3 +89,10 @@ class Site(Noun):
             return cls.model_validate(data)
         except InputError as error:
             raise error.at(source) from None
+
+
+def as_site(given: Any) -> Site:
+    """Return a site; of a path, the one that the TOML file describes."""
+    if isinstance(given, Site):
+        return given
+    return Site.from_toml(as_path(given, "site", "a Site, or the path of its TOML file"))

@@ -31,8 +31,10 @@ def as_count(given: Any, field: str, least: int = 1, most: int | None = None) ->
 def as_quantity(given: Any, field: str, dimension: str, *, positive: bool = True) -> float:
     """Return a finite quantity in SI units, positive or at least not negative."""
     number = to_si(given, dimension, field)
-    if not isfinite(number) or number < 0.0 or (positive and number == 0.0):
-        raise InputError("", field, shown(given), f"a finite {dimension}, {'more than 0' if positive else '0 or more'}")
+    if not isfinite(number):
+        raise InputError("", field, shown(given), f"a finite {dimension}")
+    if number < 0.0 or (positive and number == 0.0):
+        raise InputError("", field, shown(given), "more than 0" if positive else "0 or more")
     return number
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from wheeltapper.ask.diagnosis.neighbours import Condition, Neighbour, Others, felt, neighbours_of
 from wheeltapper.ask.diagnosis.sensing import OVERSAMPLED, converted, drifted, filtered
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.site import Site
+from wheeltapper.describe.site import Site, as_site
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
@@ -68,6 +68,7 @@ def synthesise(
     """
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InputError("", "count", repr(count), "a number of passages, at least 1")
+    site = as_site(site)
     stated = site.passage.replaced(dict(changes or {}))
     condition, others = Condition(fault, size, place), neighbours_of(neighbour)
     out = []
