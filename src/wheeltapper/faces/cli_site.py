@@ -52,14 +52,8 @@ def diagnose(
         Alarm rules in TOML instead of the package's own.
     workers
         Processes; by default one per core.
-    unit
-        Of the numbers in the files, where these do not say it.
-    rate
-        Samples per second, where the files do not say it.
-    column
-        Which column of the files, where there are several.
-    speed
-        Measured speed of the wheelset.
+    unit, rate, column, speed
+        What the files do not say: unit of 1 in the file, samples per second, which column, measured speed.
     """
     from wheeltapper.ask.diagnosis.folder import diagnose_all
     from wheeltapper.describe.site import Site
