@@ -63,7 +63,7 @@ def trajectory(
     Parameters
     ----------
     scenario
-        With a wheelset on an elastic contact.
+        With a wheelset whose motion has exact derivatives.
     parameters
         Paths of continuous fields.
     times
