@@ -103,7 +103,7 @@ def _by_pint(text: str, number: float, unit: str, dimension: str) -> float:
 
     try:
         return float(pint.UnitRegistry().Quantity(number, unit).to(PINT[dimension] or "dimensionless").magnitude)
-    except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError, SyntaxError) as error:
+    except Exception as error:  # of pint, of Python's tokenizer, and whatever else an odd text meets there
         raise ValueError(
             f"found {text!r}, whose unit is not one of {dimension}; allowed: {_allowed(dimension)}"
         ) from error
