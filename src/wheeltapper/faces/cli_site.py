@@ -54,7 +54,6 @@ def diagnose(
         Alarm rules in TOML instead of the package's own.
     workers
         Processes; by default one per core.
-<<<<<<< HEAD
     unit
         Of the numbers in the files, where these do not say it.
     rate
@@ -64,10 +63,6 @@ def diagnose(
         from 0.
     speed
         Measured speed of the wheelset.
-=======
-    unit, rate, column, speed
-        What the files do not say: unit of 1 in the file, samples per second, which column, measured speed.
->>>>>>> diagnosis
     """
     from wheeltapper.ask.diagnosis.folder import NOT_READ, diagnose_all
     from wheeltapper.describe.site import Site

@@ -108,7 +108,7 @@ def _from_text(text: str, dimension: str, field: str) -> float:
 
     try:
         quantity = pint.UnitRegistry().Quantity(float(match[1]), unit)
-    except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError, SyntaxError) as error:
+    except Exception as error:  # of pint, of Python's tokenizer, and whatever else an odd text meets there
         raise InputError(
             "", field, f"{shown(text)}, whose unit is not one of {dimension}", _allowed(dimension)
         ) from error
