@@ -82,7 +82,9 @@ def path_table(
     height = sum(course.height for course in courses)
     followed = None if factor is None else Factor(factor, _curvature_noise(courses, end))
     if rolling == "point":
-        return point_table(courses, end, height, method.fit, followed), sharp_dip(*curvatures(courses, end)[1], radius)
+        return point_table(courses, end, height, method.fit, followed), [
+            *sharp_dip(*curvatures(courses, end)[1], radius)
+        ]
     return circle_table(courses, end, height, method.fit, radius, followed)
 
 

@@ -308,7 +308,7 @@ def _repetition(courses: list[Course], end: float, window: float) -> tuple[float
 
 
 def _notes(envelope: Envelope, kinks: list[float], varies: bool, stop: float) -> list[str]:
-    notes = []
+    notes: list[str] = []
     if kinks:
         first = ", ".join(f"{k:.6g}" for k in kinks[:3])
         more = f" and {len(kinks) - 3} more" if len(kinks) > 3 else ""

@@ -75,7 +75,7 @@ def load_chart(path: Path) -> xr.Dataset:
             str(path), "format", str(version), f"at most {FORMAT}; wheeltapper {__version__} cannot read it"
         )
     absent = list(_absent(path, group, arrays, version))
-    chart = xr.open_zarr(path, consolidated=False)
+    chart: xr.Dataset = xr.open_zarr(path, consolidated=False)
     cells = np.array(chart.status.values)
     for block in absent:
         cells[block] = MISSING
