@@ -44,7 +44,8 @@ def main() -> None:
     options = parser.parse_args()
     plain, flats = PLAIN, FLATS
     if options.smallest:
-        options.count, options.healthy, plain, flats = 2, 2, {"lost damper": PLAIN["lost damper"]}, {}
+        options.count, options.healthy, options.workers = 2, 2, 1
+        plain, flats = {"lost damper": PLAIN["lost damper"]}, {}
     often = {"count": options.count, "output": options.output, "workers": options.workers}
     sound = None
     print(f"{'fault':24} {'AUC':>8} {'95 % from':>10} {'goal':>6} {'named':>7} {'rms size error':>15}")
