@@ -50,7 +50,7 @@ def fastest(numbers: FloatArray, suspension: float, S: FloatArray) -> float:
         return u * (suspension + damped)
     stiff = numbers[contract.DECK_STIFFNESS]
     if S[STATE + ON_DECK] != 0.0:
-        stiff += 2.0 * numbers[contract.QUADRATIC] + 1.5 * numbers[contract.CUBIC] * u
+        stiff += numbers[contract.QUADRATIC] + 1.5 * numbers[contract.CUBIC] * u
         damped += damped / mass
     return u * (suspension + damped + numbers[contract.DECK_DAMPING] / mass + np.sqrt(stiff / mass))
 
