@@ -18,7 +18,7 @@ from wheeltapper.march import program as contract
 if TYPE_CHECKING:
     from wheeltapper.march.single import March
 
-LIMIT = 1e-4
+LIMIT = 1e-5
 """A larger part missing makes a run meaningless: its outcome says so."""
 NOTABLE = 1e-6
 """A larger part missing is told in a note."""
