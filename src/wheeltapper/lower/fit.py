@@ -180,8 +180,8 @@ def fit(
         for kept, coefficients in zip(found, rows, strict=True):
             kept.append(coefficients[good])
         if later.any():
-            held = (np.repeat(part[later], parts[later]) for part in (owners, excess))
-            waiting.append((_cut(pieces[later], parts[later]), *held))
+            cut = parts[later]
+            waiting.append((_cut(pieces[later], cut), np.repeat(owners[later], cut), np.repeat(excess[later], cut)))
     pieces = np.vstack(done) if done else np.empty((0, 2))
     order = np.argsort(pieces[:, 0])
     return pieces[order, 0], pieces[order, 1], [np.vstack(kept)[order] if kept else np.empty((0, 9)) for kept in found]

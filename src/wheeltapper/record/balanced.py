@@ -7,7 +7,7 @@ step, all works and losses by amount, and the energy of the contact at rest.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from wheeltapper.march import program as contract
 if TYPE_CHECKING:
     from wheeltapper.march.single import March
 
-LIMIT = 1e-4
+LIMIT = 1e-5
 """A larger part missing makes a run meaningless: its outcome says so."""
 NOTABLE = 1e-6
 """A larger part missing is told in a note."""
@@ -32,12 +32,16 @@ CHUNK = 100_000
 
 def is_ready(lowered: Lowered) -> bool:
     """Return False where the check begins with compiling its kernel."""
-    from wheeltapper.march import balance, damper_balance
     from wheeltapper.march.kernel import is_compiled
 
-    kernel = damper_balance.damper_balance_kernel if len(lowered.program.damper) else balance.balance_kernel
     columns = contract.ENDED_COLUMNS if len(lowered.program.damper) else contract.STEP_COLUMNS
-    return is_compiled(kernel, (*_arguments(lowered), np.empty((1, columns)), np.empty(1), np.empty(1)))
+    return is_compiled(_kernel(lowered), (*_arguments(lowered), np.empty((1, columns)), np.empty(1), np.empty(1)))
+
+
+def _kernel(lowered: Lowered) -> Any:
+    from wheeltapper.march import balance, damper_balance
+
+    return damper_balance.damper_balance_kernel if len(lowered.program.damper) else balance.balance_kernel
 
 
 def _arguments(lowered: Lowered) -> tuple[np.ndarray, ...]:
@@ -47,13 +51,11 @@ def _arguments(lowered: Lowered) -> tuple[np.ndarray, ...]:
 
 def missing_part(lowered: Lowered, march: March) -> float:
     """Return the largest part of the energy exchanged that was missing at any time of a march; NaN where it is lost."""
-    from wheeltapper.march import balance, damper_balance
+    from wheeltapper.march import balance
 
     sums = np.zeros(balance.SUMS)
-    steps, last = march.steps, march.state
-    kernel = balance.balance_kernel
+    kernel, steps, last = _kernel(lowered), march.steps, march.state
     if len(lowered.program.damper):
-        kernel = damper_balance.damper_balance_kernel
         steps, last = steps[:-1], steps[-1]  # where the end is at last stands in no state
     for first in range(0, len(steps), CHUNK):
         progress.report("checking the energy", first, len(steps))

@@ -202,7 +202,7 @@ def _of_wagon(scenario: Scenario, method: str) -> Record:
     warn_of(lowered.notes, depth=5)
     tell = extent.teller("marching", 1.0, scenario.duration, telling.WAGON_CHUNK, row)
     if not multibody.kernels_are_ready():
-        say_that_it_compiles("the wagon's march")
+        say_that_it_compiles("the wagon's march and its energy's check")
     march = multibody.march(lowered.assembly, tell)
     status, notes = balanced.judged(march.status, wagon_energy.missing_part(lowered, march, scenario))
     lowered = replace(lowered, notes=lowered.notes + notes + beyond_spin(scenario, lowered, march))
