@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from wheeltapper._version import __version__
 from wheeltapper.ask.marks import Marks, marks
 from wheeltapper.ask.passes import Line, Pass, Scatter
+from wheeltapper.ask.spec import contents
 from wheeltapper.ask.wear_files import beside_of, held, unwritable
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_path, as_quantity
@@ -184,6 +185,7 @@ class _Evolution:
                 "samples": samples,
                 "method": method,
             }
+            | ({"contents": named} if (named := contents(scenario)) else {})
         )
         self._state = self._line.virgin, 0  # the surface, and how many wheels it has borne: one thing to interrupts
         self._passes: list[Pass] = []
