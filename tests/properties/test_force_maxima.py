@@ -64,7 +64,10 @@ def known_until(a, b):
 def check(scene):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        default, strict = wt.simulate(scene), wt.simulate(scene, "strict")
+        try:
+            default, strict = wt.simulate(scene), wt.simulate(scene, "strict")
+        except wt.InputError:  # a hollow more curved than the wheel
+            return
     until = known_until(default, strict) - 1e-6
     one, other = (r.peaks.normal_force.values[r.peaks.time.values < until] for r in (default, strict))
     assert len(one) == len(other), scene
