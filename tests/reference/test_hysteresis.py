@@ -12,6 +12,7 @@ import pytest
 
 import wheeltapper as wt
 
+pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
 STEP = 1e-7
 G = 9.81
 
