@@ -69,7 +69,7 @@ def test_what_has_no_such_dampers_says_so(tmp_path, changes):
         lambda: trajectory(scene, ("vehicle.mass",), np.array([0.001])),
         lambda: trajectory(scene, (), np.array([0.001])),
     ):
-        with pytest.raises(wt.InputError, match=r"vehicle: found a damper with play or a bush, of which there are no"):
+        with pytest.raises(wt.InputError, match=r"vehicle: found a damper with play or a bush, (of which|with which)"):
             ask()
     plain = scene.replaced({"vehicle.damper_play": 0.0, "vehicle.bush_stiffness": None})
     with pytest.raises(wt.InputError, match=r"vehicle.damper_play: found a damper with play or a bush"):

@@ -59,7 +59,7 @@ WRONG = [
     (wt.contact.Stronge, {"poisson": 0.5}, "poisson: found 0.5; allowed: less than 0.5"),
     (wt.creep.Polach, {"friction": 0}, "friction: found 0; allowed: greater than 0"),
     (wt.profiles.Cones, {"conicity": 2}, "conicity: found 2; allowed: less than 1"),
-    (wt.profiles.WheelRail, {"smoothing": "1 cm"}, "smoothing: found 0.01 m; allowed: 1 mm at most"),
+    (wt.profiles.WheelRail, {"smoothing": "1 cm"}, "smoothing: found 0.01 m; allowed: 0.1 µm to 1 mm"),
     (wt.CosineBump, BUMP | {"length": -1}, "length: found -1; allowed: greater than 0"),
     (wt.Corrugation, {"amplitude": 1, "wavelength": 1, "start": 1, "end": 0}, "found end 0 m; allowed: more than"),
     (wt.WheelFlat, {"position": 0}, "found neither depth nor length; allowed: one of them"),

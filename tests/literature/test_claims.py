@@ -14,6 +14,7 @@ from wheeltapper.faces.paper.run import CLAIMS, run
 LONG = {"C15"}
 
 
+@pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")  # as the command does
 @pytest.mark.parametrize(
     "number", [pytest.param(number, marks=pytest.mark.slow if number in LONG else ()) for number in sorted(CLAIMS)]
 )

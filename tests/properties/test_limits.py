@@ -33,6 +33,7 @@ def test_scaling_mass_load_suspension_and_contact_together_changes_nothing():
     np.testing.assert_allclose(other.peaks.normal_force, s * one.peaks.normal_force, rtol=1e-11)
 
 
+@pytest.mark.filterwarnings("ignore:.*is implausible")
 def test_a_heavy_deck_is_the_stiff_track():
     stiff = wt.simulate(BUMP, "strict")
     differences = []

@@ -8,15 +8,17 @@ from scipy.integrate import solve_ivp
 
 import wheeltapper as wt
 
+pytestmark = pytest.mark.filterwarnings("ignore:.*is implausible")
 G = 9.81
 
 
 def drawn(rng):
     """A light wheel with a heavy damper over a long dip or bump that it does not leave."""
+    mass = float(10 ** rng.uniform(0.7, 2.5))
     return wt.Scenario(
         vehicle=wt.Wheelset(
-            mass=float(10 ** rng.uniform(0.7, 2.5)), load=float(10 ** rng.uniform(4, 5)), gravity=G,
-            stiffness=float(10 ** rng.uniform(5, 8)), damping=float(10 ** rng.uniform(6, 7.3)),
+            mass=mass, load=float(10 ** rng.uniform(4, 5)), gravity=G,
+            stiffness=float(10 ** rng.uniform(5, 8)), damping=mass * float(10 ** rng.uniform(4, 6)),
         ),
         contact=wt.Hertz(constant=float(10 ** rng.uniform(10.3, 11.5))),
         irregularity=wt.CosineBump(
@@ -63,7 +65,7 @@ def check(scene):
 
 def test_a_light_wheel_with_a_heavy_damper_stays_at_rest():
     scene = wt.Scenario(
-        vehicle=wt.Wheelset(mass=9.74, load=18_473, stiffness=1.19e5, damping=1.02e7),
+        vehicle=wt.Wheelset(mass=9.74, load=18_473, stiffness=1.19e5, damping=9.7e6),
         contact=wt.Hertz(constant=1.08e10),
         speed=0,
         duration=0.01,

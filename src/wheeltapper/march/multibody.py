@@ -205,8 +205,9 @@ def march_kernel(
             hardest = pass_breaks(now, data, plan, wheels)
             touch(now, data, plan, w, wheels)
             if hardest != SOFT:
-                log_corners(now, data[contract.PULSE], wheels, kept, peaks, S)
                 switch_contacts(now, SAME * data[contract.LENGTH], wheels, events, S)
+                touch(now, data, plan, w, wheels)  # a contact that a jump has closed presses at once
+                log_corners(now, data[contract.PULSE], wheels, kept, peaks, S)
                 S[ANEW] = 1.0
         if S[ANEW] != 0.0:
             S[NEXT_LENGTH] = FIRST_STEP * data[contract.PULSE]

@@ -151,7 +151,7 @@ def log_corners(t: float, pulse: float, wheels: FloatArray, kept: FloatArray, pe
     for lane in range(kept.shape[1]):
         L = wheels[lane // LANES]
         i = lane % LANES
-        if L[ON + i] == 0.0:
+        if L[ON + i] == 0.0 and kept[FORCES, lane] == 0.0:
             continue
         before, after = kept[FORCES, lane], L[NORMAL + i]
         least = QUIET * max(before, after)

@@ -154,8 +154,9 @@ def march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMarc
     events, peaks = (table(data, f"march_{name}", None, 4) for name in ("events", "peaks"))
     wheels = np.flatnonzero(A.lanes[:, contract.SIDE].ravel())
     for name, rows, column in (("march_events", events, 2), ("march_peaks", peaks, 1)):
-        rising(name, rows[:, 0], end)
         check(name, rows[:, column], np.isin(rows[:, column], wheels), "contacts of wheels")
+        for wheel in wheels:  # of a step, one wheel's maxima come after the other's
+            rising(name, rows[rows[:, column] == wheel, 0], end)
     whole("march_events", events[:, 1], program.LOSS, program.IMPACT)
     status = choice(data, "status", int, (*OUTCOMES, contract.DERAILED))
     return MultibodyMarch(status, steps, states, events, peaks, end, state, attribute(data, "evaluations", int))
