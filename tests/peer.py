@@ -100,14 +100,17 @@ class Wheel:
             out = solve_ivp(rates, (t + nudge, stop), first.y[:, -1], events=watched, **EXACT)
             t, s = out.t[-1], out.y[:, -1]
             if out.status == 1 and len(out.t_events[0]):
+                if not pulling:  # else the force has ended before the indentation
+                    found.append((t, "loss" if touching else "impact"))
                 touching, pulling = not touching, False
-                found.append((t, "impact" if touching else "loss"))
             elif out.status == 1:
                 pulling = not pulling
+                found.append((t, "loss" if pulling else "impact"))
             else:
                 t = stop
                 now = self.indentation(t, s, self.on(t + 1e-12))[0] > 0
                 if now != touching:
-                    found.append((t, "impact" if now else "loss"))
+                    if not pulling:
+                        found.append((t, "impact" if now else "loss"))
                     touching, pulling = now, False
         return found, s

@@ -13,6 +13,7 @@ from wheeltapper.march import telling
 from wheeltapper.record import simulate as simulating
 
 COACH = Path(__file__).resolve().parents[2] / "examples" / "coach_step.toml"
+pytestmark = pytest.mark.filterwarnings("ignore:.*is implausible")
 COMMON = {"contact": wt.Hertz(constant=1.405e11), "speed": 9.0, "duration": 0.05}
 BUMP = wt.CosineBump(height="0.2 mm", length="5 cm", start=0.009)
 
@@ -43,9 +44,8 @@ def test_the_duration_that_is_allowed_is_that_which_fits(monkeypatch):
 
 def test_more_samples_than_fit_are_refused():
     record = wt.simulate(wheelset())
-    for rate in (1e15, np.inf):
-        with pytest.raises(wt.InputError, match=r"rate: found .* samples"):
-            record.history(rate)
+    with pytest.raises(wt.InputError, match=r"rate: found .* samples"):
+        record.history(1e15)
 
 
 def test_more_samples_at_given_times_than_fit_are_refused(monkeypatch):
@@ -118,7 +118,6 @@ def test_each_kernel_is_said_to_be_compiled_once(capsys):
         {"track": {"type": "FloatingDeck", "mass": 1000, "stiffness": 1e20}},
     ],
 )
-@pytest.mark.filterwarnings("ignore:.*is implausible")
 def test_a_stiffness_beyond_all_bounds_is_marched_in_balance(changes):
     record = wt.simulate(wheelset(duration=1e-4).replaced(changes))
     assert record.outcome is Outcome.COMPLETED
