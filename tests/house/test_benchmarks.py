@@ -49,6 +49,7 @@ def ran(file, *arguments):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", [file for file in PROGRAMS if needs_peers(file)], ids=lambda file: file.stem)
 def test_a_benchmark_without_its_peers_says_so(file):
     if all(find_spec(name) for name in ("heyoka", "sksundae", "diffrax", "jax")):

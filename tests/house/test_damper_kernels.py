@@ -49,7 +49,8 @@ def answer_here(arguments, capsys, monkeypatch):
     return json.loads(capsys.readouterr().out)
 
 
-@pytest.mark.parametrize("arguments", [pytest.param((), marks=pytest.mark.slow), ("bush",)])
+@pytest.mark.slow
+@pytest.mark.parametrize("arguments", [(), ("bush",)])
 def test_without_compilation_the_answers_are_the_same_and_a_second_process_compiles_nothing(
     arguments, capsys, monkeypatch
 ):

@@ -243,6 +243,7 @@ def test_a_misfit_of_the_model_is_noise():
     assert finding.noise == pytest.approx(np.hypot(np.sqrt(0.5 * 20e3) * 6.66e-4, 0.015 * rms), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_what_is_explained_of_a_recording_that_is_not_is_told():
     (recording,) = wt.synthesise(SHORT, seed=1)
     late = recording.times > 0.1
