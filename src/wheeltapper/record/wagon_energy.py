@@ -27,7 +27,7 @@ SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
 """How each work of `march.replay` (load, path, shape, damper, friction, drive, stand-in) changes the energy."""
 
 
-EVERY = 8
+EVERY = 16
 """One of so many steps is checked at the end of each run: making a step again costs more than its march did."""
 
 
