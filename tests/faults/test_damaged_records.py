@@ -3,7 +3,6 @@
 The answers are asked for in a process of its own, since a kernel that follows a wrong index ends its process.
 """
 
-import itertools
 import json
 import subprocess
 import sys
@@ -46,7 +45,11 @@ for path in json.load(sys.stdin):
         print("refused", flush=True)
         continue
     assert len(record.events.event) >= 0 and len(record.peaks.peak) >= 0 and len(record.impacts.impact) >= 0
-    record.history(2000.0), record.at([0.0, 0.5 * record.end, record.end]), record.energy, str(record)
+    record.at([0.0, 0.5 * record.end, record.end]), record.energy, str(record)
+    try:
+        record.history(2000.0)
+    except wt.InputError as error:  # an end so late that its samples do not fit in memory
+        assert str(error).startswith("rate: "), error
     getattr(record, "damper_events", None)
     print("answered", flush=True)
 """
@@ -141,9 +144,9 @@ def test_mutated_records_are_refused_or_answer(tmp_path, saved):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "seed"), list(itertools.product(MAKERS, range(2, 4))))
+@pytest.mark.parametrize(("kind", "seed"), [(kind, seed) for seed, kind in enumerate(MAKERS)])
 def test_many_mutated_records_are_refused_or_answer(tmp_path, saved, kind, seed):
-    paths = mutants(saved(kind), tmp_path, seed, 200)
+    paths = mutants(saved(kind), tmp_path, seed, 60)
     assert len(answered(paths)) == len(paths)
 
 

@@ -173,11 +173,12 @@ def _elastic(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray
             total += 0.4 * wheels[o, NORMAL + i] * wheels[o, DELTA + i]
     for element in range(pieces.shape[0]):
         here = deflection(element, data, plan, w)
-        firsts = plan[plan[contract.AT_ELEMENT_CORNERS] + element]
+        at = plan[contract.AT_ELEMENT_CORNERS] + element
+        first, last = plan[at], plan[at + 1] - 2
         zero = 0.0
         low = 0.0
         step = 1 if here >= 0.0 else -1
-        corner = firsts
+        corner = first
         while data[plan[contract.AT_CORNERS] + 2 * (corner + 1)] < 0.0:
             corner += 1
         # the piece from the last negative corner to the first positive one passes through zero
@@ -188,7 +189,7 @@ def _elastic(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray
             until = min(here, border) if step > 0 else max(here, border)
             force = low + slope * (until - zero)
             total += 0.5 * (low + force) * (until - zero)
-            if until == here:
+            if until == here or not first <= corner + step <= last:  # NaN ends with the last piece
                 break
             zero, low = until, force
             corner += step
