@@ -2,6 +2,7 @@
 
 import pickle
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ NOT_FEATURES = [5, None, "force_rati", {"a": 1}, {"type": ["x"]}, [5], [], float
 NOT_FIELDS = [5, {"a": 1}, "spede", ["vehicle.mas"], ["vehicle"], ["irregularity.9.height"], [None], object()]
 NOT_METHODS = ["quick", None, 5, ["strict"], {"a": 1}]
 GRID = {"speed": [5.0, 6.0]}
+SITE = Path(__file__).parents[2] / "examples" / "site.toml"
 PLANE = {"speed": [4.0, 5.0], "vehicle.damping": [1e3, 1e4]}
 
 
@@ -53,6 +55,30 @@ def wear_in(**options):
     return wt.wear_in(plastic, options.pop("passes", 1), **options)
 
 
+D = wt.diagnosis
+SIZES, HITS, SIGNALS = [1.0, 2.0, 3.0, 4.0], [0, 1, 0, 1], [1.1, 1.7, 3.2, 3.9]
+NOT_NAMES = [5, {"a": 1}, "x", [5], [None], float("nan"), object()]
+NOT_SHARES = [0.0, 1.0, *NOT_NUMBERS]
+NOT_CHOICES = [5, "x", {"a": 1}, ["log"], float("nan"), object()]
+
+
+@cache
+def site():
+    return wt.load(SITE)
+
+
+def recording():
+    return D.Recording(np.zeros(400), 20e3)
+
+
+def identified(**options):
+    return D.identify(recording(), SITE, **options)
+
+
+def signalled(**options):
+    return D.signal_response(SIZES, SIGNALS, options.pop("threshold", 2.0), **options)
+
+
 WALK = {
     "simulate": (wt.simulate, NOT_SCENARIOS),
     "simulate, one of several": (lambda v: wt.simulate([scene(), v]), [*NOT_SCENARIOS, [scene()]]),
@@ -82,6 +108,151 @@ WALK = {
     "reduced": (wt.reduced, [*NOT_SCENARIOS, scene()]),
     "reduced, wheelset": (lambda v: wt.reduced(coach(), v), [0, 5, 1.5, *NOT_NUMBERS]),
     "critical_speed": (wt.stability.critical_speed, [*NOT_SCENARIOS, scene(), coach()]),
+    **{
+        f"critical_speed, {name}": (lambda v, name=name: wt.stability.critical_speed(coach(), **{name: v}), values)
+        for name, values in {
+            "lowest": ["5 kg", *NOT_NUMBERS], "highest": ["5 kg", float("inf"), *NOT_NUMBERS],
+            "tolerance": [0.0, 1.0, 1e-300, *NOT_NUMBERS],
+        }.items()
+    },
+    **{
+        f"{name}, site": (verb, [*NOT_SCENARIOS, scene()])
+        for name, verb in {
+            "synthesise": wt.synthesise, "design_site": wt.design_site,
+            "diagnose": lambda v: wt.diagnose(recording(), v),
+            "identify": lambda v: D.identify(recording(), v), "assess": D.assess, "information": D.information,
+            "reconstructed": lambda v: D.reconstructed(recording(), v), "imitation": lambda v: D.imitation(v, [50.0]),
+            "imitation_map": lambda v: D.imitation_map(v, [15e3], [1e7], [50.0]),
+            "diagnose_train": lambda v: D.diagnose_train([recording()], v),
+            "synthesise_train": lambda v: D.synthesise_train(v, [None]),
+            "diagnose_all": lambda v: D.diagnose_all([], v),
+        }.items()
+    },
+    **{
+        f"{name}, recording": (verb, NOT_SCENARIOS)
+        for name, verb in {
+            "diagnose": lambda v: wt.diagnose(v, SITE), "identify": lambda v: D.identify(v, SITE),
+            "reconstructed": lambda v: D.reconstructed(v, SITE),
+            "diagnose_train": lambda v: D.diagnose_train(v, SITE), "a train's": lambda v: D.diagnose_train([v], SITE),
+            "write_recording": lambda v: D.write_recording(v, "a.csv"),
+        }.items()
+    },
+    **{
+        f"synthesise, {name}": (lambda v, name=name: wt.synthesise(SITE, **{name: v}), values)
+        for name, values in {
+            "count": [0, 1.5, *NOT_NUMBERS], "seed": [1.5, *NOT_NUMBERS], "noise": NOT_NUMBERS[1:],
+            "fault": [v for v in NOT_NUMBERS if v is not None], "changes": NOT_FIELDS,
+            "neighbour": [0, True, float("inf"), *[v for v in NOT_NUMBERS if v not in (None, -1)]],
+        }.items()
+    },
+    **{
+        f"synthesise, a fault's {name}": (
+            lambda v, name=name: wt.synthesise(SITE, fault="wheel flat", **{name: v}), NOT_NUMBERS[1:],
+        )
+        for name in ("size", "place")
+    },
+    "neighbour, spacing": (lambda v: D.Neighbour(spacing=v), [v for v in NOT_NUMBERS if v != -1]),
+    "synthesise_train": (lambda v: D.synthesise_train(SITE, v), NOT_NUMBERS),
+    "synthesise_train, axles": (lambda v: D.synthesise_train(SITE, [v]), NOT_NUMBERS[1:]),
+    **{
+        f"synthesise_train, {name}": (lambda v, name=name: D.synthesise_train(SITE, {1: "healthy"}, **{name: v}), more)
+        for name, more in {
+            "count": [0, 1.5, *NOT_NUMBERS], "positions": [[0.0, 1.0], [None], *NOT_NUMBERS[1:]],
+        }.items()
+    },
+    **{
+        f"synthesise_train, {name}": (lambda v, name=name: D.synthesise_train(SITE, [None], **{name: v}), more)
+        for name, more in {
+            "seed": [1.5, *NOT_NUMBERS], "speed": ["5 kg", *NOT_NUMBERS[1:]], "noise": NOT_NUMBERS[1:],
+            "reach": ["5 kg", *NOT_NUMBERS],
+        }.items()
+    },
+    "diagnose, faults": (lambda v: wt.diagnose(recording(), SITE, faults=v), NOT_NAMES),
+    "diagnose, noise": (lambda v: wt.diagnose(recording(), SITE, noise=v), [0.0, "1 kg", *NOT_NUMBERS[1:]]),
+    "identify, unknown": (lambda v: identified(unknown=v), NOT_NAMES),
+    "identify, start": (lambda v: identified(start=v), NOT_FIELDS),
+    "identify, noise": (lambda v: identified(noise=v), [0.0, *NOT_NUMBERS[1:]]),
+    **{
+        f"design_site, {name}": (lambda v, name=name: wt.design_site(site(), **{name: v}), values)
+        for name, values in {
+            "parameters": NOT_NAMES, "speeds": [[], [None], ["5 kg"], *NOT_LISTS[1:]], "number": [0, 1.5, *NOT_NUMBERS],
+            "shapes": [[], None, *NOT_NAMES], "heights": [(2, 1), (1, 2, 3), *NOT_NUMBERS], "lengths": NOT_NUMBERS,
+            "spacing": NOT_NUMBERS, "total_length": NOT_NUMBERS, "largest_force": NOT_NUMBERS,
+            "vary": [5, "x", {"a": 1}, {5: (1, 2)}, {"track.mass": 5}, object()], "criterion": [None, *NOT_CHOICES],
+            "trigger": NOT_NUMBERS, "budget": [0, 1.5, *NOT_NUMBERS], "seed": [1.5, *NOT_NUMBERS],
+        }.items()
+    },
+    **{
+        f"assess, {name}": (lambda v, name=name: D.assess(site(), **{name: v}), values)
+        for name, values in {
+            "count": [1, 1.5, *NOT_NUMBERS], "healthy": [1, 1.5, *NOT_NUMBERS[1:]], "seed": [1.5, *NOT_NUMBERS],
+            "faults": [*NOT_NAMES, {"wheel flat": "x"}, {"wheel flat": object()}], "workers": [0, *NOT_NUMBERS[1:]],
+            "output": [v for v in NOT_PATHS if v is not None],
+        }.items()
+    },
+    **{
+        f"information, {name}": (lambda v, name=name: D.information(site(), **{name: v}), values)
+        for name, values in {
+            "parameters": NOT_NAMES, "speeds": [[], [None], ["5 kg"], *NOT_LISTS[1:]], "together": [[5], *NOT_NAMES],
+            "trigger": NOT_NUMBERS, "noise": NOT_NUMBERS[1:], "rate": [0, *NOT_NUMBERS[1:]],
+        }.items()
+    },
+    "imitation, frequencies": (lambda v: D.imitation(site(), v), [0, [0], [None], *NOT_LISTS]),
+    **{
+        f"imitation_map, {name}": (
+            lambda v, name=name: D.imitation_map(
+                site(), **({"masses": [15e3], "stiffnesses": [1e7], "frequencies": [50.0]} | {name: v})
+            ),
+            [0, [], [0], [None], ["5 m"], *NOT_LISTS],
+        )
+        for name in ("masses", "stiffnesses", "frequencies")
+    },
+    "reconstructed, method": (lambda v: D.reconstructed(recording(), site(), v), [None, *NOT_CHOICES]),
+    **{
+        f"diagnose_train, {name}": (lambda v, name=name: D.diagnose_train([recording()], site(), **{name: v}), values)
+        for name, values in {
+            "rules": [5, "none.toml", [5], {"a": 1}, float("nan"), object()],
+            "faults": NOT_NAMES, "noise": NOT_NUMBERS[1:],
+            "countries": [5, [5], {"a": 1}, float("nan"), object()], "workers": [0, *NOT_NUMBERS[1:]],
+        }.items()
+    },
+    "read_rules": (D.read_rules, ["none.toml", *[v for v in NOT_PATHS if v is not None]]),
+    "read_rules, countries": (lambda v: D.read_rules(countries=v), [5, [5], {"a": 1}, float("nan"), object()]),
+    "write_recording, path": (lambda v: D.write_recording(recording(), v), ["a.foo", "none/a.csv", *NOT_PATHS]),
+    "diagnose_all": (lambda v: D.diagnose_all(v, site()), [5, None, [5], {"a": 1}, float("nan"), object()]),
+    "diagnose_all, output": (lambda v: D.diagnose_all([], site(), output=v), [v for v in NOT_PATHS if v is not None]),
+    "diagnose_all, reading": (lambda v: D.diagnose_all([], site(), reading=v), [5, "x", [1], {"a": 1}, {5: 1}]),
+    "diagnose_all, workers": (lambda v: D.diagnose_all(["a"], site(), workers=v), [0, *NOT_NUMBERS[1:]]),
+    "combinations": (D.combinations, NOT_SCENARIOS),
+    "hit_miss": (lambda v: D.hit_miss(v, HITS), NOT_NUMBERS),
+    "hit_miss, hits": (lambda v: D.hit_miss(SIZES, v), NOT_NUMBERS),
+    **{
+        f"hit_miss, {name}": (lambda v, name=name: D.hit_miss(SIZES, HITS, **{name: v}), values)
+        for name, values in {
+            "link": [None, *NOT_CHOICES], "scale": [None, *NOT_CHOICES], "bounds": NOT_CHOICES,
+            "ceiling": [0, 2, *NOT_NUMBERS[1:]],
+        }.items()
+    },
+    "signal_response": (lambda v: D.signal_response(v, SIGNALS, 2.0), NOT_NUMBERS),
+    "signal_response, signals": (lambda v: D.signal_response(SIZES, v, 2.0), NOT_NUMBERS),
+    **{
+        f"signal_response, {name}": (lambda v, name=name: signalled(**{name: v}), values)
+        for name, values in {
+            "threshold": NOT_NUMBERS, "floor": [5.0, *NOT_NUMBERS[1:]],
+            "saturation": NOT_NUMBERS[1:], "scale": [None, *NOT_CHOICES], "signal_scale": [None, *NOT_CHOICES],
+            "bounds": NOT_CHOICES, "ceiling": [0, 2, *NOT_NUMBERS[1:]],
+        }.items()
+    },
+    "noise_threshold": (lambda v: D.noise_threshold(v, 0.1), NOT_NUMBERS),
+    "noise_threshold, rate": (lambda v: D.noise_threshold(SIZES, v), NOT_SHARES),
+    "noise_threshold, level": (lambda v: D.noise_threshold(SIZES, 0.1, level=v), NOT_SHARES[:2] + NOT_SHARES[3:]),
+    "noise_threshold, method": (lambda v: D.noise_threshold(SIZES, 0.1, method=v), [None, *NOT_CHOICES]),
+    "noise_threshold, scale": (lambda v: D.noise_threshold(SIZES, 0.1, scale=v), [None, *NOT_CHOICES]),
+    "roc": (lambda v: D.roc(v, SIZES), NOT_LISTS),
+    "roc, faulty": (lambda v: D.roc(SIZES, v), NOT_LISTS),
+    "false_calls": (lambda v: D.false_calls(v, 5), [6, 1.5, *NOT_NUMBERS]),
+    "false_calls, axles": (lambda v: D.false_calls(0, v), [0, 1.5, *NOT_NUMBERS]),
+    "false_calls, level": (lambda v: D.false_calls(0, 5, v), NOT_SHARES),
     "wear_in": (lambda v: wt.wear_in(v, 1), [*NOT_SCENARIOS, scene()]),
     "wear_in, one of several": (lambda v: wt.wear_in([v], 1), [*NOT_SCENARIOS, scene()]),
     **{
@@ -101,8 +272,6 @@ WALK = {
     "plot, border": (lambda v: wt.plot(record(), border=v), [5, "x", {"a": 1}, record]),
     "plot, against": (lambda v: wt.plot(record(), against=v), [5, "x", {"a": 1}, scene()]),
     "plot, wheelset": (lambda v: wt.plot(record(), wheelset=v), [0, 1.5, *NOT_NUMBERS]),
-    "synthesise": (wt.synthesise, [*NOT_SCENARIOS, scene()]),
-    "synthesise, count": (lambda v: wt.synthesise("site.toml", v), [0, 1.5, *NOT_NUMBERS]),
     "read_recording": (wt.read_recording, ["none.csv", "a.foo", *NOT_PATHS]),
     "history": (lambda v: record().history(v), [0, "20 kHzz", "20 m", *NOT_NUMBERS[1:]]),
     "at": (lambda v: record().at(v), ["1 m", ["1 ms", "x"], 9.0, [[0.01]], *NOT_LISTS]),
@@ -175,3 +344,26 @@ def test_features_may_be_given_by_name():
     assert study(scene(), GRID, "force_ratio").features[0].definition == asked()[0].definition
     with pytest.raises(wt.InputError, match="did you mean 'force_ratio'"):
         wt.sweep(scene(), GRID, ["force_rati"])
+
+
+def test_a_site_and_a_recording_may_be_given_as_their_files(tmp_path):
+    data, place = str(SITE.parent / "data" / "deck_flat.csv.gz"), str(SITE)
+    found = D.reconstructed(data, place, "inertia")
+    np.testing.assert_array_equal(found.force, D.reconstructed(wt.read_recording(data), site(), "inertia").force)
+    np.testing.assert_array_equal(D.imitation(SITE, [50.0]), D.imitation(site(), [50.0]))
+    assert D.write_recording(data, tmp_path / "again.npz") == tmp_path / "again.npz"
+    with pytest.raises(wt.InputError, match=r"^recordings\.1: found 5"):
+        D.diagnose_train([data, 5], place)
+
+
+def test_one_country_stands_for_a_list_of_it_and_faults_are_suggested():
+    assert D.read_rules(countries="SE") == D.read_rules(countries=["SE"]) != ()
+    with pytest.raises(wt.InputError, match=r"^fault: found 'wheel flt'; .*\(did you mean 'wheel flat'\?\)"):
+        wt.synthesise(SITE, fault="wheel flt")
+
+
+def test_shares_and_speeds_may_have_units():
+    assert D.false_calls(1, 1000, "95 %") == D.false_calls(1, 1000, 0.95)
+    assert D.imitation_map(SITE, ["15 t"], ["10 MN/m"], ["50 Hz"]).identical(
+        D.imitation_map(SITE, [15e3], [10e6], [50.0])
+    )

@@ -77,7 +77,7 @@ def test_a_recording_of_another_rate_is_refused(tmp_path, capsys):
 def test_what_is_asked_of_assess_is_checked_first(tmp_path, capsys):
     assert "broken spring" in refused(capsys, "assess", SITE, "--faults", "rusty spring")
     assert "NAME=SIZE" in refused(capsys, "assess", SITE, "--faults", "wheel flat=big")
-    assert "passages" in refused(capsys, "assess", SITE, "--count", "1")
+    assert "count: found 1; allowed: a whole number, at least 2" in refused(capsys, "assess", SITE, "--count", "1")
     assert ".json" in refused(capsys, "assess", SITE, "--output", tmp_path / "out.txt")
 
 
@@ -250,8 +250,11 @@ def test_recordings_of_another_sensor_are_not_identified(change, said):
 def test_what_is_no_site_no_recording_and_no_noise_is_refused():
     site, recording = wt.load(SITE), wt.diagnosis.Recording(np.zeros(400), 20e3)
     for call, said in (
-        (lambda: wt.diagnose(str(RECORDING), site), "recording: found a str; allowed: a Recording"),
-        (lambda: wt.diagnose(recording, site.passage), "site: found a Scenario; allowed: a Site"),
+        (lambda: wt.diagnose(site, site), "recording: found Site.*; allowed: a Recording, or the path of its file"),
+        (
+            lambda: wt.diagnose(recording, site.passage),
+            "site: found Scenario.*; allowed: a Site, or the path of its TOML file",
+        ),
         (lambda: wt.diagnose(recording, site, noise=-1.0), "noise: found -1.0"),
         (lambda: wt.diagnosis.information(site, speeds=[]), r"speeds: found \[\]"),
         (lambda: wt.design_site(site, budget=0), "budget: found 0"),

@@ -280,7 +280,7 @@ def test_a_recording_of_the_force_is_passed_on():
 def test_what_cannot_be_is_refused():
     record, _, acceleration, _ = passage()
     site = Site(passage=record.scenario)
-    with pytest.raises(wt.InputError, match="method: found 'magic'; allowed: auto, inertia"):
+    with pytest.raises(wt.InputError, match="method: found 'magic'; allowed: 'auto', 'inertia'"):
         reconstructed(Recording(acceleration, RATE), site, "magic")
     with pytest.raises(wt.InputError, match="3 samples that are neither missing nor clipped"):
         reconstructed(Recording(acceleration[:3], RATE), site)

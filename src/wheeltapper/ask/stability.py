@@ -10,6 +10,7 @@ import numpy as np
 
 from wheeltapper.ask.modes import STILL, as_wagon, linearised, modes
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.arguments import as_between, as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.record.simulate import ModelWarning
@@ -18,12 +19,14 @@ __all__ = ["critical_speed"]
 
 STEP = 2.0
 """Speeds are searched so far apart, m/s."""
+FINEST = 1e-15
+"""No tolerance is as small as this: floating-point numbers are hardly finer."""
 ROUNDING = 1e-9
 """Growth that is no more than this share of a mode's own rate, or this, 1/s, is rounding: the mode is undamped."""
 
 
 def critical_speed(
-    scenario: Scenario, *, lowest: float = 2.0, highest: float = 150.0, tolerance: float = 1e-4
+    scenario: Scenario, *, lowest: float | str = 2.0, highest: float | str = 150.0, tolerance: float = 1e-4
 ) -> float:
     """Return the lowest speed, m/s, at which a small deviation from the steady run grows: the linear critical speed.
 
@@ -36,7 +39,7 @@ def critical_speed(
     scenario
         With a `Wagon` and a creep law; its speed and irregularities are left out.
     lowest
-        Where the search begins, m/s; the vehicle has to run stably there.
+        Where the search begins, m/s, or as "10 km/h"; the vehicle has to run stably there.
     highest
         Where it ends, m/s; infinity is returned where the run is stable, or undamped, up to there.
     tolerance
@@ -53,7 +56,11 @@ def critical_speed(
     as_wagon(scenario, "critical speed")
     if scenario.creep is None:
         raise InputError("", "creep", "none", "a creep law, without which nothing hunts")
-    if not 0.0 < lowest < highest < np.inf:
+    lowest, highest = (
+        as_quantity(given, name, "speed", positive=False) for name, given in (("lowest", lowest), ("highest", highest))
+    )
+    tolerance = as_between(tolerance, "tolerance", FINEST, 1.0)
+    if not 0.0 < lowest < highest:
         raise InputError("", "lowest, highest", f"{lowest:g} m/s and {highest:g} m/s", "speeds above zero that rise")
     level = scenario.replaced({"irregularity": None})
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from math import inf, isfinite
 from numbers import Integral
 from pathlib import Path
 from typing import Any
 
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.quantities import to_si
 
 
@@ -42,6 +42,60 @@ def as_list(given: Any, field: str, what: str) -> list[Any]:
     """Return a list; one name stands for a list of it."""
     if isinstance(given, str):
         return [given]
-    if isinstance(given, dict) or not isinstance(given, Iterable):
+    if isinstance(given, Mapping) or not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0:
         raise InputError("", field, shown(given), what)
     return list(given)
+
+
+def as_names(given: Any, field: str, what: str) -> tuple[str, ...]:
+    """Return names; one name stands for a list of it."""
+    names = as_list(given, field, what)
+    for name in names:
+        if not isinstance(name, str):
+            raise InputError("", field, shown(name), what)
+    return tuple(names)
+
+
+def as_table(given: Any, field: str, what: str) -> dict[str, Any]:
+    """Return values by name; of None, no values."""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
+        raise InputError("", field, shown(given), what)
+    return dict(given)
+
+
+def as_quantities(given: Any, field: str, dimension: str, what: str) -> list[float]:
+    """Return one or more positive quantities in SI units; a text stands for a list of it."""
+    listed = as_list(given, field, what)
+    try:
+        found = [as_quantity(one, field, dimension) for one in listed]
+    except InputError as error:
+        raise InputError("", field, shown(listed), what) from error
+    if not found:
+        raise InputError("", field, "[]", what)
+    return found
+
+
+def as_bounds(given: Any, field: str, dimension: str) -> tuple[float, float]:
+    """Return two positive bounds in SI units, the smaller one first."""
+    what = "two positive bounds, the smaller one first"
+    bounds = as_quantities(given, field, dimension, what)
+    if len(bounds) != 2 or bounds[0] > bounds[1]:
+        raise InputError("", field, shown(given), what)
+    return bounds[0], bounds[1]
+
+
+def as_between(given: Any, field: str, low: float, high: float) -> float:
+    """Return a number, or a percentage, that lies between two others."""
+    number = to_si(given, "number", field)
+    if not low < number < high:
+        raise InputError("", field, shown(given), f"between {low:g} and {high:g}")
+    return number
+
+
+def check_choice(given: Any, field: str, allowed: Iterable[str]) -> None:
+    """Refuse what is none of the names that are allowed."""
+    names = list(allowed)
+    if not isinstance(given, str) or given not in names:
+        raise InputError("", field, shown(given), suggested(str(given), names, ", ".join(map(repr, names))))

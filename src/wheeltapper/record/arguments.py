@@ -1,4 +1,4 @@
-"""What verbs of scenarios are given: scenarios, or the paths of their files, and a method."""
+"""What verbs of scenarios and recordings are given: these, or the paths of their files, and a method."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.arguments import as_path
+from wheeltapper.ground.arguments import as_list, as_path
 from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.lower.numbers import METHODS
+from wheeltapper.record.recording import Recording
 
 
 def as_scenario(given: Any) -> Scenario:
@@ -28,6 +29,29 @@ def as_scenarios(given: Any) -> list[Scenario]:
             out.append(as_scenario(one))
         except InputError as error:
             raise error if error.source else InputError("", f"scenario.{i}", error.found, error.allowed) from None
+    return out
+
+
+def as_recording(given: Any) -> Recording:
+    """Return a recording; of a path, the one that the file holds."""
+    if isinstance(given, Recording):
+        return given
+    from wheeltapper.record.read_recording import read_recording
+
+    return read_recording(as_path(given, "recording", "a Recording, or the path of its file"))
+
+
+def as_recordings(given: Any) -> list[Recording]:
+    """Return one or more recordings from a list of recordings and paths."""
+    several = as_list(given, "recordings", "a list of Recordings, or of paths of their files")
+    if not several:
+        raise InputError("", "recordings", "none", "one for each wheelset of the train")
+    out = []
+    for i, one in enumerate(several):
+        try:
+            out.append(as_recording(one))
+        except InputError as error:
+            raise error if error.source else InputError("", f"recordings.{i}", error.found, error.allowed) from None
     return out
 
 

@@ -12,14 +12,16 @@ from typing import Any
 
 import numpy as np
 
+from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
+from wheeltapper.record.arguments import as_recording
 from wheeltapper.record.reading_units import QUANTITIES, SI
 from wheeltapper.record.recording import Recording
 
 SUFFIXES = ".csv, .csv.gz, .npz, .nc"
 
 
-def write_recording(recording: Recording, path: str | Path) -> Path:
+def write_recording(recording: Recording | str | Path, path: str | Path) -> Path:
     """Write a recording so that `read_recording` gives back the same, but for the source.
 
     The file is complete or not there: it is written beside its place and then renamed.
@@ -27,7 +29,7 @@ def write_recording(recording: Recording, path: str | Path) -> Path:
     Parameters
     ----------
     recording
-        Of either quantity; what JSON cannot hold in its truth is written in words.
+        Of either quantity, or the path of its file; what JSON cannot hold in its truth is written in words.
     path
         .csv, .csv.gz (SI units, every digit), .npz or .nc.
 
@@ -41,7 +43,7 @@ def write_recording(recording: Recording, path: str | Path) -> Path:
     InputError
         If the suffix is another one, or the place cannot be written.
     """
-    path = Path(path)
+    recording, path = as_recording(recording), as_path(path, "path", f"a path with the suffix {SUFFIXES}")
     name = path.name.lower()
     writer = next((write for suffix, write in WRITERS.items() if name.endswith(suffix)), None)
     if writer is None:

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 
 from wheeltapper.describe.scenario import toml_table
 from wheeltapper.describe.site import Site
+from wheeltapper.ground.arguments import as_names, as_path
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import to_si
 
@@ -208,10 +209,9 @@ def read_rules(path: str | Path | None = None, countries: Sequence[str] | None =
     InputError
         If the file cannot be read, or a rule in it is wrong; the field says which one and what of it.
     """
-    source = str(path) if path is not None else ""
-    data = toml_table(
-        Path(path) if path is not None else Path(str(files(__package__) / "alarm_rules.toml")), "alarm rules"
-    )
+    given = None if path is None else as_path(path, "path", "the path of a TOML file with alarm rules")
+    source = "" if given is None else str(given)
+    data = toml_table(given or Path(str(files(__package__) / "alarm_rules.toml")), "alarm rules")
     table = data.pop("rule", None)
     if data:
         name = next(iter(data))
@@ -225,7 +225,15 @@ def read_rules(path: str | Path | None = None, countries: Sequence[str] | None =
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise InputError(source, "rule", f"the name {twice!r} twice", "names that differ")
-    return tuple(rule for rule in rules if countries is None or rule.is_in(countries))
+    return in_countries(rules, countries)
+
+
+def in_countries(rules: Sequence[Rule], countries: Sequence[str] | None) -> tuple[Rule, ...]:
+    """Return the rules that name one of some countries; of None, all."""
+    if countries is None:
+        return tuple(rules)
+    names = as_names(countries, "countries", 'names of countries, as ("SE", "EU")')
+    return tuple(rule for rule in rules if rule.is_in(names))
 
 
 def _rule(entry: dict[str, Any], where: str, source: str) -> Rule:

@@ -13,6 +13,7 @@ from wheeltapper.ask.diagnosis.identify import LOUD, beliefs, onset
 from wheeltapper.ask.diagnosis.problem import Prior, Problem, values_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
+from wheeltapper.ground.arguments import as_list
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.damper_end import check_contact
 from wheeltapper.record.recording import Recording
@@ -116,7 +117,7 @@ def faults_of(passage: Scenario, names: Sequence[str] | None = None) -> tuple[di
     A fault that is named, but that the passage cannot have, is refused.
     """
     faults, left_out = {}, {}
-    for name in CATALOGUE if names is None else [names] if isinstance(names, str) else names:
+    for name in CATALOGUE if names is None else as_list(names, "faults", "names of faults"):
         fault = fault_named(name)
         try:
             faulty = fault.passage(passage)

@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.information import Information, errors
+from wheeltapper.ground.arguments import as_count, as_quantity
+from wheeltapper.ground.errors import InputError, shown
 
 FloatArray = NDArray[np.float64]
 
@@ -97,6 +99,10 @@ def combinations(found: Information, passage: int = 0, limit: float = LIMIT) -> 
     limit
         A direction in which ln s has a larger standard deviation by the record alone is listed as unknown.
     """
+    if not isinstance(found, Information):
+        raise InputError("", "found", shown(found), "what `information` returned")
+    passage = as_count(passage, "passage", 0, len(found.speeds) - 1)
+    limit = as_quantity(limit, "limit", "number")
     names, turned = _coordinates(found)
     laws = _laws(names)
     return Combinations(

@@ -24,10 +24,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from wheeltapper.ask.diagnosis.design_search import Candidate, Criterion, Judge, Progress, Search, cost
-from wheeltapper.ask.diagnosis.information import NAMED, Information, check_speeds
+from wheeltapper.ask.diagnosis.information import NAMED, Information, as_speeds, as_trigger
 from wheeltapper.ask.diagnosis.layout import Bounds, Family
 from wheeltapper.describe.scenario import FORMAT
-from wheeltapper.describe.site import Site
+from wheeltapper.describe.site import Site, as_site
+from wheeltapper.ground.arguments import as_count, as_names, as_quantity, as_table, check_choice
 from wheeltapper.ground.errors import InputError
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ COLUMNS = (
 
 
 def design_site(
-    site: Site,
+    site: Site | str | Path,
     parameters: Sequence[str] = NAMED,
     speeds: Sequence[float] | None = (6.0, 9.0, 12.0),
     *,
@@ -151,7 +152,7 @@ def design_site(
     site
         Its deck, sensor, vehicle and uncertainties; its rail is replaced. Each feature is known as well as the first
         one of the site's ("irregularity.0.height" and so on). Recordings last 0.2 s longer than the slowest passage
-        over the total length, all the same, or as long as the site's.
+        over the total length, all the same, or as long as the site's. Or the path of its TOML file.
     parameters
         Paths of the fields asked for, of which nothing is known beforehand.
     speeds
@@ -183,24 +184,21 @@ def design_site(
     Interrupted
         At Ctrl-C, with the best rail so far.
     """
-    if criterion not in ("determinant", "worst interval"):
-        raise InputError("", "criterion", repr(criterion), "'determinant' or 'worst interval'")
-    if budget < 1:
-        raise InputError("", "budget", str(budget), "at least 1 layout")
-    if speeds is not None:
-        check_speeds(speeds)
-    parameters = (parameters,) if isinstance(parameters, str) else parameters
-    shaping = [path for path in (*parameters, *(vary or {})) if path.startswith("irregularity.")]
+    site, budget, seed = as_site(site), as_count(budget, "budget"), as_count(seed, "seed", 0)
+    check_choice(criterion, "criterion", ("determinant", "worst interval"))
+    passing = None if speeds is None else tuple(as_speeds(speeds))
+    parameters = as_names(parameters, "parameters", "paths of fields")
+    varied = as_table(vary, "vary", "bounds by path, or None")
+    shaping = [path for path in (*parameters, *varied) if path.startswith("irregularity.")]
     if shaping:
         raise InputError("", shaping[0], "a field of the rail, which is to be designed", "fields of what rolls over it")
-    family = Family(
-        number, tuple(shapes), heights, lengths, spacing, total_length, fields=dict(vary or {})
-    ).checked()  # fmt: skip
-    plain = ("bump",) if "bump" in shapes else family.shapes[:1]
-    slowest = min(speeds) if speeds else (vary or {}).get("speed", (float(site.passage.speed),))[0]
+    given = as_names(shapes, "shapes", "shapes of features")
+    family = Family(number, given, heights, lengths, spacing, total_length, fields=varied).checked()
+    plain = ("bump",) if "bump" in family.shapes else family.shapes[:1]
+    slowest = min(passing) if passing else family.fields.get("speed", (float(site.passage.speed),))[0]
     judge = Judge(
-        site, tuple(parameters), tuple(speeds) if speeds else None, criterion, largest_force, one_gauge, trigger,
-        heights[0], family.duration(slowest),
+        site, parameters, passing, criterion, as_quantity(largest_force, "largest_force", "force"), one_gauge,
+        as_trigger(trigger), family.heights[0], family.duration(slowest),
     )  # fmt: skip
     search = Search(judge, budget, progress)
     try:

@@ -21,7 +21,9 @@ from wheeltapper.ask.diagnosis.detection_bounds import delta_lower, delta_size, 
 from wheeltapper.ask.diagnosis.detection_fit import Fit
 from wheeltapper.ask.diagnosis.likelihood import FloatArray, Link
 from wheeltapper.ask.diagnosis.roc import samples
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_between, check_choice
+from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.quantities import to_si
 
 Scale = Literal["log", "linear"]
 Bounds = Literal["wald", "likelihood ratio", "delta"]
@@ -110,7 +112,7 @@ class Detection:
         InputError
             If a size is not finite, or not positive on a log scale, or the level is not between 0.5 and 1.
         """
-        _check_level(level)
+        level = as_between(level, "level", 0.5, 1.0)
         x = self._inner(sizes)
         if self.method == "likelihood ratio":
             found = np.array([self.fit.least(float(one), level) for one in x.ravel()], dtype=np.float64)
@@ -140,11 +142,10 @@ class Detection:
         InputError
             If the probability is not between 0 and 1, or the level not between 0.5 and 1.
         """
-        if not 0.0 < probability < 1.0:
-            raise InputError("", "probability", repr(probability), "between 0 and 1")
+        probability = as_between(probability, "probability", 0.0, 1.0)
         if level is None:
             return self._outer(self.fit.reached(probability))
-        _check_level(level)
+        level = as_between(level, "level", 0.5, 1.0)
         if probability >= self.ceiling:
             return inf
         if self.method == "likelihood ratio":
@@ -184,8 +185,7 @@ class Detection:
 
     def ceiling_interval(self, level: float = USUAL) -> tuple[float, float]:
         """Return the bounds between which the ceiling lies, by the likelihood ratio; it itself where it was given."""
-        _check_level(level)
-        return self.fit.ceilings(level)
+        return self.fit.ceilings(as_between(level, "level", 0.5, 1.0))
 
     def _inner(self, sizes: ArrayLike) -> FloatArray:
         """Return sizes as the fit has them."""
@@ -259,21 +259,13 @@ def standardised(sizes: ArrayLike, scale: Scale) -> tuple[FloatArray, float, flo
     return (t - centre) / width, centre, width
 
 
-def check_choice(name: str, value: object, allowed: tuple[str | None, ...]) -> None:
-    """Raise an InputError unless a value is one of the allowed ones."""
-    if value not in allowed:
-        raise InputError("", name, repr(value), ", ".join(map(repr, allowed)))
-
-
-def check_bounds(ceiling: float | None, bounds: Bounds | None) -> None:
-    """Raise an InputError unless a ceiling is a probability, or None, and bounds can be had with it."""
+def as_ceiling(given: float | None, bounds: Bounds | None) -> float | None:
+    """Return a ceiling, a probability or None; refuse bounds that cannot be had with it."""
+    ceiling = None if given is None else to_si(given, "number", "ceiling")
     if ceiling is not None and not 0.0 < ceiling <= 1.0:
-        raise InputError("", "ceiling", repr(ceiling), "more than 0 and at most 1, or None: it is estimated")
-    check_choice("bounds", bounds, ("wald", "likelihood ratio", "delta", None))
+        raise InputError("", "ceiling", shown(given), "more than 0 and at most 1, or None: it is estimated")
+    if bounds is not None:
+        check_choice(bounds, "bounds", ("wald", "likelihood ratio", "delta"))
     if ceiling is None and bounds not in (None, "likelihood ratio"):
         raise InputError("", "bounds", f"{bounds!r} with a ceiling to be estimated", "'likelihood ratio'")
-
-
-def _check_level(level: float) -> None:
-    if not 0.5 < level < 1.0:
-        raise InputError("", "level", repr(level), "between 0.5 and 1")
+    return ceiling

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +30,7 @@ from wheeltapper.ask.diagnosis.case import EXPLAINED, Case, feels_load, well
 from wheeltapper.ask.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
 from wheeltapper.ask.diagnosis.fitting import Fit, keeps_step, solve
-from wheeltapper.ask.diagnosis.force import noise_of
-from wheeltapper.ask.diagnosis.identify import beliefs, check_recording, estimate_of
+from wheeltapper.ask.diagnosis.identify import beliefs, estimate_of, recorded_at
 from wheeltapper.ask.diagnosis.measured import Forces, measured
 from wheeltapper.ask.diagnosis.search import ranked
 from wheeltapper.ask.diagnosis.sensing import drifted, filtered
@@ -66,16 +66,17 @@ deviations of the noise away from the recording, and intervals that count noise 
 
 
 def diagnose(
-    recording: Recording, site: Site, *, faults: Sequence[str] | None = None, noise: float | None = None
-) -> Finding:
+    recording: Recording | str | Path, site: Site | str | Path, *, faults: Sequence[str] | None = None,
+    noise: float | None = None,
+) -> Finding:  # fmt: skip
     """Find what is wrong with a wheelset from the recording of its passage.
 
     Parameters
     ----------
     recording
-        The deck's acceleration.
+        The deck's acceleration, or the path of its file.
     site
-        Where it was made, with what is uncertain of it and of a healthy wheelset.
+        Where it was made, with what is uncertain of it and of a healthy wheelset; or the path of its TOML file.
     faults
         Names of the catalogue's faults to compare; by default all.
     noise
@@ -87,8 +88,7 @@ def diagnose(
     InputError
         If the recording is no acceleration, too short, or of another sample rate than the site's sensor has.
     """
-    check_recording(recording, site, noise)
-    spread = noise or noise_of(recording, site.sensor)
+    recording, site, spread = recorded_at(recording, site, noise)
     spread = float(np.hypot(spread, site.misfit * np.sqrt(np.nanmean(recording.samples**2))))
     if not spread > 0.0:
         raise InputError(recording.source, "sensor.noise", "samples without noise", "a sensor with its noise stated")

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from difflib import get_close_matches
 from math import pi
 from typing import Any
 
@@ -16,7 +15,7 @@ from wheeltapper.describe.irregularity.flat import WheelFlat
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wagon import Wagon
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, shown, suggested
 
 MASS, DAMPING, LOAD = "vehicle.mass", "vehicle.damping", "vehicle.load"
 PLAIN = (MASS, DAMPING, LOAD)
@@ -216,8 +215,6 @@ CATALOGUE: dict[str, Fault] = {
 
 def fault_named(name: str) -> Fault:
     """Return a fault of the catalogue."""
-    if name not in CATALOGUE:
-        close = get_close_matches(name, CATALOGUE, n=1)
-        meant = f" (did you mean {close[0]!r}?)" if close else ""
-        raise InputError("", "fault", repr(name), ", ".join(CATALOGUE) + meant)
+    if not isinstance(name, str) or name not in CATALOGUE:
+        raise InputError("", "fault", shown(name), suggested(str(name), CATALOGUE))
     return CATALOGUE[name]

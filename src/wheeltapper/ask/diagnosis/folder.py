@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -13,8 +14,9 @@ from wheeltapper.ask.diagnosis.diagnose import diagnose
 from wheeltapper.ask.diagnosis.finding import Finding
 from wheeltapper.ask.diagnosis.processes import in_processes
 from wheeltapper.ask.spec import contents
-from wheeltapper.describe.site import Site
-from wheeltapper.ground.errors import InputError
+from wheeltapper.describe.site import Site, as_site
+from wheeltapper.ground.arguments import as_list, as_path, as_table
+from wheeltapper.ground.errors import InputError, shown, suggested
 
 NOT_READ = "not read"
 """The verdict on a file that holds no recording of this site; its entry says why."""
@@ -24,7 +26,7 @@ After = Callable[[Finding, Path], None]
 
 def diagnose_all(
     files: Iterable[str | Path],
-    site: Site,
+    site: Site | str | Path,
     *,
     output: str | Path | None = None,
     workers: int | None = None,
@@ -40,7 +42,7 @@ def diagnose_all(
     files
         The recordings.
     site
-        Where they were made.
+        Where they were made, or the path of its TOML file.
     output
         Folder in which each finding is kept as FILE.json; what is there already, of the same file and site, is not
         computed again. It is made if need be. None: nothing is kept.
@@ -61,9 +63,10 @@ def diagnose_all(
         What each finding's `to_dict` gives, in the order of the files; a file that cannot be read, or is no recording
         of this site, has the verdict "not read" and says why.
     """
-    paths = [Path(file) for file in files]
-    folder = _folder(output, paths)
-    reading = {"apart": True} | dict(reading or {})
+    what = "paths of recordings"
+    site, paths = as_site(site), [as_path(file, "files", what) for file in as_list(files, "files", what)]
+    folder = None if output is None else _folder(as_path(output, "output", "the path of a folder"), paths)
+    reading = {"apart": True} | _reading(reading)
     found: dict[int, dict[str, Any]] = {}
     for i, path in enumerate(paths):
         kept = None if folder is None else _kept(_target(folder, path), path, site, reading)
@@ -76,6 +79,18 @@ def diagnose_all(
         if progress is not None:
             progress(len(found), len(paths))
     return [found[i] for i in range(len(paths))]
+
+
+def _reading(given: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return arguments of `read_recording`."""
+    from wheeltapper.record.read_recording import read_recording
+
+    known = [name for name in inspect.signature(read_recording).parameters if name != "path"]
+    reading = as_table(given, "reading", f"a table of {', '.join(known)}")
+    for name in reading:
+        if name not in known:
+            raise InputError("", "reading", shown(name), suggested(name, known))
+    return reading
 
 
 _Task = tuple[Path, Path | None, dict[str, Any], After | None, bool]
@@ -105,10 +120,7 @@ def _one(site: Site, task: _Task) -> dict[str, Any]:
 # -- what is kept -----------------------------------------------------------------------------------------------------
 
 
-def _folder(output: str | Path | None, paths: list[Path]) -> Path | None:
-    if output is None:
-        return None
-    folder = Path(output)
+def _folder(folder: Path, paths: list[Path]) -> Path:
     names = [path.name for path in paths]
     twice = next((name for name in names if names.count(name) > 1), None) if len(set(names)) < len(names) else None
     if twice is not None:

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import factorial, log10, pi, sin, sqrt
+from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper.ask.diagnosis import force_bearing, force_smooth
 from wheeltapper.describe.sensor import Sensor
-from wheeltapper.describe.site import Site
+from wheeltapper.describe.site import Site, as_site
 from wheeltapper.describe.track.deck import FloatingDeck
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import check_choice
+from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.record.arguments import as_recording
 from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
@@ -90,7 +93,7 @@ class _Found(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def reconstructed(recording: Recording, site: Site, method: Method = "auto") -> Force:
+def reconstructed(recording: Recording | str | Path, site: Site | str | Path, method: Method = "auto") -> Force:
     """Return the contact force behind a recording: N = N0 - M·a - K·y - C_d·v.
 
     Parameters
@@ -99,7 +102,7 @@ def reconstructed(recording: Recording, site: Site, method: Method = "auto") -> 
         Of the deck's acceleration; one of the force is returned as it is. From the trigger or before it: the deck is
         taken to be at rest then.
     site
-        Deck, static force and sensor.
+        Deck, static force and sensor; or the path of its TOML file.
     method
         "inertia": N0 - M·a. Missing samples stay so.
         "bearing": also K·y + C_d·v, a integrated twice from rest; drift is tied to N = 0 in flight, and loosely to the
@@ -118,8 +121,8 @@ def reconstructed(recording: Recording, site: Site, method: Method = "auto") -> 
     InputError
         If the method is unknown, or the recording has too few samples.
     """
-    if method not in ("auto", *METHODS):
-        raise InputError("", "method", repr(method), ", ".join(("auto", *METHODS)))
+    recording, site = as_recording(recording), as_site(site)
+    check_choice(method, "method", ("auto", *METHODS))
     good = np.isfinite(recording.samples) & ~recording.clipped
     if int(good.sum()) < SHORTEST:
         usable = f"{int(good.sum())} samples that are neither missing nor clipped"
@@ -136,7 +139,7 @@ def reconstructed(recording: Recording, site: Site, method: Method = "auto") -> 
     return Force(times, found.force, found.deviation, found.band, chosen, (*notes, *found.notes))
 
 
-def imitation(site: Site, frequencies: FloatArray) -> NDArray[np.complex128]:
+def imitation(site: Site | str | Path, frequencies: ArrayLike) -> NDArray[np.complex128]:
     """Return -M·A/ΔN, the part of the dynamic force that the deck's inertia shows (claim C22).
 
     1/(1 - r² - 2i·ζ·r), r = f_deck/f: with ÿ = A·exp(2πi·f·t) of M·ÿ = -ΔN - K·y - C_d·ẏ.
@@ -144,17 +147,21 @@ def imitation(site: Site, frequencies: FloatArray) -> NDArray[np.complex128]:
     Parameters
     ----------
     site
-        With its deck.
+        With its deck; or the path of its TOML file.
     frequencies
-        Hz, more than 0.
+        Hz, more than 0; one or an array of them.
 
     Raises
     ------
     InputError
         If a frequency is not positive.
     """
-    f = np.asarray(frequencies, dtype=float)
-    if not np.all(f > 0.0):
+    site = as_site(site)
+    try:
+        f = np.asarray(frequencies, dtype=float)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError("", "frequencies", shown(frequencies), "frequencies in Hz") from error
+    if not np.all((f > 0.0) & np.isfinite(f)):
         raise InputError("", "frequencies", f"{np.min(f):g} Hz", "more than 0 Hz")
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(1.0 / _force_over_inertia(_deck(site), f))

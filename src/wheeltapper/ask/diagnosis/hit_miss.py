@@ -11,14 +11,14 @@ from wheeltapper.ask.diagnosis.detection import (
     Bounds,
     Detection,
     Scale,
-    check_bounds,
-    check_choice,
+    as_ceiling,
     described,
     standardised,
 )
 from wheeltapper.ask.diagnosis.detection_fit import LEAST, Fit, estimated, step_of
 from wheeltapper.ask.diagnosis.likelihood import FloatArray, Likelihood, Link, Peak, quantile
 from wheeltapper.ask.diagnosis.roc import samples
+from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
 
 BoolArray = NDArray[np.bool_]
@@ -65,9 +65,9 @@ def hit_miss(
         is neither hit nor miss, or a ceiling is to be estimated without any hit or for other bounds than the
         likelihood ratio's.
     """
-    check_choice("link", link, ("probit", "logit"))
-    check_choice("scale", scale, ("log", "linear"))
-    check_bounds(ceiling, bounds)
+    check_choice(link, "link", ("probit", "logit"))
+    check_choice(scale, "scale", ("log", "linear"))
+    ceiling = as_ceiling(ceiling, bounds)
     x, centre, width = standardised(sizes, scale)
     called = _outcomes(hits, len(x))
     if ceiling is None and not called.any():

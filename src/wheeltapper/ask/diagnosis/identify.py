@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +14,11 @@ from wheeltapper.ask.diagnosis.fitting import Fit, solve
 from wheeltapper.ask.diagnosis.force import noise_of
 from wheeltapper.ask.diagnosis.problem import Prior, Problem, number_at
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.site import Site
+from wheeltapper.describe.site import Site, as_site
+from wheeltapper.ground.arguments import as_names, as_quantity, as_table
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.fields import Fields
+from wheeltapper.record.arguments import as_recording
 from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
@@ -96,11 +100,12 @@ def beliefs(site: Site, unknown: tuple[str, ...] = ()) -> dict[str, Prior]:
     return out
 
 
-def check_recording(recording: Recording, site: Site, noise: float | None) -> None:
-    """Refuse recordings that are none of a site's sensor, and a noise that is none."""
-    for name, given, kind in (("recording", recording, Recording), ("site", site, Site)):
-        if not isinstance(given, kind):
-            raise InputError("", name, f"a {type(given).__name__}", f"a {kind.__name__}")
+def recorded_at(recording: Any, site: Any, noise: Any) -> tuple[Recording, Site, float]:
+    """Return a recording, its site and the standard deviation of its samples' noise, m/s².
+
+    Refuse what is none of these, and a recording that is none of the site's sensor.
+    """
+    recording, site = as_recording(recording), as_site(site)
     if recording.quantity != "deck acceleration":
         raise InputError(recording.source, "quantity", repr(recording.quantity), "'deck acceleration'")
     good = int(np.isfinite(recording.samples).sum())
@@ -113,13 +118,13 @@ def check_recording(recording: Recording, site: Site, noise: float | None) -> No
             f"{recording.rate:g} Hz",
             f"{site.sensor.rate:g} Hz, the rate of the site's sensor",
         )
-    if noise is not None and not 0.0 < noise < np.inf:
-        raise InputError("", "noise", f"{noise!r}", "a positive standard deviation of the samples, m/s²")
+    stated = None if noise is None else as_quantity(noise, "noise", "acceleration")
+    return recording, site, stated or noise_of(recording, site.sensor)
 
 
 def identify(
-    recording: Recording,
-    site: Site,
+    recording: Recording | str | Path,
+    site: Site | str | Path,
     unknown: Sequence[str] = ("vehicle.mass", "vehicle.damping"),
     *,
     start: Mapping[str, float] | None = None,
@@ -130,9 +135,9 @@ def identify(
     Parameters
     ----------
     recording
-        The deck's acceleration.
+        The deck's acceleration, or the path of its file.
     site
-        Where it was made. What it is uncertain of is found, too, with that as its prior.
+        Where it was made, or the path of its TOML file. What it is uncertain of is found, too, with that as its prior.
     unknown
         Paths of fields of which nothing is known beforehand.
     start
@@ -145,10 +150,9 @@ def identify(
     InputError
         If the recording is none of the site's sensor, or an unknown field holds no number.
     """
-    check_recording(recording, site, noise)
-    spread = noise or noise_of(recording, site.sensor)
-    model = site.passage.replaced(dict(start or {}))
-    asked = (unknown,) if isinstance(unknown, str) else tuple(unknown)
+    recording, site, spread = recorded_at(recording, site, noise)
+    model = site.passage.replaced(as_table(start, "start", "values by path, or None"))
+    asked = as_names(unknown, "unknown", "paths of fields")
     found = solve(Problem(recording, site.sensor, spread, model, beliefs(site, asked)), onset(recording, spread))
     return estimate_of(found, spread)
 

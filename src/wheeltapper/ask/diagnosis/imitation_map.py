@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wheeltapper.ask.diagnosis.force import imitation
-from wheeltapper.describe.site import Site
-from wheeltapper.ground.errors import InputError
+from wheeltapper.describe.site import Site, as_site
+from wheeltapper.ground.arguments import as_quantities
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,14 +20,14 @@ TITLE = "wheeltapper imitation"
 
 
 def imitation_map(
-    site: Site, masses: Sequence[float], stiffnesses: Sequence[float], frequencies: Sequence[float]
+    site: Site | str | Path, masses: Sequence[float], stiffnesses: Sequence[float], frequencies: Sequence[float]
 ) -> xr.Dataset:
     """Return the share of the dynamic contact force that the inertia of decks shows.
 
     Parameters
     ----------
     site
-        Its deck's damping ratio is kept: C_d grows with √(K·M).
+        Its deck's damping ratio is kept: C_d grows with √(K·M); or the path of its TOML file.
     masses, stiffnesses
         M, kg, and K, N/m, of the decks.
     frequencies
@@ -45,12 +46,12 @@ def imitation_map(
     """
     import xarray as xr
 
-    for name, values in (("masses", masses), ("stiffnesses", stiffnesses)):
-        if not len(values) or min(values) <= 0.0:
-            raise InputError("", name, f"{list(values)}", "positive numbers")
+    site = as_site(site)
+    masses = as_quantities(masses, "masses", "mass", "one or more positive masses, kg")
+    stiffnesses = as_quantities(stiffnesses, "stiffnesses", "stiffness", "one or more positive stiffnesses, N/m")
+    f = np.array(as_quantities(frequencies, "frequencies", "frequency", "one or more positive frequencies, Hz"))
     deck = site.passage.track
     share = deck.damping / np.sqrt(deck.stiffness * deck.mass) if deck.stiffness > 0.0 else 0.0
-    f = np.asarray(frequencies, dtype=float)
     shown = np.empty((len(masses), len(stiffnesses), len(f)), dtype=complex)
     for i, mass in enumerate(masses):
         for j, stiffness in enumerate(stiffnesses):

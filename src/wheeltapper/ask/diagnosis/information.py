@@ -13,6 +13,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +25,10 @@ from wheeltapper.ask.diagnosis.sensing import filtered
 from wheeltapper.describe.irregularity.base import PLACES
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor import Sensor
-from wheeltapper.describe.site import Site
-from wheeltapper.ground.errors import ComputationError, InputError
+from wheeltapper.describe.site import Site, as_site
+from wheeltapper.ground.arguments import as_list, as_names, as_quantities, as_quantity
+from wheeltapper.ground.errors import ComputationError, InputError, shown
+from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import program as contract
 from wheeltapper.record.record import OUTCOMES
@@ -140,7 +144,7 @@ class Information:
 
 
 def information(
-    site: Site,
+    site: Site | str | Path,
     parameters: Sequence[str] = NAMED,
     speeds: Sequence[float] | None = None,
     *,
@@ -154,7 +158,8 @@ def information(
     Parameters
     ----------
     site
-        Its uncertain fields are unknown, too, with normal priors. Clipped samples count as lost.
+        Its uncertain fields are unknown, too, with normal priors. Clipped samples count as lost. Or the path of its
+        TOML file.
     parameters
         Paths of the fields asked for, of which nothing is known beforehand whatever the site says.
     speeds
@@ -176,18 +181,29 @@ def information(
         If a field holds no number, or the motion has no exact derivatives: an elastic-plastic contact, a damper with
         play or a bush.
     """
-    asked = (parameters,) if isinstance(parameters, str) else tuple(parameters)
-    passing = [float(site.passage.speed)] if speeds is None else speeds
-    check_speeds(passing)
-    plan = Plan.of(site, asked, together, trigger, noise, rate)
+    site, asked = as_site(site), as_names(parameters, "parameters", "paths of fields")
+    groups = [
+        as_names(group, "together", "groups of paths") for group in as_list(together, "together", "groups of paths")
+    ]
+    trigger, passing = as_trigger(trigger), as_speeds([site.passage.speed] if speeds is None else speeds)
+    noise = None if noise is None else as_quantity(noise, "noise", "acceleration", positive=False)
+    rate = None if rate is None else as_quantity(rate, "rate", "frequency")
+    plan = Plan.of(site, asked, groups, trigger, noise, rate)
     passages = plan.passages(site.passage, passing)
     return plan.information(site, passages)
 
 
-def check_speeds(speeds: Sequence[float]) -> None:
-    """Refuse speeds at which nothing passes."""
-    if not len(speeds) or not all(0.0 < speed < np.inf for speed in speeds):
-        raise InputError("", "speeds", repr(list(speeds)), "one or more positive speeds, m/s")
+def as_speeds(given: Any) -> list[float]:
+    """Return speeds at which something passes, m/s."""
+    return as_quantities(given, "speeds", "speed", "one or more positive speeds, m/s")
+
+
+def as_trigger(given: Any) -> float:
+    """Return the standard deviation of a trigger's time, s: zero, positive or infinite."""
+    deviation = to_si(given, "time", "trigger")
+    if not deviation >= 0.0:
+        raise InputError("", "trigger", shown(given), "0 s or more; infinite where there is no trigger")
+    return deviation
 
 
 @dataclass(frozen=True)

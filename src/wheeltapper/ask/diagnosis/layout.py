@@ -20,6 +20,7 @@ from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.bump import CosineBump
 from wheeltapper.describe.irregularity.step import Step
 from wheeltapper.describe.site import Site
+from wheeltapper.ground.arguments import as_bounds, as_count, as_quantity, check_choice
 from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -105,19 +106,19 @@ class Family:
     fields: Mapping[str, Bounds] = field(default_factory=dict)
 
     def checked(self) -> Family:
-        """Return the family, or say what is wrong with it."""
-        wrong = [shape for shape in self.shapes if shape not in SHAPES]
-        if wrong or not self.shapes:
-            raise InputError("", "shapes", repr(wrong[0] if wrong else self.shapes), ", ".join(map(repr, SHAPES)))
-        if isinstance(self.number, bool) or self.number < 1:
-            raise InputError("", "number", repr(self.number), "a number of features, at least 1")
-        named = {"heights": self.heights, "lengths": self.lengths, "spacing": self.spacing, **self.fields}
-        for name, (low, high) in named.items():
-            if not 0.0 < low <= high:
-                raise InputError("", name, f"({low:g}, {high:g})", "two positive bounds, the smaller one first")
-        if not self._least(self.number) <= self.total_length:
-            raise InputError("", "total_length", f"{self.total_length:g}", f"at least {self._least(self.number):g} m")
-        return self
+        """Return the family in SI units, or say what is wrong with it."""
+        if not self.shapes:
+            raise InputError("", "shapes", "none", ", ".join(map(repr, SHAPES)))
+        for shape in self.shapes:
+            check_choice(shape, "shapes", SHAPES)
+        heights, lengths = as_bounds(self.heights, "heights", "length"), as_bounds(self.lengths, "lengths", "length")
+        spacing = as_bounds(self.spacing, "spacing", "length")
+        fields = {path: as_bounds(bounds, path, "number") for path, bounds in self.fields.items()}
+        number, length = as_count(self.number, "number"), as_quantity(self.total_length, "total_length", "length")
+        out = Family(number, self.shapes, heights, lengths, spacing, length, self.alike, fields)
+        if not out._least(number) <= length:
+            raise InputError("", "total_length", f"{length:g}", f"at least {out._least(number):g} m")
+        return out
 
     @property
     def size(self) -> int:

@@ -27,7 +27,8 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import Axle
 from wheeltapper.describe.vehicle.element import GROUND, Damper, Spring
 from wheeltapper.describe.vehicle.wagon import Wagon
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.quantities import to_si
 from wheeltapper.record.simulate import simulate
 
 if TYPE_CHECKING:
@@ -69,12 +70,13 @@ class Condition:
                     raise InputError("", name, f"{value!r} without a fault", "a fault that has it")
             return None, None, None
         fault = fault_named(self.fault)
-        low, high = _ends(fault.usual if self.size is None else self.size)
+        low, high = ends_of(fault.usual if self.size is None else self.size)
         size = low if low == high else float(random.uniform(low, high))
         drawn = float(random.uniform())  # always, so that a given place changes nothing else
-        if self.place is not None and not 0.0 <= self.place <= 1.0:
-            raise InputError("", "place", repr(self.place), "a share of the wheel's circumference, 0 to 1")
-        return fault, size, drawn if self.place is None else float(self.place)
+        place = drawn if self.place is None else to_si(self.place, "number", "place")
+        if not 0.0 <= place <= 1.0:
+            raise InputError("", "place", shown(self.place), "a share of the wheel's circumference, 0 to 1")
+        return fault, size, place
 
     @property
     def label(self) -> str:
@@ -82,13 +84,14 @@ class Condition:
         return self.fault or "healthy"
 
 
-def _ends(size: Any) -> tuple[float, float]:
+def ends_of(size: Any) -> tuple[float, float]:
+    """Return between what a fault's size is drawn; of one size, twice that."""
     try:
         low, high = map(float, size) if isinstance(size, Sequence) and not isinstance(size, str) else 2 * (float(size),)
     except (TypeError, ValueError):
         low, high = np.nan, np.nan
     if not (np.isfinite(low + high) and low <= high):
-        raise InputError("", "size", repr(size), "a number, or a range (low, high)")
+        raise InputError("", "size", shown(size), "a number, or a range (low, high)")
     return low, high
 
 
@@ -105,7 +108,9 @@ class Neighbour(Condition):
     spacing: float = 0.0
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.spacing) or self.spacing == 0.0:
+        spacing = to_si(self.spacing, "length", "neighbour.spacing")
+        object.__setattr__(self, "spacing", spacing)
+        if not np.isfinite(spacing) or spacing == 0.0:
             raise InputError(
                 "", "neighbour.spacing", repr(self.spacing), "a distance in m: positive ahead, negative behind"
             )
@@ -118,10 +123,10 @@ def neighbours_of(given: float | Neighbour | Sequence[Neighbour] | None) -> tupl
     if isinstance(given, Neighbour):
         return (given,)
     if isinstance(given, int | float):
-        return (Neighbour(spacing=float(given)),)
+        return (Neighbour(spacing=given),)
     if isinstance(given, Sequence) and all(isinstance(one, Neighbour) for one in given):
         return tuple(given)
-    raise InputError("", "neighbour", repr(given), "a spacing in m, a Neighbour, or several")
+    raise InputError("", "neighbour", shown(given), "a spacing in m, a Neighbour, or several")
 
 
 Others = Sequence[tuple[float, Scenario]]

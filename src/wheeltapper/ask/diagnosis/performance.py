@@ -17,11 +17,13 @@ from wheeltapper.ask.diagnosis.diagnose import diagnose
 from wheeltapper.ask.diagnosis.faults import fault_named
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL
 from wheeltapper.ask.diagnosis.hit_miss import hit_miss
+from wheeltapper.ask.diagnosis.neighbours import ends_of
 from wheeltapper.ask.diagnosis.processes import in_processes
 from wheeltapper.ask.diagnosis.roc import FalseCalls, Roc, false_calls, roc
 from wheeltapper.ask.diagnosis.signal_response import signal_response
 from wheeltapper.ask.diagnosis.synthetic import synthesise
-from wheeltapper.describe.site import Site
+from wheeltapper.describe.site import Site, as_site
+from wheeltapper.ground.arguments import as_count, as_names, as_path, as_table
 from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -128,7 +130,7 @@ class Performance:
 
 
 def assess(
-    site: Site,
+    site: Site | str | Path,
     faults: Mapping[str, Sizes] | Sequence[str] | None = None,
     *,
     count: int = 200,
@@ -143,7 +145,7 @@ def assess(
     Parameters
     ----------
     site
-        With what is uncertain of it: from that the truths are drawn.
+        With what is uncertain of it: from that the truths are drawn; or the path of its TOML file.
     faults
         By name, a size, a range of sizes from which each passage's is drawn (then the probability of detection is told
         against size), or None for the usual size; names alone stand for usual sizes; by default some of those that the
@@ -159,11 +161,12 @@ def assess(
     progress
         Called with how many passages are done, and how many there are.
     """
+    site, count, seed = as_site(site), as_count(count, "count", 2), as_count(seed, "seed", 0)
+    healthy = count if healthy is None else as_count(healthy, "healthy", 2)
+    output = None if output is None else as_path(output, "output", "the path of a .jsonl file")
     faults = _with_sizes(site, faults)
-    if min(count, healthy or count) < 2:
-        raise InputError("", "count", str(min(count, healthy or count)), "at least 2 passages")
     tasks = [(name, size, number, seed) for name, size in faults.items() for number in range(count)]
-    tasks += [(HEALTHY, None, number, seed) for number in range(healthy or count)]
+    tasks += [(HEALTHY, None, number, seed) for number in range(healthy)]
     kept = _kept(output, site)
     found = {i: kept[_key(task)] for i, task in enumerate(tasks) if _key(task) in kept}
     waiting = [i for i in range(len(tasks)) if i not in found]
@@ -199,10 +202,16 @@ def _with_sizes(site: Site, faults: Mapping[str, Sizes] | Sequence[str] | None) 
     if faults is None:
         possible = faults_of(site.passage)[0]
         return {name: size for name, size in USUAL.items() if name in possible}
-    names = [faults] if isinstance(faults, str) else faults
-    named = dict(names) if isinstance(names, Mapping) else dict.fromkeys(names)
-    faults_of(site.passage, list(named))
-    return named
+    what = "names of faults, or their sizes by name"
+    if isinstance(faults, Mapping):
+        sizes = as_table(faults, "faults", what)
+    else:
+        sizes = dict.fromkeys(as_names(faults, "faults", what))
+    faults_of(site.passage, list(sizes))
+    for size in sizes.values():
+        if size is not None:
+            ends_of(size)
+    return {name: tuple(size) if isinstance(size, list) else size for name, size in sizes.items()}
 
 
 def _passage(site: Site, task: _Task) -> Passage:

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any, TypeVar
 
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_count
 
 AHEAD = 4
 """Tasks that wait for each process."""
@@ -35,9 +35,8 @@ def in_processes(
     workers
         Processes; by default one per core. One: no process is started.
     """
-    if workers is not None and workers < 1:
-        raise InputError("", "workers", str(workers), "at least 1")
-    many = min(workers or os.cpu_count() or 1, len(tasks))
+    allowed = (os.cpu_count() or 1) if workers is None else as_count(workers, "workers")
+    many = min(allowed, len(tasks))
     if many < 2:
         for number, task in enumerate(tasks):
             yield number, function(shared, task)

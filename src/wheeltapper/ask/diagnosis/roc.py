@@ -8,7 +8,9 @@ from math import inf, log, sqrt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_between, as_count
+from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.quantities import to_si
 
 FloatArray = NDArray[np.float64]
 
@@ -56,9 +58,10 @@ class Roc:
         return float(self.thresholds[self._index(false_calls)])
 
     def _index(self, false_calls: float) -> int:
-        if not 0.0 <= false_calls <= 1.0:
-            raise InputError("", "false_calls", repr(false_calls), "a rate from 0 to 1")
-        return int(np.searchsorted(self.false_call_rate, false_calls, side="right")) - 1
+        rate = to_si(false_calls, "number", "false_calls")
+        if not 0.0 <= rate <= 1.0:
+            raise InputError("", "false_calls", shown(false_calls), "a rate from 0 to 1")
+        return int(np.searchsorted(self.false_call_rate, rate, side="right")) - 1
 
     def interval(self, level: float = 0.95) -> tuple[float, float]:
         """Return the interval that holds the true area with this probability.
@@ -71,7 +74,7 @@ class Roc:
         """
         from scipy.special import expit, ndtri
 
-        _check_level(level)
+        level = as_between(level, "level", 0.0, 1.0)
         if not self.deviation > 0.0:
             pairs = min(self.healthy, self.faulty)
             return clopper_pearson(self.auc * pairs, pairs, level)
@@ -149,13 +152,11 @@ def false_calls(count: int, axles: int, level: float = 0.95) -> FalseCalls:
     InputError
         If there is no axle, or more calls than axles.
     """
-    if isinstance(axles, bool) or not isinstance(axles, (int, np.integer)) or axles < 1:
-        raise InputError("", "axles", repr(axles), "a number of axles, at least 1")
-    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 0 <= count <= axles:
-        raise InputError("", "count", repr(count), f"a number of axles, 0 to {axles}")
-    _check_level(level)
-    low, high = clopper_pearson(int(count), int(axles), level)
-    return FalseCalls(int(count), int(axles), level, AXLES * int(count) / int(axles), AXLES * low, AXLES * high)
+    axles = as_count(axles, "axles")
+    count = as_count(count, "count", 0, axles)
+    level = as_between(level, "level", 0.0, 1.0)
+    low, high = clopper_pearson(count, axles, level)
+    return FalseCalls(count, axles, level, AXLES * count / axles, AXLES * low, AXLES * high)
 
 
 def clopper_pearson(hits: float, trials: int, level: float) -> tuple[float, float]:
@@ -172,8 +173,8 @@ def samples(values: ArrayLike, name: str) -> FloatArray:
     """Return values as an array, (n,), all of them finite and at least one."""
     try:
         found = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError("", name, type(values).__name__, "a list of numbers") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError("", name, shown(values), "a list of numbers") from error
     if found.ndim != 1 or len(found) == 0:
         raise InputError("", name, f"shape {found.shape}", "a list of numbers, at least one")
     if not np.all(np.isfinite(found)):
@@ -197,8 +198,3 @@ def _deviation(above_healthy: FloatArray, above_faulty: FloatArray) -> float:
         return float("nan")
     parts = (float(places.var(ddof=1)) / len(places) for places in (above_healthy, above_faulty))
     return sqrt(sum(parts))
-
-
-def _check_level(level: float) -> None:
-    if not 0.0 < level < 1.0:
-        raise InputError("", "level", repr(level), "between 0 and 1")

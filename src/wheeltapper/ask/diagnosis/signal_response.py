@@ -15,8 +15,7 @@ from wheeltapper.ask.diagnosis.detection import (
     Bounds,
     Detection,
     Scale,
-    check_bounds,
-    check_choice,
+    as_ceiling,
     described,
     standardised,
     transformed,
@@ -24,7 +23,9 @@ from wheeltapper.ask.diagnosis.detection import (
 from wheeltapper.ask.diagnosis.detection_fit import Fit, estimated
 from wheeltapper.ask.diagnosis.likelihood import FloatArray, Likelihood, Peak
 from wheeltapper.ask.diagnosis.roc import samples
+from wheeltapper.ground.arguments import as_between, check_choice
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.quantities import to_si
 
 BoolArray = NDArray[np.bool_]
 
@@ -81,8 +82,11 @@ def signal_response(
         line without scatter, the threshold is beyond a limit, or a ceiling asks for data that are not there.
     """
     for name, value in (("scale", scale), ("signal_scale", signal_scale)):
-        check_choice(name, value, ("log", "linear"))
-    check_bounds(ceiling, bounds)
+        check_choice(value, name, ("log", "linear"))
+    ceiling = as_ceiling(ceiling, bounds)
+    threshold = to_si(threshold, "number", "threshold")
+    floor = None if floor is None else to_si(floor, "number", "floor")
+    saturation = None if saturation is None else to_si(saturation, "number", "saturation")
     _check_ceiling(ceiling, floor, seen_only)
     x, centre, width = standardised(sizes, scale)
     y, below, beyond, decided = _censored(signals, threshold, floor, saturation, signal_scale)
@@ -103,7 +107,7 @@ def signal_response(
     fit = Fit(likelihood, inner, tail, centre, width, x, most, ceiling is None, seen_only)
     coefficients, by_theta = _coefficients(inner, centre, width, middle, spread)
     return described(
-        fit, kind="signal response", scale=scale, threshold=float(threshold), coefficients=coefficients,
+        fit, kind="signal response", scale=scale, threshold=threshold, coefficients=coefficients,
         by_theta=by_theta, log_likelihood=inner.value - int(known.sum()) * log(spread), bounds=bounds, note="",
     )  # fmt: skip
 
@@ -137,12 +141,10 @@ def noise_threshold(
     InputError
         If values are not finite, too few for the rate, or not positive on a log scale.
     """
-    check_choice("method", method, ("gaussian", "exact"))
-    check_choice("scale", scale, ("log", "linear"))
-    if not 0.0 < false_call_rate < 1.0:
-        raise InputError("", "false_call_rate", repr(false_call_rate), "between 0 and 1")
-    if level is not None and not 0.0 < level < 1.0:
-        raise InputError("", "level", repr(level), "between 0 and 1")
+    check_choice(method, "method", ("gaussian", "exact"))
+    check_choice(scale, "scale", ("log", "linear"))
+    false_call_rate = as_between(false_call_rate, "false_call_rate", 0.0, 1.0)
+    level = None if level is None else as_between(level, "level", 0.0, 1.0)
     found = samples(noise, "noise")
     if method == "exact":
         return _exact(np.sort(found), false_call_rate, level)
@@ -192,7 +194,7 @@ def _censored(
 ) -> tuple[FloatArray, BoolArray, BoolArray, float]:
     """Return signals on their scale, at their limits where they are beyond; which those are; the threshold."""
     found = samples(signals, "signals")
-    low, high = -np.inf if floor is None else float(floor), np.inf if saturation is None else float(saturation)
+    low, high = -np.inf if floor is None else floor, np.inf if saturation is None else saturation
     if not low < high:
         raise InputError("", "saturation", f"{high:g}", f"more than the floor, {low:g}")
     if not low <= threshold <= high:

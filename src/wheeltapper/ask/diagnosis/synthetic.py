@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,9 @@ from wheeltapper.ask.diagnosis.neighbours import Condition, Neighbour, Others, f
 from wheeltapper.ask.diagnosis.sensing import OVERSAMPLED, converted, drifted, filtered
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_count, as_list, as_quantity, as_table
+from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
 
@@ -29,17 +32,17 @@ REACH = 6.0
 
 
 def synthesise(
-    site: Site, count: int = 1, *, fault: str | None = None, size: float | tuple[float, float] | None = None,
-    place: float | None = None, changes: Mapping[str, float] | None = None, label: str | None = None, seed: int = 0,
-    vary: bool = True, noise: float | None = None, neighbour: float | Neighbour | Sequence[Neighbour] | None = None,
-    coupled: bool = True,
+    site: Site | str | Path, count: int = 1, *, fault: str | None = None,
+    size: float | tuple[float, float] | None = None, place: float | None = None,
+    changes: Mapping[str, float] | None = None, label: str | None = None, seed: int = 0, vary: bool = True,
+    noise: float | None = None, neighbour: float | Neighbour | Sequence[Neighbour] | None = None, coupled: bool = True,
 ) -> list[Recording]:  # fmt: skip
     """Compute recordings of passages over a site.
 
     Parameters
     ----------
     site
-        The deck, its sensor, and how well all of it is known.
+        The deck, its sensor, and how well all of it is known; or the path of its TOML file.
     count
         How many passages.
     fault, size, place
@@ -66,10 +69,9 @@ def synthesise(
     list of Recording
         `truth` holds label, fault, size, place, scenario, neighbours, and by path what was drawn.
     """
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise InputError("", "count", repr(count), "a number of passages, at least 1")
+    count, seed, noise = as_count(count, "count"), as_count(seed, "seed", 0), _noise(noise)
     site = as_site(site)
-    stated = site.passage.replaced(dict(changes or {}))
+    stated = site.passage.replaced(as_table(changes, "changes", "values by path, or None"))
     condition, others = Condition(fault, size, place), neighbours_of(neighbour)
     out = []
     for number in range(count):
@@ -88,7 +90,7 @@ def synthesise(
 
 
 def synthesise_train(
-    site: Site,
+    site: Site | str | Path,
     axles: Sequence[str | Condition | None] | Mapping[int, str | Condition],
     *,
     count: int | None = None,
@@ -107,7 +109,7 @@ def synthesise_train(
     Parameters
     ----------
     site
-        The deck, its sensor, and how well all of it is known.
+        The deck, its sensor, and how well all of it is known; or the path of its TOML file.
     axles
         What is wrong with each wheelset, from the leading one on: a fault's name, a `Condition`, None for a healthy
         one; or only the faulty ones, by number from 1, of `count`.
@@ -123,6 +125,9 @@ def synthesise_train(
     reach
         Wheelsets farther away than this are not felt, m. Zero: each is alone on the deck.
     """
+    site, seed, noise = as_site(site), as_count(seed, "seed", 0), _noise(noise)
+    reach = as_quantity(reach, "reach", "length", positive=False)
+    speed = None if speed is None else as_quantity(speed, "speed", "speed")
     conditions = _conditions(axles, count)
     places = _positions(positions, len(conditions))
     stated = site.passage if speed is None else site.passage.replaced({"speed": speed})
@@ -146,20 +151,21 @@ def _conditions(
     axles: Sequence[str | Condition | None] | Mapping[int, str | Condition], count: int | None
 ) -> list[Condition]:
     if isinstance(axles, Mapping):
-        if count is None or count < 1:
-            raise InputError("", "count", repr(count), "how many wheelsets the train has, since only some are named")
+        if count is None:
+            raise InputError("", "count", "None", "how many wheelsets the train has, since only some are named")
+        count = as_count(count, "count")
         wrong = next((number for number in axles if number not in range(1, count + 1)), None)
         if wrong is not None:
             raise InputError("", "axles", f"wheelset {wrong!r}", f"numbers from 1 to {count}")
         listed = [axles.get(number) for number in range(1, count + 1)]
     else:
-        listed = list(axles)
+        listed = as_list(axles, "axles", "what is wrong with each wheelset, as a list or by number")
     if not listed:
         raise InputError("", "axles", "none", "at least one wheelset")
     out = []
     for i, given in enumerate(listed, 1):
         if not (given is None or isinstance(given, str | Condition)):
-            raise InputError("", f"axles.{i}", repr(given), "a fault's name, a Condition, or None")
+            raise InputError("", f"axles.{i}", shown(given), "a fault's name, a Condition, or None")
         known = given if isinstance(given, Condition) else Condition(None if given in (None, "healthy") else given)
         out.append(known)
     return out
@@ -168,10 +174,16 @@ def _conditions(
 def _positions(given: Sequence[float] | None, count: int) -> list[float]:
     if given is None:
         return [COUPLED * (i // len(COACH)) + COACH[i % len(COACH)] for i in range(count)]
-    places = [float(place) for place in given]
-    if len(places) != count or places[0] != 0.0 or np.any(np.diff(places) <= 0.0):
-        raise InputError("", "positions", repr(list(given)), f"{count} distances in m that rise from 0")
+    what = f"{count} distances in m that rise from 0"
+    listed = as_list(given, "positions", what)
+    places = [to_si(place, "length", "positions") for place in listed]
+    if len(places) != count or places[0] != 0.0 or not np.all(np.diff(places) > 0.0):
+        raise InputError("", "positions", shown(listed), what)
     return places
+
+
+def _noise(given: Any) -> float | None:
+    return None if given is None else as_quantity(given, "noise", "acceleration", positive=False)
 
 
 # -- one passage ------------------------------------------------------------------------------------------------------

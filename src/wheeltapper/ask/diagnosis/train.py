@@ -9,15 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from wheeltapper.ask.diagnosis.alarms import FLATS, Alarm, Rule, alarms_of, read_rules, wheel_forces
+from wheeltapper.ask.diagnosis.alarms import FLATS, Alarm, Rule, alarms_of, in_countries, read_rules, wheel_forces
 from wheeltapper.ask.diagnosis.diagnose import diagnose
 from wheeltapper.ask.diagnosis.faults import CATALOGUE, fault_named
 from wheeltapper.ask.diagnosis.finding import HEALTHY, KIP, NOT_EXPLAINED, Finding
 from wheeltapper.ask.diagnosis.processes import in_processes
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.site import Site
+from wheeltapper.describe.site import Site, as_site
 from wheeltapper.describe.track.stiff import StiffTrack
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_list
+from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.record.arguments import as_recordings
 from wheeltapper.record.recording import Recording
 from wheeltapper.record.simulate import simulate
 
@@ -221,7 +223,7 @@ def train_of(
     findings = tuple(one for one in found if isinstance(one, Finding))
     ratio = healthy_ratio(site)
     entries = tuple(_entry(one, site, ratio) for one in found)
-    chosen = read_rules(rules, countries) if rules is None or isinstance(rules, str | Path) else _of(rules, countries)
+    chosen = _rules(rules, countries)
     return TrainFinding(
         entries, site, chosen, alarms_of(entries, chosen, site), name, date, ratio,
         findings if len(findings) == len(entries) else (),
@@ -261,8 +263,15 @@ def _level_force(entry: Mapping[str, Any], model: Scenario | None, site: Site, r
     return float(simulate(level).peaks.normal_force.values.max(initial=static))
 
 
-def _of(rules: Sequence[Rule], countries: Sequence[str] | None) -> tuple[Rule, ...]:
-    return tuple(rule for rule in rules if countries is None or rule.is_in(countries))
+def _rules(given: Rules, countries: Sequence[str] | None) -> tuple[Rule, ...]:
+    if given is None or isinstance(given, str | Path):
+        return read_rules(given, countries)
+    what = "Rules, or the path of their TOML file"
+    rules = as_list(given, "rules", what)
+    wrong = next((one for one in rules if not isinstance(one, Rule)), None)
+    if wrong is not None:
+        raise InputError("", "rules", shown(wrong), what)
+    return in_countries(rules, countries)
 
 
 def healthy_ratio(site: Site) -> float:
@@ -272,8 +281,8 @@ def healthy_ratio(site: Site) -> float:
 
 
 def diagnose_train(
-    recordings: Sequence[Recording],
-    site: Site,
+    recordings: Sequence[Recording | str | Path],
+    site: Site | str | Path,
     *,
     rules: Rules = None,
     countries: Sequence[str] | None = None,
@@ -288,9 +297,9 @@ def diagnose_train(
     Parameters
     ----------
     recordings
-        One of each wheelset, from the leading one on.
+        One of each wheelset, or the path of its file, from the leading one on.
     site
-        Where they were made.
+        Where they were made, or the path of its TOML file.
     rules, countries, name, date
         As for `train_of`.
     faults, noise
@@ -298,10 +307,11 @@ def diagnose_train(
     workers
         Processes; None: one per core.
     """
-    shared = site, tuple(faults) if faults is not None else None, noise
-    found = dict(in_processes(_diagnosed, shared, list(recordings), workers))
+    site, asked, chosen = as_site(site), as_recordings(recordings), _rules(rules, countries)
+    compared = None if faults is None else tuple(as_list(faults, "faults", "names of faults"))
+    found = dict(in_processes(_diagnosed, (site, compared, noise), asked, workers))
     ordered = [found[i] for i in range(len(found))]
-    return train_of(ordered, site, rules=rules, countries=countries, name=name, date=date)
+    return train_of(ordered, site, rules=chosen, name=name, date=date)
 
 
 def _diagnosed(shared: tuple[Site, tuple[str, ...] | None, float | None], recording: Recording) -> Finding:
