@@ -167,6 +167,11 @@ WALK = {
             "reach": ["5 kg", *NOT_NUMBERS],
         }.items()
     },
+    "a recording": (lambda v: D.Recording(v, 20e3), [v for v in NOT_LISTS if not isinstance(v, float)]),
+    "a recording, rate": (lambda v: D.Recording(np.zeros(9), v), [0, "5 m", *NOT_NUMBERS]),
+    "a recording, start": (lambda v: D.Recording(np.zeros(9), 1e3, start=v), [v for v in NOT_NUMBERS if v != -1]),
+    "a recording, speed": (lambda v: D.Recording(np.zeros(9), 1e3, speed=v), ["5 m", *NOT_NUMBERS[1:]]),
+    "a recording, clipped": (lambda v: D.Recording(np.zeros(9), 1e3, clipped=v), [[True], *NOT_NUMBERS]),
     "diagnose, faults": (lambda v: wt.diagnose(recording(), SITE, faults=v), NOT_NAMES),
     "diagnose, noise": (lambda v: wt.diagnose(recording(), SITE, noise=v), [0.0, "1 kg", *NOT_NUMBERS[1:]]),
     "identify, unknown": (lambda v: identified(unknown=v), NOT_NAMES),

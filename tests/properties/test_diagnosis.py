@@ -144,7 +144,7 @@ def test_recordings_that_cannot_be_diagnosed_are_refused():
     (recording,) = wt.synthesise(SHORT, seed=1)
     for wrong, field in (
         (replace(recording, rate=10e3), "rate"),
-        (replace(recording, samples=np.full(4000, np.nan)), "samples"),
+        (replace(recording, samples=np.full(len(recording.samples), np.nan)), "samples"),
         (replace(recording, quantity="force"), "quantity"),
     ):
         with pytest.raises(wt.InputError) as refused:

@@ -8,6 +8,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ground.arguments import as_quantity
+from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.quantities import to_si
+
 FloatArray = NDArray[np.float64]
 Quantity = Literal["deck acceleration", "force"]
 
@@ -49,8 +53,22 @@ class Recording:
     truth: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if len(self.clipped) == 0:
-            object.__setattr__(self, "clipped", np.zeros(len(self.samples), dtype=bool))
+        samples = _column("samples", self.samples, np.float64)
+        clipped = _column("clipped", self.clipped, np.bool_)
+        if len(clipped) not in (0, len(samples)):
+            raise InputError("", "clipped", f"{len(clipped)} of them", f"{len(samples)}, one for each sample")
+        start = to_si(self.start, "time", "start")
+        if not np.isfinite(start):
+            raise InputError("", "start", shown(self.start), "a finite time")
+        held = {
+            "samples": samples,
+            "clipped": clipped if len(clipped) else np.zeros(len(samples), dtype=bool),
+            "rate": as_quantity(self.rate, "rate", "frequency"),
+            "start": start,
+            "speed": None if self.speed is None else as_quantity(self.speed, "speed", "speed", positive=False),
+        }
+        for name, value in held.items():
+            object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
         speed = f", {self.speed:.6g} m/s" if self.speed is not None else ""
@@ -74,3 +92,14 @@ class Recording:
         """Return the part before a time after the trigger, s."""
         count = int(np.searchsorted(self.times, time))
         return replace(self, samples=self.samples[:count], clipped=self.clipped[:count])
+
+
+def _column(name: str, given: Any, kind: type[np.generic]) -> NDArray[Any]:
+    """Return one value for each sample."""
+    try:
+        values = np.asarray(given, dtype=kind)
+    except (TypeError, ValueError, OverflowError):
+        values = np.zeros(())
+    if values.ndim != 1:
+        raise InputError("", name, shown(given), "a list of values, one for each sample")
+    return values

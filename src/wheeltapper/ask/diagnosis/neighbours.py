@@ -85,7 +85,7 @@ class Condition:
 
 
 def ends_of(size: Any) -> tuple[float, float]:
-    """Return between what a fault's size is drawn; of one size, twice that."""
+    """Return between what a fault's size is drawn; of one size, that one twice."""
     try:
         low, high = map(float, size) if isinstance(size, Sequence) and not isinstance(size, str) else 2 * (float(size),)
     except (TypeError, ValueError):

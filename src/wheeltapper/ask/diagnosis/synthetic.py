@@ -126,7 +126,9 @@ def synthesise_train(
         Wheelsets farther away than this are not felt, m. Zero: each is alone on the deck.
     """
     site, seed, noise = as_site(site), as_count(seed, "seed", 0), _noise(noise)
-    reach = as_quantity(reach, "reach", "length", positive=False)
+    felt_up_to = to_si(reach, "length", "reach")
+    if not felt_up_to >= 0.0:
+        raise InputError("", "reach", shown(reach), "0 m or more; infinite where all are felt")
     speed = None if speed is None else as_quantity(speed, "speed", "speed")
     conditions = _conditions(axles, count)
     places = _positions(positions, len(conditions))
@@ -140,7 +142,7 @@ def synthesise_train(
         made.append(_made(stated, condition, relative, random))
     out = []
     for i, (passage, truth) in enumerate(made):
-        near = [j for j in range(len(made)) if j != i and abs(places[j] - places[i]) <= reach]
+        near = [j for j in range(len(made)) if j != i and abs(places[j] - places[i]) <= felt_up_to]
         beside = [(places[i] - places[j], made[j][0]) for j in near]
         truth = {"label": conditions[i].label, "axle": i + 1, "position": places[i], **truth}
         out.append(_recorded(site, passage, beside, generators[i], noise, coupled, truth, speed))
