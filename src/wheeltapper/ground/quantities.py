@@ -84,7 +84,10 @@ def to_si(value: object, dimension: str, field: str = "") -> float:
         value = value.item()
     if isinstance(value, bool) or not isinstance(value, Real):
         raise InputError("", field, shown(value), _allowed(dimension))
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:  # a whole number of more digits than there are
+        raise InputError("", field, shown(value), _allowed(dimension)) from None
 
 
 def _from_text(text: str, dimension: str, field: str) -> float:
