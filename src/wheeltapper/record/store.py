@@ -199,7 +199,7 @@ def _wheelset_record(scenario: Scenario, data: Any) -> Record:
     if len(program.law) and not isinstance(scenario.contact, ElasticPlastic):
         raise InputError("", "program_law", f"a law beside {type(scenario.contact).__name__}", UNDAMAGED)
     units = table(data, "units", 5)
-    check("units", units, units > 0.0, "positive numbers")
+    check("units", units, (units > 1e-30) & (units < 1e30), "positive numbers of any use")
     length, time, force, static, constant = units.tolist()
     lowered = Lowered(program, Table(program.pieces, loop, join), length, time, force, static, constant, notes(data))
     steps, events, peaks, state, stops = march_of(data, program)
