@@ -235,7 +235,7 @@ def command(study, store, *more):
 
 
 def swept(study, store, *more):
-    """Compute a study in a process that loads its kernels: here they may just be compiled, which may round otherwise."""
+    """Compute a study in a process that loads its kernels: here they may just be compiled, and round otherwise."""
     done = subprocess.run(command(study, store, *more), capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
 
