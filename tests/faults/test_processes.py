@@ -11,8 +11,11 @@ import pytest
 
 import wheeltapper as wt
 from tests.faults import tasks
+from tests.faults.test_stores import files, written
+from wheeltapper.ask import spec
 from wheeltapper.ask.diagnosis import folder, performance, processes, train
 from wheeltapper.ask.diagnosis.processes import Lost, ProcessError, in_processes
+from wheeltapper.ask.fill import fill
 from wheeltapper.faces.cli import main
 
 SITE = Path(__file__).parents[2] / "examples" / "site.toml"
@@ -243,3 +246,56 @@ def test_what_no_process_can_be_sent_is_refused_before_anything_is_done(tmp_path
     for call in (performance.assess, lambda site, **more: folder.diagnose_all(files, site, **more)):
         with pytest.raises(wt.InputError, match=r"^output: found a site with a Profile"):
             call(site, output=tmp_path / "kept")
+
+
+class MyOwnError(Exception):
+    pass
+
+
+def raised_after(calls):
+    """Return a callback that raises when it is called for the second time."""
+
+    def progress(*told):
+        calls.append(told)
+        if len(calls) == 2:
+            raise MyOwnError(2)
+
+    return progress
+
+
+def test_passages_that_a_callback_stops_go_on(tmp_path, computed):
+    given = {"count": 3, "output": tmp_path / "found.jsonl", "workers": 1}
+    with pytest.raises(MyOwnError, match=r"^2$"):
+        performance.assess(SITE, ["mass deviation"], **given, progress=raised_after([]))
+    assert len(computed) == 1
+    performance.assess(SITE, ["mass deviation"], **given)
+    assert len(computed) == len(set(computed)) == 6
+
+
+def test_wheels_that_a_callback_stops_go_on(tmp_path):
+    vehicle = wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=2e4)
+    bump = wt.CosineBump(height=1e-4, length=0.05, start=0.02)
+    scene = wt.Scenario(
+        vehicle=vehicle, contact=wt.contact.Thornton(), irregularity=bump, rolling="point", speed=5.0, duration=0.03
+    )
+    with pytest.raises(MyOwnError, match=r"^2$"):
+        wt.wear_in(scene, 4, every=1, store=tmp_path / "a.nc", progress=raised_after([]))
+    assert wt.load(tmp_path / "a.nc").sizes["pass"] == 2
+    done = []
+    more = wt.wear_in(scene, 4, every=1, store=tmp_path / "a.nc", progress=lambda *told: done.append(told))
+    assert done == [(3, 4), (4, 4)]
+    np.testing.assert_array_equal(more.height, wt.wear_in(scene, 4, every=1).height)
+
+
+def test_a_design_that_a_callback_stops_says_so():
+    with pytest.raises(MyOwnError, match=r"^2$"):
+        wt.design_site(SITE, budget=50, progress=raised_after([]))
+
+
+def test_a_store_that_a_callback_stops_goes_on(tmp_path):
+    study = spec.read(written(tmp_path))
+    with pytest.raises(MyOwnError, match=r"^2$"):
+        fill(tmp_path / "a.zarr", study, progress=raised_after([]), say=lambda line: None)
+    fill(tmp_path / "a.zarr", study, resume=True, say=lambda line: None)
+    fill(tmp_path / "b.zarr", study, say=lambda line: None)
+    assert files(tmp_path / "a.zarr") == files(tmp_path / "b.zarr")
