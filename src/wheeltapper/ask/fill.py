@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from functools import lru_cache
 from importlib import import_module
 from math import prod
@@ -132,15 +133,11 @@ def _on_cluster(
 def _local_cluster(workers: int) -> Any:
     """Return a cluster on this machine; one whose workers are killed before they have started is begun anew."""
     distributed: Any = import_module("distributed")
-    for attempt in range(ATTEMPTS + 1):
-        try:
-            return distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=DASHBOARD
-            )
-        except RuntimeError:
-            if attempt == ATTEMPTS:
-                raise
-    raise AssertionError
+    settings = {"threads_per_worker": 1, "processes": True, "dashboard_address": DASHBOARD}
+    for _ in range(ATTEMPTS):
+        with suppress(RuntimeError):
+            return distributed.LocalCluster(n_workers=workers, **settings)
+    return distributed.LocalCluster(n_workers=workers, **settings)
 
 
 def _written(store: Store, place: Place, threads: int) -> Done:

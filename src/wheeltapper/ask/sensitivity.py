@@ -143,9 +143,7 @@ class _Rates(NamedTuple):
         none = np.empty((0, lane + 1))
         highest = none if tangents.highest is None else tangents.highest
         impulses = none if tangents.impulses is None else tangents.impulses
-        return _Rates(
-            tangents.events[:, :, lane], tangents.peaks[:, :, lane], highest[:, lane], impulses[:, lane]
-        )  # fmt: skip
+        return _Rates(tangents.events[:, :, lane], tangents.peaks[:, :, lane], highest[:, lane], impulses[:, lane])
 
     @property
     def has_gaps(self) -> bool:

@@ -19,7 +19,7 @@ from wheeltapper.ask.passes import Line, Pass, Scatter
 from wheeltapper.ask.spec import contents
 from wheeltapper.ask.wear_files import beside_of, held, unwritable
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.arguments import as_count, as_path, as_quantity
+from wheeltapper.ground.arguments import as_count, as_path, as_quantity, check_callback
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.marks import Surface
 from wheeltapper.march import program as contract
@@ -138,9 +138,9 @@ def wear_in(
         If the contact leaves no marks, the wheel does not roll or not as a point, or a file is damaged, of another
         evolution, or holds more passes than are asked.
     """
-    for name, number in (("passes", passes), ("every", every), ("samples", samples)):
-        as_count(number, name)
+    passes, every, samples = as_count(passes, "passes"), as_count(every, "every"), as_count(samples, "samples")
     check_method(method)
+    check_callback(progress, "progress")
     options = _scatter(hardening, speed_scatter, load_scatter, start_scatter, seed)
     if isinstance(scenario, Scenario | str | Path):
         file = None if store is None else as_path(store, "store", "a path with the suffix .nc")
@@ -157,10 +157,11 @@ def wear_in(
 
 
 def _scatter(hardening: Any, speed: Any, load: Any, start: Any, seed: Any) -> Scatter:
-    if as_quantity(hardening, "hardening", "number", positive=False) > 1.0:
-        raise InputError("", "hardening", repr(hardening), "0 to 1")
+    hardening = as_quantity(hardening, "hardening", "number", positive=False)
+    if hardening > 1.0:
+        raise InputError("", "hardening", f"{hardening:g}", "0 to 1")
     return Scatter(
-        as_quantity(hardening, "hardening", "number", positive=False),
+        hardening,
         as_quantity(speed, "speed_scatter", "number", positive=False),
         as_quantity(load, "load_scatter", "number", positive=False),
         as_quantity(start, "start_scatter", "length", positive=False),

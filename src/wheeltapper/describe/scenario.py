@@ -234,20 +234,24 @@ class Scenario(Noun):
 
     def to_toml(self, path: str | Path) -> None:
         """Write the scenario as TOML."""
-        import tomli_w
+        write_toml(self, path)
 
-        path = as_path(path, "path", "the path of the TOML file to write")
-        try:
-            text = tomli_w.dumps({"format": FORMAT} | self.model_dump(mode="json"))
-            path.write_text(text, encoding="utf-8")
-        except PydanticSerializationError as error:
-            raise InputError(
-                str(path), "irregularity", "a Profile, which holds a Python function", "samples of it in a `Measured`"
-            ) from error
-        except OSError as error:
-            raise InputError(
-                str(path), "", f"a place that cannot be written ({error.strerror or error})", "a writable path"
-            ) from error
+
+def write_toml(noun: Noun, path: str | Path) -> None:
+    """Write a scenario, or a site, as TOML that is read back as it is."""
+    import tomli_w
+
+    path = as_path(path, "path", "the path of the TOML file to write")
+    try:
+        path.write_text(tomli_w.dumps({"format": FORMAT} | noun.model_dump(mode="json")), encoding="utf-8")
+    except PydanticSerializationError as error:
+        raise InputError(
+            str(path), "irregularity", "a Profile, which holds a Python function", "samples of it in a `Measured`"
+        ) from error
+    except OSError as error:
+        raise InputError(
+            str(path), "", f"a place that cannot be written ({error.strerror or error})", "a writable path"
+        ) from error
 
 
 TABLES = {

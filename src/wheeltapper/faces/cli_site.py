@@ -36,7 +36,7 @@ def diagnose(
 ) -> int:
     """Find what is wrong with wheelsets from recordings of the deck's acceleration.
 
-    Exit code 3: some of several files were not read; the rest is done.
+    Exit code 3: some of several files were not read or not diagnosed; the rest is done.
 
     Parameters
     ----------
@@ -64,7 +64,8 @@ def diagnose(
     speed
         Measured speed of the wheelset.
     """
-    from wheeltapper.ask.diagnosis.folder import NOT_READ, diagnose_all
+    from wheeltapper.ask.diagnosis.folder import NOT_DIAGNOSED, NOT_READ, diagnose_all
+    from wheeltapper.ask.diagnosis.processes import ProcessError
     from wheeltapper.describe.site import Site
     from wheeltapper.faces.progress import progress_bar
 
@@ -82,9 +83,9 @@ def diagnose(
                 files, place, output=output, workers=workers, reading=reading, after=after,
                 raising=len(files) == 1, progress=progress,
             )  # fmt: skip
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, OSError, ProcessError) as stop:
         kept = f"what is found is in {output}; the same command goes on" if output else "nothing was kept"
-        print(f"wheeltapper: interrupted; {kept}", file=sys.stderr)
+        print(f"wheeltapper: {str(stop) or 'interrupted'}; {kept}", file=sys.stderr)
         return NOT_FINISHED
     for entry in found if not train else []:
         print(entry["paragraph"])
@@ -94,7 +95,7 @@ def diagnose(
         print(_counts(found))
     if output is not None:
         print(f"findings: {output}")
-    return NOT_FINISHED if any(entry["verdict"] == NOT_READ for entry in found) else DONE
+    return NOT_FINISHED if any(entry["verdict"] in (NOT_READ, NOT_DIAGNOSED) for entry in found) else DONE
 
 
 def _files(recordings: tuple[Path, ...]) -> list[Path]:
@@ -184,6 +185,7 @@ def assess(
     if plot is not None:
         check_target("--plot", plot, (".png", ".pdf", ".svg"))
     from wheeltapper.ask.diagnosis.performance import assess as measure
+    from wheeltapper.ask.diagnosis.processes import ProcessError
     from wheeltapper.describe.site import Site
     from wheeltapper.faces.progress import progress_bar
 
@@ -195,10 +197,10 @@ def assess(
             found = measure(
                 place, chosen, count=count, healthy=healthy, seed=seed, output=kept, workers=workers, progress=progress
             )
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, OSError, ProcessError) as stop:
         begun = kept is not None and kept.exists()
         where = f"what is computed is in {kept}; the same command goes on" if begun else "nothing was kept"
-        print(f"wheeltapper: interrupted; {where}", file=sys.stderr)
+        print(f"wheeltapper: {str(stop) or 'interrupted'}; {where}", file=sys.stderr)
         return NOT_FINISHED
     print(found)
     if output is not None:
@@ -295,7 +297,8 @@ def design(
         check_target("--plot", plot, (".png", ".pdf", ".svg"))
     for option, values in (("--parameters", parameters), ("--speeds", speeds), ("--shapes", shapes)):
         _check_given(option, values)
-    from wheeltapper.ask.diagnosis.design import Interrupted, design_site, write_site
+    from wheeltapper.ask.diagnosis.design import Interrupted, design_site
+    from wheeltapper.describe.scenario import write_toml
     from wheeltapper.describe.site import Site
     from wheeltapper.faces.progress import progress_bar
 
@@ -310,7 +313,7 @@ def design(
     except Interrupted as stop:
         kept = "nothing was found yet"
         if stop.site is not None:
-            write_site(stop.site, output)
+            write_toml(stop.site, output)
             kept = f"the best rail so far is in {output}"
         print(f"wheeltapper: interrupted; {kept}", file=sys.stderr)
         return NOT_FINISHED

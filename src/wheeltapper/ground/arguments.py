@@ -94,6 +94,24 @@ def as_between(given: Any, field: str, low: float, high: float) -> float:
     return number
 
 
+def check_text(given: Any, field: str) -> None:
+    """Refuse what is no text."""
+    if not isinstance(given, str):
+        raise InputError("", field, shown(given), "a text")
+
+
+def check_flag(given: Any, field: str) -> None:
+    """Refuse what is neither True nor False."""
+    if not isinstance(given, bool):
+        raise InputError("", field, shown(given), "True or False")
+
+
+def check_callback(given: Any, field: str) -> None:
+    """Refuse what is neither None nor can be called."""
+    if given is not None and not callable(given):
+        raise InputError("", field, shown(given), "a function, or None")
+
+
 def check_choice(given: Any, field: str, allowed: Iterable[str]) -> None:
     """Refuse what is none of the names that are allowed."""
     names = list(allowed)

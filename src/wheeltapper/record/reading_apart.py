@@ -84,6 +84,11 @@ def _ended(process: subprocess.Popen[bytes], late: bool) -> str:
     code = stop()
     if late:
         return f"had not ended after {PATIENCE:g} s"
+    return how_it_ended(code)
+
+
+def how_it_ended(code: int) -> str:
+    """Return what an exit code says of a process."""
     return f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
 
 

@@ -13,7 +13,7 @@ from wheeltapper.ask.diagnosis.neighbours import Condition, Neighbour, Others, f
 from wheeltapper.ask.diagnosis.sensing import OVERSAMPLED, converted, drifted, filtered
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
-from wheeltapper.ground.arguments import as_count, as_list, as_quantity, as_table
+from wheeltapper.ground.arguments import as_count, as_list, as_quantity, as_table, check_flag, check_text
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.fields import Fields
@@ -70,6 +70,10 @@ def synthesise(
         `truth` holds label, fault, size, place, scenario, neighbours, and by path what was drawn.
     """
     count, seed, noise = as_count(count, "count"), as_count(seed, "seed", 0), _noise(noise)
+    check_flag(vary, "vary")
+    check_flag(coupled, "coupled")
+    if label is not None:
+        check_text(label, "label")
     site = as_site(site)
     stated = site.passage.replaced(as_table(changes, "changes", "values by path, or None"))
     condition, others = Condition(fault, size, place), neighbours_of(neighbour)
@@ -126,6 +130,8 @@ def synthesise_train(
         Wheelsets farther away than this are not felt, m. Zero: each is alone on the deck.
     """
     site, seed, noise = as_site(site), as_count(seed, "seed", 0), _noise(noise)
+    check_flag(vary, "vary")
+    check_flag(coupled, "coupled")
     felt_up_to = to_si(reach, "length", "reach")
     if not felt_up_to >= 0.0:
         raise InputError("", "reach", shown(reach), "0 m or more; infinite where all are felt")
