@@ -78,8 +78,8 @@ def to_si(value: object, dimension: str, field: str = "") -> float:
     """
     if isinstance(value, str):
         return _from_text(value, dimension, field)
-    if hasattr(value, "magnitude") and hasattr(value, "to"):
-        return _from_quantity(value, dimension, field)
+    if has_unit(value):
+        value = in_si(value, dimension, field)
     if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):  # a number of NumPy or xarray
         value = value.item()
     if isinstance(value, bool) or not isinstance(value, Real):
@@ -115,12 +115,18 @@ def _from_text(text: str, dimension: str, field: str) -> float:
         raise InputError(
             "", field, f"{shown(text)}, whose unit is not one of {dimension}", _allowed(dimension)
         ) from error
-    return _from_quantity(quantity, dimension, field, text)
+    return float(in_si(quantity, dimension, field, text))
 
 
-def _from_quantity(quantity: Any, dimension: str, field: str, text: str = "") -> float:
+def has_unit(value: object) -> bool:
+    """Return True for a quantity of a package for units such as pint."""
+    return hasattr(value, "magnitude") and hasattr(value, "to")
+
+
+def in_si(quantity: Any, dimension: str, field: str, text: str = "") -> Any:
+    """Return the number, or the array, that such a quantity is in SI units; `text` is what it was made of."""
     try:
-        return float(quantity.to(PINT[dimension] or "dimensionless").magnitude)
+        return quantity.to(PINT[dimension] or "dimensionless").magnitude
     except (AttributeError, TypeError, ValueError) as error:  # what pint's errors are, without importing it
         found = shown(text or str(quantity))
         raise InputError("", field, f"{found}, whose unit is not one of {dimension}", _allowed(dimension)) from error

@@ -6,12 +6,11 @@ import re
 
 from wheeltapper.describe.table import units
 from wheeltapper.describe.table.units import plain
+from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import unit_factor
-from wheeltapper.record.recording import Quantity
+from wheeltapper.record.recording import QUANTITIES, Quantity
 
-QUANTITIES: dict[Quantity, str] = {"deck acceleration": "acceleration", "force": "force"}
-"""The dimension of each quantity."""
 SI: dict[Quantity, str] = {"deck acceleration": "m/s^2", "force": "N"}
 ALLOWED = "m/s^2, g (acceleration), N, kN, kip, lbf (force)"
 
@@ -63,8 +62,8 @@ def meaning(in_file: str, unit: str | None, quantity: Quantity | None) -> tuple[
     InputError
         No unit at all, an unknown one, or two that contradict each other or the quantity.
     """
-    if quantity is not None and quantity not in QUANTITIES:
-        raise InputError("", "quantity", repr(quantity), " or ".join(map(repr, QUANTITIES)))
+    if quantity is not None:
+        check_choice(quantity, "quantity", QUANTITIES)
     stated = _stated(unit) if unit is not None else None
     own = quantity_of(in_file) if in_file else None
     if stated is None and own is None:

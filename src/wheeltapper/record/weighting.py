@@ -8,14 +8,16 @@ zeros where sampling puts them, and a short correction that restores modulus and
 from __future__ import annotations
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from wheeltapper.ground.arguments import as_quantity, check_choice
 from wheeltapper.ground.errors import InputError
+from wheeltapper.record.arrays import as_array
 
-__all__ = ["WEIGHTINGS", "checked_rate", "weighted", "weighting"]
+__all__ = ["WEIGHTINGS", "as_rate", "weighted", "weighting"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -72,7 +74,7 @@ def weighting(name: str, frequency: ArrayLike) -> ComplexArray:
         For an unknown name.
     """
     held = _named(name)
-    p = np.asarray(1j * np.asarray(frequency), dtype=np.complex128)
+    p = 1j * as_array(frequency, "frequency", "frequencies in Hz", "frequency")
     (f1, f2), (f3, f4, q4) = BAND, held.transition
     band = (p / f1) ** 2 / _quadratic(p, f1, BUTTERWORTH) / _quadratic(p, f2, BUTTERWORTH)
     out = held.gain * band * (1.0 + p / f3) / _quadratic(p, f4, q4)
@@ -82,7 +84,7 @@ def weighting(name: str, frequency: ArrayLike) -> ComplexArray:
     return out * _quadratic(p, f5, q5) / _quadratic(p, f6, q6) * (f5 / f6) ** 2
 
 
-def weighted(acceleration: ArrayLike, rate: float, name: str) -> FloatArray:
+def weighted(acceleration: ArrayLike, rate: float | str, name: str) -> FloatArray:
     """Return weighted accelerations: what a causal filter makes of the samples, starting from rest.
 
     Before the first sample there is nothing: an acceleration that does not begin at zero is a jump to the filter, and
@@ -93,7 +95,8 @@ def weighted(acceleration: ArrayLike, rate: float, name: str) -> FloatArray:
     acceleration
         m/s^2, time along the last axis, uniformly sampled and free of content above half the rate.
     rate
-        Samples per second, at least 250. Up to a quarter of it the response is right to 0.2 % and 0.002 rad.
+        Samples per second, at least 250, Hz or as "1 kHz". Up to a quarter of it the response is right to 0.2 % and
+        0.002 rad.
     name
         Of the weighting, as for `weighting`.
 
@@ -109,10 +112,11 @@ def weighted(acceleration: ArrayLike, rate: float, name: str) -> FloatArray:
     """
     from scipy import signal
 
-    samples = np.asarray(acceleration, dtype=np.float64)
+    allowed = "an array of finite samples, time last"
+    samples = as_array(acceleration, "acceleration", allowed, "acceleration")
     if samples.ndim == 0 or not np.isfinite(samples).all():
-        raise InputError("", "acceleration", "no finite samples over time", "an array of finite samples, time last")
-    sections, correction = _digital(name, checked_rate(rate))
+        raise InputError("", "acceleration", "no finite samples over time", allowed)
+    sections, correction = _digital(name, as_rate(rate))
     if samples.size == 0:
         return samples.copy()
     return np.asarray(signal.lfilter(correction, [1.0], signal.sosfilt(sections, samples)), dtype=np.float64)
@@ -160,13 +164,13 @@ def _quadratic(p: ComplexArray, corner: float, quality: float) -> ComplexArray:
 
 
 def _named(name: str) -> Weighting:
-    if name not in WEIGHTINGS:
-        raise InputError("", "weighting", repr(name), " | ".join(WEIGHTINGS))
+    check_choice(name, "weighting", WEIGHTINGS)
     return WEIGHTINGS[name]
 
 
-def checked_rate(rate: float) -> float:
-    """Return a rate, samples per second, or refuse one that is too low for the weightings."""
-    if not SLOWEST <= rate < np.inf:
-        raise InputError("", "rate", f"{rate!r} samples per second", f"at least {SLOWEST:g}, for a band up to 100 Hz")
-    return float(rate)
+def as_rate(given: Any) -> float:
+    """Return a rate, samples per second, that is high enough for the weightings."""
+    rate = as_quantity(given, "rate", "frequency")
+    if rate < SLOWEST:
+        raise InputError("", "rate", f"{rate:g} samples per second", f"at least {SLOWEST:g}, for a band up to 100 Hz")
+    return rate

@@ -23,13 +23,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from wheeltapper.ask.diagnosis.design_search import Candidate, Criterion, Judge, Progress, Search, cost
+from wheeltapper.ask.diagnosis.design_search import Candidate, Criterion, Judge, Search, cost
 from wheeltapper.ask.diagnosis.information import NAMED, Information, as_speeds, as_trigger
 from wheeltapper.ask.diagnosis.layout import Bounds, Family
 from wheeltapper.describe.scenario import FORMAT
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.ground.arguments import as_count, as_names, as_quantity, as_table, check_choice
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, watched
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -143,7 +144,7 @@ def design_site(
     trigger: float = 0.0,
     budget: int = 2000,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Progress = True,
 ) -> Design:
     """Design the rail of a site so that passages give most information on some fields.
 
@@ -175,7 +176,7 @@ def design_site(
     budget, seed
         How many layouts are judged, about, and what the search draws from: the same seed finds the same layout.
     progress
-        Called with how many layouts were judged, the budget, and the best criterion so far.
+        As for `wheeltapper.simulate`.
 
     Raises
     ------
@@ -200,9 +201,10 @@ def design_site(
         site, parameters, passing, criterion, as_quantity(largest_force, "largest_force", "force"), one_gauge,
         as_trigger(trigger), family.heights[0], family.duration(slowest),
     )  # fmt: skip
-    search = Search(judge, budget, progress)
+    search = Search(judge, budget)
     try:
-        return _designed(search, family, plain, seed)
+        with watched(progress):
+            return _designed(search, family, plain, seed)
     except KeyboardInterrupt as stop:
         raise Interrupted(search.site_so_far) from stop
 

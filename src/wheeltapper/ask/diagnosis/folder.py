@@ -17,6 +17,7 @@ from wheeltapper.ask.spec import contents
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.ground.arguments import as_list, as_path, as_table
 from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.progress import Progress, report, watched
 
 NOT_READ = "not read"
 """The verdict on a file that holds no recording of this site; its entry says why."""
@@ -33,7 +34,7 @@ def diagnose_all(
     reading: Mapping[str, Any] | None = None,
     after: After | None = None,
     raising: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = True,
 ) -> list[dict[str, Any]]:
     """Diagnose recordings in files.
 
@@ -51,11 +52,12 @@ def diagnose_all(
     reading
         Arguments of `read_recording`.
     after
-        What else to do with each finding, in the process that has found it: called with it and its JSON's path.
+        What else to do with each finding, in the process that has found it: called with it and its JSON's path. What
+        it raises ends the work; what was found till then is kept.
     raising
         Whether to stop at a file that cannot be read, or is no recording of this site, with its InputError.
     progress
-        Called with how many are done, and how many there are.
+        As for `wheeltapper.simulate`.
 
     Returns
     -------
@@ -74,10 +76,11 @@ def diagnose_all(
             found[i] = kept
     waiting = [i for i in range(len(paths)) if i not in found]
     tasks = [(paths[i], folder, reading, after, raising) for i in waiting]
-    for number, entry in in_processes(_one, site, tasks, workers):
-        found[waiting[number]] = entry
-        if progress is not None:
-            progress(len(found), len(paths))
+    with watched(progress):
+        report("recordings", len(found), len(paths))
+        for number, entry in in_processes(_one, site, tasks, workers):
+            found[waiting[number]] = entry
+            report("recordings", len(found), len(paths))
     return [found[i] for i in range(len(paths))]
 
 

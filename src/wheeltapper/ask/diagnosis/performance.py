@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,6 +25,7 @@ from wheeltapper.ask.diagnosis.synthetic import synthesise
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.ground.arguments import as_count, as_names, as_path, as_table
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, report, watched
 
 FloatArray = NDArray[np.float64]
 Sizes = float | tuple[float, float] | None
@@ -138,7 +139,7 @@ def assess(
     seed: int = 0,
     output: str | Path | None = None,
     workers: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = True,
 ) -> Performance:
     """Measure how well a site distinguishes faults, on passages that are computed.
 
@@ -159,7 +160,7 @@ def assess(
     workers
         Processes; by default one per core.
     progress
-        Called with how many passages are done, and how many there are.
+        As for `wheeltapper.simulate`.
     """
     site, count, seed = as_site(site), as_count(count, "count", 2), as_count(seed, "seed", 0)
     healthy = count if healthy is None else as_count(healthy, "healthy", 2)
@@ -170,14 +171,13 @@ def assess(
     kept = _kept(output, site)
     found = {i: kept[_key(task)] for i, task in enumerate(tasks) if _key(task) in kept}
     waiting = [i for i in range(len(tasks)) if i not in found]
-    if progress is not None:
-        progress(len(found), len(tasks))
-    for number, passage in in_processes(_passage, site, [tasks[i] for i in waiting], workers):
-        i = waiting[number]
-        found[i] = passage
-        _keep(output, site, tasks[i], passage)
-        if progress is not None:
-            progress(len(found), len(tasks))
+    with watched(progress):
+        report("passages", len(found), len(tasks))
+        for number, passage in in_processes(_passage, site, [tasks[i] for i in waiting], workers):
+            i = waiting[number]
+            found[i] = passage
+            _keep(output, site, tasks[i], passage)
+            report("passages", len(found), len(tasks))
     passages = [found[i] for i in range(len(tasks))]
     sound = tuple(p for p in passages if p.label == HEALTHY)
     ceiling = _ceiling(site)

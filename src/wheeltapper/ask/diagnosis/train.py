@@ -19,6 +19,7 @@ from wheeltapper.describe.site import Site, as_site
 from wheeltapper.describe.track.stiff import StiffTrack
 from wheeltapper.ground.arguments import as_list
 from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.progress import Progress, report, watched
 from wheeltapper.record.arguments import as_recordings
 from wheeltapper.record.recording import Recording
 from wheeltapper.record.simulate import simulate
@@ -291,6 +292,7 @@ def diagnose_train(
     name: str = "",
     date: str = "",
     workers: int | None = 1,
+    progress: Progress = True,
 ) -> TrainFinding:
     """Diagnose the wheelsets of a train.
 
@@ -306,10 +308,16 @@ def diagnose_train(
         As for `diagnose`.
     workers
         Processes; None: one per core.
+    progress
+        As for `wheeltapper.simulate`.
     """
     site, asked, chosen = as_site(site), as_recordings(recordings), _rules(rules, countries)
     compared = None if faults is None else tuple(as_list(faults, "faults", "names of faults"))
-    found = dict(in_processes(_diagnosed, (site, compared, noise), asked, workers))
+    found: dict[int, Finding] = {}
+    with watched(progress):
+        for number, finding in in_processes(_diagnosed, (site, compared, noise), asked, workers):
+            found[number] = finding
+            report("wheelsets", len(found), len(asked))
     ordered = [found[i] for i in range(len(found))]
     return train_of(ordered, site, rules=chosen, name=name, date=date)
 
