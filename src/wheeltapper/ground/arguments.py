@@ -62,6 +62,12 @@ def check_text(given: Any, field: str) -> None:
         raise InputError("", field, shown(given), "a text")
 
 
+def check_flag(given: Any, field: str) -> None:
+    """Refuse what is neither true nor false."""
+    if not isinstance(given, bool):
+        raise InputError("", field, shown(given), "True or False")
+
+
 def check_function(given: Any, field: str, what: str) -> None:
     """Refuse what cannot be called."""
     if not callable(given):

@@ -40,7 +40,7 @@ def as_array(
         given = [to_si(one, dimension, field) for one in given]
     try:
         values = np.asarray(given)
-        if values.dtype.kind in "fiub" or values.dtype.kind == "O":
+        if given is not None and values.dtype.kind in "fiubO":  # None alone would be NaN
             return np.asarray(values, dtype=kind)
     except (TypeError, ValueError, OverflowError):
         pass

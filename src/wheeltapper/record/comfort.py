@@ -71,7 +71,11 @@ def running_rms(weighted: ArrayLike, rate: float | str, seconds: float | str) ->
         For a window of less than one sample.
     """
     length = _window(as_quantity(rate, "rate", "frequency"), as_quantity(seconds, "seconds", "time", positive=False))
-    squares = np.atleast_1d(as_array(weighted, "weighted", "an array of samples, time last")) ** 2
+    allowed = "an array of finite samples, time last"
+    with np.errstate(over="ignore"):
+        squares = np.atleast_1d(as_array(weighted, "weighted", allowed)) ** 2
+    if not np.isfinite(squares).all():
+        raise InputError("", "weighted", "samples whose squares are not finite", allowed)
     total = np.cumsum(np.concatenate([np.zeros_like(squares[..., :1]), squares], axis=-1), axis=-1)
     # Differences of a long sum keep its rounding errors: in the silence after a shock they may be below zero.
     return np.asarray(np.sqrt(np.maximum(total[..., length:] - total[..., :-length], 0.0) / length))
@@ -96,7 +100,7 @@ def ride_comfort(
     longitudinal, lateral, vertical
         (samples,) accelerations, m/s^2, uniformly sampled, without gravity.
     rate
-        Samples per second, at least 250.
+        Samples per second, 250 to 1e6, Hz or as "1 kHz".
     vertical_weighting
         Of the vertical axis in the numbers of EN 12299: "Wb" or "Wb EN 12299:2009"; see `weighting`.
     settling
@@ -116,8 +120,8 @@ def ride_comfort(
     Raises
     ------
     InputError
-        For a low rate, samples that are not finite or not equally many, no sample left after settling, or another
-        vertical weighting.
+        For a rate out of this range, samples that are not finite or not equally many, no sample left after settling, or
+        another vertical weighting.
     """
     check_choice(vertical_weighting, "vertical_weighting", VERTICAL_FOR_RAIL)
     samples, rate = _three(longitudinal, lateral, vertical), as_rate(rate)
@@ -194,7 +198,7 @@ def comfort(
         (x, y, z) of the point from the body's centre of gravity, m: forward, left, up; None is the centre itself.
         There the acceleration is a + alpha × r, the body turning little.
     rate
-        Samples per second, at least 250.
+        Samples per second, 250 to 1e6, Hz or as "1 kHz".
     vertical_weighting, settling
         As for `ride_comfort`.
 
@@ -217,6 +221,8 @@ def comfort(
     offset = np.zeros(3) if at is None else as_array(at, "at", allowed, "length")
     if offset.shape != (3,) or not np.isfinite(offset).all():
         raise InputError("", "at", shown(at), allowed)
+    if not hasattr(record, "history"):
+        raise InputError("", "record", shown(record), "the record of a wagon")
     x, y, z = _point_acceleration(record.history(rate), body, offset)
     found = ride_comfort(x, y, z, rate, vertical_weighting=vertical_weighting, settling=settling)
     ends = settling + BLOCK * np.arange(1, found["blocks"] + 1)

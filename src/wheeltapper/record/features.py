@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from numbers import Number
 from typing import TYPE_CHECKING, Any, Literal, get_args, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ground.arguments import as_count, check_choice, check_function, check_text
+from wheeltapper.ground.arguments import as_count, check_choice, check_flag, check_function, check_text
 from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.record.trains import Trains, Values
@@ -71,6 +72,8 @@ class Feature:
         as_count(self.impacts, "impacts", 0)
         check_choice(self.until, "until", get_args(Until))
         check_function(self.of, "of", "a function of the trains of some cells")
+        for name in ("differentiable", "tally"):
+            check_flag(getattr(self, name), name)
 
     def renamed(self, name: str) -> Feature:
         """Return the same feature under another name, so that a map can hold two of a kind."""
@@ -161,8 +164,7 @@ def force_ratio(first: int = 1, second: int = 2) -> Feature:
 
 def largest_force(over_static: bool = False) -> Feature:
     """Return the largest maximum of the contact force, N; `over_static`: divided by the static force N0."""
-    if not isinstance(over_static, bool):
-        raise InputError("", "over_static", repr(over_static), "true or false")
+    check_flag(over_static, "over_static")
     if over_static:
         return Feature(
             "largest_force_over_static", "", "largest maximum of the contact force, over the static force", 0, "end",
@@ -296,6 +298,7 @@ def custom(
     """
     check_function(function, "function", "a function from a Train to a number")
     check_text(name, "name")
+    check_text(definition, "definition")
 
     def each(trains: Trains) -> Values:
         long_enough = trains.whole & (trains.impacts.count >= impacts)
@@ -309,7 +312,8 @@ def custom(
 
 def _number(name: str, found: Any) -> Any:
     """Return what a user's own feature has found, if it is one number."""
-    if np.ndim(found) or np.asarray(found).dtype.kind not in "fciub":
+    found = found.item() if isinstance(found, np.ndarray) and found.ndim == 0 else found
+    if not isinstance(found, Number):
         raise InputError("", name, shown(found), "one number, as what the feature's function returns")
     return found
 

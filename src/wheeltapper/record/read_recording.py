@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,8 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.describe.table.units import plain
-from wheeltapper.ground.arguments import as_path, as_quantity
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_path, as_quantity, check_choice, check_flag
+from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.quantities import UNITS, unit_factor
 from wheeltapper.record.reading_apart import read_apart
 from wheeltapper.record.reading_checks import Grid, check_samples, clipping, contradicts, on_grid, size_notes
@@ -79,7 +80,13 @@ def read_recording(
         several columns that may be meant; doubled or falling times, jitter above 1 %, gaps of broken steps; or an
         argument contradicts it (rates by more than 0.1 %).
     """
-    path = as_path(path, "path", "the path of a recording")
+    path, largest = as_path(path, "path", "the path of a recording"), as_quantity(largest, "largest", "number")
+    check_flag(apart, "apart")
+    if quantity is not None:
+        check_choice(quantity, "quantity", QUANTITIES)
+    for name, given in (("column", column), ("time", time)):
+        if not (given is None or isinstance(given, str | Integral)) or isinstance(given, bool):
+            raise InputError("", name, shown(given), "a name, a header or a number from 0")
     try:
         table = (read_apart if apart else read_file)(path, largest)
         stated = _stated_rate(table.facts.get("rate"), rate)

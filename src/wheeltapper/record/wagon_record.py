@@ -187,9 +187,9 @@ class WagonRecord(Record):
         bodies = [name for name in self._lowered.layout.bodies if name != DECK]
         motion = ("time", "body", "motion")
         count = len(bodies)
-        shape = (len(wanted), -1, PLACES)
-        by_body = states[:, : self._lowered.layout.states].reshape(shape)
-        rates_by_body = rates[:, : self._lowered.layout.states].reshape(shape)
+        moving = self._lowered.layout.states
+        shape = (len(wanted), moving // PLACES, PLACES)
+        by_body, rates_by_body = states[:, :moving].reshape(shape), rates[:, :moving].reshape(shape)
         six = len(MOTIONS)
         variables |= {
             "displacement": (motion, by_body[:, :count, :six]),
@@ -288,7 +288,7 @@ class WagonRecord(Record):
         at
             Place from its centre of gravity, m; by default there.
         rate
-            Samples per second, Hz or as "1 kHz", at least 250.
+            Samples per second, 250 to 1e6, Hz or as "1 kHz".
         vertical_weighting
             "Wb", or "Wb EN 12299:2009" as in programs for that edition.
         settling
@@ -302,7 +302,7 @@ class WagonRecord(Record):
         Raises
         ------
         InputError
-            For an unknown body, a point that is not three numbers, a low rate, or nothing left after settling.
+            For an unknown body, a point that is not three numbers, another rate, or nothing left after settling.
         """
         from wheeltapper.record.comfort import comfort
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper.ground.arguments import as_quantity, check_choice
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.record.arrays import as_array
 
 __all__ = ["WEIGHTINGS", "as_rate", "weighted", "weighting"]
@@ -23,6 +23,10 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 SLOWEST = 250.0
 """Lowest admissible rate, samples per second: below, the band limit at 100 Hz is beyond 0.4 of the rate."""
+HIGHEST = 1e50
+"""Of a frequency, Hz: powers of it stay within the numbers that there are."""
+FASTEST = 1e6
+"""Highest admissible rate: above, rounding moves the filter's poles, which lie ever closer to 1."""
 BAND, BUTTERWORTH = (0.4, 100.0), 0.5**0.5
 """Corner frequencies f1 and f2 of the band limit, Hz, and its quality factors Q1 = Q2, in every edition."""
 TAPS, FITTED_UP_TO, FITTED_AT = 6, 0.27, 400  # the correction: length, fraction of the rate, number of frequencies
@@ -74,7 +78,11 @@ def weighting(name: str, frequency: ArrayLike) -> ComplexArray:
         For an unknown name.
     """
     held = _named(name)
-    p = 1j * as_array(frequency, "frequency", "frequencies in Hz", "frequency")
+    allowed = f"frequencies in Hz up to {HIGHEST:g}"
+    frequencies = as_array(frequency, "frequency", allowed, "frequency")
+    if not (np.abs(frequencies) <= HIGHEST).all():
+        raise InputError("", "frequency", shown(frequency), allowed)
+    p = 1j * frequencies
     (f1, f2), (f3, f4, q4) = BAND, held.transition
     band = (p / f1) ** 2 / _quadratic(p, f1, BUTTERWORTH) / _quadratic(p, f2, BUTTERWORTH)
     out = held.gain * band * (1.0 + p / f3) / _quadratic(p, f4, q4)
@@ -95,7 +103,7 @@ def weighted(acceleration: ArrayLike, rate: float | str, name: str) -> FloatArra
     acceleration
         m/s^2, time along the last axis, uniformly sampled and free of content above half the rate.
     rate
-        Samples per second, at least 250, Hz or as "1 kHz". Up to a quarter of it the response is right to 0.2 % and
+        Samples per second, 250 to 1e6, Hz or as "1 kHz". Up to a quarter of it the response is right to 0.2 % and
         0.002 rad.
     name
         Of the weighting, as for `weighting`.
@@ -108,7 +116,7 @@ def weighted(acceleration: ArrayLike, rate: float | str, name: str) -> FloatArra
     Raises
     ------
     InputError
-        For a rate below 250, an unknown name, or samples that are not finite.
+        For a rate out of this range, an unknown name, or samples that are not finite.
     """
     from scipy import signal
 
@@ -116,6 +124,7 @@ def weighted(acceleration: ArrayLike, rate: float | str, name: str) -> FloatArra
     samples = as_array(acceleration, "acceleration", allowed, "acceleration")
     if samples.ndim == 0 or not np.isfinite(samples).all():
         raise InputError("", "acceleration", "no finite samples over time", allowed)
+    check_choice(name, "name", WEIGHTINGS)
     sections, correction = _digital(name, as_rate(rate))
     if samples.size == 0:
         return samples.copy()
@@ -169,8 +178,9 @@ def _named(name: str) -> Weighting:
 
 
 def as_rate(given: Any) -> float:
-    """Return a rate, samples per second, that is high enough for the weightings."""
+    """Return a rate, samples per second, at which the weightings are right."""
     rate = as_quantity(given, "rate", "frequency")
-    if rate < SLOWEST:
-        raise InputError("", "rate", f"{rate:g} samples per second", f"at least {SLOWEST:g}, for a band up to 100 Hz")
+    if not SLOWEST <= rate <= FASTEST:
+        allowed = f"{SLOWEST:g} to {FASTEST:g}, for a band up to 100 Hz"
+        raise InputError("", "rate", f"{rate:g} samples per second", allowed)
     return rate
