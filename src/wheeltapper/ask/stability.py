@@ -75,7 +75,7 @@ def critical_speed(
         return float((values.real - ROUNDING * np.maximum(size, 1.0))[size > STILL].max())
 
     speeds = np.linspace(lowest, highest, ceil((highest - lowest) / STEP) + 1)
-    with watched(progress):
+    with watched(progress, "speeds in m/s"):
         _tell_undamped(level.replaced({"speed": float(lowest)}), growth(lowest))
         for slower, faster in zip(speeds[:-1], speeds[1:], strict=True):
             report("speeds in m/s", float(slower), float(highest))

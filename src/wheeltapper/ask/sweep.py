@@ -89,7 +89,7 @@ def sweep(
         "fewer cells, or `wheeltapper sweep`, which keeps a few chunks at a time,",
     )  # fmt: skip
     held = cores() if threads is None else as_count(threads, "threads")
-    with watched(progress):
+    with watched(progress, "cells"):
         found = compute(asked, asked.changed(), held)
     found.check()
     warn_of(note.told(asked.cells) for note in found.notes)

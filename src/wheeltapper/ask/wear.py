@@ -145,12 +145,15 @@ def wear_in(
     options = _scatter(hardening, speed_scatter, load_scatter, start_scatter, seed)
     if isinstance(scenario, Scenario | str | Path):
         file = None if store is None else as_path(store, "store", "a path with the suffix .nc")
-        with held(file), watched(progress):
+        with held(file), watched(progress, "passes"):
             return _Evolution(as_scenario(scenario), options, every, samples, method, file).until(passes)
     if store is not None:
         raise InputError("", "store", str(store), "none with several scenarios, or a call for each with its own")
     scenarios = as_scenarios(scenario)
-    with watched(progress), ThreadPoolExecutor(cores() if threads is None else as_count(threads, "threads")) as pool:
+    with (
+        watched(progress, "passes"),
+        ThreadPoolExecutor(cores() if threads is None else as_count(threads, "threads")) as pool,
+    ):
         count = counting("passes", passes * len(scenarios))
         evolutions = pool.map(lambda one: _Evolution(one, options, every, samples, method, None), scenarios)
         return list(pool.map(lambda one: one.until(passes, count), evolutions))

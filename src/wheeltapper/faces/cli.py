@@ -120,7 +120,7 @@ def sweep(
 
     try:
         spec = read(study)
-        with watched(True):
+        with watched(True, "cells"):
             failed = fill(output, spec, resume=resume, workers=workers, scheduler=scheduler, threads=threads)
     except InputError as error:
         raise error.at(str(study)) from error
@@ -237,7 +237,7 @@ def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output"
     chosen(names)
     if output is not None:
         make_folder(output)
-    with warnings.catch_warnings(), watched(True):
+    with warnings.catch_warnings(), watched(True, "claims"):
         warnings.simplefilter("ignore", ModelWarning)  # the paper's point follower, meant so
         return run(names, output)
 

@@ -54,7 +54,7 @@ def reporting(report: Report, say: Say = _print) -> Iterator[None]:
 
 
 @contextmanager
-def watched(progress: Progress) -> Iterator[None]:
+def watched(progress: Progress, of: str = "") -> Iterator[None]:
     """Let the user see how far a verb is that works inside this context.
 
     A verb that works for another one is not heard: the outer one tells how far the whole is.
@@ -63,6 +63,8 @@ def watched(progress: Progress) -> Iterator[None]:
     ----------
     progress
         A function, called as `reporting` says; True: a bar where someone watches, unless another listens; False: none.
+    of
+        What the verb counts; what else is done for it is then not heard.
 
     Raises
     ------
@@ -80,7 +82,18 @@ def watched(progress: Progress) -> Iterator[None]:
         context = reporting(_unheard, say)
     elif bar is not None and _someone_watches():
         context = bar()
-    with context:
+    with context, _only(of):
+        yield
+
+
+@contextmanager
+def _only(of: str) -> Iterator[None]:
+    """Let only reports of one thing be heard."""
+    listener = _listener.get()
+    if listener is None or not of:
+        yield
+        return
+    with reporting(lambda what, *much: listener.report(what, *much) if what == of else None, listener.say):
         yield
 
 

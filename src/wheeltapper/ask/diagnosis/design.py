@@ -203,7 +203,7 @@ def design_site(
     )  # fmt: skip
     search = Search(judge, budget)
     try:
-        with watched(progress):
+        with watched(progress, "layouts"):
             return _designed(search, family, plain, seed)
     except KeyboardInterrupt as stop:
         raise Interrupted(search.site_so_far) from stop

@@ -98,7 +98,7 @@ def diagnose(
     case = Case(recording, site, faults, spread)
     if not _wheel(recording, spread):
         return _nothing(recording, site, spread)
-    with watched(progress):
+    with watched(progress, "fitting"):
         report("fitting", 0.0, 0.0)
         _try_plain(case)
         for attempt in _attempts(case):

@@ -15,7 +15,7 @@ from wheeltapper.ask.diagnosis.finding import Finding
 from wheeltapper.ask.diagnosis.processes import in_processes
 from wheeltapper.ask.spec import contents
 from wheeltapper.describe.site import Site, as_site
-from wheeltapper.ground.arguments import as_list, as_path, as_table
+from wheeltapper.ground.arguments import as_list, as_path, as_table, check_function
 from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.progress import Progress, report, watched
 
@@ -65,6 +65,8 @@ def diagnose_all(
         What each finding's `to_dict` gives, in the order of the files; a file that cannot be read, or is no recording
         of this site, has the verdict "not read" and says why.
     """
+    if after is not None:
+        check_function(after, "after", "a function of a finding and its JSON's path, or None")
     what = "paths of recordings"
     site, paths = as_site(site), [as_path(file, "files", what) for file in as_list(files, "files", what)]
     folder = None if output is None else _folder(as_path(output, "output", "the path of a folder"), paths)
@@ -76,7 +78,7 @@ def diagnose_all(
             found[i] = kept
     waiting = [i for i in range(len(paths)) if i not in found]
     tasks = [(paths[i], folder, reading, after, raising) for i in waiting]
-    with watched(progress):
+    with watched(progress, "recordings"):
         report("recordings", len(found), len(paths))
         for number, entry in in_processes(_one, site, tasks, workers):
             found[waiting[number]] = entry

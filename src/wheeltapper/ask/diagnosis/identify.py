@@ -157,7 +157,7 @@ def identify(
     recording, site, spread = recorded_at(recording, site, noise)
     model = site.passage.replaced(as_table(start, "start", "values by path, or None"))
     asked = as_names(unknown, "unknown", "paths of fields")
-    with watched(progress):
+    with watched(progress, "fitting"):
         report("fitting", 0.0, 0.0)
         found = solve(Problem(recording, site.sensor, spread, model, beliefs(site, asked)), onset(recording, spread))
         return estimate_of(found, spread)

@@ -171,7 +171,7 @@ def assess(
     kept = _kept(output, site)
     found = {i: kept[_key(task)] for i, task in enumerate(tasks) if _key(task) in kept}
     waiting = [i for i in range(len(tasks)) if i not in found]
-    with watched(progress):
+    with watched(progress, "passages"):
         report("passages", len(found), len(tasks))
         for number, passage in in_processes(_passage, site, [tasks[i] for i in waiting], workers):
             i = waiting[number]

@@ -78,7 +78,7 @@ def synthesise(
     stated = site.passage.replaced(as_table(changes, "changes", "values by path, or None"))
     condition, others = Condition(fault, size, place), neighbours_of(neighbour)
     out = []
-    with watched(progress):
+    with watched(progress, "recordings"):
         for number in range(count):
             random = np.random.default_rng([seed, number])
             relative = _relative(site, random) if vary else {}
@@ -148,7 +148,7 @@ def synthesise_train(
         relative = {path: own[path] if path.startswith(OWN) else share for path, share in shared.items()}
         made.append(_made(stated, condition, relative, random))
     out = []
-    with watched(progress):
+    with watched(progress, "wheelsets"):
         for i, (passage, truth) in enumerate(made):
             near = [j for j in range(len(made)) if j != i and abs(places[j] - places[i]) <= felt_up_to]
             beside = [(places[i] - places[j], made[j][0]) for j in near]

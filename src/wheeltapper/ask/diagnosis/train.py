@@ -314,7 +314,7 @@ def diagnose_train(
     site, asked, chosen = as_site(site), as_recordings(recordings), _rules(rules, countries)
     compared = None if faults is None else tuple(as_list(faults, "faults", "names of faults"))
     found: dict[int, Finding] = {}
-    with watched(progress):
+    with watched(progress, "wheelsets"):
         for number, finding in in_processes(_diagnosed, (site, compared, noise), asked, workers):
             found[number] = finding
             report("wheelsets", len(found), len(asked))
