@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Annotated, Literal
@@ -282,17 +283,21 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         with interruptible():
             result = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        sys.stdout.flush()
     except CycloptsError as error:
         print(f"wheeltapper: {as_input_error(error)}", file=sys.stderr)
         return WRONG_INPUT
     except InputError as error:
         print(f"wheeltapper: {error}", file=sys.stderr)
         return WRONG_INPUT
+    except BrokenPipeError:  # who read the output has gone, as after `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # else Python complains at its end
+        return NOT_FINISHED
     except KeyboardInterrupt:
         print("wheeltapper: interrupted", file=sys.stderr)
         return NOT_FINISHED
     except SystemExit as stop:
-        return WRONG_INPUT if stop.code else DONE
+        return NOT_FINISHED if stop.code else DONE
     return result if isinstance(result, int) else DONE
 
 

@@ -15,6 +15,7 @@ from typing import Any
 from wheeltapper.describe.scenario import FORMAT, Scenario
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
+from wheeltapper.record.arguments import check_method
 from wheeltapper.record.record import Record
 from wheeltapper.record.simulate import simulate
 
@@ -32,6 +33,7 @@ class Run:
 
 def simulated(file: Path, method: str) -> Run:
     """Simulate the scenario in a file; warnings go to stderr."""
+    check_method(method)
     scenario = Scenario.from_toml(file)
     begin = time.perf_counter()
     with warnings.catch_warnings(record=True) as caught:
