@@ -343,12 +343,13 @@ def test_designs_for_the_worst_interval_with_another_deck():
     told = []
     made = small(
         criterion="worst interval", vary={"track.mass": (3e3, 1.5e4)}, number=1, shapes=("step down",),
-        progress=lambda done, budget, best: told.append((done, budget, best)),
+        progress=lambda *layouts: told.append(layouts),
     )  # fmt: skip
     assert made.best.worst == pytest.approx(made.information.worst)
     assert 3e3 <= made.site.passage.track.mass <= 1.5e4
     assert made.gains["single"] >= 0.98
-    assert [done for done, _, _ in told] == list(range(1, len(made.candidates) + 1))
+    assert {what for what, _, _ in told} == {"layouts"}
+    assert [done for _, done, _ in told] == list(range(1, len(made.candidates) + 1))
 
 
 @pytest.mark.parametrize(

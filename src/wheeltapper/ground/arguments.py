@@ -56,6 +56,24 @@ def as_names(given: Any, field: str, what: str) -> tuple[str, ...]:
     return tuple(names)
 
 
+def check_text(given: Any, field: str) -> None:
+    """Refuse what is no text."""
+    if not isinstance(given, str):
+        raise InputError("", field, shown(given), "a text")
+
+
+def check_flag(given: Any, field: str) -> None:
+    """Refuse what is neither true nor false."""
+    if not isinstance(given, bool):
+        raise InputError("", field, shown(given), "True or False")
+
+
+def check_function(given: Any, field: str, what: str) -> None:
+    """Refuse what cannot be called."""
+    if not callable(given):
+        raise InputError("", field, shown(given), what)
+
+
 def as_table(given: Any, field: str, what: str) -> dict[str, Any]:
     """Return values by name; of None, no values."""
     if given is None:
@@ -92,24 +110,6 @@ def as_between(given: Any, field: str, low: float, high: float) -> float:
     if not low < number < high:
         raise InputError("", field, shown(given), f"between {low:g} and {high:g}")
     return number
-
-
-def check_text(given: Any, field: str) -> None:
-    """Refuse what is no text."""
-    if not isinstance(given, str):
-        raise InputError("", field, shown(given), "a text")
-
-
-def check_flag(given: Any, field: str) -> None:
-    """Refuse what is neither True nor False."""
-    if not isinstance(given, bool):
-        raise InputError("", field, shown(given), "True or False")
-
-
-def check_callback(given: Any, field: str) -> None:
-    """Refuse what is neither None nor can be called."""
-    if given is not None and not callable(given):
-        raise InputError("", field, shown(given), "a function, or None")
 
 
 def check_choice(given: Any, field: str, allowed: Iterable[str]) -> None:

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from wheeltapper.ask.diagnosis.design_search import Candidate, Criterion, Judge, Progress, Search, cost
+from wheeltapper.ask.diagnosis.design_search import Candidate, Criterion, Judge, Search, cost
 from wheeltapper.ask.diagnosis.information import NAMED, Information, as_speeds, as_trigger
 from wheeltapper.ask.diagnosis.layout import Bounds, Family
 from wheeltapper.describe.scenario import write_toml
@@ -32,11 +32,11 @@ from wheeltapper.ground.arguments import (
     as_names,
     as_quantity,
     as_table,
-    check_callback,
     check_choice,
     check_flag,
 )
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, watched
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -151,7 +151,7 @@ def design_site(
     trigger: float = 0.0,
     budget: int = 2000,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Progress = True,
 ) -> Design:
     """Design the rail of a site so that passages give most information on some fields.
 
@@ -183,7 +183,7 @@ def design_site(
     budget, seed
         How many layouts are judged, about, and what the search draws from: the same seed finds the same layout.
     progress
-        Called with how many layouts were judged, the budget, and the best criterion so far.
+        As for `wheeltapper.simulate`.
 
     Raises
     ------
@@ -195,7 +195,6 @@ def design_site(
     site, budget, seed = as_site(site), as_count(budget, "budget"), as_count(seed, "seed", 0)
     check_choice(criterion, "criterion", ("determinant", "worst interval"))
     check_flag(one_gauge, "one_gauge")
-    check_callback(progress, "progress")
     passing = None if speeds is None else tuple(as_speeds(speeds))
     parameters = as_names(parameters, "parameters", "paths of fields")
     varied = as_table(vary, "vary", "bounds by path, or None")
@@ -210,9 +209,10 @@ def design_site(
         site, parameters, passing, criterion, as_quantity(largest_force, "largest_force", "force"), one_gauge,
         as_trigger(trigger), family.heights[0], family.duration(slowest),
     )  # fmt: skip
-    search = Search(judge, budget, progress)
+    search = Search(judge, budget)
     try:
-        return _designed(search, family, plain, seed)
+        with watched(progress, "layouts"):
+            return _designed(search, family, plain, seed)
     except KeyboardInterrupt as stop:
         raise Interrupted(search.site_so_far) from stop
 

@@ -15,8 +15,9 @@ from wheeltapper.ask.diagnosis.finding import Finding
 from wheeltapper.ask.diagnosis.kept import digest_of
 from wheeltapper.ask.diagnosis.processes import Lost, ProcessError, in_processes
 from wheeltapper.describe.site import Site, as_site
-from wheeltapper.ground.arguments import as_list, as_path, as_table, check_callback, check_flag
+from wheeltapper.ground.arguments import as_list, as_path, as_table, check_flag, check_function
 from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.progress import Progress, report, watched
 
 NOT_READ = "not read"
 """The verdict on a file that holds no recording of this site; its entry says why."""
@@ -35,7 +36,7 @@ def diagnose_all(
     reading: Mapping[str, Any] | None = None,
     after: After | None = None,
     raising: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = True,
 ) -> list[dict[str, Any]]:
     """Diagnose recordings in files.
 
@@ -53,11 +54,12 @@ def diagnose_all(
     reading
         Arguments of `read_recording`.
     after
-        What else to do with each finding, in the process that has found it: called with it and its JSON's path.
+        What else to do with each finding, in the process that has found it: called with it and its JSON's path. What
+        it raises ends the work; what was found till then is kept.
     raising
         Whether to stop at a file that cannot be read, or is no recording of this site, with its InputError.
     progress
-        Called with how many are done, and how many there are.
+        As for `wheeltapper.simulate`.
 
     Returns
     -------
@@ -65,18 +67,19 @@ def diagnose_all(
         What each finding's `to_dict` gives, in the order of the files; a file that cannot be read, or is no recording
         of this site, has the verdict "not read" and says why, one whose diagnosis failed "not diagnosed".
     """
+    if after is not None:
+        check_function(after, "after", "a function of a finding and its JSON's path, or None")
     what = "paths of recordings"
     site, paths = as_site(site), [as_path(file, "files", what) for file in as_list(files, "files", what)]
     folder = None if output is None else _folder(as_path(output, "output", "the path of a folder"), paths)
     reading = {"apart": True} | _reading(reading)
     check_flag(raising, "raising")
-    check_callback(progress, "progress")
-    check_callback(after, "after")
     places = _places(folder, paths, site, reading)
     found = {i: kept for i, place in enumerate(places) if place is not None and (kept := place.kept()) is not None}
     waiting = [i for i in range(len(paths)) if i not in found]
     tasks = [(paths[i], places[i], reading, after, raising) for i in waiting]
-    with closing(in_processes(_one, site, tasks, workers)) as done:
+    with watched(progress, "recordings"), closing(in_processes(_one, site, tasks, workers)) as done:
+        report("recordings", len(found), len(paths))
         for number, result in done:
             i = waiting[number]
             if isinstance(result, Lost):
@@ -86,8 +89,7 @@ def diagnose_all(
                 if (place := places[i]) is not None:
                     place.keep(result)
             found[i] = result
-            if progress is not None:
-                progress(len(found), len(paths))
+            report("recordings", len(found), len(paths))
     return [found[i] for i in range(len(paths))]
 
 

@@ -17,6 +17,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.ground.arguments import as_between, as_names, as_quantity, as_table, check_choice
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, report, watched
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.arguments import as_recording
 from wheeltapper.record.recording import Recording
@@ -133,6 +134,7 @@ def identify(
     *,
     start: Mapping[str, float] | None = None,
     noise: float | None = None,
+    progress: Progress = True,
 ) -> Estimate:
     """Find the parameters of a passage.
 
@@ -148,6 +150,8 @@ def identify(
         By path, values to begin with instead of the site's.
     noise
         Standard deviation of the samples' noise, m/s²; by default the sensor's, or what the recording shows.
+    progress
+        As for `wheeltapper.simulate`.
 
     Raises
     ------
@@ -157,8 +161,10 @@ def identify(
     recording, site, spread = recorded_at(recording, site, noise)
     model = site.passage.replaced(as_table(start, "start", "values by path, or None"))
     asked = as_names(unknown, "unknown", "paths of fields")
-    found = solve(Problem(recording, site.sensor, spread, model, beliefs(site, asked)), onset(recording, spread))
-    return estimate_of(found, spread)
+    with watched(progress, "fitting"):
+        report("fitting", 0.0, 0.0)
+        found = solve(Problem(recording, site.sensor, spread, model, beliefs(site, asked)), onset(recording, spread))
+        return estimate_of(found, spread)
 
 
 def estimate_of(found: Fit, noise: float) -> Estimate:

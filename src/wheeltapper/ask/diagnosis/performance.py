@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,8 +25,9 @@ from wheeltapper.ask.diagnosis.roc import FalseCalls, Roc, false_calls, roc
 from wheeltapper.ask.diagnosis.signal_response import signal_response
 from wheeltapper.ask.diagnosis.synthetic import synthesise
 from wheeltapper.describe.site import Site, as_site
-from wheeltapper.ground.arguments import as_count, as_names, as_path, as_table, check_callback
+from wheeltapper.ground.arguments import as_count, as_names, as_path, as_table
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, report, watched
 
 FloatArray = NDArray[np.float64]
 Sizes = float | tuple[float, float] | None
@@ -140,7 +141,7 @@ def assess(
     seed: int = 0,
     output: str | Path | None = None,
     workers: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = True,
 ) -> Performance:
     """Measure how well a site distinguishes faults, on passages that are computed.
 
@@ -161,7 +162,7 @@ def assess(
     workers
         Processes; by default one per core.
     progress
-        Called with how many passages are done, and how many there are.
+        As for `wheeltapper.simulate`.
 
     Raises
     ------
@@ -174,7 +175,6 @@ def assess(
     site, count, seed = as_site(site), as_count(count, "count", 2), as_count(seed, "seed", 0)
     healthy = count if healthy is None else as_count(healthy, "healthy", 2)
     output = None if output is None else as_path(output, "output", "the path of a .jsonl file")
-    check_callback(progress, "progress")
     faults = _with_sizes(site, faults)
     tasks = [(name, size, number, seed) for name, size in faults.items() for number in range(count)]
     tasks += [(HEALTHY, None, number, seed) for number in range(healthy)]
@@ -182,10 +182,10 @@ def assess(
     kept = _kept(output, digest)
     found = {i: kept[_key(task)] for i, task in enumerate(tasks) if _key(task) in kept}
     waiting = [i for i in range(len(tasks)) if i not in found]
-    if progress is not None:
-        progress(len(found), len(tasks))
     lost: list[str] = []
-    with closing(in_processes(_passage, site, [tasks[i] for i in waiting], workers)) as done:
+    waits = [tasks[i] for i in waiting]
+    with watched(progress, "passages"), closing(in_processes(_passage, site, waits, workers)) as done:
+        report("passages", len(found), len(tasks))
         for number, result in done:
             i = waiting[number]
             if isinstance(result, Lost):
@@ -193,8 +193,7 @@ def assess(
                 continue
             found[i] = result
             _keep(output, digest, tasks[i], result)
-            if progress is not None:
-                progress(len(found), len(tasks))
+            report("passages", len(found), len(tasks))
     if lost:
         raise ProcessError(f"{len(lost)} of {len(tasks)} passages were not computed; {lost[0]}")
     passages = [found[i] for i in range(len(tasks))]

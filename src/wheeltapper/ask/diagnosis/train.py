@@ -21,6 +21,7 @@ from wheeltapper.describe.site import Site, as_site
 from wheeltapper.describe.track.stiff import StiffTrack
 from wheeltapper.ground.arguments import as_count, as_list, check_text
 from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.progress import Progress, report, watched
 from wheeltapper.record.arguments import as_recordings
 from wheeltapper.record.recording import Recording
 from wheeltapper.record.simulate import simulate
@@ -294,6 +295,7 @@ def diagnose_train(
     name: str = "",
     date: str = "",
     workers: int | None = 1,
+    progress: Progress = True,
 ) -> TrainFinding:
     """Diagnose the wheelsets of a train.
 
@@ -309,13 +311,21 @@ def diagnose_train(
         As for `diagnose`.
     workers
         Processes; None: one per core. A wheelset whose process dies twice has the verdict "not diagnosed".
+    progress
+        As for `wheeltapper.simulate`.
     """
     site, asked, chosen = as_site(site), as_recordings(recordings), _rules(rules, countries)
     check_text(name, "name")
     check_text(date, "date")
     compared = None if faults is None else tuple(as_list(faults, "faults", "names of faults"))
-    with closing(in_processes(_diagnosed, (site, compared, noise), asked, workers)) as done:
-        found = dict(done)
+    found: dict[int, Finding | Lost] = {}
+    with (
+        watched(progress, "wheelsets"),
+        closing(in_processes(_diagnosed, (site, compared, noise), asked, workers)) as done,
+    ):
+        for number, finding in done:
+            found[number] = finding
+            report("wheelsets", len(found), len(asked))
     ordered = [
         undiagnosed(asked[i].source, str(one)) if isinstance(one := found[i], Lost) else one for i in range(len(asked))
     ]
