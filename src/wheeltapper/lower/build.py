@@ -19,6 +19,7 @@ from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.fit import Factor
 from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
 from wheeltapper.lower.plastic import yielding_program
+from wheeltapper.lower.plausible import implausible
 from wheeltapper.lower.point import point_table
 from wheeltapper.lower.rolling import circle_table
 from wheeltapper.lower.sampled import over_the_run, pieces_note
@@ -164,5 +165,5 @@ def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[s
         force=units.force.item(),
         static_force=static_force,
         contact_constant=units.contact_constant.item(),
-        notes=tuple(notes),
+        notes=(*implausible(scenario), *notes),
     )

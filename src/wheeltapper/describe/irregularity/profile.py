@@ -69,6 +69,10 @@ class Profile(Irregularity):
         shifted = {"function": lambda x: function(x - distance)}
         return moved.model_copy(update=shifted | {"breakpoints": tuple(x + distance for x in self.breakpoints)})
 
+    def span(self, start: float, end: float) -> float:
+        """Return how much the heights differ from start to end, m, as samples show it."""
+        return float(np.ptp(self._call(np.linspace(start, end, 4097))))
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         first = -inf if self.start is None else self.start
@@ -83,7 +87,7 @@ class Profile(Irregularity):
             parts.append(level(last, inf))
         height = 0.0
         if np.isfinite(last - first):  # else the run's own way says it
-            height = float(np.ptp(self._call(np.linspace(first, last, 4097))))
+            height = self.span(first, last)
         return Course(tuple(parts), height or 1e-6, sampled=True)
 
     def _call(self, x: NDArray[Any]) -> NDArray[Any]:
