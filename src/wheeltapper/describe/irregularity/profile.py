@@ -59,7 +59,7 @@ class Profile(Irregularity):
     def _ordered(self) -> Profile:
         edges = [-inf if self.start is None else self.start, *self.breakpoints, inf if self.end is None else self.end]
         if any(b <= a for a, b in zip(edges[:-1], edges[1:], strict=True)):
-            raise ValueError(f"found start, breakpoints, end = {edges}; allowed: rising positions")
+            raise InputError("", "", f"start, breakpoints, end = {edges}", "rising positions")
         return self
 
     def moved(self, distance: float) -> Profile:
