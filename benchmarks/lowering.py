@@ -121,7 +121,7 @@ def wagons(count: int, seed: int, longest: float) -> Iterator[wt.Scenario]:
     for _ in range(count):
         vehicle = wt.Wagon.erri_b176(random.uniform(1200, 2000), series_springs=random.random() < 0.3)
         profiles = wt.profiles.WheelRail(
-            inclination=random.choice((1 / 20, 1 / 40)), gauge=random.uniform(1.432, 1.45),
+            inclination=random.choice((1 / 20, 1 / 40)), gauge=random.uniform(1.430, 1.437),
             smoothing=_log(random, 5e-6, 3e-5),
         )  # fmt: skip
         contact = wt.Hertz() if random.random() < 0.7 else wt.Hertz(constant_per_wheel=7e10)

@@ -35,7 +35,7 @@ UNRESOLVED = 0.01
 """Samples h apart are too few where heights are off a cubic by more than this part of h²/R, or of that and the bow."""
 NARROWEST = 1e-7
 """Width in m of samples beyond which none are added: beside a kink no width is enough."""
-MOST_ADDED = 1_000_000
+MOST_ADDED = 300_000
 MOST_PAIRS = 20_000_000
 """Heights of branches above each other that are compared: more take minutes."""
 SMOOTHER = 'longer waves, a shorter run, or rolling = "point"'
