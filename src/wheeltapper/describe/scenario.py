@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal, Union
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, model_validator
 from pydantic_core import PydanticSerializationError
@@ -24,7 +24,7 @@ from wheeltapper.describe.irregularity.measured import Measured
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.irregularity.profile import Profile
 from wheeltapper.describe.irregularity.step import Step
-from wheeltapper.describe.noun import Duration, Length, Noun, Speed, kinds
+from wheeltapper.describe.noun import Duration, Length, Noun, Speed, choice, kinds
 from wheeltapper.describe.placement import Placement, check_places
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Cones, WheelRail
 from wheeltapper.describe.track.deck import FloatingDeck
@@ -39,23 +39,6 @@ CREEP_LAWS = (KalkerLinear, ShenHedrickElkins, Polach, Fastsim)
 IRREGULARITIES = (Step, CosineBump, Corrugation, Measured, Profile, Repeated, WheelFlat, OutOfRound)
 FORMAT = 1
 """Version of the TOML files' layout."""
-
-
-def _kind(value: Any) -> str | None:
-    return value.get("type") if isinstance(value, dict) else type(value).__name__
-
-
-def _choice(*nouns: type[Noun]) -> Any:
-    """Return the type of a field that holds one of several nouns, chosen by `type`."""
-    union: Any = Union[tuple(Annotated[noun, Tag(noun.__name__)] for noun in nouns)]  # noqa: UP007 - of a tuple
-    return Annotated[union, Discriminator(_kind)]
-
-
-AnyCreepLaw = Annotated[
-    Annotated[KalkerLinear, Tag("KalkerLinear")] | Annotated[ShenHedrickElkins, Tag("ShenHedrickElkins")]
-    | Annotated[Polach, Tag("Polach")] | Annotated[Fastsim, Tag("Fastsim")],
-    Discriminator(_kind),
-]  # fmt: skip
 
 
 class Start(Noun):
@@ -113,15 +96,15 @@ class Scenario(Noun):
         "equilibrium": static indentation on the path at x = 0, velocity zero; or displacement and velocity.
     """
 
-    vehicle: Annotated[_choice(Wheelset, Wagon, ErriB176), AfterValidator(made)]  # type: ignore[valid-type]
-    track: _choice(StiffTrack, FloatingDeck) = StiffTrack()  # type: ignore[valid-type]
-    contact: _choice(*CONTACTS) = Hertz()  # type: ignore[valid-type]
-    creep: AnyCreepLaw | None = None
-    profiles: _choice(WheelRail, Cones) = WheelRail()  # type: ignore[valid-type]
+    vehicle: Annotated[choice(Wheelset, Wagon, ErriB176), AfterValidator(made)]  # type: ignore[valid-type]
+    track: choice(StiffTrack, FloatingDeck) = StiffTrack()  # type: ignore[valid-type]
+    contact: choice(*CONTACTS) = Hertz()  # type: ignore[valid-type]
+    creep: choice(*CREEP_LAWS) | None = None  # type: ignore[valid-type]
+    profiles: choice(WheelRail, Cones) = WheelRail()  # type: ignore[valid-type]
     irregularity: Annotated[
-        Annotated[tuple[_choice(*IRREGULARITIES), ...], Tag("all")]  # type: ignore[valid-type]
+        Annotated[tuple[choice(*IRREGULARITIES), ...], Tag("all")]  # type: ignore[valid-type]
         | Annotated[
-            dict[str, tuple[_choice(*IRREGULARITIES), ...]],  # type: ignore[valid-type]
+            dict[str, tuple[choice(*IRREGULARITIES), ...]],  # type: ignore[valid-type]
             AfterValidator(Placement),
             Tag("places"),
         ],
@@ -136,46 +119,42 @@ class Scenario(Noun):
     @model_validator(mode="after")
     def _possible(self) -> Scenario:
         if self.speed < 0:
-            raise ValueError(f"speed: found {self.speed:g} m/s; allowed: 0 m/s or more")
+            raise InputError("", "speed", f"{self.speed:g} m/s", "0 m/s or more")
         if self.speed == 0 and self.irregularity:
-            raise ValueError(
-                "speed: found 0 m/s together with an irregularity; allowed: more than 0 m/s (0 is a drop test)"
-            )
+            raise InputError("", "speed", "0 m/s together with an irregularity", "more than 0 m/s (0 is a drop test)")
         if isinstance(self.vehicle, Wagon):
             self._check_wagon(self.vehicle)
             return self
         if isinstance(self.irregularity, Placement):
-            raise ValueError(
-                f"irregularity: found places ({', '.join(self.irregularity)}) on a Wheelset; "
-                "allowed: one or several irregularities"
-            )
+            places = ", ".join(self.irregularity)
+            raise InputError("", "irregularity", f"places ({places}) on a Wheelset", "one or several irregularities")
         if isinstance(self.contact, Hertz) and self.contact.idle:
-            raise ValueError(f"contact: {self.contact.idle}")
+            raise self.contact.idle.within("contact")
         foreign = [
             name for name in ("creep", "profiles") if getattr(self, name) != type(self).model_fields[name].default
         ]
         if foreign:
-            raise ValueError(f"{foreign[0]}: found one on a Wheelset; allowed: on a Wagon only")
+            raise InputError("", foreign[0], "one on a Wheelset", "on a Wagon only")
         return self
 
     def _check_wagon(self, wagon: Wagon) -> None:
         check_places(self.irregularity, len(wagon.axles))
         if not isinstance(self.contact, Hertz):
-            raise ValueError(f"contact: found {type(self.contact).__name__} on a Wagon; allowed: Hertz")
+            raise InputError("", "contact", f"{type(self.contact).__name__} on a Wagon", "Hertz")
         if self.contact.constant is not None:
-            raise ValueError(
-                f"contact.constant: found {self.contact.constant:g}, of a wheelset, on a Wagon; "
-                "allowed: constant_per_wheel, or none to take it from the profiles"
-            )
+            raise InputError(
+                "", "contact.constant", f"{self.contact.constant:g}, of a wheelset, on a Wagon",
+                "constant_per_wheel, or none to take it from the profiles",
+            )  # fmt: skip
         if self.contact.hysteresis_factor:
-            raise ValueError("contact: found hysteresis on a Wagon; allowed: contacts without it")
+            raise InputError("", "contact", "hysteresis on a Wagon", "contacts without it")
         if self.start != "equilibrium":
-            raise ValueError(f"start: found {self.start!r} on a Wagon; allowed: 'equilibrium'")
+            raise InputError("", "start", f"{self.start!r} on a Wagon", "'equilibrium'")
         under = getattr(self.track, "wheelset", None)
         if under is not None and under > len(wagon.axles):
-            raise ValueError(f"track.wheelset: found {under}; allowed: 1 to {len(wagon.axles)}")
+            raise InputError("", "track.wheelset", str(under), f"1 to {len(wagon.axles)}")
         if self.creep is not None and self.speed == 0:
-            raise ValueError("speed: found 0 m/s with creep forces; allowed: more than 0 m/s")
+            raise InputError("", "speed", "0 m/s with creep forces", "more than 0 m/s")
 
     @property
     def irregularities(self) -> tuple[Any, ...]:

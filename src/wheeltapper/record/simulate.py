@@ -19,7 +19,6 @@ from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.progress import Progress, report, reporting, say, watched
 from wheeltapper.lower.build import Lowered, lower
-from wheeltapper.lower.plausible import implausible
 from wheeltapper.march import program as contract
 from wheeltapper.march import telling
 from wheeltapper.march.blocks import cores
@@ -141,10 +140,8 @@ def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[
 
 def _simulated(scenario: Scenario, method: str) -> Record:
     scenario.check_extent()
-    doubts = implausible(scenario)
-    warn_of(doubts, depth=4)
     record = _of_wagon(scenario, method) if isinstance(scenario.vehicle, Wagon) else _of_wheelset(scenario, method)
-    record.notes = (*doubts, *record.notes, *rigid_track(record))
+    record.notes = (*record.notes, *rigid_track(record))
     return record
 
 
