@@ -90,8 +90,9 @@ def force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) 
 
 @kernel
 def log_step(length: float, steps: FloatArray, S: FloatArray) -> None:
+    """Write the row of a step from the present state."""
     row = int(S[COUNT])
-    for k in range(LENGTH):
+    for k in range(steps.shape[1]):
         steps[row, k] = S[STATE + k]
     steps[row, LENGTH] = length
     S[COUNT] += 1
