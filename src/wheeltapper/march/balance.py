@@ -20,8 +20,9 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.dense import touches
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import ENDED_SCRATCH
+from wheeltapper.march.plain_power import plain_power
 from wheeltapper.march.power import CONTACT_WORK, LONG, LOST, PATH, POWERS, SHORT, power
 from wheeltapper.march.program import (
     DECK_V,
@@ -62,14 +63,12 @@ SHORT_RULE, LONG_RULE = _rule(SHORT), _rule(LONG)
 
 
 @kernel
-def _enter(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray, step: FloatArray, time: float, S: FloatArray
-) -> None:
-    """Put the piece and the law of a step in S, as functions of the time after `time`."""
-    localise(pieces, numbers, int(step[PIECE]), step[SHIFT], time, S)
+def _enter(pieces: FloatArray, numbers: FloatArray, law: FloatArray, state: FloatArray, S: FloatArray) -> None:
+    """Put the piece and the law of a state in S, as functions of the time from there on."""
+    localise(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
     if law.shape[0] > 0:
-        localise_marks(pieces, numbers, int(step[PIECE]), step[SHIFT], time, S)
-        enter_law(int(step[PHASE]) - YIELDING if step[PHASE] >= YIELDING else -1, law, S)
+        localise_marks(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
+        enter_law(int(state[PHASE]) - YIELDING if state[PHASE] >= YIELDING else -1, law, S)
 
 
 @kernel
@@ -89,6 +88,19 @@ def _wheel(state: FloatArray, S: FloatArray) -> tuple[float, float]:
         return state[A], state[B]
     height, velocity = _base(state, S)
     return height - state[A] * state[A], velocity - state[B]
+
+
+@inlined_kernel
+def _motion_and_power(
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray, damper: FloatArray | None, state: FloatArray,
+    S: FloatArray, out: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
+    """Return displacement and velocity of the wheel in a state, and write the power."""
+    plain = law.shape[0] == 0 and numbers[contract.DECK_MASS] == 0.0
+    if damper is None and plain and touches(state):
+        return plain_power(pieces, numbers, state, S, out)
+    _enter(pieces, numbers, law, state, S)
+    return power(numbers, damper, state, S, out)
 
 
 @kernel
@@ -112,39 +124,40 @@ def _energy(numbers: FloatArray, state: FloatArray, y: float, v: float) -> float
 
 
 @kernel
-def _short_sum(h: float, a: FloatArray, b: FloatArray) -> float:
-    """Return the integral over a step of length h from the series at its ends, of SHORT terms."""
-    r = SHORT_RULE
-    return h * (
-        r[0] * (a[0] + b[0]) + h * (r[1] * (a[1] - b[1]) + h * (r[2] * (a[2] + b[2]) + h * r[3] * (a[3] - b[3])))
-    )
+def _short_sum(h: float, k: int, begins: FloatArray, ends: FloatArray) -> float:
+    """Return the integral over a step of length h of the power at k, from SHORT terms."""
+    total = SHORT_RULE[3] * (begins[k + 3] - ends[k + 3])
+    total = SHORT_RULE[2] * (begins[k + 2] + ends[k + 2]) + h * total
+    total = SHORT_RULE[1] * (begins[k + 1] - ends[k + 1]) + h * total
+    return h * (SHORT_RULE[0] * (begins[k] + ends[k]) + h * total)
 
 
 @kernel
-def _long_sum(h: float, a: FloatArray, b: FloatArray) -> float:
+def _long_sum(h: float, k: int, begins: FloatArray, ends: FloatArray) -> float:
     """Return the same from LONG terms."""
     total, power, sign = 0.0, h, 1.0
     for n in range(LONG):
-        total += power * LONG_RULE[n] * (a[n] + sign * b[n])
+        total += power * LONG_RULE[n] * (begins[k + n] + sign * ends[k + n])
         power *= h
         sign = -sign
     return total
 
 
-@kernel
+@inlined_kernel
 def _add(
     numbers: FloatArray, step: FloatArray, after: FloatArray, y: float, v: float, end_y: float, end_v: float,
     begins: FloatArray, ends: FloatArray, sums: FloatArray,
 ) -> None:  # fmt: skip
     """Add one step to the sums, with the wheel's motion and the power at its start and at its end."""
+    h = step[LENGTH]
     if touches(step):
-        worked = _short_sum(step[LENGTH], begins[PATH], ends[PATH])
-        gained = _short_sum(step[LENGTH], begins[CONTACT_WORK], ends[CONTACT_WORK])
-        lost = _short_sum(step[LENGTH], begins[LOST], ends[LOST])
+        worked = _short_sum(h, PATH, begins, ends)
+        gained = _short_sum(h, CONTACT_WORK, begins, ends)
+        lost = _short_sum(h, LOST, begins, ends)
     else:
-        worked = _long_sum(step[LENGTH], begins[PATH], ends[PATH])
-        gained = _long_sum(step[LENGTH], begins[CONTACT_WORK], ends[CONTACT_WORK])
-        lost = _long_sum(step[LENGTH], begins[LOST], ends[LOST])
+        worked = _long_sum(h, PATH, begins, ends)
+        gained = _long_sum(h, CONTACT_WORK, begins, ends)
+        lost = _long_sum(h, LOST, begins, ends)
     change = _energy(numbers, after, end_y, end_v) - _energy(numbers, step, y, v)
     if step[ON_DECK] != 0.0:
         change -= numbers[contract.PRESTRESS] * (after[DECK_Y] - step[DECK_Y])
@@ -155,19 +168,30 @@ def _add(
     sums[LARGEST_ELASTIC] = max(sums[LARGEST_ELASTIC], abs(gained))
 
 
-@kernel
-def _leave(step: FloatArray, after: FloatArray, end: FloatArray) -> bool:
-    """Write a state as the step before it left it into `end`, but for the wheel; return whether nothing changed."""
-    end[:] = after
+@inlined_kernel
+def _goes_on(step: FloatArray, after: FloatArray) -> bool:
+    """Return whether nothing but the motion is another in the state after a step."""
     same = True
     for column in (PHASE, PIECE, SHIFT, ON_DECK):
         same = same and after[column] == step[column]
+    return same and (len(step) < ENDED_COLUMNS or after[END_MODE] == step[END_MODE])
+
+
+@kernel
+def _leave(
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray, step: FloatArray, after: FloatArray, y: float, v: float,
+    S: FloatArray, end: FloatArray,
+) -> None:  # fmt: skip
+    """Write the state after a step as that step left it, with the wheel's motion there, into `end`."""
+    for k in range(len(end)):
+        end[k] = after[k]
+    for column in (PHASE, PIECE, SHIFT, ON_DECK):
         end[column] = step[column]
     if len(step) == ENDED_COLUMNS and after[END_MODE] != step[END_MODE]:
-        same = False
         end[END_MODE] = step[END_MODE]
         end[END_DEFLECTION] = 0.0  # nothing is let go before its force is gone
-    return same
+    _enter(pieces, numbers, law, end, S)
+    _put_wheel(y, v, end, S)
 
 
 @kernel
@@ -180,8 +204,7 @@ def balance_kernel(
     `damper` is None where the wheel holds its end: its type tells the compiler which series to leave out.
     """
     S = np.zeros(ENDED_SCRATCH)
-    P = np.zeros((4, SHORT))
-    begins, ends = np.zeros((POWERS, LONG)), np.zeros((POWERS, LONG))
+    begins, ends = np.zeros(POWERS), np.zeros(POWERS)
     end = np.empty(steps.shape[1])
     same = False
     y = v = 0.0
@@ -189,16 +212,15 @@ def balance_kernel(
         step = steps[i]
         after = steps[i + 1] if i + 1 < len(steps) else last
         if not same:
-            _enter(pieces, numbers, law, step, step[TIME], S)
-            y, v = _wheel(step, S)
-            power(numbers, damper, step, S, P, begins)
-        _enter(pieces, numbers, law, after, after[TIME], S)
-        end_y, end_v = _wheel(after, S)
-        same = _leave(step, after, end)
-        if not same:
-            _enter(pieces, numbers, law, step, after[TIME], S)
-            _put_wheel(end_y, end_v, end, S)
-        power(numbers, damper, end, S, P, ends)
+            y, v = _motion_and_power(pieces, numbers, law, damper, step, S, begins)
+        same = _goes_on(step, after)
+        if same:
+            end_y, end_v = _motion_and_power(pieces, numbers, law, damper, after, S, ends)
+        else:
+            _enter(pieces, numbers, law, after, S)
+            end_y, end_v = _wheel(after, S)
+            _leave(pieces, numbers, law, step, after, end_y, end_v, S, end)
+            _motion_and_power(pieces, numbers, law, damper, end, S, ends)
         _add(numbers, step, after, y, v, end_y, end_v, begins, ends, sums)
         begins, ends = ends, begins
         y, v = end_y, end_v

@@ -12,58 +12,76 @@ from wheeltapper.march.damper_series import contact_with_end, flight_with_end, h
 from wheeltapper.march.dense import touches
 from wheeltapper.march.flight import bonded_series, flight_series, path_series
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import BUSH, DEGREE, FACTOR_DEGREE, HERE, WHEEL_V, F, N, T, U, W, Z
+from wheeltapper.march.layout import (
+    BUSH,
+    CLEAR,
+    COMP,
+    DEGREE,
+    FACTOR_DEGREE,
+    HERE,
+    TREND,
+    WHEEL_V,
+    WHEEL_Y,
+    WORK,
+    F,
+    N,
+    T,
+    U,
+    W,
+    Z,
+)
 from wheeltapper.march.program import BONDED, DECK_V, DECK_Y, END_MODE, ON_DECK, PHASE, A, B, FloatArray
 from wheeltapper.march.series import contact_series
 
 SHORT, LONG = 4, 8
 """Terms in contact, where steps are short, and elsewhere."""
-PATH, CONTACT_WORK, LOST = range(3)
-POWERS = 3
+PATH, CONTACT_WORK, LOST = 0, LONG, 2 * LONG
+POWERS = 3 * LONG
+"""Where in an array each power's series stands, and how long the array is."""
 ENOUGH = 5
 """Powers of the path in time beyond this do not reach the terms of a contact."""
+# Rows of S that are free once the series of a contact are known: the path's velocity, N·u, D and what is lost.
+PATH_V, PUSHED, BRAKED, SPENT = CLEAR, TREND, COMP, WORK
 
 
 @kernel
-def _in_s(p: FloatArray, S: FloatArray) -> None:
-    """Turn a series of SHORT terms in time into one in s."""
+def _times(a: int, b: int, S: FloatArray, out: FloatArray, first: int) -> None:
+    """Write the product of two rows of S, SHORT terms, from out[first] on."""
+    out[first] = S[a] * S[b]
+    out[first + 1] = S[a] * S[b + 1] + S[a + 1] * S[b]
+    out[first + 2] = S[a] * S[b + 2] + S[a + 1] * S[b + 1] + S[a + 2] * S[b]
+    out[first + 3] = S[a] * S[b + 3] + S[a + 1] * S[b + 2] + S[a + 2] * S[b + 1] + S[a + 3] * S[b]
+
+
+@kernel
+def _path_velocity(S: FloatArray) -> None:
+    """Fill row PATH_V from the path's series in time in row F, as a series in s."""
     a, b, c = S[T + 1], S[T + 2], S[T + 3]
-    p[3] = p[1] * c + 2.0 * p[2] * a * b + p[3] * a * a * a
-    p[2] = p[1] * b + p[2] * a * a
-    p[1] = p[1] * a
+    first, second, third = 2.0 * S[F + 2], 3.0 * S[F + 3], 4.0 * S[F + 4]
+    S[PATH_V] = S[F + 1]
+    S[PATH_V + 1] = first * a
+    S[PATH_V + 2] = first * b + second * a * a
+    S[PATH_V + 3] = first * c + 2.0 * second * a * b + third * a * a * a
 
 
 @kernel
-def _times(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
-    """Write the product of two series of SHORT terms."""
-    out[0] = a[0] * b[0]
-    out[1] = a[0] * b[1] + a[1] * b[0]
-    out[2] = a[0] * b[2] + a[1] * b[1] + a[2] * b[0]
-    out[3] = a[0] * b[3] + a[1] * b[2] + a[2] * b[1] + a[3] * b[0]
-
-
-@kernel
-def _contact_motion(
-    numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray, wheel: FloatArray,
-    path: FloatArray,
-) -> None:  # fmt: skip
-    """Fill the rows of a contact from a state, and the velocities of wheel and path as series in s."""
+def _contact_motion(numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray) -> float:
+    """Fill rows U, W, N, Z, WHEEL_V and PATH_V of a contact; return the wheel's displacement."""
     on_deck = state[ON_DECK] != 0.0
     S[HERE + DEGREE] = min(S[HERE + DEGREE], ENOUGH)
     S[HERE + FACTOR_DEGREE] = min(S[HERE + FACTOR_DEGREE], ENOUGH)
     if damper is None:
         contact_series(numbers, SHORT, state[A], state[B], state[DECK_Y], state[DECK_V], on_deck, S)
         path_series(SHORT, S)
+        _path_velocity(S)
         for n in range(SHORT):
-            path[n] = (n + 1) * S[F + n + 1]
-        _in_s(path, S)
-        for n in range(SHORT):
-            wheel[n] = path[n] - S[W + n] + (S[Z + n] if on_deck else 0.0)
-    else:
+            S[WHEEL_V + n] = S[PATH_V + n] - S[W + n] + (S[Z + n] if on_deck else 0.0)
+        return S[F] - state[A] * state[A] + (state[DECK_Y] if on_deck else 0.0)
+    else:  # noqa: RET505 - Numba prunes whole branches only
         contact_with_end(numbers, SHORT, damper, state, S)
         for n in range(SHORT):
-            wheel[n] = S[WHEEL_V + n]
-            path[n] = wheel[n] + S[W + n] - (S[Z + n] if on_deck else 0.0)
+            S[PATH_V + n] = S[WHEEL_V + n] + S[W + n] - (S[Z + n] if on_deck else 0.0)
+        return S[WHEEL_Y]
 
 
 @kernel
@@ -78,24 +96,24 @@ def _brake(numbers: FloatArray, damper: FloatArray | None, state: FloatArray) ->
 
 @kernel
 def _contact_power(
-    numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray, P: FloatArray, out: FloatArray
-) -> None:
-    """Write the power in a contact."""
-    wheel, path, pushed, lost = P[0], P[1], P[2], P[3]
-    _contact_motion(numbers, damper, state, S, wheel, path)
-    _times(S[N : N + SHORT], S[U : U + SHORT], pushed)
-    _times(pushed, path, out[PATH])
-    _times(pushed, S[W : W + SHORT], out[CONTACT_WORK])
+    numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray, out: FloatArray
+) -> tuple[float, float]:
+    """Write the power in a contact; return the wheel's motion."""
+    y = _contact_motion(numbers, damper, state, S)
+    _times(N, U, S, S, PUSHED)
+    _times(PUSHED, PATH_V, S, out, PATH)
+    _times(PUSHED, W, S, out, CONTACT_WORK)
     G, soft = _brake(numbers, damper, state)
     for n in range(SHORT):
-        pushed[n] = G * wheel[n] + soft * S[BUSH + n]
-    _times(pushed, wheel, lost)
+        S[BRAKED + n] = G * S[WHEEL_V + n] + soft * S[BUSH + n]
+    _times(BRAKED, WHEEL_V, S, S, SPENT)
     bearing = numbers[contract.DECK_DAMPING]
     if bearing > 0.0:
-        _times(S[Z : Z + SHORT], S[Z : Z + SHORT], wheel)
+        _times(Z, Z, S, S, BRAKED)
         for n in range(SHORT):
-            lost[n] += bearing * wheel[n]
-    _times(lost, S[U : U + SHORT], out[LOST])
+            S[SPENT + n] += bearing * S[BRAKED + n]
+    _times(SPENT, U, S, out, LOST)
+    return y, S[WHEEL_V]
 
 
 @kernel
@@ -115,25 +133,26 @@ def _free_power(
     out[:] = 0.0
     for n in range(LONG):
         for j in range(n + 1):
-            out[LOST, n] += (G * S[W + j] + soft * S[BUSH + j]) * S[W + n - j]
+            k = n - j
+            out[LOST + n] += (G * S[W + j] + soft * S[BUSH + j]) * S[W + k]
             if bearing > 0.0:
-                out[LOST, n] += bearing * S[Z + j] * S[Z + n - j]
+                out[LOST + n] += bearing * S[Z + j] * S[Z + k]
             if bonded:
-                path = (n - j + 1) * S[F + n - j + 1]
-                wheel = S[W + n - j] - (S[Z + n - j] if on_deck else 0.0)
-                out[PATH, n] += S[N + j] * path
-                out[CONTACT_WORK, n] += S[N + j] * (path - wheel)
+                path = (k + 1) * S[F + k + 1]
+                wheel = S[W + k] - (S[Z + k] if on_deck else 0.0)
+                out[PATH + n] += S[N + j] * path
+                out[CONTACT_WORK + n] += S[N + j] * (path - wheel)
 
 
 @kernel
 def power(
-    numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray, P: FloatArray, out: FloatArray
-) -> None:
-    """Write the power in a state whose piece stands in S into `out` (POWERS, LONG).
+    numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray, out: FloatArray
+) -> tuple[float, float]:
+    """Write the power in a state whose piece stands in S into `out` (POWERS,); return the wheel's motion.
 
     `damper` is None where the wheel holds its end: its type tells the compiler which series to leave out.
     """
     if touches(state):
-        _contact_power(numbers, damper, state, S, P, out)
-    else:
-        _free_power(numbers, damper, state, S, out)
+        return _contact_power(numbers, damper, state, S, out)
+    _free_power(numbers, damper, state, S, out)
+    return state[A], state[B]

@@ -7,7 +7,7 @@ step, all works and losses by amount, and the energy of the contact at rest.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,7 +38,7 @@ def is_ready(lowered: Lowered) -> bool:
     return is_compiled(balance_kernel, (*_arguments(lowered), np.empty((1, 1)), np.empty(1), np.empty(1)))
 
 
-def _arguments(lowered: Lowered) -> tuple[np.ndarray | None, ...]:
+def _arguments(lowered: Lowered) -> tuple[Any, ...]:
     program = lowered.program
     return program.pieces, program.numbers, program.law, program.damper if len(program.damper) else None
 
