@@ -48,11 +48,12 @@ def missing_part(lowered: Lowered, march: March) -> float:
     from wheeltapper.march import balance
 
     sums, steps = np.zeros(balance.SUMS), march.steps
+    pieces, numbers, law, damper = _arguments(lowered)
     for first in range(0, len(steps), CHUNK):
         progress.report("checking the energy", first, len(steps))
         after = first + CHUNK
         last = steps[after] if after < len(steps) else march.state
-        balance.balance_kernel(*_arguments(lowered), steps[first:after], last, sums)
+        balance.balance_kernel(pieces, numbers, law, damper, steps[first:after], last, sums)
     exchanged = sums[balance.WORKED] + sums[balance.LARGEST_KINETIC] + sums[balance.LARGEST_ELASTIC] + AT_REST
     missing = sums[balance.LARGEST_MISSING] if np.isfinite(sums[balance.MISSING]) else np.nan
     return float(missing / exchanged)
