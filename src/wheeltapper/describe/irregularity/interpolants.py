@@ -66,7 +66,9 @@ class _Width:
     def _evaluated(self, x: FloatArray, keys: NDArray[np.int64], order: int) -> _Found:
         row = self._rows(keys)
         xi = (x - self._middles(keys)) / self._half
-        value = chebyshev.chebval(xi, self._derivatives[order - 1][:, row], tensor=False)
+        value: FloatArray = np.asarray(
+            chebyshev.chebval(xi, self._derivatives[order - 1][:, row], tensor=False), dtype=np.float64
+        )
         return _Found(value, self._tail[row], self._coarse[row], self._calm[row])
 
     def _middles(self, keys: NDArray[np.int64]) -> FloatArray:
