@@ -127,7 +127,7 @@ def go_apart(pool: Pool) -> bool:
         event, peak = int(S[COUNT + EVENTS]), int(S[COUNT + PEAKS])
         events = pool.events[pool.used[0] - event :]
         peaks = pool.peaks[pool.used[1] - peak : len(pool.peaks) - 1]  # a corner may need one row more
-        why = advance_kernel(table, numbers, pool.steps, events, peaks, S, None)
+        why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S, None)
         own(cell, int(S[COUNT + EVENTS]) - event, int(S[COUNT + PEAKS]) - peak, pool)
         if why == FULL:
             put_back(cell, rows, S)

@@ -18,7 +18,7 @@ from math import factorial, sqrt
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.dense import touches
+from wheeltapper.march.events import touches
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.power import CONTACT_WORK, DOT, LONG, LOST, PATH, SHORT, contact_power, free_power, plain_power
@@ -70,7 +70,7 @@ def _enter(
 @kernel
 def held_at(step: FloatArray, S: FloatArray) -> tuple[float, float]:
     """Return displacement and velocity of the wheel in a state whose piece stands in S."""
-    if not touches(step):
+    if not touches(step[PHASE]):
         return step[A], step[B]
     height, velocity, _ = path_at(0.0, S)
     if step[ON_DECK] != 0.0:
@@ -113,7 +113,7 @@ def settle(
     begins: FloatArray, ends: FloatArray, sums: FloatArray,
 ) -> None:  # fmt: skip
     """Add one step to the sums, with the wheel's motion and the power at its start and at its end."""
-    if touches(step):
+    if touches(step[PHASE]):
         worked = _short_sum(step[LENGTH], begins[PATH], ends[PATH])
         gained = _short_sum(step[LENGTH], begins[CONTACT_WORK], ends[CONTACT_WORK])
         lost = _short_sum(step[LENGTH], begins[LOST], ends[LOST])
@@ -158,7 +158,7 @@ def balance_kernel(
     for i in range(len(steps)):
         step = steps[i]
         after = steps[i + 1] if i + 1 < len(steps) else last
-        contact, on_deck = touches(step), step[ON_DECK] != 0.0
+        contact, on_deck = touches(step[PHASE]), step[ON_DECK] != 0.0
         if not known and contact and plain:
             y, v = plain_power(pieces, numbers, step, step[TIME], True, y, v, step[A], step[B], work, begins)
         elif not known:

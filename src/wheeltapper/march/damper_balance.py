@@ -10,9 +10,9 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.balance import held_at, seen_from, settle
 from wheeltapper.march.damper_series import contact_with_end, flight_with_end, held
-from wheeltapper.march.dense import touches
+from wheeltapper.march.events import touches
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import BUSH, DEGREE, ENDED_SCRATCH, FACTOR_DEGREE, HERE, WHEEL_V, N, U, W, Z
+from wheeltapper.march.layout import BUSH, DEGREE, FACTOR_DEGREE, HERE, SCRATCH, WHEEL_V, N, U, W, Z
 from wheeltapper.march.power import CONTACT_WORK, LONG, LOST, PATH, SHORT, times
 from wheeltapper.march.program import (
     END_DEFLECTION,
@@ -40,7 +40,7 @@ def _power(
     """Write the power in a state whose piece stands in S; `numbers` ask for SHORT terms."""
     G, soft, _ = held(state[END_MODE], damper)
     bearing = numbers[contract.DECK_DAMPING]
-    if not touches(state):
+    if not touches(state[PHASE]):
         flight_with_end(numbers, damper, state, S)
         X[PATH], X[CONTACT_WORK] = 0.0, 0.0
         for n in range(LONG):
@@ -76,7 +76,7 @@ def damper_balance_kernel(
     pieces: FloatArray, numbers: FloatArray, damper: FloatArray, steps: FloatArray, last: FloatArray, sums: FloatArray
 ) -> None:
     """Add what some steps, after which the step `last` begins, leave missing and exchange to `sums`."""
-    S = np.zeros(ENDED_SCRATCH)
+    S = np.zeros(SCRATCH)
     P = np.zeros((3, LONG))
     begins, ends = np.zeros((3, LONG)), np.zeros((3, LONG))
     end = np.empty(ENDED_COLUMNS)
@@ -100,7 +100,7 @@ def damper_balance_kernel(
             end[column] = step[column]
         if not known:
             localise(pieces, numbers, int(step[PIECE]), step[SHIFT], after[TIME], S)
-            end[A], end[B] = seen_from(step, after, end_y, end_v, S) if touches(step) else (end_y, end_v)
+            end[A], end[B] = seen_from(step, after, end_y, end_v, S) if touches(step[PHASE]) else (end_y, end_v)
             if step[END_MODE] != after[END_MODE]:
                 end[END_DEFLECTION] = 0.0  # nothing is let go before its force is gone
         _power(short, damper, end, S, P, ends)

@@ -95,7 +95,7 @@ def ensemble_kernel(
         tally[HIGHEST] = S[STATE + A] if is_free(S[STATE + PHASE]) else -np.inf
         why = FULL
         while why == FULL:
-            why = march_kernel(table, numbers[cell], steps, events[event:], peaks[peak:], S, strict)
+            why = march_kernel(table, numbers[cell], None, None, steps, events[event:], peaks[peak:], None, S, strict)
             if tallied:
                 tally_kernel(table, numbers[cell], steps, int(S[COUNT]), tally, impulses[event:], scratch, point)
             if why == FULL and S[COUNT] + 1 <= steps.shape[0]:

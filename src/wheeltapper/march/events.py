@@ -44,6 +44,7 @@ from wheeltapper.march.program import (
     SHIFT,
     SOFT,
     TIME,
+    YIELDING,
     A,
     B,
     FloatArray,
@@ -73,6 +74,12 @@ def is_free(phase: float) -> bool:
 
 
 @kernel
+def touches(phase: float) -> bool:
+    """Return True for the phases in which a step runs in s, the variable of the regularised contact."""
+    return bool(phase == CONTACT or phase >= YIELDING)
+
+
+@kernel
 def force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) -> float:
     """Return the contact force at indentation u² and rate w, by the law that holds."""
     if S[HERE + LAW_TERMS] != 0.0:
@@ -91,7 +98,7 @@ def force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) 
 @kernel
 def log_step(length: float, steps: FloatArray, S: FloatArray) -> None:
     row = int(S[COUNT])
-    for k in range(LENGTH):
+    for k in range(steps.shape[1]):
         steps[row, k] = S[STATE + k]
     steps[row, LENGTH] = length
     S[COUNT] += 1
@@ -262,21 +269,6 @@ def place(numbers: FloatArray, y: float, v: float, was: int, cause: float, event
             log_event(S[STATE + TIME], LOSS, rate, cause, events, S[COUNT:])
     elif is_free(was):
         log_event(S[STATE + TIME], IMPACT, rate, cause, events, S[COUNT:])
-
-
-@kernel
-def leave_grazing(numbers: FloatArray, y: float, v: float, S: FloatArray) -> None:
-    """Leave the rest point u = w = 0 of the regularised system along the motion that it starts, if it starts one."""
-    a = free_acceleration(numbers, y, v, S)
-    if S[STATE + A] == 0.0 and abs(S[STATE + B]) < GRAZE:
-        if a > 0.0:
-            S[STATE + A] = LIFT
-            S[STATE + B] = LIFT * sqrt(2.0 * a)
-            S[STATE + TIME] += LIFT * sqrt(2.0 / a)
-        else:
-            S[STATE + PHASE] = FLIGHT
-            S[STATE + A] = y
-            S[STATE + B] = v
 
 
 @kernel

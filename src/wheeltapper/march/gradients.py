@@ -81,7 +81,7 @@ def gradient_kernel(
         own = pieces[first[cell] : first[cell] + many[cell]]
         start_kernel(own, numbers[cell], events[event:], S)
         airborne[cell] = 1.0 if is_free(S[STATE + PHASE]) else 0.0
-        why = march_kernel(own, numbers[cell], steps, events[event:], peaks[peak:], S, strict)
+        why = march_kernel(own, numbers[cell], None, None, steps, events[event:], peaks[peak:], None, S, strict)
         if why == FULL:
             return cell
         status[cell] = why

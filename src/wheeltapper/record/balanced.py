@@ -35,7 +35,10 @@ def is_ready(lowered: Lowered) -> bool:
     from wheeltapper.march.kernel import is_compiled
 
     columns = contract.ENDED_COLUMNS if len(lowered.program.damper) else contract.STEP_COLUMNS
-    return is_compiled(_kernel(lowered), (*_arguments(lowered), np.empty((1, columns)), np.empty(1), np.empty(1)))
+    return is_compiled(
+        _kernel(lowered),
+        (*_arguments(lowered, lowered.program.pieces), np.empty((1, columns)), np.empty(1), np.empty(1)),
+    )
 
 
 def _kernel(lowered: Lowered) -> Any:
@@ -44,9 +47,9 @@ def _kernel(lowered: Lowered) -> Any:
     return damper_balance.damper_balance_kernel if len(lowered.program.damper) else balance.balance_kernel
 
 
-def _arguments(lowered: Lowered) -> tuple[np.ndarray, ...]:
+def _arguments(lowered: Lowered, pieces: np.ndarray) -> tuple[np.ndarray, ...]:
     program = lowered.program
-    return program.pieces, program.numbers, program.damper if len(program.damper) else program.law
+    return pieces, program.numbers, program.damper if len(program.damper) else program.law
 
 
 def missing_part(lowered: Lowered, march: March) -> float:
@@ -55,12 +58,12 @@ def missing_part(lowered: Lowered, march: March) -> float:
 
     sums = np.zeros(balance.SUMS)
     kernel, steps, last = _kernel(lowered), march.steps, march.state
-    if len(lowered.program.damper):
-        steps, last = steps[:-1], steps[-1]  # where the end is at last stands in no state
     for first in range(0, len(steps), CHUNK):
         progress.report("checking the energy", first, len(steps))
         after = first + CHUNK
-        kernel(*_arguments(lowered), steps[first:after], steps[after] if after < len(steps) else last, sums)
+        kernel(
+            *_arguments(lowered, march.pieces), steps[first:after], steps[after] if after < len(steps) else last, sums
+        )
     exchanged = sums[balance.WORKED] + sums[balance.LARGEST_KINETIC] + sums[balance.LARGEST_ELASTIC] + AT_REST
     missing = sums[balance.LARGEST_MISSING] if np.isfinite(sums[balance.MISSING]) else np.nan
     return float(missing / exchanged)
