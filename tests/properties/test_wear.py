@@ -13,7 +13,7 @@ from wheeltapper.ask.passes import Line, Scatter
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.plastic import dissipated_by, left_after, loading_force
 from wheeltapper.march import program as contract
-from wheeltapper.march import yielding
+from wheeltapper.march import single
 from wheeltapper.march.dense import DELTA, FORCE, OUT_COLUMNS, RESIDUAL, dense
 
 N0 = 106_022.0
@@ -145,13 +145,13 @@ def test_the_parts_of_the_rail_and_the_notes_say_what_happened():
 def over(line, surface, number=0):
     speed, load, start = line._drawn(number)
     program, length, time = line._program(surface, speed, load, start)
-    march, pieces = yielding.march(program)
-    return program._replace(pieces=pieces), march, length, time
+    march = single.march(program)
+    return program._replace(pieces=march.pieces), march, length, time
 
 
 def looked_at(program, march, times):
     out = np.empty((len(times), OUT_COLUMNS))
-    dense(program.pieces, program.numbers, program.law, march.steps, np.asarray(times), out)
+    dense(program.pieces, program.numbers, *program.law_and_damper, march.steps, np.asarray(times), out)
     return out
 
 

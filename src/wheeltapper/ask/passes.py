@@ -21,7 +21,7 @@ from wheeltapper.lower.marks import MarkedPath, Surface, height_at, marks_at
 from wheeltapper.lower.numbers import METHODS, Placing, numbers_of
 from wheeltapper.lower.plastic import dissipated_by, law_rows, loading_force, patch_semi_axis, static_depth
 from wheeltapper.march import program as contract
-from wheeltapper.march import yielding
+from wheeltapper.march import single
 from wheeltapper.march.program import Program
 from wheeltapper.record.yielded import beyond_law
 
@@ -177,12 +177,12 @@ class Line:
 
         speed, load, start = self._drawn(number)
         program, length, time = self._program(surface, speed, load, start)
-        march, pieces = yielding.march(program)
+        march = single.march(program)
         force = self.scenario.vehicle.mass * length / time**2
         first = int(np.searchsorted(self._samples, start))
         times = (self._samples[first:] - start) / speed / time
         out = np.empty((len(times), OUT_COLUMNS))
-        dense(pieces, program.numbers, program.law, march.steps, times, out)
+        dense(march.pieces, program.numbers, *program.law_and_damper, march.steps, times, out)
         depths = (np.maximum(out[:, DELTA], 0.0) + out[:, RESIDUAL]) * length
         reached = surface.reached(first, depths)
         before = surface.borne[first : first + len(reached)]

@@ -160,7 +160,7 @@ class _Rates(NamedTuple):
 
 def _tilted(marched: Marched, rates: _Rates, direction: Direction, block: slice) -> Marched:
     """Return what was marched with its rates along one direction as imaginary parts."""
-    from wheeltapper.march.tangent_peaks import OF_SIZE, OF_TIME
+    from wheeltapper.march.tangent_path import OF_SIZE, OF_TIME
 
     events, peaks = marched.events.astype(complex), marched.peaks.astype(complex)
     events[:, contract.EVENT_TIME] += 1j * EPSILON * rates.events[:, OF_TIME]

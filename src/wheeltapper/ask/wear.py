@@ -24,7 +24,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, counting, watched
 from wheeltapper.lower.marks import Surface
 from wheeltapper.march import program as contract
-from wheeltapper.march import yielding
+from wheeltapper.march import single
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.checksum import CHECKSUM, checksum, is_damaged
@@ -215,7 +215,7 @@ class _Evolution:
             done = self._state[1]
             what = f"{passes}, where the file holds {done}"
             raise InputError(str(self._store), "passes", what, f"{done} or more, or a new name for a shorter evolution")
-        if not yielding.is_ready(self._line.lowered.program):
+        if not single.is_ready(self._line.lowered.program):
             say_that_it_compiles()
         saved = time.monotonic()
         count = count or counting("passes", passes, self._state[1])

@@ -7,6 +7,21 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free, piece_end
 from wheeltapper.march.kernel import kernel
+from wheeltapper.march.lane_rows import (
+    CELL_AMP_COS,
+    CELL_AMP_SIN,
+    CELL_G,
+    CELL_GAIN_COS,
+    CELL_GAIN_SIN,
+    CELL_GOAL,
+    CELL_K,
+    CELL_LEVEL,
+    CELL_LOAD,
+    CELL_OFFSET,
+    CELL_OMEGA,
+    CELL_RATE,
+    CELL_UNTIL,
+)
 from wheeltapper.march.layout import (
     AMP_COS,
     AMP_SIN,
@@ -27,6 +42,9 @@ from wheeltapper.march.pool import (
     FLAT,
     FLY,
     LOCAL,
+    USED_EVENTS,
+    USED_PEAKS,
+    VISITS,
     WAVE,
     Pool,
     finish,
@@ -67,19 +85,19 @@ def join(cell: int, pool: Pool) -> bool:
     piece = table[int(S[STATE + PIECE])]
     turns = piece[contract.WAVENUMBER] / (2.0 * np.pi)
     gain_sin, gain_cos = harmonic_forcing(numbers, S)
-    row[0] = numbers[contract.STIFFNESS]
-    row[1] = numbers[contract.DAMPING]
-    row[2] = 1.0 + numbers[contract.STIFFNESS] * S[HERE + POLY]
-    row[3] = S[HERE + POLY]
-    row[4] = gain_sin
-    row[5] = gain_cos
-    row[6] = S[HERE + AMP_SIN]
-    row[7] = S[HERE + AMP_COS]
-    row[8] = S[HERE + OMEGA]
-    row[9] = turns * numbers[contract.PACE]
-    row[10] = turns * (S[STATE + SHIFT] + piece[contract.CENTRE])
-    row[11] = min(piece_end(table, numbers, S), numbers[contract.END])
-    row[12] = np.log2(numbers[contract.TOLERANCE])
+    row[CELL_K] = numbers[contract.STIFFNESS]
+    row[CELL_G] = numbers[contract.DAMPING]
+    row[CELL_LOAD] = 1.0 + numbers[contract.STIFFNESS] * S[HERE + POLY]
+    row[CELL_LEVEL] = S[HERE + POLY]
+    row[CELL_GAIN_SIN] = gain_sin
+    row[CELL_GAIN_COS] = gain_cos
+    row[CELL_AMP_SIN] = S[HERE + AMP_SIN]
+    row[CELL_AMP_COS] = S[HERE + AMP_COS]
+    row[CELL_OMEGA] = S[HERE + OMEGA]
+    row[CELL_RATE] = turns * numbers[contract.PACE]
+    row[CELL_OFFSET] = turns * (S[STATE + SHIFT] + piece[contract.CENTRE])
+    row[CELL_UNTIL] = min(piece_end(table, numbers, S), numbers[contract.END])
+    row[CELL_GOAL] = np.log2(numbers[contract.TOLERANCE])
     kind = FLAT if S[HERE + OMEGA] == 0.0 else WAVE
     push(cell, FLY if flying else COAST + kind, pool.queue)
     return True
@@ -95,7 +113,7 @@ def cross(cell: int, pool: Pool) -> None:
         table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
         localise(table, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
         event = int(S[COUNT + EVENTS])
-        why = cross_break(table, numbers, pool.events[pool.used[0] - event :], S)
+        why = cross_break(table, numbers, pool.events[pool.used[USED_EVENTS] - event :], S)
         own(cell, int(S[COUNT + EVENTS]) - event, 0, pool)
     if why != RUNNING:
         finish(cell, why, S[STATE + TIME], pool.rows)
@@ -109,7 +127,7 @@ def go_apart(pool: Pool) -> bool:
     """March one cell by itself until lanes can take it, or to its end; return False if its events need more room."""
     rows, queue = pool.rows, pool.queue
     cell = pop(APART, queue)
-    pool.used[2] += 1
+    pool.used[VISITS] += 1
     table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
     numbers = pool.numbers[cell]
     S = pool.S
@@ -117,9 +135,9 @@ def go_apart(pool: Pool) -> bool:
     while True:
         S[COUNT] = 0.0
         event, peak = int(S[COUNT + EVENTS]), int(S[COUNT + PEAKS])
-        events = pool.events[pool.used[0] - event :]
-        peaks = pool.peaks[pool.used[1] - peak : len(pool.peaks) - 1]  # a corner may need one row more
-        why = advance_kernel(table, numbers, pool.steps, events, peaks, S, None)
+        events = pool.events[pool.used[USED_EVENTS] - event :]
+        peaks = pool.peaks[pool.used[USED_PEAKS] - peak : len(pool.peaks) - 1]  # a corner may need one row more
+        why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S, None)
         own(cell, int(S[COUNT + EVENTS]) - event, int(S[COUNT + PEAKS]) - peak, pool)
         if why == FULL:
             put_back(cell, rows, S)

@@ -146,7 +146,8 @@ class Flat(NamedTuple):
 def flattened(assembly: Assembly) -> Flat:
     """Return an assembly as the kernels read it."""
     data: list[FloatArray] = [assembly.numbers]
-    plan: list[IntArray] = [np.zeros(HEADER, dtype=np.int64)]
+    header = np.zeros(HEADER, dtype=np.int64)
+    plan: list[IntArray] = [header]
     places = {}
     floats = {
         AT_CELLS: assembly.cells, AT_SATURATION: assembly.saturation, AT_PIECES: assembly.pieces,
@@ -166,7 +167,6 @@ def flattened(assembly: Assembly) -> Flat:
     for place, whole in integers.items():
         places[place] = sum(len(part) for part in plan)
         plan.append(whole.ravel())
-    header = plan[0]
     for place, start in places.items():
         header[place] = start
     header[CELLS_EACH] = assembly.cells.shape[1]

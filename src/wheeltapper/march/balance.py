@@ -19,9 +19,9 @@ from math import factorial, sqrt
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.dense import touches
+from wheeltapper.march.events import touches
 from wheeltapper.march.kernel import inlined_kernel, kernel
-from wheeltapper.march.layout import ENDED_SCRATCH
+from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.plain_power import plain_power
 from wheeltapper.march.power import CONTACT_WORK, LONG, LOST, PATH, POWERS, SHORT, power
 from wheeltapper.march.program import (
@@ -41,7 +41,7 @@ from wheeltapper.march.program import (
     B,
     FloatArray,
 )
-from wheeltapper.march.series import enter_law, localise, localise_marks, path_at
+from wheeltapper.march.series import NO_PIECE, enter_law, localise, localise_marks, path_at
 
 # What is summed: what is missing, its largest amount so far, works and losses by amount, largest energies.
 MISSING, LARGEST_MISSING, WORKED, LARGEST_KINETIC, LARGEST_ELASTIC = range(5)
@@ -63,12 +63,12 @@ SHORT_RULE, LONG_RULE = _rule(SHORT), _rule(LONG)
 
 
 @kernel
-def _enter(pieces: FloatArray, numbers: FloatArray, law: FloatArray, state: FloatArray, S: FloatArray) -> None:
+def _enter(pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, state: FloatArray, S: FloatArray) -> None:
     """Put the piece and the law of a state in S, as functions of the time from there on."""
     localise(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
-    if law.shape[0] > 0:
+    if law is not None:
         localise_marks(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
-        enter_law(int(state[PHASE]) - YIELDING if state[PHASE] >= YIELDING else -1, law, S)
+        enter_law(int(state[PHASE]) - YIELDING if state[PHASE] >= YIELDING else NO_PIECE, law, S)
 
 
 @kernel
@@ -84,7 +84,7 @@ def _base(state: FloatArray, S: FloatArray) -> tuple[float, float]:
 @kernel
 def _wheel(state: FloatArray, S: FloatArray) -> tuple[float, float]:
     """Return displacement and velocity of the wheel in a state whose piece stands in S."""
-    if not touches(state):
+    if not touches(state[PHASE]):
         return state[A], state[B]
     height, velocity = _base(state, S)
     return height - state[A] * state[A], velocity - state[B]
@@ -92,12 +92,11 @@ def _wheel(state: FloatArray, S: FloatArray) -> tuple[float, float]:
 
 @inlined_kernel
 def _motion_and_power(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray, damper: FloatArray | None, state: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, state: FloatArray,
     S: FloatArray, out: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
     """Return displacement and velocity of the wheel in a state, and write the power."""
-    plain = law.shape[0] == 0 and numbers[contract.DECK_MASS] == 0.0
-    if damper is None and plain and touches(state):
+    if law is None and damper is None and numbers[contract.DECK_MASS] == 0.0 and touches(state[PHASE]):
         return plain_power(pieces, numbers, state, S, out)
     _enter(pieces, numbers, law, state, S)
     return power(numbers, damper, state, S, out)
@@ -107,7 +106,7 @@ def _motion_and_power(
 def _put_wheel(y: float, v: float, state: FloatArray, S: FloatArray) -> None:
     """Write displacement and velocity of the wheel into a state whose piece stands in S, as its phase has them."""
     state[A], state[B] = y, v
-    if touches(state):
+    if touches(state[PHASE]):
         height, velocity = _base(state, S)
         depth = height - y
         state[A] = sqrt(depth) if depth > ROUNDING * (1.0 + abs(y)) else 0.0
@@ -150,7 +149,7 @@ def _add(
 ) -> None:  # fmt: skip
     """Add one step to the sums, with the wheel's motion and the power at its start and at its end."""
     h = step[LENGTH]
-    if touches(step):
+    if touches(step[PHASE]):
         worked = _short_sum(h, PATH, begins, ends)
         gained = _short_sum(h, CONTACT_WORK, begins, ends)
         lost = _short_sum(h, LOST, begins, ends)
@@ -179,8 +178,8 @@ def _goes_on(step: FloatArray, after: FloatArray) -> bool:
 
 @kernel
 def _leave(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray, step: FloatArray, after: FloatArray, y: float, v: float,
-    S: FloatArray, end: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, step: FloatArray, after: FloatArray, y: float,
+    v: float, S: FloatArray, end: FloatArray,
 ) -> None:  # fmt: skip
     """Write the state after a step as that step left it, with the wheel's motion there, into `end`."""
     for k in range(len(end)):
@@ -196,14 +195,14 @@ def _leave(
 
 @kernel
 def balance_kernel(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray, damper: FloatArray | None, steps: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
     last: FloatArray, sums: FloatArray,
 ) -> None:  # fmt: skip
     """Add what some steps, after which the state is `last`, leave missing and exchange to `sums` (SUMS,).
 
-    `damper` is None where the wheel holds its end: its type tells the compiler which series to leave out.
+    `law` and `damper` are None where single.py says.
     """
-    S = np.zeros(ENDED_SCRATCH)
+    S = np.zeros(SCRATCH)
     begins, ends = np.zeros(POWERS), np.zeros(POWERS)
     end = np.empty(steps.shape[1])
     same = False

@@ -1,6 +1,7 @@
 """Any time of a march, exactly: the series of the step that holds it is computed once more and evaluated.
 
-Also the energy's integrals, by Gauss quadrature on the same series (analytic in the step's own variable).
+Also the energy's integrals, by Gauss quadrature on the same series (analytic in the step's own variable). `law` and
+`damper` are None where single.py says.
 """
 
 from __future__ import annotations
@@ -8,15 +9,21 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.damper_series import contact_with_end, flight_with_end, held
 from wheeltapper.march.events import force as contact_force
+from wheeltapper.march.events import touches
 from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import FLIGHT_ORDER, SCRATCH, T, U, W, Y, Z
+from wheeltapper.march.layout import BUSH, FLIGHT_ORDER, SCRATCH, T, U, W, Y, Z
 from wheeltapper.march.program import (
     BONDED,
-    CONTACT,
+    DAMPER_DAMPING,
+    DAMPER_PLAY,
     DECK_V,
     DECK_Y,
+    END_MODE,
+    END_PLACE,
+    FREE,
     LENGTH,
     ON_DECK,
     PHASE,
@@ -30,6 +37,7 @@ from wheeltapper.march.program import (
 )
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import (
+    NO_PIECE,
     contact_series,
     enter_law,
     factor_at,
@@ -45,41 +53,50 @@ WHEEL_Y, WHEEL_V, WHEEL_A, FORCE, DELTA, DELTA_V, PATH_Y, PATH_V, OUT_DECK_Y, OU
     12
 )
 OUT_COLUMNS = 12
+# Columns that follow where the damper has an end of its own: its displacement, and the damper's force on the wheel.
+OUT_END_Y, OUT_DAMPER_FORCE = range(OUT_COLUMNS, OUT_COLUMNS + 2)
+ENDED_OUT_COLUMNS = OUT_COLUMNS + 2
 # Columns of the energy's integrals over a step.
 WORK_PATH, WORK_FACTOR, LOST_SUSPENSION, LOST_DECK, LOST_CONTACT, IMPULSE, CONTACT_TIME = range(7)
 INTEGRALS = 7
+BEGINS, FINISHES = range(2)
+"""A step's start and end."""
 
 
 @kernel
-def touches(step: FloatArray) -> bool:
-    """Return True for a contact step, whose variable is s."""
-    return bool(step[PHASE] == CONTACT or step[PHASE] >= YIELDING)
-
-
-@kernel
-def _prepare(pieces: FloatArray, numbers: FloatArray, law: FloatArray, step: FloatArray, S: FloatArray) -> bool:
-    """Compute the series of a step; return True for a contact step."""
+def prepare(
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, step: FloatArray,
+    S: FloatArray,
+) -> bool:  # fmt: skip
+    """Compute the series of a step; return True for one in s."""
     on_deck = step[ON_DECK] != 0.0
+    in_s = touches(step[PHASE])
     localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
-    if law.shape[0] > 0:
+    if law is not None:
         localise_marks(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
-        enter_law(int(step[PHASE]) - YIELDING if step[PHASE] >= YIELDING else -1, law, S)
-    if touches(step):
+        enter_law(int(step[PHASE]) - YIELDING if step[PHASE] >= YIELDING else NO_PIECE, law, S)
+    if damper is not None:
+        if in_s:
+            contact_with_end(numbers, int(numbers[contract.ORDER]), damper, step, S)
+        else:
+            flight_with_end(numbers, damper, step, S)
+    elif in_s:
         order = int(numbers[contract.ORDER])
         contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
-        return True
-    if step[PHASE] == BONDED:
+    elif step[PHASE] == BONDED:
         bonded_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
     else:
         flight_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
-    return False
+    return in_s
 
 
 @kernel
-def _fill(numbers: FloatArray, step: FloatArray, x: float, S: FloatArray, out: FloatArray) -> float:
+def fill(
+    numbers: FloatArray, damper: FloatArray | None, step: FloatArray, x: float, S: FloatArray, out: FloatArray
+) -> float:  # fmt: skip
     """Write all quantities at x of the prepared step's own variable; return the time after the step's start."""
     on_deck = step[ON_DECK] != 0.0
-    contact = touches(step)
+    contact = touches(step[PHASE])
     deck = numbers[contract.DECK_MASS] > 0.0
     order = int(numbers[contract.ORDER]) if contact else FLIGHT_ORDER
     after = evaluate(S, T, order, x) if contact else x
@@ -122,60 +139,101 @@ def _fill(numbers: FloatArray, step: FloatArray, x: float, S: FloatArray, out: F
         if on_deck:
             pull += numbers[contract.PRESTRESS] - force
         out[OUT_DECK_A] = pull / numbers[contract.DECK_MASS]
+    if damper is not None:
+        _fill_end(damper, step, order, x, S, out)
     return after
 
 
 @kernel
+def _fill_end(damper: FloatArray, step: FloatArray, order: int, x: float, S: FloatArray, out: FloatArray) -> None:
+    """Write what the damper's end does, and what its force does to the wheel."""
+    mode = step[END_MODE]
+    if mode == FREE:
+        out[OUT_END_Y] = step[END_PLACE]
+        out[OUT_DAMPER_FORCE] = 0.0
+        return
+    G, soft, _ = held(mode, damper)
+    deflection = evaluate(S, BUSH, order, x) if soft > 0.0 else 0.0
+    out[OUT_END_Y] = out[WHEEL_Y] - deflection - mode * damper[DAMPER_PLAY]
+    out[OUT_DAMPER_FORCE] = -G * out[WHEEL_V] - soft * deflection
+    out[WHEEL_A] += out[OUT_DAMPER_FORCE]
+
+
+@kernel
+def _place(order: int, x: float, s_max: float, time: float, S: FloatArray) -> float:
+    """Return s in (0, s_max] with t(s) = time, from a guess."""
+    for _ in range(8):
+        u = evaluate(S, U, order, x)
+        new = x - (evaluate(S, T, order, x) - time) / u if u > 0.0 else 0.0
+        if not 0.0 < new <= s_max:
+            break
+        if abs(new - x) <= 1e-15 * new:
+            return new
+        x = new
+    return time_to(S, order, s_max, time)
+
+
+@kernel
 def dense(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray, steps: FloatArray, times: FloatArray, out: FloatArray
-) -> None:
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
+    times: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
     """Write all quantities at the given rising times (scaled) into the rows of `out`."""
     S = np.zeros(SCRATCH)
+    order = int(numbers[contract.ORDER])
     present = -1
     row = 0
+    whole = 0.0
+    x = 0.0
     for i in range(len(times)):
         while row + 1 < len(steps) and steps[row + 1, TIME] <= times[i]:
             row += 1
         step = steps[row]
+        contact = touches(step[PHASE])
         if row != present:
-            _prepare(pieces, numbers, law, step, S)
+            prepare(pieces, numbers, law, damper, step, S)
+            whole = evaluate(S, T, order, step[LENGTH]) if contact else step[LENGTH]
             present = row
+            x = 0.5 * step[LENGTH]
         after = max(times[i] - step[TIME], 0.0)
-        contact = touches(step)
-        x = min(after, step[LENGTH]) if not contact else 0.0
-        if contact and after > 0.0:
-            order = int(numbers[contract.ORDER])
-            whole = evaluate(S, T, order, step[LENGTH])
-            x = step[LENGTH] if after >= whole else time_to(S, order, step[LENGTH], after)
-        _fill(numbers, step, x, S, out[i])
+        if not contact:
+            x = min(after, step[LENGTH])
+        elif after >= whole:
+            x = step[LENGTH]
+        else:
+            x = _place(order, x, step[LENGTH], after, S) if after > 0.0 else 0.0
+        fill(numbers, damper, step, x, S, out[i])
 
 
 @kernel
 def integrals(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray, steps: FloatArray, nodes: FloatArray,
-    weights: FloatArray, out: FloatArray, ends: FloatArray,
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, steps: FloatArray,
+    nodes: FloatArray, weights: FloatArray, out: FloatArray, ends: FloatArray,
 ) -> None:  # fmt: skip
     """Write each step's integrals into `out`, and the quantities at its two ends into ends[step, 0 or 1].
 
     Where the contact yields, LOST_CONTACT is all work of the contact force; what of it is stored is not yet taken off.
     """
     S = np.zeros(SCRATCH)
-    point = np.zeros(OUT_COLUMNS)
+    point = np.zeros(ends.shape[2])
+    order = int(numbers[contract.ORDER])
     for i in range(len(steps)):
         step = steps[i]
-        contact = _prepare(pieces, numbers, law, step, S)
-        _fill(numbers, step, 0.0, S, ends[i, 0])
-        _fill(numbers, step, step[LENGTH], S, ends[i, 1])
-        order = int(numbers[contract.ORDER])
+        contact = prepare(pieces, numbers, law, damper, step, S)
+        fill(numbers, damper, step, 0.0, S, ends[i, BEGINS])
+        fill(numbers, damper, step, step[LENGTH], S, ends[i, FINISHES])
         total = out[i]
         total[:] = 0.0
         for j in range(len(nodes)):
             x = nodes[j] * step[LENGTH]
-            after = _fill(numbers, step, x, S, point)
+            after = fill(numbers, damper, step, x, S, point)
             weight = weights[j] * step[LENGTH]
             if contact:
                 weight *= evaluate(S, U, order, x)
-            total[LOST_SUSPENSION] += weight * numbers[contract.DAMPING] * point[WHEEL_V] ** 2
+            lost = numbers[contract.DAMPING] * point[WHEEL_V] ** 2
+            if damper is not None:
+                lost += point[OUT_DAMPER_FORCE] ** 2 / damper[DAMPER_DAMPING]
+            total[LOST_SUSPENSION] += weight * lost
             total[LOST_DECK] += weight * numbers[contract.DECK_DAMPING] * point[OUT_DECK_V] ** 2
             total[WORK_PATH] += weight * point[FORCE] * point[PATH_V]
             total[IMPULSE] += weight * point[FORCE]

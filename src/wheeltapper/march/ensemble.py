@@ -18,7 +18,7 @@ from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
-from wheeltapper.march.pool import AIRBORNE, END, STATUS, gather_kernel, pool_of
+from wheeltapper.march.pool import AIRBORNE, END, STATUS, USED_EVENTS, USED_PEAKS, gather_kernel, pool_of
 from wheeltapper.march.program import (
     ENOUGH,
     EVENT_COLUMNS,
@@ -35,8 +35,8 @@ from wheeltapper.march.program import (
 from wheeltapper.march.single import march_kernel, start_kernel
 from wheeltapper.march.tally import CONTACTS, HIGHEST, OPEN, TALLY, tally_kernel
 
-BLOCKS = (256, 2048)
-"""Fewest and most cells that one thread marches at a time."""
+SMALLEST_BLOCK, LARGEST_BLOCK = 256, 2048
+"""Cells that one thread marches at a time."""
 STEP_ROWS = 64
 
 
@@ -51,7 +51,7 @@ class Cells(NamedTuple):
     @property
     def strict(self) -> bool | None:
         """True or None: what a kernel is told of the method, by type."""
-        return True if len(self.numbers) and self.numbers[0, contract.ORDER] == STRICT_ORDER else None
+        return True if np.any(self.numbers[:1, contract.ORDER] == STRICT_ORDER) else None
 
     def part(self, block: slice) -> Cells:
         """Return some of the cells."""
@@ -95,7 +95,7 @@ def ensemble_kernel(
         tally[HIGHEST] = S[STATE + A] if is_free(S[STATE + PHASE]) else -np.inf
         why = FULL
         while why == FULL:
-            why = march_kernel(table, numbers[cell], steps, events[event:], peaks[peak:], S, strict)
+            why = march_kernel(table, numbers[cell], None, None, steps, events[event:], peaks[peak:], None, S, strict)
             if tallied:
                 tally_kernel(table, numbers[cell], steps, int(S[COUNT]), tally, impulses[event:], scratch, point)
             if why == FULL and S[COUNT] + 1 <= steps.shape[0]:
@@ -161,7 +161,7 @@ def march_one_by_one(cells: Cells, tally: bool = False) -> Marched:
         cell = ensemble_kernel(*_arguments(cells, cell, tables, work, tally))
         if cell < total:
             tables = tables.larger()
-    events, peaks = (int(ends[-1]) if total else 0 for ends in (tables.event_ends, tables.peak_ends))
+    events, peaks = (int(ends.max(initial=0)) for ends in (tables.event_ends, tables.peak_ends))
     found = Marched(
         tables.status, tables.end, tables.events[:events].copy(), tables.peaks[:peaks].copy(), tables.event_ends,
         tables.peak_ends, tables.airborne,
@@ -181,13 +181,13 @@ def march_in_lanes(cells: Cells) -> Marched:
     start_lanes(pool)
     while not lanes_kernel(pool):
         pool = pool.larger()
-    ends = np.empty((2, total), dtype=np.int64)
-    events = np.empty((int(pool.used[0]), EVENT_COLUMNS))
-    peaks = np.empty((int(pool.used[1]), PEAK_COLUMNS))
-    gather_kernel(pool.events, len(events), ends[0], events)
-    gather_kernel(pool.peaks, len(peaks), ends[1], peaks)
+    event_ends, peak_ends = np.empty(total, dtype=np.int64), np.empty(total, dtype=np.int64)
+    events = np.empty((int(pool.used[USED_EVENTS]), EVENT_COLUMNS))
+    peaks = np.empty((int(pool.used[USED_PEAKS]), PEAK_COLUMNS))
+    gather_kernel(pool.events, len(events), event_ends, events)
+    gather_kernel(pool.peaks, len(peaks), peak_ends, peaks)
     status, end, airborne = (pool.rows[:, column].copy() for column in (STATUS, END, AIRBORNE))
-    return Marched(status.astype(np.int64), end, events, peaks, ends[0], ends[1], airborne)
+    return Marched(status.astype(np.int64), end, events, peaks, event_ends, peak_ends, airborne)
 
 
 def march_block(cells: Cells, tally: bool = False) -> Marched:
@@ -208,5 +208,5 @@ def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None]
     def one(block: slice) -> None:
         read(block, march_block(cells.part(block), tally))
 
-    size = min(max(len(cells.first) // (4 * threads), BLOCKS[0]), BLOCKS[1])
+    size = min(max(len(cells.first) // (4 * threads), SMALLEST_BLOCK), LARGEST_BLOCK)
     in_blocks(len(cells.first), size, threads, one)

@@ -44,6 +44,7 @@ from wheeltapper.march.program import (
     SHIFT,
     SOFT,
     TIME,
+    YIELDING,
     A,
     B,
     FloatArray,
@@ -70,6 +71,12 @@ AT_BREAK, WAITS, TOP_TIME, TOP_FORCE, TOP_CORNER, TOP_IMPACTS, LOWEST = range(7)
 def is_free(phase: float) -> bool:
     """Return True for the phases without contact force."""
     return bool(phase == FLIGHT or phase == RELEASED)
+
+
+@kernel
+def touches(phase: float) -> bool:
+    """Return True for the phases in which a step runs in s, the variable of the regularised contact."""
+    return bool(phase == CONTACT or phase >= YIELDING)
 
 
 @kernel
@@ -263,21 +270,6 @@ def place(numbers: FloatArray, y: float, v: float, was: int, cause: float, event
             log_event(S[STATE + TIME], LOSS, rate, cause, events, S[COUNT:])
     elif is_free(was):
         log_event(S[STATE + TIME], IMPACT, rate, cause, events, S[COUNT:])
-
-
-@kernel
-def leave_grazing(numbers: FloatArray, y: float, v: float, S: FloatArray) -> None:
-    """Leave the rest point u = w = 0 of the regularised system along the motion that it starts, if it starts one."""
-    a = free_acceleration(numbers, y, v, S)
-    if S[STATE + A] == 0.0 and abs(S[STATE + B]) < GRAZE:
-        if a > 0.0:
-            S[STATE + A] = LIFT
-            S[STATE + B] = LIFT * sqrt(2.0 * a)
-            S[STATE + TIME] += LIFT * sqrt(2.0 / a)
-        else:
-            S[STATE + PHASE] = FLIGHT
-            S[STATE + A] = y
-            S[STATE + B] = v
 
 
 @kernel

@@ -29,11 +29,12 @@ from wheeltapper.march.program import (
 from wheeltapper.march.single import March, march, march_kernel, start_kernel
 from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, OPEN, TALLY, tally_kernel
 from wheeltapper.march.tangent import tangent_kernel
-from wheeltapper.march.tangent_path import LANES
+from wheeltapper.march.tangent_path import LANES, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
 
 PARAMETERS = LANES - 2
-"""Parameters that are carried at a time; the last two lanes carry the start's displacement and velocity."""
+"""Parameters that are carried at a time; the lanes behind them carry the start's displacement and velocity."""
+BY_HEIGHT, BY_VELOCITY = PARAMETERS, PARAMETERS + 1
 BLOCK = 1024
 
 
@@ -70,8 +71,8 @@ def gradient_kernel(
     event = event_ends[cell - 1] if cell > 0 else 0
     peak = peak_ends[cell - 1] if cell > 0 else 0
     start = np.zeros((2, LANES))
-    start[0, LANES - 2] = 1.0
-    start[1, LANES - 1] = 1.0
+    start[OF_HEIGHT, BY_HEIGHT] = 1.0
+    start[OF_VELOCITY, BY_VELOCITY] = 1.0
     of_end = np.zeros((4, LANES))
     tally = np.zeros(TALLY)
     point = np.zeros(OUT_COLUMNS)
@@ -81,7 +82,7 @@ def gradient_kernel(
         own = pieces[first[cell] : first[cell] + many[cell]]
         start_kernel(own, numbers[cell], events[event:], S)
         airborne[cell] = 1.0 if is_free(S[STATE + PHASE]) else 0.0
-        why = march_kernel(own, numbers[cell], steps, events[event:], peaks[peak:], S, strict)
+        why = march_kernel(own, numbers[cell], None, None, steps, events[event:], peaks[peak:], None, S, strict)
         if why == FULL:
             return cell
         status[cell] = why
@@ -104,8 +105,8 @@ def gradient_kernel(
             of_events[event : event + new_events], of_peaks[peak : peak + new_peaks], of_end, tally[HIGHEST_TIME],
             of_highest[cell], of_impulses[event:], no_times, no_samples, S, D, tallied,
         )  # fmt: skip
-        a, b = of_end[0, LANES - 2], of_end[0, LANES - 1]
-        c, d = of_end[1, LANES - 2], of_end[1, LANES - 1]
+        a, b = of_end[OF_HEIGHT, BY_HEIGHT], of_end[OF_HEIGHT, BY_VELOCITY]
+        c, d = of_end[OF_VELOCITY, BY_HEIGHT], of_end[OF_VELOCITY, BY_VELOCITY]
         half = 0.5 * (a * a + b * b + c * c + d * d)
         gap = max(half * half - (a * d - b * c) ** 2, 0.0)
         amplification[cell] = np.sqrt(half + np.sqrt(gap))

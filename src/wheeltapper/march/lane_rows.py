@@ -19,6 +19,11 @@ def _rows(first: int, *lengths: int) -> list[int]:
 TIME, U0, W0, K, G, LOAD, LEVEL, GAIN_SIN, GAIN_COS, AMP_SIN, AMP_COS, OMEGA, RATE, OFFSET, UNTIL, GOAL = range(
     0, 16 * LANES, LANES
 )
+# The same of one cell, one after the other from K on, as its row holds them.
+(
+    CELL_K, CELL_G, CELL_LOAD, CELL_LEVEL, CELL_GAIN_SIN, CELL_GAIN_COS, CELL_AMP_SIN, CELL_AMP_COS, CELL_OMEGA,
+    CELL_RATE, CELL_OFFSET, CELL_UNTIL, CELL_GOAL,
+) = range((GOAL - K) // LANES + 1)  # fmt: skip
 # A step's end: length, time, (u, w), whether w keeps its sign for certain, whether the step holds no event for certain.
 LENGTH, T_END, U_END, W_END, CALM, GO = range(16 * LANES, 22 * LANES, LANES)
 # A root search in (0, 1): the place, its bracket, the sign at 0, number of sign changes, whether it is found (only one

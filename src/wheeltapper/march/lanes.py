@@ -32,6 +32,9 @@ from wheeltapper.march.pool import (
     OPEN,
     ROOM,
     TURN,
+    USED_EVENTS,
+    USED_PEAKS,
+    WAITING,
     WAVE,
     Pool,
     fill,
@@ -249,19 +252,19 @@ def lanes_kernel(pool: Pool) -> bool:
     """March all cells of order DEFAULT_ORDER to their ends; return False when their events need more room."""
     queue = pool.queue
     while True:
-        if pool.used[0] + ROOM > len(pool.events) or pool.used[1] + ROOM > len(pool.peaks):
+        if pool.used[USED_EVENTS] + ROOM > len(pool.events) or pool.used[USED_PEAKS] + ROOM > len(pool.peaks):
             return False
-        if queue[APART, 0] > 0:
+        if queue[APART, WAITING] > 0:
             if not go_apart(pool):
                 return False
             continue
         fullest = 0
         for which in range(1, APART):
-            if queue[which, 0] > queue[fullest, 0]:
+            if queue[which, WAITING] > queue[fullest, WAITING]:
                 fullest = which
-        if queue[fullest, 0] == 0:
+        if queue[fullest, WAITING] == 0:
             return True
-        drain = queue[fullest, 0] < LANES
+        drain = queue[fullest, WAITING] < LANES
         kind = fullest & 1
         if fullest == FLY:
             _fly(pool)

@@ -23,8 +23,11 @@ WIDTH = 24
 T, U, W, Y, Z, Q, R, F, N, ACC, SINE, COSINE, TREND, CLEAR, COMP, WORK, SCALED, SHIFTED, DEPTH = _positions(
     range(0, 19 * WIDTH, WIDTH)
 )
+# Where the damper has an end of its own: the wheel's displacement, velocity and acceleration in contact, the bush's
+# deflection and its rate.
+WHEEL_Y, WHEEL_V, WHEEL_A, BUSH, BUSH_RATE = _positions(range(19 * WIDTH, 24 * WIDTH, WIDTH))
 HORNER, HORNER_FACTOR, HORNER_RESIDUAL, HORNER_BEARS, HORNER_LAW, HERE = _positions(
-    (19 + blocks * (MAX_DEGREE + 1)) * WIDTH for blocks in range(6)
+    (24 + blocks * (MAX_DEGREE + 1)) * WIDTH for blocks in range(6)
 )
 """MAX_DEGREE + 1 rows each for what follows the path; then the present piece as functions of time."""
 (FLIGHT_ORDER,) = _positions([22])
@@ -41,13 +44,8 @@ LAW_CENTRE, LAW_SCALE, LAW = LAW_TERMS + 1, LAW_TERMS + 2, LAW_TERMS + 3
 STATE = HERE + LAW + MAX_DEGREE + 1  # the present state
 MARK = STATE + 16  # how the force has gone since its last maximum (events.py)
 COUNT = MARK + 8
-# Counts: steps (at COUNT itself), events, peaks so far; whether the last step ended in a loss; impacts so far, those at
-# and after which the march ends (-1: none), and whether it has to; steps in a row in which no time passed;
-# pieces in use.
-EVENTS, PEAKS, OPENED, IMPACTS, UNTIL_IMPACT, UNTIL_LOSS, SEEN, IDLE, PIECES = range(1, 10)
+# Counts: steps, events, peaks so far; whether the last step ended in a loss; impacts so far, those at
+# and after which the march ends (-1: none), and whether it has to; steps in a row in which no time passed; events of
+# the damper's end so far; pieces in use.
+STEPS, EVENTS, PEAKS, OPENED, IMPACTS, UNTIL_IMPACT, UNTIL_LOSS, SEEN, IDLE, STOPS, PIECES = range(11)
 SCRATCH = int(COUNT + PIECES + 1)
-
-# Behind all that, where the damper has an end of its own: series of the wheel's displacement, velocity and acceleration
-# in contact, of the bush's deflection and its rate; and how many events the end has had so far.
-WHEEL_Y, WHEEL_V, WHEEL_A, BUSH, BUSH_RATE, STOPS = _positions(range(SCRATCH, SCRATCH + 6 * WIDTH, WIDTH))
-ENDED_SCRATCH = int(STOPS + 1)

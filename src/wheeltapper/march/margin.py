@@ -91,7 +91,7 @@ def margin_kernel(
         table = cells.pieces[cells.first[cell] : cells.first[cell] + cells.many[cell]]
         numbers = cells.numbers[cell]
         start_kernel(table, numbers, events, S)
-        why = march_kernel(table, numbers, steps, events, peaks, S, strict)
+        why = march_kernel(table, numbers, None, None, steps, events, peaks, None, S, strict)
         if why == FULL:
             return cell
         rows = int(S[COUNT])

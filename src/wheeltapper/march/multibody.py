@@ -49,7 +49,7 @@ from wheeltapper.march.searching import (
     mark_maxima,
     time_to_change,
 )
-from wheeltapper.march.stepping import dense_step, make_step
+from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, error
 from wheeltapper.march.wheel_rows import DELTA, DELTA_RATE, ON, ROWS, SIDES, U
 
@@ -120,14 +120,14 @@ def march_kernel(
         if awaken(data, wheels):
             S[ANEW] = 1.0
         if S[ANEW] != 0.0:
-            rates(t, data, plan, w, wheels, pieces, Q, K[0])
+            rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE])
             S[RATES_USED] += 1.0
             S[ANEW] = 0.0
         keep(wheels, kept)
         # -- a step whose error is small enough
         until = next_break(data, t, wheels)
         h = min(S[NEXT_LENGTH], data[contract.LONGEST])
-        h = min(h, BEYOND * time_to_change(BEYOND * h, wheels, K[0]))
+        h = min(h, BEYOND * time_to_change(BEYOND * h, wheels, K[FIRST_STAGE]))
         growth = GROW
         while True:
             stops = t + 1.01 * h >= until
@@ -192,7 +192,7 @@ def march_kernel(
             return STALLED
         S[TIME] = now
         w[:] = y
-        K[0] = K[STAGES]
+        K[FIRST_STAGE] = K[STAGES]
         # -- go on
         if contact >= 0:
             switch_contacts(now, SAME * data[contract.LENGTH], wheels, events, S)

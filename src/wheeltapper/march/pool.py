@@ -33,6 +33,10 @@ ROOM = 16
 FLAT, WAVE = 0, 1
 COAST, TURN, OPEN, BREAK, FLY, APART = 0, 2, 4, 6, 8, 9
 QUEUES = 10
+WAITING = 0
+"""Where a queue says how many wait in it; who they are follows."""
+USED_EVENTS, USED_PEAKS, VISITS = range(3)
+"""Rows of events and of peaks in use, and visits of cells to APART."""
 
 # A cell's row: state and counts as in the scratch array from STATE on, the rows of `L` from K on, and how it ended.
 LOCAL = int(SCRATCH - STATE)
@@ -55,7 +59,7 @@ class Pool(NamedTuple):
     queue: IntArray  # (QUEUES, 1 + cells): how many wait, and which
     events: FloatArray  # (rows, EVENT_COLUMNS + 1), in the order in which they were found
     peaks: FloatArray  # (rows, PEAK_COLUMNS + 1)
-    used: IntArray  # (3,): events, peaks, visits of cells to APART
+    used: IntArray  # (3,): USED_EVENTS, USED_PEAKS, VISITS
     steps: FloatArray  # (STEP_ROWS, STEP_COLUMNS)
     S: FloatArray  # (SCRATCH,)
     L: FloatArray  # (ENTRIES,)
@@ -72,7 +76,7 @@ def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatA
     room = 8 * cells + 4 * ROOM
     return Pool(
         pieces, first, many, numbers, np.zeros((cells, COLUMNS)), np.zeros((QUEUES, 1 + cells), dtype=np.int64),
-        np.empty((room, EVENT_COLUMNS + 1)), np.empty((room, PEAK_COLUMNS + 1)), np.zeros(3, dtype=np.int64),
+        np.empty((room, EVENT_COLUMNS + 1)), np.empty((room, PEAK_COLUMNS + 1)), np.zeros(VISITS + 1, dtype=np.int64),
         np.empty((STEP_ROWS, STEP_COLUMNS)), np.zeros(SCRATCH), np.zeros(lane.ENTRIES),
         np.full(LANES, -1, dtype=np.int64),
     )  # fmt: skip
@@ -81,17 +85,17 @@ def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatA
 @kernel
 def push(cell: int, which: int, queue: IntArray) -> None:
     """Let a cell wait in a queue."""
-    queue[which, 0] += 1
-    queue[which, queue[which, 0]] = cell
+    queue[which, WAITING] += 1
+    queue[which, queue[which, WAITING]] = cell
 
 
 @kernel
 def pop(which: int, queue: IntArray) -> int:
     """Take a cell from a queue; return -1 where none waits."""
-    if queue[which, 0] == 0:
+    if queue[which, WAITING] == 0:
         return -1
-    queue[which, 0] -= 1
-    return int(queue[which, queue[which, 0] + 1])
+    queue[which, WAITING] -= 1
+    return int(queue[which, queue[which, WAITING] + 1])
 
 
 @kernel
@@ -150,11 +154,11 @@ def put_back(cell: int, rows: FloatArray, S: FloatArray) -> None:
 def own(cell: int, events: int, peaks: int, pool: Pool) -> None:
     """Claim the newest events and peaks for a cell."""
     for _ in range(events):
-        pool.events[pool.used[0], EVENT_CELL] = cell
-        pool.used[0] += 1
+        pool.events[pool.used[USED_EVENTS], EVENT_CELL] = cell
+        pool.used[USED_EVENTS] += 1
     for _ in range(peaks):
-        pool.peaks[pool.used[1], PEAK_CELL] = cell
-        pool.used[1] += 1
+        pool.peaks[pool.used[USED_PEAKS], PEAK_CELL] = cell
+        pool.used[USED_PEAKS] += 1
 
 
 @kernel
@@ -168,7 +172,7 @@ def finish(cell: int, why: int, time: float, rows: FloatArray) -> None:
 def note(cell: int, time: float, which: int, rate: float, pool: Pool) -> bool:
     """Record an event; return whether the cell goes on."""
     counts = pool.rows[cell, COUNTS:LOCAL]
-    log_event(time, which, rate, 0.0, pool.events[pool.used[0] - int(counts[EVENTS]) :], counts)
+    log_event(time, which, rate, 0.0, pool.events[pool.used[USED_EVENTS] - int(counts[EVENTS]) :], counts)
     own(cell, 1, 0, pool)
     if counts[SEEN] == 0.0 and counts[EVENTS] < pool.numbers[cell, contract.EVENT_LIMIT]:
         return True
@@ -181,7 +185,7 @@ def track(cell: int, time: float, force: float, corner: float, pool: Pool) -> No
     """Take the next value of a cell's contact force."""
     counts = pool.rows[cell, COUNTS:LOCAL]
     known = int(counts[PEAKS])
-    follow(time, force, corner, pool.peaks[pool.used[1] - known :], pool.rows[cell, MARKS:COUNTS], counts)
+    follow(time, force, corner, pool.peaks[pool.used[USED_PEAKS] - known :], pool.rows[cell, MARKS:COUNTS], counts)
     own(cell, 0, int(counts[PEAKS]) - known, pool)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.damper_series import contact_with_end, flight_with_end, held
-from wheeltapper.march.dense import touches
+from wheeltapper.march.events import touches
 from wheeltapper.march.flight import bonded_series, flight_series, path_series
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
@@ -152,7 +152,7 @@ def power(
 
     `damper` is None where the wheel holds its end: its type tells the compiler which series to leave out.
     """
-    if touches(state):
+    if touches(state[PHASE]):
         return _contact_power(numbers, damper, state, S, out)
     _free_power(numbers, damper, state, S, out)
     return state[A], state[B]

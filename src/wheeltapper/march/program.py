@@ -43,6 +43,8 @@ FREE, UPPER, LOWER, LINKED = 0.0, 1.0, -1.0, 2.0
 STOP_TIME, STOP_KIND, STOP_SIDE = range(3)
 STOP_COLUMNS = 3
 REACHED, LEFT = 0, 1
+NO_STOPS = np.empty((0, STOP_COLUMNS))
+"""Events of a damper without an end of its own."""
 # Columns of events and of peaks.
 EVENT_TIME, EVENT_KIND, EVENT_RATE, EVENT_CAUSE = range(4)
 EVENT_COLUMNS = 4
@@ -120,3 +122,8 @@ class Program(NamedTuple):
     numbers: FloatArray  # (NUMBERS,)
     law: FloatArray = ELASTIC  # (pieces of the plastic law, LAW_COLUMNS)
     damper: FloatArray = PLAIN  # (DAMPER_ENTRIES,) where the damper has an end of its own
+
+    @property
+    def law_and_damper(self) -> tuple[FloatArray | None, FloatArray | None]:
+        """The law and the damper as kernels take them: None for what the program does not have."""
+        return self.law if len(self.law) else None, self.damper if len(self.damper) else None

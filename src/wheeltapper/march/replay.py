@@ -9,6 +9,7 @@ import numpy as np
 
 from wheeltapper.march import assembly as contract
 from wheeltapper.march.assembly import FLANGE, LANES, PLACES, RATE, Assembly, flattened
+from wheeltapper.march.dense import BEGINS, FINISHES
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import (
     STEP_CLOSED,
@@ -21,7 +22,7 @@ from wheeltapper.march.multibody import (
 from wheeltapper.march.passing import CARRIED, awaken, pass_breaks, start_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rates import deflection, rates, touch
-from wheeltapper.march.stepping import dense_step, make_step
+from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, between
 from wheeltapper.march.wheel_rows import (
     ARM,
@@ -75,7 +76,7 @@ def _enter(
     w[:] = states[row]
     touch(t, data, plan, w, wheels)
     awaken(data, wheels)
-    rates(t, data, plan, w, wheels, pieces, Q, K[0])
+    rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE])
     make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
     rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES])
     dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
@@ -215,9 +216,9 @@ def energy_kernel(
         pass_breaks(t, data, plan, wheels)
         _enter(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
         touch(t, data, plan, w, wheels)
-        elastic[row, 0] = _elastic(data, plan, w, wheels, pieces)
+        elastic[row, BEGINS] = _elastic(data, plan, w, wheels, pieces)
         touch(t + h, data, plan, y, wheels)
-        elastic[row, 1] = _elastic(data, plan, y, wheels, pieces)
+        elastic[row, FINISHES] = _elastic(data, plan, y, wheels, pieces)
         for k in range(nodes.shape[0]):
             between(nodes[k], w, F, spare)
             rates(t + nodes[k] * h, data, plan, spare, wheels, pieces, Q, rate)

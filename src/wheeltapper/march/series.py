@@ -60,6 +60,9 @@ from wheeltapper.march.layout import (
 )  # fmt: skip
 from wheeltapper.march.program import FloatArray
 
+NO_PIECE = -1
+"""Stands for a piece of the plastic law where the contact is elastic."""
+
 
 @kernel
 def taylor_shift(
@@ -149,8 +152,8 @@ def borne_series(order: int, S: FloatArray) -> None:
 
 @kernel
 def enter_law(piece: int, law: FloatArray, S: FloatArray) -> None:
-    """Let a piece of the plastic law hold; -1: the elastic law."""
-    if piece < 0:
+    """Let a piece of the plastic law hold; NO_PIECE: the elastic law."""
+    if piece == NO_PIECE:
         S[HERE + LAW_TERMS] = 0.0
         return
     S[HERE + LAW_CENTRE] = law[piece, contract.LAW_CENTRE]

@@ -13,8 +13,10 @@ from wheeltapper.march.layout import (
     FACTOR_DEGREE,
     FLIGHT_ORDER,
     HERE,
+    LAW_TERMS,
     OMEGA,
     POLY,
+    RESIDUAL_DEGREE,
     STATE,
     TREND,
     N,
@@ -89,6 +91,15 @@ def is_written_out(numbers: FloatArray, S: FloatArray) -> bool:
 
 
 @kernel
+def may_turn(order: int, length: float, w: float, S: FloatArray) -> bool:
+    """Return False where the indentation's rate, `w` at the step's end, keeps its sign for sure."""
+    sway = 0.0
+    for k in range(order, 0, -1):
+        sway = (sway + k * abs(S[W + k])) * length
+    return not (S[W] * w > 0.0 and abs(S[W]) + abs(w) > sway)
+
+
+@kernel
 def contact_advance(
     numbers: FloatArray, strict: bool | None, until: float, limit: int, steps: FloatArray, S: FloatArray
 ) -> tuple[float, float, float, float, bool]:
@@ -119,10 +130,7 @@ def contact_advance(
     )
     length = contact_reach(numbers, numbers[contract.STIFFNESS] + numbers[contract.DAMPING], S)
     w = evaluate(S, W, order, length)
-    sway = 0.0
-    for k in range(order, 0, -1):
-        sway = (sway + k * abs(S[W + k])) * length
-    turns = not (S[W] * w > 0.0 and abs(S[W]) + abs(w) > sway)
+    turns = may_turn(order, length, w, S)
     return length, evaluate(S, T, order, length), evaluate(S, U, order, length), w, turns
 
 
@@ -190,7 +198,8 @@ def contact_end(
 @kernel
 def trend_series(numbers: FloatArray, order: int, S: FloatArray) -> tuple[int, int]:
     """Return the row and degree of a polynomial with the sign of the contact force's rate."""
-    if numbers[contract.HYSTERESIS] == 0.0 and S[HERE + FACTOR_DEGREE] < 0.0:
+    changes = S[HERE + RESIDUAL_DEGREE] if S[HERE + LAW_TERMS] != 0.0 else S[HERE + FACTOR_DEGREE]
+    if numbers[contract.HYSTERESIS] == 0.0 and changes <= 0.0:
         return W, order
     for k in range(order - 1):
         S[TREND + k] = (k + 1) * S[N + k + 1]

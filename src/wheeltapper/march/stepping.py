@@ -7,14 +7,17 @@ from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rates import rates
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, STAGES, C, combine, combine_dense, finish, powers
 
+FIRST_STAGE = 0
+"""The stage whose rates are those at the step's start; STAGES has those at its end."""
+
 
 @kernel
 def make_step(
     t: float, h: float, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray, wheels: FloatArray,
     pieces: FloatArray, Q: FloatArray, K: FloatArray, P: FloatArray,
 ) -> None:  # fmt: skip
-    """Compute a step from w to y; K[0] are the rates at its start."""
-    for stage in range(1, STAGES):
+    """Compute a step from w to y; K[FIRST_STAGE] are the rates at its start."""
+    for stage in range(FIRST_STAGE + 1, STAGES):
         combine(stage, h, P, K, w, y)
         rates(t + C[stage] * h, data, plan, y, wheels, pieces, Q, K[stage])
     finish(h, P, K, w, y)

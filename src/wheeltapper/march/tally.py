@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.dense import FORCE, WHEEL_V, WHEEL_Y, _fill, _prepare
+from wheeltapper.march.dense import FORCE, WHEEL_V, WHEEL_Y, fill, prepare
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import U
-from wheeltapper.march.program import ELASTIC, LENGTH, PHASE, TIME, FloatArray
+from wheeltapper.march.program import LENGTH, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -39,7 +39,7 @@ def _turn(
     after = 0.0
     for _ in range(60):
         middle = 0.5 * (lo + hi)
-        after = _fill(numbers, step, middle, S, point)
+        after = fill(numbers, None, step, middle, S, point)
         if point[WHEEL_V] > 0.0:
             lo = middle
         else:
@@ -56,7 +56,7 @@ def tally_kernel(
     for i in range(count):
         step = steps[i]
         flying = is_free(step[PHASE])
-        contact = _prepare(pieces, numbers, ELASTIC, step, S)
+        contact = prepare(pieces, numbers, None, None, step, S)
         if flying:
             tally[OPEN] = 0.0
         elif tally[FLEW] != 0.0:
@@ -64,13 +64,13 @@ def tally_kernel(
             impulses[int(tally[CONTACTS])] = 0.0
             tally[CONTACTS] += 1.0
         tally[FLEW] = 1.0 if flying else 0.0
-        _fill(numbers, step, 0.0, S, point)
+        fill(numbers, None, step, 0.0, S, point)
         _rise(point[WHEEL_Y], step[TIME], tally)
         before = 0.0
         rising = point[WHEEL_V] > 0.0
         for j in range(len(NODES) + 1):
             x = NODES[j] * step[LENGTH] if j < len(NODES) else step[LENGTH]
-            after = _fill(numbers, step, x, S, point)
+            after = fill(numbers, None, step, x, S, point)
             if j < len(NODES) and tally[OPEN] != 0.0:
                 weight = WEIGHTS[j] * step[LENGTH]
                 if contact:

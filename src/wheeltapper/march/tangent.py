@@ -57,6 +57,7 @@ from wheeltapper.march.tangent_events import (
     AFTER,
     FIRST,
     FOURTH,
+    PUSH,
     SECOND,
     THIRD,
     break_moves,
@@ -81,9 +82,15 @@ from wheeltapper.march.tangent_path import (
     DY,
     DZ,
     LANES,
+    OF_DECK_HEIGHT,
+    OF_DECK_VELOCITY,
+    OF_HEIGHT,
+    OF_SIZE,
+    OF_TIME,
+    OF_VELOCITY,
     localise_tangent,
 )
-from wheeltapper.march.tangent_peaks import OF_SIZE, OF_TIME, is_inside, peaks_inside
+from wheeltapper.march.tangent_peaks import is_inside, peaks_inside
 from wheeltapper.march.tangent_plain import is_plain, plain_peak, plain_tangents
 from wheeltapper.march.tangent_samples import sample_tangents
 from wheeltapper.march.tangent_series import at, contact_tangent, flight_tangent
@@ -165,7 +172,7 @@ def tangent_kernel(
     Also written are the motion and its derivatives at rising `times`, (times, QUANTITIES, SAMPLED).
     """
     carried = np.zeros((CARRIED, LANES))
-    here = np.zeros(10)
+    here = np.zeros(PUSH + 1)
     end = np.zeros(5)
     L = np.zeros(12 * LANES)
     event = 0
@@ -190,8 +197,8 @@ def tangent_kernel(
     contacts = 0
     highest = False
     for lane in range(LANES):
-        carried[DA, lane] = turns[contract.START_HEIGHT, lane] + start[0, lane]
-        carried[DB, lane] = turns[contract.START_VELOCITY, lane] + start[1, lane]
+        carried[DA, lane] = turns[contract.START_HEIGHT, lane] + start[OF_HEIGHT, lane]
+        carried[DB, lane] = turns[contract.START_VELOCITY, lane] + start[OF_VELOCITY, lane]
         carried[DSHIFT, lane] = turns[contract.START_SHIFT, lane]
     for i in range(len(steps)):
         step = steps[i]
@@ -270,19 +277,19 @@ def tangent_kernel(
         if contact:
             leave_contact(here, end, on_deck, carried, S, D)
             if tallied is not None and opened:
-                of_impulses[contacts - 1] += here[9] * (carried[DBREAK] - carried[DT])
+                of_impulses[contacts - 1] += here[PUSH] * (carried[DBREAK] - carried[DT])
         while peak < len(peaks) and peaks[peak, contract.PEAK_TIME] <= after[TIME]:
             for lane in range(LANES):  # a maximum at a breakpoint: its force along the moving breakpoint
                 of_peaks[peak, OF_TIME, lane] = carried[DBREAK, lane]
                 of_peaks[peak, OF_SIZE, lane] = corner_force(numbers, turns, step, end, here, carried, lane, S, D)
-            if (contact or is_free(step[PHASE])) and peaks[peak, contract.PEAK_FORCE] > here[9] * (1.0 + 1e-9):
+            if (contact or is_free(step[PHASE])) and peaks[peak, contract.PEAK_FORCE] > here[PUSH] * (1.0 + 1e-9):
                 leapt = peak
             peak += 1
         for lane in range(LANES):
-            of_end[0, lane] = carried[DA, lane]
-            of_end[1, lane] = carried[DB, lane]
-            of_end[2, lane] = carried[DY, lane]
-            of_end[3, lane] = carried[DZ, lane]
+            of_end[OF_HEIGHT, lane] = carried[DA, lane]
+            of_end[OF_VELOCITY, lane] = carried[DB, lane]
+            of_end[OF_DECK_HEIGHT, lane] = carried[DY, lane]
+            of_end[OF_DECK_VELOCITY, lane] = carried[DZ, lane]
         landed = False
         while event < len(events) and events[event, contract.EVENT_TIME] <= after[TIME]:
             broke = events[event, contract.EVENT_CAUSE] != 0.0

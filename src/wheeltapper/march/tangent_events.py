@@ -40,17 +40,24 @@ from wheeltapper.march.tangent_path import (
     DY,
     DZ,
     LANES,
+    OF_SIZE,
+    OF_TIME,
     factor_tangent,
     path_tangent,
 )
 
 # The motion at a step's end, in its own variables.
 AFTER, FIRST, SECOND, THIRD, FOURTH = range(5)
+# The same as displacements, velocities and accelerations, and the contact force.
+(
+    PATH_HEIGHT, PATH_VELOCITY, PATH_BEND, WHEEL_HEIGHT, WHEEL_VELOCITY, WHEEL_BEND, DECK_HEIGHT, DECK_VELOCITY,
+    DECK_BEND, PUSH,
+) = range(10)  # fmt: skip
 
 
 @kernel
 def motion_at_end(numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatArray, here: FloatArray) -> None:
-    """Write path, velocity, acceleration of the path, y, v, a, Y, Z, Z', N at the end of a step, localised in S."""
+    """Write the motion at the end of a step, localised in S, from PATH_HEIGHT to PUSH."""
     on_deck = step[ON_DECK] != 0.0
     mass = numbers[contract.DECK_MASS]
     height, velocity, bend = path_at(end[AFTER], S)
@@ -74,16 +81,16 @@ def motion_at_end(numbers: FloatArray, step: FloatArray, end: FloatArray, S: Flo
         if on_deck:
             pull += numbers[contract.PRESTRESS] - force
         pull /= mass
-    here[0] = height
-    here[1] = velocity
-    here[2] = bend
-    here[3] = y
-    here[4] = v
-    here[5] = -1.0 - numbers[contract.STIFFNESS] * y - numbers[contract.DAMPING] * v + force
-    here[6] = end[THIRD]
-    here[7] = end[FOURTH]
-    here[8] = pull
-    here[9] = force
+    here[PATH_HEIGHT] = height
+    here[PATH_VELOCITY] = velocity
+    here[PATH_BEND] = bend
+    here[WHEEL_HEIGHT] = y
+    here[WHEEL_VELOCITY] = v
+    here[WHEEL_BEND] = -1.0 - numbers[contract.STIFFNESS] * y - numbers[contract.DAMPING] * v + force
+    here[DECK_HEIGHT] = end[THIRD]
+    here[DECK_VELOCITY] = end[FOURTH]
+    here[DECK_BEND] = pull
+    here[PUSH] = force
 
 
 @kernel
@@ -106,8 +113,8 @@ def enter_contact(step: FloatArray, carried: FloatArray, S: FloatArray, D: Float
 @kernel
 def land(here: FloatArray, carried: FloatArray, on_deck: bool, after: float, S: FloatArray, D: FloatArray) -> None:
     """Turn tangents at fixed time, before a landing, into those along it; `here` is the motion there."""
-    rate = here[1] - here[4] + (here[7] if on_deck else 0.0)
-    bend = here[2] - here[5] + (here[8] if on_deck else 0.0)
+    rate = here[PATH_VELOCITY] - here[WHEEL_VELOCITY] + (here[DECK_VELOCITY] if on_deck else 0.0)
+    bend = here[PATH_BEND] - here[WHEEL_BEND] + (here[DECK_BEND] if on_deck else 0.0)
     for lane in range(LANES):
         height, velocity = path_tangent(after, lane, S, D)
         gap = height - carried[DA, lane] + (carried[DY, lane] if on_deck else 0.0)
@@ -116,8 +123,8 @@ def land(here: FloatArray, carried: FloatArray, on_deck: bool, after: float, S: 
         carried[DT, lane] = delay
         carried[DA, lane] = 0.0
         carried[DB, lane] = sway + bend * delay
-        carried[DY, lane] += here[7] * delay
-        carried[DZ, lane] += here[8] * delay
+        carried[DY, lane] += here[DECK_VELOCITY] * delay
+        carried[DZ, lane] += here[DECK_BEND] * delay
 
 
 @kernel
@@ -130,13 +137,13 @@ def force_turns_on_or_off(
     There the rate is -1/η. `carried` are tangents at fixed time, `here` is the motion. Return how fast the rate
     passes that value.
     """
-    bend = here[2] - here[5] + (here[8] if on_deck else 0.0)
+    bend = here[PATH_BEND] - here[WHEEL_BEND] + (here[DECK_BEND] if on_deck else 0.0)
     for lane in range(LANES):
         _, velocity = path_tangent(after, lane, S, D)
         sway = velocity - carried[DB, lane] + (carried[DZ, lane] if on_deck else 0.0)
         moved = turns[contract.HYSTERESIS, lane] / numbers[contract.HYSTERESIS] ** 2
-        of_event[0, lane] = (moved - sway) / bend
-        of_event[1, lane] = moved
+        of_event[OF_TIME, lane] = (moved - sway) / bend
+        of_event[OF_SIZE, lane] = moved
     return abs(bend)
 
 
@@ -160,17 +167,17 @@ def leave_contact(
     for lane in range(LANES):
         dt = carried[DT, lane]
         height, velocity = path_tangent(end[AFTER], lane, S, D)
-        y = height + here[1] * dt - 2.0 * end[FIRST] * carried[DA, lane]
-        v = velocity + here[2] * dt - carried[DB, lane]
+        y = height + here[PATH_VELOCITY] * dt - 2.0 * end[FIRST] * carried[DA, lane]
+        v = velocity + here[PATH_BEND] * dt - carried[DB, lane]
         if on_deck:
             y += carried[DY, lane]
             v += carried[DZ, lane]
         carried[DU, lane] = carried[DA, lane]
         carried[DW, lane] = carried[DB, lane]
-        carried[DA, lane] = y - here[4] * dt
-        carried[DB, lane] = v - here[5] * dt
-        carried[DY, lane] -= here[7] * dt
-        carried[DZ, lane] -= here[8] * dt
+        carried[DA, lane] = y - here[WHEEL_VELOCITY] * dt
+        carried[DB, lane] = v - here[WHEEL_BEND] * dt
+        carried[DY, lane] -= here[DECK_VELOCITY] * dt
+        carried[DZ, lane] -= here[DECK_BEND] * dt
 
 
 @kernel
@@ -213,7 +220,7 @@ def corner_force(
     law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
     stiff = 2.0 * numbers[contract.QUADRATIC] + 3.0 * numbers[contract.CUBIC] * u
     dt = carried[DBREAK, lane] - carried[DT, lane]
-    bend = here[2] - here[5] + (here[8] if step[ON_DECK] != 0.0 else 0.0)
+    bend = here[PATH_BEND] - here[WHEEL_BEND] + (here[DECK_BEND] if step[ON_DECK] != 0.0 else 0.0)
     # From fixed s along the breakpoint: u·du is half the change of the indentation, so that u = 0 needs no division.
     half = u * carried[DU, lane] + 0.5 * w * dt
     change = factor * stiff * half * (1.0 + eta * w)
@@ -230,7 +237,7 @@ def leapt_force(
     """Write the derivative of a force that has jumped up at a breakpoint, along its motion, from the step behind it."""
     u, w = step[A], step[B]
     if step[PHASE] != CONTACT or not u > 0.0:
-        of_peak[1, :] = np.nan
+        of_peak[OF_SIZE, :] = np.nan
         return
     on_deck = step[ON_DECK] != 0.0
     height, velocity, bend = path_at(0.0, S)
@@ -252,7 +259,7 @@ def leapt_force(
         dt = carried[DBREAK, lane]
         change = factor * stiff * (u * carried[DA, lane] + 0.5 * w * dt) * grip
         change += factor * law * (eta * (carried[DB, lane] + bend * dt) + turns[contract.HYSTERESIS, lane] * w)
-        of_peak[1, lane] = change + (factor_tangent(0.0, lane, S, D) + rate * dt) * law * grip
+        of_peak[OF_SIZE, lane] = change + (factor_tangent(0.0, lane, S, D) + rate * dt) * law * grip
 
 
 @kernel
@@ -274,14 +281,15 @@ def force_jump(
     mass = numbers[contract.DECK_MASS]
     pull = 0.0
     if mass > 0.0:
-        pull = -numbers[contract.DECK_STIFFNESS] * here[6] - numbers[contract.DECK_DAMPING] * here[7]
+        pull = -numbers[contract.DECK_STIFFNESS] * here[DECK_HEIGHT]
+        pull -= numbers[contract.DECK_DAMPING] * here[DECK_VELOCITY]
         if on_deck:
             pull += numbers[contract.PRESTRESS] - force
         pull /= mass
-    leap = here[9] - force
+    leap = here[PUSH] - force
     if abs(leap) <= 1e-11 * (1.0 + abs(force)):
         leap = 0.0
-    deck_leap = here[8] - pull
+    deck_leap = here[DECK_BEND] - pull
     if abs(deck_leap) <= 1e-11 * (1.0 + abs(pull)):
         deck_leap = 0.0
     for lane in range(LANES):

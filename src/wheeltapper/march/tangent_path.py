@@ -38,6 +38,10 @@ LANES = 8
 # the time of the next breakpoint; u and w once more, at the end of a contact step.
 DT, DA, DB, DY, DZ, DSHIFT, DBREAK, DU, DW = range(9)
 CARRIED = 9
+# What is found: of events and peaks the derivative of the time, then of the rate or of the force; of the start and of
+# the end those of the wheel's displacement and velocity, then of the deck's.
+OF_TIME, OF_SIZE = range(2)
+OF_HEIGHT, OF_VELOCITY, OF_DECK_HEIGHT, OF_DECK_VELOCITY = range(4)
 
 
 @kernel

@@ -8,11 +8,8 @@ from wheeltapper.march.layout import FACTOR_DEGREE, FLIGHT_ORDER, HERE, N, T, U,
 from wheeltapper.march.program import CONTACT, LENGTH, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate, evaluate_derivative
 from wheeltapper.march.step import time_to
-from wheeltapper.march.tangent_path import LANES
+from wheeltapper.march.tangent_path import LANES, OF_SIZE, OF_TIME
 from wheeltapper.march.tangent_series import at
-
-# What is found: of events and peaks the derivative of the time, then of the rate or of the force.
-OF_TIME, OF_SIZE = 0, 1
 
 
 @kernel

@@ -12,8 +12,7 @@ from wheeltapper.march.roots import evaluate_derivative
 from wheeltapper.march.series import contact_series
 from wheeltapper.march.step import time_to
 from wheeltapper.march.tangent_events import AFTER, FIRST, FOURTH, SECOND, THIRD
-from wheeltapper.march.tangent_path import DA, DB, DT, LANES
-from wheeltapper.march.tangent_peaks import OF_SIZE, OF_TIME
+from wheeltapper.march.tangent_path import DA, DB, DT, LANES, OF_SIZE, OF_TIME
 from wheeltapper.march.unrolled_tangent import tangent_flat_12, tangent_wave_12
 
 

@@ -7,7 +7,7 @@ step, all works and losses by amount, and the energy of the contact at rest.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -35,25 +35,21 @@ def is_ready(lowered: Lowered) -> bool:
     from wheeltapper.march.balance import balance_kernel
     from wheeltapper.march.kernel import is_compiled
 
-    return is_compiled(balance_kernel, (*_arguments(lowered), np.empty((1, 1)), np.empty(1), np.empty(1)))
-
-
-def _arguments(lowered: Lowered) -> tuple[Any, ...]:
-    program = lowered.program
-    return program.pieces, program.numbers, program.law, program.damper if len(program.damper) else None
+    program, tables = lowered.program, (np.empty((1, 1)), np.empty(1), np.empty(1))
+    return is_compiled(balance_kernel, (program.pieces, program.numbers, *program.law_and_damper, *tables))
 
 
 def missing_part(lowered: Lowered, march: March) -> float:
     """Return the largest part of the energy exchanged that was missing at any time of a march; NaN where it is lost."""
     from wheeltapper.march import balance
 
-    sums, steps = np.zeros(balance.SUMS), march.steps
-    pieces, numbers, law, damper = _arguments(lowered)
+    sums, steps, numbers = np.zeros(balance.SUMS), march.steps, lowered.program.numbers
+    law, damper = lowered.program.law_and_damper
     for first in range(0, len(steps), CHUNK):
         progress.report("checking the energy", first, len(steps))
         after = first + CHUNK
         last = steps[after] if after < len(steps) else march.state
-        balance.balance_kernel(pieces, numbers, law, damper, steps[first:after], last, sums)
+        balance.balance_kernel(march.pieces, numbers, law, damper, steps[first:after], last, sums)
     exchanged = sums[balance.WORKED] + sums[balance.LARGEST_KINETIC] + sums[balance.LARGEST_ELASTIC] + AT_REST
     missing = sums[balance.LARGEST_MISSING] if np.isfinite(sums[balance.MISSING]) else np.nan
     return float(missing / exchanged)

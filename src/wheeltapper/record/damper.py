@@ -19,42 +19,36 @@ FloatArray = NDArray[np.float64]
 
 KINDS = ("reached", "left")
 SIDES = ("lower", "upper")
-NO_STOPS = np.empty((0, contract.STOP_COLUMNS))
-"""Events of a damper without an end of its own."""
 
 
 def sampled(lowered: Lowered, march: March, times: FloatArray) -> FloatArray:
     """Return the dense output at rising times (scaled); columns for a damper's own end follow where there is one."""
-    from wheeltapper.march import damper_dense, dense
+    from wheeltapper.march import dense
 
     program = lowered.program
-    if not len(program.damper):
-        out = np.empty((len(times), dense.OUT_COLUMNS))
-        dense.dense(program.pieces, program.numbers, program.law, march.steps, times, out)
-        return out
-    out = np.empty((len(times), damper_dense.ENDED_OUT_COLUMNS))
-    damper_dense.dense(program.pieces, program.numbers, program.damper, march.steps, times, out)
+    out = np.empty((len(times), dense.ENDED_OUT_COLUMNS if len(program.damper) else dense.OUT_COLUMNS))
+    dense.dense(march.pieces, program.numbers, *program.law_and_damper, march.steps, times, out)
     return out
 
 
 def columns(lowered: Lowered, rows: FloatArray) -> dict[str, FloatArray]:
     """Return what rows of the dense output tell of the end, in SI units."""
-    from wheeltapper.march import damper_dense
+    from wheeltapper.march import dense
 
     return {
-        "damper_end_displacement": rows[:, damper_dense.OUT_END_Y] * lowered.length,
-        "damper_force": rows[:, damper_dense.OUT_DAMPER_FORCE] * lowered.force,
+        "damper_end_displacement": rows[:, dense.OUT_END_Y] * lowered.length,
+        "damper_force": rows[:, dense.OUT_DAMPER_FORCE] * lowered.force,
     }
 
 
 def stored(lowered: Lowered, ends: FloatArray) -> float:
     """Return the elastic energy of the bush (scaled), from a row of the dense output."""
-    from wheeltapper.march import damper_dense
+    from wheeltapper.march import dense
 
     damper = lowered.program.damper
     if not len(damper) or damper[contract.DAMPER_BUSH] == 0.0:
         return 0.0
-    return float(0.5 * ends[damper_dense.OUT_DAMPER_FORCE] ** 2 / damper[contract.DAMPER_BUSH])
+    return float(0.5 * ends[dense.OUT_DAMPER_FORCE] ** 2 / damper[contract.DAMPER_BUSH])
 
 
 def events(lowered: Lowered, stops: FloatArray) -> xr.Dataset:

@@ -45,18 +45,14 @@ class Integrals:
 
 def integrate(lowered: Lowered, march: March) -> Integrals:
     """Integrate over every step of a march."""
-    from wheeltapper.march import damper_dense, dense
+    from wheeltapper.march import dense
 
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     program = lowered.program
-    has_end = len(program.damper) > 0
     columns = np.zeros((len(march.steps), dense.INTEGRALS))
-    ends = np.zeros((len(march.steps), 2, damper_dense.ENDED_OUT_COLUMNS if has_end else dense.OUT_COLUMNS))
+    ends = np.zeros((len(march.steps), 2, dense.ENDED_OUT_COLUMNS if len(program.damper) else dense.OUT_COLUMNS))
     rule = (0.5 * (nodes + 1.0), 0.5 * weights)
-    if has_end:
-        damper_dense.integrals(program.pieces, program.numbers, program.damper, march.steps, *rule, columns, ends)
-    else:
-        dense.integrals(program.pieces, program.numbers, program.law, march.steps, *rule, columns, ends)
+    dense.integrals(march.pieces, program.numbers, *program.law_and_damper, march.steps, *rule, columns, ends)
     elastic = _elastic(lowered, march, ends)
     yields = march.steps[:, contract.PHASE] >= contract.YIELDING
     if np.any(yields):
@@ -81,7 +77,7 @@ def _elastic(lowered: Lowered, march: March, ends: FloatArray) -> FloatArray:
 
 def _factors(lowered: Lowered, march: March) -> FloatArray:
     """Return the factor on the contact force at both ends of each step, each taken in the step's own piece."""
-    rows = lowered.program.pieces[march.steps[:, contract.PIECE].astype(int)]
+    rows = march.pieces[march.steps[:, contract.PIECE].astype(int)]
     if np.all(rows[:, contract.FACTOR_DEGREE] < 0):
         return np.ones((len(rows), 2))
     pace = lowered.program.numbers[contract.PACE]

@@ -55,11 +55,9 @@ class Record:
     _share = "wheelset"
     """Whose force is told."""
 
-    def __init__(
-        self, scenario: Scenario, method: str, lowered: Lowered, march: March, stops: FloatArray = damper.NO_STOPS
-    ) -> None:
+    def __init__(self, scenario: Scenario, method: str, lowered: Lowered, march: March) -> None:
         self.scenario, self.method = scenario, method
-        self._lowered, self._march, self._stops = lowered, march, stops
+        self._lowered, self._march = lowered, march
         self.notes = lowered.notes
 
     @property
@@ -149,7 +147,7 @@ class Record:
     @cached_property
     def damper_events(self) -> xr.Dataset:
         """Stops that the damper's end meets ("reached") and leaves ("left"): time, kind, side; with play only."""
-        return damper.events(self._lowered, self._stops)
+        return damper.events(self._lowered, self._march.stops)
 
     def _largest_between(self, start: FloatArray, end: FloatArray) -> FloatArray:
         times, forces = self.peaks.time.values, self.peaks.normal_force.values

@@ -8,28 +8,22 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
-from typing import TYPE_CHECKING, Literal, overload
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Literal, overload
 
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.progress import Progress, report, reporting, say, watched
-from wheeltapper.lower.build import Lowered, lower
+from wheeltapper.lower.build import lower
 from wheeltapper.march import program as contract
 from wheeltapper.march import telling
 from wheeltapper.march.blocks import cores
 from wheeltapper.record import balanced, extent
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
-from wheeltapper.record.damper import NO_STOPS
 from wheeltapper.record.record import Record
 from wheeltapper.record.rigid import rigid_track
-
-if TYPE_CHECKING:
-    from wheeltapper.march.single import March
+from wheeltapper.record.yielded import beyond_law
 
 Method = Literal["default", "strict"]
 
@@ -41,6 +35,13 @@ class ModelWarning(UserWarning):
 DOUBTS = ("cannot follow", "energy back than it took", "holds up to", "is implausible")
 """Words of the notes that put a result's meaning in doubt."""
 
+
+MARCHES = {
+    (False, False): "the wheelset's march",
+    (True, False): "the yielding contact's march",
+    (False, True): "the march with a damper's end",
+}
+"""What is compiled, by whether the contact yields and the damper has an end of its own."""
 
 _compiled: set[str] = set()
 
@@ -151,49 +152,19 @@ def _of_wheelset(scenario: Scenario, method: str) -> Record:
     lowered = lower(scenario, method)
     extent.check_pieces(scenario, lowered)
     tell = extent.teller("marching", lowered.time, scenario.duration, telling.CHUNK, extent.ROW_BYTES)
-    if isinstance(scenario.contact, ElasticPlastic):
-        return _of_yielding(scenario, scenario.contact, method, lowered, tell)
-    warn_of(lowered.notes, depth=5)
-    if scenario.vehicle.damper_end:
-        return _with_end(scenario, method, lowered, tell)
     from wheeltapper.march.single import is_ready, march
 
     if not is_ready(lowered.program):
-        say_that_it_compiles("the wheelset's march")
-    return _checked(scenario, method, lowered, march(lowered.program, tell))
-
-
-def _with_end(scenario: Scenario, method: str, lowered: Lowered, tell: telling.Tell) -> Record:
-    from wheeltapper.march import damper_end
-
-    if not damper_end.is_ready(lowered.program):
-        say_that_it_compiles("the march with a damper's end")
-    march, stops = damper_end.march(lowered.program, tell)
-    return _checked(scenario, method, lowered, march, stops)
-
-
-def _of_yielding(scenario: Scenario, law: ElasticPlastic, method: str, lowered: Lowered, tell: telling.Tell) -> Record:
-    from wheeltapper.march import yielding
-    from wheeltapper.record.yielded import beyond_law
-
-    if not yielding.is_ready(lowered.program):
-        say_that_it_compiles("the yielding contact's march")
-    march, pieces = yielding.march(lowered.program, tell)
-    largest = float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * lowered.force
-    notes = lowered.notes + beyond_law(law, lowered, largest)
-    warn_of(notes, depth=6)
-    program = lowered.program._replace(pieces=pieces)
-    return _checked(scenario, method, replace(lowered, program=program, notes=notes), march)
-
-
-def _checked(
-    scenario: Scenario, method: str, lowered: Lowered, march: March, stops: NDArray[np.float64] = NO_STOPS
-) -> Record:
-    """Return the record of a march, after a look at its energy."""
+        say_that_it_compiles(MARCHES[len(lowered.program.law) > 0, len(lowered.program.damper) > 0])
+    found = march(lowered.program, tell)
+    if isinstance(scenario.contact, ElasticPlastic):
+        largest = float(found.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * lowered.force
+        lowered = replace(lowered, notes=lowered.notes + beyond_law(scenario.contact, lowered, largest))
+    warn_of(lowered.notes, depth=5)
     if not balanced.is_ready(lowered):
         say_that_it_compiles("the energy's check")
-    status, notes = balanced.judged(march.status, balanced.missing_part(lowered, march))
-    return Record(scenario, method, replace(lowered, notes=lowered.notes + notes), march._replace(status=status), stops)
+    status, notes = balanced.judged(found.status, balanced.missing_part(lowered, found))
+    return Record(scenario, method, replace(lowered, notes=lowered.notes + notes), found._replace(status=status))
 
 
 def _of_wagon(scenario: Scenario, method: str) -> Record:

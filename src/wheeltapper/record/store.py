@@ -97,7 +97,7 @@ def _wheelset_tables(record: Record) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the tables and attributes that only a core model has."""
     lowered = record._lowered
     tables = {
-        "program_pieces": (("piece", "piece_column"), lowered.program.pieces),
+        "program_pieces": (("piece", "piece_column"), record._march.pieces),
         "program_numbers": (("number",), lowered.program.numbers),
         "units": (("unit",), np.array(_units(lowered))),
     }
@@ -105,7 +105,7 @@ def _wheelset_tables(record: Record) -> tuple[dict[str, Any], dict[str, Any]]:
         tables["program_law"] = (("law_piece", "law_column"), lowered.program.law)
     if len(lowered.program.damper):
         tables["program_damper"] = (("damper_entry",), lowered.program.damper)
-        tables["march_stops"] = (("damper_event", "stop_column"), record._stops)
+        tables["march_stops"] = (("damper_event", "stop_column"), record._march.stops)
     return tables, {"loop": [lowered.table.loop, lowered.table.loop_join]}
 
 
@@ -203,8 +203,8 @@ def _wheelset_record(scenario: Scenario, data: Any) -> Record:
     length, time, force, static, constant = units.tolist()
     lowered = Lowered(program, Table(program.pieces, loop, join), length, time, force, static, constant, notes(data))
     steps, events, peaks, state, stops = march_of(data, program)
-    march = March(choice(data, "status", int, OUTCOMES), steps, events, peaks, state)
-    return Record(scenario, method_of(data), lowered, march, stops)
+    march = March(choice(data, "status", int, OUTCOMES), steps, events, peaks, state, stops, program.pieces)
+    return Record(scenario, method_of(data), lowered, march)
 
 
 def check_wear(data: Any) -> Any:
