@@ -12,6 +12,9 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, BeforeValidator
 from pydantic_core import PydanticUndefined
 
+from wheeltapper.describe.choice import OneOf
+from wheeltapper.describe.registry import choices
+
 HEADING = "Parameters\n----------\n"
 
 
@@ -37,6 +40,9 @@ def signature(kind: type[BaseModel]) -> Signature:
 
 def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
     """Return what may be given for a field of some type, without how it is read and checked."""
+    family = next((one.family for one in metadata if isinstance(one, OneOf)), None)
+    if family is not None:
+        return " | ".join(kind.__name__ for kind in choices(family))
     given = [one.json_schema_input_type for one in metadata if isinstance(one, BeforeValidator)]
     if given and given[0] is not PydanticUndefined:
         return str(given[0])

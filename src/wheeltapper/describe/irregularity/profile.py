@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import inf
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,10 @@ def _refused(found: str) -> InputError:
     return InputError("", "function", found, "a function from position in m to height in m, a finite real number each")
 
 
+def _waves(x: NDArray[Any]) -> Any:
+    return 1e-4 * np.sin(20.0 * x) ** 2
+
+
 class Profile(Irregularity):
     """The height of the rail as a function of position, smooth between its breakpoints.
 
@@ -45,6 +49,7 @@ class Profile(Irregularity):
         Length in m over which the function varies; by default a thousandth of the shortest smooth part, or 1 mm.
     """
 
+    example: ClassVar[dict[str, Any]] = {"function": _waves, "breakpoints": (0.2,)}
     function: Callable[..., Any]
     breakpoints: tuple[Length, ...] = ()
     start: Length | None = None

@@ -12,7 +12,11 @@ BUILT_IN = ("S1002", "60E1")
 """Profiles that need no file."""
 
 
-class WheelRail(Noun):
+class Profiles(Noun, abstract=True):
+    """The surfaces of wheels and rails."""
+
+
+class WheelRail(Profiles):
     """Profiles of wheels and rails, the same on both sides.
 
     Parameters
@@ -51,7 +55,7 @@ class WheelRail(Noun):
         return self
 
 
-class Cones(Noun):
+class Cones(Profiles):
     """Conical wheels on rails that touch them at one place.
 
     Parameters

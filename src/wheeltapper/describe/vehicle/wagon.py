@@ -6,28 +6,20 @@ import tomllib
 from importlib.resources import files
 from typing import Annotated, Any
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, model_validator
 
-from wheeltapper.describe.noun import Acceleration, Mass, Noun, PositiveStiffness
+from wheeltapper.describe.choice import OneOf
+from wheeltapper.describe.noun import Acceleration, Mass, PositiveStiffness
+from wheeltapper.describe.registry import choices
+from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.body import Axle, Body
-from wheeltapper.describe.vehicle.element import GROUND, Damper, Link, Spring, Stop
+from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Spring, Stop
 from wheeltapper.ground.errors import InputError, shown, suggested
 
-ELEMENTS = (Spring, Damper, Stop, Link)
+AnyElement = Annotated[Element, OneOf(Element)]
 
 
-def _kind(value: Any) -> str | None:
-    return value.get("type") if isinstance(value, dict) else type(value).__name__
-
-
-AnyElement = Annotated[
-    Annotated[Spring, Tag("Spring")] | Annotated[Damper, Tag("Damper")] | Annotated[Stop, Tag("Stop")]
-    | Annotated[Link, Tag("Link")],
-    Discriminator(_kind),
-]  # fmt: skip
-
-
-class Wagon(Noun):
+class Wagon(Vehicle):
     """A vehicle of rigid bodies on wheelsets (the paper, section 4).
 
     Bodies and wheelsets move a little about a steady run along the track: x forward, y left, z up.
@@ -78,8 +70,8 @@ class Wagon(Noun):
 
     def with_element(self, element: Any) -> Wagon:
         """Return the wagon with one more element, or with another one of that name."""
-        if not isinstance(element, ELEMENTS):
-            raise InputError("", "element", shown(element), ", ".join(kind.__name__ for kind in ELEMENTS))
+        if not isinstance(element, Element):
+            raise InputError("", "element", shown(element), ", ".join(kind.__name__ for kind in choices(Element)))
         if any(element.name == held.name for held in self.elements):
             return self._with(tuple(element if element.name == held.name else held for held in self.elements))
         return self._with((*self.elements, element))
@@ -120,7 +112,7 @@ class Wagon(Noun):
         return _coach(data, series_springs)
 
 
-class ErriB176(Noun):
+class ErriB176(Vehicle):
     """What a file says instead of bodies, axles and elements: the ERRI B176 coach, perhaps with faults.
 
     Parameters

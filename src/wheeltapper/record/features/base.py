@@ -1,0 +1,205 @@
+"""What every feature is, how it is registered and found, and features of one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.registry import register, registered
+from wheeltapper.ground.arguments import as_count
+from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.outcome import Outcome
+from wheeltapper.record.trains import Trains, Values
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wheeltapper.record.record import Record
+
+__all__ = ["Feature", "Train", "custom", "feature", "named"]
+
+ROOM = "wheeltapper.record.features"
+Until = Literal["impact", "loss", "end"]
+Maker = TypeVar("Maker", bound="Callable[..., Feature]")
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A number that an impact train gives away.
+
+    Attributes
+    ----------
+    name
+        What the variable of a map is called.
+    unit
+        SI unit, "" for a ratio.
+    definition
+        One sentence.
+    impacts
+        How many impacts it needs; with fewer it is NaN.
+    until
+        When it is known: at that "impact", at the first "loss" of contact after it, or at the "end" of the run.
+    of
+        From the trains of some cells to one value per cell.
+    differentiable
+        False where it counts something: then it has no gradient.
+    tally
+        True where it needs impulses or the highest position, which cost more than events and force maxima.
+    """
+
+    name: str
+    unit: str
+    definition: str
+    impacts: int
+    until: Until
+    of: Callable[[Trains], Values]
+    differentiable: bool = True
+    tally: bool = False
+
+    def renamed(self, name: str) -> Feature:
+        """Return the same feature under another name, so that a map can hold two of a kind."""
+        return replace(self, name=name)
+
+    @overload
+    def __call__(self, of: Trains) -> Values: ...
+    @overload
+    def __call__(self, of: Record) -> xr.DataArray: ...
+    def __call__(self, of: Trains | Record) -> Values | xr.DataArray:
+        """Return the feature of a record, or of each train of cells.
+
+        Parameters
+        ----------
+        of
+            A record; of a wagon's the feature has one value per wheel, for the contact of its tread.
+
+        Returns
+        -------
+        xarray.DataArray
+            With unit and definition: one number, of a wagon over `wheelset` and `side`. NaN where there are too few
+            impacts, or the run broke off.
+
+        Raises
+        ------
+        InputError
+            If it is no record.
+        """
+        if isinstance(of, Trains):
+            return self._of_trains(of)
+        from wheeltapper.record.record import Record
+        from wheeltapper.record.record_trains import labelled, static_forces, trains_of
+
+        if not isinstance(of, Record):
+            raise InputError("", self.name, f"a {type(of).__name__}", "a record: what `wheeltapper.simulate` returns")
+        whole = of.outcome is Outcome.COMPLETED
+        values = self._of_trains(trains_of(of, self.tally)) if whole else np.full(static_forces(of).size, np.nan)
+        return labelled(of, values, {"units": self.unit, "long_name": self.definition})
+
+    def _of_trains(self, trains: Trains) -> Values:
+        with np.errstate(invalid="ignore", divide="ignore"):
+            values = np.asarray(self.of(trains))
+        known = trains.whole & (trains.impacts.count >= self.impacts)
+        return np.where(known, values, np.nan)
+
+
+def feature(make: Maker) -> Maker:
+    """Register a function that makes a feature: files and maps then know it by its name.
+
+    Parameters
+    ----------
+    make
+        Returns a `Feature`, perhaps by arguments that all have defaults; its name is the feature's.
+    """
+    register(make, ROOM)
+    return make
+
+
+def check_order(first: int, second: int) -> None:
+    """Refuse numbers of impacts that are not two in order."""
+    if not as_count(first, "first") < as_count(second, "second"):
+        raise InputError("", "features", f"impacts {first} and {second}", "two impacts, counted from 1, in order")
+
+
+@dataclass(frozen=True)
+class Train:
+    """The impact train of one cell, as a user's own feature reads it; arrays in order of time.
+
+    Attributes
+    ----------
+    loss_time, impact_time
+        s.
+    closing_speed
+        Indentation rate at each impact, m/s.
+    peak_time, peak_force, peak_impact
+        Force maxima: s, N, and how many impacts came before.
+    static_force
+        N0, N.
+    """
+
+    loss_time: NDArray[Any]
+    impact_time: NDArray[Any]
+    closing_speed: NDArray[Any]
+    peak_time: NDArray[Any]
+    peak_force: NDArray[Any]
+    peak_impact: NDArray[Any]
+    static_force: float
+
+
+def custom(
+    function: Callable[[Train], float], name: str, unit: str = "", definition: str = "", impacts: int = 0,
+    until: Until = "end",
+) -> Feature:  # fmt: skip
+    """Return a feature of one's own.
+
+    Parameters
+    ----------
+    function
+        From the `Train` of one cell to a number; NaN where it has none. With gradients the train's arrays are complex,
+        which arithmetic and NumPy's functions carry through.
+    name, unit, definition
+        For tables and plots.
+    impacts
+        How many impacts it needs; with fewer it is NaN and the function is not called.
+    until
+        When it is known: at that "impact", at the first "loss" after it, or at the "end" of the run.
+    """
+
+    def each(trains: Trains) -> Values:
+        long_enough = trains.whole & (trains.impacts.count >= impacts)
+        values = [function(_train(trains, cell)) if long_enough[cell] else np.nan for cell in range(trains.cells)]
+        return np.asarray(values)
+
+    return Feature(name, unit, definition or (function.__doc__ or name).strip(), impacts, until, each)
+
+
+def _train(trains: Trains, cell: int) -> Train:
+    def part(rows: Any, column: str) -> NDArray[Any]:
+        return np.asarray(rows.columns[column][rows.first[cell] : rows.first[cell + 1]])
+
+    return Train(
+        part(trains.losses, "time"), part(trains.impacts, "time"), part(trains.impacts, "rate"),
+        part(trains.peaks, "time"), part(trains.peaks, "force"), part(trains.peaks, "impact").real.astype(int),
+        trains.static_force[cell],
+    )  # fmt: skip
+
+
+def named(what: Any) -> Feature:
+    """Return a registered feature from its name, or from a table with its name as `type` and its arguments.
+
+    A `name` in the table is what the variable is called.
+    """
+    table = {"type": what} if isinstance(what, str) else dict(what) if isinstance(what, dict) else {}
+    kind, name = table.pop("type", None), table.pop("name", None)
+    known = registered(ROOM)
+    if not isinstance(kind, str) or kind not in known:
+        raise InputError("", "features", shown(what), suggested(str(kind), known))
+    if name is not None and not isinstance(name, str):
+        raise InputError("", f"features.{kind}.name", shown(name), "a text")
+    try:
+        made: Feature = known[kind](**table)
+    except TypeError as error:
+        raise InputError("", f"features.{kind}", repr(table), f"arguments of {kind} ({error})") from error
+    return made if name is None else made.renamed(name)
