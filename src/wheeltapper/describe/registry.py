@@ -61,9 +61,10 @@ def _origin(thing: Any) -> str:
 
 def forget(thing: Any) -> None:
     """Undo a registration."""
+    name = thing.__name__
     for held in _held.values():
-        if held.get(thing.__name__) is thing:
-            del held[thing.__name__]
+        if held.get(name) is thing:
+            del held[name]
     _abstract.discard(thing)
 
 
@@ -83,7 +84,7 @@ def search(room: str) -> None:
 @cache
 def modules(room: str) -> tuple[str, ...]:
     """Return the names of a room's modules."""
-    return tuple(sorted(module.name for module in pkgutil.iter_modules(sys.modules[room].__path__)))
+    return tuple(sorted(module.name for module in pkgutil.iter_modules(import_module(room).__path__)))
 
 
 def registered(room: str) -> dict[str, Any]:

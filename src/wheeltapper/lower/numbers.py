@@ -107,6 +107,7 @@ def _hysteresis(value: Fields) -> Numbers:
 
 def units_of(value: Fields) -> Units:
     """Return the units of a scenario's cells (static force still missing: it is the program's prestress)."""
+    _check_known(value)
     mass = value("vehicle.mass")
     weight = np.asarray(value("vehicle.load") + mass * value("vehicle.gravity"))
     constant = _contact_constant(value)
@@ -122,7 +123,6 @@ def numbers_of(value: Fields, placing: Placing, method: Method, *, end_apart: bo
     """
     if not end_apart:
         check_held(value.scenario.vehicle, value.changed)
-    _check_known(value)
     units = units_of(value)
     length, time, mass = units.length, units.time, value("vehicle.mass")
     speed = value("speed")
