@@ -186,8 +186,8 @@ def wear(
     try:
         with progress_bar("passes") as (progress, _):
             found = wear_in(
-                scenario, passes, hardening=hardening, speed_scatter=speed_scatter, load_scatter=load_scatter,
-                start_scatter=start_scatter, seed=seed, every=every, samples=samples, method=method, store=output,
+                scenario, passes, hardening=hardening, seed=seed, every=every, samples=samples, method=method,
+                scatter={"speed": speed_scatter, "load": load_scatter, "start": start_scatter}, store=output,
                 progress=progress,
             )  # fmt: skip
     except InputError as error:
