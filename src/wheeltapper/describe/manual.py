@@ -67,7 +67,7 @@ def listed(room: str) -> str:
     rows = [".. list-table::", "   :widths: 45 55", ""]
     for name, thing in registered(room).items():
         if not is_abstract(thing):
-            first = " ".join(inspect.getdoc(thing).partition("\n\n")[0].split()).removeprefix("Return ")
+            first = " ".join((inspect.getdoc(thing) or "").partition("\n\n")[0].split()).removeprefix("Return ")
             words = re.sub(r"([*|\\])", r"\\\1", first).replace("`", "``")
             rows += [f"   * - ``{name}({_arguments(thing)})``", f"     - {words}"]
     return "\n".join([*rows, ""])
