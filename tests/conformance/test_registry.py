@@ -190,6 +190,35 @@ def test_what_is_described_only_is_refused_in_one_line_and_never_taken_for_anoth
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("family", "field", "scene"),
+    [
+        (wt.vehicles.Vehicle, "vehicle", SCENE),
+        (wt.contact.ElasticContact, "contact", SCENE),
+        (wt.tracks.Track, "track", wagon()),
+        (wt.creep.CreepLaw, "creep", wagon()),
+    ],
+)
+def test_a_kind_that_no_march_knows_is_refused_in_every_field(family, field, scene):
+    with undone():
+        mine = type("Mine", (family,), {"__module__": "mine"})
+        with pytest.raises(wt.InputError, match=rf"^{field}: found Mine, of which nothing is lowered; allowed: "):
+            wt.simulate(wt.Scenario(**scene | {field: mine()}))
+
+
+def test_a_vehicle_that_stands_for_a_wagon_is_that_wagon():
+    with undone():
+        table = wagon()["vehicle"]
+
+        class Known(wt.vehicles.Vehicle):
+            """A wagon of the library of somebody."""
+
+            def wagon(self):
+                return wt.Wagon.model_validate(table)
+
+        assert wt.Scenario(**wagon(vehicle={"type": "Known"})) == wt.Scenario(**wagon())
+
+
 def test_a_name_that_is_taken_is_refused_and_a_cell_that_runs_again_is_not():
     with undone():
         with pytest.raises(wt.InputError, match=r"^Step: found a second Step, beside that of wheeltapper"):

@@ -21,7 +21,7 @@ class CreepLaw(Noun, abstract=True):
     """
 
     example: ClassVar[dict[str, Any]] = {}
-    """Fields of one: what the conformance tests try."""
+    """Fields of one of them; the conformance tests try it."""
     spin_range: ClassVar[float | None] = None
     """So much of the friction limit may the linear spin force by itself use, for the law to hold; None: any."""
     friction: Friction = 0.4

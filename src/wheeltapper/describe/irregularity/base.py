@@ -19,7 +19,7 @@ class Irregularity(Noun, abstract=True):
     """A deviation of a rolling surface, m, upwards positive; material missing on a wheel is negative."""
 
     example: ClassVar[dict[str, Any]]
-    """Fields of one that a wheel feels within 0.36 m: what the conformance tests try."""
+    """Fields of one of them, felt within the first 0.36 m; the conformance tests try it."""
     borne: ClassVar[Literal["rail", "wheel"]] = "rail"
 
     def course(self, radius: float) -> Course:

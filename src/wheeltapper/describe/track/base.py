@@ -11,4 +11,4 @@ class Track(Noun, abstract=True):
     """What carries the rail."""
 
     example: ClassVar[dict[str, Any]] = {}
-    """Fields of one: what the conformance tests try."""
+    """Fields of one of them; the conformance tests try it."""

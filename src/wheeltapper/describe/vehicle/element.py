@@ -31,7 +31,7 @@ class Element(Noun, abstract=True):
     """
 
     example: ClassVar[dict[str, Any]]
-    """Fields of one beside those that all have: what the conformance tests try."""
+    """Fields of one of them, beside those that all have; the conformance tests try it."""
     name: str = Field(min_length=1)
     between: tuple[str, str]
     at: tuple[Length, Length, Length]

@@ -144,8 +144,8 @@ class ErriB176(Vehicle):
 
 
 def made(vehicle: Any) -> Any:
-    """Return the wagon where a vehicle is described by its name."""
-    return vehicle.wagon() if isinstance(vehicle, ErriB176) else vehicle
+    """Return the wagon that a vehicle stands for, where it has a method `wagon`."""
+    return vehicle.wagon() if hasattr(vehicle, "wagon") else vehicle
 
 
 def _coach(data: dict[str, Any], series_springs: bool) -> Wagon:
