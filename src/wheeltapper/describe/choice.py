@@ -28,7 +28,7 @@ class OneOf:
         """Return the noun that is given, or that a table describes."""
         if isinstance(value, self.family) and not is_abstract(type(value)):
             return value
-        return _union(choices(self.family)).validate_python(value)
+        return _union(choices(self.family)).validator.validate_python(value)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)

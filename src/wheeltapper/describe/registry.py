@@ -52,6 +52,7 @@ def register(thing: Any, room: str, *, abstract: bool = False) -> None:
     _held[room][name] = thing
     if abstract:
         _abstract.add(thing)
+    choices.cache_clear()
 
 
 def _origin(thing: Any) -> str:
@@ -66,6 +67,7 @@ def forget(thing: Any) -> None:
         if held.get(name) is thing:
             del held[name]
     _abstract.discard(thing)
+    choices.cache_clear()
 
 
 def is_abstract(kind: type[Any]) -> bool:
@@ -100,6 +102,7 @@ def everything() -> dict[str, Any]:
     return {name: thing for held in _held.values() for name, thing in held.items()}
 
 
+@cache
 def choices(family: type[Any]) -> tuple[type[Any], ...]:
     """Return all nouns of a family that can be made, sorted by their names."""
     return tuple(
