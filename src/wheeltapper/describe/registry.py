@@ -22,6 +22,8 @@ _held: dict[str, dict[str, Any]] = {}
 """What is registered, by room and name."""
 _abstract: set[Any] = set()
 """Nouns that only others are made of."""
+_choices: dict[Any, tuple[type[Any], ...]] = {}
+"""What `choices` has found since the last registration."""
 _rooms: list[str] = []
 _searched: set[str] = set()
 """Rooms whose modules are all imported."""
@@ -52,7 +54,7 @@ def register(thing: Any, room: str, *, abstract: bool = False) -> None:
     _held[room][name] = thing
     if abstract:
         _abstract.add(thing)
-    choices.cache_clear()
+    _choices.clear()
 
 
 def _origin(thing: Any) -> str:
@@ -67,7 +69,7 @@ def forget(thing: Any) -> None:
         if held.get(name) is thing:
             del held[name]
     _abstract.discard(thing)
-    choices.cache_clear()
+    _choices.clear()
 
 
 def is_abstract(kind: type[Any]) -> bool:
@@ -102,12 +104,12 @@ def everything() -> dict[str, Any]:
     return {name: thing for held in _held.values() for name, thing in held.items()}
 
 
-@cache
 def choices(family: type[Any]) -> tuple[type[Any], ...]:
     """Return all nouns of a family that can be made, sorted by their names."""
-    return tuple(
-        kind for kind in registered(home(family)).values() if issubclass(kind, family) and not is_abstract(kind)
-    )
+    if family not in _choices:
+        kinds = registered(home(family)).values()
+        _choices[family] = tuple(kind for kind in kinds if issubclass(kind, family) and not is_abstract(kind))
+    return _choices[family]
 
 
 def room(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
