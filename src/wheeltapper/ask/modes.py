@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.describe.vehicle.wagon import Wagon
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.arguments import check_flag
+from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.standing import jacobian
 from wheeltapper.lower.wagon import DECK, LoweredWagon, lower_wagon
 from wheeltapper.march import assembly as contract
@@ -43,12 +44,10 @@ class Linear:
     mass: FloatArray
 
 
-def as_wagon(scenario: Scenario, verb: str) -> Wagon:
-    """Return the scenario's wagon, or say that `verb` needs one."""
-    if not isinstance(scenario, Scenario):
-        raise InputError("", "scenario", shown(scenario), "a Scenario with a Wagon")
+def wagon_of(scenario: Scenario) -> Wagon:
+    """Return the scenario's wagon, or say that one is needed."""
     if not isinstance(scenario.vehicle, Wagon):
-        raise InputError("", "vehicle", f"a {type(scenario.vehicle).__name__}", f"a Wagon, whose {verb} can be told")
+        raise InputError("", "vehicle", f"a {type(scenario.vehicle).__name__}", "a Wagon")
     return scenario.vehicle
 
 
@@ -99,7 +98,8 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
     import xarray as xr
 
     scenario = as_scenario(scenario)
-    wagon = as_wagon(scenario, "modes")
+    check_flag(fixed_wheelsets, "fixed_wheelsets")
+    wagon = wagon_of(scenario)
     lowered = lower_wagon(scenario.replaced({"irregularity": None}))
     fixed = tuple(f"wheelset {i + 1}" for i in range(len(wagon.axles))) if fixed_wheelsets else ()
     linear = linearised(lowered, fixed)

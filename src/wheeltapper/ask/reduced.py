@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ask.modes import wagon_of
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.vehicle.element import Damper, Spring
-from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
@@ -49,9 +49,7 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
         that could be moved.
     """
     scenario = as_scenario(scenario)
-    wagon = scenario.vehicle
-    if not isinstance(wagon, Wagon):
-        raise InputError("", "vehicle", f"a {type(wagon).__name__}", "a Wagon")
+    wagon = wagon_of(scenario)
     wheelset = as_count(wheelset, "wheelset", 1, len(wagon.axles))
     items = scenario.irregularities_on(wheelset, "left")
     if items != scenario.irregularities_on(wheelset, "right"):

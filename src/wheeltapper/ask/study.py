@@ -16,7 +16,7 @@ from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wheelset import Wheelset
-from wheeltapper.ground.arguments import as_count, as_list, as_quantity
+from wheeltapper.ground.arguments import as_count, as_list, as_quantity, check_choice, check_flag
 from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.memory import check_room
 from wheeltapper.lower.damper_end import check_held
@@ -215,7 +215,9 @@ def study(
     """Return the study that `sweep` computes; its arguments are those of `sweep`."""
     check_mappable(scenario)
     check_method(method)
-    _check_options(zipped, sampling, seed, chaos_limit)
+    check_flag(zipped, "zipped")
+    check_choice(sampling, "sampling", get_args(Sampling))
+    seed, chaos_limit = as_count(seed, "seed", 0), as_quantity(chaos_limit, "chaos_limit", "number")
     if not isinstance(over, Mapping) or not over:
         found = "nothing" if isinstance(over, Mapping) else shown(over)
         raise InputError("", "over", found, 'at least one field of the scenario with its values, as {"speed": [5, 6]}')
@@ -241,15 +243,6 @@ def as_features(given: Asked) -> tuple[Feature, ...]:
     if not several:
         raise InputError("", "features", "nothing", "at least one feature")
     return tuple(one if isinstance(one, Feature) else named(one) for one in several)
-
-
-def _check_options(zipped: Any, sampling: Any, seed: Any, chaos_limit: Any) -> None:
-    if not isinstance(zipped, bool):
-        raise InputError("", "zipped", shown(zipped), "True or False")
-    if sampling not in get_args(Sampling):
-        raise InputError("", "sampling", shown(sampling), "'sobol' or 'latin hypercube'")
-    as_count(seed, "seed", 0)
-    as_quantity(chaos_limit, "chaos_limit", "number")
 
 
 def _check_names(names: Sequence[str], over: Mapping[str, Any]) -> None:

@@ -93,7 +93,7 @@ class Noun(BaseModel, metaclass=Kind):
     def _take_type(cls, data: Any) -> Any:
         if isinstance(data, dict) and "type" in data and "type" not in cls.model_fields:
             if data["type"] != cls.__name__:
-                raise ValueError(f"type: found {data['type']!r}; allowed: {cls.__name__!r}")
+                raise InputError("", "type", repr(data["type"]), repr(cls.__name__))
             return {name: value for name, value in data.items() if name != "type"}
         return data
 

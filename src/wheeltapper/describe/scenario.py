@@ -103,46 +103,42 @@ class Scenario(Noun):
     @model_validator(mode="after")
     def _possible(self) -> Scenario:
         if self.speed < 0:
-            raise ValueError(f"speed: found {self.speed:g} m/s; allowed: 0 m/s or more")
+            raise InputError("", "speed", f"{self.speed:g} m/s", "0 m/s or more")
         if self.speed == 0 and self.irregularity:
-            raise ValueError(
-                "speed: found 0 m/s together with an irregularity; allowed: more than 0 m/s (0 is a drop test)"
-            )
+            raise InputError("", "speed", "0 m/s together with an irregularity", "more than 0 m/s (0 is a drop test)")
         if isinstance(self.vehicle, Wagon):
             self._check_wagon(self.vehicle)
             return self
         if isinstance(self.irregularity, Placement):
-            raise ValueError(
-                f"irregularity: found places ({', '.join(self.irregularity)}) on a Wheelset; "
-                "allowed: one or several irregularities"
-            )
+            places = ", ".join(self.irregularity)
+            raise InputError("", "irregularity", f"places ({places}) on a Wheelset", "one or several irregularities")
         if isinstance(self.contact, Hertz) and self.contact.idle:
-            raise ValueError(f"contact: {self.contact.idle}")
+            raise self.contact.idle.within("contact")
         foreign = [
             name for name in ("creep", "profiles") if getattr(self, name) != type(self).model_fields[name].default
         ]
         if foreign:
-            raise ValueError(f"{foreign[0]}: found one on a Wheelset; allowed: on a Wagon only")
+            raise InputError("", foreign[0], "one on a Wheelset", "on a Wagon only")
         return self
 
     def _check_wagon(self, wagon: Wagon) -> None:
         check_places(self.irregularity, len(wagon.axles))
         if not isinstance(self.contact, Hertz):
-            raise ValueError(f"contact: found {type(self.contact).__name__} on a Wagon; allowed: Hertz")
+            raise InputError("", "contact", f"{type(self.contact).__name__} on a Wagon", "Hertz")
         if self.contact.constant is not None:
-            raise ValueError(
-                f"contact.constant: found {self.contact.constant:g}, of a wheelset, on a Wagon; "
-                "allowed: constant_per_wheel, or none to take it from the profiles"
-            )
+            raise InputError(
+                "", "contact.constant", f"{self.contact.constant:g}, of a wheelset, on a Wagon",
+                "constant_per_wheel, or none to take it from the profiles",
+            )  # fmt: skip
         if self.contact.hysteresis_factor:
-            raise ValueError("contact: found hysteresis on a Wagon; allowed: contacts without it")
+            raise InputError("", "contact", "hysteresis on a Wagon", "contacts without it")
         if self.start != "equilibrium":
-            raise ValueError(f"start: found {self.start!r} on a Wagon; allowed: 'equilibrium'")
+            raise InputError("", "start", f"{self.start!r} on a Wagon", "'equilibrium'")
         under = getattr(self.track, "wheelset", None)
         if under is not None and under > len(wagon.axles):
-            raise ValueError(f"track.wheelset: found {under}; allowed: 1 to {len(wagon.axles)}")
+            raise InputError("", "track.wheelset", str(under), f"1 to {len(wagon.axles)}")
         if self.creep is not None and self.speed == 0:
-            raise ValueError("speed: found 0 m/s with creep forces; allowed: more than 0 m/s")
+            raise InputError("", "speed", "0 m/s with creep forces", "more than 0 m/s")
 
     @property
     def irregularities(self) -> tuple[Any, ...]:
@@ -201,20 +197,24 @@ class Scenario(Noun):
 
     def to_toml(self, path: str | Path) -> None:
         """Write the scenario as TOML."""
-        import tomli_w
+        write_toml(self, path)
 
-        path = as_path(path, "path", "the path of the TOML file to write")
-        try:
-            text = tomli_w.dumps({"format": FORMAT} | self.model_dump(mode="json"))
-            path.write_text(text, encoding="utf-8")
-        except PydanticSerializationError as error:
-            raise InputError(
-                str(path), "irregularity", "a Profile, which holds a Python function", "samples of it in a `Measured`"
-            ) from error
-        except OSError as error:
-            raise InputError(
-                str(path), "", f"a place that cannot be written ({error.strerror or error})", "a writable path"
-            ) from error
+
+def write_toml(noun: Noun, path: str | Path) -> None:
+    """Write a scenario, or a site, as TOML that is read back as it is."""
+    import tomli_w
+
+    path = as_path(path, "path", "the path of the TOML file to write")
+    try:
+        path.write_text(tomli_w.dumps({"format": FORMAT} | noun.model_dump(mode="json")), encoding="utf-8")
+    except PydanticSerializationError as error:
+        raise InputError(
+            str(path), "irregularity", "a Profile, which holds a Python function", "samples of it in a `Measured`"
+        ) from error
+    except OSError as error:
+        raise InputError(
+            str(path), "", f"a place that cannot be written ({error.strerror or error})", "a writable path"
+        ) from error
 
 
 TABLES = {

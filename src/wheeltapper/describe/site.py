@@ -50,26 +50,22 @@ class Site(Noun):
     @model_validator(mode="after")
     def _weighs(self) -> Site:
         if not isinstance(self.passage.vehicle, Wheelset):
-            raise ValueError("passage.vehicle: found a Wagon; allowed: a Wheelset")
+            raise InputError("", "passage.vehicle", "a Wagon", "a Wheelset")
         if not isinstance(self.passage.track, FloatingDeck):
-            raise ValueError(
-                "passage.track: found a StiffTrack; allowed: a FloatingDeck, whose acceleration is measured"
-            )
+            raise InputError("", "passage.track", "a StiffTrack", "a FloatingDeck, whose acceleration is measured")
         if not self.passage.irregularities:
-            raise ValueError("passage.irregularity: found none; allowed: what makes the wheel bounce")
+            raise InputError("", "passage.irregularity", "none", "what makes the wheel bounce")
         for path in self.uncertainty:
             try:
                 self.passage.replaced({path: None})
             except InputError as error:
                 if "no such field" in error.found:
-                    raise ValueError(
-                        f"uncertainty: found {path!r}; allowed: paths of numbers in the passage"
-                    ) from error
+                    raise InputError("", "uncertainty", repr(path), "paths of numbers in the passage") from error
             held: Any = self.passage
             for part in path.split("."):
                 held = held[int(part)] if part.isdigit() else getattr(held, part)
             if isinstance(held, bool) or not isinstance(held, int | float):
-                raise ValueError(f"uncertainty: found {path!r}, where there is no number; allowed: paths of numbers")
+                raise InputError("", "uncertainty", f"{path!r}, where there is no number", "paths of numbers")
         return self
 
     def __hash__(self) -> int:

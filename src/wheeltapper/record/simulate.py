@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.wagon import Wagon
-from wheeltapper.ground import progress
 from wheeltapper.ground.arguments import as_count
+from wheeltapper.ground.progress import Progress, report, reporting, say, watched
 from wheeltapper.lower.build import Lowered, lower
-from wheeltapper.lower.plausible import implausible
 from wheeltapper.march import program as contract
 from wheeltapper.march import telling
 from wheeltapper.march.blocks import cores
@@ -50,7 +49,7 @@ def say_that_it_compiles(what: str = "the kernels") -> None:
     """Tell the user why nothing happens for some seconds, of each kernel once."""
     if what not in _compiled:
         _compiled.add(what)
-        progress.say(f"compiling {what} for this machine, once; this takes some seconds")
+        say(f"compiling {what} for this machine, once; this takes some seconds")
 
 
 def warn_of(notes: Iterable[str], depth: int = 3) -> None:
@@ -61,16 +60,21 @@ def warn_of(notes: Iterable[str], depth: int = 3) -> None:
 
 
 @overload
-def simulate(scenario: Scenario | str | Path, method: Method = "default", *, threads: int | None = None) -> Record: ...
+def simulate(
+    scenario: Scenario | str | Path, method: Method = "default", *, threads: int | None = None,
+    progress: Progress = True,
+) -> Record: ...  # fmt: skip
 @overload
 def simulate(
-    scenario: Iterable[Scenario | Path], method: Method = "default", *, threads: int | None = None
-) -> list[Record]: ...
+    scenario: Iterable[Scenario | Path], method: Method = "default", *, threads: int | None = None,
+    progress: Progress = True,
+) -> list[Record]: ...  # fmt: skip
 def simulate(
     scenario: Scenario | str | Path | Iterable[Scenario | Path],
     method: Method = "default",
     *,
     threads: int | None = None,
+    progress: Progress = True,
 ) -> Record | list[Record]:
     """Simulate a scenario: every loss of contact, every impact and every force maximum, located exactly.
 
@@ -83,6 +87,10 @@ def simulate(
         tolerance. Of a wagon, DOP853 with step tolerances of 1e-7 and 3e-11.
     threads
         How many of several scenarios march at a time; by default all cores.
+    progress
+        True: on a terminal or in a notebook a bar after two seconds; False: none; or a function, called instead with
+        what is being done ("marching"), how much of it is done, and how much there is (0: nobody knows). What it raises
+        ends the run.
 
     Returns
     -------
@@ -95,9 +103,11 @@ def simulate(
         If a scenario cannot be simulated.
     """
     check_method(method)
-    if isinstance(scenario, Scenario | str | Path):
-        return _simulated(as_scenario(scenario), method)
-    return _side_by_side(as_scenarios(scenario), method, cores() if threads is None else as_count(threads, "threads"))
+    with watched(progress):
+        if isinstance(scenario, Scenario | str | Path):
+            return _simulated(as_scenario(scenario), method)
+        held = cores() if threads is None else as_count(threads, "threads")
+        return _side_by_side(as_scenarios(scenario), method, held)
 
 
 class _StoppedError(Exception):
@@ -113,14 +123,15 @@ def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[
             raise _StoppedError
 
     def one(scenario: Scenario) -> Record:
-        with progress.reporting(heard):
+        with reporting(heard):
             return _simulated(scenario, method)
 
     with ThreadPoolExecutor(threads) as pool:
         try:
             waiting = [pool.submit(one, scenario) for scenario in scenarios]
-            for done, _ in enumerate(as_completed(waiting), 1):
-                progress.report("scenarios", done, len(waiting))
+            for done, future in enumerate(as_completed(waiting), 1):
+                future.result()  # what ends this one ends all
+                report("scenarios", done, len(waiting))
             return [future.result() for future in waiting]
         finally:
             stop.set()
@@ -129,15 +140,13 @@ def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[
 
 def _simulated(scenario: Scenario, method: str) -> Record:
     scenario.check_extent()
-    doubts = implausible(scenario)
-    warn_of(doubts, depth=4)
     record = _of_wagon(scenario, method) if isinstance(scenario.vehicle, Wagon) else _of_wheelset(scenario, method)
-    record.notes = (*doubts, *record.notes, *rigid_track(record))
+    record.notes = (*record.notes, *rigid_track(record))
     return record
 
 
 def _of_wheelset(scenario: Scenario, method: str) -> Record:
-    progress.report("lowering", 0.0, 0.0)
+    report("lowering", 0.0, 0.0)
     extent.check_time(scenario)
     lowered = lower(scenario, method)
     extent.check_pieces(scenario, lowered)
@@ -195,7 +204,7 @@ def _of_wagon(scenario: Scenario, method: str) -> Record:
     from wheeltapper.record.creep_range import beyond_spin
     from wheeltapper.record.wagon_record import WagonRecord
 
-    progress.report("lowering", 0.0, 0.0)
+    report("lowering", 0.0, 0.0)
     row = 8.0 * (PLACES * (len(scenario.vehicle.names) + 1) + multibody.STEP_ELEMENTS)
     extent.check_duration(scenario, scenario.duration / LONGEST, row)
     lowered = lower_wagon(scenario, method)

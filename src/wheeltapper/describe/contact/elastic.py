@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.noun import HertzConstant, PositiveLength, Pressure
+from wheeltapper.ground.errors import InputError
 
 
 class ElasticContact(Contact, abstract=True):
@@ -40,9 +41,7 @@ class ElasticContact(Contact, abstract=True):
     @model_validator(mode="after")
     def _one_constant(self) -> ElasticContact:
         if self.constant is not None and self.constant_per_wheel is not None:
-            raise ValueError(
-                "found both constant and constant_per_wheel; allowed: one of them, or neither to compute it"
-            )
+            raise InputError("", "", "both constant and constant_per_wheel", "one of them, or neither to compute it")
         return self
 
     @property

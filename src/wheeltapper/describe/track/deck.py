@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import Damping, Length, Mass, PositiveLength, Stiffness
 from wheeltapper.describe.track.base import Track
+from wheeltapper.ground.errors import InputError
 
 
 class FloatingDeck(Track):
@@ -45,5 +46,5 @@ class FloatingDeck(Track):
     @model_validator(mode="after")
     def _length_needs_a_start(self) -> FloatingDeck:
         if self.length is not None and self.start is None:
-            raise ValueError("found a length without a start; allowed: both, a start alone, or neither")
+            raise InputError("", "", "a length without a start", "both, a start alone, or neither")
         return self

@@ -46,16 +46,16 @@ class Wagon(Vehicle):
         names = [*self.names, *(element.name for element in self.elements)]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
-            raise ValueError(f"found the name {twice!r} twice; allowed: names that differ")
+            raise InputError("", "", f"the name {twice!r} twice", "names that differ")
         ends = {end for element in self.elements for end in element.between}
         unknown = next((end for end in sorted(ends) if end not in (*self.names, GROUND)), None)
         if unknown is not None:
-            raise ValueError(f"elements: found an end at {unknown!r}; allowed: {', '.join(self.names)}, {GROUND}")
+            raise InputError("", "elements", f"an end at {unknown!r}", f"{', '.join(self.names)}, {GROUND}")
         loose = next((body.name for body in self.bodies if body.name not in ends), None)
         if loose is not None:
-            raise ValueError(f"bodies: found {loose!r} without a connection; allowed: bodies that elements hold")
+            raise InputError("", "bodies", f"{loose!r} without a connection", "bodies that elements hold")
         if any(b.position >= a.position for a, b in zip(self.axles[:-1], self.axles[1:], strict=True)):
-            raise ValueError("axles: found a wheelset before the one ahead of it; allowed: positions that fall")
+            raise InputError("", "axles", "a wheelset before the one ahead of it", "positions that fall")
         return self
 
     @property

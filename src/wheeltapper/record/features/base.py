@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
+from numbers import Number
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.registry import register, registered
-from wheeltapper.ground.arguments import as_count
+from wheeltapper.ground.arguments import as_count, check_choice, check_flag, check_function, check_text
 from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.record.trains import Trains, Values
@@ -59,6 +60,17 @@ class Feature:
     of: Callable[[Trains], Values]
     differentiable: bool = True
     tally: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("name", "unit", "definition"):
+            check_text(getattr(self, name), name)
+        if not self.name.strip():
+            raise InputError("", "name", shown(self.name), "a text that names a variable")
+        as_count(self.impacts, "impacts", 0)
+        check_choice(self.until, "until", get_args(Until))
+        check_function(self.of, "of", "a function of the trains of some cells")
+        for name in ("differentiable", "tally"):
+            check_flag(getattr(self, name), name)
 
     def renamed(self, name: str) -> Feature:
         """Return the same feature under another name, so that a map can hold two of a kind."""
@@ -166,11 +178,16 @@ def custom(
     until
         When it is known: at that "impact", at the first "loss" after it, or at the "end" of the run.
     """
+    check_function(function, "function", "a function from a Train to a number")
+    check_text(name, "name")
+    check_text(definition, "definition")
 
     def each(trains: Trains) -> Values:
         long_enough = trains.whole & (trains.impacts.count >= impacts)
-        values = [function(_train(trains, cell)) if long_enough[cell] else np.nan for cell in range(trains.cells)]
-        return np.asarray(values)
+        return np.array([
+            _number(name, function(_train(trains, cell))) if long_enough[cell] else np.nan
+            for cell in range(trains.cells)
+        ])  # fmt: skip
 
     return Feature(name, unit, definition or (function.__doc__ or name).strip(), impacts, until, each)
 
@@ -186,6 +203,14 @@ def _train(trains: Trains, cell: int) -> Train:
     )  # fmt: skip
 
 
+def _number(name: str, found: Any) -> Any:
+    """Return what a user's own feature has found, if it is one number."""
+    found = found.item() if isinstance(found, np.ndarray) and found.ndim == 0 else found
+    if not isinstance(found, Number):
+        raise InputError("", name, shown(found), "one number, as what the feature's function returns")
+    return found
+
+
 def named(what: Any) -> Feature:
     """Return a registered feature from its name, or from a table with its name as `type` and its arguments.
 
@@ -196,8 +221,8 @@ def named(what: Any) -> Feature:
     known = registered(ROOM)
     if not isinstance(kind, str) or kind not in known:
         raise InputError("", "features", shown(what), suggested(str(kind), known))
-    if name is not None and not isinstance(name, str):
-        raise InputError("", f"features.{kind}.name", shown(name), "a text")
+    if name is not None:
+        check_text(name, f"features.{kind}.name")
     try:
         made: Feature = known[kind](**table)
     except TypeError as error:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wheeltapper.ground.arguments import as_count
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_count, check_flag
 from wheeltapper.record.features.base import Feature, check_order, feature
 from wheeltapper.record.trains import Trains, Values
 
@@ -24,8 +23,7 @@ def force_ratio(first: int = 1, second: int = 2) -> Feature:
 @feature
 def largest_force(over_static: bool = False) -> Feature:
     """Return the largest maximum of the contact force, N; `over_static`: divided by the static force N0."""
-    if not isinstance(over_static, bool):
-        raise InputError("", "over_static", repr(over_static), "true or false")
+    check_flag(over_static, "over_static")
     if over_static:
         return Feature(
             "largest_force_over_static", "", "largest maximum of the contact force, over the static force", 0, "end",

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.arguments import check_choice
 from wheeltapper.record.features.base import Feature, check_order, feature
 from wheeltapper.record.trains import Trains, Values
 
@@ -27,13 +27,12 @@ def impact_interval(first: int = 1, second: int = 2, between: Literal["onsets", 
         "onsets" of contact, or the "peaks": the times of the largest force after each.
     """
     check_order(first, second)
+    check_choice(between, "between", ("onsets", "peaks"))
     if between == "onsets":
         return Feature(
             "impact_interval", "s", f"time from the onset of impact {first} to that of impact {second}", second,
             "impact", lambda trains: _onset(trains, second) - _onset(trains, first),
         )  # fmt: skip
-    if between != "peaks":
-        raise InputError("", "between", shown(between), "'onsets' or 'peaks'")
     return Feature(
         "impact_interval", "s", f"time from the largest force after impact {first} to that after impact {second}",
         second, "loss", lambda trains: trains.impact_peak(second, "time") - trains.impact_peak(first, "time"),
