@@ -32,35 +32,28 @@ CHUNK = 100_000
 
 def is_ready(lowered: Lowered) -> bool:
     """Return False where the check begins with compiling its kernel."""
+    from wheeltapper.march.balance import balance_kernel
     from wheeltapper.march.kernel import is_compiled
 
-    columns = contract.ENDED_COLUMNS if len(lowered.program.damper) else contract.STEP_COLUMNS
-    return is_compiled(_kernel(lowered), (*_arguments(lowered), np.empty((1, columns)), np.empty(1), np.empty(1)))
+    return is_compiled(balance_kernel, (*_arguments(lowered), np.empty((1, 1)), np.empty(1), np.empty(1)))
 
 
-def _kernel(lowered: Lowered) -> Any:
-    from wheeltapper.march import balance, damper_balance
-
-    return damper_balance.damper_balance_kernel if len(lowered.program.damper) else balance.balance_kernel
-
-
-def _arguments(lowered: Lowered) -> tuple[np.ndarray, ...]:
+def _arguments(lowered: Lowered) -> tuple[Any, ...]:
     program = lowered.program
-    return program.pieces, program.numbers, program.damper if len(program.damper) else program.law
+    return program.pieces, program.numbers, program.law, program.damper if len(program.damper) else None
 
 
 def missing_part(lowered: Lowered, march: March) -> float:
     """Return the largest part of the energy exchanged that was missing at any time of a march; NaN where it is lost."""
     from wheeltapper.march import balance
 
-    sums = np.zeros(balance.SUMS)
-    kernel, steps, last = _kernel(lowered), march.steps, march.state
-    if len(lowered.program.damper):
-        steps, last = steps[:-1], steps[-1]  # where the end is at last stands in no state
+    sums, steps = np.zeros(balance.SUMS), march.steps
+    pieces, numbers, law, damper = _arguments(lowered)
     for first in range(0, len(steps), CHUNK):
         progress.report("checking the energy", first, len(steps))
         after = first + CHUNK
-        kernel(*_arguments(lowered), steps[first:after], steps[after] if after < len(steps) else last, sums)
+        last = steps[after] if after < len(steps) else march.state
+        balance.balance_kernel(pieces, numbers, law, damper, steps[first:after], last, sums)
     exchanged = sums[balance.WORKED] + sums[balance.LARGEST_KINETIC] + sums[balance.LARGEST_ELASTIC] + AT_REST
     missing = sums[balance.LARGEST_MISSING] if np.isfinite(sums[balance.MISSING]) else np.nan
     return float(missing / exchanged)

@@ -192,6 +192,14 @@ def custom(
     return Feature(name, unit, definition or (function.__doc__ or name).strip(), impacts, until, each)
 
 
+def _number(name: str, found: Any) -> Any:
+    """Return what a user's own feature has found, if it is one number."""
+    found = found.item() if isinstance(found, np.ndarray) and found.ndim == 0 else found
+    if not isinstance(found, Number) or np.asarray(found).dtype.kind == "O":  # such as 10**400
+        raise InputError("", name, shown(found), "one number, as what the feature's function returns")
+    return found
+
+
 def _train(trains: Trains, cell: int) -> Train:
     def part(rows: Any, column: str) -> NDArray[Any]:
         return np.asarray(rows.columns[column][rows.first[cell] : rows.first[cell + 1]])
@@ -201,14 +209,6 @@ def _train(trains: Trains, cell: int) -> Train:
         part(trains.peaks, "time"), part(trains.peaks, "force"), part(trains.peaks, "impact").real.astype(int),
         trains.static_force[cell],
     )  # fmt: skip
-
-
-def _number(name: str, found: Any) -> Any:
-    """Return what a user's own feature has found, if it is one number."""
-    found = found.item() if isinstance(found, np.ndarray) and found.ndim == 0 else found
-    if not isinstance(found, Number):
-        raise InputError("", name, shown(found), "one number, as what the feature's function returns")
-    return found
 
 
 def named(what: Any) -> Feature:
