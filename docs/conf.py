@@ -5,9 +5,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import wheeltapper
 from wheeltapper._version import __version__
 
-sys.path.insert(0, str(Path(__file__).parent))  # for gallery_figures
+sys.path.insert(0, str(Path(__file__).parent))  # for gallery_figures and kinds
 
 project = "wheeltapper"
 copyright = "The wheeltapper developers"
@@ -19,6 +20,7 @@ extensions = [
     "sphinx.ext.mathjax",
     "numpydoc",
     "sphinx_gallery.gen_gallery",
+    "kinds",
 ]
 exclude_patterns = ["_build", "decisions"]
 templates_path = ["_templates"]
@@ -51,6 +53,12 @@ def as_written(app: Any, what: str, name: str, obj: Any, options: Any, lines: li
     lines[:] = [re.sub(r"^(\s*)([a-z]\.)$", r"\1\\\2", line).replace("|", r"\|") for line in lines]
 
 
+def at_the_front_door(app: Any, what: str, name: str, obj: Any, skip: bool, options: Any) -> bool | None:
+    """Leave out of a room's page what has a page of its own."""
+    return True if what == "module" and getattr(wheeltapper, name, None) is obj else None
+
+
 def setup(app: Any) -> None:
-    """Connect the hook."""
+    """Connect the hooks."""
     app.connect("autodoc-process-docstring", as_written)
+    app.connect("autodoc-skip-member", at_the_front_door)

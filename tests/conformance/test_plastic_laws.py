@@ -1,6 +1,6 @@
 """One suite over the elastic-plastic laws: their curves, impacts on one spot, rolling over virgin rail.
 
-The laws are those of the scenario. What is said of single laws below is what was published of them; of one that is not
+The laws are those of the registry. What is said of single laws below is what was published of them; of one that is not
 mentioned it is expected that nothing jumps and that no impact gives more energy back than it took.
 """
 
@@ -13,13 +13,19 @@ from scipy.optimize import brentq
 
 import wheeltapper as wt
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
-from wheeltapper.describe.scenario import CONTACTS
+from wheeltapper.describe.registry import choices
 from wheeltapper.lower.plastic import law_rows, left_after, loading_force, stored_below
 from wheeltapper.record.simulate import ModelWarning
 
 MASS, LOAD, CONSTANT = 1500.0, 91_307.0, 1.405e11
 N0 = LOAD + MASS * 9.81
-LAWS = {kind.__name__: kind for kind in CONTACTS if issubclass(kind, ElasticPlastic)}
+
+
+def laws():
+    return {kind.__name__: kind for kind in choices(ElasticPlastic)}
+
+
+LAWS = laws()
 NAMES = sorted(LAWS)
 PUBLISHED_JUMPS = {
     "JacksonGreen": {1.9: 0.00474},

@@ -264,9 +264,13 @@ WALK = {
     **{
         f"wear_in, {name}": (lambda v, name=name: wear_in(**{name: v}), [*more, *NOT_NUMBERS])
         for name, more in {
-            "passes": [0, 1.5], "every": [0], "samples": [0], "seed": [2.5], "hardening": [1.5], "speed_scatter": [],
-            "load_scatter": [], "start_scatter": [],
+            "passes": [0, 1.5], "every": [0], "samples": [0], "seed": [2.5], "hardening": [1.5],
         }.items()
+    },
+    "wear_in, scatter": (lambda v: wear_in(scatter=v), [5, "speed", [0.1], {5: 0.1}]),
+    **{
+        f"wear_in, scatter of {name}": (lambda v, name=name: wear_in(scatter={name: v}), NOT_NUMBERS)
+        for name in ("speed", "load", "start")
     },
     "wear_in, method": (lambda v: wear_in(method=v), NOT_METHODS),
     "wear_in, store": (lambda v: wear_in(store=v), ["a.csv", *[v for v in NOT_PATHS if v is not None]]),

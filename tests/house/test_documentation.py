@@ -11,6 +11,9 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.ask.spec import meant, read
+from wheeltapper.describe.manual import listed
+
+from ..registering import undone
 
 ROOT = Path(__file__).parents[2]
 GENERATED = {"_build", "_templates", "api", "gallery"}
@@ -24,6 +27,7 @@ TITLE = re.compile(r"^(?P<title>[^\s=-].*)\n(?P<line>=+|-+)\n(?=\n)", re.MULTILI
 CITATION = re.compile(r"docs/theory/(?P<chapter>\w+)\.rst,\s+sections?\s+(?P<sections>[\d.]+(?:\s+and\s+[\d.]+)*)")
 NUMBER = re.compile(r"\d+(?:\.\d+)?")
 MENTION = re.compile(r"(?<!,\s)\bsection\s+(\d+\.\d+)")  # after a comma: of a publication
+LIST = re.compile(r"^\.\. kinds:: (\w+)$", re.MULTILINE)
 RUN = "pip install uv && uv run wheeltapper run examples/wheel_flat.toml"
 TEST = "pip install uv && uv run pytest"
 
@@ -64,9 +68,10 @@ def test_the_code_of_the_page_runs_and_its_numbers_hold(
     found = blocks(page, "python")
     assert any("assert" in block.code for block in found), "the page states no number"
     namespace: dict[str, object] = {"__name__": "page"}
-    for block in found:
-        # Blank lines before the block let a traceback point to the page's own line.
-        exec(compile("\n" * block.line + block.code, str(page), "exec"), namespace)
+    with undone():
+        for block in found:
+            # Blank lines before the block let a traceback point to the page's own line.
+            exec(compile("\n" * block.line + block.code, str(page), "exec"), namespace)
 
 
 @pytest.mark.parametrize("page", with_blocks("toml"), ids=name)
@@ -136,6 +141,19 @@ def test_sections_that_the_theory_mentions_exist() -> None:
 def test_every_public_name_has_its_place_in_the_reference() -> None:
     reference = (ROOT / "docs" / "api.rst").read_text(encoding="utf-8").split()
     assert [name for name in wt.__all__ if name != "__version__" and name not in reference] == []
+
+
+def test_the_guide_lists_what_each_room_offers_to_be_made() -> None:
+    rooms = {match for page in PAGES for match in LIST.findall(page.read_text(encoding="utf-8"))}
+    assert rooms == {"contact", "creep", "features", "irregularities", "profiles", "tracks", "vehicles"}
+    for room in rooms:
+        rows = listed(getattr(wt, room).__name__)
+        assert rows.count("   * - ``") >= 2
+        assert rows.count("   * - ``") == rows.count("     - ")
+    assert "``Step(height, position, …)``\n     - A sudden change of the rail's height: " in listed(
+        wt.irregularities.__name__
+    )
+    assert "``impulse(impact=1)``\n     - the impulse of the contact force" in listed(wt.features.__name__)
 
 
 def test_every_decision_is_listed() -> None:

@@ -1,14 +1,19 @@
 """The front door: what `import wheeltapper` offers, and what it must not load."""
 
+import runpy
 import subprocess
 import sys
+from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.describe.scenario import IRREGULARITIES
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.registry import choices
+from wheeltapper.describe.track.base import Track
 
+ROOT = Path(__file__).parents[2]
 NAMES = [
     "Corrugation",
     "CosineBump",
@@ -107,9 +112,18 @@ def test_a_room_offers_its_public_names_only(name: str) -> None:
 
 
 def test_every_irregularity_and_every_track_that_a_scenario_takes_is_in_its_room() -> None:
-    for kind in IRREGULARITIES:
-        assert getattr(wt.irregularities, kind.__name__) is kind
-    assert {type(wt.StiffTrack()).__name__, "FloatingDeck"} == set(dir(wt.tracks))
+    for room, family in ((wt.irregularities, Irregularity), (wt.tracks, Track)):
+        for kind in choices(family):
+            assert getattr(room, kind.__name__) is kind
+            assert kind.__name__ in dir(room)
+
+
+def test_editors_read_of_each_room_what_it_offers() -> None:
+    tool = runpy.run_path(str(ROOT / "tools" / "rooms.py"))
+    rooms = tool["rooms"]()
+    assert len(rooms) == 7
+    for room, path in rooms.items():
+        assert path.read_text(encoding="utf-8") == tool["written"](room), "uv run python tools/rooms.py writes it"
 
 
 def test_an_unknown_name_is_an_attribute_error() -> None:

@@ -95,7 +95,7 @@ def test_the_pattern_converges_with_the_tolerance(monkeypatch):
 
 
 def test_chunks_files_and_threads_leave_no_trace(tmp_path):
-    options = {"hardening": 0.5, "speed_scatter": 0.02, "load_scatter": 0.05, "start_scatter": 0.05, "seed": 7}
+    options = {"hardening": 0.5, "scatter": {"speed": 0.02, "load": 0.05, "start": "5 cm"}, "seed": 7}
     scenes = [scene(length=0.4), scene(speed=20.0, length=0.4)]
     whole = [wt.wear_in(one, 12, **options) for one in scenes]
     for one, other in zip(whole, wt.wear_in(scenes, 12, threads=2, **options), strict=True):
@@ -244,6 +244,14 @@ def test_pictures(tmp_path):
 # -- what is refused -------------------------------------------------------------------------------------------------
 
 
+def test_the_older_names_of_what_scatters_still_work_and_say_what_has_replaced_them():
+    with pytest.warns(DeprecationWarning, match=r'speed_scatter is now scatter=\{"speed": \.\.\.\}'):
+        older = wt.wear_in(scene(), 2, speed_scatter=0.02, seed=7)
+    np.testing.assert_array_equal(older.speed, wt.wear_in(scene(), 2, scatter={"speed": 0.02}, seed=7).speed)
+    with pytest.raises(TypeError, match="sped_scatter"):
+        wt.wear_in(scene(), 2, sped_scatter=0.02)
+
+
 @pytest.mark.parametrize(
     ("changes", "options", "words"),
     [
@@ -252,8 +260,9 @@ def test_pictures(tmp_path):
         ({"speed": 0.0, "irregularity": ()}, {}, "speed: found 0 m/s; allowed: more than 0 m/s"),
         ({}, {"passes": 0}, "passes: found 0; allowed: a whole number, at least 1"),
         ({}, {"hardening": 1.5}, "hardening: found 1.5; allowed: 0 to 1"),
-        ({}, {"load_scatter": -0.1}, "load_scatter: found -0.1; allowed: 0 or more"),
-        ({}, {"start_scatter": 3.0}, "start_scatter: found 3 m; allowed: less than the run of 2 m"),
+        ({}, {"scatter": {"load": -0.1}}, "scatter.load: found -0.1; allowed: 0 or more"),
+        ({}, {"scatter": {"start": 3.0}}, "scatter.start: found 3 m; allowed: less than the run of 2 m"),
+        ({}, {"scatter": {"sped": 0.1}}, "scatter.sped: found the unknown name 'sped'; allowed: speed, load, start"),
         ({}, {"store": "wear.zarr"}, "store: found the suffix '.zarr'; allowed: .nc"),
         ({}, {"method": "exact"}, "method: found 'exact'; allowed: 'default', 'strict'"),
     ],

@@ -109,7 +109,7 @@ class Line:
         self.lowered = lowered
         self.length = float(scenario.speed * scenario.duration)
         if scatter.start >= self.length:
-            raise InputError("", "start_scatter", f"{scatter.start:g} m", f"less than the run of {self.length:g} m")
+            raise InputError("", "scatter.start", f"{scatter.start:g} m", f"less than the run of {self.length:g} m")
         self.onset = float(lowered.program.law[0, contract.LAW_START] * lowered.length)
         self.semi_axis = patch_semi_axis(lawful, scenario.vehicle, lowered.static_force)
         self.virgin = Surface.virgin(self.length, self.semi_axis, self.onset, per_interval)

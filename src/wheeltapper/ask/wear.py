@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterable
+import warnings
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -19,8 +20,8 @@ from wheeltapper.ask.passes import Line, Pass, Scatter
 from wheeltapper.ask.spec import contents
 from wheeltapper.ask.wear_files import beside_of, held, unwritable
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.arguments import as_count, as_path, as_quantity
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_count, as_path, as_quantity, as_table
+from wheeltapper.ground.errors import InputError, suggested
 from wheeltapper.ground.progress import Progress, counting, watched
 from wheeltapper.lower.marks import Surface
 from wheeltapper.march import program as contract
@@ -43,6 +44,8 @@ RUNAWAY = 20.0
 """A pass whose largest force is so many times the static one ends the evolution: the model does not hold there."""
 SAVE_AFTER = 10.0
 """Seconds between two writings of a file."""
+SCATTER = {"speed": "number", "load": "number", "start": "length"}
+"""What may differ from pass to pass, and its dimension."""
 PER_PASS: dict[str, tuple[str, str]] = {
     "speed": ("m/s", "speed of the pass"),
     "applied_load": ("N", "load on the wheelset, without its weight"),
@@ -56,13 +59,19 @@ PER_PASS: dict[str, tuple[str, str]] = {
 }
 
 
-class Options(TypedDict, total=False):
-    """What `wear_in` may be told."""
+class Older(TypedDict, total=False):
+    """What `scatter` has replaced."""
 
-    hardening: float
     speed_scatter: float
     load_scatter: float
     start_scatter: float
+
+
+class Options(Older, total=False):
+    """What `wear_in` may be told."""
+
+    hardening: float
+    scatter: Mapping[str, Any] | None
     seed: int
     every: int
     samples: int
@@ -81,9 +90,7 @@ def wear_in(
     passes: int,
     *,
     hardening: float = 1.0,
-    speed_scatter: float = 0.0,
-    load_scatter: float = 0.0,
-    start_scatter: float = 0.0,
+    scatter: Mapping[str, Any] | None = None,
     seed: int = 0,
     every: int = 10,
     samples: int = 4,
@@ -91,6 +98,7 @@ def wear_in(
     store: str | Path | None = None,
     threads: int | None = None,
     progress: Progress = True,
+    **older: Unpack[Older],
 ) -> xr.Dataset | list[xr.Dataset]:
     """Let wheels pass over a rail again and again; each meets the surface that the last one has left.
 
@@ -106,10 +114,9 @@ def wear_in(
     hardening
         1: a place yields again only beyond the largest indentation that it has borne (shakedown); 0: as early as a
         virgin one, which runs away near the contact resonance; between them the part of the way that it hardens.
-    speed_scatter, load_scatter
-        Standard deviation of the passes' speeds and loads over their mean.
-    start_scatter
-        The wheels begin, at rest, at places spread evenly over this length, m: their bouncing then has another phase.
+    scatter
+        How passes differ. "speed", "load": standard deviations over the mean. "start": the wheels begin, at rest, at
+        places spread evenly over this length, m: their bouncing then has another phase.
     seed
         Of everything drawn. Pass n draws the same however many there are.
     every
@@ -124,6 +131,8 @@ def wear_in(
         How many of several scenarios pass at a time; by default all cores.
     progress
         As for `wheeltapper.simulate`.
+    older
+        `speed_scatter`, `load_scatter` and `start_scatter`: names that `scatter` has replaced.
 
     Returns
     -------
@@ -141,7 +150,7 @@ def wear_in(
     """
     passes, every, samples = as_count(passes, "passes"), as_count(every, "every"), as_count(samples, "samples")
     check_method(method)
-    options = _scatter(hardening, speed_scatter, load_scatter, start_scatter, seed)
+    options = _scatter(hardening, _replaced(scatter, older), seed)
     if isinstance(scenario, Scenario | str | Path):
         file = None if store is None else as_path(store, "store", "a path with the suffix .nc")
         with held(file), watched(progress, "passes"):
@@ -158,17 +167,30 @@ def wear_in(
         return list(pool.map(lambda one: one.until(passes, count), evolutions))
 
 
-def _scatter(hardening: Any, speed: Any, load: Any, start: Any, seed: Any) -> Scatter:
+def _replaced(scatter: Any, older: Older) -> dict[str, Any]:
+    """Return what scatters, with what was given by older names."""
+    given = as_table(scatter, "scatter", f"a table over {', '.join(SCATTER)}")
+    for name, value in older.items():
+        new = name.removesuffix("_scatter")
+        if new not in SCATTER:
+            raise TypeError(f"wear_in() got an unexpected keyword argument {name!r}")
+        warnings.warn(f'{name} is now scatter={{"{new}": ...}}', DeprecationWarning, stacklevel=3)
+        given.setdefault(new, value)
+    return given
+
+
+def _scatter(hardening: Any, scatter: dict[str, Any], seed: Any) -> Scatter:
     hardening = as_quantity(hardening, "hardening", "number", positive=False)
     if hardening > 1.0:
         raise InputError("", "hardening", f"{hardening:g}", "0 to 1")
-    return Scatter(
-        hardening,
-        as_quantity(speed, "speed_scatter", "number", positive=False),
-        as_quantity(load, "load_scatter", "number", positive=False),
-        as_quantity(start, "start_scatter", "length", positive=False),
-        as_count(seed, "seed", 0),
-    )
+    for name in scatter:
+        if name not in SCATTER:
+            raise InputError("", f"scatter.{name}", f"the unknown name {name!r}", suggested(name, SCATTER))
+    spread = {
+        name: as_quantity(scatter.get(name, 0.0), f"scatter.{name}", dimension, positive=False)
+        for name, dimension in SCATTER.items()
+    }
+    return Scatter(hardening, **spread, seed=as_count(seed, "seed", 0))
 
 
 class _Evolution:

@@ -12,6 +12,9 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, BeforeValidator
 from pydantic_core import PydanticUndefined
 
+from wheeltapper.describe.choice import OneOf
+from wheeltapper.describe.registry import choices, is_abstract, registered
+
 HEADING = "Parameters\n----------\n"
 
 
@@ -37,6 +40,9 @@ def signature(kind: type[BaseModel]) -> Signature:
 
 def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
     """Return what may be given for a field of some type, without how it is read and checked."""
+    family = next((one.family for one in metadata if isinstance(one, OneOf)), None)
+    if family is not None:
+        return " | ".join(kind.__name__ for kind in choices(family))
     given = [one.json_schema_input_type for one in metadata if isinstance(one, BeforeValidator)]
     if given and given[0] is not PydanticUndefined:
         return str(given[0])
@@ -54,6 +60,26 @@ def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
         if isinstance(annotation, type)
         else re.sub(r"typing\.|collections\.abc\.", "", str(annotation))
     )
+
+
+def listed(room: str) -> str:
+    """Return a table, in reStructuredText, of what can be made in a room: how it is written, and what it is."""
+    rows = [".. list-table::", "   :widths: 45 55", ""]
+    for name, thing in registered(room).items():
+        if not is_abstract(thing):
+            first = " ".join((inspect.getdoc(thing) or "").partition("\n\n")[0].split()).removeprefix("Return ")
+            words = re.sub(r"([*|\\])", r"\\\1", first).replace("`", "``")
+            rows += [f"   * - ``{name}({_arguments(thing)})``", f"     - {words}"]
+    return "\n".join([*rows, ""])
+
+
+def _arguments(thing: Any) -> str:
+    """Return the fields of a noun that must be given, or the arguments of a function with their defaults."""
+    fields = inspect.signature(thing).parameters.values()
+    if not inspect.isclass(thing):
+        return ", ".join(f"{field.name}={field.default!r}" for field in fields)
+    required = [field.name for field in fields if field.default is field.empty]
+    return ", ".join([*required, *(["…"] if len(required) < len(fields) else [])])
 
 
 def described(kind: type[BaseModel]) -> dict[str, str]:

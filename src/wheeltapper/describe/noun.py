@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from inspect import Signature
 from math import isfinite
-from typing import TYPE_CHECKING, Annotated, Any, Self, Union
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Discriminator,
-    Field,
-    Tag,
-    ValidationError,
-    model_serializer,
-    model_validator,
-)
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_serializer, model_validator
 
 from wheeltapper.describe.complaint import explained
 from wheeltapper.describe.manual import completed, signature
+from wheeltapper.describe.registry import everything, home, register
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.quantities import to_si
 
@@ -52,22 +44,32 @@ class Kind(ModelMetaclass):
 
 def kinds() -> dict[str, type[Noun]]:
     """Return all kinds of nouns by their names."""
-    found, at = [Noun], 0
-    while at < len(found):
-        found += found[at].__subclasses__()
-        at += 1
-    return {kind.__name__: kind for kind in found}
+    return {name: kind for name, kind in everything().items() if isinstance(kind, type) and issubclass(kind, Noun)}
+
+
+class _Signature:
+    """A noun's signature, made when it is asked for: what a field takes may be registered later than the noun."""
+
+    def __get__(self, noun: Any, kind: type[Noun]) -> Signature:
+        return signature(kind)
 
 
 class Noun(BaseModel, metaclass=Kind):
-    """A frozen description: equal by value, hashable, picklable, printable; unknown names are refused."""
+    """A frozen description: equal by value, hashable, picklable, printable; unknown names are refused.
+
+    A class statement registers a kind of noun. With `abstract=True` it is a family, of which others are made.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, validate_default=False)
 
+    def __init_subclass__(cls, *, abstract: bool = False, **options: Any) -> None:
+        super().__init_subclass__(**options)
+
     @classmethod
-    def __pydantic_init_subclass__(cls, **options: Any) -> None:
-        cls.__signature__ = signature(cls)
+    def __pydantic_init_subclass__(cls, *, abstract: bool = False, **options: Any) -> None:
+        cls.__signature__ = _Signature()  # type: ignore[assignment]
         cls.__doc__ = completed(cls)
+        register(cls, home(cls), abstract=abstract)
 
     @classmethod
     def model_validate(cls, obj: Any, **options: Any) -> Self:
@@ -105,16 +107,6 @@ class Noun(BaseModel, metaclass=Kind):
         if type(self) is not type(other):
             return NotImplemented
         return all(getattr(self, name) == getattr(other, name) for name in type(self).model_fields)
-
-
-def _kind(value: Any) -> str | None:
-    return value.get("type") if isinstance(value, dict) else type(value).__name__
-
-
-def choice(*nouns: type[Noun]) -> Any:
-    """Return the type of a field that holds one of several nouns, chosen by `type`."""
-    union: Any = Union[tuple(Annotated[noun, Tag(noun.__name__)] for noun in nouns)]  # noqa: UP007 - of a tuple
-    return Annotated[union, Discriminator(_kind)]
 
 
 def _reader(dimension: str) -> Callable[[Any], float]:

@@ -9,36 +9,24 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, model_validator
 from pydantic_core import PydanticSerializationError
 
+from wheeltapper.describe.choice import OneOf
+from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.contact.hertz import Hertz
-from wheeltapper.describe.contact.jackson_green import JacksonGreen
-from wheeltapper.describe.contact.kogut_etsion import KogutEtsion
-from wheeltapper.describe.contact.linear import Linear
-from wheeltapper.describe.contact.stronge import Stronge
-from wheeltapper.describe.contact.thornton import Thornton
-from wheeltapper.describe.creep import Fastsim, KalkerLinear, Polach, ShenHedrickElkins
-from wheeltapper.describe.irregularity.bump import CosineBump
-from wheeltapper.describe.irregularity.combination import Repeated
-from wheeltapper.describe.irregularity.corrugation import Corrugation
-from wheeltapper.describe.irregularity.flat import WheelFlat
-from wheeltapper.describe.irregularity.measured import Measured
-from wheeltapper.describe.irregularity.out_of_round import OutOfRound
-from wheeltapper.describe.irregularity.profile import Profile
-from wheeltapper.describe.irregularity.step import Step
-from wheeltapper.describe.noun import Duration, Length, Noun, Speed, choice, kinds
+from wheeltapper.describe.creep.base import CreepLaw
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.noun import Duration, Length, Noun, Speed, kinds
 from wheeltapper.describe.placement import Placement, check_places
-from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Cones, WheelRail
-from wheeltapper.describe.track.deck import FloatingDeck
+from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Profiles, WheelRail
+from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.track.stiff import StiffTrack
-from wheeltapper.describe.vehicle.wagon import ErriB176, Wagon, made
-from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.describe.vehicle.base import Vehicle
+from wheeltapper.describe.vehicle.wagon import Wagon, made
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError, shown, suggested
 
-CONTACTS = (Hertz, Linear, Thornton, Stronge, JacksonGreen, KogutEtsion)
-CREEP_LAWS = (KalkerLinear, ShenHedrickElkins, Polach, Fastsim)
-IRREGULARITIES = (Step, CosineBump, Corrugation, Measured, Profile, Repeated, WheelFlat, OutOfRound)
 FORMAT = 1
 """Version of the TOML files' layout."""
+AnyIrregularity = Annotated[Any, OneOf(Irregularity)]
 
 
 class Start(Noun):
@@ -96,18 +84,14 @@ class Scenario(Noun):
         "equilibrium": static indentation on the path at x = 0, velocity zero; or displacement and velocity.
     """
 
-    vehicle: Annotated[choice(Wheelset, Wagon, ErriB176), AfterValidator(made)]  # type: ignore[valid-type]
-    track: choice(StiffTrack, FloatingDeck) = StiffTrack()  # type: ignore[valid-type]
-    contact: choice(*CONTACTS) = Hertz()  # type: ignore[valid-type]
-    creep: choice(*CREEP_LAWS) | None = None  # type: ignore[valid-type]
-    profiles: choice(WheelRail, Cones) = WheelRail()  # type: ignore[valid-type]
+    vehicle: Annotated[Any, OneOf(Vehicle), AfterValidator(made)]
+    track: Annotated[Any, OneOf(Track)] = StiffTrack()
+    contact: Annotated[Any, OneOf(Contact)] = Hertz()
+    creep: Annotated[CreepLaw, OneOf(CreepLaw)] | None = None
+    profiles: Annotated[Any, OneOf(Profiles)] = WheelRail()
     irregularity: Annotated[
-        Annotated[tuple[choice(*IRREGULARITIES), ...], Tag("all")]  # type: ignore[valid-type]
-        | Annotated[
-            dict[str, tuple[choice(*IRREGULARITIES), ...]],  # type: ignore[valid-type]
-            AfterValidator(Placement),
-            Tag("places"),
-        ],
+        Annotated[tuple[AnyIrregularity, ...], Tag("all")]
+        | Annotated[dict[str, tuple[AnyIrregularity, ...]], AfterValidator(Placement), Tag("places")],
         Discriminator(_form),
         BeforeValidator(_listed),
     ] = ()

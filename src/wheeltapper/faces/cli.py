@@ -189,8 +189,8 @@ def wear(
     scenario = Scenario.from_toml(file)
     try:
         found = wear_in(
-            scenario, passes, hardening=hardening, speed_scatter=speed_scatter, load_scatter=load_scatter,
-            start_scatter=start_scatter, seed=seed, every=every, samples=samples, method=method, store=output,
+            scenario, passes, hardening=hardening, seed=seed, every=every, samples=samples, method=method,
+            scatter={"speed": speed_scatter, "load": load_scatter, "start": start_scatter}, store=output,
         )  # fmt: skip
     except InputError as error:
         raise error.at(str(file)) from error

@@ -12,17 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.contact.restitution import hysteresis_from_restitution
 from wheeltapper.describe.track.deck import FloatingDeck
-from wheeltapper.describe.track.stiff import StiffTrack
-from wheeltapper.ground.errors import InputError
 from wheeltapper.lower import ellipse
 from wheeltapper.lower.damper_end import check_held
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import first_order
+from wheeltapper.lower.known import check_known
 from wheeltapper.march import program as contract
 
 Numbers = NDArray[Any]  # of floats, or complex where they carry a derivative
@@ -107,6 +105,7 @@ def _hysteresis(value: Fields) -> Numbers:
 
 def units_of(value: Fields) -> Units:
     """Return the units of a scenario's cells (static force still missing: it is the program's prestress)."""
+    check_known(value.scenario)
     mass = value("vehicle.mass")
     weight = np.asarray(value("vehicle.load") + mass * value("vehicle.gravity"))
     constant = _contact_constant(value)
@@ -122,7 +121,6 @@ def numbers_of(value: Fields, placing: Placing, method: Method, *, end_apart: bo
     """
     if not end_apart:
         check_held(value.scenario.vehicle, value.changed)
-    _check_known(value)
     units = units_of(value)
     length, time, mass = units.length, units.time, value("vehicle.mass")
     speed = value("speed")
@@ -167,15 +165,6 @@ def numbers_of(value: Fields, placing: Placing, method: Method, *, end_apart: bo
     for column, entry in columns.items():
         numbers[:, column] = entry
     return numbers, Units(length, time, units.force, prestress * units.force, units.contact_constant)
-
-
-def _check_known(value: Fields) -> None:
-    """Refuse contacts and tracks of which nothing is lowered, and which would be taken for others in silence."""
-    for field, known in (("contact", (ElasticContact, Linear)), ("track", (StiffTrack, FloatingDeck))):
-        noun = getattr(value.scenario, field)
-        if not isinstance(noun, known):
-            allowed = " or ".join(kind.__name__ for kind in known)
-            raise InputError("", field, f"{type(noun).__name__}, of which nothing is lowered", allowed)
 
 
 def _deck(value: Fields, time: Numbers, mass: Any) -> dict[int, Any]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Link, Spring, Stop
 from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
 AXES = ("x", "y", "z")
@@ -158,6 +159,9 @@ def structure_of(wagon: Wagon) -> Structure:
             )
         elif isinstance(element, Link):
             ties.append(rows[[AXES.index(axis) for axis in element.along]])
+        else:
+            what = f"a {type(element).__name__}, of which nothing is lowered"
+            raise InputError("", f"vehicle.elements.{element.name}", what, "Spring, Damper, Stop or Link")
     mass = places.mass()
     upright = np.array([motion == "z" for _, motion in places.motions])
     weights = np.where(upright, -mass * wagon.gravity, 0.0)

@@ -18,6 +18,7 @@ from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import path_table
 from wheeltapper.lower.ellipse import contact_constant
+from wheeltapper.lower.known import check_known
 from wheeltapper.lower.numbers import METHODS, Method
 from wheeltapper.lower.patches import (
     WIDTH,
@@ -198,6 +199,7 @@ def layout_of(scenario: Scenario, structure: Structure) -> Layout:
 
 def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     """Lower a scenario with a wagon to an assembly, without its start."""
+    check_known(scenario)
     wagon, chosen = scenario.vehicle, METHODS[method]
     if len(wagon.axles) > MOST_AXLES:
         raise InputError("", "vehicle.axles", f"{len(wagon.axles)} wheelsets", f"{MOST_AXLES} at most")

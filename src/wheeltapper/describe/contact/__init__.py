@@ -1,21 +1,19 @@
 """Contact laws, one file each."""
 
-from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
-from wheeltapper.describe.contact.hertz import Hertz
-from wheeltapper.describe.contact.jackson_green import JacksonGreen
-from wheeltapper.describe.contact.kogut_etsion import KogutEtsion
-from wheeltapper.describe.contact.linear import Linear
-from wheeltapper.describe.contact.restitution import hysteresis_from_restitution
-from wheeltapper.describe.contact.stronge import Stronge
-from wheeltapper.describe.contact.thornton import Thornton
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "ElasticPlastic",
-    "Hertz",
-    "JacksonGreen",
-    "KogutEtsion",
-    "Linear",
-    "Stronge",
-    "Thornton",
-    "hysteresis_from_restitution",
-]
+from wheeltapper.describe.registry import room
+
+if TYPE_CHECKING:
+    from wheeltapper.describe.contact.base import Contact as Contact
+    from wheeltapper.describe.contact.elastic import ElasticContact as ElasticContact
+    from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic as ElasticPlastic
+    from wheeltapper.describe.contact.hertz import Hertz as Hertz
+    from wheeltapper.describe.contact.jackson_green import JacksonGreen as JacksonGreen
+    from wheeltapper.describe.contact.kogut_etsion import KogutEtsion as KogutEtsion
+    from wheeltapper.describe.contact.linear import Linear as Linear
+    from wheeltapper.describe.contact.restitution import hysteresis_from_restitution as hysteresis_from_restitution
+    from wheeltapper.describe.contact.stronge import Stronge as Stronge
+    from wheeltapper.describe.contact.thornton import Thornton as Thornton
+else:
+    __getattr__, __dir__ = room(__name__)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any, ClassVar
+
 from pydantic import Field, model_validator
 
-from wheeltapper.describe.noun import HertzConstant, Noun, PositiveLength, Pressure
+from wheeltapper.describe.contact.base import Contact
+from wheeltapper.describe.noun import HertzConstant, PositiveLength, Pressure
 from wheeltapper.ground.errors import InputError
 
 
-class ElasticContact(Noun):
+class ElasticContact(Contact, abstract=True):
     """A contact whose elastic part is Hertz's: N = C·δ^1.5.
 
     C is given, or computed exactly from radii and elastic constants (Hertz 1882; docs/theory/contact.rst, section
@@ -28,6 +31,7 @@ class ElasticContact(Noun):
         ν of both bodies.
     """
 
+    example: ClassVar[dict[str, Any]] = {"constant": 1.405e11}
     constant: HertzConstant | None = None
     constant_per_wheel: HertzConstant | None = None
     rail_radius: PositiveLength = 0.3

@@ -7,7 +7,7 @@ N = N_m·((δ - δ_r)/(δ_m - δ_r))^1.5, up to the largest indentation δ_m tha
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,7 +30,7 @@ def blended(d: FloatArray, start: float, end: float, before: FloatArray, after: 
     return np.asarray(before + share * (after - before))
 
 
-class ElasticPlastic(ElasticContact):
+class ElasticPlastic(ElasticContact, abstract=True):
     """An elastic-plastic contact that can only push.
 
     Rolling over virgin rail, the loading curve holds in both directions, because the wheel always meets new surface
@@ -52,6 +52,7 @@ class ElasticPlastic(ElasticContact):
         with both hardnesses H_wheel/(H_wheel + H_rail).
     """
 
+    example: ClassVar[dict[str, Any]] = {"constant": 1.405e11, "yield_force": 1e5}
     yield_force: PositiveForce | None = None
     yield_strength: Pressure | None = None
     hardness: Pressure | None = None

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from wheeltapper.describe.noun import Noun, PositiveStiffness
+from typing import Any, ClassVar
+
+from wheeltapper.describe.contact.base import Contact
+from wheeltapper.describe.noun import PositiveStiffness
 
 
-class Linear(Noun):
+class Linear(Contact):
     """A linear contact spring, N = k_H·δ.
 
     Parameters
@@ -17,5 +20,6 @@ class Linear(Noun):
         False: it can only push.
     """
 
+    example: ClassVar[dict[str, Any]] = {"stiffness": 1.9e9}
     stiffness: PositiveStiffness
     bilateral: bool = False

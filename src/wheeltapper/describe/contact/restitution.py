@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import log1p
 
+__all__ = ["hysteresis_from_restitution"]
+
 
 def hysteresis_from_restitution(restitution: float) -> float:
     """Return h of N = C·δ^1.5·(1 + h·δ'/v0) for an impact at v0 with the given coefficient of restitution e.

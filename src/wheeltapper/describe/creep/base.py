@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from wheeltapper.describe.noun import Friction, Noun
 
 
-class CreepLaw(Noun):
+class CreepLaw(Noun, abstract=True):
     """Tangential forces of rolling contacts, from creepages and spin.
 
     Parameters
@@ -20,6 +20,8 @@ class CreepLaw(Noun):
         "full": with its own equation of motion.
     """
 
+    example: ClassVar[dict[str, Any]] = {}
+    """Fields of one of them; the conformance tests try it."""
     spin_range: ClassVar[float | None] = None
     """So much of the friction limit may the linear spin force by itself use, for the law to hold; None: any."""
     friction: Friction = 0.4

@@ -1,12 +1,25 @@
-"""Irregularities of rail and wheel, one law in each file. All of them are at the front door too."""
+"""Irregularities of rail and wheel, one law in each file."""
 
-from wheeltapper.describe.irregularity.bump import CosineBump
-from wheeltapper.describe.irregularity.combination import Repeated
-from wheeltapper.describe.irregularity.corrugation import Corrugation
-from wheeltapper.describe.irregularity.flat import WheelFlat
-from wheeltapper.describe.irregularity.measured import Measured
-from wheeltapper.describe.irregularity.out_of_round import OutOfRound
-from wheeltapper.describe.irregularity.profile import Profile
-from wheeltapper.describe.irregularity.step import Step
+from typing import TYPE_CHECKING
 
-__all__ = ["Corrugation", "CosineBump", "Measured", "OutOfRound", "Profile", "Repeated", "Step", "WheelFlat"]
+from wheeltapper.describe.registry import room
+
+if TYPE_CHECKING:
+    from wheeltapper.describe.irregularity.base import Irregularity as Irregularity
+    from wheeltapper.describe.irregularity.bump import CosineBump as CosineBump
+    from wheeltapper.describe.irregularity.combination import Repeated as Repeated
+    from wheeltapper.describe.irregularity.corrugation import Corrugation as Corrugation
+    from wheeltapper.describe.irregularity.course import Chord as Chord
+    from wheeltapper.describe.irregularity.course import Course as Course
+    from wheeltapper.describe.irregularity.course import Harmonic as Harmonic
+    from wheeltapper.describe.irregularity.course import Stretch as Stretch
+    from wheeltapper.describe.irregularity.course import chord as chord
+    from wheeltapper.describe.irregularity.course import harmonic as harmonic
+    from wheeltapper.describe.irregularity.course import level as level
+    from wheeltapper.describe.irregularity.flat import WheelFlat as WheelFlat
+    from wheeltapper.describe.irregularity.measured import Measured as Measured
+    from wheeltapper.describe.irregularity.out_of_round import OutOfRound as OutOfRound
+    from wheeltapper.describe.irregularity.profile import Profile as Profile
+    from wheeltapper.describe.irregularity.step import Step as Step
+else:
+    __getattr__, __dir__ = room(__name__)

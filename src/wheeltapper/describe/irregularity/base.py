@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from wheeltapper.describe.irregularity.course import Course
 from wheeltapper.describe.noun import Noun
@@ -15,9 +15,11 @@ PLACES = ("start", "end", "position")
 """Fields that say where an irregularity is."""
 
 
-class Irregularity(Noun):
+class Irregularity(Noun, abstract=True):
     """A deviation of a rolling surface, m, upwards positive; material missing on a wheel is negative."""
 
+    example: ClassVar[dict[str, Any]]
+    """Fields of one of them, felt within the first 0.36 m; the conformance tests try it."""
     borne: ClassVar[Literal["rail", "wheel"]] = "rail"
 
     def course(self, radius: float) -> Course:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf, pi
+from typing import Any, ClassVar
 
 from wheeltapper.describe.irregularity.base import Irregularity, Similarity
 from wheeltapper.describe.irregularity.course import Course, Harmonic, harmonic, level
@@ -22,6 +23,7 @@ class CosineBump(Irregularity):
         Where it begins, m.
     """
 
+    example: ClassVar[dict[str, Any]] = {"height": -1e-4, "length": 0.05, "start": 0.1}
     height: Length
     length: PositiveLength
     start: Length

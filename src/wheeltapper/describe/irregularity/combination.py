@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import inf
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import Field, SerializeAsAny, field_validator, model_validator
@@ -11,6 +11,7 @@ from pydantic import Field, SerializeAsAny, field_validator, model_validator
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.course import Course, Stretch
 from wheeltapper.describe.noun import PositiveLength
+from wheeltapper.describe.registry import choices
 from wheeltapper.ground.errors import InputError, shown, suggested
 
 
@@ -27,6 +28,10 @@ class Repeated(Irregularity):
         How often; None for ever.
     """
 
+    example: ClassVar[dict[str, Any]] = {
+        "of": {"type": "CosineBump", "height": 1e-4, "length": 0.05, "start": 0.1},
+        "period": 0.1,
+    }
     of: SerializeAsAny[Any]
     period: PositiveLength
     count: int | None = Field(default=None, ge=1)
@@ -36,10 +41,10 @@ class Repeated(Irregularity):
     def _made(cls, value: Any) -> Any:
         if not isinstance(value, dict):
             return value
-        known = {kind.__name__: kind for kind in Irregularity.__subclasses__() if kind.borne == "rail"}
+        known = {kind.__name__: kind for kind in choices(Irregularity) if kind.borne == "rail"}
         kind = str(value.get("type"))
         if kind not in known:
-            raise InputError("", "type", repr(kind), suggested(kind, sorted(known)))
+            raise InputError("", "type", repr(kind), suggested(kind, known))
         return known[kind].model_validate(value)
 
     @model_validator(mode="after")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf, pi, sin
+from typing import Any, ClassVar
 
 from pydantic import model_validator
 
@@ -27,6 +28,7 @@ class Corrugation(Irregularity):
         Where it ends, m (the rail goes on level at the height reached); None for never.
     """
 
+    example: ClassVar[dict[str, Any]] = {"amplitude": 5e-5, "wavelength": 0.05, "start": 0.1}
     amplitude: Length
     wavelength: PositiveLength
     start: Length

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = ["Chord", "Course", "Harmonic", "Stretch", "chord", "harmonic", "level"]
+
 FloatArray = NDArray[np.float64]
 Function = Callable[[NDArray[Any]], NDArray[Any]]
 

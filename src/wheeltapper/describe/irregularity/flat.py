@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import inf, pi, sqrt
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import model_validator
 
@@ -32,6 +32,7 @@ class WheelFlat(Irregularity):
     """
 
     borne: ClassVar[Literal["rail", "wheel"]] = "wheel"
+    example: ClassVar[dict[str, Any]] = {"depth": 1e-4, "position": 0.3}
     depth: PositiveLength | None = None
     length: PositiveLength | None = None
     position: Length

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from math import inf
 from pathlib import Path
-from typing import Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,11 @@ class Measured(Irregularity):
         Whether a gap (20 times the median spacing) may be bridged by the spline.
     """
 
+    example: ClassVar[dict[str, Any]] = {
+        "positions": (0.0, 0.08, 0.15, 0.24, 0.32, 0.4, 0.5),
+        "heights": (0.0, 1e-4, 2e-5, 1e-4, 0.0, 1e-4, 3e-5),
+        "beyond": "flat",
+    }
     path: Path | None = None
     positions: tuple[float, ...] | None = None
     heights: tuple[float, ...] | None = None

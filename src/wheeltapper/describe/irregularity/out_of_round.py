@@ -46,6 +46,7 @@ class OutOfRound(Irregularity):
     """
 
     borne: ClassVar[Literal["rail", "wheel"]] = "wheel"
+    example: ClassVar[dict[str, Any]] = {"orders": (1, 5), "amplitudes": (1e-4, 2e-5), "phases": (0.3, 0.1)}
     orders: tuple[int, ...] = ()
     amplitudes: tuple[Length, ...] = ()
     phases: tuple[Angle, ...] | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from math import inf
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,10 @@ from wheeltapper.ground.errors import InputError
 
 def _refused(found: str) -> InputError:
     return InputError("", "function", found, "a function from position in m to height in m, a finite real number each")
+
+
+def _waves(x: NDArray[Any]) -> Any:
+    return 1e-4 * np.sin(20.0 * x) ** 2
 
 
 class Profile(Irregularity):
@@ -40,6 +44,7 @@ class Profile(Irregularity):
         Length in m over which the function varies; by default a thousandth of the shortest smooth part, or 1 mm.
     """
 
+    example: ClassVar[dict[str, Any]] = {"function": _waves, "breakpoints": (0.2,)}
     function: Callable[..., Any]
     breakpoints: tuple[Length, ...] = ()
     start: Length | None = None

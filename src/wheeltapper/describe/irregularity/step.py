@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf
+from typing import Any, ClassVar
 
 from wheeltapper.describe.irregularity.base import Irregularity, Similarity
 from wheeltapper.describe.irregularity.course import Course, level
@@ -24,6 +25,7 @@ class Step(Irregularity):
         True: the wheel's centre jumps with the rail (the limit R → 0), however the wheel rolls.
     """
 
+    example: ClassVar[dict[str, Any]] = {"height": 1e-4, "position": 0.1}
     height: Length
     position: Length
     ideal: bool = False

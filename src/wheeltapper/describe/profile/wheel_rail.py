@@ -13,7 +13,11 @@ BUILT_IN = ("S1002", "60E1")
 """Profiles that need no file."""
 
 
-class WheelRail(Noun):
+class Profiles(Noun, abstract=True):
+    """The surfaces of wheels and rails."""
+
+
+class WheelRail(Profiles):
     """Profiles of wheels and rails, the same on both sides.
 
     Parameters
@@ -50,7 +54,7 @@ class WheelRail(Noun):
         return self
 
 
-class Cones(Noun):
+class Cones(Profiles):
     """Conical wheels on rails that touch them at one place.
 
     Parameters

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any, ClassVar
+
 from pydantic import Field, model_validator
 
-from wheeltapper.describe.noun import Damping, Length, Mass, Noun, PositiveLength, Stiffness
+from wheeltapper.describe.noun import Damping, Length, Mass, PositiveLength, Stiffness
+from wheeltapper.describe.track.base import Track
 from wheeltapper.ground.errors import InputError
 
 
-class FloatingDeck(Noun):
+class FloatingDeck(Track):
     """A rigid deck of mass M on a bearing K-C_d, prestressed: at rest at zero under the static wheel load N0.
 
     M·ÿ_M = -(N - N0) - K·y_M - C_d·ẏ_M (the paper, equation 2.3, with the bearing's damping, which it omits).
@@ -32,6 +35,7 @@ class FloatingDeck(Noun):
         none is on it, the force of one at rest stands in.
     """
 
+    example: ClassVar[dict[str, Any]] = {"mass": 5000.0, "stiffness": 2e7, "damping": 1e4}
     mass: Mass
     stiffness: Stiffness
     damping: Damping = 0.0

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from wheeltapper.describe.noun import Noun
+from wheeltapper.describe.track.base import Track
 
 
-class StiffTrack(Noun):
+class StiffTrack(Track):
     """A rail on a rigid foundation; only the contact yields."""

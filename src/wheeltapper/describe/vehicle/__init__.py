@@ -1,8 +1,20 @@
 """Vehicles, and the parts that a wagon of one's own is made of."""
 
-from wheeltapper.describe.vehicle.body import Axle, Body
-from wheeltapper.describe.vehicle.element import Damper, Link, Spring, Stop
-from wheeltapper.describe.vehicle.wagon import ErriB176, Wagon
-from wheeltapper.describe.vehicle.wheelset import Wheelset
+from typing import TYPE_CHECKING
 
-__all__ = ["Axle", "Body", "Damper", "ErriB176", "Link", "Spring", "Stop", "Wagon", "Wheelset"]
+from wheeltapper.describe.registry import room
+
+if TYPE_CHECKING:
+    from wheeltapper.describe.vehicle.base import Vehicle as Vehicle
+    from wheeltapper.describe.vehicle.body import Axle as Axle
+    from wheeltapper.describe.vehicle.body import Body as Body
+    from wheeltapper.describe.vehicle.element import Damper as Damper
+    from wheeltapper.describe.vehicle.element import Element as Element
+    from wheeltapper.describe.vehicle.element import Link as Link
+    from wheeltapper.describe.vehicle.element import Spring as Spring
+    from wheeltapper.describe.vehicle.element import Stop as Stop
+    from wheeltapper.describe.vehicle.wagon import ErriB176 as ErriB176
+    from wheeltapper.describe.vehicle.wagon import Wagon as Wagon
+    from wheeltapper.describe.vehicle.wheelset import Wheelset as Wheelset
+else:
+    __getattr__, __dir__ = room(__name__)

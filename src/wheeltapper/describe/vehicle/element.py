@@ -7,7 +7,7 @@ names two bodies, or a body and "ground", which moves along with the vehicle ste
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -17,7 +17,7 @@ from wheeltapper.ground.errors import InputError
 GROUND = "ground"
 
 
-class Element(Noun):
+class Element(Noun, abstract=True):
     """What all elements have: a name, two ends, and the place where they meet.
 
     Parameters
@@ -31,6 +31,8 @@ class Element(Noun):
         the left, z above the rail, m.
     """
 
+    example: ClassVar[dict[str, Any]]
+    """Fields of one of them, beside those that all have; the conformance tests try it."""
     name: str = Field(min_length=1)
     between: tuple[str, str]
     at: tuple[Length, Length, Length]
@@ -53,6 +55,7 @@ class Spring(Element):
         About x (roll), y (pitch) and z (yaw), N·m/rad.
     """
 
+    example: ClassVar[dict[str, Any]] = {"stiffness": (0.0, 0.0, 1e6)}
     stiffness: tuple[Stiffness, Stiffness, Stiffness] = (0.0, 0.0, 0.0)
     bending: tuple[AngularStiffness, AngularStiffness, AngularStiffness] = (0.0, 0.0, 0.0)
 
@@ -70,6 +73,7 @@ class Damper(Element):
         Of the worn end at that spring, in all directions, m: from one side to the other it carries nothing.
     """
 
+    example: ClassVar[dict[str, Any]] = {"damping": (0.0, 0.0, 2e4)}
     damping: tuple[Damping, Damping, Damping]
     series_stiffness: PositiveStiffness | None = None
     free_play: Length = Field(default=0.0, ge=0)
@@ -93,6 +97,7 @@ class Stop(Element):
         Its corners for positive deflections, m and N, from (0, 0) on; beyond the last one it goes on straight.
     """
 
+    example: ClassVar[dict[str, Any]] = {"along": "z", "deflection": (0.0, 1e-4, 3e-4), "force": (0.0, 100.0, 500.0)}
     along: Literal["x", "y", "z"]
     deflection: tuple[Length, ...] = Field(min_length=2)
     force: tuple[Force, ...] = Field(min_length=2)
@@ -119,4 +124,5 @@ class Link(Element):
         The directions in which both ends move together.
     """
 
+    example: ClassVar[dict[str, Any]] = {"along": ("z",)}
     along: tuple[Literal["x", "y", "z"], ...] = Field(min_length=1)

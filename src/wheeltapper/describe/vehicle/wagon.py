@@ -8,15 +8,18 @@ from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
-from wheeltapper.describe.noun import Acceleration, Mass, Noun, PositiveStiffness, choice
+from wheeltapper.describe.choice import OneOf
+from wheeltapper.describe.noun import Acceleration, Mass, PositiveStiffness
+from wheeltapper.describe.registry import choices
+from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.body import Axle, Body
-from wheeltapper.describe.vehicle.element import GROUND, Damper, Link, Spring, Stop
+from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Spring, Stop
 from wheeltapper.ground.errors import InputError, shown, suggested
 
-ELEMENTS = (Spring, Damper, Stop, Link)
+AnyElement = Annotated[Element, OneOf(Element)]
 
 
-class Wagon(Noun):
+class Wagon(Vehicle):
     """A vehicle of rigid bodies on wheelsets (the paper, section 4).
 
     Bodies and wheelsets move a little about a steady run along the track: x forward, y left, z up.
@@ -35,7 +38,7 @@ class Wagon(Noun):
 
     bodies: tuple[Body, ...]
     axles: Annotated[tuple[Axle, ...], Field(min_length=1)]
-    elements: tuple[choice(*ELEMENTS), ...] = ()  # type: ignore[valid-type]
+    elements: tuple[AnyElement, ...] = ()
     gravity: Acceleration = 9.81
 
     @model_validator(mode="after")
@@ -67,8 +70,8 @@ class Wagon(Noun):
 
     def with_element(self, element: Any) -> Wagon:
         """Return the wagon with one more element, or with another one of that name."""
-        if not isinstance(element, ELEMENTS):
-            raise InputError("", "element", shown(element), ", ".join(kind.__name__ for kind in ELEMENTS))
+        if not isinstance(element, Element):
+            raise InputError("", "element", shown(element), ", ".join(kind.__name__ for kind in choices(Element)))
         if any(element.name == held.name for held in self.elements):
             return self._with(tuple(element if element.name == held.name else held for held in self.elements))
         return self._with((*self.elements, element))
@@ -109,7 +112,7 @@ class Wagon(Noun):
         return _coach(data, series_springs)
 
 
-class ErriB176(Noun):
+class ErriB176(Vehicle):
     """What a file says instead of bodies, axles and elements: the ERRI B176 coach, perhaps with faults.
 
     Parameters
@@ -129,7 +132,7 @@ class ErriB176(Noun):
     series_springs: bool = False
     dampers: bool = True
     without: tuple[str, ...] = ()
-    elements: tuple[choice(*ELEMENTS), ...] = ()  # type: ignore[valid-type]
+    elements: tuple[AnyElement, ...] = ()
 
     def wagon(self) -> Wagon:
         """Return the wagon."""
@@ -141,8 +144,8 @@ class ErriB176(Noun):
 
 
 def made(vehicle: Any) -> Any:
-    """Return the wagon where a vehicle is described by its name."""
-    return vehicle.wagon() if isinstance(vehicle, ErriB176) else vehicle
+    """Return the wagon that a vehicle stands for, where it has a method `wagon`."""
+    return vehicle.wagon() if hasattr(vehicle, "wagon") else vehicle
 
 
 def _coach(data: dict[str, Any], series_springs: bool) -> Wagon:

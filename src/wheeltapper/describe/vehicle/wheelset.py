@@ -10,11 +10,11 @@ from wheeltapper.describe.noun import (
     Force,
     Length,
     Mass,
-    Noun,
     PositiveLength,
     PositiveStiffness,
     Stiffness,
 )
+from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.ground.errors import InputError
 
 FASTEST = 1e6
@@ -24,7 +24,7 @@ What is faster is rigid to any measurement, and would need ever smaller steps.
 """
 
 
-class Wheelset(Noun):
+class Wheelset(Vehicle):
     """A wheelset of mass m under a load P, on a suspension k-c whose other end moves steadily.
 
     The equation of motion is m·ÿ = -P - m·g - k·y - c·ẏ + N (the paper, equation 2.3), y the displacement upwards;

@@ -1,18 +1,16 @@
-"""Features: single numbers that an impact train gives away, for records and for maps.
-
-Each is a small object; what it needs says how far a run has to be computed before it is known.
-"""
+"""What every feature is, how it is registered and found, and features of one's own."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from numbers import Number
-from typing import TYPE_CHECKING, Any, Literal, get_args, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.registry import register, registered
 from wheeltapper.ground.arguments import as_count, check_choice, check_flag, check_function, check_text
 from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.outcome import Outcome
@@ -23,12 +21,11 @@ if TYPE_CHECKING:
 
     from wheeltapper.record.record import Record
 
-__all__ = [
-    "Feature", "Train", "contact_frequency", "custom", "decay_rate", "first_loss", "force_ratio", "impact_interval",
-    "impulse", "largest_displacement", "largest_force", "last_loss", "named", "number_of_impacts", "time_in_air",
-]  # fmt: skip
+__all__ = ["Feature", "Train", "custom", "feature", "named"]
 
+ROOM = "wheeltapper.record.features"
 Until = Literal["impact", "loss", "end"]
+Maker = TypeVar("Maker", bound="Callable[..., Feature]")
 
 
 @dataclass(frozen=True)
@@ -120,137 +117,22 @@ class Feature:
         return np.where(known, values, np.nan)
 
 
-def _pair(first: int, second: int) -> None:
-    if not as_count(first, "first") < as_count(second, "second"):
-        raise InputError("", "features", f"impacts {first} and {second}", "two impacts, counted from 1, in order")
-
-
-def _onset(trains: Trains, n: int) -> Values:
-    return trains.impacts.nth("time", n)
-
-
-def impact_interval(first: int = 1, second: int = 2, between: Literal["onsets", "peaks"] = "onsets") -> Feature:
-    """Return the time between two impacts (the paper's Δt).
+def feature(make: Maker) -> Maker:
+    """Register a function that makes a feature: files and maps then know it by its name.
 
     Parameters
     ----------
-    first, second
-        Which impacts, counted from one.
-    between
-        "onsets" of contact, or the "peaks": the times of the largest force after each.
+    make
+        Returns a `Feature`, perhaps by arguments that all have defaults; its name is the feature's.
     """
-    _pair(first, second)
-    check_choice(between, "between", ("onsets", "peaks"))
-    if between == "onsets":
-        return Feature(
-            "impact_interval", "s", f"time from the onset of impact {first} to that of impact {second}", second,
-            "impact", lambda trains: _onset(trains, second) - _onset(trains, first),
-        )  # fmt: skip
-    return Feature(
-        "impact_interval", "s", f"time from the largest force after impact {first} to that after impact {second}",
-        second, "loss", lambda trains: trains.impact_peak(second, "time") - trains.impact_peak(first, "time"),
-    )  # fmt: skip
+    register(make, ROOM)
+    return make
 
 
-def force_ratio(first: int = 1, second: int = 2) -> Feature:
-    """Return the largest force after one impact over that after another (r_N of the paper)."""
-    _pair(first, second)
-    return Feature(
-        "force_ratio", "", f"largest force between impact {first} and the next one, over that after impact {second}",
-        second, "loss",
-        lambda trains: trains.impact_peak(first, "force") / trains.impact_peak(second, "force"),
-    )  # fmt: skip
-
-
-def largest_force(over_static: bool = False) -> Feature:
-    """Return the largest maximum of the contact force, N; `over_static`: divided by the static force N0."""
-    check_flag(over_static, "over_static")
-    if over_static:
-        return Feature(
-            "largest_force_over_static", "", "largest maximum of the contact force, over the static force", 0, "end",
-            lambda trains: trains.peaks.largest("force") / trains.static_force,
-        )  # fmt: skip
-    return Feature(
-        "largest_force", "N", "largest maximum of the contact force, per wheelset", 0, "end",
-        lambda trains: trains.peaks.largest("force"),
-    )  # fmt: skip
-
-
-def number_of_impacts() -> Feature:
-    """Return the number of impacts."""
-    return Feature(
-        "number_of_impacts", "", "number of impacts", 0, "end",
-        lambda trains: trains.impacts.count.astype(float), differentiable=False,
-    )  # fmt: skip
-
-
-def time_in_air() -> Feature:
-    """Return the total time without contact, s."""
-
-    def total(trains: Trains) -> Values:
-        flights_begin = trains.losses.total(trains.losses.columns["time"])
-        flights_end = trains.impacts.total(trains.impacts.columns["time"])
-        flying = trains.losses.count + trains.airborne - trains.impacts.count
-        return np.asarray(flights_end - flights_begin + flying * trains.end)
-
-    return Feature("time_in_air", "s", "total time without contact", 0, "end", total)
-
-
-def first_loss() -> Feature:
-    """Return the time of the first loss of contact, s."""
-    return Feature(
-        "first_loss", "s", "time of the first loss of contact", 0, "loss",
-        lambda trains: trains.losses.nth("time", 1),
-    )  # fmt: skip
-
-
-def last_loss() -> Feature:
-    """Return the time of the last loss of contact, s."""
-    return Feature(
-        "last_loss", "s", "time of the last loss of contact", 0, "end", lambda trains: trains.losses.last("time")
-    )
-
-
-def contact_frequency() -> Feature:
-    """Return how often contact is regained: the inverse of the mean interval between impacts, Hz."""
-    return Feature(
-        "contact_frequency", "Hz", "inverse of the mean interval between the onsets of impacts", 2, "end",
-        lambda trains: (trains.impacts.count - 1) / (trains.impacts.last("time") - _onset(trains, 1)),
-    )  # fmt: skip
-
-
-def decay_rate() -> Feature:
-    """Return the rate σ at which the impact train decays, 1/s: the largest forces after the impacts fit exp(-σ·t)."""
-
-    def rate(trains: Trains) -> Values:
-        peaks = trains.impact_peaks
-        time, height, owner = peaks.columns["time"], np.log(peaks.columns["force"]), peaks.owner
-        many = peaks.count
-        middle_time, middle = peaks.total(time) / many, peaks.total(height) / many
-        off = time - middle_time[owner]
-        return np.asarray(-peaks.total(off * (height - middle[owner])) / peaks.total(off * off))
-
-    return Feature(
-        "decay_rate", "1/s", "rate at which the largest forces after impacts decay (least squares of their logarithms)",
-        2, "end", rate,
-    )  # fmt: skip
-
-
-def impulse(impact: int = 1) -> Feature:
-    """Return the impulse of the contact force from an impact to the next loss of contact, N s."""
-    impact = as_count(impact, "impact")
-    return Feature(
-        "impulse", "N s", f"impulse of the contact force from impact {impact} to the next loss of contact", impact,
-        "loss", lambda trains: trains.impulse(impact), tally=True,
-    )  # fmt: skip
-
-
-def largest_displacement() -> Feature:
-    """Return the largest upward displacement of the wheel's centre, m."""
-    return Feature(
-        "largest_displacement", "m", "largest upward displacement of the wheel's centre", 0, "end",
-        lambda trains: trains.highest, tally=True,
-    )  # fmt: skip
+def check_order(first: int, second: int) -> None:
+    """Refuse numbers of impacts that are not two in order."""
+    if not as_count(first, "first") < as_count(second, "second"):
+        raise InputError("", "features", f"impacts {first} and {second}", "two impacts, counted from 1, in order")
 
 
 @dataclass(frozen=True)
@@ -329,28 +211,20 @@ def _train(trains: Trains, cell: int) -> Train:
     )  # fmt: skip
 
 
-BUILT_IN: dict[str, Callable[..., Feature]] = {
-    make.__name__: make
-    for make in (
-        impact_interval, force_ratio, largest_force, number_of_impacts, time_in_air, first_loss, last_loss,
-        contact_frequency, decay_rate, impulse, largest_displacement,
-    )
-}  # fmt: skip
-
-
 def named(what: Any) -> Feature:
-    """Return a built-in feature from its name, or from a table with its name as `type` and its arguments.
+    """Return a registered feature from its name, or from a table with its name as `type` and its arguments.
 
     A `name` in the table is what the variable is called.
     """
     table = {"type": what} if isinstance(what, str) else dict(what) if isinstance(what, dict) else {}
     kind, name = table.pop("type", None), table.pop("name", None)
-    if not isinstance(kind, str) or kind not in BUILT_IN:
-        raise InputError("", "features", shown(what), suggested(str(kind), BUILT_IN))
+    known = registered(ROOM)
+    if not isinstance(kind, str) or kind not in known:
+        raise InputError("", "features", shown(what), suggested(str(kind), known))
     if name is not None:
         check_text(name, f"features.{kind}.name")
     try:
-        feature = BUILT_IN[kind](**table)
+        made: Feature = known[kind](**table)
     except TypeError as error:
         raise InputError("", f"features.{kind}", repr(table), f"arguments of {kind} ({error})") from error
-    return feature if name is None else feature.renamed(name)
+    return made if name is None else made.renamed(name)

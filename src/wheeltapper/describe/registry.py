@@ -1,0 +1,138 @@
+"""What there is of every family, registered once: by the class statement of a noun, by the decorator of a feature.
+
+A room is a folder of modules, one law in each. They are found by themselves when something of the room is first asked
+for, and what is registered outside the package stands beside them. Whoever needs a list takes it from here: the
+scenario, its files and their schema, the rooms of the front door, the documentation, the conformance tests.
+"""
+
+from __future__ import annotations
+
+import pkgutil
+import sys
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+from wheeltapper.ground.errors import InputError
+
+PACKAGE = "wheeltapper."
+
+_held: dict[str, dict[str, Any]] = {}
+"""What is registered, by room and name."""
+_abstract: set[Any] = set()
+"""Nouns that only others are made of."""
+_choices: dict[Any, tuple[type[Any], ...]] = {}
+"""What `choices` has found since the last registration."""
+_rooms: list[str] = []
+_searched: set[str] = set()
+"""Rooms whose modules are all imported."""
+
+
+def home(kind: type[Any]) -> str:
+    """Return the room of a noun's class: of one defined elsewhere, that of its nearest ancestor in the package."""
+    modules = (base.__module__ for base in kind.__mro__)
+    return next(module for module in modules if module.startswith(PACKAGE)).rpartition(".")[0]
+
+
+def register(thing: Any, room: str, *, abstract: bool = False) -> None:
+    """Add a noun's class, or the function that makes a feature, to a room.
+
+    It replaces one of its name from the same module, as when a cell of a notebook is run again.
+
+    Raises
+    ------
+    InputError
+        If another module has registered something of this name.
+    """
+    name = thing.__name__
+    if not thing.__module__.startswith(room):
+        search(room)
+    before = _held.setdefault(room, {}).setdefault(name, thing)
+    if _origin(before) != _origin(thing):
+        raise InputError("", name, f"a second {name}, beside that of {before.__module__}", "a name that is not taken")
+    _held[room][name] = thing
+    if abstract:
+        _abstract.add(thing)
+    _choices.clear()
+
+
+def _origin(thing: Any) -> str:
+    """Return where something was defined; a script that runs again in a worker process is the same script."""
+    return str(thing.__module__).replace("__mp_main__", "__main__")
+
+
+def forget(thing: Any) -> None:
+    """Undo a registration."""
+    name = thing.__name__
+    for held in _held.values():
+        if held.get(name) is thing:
+            del held[name]
+    _abstract.discard(thing)
+    _choices.clear()
+
+
+def is_abstract(kind: type[Any]) -> bool:
+    """Return True for a noun that only others are made of."""
+    return kind in _abstract
+
+
+def search(room: str) -> None:
+    """Import all modules of a room, once."""
+    if room not in _searched:
+        for name in modules(room):
+            import_module(f"{room}.{name}")
+        _searched.add(room)
+
+
+@cache
+def modules(room: str) -> tuple[str, ...]:
+    """Return the names of a room's modules."""
+    return tuple(sorted(module.name for module in pkgutil.iter_modules(import_module(room).__path__)))
+
+
+def registered(room: str) -> dict[str, Any]:
+    """Return what is registered in a room, by name and sorted by it."""
+    search(room)
+    return dict(sorted(_held.get(room, {}).items()))
+
+
+def everything() -> dict[str, Any]:
+    """Return what is registered in all rooms that were entered, and outside of rooms."""
+    for room in _rooms:
+        search(room)
+    return {name: thing for held in _held.values() for name, thing in held.items()}
+
+
+def choices(family: type[Any]) -> tuple[type[Any], ...]:
+    """Return all nouns of a family that can be made, sorted by their names."""
+    if family not in _choices:
+        kinds = registered(home(family)).values()
+        _choices[family] = tuple(kind for kind in kinds if issubclass(kind, family) and not is_abstract(kind))
+    return _choices[family]
+
+
+def room(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """Return the functions `__getattr__` and `__dir__` of a folder that becomes a room.
+
+    It offers what is registered in it, and what its modules name in their `__all__`.
+    """
+    _rooms.append(package)
+
+    def offered() -> dict[str, Any]:
+        out = registered(package)
+        for name in modules(package):
+            module = sys.modules[f"{package}.{name}"]
+            out |= {word: getattr(module, word) for word in getattr(module, "__all__", ())}
+        return out
+
+    def get(name: str) -> Any:
+        if name == "__all__":
+            return sorted(offered())
+        if not name.startswith("_") and name not in modules(package):  # a module is imported by who asks for it
+            found = offered()
+            if name in found:
+                return found[name]
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+
+    return get, lambda: sorted(offered())

@@ -1,0 +1,36 @@
+"""Nouns of which nothing is lowered are refused, and never taken for others in silence."""
+
+from __future__ import annotations
+
+from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.contact.linear import Linear
+from wheeltapper.describe.creep.fastsim import Fastsim
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.track.deck import FloatingDeck
+from wheeltapper.describe.track.stiff import StiffTrack
+from wheeltapper.describe.vehicle.wagon import Wagon
+from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.ground.errors import InputError
+
+KNOWN: dict[str, tuple[type, ...]] = {
+    "vehicle": (Wheelset, Wagon),
+    "contact": (Hertz, Linear, ElasticPlastic),
+    "track": (StiffTrack, FloatingDeck),
+}
+"""By field of the scenario, what is lowered; the elements of a wagon are in `structure`."""
+
+
+def check_known(scenario: Scenario) -> None:
+    """Refuse what is described only."""
+    for field, kinds in KNOWN.items():
+        noun = getattr(scenario, field)
+        if not isinstance(noun, kinds):
+            raise _refused(field, noun, " or ".join(kind.__name__ for kind in kinds))
+    law = scenario.creep
+    if law is not None and not isinstance(law, Fastsim) and not hasattr(law, "saturation"):
+        raise _refused("creep", law, "Fastsim, or a law with a method `saturation`")
+
+
+def _refused(field: str, noun: object, allowed: str) -> InputError:
+    return InputError("", field, f"{type(noun).__name__}, of which nothing is lowered", allowed)

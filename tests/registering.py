@@ -1,0 +1,18 @@
+"""Registrations that end with a test."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from wheeltapper.describe.registry import PACKAGE, everything, forget
+
+
+@contextmanager
+def undone() -> Iterator[None]:
+    """Forget at the end whatever was registered inside by others than the package, whose rooms are searched late."""
+    before = everything()
+    try:
+        yield
+    finally:
+        for name, thing in everything().items():
+            if name not in before and not thing.__module__.startswith(PACKAGE):
+                forget(thing)
