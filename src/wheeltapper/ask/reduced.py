@@ -15,10 +15,10 @@ from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.vehicle.element import Damper, Spring
-from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
+from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.labels import LABELS
 from wheeltapper.record.record import Record
@@ -49,9 +49,8 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
         that could be moved.
     """
     scenario = as_scenario(scenario)
+    run.choose(run.REDUCED, scenario.needs)
     wagon = scenario.vehicle
-    if not isinstance(wagon, Wagon):
-        raise InputError("", "vehicle", f"a {type(wagon).__name__}", "a Wagon")
     wheelset = as_count(wheelset, "wheelset", 1, len(wagon.axles))
     items = scenario.irregularities_on(wheelset, "left")
     if items != scenario.irregularities_on(wheelset, "right"):

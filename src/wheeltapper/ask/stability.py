@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from wheeltapper.ask.modes import STILL, as_wagon, linearised, modes
+from wheeltapper.ask.modes import STILL, linearised, modes
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_between, as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.wagon import lower_wagon
+from wheeltapper.march import run
+from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.simulate import ModelWarning
 
 __all__ = ["critical_speed"]
@@ -53,9 +55,7 @@ def critical_speed(
     """
     from scipy.optimize import brentq
 
-    as_wagon(scenario, "critical speed")
-    if scenario.creep is None:
-        raise InputError("", "creep", "none", "a creep law, without which nothing hunts")
+    run.choose(run.CRITICAL_SPEED, as_scenario(scenario).needs)
     lowest, highest = (
         as_quantity(given, name, "speed", positive=False) for name, given in (("lowest", lowest), ("highest", highest))
     )

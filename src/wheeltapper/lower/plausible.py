@@ -9,6 +9,7 @@ from typing import NamedTuple
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.notes import Note
 from wheeltapper.ground.quantities import UNITS, si_unit
 
 
@@ -112,7 +113,7 @@ Limits are wide: what models of wheels, decks and vehicles in the literature and
 """
 
 
-def implausible(scenario: Scenario) -> tuple[str, ...]:
+def implausible(scenario: Scenario) -> tuple[Note, ...]:
     """Return one note for each number of a scenario that is implausible: what it is, and what is usual."""
     return tuple(
         _note(path, value, usual)
@@ -162,12 +163,13 @@ def _limits(kind: str) -> list[tuple[str, float, float, Usual]]:
     return found
 
 
-def _note(path: str, value: float, usual: Usual) -> str:
+def _note(path: str, value: float, usual: Usual) -> Note:
     si = si_unit(usual.dimension)
     low, high = usual.usual
     meant = _meant(abs(value), usual)
     hint = f'; did you mean "{value:.6g} {meant}"?' if meant else ""
-    return f"{path} = {value:.6g} {si} is implausible: usual are {low:g} to {high:g} {usual.unit}{hint}"
+    text = f"{path} = {value:.6g} {si} is implausible: usual are {low:g} to {high:g} {usual.unit}{hint}"
+    return Note(text, f"implausible {path}", doubtful=True)
 
 
 def _meant(value: float, usual: Usual) -> str:

@@ -224,7 +224,7 @@ class Rolled:
 
 def circle_table(
     courses: list[Course], end: float, height: float, tolerance: float, radius: float, factor: Factor | None = None
-) -> tuple[Table, list[str]]:
+) -> tuple[Table, list[Note]]:
     """Return the path of the centre of a rolling circle from x = 0 to x = end, and notes on two-point contact.
 
     Parameters
@@ -307,8 +307,8 @@ def _repetition(courses: list[Course], end: float, window: float) -> tuple[float
     return origin + period, origin
 
 
-def _notes(envelope: Envelope, kinks: list[float], varies: bool, stop: float) -> list[str]:
-    notes: list[str] = []
+def _notes(envelope: Envelope, kinks: list[float], varies: bool, stop: float) -> list[Note]:
+    notes: list[Note] = []
     if kinks:
         first = ", ".join(f"{k:.6g}" for k in kinks[:3])
         more = f" and {len(kinks) - 3} more" if len(kinks) > 3 else ""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Course, Stretch
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower.fit import NARROWEST
 
 FloatArray = NDArray[np.float64]
@@ -80,10 +81,11 @@ def _check_smooth(stretch: Stretch, x: FloatArray, values: FloatArray, largest: 
         )  # fmt: skip
 
 
-def pieces_note(courses: list[Course], starts: FloatArray, halves: FloatArray) -> list[str]:
+def pieces_note(courses: list[Course], starts: FloatArray, halves: FloatArray) -> list[Note]:
     """Return a note on where a fit to users' functions was cut to pieces."""
     cut = np.unique(np.round(starts[halves < NARROWEST], 6))
     if not len(cut) or not any(course.sampled for course in courses):
         return []
     where = ", ".join(f"{x:.6g}" for x in cut[:3]) + (f" and {len(cut) - 3} more" if len(cut) > 3 else "")
-    return [f"the function is not smooth at x = {where} m: its path is cut to pieces there (breakpoints avoid that)"]
+    text = f"the function is not smooth at x = {where} m: its path is cut to pieces there (breakpoints avoid that)"
+    return [Note(text)]

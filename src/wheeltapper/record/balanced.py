@@ -7,13 +7,15 @@ step, all works and losses by amount, and the energy of the contact at rest.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wheeltapper.ground import progress
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
+from wheeltapper.march import run
 
 if TYPE_CHECKING:
     from wheeltapper.march.single import March
@@ -30,45 +32,26 @@ CHUNK = 100_000
 """Steps that are checked at once: about a hundredth of a second."""
 
 
-def is_ready(lowered: Lowered) -> bool:
-    """Return False where the check begins with compiling its kernel."""
-    from wheeltapper.march.kernel import is_compiled
-
-    columns = contract.ENDED_COLUMNS if len(lowered.program.damper) else contract.STEP_COLUMNS
-    return is_compiled(_kernel(lowered), (*_arguments(lowered), np.empty((1, columns)), np.empty(1), np.empty(1)))
-
-
-def _kernel(lowered: Lowered) -> Any:
-    from wheeltapper.march import balance, damper_balance
-
-    return damper_balance.damper_balance_kernel if len(lowered.program.damper) else balance.balance_kernel
-
-
-def _arguments(lowered: Lowered) -> tuple[np.ndarray, ...]:
-    program = lowered.program
-    return program.pieces, program.numbers, program.damper if len(program.damper) else program.law
-
-
 def missing_part(lowered: Lowered, march: March) -> float:
     """Return the largest part of the energy exchanged that was missing at any time of a march; NaN where it is lost."""
     from wheeltapper.march import balance
 
     sums = np.zeros(balance.SUMS)
-    kernel, steps, last = _kernel(lowered), march.steps, march.state
+    steps, last = march.steps, march.state
     if len(lowered.program.damper):
         steps, last = steps[:-1], steps[-1]  # where the end is at last stands in no state
     for first in range(0, len(steps), CHUNK):
         progress.report("checking the energy", first, len(steps))
         after = first + CHUNK
-        kernel(*_arguments(lowered), steps[first:after], steps[after] if after < len(steps) else last, sums)
+        run.balance(lowered.program, steps[first:after], steps[after] if after < len(steps) else last, sums)
     exchanged = sums[balance.WORKED] + sums[balance.LARGEST_KINETIC] + sums[balance.LARGEST_ELASTIC] + AT_REST
     missing = sums[balance.LARGEST_MISSING] if np.isfinite(sums[balance.MISSING]) else np.nan
     return float(missing / exchanged)
 
 
-def judged(status: int, missing: float) -> tuple[int, tuple[str, ...]]:
+def judged(status: int, missing: float) -> tuple[int, tuple[Note, ...]]:
     """Return the status of a march that came to its end, and what the user should know of its energy."""
     if status != contract.DONE or missing <= NOTABLE:
         return status, ()
-    note = (f"work and energy differ by {missing:.2g} of what was exchanged, more than {NOTABLE:g}",)
-    return (status, note) if missing <= LIMIT else (UNBALANCED, note)
+    text = f"work and energy differ by {missing:.2g} of what was exchanged, more than {NOTABLE:g}"
+    return (status if missing <= LIMIT else UNBALANCED), (Note(text, "imbalance", missing),)

@@ -13,28 +13,10 @@ from wheeltapper.march import program as contract
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wheeltapper.march.single import March
-
 FloatArray = NDArray[np.float64]
 
 KINDS = ("reached", "left")
 SIDES = ("lower", "upper")
-NO_STOPS = np.empty((0, contract.STOP_COLUMNS))
-"""Events of a damper without an end of its own."""
-
-
-def sampled(lowered: Lowered, march: March, times: FloatArray) -> FloatArray:
-    """Return the dense output at rising times (scaled); columns for a damper's own end follow where there is one."""
-    from wheeltapper.march import damper_dense, dense
-
-    program = lowered.program
-    if not len(program.damper):
-        out = np.empty((len(times), dense.OUT_COLUMNS))
-        dense.dense(program.pieces, program.numbers, program.law, march.steps, times, out)
-        return out
-    out = np.empty((len(times), damper_dense.ENDED_OUT_COLUMNS))
-    damper_dense.dense(program.pieces, program.numbers, program.damper, march.steps, times, out)
-    return out
 
 
 def columns(lowered: Lowered, rows: FloatArray) -> dict[str, FloatArray]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
+from wheeltapper.march import run
 from wheeltapper.record import damper, yielded
 
 if TYPE_CHECKING:
@@ -45,18 +46,9 @@ class Integrals:
 
 def integrate(lowered: Lowered, march: March) -> Integrals:
     """Integrate over every step of a march."""
-    from wheeltapper.march import damper_dense, dense
+    from wheeltapper.march import dense
 
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    program = lowered.program
-    has_end = len(program.damper) > 0
-    columns = np.zeros((len(march.steps), dense.INTEGRALS))
-    ends = np.zeros((len(march.steps), 2, damper_dense.ENDED_OUT_COLUMNS if has_end else dense.OUT_COLUMNS))
-    rule = (0.5 * (nodes + 1.0), 0.5 * weights)
-    if has_end:
-        damper_dense.integrals(program.pieces, program.numbers, program.damper, march.steps, *rule, columns, ends)
-    else:
-        dense.integrals(program.pieces, program.numbers, program.law, march.steps, *rule, columns, ends)
+    columns, ends = run.integrals(lowered.program, march, NODES)
     elastic = _elastic(lowered, march, ends)
     yields = march.steps[:, contract.PHASE] >= contract.YIELDING
     if np.any(yields):

@@ -2,45 +2,34 @@
 
 from __future__ import annotations
 
+import inspect
 import warnings
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
-from typing import TYPE_CHECKING, Literal, overload
+from typing import Literal, overload
 
-import numpy as np
-from numpy.typing import NDArray
-
-from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground import progress
 from wheeltapper.ground.arguments import as_count
-from wheeltapper.lower.build import Lowered, lower
+from wheeltapper.ground.notes import Note
+from wheeltapper.lower.build import lower
 from wheeltapper.lower.plausible import implausible
-from wheeltapper.march import program as contract
-from wheeltapper.march import telling
+from wheeltapper.march import run, telling
 from wheeltapper.march.blocks import cores
 from wheeltapper.record import balanced, extent
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
-from wheeltapper.record.damper import NO_STOPS
 from wheeltapper.record.record import Record
 from wheeltapper.record.rigid import rigid_track
-
-if TYPE_CHECKING:
-    from wheeltapper.march.single import March
+from wheeltapper.record.yielded import beyond_law
 
 Method = Literal["default", "strict"]
 
 
 class ModelWarning(UserWarning):
     """The scenario is valid, but its result may not mean what the user thinks."""
-
-
-DOUBTS = ("cannot follow", "energy back than it took", "holds up to", "is implausible")
-"""Words of the notes that put a result's meaning in doubt."""
 
 
 _compiled: set[str] = set()
@@ -53,11 +42,19 @@ def say_that_it_compiles(what: str = "the kernels") -> None:
         progress.say(f"compiling {what} for this machine, once; this takes some seconds")
 
 
-def warn_of(notes: Iterable[str], depth: int = 3) -> None:
-    """Warn the caller's caller, or one farther up, of those notes that put a result's meaning in doubt."""
+def warn_of(notes: Iterable[Note]) -> None:
+    """Warn whoever called the package of those notes that put a result's meaning in doubt."""
     for note in notes:
-        if any(words in note for words in DOUBTS):
-            warnings.warn(note, ModelWarning, stacklevel=depth)
+        if note.doubtful:
+            warnings.warn(note, ModelWarning, stacklevel=_depth())
+
+
+def _depth() -> int:
+    """Return the `stacklevel` with which `warn_of` blames the first caller outside the package."""
+    frame, depth = inspect.currentframe(), 0
+    while frame is not None and str(frame.f_globals.get("__name__", "")).startswith("wheeltapper."):
+        frame, depth = frame.f_back, depth + 1
+    return depth
 
 
 @overload
@@ -130,80 +127,49 @@ def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[
 def _simulated(scenario: Scenario, method: str) -> Record:
     scenario.check_extent()
     doubts = implausible(scenario)
-    warn_of(doubts, depth=4)
-    record = _of_wagon(scenario, method) if isinstance(scenario.vehicle, Wagon) else _of_wheelset(scenario, method)
+    warn_of(doubts)
+    marcher = run.choose(run.SIMULATE, scenario.needs)
+    progress.report("lowering", 0.0, 0.0)
+    record = (_of_wagon if marcher is run.WAGON else _of_wheel)(scenario, method, marcher.name)
     record.notes = (*doubts, *record.notes, *rigid_track(record))
     return record
 
 
-def _of_wheelset(scenario: Scenario, method: str) -> Record:
-    progress.report("lowering", 0.0, 0.0)
+def _of_wheel(scenario: Scenario, method: str, name: str) -> Record:
     extent.check_time(scenario)
     lowered = lower(scenario, method)
     extent.check_pieces(scenario, lowered)
+    warn_of(lowered.notes)
     tell = extent.teller("marching", lowered.time, scenario.duration, telling.CHUNK, extent.ROW_BYTES)
-    if isinstance(scenario.contact, ElasticPlastic):
-        return _of_yielding(scenario, scenario.contact, method, lowered, tell)
-    warn_of(lowered.notes, depth=5)
-    if scenario.vehicle.damper_end:
-        return _with_end(scenario, method, lowered, tell)
-    from wheeltapper.march.single import is_ready, march
-
-    if not is_ready(lowered.program):
-        say_that_it_compiles("the wheelset's march")
-    return _checked(scenario, method, lowered, march(lowered.program, tell))
-
-
-def _with_end(scenario: Scenario, method: str, lowered: Lowered, tell: telling.Tell) -> Record:
-    from wheeltapper.march import damper_end
-
-    if not damper_end.is_ready(lowered.program):
-        say_that_it_compiles("the march with a damper's end")
-    march, stops = damper_end.march(lowered.program, tell)
-    return _checked(scenario, method, lowered, march, stops)
-
-
-def _of_yielding(scenario: Scenario, law: ElasticPlastic, method: str, lowered: Lowered, tell: telling.Tell) -> Record:
-    from wheeltapper.march import yielding
-    from wheeltapper.record.yielded import beyond_law
-
-    if not yielding.is_ready(lowered.program):
-        say_that_it_compiles("the yielding contact's march")
-    march, pieces = yielding.march(lowered.program, tell)
-    largest = float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * lowered.force
-    notes = lowered.notes + beyond_law(law, lowered, largest)
-    warn_of(notes, depth=6)
-    program = lowered.program._replace(pieces=pieces)
-    return _checked(scenario, method, replace(lowered, program=program, notes=notes), march)
-
-
-def _checked(
-    scenario: Scenario, method: str, lowered: Lowered, march: March, stops: NDArray[np.float64] = NO_STOPS
-) -> Record:
-    """Return the record of a march, after a look at its energy."""
-    if not balanced.is_ready(lowered):
+    if not run.is_ready(lowered.program):
+        say_that_it_compiles(name)
+    march, program, stops = run.march(lowered.program, tell)
+    lowered = replace(lowered, program=program)
+    beyond = beyond_law(scenario.contact, lowered, march)
+    warn_of(beyond)
+    if not run.balance_is_ready(program):
         say_that_it_compiles("the energy's check")
-    status, notes = balanced.judged(march.status, balanced.missing_part(lowered, march))
-    return Record(scenario, method, replace(lowered, notes=lowered.notes + notes), march._replace(status=status), stops)
+    status, missing = balanced.judged(march.status, balanced.missing_part(lowered, march))
+    lowered = replace(lowered, notes=lowered.notes + beyond + missing)
+    return Record(scenario, method, lowered, march._replace(status=status), stops)
 
 
-def _of_wagon(scenario: Scenario, method: str) -> Record:
+def _of_wagon(scenario: Scenario, method: str, name: str) -> Record:
     from wheeltapper.lower.wagon import LONGEST, lower_wagon
-    from wheeltapper.march import multibody
     from wheeltapper.march.assembly import PLACES
+    from wheeltapper.march.multibody import STEP_ELEMENTS
     from wheeltapper.record import wagon_energy
     from wheeltapper.record.creep_range import beyond_spin
     from wheeltapper.record.wagon_record import WagonRecord
 
-    progress.report("lowering", 0.0, 0.0)
-    row = 8.0 * (PLACES * (len(scenario.vehicle.names) + 1) + multibody.STEP_ELEMENTS)
+    row = 8.0 * (PLACES * (len(scenario.vehicle.names) + 1) + STEP_ELEMENTS)
     extent.check_duration(scenario, scenario.duration / LONGEST, row)
     lowered = lower_wagon(scenario, method)
-    warn_of(lowered.notes, depth=5)
+    warn_of(lowered.notes)
     tell = extent.teller("marching", 1.0, scenario.duration, telling.WAGON_CHUNK, row)
-    if not multibody.kernels_are_ready():
-        say_that_it_compiles("the wagon's march and its energy's check")
-    march = multibody.march(lowered.assembly, tell)
-    status, notes = balanced.judged(march.status, wagon_energy.missing_part(lowered, march, scenario))
-    lowered = replace(lowered, notes=lowered.notes + notes + beyond_spin(scenario, lowered, march))
+    if not run.is_ready(lowered.assembly):
+        say_that_it_compiles(f"{name} and its energy's check")
+    march = run.march(lowered.assembly, tell)
+    status, missing = balanced.judged(march.status, wagon_energy.missing_part(lowered, march, scenario))
+    lowered = replace(lowered, notes=lowered.notes + missing + beyond_spin(scenario, lowered, march))
     return WagonRecord(scenario, method, lowered, march._replace(status=status))

@@ -15,6 +15,7 @@ from pydantic import Field, model_validator
 
 from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.noun import PositiveForce, Pressure
+from wheeltapper.ground.needs import YIELDING, Need
 
 FloatArray = NDArray[np.float64]
 
@@ -82,6 +83,11 @@ class ElasticPlastic(ElasticContact):
                 "(both where a yield strength or a hardness needs them)"
             )
         return self
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """That the contact yields."""
+        return frozenset({YIELDING})
 
     @property
     def softest(self) -> float | None:

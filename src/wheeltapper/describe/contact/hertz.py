@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.contact.restitution import hysteresis_from_restitution
 from wheeltapper.describe.noun import Speed, TimePerLength
+from wheeltapper.ground.needs import HYSTERESIS, NOTHING, Need
 
 
 class Hertz(ElasticContact):
@@ -57,6 +58,11 @@ class Hertz(ElasticContact):
             f"found a given constant together with {', '.join(self.altered)}; allowed: one or the other "
             "(both only with curvature = true, where the radii shape its variation)"
         )
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """Hysteresis, where there is any."""
+        return frozenset({HYSTERESIS}) if self.hysteresis_factor else NOTHING
 
     @property
     def follows_curvature(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from wheeltapper.describe.noun import Noun, PositiveStiffness
+from wheeltapper.ground.needs import BILATERAL, LINEAR, Need
 
 
 class Linear(Noun):
@@ -19,3 +20,8 @@ class Linear(Noun):
 
     stiffness: PositiveStiffness
     bilateral: bool = False
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """That the contact is linear, and that it pulls if it does."""
+        return frozenset({LINEAR, BILATERAL} if self.bilateral else {LINEAR})

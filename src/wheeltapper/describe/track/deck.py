@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import Damping, Length, Mass, Noun, PositiveLength, Stiffness
+from wheeltapper.ground.needs import DECK, Need
 
 
 class FloatingDeck(Noun):
@@ -43,3 +44,8 @@ class FloatingDeck(Noun):
         if self.length is not None and self.start is None:
             raise ValueError("found a length without a start; allowed: both, a start alone, or neither")
         return self
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """The deck."""
+        return frozenset({DECK})

@@ -12,6 +12,7 @@ from wheeltapper.describe.noun import Acceleration, Mass, Noun, PositiveStiffnes
 from wheeltapper.describe.vehicle.body import Axle, Body
 from wheeltapper.describe.vehicle.element import GROUND, Damper, Link, Spring, Stop
 from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.needs import SEVERAL_BODIES, Need
 
 ELEMENTS = (Spring, Damper, Stop, Link)
 
@@ -65,6 +66,11 @@ class Wagon(Noun):
         if any(b.position >= a.position for a, b in zip(self.axles[:-1], self.axles[1:], strict=True)):
             raise ValueError("axles: found a wheelset before the one ahead of it; allowed: positions that fall")
         return self
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """Several bodies."""
+        return frozenset({SEVERAL_BODIES})
 
     @property
     def names(self) -> tuple[str, ...]:
