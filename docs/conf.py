@@ -7,7 +7,8 @@ from typing import Any
 
 from wheeltapper._version import __version__
 
-sys.path.insert(0, str(Path(__file__).parent))  # for gallery_figures
+sys.path.insert(0, str(Path(__file__).parent))  # for abilities and gallery_figures
+import abilities
 
 project = "wheeltapper"
 copyright = "The wheeltapper developers"
@@ -52,5 +53,6 @@ def as_written(app: Any, what: str, name: str, obj: Any, options: Any, lines: li
 
 
 def setup(app: Any) -> None:
-    """Connect the hook."""
+    """Write the page that is made of data, and connect the hook."""
+    abilities.PAGE.write_text(abilities.page(), encoding="utf-8")
     app.connect("autodoc-process-docstring", as_written)

@@ -60,7 +60,7 @@ def test_a_wrong_contact_is_refused_with_one_message(file, capsys, old, new, par
         (["--passes", "0"], "", "", ("passes", "0", "at least 1")),
         (["--passes", "3", "--hardening", "2"], "", "", ("hardening", "2", "0 to 1")),
         (["--passes", "3"], '"point"', '"circle"', ("rolling", "circle", "point")),
-        (["--passes", "3"], '"Thornton"\nconstant = 1.405e11\nyield_force = "212 kN"', '"Hertz"', ("contact", "elastic")),
+        (["--passes", "3"], '"Thornton"\nconstant = 1.405e11\nyield_force = "212 kN"', '"Hertz"', ("elastic-plastic",)),
         (["--passes", "3", "--plot", "wear.gif"], "", "", ("--plot", ".gif", ".png")),
         (["--passes", "3", "--method", "exact"], "", "", ("method", "exact", "strict")),
     ],

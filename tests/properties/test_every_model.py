@@ -28,12 +28,13 @@ MODELS = {
 PLASTIC = ("Thornton", "Stronge", "JacksonGreen", "KogutEtsion")
 ENDED = ("play", "bush")
 UNDERIVABLE = {
-    **{name: ("contact", name) for name in PLASTIC},
-    **dict.fromkeys(ENDED, ("vehicle", "a damper with play or a bush")),
+    **dict.fromkeys(PLASTIC, ("contact", "an elastic-plastic contact, which `information` does not take")),
+    **dict.fromkeys(ENDED, ("vehicle", "a damper with play or a bush, which `information` does not take")),
 }
 UNCOUPLED = {
-    **{name: ("contact", name) for name in (*PLASTIC, "Linear", "bilateral")},
-    "hysteresis": ("contact", "hysteresis=0.2"), "play": ("vehicle.damper_play", "5e-05"),
+    **dict.fromkeys(PLASTIC, ("contact", "an elastic-plastic contact, which `coupled=True` does not take")),
+    **dict.fromkeys(("Linear", "bilateral"), ("contact", "a linear contact, which `coupled=True` does not take")),
+    "hysteresis": ("contact", "a contact with hysteresis"), "play": ("vehicle.damper_play", "play, which"),
 }  # fmt: skip
 SENSOR = Sensor(rate=20e3, noise=6.66e-4)
 

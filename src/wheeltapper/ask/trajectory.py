@@ -28,7 +28,7 @@ class Trajectory(NamedTuple):
 
     status: int
     force: FloatArray  # (times,)
-    deck_acceleration: FloatArray  # (times,)
+    deck_acceleration: FloatArray  # (times,); zero on a stiff track
     of_force: FloatArray  # (parameters, times): derivatives
     of_deck_acceleration: FloatArray  # (parameters, times)
     largest_force: float
@@ -96,9 +96,11 @@ def _in_si(
     numbers: NDArray[np.complex128], units: object, motion: NDArray[np.complex128], scaled: FloatArray,
     rows: tuple[int, int, int],
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:  # fmt: skip
-    """Return force and deck acceleration in SI units; derivatives are imaginary parts."""
+    """Return force and deck acceleration (zero on a stiff track) in SI units; derivatives are imaginary parts."""
     force, height, velocity = (motion[:, row] for row in rows)
     length, time, weight = (np.ravel(getattr(units, name))[0] for name in ("length", "time", "force"))
+    if numbers[contract.DECK_MASS] == 0.0:
+        return force * weight, np.zeros_like(force)
     on_deck = (scaled >= numbers[contract.DECK_FROM].real) & (scaled < numbers[contract.DECK_TO].real)
     pull = -numbers[contract.DECK_STIFFNESS] * height - numbers[contract.DECK_DAMPING] * velocity
     pull = pull + np.where(on_deck, numbers[contract.PRESTRESS] - force, 0.0)

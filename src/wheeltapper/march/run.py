@@ -82,8 +82,14 @@ WAGON = Marcher(
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
 MARCHERS = (*WHEELS, WAGON)
 """All marches, the fastest first."""
+_PLACES = {need: place for place, need in enumerate(VOCABULARY)}
 ROW = Marcher("the wagon's march of a row of wheelsets", frozenset({DECK, IRREGULARITY, POINT, DAMPER_END}))
 """The wagon's march, where wheelsets that share a deck are made a wagon: it knows a bush, but no play."""
+
+
+def _place(need: Need) -> tuple[int, str]:
+    """Return where a need stands among all; one that nobody has heard of stands last."""
+    return _PLACES.get(need, len(_PLACES)), need.name
 
 
 @dataclass(frozen=True)
@@ -120,7 +126,7 @@ class Question:
     def lacking(self, marcher: Marcher, needs: frozenset[Need]) -> tuple[Need, ...]:
         """Return what keeps a march from answering: needs that it does not cover, and what is required and missing."""
         wrong = (needs - self.covered_by(marcher)) | ((marcher.requires | self.requires) - needs)
-        return tuple(need for need in VOCABULARY if need in wrong)
+        return tuple(sorted(wrong, key=_place))
 
 
 _SITE = frozenset({DECK, IRREGULARITY})
@@ -140,8 +146,10 @@ INFORMATION = Question(
     "information", "what a site's recordings can tell, and its design", (WHEEL,), requires=_SITE,
     others=("simulate", "diagnose"),
 )  # fmt: skip
-COUPLED = Question("coupled=True", "a train's wheelsets that share a deck", (ROW,), others=("coupled=False",))
-SUPERPOSED = Question("coupled=False", "the same, each as if alone", WHEELS, others=())
+COUPLED = Question(
+    "coupled=True", "a train's wheelsets that share a deck", (ROW,), requires=_SITE, others=("coupled=False",)
+)
+SUPERPOSED = Question("coupled=False", "the same, each as if alone", WHEELS, requires=_SITE, others=())
 WEAR_IN = Question(
     "wear_in", "the evolution of a rail under many wheels", (YIELDING_WHEEL,), frozenset({MEMORY}),
     frozenset({POINT}),
@@ -196,11 +204,11 @@ def choose(question: Question, needs: frozenset[Need], field: str = "") -> March
 def refusal(question: Question, needs: frozenset[Need], field: str = "") -> InputError:
     """Return why no march answers a question, as one sentence."""
     lacks = {marcher: question.lacking(marcher, needs) for marcher in question.marchers}
-    for need in VOCABULARY:  # what no march has of it
-        if all(need in wrong for wrong in lacks.values()):
-            return _sentence(question, needs, field, need)
+    common = set.intersection(*map(set, lacks.values()))
+    if common:  # no march has it
+        return _sentence(question, needs, field, min(common, key=_place))
     # Each march lacks something else: two needs that do not go together, the more easily changed one first.
-    need = min(lacks.values(), key=lambda wrong: (_fields(wrong), -VOCABULARY.index(wrong[0])))[0]
+    need = min(lacks.values(), key=lambda wrong: (_fields(wrong), -_place(wrong[0])[0]))[0]
     beside = min((wrong for wrong in lacks.values() if need not in wrong), key=_fields)[0]
     return _sentence(question, needs, field, need, beside)
 

@@ -176,6 +176,8 @@ def alone(passage: Scenario, ahead: float = 0.0) -> Felt:
 
 def superposed(own: Scenario, others: Others) -> Felt:
     """Return the sum of what the deck feels of each wheelset alone."""
+    for _, passage in [(0.0, own), *others]:
+        run.choose(run.SUPERPOSED, passage.needs)
     parts = [alone(own), *(alone(passage, spacing / float(own.speed)) for spacing, passage in others)]
     return Felt(
         min(part.end for part in parts), lambda times: np.asarray(np.sum([part.at(times) for part in parts], axis=0))
