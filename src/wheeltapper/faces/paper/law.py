@@ -15,7 +15,7 @@ from wheeltapper.faces.paper.corrugation import AMPLITUDE, WAVELENGTH
 from wheeltapper.faces.paper.setting import CONSTANT, STATIC, bump, largest, losses, scene, sine
 from wheeltapper.lower.build import lower
 from wheeltapper.march import program as contract
-from wheeltapper.march.single import march
+from wheeltapper.march.run import march
 
 FOLLOWING = wt.Hertz(constant=CONSTANT, curvature=True)
 """The setting's contact with a constant that follows the local curvature."""
@@ -29,7 +29,7 @@ def parametric_alone(damping: float, duration: float) -> wt.Record:
     numbers = lowered.program.numbers.copy()
     numbers[contract.LIFT] = 0.0
     level = replace(lowered, program=lowered.program._replace(numbers=numbers))
-    return wt.Record(scenario, "default", level, march(level.program))
+    return wt.Record(scenario, "default", level, march(level.program).march)
 
 
 @claim("C24", "parametric", "parametric excitation is negligible: for single irregularities, not for corrugation")
