@@ -28,13 +28,13 @@ MODELS = {
 PLASTIC = ("Thornton", "Stronge", "JacksonGreen", "KogutEtsion")
 ENDED = ("play", "bush")
 UNDERIVABLE = {
-    **dict.fromkeys(PLASTIC, ("contact", "an elastic-plastic contact, which `information` does not take")),
-    **dict.fromkeys(ENDED, ("vehicle", "a damper with play or a bush, which `information` does not take")),
+    **dict.fromkeys(PLASTIC, ("contact", "an elastic-plastic contact, which `")),
+    **dict.fromkeys(ENDED, ("vehicle", "a damper with play or a bush, which `")),
 }
 UNCOUPLED = {
     **dict.fromkeys(PLASTIC, ("contact", "an elastic-plastic contact, which `coupled=True` does not take")),
     **dict.fromkeys(("Linear", "bilateral"), ("contact", "a linear contact, which `coupled=True` does not take")),
-    "hysteresis": ("contact", "a contact with hysteresis"), "play": ("vehicle.damper_play", "play, which"),
+    "hysteresis": ("contact", "a contact with hysteresis"), "play": ("vehicle.damper_play", "play of the damper"),
 }  # fmt: skip
 SENSOR = Sensor(rate=20e3, noise=6.66e-4)
 

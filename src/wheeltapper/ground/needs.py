@@ -29,7 +29,7 @@ class Need:
 
 SEVERAL_BODIES = Need("wagon", "vehicle", "a Wagon", "a Wheelset")
 DAMPER_END = Need("damper's end", "vehicle", "a damper with play or a bush", "a damper without them")
-DAMPER_PLAY = Need("damper's play", "vehicle.damper_play", "play", "0 m")
+DAMPER_PLAY = Need("damper's play", "vehicle.damper_play", "play of the damper", "0 m")
 DECK = Need("deck", "track", "a floating deck", "a stiff track")
 YIELDING = Need("elastic-plastic", "contact", "an elastic-plastic contact", "an elastic contact")
 LINEAR = Need("linear", "contact", "a linear contact", "Hertz")
@@ -49,3 +49,9 @@ VOCABULARY = (
 )  # fmt: skip
 """All needs, in the order in which they are told: from what makes another model to what is changed most easily."""
 NOTHING: frozenset[Need] = frozenset()
+_RANKS = {need: rank for rank, need in enumerate(VOCABULARY)}
+
+
+def rank(need: Need) -> tuple[int, str]:
+    """Return where a need stands among all; one that nobody has heard of stands last."""
+    return _RANKS.get(need, len(_RANKS)), need.name

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
@@ -30,9 +31,9 @@ from wheeltapper.ground.needs import (
     PROFILES,
     SEVERAL_BODIES,
     START,
-    VOCABULARY,
     YIELDING,
     Need,
+    rank,
 )
 from wheeltapper.march.assembly import Assembly
 from wheeltapper.march.program import ENDED_COLUMNS, STEP_COLUMNS, STOP_COLUMNS, FloatArray, IntArray, Program
@@ -45,8 +46,6 @@ if TYPE_CHECKING:
     from wheeltapper.march.multibody import MultibodyMarch
     from wheeltapper.march.single import March
 
-# -- what there is ----------------------------------------------------------------------------------------------------
-
 
 @dataclass(frozen=True)
 class Marcher:
@@ -56,6 +55,8 @@ class Marcher:
     ----------
     name
         As users are told.
+    module
+        Of this floor, that holds it.
     covers
         What it takes.
     requires
@@ -63,33 +64,29 @@ class Marcher:
     """
 
     name: str
+    module: str
     covers: frozenset[Need]
     requires: frozenset[Need] = NOTHING
 
 
-_OF_ONE_WHEEL = frozenset({DECK, IRREGULARITY, POINT, START})
-WHEEL = Marcher("the wheelset's march", _OF_ONE_WHEEL | {LINEAR, BILATERAL, HYSTERESIS})
-YIELDING_WHEEL = Marcher("the yielding contact's march", _OF_ONE_WHEEL | {YIELDING, MEMORY}, frozenset({YIELDING}))
+_ONE_WHEEL = frozenset({DECK, IRREGULARITY, POINT, START})
+WHEEL = Marcher("the wheelset's march", "single", _ONE_WHEEL | {LINEAR, BILATERAL, HYSTERESIS})
+YIELDING_WHEEL = Marcher(
+    "the yielding contact's march", "yielding", _ONE_WHEEL | {YIELDING, MEMORY}, frozenset({YIELDING})
+)
 ENDED_WHEEL = Marcher(
-    "the march with a damper's end", _OF_ONE_WHEEL | {LINEAR, HYSTERESIS, DAMPER_END, DAMPER_PLAY},
+    "the march with a damper's end", "damper_end", _ONE_WHEEL | {LINEAR, HYSTERESIS, DAMPER_END, DAMPER_PLAY},
     frozenset({DAMPER_END}),
 )  # fmt: skip
 WAGON = Marcher(
-    "the wagon's march",
-    frozenset({SEVERAL_BODIES, DECK, CREEP, PROFILES, PLACES, IRREGULARITY, POINT}),
-    frozenset({SEVERAL_BODIES}),
-)
+    "the wagon's march", "multibody",
+    frozenset({SEVERAL_BODIES, DECK, CREEP, PROFILES, PLACES, IRREGULARITY, POINT}), frozenset({SEVERAL_BODIES}),
+)  # fmt: skip
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
 MARCHERS = (*WHEELS, WAGON)
 """All marches, the fastest first."""
-_PLACES = {need: place for place, need in enumerate(VOCABULARY)}
-ROW = Marcher("the wagon's march of a row of wheelsets", frozenset({DECK, IRREGULARITY, POINT, DAMPER_END}))
+ROW = Marcher("the march of wheelsets in a row", "multibody", frozenset({DECK, IRREGULARITY, POINT, DAMPER_END}))
 """The wagon's march, where wheelsets that share a deck are made a wagon: it knows a bush, but no play."""
-
-
-def _place(need: Need) -> tuple[int, str]:
-    """Return where a need stands among all; one that nobody has heard of stands last."""
-    return _PLACES.get(need, len(_PLACES)), need.name
 
 
 @dataclass(frozen=True)
@@ -126,10 +123,10 @@ class Question:
     def lacking(self, marcher: Marcher, needs: frozenset[Need]) -> tuple[Need, ...]:
         """Return what keeps a march from answering: needs that it does not cover, and what is required and missing."""
         wrong = (needs - self.covered_by(marcher)) | ((marcher.requires | self.requires) - needs)
-        return tuple(sorted(wrong, key=_place))
+        return tuple(sorted(wrong, key=rank))
 
 
-_SITE = frozenset({DECK, IRREGULARITY})
+_SITE, _SPOT = frozenset({DECK, IRREGULARITY}), frozenset({MEMORY})
 SIMULATE = Question("simulate", "the motion with all its events", MARCHERS, others=())
 HISTORY = Question("history", "everything over time, and at any time", MARCHERS, others=())
 ENERGY = Question("energy", "the energy balance", MARCHERS, others=())
@@ -150,11 +147,8 @@ COUPLED = Question(
     "coupled=True", "a train's wheelsets that share a deck", (ROW,), requires=_SITE, others=("coupled=False",)
 )
 SUPERPOSED = Question("coupled=False", "the same, each as if alone", WHEELS, requires=_SITE, others=())
-WEAR_IN = Question(
-    "wear_in", "the evolution of a rail under many wheels", (YIELDING_WHEEL,), frozenset({MEMORY}),
-    frozenset({POINT}),
-)  # fmt: skip
-MARKS = Question("marks", "the marks that a run leaves", (YIELDING_WHEEL,), frozenset({MEMORY}))
+WEAR_IN = Question("wear_in", "the evolution of a rail under many wheels", (YIELDING_WHEEL,), _SPOT, frozenset({POINT}))
+MARKS = Question("marks", "the marks that a run leaves", (YIELDING_WHEEL,), _SPOT)
 MODES = Question("modes", "small vibrations about the steady run", (WAGON,))
 CRITICAL_SPEED = Question("critical_speed", "where hunting begins", (WAGON,), requires=frozenset({CREEP}))
 REDUCED = Question("reduced", "the core model of one wheelset of a wagon", (WAGON,))
@@ -206,9 +200,9 @@ def refusal(question: Question, needs: frozenset[Need], field: str = "") -> Inpu
     lacks = {marcher: question.lacking(marcher, needs) for marcher in question.marchers}
     common = set.intersection(*map(set, lacks.values()))
     if common:  # no march has it
-        return _sentence(question, needs, field, min(common, key=_place))
+        return _sentence(question, needs, field, min(common, key=rank))
     # Each march lacks something else: two needs that do not go together, the more easily changed one first.
-    need = min(lacks.values(), key=lambda wrong: (_fields(wrong), -_place(wrong[0])[0]))[0]
+    need = min(lacks.values(), key=lambda wrong: (_fields(wrong), -rank(wrong[0])[0]))[0]
     beside = min((wrong for wrong in lacks.values() if need not in wrong), key=_fields)[0]
     return _sentence(question, needs, field, need, beside)
 
@@ -251,50 +245,52 @@ class Marched(NamedTuple):
     stops: FloatArray  # (stops, STOP_COLUMNS) of the damper's end
 
 
+def _kernels(program: Program | Assembly) -> Any:
+    """Return the module of the march that takes a program."""
+    if isinstance(program, Assembly):
+        marcher = WAGON
+    else:
+        marcher = YIELDING_WHEEL if len(program.law) else ENDED_WHEEL if len(program.damper) else WHEEL
+    return import_module(f"wheeltapper.march.{marcher.module}")
+
+
 @overload
 def march(program: Program, tell: Tell = untold) -> Marched: ...
 @overload
 def march(program: Assembly, tell: Tell = untold) -> MultibodyMarch: ...
-def march(program: Program | Assembly, tell: Tell = untold) -> Marched | MultibodyMarch:
+def march(program: Program | Assembly, tell: Tell = untold) -> Any:
     """March a program from its start to its end."""
+    found = _kernels(program).march(program, tell)
     if isinstance(program, Assembly):
-        from wheeltapper.march import multibody
-
-        return multibody.march(program, tell)
+        return found
     if len(program.law):
-        from wheeltapper.march import yielding
-
-        found, pieces = yielding.march(program, tell)
+        found, pieces = found
         return Marched(found, program._replace(pieces=pieces), NO_STOPS)
-    if len(program.damper):
-        from wheeltapper.march import damper_end
-
-        found, stops = damper_end.march(program, tell)
-        return Marched(found, program, stops)
-    from wheeltapper.march import single
-
-    return Marched(single.march(program, tell), program, NO_STOPS)
+    return Marched(found[0], program, found[1]) if len(program.damper) else Marched(found, program, NO_STOPS)
 
 
 def is_ready(program: Program | Assembly) -> bool:
     """Return False where marching a program begins with compiling."""
-    from wheeltapper.march import damper_end, multibody, single, yielding
+    kernels = _kernels(program)
+    return bool(kernels.kernels_are_ready() if isinstance(program, Assembly) else kernels.is_ready(program))
 
-    if isinstance(program, Assembly):
-        return multibody.kernels_are_ready()
-    return (yielding if len(program.law) else damper_end if len(program.damper) else single).is_ready(program)
+
+def _dense(program: Program) -> tuple[Any, tuple[FloatArray, ...], int]:
+    """Return the module of the dense output, what its kernels take of a program, and the columns that they write."""
+    if len(program.damper):
+        from wheeltapper.march import damper_dense
+
+        return damper_dense, (program.pieces, program.numbers, program.damper), damper_dense.ENDED_OUT_COLUMNS
+    from wheeltapper.march import dense
+
+    return dense, (program.pieces, program.numbers, program.law), dense.OUT_COLUMNS
 
 
 def sample(program: Program, found: March, times: FloatArray) -> FloatArray:
     """Return the dense output at rising times (scaled); columns for a damper's own end follow where there is one."""
-    from wheeltapper.march import damper_dense, dense
-
-    if not len(program.damper):
-        out = np.empty((len(times), dense.OUT_COLUMNS))
-        dense.dense(program.pieces, program.numbers, program.law, found.steps, times, out)
-        return out
-    out = np.empty((len(times), damper_dense.ENDED_OUT_COLUMNS))
-    damper_dense.dense(program.pieces, program.numbers, program.damper, found.steps, times, out)
+    kernels, given, columns = _dense(program)
+    out = np.empty((len(times), columns))
+    kernels.dense(*given, found.steps, times, out)
     return out
 
 
@@ -308,27 +304,24 @@ def integrals(program: Program, found: March, nodes: int) -> tuple[FloatArray, F
     nodes
         Of the Gauss rule in each step.
     """
-    from wheeltapper.march import damper_dense, dense
+    from wheeltapper.march.dense import INTEGRALS
 
+    kernels, given, columns = _dense(program)
     places, weights = np.polynomial.legendre.leggauss(nodes)
-    rule = 0.5 * (places + 1.0), 0.5 * weights
-    ended = len(program.damper) > 0
-    out = np.zeros((len(found.steps), dense.INTEGRALS))
-    ends = np.zeros((len(found.steps), 2, damper_dense.ENDED_OUT_COLUMNS if ended else dense.OUT_COLUMNS))
-    if ended:
-        damper_dense.integrals(program.pieces, program.numbers, program.damper, found.steps, *rule, out, ends)
-    else:
-        dense.integrals(program.pieces, program.numbers, program.law, found.steps, *rule, out, ends)
+    out, ends = np.zeros((len(found.steps), INTEGRALS)), np.zeros((len(found.steps), 2, columns))
+    kernels.integrals(*given, found.steps, 0.5 * (places + 1.0), 0.5 * weights, out, ends)
     return out, ends
 
 
 def _balance(program: Program) -> tuple[Any, tuple[FloatArray, ...]]:
     """Return the kernel that checks the energy of a program's march, and what it takes of the program."""
-    from wheeltapper.march import balance, damper_balance
-
     if len(program.damper):
-        return damper_balance.damper_balance_kernel, (program.pieces, program.numbers, program.damper)
-    return balance.balance_kernel, (program.pieces, program.numbers, program.law)
+        from wheeltapper.march.damper_balance import damper_balance_kernel
+
+        return damper_balance_kernel, (program.pieces, program.numbers, program.damper)
+    from wheeltapper.march.balance import balance_kernel
+
+    return balance_kernel, (program.pieces, program.numbers, program.law)
 
 
 def balance_is_ready(program: Program) -> bool:
