@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -15,7 +14,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.record.simulate import ModelWarning, say_that_it_compiles
+from wheeltapper.record.simulate import say_that_it_compiles, warn
 
 if TYPE_CHECKING:
     from wheeltapper.lower.many import Many
@@ -80,7 +79,7 @@ class Computed:
         if refused == len(self.status):
             raise self.refusals[0]
         what = f"{refused} of {len(self.status)} cells cannot be computed; the first: {self.refusals[0]}"
-        warnings.warn(what, ModelWarning, stacklevel=3)
+        warn(what)
 
     @staticmethod
     def joined(parts: list[Computed]) -> Computed:

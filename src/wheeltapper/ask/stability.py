@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from math import ceil
 from typing import Any
 
@@ -15,7 +14,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
-from wheeltapper.record.simulate import ModelWarning
+from wheeltapper.record.simulate import warn
 
 __all__ = ["critical_speed"]
 
@@ -94,8 +93,4 @@ def _tell_undamped(scenario: Scenario, growth: float) -> None:
     undamped = np.flatnonzero(np.abs(ratios) <= ROUNDING)
     if len(undamped):
         more = f" and {len(undamped) - 1} more" if len(undamped) > 1 else ""
-        warnings.warn(
-            f"undamped: {told(int(undamped[0]))}{more}; what neither grows nor decays is not counted as hunting",
-            ModelWarning,
-            stacklevel=3,
-        )
+        warn(f"undamped: {told(int(undamped[0]))}{more}; what neither grows nor decays is not counted as hunting")

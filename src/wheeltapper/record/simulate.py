@@ -42,19 +42,19 @@ def say_that_it_compiles(what: str = "the kernels") -> None:
         progress.say(f"compiling {what} for this machine, once; this takes some seconds")
 
 
+def warn(text: str) -> None:
+    """Warn whoever called the package, however deep in it this is said."""
+    frame, level = inspect.currentframe(), 1
+    while frame is not None and str(frame.f_globals.get("__name__", "")).startswith("wheeltapper."):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, ModelWarning, stacklevel=level)
+
+
 def warn_of(notes: Iterable[Note]) -> None:
-    """Warn whoever called the package of those notes that put a result's meaning in doubt."""
+    """Warn of those notes that put a result's meaning in doubt."""
     for note in notes:
         if note.doubtful:
-            warnings.warn(note, ModelWarning, stacklevel=_depth())
-
-
-def _depth() -> int:
-    """Return the `stacklevel` with which `warn_of` blames the first caller outside the package."""
-    frame, depth = inspect.currentframe(), 0
-    while frame is not None and str(frame.f_globals.get("__name__", "")).startswith("wheeltapper."):
-        frame, depth = frame.f_back, depth + 1
-    return depth
+            warn(note)
 
 
 @overload
