@@ -173,8 +173,9 @@ class Scenario(Noun):
         """What a march has to know for this scenario: what its parts ask for, and what they ask for together."""
         parts = (self.vehicle, self.track, self.contact, self.creep, self.irregularity, self.start)
         found = NOTHING.union(*(getattr(part, "needs", NOTHING) for part in (*parts, *self.irregularities)))
+        usual = type(self).model_fields["profiles"].default
         also = {
-            PROFILES: self.profiles != type(self).model_fields["profiles"].default,
+            PROFILES: self.profiles is not usual and self.profiles != usual,
             IRREGULARITY: bool(self.irregularity),
             POINT: self.rolling == "point",
             MEMORY: YIELDING in found and self.speed == 0.0,

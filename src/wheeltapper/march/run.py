@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from wheeltapper.march.single import March
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Marcher:
     """A march, and what it knows.
 
@@ -89,7 +89,7 @@ ROW = Marcher("the march of wheelsets in a row", "multibody", frozenset({DECK, I
 """The wagon's march, where wheelsets that share a deck are made a wagon: it knows a bush, but no play."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Question:
     """What can be asked of a scenario.
 
@@ -138,7 +138,7 @@ GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL,))
 BORDER = Question("border", "where contact begins to be lost", (WHEEL,))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
 TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))
-DIAGNOSE = Question("diagnose", "the faults that a site's recordings show", WHEELS, requires=_SITE)
+DIAGNOSE = Question("diagnose", "the faults that a site's recordings show", WHEELS, _SPOT, _SITE)
 INFORMATION = Question(
     "information", "what a site's recordings can tell, and its design", (WHEEL,), requires=_SITE,
     others=("simulate", "diagnose"),
@@ -146,7 +146,7 @@ INFORMATION = Question(
 COUPLED = Question(
     "coupled=True", "a train's wheelsets that share a deck", (ROW,), requires=_SITE, others=("coupled=False",)
 )
-SUPERPOSED = Question("coupled=False", "the same, each as if alone", WHEELS, requires=_SITE, others=())
+SUPERPOSED = Question("coupled=False", "the same, each as if alone", WHEELS, _SPOT, _SITE, others=())
 WEAR_IN = Question("wear_in", "the evolution of a rail under many wheels", (YIELDING_WHEEL,), _SPOT, frozenset({POINT}))
 MARKS = Question("marks", "the marks that a run leaves", (YIELDING_WHEEL,), _SPOT)
 MODES = Question("modes", "small vibrations about the steady run", (WAGON,))
