@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from wheeltapper._version import __version__
+from wheeltapper.ground import progress as _progress
 
 if TYPE_CHECKING:
     from wheeltapper.ask import stability as stability
@@ -99,6 +101,15 @@ __all__ = [
     *sorted(_ROOMS),
     "__version__",
 ]
+
+
+def _bar() -> AbstractContextManager[None]:
+    from wheeltapper.faces.progress import bar
+
+    return bar()
+
+
+_progress.bar = _bar
 
 
 def __getattr__(name: str) -> Any:

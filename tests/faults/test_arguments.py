@@ -227,6 +227,7 @@ WALK = {
     "diagnose_all": (lambda v: D.diagnose_all(v, site()), [5, None, [5], {"a": 1}, float("nan"), object()]),
     "diagnose_all, output": (lambda v: D.diagnose_all([], site(), output=v), [v for v in NOT_PATHS if v is not None]),
     "diagnose_all, reading": (lambda v: D.diagnose_all([], site(), reading=v), [5, "x", [1], {"a": 1}, {5: 1}]),
+    "diagnose_all, after": (lambda v: D.diagnose_all([], site(), after=v), [5, "x", [len], {"a": 1}, float("nan")]),
     "diagnose_all, workers": (lambda v: D.diagnose_all(["a"], site(), workers=v), [0, *NOT_NUMBERS[1:]]),
     "combinations": (D.combinations, NOT_SCENARIOS),
     "hit_miss": (lambda v: D.hit_miss(v, HITS), NOT_NUMBERS),

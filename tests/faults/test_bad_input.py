@@ -139,3 +139,11 @@ def test_mistakes_in_python_name_the_field():
         wt.simulate(scene).at(np.array([1.0]))
     with pytest.raises(wt.InputError, match=r".foo"):
         wt.load("record.foo")
+
+
+def test_samples_over_more_than_a_wheel_s_circumference_are_refused():
+    places = tuple(np.linspace(0.0, 4.0, 50))
+    wheel = wt.OutOfRound(places=places, deviations=(1e-5,) * 50)
+    scene = wt.Scenario(vehicle=wt.Wheelset(mass=1500, load=9e4), irregularity=wheel, speed=5, duration=0.01)
+    with pytest.raises(wt.InputError, match="irregularity: found samples over 4 m; allowed: less than one revolution"):
+        wt.simulate(scene)

@@ -213,3 +213,18 @@ def test_ctrl_c_ends_a_command_that_compiles(tmp_path):
     assert rest.endswith("wheeltapper: interrupted\n")
     assert "Traceback" not in rest
     assert seconds < 20.0
+
+
+@pytest.mark.parametrize("arguments", [("schema", "site"), ("completion", "bash"), ("--help",), ("--version",)])
+def test_a_command_whose_reader_has_gone_ends_without_a_word(arguments):
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "wheeltapper.faces.cli", *arguments]
+    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (3, "")
+
+
+def test_a_wrong_method_is_not_the_file_s(capsys):
+    assert main(["run", BUMP, "--method", "quick"]) == 2
+    assert capsys.readouterr().err == "wheeltapper: method: found 'quick'; allowed: 'default', 'strict'\n"

@@ -15,7 +15,7 @@ import xarray as xr
 from scipy.io import savemat, wavfile
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.folder import NOT_READ, diagnose_all
+from wheeltapper.ask.diagnosis.folder import NOT_DIAGNOSED, diagnose_all
 from wheeltapper.faces.cli import main
 from wheeltapper.record import reading_apart
 from wheeltapper.record.read_recording import read_recording, write_recording
@@ -216,8 +216,8 @@ def test_an_error_of_a_diagnosis_is_its_files_own(tmp_path, monkeypatch):
     write_recording(Recording(SAMPLES, RATE), path)
     monkeypatch.setattr("wheeltapper.ask.diagnosis.folder.diagnose", lambda *_: 1 / 0)
     (entry,) = diagnose_all([path], wt.load("examples/site.toml"), workers=1)
-    assert entry["verdict"] == NOT_READ
-    assert "ZeroDivisionError" in entry["paragraph"]
+    assert entry["verdict"] == NOT_DIAGNOSED
+    assert entry["paragraph"] == f"{path}: found ZeroDivisionError: division by zero"
 
 
 # -- files that unpack to too much ------------------------------------------------------------------------------------

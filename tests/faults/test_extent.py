@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ground import memory, progress
+from wheeltapper.ground import memory
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower import point
 from wheeltapper.march import telling
@@ -82,8 +82,7 @@ def test_a_march_in_small_parts_is_the_same_march(monkeypatch):
 def test_a_run_tells_how_far_it_is(monkeypatch):
     monkeypatch.setattr(telling, "CHUNK", 50)
     told = []
-    with progress.reporting(lambda *one: told.append(one)):
-        wt.simulate(wheelset())
+    wt.simulate(wheelset(), progress=lambda *one: told.append(one))
     marched = [(done, total) for what, done, total in told if what == "marching"]
     assert len(marched) > 2
     assert all(0.0 <= done <= total == 0.05 for done, total in marched)
@@ -95,8 +94,16 @@ def test_what_a_listener_raises_ends_runs_side_by_side():
     def stop(what, done, total):
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt), progress.reporting(stop):
-        wt.simulate([wheelset() for _ in range(4)], threads=2)
+    with pytest.raises(KeyboardInterrupt):
+        wt.simulate([wheelset() for _ in range(4)], threads=2, progress=stop)
+
+
+def test_a_scenario_that_is_refused_ends_those_beside_it(monkeypatch):
+    begun = []
+    monkeypatch.setattr(simulating, "_simulated", lambda scenario, _: begun.append(scenario) or 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        wt.simulate([wheelset() for _ in range(1000)], threads=1)
+    assert len(begun) < 1000
 
 
 def test_each_kernel_is_said_to_be_compiled_once(capsys):

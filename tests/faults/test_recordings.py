@@ -142,7 +142,7 @@ def test_rate_must_be_stated_without_times(tmp_path):
     path = text(tmp_path / "a.csv", (SAMPLES,), "a [g]")
     good(read_recording(path, rate="20 kHz"))
     refused(path, "rate", "neither a rate nor times")
-    refused(path, "rate", "-1", "a positive number", rate=-1)
+    refused(path, "rate", "-1", "more than 0", rate=-1)
     refused(path, "rate", "'20 m'", "a frequency", rate="20 m")
     refused(path, "speed", "'fast'", rate=RATE, speed="fast")
     text(path, (SAMPLES,), "# rate: see manual\na [g]")

@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 
 import wheeltapper as wt
 from wheeltapper.ask.diagnosis.combinations import STATIC_LOAD, combinations
-from wheeltapper.ask.diagnosis.design import design_site, write_site
+from wheeltapper.ask.diagnosis.design import design_site
 from wheeltapper.ask.diagnosis.information import information
 from wheeltapper.ask.diagnosis.layout import Family, Feature, Layout, laid_out
 from wheeltapper.ask.diagnosis.passages import Passages
 from wheeltapper.ask.trajectory import trajectory
+from wheeltapper.describe.scenario import write_toml
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
 
@@ -334,7 +335,7 @@ def test_the_site_of_a_design_is_read_back(found, tmp_path):
     found.to_toml(tmp_path / "site.toml")
     assert Site.from_toml(tmp_path / "site.toml") == found.site
     other = site(ALL, [DIP, STEP], sensor=Sensor(noise=1e-3, range=50.0, bits=16, cutoff=5e3))
-    write_site(other, tmp_path / "other.toml")
+    write_toml(other, tmp_path / "other.toml")
     assert Site.from_toml(tmp_path / "other.toml") == other
 
 
@@ -342,12 +343,13 @@ def test_designs_for_the_worst_interval_with_another_deck():
     told = []
     made = small(
         criterion="worst interval", vary={"track.mass": (3e3, 1.5e4)}, number=1, shapes=("step down",),
-        progress=lambda done, budget, best: told.append((done, budget, best)),
+        progress=lambda *layouts: told.append(layouts),
     )  # fmt: skip
     assert made.best.worst == pytest.approx(made.information.worst)
     assert 3e3 <= made.site.passage.track.mass <= 1.5e4
     assert made.gains["single"] >= 0.98
-    assert [done for done, _, _ in told] == list(range(1, len(made.candidates) + 1))
+    assert {what for what, _, _ in told} == {"layouts"}
+    assert [done for _, done, _ in told] == list(range(1, len(made.candidates) + 1))
 
 
 @pytest.mark.parametrize(

@@ -179,7 +179,7 @@ def test_a_folder_is_diagnosed_and_goes_on(tmp_path, monkeypatch):
     seen = []
     first = diagnose_all(files, SHORT, output=tmp_path / "found", workers=1, progress=lambda *now: seen.append(now))
     assert [entry["verdict"] for entry in first] == ["healthy"] * 3 + ["not read"]
-    assert seen[-1] == (4, 4)
+    assert seen == [("recordings", done, 4) for done in range(5)]
     (tmp_path / "found" / "1.csv.json").write_text("{")  # as a kill might leave it
     computed = []
     whole = processes.in_processes

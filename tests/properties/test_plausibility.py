@@ -3,6 +3,7 @@
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import wheeltapper as wt
@@ -67,6 +68,72 @@ def test_the_parts_of_a_wagon_are_doubted_by_name():
         "vehicle.bodies.car body.mass",
         f"vehicle.elements.{spring.name}.stiffness",
     ]
+
+
+PLACES = tuple(np.linspace(0.0, 0.2, 41))
+
+
+def measured(size):
+    return wt.Measured(positions=PLACES, heights=tuple(0.5 * size * np.sin(40.0 * np.array(PLACES))), beyond="flat")
+
+
+def wave(size, **given):
+    return wt.Profile(function=lambda x: 0.5 * size * np.sin(40.0 * x), **given)
+
+
+@pytest.mark.parametrize(
+    ("irregularity", "noun"),
+    [
+        (measured(0.3), "irregularity.0"),
+        (wave(0.3), "irregularity.0"),
+        (wave(0.3, start=-1.0, end=0.2), "irregularity.0"),
+        (wt.Repeated(of=wave(0.3, start=0.0, end=0.05 * np.pi), period=1.0), "irregularity.0.of"),
+        (wt.OutOfRound(places=PLACES, deviations=measured(0.3).heights), "irregularity.0"),
+    ],
+)
+def test_heights_given_one_by_one_are_doubted_by_their_span(irregularity, noun):
+    (note,) = implausible(scene(irregularity=irregularity))
+    assert note.startswith(f"the span of {noun}'s heights = 0.")
+    assert 'm is implausible: usual are 0.01 to 10 mm; did you mean "0.' in note
+    assert note.endswith(' mm"?')
+
+
+@pytest.mark.parametrize(
+    "irregularity",
+    [
+        measured(5e-3),
+        wave(0.04),
+        wave(0.3, start=10.0),  # behind the run's end
+        wt.OutOfRound(places=PLACES, deviations=measured(2e-3).heights),
+        wt.Corrugation(amplitude=0.02, wavelength=5.0, start=0.0),
+    ],
+)
+def test_rough_rails_and_wheels_are_not_doubted(irregularity):
+    assert implausible(scene(irregularity=irregularity)) == ()
+
+
+@pytest.mark.parametrize(
+    ("corners", "told"),
+    [
+        ({"deflection": (0.0, 25.0, 30.0)}, ".deflection = 25 m is implausible: usual are 1 to 100 mm; did you mean"),
+        ({"force": (0.0, 25.0, 25e3)}, '.force = 25 N is implausible: usual are 0.5 to 1000 kN; did you mean "25 kN"?'),
+        ({"force": (0.0, 0.0, 25e12)}, ".force = 2.5e+13 N is implausible"),
+        ({}, None),
+    ],
+)
+def test_a_stop_is_doubted_in_one_note(corners, told):
+    given = {"deflection": (0.0, 0.025, 0.03), "force": (0.0, 0.0, 25e3)} | corners
+    stop = wt.vehicles.Stop(name="stop", between=("car body", "ground"), at=(0, 0, 1), along="z", **given)
+    wagon = wt.Wagon.erri_b176().with_element(stop)
+    notes = implausible(wt.Scenario(vehicle=wagon, speed=20, duration=1))
+    assert len(notes) == (told is not None)
+    assert told is None or notes[0].startswith("vehicle.elements.stop" + told)
+
+
+@pytest.mark.parametrize("vehicle", [scene().vehicle, wt.Wagon.erri_b176()])
+def test_a_duration_that_is_refused_is_not_doubted_too(vehicle):
+    with pytest.raises(wt.InputError, match=r"duration: found 1e\+12 s"):  # and no warning, which would be an error
+        wt.simulate(wt.Scenario(vehicle=vehicle, speed=5.0, duration=1e12))
 
 
 def test_a_record_holds_the_doubts_and_warns_of_them(tmp_path):

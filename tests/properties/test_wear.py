@@ -114,8 +114,8 @@ def test_chunks_files_and_threads_leave_no_trace(tmp_path):
 
 
 def test_an_interrupted_evolution_goes_on_with_the_same_bits(tmp_path):
-    def interrupt(done, of):
-        if done == 5:
+    def interrupt(what, done, of):
+        if (what, done) == ("passes", 5):
             raise KeyboardInterrupt
 
     file = tmp_path / "wear.nc"
@@ -263,7 +263,7 @@ def test_pictures(tmp_path):
         ({}, {"load_scatter": -0.1}, "load_scatter: found -0.1; allowed: 0 or more"),
         ({}, {"start_scatter": 3.0}, "start_scatter: found 3 m; allowed: less than the run of 2 m"),
         ({}, {"store": "wear.zarr"}, "store: found the suffix '.zarr'; allowed: .nc"),
-        ({}, {"method": "exact"}, "method: found 'exact'; allowed: 'default' or 'strict'"),
+        ({}, {"method": "exact"}, "method: found 'exact'; allowed: 'default', 'strict'"),
     ],
 )
 def test_wrong_input_is_refused_with_one_message(changes, options, words):

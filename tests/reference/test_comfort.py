@@ -281,7 +281,7 @@ def test_what_a_record_is_too_short_for_is_said(settling, parts):
 
 
 def test_a_wrong_question_to_a_record_is_refused():
-    with pytest.raises(InputError, match=r"body: found 'bogie'; allowed: car body \| wheelset 1"):
+    with pytest.raises(InputError, match=r"body: found 'bogie'; allowed: 'car body', 'wheelset 1'"):
         comfort(Swaying(), body="bogie", rate=RATE)
     with pytest.raises(InputError, match="the record of a wagon"):
         comfort(Wheel(), rate=RATE)

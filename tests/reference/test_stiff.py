@@ -1,6 +1,7 @@
 """Suspensions and decks that are much faster than the contact, against SciPy's implicit Radau."""
 
 import warnings
+from math import cos
 
 import numpy as np
 import pytest
@@ -33,17 +34,23 @@ def solved(scene, times):
     v, bump, constant = scene.vehicle, scene.irregularity[0], scene.contact.constant
     k = 2 * np.pi / bump.length
 
-    def force(t, y):
+    def depth(t, y):
         x = scene.speed * t - bump.start
-        height = 0.5 * bump.height * (1 - np.cos(k * x)) if 0 <= x <= bump.length else 0.0
-        return constant * np.maximum(height - y, 0.0) ** 1.5
+        height = 0.5 * bump.height * (1 - cos(k * x)) if 0 <= x <= bump.length else 0.0
+        return max(height - y, 0.0)
+
+    def force(t, y):
+        return constant * depth(t, y) ** 1.5
+
+    def jacobian(t, s):
+        return [[0.0, 1.0], [-(1.5 * constant * depth(t, s[0]) ** 0.5 + v.stiffness) / v.mass, -v.damping / v.mass]]
 
     def rates(t, s):
         return [s[1], (force(t, s[0]) - v.load - v.mass * G - v.stiffness * s[0] - v.damping * s[1]) / v.mass]
 
     start = [wt.simulate(scene).at(0.0).wheel_displacement.item(), 0.0]
     assert abs(rates(0.0, start)[1]) * v.mass < 1e-6 * v.load
-    found = solve_ivp(rates, (0, times[-1]), start, "Radau", t_eval=times, rtol=1e-8, atol=1e-14)
+    found = solve_ivp(rates, (0, times[-1]), start, "Radau", times, jac=jacobian, rtol=1e-8, atol=[1e-14, 1e-11])
     return found.y[0], np.array([force(t, y) for t, y in zip(times, found.y[0], strict=True)])
 
 
@@ -83,13 +90,13 @@ def test_stiff_suspensions_follow_an_implicit_solver():
 @pytest.mark.slow
 def test_stiff_suspensions_follow_an_implicit_solver_in_many_cases():
     rng = np.random.default_rng(4)
-    assert sum(check(drawn(rng)) for _ in range(60)) >= 30
+    assert sum(check(drawn(rng)) for _ in range(300)) >= 150
 
 
 @pytest.mark.slow
 def test_stiff_decks_suspensions_and_contacts_are_balanced():
     rng = np.random.default_rng(1)
-    for _ in range(60):
+    for _ in range(300):
         speed = 10 ** rng.uniform(0, 1.6)
         damping = {"restitution": rng.uniform(0.05, 0.7), "impact_speed": 10 ** rng.uniform(-2, -0.3)}
         mass = 10 ** rng.uniform(0.5, 3.5)

@@ -13,6 +13,7 @@ from wheeltapper.ask.study import field_at, study, unit_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.progress import Progress, watched
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.blocks import cores
@@ -34,6 +35,7 @@ def border(
     resolution: int = 40,
     method: str = "default",
     threads: int | None = None,
+    progress: Progress = True,
 ) -> xr.Dataset:
     """Find the curves in a plane of two fields at which contact begins to be lost.
 
@@ -52,7 +54,7 @@ def border(
         1: where contact is first lost; n: where an n-th loss appears, and with it an n-th impact.
     resolution
         Number of the grid's segments along each axis.
-    method, threads
+    method, threads, progress
         As for `sweep`.
 
     Returns
@@ -78,7 +80,8 @@ def border(
             raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value")
     plane = _Plane(scenario, (ends[0].path, ends[1].path), losses, method, held)
     x, y = (np.linspace(axis.values[0], axis.values[1], resolution + 1) for axis in ends)
-    return plane.dataset(plane.curves(x, y))
+    with watched(progress):
+        return plane.dataset(plane.curves(x, y))
 
 
 class _Plane:

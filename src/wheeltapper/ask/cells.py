@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared
+from wheeltapper.ground.progress import counting, part
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record.simulate import say_that_it_compiles, warn
@@ -111,8 +112,11 @@ def compute(asked: Study, changed: dict[str, FloatArray], threads: int) -> Compu
     cells = len(next(iter(changed.values())))
 
     def some(*bounds: int) -> list[Computed]:
-        parts = (slice(a, b) for a, b in pairwise(bounds))
-        return [compute(asked, {path: values[part] for path, values in changed.items()}, threads) for part in parts]
+        parts = []
+        for a, b in pairwise(bounds):
+            with part(a, cells):
+                parts.append(compute(asked, {path: values[a:b] for path, values in changed.items()}, threads))
+        return parts
 
     if cells > SLAB:
         return Computed.joined(some(*range(0, cells, SLAB), cells))
@@ -168,7 +172,9 @@ def _marched(asked: Study, many: Many, threads: int) -> Computed:
         for row, feature in zip(values, asked.features, strict=True):
             row[block] = feature(trains)
         status[block] = _OF_MARCH[marched.status]
+        count(block.stop - block.start)
 
+    count = counting("cells", total)
     run.march_cells(many.cells, threads, read, asked.tally)
     empty = np.empty((len(asked.features), 0, total))
     return Computed(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)

@@ -12,6 +12,7 @@ from wheeltapper._version import __version__
 from wheeltapper.ask.cells import STATUS, TRUST, Computed
 from wheeltapper.ask.study import Study, unit_of
 from wheeltapper.record.chart_store import FORMAT
+from wheeltapper.record.labels import CHART_TITLE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -116,6 +117,6 @@ def attributes(asked: Study, notes: tuple[str, ...]) -> dict[str, Any]:
     except ValueError:
         text = repr(asked.scenario)
     return {
-        "title": "wheeltapper chart", "format": FORMAT, "scenario": text, "notes": json.dumps(list(notes)),
+        "title": CHART_TITLE, "format": FORMAT, "scenario": text, "notes": json.dumps(list(notes)),
         "method": asked.method, "wheeltapper": __version__, "numba": numba.__version__, "numpy": np.__version__,
     }  # fmt: skip

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from functools import lru_cache
 from importlib import import_module
 from math import prod
@@ -15,6 +16,7 @@ from typing import Any
 from wheeltapper.ask.store import Store, locked
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Shared, shared
+from wheeltapper.ground.progress import report, say, watched
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.simulate import say_that_it_compiles
 
@@ -43,8 +45,7 @@ class ClusterError(RuntimeError):
 
 def fill(
     path: Path, spec: dict[str, Any], *, resume: bool = False, workers: int = 0, scheduler: str | None = None,
-    threads: int | None = None, progress: Callable[[int, int], None] = lambda done, of: None,
-    say: Callable[[str], None] = print,
+    threads: int | None = None,
 ) -> list[str]:  # fmt: skip
     """Compute a study into a store; return what could not be computed, by its parameters.
 
@@ -60,10 +61,6 @@ def fill(
         A number of processes on this machine, or the address of a Dask scheduler; else the threads of this process.
     threads
         How many cells march at a time in this process; by default all cores.
-    progress
-        What takes the numbers of cells done and in all.
-    say
-        What takes a line for the user.
     """
     store = Store(path, spec)
     if path.exists() and not resume:
@@ -82,15 +79,15 @@ def fill(
         done = of - sum(_cells(store, place) for place in todo)
         failed = []
         noted: tuple[Shared, ...] = ()
-        progress(done, of)
+        report("cells", done, of)
         try:
-            for place, cells, wrong, notes in _filled(store, todo, workers, scheduler, threads or cores(), say):
+            for place, cells, wrong, notes in _filled(store, todo, workers, scheduler, threads or cores()):
                 noted = shared((*noted, *notes))
                 if wrong:
                     failed.append(f"{store.describe(place)}: {wrong}")
                 else:
                     done += cells
-                progress(done, of)
+                report("cells", done, of)
         finally:
             for note in noted:
                 say(f"note: {note.told(of)}")
@@ -101,52 +98,45 @@ def _cells(store: Store, place: Place) -> int:
     return prod(part.stop - part.start for part in store.block(place))
 
 
-def _filled(
-    store: Store, todo: list[Place], workers: int, scheduler: str | None, threads: int, say: Callable[[str], None]
-) -> Iterator[Done]:
+def _filled(store: Store, todo: list[Place], workers: int, scheduler: str | None, threads: int) -> Iterator[Done]:
     if not (workers or scheduler):
         for place in todo:
             yield _written(store, place, threads)
         return
     try:
-        yield from _on_cluster(store, todo, workers, scheduler, say)
+        yield from _on_cluster(store, todo, workers, scheduler)
     except (OSError, InputError, ClusterError):
         raise
     except Exception as error:
         raise ClusterError(f"the workers failed ({type(error).__name__}: {error})") from error
 
 
-def _on_cluster(
-    store: Store, todo: list[Place], workers: int, scheduler: str | None, say: Callable[[str], None]
-) -> Iterator[Done]:
+def _on_cluster(store: Store, todo: list[Place], workers: int, scheduler: str | None) -> Iterator[Done]:
     distributed: Any = import_module("distributed")
     if scheduler:
         with distributed.Client(scheduler) as client:
-            yield from _on(client, store, todo, say)
+            yield from _on(client, store, todo)
         return
     dask: Any = import_module("dask")
     with dask.config.set(LOCAL), _local_cluster(workers) as cluster, distributed.Client(cluster) as client:
-        yield from _on(client, store, todo, say)
+        yield from _on(client, store, todo)
 
 
 def _local_cluster(workers: int) -> Any:
     """Return a cluster on this machine; one whose workers are killed before they have started is begun anew."""
     distributed: Any = import_module("distributed")
-    for attempt in range(ATTEMPTS + 1):
-        try:
-            return distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=DASHBOARD
-            )
-        except RuntimeError:
-            if attempt == ATTEMPTS:
-                raise
-    raise AssertionError
+    settings = {"threads_per_worker": 1, "processes": True, "dashboard_address": DASHBOARD}
+    for _ in range(ATTEMPTS):
+        with suppress(RuntimeError):
+            return distributed.LocalCluster(n_workers=workers, **settings)
+    return distributed.LocalCluster(n_workers=workers, **settings)
 
 
 def _written(store: Store, place: Place, threads: int) -> Done:
     """Compute one chunk here; an error of the computation is reported, one of the disk goes up."""
     try:
-        cells, notes = store.write(place, threads)
+        with watched(False):  # cells are counted in the whole store
+            cells, notes = store.write(place, threads)
     except OSError:
         raise
     except Exception as error:
@@ -166,7 +156,7 @@ def _opened(path: str, text: str) -> Store:
     return store
 
 
-def _on(client: Any, store: Store, todo: list[Place], say: Callable[[str], None]) -> Iterator[Done]:
+def _on(client: Any, store: Store, todo: list[Place]) -> Iterator[Done]:
     """Compute chunks on a cluster, a few more at a time than it has threads.
 
     When a worker dies, so do all chunks that it had; which of them is to blame shows when they are tried again alone.

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
+from wheeltapper.ground.arguments import check_flag
 from wheeltapper.lower.standing import jacobian
 from wheeltapper.lower.wagon import DECK, LoweredWagon, lower_wagon
 from wheeltapper.march import assembly as contract
@@ -89,6 +90,7 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
     import xarray as xr
 
     scenario = as_scenario(scenario)
+    check_flag(fixed_wheelsets, "fixed_wheelsets")
     run.choose(run.MODES, scenario.needs)
     lowered = lower_wagon(scenario.replaced({"irregularity": None}))
     fixed = tuple(f"wheelset {i + 1}" for i in range(len(scenario.vehicle.axles))) if fixed_wheelsets else ()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ground.progress import counting
 from wheeltapper.lower.many import EPSILON, Direction, Many
 from wheeltapper.lower.table import used_degree
 from wheeltapper.march import program as contract
@@ -121,7 +122,9 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
                 if other is not None:
                     unknown |= feature(other).imag != values.imag
                 out.gradient[row, lane, block] = np.where(unknown, np.nan, values.imag / EPSILON)
+        count(block.stop - block.start)
 
+    count = counting("cells", total)
     run.tangents(cells, turns, threads, read, tally)
     return out
 
@@ -143,9 +146,7 @@ class _Rates(NamedTuple):
         none = np.empty((0, lane + 1))
         highest = none if tangents.highest is None else tangents.highest
         impulses = none if tangents.impulses is None else tangents.impulses
-        return _Rates(
-            tangents.events[:, :, lane], tangents.peaks[:, :, lane], highest[:, lane], impulses[:, lane]
-        )  # fmt: skip
+        return _Rates(tangents.events[:, :, lane], tangents.peaks[:, :, lane], highest[:, lane], impulses[:, lane])
 
     @property
     def has_gaps(self) -> bool:

@@ -27,7 +27,7 @@ KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "features": (lambda x: isinstance(x, str | list | dict), "names of features, or tables with their type"),
     "chunk": (lambda x: _is_whole(x) and x >= 1, "a number of cells, at least 1"),
 }
-"""Of names that are no options of `sweep`, whether a value is of its kind, and what is."""
+"""By name of what is no option of `sweep`: whether a value is of the right kind, and what that is."""
 NOT_OPTIONS = (*KINDS, "contents")
 SPACING: dict[str, Callable[..., Any]] = {"linear": np.linspace, "log": np.geomspace}
 

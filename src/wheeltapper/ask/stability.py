@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import ceil
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from wheeltapper.ask.modes import STILL, linearised, modes
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_between, as_quantity
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, report, watched
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
@@ -27,8 +29,9 @@ ROUNDING = 1e-9
 
 
 def critical_speed(
-    scenario: Scenario, *, lowest: float | str = 2.0, highest: float | str = 150.0, tolerance: float = 1e-4
-) -> float:
+    scenario: Scenario | str | Path, *, lowest: float | str = 2.0, highest: float | str = 150.0,
+    tolerance: float = 1e-4, progress: Progress = True,
+) -> float:  # fmt: skip
     """Return the lowest speed, m/s, at which a small deviation from the steady run grows: the linear critical speed.
 
     It lies between `lowest` and `highest`. Every 2 m/s is looked at there: instability within a narrower range of
@@ -38,13 +41,15 @@ def critical_speed(
     Parameters
     ----------
     scenario
-        With a `Wagon` and a creep law; its speed and irregularities are left out.
+        With a `Wagon` and a creep law, or the path of its TOML file; its speed and irregularities are left out.
     lowest
         Where the search begins, m/s, or as "10 km/h"; the vehicle has to run stably there.
     highest
         Where it ends, m/s; infinity is returned where the run is stable, or undamped, up to there.
     tolerance
         Of the speed, relative.
+    progress
+        As for `wheeltapper.simulate`.
 
     Raises
     ------
@@ -54,7 +59,8 @@ def critical_speed(
     """
     from scipy.optimize import brentq
 
-    run.choose(run.CRITICAL_SPEED, as_scenario(scenario).needs)
+    scenario = as_scenario(scenario)
+    run.choose(run.CRITICAL_SPEED, scenario.needs)
     lowest, highest = (
         as_quantity(given, name, "speed", positive=False) for name, given in (("lowest", lowest), ("highest", highest))
     )
@@ -70,14 +76,16 @@ def critical_speed(
         return float((values.real - ROUNDING * np.maximum(size, 1.0))[size > STILL].max())
 
     speeds = np.linspace(lowest, highest, ceil((highest - lowest) / STEP) + 1)
-    _tell_undamped(level.replaced({"speed": float(lowest)}), growth(lowest))
-    for slower, faster in zip(speeds[:-1], speeds[1:], strict=True):
-        if growth(faster) > 0.0:
-            return float(brentq(growth, slower, faster, rtol=tolerance))
-    return float("inf")
+    with watched(progress, "speeds in m/s"):
+        _check_slowest(level.replaced({"speed": float(lowest)}), growth(lowest))
+        for slower, faster in zip(speeds[:-1], speeds[1:], strict=True):
+            report("speeds in m/s", float(slower), float(highest))
+            if growth(faster) > 0.0:
+                return float(brentq(growth, slower, faster, rtol=tolerance))
+        return float("inf")
 
 
-def _tell_undamped(scenario: Scenario, growth: float) -> None:
+def _check_slowest(scenario: Scenario, growth: float) -> None:
     """Refuse a wagon of which a mode grows at the scenario's speed; warn of modes that neither grow nor decay."""
     found = modes(scenario)
     ratios = found.damping_ratio.values

@@ -26,6 +26,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
 from wheeltapper.record.chart_store import FORMAT, MISSING, THERE, places, state_of
+from wheeltapper.record.labels import CHART_TITLE
 
 EVERY_CHUNK = {"array.write_empty_chunks": True}
 """Zarr leaves out chunks that hold nothing but NaN; here a chunk without a file is one that is not computed."""
@@ -163,7 +164,7 @@ class Store:
                 f"no whole store ({type(error).__name__}: {error})",
                 "a store that wheeltapper sweep began, or a new name",
             ) from error
-        if held.get("title") != "wheeltapper chart":
+        if held.get("title") != CHART_TITLE:
             raise InputError(str(self.path), "--output", "a store that wheeltapper did not write", "a new name")
         if int(str(held.get("format", 0))) > FORMAT:
             raise InputError(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.arguments import as_count, as_list, as_quantity
+from wheeltapper.ground.arguments import as_count, as_list, as_quantity, check_choice, check_flag
 from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.memory import check_room
 from wheeltapper.lower.fields import Fields
@@ -213,7 +213,9 @@ def study(
     """Return the study that `sweep`, or another question, computes; its arguments are those of `sweep`."""
     run.choose(question, scenario.needs)
     check_method(method)
-    _check_options(zipped, sampling, seed, chaos_limit)
+    check_flag(zipped, "zipped")
+    check_choice(sampling, "sampling", get_args(Sampling))
+    seed, chaos_limit = as_count(seed, "seed", 0), as_quantity(chaos_limit, "chaos_limit", "number")
     if not isinstance(over, Mapping) or not over:
         found = "nothing" if isinstance(over, Mapping) else shown(over)
         raise InputError("", "over", found, 'at least one field of the scenario with its values, as {"speed": [5, 6]}')
@@ -239,15 +241,6 @@ def as_features(given: Asked) -> tuple[Feature, ...]:
     if not several:
         raise InputError("", "features", "nothing", "at least one feature")
     return tuple(one if isinstance(one, Feature) else named(one) for one in several)
-
-
-def _check_options(zipped: Any, sampling: Any, seed: Any, chaos_limit: Any) -> None:
-    if not isinstance(zipped, bool):
-        raise InputError("", "zipped", shown(zipped), "True or False")
-    if sampling not in get_args(Sampling):
-        raise InputError("", "sampling", shown(sampling), "'sobol' or 'latin hypercube'")
-    as_count(seed, "seed", 0)
-    as_quantity(chaos_limit, "chaos_limit", "number")
 
 
 def _check_names(names: Sequence[str], over: Mapping[str, Any]) -> None:

@@ -12,6 +12,7 @@ from wheeltapper.ask.study import CHAOS_LIMIT, Asked, Sampling, field_at, study
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list
 from wheeltapper.ground.memory import check_room
+from wheeltapper.ground.progress import Progress, watched
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import run
 from wheeltapper.march.blocks import cores
@@ -35,6 +36,7 @@ def sweep(
     method: str = "default",
     threads: int | None = None,
     chaos_limit: float = CHAOS_LIMIT,
+    progress: Progress = True,
 ) -> xr.Dataset:
     """Compute features over many cells in which some fields of a scenario vary.
 
@@ -61,6 +63,8 @@ def sweep(
         How many march at a time; by default all cores. The result does not depend on it.
     chaos_limit
         Cells in which a change of the start grows by more than this are marked as near-chaotic.
+    progress
+        As for `wheeltapper.simulate`.
 
     Returns
     -------
@@ -85,7 +89,9 @@ def sweep(
         "over", f"{asked.cells:.4g} cells", 8.0 * asked.numbers(asked.cells),
         "fewer cells, or `wheeltapper sweep`, which keeps a few chunks at a time,",
     )  # fmt: skip
-    found = compute(asked, asked.changed(), cores() if threads is None else as_count(threads, "threads"))
+    held = cores() if threads is None else as_count(threads, "threads")
+    with watched(progress, "cells"):
+        found = compute(asked, asked.changed(), held)
     found.check()
     warn_of(note.told(asked.cells) for note in found.notes)
     return chart(asked, found)

@@ -81,18 +81,18 @@ def trajectory(
             moving = samples[:, :, FIRST_LANE + lane] - samples[:, :, RATE] * (scaled * stretch)[:, None]
             numbers = program.numbers + 1j * EPSILON * direction.numbers[0]
             motion = samples[:, :, VALUE] + 1j * EPSILON * moving
-            found = _in_si(numbers, direction.units, motion, scaled, (FORCE, DECK_Y, DECK_V))
+            found = in_si(numbers, direction.units, motion, scaled, (FORCE, DECK_Y, DECK_V))
             tangents.append([quantity.imag / EPSILON for quantity in found])
     assert march is not None
     motion = values[:, :, VALUE].astype(complex)
-    plain = _in_si(program.numbers.astype(complex), units, motion, scaled, (FORCE, DECK_Y, DECK_V))
+    plain = in_si(program.numbers.astype(complex), units, motion, scaled, (FORCE, DECK_Y, DECK_V))
     of = np.array(tangents).reshape(len(parameters), 2, len(times))
     peaks = march.peaks[:, contract.PEAK_FORCE].max(initial=0.0) * units.force.item()
     impacts = int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
     return Trajectory(march.status, plain[0].real, plain[1].real, of[:, 0], of[:, 1], float(peaks), impacts)
 
 
-def _in_si(
+def in_si(
     numbers: NDArray[np.complex128], units: object, motion: NDArray[np.complex128], scaled: FloatArray,
     rows: tuple[int, int, int],
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:  # fmt: skip

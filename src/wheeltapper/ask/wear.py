@@ -21,6 +21,7 @@ from wheeltapper.ask.wear_files import beside_of, held, unwritable
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_path, as_quantity
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, counting, watched
 from wheeltapper.lower.marks import Surface
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
@@ -68,7 +69,7 @@ class Options(TypedDict, total=False):
     method: str
     store: str | Path | None
     threads: int | None
-    progress: Callable[[int, int], None] | None
+    progress: Progress
 
 
 @overload
@@ -89,7 +90,7 @@ def wear_in(
     method: str = "default",
     store: str | Path | None = None,
     threads: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = True,
 ) -> xr.Dataset | list[xr.Dataset]:
     """Let wheels pass over a rail again and again; each meets the surface that the last one has left.
 
@@ -122,7 +123,7 @@ def wear_in(
     threads
         How many of several scenarios pass at a time; by default all cores.
     progress
-        Of one scenario: called with the number of passes done and of all.
+        As for `wheeltapper.simulate`.
 
     Returns
     -------
@@ -138,29 +139,31 @@ def wear_in(
         If the contact leaves no marks, the wheel does not roll or not as a point, or a file is damaged, of another
         evolution, or holds more passes than are asked.
     """
-    for name, number in (("passes", passes), ("every", every), ("samples", samples)):
-        as_count(number, name)
+    passes, every, samples = as_count(passes, "passes"), as_count(every, "every"), as_count(samples, "samples")
     check_method(method)
     options = _scatter(hardening, speed_scatter, load_scatter, start_scatter, seed)
     if isinstance(scenario, Scenario | str | Path):
         file = None if store is None else as_path(store, "store", "a path with the suffix .nc")
-        with held(file):
-            return _Evolution(as_scenario(scenario), options, every, samples, method, file).until(passes, progress)
+        with held(file), watched(progress, "passes"):
+            return _Evolution(as_scenario(scenario), options, every, samples, method, file).until(passes)
     if store is not None:
         raise InputError("", "store", str(store), "none with several scenarios, or a call for each with its own")
-    if progress is not None:
-        raise InputError("", "progress", "a function", "none with several scenarios")
     scenarios = as_scenarios(scenario)
-    with ThreadPoolExecutor(cores() if threads is None else as_count(threads, "threads")) as pool:
+    with (
+        watched(progress, "passes"),
+        ThreadPoolExecutor(cores() if threads is None else as_count(threads, "threads")) as pool,
+    ):
+        count = counting("passes", passes * len(scenarios))
         evolutions = pool.map(lambda one: _Evolution(one, options, every, samples, method, None), scenarios)
-        return list(pool.map(lambda one: one.until(passes, None), evolutions))
+        return list(pool.map(lambda one: one.until(passes, count), evolutions))
 
 
 def _scatter(hardening: Any, speed: Any, load: Any, start: Any, seed: Any) -> Scatter:
-    if as_quantity(hardening, "hardening", "number", positive=False) > 1.0:
-        raise InputError("", "hardening", repr(hardening), "0 to 1")
+    hardening = as_quantity(hardening, "hardening", "number", positive=False)
+    if hardening > 1.0:
+        raise InputError("", "hardening", f"{hardening:g}", "0 to 1")
     return Scatter(
-        as_quantity(hardening, "hardening", "number", positive=False),
+        hardening,
         as_quantity(speed, "speed_scatter", "number", positive=False),
         as_quantity(load, "load_scatter", "number", positive=False),
         as_quantity(start, "start_scatter", "length", positive=False),
@@ -206,8 +209,8 @@ class _Evolution:
     def _kept(self) -> dict[int, FloatArray]:
         return {number: left for number, left in self._snapshots.items() if number <= self._state[1]}
 
-    def until(self, passes: int, progress: Callable[[int, int], None] | None) -> xr.Dataset:
-        """Let so many wheels pass, all in all; return the evolution."""
+    def until(self, passes: int, count: Callable[[int], None] | None = None) -> xr.Dataset:
+        """Let so many wheels pass, all in all, each told to `count`; return the evolution."""
         if passes < self._state[1]:
             done = self._state[1]
             what = f"{passes}, where the file holds {done}"
@@ -215,6 +218,7 @@ class _Evolution:
         if not run.is_ready(self._line.lowered.program):
             say_that_it_compiles()
         saved = time.monotonic()
+        count = count or counting("passes", passes, self._state[1])
         try:
             while self._state[1] < passes and not self._ended:
                 surface, told = self._line.passed(*self._state)
@@ -224,8 +228,7 @@ class _Evolution:
                     self._snapshots[done] = surface.left
                 self._state = surface, done
                 self._ended = self._why_it_ends(told)
-                if progress is not None:
-                    progress(done, passes)
+                count(1)
                 if self._store is not None and time.monotonic() - saved > SAVE_AFTER:
                     self._write(self._store)
                     saved = time.monotonic()

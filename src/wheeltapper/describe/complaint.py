@@ -44,7 +44,8 @@ def explained(error: ValidationError, root: Any, kinds: Mapping[str, Any]) -> In
         case "union_tag_invalid":
             return _of_another_kind(field, given, context)
         case "value_error":
-            return _of_our_own(context["error"], field)
+            error = context["error"]
+            return error.within(field) if isinstance(error, InputError) else InputError("", field, str(error), "")
         case "too_short" | "too_long":
             some = "at least" if first["type"] == "too_short" else "at most"
             bound = context.get("min_length", context.get("max_length"))
@@ -67,15 +68,6 @@ def _of_another_kind(field: str, given: Any, context: dict[str, Any]) -> InputEr
     return InputError(
         "", f"{field}.type", shown(given["type"]), suggested(kind, re.findall("'([^']*)'", expected), expected)
     )
-
-
-def _of_our_own(error: Exception, field: str) -> InputError:
-    """Return what a validator raised: an `InputError`, or "field: found …; allowed: …" as text."""
-    if isinstance(error, InputError):
-        return error.within(field)
-    head, mark, rest = str(error).partition("found ")
-    what, _, allowed = rest.partition("; allowed: ")
-    return InputError("", head.strip(" :"), what if mark else str(error), allowed).within(field)
 
 
 def _fields_at(location: Location, root: Any, kinds: Mapping[str, Any]) -> list[str]:

@@ -4,9 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isfinite
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self, Union
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_serializer, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationError,
+    model_serializer,
+    model_validator,
+)
 
 from wheeltapper.describe.complaint import explained
 from wheeltapper.describe.manual import completed, signature
@@ -82,7 +92,7 @@ class Noun(BaseModel, metaclass=Kind):
     def _take_type(cls, data: Any) -> Any:
         if isinstance(data, dict) and "type" in data and "type" not in cls.model_fields:
             if data["type"] != cls.__name__:
-                raise ValueError(f"type: found {data['type']!r}; allowed: {cls.__name__!r}")
+                raise InputError("", "type", repr(data["type"]), repr(cls.__name__))
             return {name: value for name, value in data.items() if name != "type"}
         return data
 
@@ -101,6 +111,16 @@ class Noun(BaseModel, metaclass=Kind):
         if type(self) is not type(other):
             return NotImplemented
         return all(getattr(self, name) == getattr(other, name) for name in type(self).model_fields)
+
+
+def _kind(value: Any) -> str | None:
+    return value.get("type") if isinstance(value, dict) else type(value).__name__
+
+
+def choice(*nouns: type[Noun]) -> Any:
+    """Return the type of a field that holds one of several nouns, chosen by `type`."""
+    union: Any = Union[tuple(Annotated[noun, Tag(noun.__name__)] for noun in nouns)]  # noqa: UP007 - of a tuple
+    return Annotated[union, Discriminator(_kind)]
 
 
 def _reader(dimension: str) -> Callable[[Any], float]:

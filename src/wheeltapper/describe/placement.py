@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import PLACES, Need
 
 PLACE = re.compile(r"(?:wheelset ([1-9]\d*))?\s*(left|right|both)?")
@@ -36,10 +37,8 @@ def read(where: str) -> tuple[int | None, str]:
     """Return the wheelset (None: all of them) and the side of a place."""
     match = PLACE.fullmatch(where.strip())
     if match is None or not where.strip():
-        raise ValueError(
-            f'irregularity: found the place {where!r}; allowed: "left", "right", "both", "wheelset 4", '
-            '"wheelset 4 right" and the like'
-        )
+        allowed = '"left", "right", "both", "wheelset 4", "wheelset 4 right" and the like'
+        raise InputError("", "irregularity", f"the place {where!r}", allowed)
     number, side = match.groups()
     return (int(number) if number else None), (side or "both")
 
@@ -51,4 +50,4 @@ def check_places(irregularity: Any, wheelsets: int) -> None:
     for where in irregularity:
         number, _ = read(where)
         if number is not None and number > wheelsets:
-            raise ValueError(f"irregularity: found the place {where!r}; allowed: wheelsets 1 to {wheelsets}")
+            raise InputError("", "irregularity", f"the place {where!r}", f"wheelsets 1 to {wheelsets}")

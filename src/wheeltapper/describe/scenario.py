@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal, Union
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, model_validator
 from pydantic_core import PydanticSerializationError
@@ -24,7 +24,7 @@ from wheeltapper.describe.irregularity.measured import Measured
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.irregularity.profile import Profile
 from wheeltapper.describe.irregularity.step import Step
-from wheeltapper.describe.noun import Duration, Length, Noun, Speed, kinds
+from wheeltapper.describe.noun import Duration, Length, Noun, Speed, choice, kinds
 from wheeltapper.describe.placement import Placement, check_places
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Cones, WheelRail
 from wheeltapper.describe.track.deck import FloatingDeck
@@ -41,23 +41,6 @@ CREEP_LAWS = (KalkerLinear, ShenHedrickElkins, Polach, Fastsim)
 IRREGULARITIES = (Step, CosineBump, Corrugation, Measured, Profile, Repeated, WheelFlat, OutOfRound)
 FORMAT = 1
 """Version of the TOML files' layout."""
-
-
-def _kind(value: Any) -> str | None:
-    return value.get("type") if isinstance(value, dict) else type(value).__name__
-
-
-def _choice(*nouns: type[Noun]) -> Any:
-    """Return the type of a field that holds one of several nouns, chosen by `type`."""
-    union: Any = Union[tuple(Annotated[noun, Tag(noun.__name__)] for noun in nouns)]  # noqa: UP007 - of a tuple
-    return Annotated[union, Discriminator(_kind)]
-
-
-AnyCreepLaw = Annotated[
-    Annotated[KalkerLinear, Tag("KalkerLinear")] | Annotated[ShenHedrickElkins, Tag("ShenHedrickElkins")]
-    | Annotated[Polach, Tag("Polach")] | Annotated[Fastsim, Tag("Fastsim")],
-    Discriminator(_kind),
-]  # fmt: skip
 
 
 class Start(Noun):
@@ -120,15 +103,15 @@ class Scenario(Noun):
         "equilibrium": static indentation on the path at x = 0, velocity zero; or displacement and velocity.
     """
 
-    vehicle: Annotated[_choice(Wheelset, Wagon, ErriB176), AfterValidator(made)]  # type: ignore[valid-type]
-    track: _choice(StiffTrack, FloatingDeck) = StiffTrack()  # type: ignore[valid-type]
-    contact: _choice(*CONTACTS) = Hertz()  # type: ignore[valid-type]
-    creep: AnyCreepLaw | None = None
-    profiles: _choice(WheelRail, Cones) = WheelRail()  # type: ignore[valid-type]
+    vehicle: Annotated[choice(Wheelset, Wagon, ErriB176), AfterValidator(made)]  # type: ignore[valid-type]
+    track: choice(StiffTrack, FloatingDeck) = StiffTrack()  # type: ignore[valid-type]
+    contact: choice(*CONTACTS) = Hertz()  # type: ignore[valid-type]
+    creep: choice(*CREEP_LAWS) | None = None  # type: ignore[valid-type]
+    profiles: choice(WheelRail, Cones) = WheelRail()  # type: ignore[valid-type]
     irregularity: Annotated[
-        Annotated[tuple[_choice(*IRREGULARITIES), ...], Tag("all")]  # type: ignore[valid-type]
+        Annotated[tuple[choice(*IRREGULARITIES), ...], Tag("all")]  # type: ignore[valid-type]
         | Annotated[
-            dict[str, tuple[_choice(*IRREGULARITIES), ...]],  # type: ignore[valid-type]
+            dict[str, tuple[choice(*IRREGULARITIES), ...]],  # type: ignore[valid-type]
             AfterValidator(Placement),
             Tag("places"),
         ],
@@ -143,30 +126,28 @@ class Scenario(Noun):
     @model_validator(mode="after")
     def _possible(self) -> Scenario:
         if self.speed < 0:
-            raise ValueError(f"speed: found {self.speed:g} m/s; allowed: 0 m/s or more")
+            raise InputError("", "speed", f"{self.speed:g} m/s", "0 m/s or more")
         if self.speed == 0 and self.irregularity:
-            raise ValueError(
-                "speed: found 0 m/s together with an irregularity; allowed: more than 0 m/s (0 is a drop test)"
-            )
+            raise InputError("", "speed", "0 m/s together with an irregularity", "more than 0 m/s (0 is a drop test)")
         run.choose(run.SIMULATE, self.needs)
         if isinstance(self.vehicle, Wagon):
             self._check_wagon(self.vehicle)
         elif isinstance(self.contact, Hertz) and self.contact.idle:
-            raise ValueError(f"contact: {self.contact.idle}")
+            raise self.contact.idle.within("contact")
         return self
 
     def _check_wagon(self, wagon: Wagon) -> None:
         check_places(self.irregularity, len(wagon.axles))
         if self.contact.constant is not None:
-            raise ValueError(
-                f"contact.constant: found {self.contact.constant:g}, of a wheelset, on a Wagon; "
-                "allowed: constant_per_wheel, or none to take it from the profiles"
-            )
+            raise InputError(
+                "", "contact.constant", f"{self.contact.constant:g}, of a wheelset, on a Wagon",
+                "constant_per_wheel, or none to take it from the profiles",
+            )  # fmt: skip
         under = getattr(self.track, "wheelset", None)
         if under is not None and under > len(wagon.axles):
-            raise ValueError(f"track.wheelset: found {under}; allowed: 1 to {len(wagon.axles)}")
+            raise InputError("", "track.wheelset", str(under), f"1 to {len(wagon.axles)}")
         if self.creep is not None and self.speed == 0:
-            raise ValueError("speed: found 0 m/s with creep forces; allowed: more than 0 m/s")
+            raise InputError("", "speed", "0 m/s with creep forces", "more than 0 m/s")
 
     @property
     def needs(self) -> frozenset[Need]:
@@ -239,20 +220,24 @@ class Scenario(Noun):
 
     def to_toml(self, path: str | Path) -> None:
         """Write the scenario as TOML."""
-        import tomli_w
+        write_toml(self, path)
 
-        path = as_path(path, "path", "the path of the TOML file to write")
-        try:
-            text = tomli_w.dumps({"format": FORMAT} | self.model_dump(mode="json"))
-            path.write_text(text, encoding="utf-8")
-        except PydanticSerializationError as error:
-            raise InputError(
-                str(path), "irregularity", "a Profile, which holds a Python function", "samples of it in a `Measured`"
-            ) from error
-        except OSError as error:
-            raise InputError(
-                str(path), "", f"a place that cannot be written ({error.strerror or error})", "a writable path"
-            ) from error
+
+def write_toml(noun: Noun, path: str | Path) -> None:
+    """Write a scenario, or a site, as TOML that is read back as it is."""
+    import tomli_w
+
+    path = as_path(path, "path", "the path of the TOML file to write")
+    try:
+        path.write_text(tomli_w.dumps({"format": FORMAT} | noun.model_dump(mode="json")), encoding="utf-8")
+    except PydanticSerializationError as error:
+        raise InputError(
+            str(path), "irregularity", "a Profile, which holds a Python function", "samples of it in a `Measured`"
+        ) from error
+    except OSError as error:
+        raise InputError(
+            str(path), "", f"a place that cannot be written ({error.strerror or error})", "a writable path"
+        ) from error
 
 
 TABLES = {

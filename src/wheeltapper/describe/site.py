@@ -57,14 +57,12 @@ class Site(Noun):
                 self.passage.replaced({path: None})
             except InputError as error:
                 if "no such field" in error.found:
-                    raise ValueError(
-                        f"uncertainty: found {path!r}; allowed: paths of numbers in the passage"
-                    ) from error
+                    raise InputError("", "uncertainty", repr(path), "paths of numbers in the passage") from error
             held: Any = self.passage
             for part in path.split("."):
                 held = held[int(part)] if part.isdigit() else getattr(held, part)
             if isinstance(held, bool) or not isinstance(held, int | float):
-                raise ValueError(f"uncertainty: found {path!r}, where there is no number; allowed: paths of numbers")
+                raise InputError("", "uncertainty", f"{path!r}, where there is no number", "paths of numbers")
         return self
 
     def __hash__(self) -> int:

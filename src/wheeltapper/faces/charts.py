@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,15 +28,12 @@ def features_of(chart: xr.Dataset) -> list[str]:
     return [str(name) for name in chart.data_vars if name not in known and not str(name).endswith(parts)]
 
 
-def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str] | None = None) -> None:
-    """Draw a chart's features side by side: maps of two fields, lines over one, clouds of samples."""
-    held = features_of(chart)
-    chosen = held if features is None else features
-    unknown = [name for name in chosen if name not in held]
-    if unknown:
-        raise InputError("", "features", repr(unknown[0]), ", ".join(held))
-    axes = figure.subplots(1, len(chosen), squeeze=False)[0]
-    for axis, name in zip(axes, chosen, strict=True):
+def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str]) -> None:
+    """Draw some of a chart's features side by side: maps of two fields, lines over one, clouds of samples."""
+    for name in features:
+        check_choice(name, "features", features_of(chart))
+    axes = figure.subplots(1, len(features), squeeze=False)[0]
+    for axis, name in zip(axes, features, strict=True):
         dimensions = chart[name].dims
         if dimensions == ("cell",):
             _draw_cloud(axis, chart, name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Annotated, Literal
@@ -11,8 +12,9 @@ from cyclopts import App, CycloptsError, Parameter
 
 from wheeltapper._version import __version__
 from wheeltapper.faces.cli_site import assess, design, diagnose
-from wheeltapper.faces.exits import DONE, NOT_FINISHED, WRONG_INPUT, check_target, make_folder
+from wheeltapper.faces.exits import DONE, NOT_FINISHED, PICTURES, WRONG_INPUT, check_target, make_folder
 from wheeltapper.faces.usage import as_input_error, refuse_fractions
+from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
 
 app = App(
@@ -53,7 +55,7 @@ def run(
     as_json
         Print one JSON object instead of lines; warnings go to stderr.
     """
-    for option, target, suffixes in (("--output", output, (".nc",)), ("--plot", plot, (".png", ".pdf", ".svg"))):
+    for option, target, suffixes in (("--output", output, (".nc",)), ("--plot", plot, PICTURES)):
         if target is not None:
             check_target(option, target, suffixes)
     from wheeltapper.faces.running import simulated, told_as_json, told_as_lines
@@ -110,15 +112,17 @@ def sweep(
     check_target("--output", output, (".zarr",), folder=True)
     if workers and scheduler:
         raise InputError("", "--workers", "both --workers and --scheduler", "one of them")
-    if workers < 0 or (threads is not None and threads < 1):
-        raise InputError("", "--workers, --threads", f"{workers}, {threads}", "positive numbers")
-    from wheeltapper.ask.fill import ClusterError
+    as_count(workers, "--workers", 0)
+    if threads is not None:
+        as_count(threads, "--threads")
+    from wheeltapper.ask.fill import ClusterError, fill
     from wheeltapper.ask.spec import read
-    from wheeltapper.faces.progress import filled
+    from wheeltapper.ground.progress import watched
 
     try:
         spec = read(study)
-        failed = filled(output, spec, resume=resume, workers=workers, scheduler=scheduler, threads=threads)
+        with watched(True, "cells"):
+            failed = fill(output, spec, resume=resume, workers=workers, scheduler=scheduler, threads=threads)
     except InputError as error:
         raise error.at(str(study)) from error
     except KeyboardInterrupt:
@@ -127,6 +131,7 @@ def sweep(
     except (OSError, ClusterError) as error:
         print(f"wheeltapper: {error}; what is computed is in {output}; --resume goes on", file=sys.stderr)
         return NOT_FINISHED
+    print(f"store: {output}")
     for what in failed:
         print(f"wheeltapper: not computed: {what}", file=sys.stderr)
     return NOT_FINISHED if failed else DONE
@@ -177,19 +182,16 @@ def wear(
     """
     check_target("--output", output, (".nc",))
     if plot is not None:
-        check_target("--plot", plot, (".png", ".pdf", ".svg"))
+        check_target("--plot", plot, PICTURES)
     from wheeltapper.ask.wear import wear_in
     from wheeltapper.describe.scenario import Scenario
-    from wheeltapper.faces.progress import progress_bar
 
     scenario = Scenario.from_toml(file)
     try:
-        with progress_bar("passes") as (progress, _):
-            found = wear_in(
-                scenario, passes, hardening=hardening, speed_scatter=speed_scatter, load_scatter=load_scatter,
-                start_scatter=start_scatter, seed=seed, every=every, samples=samples, method=method, store=output,
-                progress=progress,
-            )  # fmt: skip
+        found = wear_in(
+            scenario, passes, hardening=hardening, speed_scatter=speed_scatter, load_scatter=load_scatter,
+            start_scatter=start_scatter, seed=seed, every=every, samples=samples, method=method, store=output,
+        )  # fmt: skip
     except InputError as error:
         raise error.at(str(file)) from error
     except KeyboardInterrupt:
@@ -229,16 +231,16 @@ def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output"
     import warnings
 
     from wheeltapper.faces.paper.run import chosen, run
-    from wheeltapper.faces.progress import progress_bar
+    from wheeltapper.ground.progress import watched
     from wheeltapper.record.simulate import ModelWarning
 
     names = list(which) or ["all"]
     chosen(names)
     if output is not None:
         make_folder(output)
-    with warnings.catch_warnings(), progress_bar("claims") as (progress, _):
+    with warnings.catch_warnings(), watched(True, "claims"):
         warnings.simplefilter("ignore", ModelWarning)  # the paper's point follower, meant so
-        return run(names, output, progress=progress)
+        return run(names, output)
 
 
 @app.command
@@ -281,17 +283,21 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         with interruptible():
             result = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        sys.stdout.flush()
     except CycloptsError as error:
         print(f"wheeltapper: {as_input_error(error)}", file=sys.stderr)
         return WRONG_INPUT
     except InputError as error:
         print(f"wheeltapper: {error}", file=sys.stderr)
         return WRONG_INPUT
+    except BrokenPipeError:  # who read the output has gone, as after `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # else Python complains at its end
+        return NOT_FINISHED
     except KeyboardInterrupt:
         print("wheeltapper: interrupted", file=sys.stderr)
         return NOT_FINISHED
     except SystemExit as stop:
-        return WRONG_INPUT if stop.code else DONE
+        return NOT_FINISHED if stop.code else DONE
     return result if isinstance(result, int) else DONE
 
 

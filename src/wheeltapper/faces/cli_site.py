@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from wheeltapper.faces.exits import DONE, NOT_FINISHED, check_target, make_folder
+from wheeltapper.faces.exits import DONE, NOT_FINISHED, PICTURES, check_target, make_folder
 from wheeltapper.ground.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def diagnose(
 ) -> int:
     """Find what is wrong with wheelsets from recordings of the deck's acceleration.
 
-    Exit code 3: some of several files were not read; the rest is done.
+    Exit code 3: some of several files were not read or not diagnosed; the rest is done.
 
     Parameters
     ----------
@@ -64,9 +64,9 @@ def diagnose(
     speed
         Measured speed of the wheelset.
     """
-    from wheeltapper.ask.diagnosis.folder import NOT_READ, diagnose_all
+    from wheeltapper.ask.diagnosis.folder import NOT_DIAGNOSED, NOT_READ, diagnose_all
+    from wheeltapper.ask.diagnosis.processes import ProcessError
     from wheeltapper.describe.site import Site
-    from wheeltapper.faces.progress import progress_bar
 
     files = _files(recordings)
     place = Site.from_toml(site)
@@ -77,14 +77,12 @@ def diagnose(
     chosen = figures or ("all" if len(files) == 1 else "faulty")
     after = {"all": draw_all, "faulty": draw_faulty, "none": None}[chosen] if output is not None else None
     try:
-        with progress_bar("recordings") as (progress, _):
-            found = diagnose_all(
-                files, place, output=output, workers=workers, reading=reading, after=after,
-                raising=len(files) == 1, progress=progress,
-            )  # fmt: skip
-    except KeyboardInterrupt:
+        found = diagnose_all(
+            files, place, output=output, workers=workers, reading=reading, after=after, raising=len(files) == 1
+        )
+    except (KeyboardInterrupt, OSError, ProcessError) as stop:
         kept = f"what is found is in {output}; the same command goes on" if output else "nothing was kept"
-        print(f"wheeltapper: interrupted; {kept}", file=sys.stderr)
+        print(f"wheeltapper: {str(stop) or 'interrupted'}; {kept}", file=sys.stderr)
         return NOT_FINISHED
     for entry in found if not train else []:
         print(entry["paragraph"])
@@ -94,7 +92,7 @@ def diagnose(
         print(_counts(found))
     if output is not None:
         print(f"findings: {output}")
-    return NOT_FINISHED if any(entry["verdict"] == NOT_READ for entry in found) else DONE
+    return NOT_FINISHED if any(entry["verdict"] in (NOT_READ, NOT_DIAGNOSED) for entry in found) else DONE
 
 
 def _files(recordings: tuple[Path, ...]) -> list[Path]:
@@ -182,23 +180,20 @@ def assess(
     if output is not None:
         check_target("--output", output, (".json",))
     if plot is not None:
-        check_target("--plot", plot, (".png", ".pdf", ".svg"))
+        check_target("--plot", plot, PICTURES)
     from wheeltapper.ask.diagnosis.performance import assess as measure
+    from wheeltapper.ask.diagnosis.processes import ProcessError
     from wheeltapper.describe.site import Site
-    from wheeltapper.faces.progress import progress_bar
 
     place = Site.from_toml(site)
     kept = None if output is None else output.with_suffix(".jsonl")
     chosen = _faults(faults)
     try:
-        with progress_bar("passages") as (progress, _):
-            found = measure(
-                place, chosen, count=count, healthy=healthy, seed=seed, output=kept, workers=workers, progress=progress
-            )
-    except KeyboardInterrupt:
+        found = measure(place, chosen, count=count, healthy=healthy, seed=seed, output=kept, workers=workers)
+    except (KeyboardInterrupt, OSError, ProcessError) as stop:
         begun = kept is not None and kept.exists()
         where = f"what is computed is in {kept}; the same command goes on" if begun else "nothing was kept"
-        print(f"wheeltapper: interrupted; {where}", file=sys.stderr)
+        print(f"wheeltapper: {str(stop) or 'interrupted'}; {where}", file=sys.stderr)
         return NOT_FINISHED
     print(found)
     if output is not None:
@@ -292,25 +287,23 @@ def design(
     """
     check_target("--output", output, (".toml",))
     if plot is not None:
-        check_target("--plot", plot, (".png", ".pdf", ".svg"))
+        check_target("--plot", plot, PICTURES)
     for option, values in (("--parameters", parameters), ("--speeds", speeds), ("--shapes", shapes)):
         _check_given(option, values)
-    from wheeltapper.ask.diagnosis.design import Interrupted, design_site, write_site
+    from wheeltapper.ask.diagnosis.design import Interrupted, design_site
+    from wheeltapper.describe.scenario import write_toml
     from wheeltapper.describe.site import Site
-    from wheeltapper.faces.progress import progress_bar
 
     place = Site.from_toml(site)
     try:
-        with progress_bar("layouts") as (progress, _):
-            found = design_site(
-                place, parameters, speeds, number=number, shapes=shapes, largest_force=largest_force,
-                total_length=total_length, criterion=criterion, budget=budget, seed=seed,
-                progress=lambda done, total, _: progress(done, max(done, total)),
-            )  # fmt: skip
+        found = design_site(
+            place, parameters, speeds, number=number, shapes=shapes, largest_force=largest_force,
+            total_length=total_length, criterion=criterion, budget=budget, seed=seed,
+        )  # fmt: skip
     except Interrupted as stop:
         kept = "nothing was found yet"
         if stop.site is not None:
-            write_site(stop.site, output)
+            write_toml(stop.site, output)
             kept = f"the best rail so far is in {output}"
         print(f"wheeltapper: interrupted; {kept}", file=sys.stderr)
         return NOT_FINISHED

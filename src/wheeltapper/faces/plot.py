@@ -18,7 +18,7 @@ from wheeltapper.faces.wagons import draw_comparison, draw_wagon
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.arguments import as_count, as_list, as_path
 from wheeltapper.ground.errors import InputError, shown
-from wheeltapper.record.labels import WEAR_TITLE
+from wheeltapper.record.labels import CHART_TITLE, WEAR_TITLE
 from wheeltapper.record.record import Record
 from wheeltapper.record.wagon_record import WagonRecord
 
@@ -69,12 +69,19 @@ def plot(
     from matplotlib.figure import Figure
 
     path = None if path is None else as_path(path, "path", "the path of a .png, .pdf or .svg")
-    features = None if features is None else as_list(features, "features", "names of the chart's features")
+    if features is not None:
+        features = as_list(features, "features", "names of the chart's features")
+        if not features:
+            raise InputError("", "features", "none", "names of the chart's features, or None for all")
     if border is not None and "line" not in getattr(border, "data_vars", ()):
         raise InputError("", "border", shown(border), "what `wheeltapper.border` returned")
     if against is not None and not isinstance(against, Record):
         raise InputError("", "against", shown(against), "a Record")
     wheelset = as_count(wheelset, "wheelset")
+    title = getattr(what, "attrs", {}).get("title")
+    for name, given in (("features", features), ("border", border)):
+        if given is not None and title != CHART_TITLE:
+            raise InputError("", name, shown(given), "None, unless `what` is a chart")
     with matplotlib.style.context(STYLE):
         if isinstance(what, WagonRecord):
             figure = draw_wagon(what) if against is None else draw_comparison(what, against, wheelset)
@@ -90,14 +97,14 @@ def plot(
             figure = draw_design(what)
         elif isinstance(what, Performance):
             figure = draw_performance(what)
-        elif getattr(what, "attrs", {}).get("title") == WEAR_TITLE:
+        elif title == WEAR_TITLE:
             figure = draw_wear(what)
-        elif getattr(what, "attrs", {}).get("title") == IMITATION:
+        elif title == IMITATION:
             figure = draw_imitation(what)
-        elif getattr(what, "attrs", {}).get("title") == "wheeltapper chart":
+        elif title == CHART_TITLE:
             chosen = features_of(what) if features is None else features
             figure = Figure(figsize=(4.6 * max(len(chosen), 1), 4.4))
-            draw_chart(figure, what, features)
+            draw_chart(figure, what, chosen)
             if border is not None:
                 draw_border(figure, what, border)
         else:

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from wheeltapper.describe.scenario import FORMAT, Scenario
-from wheeltapper.faces.progress import work_bar
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import SEVERAL_BODIES
+from wheeltapper.record.arguments import check_method
 from wheeltapper.record.record import Record
 from wheeltapper.record.simulate import simulate
 
@@ -32,14 +32,14 @@ class Run:
 
 
 def simulated(file: Path, method: str) -> Run:
-    """Simulate the scenario in a file, with a bar where that takes long; warnings go to stderr."""
+    """Simulate the scenario in a file; warnings go to stderr."""
+    check_method(method)
     scenario = Scenario.from_toml(file)
     begin = time.perf_counter()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            with work_bar():
-                record = simulate(scenario, method)  # type: ignore[call-overload]
+            record = simulate(scenario, method)  # type: ignore[call-overload]
         except InputError as error:
             raise error.at(str(file)) from error
     said = tuple(dict.fromkeys(str(warning.message) for warning in caught))

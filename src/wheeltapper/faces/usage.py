@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable
 from typing import Any, Literal, get_args, get_origin
 
 from cyclopts import CycloptsError
@@ -15,13 +13,7 @@ from cyclopts.exceptions import (
     UnusedCliTokensError,
 )
 
-from wheeltapper.ground.errors import InputError
-
-
-def did_you_mean(name: str, names: Iterable[str]) -> str:
-    """Return a hint at the name that is nearest to a wrong one, or nothing."""
-    close = difflib.get_close_matches(name, list(names), n=1)
-    return f" (did you mean {close[0]!r}?)" if close else ""
+from wheeltapper.ground.errors import InputError, suggested
 
 
 def as_input_error(error: CycloptsError) -> InputError:
@@ -30,17 +22,17 @@ def as_input_error(error: CycloptsError) -> InputError:
     match error:
         case UnknownCommandError():
             name, names = (error.unused_tokens or [""])[0], _commands(error.app)
-            return InputError("", "command", repr(name), ", ".join(names) + did_you_mean(name, error.app or ()))
+            return InputError("", "command", repr(name), suggested(name, error.app or (), ", ".join(names)))
         case UnknownOptionError():
             name = (error.token.keyword or error.token.value).partition("=")[0]
             names = _options(error.argument_collection)
-            return InputError(command, name, "an option that is unknown", ", ".join(names) + did_you_mean(name, names))
+            return InputError(command, name, "an option that is unknown", suggested(name, names))
         case MissingArgumentError() if error.argument is not None:
             return InputError(command, _name(error.argument), "nothing", _meaning(error.app, error.argument))
         case CoercionError() if error.argument is not None and error.token is not None:
             allowed, choices = _type(error.target_type or error.argument.hint)
-            allowed += did_you_mean(error.token.value, choices)
-            return InputError(command, _name(error.argument), repr(error.token.value), allowed)
+            found = error.token.value
+            return InputError(command, _name(error.argument), repr(found), suggested(found, choices, allowed))
         case UnusedCliTokensError():
             left = ", ".join(repr(token) for token in error.unused_tokens or ())
             return InputError(command, "", f"{left} left over", f"what `wheeltapper {command} --help` lists")

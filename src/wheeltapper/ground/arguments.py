@@ -56,6 +56,24 @@ def as_names(given: Any, field: str, what: str) -> tuple[str, ...]:
     return tuple(names)
 
 
+def check_text(given: Any, field: str) -> None:
+    """Refuse what is no text."""
+    if not isinstance(given, str):
+        raise InputError("", field, shown(given), "a text")
+
+
+def check_flag(given: Any, field: str) -> None:
+    """Refuse what is neither true nor false."""
+    if not isinstance(given, bool):
+        raise InputError("", field, shown(given), "True or False")
+
+
+def check_function(given: Any, field: str, what: str) -> None:
+    """Refuse what cannot be called."""
+    if not callable(given):
+        raise InputError("", field, shown(given), what)
+
+
 def as_table(given: Any, field: str, what: str) -> dict[str, Any]:
     """Return values by name; of None, no values."""
     if given is None:

@@ -47,7 +47,7 @@ class InputError(ValueError):
     def __str__(self) -> str:
         where = ": ".join(part for part in (self.source, self.field) if part)
         text = f"{where}: found {self.found}" if where else f"found {self.found}"
-        return f"{text}; allowed: {self.allowed}" if self.allowed else text
+        return " ".join((f"{text}; allowed: {self.allowed}" if self.allowed else text).splitlines())
 
     def at(self, source: str) -> InputError:
         """Return the same error with the file named, if none is named yet."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 
@@ -34,6 +34,12 @@ class Note(str):
     def reworded(self, text: str) -> Note:
         """Return the same note in other words."""
         return Note(text, self.cause, self.severity, doubtful=self.doubtful)
+
+
+def few(places: Sequence[float]) -> str:
+    """Return the first three places, and how many there are beside them."""
+    more = f" and {len(places) - 3} more" if len(places) > 3 else ""
+    return ", ".join(f"{x:.6g}" for x in places[:3]) + more
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import sys
+import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from typing import NamedTuple
 
 Report = Callable[[str, float, float], None]
 Say = Callable[[str], None]
+Progress = bool | Report
+"""What verbs take as `progress`: True, a bar where someone watches; False, nothing; or a function, see `reporting`."""
 
 
 def _print(line: str) -> None:
@@ -22,6 +25,8 @@ class _Listener(NamedTuple):
 
 
 _listener: ContextVar[_Listener | None] = ContextVar("listener", default=None)
+bar: Callable[[], AbstractContextManager[None]] | None = None
+"""What shows a bar of the work inside its context. The front door sets it: bars are drawn some floors above."""
 
 
 @contextmanager
@@ -48,6 +53,61 @@ def reporting(report: Report, say: Say = _print) -> Iterator[None]:
         _listener.reset(token)
 
 
+@contextmanager
+def watched(progress: Progress, of: str = "") -> Iterator[None]:
+    """Let the user see how far a verb is that works inside this context.
+
+    A verb that works for another one is not heard: the outer one tells how far the whole is.
+
+    Parameters
+    ----------
+    progress
+        A function, called as `reporting` says; True: a bar where someone watches, unless another listens; False: none.
+    of
+        What the verb counts; what else is done for it is then not heard.
+
+    Raises
+    ------
+    InputError
+        If it is none of these.
+    """
+    heard = _listener.get()
+    say = _print if heard is None else heard.say
+    context: AbstractContextManager[None] = nullcontext()
+    if callable(progress):
+        context = reporting(progress, say)
+    elif not isinstance(progress, bool):
+        _refuse(progress)
+    elif heard is not None or not progress:
+        context = reporting(_unheard, say)
+    elif bar is not None and _someone_watches():
+        context = bar()
+    with context, _only(of):
+        yield
+
+
+@contextmanager
+def _only(of: str) -> Iterator[None]:
+    """Let only reports of one thing be heard."""
+    listener = _listener.get()
+    if listener is None or not of:
+        yield
+        return
+    with reporting(lambda what, *much: listener.report(what, *much) if what == of else None, listener.say):
+        yield
+
+
+def _refuse(progress: object) -> None:
+    from wheeltapper.ground.errors import InputError, shown
+
+    what = "True, False, or a function of what is done, how much of it, and how much there is"
+    raise InputError("", "progress", shown(progress), what)
+
+
+def _unheard(what: str, done: float, total: float) -> None:
+    """Hear nothing."""
+
+
 def report(what: str, done: float, total: float) -> None:
     """Tell how much of something is done; `total` 0 where nobody knows how much there is."""
     listener = _listener.get()
@@ -55,7 +115,47 @@ def report(what: str, done: float, total: float) -> None:
         listener.report(what, done, total)
 
 
+def counting(what: str, total: int, done: int = 0) -> Callable[[int], None]:
+    """Return what adds to the number of things done, from any thread, and tells whoever listens in this one."""
+    listener, lock = _listener.get(), threading.Lock()
+
+    def add(more: int) -> None:
+        nonlocal done
+        with lock:
+            done += more
+            if listener is not None:
+                listener.report(what, done, total)
+
+    return add
+
+
+@contextmanager
+def part(before: int, total: int) -> Iterator[None]:
+    """Let what is counted inside go on from what was done before, out of a larger total."""
+    outer = _listener.get()
+    if outer is None:
+        yield
+        return
+    with reporting(lambda what, done, _: outer.report(what, before + done, total), outer.say):
+        yield
+
+
 def say(line: str) -> None:
     """Give the user a line at once: to whoever listens, else to stderr."""
     listener = _listener.get()
     (listener.say if listener is not None else _print)(line)
+
+
+def _someone_watches() -> bool:
+    """Return True on a terminal and in a notebook, but not in a thread or a process that works for another one."""
+    if threading.current_thread() is not threading.main_thread():
+        return False
+    processes = sys.modules.get("multiprocessing.process")
+    if processes is not None and processes.parent_process() is not None:
+        return False
+    return sys.stderr.isatty() or is_notebook()
+
+
+def is_notebook() -> bool:
+    """Return True where what is written goes to a notebook."""
+    return type(sys.stderr).__module__.startswith("ipykernel.")

@@ -78,16 +78,17 @@ def to_si(value: object, dimension: str, field: str = "") -> float:
     """
     if isinstance(value, str):
         return _from_text(value, dimension, field)
-    if hasattr(value, "magnitude") and hasattr(value, "to"):
-        return _from_quantity(value, dimension, field)
+    given = value
+    if has_unit(value):
+        value = in_si(value, dimension, field)
     if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):  # a number of NumPy or xarray
         value = value.item()
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise InputError("", field, shown(value), _allowed(dimension))
     try:
-        return float(value)
+        if isinstance(value, Real) and not isinstance(value, bool):
+            return float(value)
     except OverflowError:  # a whole number of more digits than there are
-        raise InputError("", field, shown(value), _allowed(dimension)) from None
+        pass
+    raise InputError("", field, shown(str(given) if has_unit(given) else given), _allowed(dimension))
 
 
 def _from_text(text: str, dimension: str, field: str) -> float:
@@ -106,7 +107,7 @@ def _from_text(text: str, dimension: str, field: str) -> float:
             f"N, kN, kip …: {text.strip()} weigh {weight / 1e3:.6g} kN (times {STANDARD_GRAVITY} m/s²)",
         )  # fmt: skip
     if any(unit in table for table in UNITS.values()):
-        raise InputError("", field, f"{shown(text)}, which is not a {dimension}", _allowed(dimension))
+        raise InputError("", field, f"{shown(text)}, which is not {_with_article(dimension)}", _allowed(dimension))
     import pint
 
     try:
@@ -115,12 +116,18 @@ def _from_text(text: str, dimension: str, field: str) -> float:
         raise InputError(
             "", field, f"{shown(text)}, whose unit is not one of {dimension}", _allowed(dimension)
         ) from error
-    return _from_quantity(quantity, dimension, field, text)
+    return float(in_si(quantity, dimension, field, text))
 
 
-def _from_quantity(quantity: Any, dimension: str, field: str, text: str = "") -> float:
+def has_unit(value: object) -> bool:
+    """Return True for a quantity of a package for units such as pint."""
+    return hasattr(value, "magnitude") and hasattr(value, "to")
+
+
+def in_si(quantity: Any, dimension: str, field: str, text: str = "") -> Any:
+    """Return the number, or the array, that such a quantity is in SI units; `text` is what it was made of."""
     try:
-        return float(quantity.to(PINT[dimension] or "dimensionless").magnitude)
+        return quantity.to(PINT[dimension] or "dimensionless").magnitude
     except (AttributeError, TypeError, ValueError) as error:  # what pint's errors are, without importing it
         found = shown(text or str(quantity))
         raise InputError("", field, f"{found}, whose unit is not one of {dimension}", _allowed(dimension)) from error
@@ -138,4 +145,8 @@ def unit_factor(unit: str, dimension: str) -> float:
 
 def _allowed(dimension: str) -> str:
     units = [unit for unit in UNITS[dimension] if unit][:6]
-    return f"a {dimension} as a number in SI units or with a unit such as {', '.join(units)}"
+    return f"{_with_article(dimension)} as a number in SI units or with a unit such as {', '.join(units)}"
+
+
+def _with_article(dimension: str) -> str:
+    return f"{'an' if dimension.startswith('a') else 'a'} {dimension}"

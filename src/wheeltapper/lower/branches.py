@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.surface import Profile
 from wheeltapper.march import contact_points
 
@@ -27,7 +28,17 @@ MOST_SAMPLES = 8_000_000
 HALVINGS = 26
 """Of the interval in which a fold lies: the wheel's place there hardly changes with the point of contact."""
 MARGIN = 1.2
-"""How much farther than the window an arc about a corner is followed."""
+"""How much farther than the window a branch is followed."""
+TRIED = np.array([0.0, 0.2317, 0.5161, 0.8079, 1.0])
+"""Where an interval of samples is tried, as parts of it: unlike waves, these have no common length."""
+UNRESOLVED = 0.01
+"""Samples h apart are too few where heights are off a cubic by more than this part of h²/R, or of that and the bow."""
+NARROWEST = 1e-7
+"""Width in m of samples beyond which none are added: beside a kink no width is enough."""
+MOST_ADDED = 300_000
+MOST_PAIRS = 20_000_000
+"""Heights of branches above each other that are compared: more take minutes."""
+SMOOTHER = 'longer waves, a shorter run, or rolling = "point"'
 
 
 @dataclass(frozen=True)
@@ -85,14 +96,69 @@ def _with_folds(profile: Profile, s: FloatArray, cell: IntArray) -> tuple[FloatA
     return s, cell, [slice(a, b) for a, b in zip(borders[:-1], borders[1:], strict=True) if rises[a]]
 
 
+def _off_cubic() -> FloatArray:
+    """Return weights of the values at TRIED: their sum is how far the middle one is off the cubic of the others."""
+    others = np.delete(TRIED, 2)
+    weights = [-np.prod([(TRIED[2] - b) / (a - b) for b in others if b != a]) for a in others]
+    return np.insert(weights, 2, 1.0)
+
+
+OFF_CUBIC = _off_cubic()
+
+
+def _within(ahead: FloatArray, beyond: FloatArray, window: float) -> NDArray[np.bool_]:
+    """Return between which neighbours, by how far the contact is ahead of the wheel, it may be inside the window."""
+    return (np.minimum(np.abs(ahead), np.abs(beyond)) <= MARGIN * window) | (ahead * beyond < 0.0)
+
+
+def _resolved(profile: Profile, s: FloatArray, cell: IntArray, window: float) -> tuple[FloatArray, IntArray]:
+    """Return samples with more of them where the profile varies faster than they tell.
+
+    Where the wheel cannot touch it is enough to see its waves.
+
+    Raises
+    ------
+    InputError
+        If no affordable number of them is enough.
+    """
+    inside = cell[1:] == cell[:-1]
+    left, right, owner = s[:-1][inside], s[1:][inside], cell[1:][inside]
+    added, owners, count = [s], [cell], 0
+    while len(left):
+        at = left[:, None] + (right - left)[:, None] * TRIED
+        heights = profile.each(at.ravel(), np.repeat(owner, len(TRIED)), "value").reshape(at.shape)
+        off, sagitta = np.abs(heights @ OFF_CUBIC), (right - left) ** 2 / profile.radius
+        coarse = np.flatnonzero((off > UNRESOLVED * sagitta) & (right - left > NARROWEST))
+        bow = np.abs(heights - heights[:, :1] - np.diff(heights[:, [0, -1]]) * TRIED)[coarse].max(axis=1, initial=0.0)
+        ahead, beyond = (end - profile.touching(end, owner[coarse]) for end in (left[coarse], right[coarse]))
+        coarse = coarse[(off[coarse] > UNRESOLVED * (sagitta[coarse] + bow)) | _within(ahead, beyond, window)]
+        edges = np.linspace(left[coarse], right[coarse], 5, axis=1)
+        left, right, owner = edges[:, :-1].ravel(), edges[:, 1:].ravel(), np.repeat(owner[coarse], 4)
+        added.append(edges[:, 1:-1].ravel())
+        owners.append(np.repeat(owner[::4], 3))
+        count += len(added[-1])
+        if count > MOST_ADDED:
+            found = f"heights that vary within less than {right[0] - left[0]:.2g} m at x = {left[0]:.6g} m"
+            raise InputError("", "irregularity", found, SMOOTHER)
+    s, cell = np.concatenate(added), np.concatenate(owners)
+    order = np.lexsort((s, cell))
+    return s[order], cell[order]
+
+
 def find(profile: Profile, window: float) -> list[Branch]:
     """Return all branches of a profile."""
     bent = [i for i, cell in enumerate(profile.cells) if cell.chord != profile.radius]  # a chord is touched all at once
     each = [_cell_samples(profile, index, window) for index in bent]
-    s, cell, rising = _with_folds(profile, np.concatenate(each), np.repeat(bent, [len(samples) for samples in each]))
+    s, cell = _resolved(profile, np.concatenate(each), np.repeat(bent, [len(samples) for samples in each]), window)
+    s, cell, rising = _with_folds(profile, s, cell)
     x = profile.touching(s, cell)
+    near = _within((s - x)[:-1], (s - x)[1:], window)  # elsewhere the wheel would lie in the profile
     out = []
     for part in rising:
+        reach = part.start + np.flatnonzero(near[part.start : part.stop - 1])
+        if not len(reach):
+            continue
+        part = slice(reach[0], reach[-1] + 2)
         forward = part.start + np.flatnonzero(np.diff(x[part], prepend=-np.inf) > 0.0)
         if len(forward) > 1:
             out.append(Branch(int(cell[part.start]), -1, x[forward], s[forward]))
@@ -151,11 +217,21 @@ class Envelope:
         return np.unique(np.concatenate(parts))
 
     def _won(self, grid: FloatArray) -> list[Run]:
-        """Return the runs: which branch is the highest where, as far as the grid shows it."""
+        """Return the runs: which branch is the highest where, as far as the grid shows it.
+
+        Raises
+        ------
+        InputError
+            If too many branches lie above each other.
+        """
+        ends = np.array([(b.x[0], b.x[-1]) for b in self.branches])
+        spans = np.searchsorted(grid, ends)
+        if np.diff(spans, axis=1).sum() > MOST_PAIRS:
+            found = f"{len(self.branches)} crests and edges in {grid[-1] - grid[0]:.4g} m, too many near each other"
+            raise InputError("", "irregularity", found, SMOOTHER)
         best = np.full(len(grid), -np.inf)
         winner = np.full(len(grid), -1)
-        for index, branch in enumerate(self.branches):
-            first, last = np.searchsorted(grid, [branch.x[0], branch.x[-1]])
+        for index, (branch, (first, last)) in enumerate(zip(self.branches, spans.tolist(), strict=True)):
             if first == last:
                 continue
             x = grid[first:last]

@@ -19,6 +19,7 @@ from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.fit import Factor
 from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
 from wheeltapper.lower.plastic import yielding_program
+from wheeltapper.lower.plausible import implausible
 from wheeltapper.lower.point import point_table
 from wheeltapper.lower.rolling import circle_table
 from wheeltapper.lower.sampled import over_the_run, pieces_note
@@ -94,7 +95,7 @@ def path_table(
 
 
 def _curvature_noise(courses: list[Course], end: float) -> float:
-    """Return the scatter (1/m) of curvatures that come from differences; a fit must not follow it."""
+    """Return the scatter (1/m) of curvatures that are no exact forms; a fit must not follow it."""
     near = 1e-9  # m, on which no curvature changes
     total = 0.0
     for course in courses:
@@ -103,6 +104,9 @@ def _curvature_noise(courses: list[Course], end: float) -> float:
             first, last = max(stretch.start, 0.0) + near, min(stretch.end, end) - near
             if stretch.exact is None and first < last:
                 x = np.linspace(first, last, 1001)
+                if stretch.scatter is not None:
+                    scatter.append(float(stretch.scatter(x).max()))
+                    continue
                 bends = stretch.curvature(x - near) - 2.0 * stretch.curvature(x) + stretch.curvature(x + near)
                 scatter.append(float(np.abs(bends).max()))
         total += 2.0 * max(scatter)
@@ -163,5 +167,5 @@ def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[N
         force=units.force.item(),
         static_force=static_force,
         contact_constant=units.contact_constant.item(),
-        notes=tuple(notes),
+        notes=(*implausible(scenario), *notes),
     )

@@ -85,11 +85,15 @@ def _near() -> tuple[np.polynomial.Chebyshev, np.polynomial.Chebyshev]:
 def axis_ratio_squared(curvature_ratio: ArrayLike) -> FloatArray:
     """Return (b/a)² of the contact ellipse for a ratio ≥ 1 of the principal relative curvatures."""
     target = np.log(np.atleast_1d(np.asarray(curvature_ratio, dtype=float)))
-    if target.size < INTERPOLANT or np.any(target > KNOWN):
+    if target.size < INTERPOLANT:
         return np.asarray(np.exp(_solved(target)))
     line, slope = _near()
-    z = np.minimum(line(target), 0.0)
-    z -= (np.log(_ratio(np.exp(z))) - target) * slope(target)  # from 1e-9 to rounding
+    known = np.minimum(target, KNOWN)
+    z = np.minimum(line(known), 0.0)
+    z -= (np.log(_ratio(np.exp(z))) - known) * slope(known)  # from 1e-9 to rounding
+    beyond = target > KNOWN
+    if np.any(beyond):
+        z[beyond] = _solved(target[beyond])
     return np.asarray(np.exp(np.minimum(z, 0.0)))
 
 

@@ -146,10 +146,15 @@ class Many:
                 offset = held - value(path) * rate
         return lift, rate, offset
 
+    @cached_property
+    def _ends(self) -> FloatArray:
+        """Where each cell's run ends on its table, m."""
+        value = self._value
+        _, rate, offset = self._scaled(self._kinds, self._reference, value)
+        return np.broadcast_to(np.asarray(value("speed") * value("duration")) * rate + offset, value.cells)
+
     def _lowered_tables(self) -> tuple[list[_Shaped], IntArray, list[list[Note]]]:
         value, scenario = self._value, self.scenario
-        _, rate, offset = self._scaled(self._kinds, self._reference, value)
-        ends = np.broadcast_to(np.asarray(value("speed") * value("duration")) * rate + offset, value.cells)
         if self._shaping:
             columns = np.column_stack([self.changed[path] for path in self._shaping])
             variants, owner = np.unique(columns, axis=0, return_inverse=True)
@@ -162,7 +167,7 @@ class Many:
             held = Fields(scenario)
             changes: dict[str, Any] = {path: value for path, value in values.items() if value != held(path)}
             shaped = scenario.replaced(changes) if changes else scenario
-            end = float(ends[owner == index].max())
+            end = float(self._ends[owner == index].max())
             shaped.check_extent(end)
             table, said = self._tabled(shaped, end, self._method)
             made.append(_Shaped(shaped, table))
@@ -184,10 +189,9 @@ class Many:
         lift, rate, offset = (
             np.broadcast_to(held, value.cells) for held in self._scaled(self._kinds, self._reference, value)
         )
-        ends = np.asarray(value("speed") * value("duration")) * rate + offset
         found = np.array(
             [
-                curvatures(courses_of(shaped.scenario), float(ends[self._owner == index].max()))
+                curvatures(courses_of(shaped.scenario), float(self._ends[self._owner == index].max()))
                 for index, shaped in enumerate(self._shaped)
             ]
         )[self._owner, (lift > 0.0).astype(int)]  # turned upside down, crests are hollows

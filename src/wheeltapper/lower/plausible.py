@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cache
 from typing import NamedTuple
 
+import numpy as np
+
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.irregularity.combination import Repeated
+from wheeltapper.describe.irregularity.measured import Measured
+from wheeltapper.describe.irregularity.out_of_round import OutOfRound
+from wheeltapper.describe.irregularity.profile import Profile
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
@@ -31,6 +37,8 @@ NOTHING = 1e-6
 IMPERIAL = ("in", "inch", "lb", "kip", "lbf", "mph")
 """Units that nobody forgets beside SI."""
 HEIGHT = Usual("length", "mm", (0.01, 5), 0.0, 50)
+SPAN = Usual("length", "mm", (0.01, 10), 0.0, 100)
+"""Of heights that are given one by one: from the lowest to the highest, of long waves too."""
 WAVE = Usual("length", "m", (0.01, 3), 1e-4, 1e4)
 ELASTIC = {
     "constant": Usual("Hertz constant", "N/m^1.5", (5e10, 5e11), 1e9, 1e13),
@@ -106,6 +114,10 @@ USUAL: dict[str, dict[str, Usual]] = {
         "series_stiffness": Usual("stiffness", "MN/m", (0.1, 100), 1e-4, 1e6),
         "free_play": Usual("length", "mm", (0.01, 5), 0.0, 100),
     },
+    "Stop": {
+        "deflection": Usual("length", "mm", (1, 100), 0.0, 1000),
+        "force": Usual("force", "kN", (0.5, 1000), 0.03, 1e6),
+    },
 }  # fmt: skip
 """Kinds of nouns, their fields, and what is usual of these.
 
@@ -114,11 +126,11 @@ Limits are wide: what models of wheels, decks and vehicles in the literature and
 
 
 def implausible(scenario: Scenario) -> tuple[Note, ...]:
-    """Return one note for each number of a scenario that is implausible: what it is, and what is usual."""
+    """Return one note for each field of a scenario whose number is implausible: what it is, and what is usual."""
     return tuple(
         _note(path, value, usual)
         for where, noun in _nouns(scenario)
-        for path, value, usual in _doubted(where, noun)
+        for path, value, usual in (*_doubted(where, noun), *_wide(where, noun, scenario.speed * scenario.duration))
     )  # fmt: skip
 
 
@@ -134,33 +146,44 @@ def _nouns(scenario: Scenario) -> Iterator[tuple[str, Noun]]:
     places = scenario.irregularity if isinstance(scenario.irregularity, Placement) else {"": scenario.irregularity}
     for place, items in places.items():
         for i, item in enumerate(items):
-            where, noun = ".".join(part for part in ("irregularity", place, str(i)) if part), item
-            while noun is not None:  # of a repeated irregularity, what is repeated too
-                yield where, noun
-                where, noun = f"{where}.of", getattr(noun, "of", None) if type(noun).__name__ == "Repeated" else None
+            yield from _and_what_it_repeats(".".join(part for part in ("irregularity", place, str(i)) if part), item)
     if isinstance(scenario.start, Noun):
         yield "start", scenario.start
 
 
+def _and_what_it_repeats(where: str, item: Irregularity) -> Iterator[tuple[str, Noun]]:
+    yield where, item
+    if isinstance(item, Repeated):
+        yield from _and_what_it_repeats(f"{where}.of", item.of)
+
+
 def _doubted(where: str, noun: Noun) -> Iterator[tuple[str, float, Usual]]:
-    held = vars(noun)
-    for field, least, most, usual in _limits(type(noun).__name__):
-        given = held[field]
-        if given is None:
-            continue
-        for value in given if isinstance(given, tuple) else (given,):
-            if abs(value) > most or NOTHING * least <= abs(value) < least:
-                yield (f"{where}.{field}" if where else field), value, usual
+    """Return the fields of a noun that hold an implausible number, with the first of these."""
+    for field, usual in USUAL.get(type(noun).__name__, {}).items():
+        given = getattr(noun, field)
+        values = given if isinstance(given, tuple) else () if given is None else (given,)
+        value = next((value for value in values if not _is_plausible(value, usual)), None)
+        if value is not None:
+            yield (f"{where}.{field}" if where else field), value, usual
 
 
-@cache
-def _limits(kind: str) -> list[tuple[str, float, float, Usual]]:
-    """Return the fields of a kind of noun with their limits in SI units."""
-    found = []
-    for field, usual in USUAL.get(kind, {}).items():
-        factor = UNITS[usual.dimension][usual.unit]
-        found.append((field, usual.least * factor, usual.most * factor, usual))
-    return found
+def _wide(where: str, noun: Noun, end: float) -> Iterator[tuple[str, float, Usual]]:
+    """Return the span of samples, or of a user's function up to x = `end`, m, where it is implausible."""
+    if isinstance(noun, Measured) or (isinstance(noun, OutOfRound) and not noun.orders):
+        span = float(np.ptp(noun.samples[1]))
+    elif isinstance(noun, Profile):
+        first, last = max(noun.start or 0.0, 0.0), end if noun.end is None else min(noun.end, end)
+        span = noun.span(first, last) if first < last else 0.0
+    else:
+        return
+    if not _is_plausible(span, SPAN):
+        yield f"the span of {where}'s heights", span, SPAN
+
+
+def _is_plausible(value: float, usual: Usual) -> bool:
+    factor = UNITS[usual.dimension][usual.unit]
+    size = abs(value) / factor
+    return size < NOTHING * usual.least or usual.least <= size <= usual.most
 
 
 def _note(path: str, value: float, usual: Usual) -> Note:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.notes import Note
+from wheeltapper.ground.notes import Note, few
 from wheeltapper.lower.branches import Envelope, Run
 from wheeltapper.lower.fit import Factor, Sampled, fit
 from wheeltapper.lower.point import cells, total, unwound
@@ -310,16 +310,12 @@ def _repetition(courses: list[Course], end: float, window: float) -> tuple[float
 def _notes(envelope: Envelope, kinks: list[float], varies: bool, stop: float) -> list[Note]:
     notes: list[Note] = []
     if kinks:
-        first = ", ".join(f"{k:.6g}" for k in kinks[:3])
-        more = f" and {len(kinks) - 3} more" if len(kinks) > 3 else ""
-        text = (
-            f"the wheel touches at two points at once at x = {first}{more} m"
-            f" ({len(kinks)} in {stop:.6g} m): kinks of the path"
-        )
+        where = f"at x = {few(kinks)} m ({len(kinks)} in {stop:.6g} m)"
+        text = f"the wheel touches at two points at once {where}: kinks of the path"
         notes.append(Note(text, "two points", len(kinks)))
     corners = {envelope.branches[r.branch].corner for r in envelope.runs if r.end > 0 and r.start < stop} - {-1}
     edges = sorted(envelope.profile.corners[corner].position for corner in corners)
     if edges and varies:
-        where = ", ".join(f"{x:.6g}" for x in edges[:3]) + (f" and {len(edges) - 3} more" if len(edges) > 3 else "")
-        notes.append(Note(f"at edges (x = {where} m) the smooth surface's contact constant holds", "edges", len(edges)))
+        text = f"at edges (x = {few(edges)} m) the smooth surface's contact constant holds"
+        notes.append(Note(text, "edges", len(edges)))
     return notes

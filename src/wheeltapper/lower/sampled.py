@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Course, Stretch
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.notes import Note
+from wheeltapper.ground.notes import Note, few
 from wheeltapper.lower.fit import NARROWEST
 
 FloatArray = NDArray[np.float64]
@@ -86,6 +86,5 @@ def pieces_note(courses: list[Course], starts: FloatArray, halves: FloatArray) -
     cut = np.unique(np.round(starts[halves < NARROWEST], 6))
     if not len(cut) or not any(course.sampled for course in courses):
         return []
-    where = ", ".join(f"{x:.6g}" for x in cut[:3]) + (f" and {len(cut) - 3} more" if len(cut) > 3 else "")
-    text = f"the function is not smooth at x = {where} m: its path is cut to pieces there (breakpoints avoid that)"
-    return [Note(text)]
+    where = f"at x = {few(cut.tolist())} m"
+    return [Note(f"the function is not smooth {where}: its path is cut to pieces there (breakpoints avoid that)")]

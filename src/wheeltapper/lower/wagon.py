@@ -29,6 +29,7 @@ from wheeltapper.lower.patches import (
     patch_tables,
     saturation_cells,
 )
+from wheeltapper.lower.plausible import implausible
 from wheeltapper.lower.standing import level, normal_forces, standing, standing_on
 from wheeltapper.lower.structure import Structure, structure_of
 from wheeltapper.lower.table import Table
@@ -258,7 +259,7 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     positions = tuple(axle.position for axle in wagon.axles)
     start = standing_on(assembly._replace(start=resting_state), layout, mobility, positions)
     assembly = assembly._replace(start=start)
-    return LoweredWagon(assembly, layout, structure, static, middle, notes)
+    return LoweredWagon(assembly, layout, structure, static, middle, (*implausible(scenario), *notes))
 
 
 def _with_deck(

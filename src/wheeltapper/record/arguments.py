@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.arguments import as_list, as_path
-from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.arguments import as_list, as_path, check_choice
+from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.record.recording import Recording
+
+T = TypeVar("T")
 
 
 def as_scenario(given: Any) -> Scenario:
@@ -23,13 +25,7 @@ def as_scenarios(given: Any) -> list[Scenario]:
     """Return scenarios from a list of scenarios and paths."""
     if isinstance(given, dict) or not isinstance(given, Iterable) or hasattr(given, "model_fields_set"):
         raise InputError("", "scenario", shown(given), "a Scenario, the path of its TOML file, or several of them")
-    out = []
-    for i, one in enumerate(given):
-        try:
-            out.append(as_scenario(one))
-        except InputError as error:
-            raise error if error.source else InputError("", f"scenario.{i}", error.found, error.allowed) from None
-    return out
+    return _each(given, "scenario", as_scenario)
 
 
 def as_recording(given: Any) -> Recording:
@@ -46,16 +42,20 @@ def as_recordings(given: Any) -> list[Recording]:
     several = as_list(given, "recordings", "a list of Recordings, or of paths of their files")
     if not several:
         raise InputError("", "recordings", "none", "one for each wheelset of the train")
+    return _each(several, "recordings", as_recording)
+
+
+def _each(several: Iterable[Any], field: str, as_one: Callable[[Any], T]) -> list[T]:
+    """Return what each of several stands for; of what is none of a kind, the message names the place."""
     out = []
     for i, one in enumerate(several):
         try:
-            out.append(as_recording(one))
+            out.append(as_one(one))
         except InputError as error:
-            raise error if error.source else InputError("", f"recordings.{i}", error.found, error.allowed) from None
+            raise error if error.source else InputError("", f"{field}.{i}", error.found, error.allowed) from None
     return out
 
 
 def check_method(method: Any) -> None:
     """Refuse a method that does not exist."""
-    if not isinstance(method, str) or method not in METHODS:
-        raise InputError("", "method", shown(method), suggested(str(method), METHODS, " or ".join(map(repr, METHODS))))
+    check_choice(method, "method", METHODS)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wheeltapper.ground.errors import InputError
+from wheeltapper.record.labels import CHART_TITLE
 from wheeltapper.record.stored import check_format
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def load_chart(path: Path) -> xr.Dataset:
         arrays: dict[str, Any] = dict(group.arrays())
     except Exception as error:  # neither zarr nor xarray names all that a damaged store does
         raise InputError(str(path), "", f"no readable store ({' '.join(str(error).split())[:120]})", CHART) from error
-    if held.get("title") != "wheeltapper chart" or "status" not in arrays:
+    if held.get("title") != CHART_TITLE or "status" not in arrays:
         raise InputError(str(path), "", "a store that wheeltapper did not write", CHART)
     version = check_format(held.get("format", 0), FORMAT)
     absent = list(_absent(path, group, arrays, version))

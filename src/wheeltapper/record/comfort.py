@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wheeltapper.ground.errors import InputError
-from wheeltapper.record.weighting import WEIGHTINGS, checked_rate, weighted, weighting
+from wheeltapper.ground.arguments import as_quantity, check_choice
+from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.record.arrays import as_array
+from wheeltapper.record.weighting import WEIGHTINGS, as_rate, weighted, weighting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,7 +48,7 @@ RESULTS = {
 VERTICAL_FOR_RAIL = ("Wb", "Wb EN 12299:2009")
 
 
-def running_rms(weighted: ArrayLike, rate: float, seconds: float) -> FloatArray:
+def running_rms(weighted: ArrayLike, rate: float | str, seconds: float | str) -> FloatArray:
     """Return the r.m.s. over every window of some length within the samples (ISO 2631-1:1997, 6.3.1, Equation (2)).
 
     Parameters
@@ -68,8 +70,12 @@ def running_rms(weighted: ArrayLike, rate: float, seconds: float) -> FloatArray:
     InputError
         For a window of less than one sample.
     """
-    squares = np.asarray(weighted, dtype=np.float64) ** 2
-    length = _window(rate, seconds)
+    length = _window(as_quantity(rate, "rate", "frequency"), as_quantity(seconds, "seconds", "time", positive=False))
+    allowed = "an array of finite samples, time last"
+    with np.errstate(over="ignore"):
+        squares = np.atleast_1d(as_array(weighted, "weighted", allowed)) ** 2
+    if not np.isfinite(squares).all():
+        raise InputError("", "weighted", "samples whose squares are not finite", allowed)
     total = np.cumsum(np.concatenate([np.zeros_like(squares[..., :1]), squares], axis=-1), axis=-1)
     # Differences of a long sum keep its rounding errors: in the silence after a shock they may be below zero.
     return np.asarray(np.sqrt(np.maximum(total[..., length:] - total[..., :-length], 0.0) / length))
@@ -79,10 +85,10 @@ def ride_comfort(
     longitudinal: ArrayLike,
     lateral: ArrayLike,
     vertical: ArrayLike,
-    rate: float,
+    rate: float | str,
     *,
     vertical_weighting: str = "Wb",
-    settling: float = 0.0,
+    settling: float | str = 0.0,
 ) -> dict[str, Any]:
     """Return comfort numbers of accelerations along a car body's axes.
 
@@ -94,7 +100,7 @@ def ride_comfort(
     longitudinal, lateral, vertical
         (samples,) accelerations, m/s^2, uniformly sampled, without gravity.
     rate
-        Samples per second, at least 250.
+        Samples per second, 250 to 1e6, Hz or as "1 kHz".
     vertical_weighting
         Of the vertical axis in the numbers of EN 12299: "Wb" or "Wb EN 12299:2009"; see `weighting`.
     settling
@@ -114,15 +120,14 @@ def ride_comfort(
     Raises
     ------
     InputError
-        For a low rate, samples that are not finite or not equally many, no sample left after settling, or another
-        vertical weighting.
+        For a rate out of this range, samples that are not finite or not equally many, no sample left after settling, or
+        another vertical weighting.
     """
-    if vertical_weighting not in VERTICAL_FOR_RAIL:
-        raise InputError("", "vertical_weighting", repr(vertical_weighting), " | ".join(VERTICAL_FOR_RAIL))
-    samples = _three(longitudinal, lateral, vertical)
-    duration = samples.shape[-1] / checked_rate(rate)
-    if not 0.0 <= settling < duration:
-        raise InputError("", "settling", f"{settling!r} s", f"0 to less than the record's {duration:g} s")
+    check_choice(vertical_weighting, "vertical_weighting", VERTICAL_FOR_RAIL)
+    samples, rate = _three(longitudinal, lateral, vertical), as_rate(rate)
+    duration, settling = samples.shape[-1] / rate, as_quantity(settling, "settling", "time", positive=False)
+    if not settling < duration:
+        raise InputError("", "settling", f"{settling:g} s", f"0 to less than the record's {duration:g} s")
     begin = int(settling * rate)
     flat = weighted(samples[:2], rate, "Wd")
     iso, rail = (
@@ -161,21 +166,22 @@ def _window(rate: float, seconds: float) -> int:
 
 
 def _three(*axes: ArrayLike) -> FloatArray:
-    held = [np.asarray(axis, dtype=np.float64) for axis in axes]
+    allowed = "one row of samples, equally many along each axis"
+    held = [as_array(axis, name, allowed, "acceleration") for name, axis in zip(AXES, axes, strict=True)]
     for name, samples in zip(AXES, held, strict=True):
         if samples.ndim != 1 or samples.shape != held[0].shape or samples.size == 0:
-            raise InputError("", name, f"shape {samples.shape}", "one row of samples, equally many along each axis")
+            raise InputError("", name, f"shape {samples.shape}", allowed)
     return np.array(held)
 
 
 def comfort(
     record: Record,
     body: str = "car body",
-    at: Sequence[float] | None = None,
-    rate: float = 1000.0,
+    at: Sequence[float | str] | None = None,
+    rate: float | str = 1000.0,
     *,
     vertical_weighting: str = "Wb",
-    settling: float = 0.0,
+    settling: float | str = 0.0,
 ) -> xr.Dataset:
     """Return the comfort numbers at a point of a body in the record of a wagon.
 
@@ -192,7 +198,7 @@ def comfort(
         (x, y, z) of the point from the body's centre of gravity, m: forward, left, up; None is the centre itself.
         There the acceleration is a + alpha × r, the body turning little.
     rate
-        Samples per second, at least 250.
+        Samples per second, 250 to 1e6, Hz or as "1 kHz".
     vertical_weighting, settling
         As for `ride_comfort`.
 
@@ -209,10 +215,14 @@ def comfort(
     """
     import xarray as xr
 
-    checked_rate(rate)
-    offset = np.asarray((0.0, 0.0, 0.0) if at is None else at, dtype=np.float64)
+    rate, settling = as_rate(rate), as_quantity(settling, "settling", "time", positive=False)
+    check_choice(vertical_weighting, "vertical_weighting", VERTICAL_FOR_RAIL)
+    allowed = "three numbers in m (x, y, z), or None"
+    offset = np.zeros(3) if at is None else as_array(at, "at", allowed, "length")
     if offset.shape != (3,) or not np.isfinite(offset).all():
-        raise InputError("", "at", repr(at), "three numbers in m (x, y, z), or None")
+        raise InputError("", "at", shown(at), allowed)
+    if not hasattr(record, "history"):
+        raise InputError("", "record", shown(record), "the record of a wagon")
     x, y, z = _point_acceleration(record.history(rate), body, offset)
     found = ride_comfort(x, y, z, rate, vertical_weighting=vertical_weighting, settling=settling)
     ends = settling + BLOCK * np.arange(1, found["blocks"] + 1)
@@ -250,9 +260,7 @@ def _point_acceleration(history: xr.Dataset, body: str, offset: FloatArray) -> F
     """Return (3, samples) the acceleration at an offset from a body's centre of gravity, m/s^2."""
     if "body" not in history.coords:
         raise InputError("", "record", "a record without bodies", "the record of a wagon")
-    bodies = [str(name) for name in history.body.values]
-    if body not in bodies:
-        raise InputError("", "body", repr(body), " | ".join(bodies))
+    check_choice(body, "body", history.body.values.tolist())
     motions = history.acceleration.sel(body=body)
     centre = motions.sel(motion=["x", "y", "z"]).transpose("time", "motion").values
     turning = motions.sel(motion=["roll", "pitch", "yaw"]).transpose("time", "motion").values

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, overload
+from numbers import Number
+from typing import TYPE_CHECKING, Any, Literal, get_args, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ground.arguments import as_count
+from wheeltapper.ground.arguments import as_count, check_choice, check_flag, check_function, check_text
 from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.record.trains import Trains, Values
@@ -62,6 +63,17 @@ class Feature:
     of: Callable[[Trains], Values]
     differentiable: bool = True
     tally: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("name", "unit", "definition"):
+            check_text(getattr(self, name), name)
+        if not self.name.strip():
+            raise InputError("", "name", shown(self.name), "a text that names a variable")
+        as_count(self.impacts, "impacts", 0)
+        check_choice(self.until, "until", get_args(Until))
+        check_function(self.of, "of", "a function of the trains of some cells")
+        for name in ("differentiable", "tally"):
+            check_flag(getattr(self, name), name)
 
     def renamed(self, name: str) -> Feature:
         """Return the same feature under another name, so that a map can hold two of a kind."""
@@ -128,13 +140,12 @@ def impact_interval(first: int = 1, second: int = 2, between: Literal["onsets", 
         "onsets" of contact, or the "peaks": the times of the largest force after each.
     """
     _pair(first, second)
+    check_choice(between, "between", ("onsets", "peaks"))
     if between == "onsets":
         return Feature(
             "impact_interval", "s", f"time from the onset of impact {first} to that of impact {second}", second,
             "impact", lambda trains: _onset(trains, second) - _onset(trains, first),
         )  # fmt: skip
-    if between != "peaks":
-        raise InputError("", "between", shown(between), "'onsets' or 'peaks'")
     return Feature(
         "impact_interval", "s", f"time from the largest force after impact {first} to that after impact {second}",
         second, "loss", lambda trains: trains.impact_peak(second, "time") - trains.impact_peak(first, "time"),
@@ -153,8 +164,7 @@ def force_ratio(first: int = 1, second: int = 2) -> Feature:
 
 def largest_force(over_static: bool = False) -> Feature:
     """Return the largest maximum of the contact force, N; `over_static`: divided by the static force N0."""
-    if not isinstance(over_static, bool):
-        raise InputError("", "over_static", repr(over_static), "true or false")
+    check_flag(over_static, "over_static")
     if over_static:
         return Feature(
             "largest_force_over_static", "", "largest maximum of the contact force, over the static force", 0, "end",
@@ -286,13 +296,26 @@ def custom(
     until
         When it is known: at that "impact", at the first "loss" after it, or at the "end" of the run.
     """
+    check_function(function, "function", "a function from a Train to a number")
+    check_text(name, "name")
+    check_text(definition, "definition")
 
     def each(trains: Trains) -> Values:
         long_enough = trains.whole & (trains.impacts.count >= impacts)
-        values = [function(_train(trains, cell)) if long_enough[cell] else np.nan for cell in range(trains.cells)]
-        return np.asarray(values)
+        return np.array([
+            _number(name, function(_train(trains, cell))) if long_enough[cell] else np.nan
+            for cell in range(trains.cells)
+        ])  # fmt: skip
 
     return Feature(name, unit, definition or (function.__doc__ or name).strip(), impacts, until, each)
+
+
+def _number(name: str, found: Any) -> Any:
+    """Return what a user's own feature has found, if it is one number."""
+    found = found.item() if isinstance(found, np.ndarray) and found.ndim == 0 else found
+    if not isinstance(found, Number):
+        raise InputError("", name, shown(found), "one number, as what the feature's function returns")
+    return found
 
 
 def _train(trains: Trains, cell: int) -> Train:
@@ -324,8 +347,8 @@ def named(what: Any) -> Feature:
     kind, name = table.pop("type", None), table.pop("name", None)
     if not isinstance(kind, str) or kind not in BUILT_IN:
         raise InputError("", "features", shown(what), suggested(str(kind), BUILT_IN))
-    if name is not None and not isinstance(name, str):
-        raise InputError("", f"features.{kind}.name", shown(name), "a text")
+    if name is not None:
+        check_text(name, f"features.{kind}.name")
     try:
         feature = BUILT_IN[kind](**table)
     except TypeError as error:

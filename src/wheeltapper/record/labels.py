@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import xarray as xr
 
+CHART_TITLE = "wheeltapper chart"
+"""Title of what `sweep` returns and the command of that name writes."""
 WEAR_TITLE = "wheeltapper wear"
 """Title of what `wear_in` returns and writes."""
 EVENT_KINDS = ("loss", "impact", "yield")

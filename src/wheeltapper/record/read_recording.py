@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -10,16 +11,16 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.describe.table.units import plain
-from wheeltapper.ground.arguments import as_path
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_path, as_quantity, check_choice, check_flag
+from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.quantities import UNITS, unit_factor
 from wheeltapper.record.reading_apart import read_apart
 from wheeltapper.record.reading_checks import Grid, check_samples, clipping, contradicts, on_grid, size_notes
 from wheeltapper.record.reading_files import read_file
-from wheeltapper.record.reading_table import TIMES, Column, Table, choose, clipped_column, plain_name, positive
-from wheeltapper.record.reading_units import QUANTITIES, has_number, meaning
+from wheeltapper.record.reading_table import TIMES, Column, Table, choose, clipped_column, plain_name
+from wheeltapper.record.reading_units import has_number, meaning
 from wheeltapper.record.reading_writing import write_recording
-from wheeltapper.record.recording import Quantity, Recording
+from wheeltapper.record.recording import QUANTITIES, Quantity, Recording
 
 __all__ = ["read_recording", "write_recording"]
 
@@ -79,7 +80,13 @@ def read_recording(
         several columns that may be meant; doubled or falling times, jitter above 1 %, gaps of broken steps; or an
         argument contradicts it (rates by more than 0.1 %).
     """
-    path = as_path(path, "path", "the path of a recording")
+    path, largest = as_path(path, "path", "the path of a recording"), as_quantity(largest, "largest", "number")
+    check_flag(apart, "apart")
+    if quantity is not None:
+        check_choice(quantity, "quantity", QUANTITIES)
+    for name, given in (("column", column), ("time", time)):
+        if not (given is None or isinstance(given, str | Integral)) or isinstance(given, bool):
+            raise InputError("", name, shown(given), "a name, a header or a number from 0")
     try:
         table = (read_apart if apart else read_file)(path, largest)
         stated = _stated_rate(table.facts.get("rate"), rate)
@@ -129,7 +136,7 @@ def _stated_rate(in_file: float | None, rate: float | str | None) -> float | Non
     """Return the rate that the file or the caller states, Hz."""
     if rate is None:
         return in_file
-    stated = positive("rate", rate, "frequency")
+    stated = as_quantity(rate, "rate", "frequency")
     if in_file is not None and contradicts(stated, in_file):
         raise InputError(
             "", "rate", f"{stated:.9g} Hz, where the file says {in_file:.9g} Hz", "the file's rate, or none"
@@ -194,6 +201,6 @@ def _speed(in_file: float | None, speed: float | str | None) -> tuple[float | No
     """Return the speed in m/s, and a note where the caller's is not the file's."""
     if speed is None:
         return in_file, ()
-    given = positive("speed", speed, "speed")
+    given = as_quantity(speed, "speed", "speed")
     differs = in_file is not None and contradicts(given, in_file)
     return given, ((f"speed {given:.6g} m/s as given; the file says {in_file:.6g} m/s",) if differs else ())

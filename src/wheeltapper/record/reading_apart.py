@@ -25,6 +25,8 @@ PATIENCE = 60.0
 """Seconds that a file may take."""
 ROOM = 2**33
 """Bytes of address space that the process has besides four times what a file may hold."""
+MOST = 2.0**60
+"""More bytes than there are; the system's limits cannot be larger than twice that."""
 _SERVE = "from wheeltapper.record.reading_apart import serve; serve()"
 _READERS: dict[int, subprocess.Popen[bytes]] = {}
 _ALONE = Lock()
@@ -84,6 +86,11 @@ def _ended(process: subprocess.Popen[bytes], late: bool) -> str:
     code = stop()
     if late:
         return f"had not ended after {PATIENCE:g} s"
+    return how_it_ended(code)
+
+
+def how_it_ended(code: int) -> str:
+    """Return what an exit code says of a process."""
     return f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
 
 
@@ -128,5 +135,5 @@ def _limit_memory(room: float) -> None:
     except ImportError:  # not on Windows
         return
     most = resource.getrlimit(resource.RLIMIT_AS)[1]
-    room = int(room) if most == resource.RLIM_INFINITY else min(int(room), most)
+    room = int(min(room, MOST if most == resource.RLIM_INFINITY else most))
     resource.setrlimit(resource.RLIMIT_AS, (room, most))

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.table.content import check_size
+from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record.reading_table import CLIPPED, INTERVALS, RATES, Column, Table, positive, rate_fact
+from wheeltapper.record.reading_table import CLIPPED, INTERVALS, RATES, Column, Table, rate_fact
 from wheeltapper.record.reading_units import name_and_unit
 
 UNIT_NAMES = ("unit", "units")
@@ -234,7 +235,7 @@ def _add_number(facts: dict[str, Any], name: str, value: Any) -> None:
     if rate is not None:
         facts["rate"] = rate
     elif name == "speed" and not np.isnan(value):
-        facts[name] = positive(name, float(value), "speed")
+        facts[name] = as_quantity(float(value), name, "speed")
     elif name == "start":
         facts[name] = float(value)
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.table.text import listing, named
 from wheeltapper.describe.table.units import is_time, plain
+from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.quantities import to_si
 from wheeltapper.record.reading_units import DIMENSIONS, quantity_of
 from wheeltapper.record.recording import Quantity
 
@@ -89,21 +89,8 @@ def rate_fact(key: str, value: object) -> float | None:
     if name not in (*RATES, *INTERVALS):
         return None
     dimension = "frequency" if name in RATES else "time"
-    number = positive(name, value, dimension)
+    number = as_quantity(value, name, dimension)
     return number if name in RATES else 1.0 / number
-
-
-def positive(name: str, value: object, dimension: str) -> float:
-    """Return a positive quantity in SI units."""
-    plain_value = value.item() if isinstance(value, np.generic) else value
-    try:
-        number = to_si(plain_value, dimension)
-    except ValueError as error:
-        found, _, allowed = str(error).removeprefix("found ").partition("; allowed: ")
-        raise InputError("", name, found, allowed) from None
-    if not 0.0 < number < np.inf:
-        raise InputError("", name, repr(plain_value), "a positive number")
-    return number
 
 
 def choose(

@@ -10,9 +10,10 @@ from typing import Any
 from wheeltapper.describe.table.dialect import Rows
 from wheeltapper.describe.table.text import read_text_table
 from wheeltapper.describe.table.units import plain
+from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import to_si
-from wheeltapper.record.reading_table import INTERVALS, RATES, Column, Table, positive, rate_fact
+from wheeltapper.record.reading_table import INTERVALS, RATES, Column, Table, rate_fact
 from wheeltapper.record.reading_units import DIMENSIONS, name_and_unit
 
 TEXTS = ("unit", "quantity")
@@ -68,7 +69,7 @@ def _understood(key: str, value: str) -> tuple[str, Any]:
         if key in TEXTS:
             return key, value
         if key == "speed":
-            return key, positive(key, value, "speed")
+            return key, as_quantity(value, key, "speed")
         return key, json.loads(value) if key in JSON else to_si(value, "time")
     except ValueError:
         return "words", value

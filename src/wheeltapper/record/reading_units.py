@@ -6,12 +6,10 @@ import re
 
 from wheeltapper.describe.table import units
 from wheeltapper.describe.table.units import plain
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.quantities import unit_factor
-from wheeltapper.record.recording import Quantity
+from wheeltapper.record.recording import QUANTITIES, Quantity
 
-QUANTITIES: dict[Quantity, str] = {"deck acceleration": "acceleration", "force": "force"}
-"""The dimension of each quantity."""
 SI: dict[Quantity, str] = {"deck acceleration": "m/s^2", "force": "N"}
 ALLOWED = "m/s^2, g (acceleration), N, kN, kip, lbf (force)"
 
@@ -63,8 +61,6 @@ def meaning(in_file: str, unit: str | None, quantity: Quantity | None) -> tuple[
     InputError
         No unit at all, an unknown one, or two that contradict each other or the quantity.
     """
-    if quantity is not None and quantity not in QUANTITIES:
-        raise InputError("", "quantity", repr(quantity), " or ".join(map(repr, QUANTITIES)))
     stated = _stated(unit) if unit is not None else None
     own = quantity_of(in_file) if in_file else None
     if stated is None and own is None:
@@ -85,7 +81,7 @@ def meaning(in_file: str, unit: str | None, quantity: Quantity | None) -> tuple[
 def _stated(unit: str) -> tuple[Quantity, float]:
     found = quantity_of(unit) if isinstance(unit, str) else None
     if found is None or not 0.0 < abs(found[1]) < float("inf"):
-        raise InputError("", "unit", repr(unit), ALLOWED)
+        raise InputError("", "unit", shown(unit), ALLOWED)
     return found
 
 

@@ -15,8 +15,8 @@ import numpy as np
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.arguments import as_recording
-from wheeltapper.record.reading_units import QUANTITIES, SI
-from wheeltapper.record.recording import Recording
+from wheeltapper.record.reading_units import SI
+from wheeltapper.record.recording import QUANTITIES, Recording
 
 SUFFIXES = ".csv, .csv.gz, .npz, .nc"
 

@@ -14,11 +14,11 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_path, as_quantity
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.outcome import Outcome
-from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record import balanced, damper, energy, extent, yielded
+from wheeltapper.record.arrays import as_array
 from wheeltapper.record.labels import EVENT_KINDS, HISTORY, dataset
 
 if TYPE_CHECKING:
@@ -285,14 +285,10 @@ class Record:
 
 def _seconds(times: Any) -> FloatArray:
     """Return times as an array in s."""
-    if isinstance(times, str) or (isinstance(times, list | tuple) and any(isinstance(one, str) for one in times)):
-        return np.array([to_si(one, "time", "times") for one in ([times] if isinstance(times, str) else times)])
-    try:
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
-    except (TypeError, ValueError):
-        wanted = np.empty((0, 0))
+    allowed = 'times in s, or as "1 ms": one, or a list'
+    wanted = np.atleast_1d(as_array(times, "times", allowed, "time"))
     if wanted.ndim != 1:
-        raise InputError("", "times", shown(times), 'times in s, or as "1 ms": one, or a list')
+        raise InputError("", "times", shown(times), allowed)
     return wanted
 
 

@@ -8,12 +8,15 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ground.arguments import as_quantity
+from wheeltapper.ground.arguments import as_names, as_quantity, as_table, check_choice, check_text
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.quantities import to_si
+from wheeltapper.record.arrays import as_array
 
 FloatArray = NDArray[np.float64]
 Quantity = Literal["deck acceleration", "force"]
+QUANTITIES: dict[Quantity, str] = {"deck acceleration": "acceleration", "force": "force"}
+"""The dimension of each quantity."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,19 +56,20 @@ class Recording:
     truth: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        samples = _column("samples", self.samples, np.float64)
+        check_choice(self.quantity, "quantity", QUANTITIES)
+        check_text(self.source, "source")
+        samples = _column("samples", self.samples, np.float64, QUANTITIES[self.quantity])
         clipped = _column("clipped", self.clipped, np.bool_)
         if len(clipped) not in (0, len(samples)):
             raise InputError("", "clipped", f"{len(clipped)} of them", f"{len(samples)}, one for each sample")
-        start = to_si(self.start, "time", "start")
-        if not np.isfinite(start):
-            raise InputError("", "start", shown(self.start), "a finite time")
         held = {
             "samples": samples,
             "clipped": clipped if len(clipped) else np.zeros(len(samples), dtype=bool),
             "rate": as_quantity(self.rate, "rate", "frequency"),
-            "start": start,
+            "start": as_time(self.start, "start"),
             "speed": None if self.speed is None else as_quantity(self.speed, "speed", "speed", positive=False),
+            "notes": as_names(self.notes, "notes", "texts"),
+            "truth": as_table(self.truth, "truth", "a table of what it was made with"),
         }
         for name, value in held.items():
             object.__setattr__(self, name, value)
@@ -88,18 +92,24 @@ class Recording:
         """Length in s."""
         return len(self.samples) / self.rate
 
-    def until(self, time: float) -> Recording:
-        """Return the part before a time after the trigger, s."""
-        count = int(np.searchsorted(self.times, time))
+    def until(self, time: float | str) -> Recording:
+        """Return the part before a time after the trigger, s, or as "20 ms"."""
+        count = int(np.searchsorted(self.times, as_time(time, "time")))
         return replace(self, samples=self.samples[:count], clipped=self.clipped[:count])
 
 
-def _column(name: str, given: Any, kind: type[np.generic]) -> NDArray[Any]:
+def as_time(given: Any, field: str) -> float:
+    """Return a finite time, s, of either sign."""
+    time = to_si(given, "time", field)
+    if not np.isfinite(time):
+        raise InputError("", field, shown(given), "a finite time")
+    return time
+
+
+def _column(name: str, given: Any, kind: type[np.generic], dimension: str = "number") -> NDArray[Any]:
     """Return one value for each sample."""
-    try:
-        values = np.asarray(given, dtype=kind)
-    except (TypeError, ValueError, OverflowError):
-        values = np.zeros(())
+    allowed = "a list of values, one for each sample"
+    values = as_array(given, name, allowed, dimension, kind)
     if values.ndim != 1:
-        raise InputError("", name, shown(given), "a list of values, one for each sample")
+        raise InputError("", name, shown(given), allowed)
     return values

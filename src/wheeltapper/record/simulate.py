@@ -12,11 +12,10 @@ from threading import Event
 from typing import Literal, overload
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground import progress
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.notes import Note
+from wheeltapper.ground.progress import Progress, report, reporting, say, watched
 from wheeltapper.lower.build import lower
-from wheeltapper.lower.plausible import implausible
 from wheeltapper.march import run, telling
 from wheeltapper.march.blocks import cores
 from wheeltapper.record import balanced, extent
@@ -39,7 +38,7 @@ def say_that_it_compiles(what: str = "the kernels") -> None:
     """Tell the user why nothing happens for some seconds, of each kernel once."""
     if what not in _compiled:
         _compiled.add(what)
-        progress.say(f"compiling {what} for this machine, once; this takes some seconds")
+        say(f"compiling {what} for this machine, once; this takes some seconds")
 
 
 def warn(text: str) -> None:
@@ -58,16 +57,21 @@ def warn_of(notes: Iterable[Note]) -> None:
 
 
 @overload
-def simulate(scenario: Scenario | str | Path, method: Method = "default", *, threads: int | None = None) -> Record: ...
+def simulate(
+    scenario: Scenario | str | Path, method: Method = "default", *, threads: int | None = None,
+    progress: Progress = True,
+) -> Record: ...  # fmt: skip
 @overload
 def simulate(
-    scenario: Iterable[Scenario | Path], method: Method = "default", *, threads: int | None = None
-) -> list[Record]: ...
+    scenario: Iterable[Scenario | Path], method: Method = "default", *, threads: int | None = None,
+    progress: Progress = True,
+) -> list[Record]: ...  # fmt: skip
 def simulate(
     scenario: Scenario | str | Path | Iterable[Scenario | Path],
     method: Method = "default",
     *,
     threads: int | None = None,
+    progress: Progress = True,
 ) -> Record | list[Record]:
     """Simulate a scenario: every loss of contact, every impact and every force maximum, located exactly.
 
@@ -80,6 +84,10 @@ def simulate(
         tolerance. Of a wagon, DOP853 with step tolerances of 1e-7 and 3e-11.
     threads
         How many of several scenarios march at a time; by default all cores.
+    progress
+        True: on a terminal or in a notebook a bar after two seconds; False: none; or a function, called instead with
+        what is being done ("marching"), how much of it is done, and how much there is (0: nobody knows). What it raises
+        ends the run.
 
     Returns
     -------
@@ -92,9 +100,11 @@ def simulate(
         If a scenario cannot be simulated.
     """
     check_method(method)
-    if isinstance(scenario, Scenario | str | Path):
-        return _simulated(as_scenario(scenario), method)
-    return _side_by_side(as_scenarios(scenario), method, cores() if threads is None else as_count(threads, "threads"))
+    with watched(progress):
+        if isinstance(scenario, Scenario | str | Path):
+            return _simulated(as_scenario(scenario), method)
+        held = cores() if threads is None else as_count(threads, "threads")
+        return _side_by_side(as_scenarios(scenario), method, held)
 
 
 class _StoppedError(Exception):
@@ -110,14 +120,15 @@ def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[
             raise _StoppedError
 
     def one(scenario: Scenario) -> Record:
-        with progress.reporting(heard):
+        with reporting(heard):
             return _simulated(scenario, method)
 
     with ThreadPoolExecutor(threads) as pool:
         try:
             waiting = [pool.submit(one, scenario) for scenario in scenarios]
-            for done, _ in enumerate(as_completed(waiting), 1):
-                progress.report("scenarios", done, len(waiting))
+            for done, future in enumerate(as_completed(waiting), 1):
+                future.result()  # what ends this one ends all
+                report("scenarios", done, len(waiting))
             return [future.result() for future in waiting]
         finally:
             stop.set()
@@ -126,12 +137,10 @@ def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[
 
 def _simulated(scenario: Scenario, method: str) -> Record:
     scenario.check_extent()
-    doubts = implausible(scenario)
-    warn_of(doubts)
     marcher = run.choose(run.SIMULATE, scenario.needs)
-    progress.report("lowering", 0.0, 0.0)
+    report("lowering", 0.0, 0.0)
     record = (_of_wagon if marcher is run.WAGON else _of_wheel)(scenario, method, marcher.name)
-    record.notes = (*doubts, *record.notes, *rigid_track(record))
+    record.notes = (*record.notes, *rigid_track(record))
     return record
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from wheeltapper.describe.scenario import Scenario, toml_table
 from wheeltapper.describe.site import Site
 from wheeltapper.describe.table.content import LARGEST
-from wheeltapper.ground.arguments import as_path
+from wheeltapper.ground.arguments import as_path, as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import SEVERAL_BODIES, YIELDING
 from wheeltapper.lower.build import Lowered
@@ -139,7 +139,7 @@ def load(path: str | Path, *, largest: float = LARGEST) -> Any:
     InputError
         If the file is missing, foreign, damaged, or written by a newer format.
     """
-    path = as_path(path, "path", f"the path of a file: {LOADED}")
+    path, largest = as_path(path, "path", f"the path of a file: {LOADED}"), as_quantity(largest, "largest", "number")
     suffix = path.suffix.lower()
     if suffix not in (".toml", ".nc", ".zarr"):
         raise InputError(str(path), "", f"the suffix {path.suffix!r}" if path.suffix else "no suffix", LOADED)

@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
-from wheeltapper.ground.arguments import as_quantity
-from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.outcome import Outcome
-from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.wagon import DECK, LoweredWagon
 from wheeltapper.march import assembly as contract
 from wheeltapper.march import program
@@ -189,9 +187,9 @@ class WagonRecord(Record):
         bodies = [name for name in self._lowered.layout.bodies if name != DECK]
         motion = ("time", "body", "motion")
         count = len(bodies)
-        shape = (len(wanted), -1, PLACES)
-        by_body = states[:, : self._lowered.layout.states].reshape(shape)
-        rates_by_body = rates[:, : self._lowered.layout.states].reshape(shape)
+        moving = self._lowered.layout.states
+        shape = (len(wanted), moving // PLACES, PLACES)
+        by_body, rates_by_body = states[:, :moving].reshape(shape), rates[:, :moving].reshape(shape)
         six = len(MOTIONS)
         variables |= {
             "displacement": (motion, by_body[:, :count, :six]),
@@ -275,7 +273,7 @@ class WagonRecord(Record):
     def comfort(
         self,
         body: str = "car body",
-        at: Sequence[float] | None = None,
+        at: Sequence[float | str] | None = None,
         rate: float | str = 1000.0,
         *,
         vertical_weighting: str = "Wb",
@@ -290,7 +288,7 @@ class WagonRecord(Record):
         at
             Place from its centre of gravity, m; by default there.
         rate
-            Samples per second, Hz or as "1 kHz", at least 250.
+            Samples per second, 250 to 1e6, Hz or as "1 kHz".
         vertical_weighting
             "Wb", or "Wb EN 12299:2009" as in programs for that edition.
         settling
@@ -304,20 +302,13 @@ class WagonRecord(Record):
         Raises
         ------
         InputError
-            For an unknown body, a point that is not three numbers, a low rate, or nothing left after settling.
+            For an unknown body, a point that is not three numbers, another rate, or nothing left after settling.
         """
         from wheeltapper.record.comfort import comfort
 
         bodies = [name for name in self._lowered.layout.bodies if name != DECK]
-        if body not in bodies:
-            raise InputError("", "body", shown(body), suggested(str(body), bodies))
-        if at is not None and (isinstance(at, str | dict) or np.shape(at) != (3,)):
-            raise InputError("", "at", shown(at), "three numbers in m (x, y, z), or None")
-        offset = None if at is None else [to_si(x, "length", "at") for x in at]
-        return comfort(
-            self, body, offset, as_quantity(rate, "rate", "frequency"), vertical_weighting=vertical_weighting,
-            settling=as_quantity(settling, "settling", "time", positive=False),
-        )  # fmt: skip
+        check_choice(body, "body", bodies)
+        return comfort(self, body, at, rate, vertical_weighting=vertical_weighting, settling=settling)
 
     @property
     def time_in_air(self) -> float:

@@ -8,19 +8,25 @@ zeros where sampling puts them, and a short correction that restores modulus and
 from __future__ import annotations
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.arguments import as_quantity, check_choice
+from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.record.arrays import as_array
 
-__all__ = ["WEIGHTINGS", "checked_rate", "weighted", "weighting"]
+__all__ = ["WEIGHTINGS", "as_rate", "weighted", "weighting"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 SLOWEST = 250.0
 """Lowest admissible rate, samples per second: below, the band limit at 100 Hz is beyond 0.4 of the rate."""
+HIGHEST = 1e50
+"""Of a frequency, Hz: powers of it stay within the numbers that there are."""
+FASTEST = 1e6
+"""Highest admissible rate: above, rounding moves the filter's poles, which lie ever closer to 1."""
 BAND, BUTTERWORTH = (0.4, 100.0), 0.5**0.5
 """Corner frequencies f1 and f2 of the band limit, Hz, and its quality factors Q1 = Q2, in every edition."""
 TAPS, FITTED_UP_TO, FITTED_AT = 6, 0.27, 400  # the correction: length, fraction of the rate, number of frequencies
@@ -72,7 +78,11 @@ def weighting(name: str, frequency: ArrayLike) -> ComplexArray:
         For an unknown name.
     """
     held = _named(name)
-    p = np.asarray(1j * np.asarray(frequency), dtype=np.complex128)
+    allowed = f"frequencies in Hz up to {HIGHEST:g}"
+    frequencies = as_array(frequency, "frequency", allowed, "frequency")
+    if not (np.abs(frequencies) <= HIGHEST).all():
+        raise InputError("", "frequency", shown(frequency), allowed)
+    p = 1j * frequencies
     (f1, f2), (f3, f4, q4) = BAND, held.transition
     band = (p / f1) ** 2 / _quadratic(p, f1, BUTTERWORTH) / _quadratic(p, f2, BUTTERWORTH)
     out = held.gain * band * (1.0 + p / f3) / _quadratic(p, f4, q4)
@@ -82,7 +92,7 @@ def weighting(name: str, frequency: ArrayLike) -> ComplexArray:
     return out * _quadratic(p, f5, q5) / _quadratic(p, f6, q6) * (f5 / f6) ** 2
 
 
-def weighted(acceleration: ArrayLike, rate: float, name: str) -> FloatArray:
+def weighted(acceleration: ArrayLike, rate: float | str, name: str) -> FloatArray:
     """Return weighted accelerations: what a causal filter makes of the samples, starting from rest.
 
     Before the first sample there is nothing: an acceleration that does not begin at zero is a jump to the filter, and
@@ -93,7 +103,8 @@ def weighted(acceleration: ArrayLike, rate: float, name: str) -> FloatArray:
     acceleration
         m/s^2, time along the last axis, uniformly sampled and free of content above half the rate.
     rate
-        Samples per second, at least 250. Up to a quarter of it the response is right to 0.2 % and 0.002 rad.
+        Samples per second, 250 to 1e6, Hz or as "1 kHz". Up to a quarter of it the response is right to 0.2 % and
+        0.002 rad.
     name
         Of the weighting, as for `weighting`.
 
@@ -105,14 +116,16 @@ def weighted(acceleration: ArrayLike, rate: float, name: str) -> FloatArray:
     Raises
     ------
     InputError
-        For a rate below 250, an unknown name, or samples that are not finite.
+        For a rate out of this range, an unknown name, or samples that are not finite.
     """
     from scipy import signal
 
-    samples = np.asarray(acceleration, dtype=np.float64)
+    allowed = "an array of finite samples, time last"
+    samples = as_array(acceleration, "acceleration", allowed, "acceleration")
     if samples.ndim == 0 or not np.isfinite(samples).all():
-        raise InputError("", "acceleration", "no finite samples over time", "an array of finite samples, time last")
-    sections, correction = _digital(name, checked_rate(rate))
+        raise InputError("", "acceleration", "no finite samples over time", allowed)
+    check_choice(name, "name", WEIGHTINGS)
+    sections, correction = _digital(name, as_rate(rate))
     if samples.size == 0:
         return samples.copy()
     return np.asarray(signal.lfilter(correction, [1.0], signal.sosfilt(sections, samples)), dtype=np.float64)
@@ -160,13 +173,14 @@ def _quadratic(p: ComplexArray, corner: float, quality: float) -> ComplexArray:
 
 
 def _named(name: str) -> Weighting:
-    if name not in WEIGHTINGS:
-        raise InputError("", "weighting", repr(name), " | ".join(WEIGHTINGS))
+    check_choice(name, "weighting", WEIGHTINGS)
     return WEIGHTINGS[name]
 
 
-def checked_rate(rate: float) -> float:
-    """Return a rate, samples per second, or refuse one that is too low for the weightings."""
-    if not SLOWEST <= rate < np.inf:
-        raise InputError("", "rate", f"{rate!r} samples per second", f"at least {SLOWEST:g}, for a band up to 100 Hz")
-    return float(rate)
+def as_rate(given: Any) -> float:
+    """Return a rate, samples per second, at which the weightings are right."""
+    rate = as_quantity(given, "rate", "frequency")
+    if not SLOWEST <= rate <= FASTEST:
+        allowed = f"{SLOWEST:g} to {FASTEST:g}, for a band up to 100 Hz"
+        raise InputError("", "rate", f"{rate:g} samples per second", allowed)
+    return rate

@@ -34,6 +34,7 @@ CHOICES = {
     "quantity": tuple(QUANTITIES), "per": ("wheel", "axle"), "when": ("exceeded", "reached"),
     "level": ("warning", "maintain", "stop"),
 }  # fmt: skip
+COUNTRIES = 'names of countries, as ("SE", "EU")'
 LENGTHS = ("diameter_above", "diameter_up_to")
 FLATS = ("wheel flat", "rounded flat")
 ONE_WHEEL = (*FLATS, "out of round", "not explained")
@@ -98,10 +99,12 @@ class Rule:
 
     def is_in(self, countries: Sequence[str]) -> bool:
         """Return whether the rule names one of these countries."""
-        return not {part.strip() for part in self.country.split(",")}.isdisjoint(countries)
+        named = as_names(countries, "countries", COUNTRIES)
+        return not {part.strip() for part in self.country.split(",")}.isdisjoint(named)
 
     def raised_by(self, value: float) -> bool:
         """Return whether a value sets off the alarm; NaN does not."""
+        value = to_si(value, QUANTITIES[self.quantity], "value")
         return value >= self.limit if self.when == "reached" else value > self.limit
 
     def to_dict(self) -> dict[str, Any]:
@@ -232,7 +235,7 @@ def in_countries(rules: Sequence[Rule], countries: Sequence[str] | None) -> tupl
     """Return the rules that name one of some countries; of None, all."""
     if countries is None:
         return tuple(rules)
-    names = as_names(countries, "countries", 'names of countries, as ("SE", "EU")')
+    names = as_names(countries, "countries", COUNTRIES)
     return tuple(rule for rule in rules if rule.is_in(names))
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.diagnosis.information import Information, errors
-from wheeltapper.ground.arguments import as_count, as_quantity
+from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError, shown
 
 FloatArray = NDArray[np.float64]
@@ -101,13 +101,13 @@ def combinations(found: Information, passage: int = 0, limit: float = LIMIT) -> 
     """
     if not isinstance(found, Information):
         raise InputError("", "found", shown(found), "what `information` returned")
-    passage = as_count(passage, "passage", 0, len(found.speeds) - 1)
+    rows = found.rows(passage)
     limit = as_quantity(limit, "limit", "number")
     names, turned = _coordinates(found)
     laws = _laws(names)
     return Combinations(
         tuple(_unknown(found.factors[passage] @ turned, names, laws, limit)),
-        tuple(_known(found.rows(passage) @ turned, names, laws)),
+        tuple(_known(rows @ turned, names, laws)),
     )
 
 

@@ -1,8 +1,7 @@
 """Designed irregularities: the rail on which a passage gives most information on some fields, under limits.
 
-These are the paper's "specially designed irregularities". A layout is judged by the
-information of passages at each speed on the named fields (`information`), each passage by itself; all that the site is
-uncertain of is unknown too:
+These are the paper's "specially designed irregularities". A layout is judged by the information of passages at each
+speed on the named fields (`information`), each passage by itself; all that the site is uncertain of is unknown too:
 
 determinant     mean over the speeds of the determinant of the marginal information: one over the square of the area
                 of the ellipse in which the fields' logarithms lie
@@ -23,13 +22,21 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from wheeltapper.ask.diagnosis.design_search import Candidate, Criterion, Judge, Progress, Search, cost
+from wheeltapper.ask.diagnosis.design_search import Candidate, Criterion, Judge, Search, cost
 from wheeltapper.ask.diagnosis.information import NAMED, Information, as_speeds, as_trigger
 from wheeltapper.ask.diagnosis.layout import Bounds, Family
-from wheeltapper.describe.scenario import FORMAT
+from wheeltapper.describe.scenario import write_toml
 from wheeltapper.describe.site import Site, as_site
-from wheeltapper.ground.arguments import as_count, as_names, as_quantity, as_table, check_choice
+from wheeltapper.ground.arguments import (
+    as_count,
+    as_names,
+    as_quantity,
+    as_table,
+    check_choice,
+    check_flag,
+)
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, watched
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,6 +82,7 @@ class Design:
 
         The search looks for the best within the limits: what is far below them is a by-product, and may be beaten.
         """
+        check_choice(over, "over", ("largest_force", "total_length"))
         out: list[Candidate] = []
         told = [one for one in self.candidates if one.kind == "designed" and np.isfinite(one.determinant)]
         for one in sorted(told, key=lambda one: (getattr(one, over), cost(one, self.criterion))):
@@ -103,7 +111,7 @@ class Design:
 
     def to_toml(self, path: str | Path) -> None:
         """Write the site with the designed rail."""
-        write_site(self.site, path)
+        write_toml(self.site, path)
 
     def __str__(self) -> str:
         features = "; ".join(
@@ -143,7 +151,7 @@ def design_site(
     trigger: float = 0.0,
     budget: int = 2000,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Progress = True,
 ) -> Design:
     """Design the rail of a site so that passages give most information on some fields.
 
@@ -175,7 +183,7 @@ def design_site(
     budget, seed
         How many layouts are judged, about, and what the search draws from: the same seed finds the same layout.
     progress
-        Called with how many layouts were judged, the budget, and the best criterion so far.
+        As for `wheeltapper.simulate`.
 
     Raises
     ------
@@ -186,6 +194,7 @@ def design_site(
     """
     site, budget, seed = as_site(site), as_count(budget, "budget"), as_count(seed, "seed", 0)
     check_choice(criterion, "criterion", ("determinant", "worst interval"))
+    check_flag(one_gauge, "one_gauge")
     passing = None if speeds is None else tuple(as_speeds(speeds))
     parameters = as_names(parameters, "parameters", "paths of fields")
     varied = as_table(vary, "vary", "bounds by path, or None")
@@ -200,9 +209,10 @@ def design_site(
         site, parameters, passing, criterion, as_quantity(largest_force, "largest_force", "force"), one_gauge,
         as_trigger(trigger), family.heights[0], family.duration(slowest),
     )  # fmt: skip
-    search = Search(judge, budget, progress)
+    search = Search(judge, budget)
     try:
-        return _designed(search, family, plain, seed)
+        with watched(progress, "layouts"):
+            return _designed(search, family, plain, seed)
     except KeyboardInterrupt as stop:
         raise Interrupted(search.site_so_far) from stop
 
@@ -228,10 +238,3 @@ def _designed(search: Search, family: Family, plain: tuple[str, ...], seed: int)
         judge.site_of(best.layout), judge.information(best.layout), judge.criterion, best, single, repeated, alike,
         tuple(search.candidates),
     )  # fmt: skip
-
-
-def write_site(site: Site, path: str | Path) -> None:
-    """Write a site as TOML that `Site.from_toml` reads back as it is."""
-    import tomli_w
-
-    Path(path).write_text(tomli_w.dumps({"format": FORMAT} | site.model_dump(mode="json")), encoding="utf-8")

@@ -13,11 +13,10 @@ from wheeltapper.ask.diagnosis.information import Information, Plan, information
 from wheeltapper.ask.diagnosis.layout import Family, Feature, Layout, laid_out
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import ComputationError, InputError
+from wheeltapper.ground.progress import report
 
 FloatArray = NDArray[np.float64]
 Criterion = Literal["determinant", "worst interval"]
-Progress = Callable[[int, int, float], None]
-"""Called with the number of layouts that were judged, the budget, and the best criterion so far."""
 
 SEARCH_RATE = 5e3
 """Samples per second of the search. Contacts last a millisecond or more: with more samples the information changes by
@@ -129,7 +128,7 @@ class Search:
 
     Attributes
     ----------
-    judge, budget, progress
+    judge, budget
         As `design_site` has them.
     candidates
         In the order in which they were judged.
@@ -137,7 +136,6 @@ class Search:
 
     judge: Judge
     budget: int
-    progress: Progress | None
     candidates: list[Candidate] = field(default_factory=list)
 
     def best(self, kind: str, family: Family, known: Sequence[Layout], seed: list[int]) -> Candidate:
@@ -199,10 +197,8 @@ class Search:
         except ComputationError:
             return 2.0 * REFUSED
         self.candidates.append(found)
-        if self.progress is not None:
-            best = self._best_so_far
-            value = best.determinant if self.judge.criterion == "determinant" else best.worst
-            self.progress(len(self.candidates), self.budget, value)
+        done = len(self.candidates)
+        report("layouts", done, max(done, self.budget))
         if not np.isfinite(found.worst):
             return REFUSED + found.largest_force / self.judge.largest_force
         return min(self._cost(found), 0.5 * REFUSED)

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from wheeltapper.ask.diagnosis.detection_bounds import delta_lower, delta_size, located, wald_lower, wald_size
 from wheeltapper.ask.diagnosis.detection_fit import Fit
 from wheeltapper.ask.diagnosis.likelihood import FloatArray, Link
-from wheeltapper.ask.diagnosis.roc import samples
+from wheeltapper.ask.diagnosis.roc import numbers, samples
 from wheeltapper.ground.arguments import as_between, check_choice
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.quantities import to_si
@@ -189,7 +189,7 @@ class Detection:
 
     def _inner(self, sizes: ArrayLike) -> FloatArray:
         """Return sizes as the fit has them."""
-        t = transformed(np.asarray(sizes, dtype=np.float64), self.scale, "sizes")
+        t = transformed(numbers(sizes, "sizes", "one size, or a list of them"), self.scale, "sizes")
         return np.asarray((t - self.fit.centre) / self.fit.width)
 
     def _outer(self, x: float) -> float:

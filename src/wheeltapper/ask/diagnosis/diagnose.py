@@ -37,6 +37,7 @@ from wheeltapper.ask.diagnosis.sensing import drifted, filtered
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, report, watched
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
 from wheeltapper.record.simulate import simulate
@@ -67,7 +68,7 @@ deviations of the noise away from the recording, and intervals that count noise 
 
 def diagnose(
     recording: Recording | str | Path, site: Site | str | Path, *, faults: Sequence[str] | None = None,
-    noise: float | None = None,
+    noise: float | None = None, progress: Progress = True,
 ) -> Finding:  # fmt: skip
     """Find what is wrong with a wheelset from the recording of its passage.
 
@@ -82,6 +83,8 @@ def diagnose(
     noise
         Standard deviation of the samples' noise, m/s²; by default the sensor's, or what the recording shows. What the
         site says of the model's misfit is added to it.
+    progress
+        As for `wheeltapper.simulate`.
 
     Raises
     ------
@@ -95,13 +98,15 @@ def diagnose(
     case = Case(recording, site, faults, spread)
     if not _wheel(recording, spread):
         return _nothing(recording, site, spread)
-    _try_plain(case)
-    for attempt in _attempts(case):
-        if not well(case.best) and not case.struck:
-            attempt(case)
-    if case.explained and not well(case.fits["plain"]):
-        _try_plain_again(case)
-    return _concluded(case)
+    with watched(progress, "fitting"):
+        report("fitting", 0.0, 0.0)
+        _try_plain(case)
+        for attempt in _attempts(case):
+            if not well(case.best) and not case.struck:
+                attempt(case)
+        if case.explained and not well(case.fits["plain"]):
+            _try_plain_again(case)
+        return _concluded(case)
 
 
 def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:

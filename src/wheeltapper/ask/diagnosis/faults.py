@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import pi
+from math import isfinite, pi
 from typing import Any
 
 from wheeltapper.ask.diagnosis.problem import Prior
@@ -15,7 +15,9 @@ from wheeltapper.describe.irregularity.flat import WheelFlat
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.quantities import to_si
 from wheeltapper.march import run
+from wheeltapper.record.arguments import as_scenario
 
 MASS, DAMPING, LOAD = "vehicle.mass", "vehicle.damping", "vehicle.load"
 PLAIN = (MASS, DAMPING, LOAD)
@@ -65,7 +67,18 @@ class Fault:
 
     def passage(self, healthy: Scenario, size: float | None = None, place: float = 0.5) -> Scenario:
         """Return a passage with this fault, of its usual size unless one is given."""
-        return self.made(healthy, self.usual if size is None else size, place)
+        size = self.usual if size is None else to_si(size, "number", "size")
+        if not isfinite(size):
+            raise InputError("", "size", shown(size), "a finite number")
+        return self.made(as_scenario(healthy), size, as_place(place))
+
+
+def as_place(given: Any) -> float:
+    """Return where on a wheel's circumference a fault is."""
+    place = to_si(given, "number", "place")
+    if not 0.0 <= place <= 1.0:
+        raise InputError("", "place", shown(given), "a share of the wheel's circumference, 0 to 1")
+    return place
 
 
 # -- suspension and load ----------------------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from wheeltapper.ask.diagnosis.information import information
 from wheeltapper.ask.trajectory import derivable
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
+from wheeltapper.ground.arguments import check_choice
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
 
@@ -131,7 +132,11 @@ class Finding:
         return self.largest_force / self.static_force
 
     def score(self, part: str) -> float:
-        """Return the logarithm of the odds of a fault in one part of the wheelset, against health."""
+        """Return the logarithm of the odds of a fault in one part of the wheelset, against health.
+
+        Minus infinity where no fault of that part was compared.
+        """
+        check_choice(part, "part", dict.fromkeys(fault.part for fault in CATALOGUE.values()))
         faulty = [weight for name, weight in self.weights.items() if name != HEALTHY and CATALOGUE[name].part == part]
         if not faulty or not np.isfinite(max(faulty)):
             return -np.inf

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-import hashlib
 import inspect
 import json
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from wheeltapper._version import __version__
 from wheeltapper.ask.diagnosis.diagnose import diagnose
 from wheeltapper.ask.diagnosis.finding import Finding
-from wheeltapper.ask.diagnosis.processes import in_processes
-from wheeltapper.ask.spec import contents
+from wheeltapper.ask.diagnosis.kept import digest_of
+from wheeltapper.ask.diagnosis.processes import Lost, ProcessError, in_processes
 from wheeltapper.describe.site import Site, as_site
-from wheeltapper.ground.arguments import as_list, as_path, as_table
+from wheeltapper.ground.arguments import as_list, as_path, as_table, check_flag, check_function
 from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.progress import Progress, report, watched
 
 NOT_READ = "not read"
 """The verdict on a file that holds no recording of this site; its entry says why."""
+NOT_DIAGNOSED = "not diagnosed"
+"""The verdict on a recording whose diagnosis failed, or died with its process. The next time it is tried again."""
 
 After = Callable[[Finding, Path], None]
 
@@ -33,7 +36,7 @@ def diagnose_all(
     reading: Mapping[str, Any] | None = None,
     after: After | None = None,
     raising: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = True,
 ) -> list[dict[str, Any]]:
     """Diagnose recordings in files.
 
@@ -51,33 +54,42 @@ def diagnose_all(
     reading
         Arguments of `read_recording`.
     after
-        What else to do with each finding, in the process that has found it: called with it and its JSON's path.
+        What else to do with each finding, in the process that has found it: called with it and its JSON's path. What
+        it raises ends the work; what was found till then is kept.
     raising
         Whether to stop at a file that cannot be read, or is no recording of this site, with its InputError.
     progress
-        Called with how many are done, and how many there are.
+        As for `wheeltapper.simulate`.
 
     Returns
     -------
     list of dict
         What each finding's `to_dict` gives, in the order of the files; a file that cannot be read, or is no recording
-        of this site, has the verdict "not read" and says why.
+        of this site, has the verdict "not read" and says why, one whose diagnosis failed "not diagnosed".
     """
+    if after is not None:
+        check_function(after, "after", "a function of a finding and its JSON's path, or None")
     what = "paths of recordings"
     site, paths = as_site(site), [as_path(file, "files", what) for file in as_list(files, "files", what)]
     folder = None if output is None else _folder(as_path(output, "output", "the path of a folder"), paths)
     reading = {"apart": True} | _reading(reading)
-    found: dict[int, dict[str, Any]] = {}
-    for i, path in enumerate(paths):
-        kept = None if folder is None else _kept(_target(folder, path), path, site, reading)
-        if kept is not None:
-            found[i] = kept
+    check_flag(raising, "raising")
+    places = _places(folder, paths, site, reading)
+    found = {i: kept for i, place in enumerate(places) if place is not None and (kept := place.kept()) is not None}
     waiting = [i for i in range(len(paths)) if i not in found]
-    tasks = [(paths[i], folder, reading, after, raising) for i in waiting]
-    for number, entry in in_processes(_one, site, tasks, workers):
-        found[waiting[number]] = entry
-        if progress is not None:
-            progress(len(found), len(paths))
+    tasks = [(paths[i], places[i], reading, after, raising) for i in waiting]
+    with watched(progress, "recordings"), closing(in_processes(_one, site, tasks, workers)) as done:
+        report("recordings", len(found), len(paths))
+        for number, result in done:
+            i = waiting[number]
+            if isinstance(result, Lost):
+                if raising:
+                    raise ProcessError(f"{paths[i]}: {result}")
+                result = undiagnosed(str(paths[i]), str(result))
+                if (place := places[i]) is not None:
+                    place.keep(result)
+            found[i] = result
+            report("recordings", len(found), len(paths))
     return [found[i] for i in range(len(paths))]
 
 
@@ -93,38 +105,48 @@ def _reading(given: Mapping[str, Any] | None) -> dict[str, Any]:
     return reading
 
 
-_Task = tuple[Path, Path | None, dict[str, Any], After | None, bool]
+_Task = tuple[Path, "_Place | None", dict[str, Any], After | None, bool]
 
 
 def _one(site: Site, task: _Task) -> dict[str, Any]:
     from wheeltapper.record.read_recording import read_recording
 
-    path, folder, reading, after, raising = task
+    path, place, reading, after, raising = task
+    finding = None
     try:
         finding = diagnose(read_recording(path, **reading), site)
         entry = finding.to_dict() | {"paragraph": str(finding)}
     except Exception as error:  # the other files are diagnosed whatever this one holds
         if raising:
             raise
-        finding = None
-        why = str(error) if isinstance(error, InputError) else f"{path}: found {type(error).__name__}: {error}"
-        entry = {"source": str(path), "verdict": NOT_READ, "paragraph": " ".join(why.split())}
-    if folder is not None:
-        target = _target(folder, path)
-        _write(target, entry | {"of": _mark(path, site, reading)})
+        if isinstance(error, InputError):
+            entry = {"source": str(path), "verdict": NOT_READ, "paragraph": " ".join(str(error).split())}
+        else:
+            entry = undiagnosed(str(path), f"found {type(error).__name__}: {error}")
+    if place is not None:
+        place.keep(entry)
         if after is not None and finding is not None:
-            after(finding, target)
+            after(finding, place.target)
     return entry
+
+
+def undiagnosed(source: str, reason: str) -> dict[str, Any]:
+    """Return the entry of a recording whose diagnosis did not come to its end."""
+    return {
+        "source": source,
+        "verdict": NOT_DIAGNOSED,
+        "paragraph": " ".join(f"{source or 'recording'}: {reason}".split()),
+    }
 
 
 # -- what is kept -----------------------------------------------------------------------------------------------------
 
 
 def _folder(folder: Path, paths: list[Path]) -> Path:
-    names = [path.name for path in paths]
-    twice = next((name for name in names if names.count(name) > 1), None) if len(set(names)) < len(names) else None
-    if twice is not None:
-        raise InputError("", "files", f"two files with the name {twice}", "names that differ, since findings bear them")
+    for name, count in Counter(path.name for path in paths).most_common(1):
+        if count > 1:
+            what = f"{count} files with the name {name}"
+            raise InputError("", "files", what, "names that differ, since findings bear them")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -134,35 +156,38 @@ def _folder(folder: Path, paths: list[Path]) -> Path:
     return folder
 
 
-def _target(folder: Path, path: Path) -> Path:
-    return folder / f"{path.name}.json"
+class _Place(NamedTuple):
+    """Where the entry of a file is kept, and what it depends on."""
+
+    target: Path
+    mark: dict[str, Any]
+
+    def kept(self) -> dict[str, Any] | None:
+        """Return the entry that is there, if it still holds."""
+        try:
+            entry = json.loads(self.target.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        return entry if isinstance(entry, dict) and entry.pop("of", None) == self.mark else None
+
+    def keep(self, entry: dict[str, Any]) -> None:
+        """Write an entry whole or not at all; what was not diagnosed is tried again the next time."""
+        whole = entry | {"of": None if entry["verdict"] == NOT_DIAGNOSED else self.mark}
+        aside = self.target.with_suffix(".part")
+        aside.write_text(json.dumps(whole, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+        aside.replace(self.target)
 
 
-def _mark(path: Path, site: Site, reading: dict[str, Any]) -> dict[str, Any]:
-    """Return what a finding depends on: the file, the site, how it was read, this program."""
+def _places(folder: Path | None, paths: list[Path], site: Site, reading: dict[str, Any]) -> list[_Place | None]:
+    if folder is None:
+        return [None] * len(paths)
+    digest = digest_of(site, reading)
+    return [_Place(folder / f"{path.name}.json", {"site": digest} | _state(path)) for path in paths]
+
+
+def _state(path: Path) -> dict[str, int]:
     try:
         seen = path.stat()
-        size, changed = seen.st_size, seen.st_mtime_ns
     except OSError:
-        size = changed = -1
-    told = [site.model_dump(mode="json"), reading, *([held] if (held := contents(site.passage)) else [])]
-    of = json.dumps(told, sort_keys=True, default=str)
-    digest = hashlib.sha256(of.encode()).hexdigest()
-    return {"size": size, "changed": changed, "site": digest, "version": __version__}
-
-
-def _kept(target: Path, path: Path, site: Site, reading: dict[str, Any]) -> dict[str, Any] | None:
-    try:
-        entry = json.loads(target.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    if not isinstance(entry, dict) or entry.pop("of", None) != _mark(path, site, reading):
-        return None
-    return entry
-
-
-def _write(target: Path, entry: dict[str, Any]) -> None:
-    """Write a finding whole or not at all."""
-    aside = target.with_suffix(".part")
-    aside.write_text(json.dumps(entry, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-    aside.replace(target)
+        return {}
+    return {"size": seen.st_size, "changed": seen.st_mtime_ns}

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper.ask.diagnosis import force_bearing, force_smooth
+from wheeltapper.ask.diagnosis.roc import numbers
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.ground.arguments import check_choice
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError
 from wheeltapper.record.arguments import as_recording
 from wheeltapper.record.recording import Recording
 
@@ -157,10 +158,7 @@ def imitation(site: Site | str | Path, frequencies: ArrayLike) -> NDArray[np.com
         If a frequency is not positive.
     """
     site = as_site(site)
-    try:
-        f = np.asarray(frequencies, dtype=float)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError("", "frequencies", shown(frequencies), "frequencies in Hz") from error
+    f = numbers(frequencies, "frequencies", "frequencies in Hz")
     if not np.all((f > 0.0) & np.isfinite(f)):
         raise InputError("", "frequencies", f"{np.min(f):g} Hz", "more than 0 Hz")
     with np.errstate(divide="ignore", invalid="ignore"):

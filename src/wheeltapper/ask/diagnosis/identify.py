@@ -15,8 +15,9 @@ from wheeltapper.ask.diagnosis.force import noise_of
 from wheeltapper.ask.diagnosis.problem import Prior, Problem, number_at
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
-from wheeltapper.ground.arguments import as_names, as_quantity, as_table
+from wheeltapper.ground.arguments import as_between, as_names, as_quantity, as_table, check_choice
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, report, watched
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.arguments import as_recording
 from wheeltapper.record.recording import Recording
@@ -65,23 +66,27 @@ class Estimate:
         return self.chi_squared / max(self.freedom, 1)
 
     def __getitem__(self, path: str) -> float:
-        return float(self.values[self.paths.index(path)])
+        return float(self.values[self._index(path)])
+
+    def _index(self, path: str) -> int:
+        check_choice(path, "path", self.paths)
+        return self.paths.index(path)
 
     def deviation(self, path: str) -> float:
         """Return the standard deviation of a value over the value."""
-        i = self.paths.index(path)
+        i = self._index(path)
         return float(np.sqrt(self.covariance[i, i]))
 
     def correlation(self, path: str, other: str) -> float:
         """Return the correlation of two values' errors."""
-        i, j = self.paths.index(path), self.paths.index(other)
+        i, j = self._index(path), self._index(other)
         return float(self.covariance[i, j] / np.sqrt(self.covariance[i, i] * self.covariance[j, j]))
 
     def interval(self, path: str, level: float = 0.9) -> tuple[float, float]:
         """Return the interval that holds the true value with this probability."""
         from scipy.special import ndtri
 
-        half = float(ndtri(0.5 + 0.5 * level)) * self.deviation(path)
+        half = float(ndtri(0.5 + 0.5 * as_between(level, "level", 0.0, 1.0))) * self.deviation(path)
         return self[path] * float(np.exp(-half)), self[path] * float(np.exp(half))
 
 
@@ -129,6 +134,7 @@ def identify(
     *,
     start: Mapping[str, float] | None = None,
     noise: float | None = None,
+    progress: Progress = True,
 ) -> Estimate:
     """Find the parameters of a passage.
 
@@ -144,6 +150,8 @@ def identify(
         By path, values to begin with instead of the site's.
     noise
         Standard deviation of the samples' noise, m/s²; by default the sensor's, or what the recording shows.
+    progress
+        As for `wheeltapper.simulate`.
 
     Raises
     ------
@@ -153,8 +161,10 @@ def identify(
     recording, site, spread = recorded_at(recording, site, noise)
     model = site.passage.replaced(as_table(start, "start", "values by path, or None"))
     asked = as_names(unknown, "unknown", "paths of fields")
-    found = solve(Problem(recording, site.sensor, spread, model, beliefs(site, asked)), onset(recording, spread))
-    return estimate_of(found, spread)
+    with watched(progress, "fitting"):
+        report("fitting", 0.0, 0.0)
+        found = solve(Problem(recording, site.sensor, spread, model, beliefs(site, asked)), onset(recording, spread))
+        return estimate_of(found, spread)
 
 
 def estimate_of(found: Fit, noise: float) -> Estimate:

@@ -26,7 +26,7 @@ from wheeltapper.describe.irregularity.base import PLACES
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site, as_site
-from wheeltapper.ground.arguments import as_list, as_names, as_quantities, as_quantity
+from wheeltapper.ground.arguments import as_count, as_list, as_names, as_quantities, as_quantity, check_choice
 from wheeltapper.ground.errors import ComputationError, InputError, shown
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.fields import Fields
@@ -76,7 +76,8 @@ class Information:
 
     def rows(self, passage: int = 0) -> FloatArray:
         """Return all that is known of one passage, as rows over their standard deviations."""
-        return np.vstack([self.factors[passage], np.diag(self.beliefs)])
+        chosen = self.factors[as_count(passage, "passage", 0, len(self.speeds) - 1)]
+        return np.vstack([chosen, np.diag(self.beliefs)])
 
     @cached_property
     def marginal(self) -> FloatArray:
@@ -124,8 +125,7 @@ class Information:
 
     def index(self, path: str) -> int:
         """Return which coordinate a field is."""
-        if path not in self.paths:
-            raise InputError("", "path", repr(path), ", ".join(self.paths))
+        check_choice(path, "path", self.paths)
         return self.paths.index(path)
 
     def joint(self) -> Information:

@@ -63,7 +63,7 @@ class Condition:
 
     def drawn(self, random: np.random.Generator) -> tuple[Fault | None, float | None, float | None]:
         """Return the fault, its size and its place."""
-        from wheeltapper.ask.diagnosis.faults import fault_named  # it needs what needs this
+        from wheeltapper.ask.diagnosis.faults import as_place, fault_named  # it needs what needs this
 
         if self.fault is None:
             for name, value in (("size", self.size), ("place", self.place)):
@@ -74,10 +74,7 @@ class Condition:
         low, high = ends_of(fault.usual if self.size is None else self.size)
         size = low if low == high else float(random.uniform(low, high))
         drawn = float(random.uniform())  # always, so that a given place changes nothing else
-        place = drawn if self.place is None else to_si(self.place, "number", "place")
-        if not 0.0 <= place <= 1.0:
-            raise InputError("", "place", shown(self.place), "a share of the wheel's circumference, 0 to 1")
-        return fault, size, place
+        return fault, size, drawn if self.place is None else as_place(self.place)
 
     @property
     def label(self) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.sensitivity import turns_of
 from wheeltapper.ask.study import check_along
-from wheeltapper.ask.trajectory import _in_si
+from wheeltapper.ask.trajectory import in_si
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON, Direction, Many
@@ -99,13 +99,13 @@ class Passages:
         scaled = times / units.time.item()
         program = Program(cells.pieces, numbers)
         _, samples = run.sample_tangents(program, turns.numbers[i], turns.bends, turns.table, scaled)
-        plain = _in_si(numbers.astype(complex), units, samples[:, :, VALUE].astype(complex), scaled, rows)[1]
+        plain = in_si(numbers.astype(complex), units, samples[:, :, VALUE].astype(complex), scaled, rows)[1]
         slopes = np.empty((len(directions), len(times)))
         for lane, direction in enumerate(directions):
             own = direction.units.part(block)
             stretch = own.time.imag.item() / EPSILON / units.time.item()
             moving = samples[:, :, FIRST_LANE + lane] - samples[:, :, RATE] * (scaled * stretch)[:, None]
             moved = samples[:, :, VALUE] + 1j * EPSILON * moving
-            tilted = _in_si(numbers + 1j * EPSILON * direction.numbers[i], own, moved, scaled, rows)[1]
+            tilted = in_si(numbers + 1j * EPSILON * direction.numbers[i], own, moved, scaled, rows)[1]
             slopes[lane] = tilted.imag / EPSILON
         return plain.real, slopes

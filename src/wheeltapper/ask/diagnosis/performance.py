@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,14 +18,16 @@ from wheeltapper.ask.diagnosis.diagnose import diagnose
 from wheeltapper.ask.diagnosis.faults import fault_named
 from wheeltapper.ask.diagnosis.finding import HEALTHY, NO_WHEEL
 from wheeltapper.ask.diagnosis.hit_miss import hit_miss
+from wheeltapper.ask.diagnosis.kept import digest_of
 from wheeltapper.ask.diagnosis.neighbours import ends_of
-from wheeltapper.ask.diagnosis.processes import in_processes
+from wheeltapper.ask.diagnosis.processes import Lost, ProcessError, in_processes
 from wheeltapper.ask.diagnosis.roc import FalseCalls, Roc, false_calls, roc
 from wheeltapper.ask.diagnosis.signal_response import signal_response
 from wheeltapper.ask.diagnosis.synthetic import synthesise
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.ground.arguments import as_count, as_names, as_path, as_table
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, report, watched
 
 FloatArray = NDArray[np.float64]
 Sizes = float | tuple[float, float] | None
@@ -138,7 +141,7 @@ def assess(
     seed: int = 0,
     output: str | Path | None = None,
     workers: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = True,
 ) -> Performance:
     """Measure how well a site distinguishes faults, on passages that are computed.
 
@@ -159,7 +162,15 @@ def assess(
     workers
         Processes; by default one per core.
     progress
-        Called with how many passages are done, and how many there are.
+        As for `wheeltapper.simulate`.
+
+    Raises
+    ------
+    InputError
+        If something asked for is wrong.
+    ProcessError
+        If the processes of some passages died: without them all numbers would be of the others only. These are
+        computed first, and kept.
     """
     site, count, seed = as_site(site), as_count(count, "count", 2), as_count(seed, "seed", 0)
     healthy = count if healthy is None else as_count(healthy, "healthy", 2)
@@ -167,17 +178,24 @@ def assess(
     faults = _with_sizes(site, faults)
     tasks = [(name, size, number, seed) for name, size in faults.items() for number in range(count)]
     tasks += [(HEALTHY, None, number, seed) for number in range(healthy)]
-    kept = _kept(output, site)
+    digest = "" if output is None else digest_of(site)
+    kept = _kept(output, digest)
     found = {i: kept[_key(task)] for i, task in enumerate(tasks) if _key(task) in kept}
     waiting = [i for i in range(len(tasks)) if i not in found]
-    if progress is not None:
-        progress(len(found), len(tasks))
-    for number, passage in in_processes(_passage, site, [tasks[i] for i in waiting], workers):
-        i = waiting[number]
-        found[i] = passage
-        _keep(output, site, tasks[i], passage)
-        if progress is not None:
-            progress(len(found), len(tasks))
+    lost: list[str] = []
+    waits = [tasks[i] for i in waiting]
+    with watched(progress, "passages"), closing(in_processes(_passage, site, waits, workers)) as done:
+        report("passages", len(found), len(tasks))
+        for number, result in done:
+            i = waiting[number]
+            if isinstance(result, Lost):
+                lost.append(f"{tasks[i][0]} {tasks[i][2]}: {result}")
+                continue
+            found[i] = result
+            _keep(output, digest, tasks[i], result)
+            report("passages", len(found), len(tasks))
+    if lost:
+        raise ProcessError(f"{len(lost)} of {len(tasks)} passages were not computed; {lost[0]}")
     passages = [found[i] for i in range(len(tasks))]
     sound = tuple(p for p in passages if p.label == HEALTHY)
     ceiling = _ceiling(site)
@@ -304,34 +322,28 @@ def _key(task: _Task) -> str:
     return json.dumps(task)
 
 
-def _site_text(site: Site) -> str:
-    return json.dumps(site.model_dump(mode="json"), sort_keys=True)
-
-
-def _kept(output: str | Path | None, site: Site) -> dict[str, Passage]:
-    """Return the results that a file holds, of this site."""
+def _kept(output: Path | None, digest: str) -> dict[str, Passage]:
+    """Return the results that a file holds, of the site with a digest."""
     out: dict[str, Passage] = {}
-    if output is None or not Path(output).exists():
+    if output is None or not output.exists():
         return out
-    for line in Path(output).read_text(encoding="utf-8").splitlines():
+    written = output.read_bytes()
+    for line in written.splitlines():
         try:
             entry = json.loads(line)
-        except ValueError:
+            if entry["site"] == digest:
+                out[entry["task"]] = Passage(**entry["passage"])
+        except (ValueError, TypeError, KeyError):
             continue  # a line that was being written when the program was stopped
-        if entry.get("site") == _digest(site):
-            out[entry["task"]] = Passage(**entry["passage"])
+    if written and not written.endswith(b"\n"):  # else the next result would be lost with that line
+        with output.open("ab") as file:
+            file.write(b"\n")
     return out
 
 
-def _keep(output: str | Path | None, site: Site, task: _Task, passage: Passage) -> None:
+def _keep(output: Path | None, digest: str, task: _Task, passage: Passage) -> None:
     if output is None:
         return
-    entry = {"site": _digest(site), "task": _key(task), "passage": passage._asdict()}
-    with Path(output).open("a", encoding="utf-8") as file:
+    entry = {"site": digest, "task": _key(task), "passage": passage._asdict()}
+    with output.open("a", encoding="utf-8") as file:
         file.write(json.dumps(entry) + "\n")
-
-
-def _digest(site: Site) -> str:
-    import hashlib
-
-    return hashlib.sha256(_site_text(site).encode()).hexdigest()[:16]

@@ -1,19 +1,31 @@
-"""One function on many tasks, by several processes that share a large argument."""
+"""One function on many tasks, by several processes that share a large argument.
+
+A process that dies (killed, or out of memory) takes no other task with it. Its own task is tried once more when all
+others are done, with the machine to itself, and is lost if its process dies again.
+"""
 
 from __future__ import annotations
 
 import os
+import pickle
 import signal
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+import traceback
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
+from functools import lru_cache
 from multiprocessing import get_context
-from typing import Any, TypeVar
+from multiprocessing.connection import Connection, wait
+from typing import Any, NamedTuple, TypeVar
 
 from wheeltapper.ground.arguments import as_count
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.reading_apart import how_it_ended
 
-AHEAD = 4
-"""Tasks that wait for each process."""
+STILLBORN = 4
+"""So many processes in a row that die before they can take a task are not bad luck."""
+LINGERING = 1.0
+"""Seconds that a process may take to end after it has closed its connection."""
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 
 Shared = TypeVar("Shared")
@@ -21,19 +33,41 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 
+class Lost(NamedTuple):
+    """What there is instead of a result where two processes have died of a task."""
+
+    reason: str  # of the last one
+
+    def __str__(self) -> str:
+        return f"two processes died of it, and the last one {self.reason}"
+
+
+class ProcessError(RuntimeError):
+    """Processes died, so that there is no result; what the others computed is kept where a file was asked for."""
+
+
 def in_processes(
     function: Callable[[Shared, Task], Result], shared: Shared, tasks: Sequence[Task], workers: int | None = None
-) -> Iterator[tuple[int, Result]]:
+) -> Generator[tuple[int, Result | Lost], None, None]:
     """Yield the number of each task and function(shared, task), as they are done.
+
+    Whoever stops before the end closes the iterator: that ends the processes, and whatever they are doing.
 
     Parameters
     ----------
     function
-        Of a module, since the processes import it.
+        Of a module, since the processes import it. What it raises is raised here.
     shared, tasks
         What all calls share, and what each is about; both can be pickled.
     workers
         Processes; by default one per core. One: no process is started.
+
+    Raises
+    ------
+    InputError
+        If one of these cannot be pickled, and several processes are to have it.
+    ProcessError
+        If processes die one after the other before they can take a task.
     """
     allowed = (os.cpu_count() or 1) if workers is None else as_count(workers, "workers")
     many = min(allowed, len(tasks))
@@ -41,38 +75,125 @@ def in_processes(
         for number, task in enumerate(tasks):
             yield number, function(shared, task)
         return
-    with _single_threaded(), ProcessPoolExecutor(many, get_context("spawn"), _begin, (function, shared)) as pool:
-        ahead = iter(enumerate(tasks))
-        running: dict[Future[Any], int] = {}
+    work, again = _packed((function, shared)), list[int]()
+    with _single_threaded():
+        with closing(_computed(work, list(enumerate(tasks)), many)) as found:
+            for number, result in found:
+                if isinstance(result, Lost):
+                    again.append(number)
+                else:
+                    yield number, result
+        with closing(_computed(work, [(number, tasks[number]) for number in again], 1)) as found:
+            yield from found
+
+
+def _computed(work: bytes, tasks: list[tuple[int, Any]], many: int) -> Generator[tuple[int, Any], None, None]:
+    """Yield what `many` processes find, or `Lost` where one died; a new process takes its place."""
+    waiting, left, stillborn = deque(tasks), len(tasks), 0
+    workers: dict[Any, _Worker] = {}
+    try:
+        while left:
+            while len(workers) < min(many, left):
+                worker = _Worker(work)
+                workers[worker.connection] = worker
+            for connection in wait(list(workers)):
+                worker = workers[connection]
+                number, answer = worker.number, worker.answer()
+                if isinstance(answer, Lost):
+                    del workers[connection]
+                    stillborn += not worker.ready
+                    if stillborn == STILLBORN:
+                        raise ProcessError(f"the last {stillborn} processes died as they started: one {answer.reason}")
+                else:
+                    stillborn = 0
+                    worker.take(waiting)
+                if number is not None:
+                    left -= 1
+                    yield number, answer
+    finally:
+        for worker in workers.values():
+            worker.end()
+
+
+class _Worker:
+    """A process that computes one task at a time; `number` is that of its task, None where it has none."""
+
+    def __init__(self, work: bytes) -> None:
+        context = get_context("spawn")
+        self.connection, theirs = context.Pipe()
+        self.ready = False
+        self.number: int | None = None
+        self._work = work
+        self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        with _deaf():
+            self._process.start()
+        theirs.close()  # else the connection would outlive the process, and its death go unheard
+
+    def answer(self) -> Any:
+        """Return the result of the task, or that it is lost since the process died; the first answer means nothing."""
         try:
-            while True:
-                with _deaf():
-                    for number, task in ahead:
-                        running[pool.submit(_call, task)] = number
-                        if len(running) >= AHEAD * many:
-                            break
-                if not running:
-                    return
-                done, _ = wait(running, return_when=FIRST_COMPLETED)
-                for future in done:
-                    yield running.pop(future), future.result()
-        except BaseException:
-            started = list(pool._processes.values())
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in started:  # else the program ends only with the tasks at hand: half a minute each
-                process.terminate()
-            raise
+            found, error = self.connection.recv()
+        except (EOFError, OSError):
+            self._process.join(LINGERING)  # it may be about to end by itself, which tells more
+            return Lost(how_it_ended(self.end()))
+        if error is not None:
+            raise error
+        if not self.ready:
+            self.ready = True
+            self._tell(self._work)
+        return found
+
+    def take(self, waiting: deque[tuple[int, Any]]) -> None:
+        """Begin with the next task, if there is one."""
+        self.number, task = waiting.popleft() if waiting else (None, None)
+        if self.number is not None:
+            self._tell(_packed(task))
+
+    def end(self) -> int:
+        """End the process at once; return its exit code."""
+        self._process.kill()
+        self._process.join()
+        self.connection.close()
+        return self._process.exitcode or 0
+
+    def _tell(self, packed: bytes) -> None:
+        with suppress(OSError):  # of a process that has just died; the next answer says so
+            self.connection.send_bytes(packed)
 
 
-_HELD: list[Any] = []
+def _packed(what: Any) -> bytes:
+    try:
+        return pickle.dumps(what)
+    except Exception as error:
+        found = f"more than one process, to which not all can be sent ({error})"
+        raise InputError("", "workers", " ".join(found.split()), "1, or nothing but functions of modules") from error
 
 
-def _begin(function: Any, shared: Any) -> None:
-    _HELD[:] = [function, shared]
+def _serve(connection: Connection) -> None:
+    """Compute tasks, one after the other, until nobody asks any more."""
+    with suppress(EOFError, OSError):
+        connection.send((None, None))
+        work = connection.recv_bytes()
+        while True:
+            connection.send(_outcome(work, connection.recv_bytes()))
 
 
-def _call(task: Any) -> Any:
-    return _HELD[0](_HELD[1], task)
+_loaded = lru_cache(maxsize=1)(pickle.loads)
+
+
+def _outcome(work: bytes, task: bytes) -> tuple[Any, BaseException | None]:
+    """Return a result, or what was raised, as something that can be sent."""
+    try:
+        function, shared = _loaded(work)
+        return function(shared, pickle.loads(task)), None
+    except BaseException as error:
+        told = error
+        try:
+            pickle.loads(pickle.dumps(error))
+        except Exception:
+            told = RuntimeError(f"{type(error).__name__}: {error}")
+        told.add_note("In another process:\n" + "".join(traceback.format_exception(error)))
+        return None, told
 
 
 @contextmanager

@@ -169,12 +169,17 @@ def clopper_pearson(hits: float, trials: int, level: float) -> tuple[float, floa
     return low, high
 
 
+def numbers(values: ArrayLike, name: str, allowed: str) -> FloatArray:
+    """Return one number or an array of them."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError("", name, shown(values), allowed) from error
+
+
 def samples(values: ArrayLike, name: str) -> FloatArray:
     """Return values as an array, (n,), all of them finite and at least one."""
-    try:
-        found = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError("", name, shown(values), "a list of numbers") from error
+    found = numbers(values, name, "a list of numbers")
     if found.ndim != 1 or len(found) == 0:
         raise InputError("", name, f"shape {found.shape}", "a list of numbers, at least one")
     if not np.all(np.isfinite(found)):

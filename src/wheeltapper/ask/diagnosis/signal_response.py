@@ -23,7 +23,7 @@ from wheeltapper.ask.diagnosis.detection import (
 from wheeltapper.ask.diagnosis.detection_fit import Fit, estimated
 from wheeltapper.ask.diagnosis.likelihood import FloatArray, Likelihood, Peak
 from wheeltapper.ask.diagnosis.roc import samples
-from wheeltapper.ground.arguments import as_between, check_choice
+from wheeltapper.ground.arguments import as_between, check_choice, check_flag
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import to_si
 
@@ -83,6 +83,7 @@ def signal_response(
     """
     for name, value in (("scale", scale), ("signal_scale", signal_scale)):
         check_choice(value, name, ("log", "linear"))
+    check_flag(seen_only, "seen_only")
     ceiling = as_ceiling(ceiling, bounds)
     threshold = to_si(threshold, "number", "threshold")
     floor = None if floor is None else to_si(floor, "number", "floor")

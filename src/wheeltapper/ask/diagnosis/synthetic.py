@@ -13,8 +13,9 @@ from wheeltapper.ask.diagnosis.neighbours import Condition, Neighbour, Others, f
 from wheeltapper.ask.diagnosis.sensing import OVERSAMPLED, converted, drifted, filtered
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
-from wheeltapper.ground.arguments import as_count, as_list, as_quantity, as_table
+from wheeltapper.ground.arguments import as_count, as_list, as_quantity, as_table, check_flag, check_text
 from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.progress import Progress, report, watched
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
@@ -36,6 +37,7 @@ def synthesise(
     size: float | tuple[float, float] | None = None, place: float | None = None,
     changes: Mapping[str, float] | None = None, label: str | None = None, seed: int = 0, vary: bool = True,
     noise: float | None = None, neighbour: float | Neighbour | Sequence[Neighbour] | None = None, coupled: bool = True,
+    progress: Progress = True,
 ) -> list[Recording]:  # fmt: skip
     """Compute recordings of passages over a site.
 
@@ -63,6 +65,8 @@ def synthesise(
         Wheelsets that pass with it: the spacing to a healthy one, m (positive ahead), or `Neighbour`.
     coupled
         Whether wheelsets feel what the others do to the deck; otherwise they are superposed.
+    progress
+        As for `wheeltapper.simulate`.
 
     Returns
     -------
@@ -70,22 +74,28 @@ def synthesise(
         `truth` holds label, fault, size, place, scenario, neighbours, and by path what was drawn.
     """
     count, seed, noise = as_count(count, "count"), as_count(seed, "seed", 0), _noise(noise)
+    check_flag(vary, "vary")
+    check_flag(coupled, "coupled")
+    if label is not None:
+        check_text(label, "label")
     site = as_site(site)
     stated = site.passage.replaced(as_table(changes, "changes", "values by path, or None"))
     condition, others = Condition(fault, size, place), neighbours_of(neighbour)
     out = []
-    for number in range(count):
-        random = np.random.default_rng([seed, number])
-        relative = _relative(site, random) if vary else {}
-        passage, truth = _made(stated, condition, relative, random)
-        beside = [
-            _beside(site, other, relative, np.random.default_rng([seed, number, 1 + i]))
-            for i, other in enumerate(others)
-        ]
-        truth = {"label": label or condition.label, **truth}
-        if others:
-            truth["neighbours"] = [{"spacing": spacing, "scenario": scene} for spacing, scene in beside]
-        out.append(_recorded(site, passage, beside, random, noise, coupled, truth))
+    with watched(progress, "recordings"):
+        for number in range(count):
+            random = np.random.default_rng([seed, number])
+            relative = _relative(site, random) if vary else {}
+            passage, truth = _made(stated, condition, relative, random)
+            beside = [
+                _beside(site, other, relative, np.random.default_rng([seed, number, 1 + i]))
+                for i, other in enumerate(others)
+            ]
+            truth = {"label": label or condition.label, **truth}
+            if others:
+                truth["neighbours"] = [{"spacing": spacing, "scenario": scene} for spacing, scene in beside]
+            out.append(_recorded(site, passage, beside, random, noise, coupled, truth))
+            report("recordings", number + 1, count)
     return out
 
 
@@ -101,6 +111,7 @@ def synthesise_train(
     noise: float | None = None,
     reach: float = REACH,
     coupled: bool = True,
+    progress: Progress = True,
 ) -> list[Recording]:
     """Compute the recordings of a train's wheelsets, each cut around its own trigger.
 
@@ -120,12 +131,14 @@ def synthesise_train(
     speed
         As measured, m/s; the true one differs from it as the site states. None: that of the site's passage, which was
         not measured.
-    vary, noise, coupled
+    vary, noise, coupled, progress
         As for `synthesise`.
     reach
         Wheelsets farther away than this are not felt, m. Zero: each is alone on the deck.
     """
     site, seed, noise = as_site(site), as_count(seed, "seed", 0), _noise(noise)
+    check_flag(vary, "vary")
+    check_flag(coupled, "coupled")
     felt_up_to = to_si(reach, "length", "reach")
     if not felt_up_to >= 0.0:
         raise InputError("", "reach", shown(reach), "0 m or more; infinite where all are felt")
@@ -141,11 +154,13 @@ def synthesise_train(
         relative = {path: own[path] if path.startswith(OWN) else share for path, share in shared.items()}
         made.append(_made(stated, condition, relative, random))
     out = []
-    for i, (passage, truth) in enumerate(made):
-        near = [j for j in range(len(made)) if j != i and abs(places[j] - places[i]) <= felt_up_to]
-        beside = [(places[i] - places[j], made[j][0]) for j in near]
-        truth = {"label": conditions[i].label, "axle": i + 1, "position": places[i], **truth}
-        out.append(_recorded(site, passage, beside, generators[i], noise, coupled, truth, speed))
+    with watched(progress, "wheelsets"):
+        for i, (passage, truth) in enumerate(made):
+            near = [j for j in range(len(made)) if j != i and abs(places[j] - places[i]) <= felt_up_to]
+            beside = [(places[i] - places[j], made[j][0]) for j in near]
+            truth = {"label": conditions[i].label, "axle": i + 1, "position": places[i], **truth}
+            out.append(_recorded(site, passage, beside, generators[i], noise, coupled, truth, speed))
+            report("wheelsets", i + 1, len(made))
     return out
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,12 +14,14 @@ from wheeltapper.ask.diagnosis.alarms import FLATS, Alarm, Rule, alarms_of, in_c
 from wheeltapper.ask.diagnosis.diagnose import diagnose
 from wheeltapper.ask.diagnosis.faults import CATALOGUE, fault_named
 from wheeltapper.ask.diagnosis.finding import HEALTHY, KIP, NOT_EXPLAINED, Finding
-from wheeltapper.ask.diagnosis.processes import in_processes
+from wheeltapper.ask.diagnosis.folder import undiagnosed
+from wheeltapper.ask.diagnosis.processes import Lost, in_processes
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.describe.track.stiff import StiffTrack
-from wheeltapper.ground.arguments import as_list
+from wheeltapper.ground.arguments import as_count, as_list, check_text
 from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.progress import Progress, report, watched
 from wheeltapper.record.arguments import as_recordings
 from wheeltapper.record.recording import Recording
 from wheeltapper.record.simulate import simulate
@@ -70,6 +73,7 @@ class TrainFinding:
 
     def alarms_at(self, axle: int) -> tuple[Alarm, ...]:
         """Return the alarms of one wheelset, numbered from 1."""
+        axle = as_count(axle, "axle", 1, len(self.axles))
         return tuple(alarm for alarm in self.alarms if alarm.axle == axle)
 
     def table(self) -> list[dict[str, Any]]:
@@ -291,6 +295,7 @@ def diagnose_train(
     name: str = "",
     date: str = "",
     workers: int | None = 1,
+    progress: Progress = True,
 ) -> TrainFinding:
     """Diagnose the wheelsets of a train.
 
@@ -305,12 +310,25 @@ def diagnose_train(
     faults, noise
         As for `diagnose`.
     workers
-        Processes; None: one per core.
+        Processes; None: one per core. A wheelset whose process dies twice has the verdict "not diagnosed".
+    progress
+        As for `wheeltapper.simulate`.
     """
     site, asked, chosen = as_site(site), as_recordings(recordings), _rules(rules, countries)
+    check_text(name, "name")
+    check_text(date, "date")
     compared = None if faults is None else tuple(as_list(faults, "faults", "names of faults"))
-    found = dict(in_processes(_diagnosed, (site, compared, noise), asked, workers))
-    ordered = [found[i] for i in range(len(found))]
+    found: dict[int, Finding | Lost] = {}
+    with (
+        watched(progress, "wheelsets"),
+        closing(in_processes(_diagnosed, (site, compared, noise), asked, workers)) as done,
+    ):
+        for number, finding in done:
+            found[number] = finding
+            report("wheelsets", len(found), len(asked))
+    ordered = [
+        undiagnosed(asked[i].source, str(one)) if isinstance(one := found[i], Lost) else one for i in range(len(asked))
+    ]
     return train_of(ordered, site, rules=chosen, name=name, date=date)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import HertzConstant, Noun, PositiveLength, Pressure
+from wheeltapper.ground.errors import InputError
 
 
 class ElasticContact(Noun):
@@ -36,9 +37,7 @@ class ElasticContact(Noun):
     @model_validator(mode="after")
     def _one_constant(self) -> ElasticContact:
         if self.constant is not None and self.constant_per_wheel is not None:
-            raise ValueError(
-                "found both constant and constant_per_wheel; allowed: one of them, or neither to compute it"
-            )
+            raise InputError("", "", "both constant and constant_per_wheel", "one of them, or neither to compute it")
         return self
 
     @property

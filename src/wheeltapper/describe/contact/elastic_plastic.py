@@ -15,6 +15,7 @@ from pydantic import Field, model_validator
 
 from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.noun import PositiveForce, Pressure
+from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import YIELDING, Need
 
 FloatArray = NDArray[np.float64]
@@ -70,18 +71,18 @@ class ElasticPlastic(ElasticContact):
     def _one_yield(self) -> ElasticPlastic:
         names = [n for n in ("yield_force", "yield_strength", "hardness") if getattr(self, n) is not None]
         if len(names) > 1:
-            raise ValueError(f"found {' and '.join(names)}; allowed: one of them, or none")
+            raise InputError("", "", " and ".join(names), "one of them, or none")
         both = (self.rail_hardness, self.wheel_hardness)
         if (both[0] is None) != (both[1] is None):
-            raise ValueError("found one of rail_hardness and wheel_hardness; allowed: both, or neither")
+            raise InputError("", "", "one of rail_hardness and wheel_hardness", "both, or neither")
         if both[0] is not None and self.rail_share is not None:
-            raise ValueError("found rail_share together with two hardnesses; allowed: one or the other")
+            raise InputError("", "", "rail_share together with two hardnesses", "one or the other")
         needs = self.yield_strength is not None or self.softest is not None
         if self.given is not None and self.altered and not needs:
-            raise ValueError(
-                f"found a given constant together with {', '.join(self.altered)}; allowed: one or the other "
-                "(both where a yield strength or a hardness needs them)"
-            )
+            raise InputError(
+                "", "", f"a given constant together with {', '.join(self.altered)}",
+                "one or the other (both where a yield strength or a hardness needs them)",
+            )  # fmt: skip
         return self
 
     @property

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.contact.restitution import hysteresis_from_restitution
 from wheeltapper.describe.noun import Speed, TimePerLength
+from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import HYSTERESIS, NOTHING, Need
 
 
@@ -35,29 +36,29 @@ class Hertz(ElasticContact):
     @model_validator(mode="after")
     def _no_contradiction(self) -> Hertz:
         if self.constant is not None and self.idle:
-            raise ValueError(self.idle)
+            raise self.idle
         if self.hysteresis is not None and self.restitution is not None:
-            raise ValueError("found both hysteresis and restitution; allowed: one of them")
+            raise InputError("", "", "both hysteresis and restitution", "one of them")
         if (self.restitution is None) != (self.impact_speed is None):
-            raise ValueError(
-                "found one of restitution and impact_speed; allowed: both (the speed at which it holds), or neither"
+            raise InputError(
+                "", "", "one of restitution and impact_speed", "both (the speed at which it holds), or neither"
             )
         if self.impact_speed is not None and self.impact_speed <= 0:
-            raise ValueError(f"found impact_speed {self.impact_speed:g} m/s; allowed: more than 0 m/s")
+            raise InputError("", "", f"impact_speed {self.impact_speed:g} m/s", "more than 0 m/s")
         return self
 
     @property
-    def idle(self) -> str:
-        """What is found and allowed where a given constant leaves elastic fields without effect; empty elsewhere.
+    def idle(self) -> InputError | None:
+        """The complaint of a given constant that leaves elastic fields without effect.
 
         On a wagon the ellipse of contact, on which creep depends, needs them all the same.
         """
         if self.given is None or not self.altered or self.curvature:
-            return ""
-        return (
-            f"found a given constant together with {', '.join(self.altered)}; allowed: one or the other "
-            "(both only with curvature = true, where the radii shape its variation)"
-        )
+            return None
+        return InputError(
+            "", "", f"a given constant together with {', '.join(self.altered)}",
+            "one or the other (both only with curvature = true, where the radii shape its variation)",
+        )  # fmt: skip
 
     @property
     def needs(self) -> frozenset[Need]:

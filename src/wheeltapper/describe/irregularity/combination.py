@@ -48,15 +48,15 @@ class Repeated(Irregularity):
             raise InputError("", "of", shown(self.of), "an irregularity of the rail")
         course = self.of.course(1.0)
         if course.period is not None:
-            raise ValueError("found an irregularity that already repeats; allowed: one that does not")
+            raise InputError("", "", "an irregularity that already repeats", "one that does not")
         first, last = course.stretches[0].end, course.stretches[-1].start
         if last - first > self.period * (1 + 1e-12):
-            raise ValueError(
-                f"found a period of {self.period:g} m; allowed: at least the irregularity's length {last - first:g} m"
+            raise InputError(
+                "", "", f"a period of {self.period:g} m", f"at least the irregularity's length {last - first:g} m"
             )
         if abs(float(course.value(np.array([last + 1.0]))[0])) > 1e-12 * course.height:
-            raise ValueError(
-                "found an irregularity that ends at another height than it began; allowed: one that returns to zero"
+            raise InputError(
+                "", "", "an irregularity that ends at another height than it began", "one that returns to zero"
             )
         return self
 

@@ -9,6 +9,7 @@ from pydantic import model_validator
 from wheeltapper.describe.irregularity.base import Irregularity, Similarity
 from wheeltapper.describe.irregularity.course import Course, Harmonic, harmonic, level
 from wheeltapper.describe.noun import Length, PositiveLength
+from wheeltapper.ground.errors import InputError
 
 
 class Corrugation(Irregularity):
@@ -34,7 +35,7 @@ class Corrugation(Irregularity):
     @model_validator(mode="after")
     def _ends_behind_its_start(self) -> Corrugation:
         if self.end is not None and self.end <= self.start:
-            raise ValueError(f"found end {self.end:g} m; allowed: more than start {self.start:g} m")
+            raise InputError("", "", f"end {self.end:g} m", f"more than start {self.start:g} m")
         return self
 
     def similarity(self) -> Similarity:

@@ -76,7 +76,10 @@ class Chord:
 
 @dataclass(frozen=True)
 class Stretch:
-    """One smooth stretch: value, slope and curvature (second derivative) are vectorised functions of x."""
+    """One smooth stretch: value, slope and curvature (second derivative) are vectorised functions of x.
+
+    `scatter` says by how much the curvature jumps near x where it comes from interpolants; None where it does not.
+    """
 
     start: float
     end: float
@@ -84,6 +87,7 @@ class Stretch:
     slope: Function
     curvature: Function
     exact: Harmonic | Polynomials | Chord | None = None
+    scatter: Function | None = None
 
     def moved(self, distance: float) -> Stretch:
         """Return the stretch, moved forward."""
@@ -93,7 +97,8 @@ class Stretch:
 
         exact = None if self.exact is None else self.exact.moved(distance)
         bounds = self.start + distance, self.end + distance
-        return Stretch(*bounds, at(self.value), at(self.slope), at(self.curvature), exact)
+        scatter = None if self.scatter is None else at(self.scatter)
+        return Stretch(*bounds, at(self.value), at(self.slope), at(self.curvature), exact, scatter)
 
 
 @dataclass(frozen=True)

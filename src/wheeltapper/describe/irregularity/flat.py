@@ -10,6 +10,7 @@ from pydantic import model_validator
 from wheeltapper.describe.irregularity.base import Irregularity, Similarity
 from wheeltapper.describe.irregularity.course import Chord, Course, Harmonic, Stretch, chord, harmonic, level
 from wheeltapper.describe.noun import Length, PositiveLength
+from wheeltapper.ground.errors import InputError
 
 
 class WheelFlat(Irregularity):
@@ -40,10 +41,10 @@ class WheelFlat(Irregularity):
     @model_validator(mode="after")
     def _one_size(self) -> WheelFlat:
         if self.depth is None and self.length is None:
-            raise ValueError("found neither depth nor length; allowed: one of them")
+            raise InputError("", "", "neither depth nor length", "one of them")
         if self.depth is not None and self.length is not None and self.shape == "fresh":
-            raise ValueError(
-                "found both depth and length; allowed: one of them, since a chord's depth follows from its length"
+            raise InputError(
+                "", "", "both depth and length", "one of them, since a chord's depth follows from its length"
             )
         return self
 

@@ -15,6 +15,7 @@ from wheeltapper.describe.irregularity import samples, spline
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.course import Course, Polynomials, level
 from wheeltapper.describe.noun import Length, PositiveLength
+from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
@@ -58,8 +59,8 @@ class Measured(Irregularity):
     def _one_source(self) -> Measured:
         arrays = self.positions is not None and self.heights is not None
         if (self.path is not None) == arrays or (self.positions is None) != (self.heights is None):
-            raise ValueError(
-                "found neither or both of path and positions with heights; allowed: a path, or positions and heights"
+            raise InputError(
+                "", "", "neither or both of path and positions with heights", "a path, or positions and heights"
             )
         return self
 

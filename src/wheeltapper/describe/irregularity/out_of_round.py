@@ -15,6 +15,7 @@ from wheeltapper.describe.irregularity import samples, spline
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials, Stretch, harmonic, level
 from wheeltapper.describe.noun import Angle, Length, PositiveLength
+from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
@@ -59,18 +60,16 @@ class OutOfRound(Irregularity):
     @model_validator(mode="after")
     def _one_source(self) -> OutOfRound:
         if (self.places is None) != (self.deviations is None):
-            raise ValueError("found one of places and deviations; allowed: both, or neither")
+            raise InputError("", "", "one of places and deviations", "both, or neither")
         given = [bool(self.orders), self.path is not None, self.places is not None]
         if sum(given) != 1:
-            raise ValueError(f"found {sum(given)} of orders, path, and places with deviations; allowed: one of them")
+            raise InputError("", "", f"{sum(given)} of orders, path, and places with deviations", "one of them")
         if len(self.orders) != len(self.amplitudes):
-            raise ValueError(
-                f"found {len(self.amplitudes)} amplitudes for {len(self.orders)} orders; allowed: one for each"
-            )
+            raise InputError("", "", f"{len(self.amplitudes)} amplitudes for {len(self.orders)} orders", "one for each")
         if self.phases is not None and len(self.phases) != len(self.orders):
-            raise ValueError(f"found {len(self.phases)} phases for {len(self.orders)} orders; allowed: one for each")
+            raise InputError("", "", f"{len(self.phases)} phases for {len(self.orders)} orders", "one for each")
         if any(order < 1 for order in self.orders):
-            raise ValueError(f"found orders {self.orders}; allowed: 1, 2, 3 …")
+            raise InputError("", "", f"orders {self.orders}", "1, 2, 3 …")
         return self
 
     @cached_property
@@ -118,9 +117,8 @@ class OutOfRound(Irregularity):
         x, y = self.samples
         arc = x * radius if self.over == "angle" else x
         if arc[-1] - arc[0] >= turn * (1 + 1e-9):
-            raise ValueError(
-                f"found samples over {arc[-1] - arc[0]:.6g} m; allowed: less than one revolution, {turn:.6g} m"
-            )
+            found = f"samples over {arc[-1] - arc[0]:.6g} m"
+            raise InputError("", "irregularity", found, f"less than one revolution, {turn:.6g} m")
         closed = np.append(arc, arc[0] + turn) + self.position
         heights = np.append(y, y[0])
         if radius not in self.forms:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from math import inf
 from typing import Any
 
@@ -12,15 +13,9 @@ from pydantic import field_serializer, model_validator
 
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.course import Course, Stretch, level
+from wheeltapper.describe.irregularity.interpolants import Interpolants
 from wheeltapper.describe.noun import Length
 from wheeltapper.ground.errors import InputError
-
-NODES = np.cos(np.pi * (np.arange(13) + 0.5) / 13)
-RESOLVED, ROUNDING = 1e-10, 1e-14
-"""An interpolant whose last terms are a larger part of its changes, and more than rounding, is too wide."""
-MOST_NARROWER = 6
-"""How often an interpolant is made four times narrower at most: beside a kink none is narrow enough."""
-TO_MONOMIALS = np.linalg.inv(np.polynomial.chebyshev.chebvander(NODES, 12))
 
 
 def _refused(found: str) -> InputError:
@@ -59,7 +54,7 @@ class Profile(Irregularity):
     def _ordered(self) -> Profile:
         edges = [-inf if self.start is None else self.start, *self.breakpoints, inf if self.end is None else self.end]
         if any(b <= a for a, b in zip(edges[:-1], edges[1:], strict=True)):
-            raise ValueError(f"found start, breakpoints, end = {edges}; allowed: rising positions")
+            raise InputError("", "", f"start, breakpoints, end = {edges}", "rising positions")
         return self
 
     def moved(self, distance: float) -> Profile:
@@ -68,6 +63,10 @@ class Profile(Irregularity):
         moved = super().moved(distance) if self.start is not None or self.end is not None else self
         shifted = {"function": lambda x: function(x - distance)}
         return moved.model_copy(update=shifted | {"breakpoints": tuple(x + distance for x in self.breakpoints)})
+
+    def span(self, start: float, end: float) -> float:
+        """Return how much the heights differ from start to end, m, as samples show it."""
+        return float(np.ptp(self._call(np.linspace(start, end, 4097))))
 
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
@@ -83,7 +82,7 @@ class Profile(Irregularity):
             parts.append(level(last, inf))
         height = 0.0
         if np.isfinite(last - first):  # else the run's own way says it
-            height = float(np.ptp(self._call(np.linspace(first, last, 4097))))
+            height = self.span(first, last)
         return Course(tuple(parts), height or 1e-6, sampled=True)
 
     def _call(self, x: NDArray[Any]) -> NDArray[Any]:
@@ -116,31 +115,11 @@ class Profile(Irregularity):
         return np.array(each).reshape(x.shape)
 
     def _stretch(self, start: float, end: float, width: float) -> Stretch:
-        def local(x: NDArray[Any], half: float) -> tuple[NDArray[Any], NDArray[Any]]:
-            middle = np.clip(x, start + half, end - half)
-            values = self._call((middle[..., None] + half * NODES).ravel()).reshape(*middle.shape, len(NODES))
-            return values @ TO_MONOMIALS.T, (x - middle) / half
-
-        def derivative(x: NDArray[Any], order: int) -> NDArray[Any]:
-            x = np.asarray(x, dtype=float)
-            out, half = np.empty(x.size), width
-            left = np.arange(x.size)
-            for narrower in range(MOST_NARROWER + 1):
-                coefficients, xi = local(x.ravel()[left], half)
-                changed = np.polynomial.chebyshev.chebder(coefficients.T, order)
-                out[left] = np.polynomial.chebyshev.chebval(xi, changed, tensor=False) / half**order
-                bends = np.abs(coefficients[:, 1:]).max(axis=1)
-                coarse = np.abs(coefficients[:, -2:]).max(axis=1) > RESOLVED * bends + ROUNDING * abs(
-                    coefficients[:, 0]
-                )
-                left, half = left[coarse], 0.25 * half
-                if not len(left) or narrower == MOST_NARROWER:
-                    break
-            return out.reshape(x.shape)
-
         first, last = np.nextafter(start, inf), np.nextafter(end, -inf)
 
         def value(x: NDArray[Any]) -> NDArray[Any]:  # at a breakpoint, the function may take the other side's value
             return self._call(x if np.iscomplexobj(x) else np.clip(x, first, last))
 
-        return Stretch(start, end, value, lambda x: derivative(x, 1), lambda x: derivative(x, 2))
+        inside = Interpolants(self._call, start, end, width)
+        slope, curvature = (partial(inside.derivative, order=order) for order in (1, 2))
+        return Stretch(start, end, value, slope, curvature, scatter=inside.scatter)

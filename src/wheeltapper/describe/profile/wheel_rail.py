@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import Length, Noun, PositiveLength
+from wheeltapper.ground.errors import InputError
 
 BUILT_IN = ("S1002", "60E1")
 """Profiles that need no file."""
@@ -42,12 +43,10 @@ class WheelRail(Noun):
     @model_validator(mode="after")
     def _fits(self) -> WheelRail:
         if not 0.02 <= self.gauge - self.flange_backs <= 0.12:
-            raise ValueError(
-                f"gauge: found {self.gauge:g} m with flanges {self.flange_backs:g} m apart; "
-                "allowed: 20 mm to 120 mm more than between the flanges' backs"
-            )
+            found = f"{self.gauge:g} m with flanges {self.flange_backs:g} m apart"
+            raise InputError("", "gauge", found, "20 mm to 120 mm more than between the flanges' backs")
         if not 1e-7 <= self.smoothing <= 1e-3:
-            raise ValueError(f"smoothing: found {self.smoothing:g} m; allowed: 0.1 µm to 1 mm")
+            raise InputError("", "smoothing", f"{self.smoothing:g} m", "0.1 µm to 1 mm")
         return self
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import Damping, Length, Mass, Noun, PositiveLength, Stiffness
+from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import DECK, Need
 
 
@@ -42,7 +43,7 @@ class FloatingDeck(Noun):
     @model_validator(mode="after")
     def _length_needs_a_start(self) -> FloatingDeck:
         if self.length is not None and self.start is None:
-            raise ValueError("found a length without a start; allowed: both, a start alone, or neither")
+            raise InputError("", "", "a length without a start", "both, a start alone, or neither")
         return self
 
     @property

@@ -12,6 +12,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import AngularStiffness, Damping, Force, Length, Noun, PositiveStiffness, Stiffness
+from wheeltapper.ground.errors import InputError
 
 GROUND = "ground"
 
@@ -37,7 +38,7 @@ class Element(Noun):
     @model_validator(mode="after")
     def _two_ends(self) -> Element:
         if self.between[0] == self.between[1]:
-            raise ValueError(f"between: found {self.between[0]!r} twice; allowed: two bodies, or a body and {GROUND!r}")
+            raise InputError("", "between", f"{self.between[0]!r} twice", f"two bodies, or a body and {GROUND!r}")
         return self
 
 
@@ -76,10 +77,8 @@ class Damper(Element):
     @model_validator(mode="after")
     def _play_needs_a_spring(self) -> Damper:
         if self.free_play > 0.0 and self.series_stiffness is None:
-            raise ValueError(
-                f"free_play: found {self.free_play:g} m at a rigid end; allowed: with series_stiffness, the spring "
-                "that it leads to"
-            )
+            found = f"{self.free_play:g} m at a rigid end"
+            raise InputError("", "free_play", found, "with series_stiffness, the spring that it leads to")
         return self
 
 
@@ -101,15 +100,13 @@ class Stop(Element):
     @model_validator(mode="after")
     def _rising(self) -> Stop:
         if len(self.deflection) != len(self.force):
-            raise ValueError(
-                f"found {len(self.deflection)} deflections and {len(self.force)} forces; allowed: as many of both"
+            raise InputError(
+                "", "", f"{len(self.deflection)} deflections and {len(self.force)} forces", "as many of both"
             )
         if self.deflection[0] != 0.0 or self.force[0] != 0.0:
-            raise ValueError(
-                "found a characteristic that does not begin at zero; allowed: deflection 0 and force 0 first"
-            )
+            raise InputError("", "", "a characteristic that does not begin at zero", "deflection 0 and force 0 first")
         if any(b <= a for a, b in pairwise(self.deflection)):
-            raise ValueError("deflection: found numbers that do not rise; allowed: strictly rising ones")
+            raise InputError("", "deflection", "numbers that do not rise", "strictly rising ones")
         return self
 
 

@@ -6,26 +6,15 @@ import tomllib
 from importlib.resources import files
 from typing import Annotated, Any
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, model_validator
 
-from wheeltapper.describe.noun import Acceleration, Mass, Noun, PositiveStiffness
+from wheeltapper.describe.noun import Acceleration, Mass, Noun, PositiveStiffness, choice
 from wheeltapper.describe.vehicle.body import Axle, Body
 from wheeltapper.describe.vehicle.element import GROUND, Damper, Link, Spring, Stop
 from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.needs import SEVERAL_BODIES, Need
 
 ELEMENTS = (Spring, Damper, Stop, Link)
-
-
-def _kind(value: Any) -> str | None:
-    return value.get("type") if isinstance(value, dict) else type(value).__name__
-
-
-AnyElement = Annotated[
-    Annotated[Spring, Tag("Spring")] | Annotated[Damper, Tag("Damper")] | Annotated[Stop, Tag("Stop")]
-    | Annotated[Link, Tag("Link")],
-    Discriminator(_kind),
-]  # fmt: skip
 
 
 class Wagon(Noun):
@@ -47,7 +36,7 @@ class Wagon(Noun):
 
     bodies: tuple[Body, ...]
     axles: Annotated[tuple[Axle, ...], Field(min_length=1)]
-    elements: tuple[AnyElement, ...] = ()
+    elements: tuple[choice(*ELEMENTS), ...] = ()  # type: ignore[valid-type]
     gravity: Acceleration = 9.81
 
     @model_validator(mode="after")
@@ -55,16 +44,16 @@ class Wagon(Noun):
         names = [*self.names, *(element.name for element in self.elements)]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
-            raise ValueError(f"found the name {twice!r} twice; allowed: names that differ")
+            raise InputError("", "", f"the name {twice!r} twice", "names that differ")
         ends = {end for element in self.elements for end in element.between}
         unknown = next((end for end in sorted(ends) if end not in (*self.names, GROUND)), None)
         if unknown is not None:
-            raise ValueError(f"elements: found an end at {unknown!r}; allowed: {', '.join(self.names)}, {GROUND}")
+            raise InputError("", "elements", f"an end at {unknown!r}", f"{', '.join(self.names)}, {GROUND}")
         loose = next((body.name for body in self.bodies if body.name not in ends), None)
         if loose is not None:
-            raise ValueError(f"bodies: found {loose!r} without a connection; allowed: bodies that elements hold")
+            raise InputError("", "bodies", f"{loose!r} without a connection", "bodies that elements hold")
         if any(b.position >= a.position for a, b in zip(self.axles[:-1], self.axles[1:], strict=True)):
-            raise ValueError("axles: found a wheelset before the one ahead of it; allowed: positions that fall")
+            raise InputError("", "axles", "a wheelset before the one ahead of it", "positions that fall")
         return self
 
     @property
@@ -146,7 +135,7 @@ class ErriB176(Noun):
     series_springs: bool = False
     dampers: bool = True
     without: tuple[str, ...] = ()
-    elements: tuple[AnyElement, ...] = ()
+    elements: tuple[choice(*ELEMENTS), ...] = ()  # type: ignore[valid-type]
 
     def wagon(self) -> Wagon:
         """Return the wagon."""

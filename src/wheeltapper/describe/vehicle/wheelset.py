@@ -74,8 +74,8 @@ class Wheelset(Noun):
     @model_validator(mode="after")
     def _pressed_on_the_rail(self) -> Wheelset:
         if self.weight <= 0.0:
-            raise ValueError(
-                f"found load + mass·gravity = {self.weight:g} N; allowed: more than 0 N, to hold it on the rail"
+            raise InputError(
+                "", "", f"load + mass·gravity = {self.weight:g} N", "more than 0 N, to hold it on the rail"
             )
         return self
 
@@ -95,16 +95,17 @@ class Wheelset(Noun):
     def _end_of_a_damper(self) -> Wheelset:
         if self.damper_end and self.damping == 0.0:
             what = "damper_play" if self.damper_play > 0.0 else "bush_stiffness"
-            raise ValueError(f"found {what} without damping; allowed: damping of more than 0 N·s/m, or none of both")
+            raise InputError("", "", f"{what} without damping", "damping of more than 0 N·s/m, or none of both")
         if self.damper_play_start != 0.0 and self.damper_play == 0.0:
-            raise ValueError(
-                f"found damper_play_start = {self.damper_play_start:g} without damper_play; allowed: both, or neither"
+            raise InputError(
+                "", "", f"damper_play_start = {self.damper_play_start:g} without damper_play", "both, or neither"
             )
         if self.bush_stiffness is not None and self.bush_stiffness > FASTEST * self.damping:
-            raise ValueError(
-                f"found bush_stiffness = {self.bush_stiffness:g} N/m, {self.bush_stiffness / self.damping:.3g} times "
-                f"damping per second; allowed: at most {FASTEST * self.damping:g} N/m, or none (a rigid one)"
-            )
+            times = f"{self.bush_stiffness / self.damping:.3g} times damping per second"
+            raise InputError(
+                "", "", f"bush_stiffness = {self.bush_stiffness:g} N/m, {times}",
+                f"at most {FASTEST * self.damping:g} N/m, or none (a rigid one)",
+            )  # fmt: skip
         return self
 
     @property

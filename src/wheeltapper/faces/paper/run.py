@@ -8,8 +8,8 @@ from pathlib import Path
 
 from wheeltapper.faces.paper import coach, corrugation, deck, diagnosis, law, maps, missed, plastic, single
 from wheeltapper.faces.paper.claims import CLAIMS, Claim
-from wheeltapper.faces.usage import did_you_mean
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, suggested
+from wheeltapper.ground.progress import report
 
 TOPICS = (single, maps, deck, missed, corrugation, law, coach, plastic, diagnosis)
 """The modules that register claims; importing them fills the register."""
@@ -23,7 +23,7 @@ def chosen(which: list[str]) -> list[Claim]:
         match = {n: c for n, c in CLAIMS.items() if name in ("all", n, c.figure)}
         if not match:
             groups = f"all, a claim ({min(CLAIMS)} to {max(CLAIMS)}), or those of {', '.join(figures)}"
-            raise InputError("", "paper", repr(name), groups + did_you_mean(name, ["all", *figures, *CLAIMS]))
+            raise InputError("", "paper", repr(name), suggested(name, ["all", *figures, *CLAIMS], groups))
         found |= match
     return [found[n] for n in sorted(found)]
 
@@ -32,7 +32,6 @@ def run(
     which: list[str],
     output: Path | None = None,
     say: Callable[[str], None] = print,
-    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> int:
     """Measure claims; return 0 if all hold and 1 otherwise.
 
@@ -44,14 +43,12 @@ def run(
         Folder for `claims.csv` and for the claims' figures.
     say
         What takes each line.
-    progress
-        What takes the numbers of claims measured and in all.
     """
     claims = chosen(which)
     rows = []
     failed: set[str] = set()
     for done, claim in enumerate(claims):
-        progress(done, len(claims))
+        report("claims", done, len(claims))
         say(f"{claim.number} ({claim.figure}): {claim.sentence}")
         for measure in claim.measure():
             verdict = "PASS" if measure.holds else "FAIL"
@@ -59,7 +56,6 @@ def run(
             rows.append((claim.number, claim.figure, measure.quantity, measure.value, measure.expected, verdict))
             if not measure.holds:
                 failed.add(claim.number)
-    progress(len(claims), len(claims))
     said = f"; failed: {', '.join(sorted(failed))}" if failed else ""
     say(f"{len(claims) - len(failed)} of {len(claims)} claims hold{said}")
     if output is not None:
