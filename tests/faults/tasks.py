@@ -33,7 +33,7 @@ def squared(shared, task):
         die()
     if how == "answering" and not before:  # it takes longer than that to send so much
         threading.Timer(0.02, die).start()
-        return bytes(3 * 10**8)
+        return bytes(10**8)
     return number**2
 
 

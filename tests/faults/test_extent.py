@@ -13,7 +13,6 @@ from wheeltapper.march import telling
 from wheeltapper.record import simulate as simulating
 
 COACH = Path(__file__).resolve().parents[2] / "examples" / "coach_step.toml"
-pytestmark = pytest.mark.filterwarnings("ignore:.*is implausible")
 COMMON = {"contact": wt.Hertz(constant=1.405e11), "speed": 9.0, "duration": 0.05}
 BUMP = wt.CosineBump(height="0.2 mm", length="5 cm", start=0.009)
 
@@ -118,6 +117,7 @@ def test_each_kernel_is_said_to_be_compiled_once(capsys):
     ]
 
 
+@pytest.mark.filterwarnings("ignore:.*is implausible")
 @pytest.mark.parametrize(
     "changes",
     [

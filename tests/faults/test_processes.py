@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from itertools import count
 from multiprocessing import active_children
 from pathlib import Path
 
@@ -37,24 +38,24 @@ def test_a_process_that_dies_takes_no_other_task_with_it(tmp_path):
 
 
 @posix
-@pytest.mark.parametrize("often", [1, 3])
-def test_processes_that_are_killed_as_they_start_are_replaced(often, tmp_path, monkeypatch):
-    class Killed(processes._Worker):
-        left = often
+@pytest.mark.parametrize("doomed", [range(1), range(3), range(1, 1000), range(1000)], ids=str)
+def test_processes_that_are_killed_as_they_start_are_replaced_while_there_is_room(doomed, tmp_path, monkeypatch):
+    started = count()
 
+    class Killed(processes._Worker):
         def __init__(self, *given):
             super().__init__(*given)
-            if Killed.left:
-                Killed.left -= 1
+            if next(started) in doomed:
                 self._process.kill()
 
     monkeypatch.setattr(processes, "_Worker", Killed)
-    found = dict(in_processes(tasks.squared, tmp_path, [(i, "well") for i in range(4)], 2))
-    assert found == {i: i**2 for i in range(4)}
-    assert {file.read_text() for file in tmp_path.iterdir()} == {"x"}
-    Killed.left = 1000
-    with pytest.raises(ProcessError, match="the last 4 processes died as they started: one was ended by SIGKILL"):
-        dict(in_processes(tasks.squared, tmp_path, [(i, "well") for i in range(4)], 2))
+    if len(doomed) < 1000:
+        found = dict(in_processes(tasks.squared, tmp_path, [(i, "well") for i in range(6)], 2))
+        assert found == {i: i**2 for i in range(6)}
+    else:
+        with pytest.raises(ProcessError, match="4 processes died as they started, the last one was ended by SIGKILL"):
+            dict(in_processes(tasks.squared, tmp_path, [(i, "well") for i in range(6)], 2))
+        assert not list(tmp_path.iterdir())
     assert not active_children()
 
 

@@ -61,3 +61,15 @@ def test_what_cannot_be_drawn_is_refused():
         wt.plot(chart.isel(speed=0), features=["nonsense"])
     with pytest.raises(wt.InputError, match="at least 2 x 2"):
         wt.plot(chart.isel({"speed": 0, "vehicle.mass": slice(0, 1)}))
+
+
+def test_a_record_with_many_losses_has_one_shade_on_each_axis_and_no_integrals():
+    record = wt.simulate(BUMP)
+    figure = wt.plot(record)
+    losses = int((record.events.kind == "loss").sum())
+    for axis in figure.axes:
+        shade = axis.collections[-1]
+        assert len(shade.get_paths()) == losses > 1
+        start = shade.get_paths()[0].vertices[:, 0].min()
+        assert start == pytest.approx(1e3 * float(record.events.time[record.events.kind == "loss"][0]))
+    assert "impacts" not in vars(record)  # which would be integrated over every step

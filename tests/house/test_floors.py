@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "wheeltapper"
 KERNELS = {
     "single", "yielding", "damper_end", "multibody", "ensemble", "gradients", "margin", "dense", "damper_dense",
-    "balance", "damper_balance",
+    "balance",
 }  # fmt: skip
 NOUNS = "Wagon|Wheelset|ElasticPlastic|Hertz|Linear|FloatingDeck|StiffTrack|Start|CreepLaw"
 ABOVE = [path for floor in ("record", "ask", "faces") for path in sorted((SOURCE / floor).rglob("*.py"))]

@@ -79,6 +79,27 @@ def test_a_single_lost_step_is_found_out():
     assert balanced.missing_part(lowered, broken) > balanced.NOTABLE
 
 
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_the_last_step_of_any_march_is_checked(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        record = wt.simulate(SCENARIOS[name])
+    state = record._march.state.copy()
+    state[contract.B] += 0.2
+    assert balanced.missing_part(record._lowered, record._march._replace(state=state)) > balanced.LIMIT
+
+
+def test_the_last_state_tells_where_the_dampers_end_is(tmp_path):
+    record = wt.simulate(SCENARIOS["bush on a deck"])
+    vehicle, lowered, state = record.scenario.vehicle, record._lowered, record._march.state
+    force = record.at(record.end).damper_force.item()
+    assert force == pytest.approx(-vehicle.bush_stiffness * state[contract.END_DEFLECTION] * lowered.length, rel=1e-9)
+    record.save(tmp_path / "saved.nc")
+    loaded = wt.load(tmp_path / "saved.nc")
+    np.testing.assert_array_equal(loaded._march.state, state)
+    assert balanced.missing_part(loaded._lowered, loaded._march) == balanced.missing_part(lowered, record._march)
+
+
 def test_a_run_whose_energy_does_not_balance_is_not_completed(monkeypatch, tmp_path):
     monkeypatch.setattr(balanced, "missing_part", lambda *_: 2e-2)
     record = wt.simulate(SCENARIOS["Hertz"])

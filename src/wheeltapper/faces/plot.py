@@ -160,7 +160,7 @@ def _draw_motion(axis: Axes, history: Any) -> None:
 def _draw_force(axis: Axes, record: Record, history: Any) -> None:
     axis.plot(1e3 * history.time, history.normal_force / 1e3)
     axis.axhline(record.static_force / 1e3, color="0.5", linewidth=0.8, linestyle="--", label="static")
-    impacts = record.impacts.time.values
+    impacts = record.events.time.values[record.events.kind.values == "impact"]  # quicker than all of `impacts`
     axis.plot(1e3 * impacts, np.zeros_like(impacts), "v", markersize=4, color="C1", label="impact")
     axis.set_ylabel("normal force [kN]")
     axis.legend(loc="upper right", ncols=2)
@@ -170,7 +170,9 @@ def shade_losses(axis: Axes, record: Record) -> None:
     """Shade the times without contact on an axis in milliseconds."""
     kinds, times = record.events.kind.values, record.events.time.values
     starts = times[kinds == "loss"]
-    ends = times[kinds == "impact"]
-    for start in starts:
-        end = ends[np.searchsorted(ends, start)] if np.any(ends > start) else record.end
-        axis.axvspan(1e3 * start, 1e3 * end, color="C1", alpha=0.12, linewidth=0)
+    ends = np.append(times[kinds == "impact"], record.end)
+    lengths = ends[np.searchsorted(ends[:-1], starts)] - starts
+    if len(starts):  # one collection: a span for each loss takes a minute to make where there are thousands
+        spans = list(zip(1e3 * starts, 1e3 * lengths, strict=True))
+        over = axis.get_xaxis_transform()
+        axis.broken_barh(spans, (0.0, 1.0), transform=over, color="C1", alpha=0.12, linewidth=0)

@@ -153,9 +153,5 @@ def _someone_watches() -> bool:
     processes = sys.modules.get("multiprocessing.process")
     if processes is not None and processes.parent_process() is not None:
         return False
-    return sys.stderr.isatty() or is_notebook()
-
-
-def is_notebook() -> bool:
-    """Return True where what is written goes to a notebook."""
-    return type(sys.stderr).__module__.startswith("ipykernel.")
+    in_notebook = type(sys.stderr).__module__.startswith("ipykernel.")
+    return in_notebook or sys.stderr.isatty()

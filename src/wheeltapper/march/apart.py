@@ -11,9 +11,7 @@ from wheeltapper.march.layout import (
     AMP_COS,
     AMP_SIN,
     COUNT,
-    DEGREE,
     EVENTS,
-    FACTOR_DEGREE,
     HERE,
     MARK,
     OMEGA,
@@ -42,7 +40,7 @@ from wheeltapper.march.pool import (
 from wheeltapper.march.program import CONTACT, DONE, FLIGHT, FULL, PHASE, PIECE, RUNNING, SHIFT, TIME, A, B
 from wheeltapper.march.series import harmonic_forcing, localise
 from wheeltapper.march.single import advance_kernel, start_kernel
-from wheeltapper.march.steplength import SLOW
+from wheeltapper.march.step import is_written_out
 
 
 @kernel
@@ -50,14 +48,8 @@ def join(cell: int, pool: Pool) -> bool:
     """Put the cell in S in the queue of its next step, if lanes can take it; else return False."""
     S, numbers = pool.S, pool.numbers[cell]
     if (
-        numbers[contract.DECK_MASS] != 0.0
-        or numbers[contract.HYSTERESIS] != 0.0
-        or numbers[contract.QUADRATIC] != 0.0
-        or numbers[contract.CUBIC] != 1.0
+        not is_written_out(numbers, S)
         or numbers[contract.BILATERAL] != 0.0
-        or numbers[contract.STIFFNESS] + numbers[contract.DAMPING] > SLOW
-        or S[HERE + DEGREE] != 0.0
-        or S[HERE + FACTOR_DEGREE] >= 0.0
         or S[COUNT + SEEN] != 0.0
         or S[COUNT + EVENTS] >= numbers[contract.EVENT_LIMIT]
     ):

@@ -2,12 +2,13 @@
 
 Of wheel and deck, whatever the law of the contact (scaled units; M: kinetic energy, springs, weight and prestress):
 
-    dM/dt = N·(y_k' - w) - G·v² - γ·Z²
+    dM/dt = N·(y_k' - w) - D·v - γ·Z²
 
-At both ends of a step the power is known as a short series in the step's own variable, and Hermite's rule integrates
-it over the step. Displacements and velocities go on over every event, so M is known at every end.
+D·v is what the damper takes (power.py). At both ends of a step the power is known as a short series in the step's own
+variable, and Hermite's rule integrates it over the step. Displacements and velocities go on over every event, so M is
+known at every end.
 
-    of each step: short series at its start (the end of the step before, where nothing changed there), and at its end
+    of each step: series at its start (the end of the step before, where nothing changed there), and at its end
                   what is missing:  M(end) - M(start) - ∫ power
 """
 
@@ -19,13 +20,16 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.dense import touches
-from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import SCRATCH
-from wheeltapper.march.power import CONTACT_WORK, DOT, LONG, LOST, PATH, SHORT, contact_power, free_power, plain_power
+from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.layout import ENDED_SCRATCH
+from wheeltapper.march.plain_power import plain_power
+from wheeltapper.march.power import CONTACT_WORK, LONG, LOST, PATH, POWERS, SHORT, power
 from wheeltapper.march.program import (
-    BONDED,
     DECK_V,
     DECK_Y,
+    END_DEFLECTION,
+    END_MODE,
+    ENDED_COLUMNS,
     LENGTH,
     ON_DECK,
     PHASE,
@@ -42,6 +46,8 @@ from wheeltapper.march.series import enter_law, localise, localise_marks, path_a
 # What is summed: what is missing, its largest amount so far, works and losses by amount, largest energies.
 MISSING, LARGEST_MISSING, WORKED, LARGEST_KINETIC, LARGEST_ELASTIC = range(5)
 SUMS = 5
+ROUNDING = 1e-10
+"""An indentation below this part of the displacement is rounding: there the contact opens."""
 
 
 def _rule(terms: int) -> FloatArray:
@@ -57,72 +63,102 @@ SHORT_RULE, LONG_RULE = _rule(SHORT), _rule(LONG)
 
 
 @kernel
-def _enter(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray, step: FloatArray, time: float, S: FloatArray
-) -> None:
-    """Put the piece and the law of a step in S, as functions of the time after `time`."""
-    localise(pieces, numbers, int(step[PIECE]), step[SHIFT], time, S)
+def _enter(pieces: FloatArray, numbers: FloatArray, law: FloatArray, state: FloatArray, S: FloatArray) -> None:
+    """Put the piece and the law of a state in S, as functions of the time from there on."""
+    localise(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
     if law.shape[0] > 0:
-        localise_marks(pieces, numbers, int(step[PIECE]), step[SHIFT], time, S)
-        enter_law(int(step[PHASE]) - YIELDING if step[PHASE] >= YIELDING else -1, law, S)
+        localise_marks(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
+        enter_law(int(state[PHASE]) - YIELDING if state[PHASE] >= YIELDING else -1, law, S)
 
 
 @kernel
-def held_at(step: FloatArray, S: FloatArray) -> tuple[float, float]:
-    """Return displacement and velocity of the wheel in a state whose piece stands in S."""
-    if not touches(step):
-        return step[A], step[B]
+def _base(state: FloatArray, S: FloatArray) -> tuple[float, float]:
+    """Return displacement and velocity of the rail under the wheel in a state whose piece stands in S."""
     height, velocity, _ = path_at(0.0, S)
-    if step[ON_DECK] != 0.0:
-        height += step[DECK_Y]
-        velocity += step[DECK_V]
-    return height - step[A] * step[A], velocity - step[B]
+    if state[ON_DECK] != 0.0:
+        height += state[DECK_Y]
+        velocity += state[DECK_V]
+    return height, velocity
 
 
 @kernel
-def _energy(numbers: FloatArray, y: float, v: float, deck_y: float, deck_v: float) -> float:
-    """Return kinetic energy, that of the springs, and that of the wheel's weight."""
+def _wheel(state: FloatArray, S: FloatArray) -> tuple[float, float]:
+    """Return displacement and velocity of the wheel in a state whose piece stands in S."""
+    if not touches(state):
+        return state[A], state[B]
+    height, velocity = _base(state, S)
+    return height - state[A] * state[A], velocity - state[B]
+
+
+@inlined_kernel
+def _motion_and_power(
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray, damper: FloatArray | None, state: FloatArray,
+    S: FloatArray, out: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
+    """Return displacement and velocity of the wheel in a state, and write the power."""
+    plain = law.shape[0] == 0 and numbers[contract.DECK_MASS] == 0.0
+    if damper is None and plain and touches(state):
+        return plain_power(pieces, numbers, state, S, out)
+    _enter(pieces, numbers, law, state, S)
+    return power(numbers, damper, state, S, out)
+
+
+@kernel
+def _put_wheel(y: float, v: float, state: FloatArray, S: FloatArray) -> None:
+    """Write displacement and velocity of the wheel into a state whose piece stands in S, as its phase has them."""
+    state[A], state[B] = y, v
+    if touches(state):
+        height, velocity = _base(state, S)
+        depth = height - y
+        state[A] = sqrt(depth) if depth > ROUNDING * (1.0 + abs(y)) else 0.0
+        state[B] = velocity - v
+
+
+@kernel
+def _energy(numbers: FloatArray, state: FloatArray, y: float, v: float) -> float:
+    """Return kinetic energy, that of the springs, and that of the wheel's weight; the state tells the deck's motion."""
     wheel = 0.5 * v * v + 0.5 * numbers[contract.STIFFNESS] * y * y + y
+    deck_y, deck_v = state[DECK_Y], state[DECK_V]
     deck = numbers[contract.DECK_MASS] * deck_v * deck_v + numbers[contract.DECK_STIFFNESS] * deck_y * deck_y
     return wheel + 0.5 * deck
 
 
 @kernel
-def _short_sum(h: float, a: FloatArray, b: FloatArray) -> float:
-    """Return the integral over a step of length h from the series at its ends, of SHORT terms."""
-    r = SHORT_RULE
-    return h * (
-        r[0] * (a[0] + b[0]) + h * (r[1] * (a[1] - b[1]) + h * (r[2] * (a[2] + b[2]) + h * r[3] * (a[3] - b[3])))
-    )
+def _short_sum(h: float, k: int, begins: FloatArray, ends: FloatArray) -> float:
+    """Return the integral over a step of length h of the power at k, from SHORT terms."""
+    total = SHORT_RULE[3] * (begins[k + 3] - ends[k + 3])
+    total = SHORT_RULE[2] * (begins[k + 2] + ends[k + 2]) + h * total
+    total = SHORT_RULE[1] * (begins[k + 1] - ends[k + 1]) + h * total
+    return h * (SHORT_RULE[0] * (begins[k] + ends[k]) + h * total)
 
 
 @kernel
-def _long_sum(h: float, a: FloatArray, b: FloatArray) -> float:
+def _long_sum(h: float, k: int, begins: FloatArray, ends: FloatArray) -> float:
     """Return the same from LONG terms."""
     total, power, sign = 0.0, h, 1.0
     for n in range(LONG):
-        total += power * LONG_RULE[n] * (a[n] + sign * b[n])
+        total += power * LONG_RULE[n] * (begins[k + n] + sign * ends[k + n])
         power *= h
         sign = -sign
     return total
 
 
-@kernel
-def settle(
+@inlined_kernel
+def _add(
     numbers: FloatArray, step: FloatArray, after: FloatArray, y: float, v: float, end_y: float, end_v: float,
     begins: FloatArray, ends: FloatArray, sums: FloatArray,
 ) -> None:  # fmt: skip
     """Add one step to the sums, with the wheel's motion and the power at its start and at its end."""
+    h = step[LENGTH]
     if touches(step):
-        worked = _short_sum(step[LENGTH], begins[PATH], ends[PATH])
-        gained = _short_sum(step[LENGTH], begins[CONTACT_WORK], ends[CONTACT_WORK])
-        lost = _short_sum(step[LENGTH], begins[LOST], ends[LOST])
+        worked = _short_sum(h, PATH, begins, ends)
+        gained = _short_sum(h, CONTACT_WORK, begins, ends)
+        lost = _short_sum(h, LOST, begins, ends)
     else:
-        worked = _long_sum(step[LENGTH], begins[PATH], ends[PATH])
-        gained = _long_sum(step[LENGTH], begins[CONTACT_WORK], ends[CONTACT_WORK])
-        lost = _long_sum(step[LENGTH], begins[LOST], ends[LOST])
-    change = _energy(numbers, end_y, end_v, after[DECK_Y], after[DECK_V])
-    change -= _energy(numbers, y, v, step[DECK_Y], step[DECK_V])
+        worked = _long_sum(h, PATH, begins, ends)
+        gained = _long_sum(h, CONTACT_WORK, begins, ends)
+        lost = _long_sum(h, LOST, begins, ends)
+    change = _energy(numbers, after, end_y, end_v) - _energy(numbers, step, y, v)
     if step[ON_DECK] != 0.0:
         change -= numbers[contract.PRESTRESS] * (after[DECK_Y] - step[DECK_Y])
     sums[MISSING] += change - (worked - gained - lost)
@@ -132,70 +168,59 @@ def settle(
     sums[LARGEST_ELASTIC] = max(sums[LARGEST_ELASTIC], abs(gained))
 
 
+@inlined_kernel
+def _goes_on(step: FloatArray, after: FloatArray) -> bool:
+    """Return whether nothing but the motion is another in the state after a step."""
+    same = True
+    for column in (PHASE, PIECE, SHIFT, ON_DECK):
+        same = same and after[column] == step[column]
+    return same and (len(step) < ENDED_COLUMNS or after[END_MODE] == step[END_MODE])
+
+
 @kernel
-def seen_from(step: FloatArray, after: FloatArray, y: float, v: float, S: FloatArray) -> tuple[float, float]:
-    """Return u and w at the end of a contact step, whose piece stands in S, from the wheel's motion there."""
-    height, velocity, _ = path_at(0.0, S)
-    if step[ON_DECK] != 0.0:
-        height += after[DECK_Y]
-        velocity += after[DECK_V]
-    depth = height - y
-    return sqrt(depth) if depth > DOT * (1.0 + abs(y)) else 0.0, velocity - v
+def _leave(
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray, step: FloatArray, after: FloatArray, y: float, v: float,
+    S: FloatArray, end: FloatArray,
+) -> None:  # fmt: skip
+    """Write the state after a step as that step left it, with the wheel's motion there, into `end`."""
+    for k in range(len(end)):
+        end[k] = after[k]
+    for column in (PHASE, PIECE, SHIFT, ON_DECK):
+        end[column] = step[column]
+    if len(step) == ENDED_COLUMNS and after[END_MODE] != step[END_MODE]:
+        end[END_MODE] = step[END_MODE]
+        end[END_DEFLECTION] = 0.0  # nothing is let go before its force is gone
+    _enter(pieces, numbers, law, end, S)
+    _put_wheel(y, v, end, S)
 
 
 @kernel
 def balance_kernel(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray, steps: FloatArray, last: FloatArray, sums: FloatArray
-) -> None:
-    """Add what some steps, after which the state is `last`, leave missing and exchange to `sums` (SUMS,)."""
-    S = np.zeros(SCRATCH)
-    P = np.zeros((4, LONG))
-    begins, ends = np.zeros((3, LONG)), np.zeros((3, LONG))
-    work = np.zeros(contract.TERMS)
-    plain = law.shape[0] == 0 and numbers[contract.DECK_MASS] == 0.0
-    known = False
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray, damper: FloatArray | None, steps: FloatArray,
+    last: FloatArray, sums: FloatArray,
+) -> None:  # fmt: skip
+    """Add what some steps, after which the state is `last`, leave missing and exchange to `sums` (SUMS,).
+
+    `damper` is None where the wheel holds its end: its type tells the compiler which series to leave out.
+    """
+    S = np.zeros(ENDED_SCRATCH)
+    begins, ends = np.zeros(POWERS), np.zeros(POWERS)
+    end = np.empty(steps.shape[1])
+    same = False
     y = v = 0.0
     for i in range(len(steps)):
         step = steps[i]
         after = steps[i + 1] if i + 1 < len(steps) else last
-        contact, on_deck = touches(step), step[ON_DECK] != 0.0
-        if not known and contact and plain:
-            y, v = plain_power(pieces, numbers, step, step[TIME], True, y, v, step[A], step[B], work, begins)
-        elif not known:
-            _enter(pieces, numbers, law, step, step[TIME], S)
-            y, v = held_at(step, S)
-            if contact:
-                contact_power(numbers, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S, P, begins)
-            else:
-                bonded = step[PHASE] == BONDED
-                free_power(numbers, bonded, y, v, step[DECK_Y], step[DECK_V], on_deck, S, P, begins)
-        # -- the end, as this step sees it
-        known = (
-            contact
-            and step[PHASE] == after[PHASE]
-            and step[PIECE] == after[PIECE]
-            and step[SHIFT] == after[SHIFT]
-            and step[ON_DECK] == after[ON_DECK]
-        )
-        if known and plain:
-            end_y, end_v = plain_power(pieces, numbers, after, after[TIME], True, y, v, after[A], after[B], work, ends)
+        if not same:
+            y, v = _motion_and_power(pieces, numbers, law, damper, step, S, begins)
+        same = _goes_on(step, after)
+        if same:
+            end_y, end_v = _motion_and_power(pieces, numbers, law, damper, after, S, ends)
         else:
-            _enter(pieces, numbers, law, after, after[TIME], S)
-            end_y, end_v = held_at(after, S)
-        if known and plain:
-            pass
-        elif contact and plain:
-            plain_power(pieces, numbers, step, after[TIME], False, end_y, end_v, 0.0, 0.0, work, ends)
-        elif known:
-            contact_power(numbers, after[A], after[B], after[DECK_Y], after[DECK_V], on_deck, S, P, ends)
-        else:
-            _enter(pieces, numbers, law, step, after[TIME], S)
-            if contact:
-                u, w = seen_from(step, after, end_y, end_v, S)
-                contact_power(numbers, u, w, after[DECK_Y], after[DECK_V], on_deck, S, P, ends)
-            else:
-                bonded = step[PHASE] == BONDED
-                free_power(numbers, bonded, end_y, end_v, after[DECK_Y], after[DECK_V], on_deck, S, P, ends)
-        settle(numbers, step, after, y, v, end_y, end_v, begins, ends, sums)
+            _enter(pieces, numbers, law, after, S)
+            end_y, end_v = _wheel(after, S)
+            _leave(pieces, numbers, law, step, after, end_y, end_v, S, end)
+            _motion_and_power(pieces, numbers, law, damper, end, S, ends)
+        _add(numbers, step, after, y, v, end_y, end_v, begins, ends, sums)
         begins, ends = ends, begins
         y, v = end_y, end_v

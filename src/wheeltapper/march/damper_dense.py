@@ -54,7 +54,7 @@ def _prepare(pieces: FloatArray, numbers: FloatArray, damper: FloatArray, step: 
     """Compute the series of a step; return True for a contact step."""
     localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
     if touches(step):
-        contact_with_end(numbers, damper, step, S)
+        contact_with_end(numbers, int(numbers[contract.ORDER]), damper, step, S)
         return True
     flight_with_end(numbers, damper, step, S)
     return False

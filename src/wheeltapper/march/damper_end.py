@@ -108,15 +108,6 @@ FORGIVEN = 2.0
 
 
 @kernel
-def _log_step(length: float, steps: FloatArray, S: FloatArray, logged: bool) -> None:
-    """Write the step's row, or what of it belongs to the end."""
-    if not logged:
-        log_step(length, steps, S)
-    for k in range(END_MODE, ENDED_COLUMNS):
-        steps[int(S[COUNT]) - 1, k] = S[STATE + k]
-
-
-@kernel
 def _reach(numbers: FloatArray, damper: FloatArray, S: FloatArray) -> float:
     """Return the step in s at which the last terms of the series, of the bush's too, reach the tolerance.
 
@@ -156,7 +147,7 @@ def _contact_step(
     tolerance = numbers[contract.TOLERANCE]
     length = 0.0
     for switched in range(MOST_SWITCHES + 1):
-        contact_with_end(numbers, damper, S[STATE : STATE + ENDED_COLUMNS], S)
+        contact_with_end(numbers, order, damper, S[STATE : STATE + ENDED_COLUMNS], S)
         length = _reach(numbers, damper, S)
         if switched == MOST_SWITCHES or not changes_hold(damper, WHEEL_Y, order, length, tolerance, stops, S):
             break
@@ -171,7 +162,6 @@ def _contact_step(
     trend, degree = trend_series(numbers, order, S)
     follow_on(max(S[N], 0.0), peaks, S)
     conclude(numbers, until, length, after, u, w, what, trend, degree, turns, steps, events, peaks, S)
-    _log_step(length, steps, S, True)
     stretch(damper, order, length, S)
     if what == NOTHING and root != NONE and numbers[contract.HYSTERESIS] != 0.0:
         S[MARK + AT_BREAK] = 1.0  # the force's own rate may jump with the damper's force
@@ -204,7 +194,7 @@ def _flight_step(
     follow_on(0.0, peaks, S)
     if what == BREAK:
         follow_to_break(until, 0.0, peaks, S)
-    _log_step(length, steps, S, False)
+    log_step(length, steps, S)
     stretch(damper, FLIGHT_ORDER, length, S)
     S[STATE + TIME] = until if what == BREAK else time + length
     S[STATE + A] = evaluate(S, U, FLIGHT_ORDER, length)

@@ -136,8 +136,8 @@ def _contact_force(numbers: FloatArray, n: int, S: FloatArray) -> float:
 
 
 @kernel
-def contact_with_end(numbers: FloatArray, damper: FloatArray, state: FloatArray, S: FloatArray) -> None:
-    """Fill the rows of one contact step from a state (or a row of steps), N up to one order less than the others."""
+def contact_with_end(numbers: FloatArray, order: int, damper: FloatArray, state: FloatArray, S: FloatArray) -> None:
+    """Fill the rows of one contact step up to `order` from a state (or a row of steps), N up to one order less."""
     K = numbers[contract.STIFFNESS]
     mass = numbers[contract.DECK_MASS]
     G, soft, rate = held(state[END_MODE], damper)
@@ -148,7 +148,7 @@ def contact_with_end(numbers: FloatArray, damper: FloatArray, state: FloatArray,
     _start_horner(COMP, degree, HORNER, S)
     if S[HERE + FACTOR_DEGREE] >= 0.0:
         _start_horner(HERE + FACTOR, int(S[HERE + FACTOR_DEGREE]), HORNER_FACTOR, S)
-    for n in range(int(numbers[contract.ORDER])):
+    for n in range(order):
         part = 1.0 / (n + 1)
         force = _contact_force(numbers, n, S)
         if n > 0:

@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import (
     COUNT,
     EVENTS,
@@ -90,8 +90,9 @@ def force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) 
 
 @kernel
 def log_step(length: float, steps: FloatArray, S: FloatArray) -> None:
+    """Write the row of a step from the present state."""
     row = int(S[COUNT])
-    for k in range(LENGTH):
+    for k in range(steps.shape[1]):
         steps[row, k] = S[STATE + k]
     steps[row, LENGTH] = length
     S[COUNT] += 1
@@ -122,7 +123,7 @@ def forget(S: FloatArray) -> None:
     S[MARK + LOWEST] = np.inf
 
 
-@kernel
+@inlined_kernel
 def follow(time: float, force: float, corner: float, peaks: FloatArray, mark: FloatArray, counts: FloatArray) -> None:
     """Take the force's next value; log the maximum before it as soon as the force has fallen from it.
 
@@ -149,14 +150,14 @@ def follow(time: float, force: float, corner: float, peaks: FloatArray, mark: Fl
         mark[LOWEST] = force
 
 
-@kernel
+@inlined_kernel
 def follow_on(force: float, peaks: FloatArray, S: FloatArray) -> None:
     """Take the force at the present state, where a step begins."""
     follow(S[STATE + TIME], force, S[MARK + AT_BREAK], peaks, S[MARK:], S[COUNT:])
     S[MARK + AT_BREAK] = 0.0
 
 
-@kernel
+@inlined_kernel
 def follow_to_break(until: float, force: float, peaks: FloatArray, S: FloatArray) -> None:
     """Take the force just before a breakpoint."""
     follow(until, force, 1.0, peaks, S[MARK:], S[COUNT:])

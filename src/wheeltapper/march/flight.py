@@ -30,7 +30,7 @@ from wheeltapper.march.program import FloatArray
 
 
 @kernel
-def _path_series(order: int, S: FloatArray) -> None:
+def path_series(order: int, S: FloatArray) -> None:
     """Put the path's own series in time in row F."""
     degree = int(S[HERE + DEGREE])
     for k in range(order + 1):
@@ -69,7 +69,7 @@ def flight_series(
     numbers: FloatArray, order: int, y: float, v: float, deck_y: float, deck_v: float, on_deck: bool, S: FloatArray
 ) -> None:
     """Fill U (y), W (v), CLEAR (y_k + Y - y) and, with a deck, Y and Z up to `order`, as series in time."""
-    _path_series(order, S)
+    path_series(order, S)
     _free_series(numbers[contract.STIFFNESS], numbers[contract.DAMPING], -1.0, y, v, U, W, order, S)
     for n in range(order + 1):
         S[CLEAR + n] = S[F + n] - S[U + n]
@@ -92,7 +92,7 @@ def bonded_series(
     """Fill the same rows in a bilateral contact, and N = factor·(y_k + Y - y), tension included."""
     deck = numbers[contract.DECK_MASS] > 0.0
     fdegree = int(S[HERE + FACTOR_DEGREE])
-    _path_series(order, S)
+    path_series(order, S)
     S[U] = y
     S[W] = v
     S[Y] = deck_y

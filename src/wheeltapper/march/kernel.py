@@ -77,6 +77,8 @@ def temporary() -> str:
 caching.CacheImpl._locator_classes[:0] = [_Environment, _InTree, _UserWide, _ForThisProcess]
 
 kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True)
+inlined_kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True, forceinline=True)
+"""For a kernel that does less than its call costs."""
 plain_kernel = numba.njit(cache=True, error_model="numpy", nogil=True)
 """For what must be right to the last digit: sums stay in the order in which they are written."""
 

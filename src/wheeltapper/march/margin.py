@@ -1,7 +1,7 @@
 """How far a wheel is from losing contact once more, or has gone beyond: a margin that passes zero smoothly.
 
 march each cell to the impact that ends the loss in question, or to the end; then go through its steps once more
-the loss happened      the smallest of the indentation in its flight, minus the largest clearance
+the loss happened      the smallest indentation in its flight: minus the largest clearance
 it did not             the smallest indentation since the impact before it
 with material damping  there the force also ends where 1 + η·w does: the smaller of both counts
 """

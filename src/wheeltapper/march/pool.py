@@ -9,7 +9,7 @@ import numpy as np
 from wheeltapper.march import lane_rows as lane
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import follow, log_event
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.lane_rows import LANES
 from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE
 from wheeltapper.march.program import (
@@ -146,7 +146,7 @@ def put_back(cell: int, rows: FloatArray, S: FloatArray) -> None:
         rows[cell, k] = S[STATE + k]
 
 
-@kernel
+@inlined_kernel
 def own(cell: int, events: int, peaks: int, pool: Pool) -> None:
     """Claim the newest events and peaks for a cell."""
     for _ in range(events):
@@ -176,7 +176,7 @@ def note(cell: int, time: float, which: int, rate: float, pool: Pool) -> bool:
     return False
 
 
-@kernel
+@inlined_kernel
 def track(cell: int, time: float, force: float, corner: float, pool: Pool) -> None:
     """Take the next value of a cell's contact force."""
     counts = pool.rows[cell, COUNTS:LOCAL]

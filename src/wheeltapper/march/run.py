@@ -36,7 +36,7 @@ from wheeltapper.ground.needs import (
     rank,
 )
 from wheeltapper.march.assembly import Assembly
-from wheeltapper.march.program import ENDED_COLUMNS, STEP_COLUMNS, STOP_COLUMNS, FloatArray, IntArray, Program
+from wheeltapper.march.program import STOP_COLUMNS, FloatArray, IntArray, Program
 from wheeltapper.march.telling import Tell, untold
 
 if TYPE_CHECKING:
@@ -313,30 +313,24 @@ def integrals(program: Program, found: March, nodes: int) -> tuple[FloatArray, F
     return out, ends
 
 
-def _balance(program: Program) -> tuple[Any, tuple[FloatArray, ...]]:
-    """Return the kernel that checks the energy of a program's march, and what it takes of the program."""
-    if len(program.damper):
-        from wheeltapper.march.damper_balance import damper_balance_kernel
-
-        return damper_balance_kernel, (program.pieces, program.numbers, program.damper)
-    from wheeltapper.march.balance import balance_kernel
-
-    return balance_kernel, (program.pieces, program.numbers, program.law)
+def _checked(program: Program) -> tuple[Any, ...]:
+    return program.pieces, program.numbers, program.law, program.damper if len(program.damper) else None
 
 
 def balance_is_ready(program: Program) -> bool:
     """Return False where checking the energy of a program's march begins with compiling."""
+    from wheeltapper.march.balance import balance_kernel
     from wheeltapper.march.kernel import is_compiled
 
-    kernel, arguments = _balance(program)
-    columns = ENDED_COLUMNS if len(program.damper) else STEP_COLUMNS
-    return is_compiled(kernel, (*arguments, np.empty((1, columns)), np.empty(1), np.empty(1)))
+    return is_compiled(balance_kernel, (*_checked(program), np.empty((1, 1)), np.empty(1), np.empty(1)))
 
 
 def balance(program: Program, steps: FloatArray, after: FloatArray, sums: FloatArray) -> None:
     """Add what some steps, after which comes `after`, leave missing of the energy and exchange to `sums`."""
-    kernel, arguments = _balance(program)
-    kernel(*arguments, steps, after, sums)
+    from wheeltapper.march.balance import balance_kernel
+
+    pieces, numbers, law, damper = _checked(program)
+    balance_kernel(pieces, numbers, law, damper, steps, after, sums)
 
 
 # -- many cells, and derivatives --------------------------------------------------------------------------------------

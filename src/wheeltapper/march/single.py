@@ -311,13 +311,13 @@ def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S:
 
 
 class March(NamedTuple):
-    """What a march leaves: tables of steps, events and peaks in scaled units, the last state, and the status."""
+    """What a march leaves: its status, tables of steps, events and peaks in scaled units, and the last state."""
 
     status: int
-    steps: FloatArray  # (steps, STEP_COLUMNS)
+    steps: FloatArray  # (steps, STEP_COLUMNS), where the damper has an end of its own (steps, ENDED_COLUMNS)
     events: FloatArray  # (events, EVENT_COLUMNS)
     peaks: FloatArray  # (peaks, PEAK_COLUMNS)
-    state: FloatArray  # (LENGTH,)
+    state: FloatArray  # the last one, as a row of steps without a length
 
 
 def grown(table: FloatArray, used: float) -> FloatArray:
@@ -340,7 +340,7 @@ def tables() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
 def tabled(status: int, steps: FloatArray, events: FloatArray, peaks: FloatArray, work: FloatArray) -> March:
     """Return what a march has written."""
     used = work[COUNT : COUNT + 3].astype(int)
-    state = work[STATE : STATE + LENGTH].copy()
+    state = work[STATE : STATE + steps.shape[1]].copy()
     return March(status, steps[: used[0]], events[: used[1]], peaks[: used[2]], state)
 
 

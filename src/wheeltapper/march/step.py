@@ -75,6 +75,20 @@ def contact_reach(numbers: FloatArray, suspension: float, S: FloatArray) -> floa
 
 
 @kernel
+def is_written_out(numbers: FloatArray, S: FloatArray) -> bool:
+    """Return True where unrolled.py and the lanes know the contact, and nothing but accuracy limits its steps."""
+    return bool(
+        numbers[contract.DECK_MASS] == 0.0
+        and numbers[contract.HYSTERESIS] == 0.0
+        and numbers[contract.QUADRATIC] == 0.0
+        and numbers[contract.CUBIC] == 1.0
+        and numbers[contract.STIFFNESS] + numbers[contract.DAMPING] <= SLOW
+        and S[HERE + DEGREE] == 0.0
+        and S[HERE + FACTOR_DEGREE] < 0.0
+    )
+
+
+@kernel
 def contact_advance(
     numbers: FloatArray, strict: bool | None, until: float, limit: int, steps: FloatArray, S: FloatArray
 ) -> tuple[float, float, float, float, bool]:
@@ -85,15 +99,7 @@ def contact_advance(
     its type tells the compiler which order to leave out.
     """
     order = int(numbers[contract.ORDER])
-    if (
-        numbers[contract.DECK_MASS] == 0.0
-        and numbers[contract.HYSTERESIS] == 0.0
-        and numbers[contract.QUADRATIC] == 0.0
-        and numbers[contract.CUBIC] == 1.0
-        and numbers[contract.STIFFNESS] + numbers[contract.DAMPING] <= SLOW
-        and S[HERE + DEGREE] == 0.0
-        and S[HERE + FACTOR_DEGREE] < 0.0
-    ):
+    if is_written_out(numbers, S):
         K = numbers[contract.STIFFNESS]
         G = numbers[contract.DAMPING]
         load = 1.0 + K * S[HERE + POLY]

@@ -36,14 +36,12 @@ def missing_part(lowered: Lowered, march: March) -> float:
     """Return the largest part of the energy exchanged that was missing at any time of a march; NaN where it is lost."""
     from wheeltapper.march import balance
 
-    sums = np.zeros(balance.SUMS)
-    steps, last = march.steps, march.state
-    if len(lowered.program.damper):
-        steps, last = steps[:-1], steps[-1]  # where the end is at last stands in no state
+    sums, steps = np.zeros(balance.SUMS), march.steps
     for first in range(0, len(steps), CHUNK):
         progress.report("checking the energy", first, len(steps))
         after = first + CHUNK
-        run.balance(lowered.program, steps[first:after], steps[after] if after < len(steps) else last, sums)
+        last = steps[after] if after < len(steps) else march.state
+        run.balance(lowered.program, steps[first:after], last, sums)
     exchanged = sums[balance.WORKED] + sums[balance.LARGEST_KINETIC] + sums[balance.LARGEST_ELASTIC] + AT_REST
     missing = sums[balance.LARGEST_MISSING] if np.isfinite(sums[balance.MISSING]) else np.nan
     return float(missing / exchanged)

@@ -313,7 +313,7 @@ def custom(
 def _number(name: str, found: Any) -> Any:
     """Return what a user's own feature has found, if it is one number."""
     found = found.item() if isinstance(found, np.ndarray) and found.ndim == 0 else found
-    if not isinstance(found, Number):
+    if not isinstance(found, Number) or np.asarray(found).dtype.kind == "O":  # such as 10**400
         raise InputError("", name, shown(found), "one number, as what the feature's function returns")
     return found
 

@@ -80,14 +80,15 @@ def read_recording(
         several columns that may be meant; doubled or falling times, jitter above 1 %, gaps of broken steps; or an
         argument contradicts it (rates by more than 0.1 %).
     """
-    path, largest = as_path(path, "path", "the path of a recording"), as_quantity(largest, "largest", "number")
-    check_flag(apart, "apart")
-    if quantity is not None:
-        check_choice(quantity, "quantity", QUANTITIES)
-    for name, given in (("column", column), ("time", time)):
-        if not (given is None or isinstance(given, str | Integral)) or isinstance(given, bool):
-            raise InputError("", name, shown(given), "a name, a header or a number from 0")
+    path = as_path(path, "path", "the path of a recording")
     try:
+        largest = as_quantity(largest, "largest", "number")
+        check_flag(apart, "apart")
+        if quantity is not None:
+            check_choice(quantity, "quantity", QUANTITIES)
+        for name, given in (("column", column), ("time", time)):
+            if not (given is None or isinstance(given, str | Integral)) or isinstance(given, bool):
+                raise InputError("", name, shown(given), "a name, a header or a number from 0")
         table = (read_apart if apart else read_file)(path, largest)
         stated = _stated_rate(table.facts.get("rate"), rate)
         samples, clock = choose(table, column, time, quantity)

@@ -14,6 +14,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_path, as_quantity
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.outcome import Outcome
+from wheeltapper.ground.progress import report, watched
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
@@ -233,7 +234,9 @@ class Record:
 
     @cached_property
     def _integrals(self) -> energy.Integrals:
-        return energy.integrate(self._lowered, self._march)
+        with watched(True):
+            report("integrating over every step", 0.0, 0.0)
+            return energy.integrate(self._lowered, self._march)
 
     @cached_property
     def energy(self) -> xr.Dataset:

@@ -198,4 +198,4 @@ def march_of(data: xr.Dataset, program: Program) -> tuple[FloatArray, ...]:
         stops = table(data, "march_stops", None, contract.STOP_COLUMNS)
         rising("march_stops", stops[:, contract.STOP_TIME], end)
         whole("march_stops", stops[:, contract.STOP_KIND], contract.REACHED, contract.LEFT)
-    return steps, events, peaks, state[: contract.LENGTH], stops
+    return steps, events, peaks, state, stops

@@ -13,6 +13,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.outcome import Outcome
+from wheeltapper.ground.progress import report, watched
 from wheeltapper.lower.wagon import DECK, LoweredWagon
 from wheeltapper.march import assembly as contract
 from wheeltapper.march import program
@@ -261,7 +262,9 @@ class WagonRecord(Record):
     def _works(self) -> tuple[FloatArray, ...]:
         from wheeltapper.record.wagon_energy import works
 
-        return works(self._lowered, self._march, self.scenario)
+        with watched(True):
+            report("integrating over every step", 0.0, 0.0)
+            return works(self._lowered, self._march, self.scenario)
 
     @cached_property
     def energy(self) -> xr.Dataset:

@@ -23,7 +23,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.record.reading_apart import how_it_ended
 
 STILLBORN = 4
-"""So many processes in a row that die before they can take a task are not bad luck."""
+"""After so many processes in a row that died as they started there is no room for more: the others go on without."""
 LINGERING = 1.0
 """Seconds that a process may take to end after it has closed its connection."""
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
@@ -67,7 +67,7 @@ def in_processes(
     InputError
         If one of these cannot be pickled, and several processes are to have it.
     ProcessError
-        If processes die one after the other before they can take a task.
+        If processes die as they start until none is left.
     """
     allowed = (os.cpu_count() or 1) if workers is None else as_count(workers, "workers")
     many = min(allowed, len(tasks))
@@ -103,7 +103,11 @@ def _computed(work: bytes, tasks: list[tuple[int, Any]], many: int) -> Generator
                     del workers[connection]
                     stillborn += not worker.ready
                     if stillborn == STILLBORN:
-                        raise ProcessError(f"the last {stillborn} processes died as they started: one {answer.reason}")
+                        stillborn, many = 0, len(workers)
+                        if not many:
+                            raise ProcessError(
+                                f"{STILLBORN} processes died as they started, the last one {answer.reason}"
+                            )
                 else:
                     stillborn = 0
                     worker.take(waiting)

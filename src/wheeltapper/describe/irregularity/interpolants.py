@@ -49,7 +49,7 @@ class _Width:
 
     def _forget(self) -> None:
         self._keys = np.empty(0, dtype=np.int64)
-        self._derivatives = [np.empty((0, COUNT - order)) for order in (1, 2)]
+        self._derivatives = [np.empty((COUNT - order, 0)) for order in (1, 2)]
         self._tail, self._coarse, self._calm = np.empty(0), np.empty(0, dtype=bool), np.empty(0, dtype=bool)
 
     def evaluate(self, x: FloatArray, order: int) -> _Found:
@@ -66,7 +66,9 @@ class _Width:
     def _evaluated(self, x: FloatArray, keys: NDArray[np.int64], order: int) -> _Found:
         row = self._rows(keys)
         xi = (x - self._middles(keys)) / self._half
-        value = chebyshev.chebval(xi, self._derivatives[order - 1][row].T, tensor=False)
+        value: FloatArray = np.asarray(
+            chebyshev.chebval(xi, self._derivatives[order - 1][:, row], tensor=False), dtype=np.float64
+        )
         return _Found(value, self._tail[row], self._coarse[row], self._calm[row])
 
     def _middles(self, keys: NDArray[np.int64]) -> FloatArray:
@@ -99,8 +101,8 @@ class _Width:
         self._coarse = np.concatenate([self._coarse, tail > allowed])[order]
         self._calm = np.concatenate([self._calm, tail < CALM * changes])[order]
         for k, held in enumerate(self._derivatives):
-            made = chebyshev.chebder(coefficients.T, k + 1).T / self._half ** (k + 1)
-            self._derivatives[k] = np.concatenate([held, made])[order]
+            made = chebyshev.chebder(coefficients.T, k + 1) / self._half ** (k + 1)
+            self._derivatives[k] = np.concatenate([held, made], axis=1)[:, order]
 
 
 class Interpolants:
