@@ -8,7 +8,8 @@ from typing import Any
 import wheeltapper
 from wheeltapper._version import __version__
 
-sys.path.insert(0, str(Path(__file__).parent))  # for gallery_figures and kinds
+sys.path.insert(0, str(Path(__file__).parent))  # for abilities, gallery_figures and kinds
+import abilities
 
 project = "wheeltapper"
 copyright = "The wheeltapper developers"
@@ -59,6 +60,7 @@ def at_the_front_door(app: Any, what: str, name: str, obj: Any, skip: bool, opti
 
 
 def setup(app: Any) -> None:
-    """Connect the hooks."""
+    """Write the page that is made of data, and connect the hooks."""
+    abilities.PAGE.write_text(abilities.page(), encoding="utf-8")
     app.connect("autodoc-process-docstring", as_written)
     app.connect("autodoc-skip-member", at_the_front_door)

@@ -55,7 +55,11 @@ type = "WheelRail"
         ("irregularity.right", 'irregularity."wheelset 5"', ("wheelset 5", "1 to 4")),
         ("irregularity.right", "irregularity.rihgt", ("rihgt", "left")),
         ('type = "Hertz"', 'type = "Hertz"\nconstant = 1e11', ("contact.constant", "constant_per_wheel")),
-        ('type = "Hertz"', 'type = "Linear"\nstiffness = 1e9', ("contact", "Linear", "Hertz")),
+        (
+            'type = "Hertz"',
+            'type = "Linear"\nstiffness = 1e9',
+            ("contact", "a linear contact together with a Wagon", "Hertz"),
+        ),
         ('type = "Hertz"', 'type = "Hertz"\nhysteresis = 0.2', ("contact", "hysteresis")),
         ("speed = 5.0", "speed = 5.0\nstart = {displacement = 0.001}", ("start", "equilibrium")),
         ('"ErriB176"', '"ErriB176"\nwithout = ["damper 9"]', ("vehicle.elements", "damper 9", "primary spring 1 left")),
@@ -127,7 +131,7 @@ def test_places_and_creep_are_for_wagons_only():
     wheelset = {"mass": 1500, "load": 9e4, "stiffness": 0, "damping": 0, "radius": 0.46, "type": "Wheelset"}
     base = {"vehicle": wheelset, "speed": 5, "duration": 0.1}
     step = {"type": "Step", "height": 1e-4, "position": 0.1}
-    for more, said in (({"irregularity": {"left": step}}, "on a Wheelset"), ({"creep": {"type": "Polach"}}, "Wagon")):
+    for more, said in (({"irregularity": {"left": step}}, "with a Wheelset"), ({"creep": {"type": "Polach"}}, "Wagon")):
         with pytest.raises(wt.InputError, match=said):
             wt.Scenario.of(base | more)
 

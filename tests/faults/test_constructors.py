@@ -82,7 +82,7 @@ WRONG = [
     (wt.diagnosis.Sensor, {"bits": 3}, "bits: found 3; allowed: greater than or equal to 4"),
     (wt.diagnosis.Sensor, {"rat": 3}, "(did you mean 'rate'?)"),
     (wt.diagnosis.Site, {"passage": WHEELSET}, "passage: found Wheelset(mass=1500.0"),
-    (wt.diagnosis.Site, {"passage": SCENE}, "passage.track: found a StiffTrack; allowed: a FloatingDeck"),
+    (wt.diagnosis.Site, {"passage": SCENE}, "passage.track: found a stiff track, which `diagnose` does not take"),
 ]  # fmt: skip
 
 

@@ -132,6 +132,6 @@ def test_a_train_without_axles_and_neighbours_that_cannot_be_coupled():
     own = site().passage
     refused(lambda: felt(own, [(2.5, own.replaced({"contact": wt.Linear(stiffness=1e9)}))]), "contact", "coupled")
     played = own.replaced({"vehicle.damper_play": 5e-5})
-    refused(lambda: felt(own, [(2.5, played)]), "vehicle.damper_play", "5e-05", "coupled")
+    refused(lambda: felt(own, [(2.5, played)]), "vehicle.damper_play", "play of the damper", "coupled=False")
     with pytest.raises(InputError):
         Neighbour(spacing=nan)

@@ -255,9 +255,17 @@ def test_the_older_names_of_what_scatters_still_work_and_say_what_has_replaced_t
 @pytest.mark.parametrize(
     ("changes", "options", "words"),
     [
-        ({"contact": wt.Hertz(constant=1.405e11)}, {}, "contact: found Hertz; allowed: an elastic-plastic law"),
-        ({"rolling": "circle"}, {}, "rolling: found 'circle'; allowed: \"point\""),
-        ({"speed": 0.0, "irregularity": ()}, {}, "speed: found 0 m/s; allowed: more than 0 m/s"),
+        (
+            {"contact": wt.Hertz(constant=1.405e11)},
+            {},
+            "contact: found an elastic contact, which `wear_in` does not take; allowed: an elastic-plastic contact",
+        ),
+        ({"rolling": "circle"}, {}, 'rolling: found "circle", which `wear_in` does not take; allowed: "point"'),
+        (
+            {"speed": 0.0, "irregularity": ()},
+            {},
+            "speed: found 0 m/s on a contact that yields, which `wear_in` does not take; allowed: more than 0 m/s",
+        ),
         ({}, {"passes": 0}, "passes: found 0; allowed: a whole number, at least 1"),
         ({}, {"hardening": 1.5}, "hardening: found 1.5; allowed: 0 to 1"),
         ({}, {"scatter": {"load": -0.1}}, "scatter.load: found -0.1; allowed: 0 or more"),
@@ -286,5 +294,5 @@ def test_foreign_files_are_not_overwritten(tmp_path):
     text.write_text("not netCDF")
     with pytest.raises(InputError, match="no readable netCDF file"):
         wt.wear_in(one, 2, store=text)
-    with pytest.raises(InputError, match=r"others leave no marks"):
+    with pytest.raises(InputError, match=r"found an elastic contact, which `marks` does not take"):
         wt.wear.marks(wt.simulate(one.replaced({"contact": wt.Hertz(constant=1.4e11)})))

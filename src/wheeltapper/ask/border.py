@@ -15,6 +15,7 @@ from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.progress import Progress, watched
 from wheeltapper.march import program as contract
+from wheeltapper.march import run
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.features import first_loss
@@ -73,7 +74,7 @@ def border(
         raise InputError("", "over", found, "two fields, each with lowest and highest value")
     losses, resolution = as_count(losses, "losses"), as_count(resolution, "resolution", 2)
     held = cores() if threads is None else as_count(threads, "threads")
-    ends = study(scenario, over, [first_loss()], zipped=True, method=method).axes
+    ends = study(scenario, over, [first_loss()], zipped=True, method=method, question=run.BORDER).axes
     for axis in ends:
         if len(axis.values) != 2 or not axis.values[0] < axis.values[1]:
             raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value")
@@ -95,13 +96,12 @@ class _Plane:
     def margin(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the margin in m at each pair of values."""
         from wheeltapper.lower.many import Many
-        from wheeltapper.march import margin
 
         many = Many(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
         many.cells.numbers[:, contract.LAST_IMPACT] = self.losses
-        if not margin.is_ready(many.cells):
+        if not run.margins_are_ready(many.cells):
             say_that_it_compiles()
-        found = margin.margins_of(many.cells, self.losses, self.threads)
+        found = run.margins(many.cells, self.losses, self.threads)
         return np.asarray((found * many.units.length).reshape(x.shape))
 
     def curves(self, x: FloatArray, y: FloatArray) -> list[FloatArray]:

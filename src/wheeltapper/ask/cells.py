@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -15,10 +14,12 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared
 from wheeltapper.ground.progress import counting, part
 from wheeltapper.march import program as contract
-from wheeltapper.record.simulate import ModelWarning, say_that_it_compiles
+from wheeltapper.march import run
+from wheeltapper.record.simulate import say_that_it_compiles, warn
 
 if TYPE_CHECKING:
     from wheeltapper.lower.many import Many
+    from wheeltapper.march.ensemble import Marched
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -79,7 +80,7 @@ class Computed:
         if refused == len(self.status):
             raise self.refusals[0]
         what = f"{refused} of {len(self.status)} cells cannot be computed; the first: {self.refusals[0]}"
-        warnings.warn(what, ModelWarning, stacklevel=3)
+        warn(what)
 
     @staticmethod
     def joined(parts: list[Computed]) -> Computed:
@@ -133,7 +134,6 @@ def is_ready(asked: Study) -> bool:
     """Return False where computing this study begins with compiling."""
     from wheeltapper.ask import sensitivity
     from wheeltapper.lower.many import Many
-    from wheeltapper.march import ensemble
 
     first = asked.changed(tuple(slice(0, 1) for _ in asked.shape))
     try:
@@ -142,7 +142,7 @@ def is_ready(asked: Study) -> bool:
         return True  # nobody knows yet, and the first chunk will compile
     if asked.gradient:
         return sensitivity.is_ready(many, asked.gradient, asked.tally)
-    return ensemble.is_ready(many.cells, asked.tally)
+    return run.cells_are_ready(many.cells, asked.tally)
 
 
 def _set_end(asked: Study, numbers: FloatArray) -> None:
@@ -160,15 +160,14 @@ def _set_end(asked: Study, numbers: FloatArray) -> None:
 
 
 def _marched(asked: Study, many: Many, threads: int) -> Computed:
-    from wheeltapper.march import ensemble
     from wheeltapper.record.trains import Trains
 
-    if not ensemble.is_ready(many.cells, asked.tally):
+    if not run.cells_are_ready(many.cells, asked.tally):
         say_that_it_compiles()
     total = len(many.cells.first)
     values, status = np.empty((len(asked.features), total)), np.empty(total, dtype=np.int64)
 
-    def read(block: slice, marched: ensemble.Marched) -> None:
+    def read(block: slice, marched: Marched) -> None:
         trains = Trains(marched, many.units.part(block))
         for row, feature in zip(values, asked.features, strict=True):
             row[block] = feature(trains)
@@ -176,7 +175,7 @@ def _marched(asked: Study, many: Many, threads: int) -> Computed:
         count(block.stop - block.start)
 
     count = counting("cells", total)
-    ensemble.march_all(many.cells, threads, read, asked.tally)
+    run.march_cells(many.cells, threads, read, asked.tally)
     empty = np.empty((len(asked.features), 0, total))
     return Computed(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)
 

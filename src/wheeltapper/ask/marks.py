@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.irregularity.measured import Measured
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.marks import Surface
 from wheeltapper.lower.plastic import patch_semi_axis
 from wheeltapper.march import program as contract
+from wheeltapper.march import run
 from wheeltapper.record.record import Record
 
 if TYPE_CHECKING:
@@ -73,12 +73,8 @@ def marks(record: Record) -> Marks:
     if not isinstance(record, Record):
         raise InputError("", "record", f"a {type(record).__name__}", "a Record")
     scenario = record.scenario
-    contact = scenario.contact
-    if not isinstance(contact, ElasticPlastic):
-        raise InputError("", "contact", type(contact).__name__, "an elastic-plastic law: others leave no marks")
-    if scenario.speed == 0.0:
-        raise InputError("", "speed", "0 m/s", "more than 0 m/s; of impacts on one spot, see permanent_indentation")
-    lowered = record._lowered
+    run.choose(run.MARKS, scenario.needs)
+    contact, lowered = scenario.contact, record._lowered
     law, unit = lowered.program.law, lowered.length
     semi_axis = patch_semi_axis(contact, scenario.vehicle, record.static_force)
     onset = float(law[0, contract.LAW_START] * unit)

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
-from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.arguments import check_flag
-from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.standing import jacobian
 from wheeltapper.lower.wagon import DECK, LoweredWagon, lower_wagon
 from wheeltapper.march import assembly as contract
+from wheeltapper.march import run
 from wheeltapper.march.assembly import LANES, PLACES, RATE
 from wheeltapper.record.arguments import as_scenario
 
@@ -42,13 +41,6 @@ class Linear:
     rows: NDArray[np.int64]  # of each motion's displacement among the deviations; -1 where it has none
     rate_rows: NDArray[np.int64]
     mass: FloatArray
-
-
-def wagon_of(scenario: Scenario) -> Wagon:
-    """Return the scenario's wagon, or say that one is needed."""
-    if not isinstance(scenario.vehicle, Wagon):
-        raise InputError("", "vehicle", f"a {type(scenario.vehicle).__name__}", "a Wagon")
-    return scenario.vehicle
 
 
 def linearised(lowered: LoweredWagon, fixed: tuple[str, ...] = ()) -> Linear:
@@ -99,9 +91,9 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
 
     scenario = as_scenario(scenario)
     check_flag(fixed_wheelsets, "fixed_wheelsets")
-    wagon = wagon_of(scenario)
+    run.choose(run.MODES, scenario.needs)
     lowered = lower_wagon(scenario.replaced({"irregularity": None}))
-    fixed = tuple(f"wheelset {i + 1}" for i in range(len(wagon.axles))) if fixed_wheelsets else ()
+    fixed = tuple(f"wheelset {i + 1}" for i in range(len(scenario.vehicle.axles))) if fixed_wheelsets else ()
     linear = linearised(lowered, fixed)
     values, vectors = np.linalg.eig(linear.matrix)
     keep = (np.abs(values) > STILL) & (values.imag >= 0.0)

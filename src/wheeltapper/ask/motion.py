@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.vehicle.wheelset import Wheelset
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import lower, table_of
 from wheeltapper.lower.numbers import METHODS, Method
 from wheeltapper.lower.table import Table
 from wheeltapper.march import program as contract
-from wheeltapper.record.damper import sampled
+from wheeltapper.march import run
 
 FloatArray = NDArray[np.float64]
 REACH = 0.25
@@ -62,11 +61,11 @@ class _Path:
 
 
 @lru_cache(maxsize=8)
-def _table(path: _Path) -> tuple[Table, list[str]]:
+def _table(path: _Path) -> tuple[Table, list[Note]]:
     return table_of(path.scenario, path.end, path.method)
 
 
-def table_at_hand(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[str]]:
+def table_at_hand(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[Note]]:
     """Return the path of the wheel's centre to x = end (m) or farther, as lately where the wheel goes the same way."""
     return _table(_Path(scenario, end, method))
 
@@ -90,25 +89,19 @@ def motion_at(scenario: Scenario, times: FloatArray, method: str = "default") ->
     Raises
     ------
     InputError
-        If the vehicle is a wagon, or the contact does not go with a damper that has an end of its own.
+        If no march of one wheelset takes the scenario.
     """
-    from wheeltapper.march import dense, single
+    from wheeltapper.march import dense
 
-    check_wheelset(scenario)
+    run.choose(run.MOTION_AT, scenario.needs)
     path = table_at_hand(scenario, float(scenario.speed * scenario.duration), METHODS[method])
     lowered = lower(scenario, method, path)
     scaled = times / lowered.time
     lowered.program.numbers[contract.END] = min(lowered.program.numbers[contract.END], scaled.max(initial=0.0))
-    march = single.march(lowered.program)
+    march = run.march(lowered.program)
     within = scaled <= march.state[contract.TIME] * (1.0 + 1e-12)
     found = np.full((2, len(times)), np.nan)
-    rows = sampled(lowered, march, scaled[within])
+    rows = run.sample(lowered.program, march, scaled[within])
     found[0, within] = rows[:, dense.FORCE] * lowered.force
     found[1, within] = rows[:, dense.OUT_DECK_A] * (lowered.length / lowered.time**2)
     return Motion(march.status, found[0], found[1])
-
-
-def check_wheelset(scenario: Scenario) -> None:
-    """Refuse a wagon, whose motion is computed by `simulate` only."""
-    if not isinstance(scenario.vehicle, Wheelset):
-        raise InputError("", "vehicle", "a Wagon", "a Wheelset; a Wagon's motion is computed by `simulate`")

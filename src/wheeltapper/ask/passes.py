@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import lower
@@ -21,9 +20,9 @@ from wheeltapper.lower.marks import MarkedPath, Surface, height_at, marks_at
 from wheeltapper.lower.numbers import METHODS, Placing, numbers_of
 from wheeltapper.lower.plastic import dissipated_by, law_rows, loading_force, patch_semi_axis, static_depth
 from wheeltapper.march import program as contract
-from wheeltapper.march import single
+from wheeltapper.march import run
 from wheeltapper.march.program import Program
-from wheeltapper.record.yielded import beyond_law
+from wheeltapper.record.yielded import beyond_force
 
 FloatArray = NDArray[np.float64]
 
@@ -93,25 +92,16 @@ class Line:
     """
 
     def __init__(self, scenario: Scenario, scatter: Scatter, per_interval: int, method: str) -> None:
-        lawful = scenario.contact
-        if not isinstance(lawful, ElasticPlastic):
-            raise InputError(
-                "", "contact", type(scenario.contact).__name__,
-                "an elastic-plastic law (wheeltapper.contact.Thornton and others): others leave no marks",
-            )  # fmt: skip
-        if scenario.rolling != "point":
-            raise InputError("", "rolling", repr(scenario.rolling), '"point": marks lie where the wheel\'s centre is')
-        if not scenario.speed > 0:
-            raise InputError("", "speed", f"{scenario.speed:g} m/s", "more than 0 m/s")
+        run.choose(run.WEAR_IN, scenario.needs)
         scenario.check_extent()
-        self.scenario, self.contact, self.scatter, self._method = scenario, lawful, scatter, METHODS[method]
+        self.scenario, self.contact, self.scatter, self._method = scenario, scenario.contact, scatter, METHODS[method]
         lowered = lower(scenario, method)
         self.lowered = lowered
         self.length = float(scenario.speed * scenario.duration)
         if scatter.start >= self.length:
             raise InputError("", "scatter.start", f"{scatter.start:g} m", f"less than the run of {self.length:g} m")
         self.onset = float(lowered.program.law[0, contract.LAW_START] * lowered.length)
-        self.semi_axis = patch_semi_axis(lawful, scenario.vehicle, lowered.static_force)
+        self.semi_axis = patch_semi_axis(scenario.contact, scenario.vehicle, lowered.static_force)
         self.virgin = Surface.virgin(self.length, self.semi_axis, self.onset, per_interval)
         self._path = MarkedPath(lowered.table, self.virgin, self.length)
         self._samples = self.virgin.positions[self.virgin.positions < self.length]
@@ -128,7 +118,7 @@ class Line:
 
     def beyond_law(self, reached: float) -> tuple[str, ...]:
         """Return what the user should know of a contact force, N, beyond what the law was stated for."""
-        return beyond_law(self.contact, self.lowered, reached)
+        return beyond_force(self.contact, self.lowered, reached)
 
     def _drawn(self, number: int) -> tuple[float, float, float]:
         """Return speed, load and start of a pass."""
@@ -173,16 +163,15 @@ class Line:
 
     def passed(self, surface: Surface, number: int) -> tuple[Surface, Pass]:
         """Return the surface after pass `number`, and what that pass is told by."""
-        from wheeltapper.march.dense import DELTA, FORCE, OUT_COLUMNS, RESIDUAL, dense
+        from wheeltapper.march.dense import DELTA, FORCE, RESIDUAL
 
         speed, load, start = self._drawn(number)
         program, length, time = self._program(surface, speed, load, start)
-        march = single.march(program)
+        march = run.march(program)
         force = self.scenario.vehicle.mass * length / time**2
         first = int(np.searchsorted(self._samples, start))
         times = (self._samples[first:] - start) / speed / time
-        out = np.empty((len(times), OUT_COLUMNS))
-        dense(march.pieces, program.numbers, *program.law_and_damper, march.steps, times, out)
+        out = run.sample(program, march, times)
         depths = (np.maximum(out[:, DELTA], 0.0) + out[:, RESIDUAL]) * length
         reached = surface.reached(first, depths)
         before = surface.borne[first : first + len(reached)]

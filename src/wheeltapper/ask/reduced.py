@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.modes import wagon_of
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.deck import FloatingDeck
@@ -19,6 +18,7 @@ from wheeltapper.describe.vehicle.element import Damper, Spring
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
+from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.labels import LABELS
 from wheeltapper.record.record import Record
@@ -49,7 +49,8 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
         that could be moved.
     """
     scenario = as_scenario(scenario)
-    wagon = wagon_of(scenario)
+    run.choose(run.REDUCED, scenario.needs)
+    wagon = scenario.vehicle
     wheelset = as_count(wheelset, "wheelset", 1, len(wagon.axles))
     items = scenario.irregularities_on(wheelset, "left")
     if items != scenario.irregularities_on(wheelset, "right"):

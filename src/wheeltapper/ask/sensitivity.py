@@ -12,6 +12,7 @@ from wheeltapper.ground.progress import counting
 from wheeltapper.lower.many import EPSILON, Direction, Many
 from wheeltapper.lower.table import used_degree
 from wheeltapper.march import program as contract
+from wheeltapper.march import run
 from wheeltapper.record.features import Feature
 from wheeltapper.record.simulate import say_that_it_compiles
 
@@ -60,9 +61,9 @@ def slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...
 
 def is_ready(many: Many, parameters: tuple[str, ...], tally: bool) -> bool:
     """Return False where the gradients of these cells begin with compiling."""
-    from wheeltapper.march import gradients
+    from wheeltapper.march.gradients import PARAMETERS
 
-    return gradients.is_ready(*turns_of(many, [many.along(path) for path in parameters[: gradients.PARAMETERS]]), tally)
+    return run.tangents_are_ready(*turns_of(many, [many.along(path) for path in parameters[:PARAMETERS]]), tally)
 
 
 def turns_of(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
@@ -90,13 +91,12 @@ def turns_of(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
 
 
 def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int) -> Slopes:
-    from wheeltapper.march import gradients
     from wheeltapper.record.trains import Trains
 
     directions = [many.along(path) for path in parameters]
     cells, turns = turns_of(many, directions)
     tally = any(feature.tally for feature in features)
-    if not gradients.is_ready(cells, turns, tally):
+    if not run.tangents_are_ready(cells, turns, tally):
         say_that_it_compiles()
     total = len(many.cells.first)
     out = Slopes(
@@ -125,7 +125,7 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
         count(block.stop - block.start)
 
     count = counting("cells", total)
-    gradients.march_all(cells, turns, threads, read, tally)
+    run.tangents(cells, turns, threads, read, tally)
     return out
 
 

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import warnings
 from math import ceil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from wheeltapper.ask.modes import STILL, linearised, modes, wagon_of
+from wheeltapper.ask.modes import STILL, linearised, modes
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_between, as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, report, watched
 from wheeltapper.lower.wagon import lower_wagon
+from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
-from wheeltapper.record.simulate import ModelWarning
+from wheeltapper.record.simulate import warn
 
 __all__ = ["critical_speed"]
 
@@ -60,9 +60,7 @@ def critical_speed(
     from scipy.optimize import brentq
 
     scenario = as_scenario(scenario)
-    wagon_of(scenario)
-    if scenario.creep is None:
-        raise InputError("", "creep", "none", "a creep law, without which nothing hunts")
+    run.choose(run.CRITICAL_SPEED, scenario.needs)
     lowest, highest = (
         as_quantity(given, name, "speed", positive=False) for name, given in (("lowest", lowest), ("highest", highest))
     )
@@ -103,8 +101,4 @@ def _check_slowest(scenario: Scenario, growth: float) -> None:
     undamped = np.flatnonzero(np.abs(ratios) <= ROUNDING)
     if len(undamped):
         more = f" and {len(undamped) - 1} more" if len(undamped) > 1 else ""
-        warnings.warn(
-            f"undamped: {told(int(undamped[0]))}{more}; what neither grows nor decays is not counted as hunting",
-            ModelWarning,
-            stacklevel=3,
-        )
+        warn(f"undamped: {told(int(undamped[0]))}{more}; what neither grows nor decays is not counted as hunting")

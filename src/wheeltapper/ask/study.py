@@ -12,20 +12,20 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.arguments import as_count, as_list, as_quantity, check_choice, check_flag
 from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.memory import check_room
-from wheeltapper.lower.damper_end import check_held
 from wheeltapper.lower.fields import Fields
+from wheeltapper.march import run
 from wheeltapper.record.arguments import check_method
 from wheeltapper.record.features import Feature, named
 
 FloatArray = NDArray[np.float64]
 CHAOS_LIMIT = 1e4
+BESIDE = 1e-12
+"""As good as zero, and not zero: in SI units, and far below what is plausible."""
 RESERVED = ("status", "parameter", "cell", "gradient_status", "amplification", "condition")
 DERIVED = ("_gradient", "_elasticity", "_angle")
 """Names of a chart's own variables, and what follows a feature's name in those that belong to it."""
@@ -165,7 +165,7 @@ def _description(field: Any) -> str:
     return str(schema.get("description", "")) if isinstance(schema, dict) else ""
 
 
-def _axis(scenario: Scenario, path: str, values: Any) -> Axis:
+def _axis(question: run.Question, scenario: Scenario, path: str, values: Any) -> Axis:
     unit = unit_of(scenario, path)
     array = values if isinstance(values, np.ndarray) and values.dtype.kind in "fiu" else _listed(scenario, path, values)
     array = np.atleast_1d(array).astype(float)
@@ -174,7 +174,7 @@ def _axis(scenario: Scenario, path: str, values: Any) -> Axis:
     if array.ndim != 1 or not np.all(np.isfinite(array)):
         raise InputError("", path, "values that are not finite numbers in one dimension", "finite numbers")
     for extreme in (array.min(), array.max()):
-        scenario.replaced({path: float(extreme)})
+        run.choose(question, scenario.replaced({path: float(extreme)}).needs, path)
     return Axis(path, array, unit)
 
 
@@ -193,27 +193,25 @@ def _number(scenario: Scenario, path: str, value: Any) -> float:
     return float(Fields(scenario.replaced({path: value}))(path))
 
 
-def check_mappable(scenario: Scenario) -> None:
-    """Refuse what the kernels of maps do not know."""
-    if not isinstance(scenario.vehicle, Wheelset):
-        raise InputError(
-            "", "vehicle", "a Wagon, of which there are no maps", "a Wheelset; many wagons march with `simulate([...])`"
-        )
-    if isinstance(scenario.contact, ElasticPlastic):
-        raise InputError(
-            "", "contact", f"{type(scenario.contact).__name__}, of which there are no maps",
-            "Hertz or Linear; many elastic-plastic scenarios march with `simulate([...])`",
-        )  # fmt: skip
-    check_held(scenario.vehicle)
+def check_along(question: run.Question, scenario: Scenario, paths: Sequence[str]) -> None:
+    """Refuse a question about a scenario, or its derivatives by some fields.
+
+    What a field brings begins where it leaves zero: there a scenario beside this one needs more.
+    """
+    run.choose(question, scenario.needs)
+    for path in paths:
+        if Fields(scenario)(path) == 0.0:
+            run.choose(question, scenario.replaced({path: BESIDE}).needs, path)
 
 
 def study(
     scenario: Scenario, over: Mapping[str, Any], features: Asked, *,
     gradient: bool | Sequence[str] = False, zipped: bool = False, samples: int | None = None,
     sampling: Sampling = "sobol", seed: int = 0, method: str = "default", chaos_limit: float = CHAOS_LIMIT,
+    question: run.Question = run.SWEEP,
 ) -> Study:  # fmt: skip
-    """Return the study that `sweep` computes; its arguments are those of `sweep`."""
-    check_mappable(scenario)
+    """Return the study that `sweep`, or another question, computes; its arguments are those of `sweep`."""
+    run.choose(question, scenario.needs)
     check_method(method)
     check_flag(zipped, "zipped")
     check_choice(sampling, "sampling", get_args(Sampling))
@@ -224,8 +222,7 @@ def study(
     asked = as_features(features)
     _check_names([feature.name for feature in asked], over)
     by = tuple(over) if gradient is True else tuple(as_list(gradient or (), "gradient", "True, or paths of fields"))
-    check_held(scenario.vehicle, (*over, *by))
-    axes = tuple(_axis(scenario, path, values) for path, values in over.items())
+    axes = tuple(_axis(question, scenario, path, values) for path, values in over.items())
     if samples is not None:
         axes = _sampled(axes, samples, sampling, seed)
     side_by_side = zipped or samples is not None
@@ -234,6 +231,7 @@ def study(
         raise InputError("", "over", f"lists of different lengths {lengths}", "lists of one length where zipped")
     for path in by:
         field_at(scenario, path)
+    check_along(question, scenario, by)
     return Study(scenario, axes, not side_by_side, asked, method, by, chaos_limit)
 
 

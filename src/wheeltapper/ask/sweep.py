@@ -14,6 +14,7 @@ from wheeltapper.ground.arguments import as_count, as_list
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.progress import Progress, watched
 from wheeltapper.lower.fields import Fields
+from wheeltapper.march import run
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.simulate import warn_of
@@ -130,13 +131,15 @@ def gradient(
     import numpy as np
 
     scenario = as_scenario(scenario)
+    run.choose(run.GRADIENT, scenario.needs)
     parameters = as_list(parameters, "parameters", 'paths of continuous fields, as ["vehicle.damping"]')
     for path in parameters:
         field_at(scenario, path)
     here = {path: [float(Fields(scenario)(path))] for path in parameters}
     asked = study(
-        scenario, here, features, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit
-    )
+        scenario, here, features, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit,
+        question=run.GRADIENT,
+    )  # fmt: skip
     computed = compute(asked, asked.changed(), 1)
     computed.check()
     warn_of(note.told(1) for note in computed.notes)

@@ -10,14 +10,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.motion import check_wheelset, table_at_hand
+from wheeltapper.ask.motion import table_at_hand
 from wheeltapper.ask.sensitivity import turns_of
-from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.ask.study import check_along
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON, Many
 from wheeltapper.march import program as contract
+from wheeltapper.march import run
 from wheeltapper.march.program import Program
 
 FloatArray = NDArray[np.float64]
@@ -28,7 +28,7 @@ class Trajectory(NamedTuple):
 
     status: int
     force: FloatArray  # (times,)
-    deck_acceleration: FloatArray  # (times,)
+    deck_acceleration: FloatArray  # (times,); zero on a stiff track
     of_force: FloatArray  # (parameters, times): derivatives
     of_deck_acceleration: FloatArray  # (parameters, times)
     largest_force: float
@@ -36,23 +36,8 @@ class Trajectory(NamedTuple):
 
 
 def derivable(scenario: Scenario) -> bool:
-    """Return True where a wheelset's motion has exact derivatives: not where its contact yields, or its damper ends."""
-    return not (isinstance(scenario.contact, ElasticPlastic) or scenario.vehicle.damper_end)
-
-
-def check_derivable(scenario: Scenario) -> None:
-    """Refuse scenarios whose motion has no exact derivatives, which the information matrix and designs need."""
-    check_wheelset(scenario)
-    if derivable(scenario):
-        return
-    if scenario.vehicle.damper_end:
-        field, found, allowed = "vehicle", "a damper with play or a bush", "a damper without them"
-    else:
-        field, found, allowed = "contact", type(scenario.contact).__name__, "Hertz or Linear"
-    raise InputError(
-        "", field, f"{found}, with which a motion has no exact derivatives",
-        f"{allowed}; `simulate`, `synthesise` and `diagnose` take it",
-    )  # fmt: skip
+    """Return True where a scenario's motion has exact derivatives."""
+    return run.fastest(run.TRAJECTORY, scenario.needs) is not None
 
 
 def trajectory(
@@ -74,10 +59,9 @@ def trajectory(
     Raises
     ------
     InputError
-        If the motion has no exact derivatives: see `check_derivable`.
+        If the motion has no exact derivatives.
     """
-    check_derivable(scenario)
-    from wheeltapper.march.gradients import sampled
+    check_along(run.TRAJECTORY, scenario, parameters)
     from wheeltapper.march.tangent_path import LANES
     from wheeltapper.march.tangent_samples import DECK_V, DECK_Y, FIRST_LANE, FORCE, RATE, VALUE
 
@@ -90,7 +74,7 @@ def trajectory(
         directions = [many.along(path) for path in parameters[first : first + LANES]]
         cells, turns = turns_of(many, directions)
         program = Program(cells.pieces, cells.numbers[0])
-        march, samples = sampled(program, turns.numbers[0], turns.bends, turns.table, scaled)
+        march, samples = run.sample_tangents(program, turns.numbers[0], turns.bends, turns.table, scaled)
         values = samples
         for lane, direction in enumerate(directions):
             stretch = direction.units.time.imag.item() / EPSILON / units.time.item()
@@ -112,9 +96,11 @@ def in_si(
     numbers: NDArray[np.complex128], units: object, motion: NDArray[np.complex128], scaled: FloatArray,
     rows: tuple[int, int, int],
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:  # fmt: skip
-    """Return force and deck acceleration in SI units; derivatives are imaginary parts."""
+    """Return force and deck acceleration (zero on a stiff track) in SI units; derivatives are imaginary parts."""
     force, height, velocity = (motion[:, row] for row in rows)
     length, time, weight = (np.ravel(getattr(units, name))[0] for name in ("length", "time", "force"))
+    if numbers[contract.DECK_MASS] == 0.0:
+        return force * weight, np.zeros_like(force)
     on_deck = (scaled >= numbers[contract.DECK_FROM].real) & (scaled < numbers[contract.DECK_TO].real)
     pull = -numbers[contract.DECK_STIFFNESS] * height - numbers[contract.DECK_DAMPING] * velocity
     pull = pull + np.where(on_deck, numbers[contract.PRESTRESS] - force, 0.0)

@@ -25,7 +25,7 @@ from wheeltapper.ground.errors import InputError, suggested
 from wheeltapper.ground.progress import Progress, counting, watched
 from wheeltapper.lower.marks import Surface
 from wheeltapper.march import program as contract
-from wheeltapper.march import single
+from wheeltapper.march import run
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.checksum import CHECKSUM, checksum, is_damaged
@@ -200,7 +200,7 @@ class _Evolution:
         self, scenario: Scenario, options: Scatter, every: int, samples: int, method: str, store: Path | None
     ) -> None:
         self._line = Line(scenario, options, samples, method)
-        warn_of(self._line.lowered.notes, depth=5)
+        warn_of(self._line.lowered.notes)
         self._every, self._store = every, store
         self._request = json.dumps(
             {
@@ -237,7 +237,7 @@ class _Evolution:
             done = self._state[1]
             what = f"{passes}, where the file holds {done}"
             raise InputError(str(self._store), "passes", what, f"{done} or more, or a new name for a shorter evolution")
-        if not single.is_ready(self._line.lowered.program):
+        if not run.is_ready(self._line.lowered.program):
             say_that_it_compiles()
         saved = time.monotonic()
         count = count or counting("passes", passes, self._state[1])

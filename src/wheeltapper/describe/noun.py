@@ -13,6 +13,7 @@ from wheeltapper.describe.complaint import explained
 from wheeltapper.describe.manual import completed, signature
 from wheeltapper.describe.registry import everything, home, register
 from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.needs import NOTHING, Need
 from wheeltapper.ground.quantities import to_si
 
 if TYPE_CHECKING:
@@ -101,6 +102,11 @@ class Noun(BaseModel, metaclass=Kind):
     def _give_type(self, handler: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
         plain = {name: value for name, value in handler(self).items() if value is not None}
         return {"type": type(self).__name__} | plain
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """What this asks of a march, beyond what every march knows."""
+        return NOTHING
 
     def __eq__(self, other: object) -> bool:
         # Fields only: what a noun has computed once (a spline, say) is kept beside them and says nothing new.

@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import PLACES, Need
 
 PLACE = re.compile(r"(?:wheelset ([1-9]\d*))?\s*(left|right|both)?")
 SIDES = ("left", "right")
@@ -13,6 +14,11 @@ SIDES = ("left", "right")
 
 class Placement(dict[str, tuple[Any, ...]]):
     """Irregularities by place; never changed once it is made, and hashable."""
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """Places to tell apart."""
+        return frozenset({PLACES})
 
     def __hash__(self) -> int:  # type: ignore[override]
         return hash(tuple(sorted(self.items(), key=lambda item: item[0])))

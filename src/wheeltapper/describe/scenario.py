@@ -23,6 +23,8 @@ from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.wagon import Wagon, made
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.needs import IRREGULARITY, MEMORY, NOTHING, POINT, PROFILES, START, YIELDING, Need
+from wheeltapper.march import run
 
 FORMAT = 1
 """Version of the TOML files' layout."""
@@ -42,6 +44,11 @@ class Start(Noun):
 
     displacement: Length = 0.0
     velocity: Speed = 0.0
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """A start of its own."""
+        return frozenset({START})
 
 
 def _listed(value: Any) -> Any:
@@ -106,39 +113,39 @@ class Scenario(Noun):
             raise InputError("", "speed", f"{self.speed:g} m/s", "0 m/s or more")
         if self.speed == 0 and self.irregularity:
             raise InputError("", "speed", "0 m/s together with an irregularity", "more than 0 m/s (0 is a drop test)")
+        run.choose(run.SIMULATE, self.needs)
         if isinstance(self.vehicle, Wagon):
             self._check_wagon(self.vehicle)
-            return self
-        if isinstance(self.irregularity, Placement):
-            places = ", ".join(self.irregularity)
-            raise InputError("", "irregularity", f"places ({places}) on a Wheelset", "one or several irregularities")
-        if isinstance(self.contact, Hertz) and self.contact.idle:
+        elif isinstance(self.contact, Hertz) and self.contact.idle:
             raise self.contact.idle.within("contact")
-        foreign = [
-            name for name in ("creep", "profiles") if getattr(self, name) != type(self).model_fields[name].default
-        ]
-        if foreign:
-            raise InputError("", foreign[0], "one on a Wheelset", "on a Wagon only")
         return self
 
     def _check_wagon(self, wagon: Wagon) -> None:
         check_places(self.irregularity, len(wagon.axles))
-        if not isinstance(self.contact, Hertz):
-            raise InputError("", "contact", f"{type(self.contact).__name__} on a Wagon", "Hertz")
         if self.contact.constant is not None:
             raise InputError(
                 "", "contact.constant", f"{self.contact.constant:g}, of a wheelset, on a Wagon",
                 "constant_per_wheel, or none to take it from the profiles",
             )  # fmt: skip
-        if self.contact.hysteresis_factor:
-            raise InputError("", "contact", "hysteresis on a Wagon", "contacts without it")
-        if self.start != "equilibrium":
-            raise InputError("", "start", f"{self.start!r} on a Wagon", "'equilibrium'")
         under = getattr(self.track, "wheelset", None)
         if under is not None and under > len(wagon.axles):
             raise InputError("", "track.wheelset", str(under), f"1 to {len(wagon.axles)}")
         if self.creep is not None and self.speed == 0:
             raise InputError("", "speed", "0 m/s with creep forces", "more than 0 m/s")
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """What a march has to know for this scenario: what its parts ask for, and what they ask for together."""
+        parts = (self.vehicle, self.track, self.contact, self.creep, self.irregularity, self.start)
+        found = NOTHING.union(*(getattr(part, "needs", NOTHING) for part in (*parts, *self.irregularities)))
+        usual = type(self).model_fields["profiles"].default
+        also = {
+            PROFILES: self.profiles is not usual and self.profiles != usual,
+            IRREGULARITY: bool(self.irregularity),
+            POINT: self.rolling == "point",
+            MEMORY: YIELDING in found and self.speed == 0.0,
+        }
+        return found.union(need for need, there in also.items() if there)
 
     @property
     def irregularities(self) -> tuple[Any, ...]:

@@ -10,10 +10,9 @@ from pydantic import Field, field_validator, model_validator
 from wheeltapper.describe.noun import Noun, Share
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.describe.sensor import Sensor
-from wheeltapper.describe.track.deck import FloatingDeck
-from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
+from wheeltapper.march import run
 
 
 class Site(Noun):
@@ -49,12 +48,10 @@ class Site(Noun):
 
     @model_validator(mode="after")
     def _weighs(self) -> Site:
-        if not isinstance(self.passage.vehicle, Wheelset):
-            raise InputError("", "passage.vehicle", "a Wagon", "a Wheelset")
-        if not isinstance(self.passage.track, FloatingDeck):
-            raise InputError("", "passage.track", "a StiffTrack", "a FloatingDeck, whose acceleration is measured")
-        if not self.passage.irregularities:
-            raise InputError("", "passage.irregularity", "none", "what makes the wheel bounce")
+        try:
+            run.choose(run.DIAGNOSE, self.passage.needs)
+        except InputError as error:
+            raise error.within("passage") from None
         for path in self.uncertainty:
             try:
                 self.passage.replaced({path: None})

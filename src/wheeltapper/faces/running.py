@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from wheeltapper.describe.scenario import FORMAT, Scenario
-from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.record.arguments import check_method
 from wheeltapper.record.record import Record
 from wheeltapper.record.simulate import simulate
@@ -74,7 +74,7 @@ def told_as_json(run: Run, written: dict[str, Path | None]) -> str:
         "impacts": int((kinds == "impact").sum()),
         "losses": int((kinds == "loss").sum()),
         **{name: value if value is not None and isfinite(value) else None for name, value in numbers.items()},
-        "per": "wheel" if isinstance(record.scenario.vehicle, Wagon) else "wheelset",
+        "per": "wheel" if SEVERAL_BODIES in record.scenario.needs else "wheelset",
         "notes": list(record.notes),
         "warnings": list(run.warnings),
         **{what: None if path is None else str(path) for what, path in written.items()},

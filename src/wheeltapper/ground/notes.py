@@ -17,16 +17,23 @@ class Note(str):
         What it is about; by default the sentence itself.
     severity
         How bad it is, among notes of this cause.
+    doubtful
+        Whether it puts in doubt what the result means.
     """
 
     cause: str
     severity: float
+    doubtful: bool
 
-    def __new__(cls, text: str, cause: str = "", severity: float = 0.0) -> Note:
-        """Return the text with cause and severity."""
+    def __new__(cls, text: str, cause: str = "", severity: float = 0.0, *, doubtful: bool = False) -> Note:
+        """Return the text with what is known of it."""
         note = super().__new__(cls, text)
-        note.cause, note.severity = cause or str(text), severity
+        note.cause, note.severity, note.doubtful = cause or str(text), severity, doubtful
         return note
+
+    def reworded(self, text: str) -> Note:
+        """Return the same note in other words."""
+        return Note(text, self.cause, self.severity, doubtful=self.doubtful)
 
 
 def few(places: Sequence[float]) -> str:
@@ -50,9 +57,11 @@ class Shared:
     note: Note
     cells: int
 
-    def told(self, total: int) -> str:
+    def told(self, total: int) -> Note:
         """Return the note as a sentence about `total` cells."""
-        return str(self.note) if total == 1 else f"{self.note} (the worst of {self.cells} such cells of {total})"
+        if total == 1:
+            return self.note
+        return self.note.reworded(f"{self.note} (the worst of {self.cells} such cells of {total})")
 
 
 def shared(notes: Iterable[Shared]) -> tuple[Shared, ...]:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.irregularity.course import Course, level
+from wheeltapper.ground.needs import DAMPER_END, MEMORY, YIELDING
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower import ellipse
-from wheeltapper.lower.damper_end import check_contact, program_with_end
+from wheeltapper.lower.damper_end import program_with_end
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.fit import Factor
 from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
@@ -58,7 +58,7 @@ class Lowered:
     force: float
     static_force: float
     contact_constant: float
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def courses_of(scenario: Scenario) -> list[Course]:
@@ -66,7 +66,7 @@ def courses_of(scenario: Scenario) -> list[Course]:
     return [item.course(scenario.vehicle.radius) for item in scenario.irregularities]
 
 
-def table_of(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[str]]:
+def table_of(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[Note]]:
     """Return the path of the wheel's centre up to x = end (m), and what the user should know about it."""
     of = ellipse.factor_function(scenario.contact, scenario.vehicle)
     return path_table(courses_of(scenario), end, method, scenario.rolling, scenario.vehicle.radius, of)
@@ -75,7 +75,7 @@ def table_of(scenario: Scenario, end: float, method: Method) -> tuple[Table, lis
 def path_table(
     courses: list[Course], end: float, method: Method, rolling: str, radius: float,
     factor: Callable[[FloatArray], FloatArray] | None,
-) -> tuple[Table, list[str]]:  # fmt: skip
+) -> tuple[Table, list[Note]]:  # fmt: skip
     """Return the path of a wheel's centre over the courses' sum up to x = end (m), and what to know about it.
 
     `factor` gives the factor on the contact force from the second derivative of the irregularity.
@@ -87,7 +87,7 @@ def path_table(
     followed = None if factor is None else Factor(factor, _curvature_noise(courses, end))
     if rolling == "point":
         table = point_table(courses, end, height, method.fit, followed)
-        notes: list[str] = [*sharp_dip(*curvatures(courses, end)[1], radius)]
+        notes = sharp_dip(*curvatures(courses, end)[1], radius)
     else:
         table, notes = circle_table(courses, end, height, method.fit, radius, followed)
     halves = table.rows[:, contract.SCALE]
@@ -129,10 +129,10 @@ def sharp_dip(curvature: float, x: float, radius: float) -> list[Note]:
         f"the irregularity is more sharply hollow (radius {1e3 / curvature:.4g} mm at x = {x:.6g} m) than the wheel is "
         f'round (radius {1e3 * radius:.4g} mm): a wheel cannot follow it; rolling="circle" is exact'
     )
-    return [Note(text, SHARP_DIP, curvature * radius)]
+    return [Note(text, SHARP_DIP, curvature * radius, doubtful=True)]
 
 
-def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[str]] | None = None) -> Lowered:
+def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[Note]] | None = None) -> Lowered:
     """Lower a scenario with one wheelset to a program.
 
     Parameters
@@ -144,21 +144,20 @@ def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[s
     path
         What `table_of` returned for the scenario, where that is known already.
     """
-    if scenario.vehicle.damper_end:
-        check_contact(scenario)
-    chosen = METHODS[method]
+    needs, chosen = scenario.needs, METHODS[method]
     table, notes = path or table_of(scenario, float(scenario.speed * scenario.duration), chosen)
     here = np.zeros(1)
     placing = Placing(np.ones(1), np.ones(1), np.zeros(1), table.height(here), table.factor(here))
-    numbers, units = numbers_of(Fields(scenario), placing, chosen, end_apart=True)
+    numbers, units = numbers_of(Fields(scenario), placing, chosen)
     numbers[:, contract.LOOP] = table.loop
     numbers[:, contract.LOOP_JOIN] = table.loop_join
     program = Program(table.rows, numbers[0])
     static_force = units.static_force.item()
-    if isinstance(scenario.contact, ElasticPlastic):
+    if YIELDING in needs:
         program, static_force = yielding_program(scenario, scenario.contact, program, units, table.height(here).item())
-        notes = notes + ([scenario.contact.warning] if scenario.speed == 0.0 and scenario.contact.warning else [])
-    if scenario.vehicle.damper_end:
+        if MEMORY in needs and scenario.contact.warning:
+            notes = [*notes, Note(scenario.contact.warning, doubtful=True)]
+    if DAMPER_END in needs:
         program = program_with_end(scenario.vehicle, program, units)
     return Lowered(
         program,

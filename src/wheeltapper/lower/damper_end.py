@@ -2,43 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheeltapper.describe.contact.hertz import Hertz
-from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.vehicle.wheelset import Wheelset
-from wheeltapper.ground.errors import InputError
 from wheeltapper.march import program as contract
 from wheeltapper.march.program import Program
 
 if TYPE_CHECKING:
-    from wheeltapper.describe.scenario import Scenario
     from wheeltapper.lower.numbers import Units
-
-OF_THE_END = ("vehicle.damper_play", "vehicle.damper_play_start", "vehicle.bush_stiffness")
-"""Paths of the fields that give a damper an end of its own."""
-
-
-def check_held(vehicle: Wheelset, changed: Iterable[str] = ()) -> None:
-    """Refuse a damper with an end of its own, or fields that give it one, where only plain dampers are known."""
-    field = next((path for path in changed if path in OF_THE_END), "vehicle")
-    if vehicle.damper_end or field != "vehicle":
-        raise InputError(
-            "", field, "a damper with play or a bush, of which there are no maps and gradients",
-            "one without them; many such scenarios march with `simulate([...])`",
-        )  # fmt: skip
-
-
-def check_contact(scenario: Scenario) -> None:
-    """Refuse contacts that do not march together with a damper that has an end of its own."""
-    contact = scenario.contact
-    if isinstance(contact, Hertz) or (isinstance(contact, Linear) and not contact.bilateral):
-        return
-    what = "a bilateral Linear" if isinstance(contact, Linear) else type(contact).__name__
-    raise InputError("", "contact", f"{what} under a damper with play or a bush", "Hertz, or a Linear that only pushes")
 
 
 def program_with_end(vehicle: Wheelset, program: Program, units: Units) -> Program:

@@ -30,7 +30,7 @@ from wheeltapper.march.ensemble import Cells
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-Tabled = Callable[[Scenario, float, Method], tuple[Table, list[str]]]
+Tabled = Callable[[Scenario, float, Method], tuple[Table, list[Note]]]
 EPSILON = 1e-30
 """The imaginary step: small enough to leave no trace in real parts."""
 
@@ -153,7 +153,7 @@ class Many:
         _, rate, offset = self._scaled(self._kinds, self._reference, value)
         return np.broadcast_to(np.asarray(value("speed") * value("duration")) * rate + offset, value.cells)
 
-    def _lowered_tables(self) -> tuple[list[_Shaped], IntArray, list[list[str]]]:
+    def _lowered_tables(self) -> tuple[list[_Shaped], IntArray, list[list[Note]]]:
         value, scenario = self._value, self.scenario
         if self._shaping:
             columns = np.column_stack([self.changed[path] for path in self._shaping])
@@ -161,7 +161,7 @@ class Many:
             owner = owner.ravel()
         else:
             variants, owner = np.zeros((1, 0)), np.zeros(value.cells, dtype=np.int64)
-        made, notes = list[_Shaped](), list[list[str]]()
+        made, notes = list[_Shaped](), list[list[Note]]()
         for index, variant in enumerate(variants):
             values = self._reference | dict(zip(self._shaping, variant.tolist(), strict=True))
             held = Fields(scenario)
@@ -178,11 +178,7 @@ class Many:
     def notes(self) -> tuple[Shared, ...]:
         """What the user should know, one note for each cause."""
         counts = np.bincount(self._owner, minlength=len(self._shaped))
-        notes = [
-            Shared(note if isinstance(note, Note) else Note(note), int(cells))
-            for said, cells in zip(self._said, counts, strict=True)
-            for note in said
-        ]
+        notes = [Shared(note, int(cells)) for said, cells in zip(self._said, counts, strict=True) for note in said]
         return shared([note for note in notes if note.note.cause != SHARP_DIP] + self._sharp_dips())
 
     def _sharp_dips(self) -> list[Shared]:

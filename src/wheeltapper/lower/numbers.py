@@ -17,7 +17,6 @@ from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.contact.restitution import hysteresis_from_restitution
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.lower import ellipse
-from wheeltapper.lower.damper_end import check_held
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import first_order
 from wheeltapper.lower.known import check_known
@@ -114,13 +113,8 @@ def units_of(value: Fields) -> Units:
     return Units(length, np.sqrt(mass * length / weight), weight, weight, constant)
 
 
-def numbers_of(value: Fields, placing: Placing, method: Method, *, end_apart: bool = False) -> tuple[Numbers, Units]:
-    """Return the numbers of each cell's program, (cells, NUMBERS), and its units.
-
-    With `end_apart`, the damper may have an end of its own, of which the numbers know nothing.
-    """
-    if not end_apart:
-        check_held(value.scenario.vehicle, value.changed)
+def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers, Units]:
+    """Return the numbers of each cell's program, (cells, NUMBERS), and its units; of a damper's own end nothing."""
     units = units_of(value)
     length, time, mass = units.length, units.time, value("vehicle.mass")
     speed = value("speed")

@@ -15,6 +15,7 @@ from wheeltapper.describe.irregularity.profile import Profile
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.notes import Note
 from wheeltapper.ground.quantities import UNITS, si_unit
 
 
@@ -124,7 +125,7 @@ Limits are wide: what models of wheels, decks and vehicles in the literature and
 """
 
 
-def implausible(scenario: Scenario) -> tuple[str, ...]:
+def implausible(scenario: Scenario) -> tuple[Note, ...]:
     """Return one note for each field of a scenario whose number is implausible: what it is, and what is usual."""
     return tuple(
         _note(path, value, usual)
@@ -185,12 +186,13 @@ def _is_plausible(value: float, usual: Usual) -> bool:
     return size < NOTHING * usual.least or usual.least <= size <= usual.most
 
 
-def _note(path: str, value: float, usual: Usual) -> str:
+def _note(path: str, value: float, usual: Usual) -> Note:
     si = si_unit(usual.dimension)
     low, high = usual.usual
     meant = _meant(abs(value), usual)
     hint = f'; did you mean "{value:.6g} {meant}"?' if meant else ""
-    return f"{path} = {value:.6g} {si} is implausible: usual are {low:g} to {high:g} {usual.unit}{hint}"
+    text = f"{path} = {value:.6g} {si} is implausible: usual are {low:g} to {high:g} {usual.unit}{hint}"
+    return Note(text, f"implausible {path}", doubtful=True)
 
 
 def _meant(value: float, usual: Usual) -> str:

@@ -224,7 +224,7 @@ class Rolled:
 
 def circle_table(
     courses: list[Course], end: float, height: float, tolerance: float, radius: float, factor: Factor | None = None
-) -> tuple[Table, list[str]]:
+) -> tuple[Table, list[Note]]:
     """Return the path of the centre of a rolling circle from x = 0 to x = end, and notes on two-point contact.
 
     Parameters
@@ -307,8 +307,8 @@ def _repetition(courses: list[Course], end: float, window: float) -> tuple[float
     return origin + period, origin
 
 
-def _notes(envelope: Envelope, kinks: list[float], varies: bool, stop: float) -> list[str]:
-    notes: list[str] = []
+def _notes(envelope: Envelope, kinks: list[float], varies: bool, stop: float) -> list[Note]:
+    notes: list[Note] = []
     if kinks:
         where = f"at x = {few(kinks)} m ({len(kinks)} in {stop:.6g} m)"
         text = f"the wheel touches at two points at once {where}: kinks of the path"

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Course, Stretch
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.notes import few
+from wheeltapper.ground.notes import Note, few
 from wheeltapper.lower.fit import NARROWEST
 
 FloatArray = NDArray[np.float64]
@@ -81,10 +81,10 @@ def _check_smooth(stretch: Stretch, x: FloatArray, values: FloatArray, largest: 
         )  # fmt: skip
 
 
-def pieces_note(courses: list[Course], starts: FloatArray, halves: FloatArray) -> list[str]:
+def pieces_note(courses: list[Course], starts: FloatArray, halves: FloatArray) -> list[Note]:
     """Return a note on where a fit to users' functions was cut to pieces."""
     cut = np.unique(np.round(starts[halves < NARROWEST], 6))
     if not len(cut) or not any(course.sampled for course in courses):
         return []
     where = f"at x = {few(cut.tolist())} m"
-    return [f"the function is not smooth {where}: its path is cut to pieces there (breakpoints avoid that)"]
+    return [Note(f"the function is not smooth {where}: its path is cut to pieces there (breakpoints avoid that)")]

@@ -16,6 +16,7 @@ from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import path_table
 from wheeltapper.lower.ellipse import contact_constant
 from wheeltapper.lower.known import check_known
@@ -83,7 +84,7 @@ class LoweredWagon:
     structure: Structure
     static_force: FloatArray
     contact_constant: float
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def static_loads(structure: Structure, wagon: Wagon) -> FloatArray:
@@ -343,7 +344,7 @@ def _factor(scenario: Scenario, radius: float) -> Any:
 
 def _lanes(
     scenario: Scenario, layout: Layout, wheelsets: list[str], method: Method
-) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
+) -> tuple[FloatArray, FloatArray, tuple[Note, ...]]:
     """Return the lanes of the treads' contacts, all paths, and what to know about them."""
     wagon = scenario.vehicle
     octets = -(-len(wheelsets) // HALF)
@@ -351,7 +352,7 @@ def _lanes(
     pieces: list[FloatArray] = []
     count = 0
     held: dict[Any, tuple[Table, int]] = {}
-    notes: list[str] = []
+    notes: list[Note] = []
     end = float(scenario.speed * scenario.duration)
     for number, (name, axle) in enumerate(zip(wheelsets, wagon.axles, strict=True), 1):
         for side, sign in (("left", 1.0), ("right", -1.0)):
@@ -366,7 +367,7 @@ def _lanes(
                 pieces.append(table.rows)
                 count += len(table.rows)
                 where = f"{name} {side}" + (f", x from {axle.position:g} m" if axle.position else "")
-                notes += [f"{where}: {note}" for note in said]
+                notes += [note.reworded(f"{where}: {note}") for note in said]
             table, first = held[key]
             octet, lane = (number - 1) // HALF, (number - 1) % HALF + (0 if side == "left" else HALF)
             lanes[octet, :, lane] = _lane(sign, axle.radius, layout.bodies.index(name), table, first)

@@ -256,7 +256,7 @@ def work_for(A: Assembly, rows: int = 1024) -> Work:
     )  # fmt: skip
 
 
-def kernels_are_ready() -> bool:
+def is_ready(A: Assembly) -> bool:
     """Return False where marching begins with compiling."""
     floats, plan, table = np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros((1, 1))
     work = Work(floats, table, floats, *(table,) * 6, floats, table, floats)

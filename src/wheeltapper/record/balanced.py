@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wheeltapper.ground import progress
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
+from wheeltapper.march import run
 
 if TYPE_CHECKING:
     from wheeltapper.march.single import March
@@ -30,34 +32,24 @@ CHUNK = 100_000
 """Steps that are checked at once: about a hundredth of a second."""
 
 
-def is_ready(lowered: Lowered) -> bool:
-    """Return False where the check begins with compiling its kernel."""
-    from wheeltapper.march.balance import balance_kernel
-    from wheeltapper.march.kernel import is_compiled
-
-    program, tables = lowered.program, (np.empty((1, 1)), np.empty(1), np.empty(1))
-    return is_compiled(balance_kernel, (program.pieces, program.numbers, *program.law_and_damper, *tables))
-
-
 def missing_part(lowered: Lowered, march: March) -> float:
     """Return the largest part of the energy exchanged that was missing at any time of a march; NaN where it is lost."""
     from wheeltapper.march import balance
 
-    sums, steps, numbers = np.zeros(balance.SUMS), march.steps, lowered.program.numbers
-    law, damper = lowered.program.law_and_damper
+    sums, steps = np.zeros(balance.SUMS), march.steps
     for first in range(0, len(steps), CHUNK):
         progress.report("checking the energy", first, len(steps))
         after = first + CHUNK
         last = steps[after] if after < len(steps) else march.state
-        balance.balance_kernel(march.pieces, numbers, law, damper, steps[first:after], last, sums)
+        run.balance(lowered.program, march.pieces, steps[first:after], last, sums)
     exchanged = sums[balance.WORKED] + sums[balance.LARGEST_KINETIC] + sums[balance.LARGEST_ELASTIC] + AT_REST
     missing = sums[balance.LARGEST_MISSING] if np.isfinite(sums[balance.MISSING]) else np.nan
     return float(missing / exchanged)
 
 
-def judged(status: int, missing: float) -> tuple[int, tuple[str, ...]]:
+def judged(status: int, missing: float) -> tuple[int, tuple[Note, ...]]:
     """Return the status of a march that came to its end, and what the user should know of its energy."""
     if status != contract.DONE or missing <= NOTABLE:
         return status, ()
-    note = (f"work and energy differ by {missing:.2g} of what was exchanged, more than {NOTABLE:g}",)
-    return (status, note) if missing <= LIMIT else (UNBALANCED, note)
+    text = f"work and energy differ by {missing:.2g} of what was exchanged, more than {NOTABLE:g}"
+    return (status if missing <= LIMIT else UNBALANCED), (Note(text, "imbalance", missing),)

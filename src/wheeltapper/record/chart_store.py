@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,7 +58,7 @@ def load_chart(path: Path) -> xr.Dataset:
     import xarray as xr
     import zarr
 
-    from wheeltapper.record.simulate import ModelWarning
+    from wheeltapper.record.simulate import warn
 
     try:
         group = zarr.open_group(path, mode="r", use_consolidated=False)
@@ -78,7 +77,7 @@ def load_chart(path: Path) -> xr.Dataset:
     missing = int((cells == MISSING).sum())
     if missing:
         text = f"{path}: {missing} of {cells.size} cells are not computed; wheeltapper sweep --resume computes them"
-        warnings.warn(text, ModelWarning, stacklevel=4)
+        warn(text)
     found: xr.Dataset = chart.assign(status=chart.status.copy(data=cells))
     return found
 

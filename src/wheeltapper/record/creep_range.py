@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.profile.wheel_rail import WheelRail
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower.patches import geometry_of, patch_tables
 from wheeltapper.lower.wagon import LoweredWagon
 from wheeltapper.march import assembly as contract
@@ -28,7 +29,7 @@ def spin_use(scenario: Scenario, friction: float, radius: float, shift: FloatArr
     return np.asarray(np.interp(shift, nodes, use))
 
 
-def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[str, ...]:
+def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[Note, ...]:
     """Return what to know where spin leaves the range of the creep law, of the worst place only; nothing elsewhere."""
     law = scenario.creep
     if law is None or law.spin_range is None:
@@ -50,10 +51,11 @@ def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch
         found.append(f"flanges touch from t = {flange:.4g} s on")
     if not found:
         return ()
-    return (
+    text = (
         f"{'; '.join(found)}: {type(law).__name__} is near FASTSIM up to {limit:g}, beyond that its forces are too "
-        "large; wt.creep.Fastsim() holds there",
+        "large; wt.creep.Fastsim() holds there"
     )
+    return (Note(text, "spin", worst / limit),)
 
 
 def _times(march: MultibodyMarch) -> FloatArray:

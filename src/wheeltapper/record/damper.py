@@ -13,22 +13,10 @@ from wheeltapper.march import program as contract
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wheeltapper.march.single import March
-
 FloatArray = NDArray[np.float64]
 
 KINDS = ("reached", "left")
 SIDES = ("lower", "upper")
-
-
-def sampled(lowered: Lowered, march: March, times: FloatArray) -> FloatArray:
-    """Return the dense output at rising times (scaled); columns for a damper's own end follow where there is one."""
-    from wheeltapper.march import dense
-
-    program = lowered.program
-    out = np.empty((len(times), dense.ENDED_OUT_COLUMNS if len(program.damper) else dense.OUT_COLUMNS))
-    dense.dense(march.pieces, program.numbers, *program.law_and_damper, march.steps, times, out)
-    return out
 
 
 def columns(lowered: Lowered, rows: FloatArray) -> dict[str, FloatArray]:

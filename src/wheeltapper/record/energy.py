@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
+from wheeltapper.march import run
 from wheeltapper.record import damper, yielded
 
 if TYPE_CHECKING:
@@ -47,12 +48,7 @@ def integrate(lowered: Lowered, march: March) -> Integrals:
     """Integrate over every step of a march."""
     from wheeltapper.march import dense
 
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    program = lowered.program
-    columns = np.zeros((len(march.steps), dense.INTEGRALS))
-    ends = np.zeros((len(march.steps), 2, dense.ENDED_OUT_COLUMNS if len(program.damper) else dense.OUT_COLUMNS))
-    rule = (0.5 * (nodes + 1.0), 0.5 * weights)
-    dense.integrals(march.pieces, program.numbers, *program.law_and_damper, march.steps, *rule, columns, ends)
+    columns, ends = run.integrals(lowered.program, march, NODES)
     elastic = _elastic(lowered, march, ends)
     yields = march.steps[:, contract.PHASE] >= contract.YIELDING
     if np.any(yields):

@@ -17,6 +17,7 @@ from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.progress import report, watched
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
+from wheeltapper.march import run
 from wheeltapper.record import balanced, damper, energy, extent, yielded
 from wheeltapper.record.arrays import as_array
 from wheeltapper.record.labels import EVENT_KINDS, HISTORY, dataset
@@ -147,6 +148,7 @@ class Record:
     @cached_property
     def damper_events(self) -> xr.Dataset:
         """Stops that the damper's end meets ("reached") and leaves ("left"): time, kind, side; with play only."""
+        run.choose(run.DAMPER_EVENTS, self.scenario.needs)
         return damper.events(self._lowered, self._march.stops)
 
     def _largest_between(self, start: FloatArray, end: FloatArray) -> FloatArray:
@@ -195,7 +197,7 @@ class Record:
 
     def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
         order = np.argsort(wanted, kind="stable")
-        out = damper.sampled(self._lowered, self._march, wanted[order] / self._lowered.time)
+        out = run.sample(self._lowered.program, self._march, wanted[order] / self._lowered.time)
         rows = np.empty_like(out)
         rows[order] = out
         return self._labelled(wanted, rows)
@@ -270,7 +272,7 @@ class Record:
 
     def comfort(self, *_: Any, **__: Any) -> xr.Dataset:
         """Ride comfort is of wagons: see `wheeltapper.record.wagon_record.WagonRecord.comfort`."""
-        raise InputError("", "vehicle", "a Wheelset, on which nobody rides", "a Wagon")
+        raise run.refusal(run.COMFORT, self.scenario.needs)
 
     def save(self, path: str | Path) -> None:
         """Write the record as netCDF (.nc); it opens in plain xarray, and with `wheeltapper.load`."""

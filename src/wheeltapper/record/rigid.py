@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wheeltapper.describe.track.stiff import StiffTrack
+from wheeltapper.ground.needs import DECK
+from wheeltapper.ground.notes import Note
 
 if TYPE_CHECKING:
     from wheeltapper.describe.irregularity.course import Course
@@ -16,16 +17,17 @@ LARGE = 2.5
 """Force over the static one beyond which the track's own give decides."""
 KINK = 1e-4
 """Least change of slope, and least jump of height over the course's, that is one."""
-NOTE = (
+NOTE = Note(
     "the track is rigid: at a kink such as a flat, a step or a joint, a rail that gives way takes other forces, at low "
-    "speed much smaller ones, at high speed also larger ones"
+    "speed much smaller ones, at high speed also larger ones",
+    "rigid track",
 )
 
 
-def rigid_track(record: Record) -> tuple[str, ...]:
+def rigid_track(record: Record) -> tuple[Note, ...]:
     """Return a note where a kink on a rigid track makes a large force."""
     scenario = record.scenario
-    if not isinstance(scenario.track, StiffTrack) or (record._summary()[1] or 0.0) <= LARGE:
+    if DECK in scenario.needs or (record._summary()[1] or 0.0) <= LARGE:
         return ()
     vehicle: Any = scenario.vehicle
     radius = vehicle.radius if hasattr(vehicle, "radius") else vehicle.axles[0].radius

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import warnings
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -10,14 +11,12 @@ from pathlib import Path
 from threading import Event
 from typing import Literal, overload
 
-from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.arguments import as_count
+from wheeltapper.ground.notes import Note
 from wheeltapper.ground.progress import Progress, report, reporting, say, watched
 from wheeltapper.lower.build import lower
-from wheeltapper.march import program as contract
-from wheeltapper.march import telling
+from wheeltapper.march import run, telling
 from wheeltapper.march.blocks import cores
 from wheeltapper.record import balanced, extent
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
@@ -32,17 +31,6 @@ class ModelWarning(UserWarning):
     """The scenario is valid, but its result may not mean what the user thinks."""
 
 
-DOUBTS = ("cannot follow", "energy back than it took", "holds up to", "is implausible")
-"""Words of the notes that put a result's meaning in doubt."""
-
-
-MARCHES = {
-    (False, False): "the wheelset's march",
-    (True, False): "the yielding contact's march",
-    (False, True): "the march with a damper's end",
-}
-"""What is compiled, by whether the contact yields and the damper has an end of its own."""
-
 _compiled: set[str] = set()
 
 
@@ -53,11 +41,19 @@ def say_that_it_compiles(what: str = "the kernels") -> None:
         say(f"compiling {what} for this machine, once; this takes some seconds")
 
 
-def warn_of(notes: Iterable[str], depth: int = 3) -> None:
-    """Warn the caller's caller, or one farther up, of those notes that put a result's meaning in doubt."""
+def warn(text: str) -> None:
+    """Warn whoever called the package, however deep in it this is said."""
+    frame, level = inspect.currentframe(), 1
+    while frame is not None and str(frame.f_globals.get("__name__", "")).startswith("wheeltapper."):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, ModelWarning, stacklevel=level)
+
+
+def warn_of(notes: Iterable[Note]) -> None:
+    """Warn of those notes that put a result's meaning in doubt."""
     for note in notes:
-        if any(words in note for words in DOUBTS):
-            warnings.warn(note, ModelWarning, stacklevel=depth)
+        if note.doubtful:
+            warn(note)
 
 
 @overload
@@ -141,49 +137,47 @@ def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[
 
 def _simulated(scenario: Scenario, method: str) -> Record:
     scenario.check_extent()
-    record = _of_wagon(scenario, method) if isinstance(scenario.vehicle, Wagon) else _of_wheelset(scenario, method)
+    marcher = run.choose(run.SIMULATE, scenario.needs)
+    report("lowering", 0.0, 0.0)
+    record = (_of_wagon if marcher is run.WAGON else _of_wheel)(scenario, method, marcher.name)
     record.notes = (*record.notes, *rigid_track(record))
     return record
 
 
-def _of_wheelset(scenario: Scenario, method: str) -> Record:
-    report("lowering", 0.0, 0.0)
+def _of_wheel(scenario: Scenario, method: str, name: str) -> Record:
     extent.check_time(scenario)
     lowered = lower(scenario, method)
     extent.check_pieces(scenario, lowered)
+    warn_of(lowered.notes)
     tell = extent.teller("marching", lowered.time, scenario.duration, telling.CHUNK, extent.ROW_BYTES)
-    from wheeltapper.march.single import is_ready, march
-
-    if not is_ready(lowered.program):
-        say_that_it_compiles(MARCHES[len(lowered.program.law) > 0, len(lowered.program.damper) > 0])
-    found = march(lowered.program, tell)
-    if isinstance(scenario.contact, ElasticPlastic):
-        largest = float(found.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * lowered.force
-        lowered = replace(lowered, notes=lowered.notes + beyond_law(scenario.contact, lowered, largest))
-    warn_of(lowered.notes, depth=5)
-    if not balanced.is_ready(lowered):
+    if not run.is_ready(lowered.program):
+        say_that_it_compiles(name)
+    march = run.march(lowered.program, tell)
+    beyond = beyond_law(scenario.contact, lowered, march)
+    warn_of(beyond)
+    if not run.balance_is_ready(lowered.program):
         say_that_it_compiles("the energy's check")
-    status, notes = balanced.judged(found.status, balanced.missing_part(lowered, found))
-    return Record(scenario, method, replace(lowered, notes=lowered.notes + notes), found._replace(status=status))
+    status, missing = balanced.judged(march.status, balanced.missing_part(lowered, march))
+    lowered = replace(lowered, notes=lowered.notes + beyond + missing)
+    return Record(scenario, method, lowered, march._replace(status=status))
 
 
-def _of_wagon(scenario: Scenario, method: str) -> Record:
+def _of_wagon(scenario: Scenario, method: str, name: str) -> Record:
     from wheeltapper.lower.wagon import LONGEST, lower_wagon
-    from wheeltapper.march import multibody
     from wheeltapper.march.assembly import PLACES
+    from wheeltapper.march.multibody import STEP_ELEMENTS
     from wheeltapper.record import wagon_energy
     from wheeltapper.record.creep_range import beyond_spin
     from wheeltapper.record.wagon_record import WagonRecord
 
-    report("lowering", 0.0, 0.0)
-    row = 8.0 * (PLACES * (len(scenario.vehicle.names) + 1) + multibody.STEP_ELEMENTS)
+    row = 8.0 * (PLACES * (len(scenario.vehicle.names) + 1) + STEP_ELEMENTS)
     extent.check_duration(scenario, scenario.duration / LONGEST, row)
     lowered = lower_wagon(scenario, method)
-    warn_of(lowered.notes, depth=5)
+    warn_of(lowered.notes)
     tell = extent.teller("marching", 1.0, scenario.duration, telling.WAGON_CHUNK, row)
-    if not multibody.kernels_are_ready():
-        say_that_it_compiles("the wagon's march and its energy's check")
-    march = multibody.march(lowered.assembly, tell)
-    status, notes = balanced.judged(march.status, wagon_energy.missing_part(lowered, march, scenario))
-    lowered = replace(lowered, notes=lowered.notes + notes + beyond_spin(scenario, lowered, march))
+    if not run.is_ready(lowered.assembly):
+        say_that_it_compiles(f"{name} and its energy's check")
+    march = run.march(lowered.assembly, tell)
+    status, missing = balanced.judged(march.status, wagon_energy.missing_part(lowered, march, scenario))
+    lowered = replace(lowered, notes=lowered.notes + missing + beyond_spin(scenario, lowered, march))
     return WagonRecord(scenario, method, lowered, march._replace(status=status))

@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.scenario import Scenario, toml_table
 from wheeltapper.describe.site import Site
 from wheeltapper.describe.table.content import LARGEST
-from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.arguments import as_path, as_quantity
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import SEVERAL_BODIES, YIELDING
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.table import Table
 from wheeltapper.record import damper
@@ -175,7 +174,7 @@ def _load_record(path: Path, largest: float) -> Any:
         raise InputError("", "", "a file that wheeltapper did not write", RECORD)
     check_format(data.attrs["format"], FORMAT)
     scenario = _scenario_of(data)
-    record = wagon_record if isinstance(scenario.vehicle, Wagon) else _wheelset_record
+    record = wagon_record if SEVERAL_BODIES in scenario.needs else _wheelset_record
     return record(scenario, data)
 
 
@@ -196,7 +195,7 @@ def _wheelset_record(scenario: Scenario, data: Any) -> Record:
     from wheeltapper.march.single import March
 
     program, loop, join = program_of(data)
-    if len(program.law) and not isinstance(scenario.contact, ElasticPlastic):
+    if len(program.law) and YIELDING not in scenario.needs:
         raise InputError("", "program_law", f"a law beside {type(scenario.contact).__name__}", UNDAMAGED)
     units = table(data, "units", 5)
     check("units", units, (units > 1e-30) & (units < 1e30), "positive numbers of any use")

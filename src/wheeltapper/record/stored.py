@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from wheeltapper._version import __version__
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.march import program as contract
 from wheeltapper.march.program import Program
@@ -99,9 +100,9 @@ def attribute(data: xr.Dataset, name: str, kind: type) -> Any:
     return found
 
 
-def notes(data: xr.Dataset) -> tuple[str, ...]:
+def notes(data: xr.Dataset) -> tuple[Note, ...]:
     """Return the notes."""
-    return tuple(str(note) for note in attribute(data, "notes", list))
+    return tuple(Note(str(note)) for note in attribute(data, "notes", list))
 
 
 def choice(data: xr.Dataset, name: str, kind: type, allowed: Iterable[Any]) -> Any:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
+from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.plastic import left_after, loading_force, stored_below
 from wheeltapper.march import program as contract
+
+if TYPE_CHECKING:
+    from wheeltapper.march.single import March
 
 FloatArray = NDArray[np.float64]
 
@@ -35,14 +40,22 @@ def stored(lowered: Lowered, ends: FloatArray) -> FloatArray:
     return np.asarray(0.4 * ends[..., dense.FORCE] * (depth - left_after(program.law, depth)))
 
 
-def beyond_law(contact: ElasticPlastic, lowered: Lowered, reached: float) -> tuple[str, ...]:
-    """Return what the user should know of a contact force, N, beyond what the law was stated for."""
+def beyond_law(contact: Any, lowered: Lowered, march: March) -> tuple[Note, ...]:
+    """Return what the user should know of a march whose contact force goes beyond what the law was stated for."""
+    return beyond_force(contact, lowered, float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * lowered.force)
+
+
+def beyond_force(contact: Any, lowered: Lowered, reached: float) -> tuple[Note, ...]:
+    """Return the same of the largest force, N; nothing where the contact is elastic."""
     law = lowered.program.law
+    if not len(law):
+        return ()
     bound = np.asarray(contact.limit * law[0, contract.LAW_START])
     allowed = float(loading_force(law, bound)) * lowered.force
     if reached <= allowed:
         return ()
-    return (
+    text = (
         f"the contact force reaches {reached / 1e3:.4g} kN, but {type(contact).__name__} holds up to "
-        f"{contact.limit:g} times the indentation at yield, {allowed / 1e3:.4g} kN",
+        f"{contact.limit:g} times the indentation at yield, {allowed / 1e3:.4g} kN"
     )
+    return (Note(text, "beyond the law", reached / allowed, doubtful=True),)

@@ -15,7 +15,8 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.arguments import as_list
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.damper_end import check_contact
+from wheeltapper.ground.needs import BILATERAL
+from wheeltapper.march import run
 from wheeltapper.record.recording import Recording
 
 EXPLAINED = 1.3
@@ -108,7 +109,7 @@ class Case:
 
 def feels_load(passage: Scenario) -> bool:
     """Return True where a recording depends on the load: not on a contact that also pulls, on which all is linear."""
-    return not getattr(passage.contact, "bilateral", False)
+    return BILATERAL not in passage.needs
 
 
 def faults_of(passage: Scenario, names: Sequence[str] | None = None) -> tuple[dict[str, Fault], dict[str, str]]:
@@ -121,8 +122,7 @@ def faults_of(passage: Scenario, names: Sequence[str] | None = None) -> tuple[di
         fault = fault_named(name)
         try:
             faulty = fault.passage(passage)
-            if faulty.vehicle.damper_end:
-                check_contact(faulty)
+            run.choose(run.DIAGNOSE, faulty.needs)
             if fault.path == LOAD and not feels_load(passage):
                 raise InputError("", LOAD, "a bilateral contact, on which motions are the same under any load", "")
         except InputError as error:

@@ -14,9 +14,9 @@ from wheeltapper.ask.diagnosis.problem import Prior
 from wheeltapper.describe.irregularity.flat import WheelFlat
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.quantities import to_si
+from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
 
 MASS, DAMPING, LOAD = "vehicle.mass", "vehicle.damping", "vehicle.load"
@@ -170,8 +170,7 @@ def _bush_believed(_: Scenario) -> dict[str, Prior]:
 
 def imbalance(passage: Scenario, aside: float) -> Scenario:
     """Return a coach's passage with its car body's centre of gravity moved to the left by `aside`, m."""
-    if not isinstance(passage.vehicle, Wagon):
-        raise InputError("", "vehicle", "a Wheelset", "a Wagon: left and right are one on the core model")
+    run.choose(run.IMBALANCE, passage.needs)
     x, y, z = passage.vehicle.bodies[0].position
     return passage.replaced({"vehicle.bodies.0.position": (x, y + aside, z)})
 

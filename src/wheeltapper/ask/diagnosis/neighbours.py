@@ -29,6 +29,7 @@ from wheeltapper.describe.vehicle.element import GROUND, Damper, Spring
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.quantities import to_si
+from wheeltapper.march import run
 from wheeltapper.record.simulate import simulate
 
 if TYPE_CHECKING:
@@ -172,6 +173,8 @@ def alone(passage: Scenario, ahead: float = 0.0) -> Felt:
 
 def superposed(own: Scenario, others: Others) -> Felt:
     """Return the sum of what the deck feels of each wheelset alone."""
+    for _, passage in [(0.0, own), *others]:
+        run.choose(run.SUPERPOSED, passage.needs)
     parts = [alone(own), *(alone(passage, spacing / float(own.speed)) for spacing, passage in others)]
     return Felt(
         min(part.end for part in parts), lambda times: np.asarray(np.sum([part.at(times) for part in parts], axis=0))
@@ -185,7 +188,7 @@ def together(own: Scenario, others: Others) -> Felt:
     static force; on one with ends the deck is prestressed by the leading one's, and sinks under what enters besides.
     """
     for _, passage in [(0.0, own), *others]:
-        _check(passage)
+        run.choose(run.COUPLED, passage.needs)
     ahead = max(0.0, *(spacing for spacing, _ in others))
     row = sorted([(0.0, own), *others], key=lambda one: -one[0])
     begins = ahead / float(own.speed)
@@ -195,16 +198,6 @@ def together(own: Scenario, others: Others) -> Felt:
         return np.asarray(record.at(np.minimum(times + begins, record.end)).deck_acceleration.values)
 
     return Felt(record.end - begins, at)
-
-
-def _check(passage: Scenario) -> None:
-    vehicle, allowed = passage.vehicle, "superposition (coupled = False)"
-    if getattr(vehicle, "damper_play", 0.0):
-        raise InputError("", "vehicle.damper_play", f"{vehicle.damper_play:g} m beside a neighbour", allowed)
-    if not isinstance(passage.contact, Hertz) or passage.contact.hysteresis_factor:
-        raise InputError("", "contact", f"{passage.contact!r} beside a neighbour", f"a Hertz contact, or {allowed}")
-    if passage.start != "equilibrium":
-        raise InputError("", "start", f"{passage.start!r} beside a neighbour", f"'equilibrium', or {allowed}")
 
 
 def _on_one_deck(row: list[tuple[float, Scenario]], duration: float) -> Scenario:

@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.sensitivity import turns_of
-from wheeltapper.ask.trajectory import check_derivable, in_si
+from wheeltapper.ask.study import check_along
+from wheeltapper.ask.trajectory import in_si
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON, Direction, Many
 from wheeltapper.march import program as contract
+from wheeltapper.march import run
 from wheeltapper.march.program import Program
 
 if TYPE_CHECKING:
@@ -46,7 +48,7 @@ class Passages:
     """
 
     def __init__(self, scenario: Scenario, speeds: FloatArray, parameters: tuple[str, ...]) -> None:
-        check_derivable(scenario)
+        check_along(run.INFORMATION, scenario, parameters)
         self.speeds, self.parameters = speeds, parameters
         held = {path: np.full(len(speeds), float(Fields(scenario)(path))) for path in parameters}
         self.many = Many(scenario, held | {"speed": speeds})
@@ -54,10 +56,8 @@ class Passages:
     @cached_property
     def marches(self) -> list[March]:
         """The motions themselves."""
-        from wheeltapper.march.single import march
-
         cells = self.many.cells
-        return [march(Program(cells.pieces, cells.numbers[i])) for i in range(len(self.speeds))]
+        return [run.march(Program(cells.pieces, cells.numbers[i])) for i in range(len(self.speeds))]
 
     @cached_property
     def largest_forces(self) -> FloatArray:
@@ -92,13 +92,13 @@ class Passages:
         self, i: int, times: FloatArray, directions: list[Direction], cells: Cells, turns: Turns
     ) -> tuple[FloatArray, FloatArray]:
         """Return the deck acceleration (times,) of a passage, and its derivatives (directions, times)."""
-        from wheeltapper.march.gradients import sampled
         from wheeltapper.march.tangent_samples import DECK_V, DECK_Y, FIRST_LANE, FORCE, RATE, VALUE
 
         block, rows = slice(i, i + 1), (FORCE, DECK_Y, DECK_V)
         units, numbers = self.many.units.part(block), cells.numbers[i]
         scaled = times / units.time.item()
-        _, samples = sampled(Program(cells.pieces, numbers), turns.numbers[i], turns.bends, turns.table, scaled)
+        program = Program(cells.pieces, numbers)
+        _, samples = run.sample_tangents(program, turns.numbers[i], turns.bends, turns.table, scaled)
         plain = in_si(numbers.astype(complex), units, samples[:, :, VALUE].astype(complex), scaled, rows)[1]
         slopes = np.empty((len(directions), len(times)))
         for lane, direction in enumerate(directions):

@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.noun import PositiveForce, Pressure
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import YIELDING, Need
 
 FloatArray = NDArray[np.float64]
 
@@ -84,6 +85,11 @@ class ElasticPlastic(ElasticContact, abstract=True):
                 "one or the other (both where a yield strength or a hardness needs them)",
             )  # fmt: skip
         return self
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """That the contact yields."""
+        return frozenset({YIELDING})
 
     @property
     def softest(self) -> float | None:

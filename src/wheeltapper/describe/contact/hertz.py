@@ -8,6 +8,7 @@ from wheeltapper.describe.contact.elastic import ElasticContact
 from wheeltapper.describe.contact.restitution import hysteresis_from_restitution
 from wheeltapper.describe.noun import Speed, TimePerLength
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import HYSTERESIS, NOTHING, Need
 
 
 class Hertz(ElasticContact):
@@ -58,6 +59,11 @@ class Hertz(ElasticContact):
             "", "", f"a given constant together with {', '.join(self.altered)}",
             "one or the other (both only with curvature = true, where the radii shape its variation)",
         )  # fmt: skip
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """Hysteresis, where there is any."""
+        return frozenset({HYSTERESIS}) if self.hysteresis_factor else NOTHING
 
     @property
     def follows_curvature(self) -> bool:

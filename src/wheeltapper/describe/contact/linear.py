@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.noun import PositiveStiffness
+from wheeltapper.ground.needs import BILATERAL, LINEAR, Need
 
 
 class Linear(Contact):
@@ -23,3 +24,8 @@ class Linear(Contact):
     example: ClassVar[dict[str, Any]] = {"stiffness": 1.9e9}
     stiffness: PositiveStiffness
     bilateral: bool = False
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """That the contact is linear, and that it pulls if it does."""
+        return frozenset({LINEAR, BILATERAL} if self.bilateral else {LINEAR})

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 from wheeltapper.describe.noun import Friction, Noun
+from wheeltapper.ground.needs import CREEP, Need
 
 
 class CreepLaw(Noun, abstract=True):
@@ -26,3 +27,8 @@ class CreepLaw(Noun, abstract=True):
     """So much of the friction limit may the linear spin force by itself use, for the law to hold; None: any."""
     friction: Friction = 0.4
     wheel_spin: Literal["quasi-static", "full"] = "quasi-static"
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """Tangential forces."""
+        return frozenset({CREEP})

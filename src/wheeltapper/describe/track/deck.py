@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from wheeltapper.describe.noun import Damping, Length, Mass, PositiveLength, Stiffness
 from wheeltapper.describe.track.base import Track
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import DECK, Need
 
 
 class FloatingDeck(Track):
@@ -48,3 +49,8 @@ class FloatingDeck(Track):
         if self.length is not None and self.start is None:
             raise InputError("", "", "a length without a start", "both, a start alone, or neither")
         return self
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """The deck."""
+        return frozenset({DECK})

@@ -15,6 +15,7 @@ from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.body import Axle, Body
 from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Spring, Stop
 from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.needs import SEVERAL_BODIES, Need
 
 AnyElement = Annotated[Element, OneOf(Element)]
 
@@ -57,6 +58,11 @@ class Wagon(Vehicle):
         if any(b.position >= a.position for a, b in zip(self.axles[:-1], self.axles[1:], strict=True)):
             raise InputError("", "axles", "a wheelset before the one ahead of it", "positions that fall")
         return self
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """Several bodies."""
+        return frozenset({SEVERAL_BODIES})
 
     @property
     def names(self) -> tuple[str, ...]:

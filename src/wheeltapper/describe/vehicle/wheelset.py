@@ -16,6 +16,7 @@ from wheeltapper.describe.noun import (
 )
 from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import DAMPER_END, DAMPER_PLAY, NOTHING, Need
 
 FASTEST = 1e6
 """Largest rate of a suspension √(k/m) or c/m, and of a bush k_b/c, 1/s.
@@ -111,6 +112,13 @@ class Wheelset(Vehicle):
     def damper_end(self) -> bool:
         """Whether the damper has an end of its own: play, or a bush."""
         return self.damper_play > 0.0 or self.bush_stiffness is not None
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """The end of the damper, where it has one of its own."""
+        if self.damper_play > 0.0:
+            return frozenset({DAMPER_END, DAMPER_PLAY})
+        return frozenset({DAMPER_END}) if self.damper_end else NOTHING
 
     @property
     def weight(self) -> float:

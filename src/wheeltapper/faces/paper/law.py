@@ -15,7 +15,7 @@ from wheeltapper.faces.paper.corrugation import AMPLITUDE, WAVELENGTH
 from wheeltapper.faces.paper.setting import CONSTANT, STATIC, bump, largest, losses, scene, sine
 from wheeltapper.lower.build import lower
 from wheeltapper.march import program as contract
-from wheeltapper.march.single import march
+from wheeltapper.march.run import march
 
 FOLLOWING = wt.Hertz(constant=CONSTANT, curvature=True)
 """The setting's contact with a constant that follows the local curvature."""

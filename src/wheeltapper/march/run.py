@@ -1,0 +1,359 @@
+"""The one door to the marches: which march takes what, what each question covers, and the only refusal.
+
+A scenario says what it needs (`Noun.needs`), a march what it covers, a question which marches answer it, the fastest
+first. `choose` compares, and refuses with one sentence. A program then goes to its march, and to samples, integrals and
+checks of it, by the functions below; no kernel is imported before one of them is called.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import (
+    BILATERAL,
+    CREEP,
+    DAMPER_END,
+    DAMPER_PLAY,
+    DECK,
+    HYSTERESIS,
+    IRREGULARITY,
+    LINEAR,
+    MEMORY,
+    NOTHING,
+    PLACES,
+    POINT,
+    PROFILES,
+    SEVERAL_BODIES,
+    START,
+    YIELDING,
+    Need,
+    rank,
+)
+from wheeltapper.march.assembly import Assembly
+from wheeltapper.march.program import FloatArray, IntArray, Program
+from wheeltapper.march.telling import Tell, untold
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wheeltapper.march import ensemble, gradients
+    from wheeltapper.march.multibody import MultibodyMarch
+    from wheeltapper.march.single import March
+
+
+@dataclass(frozen=True, eq=False)
+class Marcher:
+    """A march, and what it knows.
+
+    Attributes
+    ----------
+    name
+        As users are told.
+    covers
+        What it takes.
+    requires
+        What it is for, and does nothing without.
+    """
+
+    name: str
+    covers: frozenset[Need]
+    requires: frozenset[Need] = NOTHING
+
+
+_ONE_WHEEL = frozenset({DECK, IRREGULARITY, POINT, START})
+WHEEL = Marcher("the wheelset's march", _ONE_WHEEL | {LINEAR, BILATERAL, HYSTERESIS})
+YIELDING_WHEEL = Marcher("the yielding contact's march", _ONE_WHEEL | {YIELDING, MEMORY}, frozenset({YIELDING}))
+ENDED_WHEEL = Marcher(
+    "the march with a damper's end", _ONE_WHEEL | {LINEAR, HYSTERESIS, DAMPER_END, DAMPER_PLAY},
+    frozenset({DAMPER_END}),
+)  # fmt: skip
+WAGON = Marcher(
+    "the wagon's march",
+    frozenset({SEVERAL_BODIES, DECK, CREEP, PROFILES, PLACES, IRREGULARITY, POINT}), frozenset({SEVERAL_BODIES}),
+)  # fmt: skip
+WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
+MARCHERS = (*WHEELS, WAGON)
+"""All marches, the fastest first."""
+ROW = Marcher("the march of wheelsets in a row", frozenset({DECK, IRREGULARITY, POINT, DAMPER_END}))
+"""The wagon's march, where wheelsets that share a deck are made a wagon: it knows a bush, but no play."""
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What can be asked of a scenario.
+
+    Attributes
+    ----------
+    name
+        As users call it.
+    meaning
+        What it asks, for the table of abilities.
+    marchers
+        The marches that answer it, the fastest first.
+    lacks
+        What they know, but this question does not.
+    requires
+        What it is about, and makes no sense without.
+    others
+        Names of questions that may answer where this one does not.
+    """
+
+    name: str
+    meaning: str
+    marchers: tuple[Marcher, ...]
+    lacks: frozenset[Need] = NOTHING
+    requires: frozenset[Need] = NOTHING
+    others: tuple[str, ...] = ("simulate",)
+
+    def covered_by(self, marcher: Marcher) -> frozenset[Need]:
+        """Return what a march covers of this question."""
+        return marcher.covers - self.lacks
+
+    def lacking(self, marcher: Marcher, needs: frozenset[Need]) -> tuple[Need, ...]:
+        """Return what keeps a march from answering: needs that it does not cover, and what is required and missing."""
+        wrong = (needs - self.covered_by(marcher)) | ((marcher.requires | self.requires) - needs)
+        return tuple(sorted(wrong, key=rank))
+
+
+_SITE, _SPOT = frozenset({DECK, IRREGULARITY}), frozenset({MEMORY})
+SIMULATE = Question("simulate", "the motion with all its events", MARCHERS, others=())
+HISTORY = Question("history", "everything over time, and at any time", MARCHERS, others=())
+ENERGY = Question("energy", "the energy balance", MARCHERS, others=())
+FEATURES = Question("features", "a feature of a record", MARCHERS, others=())
+DAMPER_EVENTS = Question("damper_events", "stops that a damper's end meets", WHEELS, others=())
+COMFORT = Question("comfort", "ride comfort", (WAGON,))
+SWEEP = Question("sweep", "features over many cells", (WHEEL,))
+GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL,))
+BORDER = Question("border", "where contact begins to be lost", (WHEEL,))
+MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
+TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))
+DIAGNOSE = Question("diagnose", "the faults that a site's recordings show", WHEELS, _SPOT, _SITE)
+INFORMATION = Question(
+    "information", "what a site's recordings can tell, and its design", (WHEEL,), requires=_SITE,
+    others=("simulate", "diagnose"),
+)  # fmt: skip
+COUPLED = Question(
+    "coupled=True", "a train's wheelsets that share a deck", (ROW,), requires=_SITE, others=("coupled=False",)
+)
+SUPERPOSED = Question("coupled=False", "the same, each as if alone", WHEELS, _SPOT, _SITE, others=())
+WEAR_IN = Question("wear_in", "the evolution of a rail under many wheels", (YIELDING_WHEEL,), _SPOT, frozenset({POINT}))
+MARKS = Question("marks", "the marks that a run leaves", (YIELDING_WHEEL,), _SPOT)
+MODES = Question("modes", "small vibrations about the steady run", (WAGON,))
+CRITICAL_SPEED = Question("critical_speed", "where hunting begins", (WAGON,), requires=frozenset({CREEP}))
+REDUCED = Question("reduced", "the core model of one wheelset of a wagon", (WAGON,))
+IMBALANCE = Question("imbalance", "a car body whose load lies aside", (WAGON,))
+QUESTIONS = {
+    question.name: question
+    for question in (
+        SIMULATE, HISTORY, ENERGY, FEATURES, DAMPER_EVENTS, COMFORT, SWEEP, GRADIENT, BORDER, MOTION_AT, TRAJECTORY,
+        DIAGNOSE, INFORMATION, COUPLED, SUPERPOSED, WEAR_IN, MARKS, MODES, CRITICAL_SPEED, REDUCED, IMBALANCE,
+    )
+}  # fmt: skip
+"""All questions by name."""
+
+
+# -- choosing, and refusing -------------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=1024)
+def fastest(question: Question, needs: frozenset[Need]) -> Marcher | None:
+    """Return the fastest march that answers a question about what needs so much; None where none does."""
+    return next((marcher for marcher in question.marchers if not question.lacking(marcher, needs)), None)
+
+
+def choose(question: Question, needs: frozenset[Need], field: str = "") -> Marcher:
+    """Return the fastest march that answers a question about what needs so much.
+
+    Parameters
+    ----------
+    question
+        What is asked.
+    needs
+        Of the scenario.
+    field
+        Path that is to be blamed; by default that of the need.
+
+    Raises
+    ------
+    InputError
+        If none does: what is not covered, and what would do.
+    """
+    found = fastest(question, needs)
+    if found is None:
+        raise refusal(question, needs, field)
+    return found
+
+
+def refusal(question: Question, needs: frozenset[Need], field: str = "") -> InputError:
+    """Return why no march answers a question, as one sentence."""
+    lacks = {marcher: question.lacking(marcher, needs) for marcher in question.marchers}
+    common = set.intersection(*map(set, lacks.values()))
+    if common:  # no march has it
+        return _sentence(question, needs, field, min(common, key=rank))
+    # Each march lacks something else: two needs that do not go together, the more easily changed one first.
+    need = min(lacks.values(), key=lambda wrong: (_fields(wrong), -rank(wrong[0])[0]))[0]
+    beside = min((wrong for wrong in lacks.values() if need not in wrong), key=_fields)[0]
+    return _sentence(question, needs, field, need, beside)
+
+
+def _fields(wrong: tuple[Need, ...]) -> int:
+    return len({need.field for need in wrong})
+
+
+def _sentence(
+    question: Question, needs: frozenset[Need], field: str, need: Need, beside: Need | None = None
+) -> InputError:
+    """Return the refusal of a need, or of its lack, perhaps together with another one."""
+    found, allowed = _both(need, needs)
+    if beside is not None:
+        there, instead = _both(beside, needs)
+        found, allowed = f"{found} together with {there}", f"{allowed}, or {instead}"
+    takers = [f"`{name}`" for name in question.others if fastest(QUESTIONS[name], needs) is not None]
+    if takers and need in needs:
+        allowed += f"; {' and '.join(takers)} take{'s' if len(takers) == 1 else ''} it"
+    return InputError("", field or need.field, f"{found}, which `{question.name}` does not take", allowed)
+
+
+def _both(need: Need, needs: frozenset[Need]) -> tuple[str, str]:
+    """Return what stands there, and what would stand there otherwise."""
+    return (need.words, need.otherwise) if need in needs else (need.otherwise, need.words)
+
+
+# -- from a program to its march --------------------------------------------------------------------------------------
+
+
+def _kernels(program: Program | Assembly) -> Any:
+    """Return the module of the march that takes a program."""
+    return import_module(f"wheeltapper.march.{'multibody' if isinstance(program, Assembly) else 'single'}")
+
+
+@overload
+def march(program: Program, tell: Tell = untold) -> March: ...
+@overload
+def march(program: Assembly, tell: Tell = untold) -> MultibodyMarch: ...
+def march(program: Program | Assembly, tell: Tell = untold) -> Any:
+    """March a program from its start to its end."""
+    return _kernels(program).march(program, tell)
+
+
+def is_ready(program: Program | Assembly) -> bool:
+    """Return False where marching a program begins with compiling."""
+    return bool(_kernels(program).is_ready(program))
+
+
+def _columns(program: Program) -> int:
+    """Return how many columns the dense output of a program has."""
+    from wheeltapper.march import dense
+
+    return dense.ENDED_OUT_COLUMNS if len(program.damper) else dense.OUT_COLUMNS
+
+
+def sample(program: Program, found: March, times: FloatArray) -> FloatArray:
+    """Return the dense output at rising times (scaled); columns for a damper's own end follow where there is one."""
+    from wheeltapper.march.dense import dense
+
+    out = np.empty((len(times), _columns(program)))
+    law, damper = program.law_and_damper
+    dense(found.pieces, program.numbers, law, damper, found.steps, times, out)
+    return out
+
+
+def integrals(program: Program, found: March, nodes: int) -> tuple[FloatArray, FloatArray]:
+    """Return the energy's integrals of each step, (steps, INTEGRALS), and the dense output at its ends, (steps, 2, …).
+
+    Parameters
+    ----------
+    program, found
+        What was marched.
+    nodes
+        Of the Gauss rule in each step.
+    """
+    from wheeltapper.march import dense
+
+    places, weights = np.polynomial.legendre.leggauss(nodes)
+    rule = 0.5 * (places + 1.0), 0.5 * weights
+    out, ends = np.zeros((len(found.steps), dense.INTEGRALS)), np.zeros((len(found.steps), 2, _columns(program)))
+    dense.integrals(found.pieces, program.numbers, *program.law_and_damper, found.steps, *rule, out, ends)
+    return out, ends
+
+
+def balance_is_ready(program: Program) -> bool:
+    """Return False where checking the energy of a program's march begins with compiling."""
+    from wheeltapper.march.balance import balance_kernel
+    from wheeltapper.march.kernel import is_compiled
+
+    tables = np.empty((1, 1)), np.empty(1), np.empty(1)
+    return is_compiled(balance_kernel, (program.pieces, program.numbers, *program.law_and_damper, *tables))
+
+
+def balance(program: Program, pieces: FloatArray, steps: FloatArray, after: FloatArray, sums: FloatArray) -> None:
+    """Add what some steps, after which comes `after`, leave missing of the energy and exchange to `sums`."""
+    from wheeltapper.march.balance import balance_kernel
+
+    law, damper = program.law_and_damper
+    balance_kernel(pieces, program.numbers, law, damper, steps, after, sums)
+
+
+# -- many cells, and derivatives --------------------------------------------------------------------------------------
+
+
+def march_cells(
+    cells: ensemble.Cells, threads: int, read: Callable[[slice, ensemble.Marched], None], tally: bool = False
+) -> None:
+    """March many cells, block by block, and hand each block to `read`; the threads do both."""
+    from wheeltapper.march.ensemble import march_all
+
+    march_all(cells, threads, read, tally)
+
+
+def cells_are_ready(cells: ensemble.Cells, tally: bool) -> bool:
+    """Return False where marching these cells begins with compiling."""
+    from wheeltapper.march.ensemble import is_ready
+
+    return is_ready(cells, tally)
+
+
+def tangents(
+    cells: ensemble.Cells, turns: gradients.Turns, threads: int,
+    read: Callable[[slice, ensemble.Marched, gradients.Tangents], None], tally: bool = False,
+) -> None:  # fmt: skip
+    """March many cells with their derivatives, block by block, and hand each block to `read`."""
+    from wheeltapper.march.gradients import march_all
+
+    march_all(cells, turns, threads, read, tally)
+
+
+def tangents_are_ready(cells: ensemble.Cells, turns: gradients.Turns, tally: bool) -> bool:
+    """Return False where marching these cells with their derivatives begins with compiling."""
+    from wheeltapper.march.gradients import is_ready
+
+    return is_ready(cells, turns, tally)
+
+
+def sample_tangents(
+    program: Program, turns: FloatArray, bends: FloatArray, table: IntArray, times: FloatArray
+) -> tuple[March, FloatArray]:
+    """March a program; return also its motion and derivatives at rising times (scaled)."""
+    from wheeltapper.march.gradients import sampled
+
+    return sampled(program, turns, bends, table, times)
+
+
+def margins(cells: ensemble.Cells, losses: int, threads: int) -> FloatArray:
+    """Return how far each cell is from its `losses`-th loss of contact, in scaled units; negative beyond it."""
+    from wheeltapper.march.margin import margins_of
+
+    return margins_of(cells, losses, threads)
+
+
+def margins_are_ready(cells: ensemble.Cells) -> bool:
+    """Return False where finding margins begins with compiling."""
+    from wheeltapper.march.margin import is_ready
+
+    return is_ready(cells)

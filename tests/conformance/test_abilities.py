@@ -1,0 +1,317 @@
+"""Every question about every kind of scenario: it is answered, or refused by the one function with its one sentence."""
+
+import random
+import runpy
+from functools import cache, lru_cache
+from itertools import combinations, product
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.ask.diagnosis.faults import imbalance
+from wheeltapper.ask.diagnosis.neighbours import superposed, together
+from wheeltapper.ask.diagnosis.problem import slopes_of
+from wheeltapper.ask.motion import motion_at
+from wheeltapper.ask.trajectory import trajectory
+from wheeltapper.describe.placement import Placement
+from wheeltapper.describe.scenario import Start
+from wheeltapper.ground.needs import Need
+from wheeltapper.ground.outcome import Outcome
+from wheeltapper.march import run
+
+DOCS = Path(__file__).parents[2] / "docs"
+WHEELSET = {"mass": 1500, "load": 91_307, "stiffness": 2.44e6, "damping": 5e4}
+BUMP = wt.CosineBump(height=1e-4, length=0.05, start=0.005)
+HALF = 1.405e11 / 2
+KINDS = {
+    "vehicle": {
+        "wheelset": wt.Wheelset(**WHEELSET),
+        "play": wt.Wheelset(**WHEELSET, damper_play=5e-5),
+        "bush": wt.Wheelset(**WHEELSET, bush_stiffness=1e8),
+        "wagon": wt.Wagon.erri_b176(),
+    },
+    "contact": {
+        "given": wt.Hertz(constant_per_wheel=HALF),
+        "computed": wt.Hertz(),
+        "hysteresis": wt.Hertz(constant_per_wheel=HALF, hysteresis=0.1),
+        "linear": wt.Linear(stiffness=1.2e9),
+        "bilateral": wt.Linear(stiffness=1.2e9, bilateral=True),
+        "Thornton": wt.contact.Thornton(constant_per_wheel=HALF),
+    },
+    "track": {"stiff": wt.StiffTrack(), "deck": wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)},
+    "start": {"equilibrium": "equilibrium", "dropped": Start(displacement=1e-5)},
+    "rolling": {"circle": "circle", "point": "point"},
+    "creep": {"none": None, "Polach": wt.creep.Polach(friction=0.35)},
+    "profiles": {"default": wt.profiles.WheelRail(), "cones": wt.profiles.Cones()},
+    "irregularity": {"level": (), "bump": (BUMP,), "places": {"both": BUMP}},
+    "speed": {"moving": 9.0, "standing": 0.0},
+}
+
+
+class Cell(NamedTuple):
+    """What is asked, by which method, and the names of what the scenario consists of."""
+
+    question: str
+    method: str
+    vehicle: str
+    contact: str
+    track: str
+    start: str
+    rolling: str
+    creep: str
+    profiles: str
+    irregularity: str
+    speed: str
+
+
+def fields(kinds):
+    return {name: KINDS[name][kind] for name, kind in zip(KINDS, kinds, strict=True)} | {"duration": 0.01}
+
+
+@cache
+def needs(kinds):
+    """Return what a scenario would need, whether it can be made or not."""
+    given = fields(kinds)
+    given["irregularity"] = Placement(given["irregularity"]) if kinds[7] == "places" else given["irregularity"]
+    return wt.Scenario.model_construct(**given).needs
+
+
+def every_cell():
+    """Return all cells but those that cannot be for another reason: at rest, nothing is rolled over, or creeps."""
+    kinds = [
+        each for each in product(*KINDS.values()) if each[8] == "moving" or (each[5], each[7]) == ("none", "level")
+    ]
+    return [Cell(one, method, *each) for each in kinds for one in QUESTIONS for method in ("default", "strict")]
+
+
+def is_answered(cell):
+    asked = needs(cell[2:])
+    return all(run.fastest(one, asked) is not None for one in (run.SIMULATE, run.QUESTIONS[cell.question]))
+
+
+def pairwise(cells):
+    """Return some of the cells, in which every pair of values occurs that occurs in any."""
+    shuffled = random.Random(1).sample(cells, min(len(cells), 8000))
+    pairs = {cell: set(combinations(enumerate(cell), 2)) for cell in shuffled}
+    left, chosen = set().union(*pairs.values()), []
+    while left:
+        wanted = min(left)
+        holding = [cell for cell in shuffled if wanted in pairs[cell]]
+        chosen.append(max(holding[:60], key=lambda cell: len(pairs[cell] & left)))
+        left -= pairs[chosen[-1]]
+    return sorted(chosen, key=lambda cell: cell[2:])
+
+
+# -- what is asked ----------------------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=4)
+def record_of(scenario, method):
+    record = wt.simulate(scenario, method)
+    assert record.outcome is Outcome.COMPLETED
+    return record
+
+
+def is_finite(*values):
+    return all(np.all(np.isfinite(np.asarray(value, dtype=float))) for value in values)
+
+
+def simulate(scenario, method):
+    assert is_finite(record_of(scenario, method).events.time)
+
+
+def history(scenario, method):
+    found = record_of(scenario, method).history("2 kHz")
+    assert is_finite(*found.data_vars.values())
+
+
+def energy(scenario, method):
+    assert abs(float(record_of(scenario, method).energy.relative_imbalance)) < 1e-6
+
+
+def features(scenario, method):
+    assert wt.features.time_in_air()(record_of(scenario, method)).max() < scenario.duration
+
+
+def damper_events(scenario, method):
+    stops = record_of(scenario, method).damper_events
+    assert scenario.vehicle.damper_play > 0.0 or stops.sizes["damper_event"] == 0
+
+
+def comfort(scenario, method):
+    found = record_of(scenario, method).comfort()
+    assert is_finite(found.weighted_rms, found.vibration_dose)  # for others the run is too short
+
+
+def sweep(scenario, method):
+    over = {"vehicle.mass": [1500, 1510]}
+    found = wt.sweep(scenario, over, ["time_in_air"], method=method)
+    assert is_finite(found.time_in_air)
+    assert not found.status.any()
+
+
+def gradient(scenario, method):
+    found = wt.gradient(scenario, ["time_in_air"], ["vehicle.mass"], method=method)
+    assert is_finite(found.time_in_air, found.time_in_air_gradient)
+    assert found.status == 0
+
+
+def border(scenario, method):
+    over = {"vehicle.mass": [1400, 1500], "vehicle.load": [8e4, 9e4]}
+    assert is_finite(wt.border(scenario, over, resolution=2, method=method).margin)
+
+
+def motion(scenario, method):
+    times = np.linspace(0.0, scenario.duration, 9)
+    forces = record_of(scenario, method).at(times).normal_force
+    np.testing.assert_allclose(motion_at(scenario, times, method).force, forces, rtol=0, atol=1e-3)
+
+
+def derivatives(scenario, method):
+    found = trajectory(scenario, ("vehicle.mass",), np.linspace(0.0, scenario.duration, 9), method)
+    assert is_finite(found.force, found.deck_acceleration, found.of_force, found.of_deck_acceleration)
+
+
+def site(scenario):
+    return wt.diagnosis.Site(passage=scenario, sensor=wt.diagnosis.Sensor(rate=20e3, noise=6.66e-4))
+
+
+def diagnose(scenario, _):
+    (recording,) = wt.synthesise(site(scenario), vary=False, noise=0.0)
+    assert is_finite(slopes_of(scenario, ("vehicle.mass",), recording.times))
+
+
+def information(scenario, _):
+    assert is_finite(wt.diagnosis.information(site(scenario), ["vehicle.mass"]).factors)
+
+
+def neighbours(felt):
+    def ask(scenario, _):
+        assert is_finite(felt(scenario, [(0.01, scenario)]).at(np.linspace(0.0, 0.005, 5)))
+
+    return ask
+
+
+def wear_in(scenario, method):
+    assert wt.wear_in(scenario, 1, method=method).attrs["ended"] == "all passes made"
+
+
+def marks(scenario, method):
+    assert is_finite(wt.wear.marks(record_of(scenario, method)).table.rail)
+
+
+def modes(scenario, _):
+    assert is_finite(wt.modes(scenario).frequency)
+
+
+def critical_speed(scenario, _):
+    assert wt.stability.critical_speed(scenario, lowest=20.0, highest=22.0) > 20.0
+
+
+def reduced(scenario, _):
+    assert wt.reduced(scenario).vehicle.mass == 1813.0
+
+
+def aside(scenario, _):
+    assert imbalance(scenario, 0.01).vehicle.bodies[0].position[1] == 0.01
+
+
+QUESTIONS = {
+    "simulate": simulate,
+    "history": history,
+    "energy": energy,
+    "features": features,
+    "damper_events": damper_events,
+    "comfort": comfort,
+    "sweep": sweep,
+    "gradient": gradient,
+    "border": border,
+    "motion_at": motion,
+    "trajectory": derivatives,
+    "diagnose": diagnose,
+    "information": information,
+    "coupled=True": neighbours(together),
+    "coupled=False": neighbours(superposed),
+    "wear_in": wear_in,
+    "marks": marks,
+    "modes": modes,
+    "critical_speed": critical_speed,
+    "reduced": reduced,
+    "imbalance": aside,
+}
+
+
+def asked(cell):
+    QUESTIONS[cell.question](wt.Scenario(**fields(cell[2:])), cell.method)
+
+
+def check_refused(cell):
+    """Ask, and hold what is said to what the one function says."""
+    before = (
+        [run.SIMULATE, run.DIAGNOSE] if cell.question == "information" else [run.SIMULATE]
+    )  # as what is asked is made
+    rooms = [*before, run.QUESTIONS[cell.question]]
+    expected = next(run.refusal(room, needs(cell[2:])) for room in rooms if run.fastest(room, needs(cell[2:])) is None)
+    with pytest.raises(wt.InputError) as caught:
+        asked(cell)
+    found = caught.value
+    assert (found.found, found.allowed) == (expected.found, expected.allowed)
+    assert found.field in (expected.field, f"passage.{expected.field}")
+    assert found.allowed
+
+
+# -- tests ------------------------------------------------------------------------------------------------------------
+
+
+def test_every_question_is_asked():
+    assert [*QUESTIONS] == [*run.QUESTIONS]
+
+
+def test_what_is_covered_is_answered():
+    for cell in pairwise([cell for cell in every_cell() if is_answered(cell)]):
+        try:
+            asked(cell)
+        except Exception as error:
+            raise AssertionError(cell) from error
+
+
+def test_what_is_not_covered_is_refused_with_the_one_sentence():
+    for cell in pairwise([cell for cell in every_cell() if not is_answered(cell)]):
+        check_refused(cell)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_every_cell_is_answered_or_refused(name):
+    for cell in (cell for cell in every_cell() if cell.question == name):
+        if is_answered(cell):
+            asked(cell)
+        else:
+            check_refused(cell)
+
+
+def test_whatever_is_covered_can_be_simulated():
+    for question in run.QUESTIONS.values():
+        for marcher in question.marchers:
+            for need in question.covered_by(marcher):
+                together = marcher.requires | question.requires | {need}
+                assert question.lacking(marcher, together) == ()
+                assert run.fastest(run.SIMULATE, together) is not None, (question.name, need.name)
+
+
+def test_a_need_that_no_march_has_heard_of_is_refused_by_its_own_words():
+    new = Need("rubber", "contact", "a contact of rubber", "a contact of steel")
+    for question in run.QUESTIONS.values():
+        asked_for = question.requires | question.marchers[0].requires | {new}
+        with pytest.raises(
+            wt.InputError, match=r"contact: found a contact of rubber, which .* allowed: a contact of steel"
+        ):
+            run.choose(question, frozenset(asked_for))
+
+
+def test_the_page_of_abilities_is_the_one_that_the_data_make():
+    module = runpy.run_path(str(DOCS / "abilities.py"))
+    assert module["PAGE"].read_text(encoding="utf-8") == module["page"](), "run: python docs/abilities.py"
