@@ -25,6 +25,7 @@ import wheeltapper as wt
 from wheeltapper.ask.diagnosis.diagnose import diagnose
 from wheeltapper.ask.diagnosis.fitting import Problem, solve
 from wheeltapper.ask.diagnosis.identify import beliefs, onset
+from wheeltapper.ask.diagnosis.neighbours import Condition
 from wheeltapper.ask.diagnosis.synthetic import synthesise
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.sensor import Sensor
@@ -300,7 +301,7 @@ def fault_table(height: float) -> None:
     for name, fault in FAULTS.items():
         coaches = [recorded(passage(fault, n, height), noise, n) for n in range(PASSAGES)]
         kind, size = fault.core
-        own = synthesise(stated, PASSAGES, fault=kind, size=size, place=0.415 if kind else None, seed=7)
+        own = synthesise(stated, PASSAGES, fault=Condition(kind, size, 0.415) if kind else None, seed=7)
         cells = []
         for column, of, spread in zip(total, (own, coaches), (noise, whole), strict=True):
             counts, left = judged(name, of, site, spread)

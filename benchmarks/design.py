@@ -44,8 +44,8 @@ def main() -> None:
     for state in [options.only] if options.only else states:
         begun = perf_counter()
         found = wt.design_site(
-            known(states[state]), UNKNOWN, SPEEDS, number=options.number, total_length=options.length,
-            budget=options.budget, shapes=options.shapes.split(","), seed=options.seed,
+            known(states[state]), UNKNOWN, SPEEDS, budget=options.budget, seed=options.seed,
+            rail={"number": options.number, "total_length": options.length, "shapes": options.shapes.split(",")},
         )  # fmt: skip
         print(f"{state}, {perf_counter() - begun:.0f} s: {found}", flush=True)
         if options.smallest:

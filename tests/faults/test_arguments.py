@@ -180,11 +180,17 @@ WALK = {
     **{
         f"design_site, {name}": (lambda v, name=name: wt.design_site(site(), **{name: v}), values)
         for name, values in {
-            "parameters": NOT_NAMES, "speeds": [[], [None], ["5 kg"], *NOT_LISTS[1:]], "number": [0, 1.5, *NOT_NUMBERS],
-            "shapes": [[], None, *NOT_NAMES], "heights": [(2, 1), (1, 2, 3), *NOT_NUMBERS], "lengths": NOT_NUMBERS,
-            "spacing": NOT_NUMBERS, "total_length": NOT_NUMBERS, "largest_force": NOT_NUMBERS,
+            "parameters": NOT_NAMES, "speeds": [[], [None], ["5 kg"], *NOT_LISTS[1:]], "largest_force": NOT_NUMBERS,
             "vary": [5, "x", {"a": 1}, {5: (1, 2)}, {"track.mass": 5}, object()], "criterion": [None, *NOT_CHOICES],
             "trigger": NOT_NUMBERS, "budget": [0, 1.5, *NOT_NUMBERS], "seed": [1.5, *NOT_NUMBERS],
+        }.items()
+    },
+    **{
+        f"design_site, rail.{name}": (lambda v, name=name: wt.design_site(site(), rail={name: v}), values)
+        for name, values in {
+            "number": [0, 1.5, *NOT_NUMBERS], "shapes": [[], None, *NOT_NAMES], "spacing": NOT_NUMBERS,
+            "heights": [(2, 1), (1, 2, 3), *NOT_NUMBERS], "lengths": NOT_NUMBERS, "total_length": NOT_NUMBERS,
+            "height": [(1, 2)],
         }.items()
     },
     **{

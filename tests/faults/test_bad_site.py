@@ -88,8 +88,8 @@ def test_options_take_one_or_several_values_and_may_be_repeated(tmp_path, monkey
         asked["faults"] = faults
         raise wt.InputError("", "stop", "here", "")
 
-    def designed(place, parameters, speeds, *, shapes, **options):
-        asked.update(parameters=parameters, speeds=speeds, shapes=shapes)
+    def designed(place, parameters, speeds, *, rail, **options):
+        asked.update(parameters=parameters, speeds=speeds, shapes=rail["shapes"])
         raise wt.InputError("", "stop", "here", "")
 
     monkeypatch.setattr("wheeltapper.ask.diagnosis.performance.assess", measured)

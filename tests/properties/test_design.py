@@ -282,8 +282,21 @@ def test_layouts_are_known_as_well_as_the_first_feature_of_the_site():
 
 
 def small(**changes):
-    asked = {"speeds": (9.0,), "total_length": 0.6, "budget": 24, "seed": 3, "lengths": (0.03, 0.2)} | changes
+    rail = {"total_length": 0.6, "lengths": (0.03, 0.2)} | changes.pop("rail", {})
+    asked = {"speeds": (9.0,), "budget": 24, "seed": 3, "rail": rail} | changes
     return design_site(site(CALIBRATED), **asked)
+
+
+def test_names_that_others_have_replaced_work_and_warn():
+    with (
+        pytest.warns(DeprecationWarning, match=r'number is now rail=\{"number": ...\}'),
+        pytest.raises(wt.InputError, match="number: found 0"),
+    ):
+        design_site(site(CALIBRATED), number=0)
+    with pytest.raises(wt.InputError, match="did you mean 'heights'"):
+        design_site(site(CALIBRATED), rail={"height": (1e-4, 1e-3)})
+    with pytest.raises(TypeError, match="heigths"):
+        design_site(site(CALIBRATED), heigths=(1e-4, 1e-3))
 
 
 @pytest.fixture(scope="module")
@@ -342,7 +355,7 @@ def test_the_site_of_a_design_is_read_back(found, tmp_path):
 def test_designs_for_the_worst_interval_with_another_deck():
     told = []
     made = small(
-        criterion="worst interval", vary={"track.mass": (3e3, 1.5e4)}, number=1, shapes=("step down",),
+        criterion="worst interval", vary={"track.mass": (3e3, 1.5e4)}, rail={"number": 1, "shapes": ("step down",)},
         progress=lambda *layouts: told.append(layouts),
     )  # fmt: skip
     assert made.best.worst == pytest.approx(made.information.worst)

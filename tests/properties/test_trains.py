@@ -129,7 +129,7 @@ def test_a_fault_is_drawn_about_the_faulty_passage_with_the_same_site():
     assert broken.truth["speed"] == sound.truth["speed"]
     ratio = (91_307 - 670 * 9.81) / 91_307
     assert broken.truth["vehicle.load"] == pytest.approx(ratio * sound.truth["vehicle.load"])
-    (given,) = synthesise(where, fault="lost damper", size=0.5, place=0.25, seed=8, vary=False, noise=0.0)
+    (given,) = synthesise(where, fault=Condition("lost damper", 0.5, 0.25), seed=8, vary=False, noise=0.0)
     assert given.truth["scenario"].vehicle.damping == 2.5e4
     assert given.truth["place"] == 0.25
 

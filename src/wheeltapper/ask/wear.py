@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
@@ -20,7 +19,7 @@ from wheeltapper.ask.passes import Line, Pass, Scatter
 from wheeltapper.ask.spec import contents
 from wheeltapper.ask.wear_files import beside_of, held, unwritable
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.arguments import as_count, as_path, as_quantity, as_table
+from wheeltapper.ground.arguments import as_count, as_path, as_quantity, as_table, with_older
 from wheeltapper.ground.errors import InputError, suggested
 from wheeltapper.ground.progress import Progress, counting, watched
 from wheeltapper.lower.marks import Surface
@@ -150,7 +149,9 @@ def wear_in(
     """
     passes, every, samples = as_count(passes, "passes"), as_count(every, "every"), as_count(samples, "samples")
     check_method(method)
-    options = _scatter(hardening, _replaced(scatter, older), seed)
+    given = as_table(scatter, "scatter", f"a table over {', '.join(SCATTER)}")
+    given = with_older(given, older, {f"{name}_scatter": name for name in SCATTER}, "scatter")
+    options = _scatter(hardening, given, seed)
     if isinstance(scenario, Scenario | str | Path):
         file = None if store is None else as_path(store, "store", "a path with the suffix .nc")
         with held(file), watched(progress, "passes"):
@@ -165,18 +166,6 @@ def wear_in(
         count = counting("passes", passes * len(scenarios))
         evolutions = pool.map(lambda one: _Evolution(one, options, every, samples, method, None), scenarios)
         return list(pool.map(lambda one: one.until(passes, count), evolutions))
-
-
-def _replaced(scatter: Any, older: Older) -> dict[str, Any]:
-    """Return what scatters, with what was given by older names."""
-    given = as_table(scatter, "scatter", f"a table over {', '.join(SCATTER)}")
-    for name, value in older.items():
-        new = name.removesuffix("_scatter")
-        if new not in SCATTER:
-            raise TypeError(f"wear_in() got an unexpected keyword argument {name!r}")
-        warnings.warn(f'{name} is now scatter={{"{new}": ...}}', DeprecationWarning, stacklevel=3)
-        given.setdefault(new, value)
-    return given
 
 
 def _scatter(hardening: Any, scatter: dict[str, Any], seed: Any) -> Scatter:

@@ -34,8 +34,9 @@ from wheeltapper.ground.arguments import (
     as_table,
     check_choice,
     check_flag,
+    with_older,
 )
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, suggested
 from wheeltapper.ground.progress import Progress, watched
 
 if TYPE_CHECKING:
@@ -133,17 +134,19 @@ COLUMNS = (
 """Of a design's chart: name, unit and meaning."""
 
 
+RAIL: dict[str, Any] = {
+    "number": 2, "shapes": ("bump", "dip"), "heights": (2e-5, 5e-3), "lengths": (0.02, 0.4), "spacing": (0.02, 2.0),
+    "total_length": 2.0,
+}  # fmt: skip
+"""What a rail that is to be designed may have on it, if nothing else is said: see `design_site`."""
+
+
 def design_site(
     site: Site | str | Path,
     parameters: Sequence[str] = NAMED,
     speeds: Sequence[float] | None = (6.0, 9.0, 12.0),
     *,
-    number: int = 2,
-    shapes: Sequence[str] = ("bump", "dip"),
-    heights: Bounds = (2e-5, 5e-3),
-    lengths: Bounds = (0.02, 0.4),
-    spacing: Bounds = (0.02, 2.0),
-    total_length: float = 2.0,
+    rail: Mapping[str, Any] | None = None,
     largest_force: float = 400e3,
     vary: Mapping[str, Bounds] | None = None,
     criterion: Criterion = "determinant",
@@ -152,6 +155,7 @@ def design_site(
     budget: int = 2000,
     seed: int = 0,
     progress: Progress = True,
+    **older: Any,
 ) -> Design:
     """Design the rail of a site so that passages give most information on some fields.
 
@@ -165,13 +169,13 @@ def design_site(
         Paths of the fields asked for, of which nothing is known beforehand.
     speeds
         m/s; None: the passage's own, or what `vary` says of "speed".
-    number, shapes
-        Of features, and which of "bump", "dip", "step up" and "step down" each of them may be.
-    heights, lengths, spacing
-        Bounds, m: of magnitudes, and of the distance from one start to the next. Over features longer than 0.4 m the
-        bogie, whose inertia the wheelset's model leaves out, begins to move.
-    total_length, largest_force
-        Limits, m and N; the force at every speed.
+    rail
+        What the rail may have on it, beside or instead of RAIL. "number", "shapes": of features, and which of "bump",
+        "dip", "step up" and "step down" each of them may be. "heights", "lengths", "spacing": bounds, m, of magnitudes,
+        and of the distance from one start to the next; over features longer than 0.4 m the bogie, whose inertia the
+        wheelset's model leaves out, begins to move. "total_length": limit, m.
+    largest_force
+        Limit at every speed, N.
     vary
         By path, bounds of what else may be chosen: "track.mass" and so on. The layouts to compare with may choose, too.
     criterion
@@ -184,6 +188,8 @@ def design_site(
         How many layouts are judged, about, and what the search draws from: the same seed finds the same layout.
     progress
         As for `wheeltapper.simulate`.
+    older
+        What stands in `rail`, by names of its own: what `rail` has replaced.
 
     Raises
     ------
@@ -201,8 +207,13 @@ def design_site(
     shaping = [path for path in (*parameters, *varied) if path.startswith("irregularity.")]
     if shaping:
         raise InputError("", shaping[0], "a field of the rail, which is to be designed", "fields of what rolls over it")
-    given = as_names(shapes, "shapes", "shapes of features")
-    family = Family(number, given, heights, lengths, spacing, total_length, fields=varied).checked()
+    given = as_table(rail, "rail", f"a table over {', '.join(RAIL)}")
+    given = RAIL | with_older(given, older, {name: name for name in RAIL}, "rail")
+    for name in given:
+        if name not in RAIL:
+            raise InputError("", f"rail.{name}", f"the unknown name {name!r}", suggested(name, RAIL))
+    given["shapes"] = as_names(given["shapes"], "shapes", "shapes of features")
+    family = Family(**given, fields=varied).checked()
     plain = ("bump",) if "bump" in family.shapes else family.shapes[:1]
     slowest = min(passing) if passing else family.fields.get("speed", (float(site.passage.speed),))[0]
     judge = Judge(

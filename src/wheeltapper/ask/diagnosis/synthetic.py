@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -33,11 +34,11 @@ REACH = 6.0
 
 
 def synthesise(
-    site: Site | str | Path, count: int = 1, *, fault: str | None = None,
-    size: float | tuple[float, float] | None = None, place: float | None = None,
+    site: Site | str | Path, count: int = 1, *, fault: str | Condition | None = None,
+    size: float | tuple[float, float] | None = None,
     changes: Mapping[str, float] | None = None, label: str | None = None, seed: int = 0, vary: bool = True,
     noise: float | None = None, neighbour: float | Neighbour | Sequence[Neighbour] | None = None, coupled: bool = True,
-    progress: Progress = True,
+    progress: Progress = True, **older: Any,
 ) -> list[Recording]:  # fmt: skip
     """Compute recordings of passages over a site.
 
@@ -47,9 +48,9 @@ def synthesise(
         The deck, its sensor, and how well all of it is known; or the path of its TOML file.
     count
         How many passages.
-    fault, size, place
-        Name in the catalogue, size in its unit, or a range (low, high) in which it is drawn uniformly, and where on the
-        wheel's circumference it is, 0 to 1; by default none, the usual size, and drawn uniformly.
+    fault, size
+        Name in the catalogue, and size in its unit, or a range (low, high) in which it is drawn uniformly; by default
+        none, and the usual size. Or a `Condition`, which also says where on the wheel's circumference it is.
     changes
         By path, values that differ from the site's passage.
     label
@@ -80,7 +81,7 @@ def synthesise(
         check_text(label, "label")
     site = as_site(site)
     stated = site.passage.replaced(as_table(changes, "changes", "values by path, or None"))
-    condition, others = Condition(fault, size, place), neighbours_of(neighbour)
+    condition, others = _condition(fault, size, older), neighbours_of(neighbour)
     out = []
     with watched(progress, "recordings"):
         for number in range(count):
@@ -97,6 +98,19 @@ def synthesise(
             out.append(_recorded(site, passage, beside, random, noise, coupled, truth))
             report("recordings", number + 1, count)
     return out
+
+
+def _condition(fault: str | Condition | None, size: Any, older: dict[str, Any]) -> Condition:
+    """Return what is wrong with a wheelset, with its place where that was given by the older keyword."""
+    for name in older:
+        if name != "place":
+            raise TypeError(f"an unexpected keyword argument {name!r}")
+        warnings.warn("place is now that of a Condition", DeprecationWarning, stacklevel=3)
+    if not isinstance(fault, Condition):
+        return Condition(fault, size, older.get("place"))
+    if size is not None:
+        raise InputError("", "size", shown(size), "none beside a Condition, which has its own")
+    return fault
 
 
 def synthesise_train(
