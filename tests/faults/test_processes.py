@@ -18,6 +18,7 @@ from wheeltapper.ask.diagnosis import folder, performance, processes, train
 from wheeltapper.ask.diagnosis.processes import Lost, ProcessError, in_processes
 from wheeltapper.ask.fill import fill
 from wheeltapper.faces.cli import main
+from wheeltapper.ground.progress import reporting
 
 SITE = Path(__file__).parents[2] / "examples" / "site.toml"
 posix = pytest.mark.skipif(sys.platform == "win32", reason="no process is killed by a signal there")
@@ -216,7 +217,7 @@ def test_passages_are_kept_only_while_the_sites_files_stay(tmp_path, computed):
 def test_what_a_callback_raises_reaches_the_user_and_what_is_kept_is_whole(workers, tmp_path):
     files = [quiet(tmp_path / f"{i}.csv") for i in range(4)]
 
-    def stop(done, of):
+    def stop(what, done, of):
         raise LookupError("my own")
 
     for given in ({"progress": stop}, {"after": tasks.refusing}):
@@ -284,7 +285,7 @@ def test_wheels_that_a_callback_stops_go_on(tmp_path):
     assert wt.load(tmp_path / "a.nc").sizes["pass"] == 2
     done = []
     more = wt.wear_in(scene, 4, every=1, store=tmp_path / "a.nc", progress=lambda *told: done.append(told))
-    assert done == [(3, 4), (4, 4)]
+    assert done == [("passes", 3, 4), ("passes", 4, 4)]
     np.testing.assert_array_equal(more.height, wt.wear_in(scene, 4, every=1).height)
 
 
@@ -295,8 +296,8 @@ def test_a_design_that_a_callback_stops_says_so():
 
 def test_a_store_that_a_callback_stops_goes_on(tmp_path):
     study = spec.read(written(tmp_path))
-    with pytest.raises(MyOwnError, match=r"^2$"):
-        fill(tmp_path / "a.zarr", study, progress=raised_after([]), say=lambda line: None)
-    fill(tmp_path / "a.zarr", study, resume=True, say=lambda line: None)
-    fill(tmp_path / "b.zarr", study, say=lambda line: None)
+    with pytest.raises(MyOwnError, match=r"^2$"), reporting(raised_after([]), say=lambda line: None):
+        fill(tmp_path / "a.zarr", study)
+    fill(tmp_path / "a.zarr", study, resume=True)
+    fill(tmp_path / "b.zarr", study)
     assert files(tmp_path / "a.zarr") == files(tmp_path / "b.zarr")

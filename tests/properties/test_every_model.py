@@ -195,7 +195,8 @@ def test_faults_of_a_yielding_site_are_told():
 def test_the_usual_faults_are_those_that_a_site_can_have(monkeypatch):
     asked = []
     monkeypatch.setattr(
-        "wheeltapper.ask.diagnosis.performance.in_processes", lambda _, site, tasks, workers: asked.extend(tasks) or []
+        "wheeltapper.ask.diagnosis.performance.in_processes",
+        lambda _, site, tasks, workers: asked.extend(tasks) or (done for done in ()),
     )
     with pytest.raises(KeyError):  # nothing was computed
         wt.diagnosis.assess(site("Thornton"), count=2)
