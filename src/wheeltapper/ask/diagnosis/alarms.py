@@ -25,19 +25,24 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import to_si
 
 VERIFY = "verify current edition"
+"""What every rule says by default of itself: its figure is a copy of a document that changes."""
 QUANTITIES = {
     "peak_force": "force", "dynamic_ratio": "number", "dynamic_increment": "number", "flat_length": "length",
     "out_of_roundness": "length",
 }  # fmt: skip
-"""What rules limit, and its dimension."""
+"""What a rule can limit, and the dimension of its limit ("number": a ratio)."""
 CHOICES = {
     "quantity": tuple(QUANTITIES), "per": ("wheel", "axle"), "when": ("exceeded", "reached"),
     "level": ("warning", "maintain", "stop"),
 }  # fmt: skip
+"""The values that each of these fields of a rule may have; any other value is refused."""
 LENGTHS = ("diameter_above", "diameter_up_to")
+"""Fields of a rule that hold a length, m; a rule applies only to wheels with diameters between them."""
 FLATS = ("wheel flat", "rounded flat")
+"""Verdicts whose size is the length of a flat, m."""
 ONE_WHEEL = (*FLATS, "out of round", "not explained")
-"""Verdicts that put all of the dynamic force on one wheel."""
+"""Verdicts for which the whole dynamic force is assigned to one of the two wheels. The fault is then in one wheel, or
+its place is unknown, and this is the largest force that one wheel can have had."""
 
 
 @dataclass(frozen=True)

@@ -25,21 +25,26 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
 
 SPEEDS = 0.05
-"""Relative spacing of the starting speeds where a flat strikes before the irregularity."""
+"""Spacing of the starting speeds, over the stated speed. It is used where a flat strikes at the onset, so that nothing
+has determined the speed before."""
 FIRM, FIRST = 0.01, (0.009, 0.007, 0.005, 0.003, 0.0015)
-"""A fit of mass, damping and load that holds for less than FIRM, s, proves nothing. Then a healthy wheelset is fitted
-to shorter beginnings: FIRST, s after the onset."""
+"""Times after the onset, s. If the fit of mass, damping and load explains less than FIRM, it does not show what came
+before a strike. A healthy wheelset is then fitted up to each of the times FIRST, until one of these fits succeeds."""
 EARLIER = 0.008
-"""Time from the start of the fit windows to the strike of a wheel's fault, s. The first window ends 3 ms after it."""
+"""Time from the start of the fit windows to the strike of a wheel's fault, s. The shortest window, 11 ms, then ends 3
+ms after the strike."""
 CLEARLY, SHORTER = 4.0, 0.25
-"""A fit is clear if χ² exceeds its mean by at most CLEARLY of its standard deviations. A healthy beginning that is not
-clear is shortened to the part SHORTER."""
+"""A fit is clear if χ² per degree of freedom exceeds one by at most CLEARLY standard deviations of that ratio, which is
+√(2/degrees of freedom) for normal noise. If a healthy fit up to a strike is not clear, the time from the onset to its
+end is multiplied by SHORTER."""
 LASTING = 0.03
-"""A fit of mass, damping and load that holds for less than this, s after the onset, explains little. If it holds for
-longer and nothing explains the whole recording, a note says for how long."""
+"""Time after the onset, s. If the fit of mass, damping and load explains less than this, it has explained little: other
+families of faults than flats are then tried first. If it explains more, but nothing explains the whole recording, a
+note says for how long."""
 PATIENTLY = 3
-"""Number of orders of a wheel out of round whose fits are repeated with patience."""
+"""Number of orders of a wheel out of round that are fitted again with patience, after hasty fits of all of them."""
 FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
+"""Names of the faults that are fitted together: the flats, and the faults of the damper's end."""
 
 
 class Strike(NamedTuple):

@@ -19,18 +19,22 @@ from wheeltapper.lower.damper_end import check_contact
 from wheeltapper.record.recording import Recording
 
 EXPLAINED = 1.3
-"""A model explains a recording where χ² per degree of freedom is at most this."""
+"""Largest χ² per degree of freedom at which a model explains a recording. If the best model has more, the verdict is
+"not explained"."""
 WELL = 1.1
-"""The search ends where χ² per degree of freedom is at most this: the noise may be misjudged by 5 %."""
+"""Largest χ² per degree of freedom at which the search for other faults ends. It is above one because the stated noise
+may be wrong by 5 % (1.05² = 1.1). At a higher limit a similar fault might be taken for the true one."""
 EARLY = 3.0
-"""The wheel itself is the cause of the onset if, at that time, the model of the fastest healthy wheelset stays below so
-many standard deviations of the noise."""
+"""Standard deviations of the noise. If the model of the fastest plausible healthy wheelset stays below this up to the
+onset, the irregularity of the site cannot have caused the onset: the wheel itself has."""
 SURE = 3.0
-"""Largest deviation of the speed that is considered, in standard deviations. The onset determines the speed where the
-stated uncertainty makes more than as many samples."""
+"""Largest deviation of the speed from the stated one that is considered plausible, in standard deviations. The onset
+determines the speed only if the standard deviation of the speed moves the onset by at least this many samples."""
 
 FLIGHTS, PLATEAU = 0.06, 97.0
-"""Flights within the first FLIGHTS seconds show the static force, by the PLATEAU-th percentile of the acceleration."""
+"""The static force is estimated from flights, in which the deck's acceleration is N0/M. They are looked for in the
+first FLIGHTS seconds after the onset. The acceleration in flight is taken as the PLATEAU-th percentile of the samples
+there: nearly the largest, but insensitive to a few outliers."""
 
 
 class Case:

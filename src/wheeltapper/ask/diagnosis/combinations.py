@@ -23,29 +23,35 @@ from wheeltapper.ground.errors import InputError, shown
 FloatArray = NDArray[np.float64]
 
 STATIC_LOAD = "static load"
-"""N0 = P + m·g, among the exponents in the load's place."""
+"""Name of the static force N0 = P + m·g, which replaces the load P as a coordinate."""
 DENOMINATORS = (1, 2, 3)
+"""Exponents of products are fractions with these denominators."""
 NEAR = 0.04
-"""Exponents are rounded to a simple fraction that is at most this far away."""
+"""An exponent is replaced by a simple fraction if it differs from it by at most this; otherwise it is rounded to two
+decimals."""
 LIKE = 0.95
-"""Least cosine of the angle between a direction and that of a law for which the law is named."""
+"""A direction that the recording does not determine is named after a law if the cosine of the angle between the two is
+at least this."""
 GAIN = 3.0
-"""A product of powers is listed if its standard deviation is this many times smaller than that of its fields."""
+"""A product of powers is listed as known if its standard deviation is at least this many times smaller than that of
+each factor."""
 LIMIT = 0.1
-"""Standard deviation of the logarithm above which a direction counts as unknown, and below which a product counts as
-known."""
+"""Standard deviation of a logarithm, 10 % of the value. A direction with a larger one counts as unknown, and a product
+of powers with a smaller one as known."""
 CONSTANTS = ("contact.constant", "contact.constant_per_wheel")
+"""Fields that hold a contact constant C."""
 HEIGHTS = ("height", "depth", "amplitude")
+"""Last names of the fields that hold a height of an irregularity."""
 FORCES = (
     STATIC_LOAD, "vehicle.mass", "vehicle.stiffness", "vehicle.damping", *CONSTANTS, "contact.stiffness",
     "contact.youngs_modulus", "track.mass", "track.stiffness", "track.damping",
 )  # fmt: skip
-"""Fields that the force scale multiplies."""
+"""Fields that the force scale multiplies by s."""
 LENGTHS = {
     "vehicle.mass": -1.0, "vehicle.stiffness": -1.0, "vehicle.damping": -1.0, "vehicle.radius": -1.0,
     "contact.stiffness": -1.0, **dict.fromkeys(CONSTANTS, -1.5),
 }  # fmt: skip
-"""Exponents of the fields in the displacement scale; heights have exponent one."""
+"""Exponents of s with which the displacement scale changes the fields; heights have the exponent one."""
 
 
 class Combination(NamedTuple):

@@ -122,7 +122,7 @@ COLUMNS = (
     ("largest_force", "N", "largest contact force at any speed"),
     ("total_length", "m", "from the first feature's start to the last one's end"),
 )
-"""Of a design's chart: name, unit and meaning."""
+"""Variables of a design's chart: name, unit and meaning."""
 
 
 def design_site(

@@ -20,23 +20,28 @@ Progress = Callable[[int, int, float], None]
 """Called with the number of layouts that were judged, the budget, and the best criterion so far."""
 
 SEARCH_RATE = 5e3
-"""Samples per second of the search. Contacts last a millisecond or more: with more samples the information changes by
-less than 1 %."""
+"""Samples per second during the search. Contacts last a millisecond or more: a higher rate changes the information by
+less than 1 % and costs more time."""
 SHARES = {"single": 0.15, "repeated": 0.03, "alike": 0.22, "designed": 0.6}
-"""Shares of the budget."""
+"""Share of the budget of layouts that each search gets. The designed layout has the most coordinates."""
 PARTS, SAMPLED = 0.1, 0.3
-"""Shares of a search: for single features, and for layouts that are sampled, most of them combined from these."""
+"""Shares of the budget of one search. PARTS is spent on single features. SAMPLED is spent on layouts that are drawn,
+three in four of which combine the best single features. The rest is for the simplex search."""
 CLIMBS = (12, 4, 1)
-"""Numbers of starts in three rounds of equal cost of the simplex search by Nelder and Mead (1965)."""
+"""Numbers of layouts from which the simplex search of Nelder and Mead (1965) starts, in three rounds of equal cost.
+Each round keeps the best results of the one before."""
 SIMPLEX, FINE = 0.05, 1e-3
-"""Size of the first simplex, and the size at which the search ends."""
+"""Edge of the first simplex and the size at which the search ends, in coordinates from 0 to 1. FINE is also the change
+of the logarithm of the criterion at which it ends."""
 JUDGED = 3
-"""Number of the best layouts that are judged again at the rate of the sensor."""
+"""Number of the best layouts that are judged again at the rate of the sensor. The order of the very best may change
+there."""
 EASED, TRIES = 0.99, 8
-"""Features are lowered until the force is this share of its limit, in at most TRIES trials."""
+"""If the force exceeds its limit, a feature is lowered until the force is the share EASED of the limit. After TRIES
+evaluations the layout counts as refused."""
 REFUSED = 1e3
-"""Cost of a layout that exceeds the limit of the force; the ratio of force and limit is added. Others cost less than
-200."""
+"""Cost of a layout whose force exceeds the limit; the ratio of force and limit is added, so that the search is led
+back. Layouts that are allowed cost less than 200, or half of this if nothing is determined."""
 
 
 class Candidate(NamedTuple):

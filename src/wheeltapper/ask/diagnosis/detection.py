@@ -29,7 +29,7 @@ Scale = Literal["log", "linear"]
 Bounds = Literal["wald", "likelihood ratio", "delta"]
 
 USUAL = 0.95
-"""Level of a bound where none is named."""
+"""Confidence level of a bound if none is given: 95 %, as in a90/95."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,19 +33,24 @@ from wheeltapper.ask.diagnosis.likelihood import (
 FloatArray = NDArray[np.float64]
 
 LEAST = 1e-9
-"""Probabilities nearer than this to zero or one count as zero or one."""
+"""Smallest probability that is distinguished from zero, and its complement from one: the index F⁻¹ is evaluated between
+these two only."""
 TINY = 1e-12
-"""Least distance of a curve's probability from one."""
+"""Smallest distance from one of the probability on a constrained curve, over its ceiling. At one the index would be
+infinite."""
 CERTAIN = 1e-6
-"""A curve whose probabilities are all within this of zero or one does not determine its slope."""
+"""If at most one of the sizes has a probability farther than this from both zero and one, the curve is a step: the data
+do not determine its slope."""
 FARTHEST = 1e4
-"""Largest size that is searched, in standard deviations of the sizes of the specimens."""
+"""Largest distance from the estimate at which the bound of a size is searched, in standard deviations of the sizes of
+the specimens. A bound beyond it counts as infinite."""
 LOWEST = 1e-3
-"""Lowest ceiling of a curve that is searched."""
+"""Lowest ceiling that is considered when the ceiling is estimated."""
 NEXT = 1e-6
-"""Distance beyond a step at which its far side is evaluated, in the same unit."""
+"""Distance from a step at which the two sides of it are evaluated, in standard deviations of the sizes of the
+specimens."""
 SMALL = 1e-6
-"""A smaller rise of the log-likelihood counts as none, and a ceiling nearer to one counts as one."""
+"""Rise of the log-likelihood that counts as none, and distance of the ceiling from one at which it counts as one."""
 
 
 @dataclass(frozen=True, eq=False)

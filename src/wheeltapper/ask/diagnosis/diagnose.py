@@ -44,25 +44,29 @@ from wheeltapper.record.simulate import simulate
 FloatArray = NDArray[np.float64]
 
 FAULTY = 0.1
-"""Prior probability that a wheelset has a fault."""
+"""Prior probability that a wheelset has a fault. It is divided equally among the faults of the catalogue."""
 ALIKE = 0.05
-"""Another verdict is listed as not excluded if its probability is at least this share of the best one's."""
+"""Another fault is listed as not excluded if its posterior probability is at least this share of that of the
+verdict."""
 BASIN = 0.02
-"""A fit that explains the recording for longer than this, s after the onset, has found the right minimum."""
+"""Time after the onset, s. A fit of mass, damping and load that explains more than this is near the right minimum, and
+no other starting values are tried."""
 BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
-"""Other starts are ranked by the first BEGINNING seconds after the onset. Their speeds differ by the share SPEEDS, and
-the STARTS best ones are fitted."""
+"""Other starting values of mass, damping, load and speed are ranked by the first BEGINNING seconds after the onset.
+Neighbouring speeds differ by about the share SPEEDS. The best STARTS of them are fitted."""
 SOONER = 0.006
-"""Time by which a second fit begins its windows earlier, s. Its first window then ends before the first impact, and
-determines the speed."""
+"""Time by which the windows of the second fit begin before the onset, s. Its shortest window, 11 ms, then ends 5 ms
+after the onset and before the first impact: it determines the speed alone."""
 VAGUE = 0.3
-"""If the standard deviation of a field's logarithm is larger, its likelihood is taken as normal in the field itself,
-and the size of a fault is not given."""
+"""Standard deviation of the logarithm of a field. Above it the likelihood is taken as normal in the field itself
+instead of its logarithm, and the size of a fault is given as an interval without a value."""
 NOTHING = 3.0
-"""A damping smaller than this, in its standard deviations, may be zero."""
+"""If the damping is less than this many of its standard deviations above zero, free play so wide that the stops are not
+reached explains the recording as well as a lost damper."""
 FAR = 10.0
-"""The nearest model's parameters are given up to this χ² per degree of freedom: beyond it the model is about three
-deviations of the noise away from the recording, and intervals that count noise alone say nothing."""
+"""Largest χ² per degree of freedom at which the parameters of the nearest model are given. Beyond it the model is about
+three standard deviations of the noise away from the samples, and intervals that allow for noise alone are
+meaningless."""
 
 
 def diagnose(

@@ -18,12 +18,14 @@ from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.ground.errors import InputError, shown, suggested
 
 MASS, DAMPING, LOAD = "vehicle.mass", "vehicle.damping", "vehicle.load"
+"""Paths of the fields that the faults of suspension, damper and load change."""
 PLAIN = (MASS, DAMPING, LOAD)
-"""Fields of the wheelset that the plain faults change: one fit of these distinguishes all of them."""
+"""Fields that the plain faults change: unsprung mass, damping and load. One fit with all three free serves all plain
+faults."""
 ADDED_MASS = 670.0
-"""Mass of the bogie that a broken, rigid primary spring adds to the wheelset, kg."""
+"""Mass of the bogie, kg, that moves with the wheelset after a primary spring has become a rigid link."""
 ORDER = 12
-"""Order of a wheel out of round, unless stated."""
+"""Number of waves around the circumference of a wheel out of round, if none is given."""
 
 Made = Callable[[Scenario, float, float], Scenario]
 Believed = Callable[[Scenario], dict[str, Prior]]

@@ -22,14 +22,15 @@ from wheeltapper.record.recording import Recording
 FloatArray = NDArray[np.float64]
 
 HEALTHY, NOT_EXPLAINED, NO_WHEEL = "healthy", "not explained", "no wheel"
+"""Verdicts that are no fault of the catalogue."""
 FORMAT = 1
-"""Version of the JSON's layout."""
+"""Version of the layout of a finding's JSON."""
 KIP = 4448.2216152605
 """One kip (1000 pounds-force), N."""
 ASKED = ("vehicle.mass", "vehicle.damping")
-"""Fields whose combinations are listed."""
+"""Fields among which, together with the uncertain ones, combinations are looked for."""
 MOST = 3
-"""Number of combinations in the paragraph."""
+"""Largest number of known combinations that the paragraph lists."""
 NAMES = {
     "vehicle.mass": ("unsprung mass", "kg", 1.0),
     "vehicle.damping": ("damping", "kN s/m", 1e-3),
@@ -37,7 +38,7 @@ NAMES = {
     "vehicle.damper_play": ("half the damper's play", "um", 1e6),
     "vehicle.bush_stiffness": ("bush", "kN/mm", 1e-6),
 }
-"""How the fields of a finding are printed: words, unit, factor."""
+"""How the fields of a finding are printed: name, unit, and the factor from SI to that unit."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,40 +19,52 @@ from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
 WINDOWS = (0.011, 0.016, 0.022, 0.030, 0.040, 0.055, 0.075, 0.1, 0.14, 0.2, 0.3, 0.45, 0.65, 1.0, 1.5, 2.2, 3.3, 5.0)
-"""Possible ends of the fit windows, s after the onset."""
+"""Ends of the fit windows, s after the onset. Each is 1.3 to 1.6 times as long as the one before. The last window of a
+fit is the whole recording."""
 IN_STEP = 0.6
-"""Model and recording are in step over a window if their difference has less than this share of the recording's rms."""
+"""Model and recording are similar over a part of the recording if the rms of their difference is at most this share of
+the rms of the recording, apart from noise. A window is extended as long as they are similar."""
 INFLATED = 20.0
-"""Largest factor by which the noise assumed in a window exceeds the true noise."""
+"""Largest ratio of the standard deviation of the noise that a fit assumes in a window to the true one. A larger assumed
+noise gives the priors more weight while the model is far from the recording."""
 SETTLED, NEAR = 0.05, 0.3
-"""A fit has converged if its undamped step is below SETTLED standard deviations in every parameter. A fit of a window
-that is not the last one ends below NEAR."""
+"""Length of the undamped step in standard deviations of the parameters, as the largest over all parameters. Below
+SETTLED a fit has converged. In a window that is not the last one a fit may end already below NEAR."""
 STEPS, HASTY_STEPS, LAST_STEPS = 6, 4, 30
-"""Largest number of steps in a window: with patience, without, and in the last window. As many may fail."""
+"""Largest number of steps in a window: of a patient fit, of a hasty one, and in the last window. Failed trials count,
+too; twice as many trials are allowed as steps."""
 REACH = 0.5
-"""Largest change of a coordinate in one step."""
+"""Largest change of any coordinate in one step. Coordinates are logarithms: no parameter changes by more than a factor
+of 1.65 at once."""
 DAMPING = 1e-5
-"""Damping (Levenberg, Marquardt) of the first step in a window, for a Jacobian scaled to unit columns."""
+"""Levenberg–Marquardt damping of the first step in a window, for a Jacobian whose columns have the length one. It falls
+by a factor of 0.03 after a success and grows by 30 after a failure."""
 AS_FORETOLD = 0.03
-"""The derivatives are used again if the last step reduced the sum of squares as predicted, within this share."""
+"""A step uses the derivatives of the step before if that one reduced the sum of squares as predicted, up to this share
+of the reduction. This saves computing them again."""
 NEARLY = 0.9
-"""The fit of a window that is not the last one ends if a step leaves more than this share of the sum of squares."""
+"""The fit of a window that is not the last one ends if a step leaves more than this share of the sum of squares: it has
+nearly stopped improving, and a longer window says more."""
 AHEAD = 2
-"""Number of windows that are compared first. Most models leave the recording soon, which saves the later windows."""
+"""Number of windows over which model and recording are compared at first. Most models differ from the recording within
+these, and the longer windows then need not be computed."""
 BLOCK = 256
-"""Rows in one block of the QR factorisation."""
+"""Rows in one block of the QR factorisation. Linear algebra libraries start no threads for such small blocks; threads
+cost far more here than they save (decision 15)."""
 HOLDS = 2.0
-"""A model explains a window where χ² per sample is at most this."""
+"""Largest χ² per sample, with the true noise, at which a model explains a window. It is looser than the limit for a
+whole recording, because fits of windows need not have converged."""
 PATIENCE = 2
-"""Number of times that a shorter window is tried after a long one was not explained."""
+"""How often in a patient fit a shorter window is tried after a long one was not explained. A hasty fit tries none."""
 LONG, PROGRESS = 0.05, 0.02
-"""A model that explains more than LONG, s, goes on in short windows. Each ends where the model departs from the
-recording, and is longer than the last one by at least the share PROGRESS."""
+"""A fit that has explained at least LONG seconds after the onset is not given up at the next window. It goes on in
+short windows, each longer than the one before by at least the share PROGRESS."""
 DEPARTS, OVER = 5.0, 1e-3
-"""A model departs where the rms of the difference over OVER, s, exceeds DEPARTS standard deviations of the noise."""
+"""A model departs from the recording where the rms of their difference over OVER seconds first exceeds DEPARTS standard
+deviations of the noise."""
 STUCK = 0.9
-"""A window is tried with less and less assumed noise. The fit ends without success if the mean square of the residual
-then stays above this share of what it was."""
+"""The noise that is assumed in a window is lowered step by step to the true noise. If lowering it leaves more than this
+share of the mean square of the residual, the fit is stuck, and the window is not explained."""
 
 
 @dataclass(frozen=True)

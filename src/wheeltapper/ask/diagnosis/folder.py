@@ -19,7 +19,7 @@ from wheeltapper.ground.arguments import as_list, as_path, as_table
 from wheeltapper.ground.errors import InputError, shown, suggested
 
 NOT_READ = "not read"
-"""The verdict on a file that holds no recording of this site; its entry says why."""
+"""Verdict on a file that cannot be read or holds no recording of this site. Its entry says why."""
 
 After = Callable[[Finding, Path], None]
 

@@ -25,23 +25,25 @@ BoolArray = NDArray[np.bool_]
 Method = Literal["auto", "inertia", "bearing", "tikhonov", "smoother"]
 
 RIGHT = 0.01
-"""Relative error of the force within the band."""
+"""Largest relative error of the modulus of the force at frequencies within the band of a method."""
 LOUD = 60.0
-"""Signal over noise, dB, from which on `auto` does not smooth."""
+"""Ratio of signal to noise, dB, from which on the method `auto` does not smooth."""
 CONTACT = 100.0
-"""Frequency of bouncing contact, Hz, at which `auto` compares the deck's inertia alone with the whole force."""
+"""Frequency of a wheel that bounces on the rail, Hz. At this frequency `auto` judges what the bearing contributes."""
 NEGLIGIBLE = 0.003
-"""Relative error there below which `auto` neglects the bearing."""
+"""Relative error of the force at that frequency below which `auto` neglects the force of the bearing."""
 SHORTEST = 16
-"""Least number of samples."""
+"""Smallest number of usable samples (neither missing nor clipped); a recording with fewer is refused."""
 ORDER = 6
-"""Order of the differences from which noise is estimated."""
+"""Order of the differences of the samples from which the noise is estimated. A smooth signal has almost no sixth
+differences, so that they are noise."""
 NORMAL = 1.482602218505602
-"""Standard deviation of a normal distribution over the median of its modulus."""
+"""Ratio of the standard deviation of a normal distribution to the median of its modulus."""
 FASTEST = 3
-"""Samples that are left out at each end of a flight where nothing is smoothed."""
+"""Number of samples that are left out at each end of a flight if the force is not smoothed."""
 AROUND = 2.0
-"""The same where the force is smoothed, over the width of the smoothing kernel."""
+"""Samples that are left out at each end of a flight if the force is smoothed, over the width of the smoothing kernel.
+Within that distance smoothing mixes flight and contact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,6 +223,7 @@ METHODS: dict[str, Callable[[_Setting], _Found]] = {
     "tikhonov": _tikhonov,
     "smoother": _smoother,
 }
+"""The methods of `reconstructed`, by name."""
 
 
 def _of_smooth(setting: _Setting, smooth: force_smooth.Smooth) -> _Found:

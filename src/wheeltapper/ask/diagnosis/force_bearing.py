@@ -15,28 +15,30 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 FLIGHT = 1e-3
-"""Shortest flight to be used, s."""
+"""Shortest flight that is used as a condition on the drift, s."""
 PIECE = 3e-3
-"""Longest piece of a flight that gives one value, s."""
+"""Longest piece of a flight whose mean gives one condition, s. The drift is taken as constant within it."""
 NEAR_ZERO = 0.02
-"""Largest force, over the static one, that counts as zero in flight, besides noise."""
+"""Largest contact force in flight, over the static force. Three standard errors of noise and drift are added to it."""
 HIGHEST = 0.5
-"""Largest sum of noise and drift, over the static force, at which zero and the static force can be distinguished."""
+"""If the limit of `NEAR_ZERO` with its addition exceeds this share of the static force, zero and the static force
+cannot be told apart, and no flight is recognised."""
 MOST = 100
-"""Largest number of flights that are used."""
+"""Largest number of flights that are used. Each one costs a pass over all times."""
 TIE = 1e-3
-"""Standard error of the model's zero force in flight, over the static one."""
+"""Standard error of the condition "no force in flight", over the static force. It allows for errors of the model."""
 MEAN = 0.025
-"""Window over which the mean force is compared with the static one, s."""
+"""Length of the windows in which the mean contact force is compared with the static force, s."""
 OF_SWING, OF_STATIC = 0.1, 2e-3
-"""Standard error of a window's mean force: its parts in proportion to the force's standard deviation in the window, and
-to the static force."""
+"""Standard error of the mean force in a window: OF_SWING times the standard deviation of the force in it plus OF_STATIC
+times the static force. The mean is the less certain, the more the force varies."""
 SLOWEST = 6.0
-"""Least natural angular frequency, rad/s, that is assumed for a deck that is not at rest at the start."""
+"""Lowest natural angular frequency of the deck, rad/s, that is assumed for its unknown initial motion. It bounds that
+motion where the bearing is soft."""
 MOST_TIMES = 20_000
-"""Largest number of times at which the drift is computed; between them it is linear."""
+"""Largest number of times at which the drift is computed; between them it is interpolated linearly."""
 WINDOWS = 100
-"""Largest number of windows."""
+"""Largest number of windows with a mean force; in longer recordings the windows become longer."""
 
 
 class Bearing(NamedTuple):

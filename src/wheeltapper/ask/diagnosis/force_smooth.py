@@ -16,19 +16,20 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 WINDOW = 0.015
-"""Time over which the intensity of the noise that drives the force is taken as constant, s."""
+"""Time over which the local intensity of the noise that drives the force is averaged, s."""
 QUIETEST = 1e-4
-"""Least local intensity, over its mean."""
+"""Lowest local intensity, over its mean. Without a lower bound a quiet part would be smoothed without limit."""
 WIDEST = 80.0
-"""Largest width of the kernel in samples: λ to the power of one over twice the order."""
+"""Largest width of the smoothing kernel in samples, λ^(1/(2·order)); λ is the weight of the penalty."""
 NARROWEST = 0.1
-"""Least width of the kernel in samples."""
+"""Smallest width of the smoothing kernel in samples. Such a kernel does not smooth at all."""
 
 
 STIFFEST = 1e12
-"""Largest weight of a difference. Beyond it the samples are lost in rounding."""
+"""Largest weight of one difference. With a larger one the samples would be lost in the rounding of the matrix."""
 UNMEASURED, LEAST = 1e-11, 1e-3
-"""Weight of g = 0 in gaps, so that long gaps have a solution: over the largest weight of a difference, and at most."""
+"""Weight of the condition g = 0 where a sample is missing: UNMEASURED times the largest weight of a difference, but at
+most LEAST. It keeps the matrix regular in long gaps and has no other effect."""
 
 
 class Smooth(NamedTuple):

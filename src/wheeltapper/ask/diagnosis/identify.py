@@ -24,9 +24,10 @@ from wheeltapper.record.recording import Recording
 FloatArray = NDArray[np.float64]
 
 SHORTEST = 32
-"""Least number of samples."""
+"""Smallest number of samples that are not missing; a recording with fewer is refused."""
 LOUD = 6.0
-"""Standard deviations of the noise that the acceleration first exceeds at the onset."""
+"""Standard deviations of the noise. The onset is the first sample whose magnitude exceeds this; noise alone does so
+once in 5e8 samples."""
 
 
 @dataclass(frozen=True)

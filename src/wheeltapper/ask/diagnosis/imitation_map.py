@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TITLE = "wheeltapper imitation"
-"""Of the dataset, by which `plot` knows it."""
+"""Title of the dataset, by which `plot` recognises it."""
 
 
 def imitation_map(

@@ -36,11 +36,14 @@ from wheeltapper.record.record import OUTCOMES
 FloatArray = NDArray[np.float64]
 
 NAMED = ("vehicle.mass", "vehicle.damping")
+"""Fields whose information is computed if none are named."""
 NOTHING = 1e-12
-"""The part of a column that is orthogonal to others counts as zero below this share of the column."""
+"""Relative size below which a singular value, or the part of a column that is orthogonal to the others, counts as zero.
+It is above the rounding errors of double precision."""
 BLOCK = 128
+"""Rows in one block of the QR factorisation; small blocks are faster than one large matrix."""
 OWN = "speed"
-"""The field that differs between the passages of one wheelset."""
+"""Path of the field that each passage has for itself: passages of the same wheelset share all other fields."""
 
 
 @dataclass(frozen=True, eq=False)

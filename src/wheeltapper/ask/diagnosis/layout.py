@@ -27,11 +27,15 @@ FloatArray = NDArray[np.float64]
 Bounds = tuple[float, float]
 
 SHAPES = ("bump", "dip", "step up", "step down")
+"""Shapes that a feature may have."""
 FALLING = ("dip", "step down")
+"""Shapes whose height is negative."""
 FIRST = 0.05
-"""Start of the first feature, m after the trigger. A wheel may touch a step before its axle is above it."""
+"""Start of the first feature, m after the trigger. The distance is needed because a wheel may touch a step before its
+axle is above it."""
 LISTENING = 0.2
-"""Time for which a recording goes on after the slowest passage has left the last feature, s."""
+"""Time for which a recording goes on after the slowest passage has left the last feature, s. The impacts after a
+feature carry information, too."""
 
 
 class Feature(NamedTuple):

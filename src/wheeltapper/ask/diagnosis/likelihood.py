@@ -23,14 +23,18 @@ FloatArray = NDArray[np.float64]
 Link = Literal["probit", "logit"]
 
 GAIN = 1e-13
-"""Newton's method ends if the predicted rise of the log-likelihood is smaller."""
+"""Newton's method ends if the predicted rise of the log-likelihood is smaller than this, of the order of rounding."""
 STEPS = 200
+"""Largest number of Newton's steps. It ends searches for a maximum that lies at infinity."""
 REACH = 4.0
-"""Largest change of any η in one step; values that are larger already may double."""
+"""Largest change of any index η in one step. An index whose magnitude is larger already may double, so that maxima at
+infinity are approached quickly."""
 SLOPES = (0.3, 1.0, 3.0, 10.0, 40.0, 400.0)
-"""Starting slopes of the search below a ceiling, in units of one over the standard deviation of the sizes."""
+"""Starting slopes of the search below a ceiling, over the reciprocal of the standard deviation of the sizes. The
+log-likelihood is not concave there and may have several maxima."""
 PLACES, CEILINGS, CLIMBS = 40, 9, 3
-"""Numbers of starting sizes and ceilings, and of the best of all these points from which the search goes on."""
+"""Numbers of starting sizes and of ceilings, and the number of the best starting points from which the search goes
+on."""
 
 
 class Slopes(NamedTuple):

@@ -37,9 +37,10 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 HELD = ("x", "y", "roll", "pitch", "yaw")
-"""What the wheelsets of the core model do not do."""
+"""Motions of an axle that are suppressed, because the wheelset of the core model moves only vertically."""
 INERTIA = (1120.0, 112.0, 1120.0)
-"""kg·m²; of no effect, since these motions are held."""
+"""Moments of inertia of an axle about x, y and z, kg·m². They have no effect, because these rotations are
+suppressed."""
 
 
 @dataclass(frozen=True)

@@ -30,9 +30,9 @@ FloatArray = NDArray[np.float64]
 Sizes = float | tuple[float, float] | None
 
 LOWEST = -1e9
-"""Score of a fault that was not compared."""
+"""Score of a fault that was not compared in a passage: below every other score."""
 ALLOWED = 0.01
-"""Rate of false calls at which the detection rate is given."""
+"""Rate of false calls at which the JSON gives the detection rate."""
 
 
 class Passage(NamedTuple):
@@ -193,6 +193,8 @@ USUAL: dict[str, Sizes] = {
     "broken spring": None, "lost damper": None, "weak damper": None, "mass deviation": None, "free play": None,
     "wheel flat": (0.002, 0.02),
 }  # fmt: skip
+"""Faults that are computed if none are named, with their sizes. None is the usual size; a pair is a range from which
+each passage's size is drawn."""
 
 _Task = tuple[str, Sizes, int, int]
 

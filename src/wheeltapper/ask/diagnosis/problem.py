@@ -20,9 +20,11 @@ from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
 FORGOTTEN = 20.0
-"""Periods of the cutoff frequency after which the initial state of the sensor's filter has no effect."""
+"""Periods of the cutoff frequency. Samples are computed from this long before the first one wanted; the initial state
+of the sensor's filter then has no effect."""
 DIFFERENCE, BETWEEN = 3e-7, ("vehicle.damper_play_start",)
-"""Relative step of difference quotients. In fields between -1 and 1 the step is absolute, and towards zero."""
+"""Relative step of difference quotients, for motions without exact derivatives. In the fields BETWEEN, whose values lie
+between -1 and 1, the step is absolute and points towards zero, so that it stays within these bounds."""
 
 
 class Prior(NamedTuple):

@@ -13,8 +13,9 @@ from typing import Any, TypeVar
 from wheeltapper.ground.arguments import as_count
 
 AHEAD = 4
-"""Tasks that wait for each process."""
+"""Tasks that are submitted per process. A few wait, so that no process is idle."""
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+"""Environment variables that limit the threads of linear algebra libraries."""
 
 Shared = TypeVar("Shared")
 Task = TypeVar("Task")
@@ -65,6 +66,7 @@ def in_processes(
 
 
 _HELD: list[Any] = []
+"""In a worker process: the function and the shared argument, sent once and not with each task."""
 
 
 def _begin(function: Any, shared: Any) -> None:

@@ -15,7 +15,7 @@ from wheeltapper.ground.quantities import to_si
 FloatArray = NDArray[np.float64]
 
 AXLES = 1000.0
-"""Number of axles for which false calls are given."""
+"""Number of axles to which false calls are related."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,11 @@ from wheeltapper.describe.sensor import Sensor
 FloatArray = NDArray[np.float64]
 
 OVERSAMPLED = 8
-"""The sensor's filter is computed at this multiple of the rate of the converter."""
+"""The sensor's filter is computed at this multiple of the sample rate, where it is close to the analogue filter that it
+stands for."""
 AROUND = 3
-"""Number of samples on either side from which values between samples are interpolated."""
+"""Number of samples on either side from which a value between two samples is interpolated, by a polynomial of degree
+five."""
 
 
 def filtered(samples: FloatArray, sensor: Sensor, finer: int = 1) -> FloatArray:

@@ -30,11 +30,14 @@ from wheeltapper.ground.quantities import to_si
 BoolArray = NDArray[np.bool_]
 
 FEWEST = 3
-"""Least number of signals that are not censored."""
+"""Smallest number of signals that are not censored. The regression has three parameters; with fewer signals it is
+refused."""
 SAME = 1e-9
-"""Sizes nearer to each other than this, over the standard deviation of all sizes, count as equal."""
+"""If the sizes of all uncensored signals differ by less than this many standard deviations of all sizes, they count as
+equal, and the regression is refused."""
 EXACT = 1e-9
-"""Signals nearer to their line than this, over their standard deviation, count as without scatter."""
+"""Smallest standard deviation of the signals about their line, over their standard deviation. With less, the signals
+have no scatter, and the regression is refused."""
 
 
 def signal_response(

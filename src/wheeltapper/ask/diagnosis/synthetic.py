@@ -22,13 +22,14 @@ from wheeltapper.record.recording import Recording
 FloatArray = NDArray[np.float64]
 
 OWN = "vehicle."
-"""Fields in which the wheelsets of one train differ; the rest is the site's, the same for all of them."""
+"""First part of the paths of fields that are drawn for each wheelset of a train. All other fields belong to the site
+and are the same for all wheelsets."""
 COACH = (0.0, 2.56, 19.0, 21.56)
-"""Places of a coach's wheelsets behind its first one, m (ERRI B176)."""
+"""Distances of a coach's wheelsets behind its first one, m (ERRI B176)."""
 COUPLED = 26.4
-"""From a coach to the next, m."""
+"""Distance from the first wheelset of a coach to that of the next one, m."""
 REACH = 6.0
-"""Wheelsets farther away than this are not felt, m."""
+"""Distance, m, beyond which the deck does not feel another wheelset, if none is given."""
 
 
 def synthesise(

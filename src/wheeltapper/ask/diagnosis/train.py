@@ -24,7 +24,7 @@ from wheeltapper.record.recording import Recording
 from wheeltapper.record.simulate import simulate
 
 FORMAT = 1
-"""Version of the JSON's layout."""
+"""Version of the layout of a train's JSON."""
 Rules = str | Path | Sequence[Rule] | None
 COLUMNS = (
     ("axle", "axle", "d"), ("speed_kmh", "km/h", ".1f"), ("static_kn", "static kN", ".1f"),
@@ -33,9 +33,9 @@ COLUMNS = (
     ("level_kn", "level kN", ".1f"), ("forces_from", "forces from", "s"), ("verdict", "verdict", "s"),
     ("probability", "probability", ".3f"), ("size", "size", "s"), ("alarms", "alarms", "s"),
 )  # fmt: skip
-"""Of the table: key, heading, how it is printed."""
+"""Columns of the table: key, heading, and the format of the values."""
 FEWEST = 6
-"""Most alarms that are printed in full for one axle."""
+"""Largest number of alarms of one axle that are printed in full; the rest are counted."""
 
 
 @dataclass(frozen=True, eq=False)
