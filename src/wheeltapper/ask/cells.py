@@ -23,10 +23,11 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 SLAB = 2**20
-"""Cells that are lowered at a time: bounds the memory."""
+"""Largest number of cells that are lowered together. Larger studies are computed slab by slab, which bounds the
+memory."""
 
 MOST_REFUSALS = 100
-"""How many reasons of refusals are kept."""
+"""Largest number of reasons for refused cells that are kept; further ones are dropped."""
 
 # Status of a cell, in the order of the numbers that a chart stores.
 COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED = range(6)

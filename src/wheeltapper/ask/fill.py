@@ -22,19 +22,24 @@ Place = tuple[int, ...]
 Done = tuple[Place, int, str, tuple[Shared, ...]]
 """A chunk, its number of cells, what went wrong ("" where nothing did), and notes."""
 ENVIRONMENT = {"OMP_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1, "MKL_NUM_THREADS": 1}
-"""What workers on this machine begin with. Dask's default also limits what they keep of freed memory, and then every
-larger array has to be fetched from the system again."""
+"""Environment variables of worker processes on this machine: linear algebra uses one thread, since the workers occupy
+the cores. It replaces Dask's default, which also limits how much freed memory a process keeps. With that limit every
+large array has to be requested from the system again."""
 ATTEMPTS = 2
-"""How often a chunk is tried again, alone, after its workers died, and a cluster whose workers die as they start."""
+"""How often a chunk is tried again, alone, after its workers died. Also how often a cluster is started again if its
+workers die while starting."""
 DASHBOARD = "127.0.0.1:8787"
-"""Where the dashboard of workers on this machine can be seen: here only. Dask's default shows it to the network."""
+"""Address of the dashboard of workers on this machine. It is visible on this machine only; Dask's default opens it to
+the network."""
 PATIENCE = 120.0
-"""How long, in s, a cluster may be without workers. On a busy machine a worker takes half a minute to start again."""
+"""Time that a cluster may be without workers, s. After that it is given up. On a busy machine a worker needs half a
+minute to start again."""
 LOCAL = {
     "distributed.nanny.pre-spawn-environ": ENVIRONMENT,
     "distributed.deploy.lost-worker-timeout": f"{PATIENCE:g}s",
 }
-"""Settings of a cluster on this machine. By default it gives up workers that take 15 s to start again."""
+"""Dask settings of a cluster on this machine. Dask's default gives up workers that need more than 15 s to start
+again."""
 
 
 class ClusterError(RuntimeError):

@@ -25,11 +25,13 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 SAMPLES = 4
-"""Samples in half a semi-axis of the patch."""
+"""Number of samples of the mark per half semi-axis of the contact patch."""
 FINER = 4
-"""Places of a circle's centre at which the indentation is taken, to a sample: the contact may move faster than it."""
+"""Number of positions of the wheel's centre per sample at which the indentation is computed. More than one is needed
+because the point of contact may move faster than the centre."""
 WRAPPED = 4
-"""Intervals that are repeated at both ends of the circumference."""
+"""Length, in half semi-axes, over which the samples are repeated at both ends of the circumference, so that averages
+are periodic."""
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ WORDS = {
     "x": "longitudinal", "y": "lateral", "z": "bounce", "roll": "roll", "pitch": "pitch", "yaw": "yaw",
 }  # fmt: skip
 STILL = 1e-3
-"""A mode slower than this, 1/s, is the freedom to stand elsewhere."""
+"""Magnitude of an eigenvalue, 1/s. A slower mode is no vibration: the vehicle can stand at another place."""
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 REACH = 0.25
-"""The path of the wheel's centre is known up to a multiple of this, m: other speeds then share it."""
+"""The path of the wheel's centre is computed up to a multiple of this, m. Passages at other speeds, which end a little
+earlier or later, then use the same path."""
 
 
 class Motion(NamedTuple):

@@ -35,7 +35,7 @@ Source: A. R. S. Ponter, A. D. Hearle and K. L. Johnson, Application of the kine
 sliding point contacts, Journal of the Mechanics and Physics of Solids 33 (1985).
 """
 LEAST_FACTOR = 0.05
-"""Scattered speeds and loads stay above this share of their mean."""
+"""Smallest ratio of a scattered speed or load to its mean. It keeps rare draws of a wide distribution positive."""
 
 
 @dataclass(frozen=True)

@@ -21,15 +21,18 @@ FIELDS = (
     "scenario", "over", "features", "gradient", "zipped", "samples", "sampling", "seed", "method", "chaos_limit",
     "chunk",
 )  # fmt: skip
+"""Names that a study's file may have at its top."""
 KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "scenario": (lambda x: isinstance(x, dict) or (isinstance(x, str) and x != ""), "a file, or a scenario's table"),
     "over": (lambda x: isinstance(x, dict), "a table of fields with their values"),
     "features": (lambda x: isinstance(x, str | list | dict), "names of features, or tables with their type"),
     "chunk": (lambda x: _is_whole(x) and x >= 1, "a number of cells, at least 1"),
 }
-"""Of names that are no options of `sweep`, whether a value is of its kind, and what is."""
+"""Fields of a study that are no options of `sweep`: a test of the value, and a description of allowed values."""
 NOT_OPTIONS = (*KINDS, "contents")
+"""Fields of a study that are not passed on to `sweep` as options."""
 SPACING: dict[str, Callable[..., Any]] = {"linear": np.linspace, "log": np.geomspace}
+"""Ways to space values between two ends, by name."""
 
 
 def read(path: Path) -> dict[str, Any]:

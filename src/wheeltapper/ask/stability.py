@@ -18,11 +18,13 @@ from wheeltapper.record.simulate import ModelWarning
 __all__ = ["critical_speed"]
 
 STEP = 2.0
-"""Speeds are searched so far apart, m/s."""
+"""Distance between the speeds at which stability is tested first, m/s. An unstable range that is narrower may be
+missed."""
 FINEST = 1e-15
-"""No tolerance is as small as this: floating-point numbers are hardly finer."""
+"""Smallest tolerance that may be asked for, relative to the speed: a few units in the last place."""
 ROUNDING = 1e-9
-"""Growth that is no more than this share of a mode's own rate, or this, 1/s, is rounding: the mode is undamped."""
+"""Growth rate of a mode, over the magnitude of its eigenvalue or over 1/s, if that is larger. Up to this it is
+rounding: the mode counts as undamped, not as unstable."""
 
 
 def critical_speed(

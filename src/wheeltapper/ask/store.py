@@ -28,11 +28,12 @@ from wheeltapper.ground.notes import Shared
 from wheeltapper.record.chart_store import FORMAT, MISSING, THERE, places, state_of
 
 EVERY_CHUNK = {"array.write_empty_chunks": True}
-"""Zarr leaves out chunks that hold nothing but NaN; here a chunk without a file is one that is not computed."""
+"""Zarr setting that writes chunks with nothing but NaN, too. In a store a chunk without a file is one that has not been
+computed."""
 MOST_CHUNKS = 1_000_000
-"""Each chunk has a file for every variable."""
+"""Largest number of chunks of a store. Each chunk has one file for every variable."""
 CHUNK = 32_768
-"""Cells of a chunk, about, unless the study says otherwise."""
+"""Approximate number of cells in a chunk, unless the study says otherwise."""
 
 Block = tuple[slice, ...]
 

@@ -26,9 +26,12 @@ from wheeltapper.record.features import Feature, named
 
 FloatArray = NDArray[np.float64]
 CHAOS_LIMIT = 1e4
+"""Amplification of a small change of the start from which on a cell counts as near-chaotic, unless another limit is
+given."""
 RESERVED = ("status", "parameter", "cell", "gradient_status", "amplification", "condition")
+"""Names of variables that every chart has; no feature may have one of them."""
 DERIVED = ("_gradient", "_elasticity", "_angle")
-"""Names of a chart's own variables, and what follows a feature's name in those that belong to it."""
+"""Endings that follow a feature's name in the names of its derivatives."""
 Sampling = Literal["sobol", "latin hypercube"]
 Asked = str | Feature | Sequence[str | Feature]
 """Features, or their names: one or several."""

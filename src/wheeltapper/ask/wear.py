@@ -39,9 +39,10 @@ __all__ = ["Marks", "marks", "wear_in"]
 FloatArray = NDArray[np.float64]
 
 RUNAWAY = 20.0
-"""A pass whose largest force is so many times the static one ends the evolution: the model does not hold there."""
+"""Ratio of the largest force of a pass to the static force. The evolution ends after a pass with a larger one, because
+the model does not hold there."""
 SAVE_AFTER = 10.0
-"""Seconds between two writings of a file."""
+"""Shortest time between two writings of a file, s."""
 PER_PASS: dict[str, tuple[str, str]] = {
     "speed": ("m/s", "speed of the pass"),
     "applied_load": ("N", "load on the wheelset, without its weight"),
@@ -53,6 +54,7 @@ PER_PASS: dict[str, tuple[str, str]] = {
     "shakedown": ("", "share of the length with a pressure between first yield and the shakedown limit"),
     "ratcheting": ("", "share of the length with a pressure beyond the shakedown limit"),
 }
+"""Variables of the result that have one value per pass: unit and meaning."""
 
 
 class Options(TypedDict, total=False):

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from wheeltapper.ground.errors import InputError, shown, suggested
 
 TAGS = {"all", "places", "literal['equilibrium']"}
-"""Parts of pydantic's locations, beside names of nouns, that are no fields."""
+"""Parts of the locations in pydantic's messages that are neither fields nor names of nouns."""
 Location = tuple[int | str, ...]
 
 

@@ -255,7 +255,8 @@ TABLES = {
     "a study": ("over", "`wheeltapper sweep`"),
     "a scenario": ("vehicle", "`wheeltapper run` or `wear`"),
 }
-"""What a file may hold, the field that no other of them has at its top, and what takes it."""
+"""What a TOML file may describe: for each kind a field that only such a file has at its top, and the commands that take
+it."""
 
 
 def toml_table(path: Path, what: str) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 
 UNTYPED = ("Scenario", "Site", "Sensor")
-"""Tables that need no `type`: where they stand nothing else may stand."""
+"""Kinds of tables that need no `type`, because nothing else may stand in their place."""
 
 
 class _WithType(GenerateJsonSchema):

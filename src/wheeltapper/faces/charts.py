@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 ARROWS = 12
-"""About so many gradient arrows along each axis."""
+"""Approximate number of gradient arrows along each axis."""
 
 
 def features_of(chart: xr.Dataset) -> list[str]:

@@ -16,9 +16,10 @@ if TYPE_CHECKING:
     from wheeltapper.ask.diagnosis.finding import Finding
 
 RECORDINGS = (".csv", ".txt", ".tsv", ".gz", ".wav", ".mat", ".npy", ".npz", ".nc", ".tdms", ".mf4", ".mdf")
+"""Suffixes of files in a folder that are taken as recordings."""
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 SEVERAL = Parameter(consume_multiple=True, negative="")
-"""An option that takes all values that follow it, and may be repeated."""
+"""An option that takes all values after it, and may be repeated."""
 
 
 def diagnose(

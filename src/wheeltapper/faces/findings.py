@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CLOSE = 0.04
-"""How much of the recording the second panel shows, s from the first strike."""
+"""Length of the part of the recording in the second panel, s from the first strike."""
 ERRORS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
-"""Level curves of the imitation's error, %."""
+"""Level curves of the error of the imitation, %."""
 FAINT = 1e-4
-"""Verdicts less probable than this are not drawn."""
+"""Probability below which a verdict is not drawn."""
 
 
 def draw_finding(finding: Finding) -> Figure:

@@ -14,11 +14,14 @@ from types import FrameType
 from wheeltapper.faces.exits import NOT_FINISHED
 
 GRACE = 2.0
-"""Seconds that Python has to hear of Ctrl-C by itself; then the process ends where it stands."""
+"""Time in which Python should react to Ctrl-C, s. If it does not, the process ends at once."""
 CLEARING = 20.0
-"""Seconds that a command has to end once Python has heard: what is raised may get lost, as in a callback from C."""
+"""Time in which a command should end after Python has reacted, s. An exception can get lost, for example in a callback
+from C; then the process ends."""
 COMPILERS = ("numba.", "llvmlite.")
+"""First parts of the names of the modules that compile kernels."""
 SHOW_CURSOR = "\x1b[?25h"
+"""Escape sequence that shows the cursor of a terminal again."""
 
 
 @contextmanager

@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
+"""The style sheet of all figures."""
 SAMPLES = 6_000
+"""Number of points of a drawn history."""
 
 
 def plot(

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 PATIENCE = 2.0
-"""Seconds that work may take without a bar."""
+"""Time that work may take before a progress bar appears, s."""
 
 
 def filled(path: Path, spec: dict[str, Any], **options: Any) -> list[str]:

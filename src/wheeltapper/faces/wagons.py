@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SAMPLES = 4_000
+"""Number of points of a drawn history."""
 STYLES = {"left": {"color": "C0"}, "right": {"color": "C1", "linestyle": "--"}}
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from wheeltapper.ground.outcome import Outcome
 
 LONGEST = 80
-"""Characters of what was found that fit into a message."""
+"""Largest number of characters of a found value that a message shows."""
 
 
 def shown(value: object) -> str:

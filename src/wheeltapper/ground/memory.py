@@ -13,7 +13,7 @@ GROUPS = (
     (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory.current")),
     (Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"), Path("/sys/fs/cgroup/memory/memory.usage_in_bytes")),
 )
-"""Limit and present use of a container's memory, as Linux states them."""
+"""Files in which Linux states the limit of a container's memory, and its present use."""
 
 
 def available() -> float:

@@ -10,7 +10,7 @@ from typing import Any
 from wheeltapper.ground.errors import InputError, shown
 
 STANDARD_GRAVITY = 9.80665
-"""m/s²."""
+"""Standard acceleration of gravity, m/s²; the unit g."""
 
 PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 
@@ -49,12 +49,14 @@ UNITS: dict[str, dict[str, float]] = {
     "frequency": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
     "acceleration noise density": {"m/s^2/sqrt(Hz)": 1.0, "ug/sqrt(Hz)": 9.80665e-6, "µg/√Hz": 9.80665e-6},
 }
+"""For each dimension, units that are known without pint, and their size in SI."""
 PINT = {
     "length": "m", "mass": "kg", "force": "N", "stiffness": "N/m", "damping": "N*s/m", "speed": "m/s", "time": "s",
     "pressure": "Pa", "Hertz constant": "N/m**1.5", "acceleration": "m/s**2", "angle": "rad", "curvature": "1/m",
     "time per length": "s/m", "moment of inertia": "kg*m**2", "angular stiffness": "N*m/rad", "number": "",
     "frequency": "Hz", "acceleration noise density": "m/s**2/Hz**0.5",
 }  # fmt: skip
+"""The SI unit of each dimension, as pint spells it."""
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
 

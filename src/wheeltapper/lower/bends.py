@@ -29,7 +29,8 @@ from wheeltapper.march import program as contract
 
 FloatArray = NDArray[np.float64]
 STEP = 2e-4
-"""Relative step of the differences, small enough for hundreds of waves."""
+"""Relative step of difference quotients with respect to a field of an irregularity. It is small enough for paths with
+hundreds of waves, whose phase changes with the number of waves."""
 
 
 class Courses:

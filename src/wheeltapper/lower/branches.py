@@ -22,12 +22,14 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 FINEST = 2.5e-4
-"""Spacing in m of the samples of a profile of unknown smoothness."""
+"""Largest spacing of the samples of a profile whose smoothness is unknown, m."""
 MOST_SAMPLES = 8_000_000
+"""Largest number of samples of a profile; the spacing grows if more were needed."""
 HALVINGS = 26
-"""Of the interval in which a fold lies: the wheel's place there hardly changes with the point of contact."""
+"""Number of bisections that find a fold, where the place of the wheel as a function of the point of contact has an
+extremum. There the place hardly changes with the point of contact, so that half the digits suffice."""
 MARGIN = 1.2
-"""How much farther than the window an arc about a corner is followed."""
+"""Ratio of the length up to which an arc about a corner is followed to that of the window."""
 
 
 @dataclass(frozen=True)

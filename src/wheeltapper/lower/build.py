@@ -33,7 +33,7 @@ FloatArray = NDArray[np.float64]
 
 
 SHARP_DIP = "sharp dip"
-"""Cause of the note on a hollow that no wheel can follow."""
+"""Cause of the note on a dip that is more curved than the wheel, so that the wheel bridges it."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from wheeltapper.lower.numbers import Units
 
 OF_THE_END = ("vehicle.damper_play", "vehicle.damper_play_start", "vehicle.bush_stiffness")
-"""Paths of the fields that give a damper an end of its own."""
+"""Paths of the fields that give the damper a movable end: free play and a bush."""
 
 
 def check_held(vehicle: Wheelset, changed: Iterable[str] = ()) -> None:

@@ -28,7 +28,8 @@ FloatArray = NDArray[np.float64]
 Contact = Hertz | Linear | ElasticPlastic
 FactorSlopes = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 KNOWN, INTERPOLANT = 12.0, 48
-"""Logarithm of the curvatures' ratio up to which an interpolant of that degree is nearer than 1e-9."""
+"""Up to this logarithm of the ratio of the two curvatures an interpolant is used; beyond it the equation is solved. The
+interpolant is a Chebyshev polynomial of degree INTERPOLANT, exact to 1e-9."""
 
 
 def _integrals(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

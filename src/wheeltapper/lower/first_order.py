@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 STEP = 2e-3
+"""Step of the central differences, relative to the argument."""
 WEIGHTS = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
-"""Central differences of sixth order."""
+"""Weights of the central differences of sixth order, by the distance in steps."""
 
 
 def first_order(function: Callable[..., NDArray[Any]], *arguments: Any) -> NDArray[Any]:

@@ -17,10 +17,14 @@ IntArray = NDArray[np.int64]
 Function = Callable[[FloatArray], FloatArray]
 
 DEGREE = 8
+"""Degree of the polynomials."""
 INNER = np.cos(np.pi * (2 * np.arange(5) + 1) / 10)
+"""Inner places, on [-1, 1], at which a polynomial equals the function. Its values and slopes at both ends equal the
+function's, too."""
 CHECK = np.cos(np.pi * np.arange(1, 12) / 12) * 0.99
+"""Places, on [-1, 1], at which the error of a polynomial is measured."""
 NARROWEST = 1e-8
-"""Half-width in m below which a piece is not cut further: nothing that a wheel could feel lies inside."""
+"""Half-width of an interval, m, below which it is not cut further: no wheel is affected by what lies inside."""
 
 
 def _conditions() -> FloatArray:
@@ -34,17 +38,21 @@ def _conditions() -> FloatArray:
 
 TO_MONOMIALS = np.linalg.inv(_conditions())
 NODES = np.concatenate([[-1.0, 1.0], INNER, CHECK])
-"""Where a piece is sampled: its ends, inside, and where it is checked."""
+"""Places, on [-1, 1], at which a function is sampled: the ends, the inner places, and those of the check."""
 LOBATTO = np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
+"""Chebyshev's extreme places, on [-1, 1], for functions without slopes at the ends."""
 FROM_LOBATTO = np.linalg.inv(LOBATTO[:, None] ** np.arange(DEGREE + 1))
 ROUNDING = 16.0
-"""Times the allowed error: rounding, which is only estimated, does not reach farther."""
+"""Ratio of an error to the allowed one up to which it may be rounding. Rounding is only estimated, and does not exceed
+its estimate by more."""
 CHUNK = 20_000
-"""Intervals that are fitted at once: bounds the memory."""
+"""Number of intervals that are fitted together, which bounds the memory."""
 MOST_PIECES = 100_000
-"""What needs more pieces than this, and than ten for each interval, is not smooth (or a run is far too long)."""
+"""Largest number of pieces, or ten per interval if that is more. A function that needs more is not smooth, or the run
+is far too long."""
 AT_ONCE = 63
-"""So many pieces of few intervals are fitted ahead, should they be needed: a call costs more than they do."""
+"""If few intervals are left, their halves and quarters are fitted in advance, up to this number of pieces. A call costs
+more than that many pieces."""
 
 
 @dataclass(frozen=True)

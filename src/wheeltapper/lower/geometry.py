@@ -32,13 +32,16 @@ FloatArray = NDArray[np.float64]
 Shape = Callable[[FloatArray], FloatArray]
 """A profile: from lateral positions to heights, both in mm; NaN beyond its ends."""
 GAUGE_DEPTH = 0.014
-"""The gauge is measured so far below the running surface."""
+"""Depth below the running surface at which the gauge is measured, m."""
 FINENESS = 1e-5
+"""Spacing of the lateral positions over which the gap is integrated, m."""
 FAR = 1.0
+"""Height, m, that stands for "no profile here": a gap that never closes."""
 ROUNDING = 1e-9
-"""By so much, m, a shift may lie beyond the tables."""
+"""Distance, m, by which a shift may lie beyond the tables and still counts as within them."""
 SHARPEST = 1e4
-"""A curvature, 1/m, beyond which what touches is the edge of a part of the profile."""
+"""Largest curvature of a contact, 1/m. Beyond it the wheel touches an edge of its profile and not a smooth part of
+it."""
 
 
 @dataclass(frozen=True)

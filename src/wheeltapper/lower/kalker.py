@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 SLENDER = 0.1
-"""The table ends where the shorter semi-axis is so much of the longer one."""
+"""Smallest ratio of the shorter to the longer semi-axis of the patch in the table. For more slender patches Kalker's
+asymptotic formulas are used."""
 
 
 class Coefficients(NamedTuple):

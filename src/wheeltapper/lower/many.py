@@ -32,7 +32,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Tabled = Callable[[Scenario, float, Method], tuple[Table, list[str]]]
 EPSILON = 1e-30
-"""The imaginary step: small enough to leave no trace in real parts."""
+"""Imaginary step of complex-step derivatives. It is so small that its square vanishes beside any real part."""
 
 
 def _shapes_the_path(scenario: Scenario, path: str) -> bool:

@@ -22,13 +22,16 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 TO_POWERS = np.array([[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0, 0.0], [-1.0, 3.0, -3.0, 1.0]]) / 6.0
-"""From the coefficients of four neighbouring B-splines to powers of the share of their common interval."""
+"""Matrix from the coefficients of four neighbouring cubic B-splines to the coefficients of powers. The variable of
+these is the place in the interval that the four share, from 0 to 1."""
 BEFORE = 2
-"""Intervals before the first mean's place into which its B-spline reaches."""
+"""Number of intervals before the place of the first mean into which its B-spline reaches."""
 FACTOR_NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(5) / 4.0)
+"""Places in an interval, from 0 to 1, at which the factor on the contact force is computed."""
 TO_FACTOR = np.linalg.inv(np.vander(FACTOR_NODES, increasing=True))
 SEMI_AXIS = 2
-"""Intervals per semi-axis of the patch: a B-spline is then as wide as the patch is long."""
+"""Number of intervals per semi-axis of the patch. A cubic B-spline, four intervals wide, is then as wide as the patch
+is long."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from wheeltapper.march import program as contract
 
 Numbers = NDArray[Any]  # of floats, or complex where they carry a derivative
 EVENT_LIMIT = 10_000_000
+"""Largest number of events of a march; a march with more is ended, and its outcome says so."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class Method:
 
 
 METHODS = {"default": Method(12, 1e-7, 1e-11), "strict": Method(20, 1e-10, 5e-14)}
+"""The two methods: order of the series, tolerance of the steps, tolerance of the path."""
 
 
 @dataclass(frozen=True)

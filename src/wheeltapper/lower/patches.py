@@ -21,8 +21,9 @@ from wheeltapper.march import assembly as contract
 
 FloatArray = NDArray[np.float64]
 WIDTH = 11e-3
-"""The tables reach so far to both sides, m; a wheel that has shifted farther has climbed its rail."""
+"""Largest lateral shift in the tables, m, to both sides. A wheel that has shifted farther has climbed its rail."""
 NODES = 441
+"""Number of lateral shifts at which the contact geometry is computed."""
 Surface = Literal["tread", "flange"]
 
 

@@ -21,11 +21,13 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 LARGEST = 300.0
-"""D up to which a law is written out; its last piece goes on beyond."""
+"""Indentation over that at first yield, D, up to which a law is written as pieces. Its last piece continues beyond."""
 TOLERANCE = 1e-12
-"""How exactly, relative to force and indentation."""
+"""Largest relative error of the pieces, in force and residual indentation."""
 NODES = np.cos(np.pi * (np.arange(contract.TERMS) + 0.5) / contract.TERMS)
+"""Places, on [-1, 1], at which a piece equals the law."""
 CHECKS = np.cos(np.pi * np.arange(2 * contract.TERMS + 1) / (2 * contract.TERMS))
+"""Places, on [-1, 1], at which the error of a piece is measured."""
 TO_POWERS = np.linalg.inv(np.vander(NODES, increasing=True))
 
 

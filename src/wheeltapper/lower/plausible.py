@@ -26,9 +26,10 @@ class Usual(NamedTuple):
 
 
 NOTHING = 1e-6
-"""Below this share of the least plausible value a number stands for zero, and is meant so."""
+"""A number below this share of the least plausible value stands for zero on purpose, and is accepted without a
+warning."""
 IMPERIAL = ("in", "inch", "lb", "kip", "lbf", "mph")
-"""Units that nobody forgets beside SI."""
+"""Units that no hint proposes. A number without a unit is more likely meant in another metric unit."""
 HEIGHT = Usual("length", "mm", (0.01, 5), 0.0, 50)
 WAVE = Usual("length", "m", (0.01, 3), 1e-4, 1e4)
 ELASTIC = {
@@ -106,10 +107,8 @@ USUAL: dict[str, dict[str, Usual]] = {
         "free_play": Usual("length", "mm", (0.01, 5), 0.0, 100),
     },
 }  # fmt: skip
-"""Kinds of nouns, their fields, and what is usual of these.
-
-Limits are wide: what models of wheels, decks and vehicles in the literature and on laboratory rigs have lies within.
-"""
+"""Plausible values of the fields of each kind of noun. The limits are wide: models of wheels, decks and vehicles in the
+literature and on laboratory rigs lie within them."""
 
 
 def implausible(scenario: Scenario) -> tuple[str, ...]:

@@ -18,9 +18,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 MOST_BORDERS = 1_000_000
-"""Borders of periods that are written out: more take minutes."""
+"""Largest number of borders of periods that are written out. More would take minutes; the run is refused."""
 SLIVER = 1e-12
-"""Borders closer than this (m) are one."""
+"""Distance, m, below which two borders count as one."""
 
 
 @dataclass(frozen=True)

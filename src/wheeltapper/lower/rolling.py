@@ -34,7 +34,8 @@ IntArray = NDArray[np.int64]
 
 
 ROUNDING = 1e-15
-"""A run no longer than this part of its place is none: between the corners of a chord a wheel touches it in a dot."""
+"""Length of a run over its position below which it is rounding. Where a wheel spans a hollow between two corners, it
+touches the bottom in one point only, which is no run."""
 
 
 def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray, right: FloatArray) -> FloatArray:

@@ -18,15 +18,18 @@ from wheeltapper.lower.fit import NARROWEST
 
 FloatArray = NDArray[np.float64]
 SPACING = 1e-3
-"""m."""
+"""Largest spacing of the samples, m."""
 MOST = 100_000
+"""Largest number of samples."""
 SUSPECTS = 256
+"""Number of intervals that are searched for a jump: those whose rise differs most from that of their neighbours."""
 JUMP = 1e-9
-"""A smaller part of the function's own height is no jump."""
+"""A rise that is smaller than this share of the function's height is no jump."""
 WIDE = 1e-4
-"""m; a rise of which half is still there within NARROWEST is a jump."""
+"""Width of an interval, m. A rise is a jump if half of the rise over this width remains over the width
+`fit.NARROWEST`."""
 PLACED = 1e-11
-"""m, within which a jump is found."""
+"""Width of the interval, m, to which a jump is located."""
 
 
 def over_the_run(course: Course, start: float, end: float) -> Course:

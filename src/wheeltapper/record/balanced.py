@@ -19,15 +19,17 @@ if TYPE_CHECKING:
     from wheeltapper.march.single import March
 
 LIMIT = 1e-5
-"""A larger part missing makes a run meaningless: its outcome says so."""
+"""Share of the exchanged energy that may be missing. If more is missing, a run means nothing, and its outcome says
+so."""
 NOTABLE = 1e-6
-"""A larger part missing is told in a note."""
+"""Share of the exchanged energy from which on a note reports what is missing."""
 UNBALANCED = 100
-"""Status of such a march; the kernels know nothing of it."""
+"""Status of a march with more energy missing than LIMIT. Kernels never return it."""
 AT_REST = 0.4
-"""Energy of the contact at rest in units of the program: of Hertz's law; of a linear one it is 0.5."""
+"""Elastic energy of the contact at rest, in units of the program, for Hertz's law; for a linear contact it is 0.5. It
+is part of the energy with which what is missing is compared."""
 CHUNK = 100_000
-"""Steps that are checked at once: about a hundredth of a second."""
+"""Number of steps that are checked between two reports of progress, about a hundredth of a second of work."""
 
 
 def is_ready(lowered: Lowered) -> bool:

@@ -17,11 +17,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHART = "a store filled by wheeltapper sweep"
+"""What a store must be, for messages."""
 FORMAT = 2
-"""Version of a chart's layout. Since 2 every chunk has a file, also where it has no value, and a checksum."""
+"""Version of the layout of a chart. Since version 2 every chunk has a file with a checksum, also where it has no
+values."""
 MISSING = -1
-"""Status of a cell that is not computed."""
+"""Status of a cell that has not been computed."""
 THERE, ABSENT, DAMAGED = range(3)
+"""States of a chunk: its file is sound, there is none, or it is damaged."""
 Place = tuple[int, ...]
 
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHECKSUM = "checksum"
-"""The attribute that holds it."""
+"""Name of the attribute that holds the checksum of a file."""
 
 
 def checksum(data: xr.Dataset) -> str:

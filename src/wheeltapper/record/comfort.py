@@ -22,13 +22,14 @@ FloatArray = NDArray[np.float64]
 
 AXES = ("longitudinal", "lateral", "vertical")
 BLOCK, PERCENTILE, FACTOR = 5.0, 95.0, 6.0
-"""Seconds of a block, percentile of the blocks, factor of N_MV: EN 12299:2009, 6.6.2, 6.6.3, 6.7.2."""
+"""Length of a block, s, percentile over the blocks, and the factor of the mean comfort N_MV (EN 12299:2009, 6.6.2,
+6.6.3, 6.7.2)."""
 STANDARD_BLOCKS = 60
-"""Blocks of the standard method: EN 12299:2009."""
+"""Number of blocks that the standard method takes, five minutes (EN 12299:2009). With fewer a note says so."""
 TRANSIENT = 1.0
 """Integration time of the running r.m.s. whose maximum is the MTVV, s: ISO 2631-1:1997, 6.3.1."""
 AXIS_FACTORS = (1.0, 1.0, 1.0)
-"""k_x, k_y, k_z for the comfort of a seated person on the seat: ISO 2631-1:1997, 8.2.2."""
+"""Factors k_x, k_y, k_z for the comfort of a seated person, on the seat (ISO 2631-1:1997, 8.2.2)."""
 
 RESULTS = {
     "weighted_rms": ("m/s^2", "r.m.s. acceleration weighted by Wd, Wd, Wk (ISO 2631-1:1997)"),
@@ -44,6 +45,7 @@ RESULTS = {
 """What `ride_comfort` returns: unit and meaning of each."""
 
 VERTICAL_FOR_RAIL = ("Wb", "Wb EN 12299:2009")
+"""Weightings that may be chosen for the vertical axis of the mean comfort."""
 
 
 def running_rms(weighted: ArrayLike, rate: float, seconds: float) -> FloatArray:

@@ -18,9 +18,11 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 KINDS = ("reached", "left")
+"""Kinds of events of a damper's end: it reaches a stop, or leaves it."""
 SIDES = ("lower", "upper")
+"""Names of the two stops."""
 NO_STOPS = np.empty((0, contract.STOP_COLUMNS))
-"""Events of a damper without an end of its own."""
+"""The empty table of stop events, for a damper whose end cannot move."""
 
 
 def sampled(lowered: Lowered, march: March, times: FloatArray) -> FloatArray:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 NODES = 24
+"""Number of nodes of Gauss's rule for the integral over one step."""
 
 
 @dataclass(frozen=True)

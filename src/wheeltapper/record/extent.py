@@ -12,10 +12,12 @@ from wheeltapper.lower.numbers import units_of
 from wheeltapper.march import program as contract
 
 LONGEST_STEP = 2.0
-"""Units of time that a step of a wheel at rest takes; all others are shorter, but for those in the air."""
+"""Length of a step of a wheel at rest, in units of time of the program. All other steps in contact are shorter, so that
+it gives the smallest possible number of steps of a run."""
 ROW_BYTES = 8.0 * contract.ENDED_COLUMNS
+"""Memory of one row of steps, bytes."""
 TABLES = 4.0
-"""Times the rows' own memory: tables double, and what is asked of them is as large again."""
+"""Memory that a run needs over that of its rows. Tables double when they are full, and results take as much again."""
 
 
 def check_time(scenario: Scenario) -> None:

@@ -24,6 +24,8 @@ from wheeltapper.record.recording import Quantity, Recording
 __all__ = ["read_recording", "write_recording"]
 
 LONG = 3600.0
+"""Largest plausible time of the first sample, s. Beyond it the file counts time from another moment than the trigger,
+and a note says so."""
 
 
 def read_recording(

@@ -22,12 +22,15 @@ from wheeltapper.record.reading_table import Table
 from wheeltapper.record.reading_text import read_text
 
 PATIENCE = 60.0
-"""Seconds that a file may take."""
+"""Time that reading one file may take, s. After that the process that reads it is ended."""
 ROOM = 2**33
-"""Bytes of address space that the process has besides four times what a file may hold."""
+"""Address space, bytes, that the reading process may use besides four times the largest file. Its libraries need it."""
 _SERVE = "from wheeltapper.record.reading_apart import serve; serve()"
+"""Program of the reading process."""
 _READERS: dict[int, subprocess.Popen[bytes]] = {}
+"""The reading process of each process, by process number."""
 _ALONE = Lock()
+"""Held while the reading process works: it reads one file at a time."""
 
 
 def read_apart(path: Path, largest: float) -> Table:

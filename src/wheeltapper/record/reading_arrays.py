@@ -22,11 +22,13 @@ from wheeltapper.record.reading_table import CLIPPED, INTERVALS, RATES, Column, 
 from wheeltapper.record.reading_units import name_and_unit
 
 UNIT_NAMES = ("unit", "units")
+"""Names under which a file may hold the unit of its samples."""
 MATLAB_CLASSES = ("double", "single", "logical", "char", *(f"{s}int{n}" for s in ("", "u") for n in (8, 16, 32, 64)))
-"""What may be samples or facts; structures and cells are left out."""
+"""Classes of MATLAB variables that may be samples or describe them; structures and cells are skipped."""
 MATLAB_PACKED = 15
-"""Type of a compressed element."""
+"""Number of the element type "compressed" in a MATLAB file."""
 CHUNK = 2**18
+"""Bytes that are read or unpacked at a time."""
 
 
 def whole(kind: str) -> Callable[[Callable[[Path, float], Table]], Callable[[Path, float], Table]]:

@@ -18,20 +18,26 @@ Place = Callable[[int], str]
 """From a row to where it stands: "line 12"."""
 
 FEWEST = 16
+"""Smallest number of samples of a recording."""
 JITTER = 0.01
-"""Part of a step by which steps may differ."""
+"""Largest deviation of a step of time from the usual one, over the usual one. A recording with more is not evenly
+sampled."""
 DRIFT = 0.5
-"""Part of a step by which times may leave the constant rate in the long run."""
+"""Largest deviation of a time from the constant rate, in steps. A recording with more is refused."""
 CONTRADICTION = 1e-3
+"""Relative difference from which on two statements of a rate contradict each other."""
 RUN = 3
+"""Number of equal extreme samples in a row from which on they count as clipped."""
 LARGEST, SMALLEST = 1e5, 1e-6
-"""Accelerations in m/s² beyond which a unit is probably wrong."""
+"""Accelerations, m/s². A recording whose largest sample is above the first or below the second probably has another
+unit than the stated one."""
 COARSEST = 0.25
-"""Part of a step to which times may be rounded."""
+"""Largest rounding of the times, over a step. Uneven steps that such a rounding explains are accepted."""
 LONGEST = 2.0**40
-"""Steps of a gap; more are counted as so many."""
+"""Largest number of steps in one gap; a longer gap counts as this many, which is refused anyway."""
 MISSING = 1.0
-"""Missing samples in gaps, per sample that is there, from which a file is no one recording."""
+"""Largest number of samples that are missing in gaps, per sample that is there. A file with more is not one
+recording."""
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,18 @@ from wheeltapper.record.reading_units import DIMENSIONS, quantity_of
 from wheeltapper.record.recording import Quantity
 
 TIMES = ("t", "time", "times", "timestamp", "time stamp", "elapsed time", "zeit", "temps", "tiempo")
+"""Names of a column of times."""
 RATES = ("rate", "fs", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency", "sample_frequency")
+"""Names under which a file may state its sample rate."""
 INTERVALS = ("dt", "interval", "sample_interval", "sampling_interval")
+"""Names under which a file may state the time between samples."""
 SAMPLES = "samples"
+"""Name of the column of samples, if several could be it."""
 CLIPPED = "clipped"
+"""Name of the column that marks clipped samples."""
 RISING = 0.9
-"""A column may be times if so many of its steps rise; the rest are faults to be named."""
+"""Smallest share of the steps of a column that rise, for the column to be taken as times. The other steps are errors,
+which are named."""
 
 
 @dataclass(frozen=True, eq=False)

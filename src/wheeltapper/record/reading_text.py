@@ -16,7 +16,9 @@ from wheeltapper.record.reading_table import INTERVALS, RATES, Column, Table, po
 from wheeltapper.record.reading_units import DIMENSIONS, name_and_unit
 
 TEXTS = ("unit", "quantity")
+"""Facts in a file whose value is a text."""
 JSON = ("truth", "notes")
+"""Facts in a file whose value is JSON."""
 _FACT = re.compile(r"\s*([^:=;,\t]+?)\s*[:=;,\t]+\s*(.+?)[\s;,]*")
 
 

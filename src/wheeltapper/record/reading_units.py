@@ -11,12 +11,14 @@ from wheeltapper.ground.quantities import unit_factor
 from wheeltapper.record.recording import Quantity
 
 QUANTITIES: dict[Quantity, str] = {"deck acceleration": "acceleration", "force": "force"}
-"""The dimension of each quantity."""
+"""Quantities that a recording may hold, and the dimension of each."""
 SI: dict[Quantity, str] = {"deck acceleration": "m/s^2", "force": "N"}
+"""The SI unit of each quantity."""
 ALLOWED = "m/s^2, g (acceleration), N, kN, kip, lbf (force)"
+"""Units that a recording may have, for messages."""
 
 DIMENSIONS = ("time", "acceleration", "force")
-"""Of the columns of a recording."""
+"""Dimensions that a column of a recording may have."""
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
 
 

@@ -19,6 +19,7 @@ from wheeltapper.record.reading_units import QUANTITIES, SI
 from wheeltapper.record.recording import Recording
 
 SUFFIXES = ".csv, .csv.gz, .npz, .nc"
+"""Suffixes of the files that can be written, for messages."""
 
 
 def write_recording(recording: Recording | str | Path, path: str | Path) -> Path:

@@ -13,13 +13,16 @@ if TYPE_CHECKING:
     from wheeltapper.record.record import Record
 
 LARGE = 2.5
-"""Force over the static one beyond which the track's own give decides."""
+"""Ratio of the largest to the static force. Above it, at a kink of the path, the compliance of a real track would
+change the force, and the note is given."""
 KINK = 1e-4
-"""Least change of slope, and least jump of height over the course's, that is one."""
+"""Smallest change of slope that counts as a kink, and smallest jump over the height of the irregularity that counts as
+a jump."""
 NOTE = (
     "the track is rigid: at a kink such as a flat, a step or a joint, a rail that gives way takes other forces, at low "
     "speed much smaller ones, at high speed also larger ones"
 )
+"""The note itself."""
 
 
 def rigid_track(record: Record) -> tuple[str, ...]:

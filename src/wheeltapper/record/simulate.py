@@ -40,7 +40,7 @@ class ModelWarning(UserWarning):
 
 
 DOUBTS = ("cannot follow", "energy back than it took", "holds up to", "is implausible")
-"""Words of the notes that put a result's meaning in doubt."""
+"""Words of the notes that put the meaning of a result in doubt. Such notes are also issued as warnings."""
 
 
 _compiled: set[str] = set()

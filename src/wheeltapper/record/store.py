@@ -39,9 +39,9 @@ from wheeltapper.record.wagon_record import WagonRecord
 from wheeltapper.record.wagon_store import wagon_record, wagon_tables
 
 FORMAT = 1
-"""Version of the files' layout; a newer file is refused."""
+"""Version of the layout of the files. A newer file is refused."""
 WHEEL = ("wheelset", "side", "surface")
-"""Columns that say which wheel of a wagon is meant."""
+"""Columns that identify the wheel of a wagon."""
 
 
 def save(record: Record, path: Path) -> None:
@@ -122,7 +122,9 @@ def _scenario_text(scenario: Scenario) -> str:
 
 
 LOADED = ".toml (a scenario or a site), .nc (a record) or .zarr (a chart)"
+"""What `load` takes, for messages."""
 RECORD = "a record saved by wheeltapper"
+"""What a netCDF file must be, for messages."""
 
 
 def load(path: str | Path, *, largest: float = LARGEST) -> Any:

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 UNDAMAGED = "a file as wheeltapper wrote it"
+"""What a file must be, for messages."""
 LATER = {contract.START_SHIFT: 0.0, contract.LAST_IMPACT: -1.0, contract.LAST_LOSS: -1.0, contract.MEMORY: 0.0}
-"""Numbers that older files lack, and what they then are."""
+"""Numbers of a program that older files lack, and the values that they have for such files."""
 
 
 def check_format(version: Any, newest: int) -> int:

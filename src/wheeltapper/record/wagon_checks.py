@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 IntArray = NDArray[np.int64]
 TOGETHER = 4
-"""Columns of a body come in so many."""
+"""The columns of a body are stored in groups of this size."""
 LARGEST = 1e3
-"""No displacement (m, rad) or velocity of a run is larger."""
+"""Largest plausible displacement (m, rad) or velocity (m/s, rad/s) in a file; a larger one is damage."""
 TURNS = 1e7
-"""So often, at most, a path may be gone round in a run."""
+"""Largest number of times that a closed path may be repeated in a run."""
 
 
 def check_assembly(A: Assembly, scenario: Scenario, layout: Layout) -> None:

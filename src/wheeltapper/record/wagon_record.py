@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 SIDES = ("left", "right")
+"""Names of the two sides, in the order of the kernels."""
 
 
 class WagonRecord(Record):
@@ -342,8 +343,9 @@ class WagonRecord(Record):
 
 
 IMPACT_COLUMNS = ("time", "closing_speed", "peak_force", "duration", "impulse", "interval", "force_ratio")
+"""Columns of the table of impacts."""
 ROWS = {
     "normal": "NORMAL", "fx": "FX", "fy": "FY", "mz": "MZ", "g": "G", "slip_x": "SLIP_X", "slip_y": "SLIP_Y",
     "slip_turn": "SLIP_TURN", "delta": "DELTA", "path": "PATH", "u": "U",
 }  # fmt: skip
-"""What the record reads of a contact, and the row of the kernels' scratch where it stands."""
+"""Quantities of a contact that the record reads, and their rows in the kernels' scratch memory."""

@@ -20,10 +20,13 @@ __all__ = ["WEIGHTINGS", "checked_rate", "weighted", "weighting"]
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 SLOWEST = 250.0
-"""Lowest admissible rate, samples per second: below, the band limit at 100 Hz is beyond 0.4 of the rate."""
+"""Lowest admissible sample rate, samples per second. At a lower one the upper band limit, 100 Hz, would lie above 0.4
+of the rate."""
 BAND, BUTTERWORTH = (0.4, 100.0), 0.5**0.5
 """Corner frequencies f1 and f2 of the band limit, Hz, and its quality factors Q1 = Q2, in every edition."""
-TAPS, FITTED_UP_TO, FITTED_AT = 6, 0.27, 400  # the correction: length, fraction of the rate, number of frequencies
+TAPS, FITTED_UP_TO, FITTED_AT = 6, 0.27, 400
+"""The filter that corrects the digital weighting: its number of coefficients, the frequency up to which it is fitted
+(over the sample rate), and the number of frequencies of the fit."""
 
 
 class Weighting(NamedTuple):
@@ -43,7 +46,8 @@ WEIGHTINGS = {
     "Wb": Weighting((16.0, 16.0, 0.55), (2.5, 0.9, 4.0, 0.95), 1.024, "ISO 8041-1:2017, Table 3"),
     "Wb EN 12299:2009": Weighting((16.0, 16.0, 0.63), (2.5, 0.8, 4.0, 0.8), 1.024, "programs for EN 12299:2009"),
 }
-"""By name: "Wk" vertical, "Wd" horizontal, "Wb" vertical for rail, and the form of Wb in programs for EN 12299:2009."""
+"""By name: "Wk" (vertical), "Wd" (horizontal), "Wb" (vertical, for railways), and the form of Wb that programs for EN
+12299:2009 use."""
 
 
 def weighting(name: str, frequency: ArrayLike) -> ComplexArray:

@@ -19,7 +19,7 @@ from wheeltapper.describe.noun import PositiveForce, Pressure
 FloatArray = NDArray[np.float64]
 
 PLASTIC_CONSTRAINT = 2.8
-"""Hardness over yield strength."""
+"""Ratio of hardness to yield strength: the mean pressure of a fully plastic contact over Y."""
 
 
 def blended(d: FloatArray, start: float, end: float, before: FloatArray, after: FloatArray) -> FloatArray:

@@ -11,9 +11,9 @@ from wheeltapper.describe.contact.elastic_plastic import PLASTIC_CONSTRAINT, Ela
 from wheeltapper.describe.contact.thornton import FIRST_YIELD
 
 AT_YIELD = 1.1
-"""ϑ: mean pressure over yield strength at first yield."""
+"""ϑ: ratio of the mean pressure to the yield strength at first yield."""
 FULLY_PLASTIC = 0.5 * (1.0 + float(np.exp(3.0 * AT_YIELD * (PLASTIC_CONSTRAINT / AT_YIELD - 1.0))))
-"""D from which on the mean pressure is 2.8·Y: 82.5."""
+"""D = 82.5, from which on the contact is fully plastic: its mean pressure stays 2.8·Y."""
 
 
 class Stronge(ElasticPlastic):

@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic, FloatArray
 
 FIRST_YIELD = 1.60
-"""Largest pressure over yield strength at first yield, under a sphere (von Mises, ν = 0.3)."""
+"""Ratio of the largest pressure to the yield strength at first yield under a sphere (criterion of von Mises, ν =
+0.3)."""
 
 
 class Thornton(ElasticPlastic):

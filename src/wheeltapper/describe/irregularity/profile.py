@@ -16,11 +16,14 @@ from wheeltapper.describe.noun import Length
 from wheeltapper.ground.errors import InputError
 
 NODES = np.cos(np.pi * (np.arange(13) + 0.5) / 13)
+"""Chebyshev's places, on [-1, 1], at which a function is interpolated."""
 RESOLVED, ROUNDING = 1e-10, 1e-14
-"""An interpolant whose last terms are a larger part of its changes, and more than rounding, is too wide."""
+"""An interval is too wide if the last coefficients of its interpolant exceed RESOLVED times the largest coefficient of
+a varying term plus ROUNDING times the constant term."""
 MOST_NARROWER = 6
-"""How often an interpolant is made four times narrower at most: beside a kink none is narrow enough."""
+"""How often an interval is made four times narrower at most. Beside a kink no interval is narrow enough."""
 TO_MONOMIALS = np.linalg.inv(np.polynomial.chebyshev.chebvander(NODES, 12))
+"""Matrix from values at the places to Chebyshev's coefficients."""
 
 
 def _refused(found: str) -> InputError:

@@ -16,14 +16,16 @@ from wheeltapper.ground.quantities import UNITS
 FloatArray = NDArray[np.float64]
 
 GAP = 20.0
+"""Ratio of the distance of two samples to the median distance from which on it is a gap."""
 FEWEST = 4
+"""Smallest number of samples of a measured irregularity."""
 _SCALED = {
     unit
     for kind in ("length", "angle")
     for unit, size in UNITS[kind].items()
     if size != 1.0 and unit not in ("in", "°")
 }
-"""Units that words above the numbers may name, and without which they mean something else."""
+"""Units other than SI that a heading may name. Without them the numbers would mean something else."""
 
 
 def read_columns(

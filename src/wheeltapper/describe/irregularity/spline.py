@@ -13,10 +13,13 @@ from wheeltapper.ground.errors import InputError
 FloatArray = NDArray[np.float64]
 
 FEWEST = 5
+"""Smallest number of samples that can be smoothed."""
 NEIGHBOURS = 200
-"""Samples on either side of a period that a periodic smoothing spline takes into account."""
+"""Number of samples on either side of a period that a periodic smoothing spline uses. Farther samples have no
+effect."""
 PENALTIES = (-6.0, 12.0)
-"""Decimal logarithms of the smallest and the largest penalty on the second derivative, samples one apart."""
+"""Decimal logarithms of the smallest and the largest weight of the second derivative, for samples at a distance of
+one."""
 
 
 def interpolating(x: FloatArray, y: FloatArray, periodic: bool = False) -> Polynomials:

@@ -38,7 +38,7 @@ ARCS = (
 )
 BACK, FRONT = -70.0, 60.0
 FLANGE_BACK = 70.0
-"""Distance of the tread datum from the flange's back, mm."""
+"""Distance from the flange's back to the tread datum, mm."""
 
 
 def s1002(y: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from pathlib import Path
 from wheeltapper.ground.errors import InputError
 
 LARGEST = 1e9
-"""Bytes that a file may hold, unpacked, unless the caller says otherwise."""
+"""Largest size of an unpacked file, bytes, unless the caller allows more."""
 
 
 def content(path: Path, largest: float = LARGEST) -> bytes:

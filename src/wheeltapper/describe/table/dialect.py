@@ -14,12 +14,15 @@ Rows = list[tuple[int, str]]
 """Line numbers and lines."""
 
 NOTHING = {"", "nan", "-nan", "+nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "missing", "1.#qnan", "nan(ind)"}
-"""What stands for a missing value, in small letters."""
+"""Texts that stand for a missing value, in small letters."""
 SEEN = 200
-"""Lines that are looked at to find the dialect."""
+"""Number of lines that are examined to find the dialect."""
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
+"""A number whose comma may separate thousands."""
 _WHOLE = re.compile(r"[-+]?\d+")
+"""A whole number."""
 _PADDED = re.compile(r"[-+]?0\d")
+"""A number with a leading zero, as the decimals of a number that a comma has cut."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,8 @@ CANDIDATES = (
     *(Dialect(mark, decimal) for mark in (";", "\t") for decimal in (".", ",")),
     Dialect(",", "."), Dialect(",", ","), Dialect(None, "."), Dialect(None, ","),
 )  # fmt: skip
-"""Commas before decimals stand between commas only in quotes, which each line's cells show."""
+"""Dialects, in the order in which they are tried. Decimal commas between separating commas are possible only if cells
+are quoted; the cells of each line show it."""
 
 
 def dialect_of(rows: Rows) -> Dialect:

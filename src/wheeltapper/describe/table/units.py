@@ -19,7 +19,9 @@ _SPELT = {
     "um": ("micron", "microns", "micrometre", "micrometres", "micrometer", "micrometers", "Mikrometer"),
     "deg": ("degree", "degrees", "Grad"),
 }
+"""Units as the package writes them, and other spellings of each."""
 _PLAIN = {spelt: unit for unit, ways in _SPELT.items() for spelt in ways}
+"""The unit of each spelling."""
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[\s*(.+?)\s*\]|\(\s*(.+?)\s*\)|\s/\s+\(?(.+?)\)?)$")
 _IN_WORDS = re.compile(r"^(.+?)(?:\s+in\s+(\S+)|[\s,:]+(\S{2,}))$")
 

@@ -18,9 +18,9 @@ from wheeltapper.describe.noun import (
 from wheeltapper.ground.errors import InputError
 
 FASTEST = 1e6
-"""Largest rate of a suspension √(k/m) or c/m, and of a bush k_b/c, 1/s.
+"""Largest rate of a suspension, √(k/m) or c/m, and of a bush, k_b/c, 1/s.
 
-What is faster is rigid to any measurement, and would need ever smaller steps.
+A faster one is rigid for every measurement, and the march would need ever smaller steps.
 """
 
 

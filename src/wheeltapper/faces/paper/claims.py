@@ -27,6 +27,7 @@ class Claim:
 
 
 CLAIMS: dict[str, Claim] = {}
+"""The registered claims, by number."""
 
 
 def claim(

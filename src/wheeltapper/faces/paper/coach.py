@@ -263,7 +263,7 @@ def pre_excitation() -> Iterator[Measure]:
 ONE_SIDED: dict[str, dict[str, Any]] = {
     "damping-free": {}, "original": {"vehicle": COACH}, "no creep": {"creep": None},
 }  # fmt: skip
-"""What differs in the runs of Figs 9 and 10."""
+"""The changes that each run of Figs 9 and 10 makes to the setting."""
 
 
 def right_rail(lasting: float = 0.12, **changes: Any) -> tuple[wt.Record, float]:

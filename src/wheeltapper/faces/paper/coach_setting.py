@@ -24,11 +24,11 @@ HEIGHT, EDGE, STEP_SPEED = 1e-4, 0.05, 5.0
 MEETS = EDGE / STEP_SPEED
 """When the leading wheelset meets the step, s."""
 LATER = 2.56 / STEP_SPEED
-"""How much later the rear wheelset of the bogie does, s."""
+"""Time between the leading and the trailing wheelset of the bogie at the step, s."""
 AMPLITUDE, WAVELENGTH = 50e-6, 0.05
 """The corrugation of Figs 7 to 10, m."""
 REAR = -21.56
-"""Where the rear wheelset of the rear bogie is at time zero, m."""
+"""Position of the rear wheelset of the rear bogie at time zero, m."""
 ARM = 0.75
 """Half the distance of the wheels' centres, m."""
 
