@@ -49,20 +49,20 @@ class Case:
         self.passage = self._timed()
         self.fits: dict[str, Fit] = {}
         self.evidence: dict[str, float] = {}
-        self.struck = False  # healthy up to where something strikes: only flats do that
+        self.struck = False  # a late strike of a healthy wheelset: only a flat can be the cause
 
     def problem(self, start: Scenario, priors: dict[str, Prior]) -> Problem:
-        """Return the problem of fitting models from a start on."""
+        """Return the problem of fitting a family of models to the recording, from a starting model."""
         return Problem(self.recording, self.site.sensor, self.noise, start, priors)
 
     @property
     def best(self) -> Fit | None:
-        """The fit that leaves least unexplained."""
+        """The fit with the smallest χ² per degree of freedom."""
         return min(self.fits.values(), key=lambda fit: fit.reduced, default=None)
 
     @cached_property
     def early(self) -> bool:
-        """True where something moves the deck before the site's irregularity can: the wheel itself."""
+        """True if the deck moves before the site's irregularity can move it: the wheel itself is the cause."""
         stated = self.stated.passage
         fastest = stated.replaced({"speed": stated.speed * (1.0 + SURE * self.site.uncertainty.get("speed", 0.0))})
         count = int(np.searchsorted(self.recording.times, self.begins)) + 1
@@ -70,7 +70,7 @@ class Case:
         return found is not None and bool(np.abs(found).max() < EARLY * self.noise)
 
     def _timed(self) -> Scenario:
-        """Return the stated passage, at the speed that the onset shows where that is the more precise one."""
+        """Return the stated passage, at the speed that follows from the onset if that is more precise."""
         stated, share = self.stated.passage, self.site.uncertainty.get("speed", 0.0)
         if self.early or share * self.begins * self.recording.rate < SURE:
             return stated
@@ -82,7 +82,7 @@ class Case:
 
     @cached_property
     def loaded(self) -> Scenario:
-        """The passage under the load that the recording shows: in flight the deck rises with N0/M."""
+        """The passage with the load that the flights show: in flight the acceleration of the deck is N0/M."""
         passage, times = self.passage, self.recording.times
         part = (times >= self.begins) & (times < self.begins + FLIGHTS) & np.isfinite(self.recording.samples)
         early = times[times < self.begins + FLIGHTS]
@@ -98,11 +98,11 @@ class Case:
 
     @property
     def explained(self) -> bool:
-        """True where one of the fits explains the recording."""
+        """True if one of the fits explains the recording."""
         return self.best is not None and self.best.reduced <= EXPLAINED
 
     def fit(self, name: str, start: Scenario, begins: float, patient: bool = True) -> Fit:
-        """Fit a fault from a start, and keep the fit if it is the fault's best one."""
+        """Fit a fault from a starting model; keep the fit if it is the best one of this fault."""
         priors = beliefs(self.stated) | self.faults[name].believed(self.passage)
         found = solve(self.problem(start, priors), begins, patient)
         if name not in self.fits or found.evidence > self.fits[name].evidence:
@@ -111,14 +111,15 @@ class Case:
 
 
 def feels_load(passage: Scenario) -> bool:
-    """Return True where a recording depends on the load: not on a contact that also pulls, on which all is linear."""
+    """Return True if the recording depends on the load: on a bilateral contact all is linear, and it does not."""
     return not getattr(passage.contact, "bilateral", False)
 
 
 def faults_of(passage: Scenario, names: Sequence[str] | None = None) -> tuple[dict[str, Fault], dict[str, str]]:
-    """Return the faults that a passage can have, of some or all of the catalogue, and why it cannot have others.
+    """Return the faults, by name, that a passage can have, and the reasons why it cannot have others.
 
-    A fault that is named, but that the passage cannot have, is refused.
+    Without names all faults of the catalogue are taken. A fault that is named, but that the passage cannot have, is
+    refused.
     """
     faults, left_out = {}, {}
     for name in CATALOGUE if names is None else as_list(names, "faults", "names of faults"):
@@ -139,5 +140,5 @@ def faults_of(passage: Scenario, names: Sequence[str] | None = None) -> tuple[di
 
 
 def well(fit: Fit | None) -> bool:
-    """Return True where a fit leaves hardly more than noise: nothing else need be tried."""
+    """Return True if a fit leaves hardly more than noise, so that no other fault need be fitted."""
     return fit is not None and fit.reduced <= WELL

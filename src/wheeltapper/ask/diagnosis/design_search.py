@@ -1,4 +1,4 @@
-"""The search behind a design: how a layout is judged, and how the best one is looked for."""
+"""The search behind a design: how layouts are judged, and how the best one is found."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ back. Layouts that are allowed cost less than 200, or half of this if nothing is
 
 
 class Candidate(NamedTuple):
-    """A layout that was judged. Not a number: what was not computed, as the force is too large."""
+    """A judged layout. If the force is too large, the criteria are not computed and NaN."""
 
-    kind: str  # "designed", its "part", or one of those to compare with: "single", "repeated", "alike"
+    kind: str  # "designed", "part", or of the comparison: "single", "repeated", "alike"
     layout: Layout
     determinant: float
     worst: float
@@ -56,14 +56,14 @@ class Candidate(NamedTuple):
 
 
 def cost(one: Candidate, criterion: Criterion) -> float:
-    """Return the logarithm of what is to be small."""
+    """Return the logarithm of the quantity that is minimised."""
     with np.errstate(divide="ignore"):
         return float(-np.log(one.determinant) if criterion == "determinant" else np.log(one.worst))
 
 
 @dataclass(frozen=True)
 class Judge:
-    """What layouts are judged by: see `design_site`; no height is below `lowest`, m, recordings last `duration`, s."""
+    """The criteria of layouts, see `design_site`; no height is below `lowest`, m; recordings last `duration`, s."""
 
     site: Site
     parameters: tuple[str, ...]
@@ -80,7 +80,7 @@ class Judge:
         return laid_out(self.site, layout, self.duration)
 
     def together(self, layout: Layout) -> list[list[str]]:
-        """Return the heights that share an error."""
+        """Return the groups of heights that share an error."""
         heights = [f"irregularity.{i}.height" for i in range(len(layout.features))]
         return [heights] if self.one_gauge and "irregularity.0.height" in self.site.uncertainty else []
 
@@ -91,13 +91,13 @@ class Judge:
         )
 
     def judged(self, kind: str, layout: Layout, rate: float | None = None) -> Candidate:
-        """Return what a layout is worth, at some rate; NaN where its force is too large."""
+        """Return the judged layout, at some sample rate; its criteria are NaN if its force is too large."""
         return self._judged(kind, layout, rate)[0]
 
     def eased(self, kind: str, layout: Layout, rate: float, alike: bool) -> Candidate:
-        """Return what a layout is worth once its force is allowed.
+        """Return the judged layout after lowering it until its force is allowed.
 
-        Again and again the feature is lowered where it is too large, or all features if they are to be alike.
+        Each time, the feature at the largest force is lowered, or all features if they have to be equal.
         """
         vehicle = self.site.passage.vehicle
         static, aim = float(vehicle.weight), EASED * self.largest_force
@@ -110,10 +110,10 @@ class Judge:
         return found
 
     def _judged(self, kind: str, layout: Layout, rate: float | None) -> tuple[Candidate, float]:
-        """Return what a layout is worth, and where the force is largest, m."""
+        """Return the judged layout, and the position of the largest force, m."""
         site = self.site_of(layout)
         plan = Plan.of(site, self.parameters, self.together(layout), self.trigger, None, rate)
-        with np.errstate(invalid="ignore"):  # where lowering tries places beyond the circle
+        with np.errstate(invalid="ignore"):  # a search may ask for places beyond the circle
             passages = plan.passages(site.passage, self.speeds or (float(site.passage.speed),))
             force = float(passages.largest_forces.max())
             if force > self.largest_force:
@@ -135,9 +135,9 @@ class Search:
     Attributes
     ----------
     judge, budget, progress
-        As `design_site` has them.
+        As in `design_site`.
     candidates
-        In the order in which they were judged.
+        All judged layouts, in the order of judging.
     """
 
     judge: Judge
@@ -146,7 +146,7 @@ class Search:
     candidates: list[Candidate] = field(default_factory=list)
 
     def best(self, kind: str, family: Family, known: Sequence[Layout], seed: list[int]) -> Candidate:
-        """Return the best layout of a family, at the sensor's rate; the search begins with the known ones, too."""
+        """Return the best layout of a family, at the sensor's rate; the known layouts are judged first."""
         random = np.random.default_rng(seed)
         budget = max(int(SHARES[kind] * self.budget), 1)
         mark = len(self.candidates)
@@ -154,7 +154,7 @@ class Search:
         for layout in known:
             self._price(kind, family, family.coordinates(layout))
         for i, at in enumerate(_spread(max(int(SAMPLED * budget), 1), family.size, random)):
-            mixed = parts and i % 4  # the fourth is taken from everywhere
+            mixed = parts and i % 4  # every fourth is not combined
             drawn = random.integers(len(parts), size=family.number) if mixed else ()
             self._price(kind, family, family.joined([parts[j] for j in drawn], at))
         starts = list(self._distinct(self.candidates[mark:], kind))
@@ -166,7 +166,7 @@ class Search:
         return self._judged_again([one for one in self.candidates[mark:] if one.kind == kind])
 
     def _parts(self, family: Family, budget: int, random: np.random.Generator) -> list[Feature]:
-        """Return the best single features, one of each shape and of about each length."""
+        """Return the best single features: one for each shape and each class of lengths (a factor of two)."""
         alone = replace(family, number=1)
         mark = len(self.candidates)
         for at in _spread(max(budget, 1), alone.size, random):
@@ -174,7 +174,7 @@ class Search:
         return [one.layout.features[0] for one in self._distinct(self.candidates[mark:], "part")]
 
     def _distinct(self, found: Sequence[Candidate], kind: str) -> Iterator[Candidate]:
-        """Return the best layouts, best first, one of each sequence of shapes and of about each length."""
+        """Return the best layouts, best first: one for each sequence of shapes and rounded lengths."""
         seen = set()
         told = [one for one in found if one.kind == kind and np.isfinite(one.worst)]
         for one in sorted(told, key=self._cost):
@@ -184,7 +184,7 @@ class Search:
                 yield one
 
     def _climbed(self, kind: str, family: Family, start: Candidate, budget: int) -> Candidate:
-        """Return the best layout uphill from one of them."""
+        """Return the best layout that the simplex search finds from one of them."""
         from scipy.optimize import minimize
 
         mark, at = len(self.candidates), family.coordinates(start.layout)
@@ -198,7 +198,7 @@ class Search:
         return lambda at: self._price(kind, family, at)
 
     def _price(self, kind: str, family: Family, at: FloatArray) -> float:
-        """Return what a layout costs."""
+        """Return the cost of a layout, which the search minimises."""
         try:
             found = self.judge.eased(kind, family.layout(at), self.judge.search_rate, family.alike)
         except ComputationError:
@@ -214,12 +214,12 @@ class Search:
 
     @property
     def _best_so_far(self) -> Candidate:
-        """The best layout that was judged; one whose force is too large, where none keeps the limit."""
+        """The best layout that was judged; if none keeps the limit of the force, one that does not."""
         return min(self.candidates, key=lambda one: self._cost(one) if np.isfinite(one.worst) else np.inf)
 
     @property
     def site_so_far(self) -> Site | None:
-        """The site with the best layout that was judged; None where none keeps the limits."""
+        """The site with the best layout that was judged; None if no layout keeps the limits."""
         best = self._best_so_far if self.candidates else None
         return None if best is None or not np.isfinite(best.worst) else self.judge.site_of(best.layout)
 
@@ -237,6 +237,6 @@ class Search:
 
 
 def _spread(many: int, size: int, random: np.random.Generator) -> FloatArray:
-    """Return a Latin hypercube: each coordinate's range is cut into `many` parts, each of which is met once."""
+    """Return a Latin hypercube: the range of each coordinate has `many` parts, and each part has one point."""
     parts = np.column_stack([random.permutation(many) for _ in range(size)])
     return np.asarray((parts + random.random((many, size))) / many)

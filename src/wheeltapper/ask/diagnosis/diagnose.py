@@ -1,9 +1,11 @@
 """From one recording to a finding: which fault explains it, how large it is, and what else would explain it as well.
 
-plain    one fit with mass, damping and load free; it distinguishes all faults that change only these, by their priors
-else     where that does not explain the recording, one family after the other until one does: flats from where
-         something strikes; the damper's end and wheels out of round (first, where little is explained); flats hard to
-         place
+plain   One fit with mass, damping and load free serves all faults that change only these; their priors distinguish
+        them.
+others  If that does not explain the recording, other families are fitted until one does: flats about a strike, dampers
+        with free play or a bush, wheels out of round, and flats whose strike is hard to locate.
+
+See docs/theory/diagnosis.rst, sections 8.6 and 8.7.
 """
 
 from __future__ import annotations
@@ -80,12 +82,13 @@ def diagnose(
     recording
         The deck's acceleration, or the path of its file.
     site
-        Where it was made, with what is uncertain of it and of a healthy wheelset; or the path of its TOML file.
+        The site of the recording, with the uncertainties of the site and of a healthy wheelset; or the path of its TOML
+        file.
     faults
         Names of the catalogue's faults to compare; by default all.
     noise
-        Standard deviation of the samples' noise, m/s²; by default the sensor's, or what the recording shows. What the
-        site says of the model's misfit is added to it.
+        Standard deviation of the samples' noise, m/s². By default it is that of the sensor, or it is estimated from the
+        recording. The misfit that the site states is added to it.
 
     Raises
     ------
@@ -109,9 +112,10 @@ def diagnose(
 
 
 def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
-    """Return what else to try, first what is likely: a damper's end and a wheel out of round are felt from early on.
+    """Return the fits of other families in the order in which they are tried.
 
-    These two are tried in haste before either is tried with patience, unless mass and damping explain much.
+    Free play, a bush and a wheel out of round act from the beginning. If mass and damping explain little, these are
+    therefore fitted first: hastily, and later with patience.
     """
     if well(case.best):
         return ()
@@ -128,7 +132,7 @@ def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
 
 
 def _wheel(recording: Recording, noise: float) -> bool:
-    """Return True where enough samples rise from the noise to be a wheel's."""
+    """Return True if enough samples exceed the noise for a wheel to have passed."""
     loud = np.abs(np.nan_to_num(recording.samples)) > 6.0 * noise
     return bool(loud.sum() >= 8)
 
@@ -146,13 +150,13 @@ def _nothing(recording: Recording, site: Site, noise: float) -> Finding:
 
 
 def _try_plain(case: Case) -> None:
-    """Fit mass, damping and load; weigh the plain faults and health by their priors."""
+    """Fit mass, damping and load; compute the evidence of health and of the plain faults."""
     begun = case.loaded
     _fit_plain(case, ((begun, begins) for begins in (case.begins, case.begins - SOONER)))
 
 
 def _try_plain_elsewhere(case: Case) -> None:
-    """Fit them from other starts that may begin alike, the nearest first."""
+    """Fit mass, damping and load from other starting values, ranked by the beginning of the recording."""
     begun, share = case.loaded, 2.5 * case.site.uncertainty.get("speed", 0.0)
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
     others = [begun, *(CATALOGUE[name].passage(begun) for name in ("broken spring", "lost damper"))]
@@ -163,7 +167,7 @@ def _try_plain_elsewhere(case: Case) -> None:
 
 
 def _fit_plain(case: Case, starts: Iterable[tuple[Scenario, float]]) -> None:
-    """Fit from starts, each with when its windows begin, until one leads somewhere."""
+    """Fit from starting models, each with the time at which its windows begin, until one fit is good enough."""
     priors, found = beliefs(case.stated, _unknown(case)), case.fits.get("plain")
     for start, begins in starts:
         if found is not None and (found.reduced <= EXPLAINED or found.held > case.begins + BASIN or case.early):
@@ -176,7 +180,7 @@ def _fit_plain(case: Case, starts: Iterable[tuple[Scenario, float]]) -> None:
 
 
 def _try_plain_again(case: Case) -> None:
-    """Start the plain fit from what another family has found: a fault of no size is none."""
+    """Start the plain fit from the result of another family, so that no fault of negligible size is named."""
     assert case.best is not None
     priors = beliefs(case.stated, _unknown(case))
     values = {path: float(Fields(case.best.scenario)(path)) for path in priors}
@@ -193,7 +197,7 @@ def _unknown(case: Case) -> tuple[str, ...]:
 
 
 def _weigh_plain(case: Case, found: Fit) -> None:
-    """Weigh health and the plain faults by what is believed of the fields that the fit has left free."""
+    """Compute the evidence of health and of the plain faults from one fit and their priors."""
     unknown = _unknown(case)
     case.fits["plain"] = found
     for name in (HEALTHY, *(name for name, fault in case.faults.items() if fault.plain and fault.path in unknown)):
@@ -201,9 +205,10 @@ def _weigh_plain(case: Case, found: Fit) -> None:
 
 
 def _believed(case: Case, fault: Fault | None, found: Fit, unknown: tuple[str, ...]) -> float:
-    """Return the logarithm of the density that is believed of the plain fields under a fault, where the fit has them.
+    """Return the logarithm of the marginal likelihood of a fault over the plain fields, relative to the fit.
 
-    The likelihood is normal in the fields' logarithms; of one that is hardly there (a lost damper), in the field.
+    The likelihood is normal in the logarithms of the fields. For a field that is nearly zero (a lost damper) it is
+    normal in the field itself.
     """
     passage = case.passage if fault is None else fault.passage(case.passage)
     believed = {} if fault is None else fault.believed(case.passage)
@@ -246,7 +251,7 @@ def _concluded(case: Case) -> Finding:
     estimate = estimate_of(fit, case.noise)
     alike = tuple(name for name, p in probabilities.items() if name != best and p >= ALIKE * probabilities[best])
     if verdict == "lost damper" and "free play" in case.faults and estimate.deviation(PLAIN[1]) > 1.0 / NOTHING:
-        alike = (*alike, "free play")  # wide enough that its stops are never reached
+        alike = (*alike, "free play")  # play so wide that the stops are not reached
     size, interval = _size_of(case, verdict, fit)
     forces, seen = _motion(case, fit)
     if verdict == NOT_EXPLAINED:
@@ -260,7 +265,7 @@ def _concluded(case: Case) -> Finding:
 
 
 def _motion(case: Case, fit: Fit) -> tuple[Forces, FloatArray]:
-    """Return what the best model does, and what the sensor shows of it."""
+    """Return the forces of the best model, and the acceleration that the sensor shows of it."""
     times, sensor = case.recording.times, case.site.sensor
     record = simulate(fit.scenario.replaced({"duration": float(times[-1])}))
     shown = drifted(filtered(record.at(times).deck_acceleration.values, sensor), times, sensor)

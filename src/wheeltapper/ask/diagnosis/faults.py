@@ -1,4 +1,4 @@
-"""The catalogue of faults: what each changes in a scenario, and what is believed of its size beforehand.
+"""The catalogue of faults: what each changes in a scenario, and the prior of its size.
 
 The facts stand in docs/theory/diagnosis.rst, section 8.6.
 """
@@ -38,20 +38,19 @@ class Fault:
     Attributes
     ----------
     name, part
-        What it is called, and where it is: "suspension", "damper", "wheel", "load".
+        Name, and the part of the wheelset: "suspension", "damper", "wheel", "load".
     meaning
-        One sentence for whoever reads the finding.
+        One sentence for the reader of the finding.
     size, unit, usual
-        What its size is, its unit, and a usual one.
+        What the size is, its unit, and its usual value.
     path
         Field of the faulty scenario that holds its size; "" where the size only scales other fields.
     made
         (passage, size, place) to the faulty passage; `place`, 0 to 1, is where on the wheel's circumference it is.
     believed
-        From the healthy passage: what is known beforehand of the fields that it changes, where that is no longer
-        what the site states.
+        From the healthy passage to the priors of the fields that the fault changes; they replace what the site states.
     plain
-        Whether it changes nothing but mass, damping and load.
+        Whether it changes only mass, damping and load.
     """
 
     name: str
@@ -66,7 +65,7 @@ class Fault:
     plain: bool = True
 
     def passage(self, healthy: Scenario, size: float | None = None, place: float = 0.5) -> Scenario:
-        """Return a passage with this fault, of its usual size unless one is given."""
+        """Return a passage with this fault, of its usual size if none is given."""
         return self.made(healthy, self.usual if size is None else size, place)
 
 

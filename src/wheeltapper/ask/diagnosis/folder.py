@@ -1,4 +1,4 @@
-"""Many recordings diagnosed: by several processes, each finding kept as soon as it is there, so that work goes on."""
+"""Diagnosis of many recordings by several processes. Each finding is kept at once, so that work can be resumed."""
 
 from __future__ import annotations
 
@@ -40,28 +40,28 @@ def diagnose_all(
     Parameters
     ----------
     files
-        The recordings.
+        Paths of the recordings.
     site
-        Where they were made, or the path of its TOML file.
+        The site of the recordings, or the path of its TOML file.
     output
-        Folder in which each finding is kept as FILE.json; what is there already, of the same file and site, is not
-        computed again. It is made if need be. None: nothing is kept.
+        Folder in which each finding is kept as FILE.json; it is created if it does not exist. A finding of the same
+        file and site that it already holds is not computed again. None: nothing is kept.
     workers
         Processes; by default one per core.
     reading
         Arguments of `read_recording`.
     after
-        What else to do with each finding, in the process that has found it: called with it and its JSON's path.
+        Called with each finding and the path of its JSON, in the process that computed it.
     raising
-        Whether to stop at a file that cannot be read, or is no recording of this site, with its InputError.
+        Whether a file that cannot be read, or holds no recording of this site, raises its InputError.
     progress
-        Called with how many are done, and how many there are.
+        Called with the number of finished recordings, and the number of all.
 
     Returns
     -------
     list of dict
-        What each finding's `to_dict` gives, in the order of the files; a file that cannot be read, or is no recording
-        of this site, has the verdict "not read" and says why.
+        The result of `to_dict` of each finding, in the order of the files. A file that cannot be read, or holds no
+        recording of this site, has the verdict "not read" and the reason.
     """
     what = "paths of recordings"
     site, paths = as_site(site), [as_path(file, "files", what) for file in as_list(files, "files", what)]
@@ -103,7 +103,7 @@ def _one(site: Site, task: _Task) -> dict[str, Any]:
     try:
         finding = diagnose(read_recording(path, **reading), site)
         entry = finding.to_dict() | {"paragraph": str(finding)}
-    except Exception as error:  # the other files are diagnosed whatever this one holds
+    except Exception as error:  # an error in one file must not stop the others
         if raising:
             raise
         finding = None
@@ -139,7 +139,7 @@ def _target(folder: Path, path: Path) -> Path:
 
 
 def _mark(path: Path, site: Site, reading: dict[str, Any]) -> dict[str, Any]:
-    """Return what a finding depends on: the file, the site, how it was read, this program."""
+    """Return what a finding depends on: file, site, arguments of reading, version of this program."""
     try:
         seen = path.stat()
         size, changed = seen.st_size, seen.st_mtime_ns
@@ -162,7 +162,7 @@ def _kept(target: Path, path: Path, site: Site, reading: dict[str, Any]) -> dict
 
 
 def _write(target: Path, entry: dict[str, Any]) -> None:
-    """Write a finding whole or not at all."""
+    """Write a finding; after an interruption the file is either complete or absent."""
     aside = target.with_suffix(".part")
     aside.write_text(json.dumps(entry, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     aside.replace(target)

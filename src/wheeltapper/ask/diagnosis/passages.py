@@ -1,4 +1,4 @@
-"""One wheelset's passages at several speeds, with derivatives: the rail is lowered once for all of them."""
+"""Passages of one wheelset at several speeds, with derivatives. The rail is lowered once for all of them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Motion(NamedTuple):
-    """One passage at given times, SI: NaN beyond the end of its march."""
+    """One passage at given times, in SI units; NaN beyond the end of its march."""
 
     status: int
     deck_acceleration: FloatArray  # (times,)
@@ -38,11 +38,11 @@ class Passages:
     Parameters
     ----------
     scenario
-        With a wheelset whose motion has exact derivatives.
+        A passage of a wheelset whose motion has exact derivatives.
     speeds
         m/s.
     parameters
-        Paths of continuous fields, by which derivatives are wanted.
+        Paths of continuous fields with respect to which derivatives are computed.
     """
 
     def __init__(self, scenario: Scenario, speeds: FloatArray, parameters: tuple[str, ...]) -> None:
@@ -53,7 +53,7 @@ class Passages:
 
     @cached_property
     def marches(self) -> list[March]:
-        """The motions themselves."""
+        """The marches, one for each speed."""
         from wheeltapper.march.single import march
 
         cells = self.many.cells
@@ -67,7 +67,7 @@ class Passages:
 
     @property
     def hardest(self) -> float:
-        """Where the force is largest, m; NaN if it has no maximum."""
+        """Position of the largest force, m; NaN if the force has no maximum."""
         i = int(np.argmax(self.largest_forces))
         peaks = self.marches[i].peaks
         if not len(peaks):

@@ -1,4 +1,4 @@
-"""How well a site distinguishes faults: passages computed, diagnosed, and counted."""
+"""How well a site distinguishes faults: passages are computed, diagnosed, and counted."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ class Passage(NamedTuple):
 
     label: str
     number: int
-    size: float  # NaN where it is healthy
+    size: float  # NaN if it is healthy
     verdict: str
-    named: bool  # the verdict is a fault of the part that has one
-    score: float  # of the fault's part; of a healthy passage the largest over the parts
+    named: bool  # whether the verdict is a fault of the right part
+    score: float  # of the faulty part; for a healthy passage the largest of all parts
     scores: dict[str, float]
     estimated: float
 
@@ -55,14 +55,14 @@ class FaultPerformance:
     Attributes
     ----------
     roc
-        Of the odds of a fault in the part concerned, against healthy passages.
+        ROC of the log odds of a fault in the part concerned, against healthy passages.
     called, named
         Shares of the faulty passages whose verdict is not "healthy", and whose verdict names the part.
     size_error
-        Root mean square of the estimated size less the true one, where the fault itself was named; NaN without.
+        Root mean square error of the estimated size over the passages whose fault was named; NaN if none was.
     hit_miss, signal_response
-        Probability of detection against size, where sizes were drawn from a range; None otherwise, and where `reason`
-        says why.
+        Probability of detection as a function of size, if sizes were drawn from a range. None otherwise, or if it
+        cannot be fitted: `reason` says why.
     """
 
     roc: Roc
@@ -86,7 +86,8 @@ class Performance:
     faults
         By name.
     ceiling
-        Share of a wheel's circumference that rolls over the deck while it is recorded: no flat can be seen more often.
+        Share of a wheel's circumference that rolls over the deck during the recording: the largest possible probability
+        of detecting a flat.
     """
 
     site: Site
@@ -140,26 +141,26 @@ def assess(
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Performance:
-    """Measure how well a site distinguishes faults, on passages that are computed.
+    """Measure how well a site distinguishes faults, on computed passages.
 
     Parameters
     ----------
     site
-        With what is uncertain of it: from that the truths are drawn; or the path of its TOML file.
+        The site, or the path of its TOML file. The true passages are drawn from its uncertainties.
     faults
-        By name, a size, a range of sizes from which each passage's is drawn (then the probability of detection is told
-        against size), or None for the usual size; names alone stand for usual sizes; by default some of those that the
-        site's wheelsets can have.
+        By name, a size, or None for the usual size, or a range from which the size of each passage is drawn. For a
+        range the probability of detection is given as a function of size. Names alone stand for usual sizes. By default
+        some of the faults that the site's wheelsets can have.
     count, healthy
-        Passages of each fault, and healthy ones (by default as many).
+        Number of passages of each fault, and of healthy ones (by default the same number).
     seed
-        Of everything drawn.
+        Seed of the random numbers.
     output
-        File (.jsonl) in which each passage's result is kept; what is there already is not computed again.
+        File (.jsonl) in which the result of each passage is kept. Results that it already holds are not computed again.
     workers
         Processes; by default one per core.
     progress
-        Called with how many passages are done, and how many there are.
+        Called with the number of finished passages, and the number of all.
     """
     site, count, seed = as_site(site), as_count(count, "count", 2), as_count(seed, "seed", 0)
     healthy = count if healthy is None else as_count(healthy, "healthy", 2)
@@ -269,7 +270,7 @@ def _fault(
 
 
 def _ceiling(site: Site) -> float:
-    """Return the share of the circumference that rolls over the deck while it is recorded."""
+    """Return the share of the circumference that rolls over the deck during the recording."""
     passage = site.passage
     end = float(passage.speed * passage.duration)
     start, length = passage.track.start, passage.track.length
@@ -319,7 +320,7 @@ def _kept(output: str | Path | None, site: Site) -> dict[str, Passage]:
         try:
             entry = json.loads(line)
         except ValueError:
-            continue  # a line that was being written when the program was stopped
+            continue  # the last line, if the program was stopped while writing it
         if entry.get("site") == _digest(site):
             out[entry["task"]] = Passage(**entry["passage"])
     return out

@@ -1,4 +1,4 @@
-"""One function on many tasks, by several processes that share a large argument."""
+"""One function applied to many tasks by several processes, which share a large argument."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ Result = TypeVar("Result")
 def in_processes(
     function: Callable[[Shared, Task], Result], shared: Shared, tasks: Sequence[Task], workers: int | None = None
 ) -> Iterator[tuple[int, Result]]:
-    """Yield the number of each task and function(shared, task), as they are done.
+    """Yield the number and the result of each task, function(shared, task), in the order of completion.
 
     Parameters
     ----------
     function
-        Of a module, since the processes import it.
+        A function of a module, because the processes import it.
     shared, tasks
-        What all calls share, and what each is about; both can be pickled.
+        The argument that all calls share, and the argument of each call; both can be pickled.
     workers
         Processes; by default one per core. One: no process is started.
     """
@@ -60,7 +60,7 @@ def in_processes(
         except BaseException:
             started = list(pool._processes.values())
             pool.shutdown(wait=False, cancel_futures=True)
-            for process in started:  # else the program ends only with the tasks at hand: half a minute each
+            for process in started:  # otherwise the program would wait for the running tasks, half a minute each
                 process.terminate()
             raise
 
@@ -79,7 +79,7 @@ def _call(task: Any) -> Any:
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Let processes that start here never hear of Ctrl-C, which is for the one that started them: it ends them."""
+    """Let processes that start here ignore Ctrl-C; the process that started them reacts, and ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -92,7 +92,7 @@ def _deaf() -> Iterator[None]:
 
 @contextmanager
 def _single_threaded() -> Iterator[None]:
-    """Leave linear algebra to one thread in each process that starts here: they share the cores already."""
+    """Limit linear algebra to one thread in each process that starts here; the processes already use all cores."""
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
     try:

@@ -1,4 +1,4 @@
-"""What a wheelset's bouncing over a site says of it: sites and recordings, findings, performance, design."""
+"""Diagnosis of wheelsets that bounce over a site: sites and recordings, findings, performance, design."""
 
 from __future__ import annotations
 
