@@ -20,7 +20,7 @@ from wheeltapper.record.simulate import say_that_it_compiles
 
 Place = tuple[int, ...]
 Done = tuple[Place, int, str, tuple[Shared, ...]]
-"""A chunk, its number of cells, what went wrong ("" where nothing did), and notes."""
+"""A chunk, its number of cells, an error ("" if there was none), and notes."""
 ENVIRONMENT = {"OMP_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1, "MKL_NUM_THREADS": 1}
 """Environment variables of worker processes on this machine: linear algebra uses one thread, since the workers occupy
 the cores. It replaces Dask's default, which also limits how much freed memory a process keeps. With that limit every
@@ -43,7 +43,7 @@ again."""
 
 
 class ClusterError(RuntimeError):
-    """The workers, or what holds them together, broke down; what they wrote is kept."""
+    """The workers or their scheduler broke down; the chunks that they wrote are kept."""
 
 
 def fill(
@@ -58,17 +58,17 @@ def fill(
     path
         The store's folder, new unless `resume`.
     spec
-        What `spec.read` returned.
+        Result of `spec.read`.
     resume
-        Go on with a store that was begun: only what is missing is computed.
+        Continue a store that exists: only missing chunks are computed.
     workers, scheduler
         A number of processes on this machine, or the address of a Dask scheduler; else the threads of this process.
     threads
-        How many cells march at a time in this process; by default all cores.
+        Number of threads of this process; by default one per core.
     progress
-        What takes the numbers of cells done and in all.
+        Called with the number of finished cells, and the number of all.
     say
-        What takes a line for the user.
+        Called with a line for the user.
     """
     store = Store(path, spec)
     if path.exists() and not resume:
@@ -135,7 +135,7 @@ def _on_cluster(
 
 
 def _local_cluster(workers: int) -> Any:
-    """Return a cluster on this machine; one whose workers are killed before they have started is begun anew."""
+    """Return a cluster on this machine; it is started again if its workers are killed while starting."""
     distributed: Any = import_module("distributed")
     for attempt in range(ATTEMPTS + 1):
         try:
@@ -149,7 +149,7 @@ def _local_cluster(workers: int) -> Any:
 
 
 def _written(store: Store, place: Place, threads: int) -> Done:
-    """Compute one chunk here; an error of the computation is reported, one of the disk goes up."""
+    """Compute one chunk in this process. Errors of the computation are returned; errors of the disk are raised."""
     try:
         cells, notes = store.write(place, threads)
     except OSError:
@@ -174,7 +174,7 @@ def _opened(path: str, text: str) -> Store:
 def _on(client: Any, store: Store, todo: list[Place], say: Callable[[str], None]) -> Iterator[Done]:
     """Compute chunks on a cluster, a few more at a time than it has threads.
 
-    When a worker dies, so do all chunks that it had; which of them is to blame shows when they are tried again alone.
+    When a worker dies, all its chunks are lost. Each is tried again alone, which shows the one that caused it.
     """
     distributed: Any = import_module("distributed")
     say(f"dashboard: {client.dashboard_link}")
@@ -225,10 +225,10 @@ def _finished(client: Any, pending: list[Any]) -> Iterable[Any]:
 
 
 def compile_apart(store: Store) -> None:
-    """Compile the kernels in a process of its own where they are not in the cache yet.
+    """Compile the kernels in a separate process if they are not in the cache yet.
 
-    Code that has just been compiled rounds otherwise than the same code from the cache; all chunks are to be computed
-    by the same code.
+    Freshly compiled code rounds differently from the same code from the cache. All chunks have to be computed by the
+    same code.
     """
     from wheeltapper.ask.cells import is_ready
 

@@ -1,4 +1,4 @@
-"""The motion of a wheelset at given times and nothing else, quickly: what a fit of recordings asks for."""
+"""The motion of a wheelset at given times only, computed quickly, for fits to recordings."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ earlier or later, then use the same path."""
 
 
 class Motion(NamedTuple):
-    """What was computed, in SI units: NaN beyond the end of the march."""
+    """Results in SI units; NaN beyond the end of the march."""
 
     status: int
     force: FloatArray  # (times,) N
@@ -39,7 +39,7 @@ class Motion(NamedTuple):
 
 
 class _Same:
-    """A thing that equals only itself: a file that it names may have changed under an equal one."""
+    """An object that equals only itself: the file that it names may have changed since an equal object was used."""
 
     def __init__(self, of: object) -> None:
         self.of = of
@@ -52,7 +52,7 @@ class _Same:
 
 
 class _Path:
-    """A scenario, equal to others whose wheel's centre goes the same way."""
+    """A scenario as a key; two of them are equal if the path of the wheel's centre is the same."""
 
     def __init__(self, scenario: Scenario, end: float, method: Method) -> None:
         self.scenario, self.end, self.method = scenario, REACH * ceil(end / REACH), method
@@ -73,21 +73,21 @@ def _table(path: _Path) -> tuple[Table, list[str]]:
 
 
 def table_at_hand(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[str]]:
-    """Return the path of the wheel's centre to x = end (m) or farther, as lately where the wheel goes the same way."""
+    """Return the path of the wheel's centre to x = end (m) or farther, from the cache if it is the same."""
     return _table(_Path(scenario, end, method))
 
 
 def motion_at(scenario: Scenario, times: FloatArray, method: str = "default") -> Motion:
-    """Return normal force and deck acceleration of a wheelset, on whatever contact and with whatever damper it has.
+    """Return normal force and deck acceleration of a wheelset, for every contact law and damper.
 
-    Nothing but the numbers is computed, no farther than to the last of the times, and the path of the wheel's centre
-    only where it is another one than lately: some milliseconds for 0.3 s. The result is as smooth in the scenario's
-    numbers as the motion itself, down to the method's rounding, so that it may be differenced.
+    The march ends at the last of the times. The path of the wheel's centre is computed only if it differs from those of
+    recent calls. This takes some milliseconds for 0.3 s. As a function of the scenario's numbers the result is as
+    smooth as the motion itself, down to the rounding of the method, so that difference quotients may be taken.
 
     Parameters
     ----------
     scenario
-        With a wheelset.
+        A scenario with a wheelset.
     times
         Rising times, s.
     method
@@ -96,7 +96,7 @@ def motion_at(scenario: Scenario, times: FloatArray, method: str = "default") ->
     Raises
     ------
     InputError
-        If the vehicle is a wagon, or the contact does not go with a damper that has an end of its own.
+        If the vehicle is a wagon, or the contact cannot be combined with a damper with play or a bush.
     """
     from wheeltapper.march import dense
 

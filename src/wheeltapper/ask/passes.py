@@ -1,4 +1,4 @@
-"""Wheels that follow one another over one rail: each meets the surface that the last one has left.
+"""Wheels that pass one after the other over one rail. Each pass starts with the surface that the last one left.
 
 for each pass: speed, load and start, drawn where they scatter -> pieces over the surface as it is -> march
                -> indentation at every sample -> how far each yields -> the surface after the pass
@@ -40,18 +40,18 @@ LEAST_FACTOR = 0.05
 
 @dataclass(frozen=True)
 class Scatter:
-    """How passes differ, and how a surface yields again.
+    """Scatter of the passes, and hardening of the surface.
 
     Attributes
     ----------
     hardening
-        1: a spot yields again only beyond what it has borne; 0: as early as a virgin one.
+        1: a place yields again only beyond its largest indentation so far. 0: it yields as early as a virgin one.
     speed, load
         Standard deviations over the mean.
     start
-        Length in m over which the places where the wheels begin, at rest, are spread evenly.
+        Length, m, over which the starting places of the wheels, at rest, are spread evenly.
     seed
-        Of all that is drawn; pass n draws the same however many there are.
+        Seed of the random numbers. The draws of pass n do not depend on the number of passes.
     """
 
     hardening: float = 1.0
@@ -62,7 +62,7 @@ class Scatter:
 
 
 class Pass(NamedTuple):
-    """What a pass is told by."""
+    """Results of one pass."""
 
     status: int
     speed: float  # m/s
@@ -83,9 +83,9 @@ class Line:
     Parameters
     ----------
     scenario
-        With an elastic-plastic contact, and point rolling.
+        A scenario with an elastic-plastic contact and point rolling.
     scatter
-        How passes differ.
+        Scatter of the passes.
     per_interval
         Samples in half a semi-axis of the contact patch.
     method
@@ -127,7 +127,7 @@ class Line:
         return np.asarray(self.base - self.contact.share_of_rail * surface.settled()[: len(self._samples)])
 
     def beyond_law(self, reached: float) -> tuple[str, ...]:
-        """Return what the user should know of a contact force, N, beyond what the law was stated for."""
+        """Return notes if a contact force, N, is beyond the range of the law."""
         return beyond_law(self.contact, self.lowered, reached)
 
     def _drawn(self, number: int) -> tuple[float, float, float]:
@@ -172,7 +172,7 @@ class Line:
         return Program(pieces, numbers, law), length, time
 
     def passed(self, surface: Surface, number: int) -> tuple[Surface, Pass]:
-        """Return the surface after pass `number`, and what that pass is told by."""
+        """Return the surface after pass `number`, and the results of that pass."""
         from wheeltapper.march.dense import DELTA, FORCE, OUT_COLUMNS, RESIDUAL, dense
 
         speed, load, start = self._drawn(number)

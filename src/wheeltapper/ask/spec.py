@@ -1,4 +1,4 @@
-"""A study as text: what STUDY.toml may say, and the study that it means."""
+"""A study as text: the contents of STUDY.toml, and the study that they describe."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def contents(scenario: Scenario) -> dict[str, str]:
-    """Return digests of the files that a scenario names: what is kept of it holds only while they stay the same."""
+    """Return digests of the files that a scenario names; kept results are valid only while these do not change."""
     items = [getattr(item, "of", item) for item in scenario.irregularities]
     names = [item.path for item in items if getattr(item, "path", None) is not None]
     if isinstance(scenario.profiles, WheelRail):
@@ -66,7 +66,7 @@ def contents(scenario: Scenario) -> dict[str, str]:
 
 
 def meant(spec: dict[str, Any]) -> Study:
-    """Return the study that a specification means."""
+    """Return the study that a specification describes."""
     options = {name: value for name, value in spec.items() if name not in NOT_OPTIONS}
     features = spec["features"] if isinstance(spec["features"], list) else [spec["features"]]
     over = {path: _values(path, values) for path, values in _flat(spec["over"]).items()}

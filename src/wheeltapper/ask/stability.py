@@ -1,4 +1,4 @@
-"""The speed at which a wagon begins to hunt."""
+"""The critical speed of a wagon, at which hunting begins."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ def critical_speed(
 ) -> float:
     """Return the lowest speed, m/s, at which a small deviation from the steady run grows: the linear critical speed.
 
-    It lies between `lowest` and `highest`. Every 2 m/s is looked at there: instability within a narrower range of
-    speeds may be missed. A mode that neither grows nor decays (its damping ratio within 1e-9 of zero) does not count as
-    hunting, and is named in a warning.
+    It lies between `lowest` and `highest`. Stability is tested every 2 m/s there: an unstable range of speeds that is
+    narrower may be missed. A mode that neither grows nor decays (its damping ratio within 1e-9 of zero) does not count
+    as hunting; a warning names it.
 
     Parameters
     ----------
     scenario
-        With a `Wagon` and a creep law; its speed and irregularities are left out.
+        A scenario with a `Wagon` and a creep law; its speed and irregularities are ignored.
     lowest
-        Where the search begins, m/s, or as "10 km/h"; the vehicle has to run stably there.
+        Lowest speed of the search, m/s, or as "10 km/h"; the vehicle has to be stable there.
     highest
-        Where it ends, m/s; infinity is returned where the run is stable, or undamped, up to there.
+        Highest speed of the search, m/s; infinity is returned if the run is stable, or undamped, up to it.
     tolerance
-        Of the speed, relative.
+        Relative tolerance of the speed.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def critical_speed(
 
 
 def _tell_undamped(scenario: Scenario, growth: float) -> None:
-    """Refuse a wagon of which a mode grows at the scenario's speed; warn of modes that neither grow nor decay."""
+    """Refuse a wagon with a mode that grows at the scenario's speed; warn of modes that neither grow nor decay."""
     found = modes(scenario)
     ratios = found.damping_ratio.values
 

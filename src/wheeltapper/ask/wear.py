@@ -58,7 +58,7 @@ PER_PASS: dict[str, tuple[str, str]] = {
 
 
 class Options(TypedDict, total=False):
-    """What `wear_in` may be told."""
+    """Options of `wear_in`."""
 
     hardening: float
     speed_scatter: float
@@ -93,46 +93,49 @@ def wear_in(
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset | list[xr.Dataset]:
-    """Let wheels pass over a rail again and again; each meets the surface that the last one has left.
+    """Let many wheels pass over a rail; each pass starts with the surface that the last one left.
 
-    The contact's loading curve governs the motion; what remains of the largest indentation at each place is the mark.
-    Marks are averaged over the contact patch, with weights as wide as it is long. Each wheel is round and virgin.
+    The loading curve of the contact governs the motion. The permanent part of the largest indentation at each place is
+    the mark. Marks are averaged over the length of the contact patch. Each wheel is round and virgin.
 
     Parameters
     ----------
     scenario
-        With an elastic-plastic contact and `rolling="point"`; or several, which pass side by side.
+        A scenario with an elastic-plastic contact and `rolling="point"`; or several, which are computed in parallel.
     passes
-        How many wheels pass.
+        Number of wheels that pass.
     hardening
-        1: a place yields again only beyond the largest indentation that it has borne (shakedown); 0: as early as a
-        virgin one, which runs away near the contact resonance; between them the part of the way that it hardens.
+        1: a place yields again only beyond its largest indentation so far (shakedown). 0: it yields as early as a
+        virgin one; near the contact resonance the wear then grows without limit. Values between them interpolate.
     speed_scatter, load_scatter
-        Standard deviation of the passes' speeds and loads over their mean.
+        Relative standard deviations of the speeds and loads of the passes.
     start_scatter
-        The wheels begin, at rest, at places spread evenly over this length, m: their bouncing then has another phase.
+        Length, m, over which the starting places of the wheels, at rest, are spread evenly. Their bouncing then has
+        different phases.
     seed
-        Of everything drawn. Pass n draws the same however many there are.
+        Seed of the random numbers. The draws of pass n do not depend on the number of passes.
     every
-        The profile is kept after each so many passes, and after the last.
+        Number of passes after which the profile is kept each time; it is also kept after the last.
     samples
-        Places at which indentations are taken, per quarter of the patch's length.
+        Number of places per quarter of the patch's length at which indentations are computed.
     method
         "default" or "strict".
     store
-        A netCDF file (.nc) in which the evolution is kept and from which it goes on, with the same bits as in one go.
+        A netCDF file (.nc) in which the evolution is kept. A later call continues it, with exactly the result of a
+        single call.
     threads
-        How many of several scenarios pass at a time; by default all cores.
+        Number of scenarios that are computed at a time; by default one per core.
     progress
-        Of one scenario: called with the number of passes done and of all.
+        For one scenario: called with the number of finished passes, and the number of all.
 
     Returns
     -------
     xarray.Dataset or list of xarray.Dataset
-        Over `pass`: largest force, impacts per metre, plastic work, what was drawn, and the shares of the length that
-        stay elastic, shake down and ratchet. Over `kept` (numbers of passes, 0 the virgin rail) and `position`: height
-        of the rail, and permanent indentation of rail and wheels together; over `kept` and `wavelength`: amplitude
-        spectrum of the height, and its growth rate per pass. Attribute `ended` says whether all passes were made.
+        Over `pass`: largest force, impacts per metre, plastic work, the drawn numbers, and the shares of the length
+        that stay elastic, shake down and ratchet. Over `kept` (numbers of passes, 0 for the virgin rail) and
+        `position`: height of the rail, and permanent indentation of rail and wheels together. Over `kept` and
+        `wavelength`: amplitude spectrum of the height, and its growth rate per pass. The attribute `ended` says whether
+        all passes were made.
 
     Raises
     ------
@@ -171,7 +174,7 @@ def _scatter(hardening: Any, speed: Any, load: Any, start: Any, seed: Any) -> Sc
 
 
 class _Evolution:
-    """A rail on its way: the surface, what passes have told, and the surfaces that are kept."""
+    """The state of an evolution: the surface, the results of the passes, and the surfaces that are kept."""
 
     def __init__(
         self, scenario: Scenario, options: Scatter, every: int, samples: int, method: str, store: Path | None
@@ -189,7 +192,7 @@ class _Evolution:
             }
             | ({"contents": named} if (named := contents(scenario)) else {})
         )
-        self._state = self._line.virgin, 0  # the surface, and how many wheels it has borne: one thing to interrupts
+        self._state = self._line.virgin, 0  # surface and number of passes, set at once
         self._passes: list[Pass] = []
         self._snapshots: dict[int, FloatArray] = {0: self._surface.left}
         self._ended = ""
@@ -209,7 +212,7 @@ class _Evolution:
         return {number: left for number, left in self._snapshots.items() if number <= self._state[1]}
 
     def until(self, passes: int, progress: Callable[[int, int], None] | None) -> xr.Dataset:
-        """Let so many wheels pass, all in all; return the evolution."""
+        """Continue up to a total number of passes; return the evolution."""
         if passes < self._state[1]:
             done = self._state[1]
             what = f"{passes}, where the file holds {done}"
@@ -237,7 +240,7 @@ class _Evolution:
         return self.dataset()
 
     def _why_it_ends(self, told: Pass) -> str:
-        """Return why the evolution ends with this pass; nothing where it goes on."""
+        """Return the reason why the evolution ends with this pass; "" if it goes on."""
         number, ratio = self._state[1], told.largest_force / self._line.lowered.static_force
         if told.status != contract.DONE:
             return f"pass {number}: {OUTCOMES[told.status].sentence}"
@@ -338,7 +341,7 @@ class _Evolution:
         try:
             with xr.open_dataset(path, engine="h5netcdf") as opened:
                 data = opened.load()
-        except Exception as error:  # of a damaged file HDF5 says whatever it stumbles over
+        except Exception as error:  # HDF5 raises various errors for a damaged file
             reason = f"{type(error).__name__}: {error}".partition("\n")[0]
             raise InputError(str(path), "store", f"no readable netCDF file ({reason})", "a file of wear_in") from error
         if data.attrs.get("title") != WEAR_TITLE:

@@ -39,7 +39,7 @@ def as_quantity(given: Any, field: str, dimension: str, *, positive: bool = True
 
 
 def as_list(given: Any, field: str, what: str) -> list[Any]:
-    """Return a list; one name stands for a list of it."""
+    """Return a list; a single name becomes a list of one."""
     if isinstance(given, str):
         return [given]
     if isinstance(given, Mapping) or not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0:
@@ -48,7 +48,7 @@ def as_list(given: Any, field: str, what: str) -> list[Any]:
 
 
 def as_names(given: Any, field: str, what: str) -> tuple[str, ...]:
-    """Return names; one name stands for a list of it."""
+    """Return names; a single name becomes a list of one."""
     names = as_list(given, field, what)
     for name in names:
         if not isinstance(name, str):
@@ -57,7 +57,7 @@ def as_names(given: Any, field: str, what: str) -> tuple[str, ...]:
 
 
 def as_table(given: Any, field: str, what: str) -> dict[str, Any]:
-    """Return values by name; of None, no values."""
+    """Return values by name; an empty table for None."""
     if given is None:
         return {}
     if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
@@ -66,7 +66,7 @@ def as_table(given: Any, field: str, what: str) -> dict[str, Any]:
 
 
 def as_quantities(given: Any, field: str, dimension: str, what: str) -> list[float]:
-    """Return one or more positive quantities in SI units; a text stands for a list of it."""
+    """Return one or more positive quantities in SI units; a single text becomes a list of one."""
     listed = as_list(given, field, what)
     try:
         found = [as_quantity(one, field, dimension) for one in listed]
@@ -95,7 +95,7 @@ def as_between(given: Any, field: str, low: float, high: float) -> float:
 
 
 def check_choice(given: Any, field: str, allowed: Iterable[str]) -> None:
-    """Refuse what is none of the names that are allowed."""
+    """Refuse a value that is not one of the allowed names."""
     names = list(allowed)
     if not isinstance(given, str) or given not in names:
         raise InputError("", field, shown(given), suggested(str(given), names, ", ".join(map(repr, names))))

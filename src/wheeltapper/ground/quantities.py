@@ -1,4 +1,4 @@
-"""Quantities: "0.1 mm" to SI. Own table of common units; pint only for the rest, because it costs half a second."""
+"""Quantities: "0.1 mm" to SI. Common units are in a table here; pint serves the rest, since it loads slowly."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ def to_si(value: object, dimension: str, field: str = "") -> float:
     Parameters
     ----------
     value
-        A number (taken as SI), a string with a unit, "0.1 mm", or a quantity of a package for units such as pint:
-        whatever has a `magnitude` and converts itself by `to`.
+        A number (in SI units), a string with a unit such as "0.1 mm", or a quantity of a package such as pint: any
+        object with a `magnitude` and a method `to`.
     dimension
         A key of `UNITS`.
     field
@@ -88,7 +88,7 @@ def to_si(value: object, dimension: str, field: str = "") -> float:
         raise InputError("", field, shown(value), _allowed(dimension))
     try:
         return float(value)
-    except OverflowError:  # a whole number of more digits than there are
+    except OverflowError:  # an integer beyond the range of floats
         raise InputError("", field, shown(value), _allowed(dimension)) from None
 
 
@@ -113,7 +113,7 @@ def _from_text(text: str, dimension: str, field: str) -> float:
 
     try:
         quantity = pint.UnitRegistry().Quantity(float(match[1]), unit)
-    except Exception as error:  # of pint, of Python's tokenizer, and whatever else an odd text meets there
+    except Exception as error:  # errors of pint, of Python's tokenizer, and others that an odd text causes
         raise InputError(
             "", field, f"{shown(text)}, whose unit is not one of {dimension}", _allowed(dimension)
         ) from error
@@ -123,7 +123,7 @@ def _from_text(text: str, dimension: str, field: str) -> float:
 def _from_quantity(quantity: Any, dimension: str, field: str, text: str = "") -> float:
     try:
         return float(quantity.to(PINT[dimension] or "dimensionless").magnitude)
-    except (AttributeError, TypeError, ValueError) as error:  # what pint's errors are, without importing it
+    except (AttributeError, TypeError, ValueError) as error:  # the base of pint's errors, without importing pint
         found = shown(text or str(quantity))
         raise InputError("", field, f"{found}, whose unit is not one of {dimension}", _allowed(dimension)) from error
 

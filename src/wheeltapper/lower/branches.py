@@ -1,8 +1,8 @@
-"""Branches of contact: on each, the point of contact moves steadily as the wheel moves on.
+"""Branches of contact: on each of them the point of contact moves continuously with the wheel.
 
-A circle that touches the profile at s has its centre above x0 = s - R·p'/sqrt(1 + p'²). Where x0 rises with s the
-contact is a (local) highest one; where it falls it is a lowest one and never the contact. A corner that juts out is a
-branch of its own: an arc. The path is the upper envelope of all branches.
+A circle that touches the profile at s has its centre above x0 = s - R·p'/sqrt(1 + p'²). Where x0 rises with s, the
+height of the circle is a local maximum. Where it falls, the height is a minimum, and s is never the point of contact. A
+convex corner is a further branch: an arc. The path is the upper envelope of all branches.
 
     sample x0(s) in every smooth cell, cut it at its folds       -> branches
     where several branches lie above each other, sample their heights and keep the highest     -> runs
@@ -34,7 +34,7 @@ MARGIN = 1.2
 
 @dataclass(frozen=True)
 class Branch:
-    """Samples of the wheel's place x and of the point of contact s, both rising; about a corner s is the corner."""
+    """Samples of the wheel's place x and of the point of contact s, both rising; on an arc s is the corner."""
 
     cell: int  # -1 for a corner
     corner: int  # -1 for a cell
@@ -44,10 +44,10 @@ class Branch:
 
 @dataclass
 class Run:
-    """A stretch of the path on one branch."""
+    """A part of the path that lies on one branch."""
 
     branch: int
-    first: float  # the first and the last sample that this branch won
+    first: float  # the first and the last sample at which this branch is the highest
     last: float
     start: float = -np.inf
     end: float = np.inf
@@ -89,7 +89,7 @@ def _with_folds(profile: Profile, s: FloatArray, cell: IntArray) -> tuple[FloatA
 
 def find(profile: Profile, window: float) -> list[Branch]:
     """Return all branches of a profile."""
-    bent = [i for i, cell in enumerate(profile.cells) if cell.chord != profile.radius]  # a chord is touched all at once
+    bent = [i for i, cell in enumerate(profile.cells) if cell.chord != profile.radius]  # else touched all at once
     each = [_cell_samples(profile, index, window) for index in bent]
     s, cell, rising = _with_folds(profile, np.concatenate(each), np.repeat(bent, [len(samples) for samples in each]))
     x = profile.touching(s, cell)
@@ -120,7 +120,7 @@ class Envelope:
         self.runs = self._won(self._grid(window))
 
     def contact(self, x: FloatArray, owner: IntArray) -> FloatArray:
-        """Return the point of contact for each place of the wheel on the given branch, else the branch's nearer end."""
+        """Return the contact for each place of the wheel on the given branch; beyond it, the branch's nearer end."""
         s, lo, hi = np.empty_like(x), np.empty_like(x), np.empty_like(x)
         contact_points.bracket(self._x, self._s, self._first, owner, x, s, lo, hi)
         bent = np.flatnonzero((self.corners[owner] < 0) & ~self._flat[owner])
@@ -129,7 +129,7 @@ class Envelope:
         return s
 
     def height(self, x: FloatArray, s: FloatArray, owner: IntArray) -> FloatArray:
-        """Return the height of the wheel's centre (its radius subtracted) at x when it touches at s."""
+        """Return the height of the wheel's centre, less its radius, at x if it touches at s."""
         out = self.profile.drop(s - x)
         corner = self.corners[owner]
         smooth = np.flatnonzero(corner < 0)
@@ -153,7 +153,7 @@ class Envelope:
         return np.unique(np.concatenate(parts))
 
     def _won(self, grid: FloatArray) -> list[Run]:
-        """Return the runs: which branch is the highest where, as far as the grid shows it."""
+        """Return the runs: the highest branch over each part of the path, as the grid shows it."""
         best = np.full(len(grid), -np.inf)
         winner = np.full(len(grid), -1)
         for index, branch in enumerate(self.branches):

@@ -1,4 +1,4 @@
-"""From a scenario to a program: the one place where units and names are stripped, and where they are kept to return."""
+"""From a scenario to a program: here units and names are removed, and kept for the results."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ SHARP_DIP = "sharp dip"
 
 @dataclass(frozen=True)
 class Lowered:
-    """A program with what turns its numbers back into SI units.
+    """A program, with the units that convert its numbers to SI.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Lowered:
     table
         The path of the wheel's centre.
     notes
-        What the user should know about this lowering: contact at two points, edges, warnings with numbers.
+        Notes on this lowering for the user: contact at two points, edges, warnings with numbers.
     """
 
     program: Program
@@ -66,7 +66,7 @@ def courses_of(scenario: Scenario) -> list[Course]:
 
 
 def table_of(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[str]]:
-    """Return the path of the wheel's centre up to x = end (m), and what the user should know about it."""
+    """Return the path of the wheel's centre up to x = end (m), and notes on it for the user."""
     of = ellipse.factor_function(scenario.contact, scenario.vehicle)
     return path_table(courses_of(scenario), end, method, scenario.rolling, scenario.vehicle.radius, of)
 
@@ -75,7 +75,7 @@ def path_table(
     courses: list[Course], end: float, method: Method, rolling: str, radius: float,
     factor: Callable[[FloatArray], FloatArray] | None,
 ) -> tuple[Table, list[str]]:  # fmt: skip
-    """Return the path of a wheel's centre over the courses' sum up to x = end (m), and what to know about it.
+    """Return the path of a wheel's centre over the sum of the courses up to x = end (m), and notes on it.
 
     `factor` gives the factor on the contact force from the second derivative of the irregularity.
     """
@@ -94,8 +94,8 @@ def path_table(
 
 
 def _curvature_noise(courses: list[Course], end: float) -> float:
-    """Return the scatter (1/m) of curvatures that come from differences; a fit must not follow it."""
-    near = 1e-9  # m, on which no curvature changes
+    """Return the scatter (1/m) of curvatures from difference quotients, which a fit must not follow."""
+    near = 1e-9  # m; over this length no curvature changes
     total = 0.0
     for course in courses:
         scatter = [0.0]
@@ -118,7 +118,7 @@ def curvatures(courses: list[Course], end: float) -> tuple[tuple[float, float], 
 
 
 def sharp_dip(curvature: float, x: float, radius: float) -> list[Note]:
-    """Return a warning where the irregularity is more sharply hollow than the wheel is round."""
+    """Return a warning if the irregularity is concave with a smaller radius than that of the wheel."""
     if curvature * radius <= 1.0:
         return []
     text = (
@@ -134,11 +134,11 @@ def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[s
     Parameters
     ----------
     scenario
-        What to simulate.
+        The scenario.
     method
         "default" or "strict".
     path
-        What `table_of` returned for the scenario, where that is known already.
+        Result of `table_of` for the scenario, if it is known already.
     """
     if scenario.vehicle.damper_end:
         check_contact(scenario)

@@ -1,4 +1,4 @@
-"""A damper with an end of its own, as numbers for the kernels: free play, a bush in series, or both."""
+"""A damper whose end can move, as numbers for the kernels: free play, a bush in series, or both."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ OF_THE_END = ("vehicle.damper_play", "vehicle.damper_play_start", "vehicle.bush_
 
 
 def check_held(vehicle: Wheelset, changed: Iterable[str] = ()) -> None:
-    """Refuse a damper with an end of its own, or fields that give it one, where only plain dampers are known."""
+    """Refuse a damper with play or a bush, or their fields, in a computation that knows only plain dampers."""
     field = next((path for path in changed if path in OF_THE_END), "vehicle")
     if vehicle.damper_end or field != "vehicle":
         raise InputError(
@@ -33,7 +33,7 @@ def check_held(vehicle: Wheelset, changed: Iterable[str] = ()) -> None:
 
 
 def check_contact(scenario: Scenario) -> None:
-    """Refuse contacts that do not march together with a damper that has an end of its own."""
+    """Refuse contacts that no march combines with a damper with play or a bush."""
     contact = scenario.contact
     if isinstance(contact, Hertz) or (isinstance(contact, Linear) and not contact.bilateral):
         return
@@ -42,14 +42,14 @@ def check_contact(scenario: Scenario) -> None:
 
 
 def program_with_end(vehicle: Wheelset, program: Program, units: Units) -> Program:
-    """Return the program with the wheelset's damper taken out of the numbers and written down on its own.
+    """Return the program with the damper of the wheelset as a separate array instead of a number.
 
     Parameters
     ----------
     vehicle
-        Whose damper has play or a bush.
+        A wheelset whose damper has play or a bush.
     program, units
-        With the damper as a plain one, and its units.
+        The program with a plain damper, and its units.
     """
     length, time = units.length.item(), units.time.item()
     damper = np.zeros(contract.DAMPER_ENTRIES)

@@ -1,6 +1,6 @@
-"""The numbers of a program from the numbers of a scenario, for one cell or for many at once, and for derivatives.
+"""The numbers of a program from the numbers of a scenario: for one cell, for many cells, and with derivatives.
 
-All formulas here are analytic in their arguments, so that a complex array carries a first derivative through them.
+All formulas here are analytic in their arguments. Therefore the imaginary part of a complex array is a derivative.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import first_order
 from wheeltapper.march import program as contract
 
-Numbers = NDArray[Any]  # of floats, or complex where they carry a derivative
+Numbers = NDArray[Any]  # floats, or complex numbers whose imaginary parts are derivatives
 EVENT_LIMIT = 10_000_000
 """Largest number of events of a march; a march with more is ended, and its outcome says so."""
 
@@ -45,7 +45,7 @@ METHODS = {"default": Method(12, 1e-7, 1e-11), "strict": Method(20, 1e-10, 5e-14
 
 @dataclass(frozen=True)
 class Placing:
-    """How cells use a table: y(x) = lift·table(rate·x + offset), and the table's height (m) and factor at x = 0."""
+    """Use of a table by cells: y(x) = lift·table(rate·x + offset); and the table's height (m) and factor at x = 0."""
 
     lift: Numbers
     rate: Numbers
@@ -120,7 +120,7 @@ def units_of(value: Fields) -> Units:
 def numbers_of(value: Fields, placing: Placing, method: Method, *, end_apart: bool = False) -> tuple[Numbers, Units]:
     """Return the numbers of each cell's program, (cells, NUMBERS), and its units.
 
-    With `end_apart`, the damper may have an end of its own, of which the numbers know nothing.
+    With `end_apart` the damper may have play or a bush, which the numbers do not contain.
     """
     if not end_apart:
         check_held(value.scenario.vehicle, value.changed)
@@ -172,7 +172,7 @@ def numbers_of(value: Fields, placing: Placing, method: Method, *, end_apart: bo
 
 
 def _check_known(value: Fields) -> None:
-    """Refuse contacts and tracks of which nothing is lowered, and which would be taken for others in silence."""
+    """Refuse contacts and tracks that are not lowered here; they would silently be computed as others."""
     for field, known in (("contact", (ElasticContact, Linear)), ("track", (StiffTrack, FloatingDeck))):
         noun = getattr(value.scenario, field)
         if not isinstance(noun, known):
@@ -199,7 +199,7 @@ def _deck(value: Fields, time: Numbers, mass: Any) -> dict[int, Any]:
 
 
 def _reached(position: Numbers, pace: Numbers) -> Numbers:
-    """Return when a position is reached; never or long since where the wheel does not roll."""
+    """Return the time at which a position is reached; ±infinity if the wheel does not roll."""
     with np.errstate(divide="ignore", invalid="ignore"):
         rolled = position / pace
     return np.where(pace == 0.0, np.where(position.real > 0.0, inf, -inf), rolled)

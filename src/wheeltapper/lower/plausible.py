@@ -1,4 +1,4 @@
-"""Numbers that are possible but implausible: nearly always a unit was forgotten, or another one was meant."""
+"""Numbers that are possible but implausible: usually a unit is missing, or another one was meant."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from wheeltapper.ground.quantities import UNITS, si_unit
 
 
 class Usual(NamedTuple):
-    """What is usual of a quantity, and beyond which limits it is implausible: all in one unit.
+    """The usual range of a quantity, and the limits beyond which it is implausible, all in one unit.
 
-    Negative numbers are judged by their size. Zero is always plausible, and what is as good as zero.
+    Negative numbers are judged by their magnitude. Zero is always plausible, and so are numbers that stand for zero.
     """
 
     dimension: str
@@ -112,7 +112,7 @@ literature and on laboratory rigs lie within them."""
 
 
 def implausible(scenario: Scenario) -> tuple[str, ...]:
-    """Return one note for each number of a scenario that is implausible: what it is, and what is usual."""
+    """Return one note for each implausible number of a scenario, with its value and the usual range."""
     return tuple(
         _note(path, value, usual)
         for where, noun in _nouns(scenario)
@@ -133,7 +133,7 @@ def _nouns(scenario: Scenario) -> Iterator[tuple[str, Noun]]:
     for place, items in places.items():
         for i, item in enumerate(items):
             where, noun = ".".join(part for part in ("irregularity", place, str(i)) if part), item
-            while noun is not None:  # of a repeated irregularity, what is repeated too
+            while noun is not None:  # and the repeated part of a repeated irregularity
                 yield where, noun
                 where, noun = f"{where}.of", getattr(noun, "of", None) if type(noun).__name__ == "Repeated" else None
     if isinstance(scenario.start, Noun):
@@ -170,7 +170,7 @@ def _note(path: str, value: float, usual: Usual) -> str:
 
 
 def _meant(value: float, usual: Usual) -> str:
-    """Return the metric unit with which a number would be usual; nothing if there is none."""
+    """Return the metric unit with which a number would be usual; "" if there is none."""
     units = UNITS[usual.dimension]
     low, high = (bound * units[usual.unit] for bound in usual.usual)
     return next((unit for unit, one in units.items() if unit not in IMPERIAL and low <= value * one <= high), "")

@@ -1,8 +1,9 @@
-"""A user's function, over the way that a run takes: how much its height differs there, and that it does not jump.
+"""A user's function over the length of a run: the range of its height, and a check that it does not jump.
 
-samples      at most SPACING apart, or MOST of them
-suspects     the intervals between samples whose rise differs most from that of their neighbours
-halved       again and again towards the larger rise: that of a smooth function goes with the width, a jump stays
+samples   Their spacing is at most SPACING, or there are MOST of them.
+suspects  The intervals between samples whose rise differs most from that of their neighbours.
+halving   Each suspect is halved repeatedly, towards the larger rise. The rise of a smooth function falls with the
+          width; that of a jump stays.
 """
 
 from __future__ import annotations
@@ -33,12 +34,12 @@ PLACED = 1e-11
 
 
 def over_the_run(course: Course, start: float, end: float) -> Course:
-    """Return a user's function with the height that it has from start to end, m.
+    """Return a user's function with the range of its height from start to end, m.
 
     Raises
     ------
     InputError
-        If it jumps where it has no breakpoint.
+        If it jumps at a place without a breakpoint.
     """
     if not course.sampled:
         return course
@@ -84,7 +85,7 @@ def _check_smooth(stretch: Stretch, x: FloatArray, values: FloatArray, largest: 
 
 
 def pieces_note(courses: list[Course], starts: FloatArray, halves: FloatArray) -> list[str]:
-    """Return a note on where a fit to users' functions was cut to pieces."""
+    """Return a note on places where a fit to users' functions needed very short pieces."""
     cut = np.unique(np.round(starts[halves < NARROWEST], 6))
     if not len(cut) or not any(course.sampled for course in courses):
         return []

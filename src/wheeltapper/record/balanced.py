@@ -1,8 +1,8 @@
 """The check at the end of every run: whether work and energy of wheel and deck balance.
 
-Every step is checked, from the states at its ends alone (march/balance.py); that costs a small part of the march. What
-is missing is put in relation to what was exchanged: the largest kinetic energy, the largest work of the contact in one
-step, all works and losses by amount, and the energy of the contact at rest.
+Every step is checked from the states at its ends (march/balance.py). This costs a small part of the march. The missing
+energy is divided by the exchanged energy: the largest kinetic energy, the largest work of the contact in one step, the
+magnitudes of all works and losses, and the energy of the contact at rest.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ CHUNK = 100_000
 
 
 def is_ready(lowered: Lowered) -> bool:
-    """Return False where the check begins with compiling its kernel."""
+    """Return False if the check begins with compiling its kernel."""
     from wheeltapper.march.kernel import is_compiled
 
     columns = contract.ENDED_COLUMNS if len(lowered.program.damper) else contract.STEP_COLUMNS
@@ -52,13 +52,13 @@ def _arguments(lowered: Lowered) -> tuple[np.ndarray, ...]:
 
 
 def missing_part(lowered: Lowered, march: March) -> float:
-    """Return the largest part of the energy exchanged that was missing at any time of a march; NaN where it is lost."""
+    """Return the largest missing share of the exchanged energy at any time of a march; NaN if it is undefined."""
     from wheeltapper.march import balance
 
     sums = np.zeros(balance.SUMS)
     kernel, steps, last = _kernel(lowered), march.steps, march.state
     if len(lowered.program.damper):
-        steps, last = steps[:-1], steps[-1]  # where the end is at last stands in no state
+        steps, last = steps[:-1], steps[-1]  # the last position of the end is in no state
     for first in range(0, len(steps), CHUNK):
         progress.report("checking the energy", first, len(steps))
         after = first + CHUNK
@@ -69,7 +69,7 @@ def missing_part(lowered: Lowered, march: March) -> float:
 
 
 def judged(status: int, missing: float) -> tuple[int, tuple[str, ...]]:
-    """Return the status of a march that came to its end, and what the user should know of its energy."""
+    """Return the status of a finished march, and notes on its energy for the user."""
     if status != contract.DONE or missing <= NOTABLE:
         return status, ()
     note = (f"work and energy differ by {missing:.2g} of what was exchanged, more than {NOTABLE:g}",)

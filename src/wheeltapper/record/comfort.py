@@ -73,7 +73,7 @@ def running_rms(weighted: ArrayLike, rate: float, seconds: float) -> FloatArray:
     squares = np.asarray(weighted, dtype=np.float64) ** 2
     length = _window(rate, seconds)
     total = np.cumsum(np.concatenate([np.zeros_like(squares[..., :1]), squares], axis=-1), axis=-1)
-    # Differences of a long sum keep its rounding errors: in the silence after a shock they may be below zero.
+    # Differences of a long sum contain its rounding errors: in the silence after a shock they may be negative.
     return np.asarray(np.sqrt(np.maximum(total[..., length:] - total[..., :-length], 0.0) / length))
 
 
@@ -98,7 +98,7 @@ def ride_comfort(
     rate
         Samples per second, at least 250.
     vertical_weighting
-        Of the vertical axis in the numbers of EN 12299: "Wb" or "Wb EN 12299:2009"; see `weighting`.
+        Weighting of the vertical axis in the numbers of EN 12299: "Wb" or "Wb EN 12299:2009"; see `weighting`.
     settling
         Seconds at the beginning that are filtered but not counted, for records that begin in motion.
 
@@ -181,8 +181,9 @@ def comfort(
 ) -> xr.Dataset:
     """Return the comfort numbers at a point of a body in the record of a wagon.
 
-    The samples are those of the record's own solution, without an anti-aliasing filter. Accelerations are relative to
-    the track's frame: a sensor that leans with the body would also see a part of gravity, which is not in them.
+    The samples come from the record's dense solution, without an anti-aliasing filter. Accelerations are relative to
+    the frame of the track. A sensor that tilts with the body would also measure a part of gravity, which is not
+    included.
 
     Parameters
     ----------
@@ -191,8 +192,8 @@ def comfort(
     body
         Name of the body.
     at
-        (x, y, z) of the point from the body's centre of gravity, m: forward, left, up; None is the centre itself.
-        There the acceleration is a + alpha × r, the body turning little.
+        (x, y, z) of the point from the body's centre of gravity, m: forward, left, up; None is the centre itself. The
+        acceleration there is a + alpha × r, for small rotations of the body.
     rate
         Samples per second, at least 250.
     vertical_weighting, settling
@@ -202,7 +203,7 @@ def comfort(
     -------
     xarray.Dataset
         The numbers of `ride_comfort` over "axis" and "block" (its end, s), each with `units` and `long_name`. The
-        attribute `note` says what the record is too short for.
+        attribute `note` names the numbers for which the record is too short.
 
     Raises
     ------
@@ -233,7 +234,7 @@ def comfort(
 
 
 def _too_short(blocks: int, seconds: float) -> str:
-    """Return what so many counted seconds do not give; empty where they give all."""
+    """Return the numbers for which the counted seconds are too short; "" if there are none."""
     said = []
     if seconds < TRANSIENT:
         said.append(f"maximum_transient_vibration needs {TRANSIENT:g} s")

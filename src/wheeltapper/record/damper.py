@@ -1,4 +1,4 @@
-"""What a record tells of a damper with an end of its own: its motion, its force, and the stops that it meets."""
+"""Results for a damper whose end can move: the motion of the end, the force, and the stops that it meets."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NO_STOPS = np.empty((0, contract.STOP_COLUMNS))
 
 
 def sampled(lowered: Lowered, march: March, times: FloatArray) -> FloatArray:
-    """Return the dense output at rising times (scaled); columns for a damper's own end follow where there is one."""
+    """Return the dense output at rising times (scaled), with more columns if the end of the damper can move."""
     from wheeltapper.march import damper_dense, dense
 
     program = lowered.program
@@ -40,7 +40,7 @@ def sampled(lowered: Lowered, march: March, times: FloatArray) -> FloatArray:
 
 
 def columns(lowered: Lowered, rows: FloatArray) -> dict[str, FloatArray]:
-    """Return what rows of the dense output tell of the end, in SI units."""
+    """Return the variables of the end from rows of the dense output, in SI units."""
     from wheeltapper.march import damper_dense
 
     return {
@@ -79,7 +79,7 @@ def events(lowered: Lowered, stops: FloatArray) -> xr.Dataset:
 
 
 def flagged(table: xr.Dataset) -> xr.Dataset:
-    """Return that table as files hold it: names as numbers with their meaning."""
+    """Return that table as it is stored in files: names become numbers with their meaning."""
     out = table.rename({name: f"damper_event_{name}" for name in table.data_vars})
     for name, names in (("kind", KINDS), ("side", SIDES)):
         numbers = np.array([names.index(value) for value in table[name].values], dtype=np.int8)

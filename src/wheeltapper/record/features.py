@@ -1,6 +1,6 @@
-"""Features: single numbers that an impact train gives away, for records and for maps.
+"""Features: single numbers computed from an impact train, for records and for maps.
 
-Each is a small object; what it needs says how far a run has to be computed before it is known.
+Each is a small object. It states how far a run has to be computed before the feature is known.
 """
 
 from __future__ import annotations
@@ -32,26 +32,27 @@ Until = Literal["impact", "loss", "end"]
 
 @dataclass(frozen=True)
 class Feature:
-    """A number that an impact train gives away.
+    """A number that is computed from an impact train.
 
     Attributes
     ----------
     name
-        What the variable of a map is called.
+        Name of the variable in a map.
     unit
         SI unit, "" for a ratio.
     definition
         One sentence.
     impacts
-        How many impacts it needs; with fewer it is NaN.
+        Number of impacts that it needs; with fewer it is NaN.
     until
-        When it is known: at that "impact", at the first "loss" of contact after it, or at the "end" of the run.
+        When it is known: at the last of these impacts ("impact"), at the first "loss" of contact after it, or at the
+        "end" of the run.
     of
-        From the trains of some cells to one value per cell.
+        Function from the trains of some cells to one value per cell.
     differentiable
-        False where it counts something: then it has no gradient.
+        False if it counts something, so that it has no gradient.
     tally
-        True where it needs impulses or the highest position, which cost more than events and force maxima.
+        True if it needs impulses or the highest position, which cost more than events and force maxima.
     """
 
     name: str
@@ -64,7 +65,7 @@ class Feature:
     tally: bool = False
 
     def renamed(self, name: str) -> Feature:
-        """Return the same feature under another name, so that a map can hold two of a kind."""
+        """Return the same feature under another name, so that a map can have two of a kind."""
         return replace(self, name=name)
 
     @overload
@@ -77,13 +78,13 @@ class Feature:
         Parameters
         ----------
         of
-            A record; of a wagon's the feature has one value per wheel, for the contact of its tread.
+            A record. For a wagon the feature has one value per wheel, for the contact of its tread.
 
         Returns
         -------
         xarray.DataArray
-            With unit and definition: one number, of a wagon over `wheelset` and `side`. NaN where there are too few
-            impacts, or the run broke off.
+            The feature with unit and definition: one number, or for a wagon an array over `wheelset` and `side`. NaN if
+            there are too few impacts, or the run was ended early.
 
         Raises
         ------
@@ -123,9 +124,9 @@ def impact_interval(first: int = 1, second: int = 2, between: Literal["onsets", 
     Parameters
     ----------
     first, second
-        Which impacts, counted from one.
+        Numbers of the two impacts, counted from one.
     between
-        "onsets" of contact, or the "peaks": the times of the largest force after each.
+        "onsets" of contact, or "peaks": the times of the largest force after each impact.
     """
     _pair(first, second)
     if between == "onsets":
@@ -202,7 +203,7 @@ def last_loss() -> Feature:
 
 
 def contact_frequency() -> Feature:
-    """Return how often contact is regained: the inverse of the mean interval between impacts, Hz."""
+    """Return the frequency of impacts: the inverse of the mean interval between them, Hz."""
     return Feature(
         "contact_frequency", "Hz", "inverse of the mean interval between the onsets of impacts", 2, "end",
         lambda trains: (trains.impacts.count - 1) / (trains.impacts.last("time") - _onset(trains, 1)),
@@ -245,7 +246,7 @@ def largest_displacement() -> Feature:
 
 @dataclass(frozen=True)
 class Train:
-    """The impact train of one cell, as a user's own feature reads it; arrays in order of time.
+    """The impact train of one cell, for features of the user; arrays in order of time.
 
     Attributes
     ----------
@@ -254,7 +255,7 @@ class Train:
     closing_speed
         Indentation rate at each impact, m/s.
     peak_time, peak_force, peak_impact
-        Force maxima: s, N, and how many impacts came before.
+        Force maxima: time, s, force, N, and number of impacts before.
     static_force
         N0, N.
     """
@@ -272,19 +273,20 @@ def custom(
     function: Callable[[Train], float], name: str, unit: str = "", definition: str = "", impacts: int = 0,
     until: Until = "end",
 ) -> Feature:  # fmt: skip
-    """Return a feature of one's own.
+    """Return a feature that a function of the user computes.
 
     Parameters
     ----------
     function
-        From the `Train` of one cell to a number; NaN where it has none. With gradients the train's arrays are complex,
-        which arithmetic and NumPy's functions carry through.
+        Function from the `Train` of one cell to a number, NaN if it has none. With gradients the arrays of the train
+        are complex; arithmetic and NumPy's functions then propagate the derivatives.
     name, unit, definition
-        For tables and plots.
+        Texts for tables and plots.
     impacts
-        How many impacts it needs; with fewer it is NaN and the function is not called.
+        Number of impacts that it needs; with fewer it is NaN and the function is not called.
     until
-        When it is known: at that "impact", at the first "loss" after it, or at the "end" of the run.
+        When it is known: at the last of these impacts ("impact"), at the first "loss" after it, or at the "end" of the
+        run.
     """
 
     def each(trains: Trains) -> Values:
@@ -318,7 +320,7 @@ BUILT_IN: dict[str, Callable[..., Feature]] = {
 def named(what: Any) -> Feature:
     """Return a built-in feature from its name, or from a table with its name as `type` and its arguments.
 
-    A `name` in the table is what the variable is called.
+    A `name` in the table is the name of the variable.
     """
     table = {"type": what} if isinstance(what, str) else dict(what) if isinstance(what, dict) else {}
     kind, name = table.pop("type", None), table.pop("name", None)

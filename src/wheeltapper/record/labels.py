@@ -1,4 +1,4 @@
-"""Names, units and meanings of everything that a record shows: the one place where they are written."""
+"""Names, units and meanings of all variables of a record; they are written only here."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 WEAR_TITLE = "wheeltapper wear"
-"""Title of what `wear_in` returns and writes."""
+"""Title of the datasets of `wear_in`."""
 EVENT_KINDS = ("loss", "impact", "yield")
 """Names of the kinds of events, in the order of their numbers."""
 

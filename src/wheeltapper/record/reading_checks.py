@@ -1,4 +1,4 @@
-"""Checks of a measured signal: its times, missing values, clipping and size; each finding said in a note."""
+"""Checks of a measured signal: its times, missing values, clipping and size; each finding becomes a note."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from wheeltapper.record.recording import Quantity
 
 FloatArray = NDArray[np.float64]
 Place = Callable[[int], str]
-"""From a row to where it stands: "line 12"."""
+"""A function from a row to its place in the file, such as "line 12"."""
 
 FEWEST = 16
 """Smallest number of samples of a recording."""
@@ -42,7 +42,7 @@ recording."""
 
 @dataclass(frozen=True)
 class Grid:
-    """Samples' places on a grid of constant rate: the numbers of the samples, Hz, s, notes."""
+    """Positions of samples on a grid: their numbers, the rate, Hz, the start, s, and notes."""
 
     numbers: NDArray[np.int64]
     rate: float
@@ -63,7 +63,7 @@ def on_grid(values: NDArray[Any], factor: float, stated: float | None, place: Pl
     values, factor
         Times as in the file, and the seconds of its unit.
     stated
-        Rate in Hz, if it is known otherwise; the times decide where it is off by up to 0.1 %.
+        Rate in Hz, if it is known otherwise. If it differs from that of the times by at most 0.1 %, the times decide.
 
     Raises
     ------
@@ -110,13 +110,13 @@ def _slope(numbers: NDArray[np.int64], times: FloatArray) -> float:
 
 
 def _deviation(numbers: NDArray[np.int64], times: FloatArray, step: float) -> float:
-    """Return how far times leave a grid with a step, s."""
+    """Return the largest deviation of times from a grid, s."""
     off = (times - times[0]) - step * numbers
     return float(0.5 * np.ptp(off))
 
 
 def _rounding(values: NDArray[Any]) -> float:
-    """Return to what times are rounded, in their own unit: the last decimal that those at the end have."""
+    """Return the rounding of times, in their unit: the last decimal of those at the end."""
     last = np.abs(np.asarray(values, dtype=float))
     largest = float(last.max())
     if largest == 0.0:
@@ -125,7 +125,7 @@ def _rounding(values: NDArray[Any]) -> float:
     floor = 2.0 * float(np.finfo(np.float32 if single else np.float64).eps) * largest
     last = last[
         last >= 0.999 * 10.0 ** np.floor(np.log10(largest))
-    ]  # with fixed digits the early ones have more decimals
+    ]  # with a fixed number of digits the early ones have more decimals
     for digits in range(13):
         scaled = last * 10.0**digits
         if np.abs(scaled - np.rint(scaled)).max() <= 4.0 * np.finfo(float).eps * scaled.max():
@@ -158,7 +158,7 @@ def _check_steps(
 def _rate(
     numbers: NDArray[np.int64], times: FloatArray, step: float, rounding: float, stated: float | None
 ) -> tuple[float, tuple[str, ...]]:
-    """Return the rate: the stated or else a round one, if the times agree with it; and what to say of it."""
+    """Return the rate (the stated one or a round one, if the times agree with it), and notes."""
     best = _deviation(numbers, times, step)
 
     def agrees(rate: float) -> bool:
@@ -183,7 +183,7 @@ def _gap_notes(numbers: NDArray[np.int64], times: FloatArray) -> tuple[str, ...]
 
 
 def check_samples(samples: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return samples with NaN for all that is missing; refuse fewer than 16 that are there."""
+    """Return samples with NaN for missing ones; refuse fewer than 16 others."""
     infinite = np.isinf(samples)
     missing = int(np.isnan(samples).sum())
     notes = [f"{missing} missing values of {len(samples)}"] if missing else []
@@ -201,8 +201,8 @@ def check_samples(samples: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
 def clipping(samples: FloatArray, quantity: Quantity) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """Return the samples at the ends of the sensor's range, SI units, and notes.
 
-    An end is the largest or smallest value where it stands three times or more in a row; then all samples there are
-    marked. Zero is no end, since an unloaded detector may rest there; a constant signal has none.
+    The largest or smallest value is an end of the range if it occurs three times or more in a row; then all samples at
+    it are marked. Zero is never an end, since an unloaded detector may rest there. A constant signal has no ends.
     """
     marked = np.zeros(len(samples), dtype=bool)
     notes = []
@@ -230,7 +230,7 @@ def _runs(there: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def size_notes(samples: FloatArray, quantity: Quantity) -> tuple[str, ...]:
-    """Return a note where the largest acceleration makes the unit doubtful."""
+    """Return a note if the largest acceleration makes the unit doubtful."""
     if quantity != "deck acceleration":
         return ()
     largest = float(np.nanmax(np.abs(samples)))

@@ -1,4 +1,4 @@
-"""Recordings in text files: what `read_text_table` finds, and what the lines beside the numbers state."""
+"""Recordings in text files: the columns, and the facts in the lines beside the numbers."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _facts(lines: Rows) -> dict[str, Any]:
 
 
 def _understood(key: str, value: str) -> tuple[str, Any]:
-    """Return the name and the value in SI units of what a file states, or "words" if it cannot be understood."""
+    """Return the name and the value in SI units of a fact in a file, or "words" if it is not understood."""
     try:
         rate = rate_fact(key, value.strip('"'))
         if rate is not None:

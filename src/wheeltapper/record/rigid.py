@@ -1,4 +1,4 @@
-"""What a rigid track does to forces: said where it matters."""
+"""A note on the effect of a rigid track on the force, for runs in which it matters."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NOTE = (
 
 
 def rigid_track(record: Record) -> tuple[str, ...]:
-    """Return a note where a kink on a rigid track makes a large force."""
+    """Return a note if a kink on a rigid track causes a large force."""
     scenario = record.scenario
     if not isinstance(scenario.track, StiffTrack) or (record._summary()[1] or 0.0) <= LARGE:
         return ()

@@ -36,7 +36,7 @@ Method = Literal["default", "strict"]
 
 
 class ModelWarning(UserWarning):
-    """The scenario is valid, but its result may not mean what the user thinks."""
+    """The scenario is valid, but its result may not mean what the user expects."""
 
 
 DOUBTS = ("cannot follow", "energy back than it took", "holds up to", "is implausible")
@@ -47,14 +47,14 @@ _compiled: set[str] = set()
 
 
 def say_that_it_compiles(what: str = "the kernels") -> None:
-    """Tell the user why nothing happens for some seconds, of each kernel once."""
+    """Tell the user once per kernel that it is being compiled, which takes some seconds."""
     if what not in _compiled:
         _compiled.add(what)
         progress.say(f"compiling {what} for this machine, once; this takes some seconds")
 
 
 def warn_of(notes: Iterable[str], depth: int = 3) -> None:
-    """Warn the caller's caller, or one farther up, of those notes that put a result's meaning in doubt."""
+    """Issue a warning, at the caller's caller or farther up, for notes that put the meaning of a result in doubt."""
     for note in notes:
         if any(words in note for words in DOUBTS):
             warnings.warn(note, ModelWarning, stacklevel=depth)
@@ -77,17 +77,18 @@ def simulate(
     Parameters
     ----------
     scenario
-        What to simulate, or the path of its TOML file; or several of them, which march side by side.
+        A scenario, or the path of its TOML file; or several of them, which are computed in parallel.
     method
-        Of a wheelset, "default": Taylor series of order 12; "strict": order 20 with a thousand times smaller step
-        tolerance. Of a wagon, DOP853 with step tolerances of 1e-7 and 3e-11.
+        For a wheelset, "default" is a Taylor series of order 12, and "strict" one of order 20 with a thousand times
+        smaller step tolerance. For a wagon they are DOP853 with step tolerances of 1e-7 and 3e-11.
     threads
-        How many of several scenarios march at a time; by default all cores.
+        Number of scenarios that are computed at a time; by default one per core.
 
     Returns
     -------
     Record or list of Record
-        Also where the computation could not finish: its `outcome` says why, and what was computed is kept.
+        A record is also returned if the computation could not finish: its `outcome` states the reason, and the computed
+        part is kept.
 
     Raises
     ------
@@ -105,7 +106,7 @@ class _StoppedError(Exception):
 
 
 def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[Record]:
-    """Simulate several scenarios at a time; what ends one, or an interruption, ends all soon."""
+    """Simulate several scenarios at a time; an error of one, or an interruption, soon ends all."""
     stop = Event()
 
     def heard(*_: object) -> None:
@@ -180,7 +181,7 @@ def _of_yielding(scenario: Scenario, law: ElasticPlastic, method: str, lowered: 
 def _checked(
     scenario: Scenario, method: str, lowered: Lowered, march: March, stops: NDArray[np.float64] = NO_STOPS
 ) -> Record:
-    """Return the record of a march, after a look at its energy."""
+    """Return the record of a march, after a check of its energy."""
     if not balanced.is_ready(lowered):
         say_that_it_compiles("the energy's check")
     status, notes = balanced.judged(march.status, balanced.missing_part(lowered, march))
