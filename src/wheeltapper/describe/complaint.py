@@ -1,4 +1,4 @@
-"""What is wrong with a description, said in one line: pydantic's complaints become `InputError`s."""
+"""Errors of a description in one line: pydantic's errors become `InputError`s."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ Location = tuple[int | str, ...]
 
 
 def explained(error: ValidationError, root: Any, kinds: Mapping[str, Any]) -> InputError:
-    """Return pydantic's first complaint as one clear message.
+    """Return pydantic's first error as one clear message.
 
     Parameters
     ----------
     error
-        What pydantic found.
+        Pydantic's error.
     root
-        The noun that was being made.
+        The noun whose construction failed.
     kinds
         All nouns by name.
     """
@@ -70,7 +70,7 @@ def _of_another_kind(field: str, given: Any, context: dict[str, Any]) -> InputEr
 
 
 def _of_our_own(error: Exception, field: str) -> InputError:
-    """Return what a validator raised: an `InputError`, or "field: found …; allowed: …" as text."""
+    """Return the error of a validator: an `InputError`, or one with the text "field: found …; allowed: …"."""
     if isinstance(error, InputError):
         return error.within(field)
     head, mark, rest = str(error).partition("found ")
@@ -79,7 +79,7 @@ def _of_our_own(error: Exception, field: str) -> InputError:
 
 
 def _fields_at(location: Location, root: Any, kinds: Mapping[str, Any]) -> list[str]:
-    """Return the names that may stand where an unknown one was found."""
+    """Return the names that are allowed in place of an unknown one."""
     here: Any = root
     for part in location[:-1]:
         if part in kinds:

@@ -16,7 +16,7 @@ UNTYPED = ("Scenario", "Site", "Sensor")
 
 
 class _WithType(GenerateJsonSchema):
-    """Describes every noun with its `type`, and leaves out what a file cannot hold."""
+    """Generator of the schema: it adds the `type` of each noun, and omits fields that a file cannot hold."""
 
     def model_schema(self, schema: Any) -> JsonSchemaValue:
         out = super().model_schema(schema)

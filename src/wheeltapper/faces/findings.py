@@ -1,4 +1,4 @@
-"""Pictures of what recordings tell: the evidence of a finding, the performance of a site, the choice of a design."""
+"""Pictures of diagnoses: the evidence of a finding, the performance of a site, the choice of a design."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FAINT = 1e-4
 
 
 def draw_finding(finding: Finding) -> Figure:
-    """Draw what was measured against the best model, what is left, and how probable each verdict is."""
+    """Draw the recording with the best model, the residual, and the probability of each verdict."""
     from matplotlib.figure import Figure
 
     figure = Figure()
@@ -103,7 +103,7 @@ def _detection(axis: Axes, name: str, found: FaultPerformance) -> None:
 
 
 def draw_imitation(shown: xr.Dataset) -> Figure:
-    """Draw how far decks err as scales of the force, over mass and stiffness, for each frequency."""
+    """Draw the error of decks as scales of the force, over mass and stiffness, for each frequency."""
     from matplotlib.figure import Figure
 
     many = shown.sizes["frequency"]

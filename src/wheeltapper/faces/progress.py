@@ -1,4 +1,4 @@
-"""Long work with a progress bar: on a terminal, from two seconds on."""
+"""Progress bars for long work: on a terminal, after two seconds."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PATIENCE = 2.0
 
 
 def filled(path: Path, spec: dict[str, Any], **options: Any) -> list[str]:
-    """Fill a store, showing how far it is, how fast, and how long it will take; return what was not computed."""
+    """Fill a store with a progress bar, rate and remaining time; return what was not computed."""
     with progress_bar("cells") as (progress, say):
         failed = fill(path, spec, progress=progress, say=say, **options)
     print(f"store: {path}")
@@ -27,7 +27,7 @@ def filled(path: Path, spec: dict[str, Any], **options: Any) -> list[str]:
 
 
 class _Bar:
-    """A bar on a console; it appears when the work has taken long, whether or not anything was told by then."""
+    """A bar on a console; it appears when the work has taken long, even if nothing was reported by then."""
 
     def __init__(self, console: Console, transient: bool) -> None:
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -50,7 +50,7 @@ class _Bar:
                 self._progress.start()
 
     def close(self) -> None:
-        """Take the bar from the console, or see to it that it never appears."""
+        """Remove the bar from the console, or prevent it from appearing."""
         self._timer.cancel()
         with self._lock:
             self._ended = True
@@ -58,7 +58,7 @@ class _Bar:
                 self._progress.stop()
 
     def count(self, done: int, total: int, of: str) -> None:
-        """Show how many things are done, and how fast they go."""
+        """Show the number of finished things, and their rate."""
         speed = self._progress.tasks[0].speed
         rate = f", {speed:.3g} per second" if speed else ""
         self._progress.update(
@@ -66,7 +66,7 @@ class _Bar:
         )
 
     def show(self, what: str, done: float, total: float) -> None:
-        """Show how far one kind of work is; a total of 0 where nobody knows."""
+        """Show the progress of one kind of work; `total` is 0 if it is unknown."""
         if what != self._what:
             self._what = what
             self._progress.reset(self._task, description=what, total=total or None)
@@ -76,7 +76,7 @@ class _Bar:
 
 @contextmanager
 def _bar(transient: bool) -> Iterator[tuple[_Bar, Callable[[str], None]]]:
-    """Give a bar, and what writes a line beside it."""
+    """Provide a bar, and a function that writes a line beside it."""
     from rich.console import Console
 
     console = Console(stderr=True)
@@ -89,13 +89,13 @@ def _bar(transient: bool) -> Iterator[tuple[_Bar, Callable[[str], None]]]:
 
 @contextmanager
 def progress_bar(of: str) -> Iterator[tuple[Callable[[int, int], None], Callable[[str], None]]]:
-    """Give a function to call with what is done and what is to do, and one that writes a line beside the bar."""
+    """Provide a function to call with the finished and the total number, and one that writes a line beside the bar."""
     with _bar(transient=False) as (bar, say), reporting(lambda *_: None, lambda line: say(f"wheeltapper: {line}")):
         yield lambda done, total: bar.count(done, total, of), say
 
 
 @contextmanager
 def work_bar() -> Iterator[None]:
-    """Show how far the work inside is, as it reports it."""
+    """Show the progress that the work inside reports."""
     with _bar(transient=True) as (bar, say), reporting(bar.show, lambda line: say(f"wheeltapper: {line}")):
         yield

@@ -41,14 +41,12 @@ IntArray = NDArray[np.int64]
 TOLERANCES = {"default": 1e-7, "strict": 3e-11}
 """Tolerance of a step of each method, relative to the scales of the state."""
 EVENT_LIMIT = 1_000_000
-"""Largest number of events of a march; a march with more is ended, and its outcome says so."""
 LONGEST = 2e-3
 """Longest step, s."""
 MOST_AXLES = 12
-"""Largest number of wheelsets. Twelve of them have 48 contacts, with treads and flanges; the open and closed ones are
-stored as the bits of one floating-point number, which is exact up to 53 bits."""
+"""Largest number of wheelsets. Their 48 contacts, treads and flanges, are the bits of one number that is exact to
+53."""
 DECK = "deck"
-"""Name of the body that is a deck."""
 
 
 @dataclass(frozen=True)
@@ -134,8 +132,7 @@ def _mobility(structure: Structure, held: NDArray[np.bool_]) -> FloatArray:
 def _columns(matrix: FloatArray, target: IntArray, source: IntArray, layout: Layout) -> tuple[Any, Any, FloatArray]:
     """Return the nonzero part of a matrix as columns of eight rows, by bodies.
 
-    `target` are the positions of the matrix's rows, in bodies of LANES rows each. `source` are the positions of the
-    factors of its columns.
+    `target` are the positions of the rows, in bodies of LANES rows; `source` those of the factors of the columns.
     """
     spans, index, held = [0], list[int](), list[FloatArray]()
     for body in range(len(layout.bodies)):

@@ -47,9 +47,9 @@ class Hertz(ElasticContact):
 
     @property
     def idle(self) -> str:
-        """What is found and allowed where a given constant leaves elastic fields without effect; empty elsewhere.
+        """The message if a given constant makes elastic fields useless; "" otherwise.
 
-        On a wagon the ellipse of contact, on which creep depends, needs them all the same.
+        On a wagon they are never useless, because creep depends on the ellipse of contact.
         """
         if self.given is None or not self.altered or self.curvature:
             return ""

@@ -20,8 +20,8 @@ class Stronge(ElasticPlastic):
     """N/N_Y = x·(1 + ln x/3.3), x = 2·D - 1; fully plastic, 2.8·Y, from D = 82.5 on. The paper's law.
 
     The residual is D - √(2·D - 1). The slope jumps from 1.5 to 2.61 at D = 1, as published: just above yield the
-    contact is stiffer than Hertz's, and an impact whose largest force is below some 3.6 N_Y gives more energy back than
-    it took (coefficients of restitution up to 1.06, so that it suits rolling rather than impacts on one spot).
+    contact is stiffer than Hertz's, and an impact whose largest force is below some 3.6 N_Y returns more energy than it
+    received. Coefficients of restitution reach 1.06: the law suits rolling, and not impacts on one spot.
 
     Source: W. J. Stronge, Impact Mechanics (2000), after K. L. Johnson, Contact Mechanics (1985);
     docs/theory/elastic_plastic.rst, section 4.2.

@@ -13,7 +13,7 @@ FIRST_YIELD = 1.60
 
 
 class Thornton(ElasticPlastic):
-    """N/N_Y = 1 + 1.5·(D - 1): once continuously differentiable, and no impact gives more energy back than it took.
+    """N/N_Y = 1 + 1.5·(D - 1): continuously differentiable once, and no impact returns more energy than it received.
 
     The flattened spot has the radius R·N_Hertz/N at the largest force: δ_r = δ - (N/C)^(2/3)·(N/N_Hertz)^(1/3).
 

@@ -1,4 +1,4 @@
-"""Irregularities of rail and wheel, one law in each file. All of them are at the front door too."""
+"""Irregularities of rail and wheel, one law in each file. All of them are also names of `wheeltapper`."""
 
 from wheeltapper.describe.irregularity.bump import CosineBump
 from wheeltapper.describe.irregularity.combination import Repeated

@@ -19,7 +19,7 @@ class CosineBump(Irregularity):
     length
         m.
     start
-        Where it begins, m.
+        Start of the irregularity, m.
     """
 
     height: Length

@@ -6,4 +6,4 @@ from wheeltapper.describe.noun import Noun
 
 
 class StiffTrack(Noun):
-    """A rail on a rigid foundation; only the contact yields."""
+    """A rail on a rigid foundation; only the contact deforms."""

@@ -1,4 +1,4 @@
-"""Vehicles, and the parts that a wagon of one's own is made of."""
+"""Vehicles, and the parts of a wagon that a user describes."""
 
 from wheeltapper.describe.vehicle.body import Axle, Body
 from wheeltapper.describe.vehicle.element import Damper, Link, Spring, Stop

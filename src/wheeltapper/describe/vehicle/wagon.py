@@ -1,4 +1,4 @@
-"""A whole vehicle in three dimensions: rigid bodies, wheelsets, and what connects them."""
+"""A whole vehicle in three dimensions: rigid bodies, wheelsets, and the elements between them."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ AnyElement = Annotated[
 class Wagon(Noun):
     """A vehicle of rigid bodies on wheelsets (the paper, section 4).
 
-    Bodies and wheelsets move a little about a steady run along the track: x forward, y left, z up.
+    Bodies and wheelsets have small motions about a steady run along the track: x forward, y left, z up.
 
     Parameters
     ----------
     bodies
-        All but the wheelsets.
+        All bodies except the wheelsets.
     axles
-        The wheelsets, from the leading one on; elements name them "wheelset 1", "wheelset 2", …
+        The wheelsets, beginning with the leading one; their names in elements are "wheelset 1", "wheelset 2", …
     elements
         Springs, dampers, stops and links.
     gravity
@@ -77,7 +77,7 @@ class Wagon(Noun):
         return float(sum(body.mass for body in self.bodies) + sum(axle.mass for axle in self.axles))
 
     def with_element(self, element: Any) -> Wagon:
-        """Return the wagon with one more element, or with another one of that name."""
+        """Return the wagon with an added element, or with another one of the same name."""
         if not isinstance(element, ELEMENTS):
             raise InputError("", "element", shown(element), ", ".join(kind.__name__ for kind in ELEMENTS))
         if any(element.name == held.name for held in self.elements):
@@ -121,18 +121,18 @@ class Wagon(Noun):
 
 
 class ErriB176(Noun):
-    """What a file says instead of bodies, axles and elements: the ERRI B176 coach, perhaps with faults.
+    """The ERRI B176 coach, possibly with faults, as a file describes it instead of bodies, axles and elements.
 
     Parameters
     ----------
     wheelset_mass, primary_stiffness, series_springs
         As for `Wagon.erri_b176`.
     dampers
-        False: without any.
+        False: without dampers.
     without
-        Names of elements that are missing.
+        Names of elements that are left out.
     elements
-        More elements, or others in place of those with their names.
+        Added elements; those with a name of the coach replace its element.
     """
 
     wheelset_mass: Mass = 1813.0
@@ -152,7 +152,7 @@ class ErriB176(Noun):
 
 
 def made(vehicle: Any) -> Any:
-    """Return the wagon where a vehicle is described by its name."""
+    """Return the wagon if a vehicle is described by its name."""
     return vehicle.wagon() if isinstance(vehicle, ErriB176) else vehicle
 
 
