@@ -39,7 +39,6 @@ from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 TOLERANCES = {"default": 1e-7, "strict": 3e-11}
-"""Tolerance of a step of each method, relative to the scales of the state."""
 EVENT_LIMIT = 1_000_000
 LONGEST = 2e-3
 """Longest step, s."""
@@ -132,7 +131,7 @@ def _mobility(structure: Structure, held: NDArray[np.bool_]) -> FloatArray:
 def _columns(matrix: FloatArray, target: IntArray, source: IntArray, layout: Layout) -> tuple[Any, Any, FloatArray]:
     """Return the nonzero part of a matrix as columns of eight rows, by bodies.
 
-    `target` are the positions of the rows, in bodies of LANES rows; `source` those of the factors of the columns.
+    `target` are the positions of the rows, in bodies of LANES rows; `source` those of the factors.
     """
     spans, index, held = [0], list[int](), list[FloatArray]()
     for body in range(len(layout.bodies)):

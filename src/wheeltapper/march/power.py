@@ -1,7 +1,7 @@
-"""The power of all that changes the energy of wheel and deck, as short series at one instant.
+"""The powers that change the energy of wheel and deck, as short series at one instant.
 
-Per unit of time N·y_k' (PATH), N·w (CONTACT_WORK) and G·v² + γ·Z² (LOST); in contact as series in s, times dt/ds = u,
-else in time. An elastic contact on a stiff rail, the commonest, is written out.
+They are N·y_k' (PATH), N·w (CONTACT_WORK) and G·v² + γ·Z² (LOST), per unit of time. In contact the series are in s,
+times dt/ds = u, otherwise in time. The most common case, an elastic contact on a stiff rail, is written out.
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ from wheeltapper.march.program import PIECE, SHIFT, FloatArray
 from wheeltapper.march.series import contact_series
 
 SHORT, LONG = 4, 8
-"""Terms in contact, where steps are short, and elsewhere."""
+"""Number of terms of the series: in contact, where steps are short, and elsewhere."""
 PATH, CONTACT_WORK, LOST = range(3)
 DOT = 1e-10
-"""An indentation below this part of the displacement is rounding: here the contact opens."""
+"""Ratio of the indentation to the displacement below which the indentation is rounding, because the contact opens
+here."""
 
 
 @kernel
