@@ -183,7 +183,7 @@ def healthy_table(cases: dict[str, tuple[wt.Scenario, int]]) -> None:
 
 
 def weakened(factor: float, *sides: str) -> wt.Wagon:
-    """Return the coach with dampers of wheelset 1 that do so much of what they should."""
+    """Return the coach with the damping of dampers of wheelset 1 times a factor."""
     vehicle = HEALTHY
     for side in sides:
         damper = next(item for item in vehicle.elements if item.name == f"primary damper 1 {side}")

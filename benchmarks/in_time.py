@@ -65,7 +65,7 @@ class InTime(ABC):
     tolerance
         Relative and absolute.
     landings
-        Stop at so many impacts; None to march to the end.
+        Number of impacts after which the march stops; None: it goes to the end.
     """
 
     def __init__(self, problem: Scaled, tolerance: float, landings: int | None = None) -> None:

@@ -129,7 +129,7 @@ def largest_difference(found: FloatArray, reference: FloatArray) -> float:
 
 
 def spread(cells: int, samples: int) -> IntArray:
-    """Return so many cells, spread over the map."""
+    """Return `samples` cells, spread over the map."""
     return np.linspace(0, cells - 1, samples).astype(np.int64)
 
 

@@ -1,4 +1,4 @@
-"""What all these programs are told on the command line, and what they say where a peer is missing."""
+"""Options of all these programs, and their message if a peer is missing."""
 
 from __future__ import annotations
 

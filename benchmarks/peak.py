@@ -100,7 +100,7 @@ def jumps_back(body: str) -> bool:
 
 
 def chains(width: int) -> Any:
-    """Return a kernel of independent chains of multiply-adds on so many numbers at a time."""
+    """Return a kernel of independent chains of multiply-adds on `width` numbers at a time."""
     names = [f"x{k}" for k in range(CHAINS)]
     inner = [f"{x} = A[{width * k} + i]" for k, x in enumerate(names)]
     inner += [f"{x} = {x} * b + c" for _ in range(LINKS) for x in names]

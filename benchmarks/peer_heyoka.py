@@ -81,7 +81,7 @@ class Heyoka:
     tolerance
         heyoka's tolerance.
     landings
-        Stop at so many impacts; None to march to the end.
+        Number of impacts after which the march stops; None: it goes to the end.
     flat_apart
         False to march level rail with the integrators of a wave of height zero.
     """

@@ -21,7 +21,7 @@ PATIENCE = 300.0
 
 
 class Code(NamedTuple):
-    """A peer, its tolerance, and where it stops: at so many landings, or, None, at the end."""
+    """A peer, its tolerance, and the number of landings after which it stops; None: at the end."""
 
     name: str
     tolerance: float

@@ -3,9 +3,9 @@ A measured wheel flat
 =====================
 
 A real flat, scanned by laser at Chalmers University of Technology. It is 1.3 mm deep along the wheel's tape line, but
-a 60E1 rail touches it beside that, and feels a flat 1.1 mm deep and 9 cm long (the example "The measured wheel flat
-across its tread"). The scan has a noise of 0.01 mm, which a smoothing spline is told to stay away from the samples by;
-without it the noise's curvature would be felt as a washboard.
+a 60E1 rail touches it beside that line, where the flat is 1.1 mm deep and 9 cm long (the example "The measured wheel
+flat across its tread"). The scan has a noise of 0.01 mm. A smoothing spline stays at that distance from the samples.
+Without it the curvature of the noise would act like corrugation.
 
 The track is rigid here and overpredicts the forces of so long a flat several times: read them as comparisons.
 """  # noqa: D205, D400 - a title for the gallery

@@ -62,7 +62,7 @@ def horner(coefficients: list[str], x: str) -> str:
 
 
 def sincos(turns: str) -> list[str]:
-    """Return lines for s and c, sine and cosine of so many turns: quarters are split off, Taylor's series do the rest."""
+    """Return lines for s and c, sine and cosine of `turns` turns: quarters are split off, then Taylor's series."""
     sine = [repr((-1) ** k / factorial(2 * k + 1)) for k in range(8)]
     cosine = [repr((-1) ** k / factorial(2 * k)) for k in range(9)]
     return [

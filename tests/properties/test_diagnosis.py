@@ -1,4 +1,4 @@
-"""Findings: the fault that was put in is found, sized, and told apart; what cannot be told is said."""
+"""Findings: a simulated fault is found, sized, and distinguished; what cannot be distinguished is said."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Borders in a plane of two fields: where contact is lost for the first time, or once more."""
+"""Curves in a plane of two fields at which a further loss of contact begins."""
 
 from __future__ import annotations
 
@@ -39,19 +39,20 @@ def border(
 ) -> xr.Dataset:
     """Find the curves in a plane of two fields at which contact begins to be lost.
 
-    The margin is exact: the smallest indentation where contact is kept, minus the largest clearance where it is lost.
-    With material damping the force may end while indented: the factor 1 + χ·rate, times a length, counts as well.
-    Roots of it are found on the lines of a grid, to a relative accuracy of 1e-9 of each line's segment; the grid only
-    decides which curves are seen.
+    The margin is exact. It is the smallest indentation if contact is kept, and minus the largest clearance if contact
+    is lost. With material damping the force may end while indented. The factor 1 + χ·rate, times a length, therefore
+    counts as well. The roots of the margin are found on the lines of a grid, to 1e-9 of a segment of the line. The grid
+    only decides which curves are found.
 
     Parameters
     ----------
     scenario
-        What is common; or the path of its TOML file.
+        The scenario that all points share; or the path of its TOML file.
     over
         Two paths with lowest and highest value each, numbers in SI units or strings with a unit.
     losses
-        1: where contact is first lost; n: where an n-th loss appears, and with it an n-th impact.
+        1: the curves at which contact is first lost. n: those at which an n-th loss appears, and with it an n-th
+        impact.
     resolution
         Number of the grid's segments along each axis.
     method, threads, progress
@@ -60,8 +61,8 @@ def border(
     Returns
     -------
     xarray.Dataset
-        Over dimension "point": both fields, `line` (the number of the curve; its points in order) and `margin` (m,
-        what is left of it).
+        Over dimension "point": both fields, `line` (the number of the curve; its points in order) and `margin` (m, the
+        remaining margin, zero up to the accuracy).
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The cells of a study, computed: features, their derivatives where asked, and how each cell fared."""
+"""Computing the cells of a study: features, their derivatives if asked for, and the status of each cell."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 SLAB = 2**20
-"""Cells that are lowered at a time: bounds the memory."""
+"""Largest number of cells that are lowered together. Larger studies are computed slab by slab, which bounds the
+memory."""
 
 MOST_REFUSALS = 100
-"""How many reasons of refusals are kept."""
+"""Largest number of reasons for refused cells that are kept; further ones are dropped."""
 
 # Status of a cell, in the order of the numbers that a chart stores.
 COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED = range(6)
@@ -44,20 +45,20 @@ TRUST = ("exact", "grazing", "near_chaotic")
 
 @dataclass(frozen=True)
 class Computed:
-    """What was found in some cells.
+    """Results of some cells.
 
     Attributes
     ----------
     values
-        (features, cells), SI units; NaN where a cell has too few impacts or could not be computed.
+        (features, cells), SI units; NaN if a cell has too few impacts or could not be computed.
     status
         (cells,), places in `STATUS`.
     gradient
-        (features, parameters, cells); no parameters where no gradient was asked.
+        (features, parameters, cells); without parameters if no gradient was asked for.
     trust
         (cells,), places in `TRUST`.
     amplification
-        (cells,) how much a change of the start has grown when the last feature is known; NaN without gradients.
+        (cells,) growth of a small change of the start until the last feature is known; NaN without gradients.
     notes
         What the user should know, once for each cause.
     refusals
@@ -73,7 +74,7 @@ class Computed:
     refusals: tuple[InputError, ...] = ()
 
     def check(self) -> None:
-        """Raise where no cell could be computed; warn where some could not."""
+        """Raise an error if no cell could be computed; warn if some could not."""
         if not self.refusals:
             return
         refused = int((self.status == REFUSED).sum())
@@ -127,11 +128,11 @@ def compute(asked: Study, changed: dict[str, FloatArray], threads: int) -> Compu
     except InputError as error:
         if cells == 1:
             return Computed.refused(asked, error)
-    return Computed.joined(some(0, cells // 2, cells))  # what is refused stands alone in the end
+    return Computed.joined(some(0, cells // 2, cells))  # halving ends with single cells that are refused
 
 
 def is_ready(asked: Study) -> bool:
-    """Return False where computing this study begins with compiling."""
+    """Return False if computing this study begins with compiling."""
     from wheeltapper.ask import sensitivity
     from wheeltapper.lower.many import Many
 
@@ -139,14 +140,14 @@ def is_ready(asked: Study) -> bool:
     try:
         many = Many(asked.scenario, first, asked.method)
     except InputError:
-        return True  # nobody knows yet, and the first chunk will compile
+        return True  # not known yet; the first chunk will compile
     if asked.gradient:
         return sensitivity.is_ready(many, asked.gradient, asked.tally)
     return run.cells_are_ready(many.cells, asked.tally)
 
 
 def _set_end(asked: Study, numbers: FloatArray) -> None:
-    """Let each march end where the last of the features is known."""
+    """Let each march end as soon as the last feature is known."""
     if any(feature.until == "end" for feature in asked.features):
         return
     impact, loss = (

@@ -42,7 +42,7 @@ def chart(asked: Study, found: Computed) -> xr.Dataset:
 
 
 def flags(meanings: tuple[str, ...]) -> dict[str, Any]:
-    """Return the attributes of a variable that holds places in a list of words (CF conventions)."""
+    """Return the attributes of a variable whose values are positions in a list of words (CF conventions)."""
     return {"flag_values": np.arange(len(meanings), dtype=np.int8), "flag_meanings": " ".join(meanings)}
 
 

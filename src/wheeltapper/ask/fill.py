@@ -22,25 +22,30 @@ from wheeltapper.record.simulate import say_that_it_compiles
 
 Place = tuple[int, ...]
 Done = tuple[Place, int, str, tuple[Shared, ...]]
-"""A chunk, its number of cells, what went wrong ("" where nothing did), and notes."""
+"""A chunk, its number of cells, an error ("" if there was none), and notes."""
 ENVIRONMENT = {"OMP_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1, "MKL_NUM_THREADS": 1}
-"""What workers on this machine begin with. Dask's default also limits what they keep of freed memory, and then every
-larger array has to be fetched from the system again."""
+"""Environment variables of worker processes on this machine: linear algebra uses one thread, since the workers occupy
+the cores. It replaces Dask's default, which also limits how much freed memory a process keeps. With that limit every
+large array has to be requested from the system again."""
 ATTEMPTS = 2
-"""How often a chunk is tried again, alone, after its workers died, and a cluster whose workers die as they start."""
+"""How often a chunk is tried again, alone, after its workers died. Also how often a cluster is started again if its
+workers die while starting."""
 DASHBOARD = "127.0.0.1:8787"
-"""Where the dashboard of workers on this machine can be seen: here only. Dask's default shows it to the network."""
+"""Address of the dashboard of workers on this machine. It is visible on this machine only; Dask's default opens it to
+the network."""
 PATIENCE = 120.0
-"""How long, in s, a cluster may be without workers. On a busy machine a worker takes half a minute to start again."""
+"""Time that a cluster may be without workers, s. After that it is given up. On a busy machine a worker needs half a
+minute to start again."""
 LOCAL = {
     "distributed.nanny.pre-spawn-environ": ENVIRONMENT,
     "distributed.deploy.lost-worker-timeout": f"{PATIENCE:g}s",
 }
-"""Settings of a cluster on this machine. By default it gives up workers that take 15 s to start again."""
+"""Dask settings of a cluster on this machine. Dask's default gives up workers that need more than 15 s to start
+again."""
 
 
 class ClusterError(RuntimeError):
-    """The workers, or what holds them together, broke down; what they wrote is kept."""
+    """The workers or their scheduler broke down; the chunks that they wrote are kept."""
 
 
 def fill(
@@ -54,9 +59,9 @@ def fill(
     path
         The store's folder, new unless `resume`.
     spec
-        What `spec.read` returned.
+        Result of `spec.read`.
     resume
-        Go on with a store that was begun: only what is missing is computed.
+        Continue a store that exists: only missing chunks are computed.
     workers, scheduler
         A number of processes on this machine, or the address of a Dask scheduler; else the threads of this process.
     threads
@@ -123,7 +128,7 @@ def _on_cluster(store: Store, todo: list[Place], workers: int, scheduler: str | 
 
 
 def _local_cluster(workers: int) -> Any:
-    """Return a cluster on this machine; one whose workers are killed before they have started is begun anew."""
+    """Return a cluster on this machine; it is started again if its workers are killed while starting."""
     distributed: Any = import_module("distributed")
     settings = {"threads_per_worker": 1, "processes": True, "dashboard_address": DASHBOARD}
     for _ in range(ATTEMPTS):
@@ -133,7 +138,7 @@ def _local_cluster(workers: int) -> Any:
 
 
 def _written(store: Store, place: Place, threads: int) -> Done:
-    """Compute one chunk here; an error of the computation is reported, one of the disk goes up."""
+    """Compute one chunk in this process. Errors of the computation are returned; errors of the disk are raised."""
     try:
         with watched(False):  # cells are counted in the whole store
             cells, notes = store.write(place, threads)
@@ -159,7 +164,7 @@ def _opened(path: str, text: str) -> Store:
 def _on(client: Any, store: Store, todo: list[Place]) -> Iterator[Done]:
     """Compute chunks on a cluster, a few more at a time than it has threads.
 
-    When a worker dies, so do all chunks that it had; which of them is to blame shows when they are tried again alone.
+    When a worker dies, all its chunks are lost. Each is tried again alone, which shows the one that caused it.
     """
     distributed: Any = import_module("distributed")
     say(f"dashboard: {client.dashboard_link}")
@@ -210,10 +215,10 @@ def _finished(client: Any, pending: list[Any]) -> Iterable[Any]:
 
 
 def compile_apart(store: Store) -> None:
-    """Compile the kernels in a process of its own where they are not in the cache yet.
+    """Compile the kernels in a separate process if they are not in the cache yet.
 
-    Code that has just been compiled rounds otherwise than the same code from the cache; all chunks are to be computed
-    by the same code.
+    Freshly compiled code rounds differently from the same code from the cache. All chunks have to be computed by the
+    same code.
     """
     from wheeltapper.ask.cells import is_ready
 

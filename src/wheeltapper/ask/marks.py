@@ -25,23 +25,25 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 SAMPLES = 4
-"""Samples in half a semi-axis of the patch."""
+"""Number of samples of the mark per half semi-axis of the contact patch."""
 FINER = 4
-"""Places of a circle's centre at which the indentation is taken, to a sample: the contact may move faster than it."""
+"""Number of positions of the wheel's centre per sample at which the indentation is computed. More than one is needed
+because the point of contact may move faster than the centre."""
 WRAPPED = 4
-"""Intervals that are repeated at both ends of the circumference."""
+"""Length, in half semi-axes, over which the samples are repeated at both ends of the circumference, so that averages
+are periodic."""
 
 
 @dataclass(frozen=True)
 class Marks:
-    """What a pass leaves.
+    """The marks of one pass.
 
     Attributes
     ----------
     rail
         The rail's part, to be added to a scenario's irregularities.
     wheel
-        The wheel's part, over its circumference; the place that met x = 0 meets it again there.
+        The wheel's part, over its circumference. The point of the wheel that was at x = 0 is there again.
     table
         Over `position`: permanent indentation of both bodies together, and the heights of the rail's part.
     notes
@@ -57,13 +59,13 @@ class Marks:
 def marks(record: Record) -> Marks:
     """Return the marks that a simulated pass leaves on rail and wheel.
 
-    What is left at a place follows from the largest indentation that it bore, by the contact law; it is averaged over
-    the contact patch. The rail takes the contact's `rail_share` of it.
+    The permanent indentation at a place follows from its largest indentation by the contact law. It is averaged over
+    the contact patch. The rail takes the share `rail_share` of it.
 
     Parameters
     ----------
     record
-        Of a wheelset that rolls with an elastic-plastic contact.
+        Record of a wheelset that rolls with an elastic-plastic contact.
 
     Raises
     ------

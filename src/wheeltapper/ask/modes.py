@@ -1,4 +1,4 @@
-"""Small vibrations of a wagon about its steady run: modes with names."""
+"""Modes of small vibrations of a wagon about its steady run, with names."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ WORDS = {
     "x": "longitudinal", "y": "lateral", "z": "bounce", "roll": "roll", "pitch": "pitch", "yaw": "yaw",
 }  # fmt: skip
 STILL = 1e-3
-"""A mode slower than this, 1/s, is the freedom to stand elsewhere."""
+"""Magnitude of an eigenvalue, 1/s. A slower mode is no vibration: the vehicle can stand at another place."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Linear:
 
     matrix: FloatArray
     motions: tuple[tuple[str, str], ...]
-    rows: NDArray[np.int64]  # of each motion's displacement among the deviations; -1 where it has none
+    rows: NDArray[np.int64]  # position of each motion's displacement among the deviations; -1 if it has none
     rate_rows: NDArray[np.int64]
     mass: FloatArray
 
@@ -73,14 +73,14 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
     scenario
         With a `Wagon`, or the path of its TOML file; its irregularities are left out.
     fixed_wheelsets
-        True: only what stands on the wheelsets moves.
+        True: the wheelsets do not move, only the bodies on them.
 
     Returns
     -------
     xarray.Dataset
-        Over "mode", by rising frequency: `frequency` (Hz, of the undamped mode), `damping_ratio` (negative: it grows;
-        1 or more: it does not swing), `name`, and the complex `shape` over "body" and "motion" (m and rad, the largest
-        of one body's translations, or rotations times 1 m, being one).
+        Over "mode", by rising frequency: `frequency` (Hz, of the undamped mode), `damping_ratio` (negative: the mode
+        grows; 1 or more: it does not oscillate), `name`, and the complex `shape` over "body" and "motion". The shape is
+        in m and rad, scaled so that the largest translation of a body, or rotation times 1 m, is one.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def _normalised(shape: ComplexArray) -> ComplexArray:
 
 
 def _name(shape: ComplexArray, energy: FloatArray, bodies: list[str]) -> str:
-    """Return what a mode is called after the bodies and the motion that hold most of its kinetic energy."""
+    """Return the name of a mode: the bodies and the motion with most of its kinetic energy."""
     groups = [re.sub(r" \d+$", "", body) for body in bodies]
     shares = {
         group: sum(energy[i].sum() for i, g in enumerate(groups) if g == group) for group in dict.fromkeys(groups)
@@ -150,7 +150,7 @@ def _name(shape: ComplexArray, energy: FloatArray, bodies: list[str]) -> str:
 
 
 def _pattern(moved: ComplexArray) -> str:
-    """Return how bodies of one kind move against each other."""
+    """Return how bodies of one kind move relative to each other: in phase or not."""
     largest = moved[int(np.argmax(np.abs(moved)))]
     signs = np.sign((moved * np.conj(largest)).real) * (np.abs(moved) > 0.1 * np.abs(largest))
     if np.all(signs > 0):

@@ -1,4 +1,4 @@
-"""The motion of a wheelset at given times and nothing else, quickly: what a fit of recordings asks for."""
+"""The motion of a wheelset at given times only, computed quickly, for fits to recordings."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ from wheeltapper.march import run
 
 FloatArray = NDArray[np.float64]
 REACH = 0.25
-"""The path of the wheel's centre is known up to a multiple of this, m: other speeds then share it."""
+"""The path of the wheel's centre is computed up to a multiple of this, m. Passages at other speeds, which end a little
+earlier or later, then use the same path."""
 
 
 class Motion(NamedTuple):
-    """What was computed, in SI units: NaN beyond the end of the march."""
+    """Results in SI units; NaN beyond the end of the march."""
 
     status: int
     force: FloatArray  # (times,) N
@@ -32,7 +33,7 @@ class Motion(NamedTuple):
 
 
 class _Same:
-    """A thing that equals only itself: a file that it names may have changed under an equal one."""
+    """An object that equals only itself: the file that it names may have changed since an equal object was used."""
 
     def __init__(self, of: object) -> None:
         self.of = of
@@ -45,7 +46,7 @@ class _Same:
 
 
 class _Path:
-    """A scenario, equal to others whose wheel's centre goes the same way."""
+    """A scenario as a key; two of them are equal if the path of the wheel's centre is the same."""
 
     def __init__(self, scenario: Scenario, end: float, method: Method) -> None:
         self.scenario, self.end, self.method = scenario, REACH * ceil(end / REACH), method
@@ -71,16 +72,16 @@ def table_at_hand(scenario: Scenario, end: float, method: Method) -> tuple[Table
 
 
 def motion_at(scenario: Scenario, times: FloatArray, method: str = "default") -> Motion:
-    """Return normal force and deck acceleration of a wheelset, on whatever contact and with whatever damper it has.
+    """Return normal force and deck acceleration of a wheelset, for every contact law and damper.
 
-    Nothing but the numbers is computed, no farther than to the last of the times, and the path of the wheel's centre
-    only where it is another one than lately: some milliseconds for 0.3 s. The result is as smooth in the scenario's
-    numbers as the motion itself, down to the method's rounding, so that it may be differenced.
+    The march ends at the last of the times. The path of the wheel's centre is computed only if it differs from those of
+    recent calls. This takes some milliseconds for 0.3 s. As a function of the scenario's numbers the result is as
+    smooth as the motion itself, down to the rounding of the method, so that difference quotients may be taken.
 
     Parameters
     ----------
     scenario
-        With a wheelset.
+        A scenario with a wheelset.
     times
         Rising times, s.
     method

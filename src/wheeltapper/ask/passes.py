@@ -1,4 +1,4 @@
-"""Wheels that follow one another over one rail: each meets the surface that the last one has left.
+"""Wheels that pass one after the other over one rail. Each pass starts with the surface that the last one left.
 
 for each pass: speed, load and start, drawn where they scatter -> pieces over the surface as it is -> march
                -> indentation at every sample -> how far each yields -> the surface after the pass
@@ -34,23 +34,23 @@ Source: A. R. S. Ponter, A. D. Hearle and K. L. Johnson, Application of the kine
 sliding point contacts, Journal of the Mechanics and Physics of Solids 33 (1985).
 """
 LEAST_FACTOR = 0.05
-"""Scattered speeds and loads stay above this share of their mean."""
+"""Smallest ratio of a scattered speed or load to its mean. It keeps rare draws of a wide distribution positive."""
 
 
 @dataclass(frozen=True)
 class Scatter:
-    """How passes differ, and how a surface yields again.
+    """Scatter of the passes, and hardening of the surface.
 
     Attributes
     ----------
     hardening
-        1: a spot yields again only beyond what it has borne; 0: as early as a virgin one.
+        1: a place yields again only beyond its largest indentation so far. 0: it yields as early as a virgin one.
     speed, load
         Standard deviations over the mean.
     start
-        Length in m over which the places where the wheels begin, at rest, are spread evenly.
+        Length, m, over which the starting places of the wheels, at rest, are spread evenly.
     seed
-        Of all that is drawn; pass n draws the same however many there are.
+        Seed of the random numbers. The draws of pass n do not depend on the number of passes.
     """
 
     hardening: float = 1.0
@@ -61,7 +61,7 @@ class Scatter:
 
 
 class Pass(NamedTuple):
-    """What a pass is told by."""
+    """Results of one pass."""
 
     status: int
     speed: float  # m/s
@@ -82,9 +82,9 @@ class Line:
     Parameters
     ----------
     scenario
-        With an elastic-plastic contact, and point rolling.
+        A scenario with an elastic-plastic contact and point rolling.
     scatter
-        How passes differ.
+        Scatter of the passes.
     per_interval
         Samples in half a semi-axis of the contact patch.
     method

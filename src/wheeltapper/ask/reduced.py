@@ -1,4 +1,4 @@
-"""The core model that stands for one wheelset of a wagon, and how far both responses agree.
+"""The core model that is equivalent to one wheelset of a wagon, and the comparison of both responses.
 
 The paper's claim (section 4): for contact vibrations a mass and a damper suffice; bogie and car body hardly move.
 """
@@ -32,8 +32,8 @@ FloatArray = NDArray[np.float64]
 def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
     """Return the scenario of the core model that is equivalent to one wheelset of a wagon.
 
-    Mass, contacts and static contact force are the wheelset's; stiffness and damping those of its vertical springs and
-    dampers, whose other ends are held. x = 0 is where the wheelset is at time zero.
+    Mass, contacts and static contact force are those of the wheelset. Stiffness and damping are those of its vertical
+    springs and dampers, whose other ends are fixed. x = 0 is the position of the wheelset at time zero.
 
     Parameters
     ----------
@@ -99,14 +99,14 @@ def _track(scenario: Scenario, wheelset: int, position: float) -> Any:
 
 
 def compare(record: Record, other: Record, wheelset: int = 1) -> xr.Dataset:
-    """Return how the response of one wheelset of a wagon differs from that of a core model.
+    """Return the differences between the response of one wheelset of a wagon and that of a core model.
 
     Parameters
     ----------
     record
-        Of a wagon.
+        Record of a wagon.
     other
-        Of the core model.
+        Record of the core model.
     wheelset
         Number of the wheelset.
 
@@ -115,7 +115,7 @@ def compare(record: Record, other: Record, wheelset: int = 1) -> xr.Dataset:
     xarray.Dataset
         Over "peak": `peak_time` of the wheelset's left wheel and `peak_delay` (s) and `peak_ratio` against the other
         record, whose forces are those of two wheels; over "event": `event_time`, `event_delay`; over "impact":
-        `interval` and `interval_ratio`. As many as both have.
+        `interval` and `interval_ratio`. Only those that both records have.
     """
     import xarray as xr
 

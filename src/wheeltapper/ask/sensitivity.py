@@ -39,7 +39,7 @@ class Slopes:
     gentlest
         (cells,) smallest indentation rate at an event, scaled; near zero the cell grazes.
     amplification
-        (cells,) how much a change of the start has grown when the last feature is known.
+        (cells,) growth of a small change of the start until the last feature is known.
     """
 
     values: FloatArray
@@ -67,7 +67,7 @@ def is_ready(many: Many, parameters: tuple[str, ...], tally: bool) -> bool:
 
 
 def turns_of(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
-    """Return the cells, and how they change along some directions."""
+    """Return the cells, and their derivatives along some directions."""
     from wheeltapper.march.gradients import Turns
     from wheeltapper.march.tangent_path import LANES
 
@@ -130,15 +130,15 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
 
 
 class _Rates(NamedTuple):
-    """How what was marched changes along one direction; NaN where nobody knows.
+    """Derivatives of the results of a march along one direction; NaN where they are unknown.
 
-    A NaN as an imaginary part would make the real part NaN too, so that gaps are filled: a feature that changes with
-    what they are filled with has no derivative.
+    A NaN as an imaginary part would make the real part NaN, too. Therefore gaps are filled with numbers. A feature
+    whose derivative depends on these numbers has no derivative.
     """
 
     events: FloatArray  # (events, 2)
     peaks: FloatArray  # (peaks, 2)
-    highest: FloatArray  # (cells,), empty where no tally was kept
+    highest: FloatArray  # (cells,), empty without a tally
     impulses: FloatArray  # (events,)
 
     @staticmethod
@@ -153,7 +153,7 @@ class _Rates(NamedTuple):
         return any(bool(np.isnan(rates).any()) for rates in self)
 
     def known(self, gap: float) -> _Rates:
-        """Return the same with numbers, all different, of the order of `gap` in the gaps."""
+        """Return the same with different numbers of the order of `gap` in the gaps."""
         fills = (np.linspace(gap, 2.0 * gap, rates.size).reshape(rates.shape) for rates in self)
         return _Rates(*(np.where(np.isnan(rates), fill, rates) for rates, fill in zip(self, fills, strict=True)))
 

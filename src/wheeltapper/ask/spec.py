@@ -1,4 +1,4 @@
-"""A study as text: what STUDY.toml may say, and the study that it means."""
+"""A study as text: the contents of STUDY.toml, and the study that they describe."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ FIELDS = (
     "scenario", "over", "features", "gradient", "zipped", "samples", "sampling", "seed", "method", "chaos_limit",
     "chunk",
 )  # fmt: skip
+"""Names that a study's file may have at its top."""
 KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "scenario": (lambda x: isinstance(x, dict) or (isinstance(x, str) and x != ""), "a file, or a scenario's table"),
     "over": (lambda x: isinstance(x, dict), "a table of fields with their values"),
@@ -29,7 +30,9 @@ KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
 }
 """By name of what is no option of `sweep`: whether a value is of the right kind, and what that is."""
 NOT_OPTIONS = (*KINDS, "contents")
+"""Fields of a study that are not passed on to `sweep` as options."""
 SPACING: dict[str, Callable[..., Any]] = {"linear": np.linspace, "log": np.geomspace}
+"""Ways to space values between two ends, by name."""
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -54,7 +57,7 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def contents(scenario: Scenario) -> dict[str, str]:
-    """Return digests of the files that a scenario names: what is kept of it holds only while they stay the same."""
+    """Return digests of the files that a scenario names; kept results are valid only while these do not change."""
     items = [getattr(item, "of", item) for item in scenario.irregularities]
     names = [item.path for item in items if getattr(item, "path", None) is not None]
     if isinstance(scenario.profiles, WheelRail):
@@ -63,7 +66,7 @@ def contents(scenario: Scenario) -> dict[str, str]:
 
 
 def meant(spec: dict[str, Any]) -> Study:
-    """Return the study that a specification means."""
+    """Return the study that a specification describes."""
     options = {name: value for name, value in spec.items() if name not in NOT_OPTIONS}
     features = spec["features"] if isinstance(spec["features"], list) else [spec["features"]]
     over = {path: _values(path, values) for path, values in _flat(spec["over"]).items()}

@@ -1,4 +1,4 @@
-"""The speed at which a wagon begins to hunt."""
+"""The critical speed of a wagon, at which hunting begins."""
 
 from __future__ import annotations
 
@@ -21,11 +21,13 @@ from wheeltapper.record.simulate import warn
 __all__ = ["critical_speed"]
 
 STEP = 2.0
-"""Speeds are searched so far apart, m/s."""
+"""Distance between the speeds at which stability is tested first, m/s. An unstable range that is narrower may be
+missed."""
 FINEST = 1e-15
-"""No tolerance is as small as this: floating-point numbers are hardly finer."""
+"""Smallest tolerance that may be asked for, relative to the speed: a few units in the last place."""
 ROUNDING = 1e-9
-"""Growth that is no more than this share of a mode's own rate, or this, 1/s, is rounding: the mode is undamped."""
+"""Growth rate of a mode, over the magnitude of its eigenvalue or over 1/s, if that is larger. Up to this it is
+rounding: the mode counts as undamped, not as unstable."""
 
 
 def critical_speed(
@@ -34,18 +36,18 @@ def critical_speed(
 ) -> float:  # fmt: skip
     """Return the lowest speed, m/s, at which a small deviation from the steady run grows: the linear critical speed.
 
-    It lies between `lowest` and `highest`. Every 2 m/s is looked at there: instability within a narrower range of
-    speeds may be missed. A mode that neither grows nor decays (its damping ratio within 1e-9 of zero) does not count as
-    hunting, and is named in a warning.
+    It lies between `lowest` and `highest`. Stability is tested every 2 m/s there: an unstable range of speeds that is
+    narrower may be missed. A mode that neither grows nor decays (its damping ratio within 1e-9 of zero) does not count
+    as hunting; a warning names it.
 
     Parameters
     ----------
     scenario
         With a `Wagon` and a creep law, or the path of its TOML file; its speed and irregularities are left out.
     lowest
-        Where the search begins, m/s, or as "10 km/h"; the vehicle has to run stably there.
+        Lowest speed of the search, m/s, or as "10 km/h"; the vehicle has to be stable there.
     highest
-        Where it ends, m/s; infinity is returned where the run is stable, or undamped, up to there.
+        Highest speed of the search, m/s; infinity is returned if the run is stable, or undamped, up to it.
     tolerance
         Of the speed, relative.
     progress

@@ -1,7 +1,7 @@
-"""Studies on disk: a Zarr store that is filled chunk by chunk, and knows which chunks are there.
+"""Studies on disk: a Zarr store that is filled chunk by chunk and records which chunks are complete.
 
 A chunk's features are written first and its status last, each file atomically and with a checksum; computing a chunk
-twice writes the same bytes twice. What a disk or a user has lost or damaged since is found by reading it.
+twice writes the same bytes twice. Reading finds chunks that were lost or damaged later.
 """
 
 from __future__ import annotations
@@ -29,11 +29,12 @@ from wheeltapper.record.chart_store import FORMAT, MISSING, THERE, places, state
 from wheeltapper.record.labels import CHART_TITLE
 
 EVERY_CHUNK = {"array.write_empty_chunks": True}
-"""Zarr leaves out chunks that hold nothing but NaN; here a chunk without a file is one that is not computed."""
+"""Zarr setting that writes chunks with nothing but NaN, too. In a store a chunk without a file is one that has not been
+computed."""
 MOST_CHUNKS = 1_000_000
-"""Each chunk has a file for every variable."""
+"""Largest number of chunks of a store. Each chunk has one file for every variable."""
 CHUNK = 32_768
-"""Cells of a chunk, about, unless the study says otherwise."""
+"""Approximate number of cells in a chunk, unless the study says otherwise."""
 
 Block = tuple[slice, ...]
 
@@ -56,7 +57,7 @@ class Store:
     path
         Its folder.
     spec
-        What the study is.
+        The specification of the study.
     """
 
     def __init__(self, path: Path, spec: dict[str, Any]) -> None:
@@ -78,7 +79,7 @@ class Store:
         return tuple(slice(i * size, min((i + 1) * size, length)) for i, size, length in both)
 
     def create(self) -> None:
-        """Make the store, with all its variables and nothing in them; it appears as a whole."""
+        """Create the store with all its variables, empty. It appears under its path only when complete."""
         import shutil
         import warnings
 
@@ -87,7 +88,7 @@ class Store:
         begun = self.path.with_name(self.path.name + ".new")
         shutil.rmtree(begun, ignore_errors=True)
         with warnings.catch_warnings(), zarr.config.set(EVERY_CHUNK):
-            warnings.simplefilter("ignore")  # texts and consolidated metadata extend Zarr 3; xarray knows them
+            warnings.simplefilter("ignore")  # texts and consolidated metadata extend Zarr 3; xarray reads them
             self._create(begun)
         begun.rename(self.path)
 
@@ -136,7 +137,7 @@ class Store:
         zarr.consolidate_metadata(path)
 
     def _part(self, block: Block) -> Study:
-        """Return the study of a block of the cells alone."""
+        """Return the study of one block of the cells."""
         cut = block if self.study.grid else block * len(self.study.axes)
         axes = tuple(replace(axis, values=axis.values[part]) for axis, part in zip(self.study.axes, cut, strict=True))
         return replace(self.study, axes=axes)
@@ -189,7 +190,7 @@ class Store:
         return ["status", *(feature.name for feature in self.study.features), *(axis.path for axis in self.study.axes)]
 
     def mend(self) -> None:
-        """Remove what an interrupted write left behind, and write again what the study itself knows."""
+        """Remove the remains of an interrupted write, and write again what follows from the study."""
         import zarr
 
         for left in self.path.rglob("*.partial"):
@@ -204,7 +205,7 @@ class Store:
                 array[:] = values
 
     def missing(self) -> list[tuple[int, ...]]:
-        """Return the places of the chunks that are not there as a whole."""
+        """Return the places of the chunks that are not complete."""
         import zarr
 
         group = zarr.open_group(self.path, mode="r", use_consolidated=False)
@@ -217,7 +218,7 @@ class Store:
         ]
 
     def _along(self, array: Any) -> tuple[int, ...]:
-        """Return what precedes the place of a chunk: that of all parameters together, where there are any."""
+        """Return the first part of the place of a chunk: the place over the parameters, if there are any."""
         return (0,) * (len(array.shape) - len(self.study.shape))
 
     def write(self, place: tuple[int, ...], threads: int) -> tuple[int, tuple[Shared, ...]]:
@@ -250,7 +251,7 @@ def _plain(attrs: dict[str, Any]) -> dict[str, Any]:
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Hold a store, or a file, for one process; a second one is refused. The lock goes with whoever held it."""
+    """Lock a store or a file for one process; a second one is refused. The lock ends with the process."""
     lock = path.with_name(path.name + ".lock")
     with lock.open("a+") as file:
         if not _held(file, lock):

@@ -1,4 +1,4 @@
-"""A study: a scenario, which of its fields vary how, and which features are asked. Described, checked, not computed."""
+"""Description and checks of a study: a scenario, the fields that vary and their values, and the features."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ CHAOS_LIMIT = 1e4
 BESIDE = 1e-12
 """As good as zero, and not zero: in SI units, and far below what is plausible."""
 RESERVED = ("status", "parameter", "cell", "gradient_status", "amplification", "condition")
+"""Names of variables that every chart has; no feature may have one of them."""
 DERIVED = ("_gradient", "_elasticity", "_angle")
-"""Names of a chart's own variables, and what follows a feature's name in those that belong to it."""
+"""Endings that follow a feature's name in the names of its derivatives."""
 Sampling = Literal["sobol", "latin hypercube"]
 Asked = str | Feature | Sequence[str | Feature]
 """Features, or their names: one or several."""
@@ -45,22 +46,22 @@ class Axis:
 
 @dataclass(frozen=True)
 class Study:
-    """A scenario, the cells over which some of its fields vary, and the features asked of each.
+    """A scenario, the cells in which some of its fields vary, and the features of each cell.
 
     Attributes
     ----------
     scenario
-        What all cells have in common.
+        The scenario that all cells share.
     axes
         The varied fields.
     grid
-        True where the cells are all combinations of the axes' values, False where the axes go side by side.
+        True: the cells are all combinations of the axes' values. False: cell n has the n-th value of each axis.
     features
-        What is asked.
+        The features.
     method
         "default" or "strict".
     gradient
-        Paths of the fields by which the features are differentiated.
+        Paths of the fields with respect to which the features are differentiated.
     chaos_limit
         Amplification above which a cell counts as near-chaotic.
     """
@@ -84,9 +85,9 @@ class Study:
         return prod(self.shape)
 
     def numbers(self, cells: int) -> int:
-        """Return how many numbers are held at a time while so many cells are computed together."""
+        """Return the number of numbers in memory while `cells` cells are computed together."""
         features, parameters, fields = len(self.features), len(self.gradient), len(self.axes) + len(self.gradient)
-        found = features * (1 + parameters) + 3  # and status, trust, amplification; joined from parts, thus twice
+        found = features * (1 + parameters) + 3  # and status, trust, amplification; twice, because parts are joined
         return cells * (2 * found + 2 * fields + 2 * features * parameters)
 
     @property
@@ -97,7 +98,7 @@ class Study:
     def changed(self, block: tuple[slice, ...] | None = None) -> dict[str, FloatArray]:
         """Return the value of each varied field in all cells, or in a block of them, in C order.
 
-        Fields by which to differentiate come along where they do not vary.
+        Fields of the gradient are included even if they do not vary.
         """
         parts = block or tuple(slice(0, length) for length in self.shape)
         ranges = [np.arange(part.start, part.stop) for part in parts]
@@ -115,7 +116,7 @@ class Study:
 
 
 def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
-    """Return the noun that holds a continuous field, and the field's own name.
+    """Return the noun that holds a continuous field, and the name of the field in it.
 
     Raises
     ------
@@ -155,7 +156,7 @@ def unit_of(scenario: Scenario, path: str) -> str:
 
 
 def _metadata(annotation: Any) -> list[Any]:
-    """Return what is written at the types inside a type: the Length in tuple[Length, ...] | None."""
+    """Return the annotations of the types inside a type: the Length in tuple[Length, ...] | None."""
     inside = [part for argument in get_args(annotation) for part in _metadata(argument)]
     return [*getattr(annotation, "__metadata__", ()), *inside]
 
@@ -188,7 +189,7 @@ def _number(scenario: Scenario, path: str, value: Any) -> float:
     """Return a value in SI units: a number as it is, anything else as the field itself reads it."""
     if isinstance(value, Real) and not isinstance(value, bool):
         return float(value)
-    if value is None:  # which would take the field away
+    if value is None:  # a None would remove the field
         raise InputError("", path, "None", "numbers in SI units, or strings with a unit")
     return float(Fields(scenario.replaced({path: value}))(path))
 
@@ -236,7 +237,7 @@ def study(
 
 
 def as_features(given: Asked) -> tuple[Feature, ...]:
-    """Return features: of a name the built-in one, of a table with a `type` what it means."""
+    """Return features: for a name the built-in one, for a table the one that its `type` describes."""
     several = [given] if isinstance(given, Feature | str | dict) else as_list(given, "features", "a list of features")
     if not several:
         raise InputError("", "features", "nothing", "at least one feature")
@@ -244,7 +245,7 @@ def as_features(given: Asked) -> tuple[Feature, ...]:
 
 
 def _check_names(names: Sequence[str], over: Mapping[str, Any]) -> None:
-    """Refuse names of features that a chart, or a file, has no room for."""
+    """Refuse names of features that clash with those of a chart or a file."""
     for name in names:
         if names.count(name) > 1:
             raise InputError("", "features", f"the name {name!r} twice", "features of different names (`renamed`)")

@@ -1,4 +1,4 @@
-"""The verbs: features over many cells of a scenario, and their derivatives in one."""
+"""The verbs `sweep` and `gradient`: features over many cells of a scenario, and their derivatives in one."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def sweep(
     Parameters
     ----------
     scenario
-        What all cells have in common; or the path of its TOML file.
+        The scenario that all cells share; or the path of its TOML file.
     over
         By path ("vehicle.damping", "irregularity.0.height", "speed"), the values of a continuous field: numbers in SI
         units or strings with a unit. The cells are all combinations of them.
@@ -51,16 +51,16 @@ def sweep(
         From `wheeltapper.features`, or their names, as ["force_ratio"]. A run ends as soon as all of them are known.
     gradient
         True: the features' exact derivatives with respect to the varied fields, through all impacts; or the paths of
-        the fields by which to differentiate.
+        the fields with respect to which to differentiate.
     zipped
-        True: the lists of `over` have one length and go side by side.
+        True: the lists of `over` have the same length, and cell n has the n-th value of each.
     samples, sampling, seed
-        If given, `over` holds lowest and highest values, and so many cells are drawn between them, as a "sobol"
+        If given, `over` holds lowest and highest values, and `samples` cells are drawn between them, as a "sobol"
         sequence or a "latin hypercube".
     method
         "default" or "strict".
     threads
-        How many march at a time; by default all cores. The result does not depend on it.
+        Number of threads; by default one per core. The result does not depend on it.
     chaos_limit
         Cells in which a change of the start grows by more than this are marked as near-chaotic.
     progress
@@ -69,17 +69,17 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        One variable per feature with its unit and definition, NaN where a cell has too few impacts, over dimensions
-        named by the paths (or "cell", where cells do not form a grid); and `status` per cell. With gradients, for each
-        feature its `_gradient`, its `_elasticity` d ln f / d ln p and, for two parameters or more, its `_angle` to each
-        parameter's axis; `condition` of all features by all parameters; `amplification`; and `gradient_status`, where
-        "grazing" cells have an event that hardly happens, so that the derivative means little.
+        One variable per feature with its unit and definition, NaN if a cell has too few impacts, and `status` per cell.
+        Their dimensions are named by the paths, or "cell" if the cells do not form a grid. With gradients there are
+        more: for each feature its `_gradient`, its `_elasticity` d ln f / d ln p and, for two parameters or more, its
+        `_angle` to each parameter's axis; `condition` of all features by all parameters; `amplification`; and
+        `gradient_status`. A "grazing" cell has an event that hardly happens, so that the derivative means little.
 
     Raises
     ------
     InputError
-        If a path names no continuous field, or no cell can be computed. Where only some cannot, their status says
-        "refused", and a `ModelWarning` the first reason.
+        If a path names no continuous field, or no cell can be computed. If only some cannot, their status is "refused",
+        and a `ModelWarning` states the first reason.
     """
     asked = study(
         as_scenario(scenario), over, features, gradient=gradient, zipped=zipped, samples=samples, sampling=sampling,
@@ -114,7 +114,7 @@ def gradient(
     features
         From `wheeltapper.features`, or their names.
     parameters
-        Paths of the continuous fields by which to differentiate.
+        Paths of the continuous fields with respect to which to differentiate.
     method, chaos_limit
         As for `sweep`.
 

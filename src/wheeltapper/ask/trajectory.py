@@ -1,6 +1,6 @@
-"""A scenario's motion at given times, with its exact derivatives with respect to fields of the scenario.
+"""The motion of a scenario at given times, with its exact derivatives with respect to fields of the scenario.
 
-The times are those of a clock: where a parameter changes the program's unit of time, the scaled time of a sample moves.
+The times are in seconds. If a parameter changes the program's unit of time, the scaled time of a sample changes, too.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Trajectory(NamedTuple):
-    """What was computed, in SI units: NaN beyond the end of the march."""
+    """Results in SI units; NaN beyond the end of the march."""
 
     status: int
     force: FloatArray  # (times,)

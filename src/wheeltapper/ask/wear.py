@@ -40,7 +40,8 @@ __all__ = ["Marks", "marks", "wear_in"]
 FloatArray = NDArray[np.float64]
 
 RUNAWAY = 20.0
-"""A pass whose largest force is so many times the static one ends the evolution: the model does not hold there."""
+"""Ratio of the largest force of a pass to the static force. The evolution ends after a pass with a larger one, because
+the model does not hold there."""
 SAVE_AFTER = 10.0
 """Seconds between two writings of a file."""
 SCATTER = {"speed": "number", "load": "number", "start": "length"}
@@ -56,6 +57,7 @@ PER_PASS: dict[str, tuple[str, str]] = {
     "shakedown": ("", "share of the length with a pressure between first yield and the shakedown limit"),
     "ratcheting": ("", "share of the length with a pressure beyond the shakedown limit"),
 }
+"""Variables of the result that have one value per pass: unit and meaning."""
 
 
 class Older(TypedDict, total=False):
@@ -99,17 +101,17 @@ def wear_in(
     progress: Progress = True,
     **older: Unpack[Older],
 ) -> xr.Dataset | list[xr.Dataset]:
-    """Let wheels pass over a rail again and again; each meets the surface that the last one has left.
+    """Let many wheels pass over a rail; each pass starts with the surface that the last one left.
 
-    The contact's loading curve governs the motion; what remains of the largest indentation at each place is the mark.
-    Marks are averaged over the contact patch, with weights as wide as it is long. Each wheel is round and virgin.
+    The loading curve of the contact governs the motion. The permanent part of the largest indentation at each place is
+    the mark. Marks are averaged over the length of the contact patch. Each wheel is round and virgin.
 
     Parameters
     ----------
     scenario
-        With an elastic-plastic contact and `rolling="point"`; or several, which pass side by side.
+        A scenario with an elastic-plastic contact and `rolling="point"`; or several, which are computed in parallel.
     passes
-        How many wheels pass.
+        Number of wheels that pass.
     hardening
         1: a place yields again only beyond the largest indentation that it has borne (shakedown); 0: as early as a
         virgin one, which runs away near the contact resonance; between them the part of the way that it hardens.
@@ -117,17 +119,18 @@ def wear_in(
         How passes differ. "speed", "load": standard deviations over the mean. "start": the wheels begin, at rest, at
         places spread evenly over this length, m: their bouncing then has another phase.
     seed
-        Of everything drawn. Pass n draws the same however many there are.
+        Seed of the random numbers. The draws of pass n do not depend on the number of passes.
     every
-        The profile is kept after each so many passes, and after the last.
+        Number of passes after which the profile is kept each time; it is also kept after the last.
     samples
-        Places at which indentations are taken, per quarter of the patch's length.
+        Number of places per quarter of the patch's length at which indentations are computed.
     method
         "default" or "strict".
     store
-        A netCDF file (.nc) in which the evolution is kept and from which it goes on, with the same bits as in one go.
+        A netCDF file (.nc) in which the evolution is kept. A later call continues it, with exactly the result of a
+        single call.
     threads
-        How many of several scenarios pass at a time; by default all cores.
+        Number of scenarios that are computed at a time; by default one per core.
     progress
         As for `wheeltapper.simulate`.
     older
@@ -136,10 +139,11 @@ def wear_in(
     Returns
     -------
     xarray.Dataset or list of xarray.Dataset
-        Over `pass`: largest force, impacts per metre, plastic work, what was drawn, and the shares of the length that
-        stay elastic, shake down and ratchet. Over `kept` (numbers of passes, 0 the virgin rail) and `position`: height
-        of the rail, and permanent indentation of rail and wheels together; over `kept` and `wavelength`: amplitude
-        spectrum of the height, and its growth rate per pass. Attribute `ended` says whether all passes were made.
+        Over `pass`: largest force, impacts per metre, plastic work, the drawn numbers, and the shares of the length
+        that stay elastic, shake down and ratchet. Over `kept` (numbers of passes, 0 for the virgin rail) and
+        `position`: height of the rail, and permanent indentation of rail and wheels together. Over `kept` and
+        `wavelength`: amplitude spectrum of the height, and its growth rate per pass. The attribute `ended` says whether
+        all passes were made.
 
     Raises
     ------
@@ -183,7 +187,7 @@ def _scatter(hardening: Any, scatter: dict[str, Any], seed: Any) -> Scatter:
 
 
 class _Evolution:
-    """A rail on its way: the surface, what passes have told, and the surfaces that are kept."""
+    """The state of an evolution: the surface, the results of the passes, and the surfaces that are kept."""
 
     def __init__(
         self, scenario: Scenario, options: Scatter, every: int, samples: int, method: str, store: Path | None
@@ -201,7 +205,7 @@ class _Evolution:
             }
             | ({"contents": named} if (named := contents(scenario)) else {})
         )
-        self._state = self._line.virgin, 0  # the surface, and how many wheels it has borne: one thing to interrupts
+        self._state = self._line.virgin, 0  # surface and number of passes, set at once
         self._passes: list[Pass] = []
         self._snapshots: dict[int, FloatArray] = {0: self._surface.left}
         self._ended = ""
@@ -249,7 +253,7 @@ class _Evolution:
         return self.dataset()
 
     def _why_it_ends(self, told: Pass) -> str:
-        """Return why the evolution ends with this pass; nothing where it goes on."""
+        """Return the reason why the evolution ends with this pass; "" if it goes on."""
         number, ratio = self._state[1], told.largest_force / self._line.lowered.static_force
         if told.status != contract.DONE:
             return f"pass {number}: {OUTCOMES[told.status].sentence}"
@@ -350,7 +354,7 @@ class _Evolution:
         try:
             with xr.open_dataset(path, engine="h5netcdf") as opened:
                 data = opened.load()
-        except Exception as error:  # of a damaged file HDF5 says whatever it stumbles over
+        except Exception as error:  # HDF5 raises various errors for a damaged file
             reason = f"{type(error).__name__}: {error}".partition("\n")[0]
             raise InputError(str(path), "store", f"no readable netCDF file ({reason})", "a file of wear_in") from error
         if data.attrs.get("title") != WEAR_TITLE:

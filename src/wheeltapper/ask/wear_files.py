@@ -1,4 +1,4 @@
-"""The file of an evolution while wheels pass: one process holds it, and nothing stays beside it."""
+"""The file of an evolution while wheels pass: one process locks it, and temporary files are removed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from wheeltapper.ground.errors import InputError
 
 @contextmanager
 def held(file: Path | None) -> Iterator[None]:
-    """Hold an evolution's file for this process, and remove what a killed one has left beside it."""
+    """Lock an evolution's file for this process, and remove temporary files of a killed one."""
     if file is None:
         yield
         return
@@ -28,7 +28,7 @@ def held(file: Path | None) -> Iterator[None]:
 
 
 def beside_of(file: Path) -> Path:
-    """Return where an evolution is written before it takes its file's place."""
+    """Return the path at which an evolution is written before it replaces its file."""
     return file.with_name(f".{file.name}.partial")
 
 

@@ -1,4 +1,4 @@
-"""What is wrong with a description, said in one line: pydantic's complaints become `InputError`s."""
+"""Errors of a description in one line: pydantic's errors become `InputError`s."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from pydantic import ValidationError
 from wheeltapper.ground.errors import InputError, shown, suggested
 
 TAGS = {"all", "places", "literal['equilibrium']"}
-"""Parts of pydantic's locations, beside names of nouns, that are no fields."""
+"""Parts of the locations in pydantic's messages that are neither fields nor names of nouns."""
 Location = tuple[int | str, ...]
 
 
 def explained(error: ValidationError, root: Any, kinds: Mapping[str, Any]) -> InputError:
-    """Return pydantic's first complaint as one clear message.
+    """Return pydantic's first error as one clear message.
 
     Parameters
     ----------
     error
-        What pydantic found.
+        Pydantic's error.
     root
-        The noun that was being made.
+        The noun whose construction failed.
     kinds
         All nouns by name.
     """
@@ -71,7 +71,7 @@ def _of_another_kind(field: str, given: Any, context: dict[str, Any]) -> InputEr
 
 
 def _fields_at(location: Location, root: Any, kinds: Mapping[str, Any]) -> list[str]:
-    """Return the names that may stand where an unknown one was found."""
+    """Return the names that are allowed in place of an unknown one."""
     here: Any = root
     for part in location[:-1]:
         if part in kinds:

@@ -1,4 +1,4 @@
-"""What users read of a noun: its signature, and what its docstring says of each field."""
+"""The manual of a noun: its signature, and the description of each field in its docstring."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ HEADING = "Parameters\n----------\n"
 
 
 class _Words(str):
-    """A type as users may read it; signatures print it without quotes."""
+    """The readable form of a type; signatures print it without quotes."""
 
     __slots__ = ()
     __repr__ = str.__str__
 
 
 def signature(kind: type[BaseModel]) -> Signature:
-    """Return the fields with what may be given for them."""
+    """Return the fields with their allowed values."""
     return Signature(
         [
             Parameter(
@@ -83,12 +83,12 @@ def _arguments(thing: Any) -> str:
 
 
 def described(kind: type[BaseModel]) -> dict[str, str]:
-    """Return what the docstring of a noun says of its fields."""
+    """Return the descriptions of the fields in the docstring of a noun."""
     return {name: " ".join(words.split()) for names, words in _entries(kind) for name in names}
 
 
 def completed(kind: type[BaseModel]) -> str:
-    """Return the docstring of a noun with the fields that it inherits: help() shows no others."""
+    """Return the docstring of a noun, with its inherited fields, which help() would not show."""
     own = _entries(kind)
     known = {name for names, _ in own for name in names}
     inherited = [
@@ -102,7 +102,7 @@ def completed(kind: type[BaseModel]) -> str:
 
 
 def _entries(kind: type) -> list[tuple[list[str], str]]:
-    """Return the entries of a docstring's section of parameters: names, and the text below them."""
+    """Return the entries of a docstring's section "Parameters": names, and the text below them."""
     section = inspect.cleandoc(kind.__doc__ or "").partition(HEADING)[2]
     entries = (entry.partition("\n") for entry in re.split(r"\n(?=\S)", section) if entry)
     return [(names.split(", "), words) for names, _, words in entries]

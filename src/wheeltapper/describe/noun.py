@@ -1,4 +1,4 @@
-"""What all nouns share: frozen, strict about names, with units in strings."""
+"""The base of all nouns: frozen, strict about names, with units in strings."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from wheeltapper.ground.quantities import to_si
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
 else:
-    ModelMetaclass = type(BaseModel)  # pydantic keeps its name to itself
+    ModelMetaclass = type(BaseModel)  # pydantic does not export it
 
 
 class Kind(ModelMetaclass):
-    """The class of all kinds of nouns: they complain in one line, and show users nothing of pydantic's insides.
+    """The metaclass of nouns: their errors have one line, and nothing of pydantic's internals is shown.
 
-    Complaints are put into words here, and not in `__init__`, because pydantic makes the nouns inside a noun without
-    calling their classes: so the outermost one speaks, and names the whole path to what is wrong.
+    Errors are worded here, and not in `__init__`, because pydantic makes inner nouns without calling their classes.
+    Therefore the outermost noun raises the error, with the whole path of the wrong field.
     """
 
     def __call__(cls, *nameless: Any, **fields: Any) -> Any:  # noqa: N805 - of a metaclass
@@ -80,7 +80,7 @@ class Noun(BaseModel, metaclass=Kind):
         except ValidationError as error:
             raise explained(error, cls, kinds()) from None
 
-    if not TYPE_CHECKING:  # type checkers know from `frozen` that nothing may be set
+    if not TYPE_CHECKING:  # type checkers know from `frozen` that no field may be set
 
         def __setattr__(self, name: str, value: Any) -> None:
             what = f"a new value for {name!r} of a {type(self).__name__}, which never changes"

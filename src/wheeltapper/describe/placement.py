@@ -1,4 +1,4 @@
-"""Where irregularities are on a wagon's track: on a rail, under a wheelset, under one wheel."""
+"""Places of irregularities on a wagon's track: on a rail, under a wheelset, under one wheel."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SIDES = ("left", "right")
 
 
 class Placement(dict[str, tuple[Any, ...]]):
-    """Irregularities by place; never changed once it is made, and hashable."""
+    """Irregularities by place; immutable and hashable."""
 
     @property
     def needs(self) -> frozenset[Need]:
@@ -24,7 +24,7 @@ class Placement(dict[str, tuple[Any, ...]]):
         return hash(tuple(sorted(self.items(), key=lambda item: item[0])))
 
     def on(self, wheelset: int, side: str) -> tuple[Any, ...]:
-        """Return what one wheel meets; wheelsets count from 1."""
+        """Return the irregularities that one wheel meets; wheelsets count from 1."""
         found: list[Any] = []
         for where, items in self.items():
             number, held = read(where)
@@ -44,7 +44,7 @@ def read(where: str) -> tuple[int | None, str]:
 
 
 def check_places(irregularity: Any, wheelsets: int) -> None:
-    """Refuse places that a wagon with so many wheelsets does not have."""
+    """Refuse places that a wagon with this number of wheelsets does not have."""
     if not isinstance(irregularity, Placement):
         return
     for where in irregularity:

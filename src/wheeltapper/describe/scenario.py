@@ -32,14 +32,14 @@ AnyIrregularity = Annotated[Any, OneOf(Irregularity)]
 
 
 class Start(Noun):
-    """Where the wheel is at time zero, and how it moves.
+    """Position and velocity of the wheel at time zero.
 
     Parameters
     ----------
     displacement
-        Of its centre, upwards from the height of first touch, m.
+        Displacement of its centre, upwards from the height of first touch, m.
     velocity
-        Upwards, m/s.
+        Velocity, upwards, m/s.
     """
 
     displacement: Length = 0.0
@@ -149,7 +149,7 @@ class Scenario(Noun):
 
     @property
     def irregularities(self) -> tuple[Any, ...]:
-        """The irregularities, wherever they are, always as a tuple."""
+        """The irregularities at all places, always as a tuple."""
         if isinstance(self.irregularity, Placement):
             return tuple(item for items in self.irregularity.values() for item in items)
         return tuple(self.irregularity)
@@ -161,7 +161,7 @@ class Scenario(Noun):
         return tuple(self.irregularity)
 
     def check_extent(self, end: float | None = None) -> None:
-        """Refuse a run (to x = `end`, m, if given) that goes on beyond what its irregularities state."""
+        """Refuse a run (to x = `end`, m, if given) beyond the end of its irregularities."""
         end = float(self.speed * self.duration) if end is None else end
         for i, item in enumerate(self.irregularities):
             missing = item.beyond_known(end)
@@ -196,7 +196,7 @@ class Scenario(Noun):
 
     @classmethod
     def of(cls, data: dict[str, Any], source: str = "") -> Scenario:
-        """Return the scenario that a table describes; `source` is named where it is wrong."""
+        """Return the scenario that a table describes; errors name `source`."""
         try:
             return cls.model_validate(data)
         except InputError as error:
@@ -229,11 +229,12 @@ TABLES = {
     "a study": ("over", "`wheeltapper sweep`"),
     "a scenario": ("vehicle", "`wheeltapper run` or `wear`"),
 }
-"""What a file may hold, the field that no other of them has at its top, and what takes it."""
+"""What a TOML file may describe: for each kind a field that only such a file has at its top, and the commands that take
+it."""
 
 
 def toml_table(path: Path, what: str) -> dict[str, Any]:
-    """Return what a TOML file holds, less its `format`, or say clearly why that is not `what`."""
+    """Return the contents of a TOML file without its `format`; refuse a file that is not `what`."""
     allowed = f"a TOML file with {what}"
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -279,7 +280,7 @@ def _changed(value: Any, rest: list[str], new: Any, path: str) -> Any:
 
 
 def _index(items: tuple[Any, ...], key: str) -> int | None:
-    """Return where an item of a list is: by its number from 0, by its name, or as "wheelset 1" and so on."""
+    """Return the position of an item of a list: by its number from 0, by its name, or as "wheelset 1" and so on."""
     if key.isdigit():
         return int(key) if int(key) < len(items) else None
     names = [getattr(item, "name", f"wheelset {i + 1}") for i, item in enumerate(items)]
@@ -293,7 +294,7 @@ def _names_a_file(table: dict[str, Any], key: str, value: str) -> bool:
 
 
 def relative_paths(data: Any, folder: Path) -> Any:
-    """Return a scenario's table with the files that it names taken relative to a folder."""
+    """Return a scenario's table; paths of files in it become relative to a folder."""
     if isinstance(data, dict):
         return {
             k: str(folder / v) if isinstance(v, str) and _names_a_file(data, k, v) else relative_paths(v, folder)

@@ -12,11 +12,11 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 
 UNTYPED = ("Scenario", "Site", "Sensor")
-"""Tables that need no `type`: where they stand nothing else may stand."""
+"""Kinds of tables that need no `type`, because nothing else may stand in their place."""
 
 
 class _WithType(GenerateJsonSchema):
-    """Describes every noun with its `type`, and leaves out what a file cannot hold."""
+    """Generator of the schema: it adds the `type` of each noun, and omits fields that a file cannot hold."""
 
     def model_schema(self, schema: Any) -> JsonSchemaValue:
         out = super().model_schema(schema)

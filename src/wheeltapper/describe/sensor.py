@@ -1,4 +1,4 @@
-"""What stands between the deck's acceleration and the numbers in a file."""
+"""The sensor: between the deck's acceleration and the numbers in a file."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ class Sensor(Noun):
     rate
         Samples per second, Hz.
     noise
-        Density of its white noise, m/s²/√Hz; the samples' standard deviation is this times √(rate/2).
+        Density of its white noise, m/s²/√Hz. The standard deviation of a sample is this times √(rate/2).
     range
-        Largest acceleration of either sign, m/s²: beyond it samples are clipped. None: without bound.
+        Largest acceleration of either sign, m/s²; beyond it samples are clipped. None: without bound.
     bits
         Resolution of the converter over twice the range; None: without steps.
     cutoff, order
-        Of the Butterworth filter before the converter, Hz; None: no filter.
+        Cutoff frequency, Hz, and order of the Butterworth filter before the converter. None: no filter.
     offset, drift
-        What is added, m/s², and its growth, m/s² per s.
+        Offset that is added, m/s², and its growth, m/s² per s.
     """
 
     rate: Frequency = 20_000.0

@@ -1,4 +1,4 @@
-"""A site: a deck with an irregularity, its sensor, and how well all of it is known."""
+"""A site: a deck with an irregularity, its sensor, and the uncertainties of all of it."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ class Site(Noun):
     passage
         A healthy wheelset's passage: vehicle, deck, irregularity, contact, speed; time zero is the trigger, at x = 0.
     sensor
-        On the deck.
+        Sensor on the deck.
     uncertainty
-        By path ("contact.constant", "irregularity.0.height", "speed", "track.mass"), the standard deviation of what is
-        stated, over its value: that of a normal distribution. What is not named is known exactly, but for what a
-        diagnosis asks for.
+        By path ("contact.constant", "irregularity.0.height", "speed", "track.mass"), the relative standard deviation of
+        the stated value, which is normally distributed. Fields that are not named are known exactly, except those that
+        a diagnosis estimates.
     misfit
-        What the model of one wheelset leaves unexplained of healthy passages, over their rms: measured on wheelsets
-        that are known. A diagnosis adds it to the noise.
+        Rms of the part of healthy recordings that the model of one wheelset leaves unexplained, over the rms of these
+        recordings. It is measured with known wheelsets. A diagnosis adds it to the noise.
     name
-        Of the site.
+        Name of the site.
     """
 
     passage: Scenario
@@ -77,7 +77,7 @@ class Site(Noun):
 
     @classmethod
     def of(cls, data: dict[str, Any], source: str = "") -> Site:
-        """Return the site that a table describes; `source` is named where it is wrong."""
+        """Return the site that a table describes; errors name `source`."""
         try:
             return cls.model_validate(data)
         except InputError as error:
@@ -85,7 +85,7 @@ class Site(Noun):
 
 
 def as_site(given: Any) -> Site:
-    """Return a site; of a path, the one that the TOML file describes."""
+    """Return a site; for a path, the one that the TOML file describes."""
     if isinstance(given, Site):
         return given
     return Site.from_toml(as_path(given, "site", "a Site, or the path of its TOML file"))

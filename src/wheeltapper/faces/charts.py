@@ -1,4 +1,4 @@
-"""Pictures of charts: level curves with gradient arrows, lines, or clouds, as the cells lie."""
+"""Pictures of charts: level curves with gradient arrows, lines, or clouds, depending on the cells."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 ARROWS = 12
-"""About so many gradient arrows along each axis."""
+"""Approximate number of gradient arrows along each axis."""
 
 
 def features_of(chart: xr.Dataset) -> list[str]:
-    """Return the names of the features that a chart holds."""
+    """Return the names of the features in a chart."""
     known = {"status", "gradient_status", "amplification", "condition"}
     parts = ("_gradient", "_elasticity", "_angle")
     return [str(name) for name in chart.data_vars if name not in known and not str(name).endswith(parts)]
@@ -56,7 +56,7 @@ def _unit(chart: xr.Dataset, name: str) -> str:
 
 
 def _nominal(chart: xr.Dataset, path: str) -> float | None:
-    """Return the value that the chart's scenario itself has at a path; None where that is zero or unknown."""
+    """Return the value of the chart's scenario at a path; None if it is zero or unknown."""
     try:
         value: Any = json.loads(chart.attrs["scenario"])
         for part in path.split("."):
@@ -67,7 +67,7 @@ def _nominal(chart: xr.Dataset, path: str) -> float | None:
 
 
 def _scale(chart: xr.Dataset, path: str) -> tuple[FloatArray, float, str]:
-    """Return a field's values over the scenario's own, that value, and the axis label."""
+    """Return a field's values over the value of the scenario, that value, and the axis label."""
     values = np.asarray(chart[path].values, dtype=float)
     nominal = _nominal(chart, path)
     if nominal is None:
@@ -109,7 +109,7 @@ def draw_map(axis: Axes, chart: xr.Dataset, name: str) -> None:
 
 
 def _draw_arrows(axis: Axes, x: FloatArray, y: FloatArray, dx: FloatArray, dy: FloatArray, masked: Any) -> None:
-    """Draw unit vectors along the gradient in the axes' own, relative coordinates."""
+    """Draw unit vectors along the gradient in the relative coordinates of the axes."""
     rows, columns = (slice(None, None, max(1, len(values) // ARROWS)) for values in (y, x))
     size = np.where(masked, np.nan, np.hypot(dx, dy))
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -118,7 +118,7 @@ def _draw_arrows(axis: Axes, x: FloatArray, y: FloatArray, dx: FloatArray, dy: F
 
 
 def _specificity(chart: xr.Dataset, name: str, paths: tuple[str, str]) -> str:
-    """Return how far the feature is off its nearest axis at the cell nearest to the scenario's own values."""
+    """Return the angle of the feature to its nearest axis at the cell nearest to the scenario's values."""
     if f"{name}_angle" not in chart:
         return ""
     here = {path: _nominal(chart, path) for path in paths}

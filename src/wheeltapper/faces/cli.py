@@ -101,13 +101,13 @@ def sweep(
     output
         The store (.zarr).
     workers
-        Compute on so many processes of this machine.
+        Number of processes of this machine that compute.
     scheduler
         Compute on the Dask cluster at this address.
     resume
-        Go on with a store that was begun; only what is missing is computed.
+        Continue a store that exists; only missing chunks are computed.
     threads
-        Without workers: how many threads compute; by default all cores.
+        Without workers: number of threads; by default one per core.
     """
     check_target("--output", output, (".zarr",), folder=True)
     if workers and scheduler:
@@ -153,30 +153,30 @@ def wear(
     samples: int = 4,
     method: str = "default",
 ) -> int:
-    """Let wheels pass over a rail again and again, each over the marks of all before it.
+    """Let many wheels pass over a rail, each over the marks of all wheels before it.
 
     Parameters
     ----------
     file
         A scenario in TOML, with an elastic-plastic contact and rolling = "point".
     passes
-        How many wheels pass, all in all.
+        Total number of wheels that pass.
     output
-        Keep the evolution here (.nc; opens in plain xarray). A file that is there goes on.
+        Keep the evolution here (.nc; opens in plain xarray). A file that exists is continued.
     plot
         Write a picture here (.png, .pdf, .svg).
     hardening
-        1: a place yields again only beyond what it has borne; 0: as early as a virgin one.
+        1: a place yields again only beyond its largest indentation so far; 0: as early as a virgin one.
     speed_scatter, load_scatter
-        Standard deviation of the passes' speeds and loads over their mean.
+        Relative standard deviations of the speeds and loads of the passes.
     start_scatter
-        The wheels begin spread over this length in m.
+        Length, m, over which the starting places of the wheels are spread.
     seed
-        Of everything drawn.
+        Seed of the random numbers.
     every
-        Keep the profile after each so many passes.
+        Number of passes after which the profile is kept each time.
     samples
-        Places at which indentations are taken, per quarter of the contact patch's length.
+        Number of places per quarter of the contact patch's length at which indentations are computed.
     method
         default or strict.
     """
@@ -226,7 +226,7 @@ def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output"
     which
         all (the default), a figure (fig2, deck, missed …) or a claim (C08).
     output
-        Write the table of measures (claims.csv) and the figures into this folder; it is made if need be.
+        Write the table of measures (claims.csv) and the figures into this folder; it is created if it does not exist.
     """
     import warnings
 

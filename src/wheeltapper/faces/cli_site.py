@@ -1,4 +1,4 @@
-"""The commands that work with a site: diagnose recordings, assess how well it distinguishes faults, design it."""
+"""The commands for a site: diagnose recordings, assess how well it distinguishes faults, design it."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ if TYPE_CHECKING:
     from wheeltapper.ask.diagnosis.finding import Finding
 
 RECORDINGS = (".csv", ".txt", ".tsv", ".gz", ".wav", ".mat", ".npy", ".npz", ".nc", ".tdms", ".mf4", ".mdf")
+"""Suffixes of files in a folder that are taken as recordings."""
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 SEVERAL = Parameter(consume_multiple=True, negative="")
-"""An option that takes all values that follow it, and may be repeated."""
+"""An option that takes all values after it, and may be repeated."""
 
 
 def diagnose(
@@ -45,22 +46,21 @@ def diagnose(
     site
         The site in TOML.
     output
-        Folder for each finding's JSON and figure; what is there already is not computed again.
+        Folder for each finding's JSON and figure. Findings that it already holds are not computed again.
     figures
-        Of which findings: all (of a single recording the default), faulty (of several), none.
+        Findings whose figures are drawn: all (the default for a single recording), faulty (for several), none.
     train
         The recordings are the axles of one train, in this order: print a table with the alarms, write train.json.
     rules
-        Alarm rules in TOML instead of the package's own.
+        Alarm rules in TOML instead of those of the package.
     workers
         Processes; by default one per core.
     unit
-        Of the numbers in the files, where these do not say it.
+        Unit of the numbers in the files, if the files do not state it.
     rate
-        Samples per second, where the files do not say it.
+        Samples per second, if the files do not state them.
     column
-        Which column of the files, where there are several: its name, its header as it stands in the file, or its number
-        from 0.
+        Column of the files, if there are several: its name, its header in the file, or its number from 0.
     speed
         Measured speed of the wheelset.
     """
@@ -155,23 +155,23 @@ def assess(
     plot: Path | None = None,
     workers: int | None = None,
 ) -> int:
-    """Measure how well a site distinguishes faults, on passages that are computed.
+    """Measure how well a site distinguishes faults, on computed passages.
 
     Parameters
     ----------
     site
         The site in TOML.
     faults
-        One or more names of the catalogue, each perhaps with a size or a range of sizes in SI units: "broken spring"
+        One or more names of the catalogue, each optionally with a size or a range of sizes in SI units: "broken spring"
         "wheel flat=0.002:0.02". By default some of the catalogue.
     count
-        Passages of each fault.
+        Number of passages of each fault.
     healthy
-        Healthy passages; by default as many.
+        Number of healthy passages; by default the same number.
     seed
-        Of everything drawn.
+        Seed of the random numbers.
     output
-        Write the numbers here (.json). Each passage is kept beside it (.jsonl): the same command goes on.
+        Write the numbers here (.json). Each passage is kept beside it (.jsonl), so that the same command continues.
     plot
         Write a picture here (.png, .pdf, .svg).
     workers
@@ -208,7 +208,7 @@ def assess(
 
 
 def _faults(texts: tuple[str, ...] | None) -> dict[str, Any] | None:
-    """Return the faults and sizes that are asked for; None: the usual ones."""
+    """Return the given faults and sizes; None: the usual ones."""
     if texts is None:
         return None
     _check_given("--faults", texts)
@@ -228,7 +228,7 @@ def _check_given(option: str, values: tuple[Any, ...]) -> None:
 
 
 def _fault(text: str) -> tuple[str, Any]:
-    """Return the name and the size, or range of sizes, that NAME=SIZE or NAME=LOW:HIGH says."""
+    """Return the name and the size, or range of sizes, from NAME=SIZE or NAME=LOW:HIGH."""
     name, mark, size = text.partition("=")
     if not mark:
         return name, None
@@ -265,15 +265,15 @@ def design(
     output
         Write the site with the designed irregularity here (.toml).
     plot
-        Write a picture here (.png, .pdf, .svg): the rail, and what was chosen from.
+        Write a picture here (.png, .pdf, .svg): the rail, and the layouts from which it was chosen.
     parameters
-        Fields asked for.
+        Fields in question.
     speeds
-        Of the passages, m/s.
+        Speeds of the passages, m/s.
     number
-        Of features.
+        Number of features.
     shapes
-        What each feature may be: bump, dip, step up, step down.
+        Shapes that each feature may have: bump, dip, step up, step down.
     largest_force
         Limit of the contact force, N per wheelset.
     total_length
@@ -281,9 +281,9 @@ def design(
     criterion
         determinant of the marginal information, or worst interval of a parameter.
     budget
-        How many layouts are judged, about.
+        Approximate number of layouts that are judged.
     seed
-        What the search draws from.
+        Seed of the random numbers.
     """
     check_target("--output", output, (".toml",))
     if plot is not None:

@@ -1,4 +1,4 @@
-"""Exit codes of the commands, and the places that they write to."""
+"""Exit codes of the commands, and checks of the paths that they write to."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PICTURES = (".png", ".pdf", ".svg")
 
 
 def check_target(option: str, target: Path, suffixes: tuple[str, ...], folder: bool = False) -> None:
-    """Refuse a place that cannot be written, before anything is computed."""
+    """Refuse a path that cannot be written, before anything is computed."""
     parent = target.resolve().parent
     if target.suffix not in suffixes:
         raise InputError(str(target), option, f"the suffix {target.suffix!r}", " or ".join(suffixes))
@@ -24,7 +24,7 @@ def check_target(option: str, target: Path, suffixes: tuple[str, ...], folder: b
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder for output, or refuse it before anything is computed."""
+    """Create a folder for output, or refuse it before anything is computed."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Pictures of what recordings tell: the evidence of a finding, the performance of a site, the choice of a design."""
+"""Pictures of diagnoses: the evidence of a finding, the performance of a site, the choice of a design."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CLOSE = 0.04
-"""How much of the recording the second panel shows, s from the first strike."""
+"""Length of the part of the recording in the second panel, s from the first strike."""
 ERRORS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
-"""Level curves of the imitation's error, %."""
+"""Level curves of the error of the imitation, %."""
 FAINT = 1e-4
-"""Verdicts less probable than this are not drawn."""
+"""Probability below which a verdict is not drawn."""
 
 
 def draw_finding(finding: Finding) -> Figure:
-    """Draw what was measured against the best model, what is left, and how probable each verdict is."""
+    """Draw the recording with the best model, the residual, and the probability of each verdict."""
     from matplotlib.figure import Figure
 
     figure = Figure()
@@ -103,7 +103,7 @@ def _detection(axis: Axes, name: str, found: FaultPerformance) -> None:
 
 
 def draw_imitation(shown: xr.Dataset) -> Figure:
-    """Draw how far decks err as scales of the force, over mass and stiffness, for each frequency."""
+    """Draw the error of decks as scales of the force, over mass and stiffness, for each frequency."""
     from matplotlib.figure import Figure
 
     many = shown.sizes["frequency"]

@@ -1,4 +1,4 @@
-"""Ctrl-C at any moment: also while a kernel computes or is compiled, where Python hears of it only afterwards."""
+"""Ctrl-C at any moment, also while a kernel runs or is compiled; Python alone would react only afterwards."""
 
 from __future__ import annotations
 
@@ -14,18 +14,21 @@ from types import FrameType
 from wheeltapper.faces.exits import NOT_FINISHED
 
 GRACE = 2.0
-"""Seconds that Python has to hear of Ctrl-C by itself; then the process ends where it stands."""
+"""Time in which Python should react to Ctrl-C, s. If it does not, the process ends at once."""
 CLEARING = 20.0
-"""Seconds that a command has to end once Python has heard: what is raised may get lost, as in a callback from C."""
+"""Time in which a command should end after Python has reacted, s. An exception can get lost, for example in a callback
+from C; then the process ends."""
 COMPILERS = ("numba.", "llvmlite.")
+"""First parts of the names of the modules that compile kernels."""
 SHOW_CURSOR = "\x1b[?25h"
+"""Escape sequence that shows the cursor of a terminal again."""
 
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Raise KeyboardInterrupt at Ctrl-C; where Python does not come to it, say so and end the process with code 3.
+    """Raise KeyboardInterrupt at Ctrl-C; if Python does not react, print a line and end the process with code 3.
 
-    The signal's own handler, in C, wakes a thread. Kernels and their compiler leave that thread running.
+    The handler of the signal, in C, wakes a thread. This thread runs even during kernels and their compilation.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -34,12 +37,12 @@ def interruptible() -> Iterator[None]:
 
     def hear(number: int, frame: FrameType | None) -> None:
         heard.set()
-        if _compiles(frame):  # it has nothing to keep, and drops what is raised
+        if _compiles(frame):  # the compiler has no results to keep, and loses exceptions
             _end()
         signal.default_int_handler(number, frame)
 
     def watch() -> None:
-        while byte := reader.recv(1):  # the number of the signal; nothing when the other end is closed
+        while byte := reader.recv(1):  # the number of the signal; empty when the other end is closed
             if byte[0] == signal.SIGINT and not (heard.wait(GRACE) and left.wait(CLEARING)):
                 _end()
 
@@ -61,7 +64,7 @@ def interruptible() -> Iterator[None]:
 
 
 def _compiles(frame: FrameType | None) -> bool:
-    """Return True where a frame, or one that called it, is of the kernels' compiler."""
+    """Return True if a frame, or one of its callers, belongs to the compiler of the kernels."""
     while frame is not None:
         if str(frame.f_globals.get("__name__")).startswith(COMPILERS):
             return True

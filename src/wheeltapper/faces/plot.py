@@ -1,4 +1,4 @@
-"""One verb for pictures."""
+"""The verb `plot`: pictures of all results."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
+"""The style sheet of all figures."""
 SAMPLES = 6_000
+"""Number of points of a drawn history."""
 
 
 def plot(
@@ -41,29 +43,29 @@ def plot(
 ) -> Figure:
     """Draw a record, a chart, marks, the evolution of a rail, a finding, or a site's performance or design.
 
-    A record: path and wheel, normal force with losses shaded and impacts marked, the deck where there is one. That of
-    a wagon: normal forces of all wheels, and the car body's acceleration. A chart
-    of two varied fields: level curves of each feature, with gradient arrows and its specificity where there are
-    gradients, cells without value or trust hatched; of one field: lines; of samples: clouds.
+    A record: path and wheel, normal force with losses shaded and impacts marked, and the deck if there is one. The
+    record of a wagon: normal forces of all wheels, and the acceleration of the car body. A chart of two varied fields:
+    level curves of each feature, with arrows of the gradient and its specificity if there are gradients; cells without
+    a value or a reliable gradient are hatched. A chart of one field: lines; of samples: clouds.
 
     Parameters
     ----------
     what
-        What `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site` or `load` returned.
+        Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site` or `load`.
     path
-        Where to write the picture; None only returns it.
+        Path of the picture; None: it is only returned.
     features
-        Which of a chart's features; by default all.
+        Features of a chart that are drawn; by default all.
     border
-        What `wheeltapper.border` returned, to be drawn over a chart of the same two fields.
+        Result of `wheeltapper.border`, drawn over a chart of the same two fields.
     against, wheelset
-        For a wagon's record: another one, of a core model such as `wheeltapper.reduced` gives, to be drawn over the
+        For a wagon's record: the record of a core model, such as that of `wheeltapper.reduced`. It is drawn over the
         response of this wheelset, with the differences in peaks, intervals and times.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Not registered with pyplot: show it in a notebook, or save it.
+        The figure, which is not registered with pyplot: show it in a notebook, or save it.
     """
     import matplotlib.style
     from matplotlib.figure import Figure
@@ -134,7 +136,7 @@ def _drawn(record: Record) -> Figure:
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure, or say clearly why that cannot be."""
+    """Write a figure; refuse a path that cannot be written."""
     try:
         figure.savefig(path)
     except (OSError, ValueError) as error:

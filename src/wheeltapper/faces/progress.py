@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 PATIENCE = 2.0
-"""Seconds that work may take without a bar."""
+"""Time that work may take before a progress bar appears, s."""
 
 
 class _Bar:
-    """A bar on a console; it appears when the work has taken long, whether or not anything was told by then."""
+    """A bar on a console; it appears when the work has taken long, even if nothing was reported by then."""
 
     def __init__(self, console: Console) -> None:
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -42,7 +42,7 @@ class _Bar:
                 self._progress.start()
 
     def close(self) -> None:
-        """Take the bar from the console, or see to it that it never appears."""
+        """Remove the bar from the console, or prevent it from appearing."""
         self._timer.cancel()
         with self._lock:
             self._ended = True

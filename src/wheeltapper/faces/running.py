@@ -1,4 +1,4 @@
-"""What `run` does with a scenario, and how it tells what was found: lines, or one JSON object."""
+"""The command `run`: a scenario is simulated, and the results are printed as lines or one JSON object."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from wheeltapper.record.simulate import simulate
 
 @dataclass(frozen=True)
 class Run:
-    """A record, where it comes from, and what was said on the way."""
+    """A record, its file, and the warnings of its simulation."""
 
     file: Path
     record: Record
@@ -54,7 +54,7 @@ def told_as_lines(run: Run) -> str:
 
 
 def told_as_json(run: Run, written: dict[str, Path | None]) -> str:
-    """Return what was found, and which files were written, as one JSON object in SI units; null: no such thing."""
+    """Return the results and the written files as one JSON object in SI units; null: no such value."""
     record = run.record
     kinds = record.events.kind.values
     forces = record.peaks.normal_force.values

@@ -1,4 +1,4 @@
-"""Words for a command line that is wrong, in one line as for all other input."""
+"""Messages for a wrong command line, in one line as for all other input."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from wheeltapper.ground.errors import InputError, suggested
 
 
 def as_input_error(error: CycloptsError) -> InputError:
-    """Return what is wrong with a command line as the house says it."""
+    """Return the error of a command line in the form of this package."""
     command = " ".join(error.command_chain or ())
     match error:
         case UnknownCommandError():
@@ -49,19 +49,19 @@ def _options(arguments: Any) -> list[str]:
 
 
 def _name(argument: Any) -> str:
-    """Return an option with its dashes, and a place on the command line as the help writes it."""
+    """Return an option with its dashes, and an argument as the help writes it."""
     return str(argument.name.lstrip("-").upper() if argument.field_info.is_positional else argument.name)
 
 
 def _meaning(app: Any, argument: Any) -> str:
-    """Return what the command's docstring says of an argument."""
+    """Return the description of an argument in the command's docstring."""
     described = app.assemble_argument_collection(parse_docstring=True) if app is not None else ()
     said = next((str(other.parameter.help) for other in described if other.names == argument.names), "")
     return said[:1].lower() + said[1:].rstrip(".") if said else "a value"
 
 
 def refuse_fractions(app: Any, commands: Any, arguments: Any) -> None:
-    """Refuse numbers with a fraction where whole ones are meant, which cyclopts would round."""
+    """Refuse fractional values of whole numbers, which cyclopts would round."""
     for argument in arguments:
         if int in (argument.hint, *get_args(argument.hint)):
             for token in argument.tokens:
@@ -70,7 +70,7 @@ def refuse_fractions(app: Any, commands: Any, arguments: Any) -> None:
 
 
 def _type(hint: Any) -> tuple[str, list[str]]:
-    """Return what a type allows, and the choices where these are words."""
+    """Return the allowed values of a type, with the choices if they are words."""
     if get_origin(hint) is Literal:
         choices = [str(choice) for choice in get_args(hint)]
         return ", ".join(choices), choices

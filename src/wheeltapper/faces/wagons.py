@@ -1,4 +1,4 @@
-"""Pictures of wagons: the forces of all wheels, and one wheelset beside the core model that stands for it."""
+"""Pictures of wagons: the forces of all wheels, and one wheelset with its equivalent core model."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SAMPLES = 4_000
+"""Number of points of a drawn history."""
 STYLES = {"left": {"color": "C0"}, "right": {"color": "C1", "linestyle": "--"}}
 
 
@@ -49,7 +50,7 @@ def draw_wagon(record: WagonRecord) -> Figure:
 
 
 def draw_comparison(record: WagonRecord, other: Record, wheelset: int) -> Figure:
-    """Draw the force on one wheelset and that of a core model over each other, and how they differ."""
+    """Draw the force on one wheelset and that of a core model over each other, and their differences."""
     from matplotlib.figure import Figure
 
     if isinstance(other, WagonRecord):

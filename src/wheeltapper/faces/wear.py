@@ -1,4 +1,4 @@
-"""Pictures of marks and of rails that wear."""
+"""Pictures of marks, and of the wear of rails."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PARTS = {"elastic": "elastic", "shakedown": "shakes down", "ratcheting": "ratche
 
 
 def draw_wear(wear: xr.Dataset) -> Figure:
-    """Draw an evolution: the rail before and after, its spectrum and growth, and what the passes tell."""
+    """Draw an evolution: the rail before and after, its spectrum and growth, and the results of the passes."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 12.0))

@@ -40,7 +40,7 @@ def as_quantity(given: Any, field: str, dimension: str, *, positive: bool = True
 
 
 def as_list(given: Any, field: str, what: str) -> list[Any]:
-    """Return a list; one name stands for a list of it."""
+    """Return a list; a single name becomes a list of one."""
     if isinstance(given, str):
         return [given]
     if isinstance(given, Mapping) or not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0:
@@ -49,7 +49,7 @@ def as_list(given: Any, field: str, what: str) -> list[Any]:
 
 
 def as_names(given: Any, field: str, what: str) -> tuple[str, ...]:
-    """Return names; one name stands for a list of it."""
+    """Return names; a single name becomes a list of one."""
     names = as_list(given, field, what)
     for name in names:
         if not isinstance(name, str):
@@ -76,7 +76,7 @@ def check_function(given: Any, field: str, what: str) -> None:
 
 
 def as_table(given: Any, field: str, what: str) -> dict[str, Any]:
-    """Return values by name; of None, no values."""
+    """Return values by name; an empty table for None."""
     if given is None:
         return {}
     if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
@@ -85,7 +85,7 @@ def as_table(given: Any, field: str, what: str) -> dict[str, Any]:
 
 
 def as_quantities(given: Any, field: str, dimension: str, what: str) -> list[float]:
-    """Return one or more positive quantities in SI units; a text stands for a list of it."""
+    """Return one or more positive quantities in SI units; a single text becomes a list of one."""
     listed = as_list(given, field, what)
     try:
         found = [as_quantity(one, field, dimension) for one in listed]
@@ -124,7 +124,7 @@ def with_older(given: dict[str, Any], older: Mapping[str, Any], names: Mapping[s
 
 
 def check_choice(given: Any, field: str, allowed: Iterable[str]) -> None:
-    """Refuse what is none of the names that are allowed."""
+    """Refuse a value that is not one of the allowed names."""
     names = list(allowed)
     if not isinstance(given, str) or given not in names:
         raise InputError("", field, shown(given), suggested(str(given), names, ", ".join(map(repr, names))))

@@ -8,17 +8,17 @@ from collections.abc import Iterable
 from wheeltapper.ground.outcome import Outcome
 
 LONGEST = 80
-"""Characters of what was found that fit into a message."""
+"""Largest number of characters of a found value that a message shows."""
 
 
 def shown(value: object) -> str:
-    """Return how a value is shown in a message: on one line, and not too long."""
+    """Return a value as a message shows it: on one line, and not too long."""
     text = " ".join(line.strip() for line in repr(value).splitlines())
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
 
 
 def suggested(name: str, names: Iterable[str], listed: str | None = None) -> str:
-    """Return the names that are allowed, or `listed` as they are to be printed, with the one that was perhaps meant."""
+    """Return the allowed names (or `listed`, their text) with the one that was probably meant."""
     names = list(names)
     close = difflib.get_close_matches(name, names, n=1)
     hint = f" (did you mean {close[0]!r}?)" if close else ""
@@ -26,18 +26,18 @@ def suggested(name: str, names: Iterable[str], listed: str | None = None) -> str
 
 
 class InputError(ValueError):
-    """The input is wrong: one line that says where, what was found and what is allowed.
+    """The input is wrong. The message is one line: place, what was found, and what is allowed.
 
     Parameters
     ----------
     source
-        File, or the empty string where the input came from Python.
+        File, or "" if the input came from Python.
     field
         Dotted path of the field.
     found
-        What stands there.
+        What was found there.
     allowed
-        What may stand there.
+        What is allowed there.
     """
 
     def __init__(self, source: str, field: str, found: str, allowed: str) -> None:
@@ -54,13 +54,13 @@ class InputError(ValueError):
         return self if self.source else InputError(source, self.field, self.found, self.allowed)
 
     def within(self, field: str) -> InputError:
-        """Return the same error of a part of something, whose own field is named before."""
+        """Return the same error, with a prefix before its field."""
         path = ".".join(part for part in (field, self.field) if part)
         return InputError(self.source, path, self.found, self.allowed)
 
 
 class ComputationError(RuntimeError):
-    """A computation could not finish; `outcome` says why and what one can do."""
+    """A computation could not finish; `outcome` states the reason and a remedy."""
 
     def __init__(self, outcome: Outcome) -> None:
         self.outcome = outcome

@@ -1,4 +1,4 @@
-"""How much memory there is, so that what cannot fit is refused before it is computed."""
+"""Available memory, so that computations that cannot fit are refused before they start."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ GROUPS = (
     (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory.current")),
     (Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"), Path("/sys/fs/cgroup/memory/memory.usage_in_bytes")),
 )
-"""Limit and present use of a container's memory, as Linux states them."""
+"""Files in which Linux states the limit of a container's memory, and its present use."""
 
 
 def available() -> float:
-    """Return the bytes that can still be had; infinite where the system does not tell."""
+    """Return the available bytes; infinite if the system does not state them."""
     left = _of_machine()
     for limit, use in GROUPS:
         try:
@@ -50,18 +50,18 @@ def size(count: float) -> str:
 
 
 def check_room(field: str, found: str, needed: float, fits: str | Callable[[float], str]) -> None:
-    """Refuse what takes more memory than there is.
+    """Refuse a request that takes more memory than is available.
 
     Parameters
     ----------
     field
-        Where it was asked for.
+        Field of the request.
     found
-        What was asked for.
+        The request, for the message.
     needed
-        The bytes that it takes.
+        Bytes that the request takes.
     fits
-        What may be asked for instead; or a function that says it of the share that fits.
+        What is possible instead, or a function that returns it for the share of the request that fits.
     """
     there = available()
     if needed > there:

@@ -1,4 +1,4 @@
-"""What the user should know of a computation: sentences, and which of them have one cause."""
+"""Notes for the user of a computation: sentences, grouped by cause."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 
 class Note(str):
-    """A sentence for the user; of those with one cause, the severest speaks for all.
+    """A sentence for the user; of several with the same cause only the most severe is shown.
 
     Parameters
     ----------
     text
         The sentence, numbers included.
     cause
-        What it is about; by default the sentence itself.
+        Cause of the note; by default the sentence itself.
     severity
         How bad it is, among notes of this cause.
     doubtful
@@ -44,14 +44,14 @@ def few(places: Sequence[float]) -> str:
 
 @dataclass(frozen=True)
 class Shared:
-    """A note that holds, like others of its cause, in some of many cells.
+    """A note that holds in some of many cells, for all notes of its cause.
 
     Attributes
     ----------
     note
-        The severest.
+        The most severe note.
     cells
-        In how many cells the cause is met.
+        Number of cells with this cause.
     """
 
     note: Note
@@ -65,7 +65,7 @@ class Shared:
 
 
 def shared(notes: Iterable[Shared]) -> tuple[Shared, ...]:
-    """Return one note for each cause: the severest, the first of equals, for the cells of all."""
+    """Return one note for each cause: the most severe (the first of equals), with the number of cells of all."""
     by_cause: dict[str, Shared] = {}
     for one in notes:
         held = by_cause.setdefault(one.note.cause, Shared(one.note, 0))

@@ -1,4 +1,4 @@
-"""How a computation ended: each outcome is a sentence and a remedy."""
+"""Outcomes of a computation: each has a sentence and a remedy."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Outcome(Enum):
-    """The end of a simulation; `sentence` says what happened, `remedy` what one can do."""
+    """Outcome of a simulation: `sentence` states what happened, `remedy` what the user can do."""
 
     COMPLETED = ("the run reached its end", "")
     EVENT_LIMIT = (
@@ -47,5 +47,5 @@ class Outcome(Enum):
 
     @property
     def remedy(self) -> str:
-        """What one can do; empty where nothing is wrong."""
+        """What the user can do; empty if nothing is wrong."""
         return str(self.value[1])

@@ -1,4 +1,4 @@
-"""How far a long computation is: it reports, and whoever shows it listens. Without a listener nothing is shown."""
+"""Progress of long computations: they report, and a listener shows it. Without a listener nothing is shown."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ bar: Callable[[], AbstractContextManager[None]] | None = None
 
 @contextmanager
 def reporting(report: Report, say: Say = _print) -> Iterator[None]:
-    """Call `report` and `say` with what the work inside this context tells; the innermost context listens.
+    """Call `report` and `say` for the reports of the work inside this context; the innermost context listens.
 
     Parameters
     ----------
     report
-        Called with what is being done ("lowering the irregularity", "marching"), how much of it is done and how much
-        there is to do, in units of their own (metres, seconds, pieces); a total of 0 where nobody knows. It comes as
-        often as the work goes round. What it raises ends the work: so it may also stop it.
+        Called with the name of the work ("lowering the irregularity", "marching"), the amount that is done, and the
+        total, in any unit (metres, seconds, pieces). The total is 0 if it is unknown. It is called often. An exception
+        that it raises stops the work.
     say
-        Called with a line for the user, such as that kernels are compiled; by default it is printed to stderr.
+        Called with a line for the user, for example that kernels are compiled; by default the line goes to stderr.
 
     Notes
     -----
@@ -109,7 +109,7 @@ def _unheard(what: str, done: float, total: float) -> None:
 
 
 def report(what: str, done: float, total: float) -> None:
-    """Tell how much of something is done; `total` 0 where nobody knows how much there is."""
+    """Report the amount of work that is done; `total` is 0 if it is unknown."""
     listener = _listener.get()
     if listener is not None:
         listener.report(what, done, total)
@@ -141,7 +141,7 @@ def part(before: int, total: int) -> Iterator[None]:
 
 
 def say(line: str) -> None:
-    """Give the user a line at once: to whoever listens, else to stderr."""
+    """Show the user a line at once: by the listener, else on stderr."""
     listener = _listener.get()
     (listener.say if listener is not None else _print)(line)
 

@@ -1,4 +1,4 @@
-"""Quantities: "0.1 mm" to SI. Own table of common units; pint only for the rest, because it costs half a second."""
+"""Quantities: "0.1 mm" to SI. Common units are in a table here; pint serves the rest, since it loads slowly."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from wheeltapper.ground.errors import InputError, shown
 
 STANDARD_GRAVITY = 9.80665
-"""m/s²."""
+"""Standard acceleration of gravity, m/s²; the unit g."""
 
 PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 
@@ -49,12 +49,14 @@ UNITS: dict[str, dict[str, float]] = {
     "frequency": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
     "acceleration noise density": {"m/s^2/sqrt(Hz)": 1.0, "ug/sqrt(Hz)": 9.80665e-6, "µg/√Hz": 9.80665e-6},
 }
+"""For each dimension, units that are known without pint, and their size in SI."""
 PINT = {
     "length": "m", "mass": "kg", "force": "N", "stiffness": "N/m", "damping": "N*s/m", "speed": "m/s", "time": "s",
     "pressure": "Pa", "Hertz constant": "N/m**1.5", "acceleration": "m/s**2", "angle": "rad", "curvature": "1/m",
     "time per length": "s/m", "moment of inertia": "kg*m**2", "angular stiffness": "N*m/rad", "number": "",
     "frequency": "Hz", "acceleration noise density": "m/s**2/Hz**0.5",
 }  # fmt: skip
+"""The SI unit of each dimension, as pint spells it."""
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
 
@@ -64,8 +66,8 @@ def to_si(value: object, dimension: str, field: str = "") -> float:
     Parameters
     ----------
     value
-        A number (taken as SI), a string with a unit, "0.1 mm", or a quantity of a package for units such as pint:
-        whatever has a `magnitude` and converts itself by `to`.
+        A number (in SI units), a string with a unit such as "0.1 mm", or a quantity of a package such as pint: any
+        object with a `magnitude` and a method `to`.
     dimension
         A key of `UNITS`.
     field
@@ -112,7 +114,7 @@ def _from_text(text: str, dimension: str, field: str) -> float:
 
     try:
         quantity = pint.UnitRegistry().Quantity(float(match[1]), unit)
-    except Exception as error:  # of pint, of Python's tokenizer, and whatever else an odd text meets there
+    except Exception as error:  # errors of pint, of Python's tokenizer, and others that an odd text causes
         raise InputError(
             "", field, f"{shown(text)}, whose unit is not one of {dimension}", _allowed(dimension)
         ) from error

@@ -1,8 +1,8 @@
-"""How the pieces of a table bend when a field of the scenario changes: tangent paths on the same pieces.
+"""Derivatives of the pieces of a table with respect to a field of the scenario, on the same pieces.
 
-At a fixed place of the wheel the path's derivative is that of the profile at the point of contact (the envelope
-theorem), so that no lowering is ever differenced, only the laws' own values at the nodes of each piece. Kinks move so
-that both sides still meet.
+At a fixed place of the wheel the derivative of the path is that of the profile at the point of contact (the envelope
+theorem). Difference quotients are therefore taken of the heights of the irregularities only, at the nodes of each
+piece, and never of a whole lowering. Kinks move so that both sides still meet.
 """
 
 from __future__ import annotations
@@ -29,11 +29,12 @@ from wheeltapper.march import program as contract
 
 FloatArray = NDArray[np.float64]
 STEP = 2e-4
-"""Relative step of the differences, small enough for hundreds of waves."""
+"""Relative step of difference quotients with respect to a field of an irregularity. It is small enough for paths with
+hundreds of waves, whose phase changes with the number of waves."""
 
 
 class Courses:
-    """The courses of a scenario (`base` where they are at hand), as they change with one field."""
+    """The courses of a scenario (`base`, if they exist already) and of neighbours that differ in one field."""
 
     def __init__(self, scenario: Scenario, path: str, base: list[Course] | None = None) -> None:
         held = float(Fields(scenario)(path))
@@ -51,7 +52,7 @@ class Courses:
         self._place = {id(s): (i, j) for i, course in enumerate(self.base) for j, s in enumerate(course.stretches)}
 
     def moved(self, placed: Placed, k: int) -> Placed:
-        """Return a stretch as it is k steps away."""
+        """Return a stretch of the scenario that is k steps away."""
         i, j = self._place[id(placed.stretch)]
         period, near = self.base[i].period, self._near[k][i]
         turns = round(placed.shift / period) if period else 0
@@ -60,7 +61,7 @@ class Courses:
         return Placed(stretch, shift, stretch.start + shift, stretch.end + shift)
 
     def difference(self, of: Callable[[int], Any]) -> Any:
-        """Return the derivative of something that is known some steps away."""
+        """Return the derivative of a function that is given at some steps."""
         return sum(weight * (of(k) - of(-k)) for k, weight in WEIGHTS.items()) / self.step
 
     def tangent(self, present: list[Placed], which: str, x: FloatArray) -> FloatArray:
@@ -76,7 +77,7 @@ class Courses:
         return bool(self._near[1][i] != self.base[i])
 
     def border(self, present: list[Placed], x: float) -> float:
-        """Return how the border at x, at which one of these stretches begins, moves."""
+        """Return the derivative of the border at x, at which one of these stretches begins."""
         for p in present:
             if isfinite(p.stretch.start) and abs(p.stretch.start + p.shift - x) < 1e-9 * (1.0 + abs(x)):
                 return self._start(p)
@@ -86,7 +87,7 @@ class Courses:
         return float(self.difference(lambda k: self.moved(placed, k).start))
 
     def period(self) -> float:
-        """Return how the period of the only repeating course changes."""
+        """Return the derivative of the period of the only repeating course."""
         i = next(i for i, course in enumerate(self.base) if course.period is not None)
         return float(self.difference(lambda k: self._near[k][i].period))
 
@@ -102,14 +103,14 @@ def _moved(value: Any, rest: list[str], new: float) -> Any:
 
 
 def _nodes(rows: FloatArray) -> FloatArray:
-    """Return (rows, nodes): where the tangent of each piece is taken."""
+    """Return (rows, nodes): the places at which the tangent of each piece is computed."""
     start = rows[:, contract.START]
     stop = np.where(np.isfinite(rows[:, contract.STOP]), rows[:, contract.STOP], start + 1e-3)
     return 0.5 * (start + stop)[:, None] + 0.5 * (stop - start)[:, None] * LOBATTO
 
 
 def _written(rows: FloatArray, nodes: FloatArray, values: FloatArray, source: int, out: FloatArray) -> None:
-    """Write polynomials through the nodes, in each row's own variable."""
+    """Write polynomials through the nodes, in the variable of each row."""
     ends = nodes[:, [-1, 0]]
     middle, half = ends.mean(axis=1), 0.5 * (ends[:, 1] - ends[:, 0])
     coefficients = values @ FROM_LOBATTO.T
@@ -133,11 +134,11 @@ def bend(scenario: Scenario, path: str, table: Table) -> FloatArray:
     Parameters
     ----------
     scenario
-        To which the table belongs.
+        The scenario of the table.
     path
-        Of the field.
+        Path of the field.
     table
-        Of its path.
+        Table of the path of the wheel.
     """
     rolled = table.origin
     changing = Courses(scenario, path, rolled.all if rolled else None)
@@ -184,7 +185,7 @@ def _bend_point(
 
 
 def _bend_wave(changing: Courses, row: FloatArray, present: list[Placed], out: FloatArray) -> None:
-    """Write how an exact wave changes: its offset, amplitudes and wavenumber, about a centre that stays."""
+    """Write the derivatives of an exact wave: offset, amplitudes and wavenumber, about a fixed centre."""
     columns = [contract.COEFFICIENT, contract.SINE, contract.COSINE, contract.WAVENUMBER]
 
     def moved(k: int) -> FloatArray:
@@ -242,7 +243,7 @@ def _bend_circle(
 def _corner_tangent(
     changing: Courses, profile: Any, present: list[list[Placed]], corner: int, x: FloatArray
 ) -> FloatArray:
-    """Return the derivative of the path while the wheel rolls about a corner that may move."""
+    """Return the derivative of the path of a wheel that rolls about a corner, which may move."""
     held = profile.corners[corner]
     left, right = present[corner], present[corner + 1]
     at = np.array([held.position])
@@ -256,7 +257,7 @@ def _factor_tangent(
     changing: Courses, profile: Any, present: list[Placed], cell: int, s: FloatArray, x: FloatArray,
     factor_slopes: FactorSlopes, path: str,
 ) -> FloatArray:  # fmt: skip
-    """Return the derivative of the factor at a fixed place of the wheel: the point of contact wanders."""
+    """Return the derivative of the factor at a fixed place of the wheel, whose point of contact moves."""
     u = s - x
     root = np.sqrt(profile.radius**2 - u**2)
     curvature = profile.cells[cell].curvature(s)
@@ -271,7 +272,7 @@ def _factor_tangent(
 
 
 def _move_kinks(rows: FloatArray, out: FloatArray) -> None:
-    """Set how kinks move, such that the paths on both sides still meet there, and close the pieces' borders."""
+    """Set the derivatives of the kinks, at which both sides still meet, and close the borders of the pieces."""
     for i in np.flatnonzero(rows[:, contract.JOIN] == contract.KINK):
         if i == 0:
             continue

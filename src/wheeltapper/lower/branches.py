@@ -1,8 +1,8 @@
-"""Branches of contact: on each, the point of contact moves steadily as the wheel moves on.
+"""Branches of contact: on each of them the point of contact moves continuously with the wheel.
 
-A circle that touches the profile at s has its centre above x0 = s - R·p'/sqrt(1 + p'²). Where x0 rises with s the
-contact is a (local) highest one; where it falls it is a lowest one and never the contact. A corner that juts out is a
-branch of its own: an arc. The path is the upper envelope of all branches.
+A circle that touches the profile at s has its centre above x0 = s - R·p'/sqrt(1 + p'²). Where x0 rises with s, the
+height of the circle is a local maximum. Where it falls, the height is a minimum, and s is never the point of contact. A
+convex corner is a further branch: an arc. The path is the upper envelope of all branches.
 
     sample x0(s) in every smooth cell, cut it at its folds       -> branches
     where several branches lie above each other, sample their heights and keep the highest     -> runs
@@ -23,10 +23,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 FINEST = 2.5e-4
-"""Spacing in m of the samples of a profile of unknown smoothness."""
+"""Largest spacing of the samples of a profile whose smoothness is unknown, m."""
 MOST_SAMPLES = 8_000_000
+"""Largest number of samples of a profile; the spacing grows if more were needed."""
 HALVINGS = 26
-"""Of the interval in which a fold lies: the wheel's place there hardly changes with the point of contact."""
+"""Number of bisections that find a fold, where the place of the wheel as a function of the point of contact has an
+extremum. There the place hardly changes with the point of contact, so that half the digits suffice."""
 MARGIN = 1.2
 """How much farther than the window a branch is followed."""
 TRIED = np.array([0.0, 0.2317, 0.5161, 0.8079, 1.0])
@@ -43,7 +45,7 @@ SMOOTHER = 'longer waves, a shorter run, or rolling = "point"'
 
 @dataclass(frozen=True)
 class Branch:
-    """Samples of the wheel's place x and of the point of contact s, both rising; about a corner s is the corner."""
+    """Samples of the wheel's place x and of the point of contact s, both rising; on an arc s is the corner."""
 
     cell: int  # -1 for a corner
     corner: int  # -1 for a cell
@@ -53,10 +55,10 @@ class Branch:
 
 @dataclass
 class Run:
-    """A stretch of the path on one branch."""
+    """A part of the path that lies on one branch."""
 
     branch: int
-    first: float  # the first and the last sample that this branch won
+    first: float  # the first and the last sample at which this branch is the highest
     last: float
     start: float = -np.inf
     end: float = np.inf
@@ -147,7 +149,7 @@ def _resolved(profile: Profile, s: FloatArray, cell: IntArray, window: float) ->
 
 def find(profile: Profile, window: float) -> list[Branch]:
     """Return all branches of a profile."""
-    bent = [i for i, cell in enumerate(profile.cells) if cell.chord != profile.radius]  # a chord is touched all at once
+    bent = [i for i, cell in enumerate(profile.cells) if cell.chord != profile.radius]  # else touched all at once
     each = [_cell_samples(profile, index, window) for index in bent]
     s, cell = _resolved(profile, np.concatenate(each), np.repeat(bent, [len(samples) for samples in each]), window)
     s, cell, rising = _with_folds(profile, s, cell)
@@ -184,7 +186,7 @@ class Envelope:
         self.runs = self._won(self._grid(window))
 
     def contact(self, x: FloatArray, owner: IntArray) -> FloatArray:
-        """Return the point of contact for each place of the wheel on the given branch, else the branch's nearer end."""
+        """Return the contact for each place of the wheel on the given branch; beyond it, the branch's nearer end."""
         s, lo, hi = np.empty_like(x), np.empty_like(x), np.empty_like(x)
         contact_points.bracket(self._x, self._s, self._first, owner, x, s, lo, hi)
         bent = np.flatnonzero((self.corners[owner] < 0) & ~self._flat[owner])
@@ -193,7 +195,7 @@ class Envelope:
         return s
 
     def height(self, x: FloatArray, s: FloatArray, owner: IntArray) -> FloatArray:
-        """Return the height of the wheel's centre (its radius subtracted) at x when it touches at s."""
+        """Return the height of the wheel's centre, less its radius, at x if it touches at s."""
         out = self.profile.drop(s - x)
         corner = self.corners[owner]
         smooth = np.flatnonzero(corner < 0)

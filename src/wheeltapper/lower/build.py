@@ -1,4 +1,4 @@
-"""From a scenario to a program: the one place where units and names are stripped, and where they are kept to return."""
+"""From a scenario to a program: here units and names are removed, and kept for the results."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ FloatArray = NDArray[np.float64]
 
 
 SHARP_DIP = "sharp dip"
-"""Cause of the note on a hollow that no wheel can follow."""
+"""Cause of the note on a dip that is more curved than the wheel, so that the wheel bridges it."""
 
 
 @dataclass(frozen=True)
 class Lowered:
-    """A program with what turns its numbers back into SI units.
+    """A program, with the units that convert its numbers to SI.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Lowered:
     table
         The path of the wheel's centre.
     notes
-        What the user should know about this lowering: contact at two points, edges, warnings with numbers.
+        Notes on this lowering for the user: contact at two points, edges, warnings with numbers.
     """
 
     program: Program
@@ -122,7 +122,7 @@ def curvatures(courses: list[Course], end: float) -> tuple[tuple[float, float], 
 
 
 def sharp_dip(curvature: float, x: float, radius: float) -> list[Note]:
-    """Return a warning where the irregularity is more sharply hollow than the wheel is round."""
+    """Return a warning if the irregularity is concave with a smaller radius than that of the wheel."""
     if curvature * radius <= 1.0:
         return []
     text = (
@@ -138,11 +138,11 @@ def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[N
     Parameters
     ----------
     scenario
-        What to simulate.
+        The scenario.
     method
         "default" or "strict".
     path
-        What `table_of` returned for the scenario, where that is known already.
+        Result of `table_of` for the scenario, if it is known already.
     """
     needs, chosen = scenario.needs, METHODS[method]
     table, notes = path or table_of(scenario, float(scenario.speed * scenario.duration), chosen)

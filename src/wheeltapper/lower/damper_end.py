@@ -1,4 +1,4 @@
-"""A damper with an end of its own, as numbers for the kernels: free play, a bush in series, or both."""
+"""A damper whose end can move, as numbers for the kernels: free play, a bush in series, or both."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 
 def program_with_end(vehicle: Wheelset, program: Program, units: Units) -> Program:
-    """Return the program with the wheelset's damper taken out of the numbers and written down on its own.
+    """Return the program with the damper of the wheelset as a separate array instead of a number.
 
     Parameters
     ----------
     vehicle
-        Whose damper has play or a bush.
+        A wheelset whose damper has play or a bush.
     program, units
-        With the damper as a plain one, and its units.
+        The program with a plain damper, and its units.
     """
     length, time = units.length.item(), units.time.item()
     damper = np.zeros(contract.DAMPER_ENTRIES)

@@ -28,12 +28,13 @@ FloatArray = NDArray[np.float64]
 Contact = Hertz | Linear | ElasticPlastic
 FactorSlopes = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 KNOWN, INTERPOLANT = 12.0, 48
-"""Logarithm of the curvatures' ratio up to which an interpolant of that degree is nearer than 1e-9."""
+"""Up to this logarithm of the ratio of the two curvatures an interpolant is used; beyond it the equation is solved. The
+interpolant is a Chebyshev polynomial of degree INTERPOLANT, exact to 1e-9."""
 
 
 def _integrals(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return K, E and D = (K - E)/e² for p = 1 - e² = (b/a)²; D by its own series near the circle."""
-    from scipy.special import ellipe, ellipkm1  # here, because a given constant needs none of it
+    """Return K, E and D = (K - E)/e² for p = 1 - e² = (b/a)²; near the circle D comes from its series."""
+    from scipy.special import ellipe, ellipkm1  # imported here, because a given constant does not need it
 
     e2 = np.asarray(1.0 - p)
     k, e = ellipkm1(p), ellipe(e2)
@@ -56,7 +57,7 @@ def _ratio(p: FloatArray) -> FloatArray:
 
 
 def _solved(target: FloatArray) -> FloatArray:
-    """Return ln (b/a)² for the logarithm of a ratio of curvatures, by Newton's method from far away."""
+    """Return ln (b/a)² for the logarithm of a ratio of curvatures, by Newton's method."""
     lo, hi = np.full_like(target, -40.0), np.zeros_like(target)
     z = np.clip(-4.0 / 3.0 * target, -39.0, 0.0)  # z = ln p; near the circle and far from it b/a ~ ratio^(-2/3)
     for _ in range(100):
@@ -111,7 +112,7 @@ def contact_constant(
     wheel_radius, rail_radius
         Rolling radius of the wheel and transverse radius of the rail's crown, m.
     youngs_modulus, poisson
-        Of both bodies.
+        Elastic constants of both bodies.
     rail_curvature
         κ along the rail, 1/m, positive on a crest; an array gives an array.
 
@@ -148,7 +149,7 @@ def semi_axes(along: FloatArray, across: FloatArray, youngs_modulus: float, pois
     along, across
         A and B of the gap A·x² + B·y², 1/m.
     youngs_modulus, poisson
-        Of both bodies.
+        Elastic constants of both bodies.
     """
     small, large = np.minimum(along, across), np.maximum(along, across)
     p = axis_ratio_squared(large / small)
@@ -165,7 +166,7 @@ def _per_wheel(contact: Hertz, vehicle: Wheelset, kappa: FloatArray) -> FloatArr
 
 
 def factor_function(contact: Contact, vehicle: Wheelset) -> Callable[[FloatArray], FloatArray] | None:
-    """Return C/C(smooth) as a function of the profile's second derivative (1/m), or None where C stays constant."""
+    """Return C/C(smooth) as a function of the profile's second derivative (1/m), or None if C is constant."""
     if not isinstance(contact, Hertz) or not contact.follows_curvature:
         return None
     smooth = _per_wheel(contact, vehicle, np.zeros(1))[0]
@@ -177,7 +178,7 @@ def factor_function(contact: Contact, vehicle: Wheelset) -> Callable[[FloatArray
 
 
 def factor_slopes(contact: Contact, vehicle: Wheelset, path: str) -> FactorSlopes | None:
-    """Return the derivatives of the factor by the profile's second derivative and by a field; None without a factor."""
+    """Return the derivatives of the factor over the profile's second derivative and over a field; None without one."""
     if factor_function(contact, vehicle) is None:
         return None
 

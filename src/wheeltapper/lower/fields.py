@@ -1,4 +1,4 @@
-"""The numbers of a scenario by their paths, some of them arrays: one entry per cell."""
+"""The numbers of a scenario by their paths. Some of them may be arrays with one entry per cell."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Fields:
-    """A scenario in which some fields hold one number per cell (complex ones carry a derivative)."""
+    """A scenario in which some fields have one number per cell; the imaginary parts of complex ones are derivatives."""
 
     def __init__(self, scenario: Scenario, changed: Mapping[str, NDArray[Any]] | None = None) -> None:
         self.scenario = scenario

@@ -1,4 +1,4 @@
-"""First derivatives through functions that take real numbers only."""
+"""First derivatives of functions that take real numbers only."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 STEP = 2e-3
+"""Step of the central differences, relative to the argument."""
 WEIGHTS = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
-"""Central differences of sixth order."""
+"""Weights of the central differences of sixth order, by the distance in steps."""
 
 
 def first_order(function: Callable[..., NDArray[Any]], *arguments: Any) -> NDArray[Any]:
     """Return f(a + i·ε·b) = f(a) + i·ε·f'(a)·b of a smooth real function, element by element.
 
-    Real arguments go straight through. The derivative comes from central differences of sixth order along b, with
-    steps of some thousandths of a; so no argument with a derivative may be zero.
+    For real arguments the function is simply called. The derivative is a central difference of sixth order along b,
+    with steps of some thousandths of a. Therefore no argument with a derivative may be zero.
     """
     values = [np.asarray(a) for a in arguments]
     if not any(np.iscomplexobj(a) for a in values):

@@ -17,10 +17,14 @@ IntArray = NDArray[np.int64]
 Function = Callable[[FloatArray], FloatArray]
 
 DEGREE = 8
+"""Degree of the polynomials."""
 INNER = np.cos(np.pi * (2 * np.arange(5) + 1) / 10)
+"""Inner places, on [-1, 1], at which a polynomial equals the function. Its values and slopes at both ends equal the
+function's, too."""
 CHECK = np.cos(np.pi * np.arange(1, 12) / 12) * 0.99
+"""Places, on [-1, 1], at which the error of a polynomial is measured."""
 NARROWEST = 1e-8
-"""Half-width in m below which a piece is not cut further: nothing that a wheel could feel lies inside."""
+"""Half-width of an interval, m, below which it is not cut further: no wheel is affected by what lies inside."""
 
 
 def _conditions() -> FloatArray:
@@ -34,22 +38,26 @@ def _conditions() -> FloatArray:
 
 TO_MONOMIALS = np.linalg.inv(_conditions())
 NODES = np.concatenate([[-1.0, 1.0], INNER, CHECK])
-"""Where a piece is sampled: its ends, inside, and where it is checked."""
+"""Places, on [-1, 1], at which a function is sampled: the ends, the inner places, and those of the check."""
 LOBATTO = np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
+"""Chebyshev's extreme places, on [-1, 1], for functions without slopes at the ends."""
 FROM_LOBATTO = np.linalg.inv(LOBATTO[:, None] ** np.arange(DEGREE + 1))
 ROUNDING = 16.0
-"""Times the allowed error: rounding, which is only estimated, does not reach farther."""
+"""Ratio of an error to the allowed one up to which it may be rounding. Rounding is only estimated, and does not exceed
+its estimate by more."""
 CHUNK = 20_000
-"""Intervals that are fitted at once: bounds the memory."""
+"""Number of intervals that are fitted together, which bounds the memory."""
 MOST_PIECES = 100_000
-"""What needs more pieces than this, and than ten for each interval, is not smooth (or a run is far too long)."""
+"""Largest number of pieces, or ten per interval if that is more. A function that needs more is not smooth, or the run
+is far too long."""
 AT_ONCE = 63
-"""So many pieces of few intervals are fitted ahead, should they be needed: a call costs more than they do."""
+"""If few intervals are left, their halves and quarters are fitted in advance, up to this number of pieces. A call costs
+more than that many pieces."""
 
 
 @dataclass(frozen=True)
 class Sampled:
-    """A function at some places: values, slopes where neighbours must meet in slope, and their scatter."""
+    """A function at some places: values, slopes (if neighbours must meet in slope), and scatter of the values."""
 
     values: FloatArray
     slopes: FloatArray | None = None
@@ -58,7 +66,7 @@ class Sampled:
 
 @dataclass(frozen=True)
 class Factor:
-    """The factor on the contact force as a function of the profile's curvature, and the noise of that, both 1/m."""
+    """The factor on the contact force as a function of the profile's curvature, and the noise of the curvature, 1/m."""
 
     of: Function
     noise: float
@@ -70,12 +78,12 @@ class Factor:
 
 
 Sample = Callable[[FloatArray, IntArray], list[Sampled]]
-"""From places and the owner of each to the functions to fit."""
+"""A function from places, and the owner of each place, to the sampled functions that are fitted."""
 
 
 def _noise(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
-    """Return what rounding of x and of the value alone does to the value: no fit can be better."""
-    half = np.maximum(0.5 * (right - left), 1e-300)  # halves of a dot have no width
+    """Return the error of a value from rounding of x and of the value itself; no fit can be better."""
+    half = np.maximum(0.5 * (right - left), 1e-300)  # an interval without width has halves without width
     rise = (np.abs(coefficients) * np.arange(DEGREE + 1)).sum(axis=1) / half
     place = np.maximum(np.abs(left), np.abs(right))
     return np.asarray(4e-16 * (place * rise + np.abs(coefficients).sum(axis=1)))
@@ -84,27 +92,27 @@ def _noise(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> Flo
 def _fitted(
     sample: Sample, left: FloatArray, right: FloatArray, owner: IntArray, tolerances: list[float], before: FloatArray
 ) -> tuple[list[FloatArray], IntArray, FloatArray]:
-    """Return the monomial coefficients of each function on each interval, into how many it is to be cut, and its error.
+    """Return coefficients of each function on each interval, the number of parts to cut it into, and its error.
 
-    One where all are good enough, else a power of two that is likely not to be too large. Errors count in those that
-    are allowed; where one is hardly smaller than that of a wider interval, `before`, rounding is left, which no cut
-    mends: a smooth function's would be hundreds of times smaller.
+    The number is one if all functions are accurate enough. Otherwise it is a power of two that is probably not too
+    large. Errors are relative to the allowed ones. If an error is hardly smaller than that of a wider interval,
+    `before`, it is rounding, and cutting does not help: that of a smooth function would be hundreds of times smaller.
     """
     middle, half = 0.5 * (left + right)[:, None], 0.5 * (right - left)[:, None]
     places = middle + half * (NODES if len(tolerances) == 1 else np.concatenate([NODES, LOBATTO]))
-    places[:, 0], places[:, 1] = left, right  # exactly: neighbours share their ends
+    places[:, 0], places[:, 1] = left, right  # exactly, because neighbours share their ends
     found = sample(places.ravel(), np.repeat(owner, places.shape[1]))
     rows, excess = [], np.zeros(len(left))
     for one, tolerance in zip(found, tolerances, strict=True):
         level = one.values.reshape(places.shape)[:, :1]
-        table = one.values.reshape(places.shape) - level  # else a high level's rounding drowns what bends
+        table = one.values.reshape(places.shape) - level  # otherwise rounding of the level hides the variation
         if one.slopes is None:
             coefficients = table[:, len(NODES) :] @ FROM_LOBATTO.T
         else:
             ends = one.slopes.reshape(places.shape)[:, :2] * half
             inner = slice(2, 2 + len(INNER))
             coefficients = np.concatenate([table[:, :2], ends, table[:, inner]], axis=1) @ TO_MONOMIALS.T
-            dot = half[:, 0] <= 1e-15 * np.abs(middle[:, 0])  # no more than rounding: its values tell no slope
+            dot = half[:, 0] <= 1e-15 * np.abs(middle[:, 0])  # too short to show a slope
             coefficients[dot] = 0.0
             coefficients[dot, 0], coefficients[dot, 1] = table[dot, :2].mean(axis=1), ends[dot].mean(axis=1)
         checked = table[:, 2 + len(INNER) : len(NODES)]
@@ -120,7 +128,7 @@ def _fitted(
 
 
 def _cut(ends: FloatArray, parts: IntArray) -> FloatArray:
-    """Return each interval cut into so many equal parts, which share their ends."""
+    """Return each interval cut into `parts` equal parts, which share their ends."""
     owner = np.repeat(np.arange(len(ends)), parts)
     number = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
     width = np.diff(ends, axis=1)[owner, 0] / parts[owner]
@@ -132,16 +140,16 @@ def _cut(ends: FloatArray, parts: IntArray) -> FloatArray:
 def fit(
     sample: Sample, intervals: FloatArray, owner: IntArray, tolerances: list[float]
 ) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
-    """Fit several smooth functions with common pieces; neighbours meet in value, and in slope where one is given.
+    """Fit several smooth functions with common pieces; neighbours meet in value, and in slope if slopes are given.
 
     Parameters
     ----------
     sample
         The functions.
     intervals
-        (n, 2) left and right ends, inside which everything is smooth.
+        (n, 2) left and right ends; all functions are smooth between them.
     owner
-        (n,) handed on to `sample` with every place of an interval.
+        (n,) owner of each interval, passed to `sample` with every place in it.
     tolerances
         Largest allowed deviation of each function. A second one has no slope.
 
@@ -189,7 +197,7 @@ def fit(
 
 @lru_cache
 def _fractions(levels: int) -> tuple[FloatArray, FloatArray]:
-    """Return where the whole, its halves, their halves and so on begin and end."""
+    """Return the ends of an interval, of its halves, of their halves and so on."""
     first = [np.arange(2**level) / 2**level for level in range(levels)]
     last = [np.arange(1, 2**level + 1) / 2**level for level in range(levels)]
     return np.concatenate(first), np.concatenate(last)
@@ -205,7 +213,7 @@ def _halved(ends: FloatArray, levels: int) -> FloatArray:
 
 
 def _chosen(parts: IntArray, levels: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return, from the number of parts into which each piece is to be cut, which are good and which are cut further."""
+    """Return which pieces are good and which are cut further, from the number of parts for each piece."""
     chosen = np.zeros(parts.shape, dtype=bool)
     chosen[:, 0] = True
     known = [slice(2**level - 1, 2 ** (level + 1) - 1) for level in range(levels)]

@@ -1,16 +1,17 @@
-"""Where a wheel touches its rail, and how it is curved there, for every lateral shift: smooth functions of one number.
+"""The place and the curvature of the contact of wheel and rail as smooth functions of the lateral shift.
 
-Lengths in m; positions s and shifts u of one side count outwards from the track's middle. Between the two profiles is
-the gap G(s; u). The wheel rests where the gap is smallest, and jumps from place to place there as it shifts. Elastic
-wheels do not: what touches is what lies within a few micrometres. So places are weighted with exp(-G/ε),
+Lengths in m; positions s and shifts u of one side count outwards from the track's middle. The gap between the two
+profiles is G(s; u). A rigid wheel touches at the smallest gap; as it shifts, this place jumps. An elastic wheel touches
+everywhere within a few micrometres, and its place of contact does not jump. Therefore places are weighted with
+exp(-G/ε),
 
     h = ε·ln ∫exp(-G/ε) ds    s = ⟨s⟩    r = R + ⟨wheel's profile⟩    curvature B = ε/(2·variance of s)
 
-with a smoothing length ε of the order of the indentation (5 µm reproduces an elastic program at 10 kN). h is the height
-to which the shift lifts the wheel, zero at u = 0.
+with a smoothing length ε of the order of the indentation; 5 µm reproduces the results of an elastic program at 10 kN. h
+is the height by which the shift lifts the wheel, zero at u = 0.
 
-A wheel may also touch with its flange, beside its tread. The flange begins where the wheel's profile is steeper than 45
-degrees; each of both surfaces has tables of its own.
+A wheel may touch with its tread and with its flange. The flange begins where the wheel's profile is steeper than 45
+degrees. Each of the two surfaces has separate tables.
 
 See docs/theory/wagon.rst, section 7.2.
 """
@@ -32,13 +33,16 @@ FloatArray = NDArray[np.float64]
 Shape = Callable[[FloatArray], FloatArray]
 """A profile: from lateral positions to heights, both in mm; NaN beyond its ends."""
 GAUGE_DEPTH = 0.014
-"""The gauge is measured so far below the running surface."""
+"""Depth below the running surface at which the gauge is measured, m."""
 FINENESS = 1e-5
+"""Spacing of the lateral positions over which the gap is integrated, m."""
 FAR = 1.0
+"""Height, m, that stands for "no profile here": a gap that never closes."""
 ROUNDING = 1e-9
-"""By so much, m, a shift may lie beyond the tables."""
+"""Distance, m, by which a shift may lie beyond the tables and still counts as within them."""
 SHARPEST = 1e4
-"""A curvature, 1/m, beyond which what touches is the edge of a part of the profile."""
+"""Largest curvature of a contact, 1/m. Beyond it the wheel touches an edge of its profile and not a smooth part of
+it."""
 
 
 @dataclass(frozen=True)
@@ -48,15 +52,15 @@ class Geometry:
     Attributes
     ----------
     shift
-        u: by how much the wheel lies outwards of its central place, m.
+        u: displacement of the wheel outwards from its central position, m.
     lift
         h, m.
     place
         s, m from the track's middle.
     radius
-        r, m: of the rolling wheel where it touches.
+        r: rolling radius of the wheel at the contact, m.
     curvature
-        B of the gap across the rail, 1/m: the gap opens as B·(s' - s)².
+        B: curvature of the gap across the rail, 1/m; the gap opens as B·(s' - s)².
     """
 
     shift: FloatArray
@@ -66,12 +70,12 @@ class Geometry:
     curvature: FloatArray
 
     def at(self, name: str, shift: float) -> float:
-        """Return one of the tables between its nodes.
+        """Return one of the tables, interpolated between its nodes.
 
         Raises
         ------
         InputError
-            If the shift lies beyond them, where a polynomial would go on without any wheel and rail.
+            If the shift lies beyond the nodes.
         """
         from scipy.interpolate import make_interp_spline
 
@@ -105,19 +109,19 @@ def contact_geometry(
     Parameters
     ----------
     wheel, rail
-        Profiles: the wheel's downwards from its tread datum, the upright rail's upwards from its crown.
+        Profiles: of the wheel, downwards from its tread datum; of the upright rail, upwards from its crown.
     inclination
-        Of the rail.
+        Inclination of the rail.
     gauge, flange_backs
-        Between the rails, and between the backs of the flanges, m.
+        Distances between the rails, and between the backs of the flanges, m.
     radius
         Nominal radius of the wheel, m.
     smoothing
         ε, m.
     shifts
-        Where the tables have their nodes, m; by default -6 mm to 6 mm every 0.1 mm.
+        Nodes of the tables, m; by default -6 mm to 6 mm every 0.1 mm.
     surface
-        Which part of the wheel; heights of both are measured from where the tread touches at u = 0.
+        Part of the wheel: tread or flange. Heights of both are relative to the contact of the tread at u = 0.
     """
     shifts = np.linspace(-6e-3, 6e-3, 121) if shifts is None else shifts
     datum = 0.5 * flange_backs + 1e-3 * FLANGE_BACK
@@ -135,9 +139,9 @@ def contact_geometry(
 
 
 def _beside(shifts: FloatArray, rows: FloatArray) -> FloatArray:
-    """Return the rows with those of shifts at which the wheel's part is beside the rail, and cannot touch.
+    """Return the rows, completed for shifts at which this part of the wheel is beside the rail and cannot touch.
 
-    There the height falls on with the slope of the first shift at which it can.
+    There the height continues with the slope at the first shift at which it can touch.
     """
     sharp = (rows[0] < -0.5 * FAR) | (rows[3] > SHARPEST)
     if not sharp.any():
@@ -164,7 +168,7 @@ def _touch(
     wheel: Shape, part: tuple[float, float], s: FloatArray, below: FloatArray, datum: float, radius: float,
     smoothing: float,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Return h, s, r and B of a part of a wheel whose tread datum lies at a place."""
+    """Return h, s, r and B of a part of a wheel, for one lateral position of its tread datum."""
     across = np.clip(1e3 * (s - datum), *part)
     profile = np.where(across == 1e3 * (s - datum), np.nan_to_num(1e-3 * wheel(across), nan=-FAR), -FAR)
     gap = -profile - below
@@ -175,7 +179,7 @@ def _touch(
     mean = float(weight @ s)
     variance = float(weight @ (s - mean) ** 2)
     lift = smoothing * np.log(total * FINENESS) - smallest
-    curvature = smoothing / (2.0 * variance) if variance > 0.0 else inf  # one place alone: an edge
+    curvature = smoothing / (2.0 * variance) if variance > 0.0 else inf  # a single place: an edge
     return float(lift), mean, radius + float(weight @ profile), curvature
 
 
@@ -198,7 +202,7 @@ def radius_difference(geometry: Geometry, shift: float, radius: float = 0.46) ->
     Raises
     ------
     InputError
-        If the geometry's tables do not reach so far.
+        If the shift lies beyond the tables of the geometry.
     """
     left = shift + radius * resting_roll(geometry, shift, radius)
     return geometry.at("radius", left) - geometry.at("radius", -left)

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 SLENDER = 0.1
-"""The table ends where the shorter semi-axis is so much of the longer one."""
+"""Smallest ratio of the shorter to the longer semi-axis of the patch in the table. For more slender patches Kalker's
+asymptotic formulas are used."""
 
 
 class Coefficients(NamedTuple):
@@ -56,9 +57,9 @@ def _splines() -> object:
 def coefficients(a: float, b: float, poisson: float) -> Coefficients:
     """Return the coefficients of an ellipse.
 
-    Between the table's ratios their logarithms are interpolated without overshoot, between Poisson's ratios by a
-    parabola; both are exact at the table's entries. Where the ellipse is thinner than the table's, by Kalker's
-    asymptotic formulas, which join the table with a jump of a few per cent.
+    The logarithms of the table's entries are interpolated without overshoot over the ratio of the semi-axes, and by a
+    parabola over Poisson's ratio. Both are exact at the entries. For thinner ellipses Kalker's asymptotic formulas
+    hold; at the end of the table they differ from it by a few per cent.
 
     Parameters
     ----------

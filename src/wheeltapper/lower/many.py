@@ -1,10 +1,11 @@
-"""From a scenario and fields that differ from cell to cell to cells that share tables.
+"""From a scenario, and fields that differ from cell to cell, to cells that share tables.
 
-A field either enters the numbers alone (a mass), or scales, stretches or moves the path as a whole (the height of a
-bump), or shapes it (the same height under a rolling circle). Only the last needs a table for each of its values.
+There are three kinds of fields. Some enter the numbers only, such as a mass. Some scale, stretch or move the whole
+path, such as the height of a bump. Some shape the path, such as the same height under a rolling circle; only these need
+a table for each of their values.
 
-Derivatives go the same three ways: numbers and placing carry them as imaginary parts; a field that shapes the path
-bends the pieces of its table.
+Derivatives follow the same three ways. Those of the numbers and of the placing are imaginary parts. A field that shapes
+the path changes the pieces of its table.
 """
 
 from __future__ import annotations
@@ -32,11 +33,11 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Tabled = Callable[[Scenario, float, Method], tuple[Table, list[Note]]]
 EPSILON = 1e-30
-"""The imaginary step: small enough to leave no trace in real parts."""
+"""Imaginary step of complex-step derivatives. It is so small that its square vanishes beside any real part."""
 
 
 def _shapes_the_path(scenario: Scenario, path: str) -> bool:
-    """Return True where a field may change the path of the wheel's centre or the contact's factor along it."""
+    """Return True if a field may change the path of the wheel's centre, or the factor on the contact force along it."""
     if path.startswith("irregularity."):
         return True
     follows = factor_function(scenario.contact, scenario.vehicle) is not None
@@ -48,7 +49,7 @@ def _shapes_the_path(scenario: Scenario, path: str) -> bool:
 
 @dataclass(frozen=True)
 class _Shaped:
-    """A table, and the scenario that it belongs to."""
+    """A table, and its scenario."""
 
     scenario: Scenario
     table: Table
@@ -56,7 +57,7 @@ class _Shaped:
 
 @dataclass(frozen=True)
 class Direction:
-    """How cells change with one field.
+    """Derivatives of cells with respect to one field.
 
     Attributes
     ----------
@@ -65,7 +66,7 @@ class Direction:
     units
         Each unit plus i·EPSILON times its derivative.
     bend
-        (pieces, PIECE_COLUMNS) derivatives of the pieces of all tables; None where they stay.
+        (pieces, PIECE_COLUMNS) derivatives of the pieces of all tables; None if the pieces do not change.
     """
 
     numbers: FloatArray
@@ -79,13 +80,13 @@ class Many:
     Parameters
     ----------
     scenario
-        What all cells have in common.
+        The scenario that all cells share.
     changed
         By path, one number per cell in SI units.
     method
         "default" or "strict".
     tabled
-        From a scenario, the end of its path (m) and the method to the table, where tables are at hand.
+        A function from a scenario, the end of its path (m) and the method to the table, if tables exist already.
     """
 
     def __init__(
@@ -113,7 +114,7 @@ class Many:
         return Units(**{name: np.broadcast_to(held, self._value.cells) for name, held in vars(units).items()})
 
     def _similarity(self) -> tuple[dict[str, str], dict[str, float]]:
-        """Return the changed fields that scale, stretch or move the whole path, and the values that the table has."""
+        """Return the changed fields that scale, stretch or move the whole path, and their values in the table."""
         scenario, changed = self.scenario, self.changed
         fields: dict[str, str] = (
             dict(scenario.irregularities[0].similarity()) if len(scenario.irregularity) == 1 else {}
@@ -182,7 +183,7 @@ class Many:
         return shared([note for note in notes if note.note.cause != SHARP_DIP] + self._sharp_dips())
 
     def _sharp_dips(self) -> list[Shared]:
-        """Return what is said of hollows that no wheel can follow: cells that share a table differ in them."""
+        """Return notes on dips that no wheel can follow; cells with the same table may differ in them."""
         if self.scenario.rolling != "point":
             return []
         value = self._value
@@ -194,7 +195,7 @@ class Many:
                 curvatures(courses_of(shaped.scenario), float(self._ends[self._owner == index].max()))
                 for index, shaped in enumerate(self._shaped)
             ]
-        )[self._owner, (lift > 0.0).astype(int)]  # turned upside down, crests are hollows
+        )[self._owner, (lift > 0.0).astype(int)]  # a negative lift turns crests into dips
         curvature, radius = found[:, 0] * lift * rate**2, np.broadcast_to(value("vehicle.radius"), value.cells)
         worst = int(np.argmax(curvature * radius))
         place = (found[worst, 1] - offset[worst]) / rate[worst]
@@ -214,7 +215,7 @@ class Many:
         return Placing(lift, rate, offset, height, factor)
 
     def _raised(self, placing: Placing, bends: list[FloatArray]) -> Placing:
-        """Return the placing with what bending the tables does to height and factor at x = 0."""
+        """Return the placing, with the effect of changed tables on height and factor at x = 0."""
         height, factor = placing.height + 0j, placing.factor + 0j
         for index, (shaped, bent) in enumerate(zip(self._shaped, bends, strict=True)):
             mine = np.flatnonzero(self._owner == index)
@@ -224,7 +225,7 @@ class Many:
         return replace(placing, height=height, factor=factor)
 
     def along(self, path: str) -> Direction:
-        """Return how the cells change with one of the changed fields."""
+        """Return the derivatives of the cells with respect to one of the changed fields."""
         value = Fields(self.scenario, self.changed | {path: self.changed[path] + 1j * EPSILON})
         placing = self._placing(value)
         bent = None

@@ -1,10 +1,10 @@
-"""Marks of plastic contacts on a rail: what each spot has borne, and the pieces of a path over them.
+"""Marks of plastic contacts on a rail: the largest indentation of each place so far, and the pieces of a path over it.
 
-samples     the largest indentation that the virgin surface has borne, at close places
-means       of the samples within one interval
-splines     cubic B-splines of the means: twice continuously differentiable, and never beyond what they average
-pieces      path, residual indentation and what the surface bears from the splines; the factor of the elastic force
-that meets the plastic law where the surface yields, interpolated
+samples  The largest indentation of the virgin surface so far, at close places.
+means    Means of the samples within one interval.
+splines  Cubic B-splines of the means: twice continuously differentiable, and within the range of the means.
+pieces   Path, residual indentation and yield indentation follow from the splines. The factor on the elastic force is
+         interpolated; with it the elastic force meets the plastic law at the yield indentation.
 """
 
 from __future__ import annotations
@@ -22,13 +22,16 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 TO_POWERS = np.array([[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0, 0.0], [-1.0, 3.0, -3.0, 1.0]]) / 6.0
-"""From the coefficients of four neighbouring B-splines to powers of the share of their common interval."""
+"""Matrix from the coefficients of four neighbouring cubic B-splines to the coefficients of powers. The variable of
+these is the place in the interval that the four share, from 0 to 1."""
 BEFORE = 2
-"""Intervals before the first mean's place into which its B-spline reaches."""
+"""Number of intervals before the place of the first mean into which its B-spline reaches."""
 FACTOR_NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(5) / 4.0)
+"""Places in an interval, from 0 to 1, at which the factor on the contact force is computed."""
 TO_FACTOR = np.linalg.inv(np.vander(FACTOR_NODES, increasing=True))
 SEMI_AXIS = 2
-"""Intervals per semi-axis of the patch: a B-spline is then as wide as the patch is long."""
+"""Number of intervals per semi-axis of the patch. A cubic B-spline, four intervals wide, is then as wide as the patch
+is long."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +41,16 @@ class Surface:
     Attributes
     ----------
     borne
-        Indentation of the virgin surface beyond which each sample yields, m; sample i lies at (i + 1/2)·spacing.
+        Indentation beyond which each sample yields, relative to the virgin surface, m; sample i lies at (i +
+        1/2)·spacing.
     left
         Permanent indentation of each sample, of rail and wheels together, m.
     interval
-        Distance of the means, m.
+        Spacing of the means, m.
     onset
         Indentation at which the virgin surface yields, m.
     per_interval
-        Samples to a mean.
+        Number of samples per mean.
     """
 
     borne: FloatArray
@@ -57,35 +61,35 @@ class Surface:
 
     @classmethod
     def virgin(cls, length: float, semi_axis: float, onset: float, per_interval: int) -> Surface:
-        """Return a surface that has borne nothing, at least so long (m), under patches of that semi-axis (m)."""
+        """Return a virgin surface of at least this length (m), for patches with this semi-axis (m)."""
         interval = semi_axis / SEMI_AXIS
         samples = int(np.ceil(length / interval)) * per_interval
         return cls(np.full(samples, onset), np.zeros(samples), interval, onset, per_interval)
 
     @property
     def spacing(self) -> float:
-        """Distance of the samples, m."""
+        """Spacing of the samples, m."""
         return self.interval / self.per_interval
 
     @property
     def positions(self) -> FloatArray:
-        """Where the samples lie, m."""
+        """Places of the samples, m."""
         return np.asarray((np.arange(len(self.borne)) + 0.5) * self.spacing, dtype=np.float64)
 
     @property
     def breaks(self) -> FloatArray:
-        """Between which places the splines are polynomials, m."""
+        """Borders of the intervals on which the splines are polynomials, m."""
         count = len(self.borne) // self.per_interval
         return np.asarray((np.arange(-BEFORE, count + BEFORE) + 0.5) * self.interval, dtype=np.float64)
 
     def spline(self, samples: FloatArray, outside: float) -> FloatArray:
-        """Return the splines of the samples' means, (breaks - 1, 4): powers of each interval's share."""
+        """Return the splines of the means, (breaks - 1, 4): powers of the place in each interval, from 0 to 1."""
         means = samples.reshape(-1, self.per_interval).mean(axis=1)
         padded = np.concatenate([np.full(3, outside), means, np.full(3, outside)])
         return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 4) @ TO_POWERS.T, dtype=np.float64)
 
     def interval_of(self, x: FloatArray) -> IntArray:
-        """Return in which interval places (m) lie; outside of the splines below 0 or beyond the last."""
+        """Return the interval in which each place (m) lies; outside the splines it is negative or too large."""
         return np.asarray(np.floor(x / self.interval - 0.5).astype(np.int64) + BEFORE)
 
     def at(self, splines: FloatArray, x: FloatArray) -> FloatArray:
@@ -96,7 +100,7 @@ class Surface:
         return np.asarray(c[0] + share * (c[1] + share * (c[2] + share * c[3])), dtype=np.float64)
 
     def reached(self, first: int, depths: FloatArray) -> FloatArray:
-        """Return to where the samples from `first` on yield under indentations of the virgin surface, m."""
+        """Return the new yield indentation of the samples from `first` on, m, under given indentations."""
         behind = slice(first, first + len(depths))
         bore = self.at(self.spline(self.borne, self.onset), self.positions[behind])
         return np.asarray(self.borne[behind] + np.maximum(depths - bore, 0.0))
@@ -107,11 +111,11 @@ class Surface:
         Parameters
         ----------
         first, reached
-            What `reached` returned, of the samples from `first` on.
+            Result of `reached` for the samples from `first` on.
         law, unit
             The plastic law, and its unit of length, m.
         hardening
-            1: a sample yields again only beyond what it has borne; 0: as early as a virgin one.
+            1: a sample yields again only beyond its largest indentation so far. 0: it yields as early as a virgin one.
         """
         behind = slice(first, first + len(reached))
         borne, left = self.borne.copy(), self.left.copy()
@@ -120,19 +124,19 @@ class Surface:
         return replace(self, borne=borne, left=left)
 
     def settled(self) -> FloatArray:
-        """Return the permanent indentation at the samples as the wheels meet it, averaged over the patch, m."""
+        """Return the permanent indentation at the samples, averaged over the patch as the wheels meet it, m."""
         return self.at(self.spline(self.left, 0.0), self.positions)
 
 
 class MarkedPath:
-    """The pieces of a path over a rail that takes marks: borders and the path without them are found once.
+    """The pieces of a path over a rail with marks. Borders and the path without marks are computed once.
 
     Parameters
     ----------
     table
         The path over the rail without marks.
     surface
-        Whose intervals cut it.
+        A surface; its intervals cut the path.
     end
         Position up to which the path is needed, m.
     """
@@ -159,16 +163,16 @@ class MarkedPath:
         self._rows = rows
 
     def pieces(self, surface: Surface, law: FloatArray, unit: float, share: float) -> FloatArray:
-        """Return the pieces over the surface as it is.
+        """Return the pieces over a given state of the surface.
 
         Parameters
         ----------
         surface
-            With the same intervals.
+            A surface with the same intervals.
         law, unit
             The plastic law, and its unit of length, m.
         share
-            Part of the permanent indentation by which the rail lies deeper.
+            Share of the permanent indentation that belongs to the rail.
         """
         rows = self._rows.copy()
         inside = np.flatnonzero(self._inside)
@@ -200,7 +204,7 @@ def height_at(row: FloatArray, x: float) -> float:
 
 
 def marks_at(row: FloatArray, x: float) -> tuple[float, float, float]:
-    """Return residual indentation (m), what the surface bears (m), and the elastic factor of a piece at a place."""
+    """Return residual indentation (m), yield indentation (m), and the elastic factor of a piece at a place."""
     powers = ((x - row[contract.CENTRE]) / row[contract.SCALE]) ** np.arange(contract.TERMS)
     columns = (contract.RESIDUAL, contract.BEARS, contract.FACTOR)
     residual, bears, factor = (float(row[first : first + contract.TERMS] @ powers) for first in columns)

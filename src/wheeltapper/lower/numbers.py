@@ -1,6 +1,6 @@
-"""The numbers of a program from the numbers of a scenario, for one cell or for many at once, and for derivatives.
+"""The numbers of a program from the numbers of a scenario: for one cell, for many cells, and with derivatives.
 
-All formulas here are analytic in their arguments, so that a complex array carries a first derivative through them.
+All formulas here are analytic in their arguments. Therefore the imaginary part of a complex array is a derivative.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from wheeltapper.lower.first_order import first_order
 from wheeltapper.lower.known import check_known
 from wheeltapper.march import program as contract
 
-Numbers = NDArray[Any]  # of floats, or complex where they carry a derivative
+Numbers = NDArray[Any]  # floats, or complex numbers whose imaginary parts are derivatives
 EVENT_LIMIT = 10_000_000
+"""Largest number of events of a march; a march with more is ended, and its outcome says so."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +37,12 @@ class Method:
 
 
 METHODS = {"default": Method(12, 1e-7, 1e-11), "strict": Method(20, 1e-10, 5e-14)}
+"""The two methods: order of the series, tolerance of the steps, tolerance of the path."""
 
 
 @dataclass(frozen=True)
 class Placing:
-    """How cells use a table: y(x) = lift·table(rate·x + offset), and the table's height (m) and factor at x = 0."""
+    """Use of a table by cells: y(x) = lift·table(rate·x + offset); and the table's height (m) and factor at x = 0."""
 
     lift: Numbers
     rate: Numbers
@@ -180,7 +182,7 @@ def _deck(value: Fields, time: Numbers, mass: Any) -> dict[int, Any]:
 
 
 def _reached(position: Numbers, pace: Numbers) -> Numbers:
-    """Return when a position is reached; never or long since where the wheel does not roll."""
+    """Return the time at which a position is reached; ±infinity if the wheel does not roll."""
     with np.errstate(divide="ignore", invalid="ignore"):
         rolled = position / pace
     return np.where(pace == 0.0, np.where(position.real > 0.0, inf, -inf), rolled)

@@ -1,4 +1,4 @@
-"""What a contact of wheel and rail does, for every lateral shift: geometry, stiffness and creep as smooth tables."""
+"""Geometry, stiffness and creep of the contact of wheel and rail, as smooth tables over the lateral shift."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ from wheeltapper.march import assembly as contract
 
 FloatArray = NDArray[np.float64]
 WIDTH = 11e-3
-"""The tables reach so far to both sides, m; a wheel that has shifted farther has climbed its rail."""
+"""Largest lateral shift in the tables, m, to both sides. A wheel that has shifted farther has climbed its rail."""
 NODES = 441
+"""Number of lateral shifts at which the contact geometry is computed."""
 Surface = Literal["tread", "flange"]
 
 
@@ -35,7 +36,7 @@ def geometry_of(profiles: WheelRail | Cones, radius: float, crown: float, surfac
 
 
 def _contents(profiles: WheelRail | Cones) -> tuple[str, ...]:
-    """Return digests of the files that profiles name, since these may change under the same names."""
+    """Return digests of the files of profiles, because a file may change under the same name."""
     names = () if isinstance(profiles, Cones) else (profiles.wheel, profiles.rail)
     return tuple(digest(Path(name)) for name in names if name not in BUILT_IN)
 
@@ -58,7 +59,7 @@ def _geometry(
 
 
 def flange_from(profiles: WheelRail, radius: float) -> float:
-    """Return the least shift, m, at which a flange may be nearer than 1 mm to its rail.
+    """Return the smallest shift, m, at which a flange may be nearer than 1 mm to its rail.
 
     Raises
     ------
@@ -76,8 +77,8 @@ def flange_from(profiles: WheelRail, radius: float) -> float:
 def patch_tables(profiles: WheelRail | Cones, contact: Hertz, radius: float, surface: Surface = "tread") -> FloatArray:
     """Return the tables of `march.assembly` at their nodes, (TABLES, nodes).
 
-    On a flange, which is steep, indentations and forces count along z; ellipse and forces of Hertz lie in the inclined
-    plane of contact.
+    On a flange, which is steep, indentations and forces are components along z. The ellipse and the force of Hertz
+    refer to the inclined plane of contact.
     """
     return _patch_tables(profiles, _contents(profiles), contact, radius, surface)
 
@@ -99,7 +100,7 @@ def _patch_tables(
     constant = np.full_like(along, given) if given is not None else contact_constant(
         0.5 / along, 0.5 / across, young, poisson
     )  # fmt: skip
-    normal = np.cbrt(1.0 / cosine)  # of the cube root of the force that is normal to the cube root of that along z
+    normal = np.cbrt(1.0 / cosine)  # ratio of the cube root of the normal force to that of its component along z
     tables = np.empty((contract.TABLES, len(geometry.shift)))
     tables[contract.LIFT] = geometry.lift
     tables[contract.PLACE] = geometry.place
@@ -122,7 +123,7 @@ def cells_of(shifts: FloatArray, tables: FloatArray) -> FloatArray:
     spline = make_interp_spline(shifts, tables, k=contract.DEGREE, axis=1)
     width = shifts[1] - shifts[0]
     middle = 0.5 * (shifts[:-1] + shifts[1:])
-    # each cell's polynomial about its middle, moved to its start
+    # each cell's polynomial, moved from its middle to its start
     derivatives = [spline.derivative(k)(middle) if k else spline(middle) for k in range(contract.TERMS)]
     out = np.zeros((len(middle), contract.TABLES, contract.TERMS))
     for k in range(contract.TERMS):

@@ -21,16 +21,18 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 LARGEST = 300.0
-"""D up to which a law is written out; its last piece goes on beyond."""
+"""Indentation over that at first yield, D, up to which a law is written as pieces. Its last piece continues beyond."""
 TOLERANCE = 1e-12
-"""How exactly, relative to force and indentation."""
+"""Largest relative error of the pieces, in force and residual indentation."""
 NODES = np.cos(np.pi * (np.arange(contract.TERMS) + 0.5) / contract.TERMS)
+"""Places, on [-1, 1], at which a piece equals the law."""
 CHECKS = np.cos(np.pi * np.arange(2 * contract.TERMS + 1) / (2 * contract.TERMS))
+"""Places, on [-1, 1], at which the error of a piece is measured."""
 TO_POWERS = np.linalg.inv(np.vander(NODES, increasing=True))
 
 
 def law_rows(contact: ElasticPlastic, yield_indentation: float) -> FloatArray:
-    """Return the pieces of a law, in units in which an elastic contact carries δ^1.5.
+    """Return the pieces of a law, in units in which the force of an elastic contact is δ^1.5.
 
     Parameters
     ----------
@@ -102,7 +104,7 @@ def stored_below(law: FloatArray, depth: FloatArray) -> FloatArray:
 
 
 def _loaded(rows: FloatArray, law: FloatArray, depth: float, length: float) -> None:
-    """Turn the pieces of a virgin spot into those of one that has borne an indentation (scaled; `length` its unit)."""
+    """Convert the pieces of a virgin spot to those of one that was indented before (scaled; `length` is the unit)."""
     residual = float(left_after(law, np.asarray(depth)))
     rows[:, contract.COEFFICIENT] -= residual * length
     rows[:, contract.RESIDUAL] = residual * length
@@ -112,7 +114,7 @@ def _loaded(rows: FloatArray, law: FloatArray, depth: float, length: float) -> N
 
 
 def _evaluated(law: FloatArray, depth: FloatArray, column: int) -> FloatArray:
-    """Return the polynomials that begin at a column, each in its own piece."""
+    """Return the polynomials that begin at a column, each evaluated in its piece."""
     starts = law[:, contract.LAW_START]
     rows = law[np.clip(np.searchsorted(starts, depth, side="right") - 1, 0, len(law) - 1)]
     x = (depth - rows[..., contract.LAW_CENTRE]) / rows[..., contract.LAW_SCALE]
@@ -146,8 +148,8 @@ def static_depth(
     law, stiffness, height
         The plastic law, K, and the height of the path.
     residual, bears, factor
-        Of a surface that has yielded: its residual indentation, the indentation from there at which it yields, and the
-        factor on its elastic force.
+        State of a surface that has yielded: its residual indentation, its yield indentation from there, and the factor
+        on its elastic force.
     """
     from scipy.optimize import brentq
 
@@ -170,11 +172,11 @@ def yielding_program(
     Parameters
     ----------
     scenario, contact
-        What is simulated, and its contact.
+        The scenario, and its contact.
     elastic, units
         The program with the elastic part of the contact, and its units.
     height
-        Of the path at x = 0, m.
+        Height of the path at x = 0, m.
     """
     length, force = units.length.item(), units.force.item()
     onset = contact.yield_indentation(units.contact_constant.item(), scenario.vehicle.wheels, units.static_force.item())

@@ -1,4 +1,4 @@
-"""Numbers that are possible but implausible: nearly always a unit was forgotten, or another one was meant."""
+"""Numbers that are possible but implausible: usually a unit is missing, or another one was meant."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from wheeltapper.ground.quantities import UNITS, si_unit
 
 
 class Usual(NamedTuple):
-    """What is usual of a quantity, and beyond which limits it is implausible: all in one unit.
+    """The usual range of a quantity, and the limits beyond which it is implausible, all in one unit.
 
-    Negative numbers are judged by their size. Zero is always plausible, and what is as good as zero.
+    Negative numbers are judged by their magnitude. Zero is always plausible, and so are numbers that stand for zero.
     """
 
     dimension: str
@@ -33,9 +33,10 @@ class Usual(NamedTuple):
 
 
 NOTHING = 1e-6
-"""Below this share of the least plausible value a number stands for zero, and is meant so."""
+"""A number below this share of the least plausible value stands for zero on purpose, and is accepted without a
+warning."""
 IMPERIAL = ("in", "inch", "lb", "kip", "lbf", "mph")
-"""Units that nobody forgets beside SI."""
+"""Units that no hint proposes. A number without a unit is more likely meant in another metric unit."""
 HEIGHT = Usual("length", "mm", (0.01, 5), 0.0, 50)
 SPAN = Usual("length", "mm", (0.01, 10), 0.0, 100)
 """Of heights that are given one by one: from the lowest to the highest, of long waves too."""
@@ -119,10 +120,8 @@ USUAL: dict[str, dict[str, Usual]] = {
         "force": Usual("force", "kN", (0.5, 1000), 0.03, 1e6),
     },
 }  # fmt: skip
-"""Kinds of nouns, their fields, and what is usual of these.
-
-Limits are wide: what models of wheels, decks and vehicles in the literature and on laboratory rigs have lies within.
-"""
+"""Plausible values of the fields of each kind of noun. The limits are wide: models of wheels, decks and vehicles in the
+literature and on laboratory rigs lie within them."""
 
 
 def implausible(scenario: Scenario) -> tuple[Note, ...]:
@@ -196,7 +195,7 @@ def _note(path: str, value: float, usual: Usual) -> Note:
 
 
 def _meant(value: float, usual: Usual) -> str:
-    """Return the metric unit with which a number would be usual; nothing if there is none."""
+    """Return the metric unit with which a number would be usual; "" if there is none."""
     units = UNITS[usual.dimension]
     low, high = (bound * units[usual.unit] for bound in usual.usual)
     return next((unit for unit, one in units.items() if unit not in IMPERIAL and low <= value * one <= high), "")

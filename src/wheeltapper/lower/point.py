@@ -1,4 +1,4 @@
-"""Point rolling: the wheel's centre follows the sum of the irregularities themselves."""
+"""Point rolling: the wheel's centre follows the sum of the irregularities."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 MOST_BORDERS = 1_000_000
-"""Borders of periods that are written out: more take minutes."""
+"""Largest number of borders of periods that are written out. More would take minutes; the run is refused."""
 SLIVER = 1e-12
-"""Borders closer than this (m) are one."""
+"""Distance, m, below which two borders count as one."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Placed:
 
 
 def unrolled(course: Course, start: float, end: float) -> list[Placed]:
-    """Return the stretches of a course that meet [start, end], periods written out."""
+    """Return the stretches of a course within [start, end]; its periods are written out."""
     if course.period is None:
         placed = [Placed(s, 0.0, s.start, s.end) for s in course.stretches]
         return [p for p in placed if p.end > start and p.start < end]
@@ -73,10 +73,10 @@ def unrolled(course: Course, start: float, end: float) -> list[Placed]:
 
 
 def cells(courses: list[Course], start: float, end: float) -> list[tuple[float, float, list[Placed]]]:
-    """Return the intervals between all borders in [start, end], each with the stretches that hold there."""
+    """Return the intervals between all borders in [start, end], each with its stretches."""
     lists = [unrolled(course, start, end) for course in courses]
     borders = np.unique([b for placed in lists for p in placed for b in (p.start, p.end) if start < b < end])
-    inner = borders[(borders - start > SLIVER) & (end - borders > SLIVER)]  # periods written out end within rounding
+    inner = borders[(borders - start > SLIVER) & (end - borders > SLIVER)]  # repeated borders agree up to rounding only
     edges = [start, *inner[np.diff(inner, prepend=-inf) > SLIVER].tolist(), end]
     at = [0] * len(lists)
     out = []
@@ -103,7 +103,7 @@ def total(present: list[Placed], which: str) -> Function:
 
 
 def harmonics(present: list[Placed]) -> tuple[float, list[tuple[Harmonic, float]]] | None:
-    """Return the offset and the waves (with their shifts) where all are exact harmonics of at most one wavenumber."""
+    """Return offset and waves (with their shifts) if all stretches are exact harmonics of at most one wavenumber."""
     offset, waves = 0.0, []
     for p in present:
         form = p.stretch.exact
@@ -118,7 +118,7 @@ def harmonics(present: list[Placed]) -> tuple[float, list[tuple[Harmonic, float]
 
 
 def harmonic_row(start: float, end: float, offset: float, waves: list[tuple[Harmonic, float]]) -> FloatArray:
-    """Return the piece that an offset and waves of one wavenumber make."""
+    """Return the piece of an offset and waves of one wavenumber."""
     row = blank(1)
     centre = start if np.isfinite(start) else 0.0
     row[0, [contract.START, contract.STOP, contract.CENTRE, contract.COEFFICIENT]] = start, end, centre, offset
@@ -190,7 +190,7 @@ def _cell_rows(
 
 
 def unwound(course: Course) -> Course:
-    """Return a course without its period where it goes on as one wave without: it needs no loop, and has no borders."""
+    """Return a course without its period if it is one endless wave; then it needs no loop and has no borders."""
     last = course.stretches[-1]
     one_wave = isinstance(last.exact, Harmonic) and last.start <= course.repeats_from
     return replace(course, period=None) if one_wave else course
@@ -208,7 +208,7 @@ def point_table(
     end
         Position at the end of the run, m.
     height
-        Characteristic height, m; the fit keeps within tolerance·height.
+        Characteristic height, m; the error of the fit is at most tolerance·height.
     factor
         The factor on the contact force; None for one.
     """

@@ -3,12 +3,14 @@
     y_k(x0) = max over s of  p(s) + sqrt(R² - u²) - R,   u = s - x0
 
 The profile is smooth between borders. The wheel touches either inside a smooth cell, where p'(s) = u/sqrt(R² - u²), or
-at a corner that juts out. While the point of contact moves on steadily the path is smooth; where it leaps to another
-place, the wheel touches at two points and the path has a kink.
+at a convex corner. While the point of contact moves continuously, the path is smooth. Where it jumps to another place,
+the wheel touches at two points, and the path has a kink.
 
-    1. branches of steady contact, and which of them is the highest where (branches.py)
-    2. between two runs, either a soft change (place known) or a kink (a root)
-    3. fit the runs by pieces whose slope is that of the contact (the envelope theorem)
+    1. Find branches of continuous contact, and the highest one over each part of the path (branches.py).
+
+2. Between two runs there is either a smooth change, whose place is known, or a kink, which is a root.
+
+3. Fit the runs by pieces whose slope is that of the contact (the envelope theorem).
 """
 
 from __future__ import annotations
@@ -34,14 +36,15 @@ IntArray = NDArray[np.int64]
 
 
 ROUNDING = 1e-15
-"""A run no longer than this part of its place is none: between the corners of a chord a wheel touches it in a dot."""
+"""Length of a run over its position below which it is rounding. Where a wheel spans a hollow between two corners, it
+touches the bottom in one point only, which is no run."""
 
 
 def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray, right: FloatArray) -> FloatArray:
-    """Return where the first branch of each pair stops to be the higher one. Newton's method, kept in brackets.
+    """Return the place at which the first branch of each pair ceases to be the higher one: Newton's method, bracketed.
 
-    The brackets come from samples of rough height, of which what both branches reach counts; where that holds no sign
-    change, all that both reach is searched on that side.
+    The brackets come from samples of rough height, within the range that both branches cover. If they contain no change
+    of sign, the whole common range on that side is searched.
     """
     first, second = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
 
@@ -73,7 +76,7 @@ def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray
         settled = np.abs(new - here) <= 4e-15 * np.abs(here)
         outside = ~((new > left[active]) & (new < right[active])) & ~settled
         nearest, middle = np.clip(new, left[active], right[active]), 0.5 * (left[active] + right[active])
-        tried = has_left[active] | (nearest == here)  # else, a root at an end is met from there
+        tried = has_left[active] | (nearest == here)  # otherwise a root at an end is approached from there
         new[outside] = np.where(tried, middle, nearest)[outside]
         has_left[active] |= outside
         settled |= outside & (new == here)
@@ -83,7 +86,7 @@ def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray
 
 
 def _soft_change(envelope: Envelope, a: Run, b: Run) -> tuple[float, float] | None:
-    """Return the places between which the wheel rolls about the border of two runs; None where contact leaps."""
+    """Return the range in which the wheel rolls about the border of two runs; None if the contact jumps there."""
     profile = envelope.profile
     before, after = envelope.branches[a.branch], envelope.branches[b.branch]
     if before.corner < 0 and after.corner < 0:
@@ -100,7 +103,7 @@ def _soft_change(envelope: Envelope, a: Run, b: Run) -> tuple[float, float] | No
         right = left
     elif before.corner >= 0:
         left = right
-    elif corner.after - corner.before > 1e-12:  # hollow: the wheel touches both sides at once
+    elif corner.after - corner.before > 1e-12:  # a concave corner: the wheel touches both sides at once
         return None
     elif not corner.juts_out:
         right = left
@@ -109,7 +112,7 @@ def _soft_change(envelope: Envelope, a: Run, b: Run) -> tuple[float, float] | No
 
 
 def _join(envelope: Envelope) -> list[float]:
-    """Set the ends of all runs; return the places of two-point contact. Arcs too short for the samples are put in."""
+    """Set the ends of all runs; return the places of two-point contact. Arcs too short for the samples are inserted."""
     arcs = {b.corner: i for i, b in enumerate(envelope.branches) if b.corner >= 0}
     runs = [envelope.runs[0]]
     leaps: list[int] = []
@@ -152,7 +155,7 @@ def _knot_images(envelope: Envelope, run: Run, start: float, end: float) -> Floa
 
 
 def _rows(envelope: Envelope, cuts: FloatArray, tolerance: float, height: float, factor: Factor | None) -> FloatArray:
-    """Return the pieces of all runs between the first and the last cut, none of them across a cut."""
+    """Return the pieces of all runs between the first and the last cut; no piece crosses a cut."""
     level: list[FloatArray] = []
     intervals: dict[bool, list[tuple[FloatArray, int]]] = {True: [], False: []}  # in a cell, about a corner
     for run in envelope.runs:
@@ -201,12 +204,12 @@ class Rolled:
     Attributes
     ----------
     all, courses
-        All, and those that it rolls over; the others, `followed` ones, are `raised`: cells with the stretches to be
-        added.
+        All courses, and those over which the circle rolls. The others, `followed` ones, are in `raised`: cells with the
+        stretches that are added.
     stop, loop
-        Up to where the path is known, and from where on it repeats (None if it does not).
+        End of the known path, and the place from which on it repeats (None if it does not).
     envelope, kinks
-        The path, and where the wheel touches at two points.
+        The path, and the places of contact at two points.
     """
 
     def __init__(self, courses: list[Course], end: float, radius: float, height: float) -> None:
@@ -230,13 +233,13 @@ def circle_table(
     Parameters
     ----------
     courses
-        Irregularities of rail and wheel, all over the rolled distance; `followed` ones are added to the path itself.
+        Irregularities of rail and wheel, all over the rolled distance; `followed` ones are added to the path.
     end
         Position at the end of the run, m.
     height, tolerance
-        The fit keeps within tolerance·height.
+        The error of the fit is at most tolerance·height.
     radius
-        Of the wheel, m.
+        Radius of the wheel, m.
     factor
         The factor on the contact force; None for one.
     """
@@ -260,7 +263,7 @@ def circle_table(
 
 
 def _range(course: Course, start: float, end: float) -> float:
-    """Return how much the heights of a course differ between two places, a little overestimated."""
+    """Return the range of the heights of a course between two places, slightly overestimated."""
     values = []
     for stretch in course.stretches:
         a, b = max(stretch.start, start), min(stretch.end, end)
@@ -280,7 +283,7 @@ def _range(course: Course, start: float, end: float) -> float:
 
 
 def _window(courses: list[Course], end: float, radius: float) -> float:
-    """Return how far ahead the wheel can touch: half the chord at the profile's whole range of heights."""
+    """Return how far ahead the wheel can touch: half the chord at the depth of the profile's range of heights."""
     depth = 0.0
     for course in courses:
         first, last = -radius, end + radius
@@ -297,7 +300,7 @@ def _window(courses: list[Course], end: float, radius: float) -> float:
 
 
 def _repetition(courses: list[Course], end: float, window: float) -> tuple[float, float | None]:
-    """Return up to where the path must be found, and from where on it repeats (None if it does not)."""
+    """Return the necessary end of the path, and the place from which on it repeats (None if it does not)."""
     if len(courses) != 1 or courses[0].period is None:
         return end, None
     period = courses[0].period

@@ -1,8 +1,9 @@
-"""A user's function, over the way that a run takes: how much its height differs there, and that it does not jump.
+"""A user's function over the length of a run: the range of its height, and a check that it does not jump.
 
-samples      at most SPACING apart, or MOST of them
-suspects     the intervals between samples whose rise differs most from that of their neighbours
-halved       again and again towards the larger rise: that of a smooth function goes with the width, a jump stays
+samples   Their spacing is at most SPACING, or there are MOST of them.
+suspects  The intervals between samples whose rise differs most from that of their neighbours.
+halving   Each suspect is halved repeatedly, towards the larger rise. The rise of a smooth function falls with the
+          width; that of a jump stays.
 """
 
 from __future__ import annotations
@@ -19,24 +20,27 @@ from wheeltapper.lower.fit import NARROWEST
 
 FloatArray = NDArray[np.float64]
 SPACING = 1e-3
-"""m."""
+"""Largest spacing of the samples, m."""
 MOST = 100_000
+"""Largest number of samples."""
 SUSPECTS = 256
+"""Number of intervals that are searched for a jump: those whose rise differs most from that of their neighbours."""
 JUMP = 1e-9
-"""A smaller part of the function's own height is no jump."""
+"""A rise that is smaller than this share of the function's height is no jump."""
 WIDE = 1e-4
-"""m; a rise of which half is still there within NARROWEST is a jump."""
+"""Width of an interval, m. A rise is a jump if half of the rise over this width remains over the width
+`fit.NARROWEST`."""
 PLACED = 1e-11
-"""m, within which a jump is found."""
+"""Width of the interval, m, to which a jump is located."""
 
 
 def over_the_run(course: Course, start: float, end: float) -> Course:
-    """Return a user's function with the height that it has from start to end, m.
+    """Return a user's function with the range of its height from start to end, m.
 
     Raises
     ------
     InputError
-        If it jumps where it has no breakpoint.
+        If it jumps at a place without a breakpoint.
     """
     if not course.sampled:
         return course

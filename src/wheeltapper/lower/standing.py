@@ -1,4 +1,4 @@
-"""Where a vehicle runs steadily on level rails: the state in which nothing accelerates, by Newton's method."""
+"""The steady run of a vehicle on level rails: the state without accelerations, by Newton's method."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ENDLESS = np.where(np.arange(PIECE_COLUMNS) == STOP, np.inf, 0.0)
 
 
 def jacobian(assembly: Assembly, state: FloatArray, unknown: NDArray[np.int64], steps: FloatArray) -> FloatArray:
-    """Return the derivatives of all rates by some states, (states, unknown), by central differences."""
+    """Return the derivatives of all rates with respect to some states, (states, unknown), by central differences."""
     moved = np.repeat(state[None], 2 * len(unknown), axis=0)
     for i, (place, step) in enumerate(zip(unknown, steps, strict=True)):
         moved[2 * i, place] += step
@@ -33,7 +33,7 @@ def jacobian(assembly: Assembly, state: FloatArray, unknown: NDArray[np.int64], 
 
 
 def unknowns(layout: Layout, assembly: Assembly, free: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the states that a steady run may choose, and the rates that are then zero."""
+    """Return the unknown states of a steady run, and the rates that have to be zero."""
     places = layout.places
     moving = np.any(free != 0.0, axis=1)
     spins = np.array([motion == "pitch" and body.startswith("wheelset ") for body, motion in layout.motions])
@@ -44,7 +44,7 @@ def unknowns(layout: Layout, assembly: Assembly, free: FloatArray) -> tuple[NDAr
 
 
 def level(assembly: Assembly, layout: Layout) -> Assembly:
-    """Return the assembly on level rails, off the deck, about to stand."""
+    """Return the assembly on level rails and off the deck, with a start state."""
     lanes = assembly.lanes.copy()
     lanes[:, [contract.FIRST, contract.LAST]] = 0.0
     lanes[:, contract.LOOP] = 1.0
@@ -71,12 +71,12 @@ def _of_treads(assembly: Assembly, state: FloatArray, row: int, wheelsets: int) 
 def standing_on(
     assembly: Assembly, layout: Layout, mobility: FloatArray, positions: tuple[float, ...]
 ) -> FloatArray:  # fmt: skip
-    """Return the state of a steady run on what lies under the wheels at time zero; wheelsets begin at `positions`, m.
+    """Return the state of a steady run on the rails under the wheels at time zero; wheelsets begin at `positions`, m.
 
     Raises
     ------
     InputError
-        If none is found, although there is one on level rails: an irregularity under a wheel is to blame.
+        If none is found, although there is one on level rails: an irregularity under a wheel prevents it.
     """
     try:
         return standing(assembly, layout, mobility)
@@ -103,7 +103,7 @@ def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance
     indentation = assembly.numbers[contract.LENGTH]
     chosen, zero = unknowns(layout, assembly, mobility)
     moving = np.any(mobility != 0.0, axis=1)
-    # what the ties allow: the range of the mobility
+    # accelerations that the ties allow: the range of the mobility
     values, vectors = np.linalg.eigh(mobility[np.ix_(moving, moving)])
     allowed = vectors[:, values > 1e-9 * values.max()]
     count = len(chosen) - int(moving.sum())

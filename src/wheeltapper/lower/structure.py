@@ -1,8 +1,8 @@
-"""From a wagon to matrices: motions of its bodies, and what its elements make of them.
+"""From a wagon to matrices: the motions of its bodies, and the forces of its elements.
 
-Displacements and rotations are small. At an element's place r (from a body's centre of gravity), a body that moves by d
-and turns by θ moves by d + θ × r; an element feels the difference of its two ends. Wheelsets turn in their axle boxes:
-no element feels their pitch.
+Displacements and rotations are small. A body is displaced by d and rotated by θ. Its point r (from the centre of
+gravity) then moves by d + θ × r. The deflection of an element is the difference of the motions of its two ends.
+Wheelsets rotate in their axle boxes, so that no element depends on their pitch.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Series:
-    """A damper in series with a spring, in one direction: it gives way by p, p' = f/c, f the force of the spring.
+    """A damper in series with a spring, in one direction: it extends by p, p' = f/c, with the force f of the spring.
 
-    The spring's deflection is `row`·q - p; within half the free play to both sides it carries nothing.
+    The deflection of the spring is `row`·q - p. Within half the free play to both sides the force is zero.
     """
 
     name: str
@@ -58,9 +58,9 @@ class Structure:
     damping, stiffness
         (n, n).
     series, characteristics
-        What is not linear in q and q' alone; they act against their row.
+        Elements that are not linear in q and q'; they act against their row.
     ties
-        (ties, n) rows that links hold at zero.
+        (ties, n) rows; links keep `row`·q at zero.
     gravity
         (n,) weights, and constant loads of wheelsets.
     """
@@ -75,7 +75,7 @@ class Structure:
     gravity: FloatArray
 
     def row(self, body: str, motion: str) -> FloatArray:
-        """Return the row that reads one motion of a body; zero where it is held."""
+        """Return the row that selects one motion of a body; zero if the motion is held."""
         out = np.zeros(len(self.motions))
         if (body, motion) in self.motions:
             out[self.motions.index((body, motion))] = 1.0
@@ -83,7 +83,7 @@ class Structure:
 
 
 class _Places:
-    """Where the bodies of a wagon are, and how points fixed to them move."""
+    """Positions of the bodies of a wagon, and the motion of points fixed to them."""
 
     def __init__(self, wagon: Wagon) -> None:
         self.centres = {body.name: np.array(body.position) for body in wagon.bodies}
@@ -118,7 +118,7 @@ class _Places:
         return out
 
     def apart(self, element: Element) -> FloatArray:
-        """Return the rows of the displacement of an element's first end against its second, (3, n)."""
+        """Return the rows of the displacement of an element's first end relative to its second, (3, n)."""
         at = np.array(element.at)
         first, second = element.between
         return self.point(first, at) - self.point(second, at)

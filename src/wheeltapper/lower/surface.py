@@ -1,4 +1,4 @@
-"""A profile to roll over: its smooth cells, its corners, and where a circle touches inside a cell."""
+"""A profile on which a circle rolls: its smooth cells, its corners, and the contact of the circle inside a cell."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ IntArray = NDArray[np.int64]
 class Cell:
     """A smooth cell of the profile between two borders.
 
-    `chord` is the radius of the circle of which it is a chord, NaN if it is none.
+    `chord` is the radius of the circle of which the cell is a chord; NaN if it is not a chord.
     """
 
     start: float
@@ -35,7 +35,7 @@ class Cell:
 
     @staticmethod
     def of(start: float, end: float, present: list[Placed]) -> Cell:
-        """Return the cell where these stretches are summed."""
+        """Return the cell in which these stretches are summed."""
         uneven = [f for p in present if not (isinstance(f := p.stretch.exact, Harmonic) and f.level)]
         chord = uneven[0].radius if len(uneven) == 1 and isinstance(uneven[0], Chord) else nan
         knots = [p.stretch.exact.breaks + p.shift for p in present if isinstance(p.stretch.exact, Polynomials)]
@@ -48,7 +48,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Corner:
-    """A border of two cells: where it is, its upper height, and the slopes before and after it."""
+    """A border of two cells: its place, its upper height, and the slopes before and after it."""
 
     position: float
     height: float
@@ -57,7 +57,7 @@ class Corner:
 
     @property
     def juts_out(self) -> bool:
-        """True where the wheel can roll about this corner."""
+        """True if the wheel can roll about this corner."""
         return self.before > self.after + 1e-12
 
 
@@ -70,7 +70,7 @@ ORDERS = {"value": 0, "slope": 1, "curvature": 2}
 
 
 def _terms(present: list[Placed]) -> list[list[float]] | None:
-    """Return the sum of some stretches as the kernels know it; None where one of them is neither wave nor chord."""
+    """Return the sum of stretches in the form of the kernels; None if one of them is neither a wave nor a chord."""
     rows = []
     for p in present:
         form = p.stretch.exact
@@ -85,7 +85,7 @@ def _terms(present: list[Placed]) -> list[list[float]] | None:
 
 
 class Profile:
-    """A profile to roll over: its cells, its corners, and the circle."""
+    """A profile on which a circle rolls: its cells, its corners, and the circle."""
 
     def __init__(self, courses: list[Course], start: float, end: float, radius: float, height: float) -> None:
         placed = cells(courses, start, end)
@@ -138,7 +138,7 @@ class Profile:
         return np.asarray(s - self.radius * slope / np.sqrt(1.0 + slope**2))
 
     def is_outer(self, s: FloatArray, cell: IntArray) -> NDArray[np.bool_]:
-        """Return True where the circle that touches at s lies above the profile nearby: the place rises with s."""
+        """Return True if the circle that touches at s lies above the profile nearby, so that its place rises with s."""
         slope, curvature = self.each(s, cell, "slope"), self.each(s, cell, "curvature")
         return np.asarray(self.radius * curvature < (1.0 + slope**2) ** 1.5)
 
@@ -149,7 +149,7 @@ class Profile:
         )
 
     def sharpen(self, x0: FloatArray, s: FloatArray, lo: FloatArray, hi: FloatArray, cell: IntArray) -> FloatArray:
-        """Return the contact inside [lo, hi] of one cell each, where p' - lean falls through zero (else an end)."""
+        """Return the contact inside [lo, hi] of each cell, where p' - lean falls through zero; otherwise an end."""
         s = np.clip(s, lo, hi)
         if self._terms is not None:
             contact_points.touch(self._terms, self._first, cell, self.radius, x0, lo, hi, s)

@@ -1,4 +1,4 @@
-"""Tables of pieces: assembling, joining and evaluating the path that the kernels read."""
+"""Tables of pieces: assembly, joints and evaluation of the path that the kernels read."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FloatArray = NDArray[np.float64]
 
 
 def blank(count: int) -> FloatArray:
-    """Return rows for pieces that are level at zero and leave the contact force as it is."""
+    """Return rows for pieces with the height zero and the factor one on the contact force."""
     rows = np.zeros((count, contract.PIECE_COLUMNS))
     rows[:, contract.SCALE] = 1.0
     rows[:, contract.FACTOR_DEGREE] = -1.0
@@ -22,7 +22,7 @@ def blank(count: int) -> FloatArray:
 
 
 def polynomial_rows(left: FloatArray, right: FloatArray, coefficients: FloatArray, negligible: float) -> FloatArray:
-    """Return rows for polynomials in ξ = (x - middle)/half-width; trailing coefficients below `negligible` go."""
+    """Return rows for polynomials in ξ = (x - middle)/half-width, without trailing coefficients below `negligible`."""
     rows = blank(len(left))
     rows[:, contract.START] = left
     rows[:, contract.STOP] = right
@@ -42,7 +42,7 @@ def used_degree(coefficients: FloatArray, negligible: float) -> FloatArray:
 
 
 def set_factor(rows: FloatArray, coefficients: FloatArray) -> None:
-    """Write the factor on the contact force, as polynomials in the rows' own ξ."""
+    """Write the factor on the contact force, as polynomials in the ξ of each row."""
     rows[:, contract.FACTOR : contract.FACTOR + coefficients.shape[1]] = coefficients
     rows[:, contract.FACTOR_DEGREE] = used_degree(coefficients, 1e-17)
 
@@ -56,14 +56,14 @@ def _powers(rows: FloatArray, x: FloatArray, first: int) -> FloatArray:
 
 
 def row_values(rows: FloatArray, x: FloatArray) -> FloatArray:
-    """Return the height in m of each row's piece at its own x."""
+    """Return the height, m, of each row's piece at the x of that row."""
     phase = rows[:, contract.WAVENUMBER] * (x - rows[:, contract.CENTRE])
     wave = rows[:, contract.SINE] * np.sin(phase) + rows[:, contract.COSINE] * np.cos(phase)
     return _powers(rows, x, contract.COEFFICIENT) + wave
 
 
 def row_slopes(rows: FloatArray, x: FloatArray) -> FloatArray:
-    """Return the slope of each row's piece at its own x."""
+    """Return the slope of each row's piece at the x of that row."""
     scale = rows[:, contract.SCALE]
     xi = (x - rows[:, contract.CENTRE]) / scale
     total = np.zeros_like(xi)
@@ -77,7 +77,7 @@ def row_slopes(rows: FloatArray, x: FloatArray) -> FloatArray:
 
 
 def row_tangents(rows: FloatArray, bent: FloatArray, x: FloatArray, source: int) -> FloatArray:
-    """Return the derivative, each row at its own x, of the height (`source` COEFFICIENT) or of the factor."""
+    """Return the derivative of each row at the x of that row: of the height (`source` COEFFICIENT) or of the factor."""
     away = x - rows[:, contract.CENTRE]
     xi = away / rows[:, contract.SCALE]
     total = np.zeros_like(xi)
@@ -93,7 +93,7 @@ def row_tangents(rows: FloatArray, bent: FloatArray, x: FloatArray, source: int)
 
 
 def _joins(before: FloatArray, after: FloatArray, height: float, steepest: float) -> FloatArray:
-    """Return how each row of `after` is entered from its row of `before`."""
+    """Return the joint at which each row of `after` follows its row of `before`."""
     end, start = before[:, contract.STOP], after[:, contract.START]
     rounding = 1e-15 * np.where(np.isfinite(start), np.abs(start), 0.0) * steepest
     jump = np.abs(row_values(after, start) - row_values(before, end)) > 1e-12 * height + rounding
@@ -103,9 +103,9 @@ def _joins(before: FloatArray, after: FloatArray, height: float, steepest: float
 
 @dataclass(frozen=True)
 class Table:
-    """Pieces in order, how they join, and where the table goes on after its end.
+    """Pieces in order, their joints, and the piece with which the table continues after its end.
 
-    `origin` is what it was fitted to, where that can be asked once more.
+    `origin` is the path to which the table was fitted, if it can still be evaluated.
     """
 
     rows: FloatArray
@@ -114,11 +114,11 @@ class Table:
     origin: Any = field(default=None, repr=False, compare=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Table, (self.rows, self.loop, self.loop_join)  # what it was fitted to may hold a user's functions
+        return Table, (self.rows, self.loop, self.loop_join)  # the origin may contain a user's functions
 
     @property
     def period(self) -> float:
-        """Length in m of the part that repeats; zero if none does."""
+        """Length of the repeated part, m; zero if there is none."""
         if self.loop >= len(self.rows):
             return 0.0
         return float(self.rows[-1, contract.STOP] - self.rows[self.loop, contract.START])
@@ -137,7 +137,7 @@ class Table:
         return row_values(rows, x)
 
     def slope(self, x: FloatArray) -> FloatArray:
-        """Return the path's slope at x, at a kink that behind it."""
+        """Return the path's slope at x; at a kink, the slope after it."""
         rows, x = self._located(np.ravel(x))
         return row_slopes(rows, x)
 
@@ -147,7 +147,7 @@ class Table:
         return np.where(rows[:, contract.FACTOR_DEGREE] < 0, 1.0, _powers(rows, x, contract.FACTOR))
 
     def tangent(self, bent: FloatArray, x: FloatArray, source: int) -> FloatArray:
-        """Return the derivative at x of the height (source COEFFICIENT) or the factor, where its rows bend so."""
+        """Return the derivative at x of the height (source COEFFICIENT) or of the factor, from those of the rows."""
         index = np.clip(np.searchsorted(self.rows[:, contract.START], x, side="right") - 1, 0, len(self.rows) - 1)
         return row_tangents(self.rows[index], bent[index], x, source)
 
@@ -158,7 +158,7 @@ class Table:
 
 
 def assemble(rows: FloatArray, height: float, loop: int | None = None) -> Table:
-    """Return the table of these pieces, with their joins found from values and slopes at the borders."""
+    """Return the table of these pieces; their joints follow from values and slopes at the borders."""
     rows = rows.copy()
     ends = np.where(np.isinf(rows[:, contract.STOP]), rows[:, contract.START], rows[:, contract.STOP])
     steepest = max(

@@ -44,14 +44,16 @@ IntArray = NDArray[np.int64]
 TOLERANCES = {"default": 1e-7, "strict": 3e-11}
 EVENT_LIMIT = 1_000_000
 LONGEST = 2e-3
+"""Longest step, s."""
 MOST_AXLES = 12
-"""So many wheelsets have 48 contacts with their flanges: as many bits say exactly which are closed."""
+"""Largest number of wheelsets. Their 48 contacts, treads and flanges, are the bits of one number that is exact to
+53."""
 DECK = "deck"
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the bodies of a wagon, and its deck, stand in the state."""
+    """Positions of the bodies of a wagon, and of its deck, in the state."""
 
     bodies: tuple[str, ...]
     motions: tuple[tuple[str, str], ...]
@@ -69,7 +71,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class LoweredWagon:
-    """An assembly, with what is needed to read its results.
+    """An assembly, with the data that are needed to read its results.
 
     Attributes
     ----------
@@ -88,9 +90,9 @@ class LoweredWagon:
 
 
 def static_loads(structure: Structure, wagon: Wagon) -> FloatArray:
-    """Return the loads of the motions if the bodies stand still on wheelsets at zero: of the wheelsets only, N.
+    """Return the loads on the wheelsets, N, if all bodies rest on wheelsets with zero displacement.
 
-    The springs are stretched so that the displacements are zero there.
+    The springs are prestressed so that the displacements are zero in this state.
     """
     on_wheels = np.array([body.startswith("wheelset ") and body in wagon.names for body, _ in structure.motions])
     free = ~on_wheels
@@ -130,9 +132,9 @@ def _mobility(structure: Structure, held: NDArray[np.bool_]) -> FloatArray:
 
 
 def _columns(matrix: FloatArray, target: IntArray, source: IntArray, layout: Layout) -> tuple[Any, Any, FloatArray]:
-    """Return what of a matrix is not zero as columns of eight rows, by bodies.
+    """Return the nonzero part of a matrix as columns of eight rows, by bodies.
 
-    `target` are the places of the matrix's rows in bodies of LANES each, `source` those of what its columns multiply.
+    `target` are the positions of the rows, in bodies of LANES rows; `source` those of the factors.
     """
     spans, index, held = [0], list[int](), list[FloatArray]()
     for body in range(len(layout.bodies)):
@@ -150,7 +152,7 @@ def _columns(matrix: FloatArray, target: IntArray, source: IntArray, layout: Lay
 
 
 def _elements(structure: Structure, layout: Layout) -> tuple[dict[str, Any], int]:
-    """Return the arrays of nonlinear and series elements, and how many states lie inside the latter."""
+    """Return the arrays of nonlinear and series elements, and the number of states inside the latter."""
     spans, index, weight, corner_spans, corners, inside = [0], [], [], [0], [], []
     count = 0
     rows: list[tuple[FloatArray, FloatArray, FloatArray, float | None]]
@@ -183,7 +185,7 @@ def _elements(structure: Structure, layout: Layout) -> tuple[dict[str, Any], int
 
 
 def _both_sides(deflection: FloatArray, force: FloatArray) -> list[tuple[float, float]]:
-    """Return the corners of an odd characteristic, straight on to 1 km beyond the last one; zero is no corner."""
+    """Return the corners of an odd characteristic, extended straight to 1 km beyond the last one; zero is no corner."""
     slope = (force[-1] - force[-2]) / (deflection[-1] - deflection[-2])
     far = deflection[-1] + 1e3
     positive = [*zip(deflection[1:], force[1:], strict=True), (far, force[-1] + slope * 1e3)]
@@ -191,7 +193,7 @@ def _both_sides(deflection: FloatArray, force: FloatArray) -> list[tuple[float, 
 
 
 def layout_of(scenario: Scenario, structure: Structure) -> Layout:
-    """Return where the bodies of a scenario stand in the state."""
+    """Return the layout of the state of a scenario."""
     names = scenario.vehicle.names
     if not isinstance(scenario.track, FloatingDeck):
         return Layout(names, structure.motions)
@@ -307,7 +309,7 @@ def _numbers(scenario: Scenario, tolerance: float, force: float, constant: float
 
 
 def _scales(structure: Structure, layout: Layout, states: int, indentation: float, pulse: float) -> FloatArray:
-    """Return one over the scale of each state's error: lengths by the indentation, turns by that over an arm."""
+    """Return the reciprocal error scale of each state: the indentation for lengths, that over an arm for angles."""
     out = np.zeros(states)
     heavy = {
         body: mass for (body, motion), mass in zip(structure.motions, structure.mass, strict=True) if motion == "z"
@@ -328,7 +330,7 @@ def _saturation(scenario: Scenario) -> FloatArray:
 
 
 def _factor(scenario: Scenario, radius: float) -> Any:
-    """Return the factor on C^(1/3) from the second derivative of the irregularity; None where C does not follow it."""
+    """Return the factor on C^(1/3) as a function of the irregularity's second derivative; None if C is constant."""
     contact = scenario.contact
     if not contact.follows_curvature:
         return None
@@ -384,7 +386,7 @@ def _lane(sign: float, radius: float, body: int, table: Table, first: int) -> li
 
 
 def _deck_wheelset(scenario: Scenario) -> int:
-    """Return the index of the wheelset under whose static force the deck rests."""
+    """Return the index of the wheelset whose static force prestresses the deck."""
     deck = scenario.track
     return deck.wheelset - 1 if isinstance(deck, FloatingDeck) and deck.wheelset is not None else 0
 

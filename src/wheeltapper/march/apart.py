@@ -1,4 +1,4 @@
-"""Cells one at a time: their start, breakpoints, and all that lanes cannot do; and the way back into the lanes."""
+"""Cells one at a time: start, breakpoints, all steps that lanes cannot do, and the return to the lanes."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def join(cell: int, pool: Pool) -> bool:
 
 @kernel
 def cross(cell: int, pool: Pool) -> None:
-    """Take a cell over the breakpoint that it has reached, or end its march there."""
+    """Take a cell across the breakpoint that it has reached, or end its march there."""
     S, numbers = pool.S, pool.numbers[cell]
     take(cell, pool.rows, S)
     why = DONE
@@ -124,7 +124,7 @@ def cross(cell: int, pool: Pool) -> None:
 
 @kernel
 def go_apart(pool: Pool) -> bool:
-    """March one cell by itself until lanes can take it, or to its end; return False if its events need more room."""
+    """March one cell alone until lanes can take it, or to its end; return False if its events need more room."""
     rows, queue = pool.rows, pool.queue
     cell = pop(APART, queue)
     pool.used[VISITS] += 1

@@ -16,11 +16,11 @@ from wheeltapper.march.program import FloatArray, IntArray
 LANES = 8
 HALF = 4
 PLACES = 16
-"""Places of a body in the state."""
+"""Number of places of a body in the state."""
 MOTIONS = 6
 X, Y, Z, ROLL, PITCH, YAW = range(MOTIONS)
 RATE = 8
-"""From a displacement to its velocity."""
+"""Distance from the place of a displacement to that of its velocity, in the state."""
 
 # Why a march ended, beside those of one wheel: a wheel left the rails.
 DERAILED = 20
@@ -33,7 +33,7 @@ LENGTH = 3  # static indentation of a wheel, m
 PULSE = 4  # time, s, in which a wheelset on its contacts turns by one radian of phase
 FRICTION = 5
 CREEP = 6  # NO_CREEP, CURVE, STRIPS
-QUASI_STATIC = 7  # 1 where the wheelsets' spin follows at once
+QUASI_STATIC = 7  # 1 if the wheelsets' spin is quasi-static
 FIRST_SHIFT = 8  # where the tables of the contact geometry begin, m, and how many cells they have per m
 CELLS_PER_M = 9
 DECK = 10  # index of the body that is a deck; -1 without
@@ -57,9 +57,9 @@ TERMS = DEGREE + 1
 TREAD, FLANGE = range(2)
 SATURATION_CELLS = 64
 
-# What a lane is told once: its side (+1 left, -1 right; 0 where the octet has no such wheel), the nominal radius of the
-# wheel, the index of its body, its path's first and last piece and the one after the last, and how that is entered; the
-# times between which it is on the deck.
+# Columns of a lane: its side (+1 left, -1 right; 0 if the octet has no such wheel), the nominal radius of the wheel,
+# the index of its body, the first and the last piece of its path, the piece after the last and the joint before it, and
+# the times between which it is on the deck.
 SIDE, NOMINAL, BODY, FIRST, LAST, LOOP, LOOP_JOIN, DECK_FROM, DECK_TO = range(9)
 LANE_COLUMNS = 9
 
@@ -72,7 +72,7 @@ class Assembly(NamedTuple):
     numbers
         (NUMBERS,).
     scales
-        (states,): one over the error of each state that counts as one.
+        (states,): reciprocal error scale of each state.
     lanes
         (octets, LANE_COLUMNS, LANES).
     kinds
@@ -87,7 +87,7 @@ class Assembly(NamedTuple):
     spans, sources, columns
         Accelerations of body i are the sum over c in spans[i]:spans[i + 1] of columns[8·c : 8·c + 8]·w[sources[c]].
     mobility
-        (bodies·LANES,): what each motion is accelerated by a force on itself; the force on each is thus multiplied.
+        (bodies·LANES,): factor from the force on each motion to its acceleration.
     force_spans, force_sources, force_columns
         The same columns for forces on other motions (where links tie them), (bodies·LANES,).
     loads

@@ -1,7 +1,7 @@
-"""Sums of weighted columns, eight rows at a time: the one place where the kernels name vectors of the machine.
+"""Sums of weighted columns, eight rows at a time. Only here the kernels use vector types of the machine.
 
-Numba's loops over eight rows do not stay in registers while the columns go by; written as vectors they do, and the
-linear part of a coach costs a tenth.
+In Numba's loops over eight rows the sums do not stay in registers. Written as vectors they do, and the linear part of a
+coach costs a tenth.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from wheeltapper.march.program import FloatArray, IntArray
 
 ROWS = 8
 TOGETHER = 4
-"""Columns come in fours: as many sums run side by side."""
+"""The number of columns is a multiple of this, because that many sums are formed side by side."""
 VECTOR = ir.VectorType(ir.DoubleType(), ROWS)
 FUSED = ("contract",)
 SPLAT = ir.Constant(ir.VectorType(ir.IntType(32), ROWS), [0] * ROWS)

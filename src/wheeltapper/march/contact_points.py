@@ -1,4 +1,4 @@
-"""Where a circle touches a profile of waves and chords, and how high, steep and bent that is.
+"""The contact of a circle and a profile of waves and chords, with height, slope and curvature of the profile.
 
 The profile consists of cells, each of them the sum of its terms:
 
@@ -21,7 +21,8 @@ OFFSET, SINE, COSINE, WAVENUMBER, ORIGIN = range(1, 6)
 START, END, RADIUS, BELOW = range(1, 5)
 NEWTON_STEPS = 80
 LAST_DIGIT, PART = 4e-16, 1e-2
-"""A contact is found where a step is below LAST_DIGIT of the place and PART of the circle's radius."""
+"""A point of contact is found when a step is below LAST_DIGIT times the place and PART times the radius of the
+circle."""
 
 
 @plain_kernel
@@ -62,7 +63,7 @@ def bracket(
     places: FloatArray, contacts: FloatArray, first: IntArray, owner: IntArray, x: FloatArray, s: FloatArray,
     low: FloatArray, high: FloatArray,
 ) -> None:  # fmt: skip
-    """Write about where circles with their centres above x touch, each on the given branch, and between which places.
+    """Write approximate points of contact of circles with centres above x, each on the given branch, and bounds.
 
     Branch i holds the samples first[i] : first[i + 1] of the circle's places and its points of contact, both rising.
     Beyond its ends it touches there.
@@ -86,9 +87,9 @@ def touch(
     terms: FloatArray, first: IntArray, cell: IntArray, radius: float, x: FloatArray, low: FloatArray,
     high: FloatArray, s: FloatArray,
 ) -> None:  # fmt: skip
-    """Sharpen where circles with their centres above x touch a cell between low and high.
+    """Refine the points of contact of circles with centres above x in a cell between low and high.
 
-    There the profile's slope less the circle's falls through zero; where it does not, s is one of the ends.
+    The profile's slope less that of the circle falls through zero there. If it does not, s is one of the ends.
     """
     for i in range(len(s)):
         here, there = terms[first[cell[i]] : first[cell[i] + 1]], s[i]

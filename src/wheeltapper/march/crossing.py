@@ -1,4 +1,4 @@
-"""Where in a step a contact changes, a force turns, or a nonlinear element reaches a corner of its characteristic.
+"""Places within a step at which a contact changes, a force has an extremum, or an element reaches a corner.
 
 Between the ends of a step the motion is DOP853's dense solution: `w` at the start, `F` its coefficients.
 """
@@ -18,13 +18,13 @@ from wheeltapper.march.unrolled_dop853 import between
 from wheeltapper.march.wheel_rows import DELTA
 
 NODES = 8
-"""A step in which a contact may change is looked at in so many places."""
+"""Number of places at which a step is examined if a contact may change in it."""
 NEAR = 0.02
-"""A contact whose cubic comes nearer to its change than this share of its way is looked at closely."""
+"""A contact is examined in a step if its cubic interpolant comes nearer to zero than this share of its range."""
 
 
 class Span(NamedTuple):
-    """A step with its dense solution, and room to look into it."""
+    """A step with its dense solution, and scratch memory to evaluate it."""
 
     t: float
     h: float
@@ -38,7 +38,7 @@ class Span(NamedTuple):
 
 @kernel
 def suspicious(h: float, d0: float, r0: float, d1: float, r1: float) -> bool:
-    """Return True where the cubic through both ends of a step is negative, or comes near zero."""
+    """Return True if the cubic through both ends of a step is negative, or comes near zero."""
     if d1 < 0.0 or r0 >= 0.0 or r1 <= 0.0:
         return d1 < 0.0
     rise = d1 - d0
@@ -61,13 +61,13 @@ def at_place(x: float, lane: int, row: int, span: Span) -> float:
 
 @kernel
 def corner_at(element: int, corner: int, plan: IntArray) -> int:
-    """Return where the deflection of a corner stands in the data."""
+    """Return the position of the deflection of a corner in the data."""
     return plan[contract.AT_CORNERS] + 2 * (plan[plan[contract.AT_ELEMENT_CORNERS] + element] + corner)
 
 
 @kernel
 def _corner_gap(x: float, element: int, corner: int, span: Span) -> float:
-    """Return how far an element is beyond a corner at a place of the step."""
+    """Return the distance of an element beyond a corner at a place of the step."""
     between(x, span.w, span.F, span.spare)
     here = deflection(element, span.data, span.plan, span.spare)
     return here - span.data[corner_at(element, corner, span.plan)]
@@ -85,7 +85,7 @@ def find_fall(
         f = sign * at_place(x, lane, row, span)
         if f > 0.0:
             low, f_low = x, f
-            if side == 1:  # the Illinois method: an end that stays counts half
+            if side == 1:  # the Illinois method: the value at an end that stays is halved
                 f_high *= 0.5
             side = 1
         else:
@@ -145,7 +145,7 @@ def first_change(lane: int, sign: float, span: Span) -> float:
         before = min(before, max(best - 1.0 / NODES, 0.0))
         f_best = sign * at_place(best, lane, DELTA, span)
         f_before = sign * at_place(before, lane, DELTA, span)
-    if f_before <= 0.0:  # it changed at the step's start, or has just begun to move away
+    if f_before <= 0.0:  # it changed at the start of the step, or has just begun to move away
         before = _away(best, lane, sign, span)
         if before == best:
             return best

@@ -1,6 +1,6 @@
-"""Many cells: each is one wheel with numbers of its own; tables of the path are shared.
+"""Many cells: each is one wheel with its own numbers; tables of the path are shared.
 
-for each cell:  start it, march it until enough is seen or the run ends, note where its events and peaks lie
+for each cell: start it, march it until all features are known or the run ends, note the rows of its events and peaks
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ STEP_ROWS = 64
 
 
 class Cells(NamedTuple):
-    """What is to be marched: the pieces of all tables, which of them belong to each cell, and each cell's numbers."""
+    """Input of a march: the pieces of all tables, the pieces of each cell, and the numbers of each cell."""
 
     pieces: FloatArray  # (pieces, PIECE_COLUMNS)
     first: IntArray  # (cells,)
@@ -170,7 +170,7 @@ def march_one_by_one(cells: Cells, tally: bool = False) -> Marched:
 
 
 def _in_lanes(cells: Cells, tally: bool) -> bool:
-    """Return True where lanes march the cells: they know neither tallies nor other orders than the default one."""
+    """Return True if lanes can march the cells: they have neither tallies nor other orders than the default one."""
     return not tally and cells.strict is None
 
 
@@ -196,14 +196,14 @@ def march_block(cells: Cells, tally: bool = False) -> Marched:
 
 
 def is_ready(cells: Cells, tally: bool) -> bool:
-    """Return False where marching these cells begins with compiling."""
+    """Return False if marching these cells begins with compiling."""
     if _in_lanes(cells, tally):
         return is_compiled(lanes_kernel, (pool_of(*cells.part(slice(0, 1))),))
     return is_compiled(ensemble_kernel, _arguments(cells, 0, _Tables.of(0), _work(), tally))
 
 
 def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None], tally: bool = False) -> None:
-    """March all cells, block by block, and hand each block to `read`; the threads do both."""
+    """March all cells, block by block, and pass each block to `read`; the threads do both."""
 
     def one(block: slice) -> None:
         read(block, march_block(cells.part(block), tally))

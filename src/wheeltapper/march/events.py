@@ -1,4 +1,4 @@
-"""What happens at a loss, an impact, a force maximum and a breakpoint: recording it, and entering the next phase."""
+"""Losses, impacts, force maxima and breakpoints: recording them, and entering the next phase."""
 
 from __future__ import annotations
 
@@ -58,8 +58,8 @@ LIFT = 1e-6
 QUIET = 1e-13
 
 STANDS_OUT = 1e-9
-"""How far, over one more than the force, a maximum must stand out on both sides (scaled): the default method's steps
-are exact to some 1e-10, and where they bend by less nobody knows whether the force rises or falls."""
+"""Smallest height of a force maximum above its surroundings on both sides (scaled), over one plus the force. The steps
+of the default method are exact to some 1e-10: a lower maximum may be rounding."""
 
 # How the force has gone since its last maximum, from MARK on: whether the present state stands at a breakpoint; whether
 # a maximum waits for the force to fall, its time, force, whether it is at a breakpoint, and how many impacts came

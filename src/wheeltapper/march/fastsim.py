@@ -5,8 +5,8 @@ traction grows against the rigid slip from the leading edge on, and is cut back 
 
     p -= (ux - fx·y, uy + fy·x)·dx       p *= g/|p| where |p| > g       sum p·dx·dy
 
-All strips are equally wide, wherever the slip has its pole: strips that move with the pole, as Kalker's do, are not
-more exact (the cells along a strip decide), and would make the force jump with the slip.
+All strips have the same width, at any position of the pole of the slip. Kalker's strips move with the pole. They are
+not more exact, because the cells along a strip decide, and they would make the force jump with the slip.
 
 Source: J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Vehicle System Dynamics 11 (1982).
 """
@@ -24,7 +24,7 @@ from wheeltapper.march.wheel_rows import PX, PY, SUM_X, SUM_Y, TURN_X, TURN_Y, U
 
 PARABOLIC, ELLIPTIC = 0, 1
 SHARE_PARABOLIC, SHARE_ELLIPTIC = 2.0 / np.pi, 1.5 / np.pi
-"""What the sums are to be multiplied with for forces over the friction limit."""
+"""Factors by which the sums are multiplied to give forces over the friction limit."""
 
 
 # Loops that are long enough are not unrolled before they are made vectors of: hence two cells at a time.
@@ -75,7 +75,7 @@ def add_strip(y: float, width: float, cells: int, bound: int, L: FloatArray) -> 
 def fastsim(cells: int, strips: int, bound: int, L: FloatArray) -> None:
     """Sum the tractions of all lanes from their scaled slips (UX, UY) and spins (TURN_X, TURN_Y) to SUM_X and SUM_Y.
 
-    There are so many `strips` of so many `cells`; `bound`: PARABOLIC or ELLIPTIC in the radius.
+    There are `strips` strips of `cells` cells; `bound`: PARABOLIC or ELLIPTIC over the radius.
     """
     for i in range(LANES):
         L[SUM_X + i] = 0.0

@@ -1,4 +1,4 @@
-"""Many cells with their derivatives: each is marched, and then its steps are gone through once more with tangents."""
+"""Many cells with their derivatives: each is marched, and then its steps are repeated with tangents."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ BLOCK = 1024
 
 
 class Turns(NamedTuple):
-    """How cells change with up to PARAMETERS parameters."""
+    """Derivatives of cells with respect to up to PARAMETERS parameters."""
 
     numbers: FloatArray  # (cells, NUMBERS, LANES)
     bends: FloatArray  # (tables that bend, pieces, PIECE_COLUMNS)
@@ -47,12 +47,12 @@ class Turns(NamedTuple):
 
 
 class Tangents(NamedTuple):
-    """Derivatives of events and peaks, and how far they can be trusted."""
+    """Derivatives of events and peaks, and measures of their reliability."""
 
     events: FloatArray  # (events, 2, LANES): of time and rate, scaled
     peaks: FloatArray  # (peaks, 2, LANES): of time and force
     gentlest: FloatArray  # (cells,): the smallest indentation rate at an event
-    amplification: FloatArray  # (cells,): how much a change of the start has grown by the end of the march
+    amplification: FloatArray  # (cells,): growth of a small change of the start until the end of the march
     # Where a tally was kept, (cells, LANES) of the highest position, (events, LANES) of the impulses.
     highest: FloatArray | None = None
     impulses: FloatArray | None = None
@@ -164,7 +164,7 @@ def _arguments(cells: Cells, turns: Turns, cell: int, tables: _Tables, tally: bo
 
 
 def is_ready(cells: Cells, turns: Turns, tally: bool) -> bool:
-    """Return False where marching these cells with tangents begins with compiling."""
+    """Return False if marching these cells with tangents begins with compiling."""
     return is_compiled(gradient_kernel, _arguments(cells, turns, 0, _Tables.of(0, 1, 1), tally))
 
 
@@ -213,7 +213,7 @@ def sampled(
 def march_all(
     cells: Cells, turns: Turns, threads: int, read: Callable[[slice, Marched, Tangents], None], tally: bool = False
 ) -> None:
-    """March all cells with tangents, block by block, and hand each block to `read`; the threads do both."""
+    """March all cells with tangents, block by block, and pass each block to `read`; the threads do both."""
 
     def one(block: slice) -> None:
         read(block, *march_block(cells.part(block), Turns(turns.numbers[block], turns.bends, turns.table), tally))

@@ -1,7 +1,7 @@
 """The decorator of all kernels: compiled once, cached on disk, and compiled again when any kernel's source changes.
 
-Numba stamps a cached function with its own file only, so an edited callee in another file would silently leave the old
-machine code in use. The locators below stamp every kernel with all of this folder's sources. Where the package's
+Numba stamps a cached function with its own file only. After an edit of a callee in another file, the old machine code
+would silently stay in use. The locators below stamp every kernel with all sources of this folder. If the package's
 folder cannot be written, the cache goes to the user's cache directory.
 """
 
@@ -19,7 +19,7 @@ from numba.core import caching
 
 FOLDER = Path(__file__).resolve().parent
 FASTMATH = {"contract", "reassoc", "arcp", "nsz", "afn"}
-"""Never nnan or ninf: infinities and NaN are data here (open ends, failures)."""
+"""Flags of the compiler. Never nnan or ninf, because infinities and NaN are data here (open ends, failures)."""
 
 
 def source_stamp() -> str:
@@ -60,7 +60,7 @@ class _UserWide(_Stamped, caching.UserWideCacheLocator):
 
 
 class _ForThisProcess(_Stamped, caching.UserWideCacheLocator):
-    """Where nothing else can be written: a folder that only this process knows."""
+    """If nothing else can be written: a temporary folder of this process."""
 
     def get_cache_path(self) -> str:
         return temporary()
@@ -80,11 +80,11 @@ kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=Tr
 inlined_kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True, forceinline=True)
 """For a kernel that does less than its call costs."""
 plain_kernel = numba.njit(cache=True, error_model="numpy", nogil=True)
-"""For what must be right to the last digit: sums stay in the order in which they are written."""
+"""For results that must be exact to the last digit: sums keep the order in which they are written."""
 
 
 def is_compiled(dispatcher: Any, arguments: tuple[Any, ...]) -> bool:
-    """Return True where machine code of the kernel for such arguments lies in memory or in the cache already."""
+    """Return True if machine code of the kernel for such arguments is in memory or in the cache already."""
     if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         return True
     types = tuple(numba.typeof(argument) for argument in arguments)

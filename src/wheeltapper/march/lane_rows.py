@@ -1,4 +1,4 @@
-"""Where things stand in the flat array `L` of the lane kernels: entry i of the row at T is L[T + i], one per lane."""
+"""Layout of the flat array `L` of the lane kernels: entry i of the row at T is L[T + i], one per lane."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ CONTACT_ORDER, FLIGHT_ORDER = 12, 22
 
 
 def _rows(first: int, *lengths: int) -> list[int]:
-    """Return where series with so many rows each begin, and where the last one ends."""
+    """Return the starts of series with the given numbers of rows, and the end of the last one."""
     starts = [first]
     for length in lengths:
         starts.append(starts[-1] + LANES * length)

@@ -1,4 +1,4 @@
-"""How far a wheel is from losing contact once more, or has gone beyond: a margin that passes zero smoothly.
+"""Distance of a wheel from a further loss of contact: a margin that passes zero smoothly when the loss appears.
 
 march each cell to the impact that ends the loss in question, or to the end; then go through its steps once more
 the loss happened      the smallest indentation in its flight: minus the largest clearance
@@ -57,7 +57,7 @@ def _lowest(row: int, order: int, length: float, S: FloatArray) -> float:
 
 @kernel
 def _held(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
-    """Return how near a contact step comes to a loss."""
+    """Return the margin of a contact step."""
     order = int(numbers[contract.ORDER])
     localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
     contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
@@ -68,7 +68,7 @@ def _held(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArr
 
 @kernel
 def _lost(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
-    """Return how far a step without contact force goes beyond a loss, as a negative number."""
+    """Return the margin of a step without contact force, a negative number."""
     order = int(FLIGHT_ORDER)
     localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
     flight_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
@@ -122,12 +122,12 @@ def _arguments(cells: Cells, cell: int, losses: int, margins: FloatArray, rows: 
 
 
 def is_ready(cells: Cells) -> bool:
-    """Return False where finding margins begins with compiling."""
+    """Return False if computing margins begins with compiling."""
     return is_compiled(margin_kernel, _arguments(cells, 0, 1, np.zeros(0), 1))
 
 
 def margins_of(cells: Cells, losses: int, threads: int) -> FloatArray:
-    """Return how far each cell is from its `losses`-th loss of contact, in scaled units; negative beyond it."""
+    """Return the margin of each cell from its `losses`-th loss of contact, in scaled units; negative beyond it."""
     total = len(cells.first)
     margins = np.empty(total)
 

@@ -56,14 +56,15 @@ from wheeltapper.march.wheel_rows import DELTA, DELTA_RATE, ON, ROWS, SIDES, U
 # Columns of a row of steps; the pieces of the elements follow.
 STEP_TIME, STEP_LENGTH, STEP_CLOSED, STEP_ELEMENTS = range(4)
 SAME = 1e-12
-"""Contacts this near to their change, in static indentations, change together with another."""
+"""Distance to their change, in static indentations, below which contacts change together with another one."""
 BEYOND = 1.02
-"""A step that would go far beyond a contact's change ends just beyond it: the force has a kink there."""
+"""Ratio of the length of a shortened step to the time of a contact's change. A step that would go far beyond the change
+ends just behind it, because the force has a kink there."""
 SAFETY, SHRINK, GROW, ORDER = 0.9, 0.2, 5.0, 8
 
 
 class Work(NamedTuple):
-    """What marching one vehicle writes to."""
+    """Arrays to which the march of one vehicle writes."""
 
     w: FloatArray  # (states,): the state
     wheels: FloatArray  # (octets, ROWS): the contacts
@@ -81,7 +82,7 @@ class Work(NamedTuple):
 
 @kernel
 def _is_off(data: FloatArray, wheels: FloatArray) -> bool:
-    """Return True where a wheel is off its rail."""
+    """Return True if a wheel is off its rail."""
     for o in range(int(data[contract.TREADS])):
         for i in range(LANES):
             if abs(wheels[o, U + i]) > data[contract.LARGEST_SHIFT]:
@@ -103,7 +104,7 @@ def march_kernel(
 ) -> int:  # fmt: skip
     """March until the end, or until a table is full; return why it stopped. May be called again.
 
-    What it takes after `scales` is `Work`, one by one: Numba finds no kernel in its cache that takes a named tuple.
+    The arguments after `scales` are the fields of `Work`: Numba does not find kernels with a named tuple in its cache.
     """
     n = w.shape[0]
     y, spare, P = np.empty(n), np.empty(n), np.ones(DENSE_STAGES)
@@ -233,7 +234,7 @@ def probe_kernel(
 
 
 class MultibodyMarch(NamedTuple):
-    """What a march leaves: steps with the states at their starts, events, peaks, the end, and the status."""
+    """Results of a march: steps with the states at their starts, events, peaks, the end, and the status."""
 
     status: int
     steps: FloatArray  # (steps, 3 + elements)
@@ -243,7 +244,7 @@ class MultibodyMarch(NamedTuple):
     end: float
     state: FloatArray  # (states,)
     evaluations: int
-    """How often the rates were computed."""
+    """Number of computations of the rates."""
 
 
 def work_for(A: Assembly, rows: int = 1024) -> Work:
@@ -274,7 +275,7 @@ def probe(A: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _grown(table: FloatArray, used: float) -> FloatArray:
-    """Return the table, twice as long where it is half full."""
+    """Return the table, twice as long if it is half full."""
     if used < 0.5 * len(table):
         return table
     larger = np.zeros((2 * len(table), table.shape[1]))

@@ -1,4 +1,4 @@
-"""What changes between steps of a vehicle: contacts open and close, paths go on to their next pieces."""
+"""Changes between the steps of a vehicle: contacts open and close, paths proceed to their next pieces."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ from wheeltapper.march.wheel_rows import (
 
 EVENT_TIME, EVENT_KIND, EVENT_CONTACT, EVENT_RATE = range(4)
 PEAK_TIME, PEAK_CONTACT, PEAK_FORCE, PEAK_CORNER = range(4)
-# What is carried from call to call.
+# Variables that are kept between calls.
 TIME, NEXT_LENGTH, ANEW, STEPS, EVENTS, PEAKS, RATES_USED, IDLE = range(8)
 CARRIED = 8
 FIRST_STEP = 0.03
-"""First step after an event, in radians of phase."""
+"""Length of the first step after an event, in radians of phase."""
 
 
 @kernel
 def awaken(data: FloatArray, wheels: FloatArray) -> bool:
-    """Let those flanges be computed that may touch, by the shift of their treads; return True where any begin to be."""
+    """Enable the flanges that may touch, by the shift of their treads; return True if any are newly enabled."""
     begins = False
     treads = int(data[contract.TREADS])
     for o in range(treads, wheels.shape[0]):
@@ -72,7 +72,7 @@ def switch_contacts(t: float, near: float, wheels: FloatArray, events: FloatArra
 
 @kernel
 def next_break(data: FloatArray, t: float, wheels: FloatArray) -> float:
-    """Return when the next breakpoint of any path comes, or the next wheel enters or leaves the deck."""
+    """Return the time of the next breakpoint of any path, or at which the next wheel enters or leaves the deck."""
     until = data[contract.END]
     for o in range(wheels.shape[0]):
         for i in range(LANES):

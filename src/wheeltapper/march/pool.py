@@ -1,4 +1,4 @@
-"""Cells on their way in lockstep: where each stands, which kind of step it waits for, and what it has left behind."""
+"""Cells that march in lockstep: the state of each, the kind of step for which it waits, and its results."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from wheeltapper.march.program import (
 
 STEP_ROWS = 64
 ROOM = 16
-"""Rows for events and peaks that must be free before cells go on."""
+"""Number of rows for events and peaks that must be free before cells continue."""
 
 # The queues in which cells wait: the first four have one for each kind of path.
 FLAT, WAVE = 0, 1
@@ -44,12 +44,12 @@ LOCALS = (lane.GOAL - lane.K) // LANES + 1
 STATUS, END, AIRBORNE = range(LOCAL + LOCALS, LOCAL + LOCALS + 3)
 COLUMNS = AIRBORNE + 1
 MARKS, COUNTS = int(MARK - STATE), int(COUNT - STATE)
-# Tables of events and peaks have one column more: whose they are.
+# Tables of events and peaks have one more column: the cell.
 EVENT_CELL, PEAK_CELL = EVENT_COLUMNS, PEAK_COLUMNS
 
 
 class Pool(NamedTuple):
-    """Cells, their numbers and tables, and what the lane kernels write to."""
+    """Cells, their numbers and tables, and the arrays to which the lane kernels write."""
 
     pieces: FloatArray  # (pieces, PIECE_COLUMNS)
     first: IntArray  # (cells,)
@@ -163,7 +163,7 @@ def own(cell: int, events: int, peaks: int, pool: Pool) -> None:
 
 @kernel
 def finish(cell: int, why: int, time: float, rows: FloatArray) -> None:
-    """Note how and when a cell's march ended."""
+    """Note the status and the end of a cell's march."""
     rows[cell, STATUS] = why
     rows[cell, END] = time
 
@@ -193,7 +193,7 @@ def track(cell: int, time: float, force: float, corner: float, pool: Pool) -> No
 def gather_kernel(table: FloatArray, used: int, ends: IntArray, out: FloatArray) -> None:
     """Copy rows so that those of a cell stand together, in their order; `ends` becomes the row after each cell's last.
 
-    The last column of `table` says whose a row is.
+    The last column of `table` is the cell of a row.
     """
     columns = table.shape[1] - 1
     ends[:] = 0

@@ -1,4 +1,4 @@
-"""The power of all that changes the energy of wheel and deck, as short series at one instant.
+"""The powers that change the energy of wheel and deck, as short series at one instant.
 
 Per unit of time N·y_k' (PATH), N·w (CONTACT_WORK) and D·v + γ·Z² (LOST), where the damper's force on the wheel is -D:
 D = G·v, or G·v + B·e where the damper has an end of its own (damper_series.py). In contact as series in s, times

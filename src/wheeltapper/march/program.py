@@ -1,4 +1,4 @@
-"""The contract between lowering and the kernels: all that a kernel may know, as plain numbers and arrays.
+"""The interface between lowering and the kernels: everything that a kernel may use, as plain numbers and arrays.
 
 Scaled units (docs/theory/integration.rst, section 5.2): force P + mg, length d0 at which the contact carries that
 force, time sqrt(m·d0/(P + mg)). In these units the wheel has mass one, weight one and static indentation near one.
@@ -73,7 +73,7 @@ LAW_START, LAW_CENTRE, LAW_SCALE, LAW_FORCE = range(4)
 LAW_RESIDUAL = LAW_FORCE + TERMS
 LAW_COLUMNS = LAW_RESIDUAL + TERMS
 
-# Entries of the numbers, scaled units but for PACE and LIFT.
+# Entries of the numbers, in scaled units except PACE and LIFT.
 PACE = 0  # m of travel per unit of time
 LIFT = 1  # units of length per m
 STIFFNESS = 2  # K of the suspension
@@ -95,24 +95,24 @@ ORDER = 17
 TOLERANCE = 18
 EVENT_LIMIT = 19
 LOOP = 20  # the table goes on with this piece after its last one; the number of pieces where it just ends
-LOOP_JOIN = 21  # how that piece is entered from the last one
+LOOP_JOIN = 21  # the joint between the last piece and that one
 START_SHIFT = 22  # the table's position at time zero is its negative, m
-LAST_IMPACT = 23  # the march ends at this impact; -1: it goes on
-LAST_LOSS = 24  # the march ends at the first loss after so many impacts; -1: it goes on
+LAST_IMPACT = 23  # the march ends at this impact; -1: it does not
+LAST_LOSS = 24  # the march ends at the first loss after this number of impacts; -1: it does not
 MEMORY = 25  # 1 where every contact is at one spot, which remembers its largest indentation
 NUMBERS = 26
 
 
 ELASTIC = np.empty((0, LAW_COLUMNS))
-"""The plastic law of contacts that do not yield."""
+"""The empty plastic law of elastic contacts."""
 
-# Entries of a damper with an end of its own (the numbers' DAMPING is then zero): its damping, half the gap of its play,
-# the stiffness of its bush (0: rigid), and where in the gap the end begins, from -1 to 1.
+# Entries of a damper whose end can move (DAMPING in the numbers is then zero): its damping, half the gap of its play,
+# the stiffness of its bush (0: rigid), and the position of the end in the gap at the start, from -1 to 1.
 DAMPER_DAMPING, DAMPER_PLAY, DAMPER_BUSH, DAMPER_START = range(4)
 DAMPER_ENTRIES = 4
 
 PLAIN = np.empty(0)
-"""The damper whose end the wheel holds: the numbers know it."""
+"""The empty array for a plain damper, which the numbers describe."""
 
 
 class Program(NamedTuple):

@@ -55,7 +55,7 @@ from wheeltapper.march.wheel_rows import (
 LOAD_POWER, PATH_POWER, SHAPE_POWER, DAMPER_POWER, FRICTION_POWER, DRIVE_POWER, STAND_IN_POWER = range(7)
 POWERS_KEPT = 7
 NODES = 6
-"""Of Gauss's rule in each step."""
+"""Number of nodes of Gauss's rule in each step."""
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""Roots of a step's polynomial: every crossing in the step is found, none is stepped over.
+"""Roots of a step's polynomial: every crossing in the step is found.
 
 On an interval the polynomial is written in the Bernstein basis; by Descartes' rule the number of sign changes in its
 coefficients bounds the number of roots inside, and is exact when it is 0 or 1. Halving isolates each root:
@@ -101,7 +101,7 @@ def _sharpen(S: FloatArray, at: int, n: int, lo: float, hi: float, x: float, sig
         value = S[at + n]
         slope = 0.0
         k = at + n
-        while k > at:  # Numba's range with a variable number of steps costs twice the time here
+        while k > at:  # a range with a variable number of steps would cost twice the time in Numba
             k -= 1
             slope = slope * x + value
             value = value * x + S[k]
@@ -131,7 +131,7 @@ def first_root(
     """
     if not hi > lo:
         return NONE, False
-    if lo == 0.0 and S[at] == 0.0:  # the phase begins at a root, which is not meant
+    if lo == 0.0 and S[at] == 0.0:  # the phase begins at a root, which does not count
         at += 1
         n -= 1
     steepest = 0.0

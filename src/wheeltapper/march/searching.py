@@ -1,4 +1,4 @@
-"""What happens within a step of a vehicle: which contacts may change, which comes first, which forces have maxima.
+"""Events within a step of a vehicle: contacts that may change, the first of them, and maxima of forces.
 
 `kept` (KEPT, lanes) holds each contact's indentation, its rate, the normal force's rate and the force at the step's
 start, and a mark.
@@ -19,14 +19,14 @@ from wheeltapper.march.wheel_rows import ARM, AWAKE, DELTA, DELTA_RATE, NORMAL, 
 DELTAS, DELTA_RATES, GROWTHS, FORCES, MARKS = range(5)
 KEPT = 5
 NOISE = 1e-11
-"""A force that grows by less than this share in a step does not grow."""
+"""Relative growth of a force in a step up to which it counts as none."""
 QUIET = 1e-7
-"""A force whose rate changes its sign with less than this relative effect in a step has no maximum, but noise."""
+"""Relative effect of a change of sign of a force's rate within a step, below which it is rounding and no maximum."""
 
 
 @kernel
 def keep(wheels: FloatArray, kept: FloatArray) -> None:
-    """Keep what the contacts do at a step's start; a force that begins to grow from zero has a rate of zero."""
+    """Keep the quantities of the contacts at a step's start; a force that begins to grow has the rate zero."""
     for o in range(wheels.shape[0]):
         L = wheels[o]
         for i in range(LANES):
@@ -41,7 +41,7 @@ def keep(wheels: FloatArray, kept: FloatArray) -> None:
 
 @kernel
 def time_to_change(longest: float, wheels: FloatArray, rates: FloatArray) -> float:
-    """Return when the next contact is likely to change, by its present rate and acceleration; `longest` if later."""
+    """Return the probable time of the next change of a contact, from its rate and acceleration; at most `longest`."""
     soonest = longest
     for o in range(wheels.shape[0]):
         L = wheels[o]
@@ -95,7 +95,7 @@ def mark_changes(
 
 @kernel
 def first_event(y: FloatArray, pieces: FloatArray, kept: FloatArray, span: Span) -> tuple[float, int, int, int]:
-    """Return the first event's place in a step (2 where there is none) and its contact, or its element and corner."""
+    """Return the place of the first event in a step (2 if there is none) and its contact, or its element and corner."""
     at = 2.0
     contact = -1
     element = -1
@@ -147,7 +147,7 @@ def log_maxima(kept: FloatArray, span: Span, peaks: FloatArray, S: FloatArray) -
 
 @kernel
 def log_corners(t: float, pulse: float, wheels: FloatArray, kept: FloatArray, peaks: FloatArray, S: FloatArray) -> None:
-    """Log the forces that have a maximum where the input has a kink or jumps; `kept` is from before it."""
+    """Log the forces with a maximum at a kink or jump of the input; `kept` is from before it."""
     for lane in range(kept.shape[1]):
         L = wheels[lane // LANES]
         i = lane % LANES

@@ -1,9 +1,9 @@
 """The length of a contact step, from the last two terms of its series (docs/theory/integration.rst, section 5.4).
 
-A part of the motion that has died out is in no term of the series, but where it is fast it limits the step all the
-same: beyond order/2 of its time constants a polynomial makes rounding grow to motion. Half of that is the limit.
-
-Roots of order 11 and more forgive much: logarithm and power come from the bits of the number, to 0.1 and 3 %.
+A part of the motion that has decayed does not appear in the terms of the series. If it is fast, it limits the step
+nevertheless: beyond order/2 of its time constants a polynomial amplifies rounding to visible motion. Half of that is
+the limit. For roots of order 11 and more an approximate logarithm suffices: logarithm and power come from the bits of
+the number, to 0.1 and 3 %.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ BIAS = 1022.957  # of the exponent, less half the largest error of the straight 
 FLOOR = 1e-250
 STABLE = 0.25  # of the order
 SLOW = 1.0
-"""A suspension with K + G below this is too slow to limit a step of at most LONGEST."""
+"""Value of K + G below which the suspension is too slow to limit a step of at most LONGEST."""
 
 
 @kernel
 def _bits(x: float) -> float:
-    """Return the bits of a positive number as a number: 2**52·(log2(x) + BIAS), but for 0.05·2**52."""
+    """Return the bits of a positive number as a number: 2**52·(log2(x) + BIAS), with an error up to 0.05·2**52."""
     return float(np.float64(x).view(np.int64))
 
 
@@ -41,6 +41,6 @@ def steplength(order: int, u_before: float, w_before: float, u_last: float, w_la
 
 @kernel
 def stable(order: int, length: float, rate: float) -> float:
-    """Return the length of a step, at most what is stable where the motion has a part as fast as `rate`."""
+    """Return the length of a step, limited by stability if the motion has a part as fast as `rate`."""
     reach = STABLE * order
     return reach / rate if length * rate > reach else length

@@ -1,7 +1,8 @@
-"""What steps add up to, for features that events and force maxima do not tell: impulses and the highest position.
+"""Sums and extremes over steps, for features beyond events and force maxima: impulses and the highest position.
 
-for each step: its series once more; its impulse to the present contact; its ends, and its inside where the wheel turns
-a step without contact force ends the present contact, the first step after it begins the next
+For each step its series is computed again. Its impulse is added to the present contact. The highest position is taken
+at its ends, and inside where the wheel turns. A step without contact force ends the present contact; the first step
+after it begins the next one.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Derivatives of a march with respect to parameters: its steps are gone through once more, with their tangents.
+"""Derivatives of a march with respect to parameters: its steps are repeated, with their tangents.
 
 LANES directions at a time; in each, the numbers of the program, the pieces of the path and the start change at given
 rates. Between events the regularised system is differentiated (every product by its rule, every series analytic):
@@ -97,10 +97,11 @@ from wheeltapper.march.tangent_series import at, contact_tangent, flight_tangent
 from wheeltapper.march.tangent_tally import add_impulse, highest_tangent
 
 GRAZING = 1e-3
-"""A motion that comes nearer to u = w = 0 (scaled) makes a derivative meaningless, and so does a loss or an impact with
-a smaller indentation rate; where Hunt-Crossley's force ends or begins while indented, one that bends less."""
+"""Distance of the motion from u = w = 0 (scaled) below which a derivative means nothing. The same limit holds for the
+indentation rate at a loss or an impact. Where Hunt and Crossley's force ends or begins while indented, it holds for the
+rate at which the indentation rate passes its limit."""
 NEAR = 0.1
-"""A contact step that may come nearer to u = w = 0 is looked into."""
+"""Distance from u = w = 0 (scaled) below which a contact step is examined."""
 
 
 @kernel

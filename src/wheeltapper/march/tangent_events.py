@@ -1,4 +1,4 @@
-"""What happens to tangents where a step ends: at a loss, a landing, a breakpoint, a jump of the force."""
+"""Tangents at the end of a step: at a loss, a landing, a breakpoint, a jump of the force."""
 
 from __future__ import annotations
 
@@ -95,9 +95,9 @@ def motion_at_end(numbers: FloatArray, step: FloatArray, end: FloatArray, S: Flo
 
 @kernel
 def enter_contact(step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray) -> bool:
-    """Turn tangents at fixed time into those of a contact step that starts here; return False where it grazes.
+    """Convert tangents at fixed time to those of a contact step that starts here; return False if it grazes.
 
-    There the regularised variables have no tangent, and none is given any more.
+    In that case the regularised variables have no tangents, and none are computed any more.
     """
     u = step[A]
     on_deck = step[ON_DECK] != 0.0
@@ -185,7 +185,7 @@ def break_moves(
     bends: FloatArray, base: int, table: IntArray, numbers: FloatArray, turns: FloatArray, step: FloatArray,
     after: FloatArray, carried: FloatArray,
 ) -> None:  # fmt: skip
-    """Write how the time of the breakpoint between two steps moves, and how the table's shift does."""
+    """Write the derivatives of the time of the breakpoint between two steps, and of the table's shift."""
     pace = numbers[contract.PACE]
     piece = int(step[PIECE])
     for lane in range(LANES):
@@ -267,7 +267,7 @@ def force_jump(
     pieces: FloatArray, numbers: FloatArray, after: FloatArray, here: FloatArray,
     carried: FloatArray, S: FloatArray,
 ) -> None:  # fmt: skip
-    """Add what a jump of the force at a breakpoint does to the velocities at fixed time."""
+    """Add the effect of a jump of the force at a breakpoint on the velocities at fixed time."""
     localise(pieces, numbers, int(after[PIECE]), after[SHIFT], after[TIME], S)
     factor, _ = factor_at(0.0, S)
     on_deck = after[ON_DECK] != 0.0

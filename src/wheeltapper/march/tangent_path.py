@@ -33,7 +33,7 @@ from wheeltapper.march.series import (
 )
 
 LANES = 8
-"""Directions that are carried at a time."""
+"""Number of directions that are carried at a time."""
 # Rows of the carried tangents: of time, of u and w (in contact) or y and v, of the deck, of the table's shift and of
 # the time of the next breakpoint; u and w once more, at the end of a contact step.
 DT, DA, DB, DY, DZ, DSHIFT, DBREAK, DU, DW = range(9)

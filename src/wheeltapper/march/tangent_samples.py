@@ -21,7 +21,7 @@ FORCE, DECK_Y, DECK_V, WHEEL_Y, WHEEL_V = range(5)
 QUANTITIES = 5
 VALUE, RATE, FIRST_LANE = 0, 1, 2
 SAMPLED = FIRST_LANE + LANES
-"""Of each quantity its value, its rate in time, and its derivatives at fixed time."""
+"""Entries of each quantity: its value, its rate in time, and its derivatives at fixed time."""
 
 
 @kernel

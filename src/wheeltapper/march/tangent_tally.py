@@ -1,4 +1,4 @@
-"""Derivatives of what steps add up to: impulses, and the wheel's highest position."""
+"""Derivatives of the sums over steps: impulses, and the wheel's highest position."""
 
 from __future__ import annotations
 

@@ -1,17 +1,18 @@
-"""How a march tells how far it is: its kernel returns after some steps, and goes on."""
+"""Progress of a march: its kernel returns after some steps, reports, and continues."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 CHUNK = 20_000
-"""Steps of a wheelset's march after which its kernel returns: far below a tenth of a second."""
+"""Steps of a wheelset's march after which its kernel returns, so that progress is reported; this takes far less than
+0.1 s."""
 WAGON_CHUNK = 4_000
-"""The same of a wagon's, whose steps take longer."""
+"""The same for a wagon's march, whose steps take longer."""
 Tell = Callable[[float], bool]
-"""Called with the time (of the program) that a march has reached; where it returns True, the march ends as FULL."""
+"""Called with the time (of the program) that a march has reached. If it returns True, the march ends as FULL."""
 
 
 def untold(reached: float) -> bool:
-    """Tell nobody, and go on."""
+    """Report nothing, and continue."""
     return False

@@ -1,4 +1,4 @@
-"""Eight wheels on their paths: the motion of their wheelsets, and what the paths are at a time."""
+"""Eight wheels on their paths: the motion of their wheelsets, and the paths at a time."""
 
 from __future__ import annotations
 

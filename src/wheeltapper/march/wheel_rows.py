@@ -1,4 +1,4 @@
-"""Where things stand in the scratch of an octet of contacts: entry i of the row at T is L[T + i], one per lane."""
+"""Layout of the scratch memory of an octet of contacts: entry i of the row at T is L[T + i], one per lane."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from wheeltapper.march import assembly as contract
 from wheeltapper.march.assembly import LANE_COLUMNS, LANES, RATE, TABLES, TERMS
 from wheeltapper.march.program import MAX_DEGREE
 
-# First what the contract tells once, then what is set between steps.
+# First the columns of `assembly`, then the values that are set between steps.
 _ROWS = iter(range(LANE_COLUMNS * LANES, 400 * LANES, LANES))
 
 
@@ -16,8 +16,8 @@ def _rows(count: int) -> tuple[int, ...]:
 
 SIDES, RADII = contract.SIDE * LANES, contract.NOMINAL * LANES
 (ON, PIECE, SHIFT, UNTIL, ON_DECK, CELL, NEW_CELL, CURVE_CELL) = _rows(8)
-"""Whether the contact may carry; piece and shift of the path, and when the piece ends; whether the wheel is on the
-deck; the cells of the geometry's tables and of the creep law's curve."""
+"""Whether the contact may carry force; piece and shift of the path, and the end of the piece; whether the wheel is on
+the deck; the cells of the geometry's tables and of the creep law's curve."""
 (CENTRE_TIME, PACE, WAVE_SINE, WAVE_COSINE, OMEGA) = _rows(5)
 (POLY, *_) = _rows(MAX_DEGREE + 1)
 (FACTORS, *_) = _rows(MAX_DEGREE + 1)

@@ -99,7 +99,7 @@ from wheeltapper.march.wheel_rows import (
 )
 
 LAST_CELL = SATURATION_CELLS * (1.0 - 1e-15)
-"""Cells of the creep law's curve; a share of one still lies in the last of them."""
+"""Largest position in the creep law's curve, in cells, so that a utilisation of one still lies in the last cell."""
 
 
 @kernel
@@ -205,7 +205,7 @@ def _stiffen(first: float, finer: float, speed: float, L: FloatArray) -> None:
 
 @kernel
 def _turn_along(L: FloatArray) -> None:
-    """Let the wheelsets' spin follow at once: the longitudinal linear forces of both wheels have no moment."""
+    """Compute the quasi-static spin of the wheelsets: the longitudinal linear forces of both wheels have no moment."""
     for i in range(HALF):
         j = i + HALF
         left = L[STIFF_X + i] * L[ROLLING + i]
@@ -219,9 +219,9 @@ def _turn_along(L: FloatArray) -> None:
 # Loops that are long enough are not unrolled before they are made vectors of: hence few and long ones below.
 @kernel
 def _linear(inclined: float, friction: float, L: FloatArray) -> float:
-    """Compute the linear forces, in the plane of contact if it is inclined (1), and how far friction is used.
+    """Compute the linear forces, in the plane of contact if it is inclined (1), and the utilisation of friction.
 
-    Return zero where all lanes stay in their cells of the creep law's curve.
+    Return zero if all lanes stay in their cells of the creep law's curve.
     """
     changed = 0.0
     for i in range(LANES):

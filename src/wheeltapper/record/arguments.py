@@ -1,4 +1,4 @@
-"""What verbs of scenarios and recordings are given: these, or the paths of their files, and a method."""
+"""Arguments that are scenarios or recordings, or the paths of their files; and the method."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 def as_scenario(given: Any) -> Scenario:
-    """Return a scenario; of a path, the one that the TOML file describes."""
+    """Return a scenario; for a path, the one that the TOML file describes."""
     if isinstance(given, Scenario):
         return given
     return Scenario.from_toml(as_path(given, "scenario", "a Scenario, or the path of its TOML file"))
@@ -29,7 +29,7 @@ def as_scenarios(given: Any) -> list[Scenario]:
 
 
 def as_recording(given: Any) -> Recording:
-    """Return a recording; of a path, the one that the file holds."""
+    """Return a recording; for a path, the one in the file."""
     if isinstance(given, Recording):
         return given
     from wheeltapper.record.read_recording import read_recording

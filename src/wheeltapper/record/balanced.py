@@ -1,8 +1,8 @@
 """The check at the end of every run: whether work and energy of wheel and deck balance.
 
-Every step is checked, from the states at its ends alone (march/balance.py); that costs a small part of the march. What
-is missing is put in relation to what was exchanged: the largest kinetic energy, the largest work of the contact in one
-step, all works and losses by amount, and the energy of the contact at rest.
+Every step is checked from the states at its ends (march/balance.py). This costs a small part of the march. The missing
+energy is divided by the exchanged energy: the largest kinetic energy, the largest work of the contact in one step, the
+magnitudes of all works and losses, and the energy of the contact at rest.
 """
 
 from __future__ import annotations
@@ -21,19 +21,21 @@ if TYPE_CHECKING:
     from wheeltapper.march.single import March
 
 LIMIT = 1e-5
-"""A larger part missing makes a run meaningless: its outcome says so."""
+"""Share of the exchanged energy that may be missing. If more is missing, a run means nothing, and its outcome says
+so."""
 NOTABLE = 1e-6
-"""A larger part missing is told in a note."""
+"""Share of the exchanged energy from which on a note reports what is missing."""
 UNBALANCED = 100
-"""Status of such a march; the kernels know nothing of it."""
+"""Status of a march with more energy missing than LIMIT. Kernels never return it."""
 AT_REST = 0.4
-"""Energy of the contact at rest in units of the program: of Hertz's law; of a linear one it is 0.5."""
+"""Elastic energy of the contact at rest, in units of the program, for Hertz's law; for a linear contact it is 0.5. It
+is part of the energy with which what is missing is compared."""
 CHUNK = 100_000
-"""Steps that are checked at once: about a hundredth of a second."""
+"""Number of steps that are checked between two reports of progress, about a hundredth of a second of work."""
 
 
 def missing_part(lowered: Lowered, march: March) -> float:
-    """Return the largest part of the energy exchanged that was missing at any time of a march; NaN where it is lost."""
+    """Return the largest missing share of the exchanged energy at any time of a march; NaN if it is undefined."""
     from wheeltapper.march import balance
 
     sums, steps = np.zeros(balance.SUMS), march.steps

@@ -1,4 +1,4 @@
-"""Charts on disk, as they are read: which of their chunks are there, and whether they are whole."""
+"""Reading charts from disk: which of their chunks exist, and whether they are undamaged."""
 
 from __future__ import annotations
 
@@ -17,11 +17,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHART = "a store filled by wheeltapper sweep"
+"""What a store must be, for messages."""
 FORMAT = 2
-"""Version of a chart's layout. Since 2 every chunk has a file, also where it has no value, and a checksum."""
+"""Version of the layout of a chart. Since version 2 every chunk has a file with a checksum, also where it has no
+values."""
 MISSING = -1
-"""Status of a cell that is not computed."""
+"""Status of a cell that has not been computed."""
 THERE, ABSENT, DAMAGED = range(3)
+"""States of a chunk: its file is sound, there is none, or it is damaged."""
 Place = tuple[int, ...]
 
 
@@ -37,18 +40,18 @@ def chunk_file(path: Path, name: str, place: Place) -> Path:
 
 
 def state_of(path: Path, group: Any, name: str, place: Place) -> int:
-    """Return whether a chunk is there as a whole, absent, or damaged: found by reading it."""
+    """Return whether a chunk is complete, absent, or damaged, by reading it."""
     if not chunk_file(path, name, place).exists():
         return ABSENT
     try:
         group[name].get_block_selection(place)
-    except Exception:  # whatever a codec says of bytes that it did not write
+    except Exception:  # codecs raise various errors for damaged bytes
         return DAMAGED
     return THERE
 
 
 def load_chart(path: Path) -> xr.Dataset:
-    """Return the chart in a store; cells of which anything is absent have the status -1, and a warning counts them.
+    """Return the chart in a store; incomplete cells have the status -1, and a warning counts them.
 
     Raises
     ------
@@ -64,7 +67,7 @@ def load_chart(path: Path) -> xr.Dataset:
         group = zarr.open_group(path, mode="r", use_consolidated=False)
         held = dict(group.attrs)
         arrays: dict[str, Any] = dict(group.arrays())
-    except Exception as error:  # neither zarr nor xarray names all that a damaged store does
+    except Exception as error:  # a damaged store raises undocumented errors in zarr and xarray
         raise InputError(str(path), "", f"no readable store ({' '.join(str(error).split())[:120]})", CHART) from error
     if held.get("title") != CHART_TITLE or "status" not in arrays:
         raise InputError(str(path), "", "a store that wheeltapper did not write", CHART)
@@ -83,9 +86,9 @@ def load_chart(path: Path) -> xr.Dataset:
 
 
 def _absent(path: Path, group: Any, arrays: dict[str, Any], version: int) -> Iterator[tuple[slice, ...]]:
-    """Return the blocks of cells of which a chunk is absent; refuse a store in which one is damaged.
+    """Return the blocks of cells with an absent chunk; refuse a store with a damaged one.
 
-    Format 1 left out chunks that held nothing but NaN, or an axis nothing but zeros.
+    Format 1 left out chunks with nothing but NaN, and axes with nothing but zeros.
     """
     along = arrays["status"].metadata.dimension_names
     axes = {*along, *str(group.attrs.get("coordinates", "")).split(), "parameter"}
@@ -107,5 +110,5 @@ def _damaged(path: Path, name: str, place: Place, state: int) -> InputError:
 
 
 def _block(array: Any, place: Place) -> tuple[slice, ...]:
-    """Return what a chunk holds of an array."""
+    """Return the values of an array in a chunk."""
     return tuple(slice(i * size, (i + 1) * size) for i, size in zip(place, array.chunks, strict=True))

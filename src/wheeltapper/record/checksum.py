@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHECKSUM = "checksum"
-"""The attribute that holds it."""
+"""Name of the attribute that holds the checksum of a file."""
 
 
 def checksum(data: xr.Dataset) -> str:
-    """Return the CRC-32 of all variables and attributes, the checksum itself apart."""
+    """Return the CRC-32 of all variables and attributes except the checksum itself."""
     found = 0
     for name in sorted(set(data.attrs) - {CHECKSUM}):
         found = crc32(f"{name}={data.attrs[name]}\0".encode(), found)
@@ -27,5 +27,5 @@ def checksum(data: xr.Dataset) -> str:
 
 
 def is_damaged(data: xr.Dataset) -> bool:
-    """Return True where a dataset is not what its checksum was made of; False where it has none."""
+    """Return True if a dataset does not match its checksum; False if it has none."""
     return CHECKSUM in data.attrs and data.attrs[CHECKSUM] != checksum(data)

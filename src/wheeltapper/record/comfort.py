@@ -24,13 +24,14 @@ FloatArray = NDArray[np.float64]
 
 AXES = ("longitudinal", "lateral", "vertical")
 BLOCK, PERCENTILE, FACTOR = 5.0, 95.0, 6.0
-"""Seconds of a block, percentile of the blocks, factor of N_MV: EN 12299:2009, 6.6.2, 6.6.3, 6.7.2."""
+"""Length of a block, s, percentile over the blocks, and the factor of the mean comfort N_MV (EN 12299:2009, 6.6.2,
+6.6.3, 6.7.2)."""
 STANDARD_BLOCKS = 60
-"""Blocks of the standard method: EN 12299:2009."""
+"""Number of blocks that the standard method takes, five minutes (EN 12299:2009). With fewer a note says so."""
 TRANSIENT = 1.0
 """Integration time of the running r.m.s. whose maximum is the MTVV, s: ISO 2631-1:1997, 6.3.1."""
 AXIS_FACTORS = (1.0, 1.0, 1.0)
-"""k_x, k_y, k_z for the comfort of a seated person on the seat: ISO 2631-1:1997, 8.2.2."""
+"""Factors k_x, k_y, k_z for the comfort of a seated person, on the seat (ISO 2631-1:1997, 8.2.2)."""
 
 RESULTS = {
     "weighted_rms": ("m/s^2", "r.m.s. acceleration weighted by Wd, Wd, Wk (ISO 2631-1:1997)"),
@@ -46,6 +47,7 @@ RESULTS = {
 """What `ride_comfort` returns: unit and meaning of each."""
 
 VERTICAL_FOR_RAIL = ("Wb", "Wb EN 12299:2009")
+"""Weightings that may be chosen for the vertical axis of the mean comfort."""
 
 
 def running_rms(weighted: ArrayLike, rate: float | str, seconds: float | str) -> FloatArray:
@@ -77,7 +79,7 @@ def running_rms(weighted: ArrayLike, rate: float | str, seconds: float | str) ->
     if not np.isfinite(squares).all():
         raise InputError("", "weighted", "samples whose squares are not finite", allowed)
     total = np.cumsum(np.concatenate([np.zeros_like(squares[..., :1]), squares], axis=-1), axis=-1)
-    # Differences of a long sum keep its rounding errors: in the silence after a shock they may be below zero.
+    # Differences of a long sum contain its rounding errors: in the silence after a shock they may be negative.
     return np.asarray(np.sqrt(np.maximum(total[..., length:] - total[..., :-length], 0.0) / length))
 
 
@@ -102,7 +104,7 @@ def ride_comfort(
     rate
         Samples per second, 250 to 1e6, Hz or as "1 kHz".
     vertical_weighting
-        Of the vertical axis in the numbers of EN 12299: "Wb" or "Wb EN 12299:2009"; see `weighting`.
+        Weighting of the vertical axis in the numbers of EN 12299: "Wb" or "Wb EN 12299:2009"; see `weighting`.
     settling
         Seconds at the beginning that are filtered but not counted, for records that begin in motion.
 
@@ -185,8 +187,9 @@ def comfort(
 ) -> xr.Dataset:
     """Return the comfort numbers at a point of a body in the record of a wagon.
 
-    The samples are those of the record's own solution, without an anti-aliasing filter. Accelerations are relative to
-    the track's frame: a sensor that leans with the body would also see a part of gravity, which is not in them.
+    The samples come from the record's dense solution, without an anti-aliasing filter. Accelerations are relative to
+    the frame of the track. A sensor that tilts with the body would also measure a part of gravity, which is not
+    included.
 
     Parameters
     ----------
@@ -195,8 +198,8 @@ def comfort(
     body
         Name of the body.
     at
-        (x, y, z) of the point from the body's centre of gravity, m: forward, left, up; None is the centre itself.
-        There the acceleration is a + alpha × r, the body turning little.
+        (x, y, z) of the point from the body's centre of gravity, m: forward, left, up; None is the centre itself. The
+        acceleration there is a + alpha × r, for small rotations of the body.
     rate
         Samples per second, 250 to 1e6, Hz or as "1 kHz".
     vertical_weighting, settling
@@ -206,7 +209,7 @@ def comfort(
     -------
     xarray.Dataset
         The numbers of `ride_comfort` over "axis" and "block" (its end, s), each with `units` and `long_name`. The
-        attribute `note` says what the record is too short for.
+        attribute `note` names the numbers for which the record is too short.
 
     Raises
     ------
@@ -241,7 +244,7 @@ def comfort(
 
 
 def _too_short(blocks: int, seconds: float) -> str:
-    """Return what so many counted seconds do not give; empty where they give all."""
+    """Return the numbers for which the counted seconds are too short; "" if there are none."""
     said = []
     if seconds < TRANSIENT:
         said.append(f"maximum_transient_vibration needs {TRANSIENT:g} s")

@@ -20,7 +20,8 @@ FloatArray = NDArray[np.float64]
 def spin_use(scenario: Scenario, friction: float, radius: float, shift: FloatArray) -> FloatArray:
     """Return the linear spin force on a tread over the friction limit, in a straight run with lateral shifts u (m).
 
-    Neither the normal force nor the speed enters: the spin is h'(u)/R, and its force grows as the normal force.
+    It depends neither on the normal force nor on the speed: the spin is h'(u)/R, and its force is proportional to the
+    normal force.
     """
     tables = patch_tables(scenario.profiles, scenario.contact, radius)
     nodes = geometry_of(scenario.profiles, radius, scenario.contact.rail_radius).shift

@@ -1,4 +1,4 @@
-"""What a record tells of a damper with an end of its own: its motion, its force, and the stops that it meets."""
+"""Results for a damper whose end can move: the motion of the end, the force, and the stops that it meets."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 KINDS = ("reached", "left")
+"""Kinds of events of a damper's end: it reaches a stop, or leaves it."""
 SIDES = ("lower", "upper")
 
 
@@ -59,7 +60,7 @@ def events(lowered: Lowered, stops: FloatArray) -> xr.Dataset:
 
 
 def flagged(table: xr.Dataset) -> xr.Dataset:
-    """Return that table as files hold it: names as numbers with their meaning."""
+    """Return that table as it is stored in files: names become numbers with their meaning."""
     out = table.rename({name: f"damper_event_{name}" for name in table.data_vars})
     for name, names in (("kind", KINDS), ("side", SIDES)):
         numbers = np.array([names.index(value) for value in table[name].values], dtype=np.int8)

@@ -1,8 +1,8 @@
-"""The energy balance of a run: it must close, and the record says by how much.
+"""The energy balance of a run: it must close, and the record states the error.
 
 Along a smooth stretch: change of (kinetic + elastic) = work of the load + work of the irregularity - dissipated. Where
-the path jumps or the wheel leaves a displaced deck, the indentation jumps and with it the contact's elastic energy;
-that difference is work of the irregularity.
+the path jumps, or the wheel leaves a displaced deck, the indentation and the elastic energy of the contact jump. That
+difference counts as work of the irregularity.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 NODES = 24
+"""Number of nodes of Gauss's rule for the integral over one step."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ def integrate(lowered: Lowered, march: March) -> Integrals:
     yields = march.steps[:, contract.PHASE] >= contract.YIELDING
     if np.any(yields):
         elastic[yields] = yielded.stored(lowered, ends[yields])
-    # An indentation that goes back without force gives nothing back: what it stored stays in the material.
+    # An indentation that recovers without force returns no energy: it stays in the material.
     spent = yields | (march.steps[:, contract.PHASE] == contract.RELEASED)
     columns[spent, dense.LOST_CONTACT] -= elastic[spent, 1] - elastic[spent, 0]
     return Integrals(columns, ends, elastic, march.steps[:, contract.ON_DECK] != 0.0)
@@ -101,8 +102,8 @@ def _state_energy(lowered: Lowered, ends: FloatArray) -> tuple[float, float]:
 def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:
     """Return the energy balance over the whole run, in J.
 
-    `imbalance` is the difference of both sides; `relative_imbalance` divides it by the energy exchanged, the sum of
-    the largest kinetic and elastic energies and of all works taken by amount.
+    `imbalance` is the difference of both sides. `relative_imbalance` divides it by the exchanged energy: the sum of the
+    largest kinetic and elastic energies and of the magnitudes of all works.
     """
     import xarray as xr
 
@@ -113,7 +114,7 @@ def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:
     kinetic1, springs1 = _state_energy(lowered, ends[-1, 1])
     elastic = springs1 + integrals.elastic[-1, 1] - springs0 - integrals.elastic[0, 0]
     jumps = float((integrals.elastic[1:, 0] - integrals.elastic[:-1, 1]).sum())
-    settled = jumps if lowered.program.numbers[contract.MEMORY] != 0.0 else 0.0  # a law's own jumps
+    settled = jumps if lowered.program.numbers[contract.MEMORY] != 0.0 else 0.0  # jumps of the contact law itself
     jumps -= settled
     work_path = float(columns[:, dense.WORK_PATH].sum() + columns[:, dense.WORK_FACTOR].sum()) + jumps
     rise = ends[:, 1, dense.OUT_DECK_Y] - ends[:, 0, dense.OUT_DECK_Y]

@@ -1,4 +1,4 @@
-"""How large a record will be: what cannot fit in memory is refused before it is marched, or ends the march."""
+"""Memory of a record: a run that cannot fit is refused before the march, or the march is ended."""
 
 from __future__ import annotations
 
@@ -12,20 +12,22 @@ from wheeltapper.lower.numbers import units_of
 from wheeltapper.march import program as contract
 
 LONGEST_STEP = 2.0
-"""Units of time that a step of a wheel at rest takes; all others are shorter, but for those in the air."""
+"""Length of a step of a wheel at rest, in units of time of the program. All other steps in contact are shorter, so that
+it gives the smallest possible number of steps of a run."""
 ROW_BYTES = 8.0 * contract.ENDED_COLUMNS
+"""Memory of one row of steps, bytes."""
 TABLES = 4.0
-"""Times the rows' own memory: tables double, and what is asked of them is as large again."""
+"""Memory that a run needs over that of its rows. Tables double when they are full, and results take as much again."""
 
 
 def check_time(scenario: Scenario) -> None:
-    """Refuse a duration of a wheelset's run whose steps alone cannot fit, before its irregularities are looked at."""
+    """Refuse a duration of a wheelset's run whose steps cannot fit in memory, before it is lowered."""
     steps = scenario.duration / float(units_of(Fields(scenario)).time) / LONGEST_STEP
     check_duration(scenario, steps, ROW_BYTES)
 
 
 def check_pieces(scenario: Scenario, lowered: Lowered) -> None:
-    """Refuse a duration in which a wheelset passes more pieces of a path that repeats than fit."""
+    """Refuse a duration in which a wheelset passes more pieces of a repeating path than fit in memory."""
     table = lowered.table
     if table.period:
         rounds = scenario.duration * scenario.speed / table.period
@@ -49,7 +51,7 @@ def check_samples(field: str, found: str, count: float, columns: int) -> None:
 
 
 def teller(what: str, unit: float, end: float, chunk: int, row_bytes: float) -> Callable[[float], bool]:
-    """Return what a march tells how far it is (in units of `unit` s, of `end` s): it ends it where memory does."""
+    """Return a function for the progress of a march (in `unit` s, of `end` s); it ends the march before memory ends."""
     most = memory.available() / (TABLES * row_bytes)
     steps = 0
 

@@ -1,4 +1,4 @@
-"""Names, units and meanings of everything that a record shows: the one place where they are written."""
+"""Names, units and meanings of all variables of a record; they are written only here."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ if TYPE_CHECKING:
 CHART_TITLE = "wheeltapper chart"
 """Title of what `sweep` returns and the command of that name writes."""
 WEAR_TITLE = "wheeltapper wear"
-"""Title of what `wear_in` returns and writes."""
+"""Title of the datasets of `wear_in`."""
 EVENT_KINDS = ("loss", "impact", "yield")
+"""Names of the kinds of events, in the order of their numbers."""
 
 HISTORY = {
     "wheel_displacement": ("m", "displacement of the wheel's centre, upwards"),
@@ -27,6 +28,7 @@ HISTORY = {
     "damper_end_displacement": ("m", "displacement of the damper's own end, upwards"),
     "damper_force": ("N", "force of the damper on the wheel, upwards"),
 }
+"""Unit and meaning of the variables of a wheelset."""
 WAGON = {
     "time": ("s", "time since the leading wheelset was at x = 0"),
     "wheelset": ("", "number of the wheelset, from the leading one"),
@@ -53,6 +55,7 @@ WAGON = {
     "deck_velocity": ("m/s", "velocity of the deck, upwards"),
     "deck_acceleration": ("m/s^2", "acceleration of the deck, upwards"),
 }
+"""Unit and meaning of the variables of a wagon."""
 LABELS = HISTORY | {
     "wheelset": ("", "number of the wheelset, from the leading one"),
     "side": ("", "left or right, facing forward"),
@@ -70,6 +73,7 @@ LABELS = HISTORY | {
     "interval": ("s", "time from this onset of contact to the next"),
     "force_ratio": ("", "this impact's largest force over the next one's"),
 }
+"""Unit and meaning of all variables."""
 
 
 def dataset(dimension: str, **columns: Any) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""A measured recording from a file: found in it, checked, in SI units; nothing guessed, nothing silently dropped."""
+"""Reading a measured recording: it is checked and converted to SI units, and nothing is guessed or silently dropped."""
 
 from __future__ import annotations
 
@@ -25,6 +25,8 @@ from wheeltapper.record.recording import QUANTITIES, Quantity, Recording
 __all__ = ["read_recording", "write_recording"]
 
 LONG = 3600.0
+"""Largest plausible time of the first sample, s. Beyond it the file counts time from another moment than the trigger,
+and a note says so."""
 
 
 def read_recording(
@@ -42,36 +44,36 @@ def read_recording(
     """Read a recording.
 
     Text (.csv, .txt, .tsv, also with .gz), WAV, MATLAB (.mat, any version), numpy (.npy, .npz), netCDF (.nc), TDMS
-    (with the package nptdms) and MDF (.mf4, .mdf with asammdf). What the file says suffices where it says enough; an
-    argument that contradicts it is an error.
+    (with the package nptdms) and MDF (.mf4, .mdf with asammdf). Arguments are needed only for what the file does not
+    state. An argument that contradicts the file is an error.
 
     Parameters
     ----------
     path
-        The file; its suffix tells the format.
+        The file; its suffix states the format.
     quantity
-        "deck acceleration" or "force"; it follows from the unit, and only chooses among columns.
+        "deck acceleration" or "force". It follows from the unit, and is needed only to choose among columns.
     unit
-        What 1 in the file is, where the file does not say: "g", "kN", "10 g"; negative for a sensor upside down. A WAV
-        file of integers needs its full scale, as "10 g".
+        What a 1 in the file is, if the file does not state it: "g", "kN", "10 g"; negative for a sensor that is upside
+        down. A WAV file of integers needs its full scale, such as "10 g".
     rate
-        Samples per second, Hz or as "20 kHz", where the file has neither rate nor times.
+        Samples per second, Hz or as "20 kHz", if the file has neither rate nor times.
     column, time
-        Name, header as it stands in the file, or number from 0, of the column (channel, variable) of samples and of
-        times, where the file leaves a choice. Times are in s where they have no unit.
+        Column (channel, variable) of the samples and of the times, if there are several: by name, by its header in the
+        file, or by number from 0. Times without a unit are in s.
     speed
-        Measured speed of the passage, m/s or as "80 km/h"; goes before that in the file.
+        Measured speed of the passage, m/s or as "80 km/h"; it replaces that in the file.
     largest
-        Bytes that the file may hold, unpacked; a larger one is refused before it is read.
+        Largest size of the unpacked file, bytes; a larger one is refused before it is read.
     apart
-        Whether a file that is no text is read in a process of its own, which a damaged one may end, or hold up for a
-        minute: then it is refused.
+        Whether files other than text are read in a separate process. A damaged file that crashes this process, or keeps
+        it busy for a minute, is refused.
 
     Returns
     -------
     Recording
-        In SI units. Missing samples, also those in gaps of the times, are NaN; clipped ones are marked: all at the
-        largest or smallest value, where it stands three times or more in a row. `notes` say what was found.
+        In SI units. Missing samples, also those in gaps of the times, are NaN. Clipped samples are marked: all at the
+        largest or smallest value, if it occurs three times or more in a row. `notes` state what was found.
 
     Raises
     ------
@@ -124,12 +126,12 @@ def _recording(
 
 
 def _list(value: object) -> list[Any]:
-    """Return a list, and none of anything else."""
+    """Return a list; an empty one for anything else."""
     return value if isinstance(value, list) else []
 
 
 def _quantity(facts: dict[str, Any]) -> Quantity | None:
-    """Return the quantity that a file states in the house's words."""
+    """Return the quantity that a file states, if it uses the names of this package."""
     return next((q for q in QUANTITIES if q == facts.get("quantity")), None)
 
 
@@ -146,7 +148,7 @@ def _stated_rate(in_file: float | None, rate: float | str | None) -> float | Non
 
 
 def _grid(table: Table, column: Column, clock: Column | None, stated: float | None) -> Grid:
-    """Return where the samples lie in time."""
+    """Return the times of the samples as a grid."""
     start = float(table.facts.get("start", 0.0) if column.start is None else column.start)
     if clock is None and column.times is None:
         if table.blank is not None:
@@ -182,7 +184,7 @@ def _counts(clock: Column) -> bool:
 
 
 def _counted(values: NDArray[Any], name: str, stated: float | None, table: Table) -> Grid:
-    """Return the grid that samples' own numbers give."""
+    """Return the grid that follows from a column with the numbers of the samples."""
     if stated is None:
         found = f"numbers of samples {name!r} and no rate".replace(" ''", "")
         raise InputError("", "rate", found, 'rate="20 kHz", or a column of times with a unit, as "t [s]"')
@@ -192,14 +194,14 @@ def _counted(values: NDArray[Any], name: str, stated: float | None, table: Table
 
 
 def _placed(values: NDArray[Any], grid: Grid, filling: float) -> NDArray[Any]:
-    """Return values on their grid, and a filling where there is none."""
+    """Return values on their grid, and a filling in its gaps."""
     placed = np.full(int(grid.numbers[-1]) + 1 if len(grid.numbers) else 0, filling, dtype=values.dtype)
     placed[grid.numbers] = values
     return placed
 
 
 def _speed(in_file: float | None, speed: float | str | None) -> tuple[float | None, tuple[str, ...]]:
-    """Return the speed in m/s, and a note where the caller's is not the file's."""
+    """Return the speed in m/s, and a note if the caller's and the file's differ."""
     if speed is None:
         return in_file, ()
     given = as_quantity(speed, "speed", "speed")

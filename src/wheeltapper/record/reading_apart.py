@@ -1,6 +1,6 @@
-"""Files of arrays read by a process of their own: a damaged one may crash its library, or keep it busy for ever.
+"""Reading files of arrays in a separate process, because a damaged file may crash its library or keep it busy for ever.
 
-The process stays for the next file, and is replaced when it has ended; so a folder costs one start.
+The process stays for the next file, and is replaced after it has ended. A folder therefore costs one start.
 """
 
 from __future__ import annotations
@@ -22,18 +22,21 @@ from wheeltapper.record.reading_table import Table
 from wheeltapper.record.reading_text import read_text
 
 PATIENCE = 60.0
-"""Seconds that a file may take."""
+"""Time that reading one file may take, s. After that the process that reads it is ended."""
 ROOM = 2**33
 """Bytes of address space that the process has besides four times what a file may hold."""
 MOST = 2.0**60
 """More bytes than there are; the system's limits cannot be larger than twice that."""
 _SERVE = "from wheeltapper.record.reading_apart import serve; serve()"
+"""Program of the reading process."""
 _READERS: dict[int, subprocess.Popen[bytes]] = {}
+"""The reading process of each process, by process number."""
 _ALONE = Lock()
+"""Held while the reading process works: it reads one file at a time."""
 
 
 def read_apart(path: Path, largest: float) -> Table:
-    """Return what `read_file` does; text is read here, since nothing in it can crash."""
+    """Return the result of `read_file`; text is read in this process, since reading it cannot crash."""
     if reader_of(path) is read_text:
         return read_file(path, largest)
     with _ALONE:
@@ -50,7 +53,7 @@ def read_apart(path: Path, largest: float) -> Table:
             why = _ended(process, late.finished.is_set())
             raise InputError("", "path", f"a file whose reader {why}", "a file that is not damaged") from None
         except BaseException:
-            _ended(process, False)  # it is still busy with this file, and would answer the next question with it
+            _ended(process, False)  # it is still busy, and would answer the next request with this file
             raise
         finally:
             late.cancel()
@@ -61,7 +64,7 @@ def read_apart(path: Path, largest: float) -> Table:
 
 
 def _process() -> subprocess.Popen[bytes]:
-    """Return the process that reads for this one, started if need be."""
+    """Return the process that reads for this one; start it if there is none."""
     process = _READERS.get(os.getpid())
     if process is not None and process.poll() is not None:
         stop()
@@ -77,8 +80,8 @@ def _process() -> subprocess.Popen[bytes]:
 
 
 def _ended(process: subprocess.Popen[bytes], late: bool) -> str:
-    """Remove a process, and say how it ended."""
-    if not late:  # it may be about to end by itself, which tells more
+    """Remove a process; return how it ended."""
+    if not late:  # it may be about to end by itself, with a more useful code
         try:
             process.wait(timeout=1.0)
         except subprocess.TimeoutExpired:
@@ -109,7 +112,7 @@ def stop() -> int:
 
 
 def serve() -> None:
-    """Read files as they are asked for on the standard input; answer on the standard output, which is no one else's."""
+    """Read the files that are requested on the standard input; answer on the standard output, used for nothing else."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     asked, told = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
@@ -129,7 +132,7 @@ def serve() -> None:
 
 
 def _limit_memory(room: float) -> None:
-    """Let what a damaged file asks for fail here, and not where others need memory."""
+    """Limit the memory of this process, so that a request of a damaged file fails here."""
     try:
         import resource
     except ImportError:  # not on Windows

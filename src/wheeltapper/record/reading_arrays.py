@@ -1,4 +1,4 @@
-"""Recordings in files of arrays: WAV, MATLAB, numpy, netCDF; TDMS and MDF where their packages are installed."""
+"""Recordings in files of arrays: WAV, MATLAB, numpy, netCDF; TDMS and MDF if their packages are installed."""
 
 from __future__ import annotations
 
@@ -23,15 +23,17 @@ from wheeltapper.record.reading_table import CLIPPED, INTERVALS, RATES, Column, 
 from wheeltapper.record.reading_units import name_and_unit
 
 UNIT_NAMES = ("unit", "units")
+"""Names under which a file may hold the unit of its samples."""
 MATLAB_CLASSES = ("double", "single", "logical", "char", *(f"{s}int{n}" for s in ("", "u") for n in (8, 16, 32, 64)))
-"""What may be samples or facts; structures and cells are left out."""
+"""Classes of MATLAB variables that may be samples or describe them; structures and cells are skipped."""
 MATLAB_PACKED = 15
-"""Type of a compressed element."""
+"""Number of the element type "compressed" in a MATLAB file."""
 CHUNK = 2**18
+"""Bytes that are read or unpacked at a time."""
 
 
 def whole(kind: str) -> Callable[[Callable[[Path, float], Table]], Callable[[Path, float], Table]]:
-    """Let a reader refuse in one line whatever is wrong with a file: no library names all that a broken one does."""
+    """Let a reader refuse a broken file in one line; libraries raise many undocumented errors for such files."""
 
     def wrapped(reader: Callable[[Path, float], Table]) -> Callable[[Path, float], Table]:
         @wraps(reader)
@@ -52,12 +54,12 @@ def whole(kind: str) -> Callable[[Callable[[Path, float], Table]], Callable[[Pat
 
 @whole("WAV")
 def read_wav(path: Path, largest: float) -> Table:
-    """Return the channels of a WAV file; of integers, 1 is full scale."""
+    """Return the channels of a WAV file; for integers, 1 is full scale."""
     from scipy.io import wavfile
 
     with path.open("rb") as file:
         head = file.read(36)
-    if head.startswith(b"RF64"):  # sizes of 64 bits, which are believed before the file is read
+    if head.startswith(b"RF64"):  # sizes of 64 bits, which the library trusts before it reads the file
         check_size(int.from_bytes(head[28:36], "little"), largest)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -94,13 +96,13 @@ def read_npz(path: Path, largest: float) -> Table:
         check_size(sum(member.file_size for member in members), largest)
         for member in members:
             if member.filename.endswith(".npy"):
-                file = io.BytesIO(archive.read(member))  # no more than the size that it states
+                file = io.BytesIO(archive.read(member))  # at most the stated size
                 variables[member.filename.removesuffix(".npy")] = _array(file, member.file_size, largest)
     return _from_variables(variables)
 
 
 def _array(file: Any, size: int, largest: float) -> NDArray[Any]:
-    """Return the array in an .npy file, which must be as long as it says."""
+    """Return the array in an .npy file, whose length must be the stated one."""
     form = np.lib.format
     read_header = form.read_array_header_1_0 if form.read_magic(file) == (1, 0) else form.read_array_header_2_0
     shape, _, dtype = read_header(file)
@@ -133,11 +135,11 @@ def read_mat(path: Path, largest: float) -> Table:
 
 
 def _unpacked_size(path: Path, largest: float) -> int:
-    """Return how many bytes a MATLAB file up to v7 holds; no more is unpacked at once than a little."""
+    """Return the unpacked size of a MATLAB file up to v7, bytes; it is unpacked in small parts."""
     from scipy.io.matlab import matfile_version
 
     size = path.stat().st_size
-    if matfile_version(path)[0] != 1:  # before v5 nothing is packed
+    if matfile_version(path)[0] != 1:  # before v5 nothing is compressed
         return size
     total = 0
     with path.open("rb") as file:
@@ -157,7 +159,7 @@ def _unpacked_size(path: Path, largest: float) -> int:
 
 
 def check_hdf5(path: Path, largest: float) -> None:
-    """Refuse an HDF5 file whose arrays are larger, as they state, than a file may be."""
+    """Refuse an HDF5 file whose arrays have a larger stated size than is allowed."""
     h5py = importlib.import_module("h5py")
     total = 0
 
@@ -186,7 +188,7 @@ def _hdf5_variables(h5py: Any, path: Path) -> dict[str, Any]:
 
 
 def _from_variables(variables: Mapping[str, Any]) -> Table:
-    """Return a table from named arrays: vectors and matrices are columns, single numbers and texts facts."""
+    """Return a table from named arrays: vectors and matrices become columns, single numbers and texts become facts."""
     columns: list[Column] = []
     facts: dict[str, Any] = {}
     for name, value in variables.items():
@@ -242,7 +244,7 @@ def _add_number(facts: dict[str, Any], name: str, value: Any) -> None:
 
 @whole("netCDF-4")
 def read_nc(path: Path, largest: float) -> Table:
-    """Return the vectors of a netCDF file with their units; attributes are facts."""
+    """Return the vectors of a netCDF file with their units; attributes become facts."""
     import xarray as xr
 
     check_hdf5(path, largest)
@@ -314,7 +316,7 @@ def read_mdf(path: Path, largest: float) -> Table:
 
 
 def _optional(package: str, suffix: str) -> Any:
-    """Return a package that not everyone has."""
+    """Return an optional package."""
     try:
         return importlib.import_module(package)
     except ImportError:

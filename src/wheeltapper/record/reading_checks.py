@@ -1,4 +1,4 @@
-"""Checks of a measured signal: its times, missing values, clipping and size; each finding said in a note."""
+"""Checks of a measured signal: its times, missing values, clipping and size; each finding becomes a note."""
 
 from __future__ import annotations
 
@@ -15,28 +15,34 @@ from wheeltapper.record.recording import Quantity
 
 FloatArray = NDArray[np.float64]
 Place = Callable[[int], str]
-"""From a row to where it stands: "line 12"."""
+"""A function from a row to its place in the file, such as "line 12"."""
 
 FEWEST = 16
+"""Smallest number of samples of a recording."""
 JITTER = 0.01
-"""Part of a step by which steps may differ."""
+"""Largest deviation of a step of time from the usual one, over the usual one. A recording with more is not evenly
+sampled."""
 DRIFT = 0.5
-"""Part of a step by which times may leave the constant rate in the long run."""
+"""Largest deviation of a time from the constant rate, in steps. A recording with more is refused."""
 CONTRADICTION = 1e-3
+"""Relative difference from which on two statements of a rate contradict each other."""
 RUN = 3
+"""Number of equal extreme samples in a row from which on they count as clipped."""
 LARGEST, SMALLEST = 1e5, 1e-6
-"""Accelerations in m/s² beyond which a unit is probably wrong."""
+"""Accelerations, m/s². A recording whose largest sample is above the first or below the second probably has another
+unit than the stated one."""
 COARSEST = 0.25
-"""Part of a step to which times may be rounded."""
+"""Largest rounding of the times, over a step. Uneven steps that such a rounding explains are accepted."""
 LONGEST = 2.0**40
-"""Steps of a gap; more are counted as so many."""
+"""Largest number of steps in one gap; a longer gap counts as this many, which is refused anyway."""
 MISSING = 1.0
-"""Missing samples in gaps, per sample that is there, from which a file is no one recording."""
+"""Largest number of samples that are missing in gaps, per sample that is there. A file with more is not one
+recording."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Samples' places on a grid of constant rate: the numbers of the samples, Hz, s, notes."""
+    """Positions of samples on a grid: their numbers, the rate, Hz, the start, s, and notes."""
 
     numbers: NDArray[np.int64]
     rate: float
@@ -57,7 +63,7 @@ def on_grid(values: NDArray[Any], factor: float, stated: float | None, place: Pl
     values, factor
         Times as in the file, and the seconds of its unit.
     stated
-        Rate in Hz, if it is known otherwise; the times decide where it is off by up to 0.1 %.
+        Rate in Hz, if it is known otherwise. If it differs from that of the times by at most 0.1 %, the times decide.
 
     Raises
     ------
@@ -104,13 +110,13 @@ def _slope(numbers: NDArray[np.int64], times: FloatArray) -> float:
 
 
 def _deviation(numbers: NDArray[np.int64], times: FloatArray, step: float) -> float:
-    """Return how far times leave a grid with a step, s."""
+    """Return the largest deviation of times from a grid, s."""
     off = (times - times[0]) - step * numbers
     return float(0.5 * np.ptp(off))
 
 
 def _rounding(values: NDArray[Any]) -> float:
-    """Return to what times are rounded, in their own unit: the last decimal that those at the end have."""
+    """Return the rounding of times, in their unit: the last decimal of those at the end."""
     last = np.abs(np.asarray(values, dtype=float))
     largest = float(last.max())
     if largest == 0.0:
@@ -119,7 +125,7 @@ def _rounding(values: NDArray[Any]) -> float:
     floor = 2.0 * float(np.finfo(np.float32 if single else np.float64).eps) * largest
     last = last[
         last >= 0.999 * 10.0 ** np.floor(np.log10(largest))
-    ]  # with fixed digits the early ones have more decimals
+    ]  # with a fixed number of digits the early ones have more decimals
     for digits in range(13):
         scaled = last * 10.0**digits
         if np.abs(scaled - np.rint(scaled)).max() <= 4.0 * np.finfo(float).eps * scaled.max():
@@ -152,7 +158,7 @@ def _check_steps(
 def _rate(
     numbers: NDArray[np.int64], times: FloatArray, step: float, rounding: float, stated: float | None
 ) -> tuple[float, tuple[str, ...]]:
-    """Return the rate: the stated or else a round one, if the times agree with it; and what to say of it."""
+    """Return the rate (the stated one or a round one, if the times agree with it), and notes."""
     best = _deviation(numbers, times, step)
 
     def agrees(rate: float) -> bool:
@@ -177,7 +183,7 @@ def _gap_notes(numbers: NDArray[np.int64], times: FloatArray) -> tuple[str, ...]
 
 
 def check_samples(samples: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return samples with NaN for all that is missing; refuse fewer than 16 that are there."""
+    """Return samples with NaN for missing ones; refuse fewer than 16 others."""
     infinite = np.isinf(samples)
     missing = int(np.isnan(samples).sum())
     notes = [f"{missing} missing values of {len(samples)}"] if missing else []
@@ -195,8 +201,8 @@ def check_samples(samples: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
 def clipping(samples: FloatArray, quantity: Quantity) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """Return the samples at the ends of the sensor's range, SI units, and notes.
 
-    An end is the largest or smallest value where it stands three times or more in a row; then all samples there are
-    marked. Zero is no end, since an unloaded detector may rest there; a constant signal has none.
+    The largest or smallest value is an end of the range if it occurs three times or more in a row; then all samples at
+    it are marked. Zero is never an end, since an unloaded detector may rest there. A constant signal has no ends.
     """
     marked = np.zeros(len(samples), dtype=bool)
     notes = []
@@ -224,7 +230,7 @@ def _runs(there: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def size_notes(samples: FloatArray, quantity: Quantity) -> tuple[str, ...]:
-    """Return a note where the largest acceleration makes the unit doubtful."""
+    """Return a note if the largest acceleration makes the unit doubtful."""
     if quantity != "deck acceleration":
         return ()
     largest = float(np.nanmax(np.abs(samples)))

@@ -1,4 +1,4 @@
-"""Which reader a file's suffix asks for."""
+"""Readers of files, chosen by suffix."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def reader_of(path: Path) -> Reader:
 
 
 def read_file(path: Path, largest: float) -> Table:
-    """Return what a file holds, if it holds no more than so many bytes, unpacked."""
+    """Return the contents of a file; refuse one with more than `largest` unpacked bytes."""
     reader = reader_of(path)
     try:
         if path.stat().st_size == 0:

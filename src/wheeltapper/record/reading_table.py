@@ -1,4 +1,4 @@
-"""What a measured file holds before it is judged: columns and facts; and which column is meant."""
+"""The contents of a measured file before the checks: columns and facts; and the choice of the column."""
 
 from __future__ import annotations
 
@@ -16,12 +16,18 @@ from wheeltapper.record.reading_units import DIMENSIONS, quantity_of
 from wheeltapper.record.recording import Quantity
 
 TIMES = ("t", "time", "times", "timestamp", "time stamp", "elapsed time", "zeit", "temps", "tiempo")
+"""Names of a column of times."""
 RATES = ("rate", "fs", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency", "sample_frequency")
+"""Names under which a file may state its sample rate."""
 INTERVALS = ("dt", "interval", "sample_interval", "sampling_interval")
+"""Names under which a file may state the time between samples."""
 SAMPLES = "samples"
+"""Name of the column of samples, if several could be it."""
 CLIPPED = "clipped"
+"""Name of the column that marks clipped samples."""
 RISING = 0.9
-"""A column may be times if so many of its steps rise; the rest are faults to be named."""
+"""Smallest share of the steps of a column that rise, for the column to be taken as times. The other steps are errors,
+which are named."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,17 +37,17 @@ class Column:
     Attributes
     ----------
     name, unit
-        As in the file; "" where it has none.
+        As in the file; "" if it has none.
     values
         In the file's unit.
     times
-        Where each channel has its own, s.
+        Times, s, if each channel has separate ones.
     rate, start
-        Where each channel has its own, Hz and s.
+        Rate, Hz, and start, s, if each channel has separate ones.
     loose
-        Whether it may be the times although nothing names it so.
+        Whether it may be the column of times although its name does not say so.
     fault
-        Why the values could not be read; raised only if the column is wanted.
+        Error of reading the values; it is raised only if the column is used.
     """
 
     name: str
@@ -56,20 +62,20 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """The columns of a file, and what it says besides.
+    """The columns of a file, and the facts that it states.
 
     Attributes
     ----------
     columns
         In the file's order.
     facts
-        rate (Hz), start (s), speed (m/s), unit, quantity, truth, notes: where the file states them.
+        rate (Hz), start (s), speed (m/s), unit, quantity, truth, notes, if the file states them.
     lines
         The line of each row in a text file.
     full_scale
-        Whether a 1 is the end of an unknown range.
+        Whether a 1 is the end of a range that the file does not state.
     blank
-        The first empty line between samples; a fault where no times tell what is missing there.
+        The first empty line between samples; it is an error if there are no times that show what is missing there.
     """
 
     columns: tuple[Column, ...]
@@ -79,7 +85,7 @@ class Table:
     blank: int | None = None
 
     def place(self, row: int) -> str:
-        """Return where a row stands."""
+        """Return the place of a row in the file."""
         return f"line {self.lines[row]}" if self.lines is not None else f"sample {row}"
 
 
@@ -101,7 +107,7 @@ def choose(
     Raises
     ------
     InputError
-        If a column is named that is not there, or several may be meant.
+        If a named column does not exist, or several columns are possible.
     """
     columns = [c for c in table.columns if plain_name(c) != CLIPPED]
     wanted = None if column is None else named(table.columns, "column", column, DIMENSIONS)

@@ -1,4 +1,4 @@
-"""Recordings in text files: what `read_text_table` finds, and what the lines beside the numbers state."""
+"""Recordings in text files: the columns, and the facts in the lines beside the numbers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ from wheeltapper.record.reading_table import INTERVALS, RATES, Column, Table, ra
 from wheeltapper.record.reading_units import DIMENSIONS, name_and_unit
 
 TEXTS = ("unit", "quantity")
+"""Facts in a file whose value is a text."""
 JSON = ("truth", "notes")
+"""Facts in a file whose value is JSON."""
 _FACT = re.compile(r"\s*([^:=;,\t]+?)\s*[:=;,\t]+\s*(.+?)[\s;,]*")
 
 
@@ -61,7 +63,7 @@ def _facts(lines: Rows) -> dict[str, Any]:
 
 
 def _understood(key: str, value: str) -> tuple[str, Any]:
-    """Return the name and the value in SI units of what a file states, or "words" if it cannot be understood."""
+    """Return the name and the value in SI units of a fact in a file, or "words" if it is not understood."""
     try:
         rate = rate_fact(key, value.strip('"'))
         if rate is not None:

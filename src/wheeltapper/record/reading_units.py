@@ -11,28 +11,30 @@ from wheeltapper.ground.quantities import unit_factor
 from wheeltapper.record.recording import QUANTITIES, Quantity
 
 SI: dict[Quantity, str] = {"deck acceleration": "m/s^2", "force": "N"}
+"""The SI unit of each quantity."""
 ALLOWED = "m/s^2, g (acceleration), N, kN, kip, lbf (force)"
+"""Units that a recording may have, for messages."""
 
 DIMENSIONS = ("time", "acceleration", "force")
-"""Of the columns of a recording."""
+"""Dimensions that a column of a recording may have."""
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
 
 
 def name_and_unit(header: str) -> tuple[str, str]:
-    """Split a header into name and unit; "" where there is no unit."""
+    """Split a header into name and unit; "" if there is no unit."""
     return units.name_and_unit(header, DIMENSIONS)
 
 
 def has_number(unit: str) -> bool:
-    """Return whether a unit says how many, as "10 g"."""
+    """Return whether a unit has a number, as in "10 g"."""
     return _NUMBER.fullmatch(unit.strip()) is not None
 
 
 def quantity_of(unit: str) -> tuple[Quantity, float] | None:
-    """Return the quantity of a unit and the SI value of one, as of "g", "10 g" or "-0.5 kN"; None of any other."""
+    """Return the quantity and the SI value of a unit such as "g", "10 g" or "-0.5 kN"; None for any other text."""
     match = _NUMBER.fullmatch(unit.strip())
     number, text = (float(match[1]), plain(match[2])) if match else (1.0, plain(unit))
-    if text == "mg":  # in accelerometers' files never milligrams
+    if text == "mg":  # in files of accelerometers never milligrams
         return "deck acceleration", number * 1e-3 * unit_factor("g", "acceleration")
     if not text or text == "-":
         return None
@@ -50,11 +52,11 @@ def meaning(in_file: str, unit: str | None, quantity: Quantity | None) -> tuple[
     Parameters
     ----------
     in_file
-        The column's unit in the file, "" where it has none.
+        The column's unit in the file, "" if it has none.
     unit
-        What the caller says 1 in the file is: "g", "10 g".
+        What a 1 in the file is according to the caller: "g", "10 g".
     quantity
-        What the caller says it is.
+        The quantity according to the caller.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Recordings written: text, numpy or netCDF that `read_recording` reads back the same."""
+"""Writing recordings as text, numpy or netCDF; `read_recording` reads equal ones back."""
 
 from __future__ import annotations
 
@@ -19,24 +19,26 @@ from wheeltapper.record.reading_units import SI
 from wheeltapper.record.recording import QUANTITIES, Recording
 
 SUFFIXES = ".csv, .csv.gz, .npz, .nc"
+"""Suffixes of the files that can be written, for messages."""
 
 
 def write_recording(recording: Recording | str | Path, path: str | Path) -> Path:
-    """Write a recording so that `read_recording` gives back the same, but for the source.
+    """Write a recording; `read_recording` returns an equal one, except for its source.
 
-    The file is complete or not there: it is written beside its place and then renamed.
+    The file is complete or absent: it is written under another name and then renamed.
 
     Parameters
     ----------
     recording
-        Of either quantity, or the path of its file; what JSON cannot hold in its truth is written in words.
+        A recording of either quantity, or the path of its file. Parts of its truth that JSON cannot express are written
+        as text.
     path
         .csv, .csv.gz (SI units, every digit), .npz or .nc.
 
     Returns
     -------
     Path
-        Where it was written.
+        Path of the file.
 
     Raises
     ------
@@ -61,7 +63,7 @@ def write_recording(recording: Recording | str | Path, path: str | Path) -> Path
 
 
 def _facts(recording: Recording) -> dict[str, Any]:
-    """Return what is known of a recording besides its samples."""
+    """Return the facts of a recording, without its samples."""
     facts: dict[str, Any] = {
         "quantity": recording.quantity,
         "unit": SI[recording.quantity],
@@ -77,7 +79,7 @@ def _facts(recording: Recording) -> dict[str, Any]:
 
 
 def _json(value: object) -> object:
-    """Return what JSON can hold of an array, a model, or anything else."""
+    """Return an array, a model, or any other object in a form that JSON can express."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     dump = getattr(value, "model_dump", None)

@@ -41,12 +41,12 @@ OUTCOMES = {
 
 
 class Record:
-    """What a simulation found; every table is an `xarray.Dataset` in SI units.
+    """Results of a simulation; every table is an `xarray.Dataset` in SI units.
 
     Attributes
     ----------
     scenario
-        What was simulated.
+        The simulated scenario.
     method
         "default" or "strict".
     notes
@@ -54,7 +54,7 @@ class Record:
     """
 
     _share = "wheelset"
-    """Whose force is told."""
+    """The object whose force is given."""
 
     def __init__(self, scenario: Scenario, method: str, lowered: Lowered, march: March) -> None:
         self.scenario, self.method = scenario, method
@@ -63,12 +63,12 @@ class Record:
 
     @property
     def outcome(self) -> Outcome:
-        """How the computation ended."""
+        """Outcome of the computation."""
         return OUTCOMES[self._march.status]
 
     @property
     def end(self) -> float:
-        """Time in s up to which was computed."""
+        """End of the computed time, s."""
         return float(self._march.state[contract.TIME] * self._lowered.time)
 
     @property
@@ -107,7 +107,7 @@ class Record:
 
     @cached_property
     def peaks(self) -> xr.Dataset:
-        """Maxima of the contact force; `corner` where a kink of the input makes one."""
+        """Maxima of the contact force; `corner` is True if a kink of the input causes the maximum."""
         rows, units = self._march.peaks, self._lowered
         return dataset(
             "peak",
@@ -121,9 +121,9 @@ class Record:
     def impacts(self) -> xr.Dataset:
         """Impacts with what follows each: closing speed, largest force until the next, duration, impulse, interval.
 
-        `interval` is the time from this onset of contact to the next; `force_ratio` this impact's largest force over
-        the next one's (r_N of the paper). Both are NaN where there is no next impact; `duration` and `impulse` where
-        the contact outlasts the run.
+        `interval` is the time from this onset of contact to the next. `force_ratio` is the ratio of this impact's
+        largest force to that of the next one (r_N of the paper). Both are NaN if there is no next impact. `duration`
+        and `impulse` are NaN if the contact lasts beyond the end of the run.
         """
         events = self.events
         is_impact = events.kind.values == "impact"
@@ -171,19 +171,19 @@ class Record:
     # -- the dense solution -----------------------------------------------------------------------------------------
 
     def history(self, rate: float | str | None = None) -> xr.Dataset:
-        """Return everything over uniform times.
+        """Return all variables at uniform times.
 
         Parameters
         ----------
         rate
-            Samples per second, Hz or as "20 kHz"; by default enough for about 20 000 samples.
+            Samples per second, Hz or as "20 kHz". By default there are about 20 000 samples.
         """
         rate = 20_000 / self.end if rate is None else as_quantity(rate, "rate", "frequency")
         extent.check_samples("rate", f"{rate:g} per second", self.end * rate + 1.0, self._sample_columns)
         return self.at(np.arange(int(np.floor(self.end * rate * (1 + 1e-12))) + 1) / rate)
 
     def at(self, times: ArrayLike) -> xr.Dataset:
-        """Return everything at the given times (s, or as "1 ms"), from the solution's own series."""
+        """Return all variables at the given times (s, or as "1 ms"), from the series of the solution."""
         wanted = _seconds(times)
         if len(wanted) and not (np.all(wanted >= 0.0) and np.all(wanted <= self.end * (1 + 1e-12))):
             raise InputError("", "times", f"times from {wanted.min():g} to {wanted.max():g} s", f"0 to {self.end:g} s")
@@ -192,7 +192,7 @@ class Record:
 
     @property
     def _sample_columns(self) -> int:
-        """Numbers that stand in memory for each sample of the dense solution."""
+        """Number of numbers in memory for each sample of the dense solution."""
         return 40
 
     def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
@@ -238,7 +238,7 @@ class Record:
 
     @cached_property
     def energy(self) -> xr.Dataset:
-        """Energy balance over the whole run, J: kinetic, elastic, dissipated, works, and the imbalance that is left."""
+        """Energy balance over the whole run, J: kinetic, elastic, dissipated, works, and the imbalance."""
         return energy.balance(self._lowered, self._integrals)
 
     @property
@@ -249,7 +249,7 @@ class Record:
         return float(rows[:, contract.LENGTH].sum() * self._lowered.time)
 
     def _summary(self) -> tuple[int, float | None]:
-        """Return the number of impacts, and the largest force over the static one."""
+        """Return the number of impacts, and the ratio of the largest to the static force."""
         impacts = int((self._march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
         forces = self._march.peaks[:, contract.PEAK_FORCE] * self._lowered.force
         return impacts, (float(forces.max() / self.static_force) if len(forces) else None)
@@ -294,5 +294,5 @@ def _seconds(times: Any) -> FloatArray:
 
 
 def program_has_deck(lowered: Lowered) -> bool:
-    """Return True where the program has a deck."""
+    """Return True if the program has a deck."""
     return bool(lowered.program.numbers[contract.DECK_MASS] > 0.0)

@@ -1,4 +1,4 @@
-"""The impact trains of a record, as features read them: one of a wheelset, one for each wheel of a wagon."""
+"""The impact trains of a record, for features: one for a wheelset, one for each wheel of a wagon."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ IntArray = NDArray[np.int64]
 
 
 def trains_of(record: Record, tally: bool) -> Trains:
-    """Return the impact trains of a record, in SI units; those of a wagon are of its wheels' treads.
+    """Return the impact trains of a record, in SI units; for a wagon those of the treads.
 
     Parameters
     ----------
     record
-        Of any vehicle, of a run that reached its end.
+        Record of any vehicle, with a run that reached its end.
     tally
         True: with impulses and the highest position.
     """
@@ -61,12 +61,12 @@ def trains_of(record: Record, tally: bool) -> Trains:
 
 
 def static_forces(record: Record) -> FloatArray:
-    """Return the static normal force of each train's contact, N: of no dimension, or (wheelsets, sides)."""
+    """Return the static normal force of each train's contact, N: a single number, or (wheelsets, sides)."""
     return np.asarray(record.static_forces if isinstance(record, WagonRecord) else record.static_force)
 
 
 def labelled(record: Record, values: FloatArray, attributes: dict[str, str]) -> xr.DataArray:
-    """Return one value per train, labelled with the wheel that it is of."""
+    """Return one value per train, labelled with its wheel."""
     import xarray as xr
 
     if not isinstance(record, WagonRecord):
@@ -77,7 +77,7 @@ def labelled(record: Record, values: FloatArray, attributes: dict[str, str]) -> 
 
 
 def _rows(table: xr.Dataset, cells: int) -> tuple[IntArray, xr.Dataset]:
-    """Return which train each row of a table belongs to, and the rows, one train after the other."""
+    """Return the train of each row of a table, and the rows, sorted by train."""
     if "surface" in table:
         table = table.isel({next(iter(table.sizes)): np.flatnonzero(table.surface.values == "tread")})
     owner = table.contact.values if cells > 1 else np.zeros(table.time.size, dtype=np.int64)
@@ -114,7 +114,7 @@ def _impulses(record: Record, owner: IntArray, cells: int) -> FloatArray:
 
 
 def _highest(record: Record) -> FloatArray:
-    """Return the highest position of each train's wheel, of a wagon that of its wheelset's centre, m."""
+    """Return the highest position of each train's wheel, m; for a wagon, that of the centre of its wheelset."""
     from scipy.optimize import elementwise
 
     from wheeltapper.march.tally import NODES

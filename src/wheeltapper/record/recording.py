@@ -1,4 +1,4 @@
-"""A recording: samples of a sensor over time, and what is known of them."""
+"""A recording: samples of a sensor over time, with facts about them."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ class Recording:
     clipped
         True for samples at the end of the sensor's range: the true value lies beyond.
     speed
-        Measured speed of the passage, m/s, None where it was not measured.
+        Measured speed of the passage, m/s; None if it was not measured.
     source
-        File, or how it was made.
+        File, or the way in which it was made.
     notes
         What was found in the file: gaps, clipping, doubled times and the like.
     truth
-        Of a synthetic recording: what it was made with.
+        For a synthetic recording: the true values.
     """
 
     samples: FloatArray

@@ -1,4 +1,4 @@
-"""What a rigid track does to forces: said where it matters."""
+"""A note on the effect of a rigid track on the force, for runs in which it matters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from wheeltapper.record.record import Record
 
 LARGE = 2.5
-"""Force over the static one beyond which the track's own give decides."""
+"""Ratio of the largest to the static force. Above it, at a kink of the path, the compliance of a real track would
+change the force, and the note is given."""
 KINK = 1e-4
 """Least change of slope, and least jump of height over the course's, that is one."""
 NOTE = Note(
@@ -22,6 +23,7 @@ NOTE = Note(
     "speed much smaller ones, at high speed also larger ones",
     "rigid track",
 )
+"""The note itself."""
 
 
 def rigid_track(record: Record) -> tuple[Note, ...]:

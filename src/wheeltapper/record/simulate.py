@@ -28,14 +28,14 @@ Method = Literal["default", "strict"]
 
 
 class ModelWarning(UserWarning):
-    """The scenario is valid, but its result may not mean what the user thinks."""
+    """The scenario is valid, but its result may not mean what the user expects."""
 
 
 _compiled: set[str] = set()
 
 
 def say_that_it_compiles(what: str = "the kernels") -> None:
-    """Tell the user why nothing happens for some seconds, of each kernel once."""
+    """Tell the user once per kernel that it is being compiled, which takes some seconds."""
     if what not in _compiled:
         _compiled.add(what)
         say(f"compiling {what} for this machine, once; this takes some seconds")
@@ -78,10 +78,10 @@ def simulate(
     Parameters
     ----------
     scenario
-        What to simulate, or the path of its TOML file; or several of them, which march side by side.
+        A scenario, or the path of its TOML file; or several of them, which are computed in parallel.
     method
-        Of a wheelset, "default": Taylor series of order 12; "strict": order 20 with a thousand times smaller step
-        tolerance. Of a wagon, DOP853 with step tolerances of 1e-7 and 3e-11.
+        For a wheelset, "default" is a Taylor series of order 12, and "strict" one of order 20 with a thousand times
+        smaller step tolerance. For a wagon they are DOP853 with step tolerances of 1e-7 and 3e-11.
     threads
         How many of several scenarios march at a time; by default all cores.
     progress
@@ -92,7 +92,8 @@ def simulate(
     Returns
     -------
     Record or list of Record
-        Also where the computation could not finish: its `outcome` says why, and what was computed is kept.
+        A record is also returned if the computation could not finish: its `outcome` states the reason, and the computed
+        part is kept.
 
     Raises
     ------
@@ -112,7 +113,7 @@ class _StoppedError(Exception):
 
 
 def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[Record]:
-    """Simulate several scenarios at a time; what ends one, or an interruption, ends all soon."""
+    """Simulate several scenarios at a time; an error of one, or an interruption, soon ends all."""
     stop = Event()
 
     def heard(*_: object) -> None:

@@ -1,4 +1,4 @@
-"""Records on disk: netCDF that opens in plain xarray and holds all that is needed to answer any time again."""
+"""Records on disk: netCDF that opens in plain xarray, and contains the dense solution."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ from wheeltapper.record.wagon_record import WagonRecord
 from wheeltapper.record.wagon_store import wagon_record, wagon_tables
 
 FORMAT = 1
-"""Version of the files' layout; a newer file is refused."""
+"""Version of the layout of the files. A newer file is refused."""
 WHEEL = ("wheelset", "side", "surface")
-"""Columns that say which wheel of a wagon is meant."""
+"""Columns that identify the wheel of a wagon."""
 
 
 def save(record: Record, path: Path) -> None:
@@ -93,7 +93,7 @@ def save(record: Record, path: Path) -> None:
 
 
 def _wheelset_tables(record: Record) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the tables and attributes that only a core model has."""
+    """Return the tables and attributes that only the record of a wheelset has."""
     lowered = record._lowered
     tables = {
         "program_pieces": (("piece", "piece_column"), record._march.pieces),
@@ -113,7 +113,7 @@ def _units(lowered: Lowered) -> list[float]:
 
 
 def _scenario_text(scenario: Scenario) -> str:
-    """Return the scenario as JSON, or its printed form where it holds a Python function."""
+    """Return the scenario as JSON, or its printed form if it holds a Python function."""
     try:
         return json.dumps(scenario.model_dump(mode="json"))
     except ValueError:
@@ -121,18 +121,20 @@ def _scenario_text(scenario: Scenario) -> str:
 
 
 LOADED = ".toml (a scenario or a site), .nc (a record) or .zarr (a chart)"
+"""What `load` takes, for messages."""
 RECORD = "a record saved by wheeltapper"
+"""What a netCDF file must be, for messages."""
 
 
 def load(path: str | Path, *, largest: float = LARGEST) -> Any:
-    """Load by suffix: .toml gives a `Scenario` or a `Site`, .nc a record or what `wear_in` wrote, .zarr a chart.
+    """Load by suffix: .toml is a `Scenario` or a `Site`, .nc a record or a result of `wear_in`, .zarr a chart.
 
     Parameters
     ----------
     path
-        The file, or a chart's folder.
+        Path of the file, or of the folder of a chart.
     largest
-        Bytes that a .nc file may hold, unpacked.
+        Largest unpacked size of a .nc file, bytes.
 
     Raises
     ------
@@ -164,7 +166,7 @@ def _load_record(path: Path, largest: float) -> Any:
             data = opened.load()
     except InputError:
         raise
-    except Exception as error:  # h5py and xarray fail in many ways on a damaged file
+    except Exception as error:  # h5py and xarray raise many kinds of errors for a damaged file
         raise InputError("", "", f"no readable netCDF file ({' '.join(str(error).split())[:120]})", RECORD) from error
     if is_damaged(data):
         raise InputError("", "", "a damaged file", UNDAMAGED)
@@ -207,7 +209,7 @@ def _wheelset_record(scenario: Scenario, data: Any) -> Record:
 
 
 def check_wear(data: Any) -> Any:
-    """Return what `wear_in` wrote, if it is whole."""
+    """Return a result of `wear_in`; refuse a damaged one."""
     passes, kept = (data.sizes.get(name, -1) for name in ("pass", "kept"))
     for name in ("speed", "largest_force"):
         table(data, name, passes, ends=True)

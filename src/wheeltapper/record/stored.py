@@ -1,4 +1,4 @@
-"""Checks of what a file holds before a kernel believes it: shapes, finite numbers, indices in their ranges."""
+"""Checks of the contents of a file before a kernel uses them: shapes, finite numbers, indices in their ranges."""
 
 from __future__ import annotations
 
@@ -21,12 +21,13 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 UNDAMAGED = "a file as wheeltapper wrote it"
+"""What a file must be, for messages."""
 LATER = {contract.START_SHIFT: 0.0, contract.LAST_IMPACT: -1.0, contract.LAST_LOSS: -1.0, contract.MEMORY: 0.0}
-"""Numbers that older files lack, and what they then are."""
+"""Numbers of a program that older files lack, and the values that they have for such files."""
 
 
 def check_format(version: Any, newest: int) -> int:
-    """Return the version of a layout, unless it is newer than what is known."""
+    """Return the version of a layout; refuse a newer one than this program knows."""
     try:
         number = int(version)
     except (TypeError, ValueError):
@@ -44,7 +45,7 @@ def table(data: xr.Dataset, name: str, *shape: int | Iterable[int] | None, ends:
     data
         The file's contents.
     name
-        Of the variable.
+        Name of the variable.
     *shape
         The length of each of its axes, or the lengths that it may have; None: any.
     ends
@@ -87,7 +88,7 @@ def rising(name: str, values: FloatArray, end: float) -> None:
 
 
 def attribute(data: xr.Dataset, name: str, kind: type) -> Any:
-    """Return an attribute of a kind; a list is written as JSON."""
+    """Return an attribute of a given type; a list is stored as JSON."""
     try:
         value = data.attrs[name]
         if kind is not list:
@@ -134,7 +135,7 @@ def check_pieces(name: str, pieces: FloatArray) -> None:
 
 
 def program_of(data: xr.Dataset) -> tuple[Program, int, int]:
-    """Return the checked program of one wheel, with the piece with which its path goes on, and how."""
+    """Return the checked program of one wheel, with the piece with which its path continues, and the joint."""
     pieces = table(data, "program_pieces", None, (contract.PIECE_COLUMNS, contract.MARKED_COLUMNS), ends=True)
     law = contract.ELASTIC
     if "program_law" in data.variables:

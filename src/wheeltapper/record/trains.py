@@ -1,4 +1,4 @@
-"""Impact trains: events and force maxima of one run or of many cells, as features read them."""
+"""Impact trains: events and force maxima of one run or of many cells, for features."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-Values = NDArray[Any]  # of floats; complex where they carry a derivative
+Values = NDArray[Any]  # floats, or complex numbers whose imaginary parts are derivatives
 
 
 def _begins(*keys: NDArray[Any]) -> IntArray:
-    """Return where in sorted columns a new combination of entries begins."""
+    """Return the positions in sorted columns at which a new combination of entries begins."""
     if len(keys[0]) == 0:
         return np.zeros(0, dtype=np.int64)
     new = np.zeros(len(keys[0]), dtype=bool)
@@ -32,7 +32,7 @@ def _begins(*keys: NDArray[Any]) -> IntArray:
 
 
 def _largest_of_each(values: FloatArray, begins: IntArray) -> IntArray:
-    """Return the place of the largest entry, the first of equals, in each group of rows; groups begin at `begins`."""
+    """Return the position of the largest entry (the first of equals) of each group; groups begin at `begins`."""
     if len(begins) == len(values):
         return begins
     sizes = np.diff(begins, append=len(values))
@@ -42,9 +42,9 @@ def _largest_of_each(values: FloatArray, begins: IntArray) -> IntArray:
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a table that belongs to many cells, one cell after the other."""
+    """Rows of a table of many cells, sorted by cell."""
 
-    first: IntArray  # (cells + 1,): where each cell's rows begin, and the end of all
+    first: IntArray  # (cells + 1,): the first row of each cell, and the end of all rows
     columns: dict[str, Values]
 
     @cached_property
@@ -84,7 +84,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Trains:
-    """Losses, impacts and force maxima of cells that were marched, in SI units; each is made when it is first read."""
+    """Losses, impacts and force maxima of computed cells, in SI units; each is prepared when it is first read."""
 
     marched: Marched
     units: Units
@@ -96,7 +96,7 @@ class Trains:
 
     @property
     def end(self) -> Values:
-        """(cells,) time in s up to which each cell was computed."""
+        """(cells,) end of the computed time of each cell, s."""
         return self.marched.end * self.units.time
 
     @property
@@ -118,7 +118,7 @@ class Trains:
 
     @cached_property
     def whole(self) -> NDArray[np.bool_]:
-        """(cells,) True where the run was computed to its end, or as far as was asked."""
+        """(cells,) True if the run was computed to its end, or as far as was necessary."""
         return np.asarray((self.marched.status == contract.DONE) | (self.marched.status == contract.ENOUGH))
 
     @cached_property
@@ -132,7 +132,7 @@ class Trains:
         return self._events(contract.IMPACT)
 
     def impulse(self, n: int) -> Values:
-        """Return the impulse (N s) of the contact that impact n begins; NaN where it outlasts the run."""
+        """Return the impulse (N s) of the contact that begins with impact n; NaN if it lasts beyond the run."""
         assert self.marched.impulses is not None
         held = self.impacts.count >= n
         rows = np.append(0, self.marched.event_ends)[:-1] + n - 1
@@ -141,7 +141,7 @@ class Trains:
 
     @cached_property
     def peaks(self) -> Rows:
-        """Force maxima: columns `time` (s), `force` (N) and `impact` (how many impacts came before)."""
+        """Force maxima: columns `time` (s), `force` (N) and `impact` (number of impacts before)."""
         peaks, units = self.marched.peaks, self.units
         first = np.append(0, self.marched.peak_ends)
         count = np.diff(first)
@@ -165,7 +165,7 @@ class Trains:
         return Rows(first, columns)
 
     def impact_peak(self, n: int, column: str) -> Values:
-        """Return time or force of the largest force between impact n and the next; NaN where there is none."""
+        """Return time or force of the largest force between impact n and the next; NaN if there is none."""
         among = self.impact_peaks
         rows = among.columns["impact"] == n
         values = among.columns[column]
@@ -175,7 +175,7 @@ class Trains:
 
     @cached_property
     def impact_peaks(self) -> Rows:
-        """Time and force of the largest force after every impact, where there is one."""
+        """Time and force of the largest force after every impact, if there is one."""
         rows = np.flatnonzero(self.peaks.columns["impact"] >= 1)
         owner, impact = self.peaks.owner[rows], self.peaks.columns["impact"][rows]
         best = rows[_largest_of_each(self.peaks.columns["force"].real[rows], _begins(owner, impact))]

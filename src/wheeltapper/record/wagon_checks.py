@@ -1,4 +1,4 @@
-"""Checks of a wagon's file: what its kernels take for an index is one, and its states are those of a run."""
+"""Checks of a wagon's file: indices are within their ranges, and states are plausible."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 IntArray = NDArray[np.int64]
 TOGETHER = 4
-"""Columns of a body come in so many."""
+"""The columns of a body are stored in groups of this size."""
 LARGEST = 1e3
-"""No displacement (m, rad) or velocity of a run is larger."""
+"""Largest plausible displacement (m, rad) or velocity (m/s, rad/s) in a file; a larger one is damage."""
 TURNS = 1e7
-"""So often, at most, a path may be gone round in a run."""
+"""Largest number of times that a closed path may be repeated in a run."""
 
 
 def check_assembly(A: Assembly, scenario: Scenario, layout: Layout) -> None:
-    """Refuse an assembly that is not of this scenario, or holds an index beyond what it counts."""
+    """Refuse an assembly that does not belong to this scenario, or has an index out of range."""
     treads = -(-len(scenario.vehicle.axles) // HALF)
     octets, bodies, states, elements = len(A.kinds), len(layout.bodies), len(A.start), len(A.element_inside)
     shapes = {
@@ -65,7 +65,7 @@ def check_assembly(A: Assembly, scenario: Scenario, layout: Layout) -> None:
 
 
 def _check_numbers(A: Assembly, scenario: Scenario, layout: Layout, treads: int) -> None:
-    """Refuse numbers that are other than the scenario's, where they count or choose."""
+    """Refuse counts and choices that differ from those of the scenario."""
     creep = scenario.creep
     chosen = contract.NO_CREEP if creep is None else contract.CURVE
     cells, strips = 0, 0
@@ -84,7 +84,7 @@ def _check_numbers(A: Assembly, scenario: Scenario, layout: Layout, treads: int)
 
 
 def _check_lanes(A: Assembly, scenario: Scenario, bodies: int, treads: int) -> None:
-    """Refuse lanes that no wheel has, or whose body or path is none."""
+    """Refuse lanes without a wheel, or with a body or path that does not exist."""
     names = "assembly, lanes"
     wheels = np.zeros((treads, 2, HALF))
     for k in range(len(scenario.vehicle.axles)):
@@ -109,7 +109,7 @@ def _check_lanes(A: Assembly, scenario: Scenario, bodies: int, treads: int) -> N
 
 
 def _spans(name: str, spans: IntArray, count: int, total: int, step: int = 1) -> None:
-    """Refuse spans that do not part a whole."""
+    """Refuse spans that do not divide the whole array."""
     good = len(spans) == count + 1 and spans[0] == 0 and spans[-1] == total
     if not good or (np.diff(spans) < 0).any() or (spans % step).any():
         raise InputError("", f"assembly, {name}", f"{spans.tolist()}"[:80], f"rising from 0 to {total}; {UNDAMAGED}")
@@ -155,7 +155,7 @@ def march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMarc
     wheels = np.flatnonzero(A.lanes[:, contract.SIDE].ravel())
     for name, rows, column in (("march_events", events, 2), ("march_peaks", peaks, 1)):
         check(name, rows[:, column], np.isin(rows[:, column], wheels), "contacts of wheels")
-        for wheel in wheels:  # of a step, one wheel's maxima come after the other's
+        for wheel in wheels:  # within a step, the maxima are sorted by wheel
             rising(name, rows[rows[:, column] == wheel, 0], end)
     whole("march_events", events[:, 1], program.LOSS, program.IMPACT)
     status = choice(data, "status", int, (*OUTCOMES, contract.DERAILED))

@@ -1,9 +1,9 @@
 """The energy balance of a wagon's run.
 
-Change of (kinetic + elastic) = works of the loads, of the irregularity, of the contacts' changing shape and of what
-keeps the speed, less what dampers and friction dissipate. The elastic energy of a contact is 0.4·N·δ; where its
-constant changes as the wheel shifts or the rail bends, the contact's shape does work. What keeps the speed does the
-work of the creep forces that the slip does not dissipate.
+Change of (kinetic + elastic) = works of the loads, of the irregularity, of the changing shape of the contacts and of
+the drive, less the energy that dampers and friction dissipate. The elastic energy of a contact is 0.4·N·δ. If its
+constant changes because the wheel shifts or the curvature of the rail varies, the shape of the contact does work. The
+drive keeps the speed constant; it does the work of the creep forces that the slip does not dissipate.
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ FloatArray = NDArray[np.float64]
 SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
 """How each work of `march.replay` (load, path, shape, damper, friction, drive, stand-in) changes the energy."""
 EVERY = 16
-"""One of so many steps is checked at the end of each run: making a step again costs more than its march did."""
+"""At the end of each run one step in this many is checked. A check repeats the step, which costs more than its march
+did."""
 
 
 def missing_part(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario) -> float:
-    """Return the part of the energy exchanged that is missing, as one step of EVERY shows it."""
+    """Return the missing share of the exchanged energy, estimated from one step in EVERY."""
     count = len(march.steps)
     if count == 0:
         return 0.0
@@ -74,8 +75,8 @@ def balance(
 ) -> xr.Dataset:
     """Return the energy balance over the whole run, in J.
 
-    `relative_imbalance` divides what is left by the energy exchanged: the largest kinetic and elastic energies and all
-    works, by amount.
+    `relative_imbalance` divides the imbalance by the exchanged energy: the largest kinetic and elastic energies and the
+    magnitudes of all works.
     """
     import xarray as xr
 

@@ -28,13 +28,14 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 SIDES = ("left", "right")
+"""Names of the two sides, in the order of the kernels."""
 
 
 class WagonRecord(Record):
-    """What a simulation of a wagon found; every table is an `xarray.Dataset` in SI units.
+    """Results of a simulation of a wagon; every table is an `xarray.Dataset` in SI units.
 
-    Tables of events, peaks and impacts name the wheelset (from 1) and the side; histories have them as axes, and the
-    motions of the bodies by name.
+    Tables of events, peaks and impacts have columns for the wheelset (from 1) and the side. Histories have them as
+    axes, and contain the motions of the bodies by name.
     """
 
     _share = "wheel"
@@ -46,12 +47,12 @@ class WagonRecord(Record):
 
     @property
     def outcome(self) -> Outcome:
-        """How the computation ended."""
+        """Outcome of the computation."""
         return Outcome.DERAILED if self._march.status == contract.DERAILED else OUTCOMES[self._march.status]
 
     @property
     def end(self) -> float:
-        """Time in s up to which was computed."""
+        """End of the computed time, s."""
         return self._march.end
 
     @property
@@ -82,7 +83,7 @@ class WagonRecord(Record):
     # -- tables ---------------------------------------------------------------------------------------------------
 
     def _where(self, contact: FloatArray) -> dict[str, Any]:
-        """Return the columns that say which wheel a contact's number means."""
+        """Return the columns that identify the wheel of each number of a contact."""
         lane = contact.astype(int)
         treads = int(self._lowered.assembly.numbers[contract.TREADS])
         octet = lane // LANES % treads
@@ -111,7 +112,7 @@ class WagonRecord(Record):
 
     @cached_property
     def peaks(self) -> xr.Dataset:
-        """Maxima of the contact forces; `corner` where a kink of the input makes one."""
+        """Maxima of the contact forces; `corner` is True if a kink of the input causes the maximum."""
         rows = self._march.peaks
         return dataset(
             "peak", time=rows[:, 0], normal_force=rows[:, 2], corner=rows[:, 3] == 1.0, **self._where(rows[:, 1])
@@ -223,7 +224,7 @@ class WagonRecord(Record):
         return np.swapaxes(held, 2, 3).reshape(len(lanes), octets * HALF, 2)[:, : len(self._wheelsets)]
 
     def _forces(self, rows: dict[str, FloatArray]) -> dict[str, FloatArray]:
-        """Return what the record shows of each wheel from the rows of its contacts."""
+        """Return the record's variables of each wheel from the rows of its contacts."""
         treads = int(self._lowered.assembly.numbers[contract.TREADS]) * LANES
         both = rows["normal"].shape[1] > treads
         tread = {name: values[:, :treads] for name, values in rows.items()}
@@ -268,7 +269,7 @@ class WagonRecord(Record):
 
     @cached_property
     def energy(self) -> xr.Dataset:
-        """Energy balance over the whole run, J, with the work of friction and of what keeps the speed."""
+        """Energy balance over the whole run, J, with the works of friction and of the drive that keeps the speed."""
         from wheeltapper.record.wagon_energy import balance
 
         return balance(self._lowered, self._march, self._works, self.scenario)
@@ -282,14 +283,14 @@ class WagonRecord(Record):
         vertical_weighting: str = "Wb",
         settling: float | str = 0.0,
     ) -> xr.Dataset:
-        """Return how comfortable a ride on a body is (EN 12299, ISO 2631-1).
+        """Return the ride comfort on a body (EN 12299, ISO 2631-1).
 
         Parameters
         ----------
         body
-            Its name.
+            Name of the body.
         at
-            Place from its centre of gravity, m; by default there.
+            Position relative to its centre of gravity, m; by default the centre itself.
         rate
             Samples per second, 250 to 1e6, Hz or as "1 kHz".
         vertical_weighting
@@ -329,15 +330,16 @@ class WagonRecord(Record):
         return total
 
     def _summary(self) -> tuple[int, float | None]:
-        """Return the number of impacts, and the largest force over the static one."""
+        """Return the number of impacts, and the ratio of the largest to the static force."""
         forces = self._march.peaks[:, 2]
         impacts = int((self._march.events[:, 1] == program.IMPACT).sum())
         return impacts, (float(forces.max() / self.static_force) if len(forces) else None)
 
 
 IMPACT_COLUMNS = ("time", "closing_speed", "peak_force", "duration", "impulse", "interval", "force_ratio")
+"""Columns of the table of impacts."""
 ROWS = {
     "normal": "NORMAL", "fx": "FX", "fy": "FY", "mz": "MZ", "g": "G", "slip_x": "SLIP_X", "slip_y": "SLIP_Y",
     "slip_turn": "SLIP_TURN", "delta": "DELTA", "path": "PATH", "u": "U",
 }  # fmt: skip
-"""What the record reads of a contact, and the row of the kernels' scratch where it stands."""
+"""Quantities of a contact that the record reads, and their rows in the kernels' scratch memory."""

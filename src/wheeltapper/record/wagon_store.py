@@ -1,4 +1,4 @@
-"""What a wagon's record needs on disk beside its tables: the assembly, as one array with a list of its parts."""
+"""A wagon's assembly on disk, beside the tables of its record: one array with a list of its parts."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def wagon_tables(record: WagonRecord) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def wagon_record(scenario: Scenario, data: xr.Dataset) -> WagonRecord:
-    """Return the record of a wagon from a file's contents; refuse what no march has written."""
+    """Return the record of a wagon from a file's contents; refuse contents that no march can have written."""
     structure = structure_of(scenario.vehicle)
     layout = layout_of(scenario, structure)
     assembly = _assembly(data)

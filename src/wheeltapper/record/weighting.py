@@ -1,8 +1,8 @@
 """Frequency weightings of whole-body vibration, analogue and digital.
 
 A weighting is a band limit, a transition from acceleration to velocity, and an upward step; ISO 8041-1:2017 writes all
-three with corner frequencies f1 to f6 and quality factors Q1 to Q6. Its digital twin here has the analogue poles and
-zeros where sampling puts them, and a short correction that restores modulus and phase up to a quarter of the rate.
+three with corner frequencies f1 to f6 and quality factors Q1 to Q6. The digital filter here has the sampled analogue
+poles and zeros, and a short correction that restores modulus and phase up to a quarter of the rate.
 """
 
 from __future__ import annotations
@@ -29,11 +29,13 @@ FASTEST = 1e6
 """Highest admissible rate: above, rounding moves the filter's poles, which lie ever closer to 1."""
 BAND, BUTTERWORTH = (0.4, 100.0), 0.5**0.5
 """Corner frequencies f1 and f2 of the band limit, Hz, and its quality factors Q1 = Q2, in every edition."""
-TAPS, FITTED_UP_TO, FITTED_AT = 6, 0.27, 400  # the correction: length, fraction of the rate, number of frequencies
+TAPS, FITTED_UP_TO, FITTED_AT = 6, 0.27, 400
+"""The filter that corrects the digital weighting: its number of coefficients, the frequency up to which it is fitted
+(over the sample rate), and the number of frequencies of the fit."""
 
 
 class Weighting(NamedTuple):
-    """A weighting's f3, f4 (Hz), Q4; its step's f5, Q5, f6, Q6 or None; K, beside (f5/f6)^2; where they stand."""
+    """A weighting: f3, f4 (Hz), Q4; f5, Q5, f6, Q6 of its step, or None; K, without (f5/f6)^2; their source."""
 
     transition: tuple[float, float, float]
     step: tuple[float, float, float, float] | None
@@ -49,7 +51,8 @@ WEIGHTINGS = {
     "Wb": Weighting((16.0, 16.0, 0.55), (2.5, 0.9, 4.0, 0.95), 1.024, "ISO 8041-1:2017, Table 3"),
     "Wb EN 12299:2009": Weighting((16.0, 16.0, 0.63), (2.5, 0.8, 4.0, 0.8), 1.024, "programs for EN 12299:2009"),
 }
-"""By name: "Wk" vertical, "Wd" horizontal, "Wb" vertical for rail, and the form of Wb in programs for EN 12299:2009."""
+"""By name: "Wk" (vertical), "Wd" (horizontal), "Wb" (vertical, for railways), and the form of Wb that programs for EN
+12299:2009 use."""
 
 
 def weighting(name: str, frequency: ArrayLike) -> ComplexArray:
@@ -95,8 +98,8 @@ def weighting(name: str, frequency: ArrayLike) -> ComplexArray:
 def weighted(acceleration: ArrayLike, rate: float | str, name: str) -> FloatArray:
     """Return weighted accelerations: what a causal filter makes of the samples, starting from rest.
 
-    Before the first sample there is nothing: an acceleration that does not begin at zero is a jump to the filter, and
-    the band limit at 0.4 Hz takes some 2 s to forget it. Gravity should not be among the samples.
+    The acceleration is zero before the first sample. If it does not begin at zero, this is a jump for the filter, whose
+    effect lasts some 2 s because of the band limit at 0.4 Hz. Gravity should not be among the samples.
 
     Parameters
     ----------
@@ -106,7 +109,7 @@ def weighted(acceleration: ArrayLike, rate: float | str, name: str) -> FloatArra
         Samples per second, 250 to 1e6, Hz or as "1 kHz". Up to a quarter of it the response is right to 0.2 % and
         0.002 rad.
     name
-        Of the weighting, as for `weighting`.
+        Name of the weighting, as for `weighting`.
 
     Returns
     -------
@@ -135,8 +138,8 @@ def weighted(acceleration: ArrayLike, rate: float | str, name: str) -> FloatArra
 def _digital(name: str, rate: float) -> tuple[FloatArray, FloatArray]:
     """Return the second-order sections and the correction's coefficients of a weighting at a rate.
 
-    Poles and zeros s go to exp(s/rate), so the two zeros at s = 0 stay exact. What is then missing is smooth up to half
-    the rate, and a few coefficients, fitted by least squares of the relative error, make it up.
+    Poles and zeros s become exp(s/rate), so that the two zeros at s = 0 stay exact. The remaining error is smooth up to
+    half the rate. A few coefficients, fitted by least squares of the relative error, correct it.
     """
     from scipy import signal
 

@@ -1,4 +1,4 @@
-"""What a record tells of an elastic-plastic contact: what is left of an indentation, what is stored, what to know."""
+"""Results for an elastic-plastic contact: residual indentation, stored energy, notes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 
 
 def permanent(lowered: Lowered, rows: FloatArray) -> FloatArray:
-    """Return the indentation that is left if the contact unloads now, m, from rows of the dense output."""
+    """Return the residual indentation after unloading, m, from rows of the dense output."""
     from wheeltapper.march import dense
 
     depth = np.maximum(rows[:, dense.DELTA], 0.0) + rows[:, dense.RESIDUAL]
@@ -27,9 +27,10 @@ def permanent(lowered: Lowered, rows: FloatArray) -> FloatArray:
 
 
 def stored(lowered: Lowered, ends: FloatArray) -> FloatArray:
-    """Return the energy (scaled) that a yielding contact gives back, from rows of the dense output.
+    """Return the energy (scaled) that a yielding contact returns on unloading, from rows of the dense output.
 
-    Of a spot with a memory, that is the work of unloading; over virgin rail, where the loading curve is gone back, all.
+    For a spot with a memory this is the work of unloading. Over virgin rail unloading follows the loading curve, and
+    all energy is returned.
     """
     from wheeltapper.march import dense
 

@@ -1,11 +1,12 @@
 """Alarm rules: dated figures of railways and standards, with which a finding is compared.
 
-Forces of findings are those of a wheelset, and so are their ratios; rules mostly speak of a wheel. Where both wheels do
-the same, a wheel has half of the wheelset's. Where the fault is in a wheel, or unknown, all of the dynamic part is put
-on one wheel: static/2 + (peak - static), the most that a wheel can have had. Rules are made for level track, while
-healthy wheels, too, bounce over the site's irregularity: where an entry says what the force is on level track, that one
-counts. Where no model explains the recording, the largest force that the recording shows counts as it is: too early an
-alarm is the safe error.
+Findings give forces of a wheelset, and most rules limit the force of a wheel. If both wheels do the same, a wheel has
+half of the force of the wheelset. If the fault is in a wheel, or unknown, the whole dynamic part is assigned to one
+wheel: static/2 + (peak - static). This is the largest force that a wheel can have had.
+
+Rules hold for level track, but the site's irregularity makes healthy wheels bounce, too. If an entry states the force
+on level track, this force is compared. If no model explains the recording, the largest force in the recording is
+compared as it is: an alarm that is too early is the safe error.
 """
 
 from __future__ import annotations
@@ -25,20 +26,24 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import to_si
 
 VERIFY = "verify current edition"
+"""What every rule says by default of itself: its figure is a copy of a document that changes."""
 QUANTITIES = {
     "peak_force": "force", "dynamic_ratio": "number", "dynamic_increment": "number", "flat_length": "length",
     "out_of_roundness": "length",
 }  # fmt: skip
-"""What rules limit, and its dimension."""
+"""What a rule can limit, and the dimension of its limit ("number": a ratio)."""
 CHOICES = {
     "quantity": tuple(QUANTITIES), "per": ("wheel", "axle"), "when": ("exceeded", "reached"),
     "level": ("warning", "maintain", "stop"),
 }  # fmt: skip
 COUNTRIES = 'names of countries, as ("SE", "EU")'
 LENGTHS = ("diameter_above", "diameter_up_to")
+"""Fields of a rule that hold a length, m; a rule applies only to wheels with diameters between them."""
 FLATS = ("wheel flat", "rounded flat")
+"""Verdicts whose size is the length of a flat, m."""
 ONE_WHEEL = (*FLATS, "out of round", "not explained")
-"""Verdicts that put all of the dynamic force on one wheel."""
+"""Verdicts for which the whole dynamic force is assigned to one of the two wheels. The fault is then in one wheel, or
+its place is unknown, and this is the largest force that one wheel can have had."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +53,7 @@ class Rule:
     Attributes
     ----------
     name, body, country
-        What it is called here, who states it, and where it is in use.
+        Name of the rule here, the body that states it, and the countries in which it is in use.
     quantity
         A key of `QUANTITIES`.
     limit
@@ -56,21 +61,21 @@ class Rule:
     level
         "warning", "maintain" or "stop".
     edition, date
-        Of the document, in words and as year-month-day ("" where it is not known).
+        Edition and date of the document, in words and as year-month-day ("" if unknown).
     source
         The document's number and title.
     basis
-        Where the figure was taken from, and how sure it is.
+        Source of the figure here, and how certain it is.
     per
-        "wheel" or "axle": whose force it is.
+        "wheel" or "axle": the force of which of them is limited.
     when
         "exceeded" or "reached": whether the limit itself already counts.
     diameter_above, diameter_up_to
-        Of the wheels to which it applies, m.
+        Diameters of the wheels to which the rule applies, m.
     applies
-        What else it depends on, in words.
+        Other conditions, in words.
     verify
-        What to do before anything depends on it.
+        What to do before relying on the rule.
     """
 
     name: str
@@ -116,7 +121,7 @@ class Rule:
 
 
 class Alarm(NamedTuple):
-    """A rule that a wheelset has set off."""
+    """An alarm: a rule that a wheelset violates."""
 
     axle: int  # from 1
     rule: Rule
@@ -151,20 +156,20 @@ def wheel_forces(entry: Mapping[str, Any], wheels: int = 2) -> tuple[float, floa
 
 
 def _forces(entry: Mapping[str, Any]) -> tuple[float, float]:
-    """Return static and largest force of the wheelset, N: the one on level track where it is there."""
+    """Return static and largest force of the wheelset, N; the latter on level track if the entry states it."""
     level = entry.get("level_force")
     return _number(entry.get("static_force")), _number(entry.get("largest_force") if level is None else level)
 
 
 def compared(entry: Mapping[str, Any], rule: Rule, site: Site) -> float:
-    """Return the value that a rule limits, in SI units; NaN where there is none.
+    """Return the value that a rule limits, in SI units; NaN if the entry has none.
 
     Parameters
     ----------
     entry
-        What `Finding.to_dict` gives, perhaps with `level_force`, N.
+        The result of `Finding.to_dict`, possibly with `level_force`, N.
     rule, site
-        The rule, and the site of the finding: it states the wheels.
+        The rule, and the site of the finding, which states the wheels.
     """
     verdict, size = entry.get("verdict"), _number(entry.get("size"))
     vehicle = site.passage.vehicle
@@ -181,7 +186,7 @@ def compared(entry: Mapping[str, Any], rule: Rule, site: Site) -> float:
 
 
 def alarms_of(entries: Sequence[Mapping[str, Any]], rules: Sequence[Rule], site: Site) -> tuple[Alarm, ...]:
-    """Return all alarms of wheelsets, those of the leading one first."""
+    """Return all alarms of the wheelsets, beginning with the leading one."""
     out = []
     for axle, entry in enumerate(entries, 1):
         values = [(rule, compared(entry, rule, site)) for rule in rules]
@@ -203,14 +208,14 @@ def read_rules(path: str | Path | None = None, countries: Sequence[str] | None =
     Parameters
     ----------
     path
-        A file like the package's own, which is taken by default.
+        A file like the one in the package, which is the default.
     countries
         Take only the rules that name one of these, such as ("SE", "EU").
 
     Raises
     ------
     InputError
-        If the file cannot be read, or a rule in it is wrong; the field says which one and what of it.
+        If the file cannot be read, or a rule in it is wrong; the message names the rule and its field.
     """
     given = None if path is None else as_path(path, "path", "the path of a TOML file with alarm rules")
     source = "" if given is None else str(given)
@@ -232,7 +237,7 @@ def read_rules(path: str | Path | None = None, countries: Sequence[str] | None =
 
 
 def in_countries(rules: Sequence[Rule], countries: Sequence[str] | None) -> tuple[Rule, ...]:
-    """Return the rules that name one of some countries; of None, all."""
+    """Return the rules that name one of the countries; all rules for None."""
     if countries is None:
         return tuple(rules)
     names = as_names(countries, "countries", COUNTRIES)

@@ -1,4 +1,4 @@
-"""Fits of the faults that mass, damping and load do not explain, each from starts of its own."""
+"""Fits of the faults that change more than mass, damping and load, each from its own starting models."""
 
 from __future__ import annotations
 
@@ -25,27 +25,32 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
 
 SPEEDS = 0.05
-"""Relative spacing of the starting speeds where a flat strikes before the irregularity."""
+"""Spacing of the starting speeds, over the stated speed. It is used where a flat strikes at the onset, so that nothing
+has determined the speed before."""
 FIRM, FIRST = 0.01, (0.009, 0.007, 0.005, 0.003, 0.0015)
-"""A fit of mass, damping and load that holds for less than FIRM, s, proves nothing. Then a healthy wheelset is fitted
-to shorter beginnings: FIRST, s after the onset."""
+"""Times after the onset, s. If the fit of mass, damping and load explains less than FIRM, it does not show what came
+before a strike. A healthy wheelset is then fitted up to each of the times FIRST, until one of these fits succeeds."""
 EARLIER = 0.008
-"""Time from the start of the fit windows to the strike of a wheel's fault, s. The first window ends 3 ms after it."""
+"""Time from the start of the fit windows to the strike of a wheel's fault, s. The shortest window, 11 ms, then ends 3
+ms after the strike."""
 CLEARLY, SHORTER = 4.0, 0.25
-"""A fit is clear if χ² exceeds its mean by at most CLEARLY of its standard deviations. A healthy beginning that is not
-clear is shortened to the part SHORTER."""
+"""A fit is clear if χ² per degree of freedom exceeds one by at most CLEARLY standard deviations of that ratio, which is
+√(2/degrees of freedom) for normal noise. If a healthy fit up to a strike is not clear, the time from the onset to its
+end is multiplied by SHORTER."""
 LASTING = 0.03
-"""A fit of mass, damping and load that holds for less than this, s after the onset, explains little. If it holds for
-longer and nothing explains the whole recording, a note says for how long."""
+"""Time after the onset, s. If the fit of mass, damping and load explains less than this, it has explained little: other
+families of faults than flats are then tried first. If it explains more, but nothing explains the whole recording, a
+note says for how long."""
 PATIENTLY = 3
-"""Number of orders of a wheel out of round whose fits are repeated with patience."""
+"""Number of orders of a wheel out of round that are fitted again with patience, after hasty fits of all of them."""
 FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
+"""Names of the faults that are fitted together: the flats, and the faults of the damper's end."""
 
 
 class Strike(NamedTuple):
-    """When something strikes a wheelset, s after the trigger, that was healthy up to then; models of it up to then.
+    """A strike: its time, s after the trigger, and models of a healthy wheelset that explain the recording before it.
 
-    It is `sure` where a healthy wheelset explains all that came before, and that is not little.
+    It is `sure` if a healthy wheelset explains everything before it, and that is not little.
     """
 
     time: float
@@ -54,13 +59,13 @@ class Strike(NamedTuple):
 
 
 def try_flats(case: Case, strike: Strike | None) -> None:
-    """Fit flats, from where something strikes that mass, damping and load do not explain."""
+    """Fit flats to a recording with a strike that mass, damping and load do not explain."""
     if strike is not None:
         _fit_flats(case, strike.time, strike.models)
 
 
 def try_flats_again(case: Case) -> None:
-    """Fit flats that strike together with the site's irregularity, or that are hardly felt at first."""
+    """Fit flats that strike together with the site's irregularity, or whose first effect is small."""
     plain = case.fits["plain"]
     if case.early:
         return
@@ -77,14 +82,14 @@ def try_flats_again(case: Case) -> None:
 
 
 def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
-    """Fit flats that strike one of some healthy wheelsets at some time."""
+    """Fit flats that strike at a given time; until then one of the given healthy models holds."""
     made = {name: case.faults[name].made for name in FLATS if name in case.faults}
     if not made:
         return
     case.struck = struck > case.begins + LASTING
     healthy = case.problem(case.passage, {})
     for round_ in (0, 1) if len(models) == 1 else (0,):
-        patient = struck < case.begins + LASTING and not round_  # little has determined speed and load before
+        patient = struck < case.begins + LASTING and not round_  # what comes before hardly determines speed
         starts = flat_starts(healthy, models, struck, made, round_)
         longest, before = _first_explaining(case, starts, struck, patient), None
         while longest is not None and longest is not before and len(models) == 1 and not _clear(longest[1]):
@@ -110,7 +115,7 @@ def _first_explaining(
     patient: bool,
     longest: tuple[str, Fit] | None = None,
 ) -> tuple[str, Fit] | None:
-    """Fit starts up to the first that explains the recording clearly; return the fit that explains it the longest."""
+    """Fit starting models until a fit is clear; return the fit that explains the longest part, with its name."""
     for name, start in starts:
         found = case.fit(name, start, struck - EARLIER, patient)
         if longest is None or (found.held, -found.reduced) > (longest[1].held, -longest[1].reduced):
@@ -121,19 +126,19 @@ def _first_explaining(
 
 
 def _clear(fit: Fit) -> bool:
-    """Return True where a fit leaves no more than noise that is as stated: a neighbouring minimum may leave more."""
+    """Return True if a fit leaves no more than the stated noise; a neighbouring minimum would leave more."""
     return fit.reduced <= 1.0 + CLEARLY * sqrt(2.0 / max(fit.freedom, 1))
 
 
 def strike_at_onset(case: Case) -> Strike:
-    """Return when the recording begins, and healthy wheelsets of several speeds, since the speed is not known yet."""
+    """Return a strike at the onset, with healthy models of several speeds: nothing has determined the speed yet."""
     share = 2.0 * case.site.uncertainty.get("speed", 0.0)
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
     return Strike(case.begins, [case.passage.replaced({"speed": speed}) for speed in speeds.tolist()], False)
 
 
 def strike_of(case: Case) -> Strike | None:
-    """Return when something strikes a wheelset that was healthy up to then; None where it was not."""
+    """Return the strike of a wheelset that is healthy before it; None if no healthy model explains that part."""
     plain, healthy = case.fits["plain"], case.problem(case.passage, {})
     if plain.held < case.begins + FIRM:
         begun = (_up_to(case, case.passage, case.begins + window)[0] for window in FIRST)
@@ -149,9 +154,9 @@ def strike_of(case: Case) -> Strike | None:
 
 
 def _up_to(case: Case, start: Scenario, end: float) -> tuple[Scenario | None, float]:
-    """Return the healthy wheelset that explains the recording up to some time, and that time.
+    """Return the healthy model that explains the recording up to `end`, and the time up to which it does.
 
-    It is earlier where a flat is hardly felt.
+    That time is earlier if the first effect of a flat is small, so that the strike was noticed late.
     """
     while True:
         whole = solve(case.problem(start, beliefs(case.stated)).until(end), case.begins)
@@ -164,11 +169,11 @@ def _up_to(case: Case, start: Scenario, end: float) -> tuple[Scenario | None, fl
 
 
 Starts = Callable[[], list[tuple[str, Scenario]]]
-"""Names of faults and passages with them, found when they are asked for."""
+"""A function that returns names of faults and starting models with these faults; it computes them when called."""
 
 
 def damper_end_starts(case: Case) -> list[tuple[str, Scenario]]:
-    """Return dampers with play at their ends, or with a bush, first the nearest of each."""
+    """Return starting models with free play or a bush: the nearest of each kind first."""
     names = [name for name in DAMPER_ENDS if name in case.faults]
     if not names:
         return []
@@ -181,7 +186,7 @@ def damper_end_starts(case: Case) -> list[tuple[str, Scenario]]:
 
 
 def try_damper_ends(case: Case, starts: Starts, patient: bool) -> None:
-    """Fit dampers with an end of their own; without patience, the nearest of each only."""
+    """Fit dampers with free play or a bush; without patience, only the nearest of each."""
     each = len({name for name, _ in starts()})
     for name, start in starts() if patient else starts()[:each]:
         if not (patient and well(case.best)):
@@ -189,7 +194,7 @@ def try_damper_ends(case: Case, starts: Starts, patient: bool) -> None:
 
 
 def out_of_round_starts(case: Case) -> list[tuple[str, Scenario]]:
-    """Return wheels that are out of round, those of the likeliest orders first."""
+    """Return starting models of wheels that are out of round, those of the most likely orders first."""
     if "out of round" not in case.faults:
         return []
     starts = harmonic_starts(case.problem(case.passage, beliefs(case.stated)), case.begins)
@@ -197,7 +202,7 @@ def out_of_round_starts(case: Case) -> list[tuple[str, Scenario]]:
 
 
 def try_harmonics(case: Case, starts: Starts, patient: bool) -> None:
-    """Fit wheels that are out of round; with patience, of few orders only."""
+    """Fit wheels that are out of round; with patience, only the first PATIENTLY orders."""
     for name, start in starts()[:PATIENTLY] if patient else starts():
         case.fit(name, start, case.begins - EARLIER, patient)
         if well(case.best):

@@ -20,18 +20,22 @@ from wheeltapper.march import run
 from wheeltapper.record.recording import Recording
 
 EXPLAINED = 1.3
-"""A model explains a recording where χ² per degree of freedom is at most this."""
+"""Largest χ² per degree of freedom at which a model explains a recording. If the best model has more, the verdict is
+"not explained"."""
 WELL = 1.1
-"""The search ends where χ² per degree of freedom is at most this: the noise may be misjudged by 5 %."""
+"""Largest χ² per degree of freedom at which the search for other faults ends. It is above one because the stated noise
+may be wrong by 5 % (1.05² = 1.1). At a higher limit a similar fault might be taken for the true one."""
 EARLY = 3.0
-"""The wheel itself is the cause of the onset if, at that time, the model of the fastest healthy wheelset stays below so
-many standard deviations of the noise."""
+"""Standard deviations of the noise. If the model of the fastest plausible healthy wheelset stays below this up to the
+onset, the irregularity of the site cannot have caused the onset: the wheel itself has."""
 SURE = 3.0
-"""Largest deviation of the speed that is considered, in standard deviations. The onset determines the speed where the
-stated uncertainty makes more than as many samples."""
+"""Largest deviation of the speed from the stated one that is considered plausible, in standard deviations. The onset
+determines the speed only if the standard deviation of the speed moves the onset by at least this many samples."""
 
 FLIGHTS, PLATEAU = 0.06, 97.0
-"""Flights within the first FLIGHTS seconds show the static force, by the PLATEAU-th percentile of the acceleration."""
+"""The static force is estimated from flights, in which the deck's acceleration is N0/M. They are looked for in the
+first FLIGHTS seconds after the onset. The acceleration in flight is taken as the PLATEAU-th percentile of the samples
+there: nearly the largest, but insensitive to a few outliers."""
 
 
 class Case:
@@ -46,20 +50,20 @@ class Case:
         self.passage = self._timed()
         self.fits: dict[str, Fit] = {}
         self.evidence: dict[str, float] = {}
-        self.struck = False  # healthy up to where something strikes: only flats do that
+        self.struck = False  # a late strike of a healthy wheelset: only a flat can be the cause
 
     def problem(self, start: Scenario, priors: dict[str, Prior]) -> Problem:
-        """Return the problem of fitting models from a start on."""
+        """Return the problem of fitting a family of models to the recording, from a starting model."""
         return Problem(self.recording, self.site.sensor, self.noise, start, priors)
 
     @property
     def best(self) -> Fit | None:
-        """The fit that leaves least unexplained."""
+        """The fit with the smallest χ² per degree of freedom."""
         return min(self.fits.values(), key=lambda fit: fit.reduced, default=None)
 
     @cached_property
     def early(self) -> bool:
-        """True where something moves the deck before the site's irregularity can: the wheel itself."""
+        """True if the deck moves before the site's irregularity can move it: the wheel itself is the cause."""
         stated = self.stated.passage
         fastest = stated.replaced({"speed": stated.speed * (1.0 + SURE * self.site.uncertainty.get("speed", 0.0))})
         count = int(np.searchsorted(self.recording.times, self.begins)) + 1
@@ -67,7 +71,7 @@ class Case:
         return found is not None and bool(np.abs(found).max() < EARLY * self.noise)
 
     def _timed(self) -> Scenario:
-        """Return the stated passage, at the speed that the onset shows where that is the more precise one."""
+        """Return the stated passage, at the speed that follows from the onset if that is more precise."""
         stated, share = self.stated.passage, self.site.uncertainty.get("speed", 0.0)
         if self.early or share * self.begins * self.recording.rate < SURE:
             return stated
@@ -79,7 +83,7 @@ class Case:
 
     @cached_property
     def loaded(self) -> Scenario:
-        """The passage under the load that the recording shows: in flight the deck rises with N0/M."""
+        """The passage with the load that the flights show: in flight the acceleration of the deck is N0/M."""
         passage, times = self.passage, self.recording.times
         part = (times >= self.begins) & (times < self.begins + FLIGHTS) & np.isfinite(self.recording.samples)
         early = times[times < self.begins + FLIGHTS]
@@ -95,11 +99,11 @@ class Case:
 
     @property
     def explained(self) -> bool:
-        """True where one of the fits explains the recording."""
+        """True if one of the fits explains the recording."""
         return self.best is not None and self.best.reduced <= EXPLAINED
 
     def fit(self, name: str, start: Scenario, begins: float, patient: bool = True) -> Fit:
-        """Fit a fault from a start, and keep the fit if it is the fault's best one."""
+        """Fit a fault from a starting model; keep the fit if it is the best one of this fault."""
         priors = beliefs(self.stated) | self.faults[name].believed(self.passage)
         found = solve(self.problem(start, priors), begins, patient)
         if name not in self.fits or found.evidence > self.fits[name].evidence:
@@ -113,9 +117,10 @@ def feels_load(passage: Scenario) -> bool:
 
 
 def faults_of(passage: Scenario, names: Sequence[str] | None = None) -> tuple[dict[str, Fault], dict[str, str]]:
-    """Return the faults that a passage can have, of some or all of the catalogue, and why it cannot have others.
+    """Return the faults, by name, that a passage can have, and the reasons why it cannot have others.
 
-    A fault that is named, but that the passage cannot have, is refused.
+    Without names all faults of the catalogue are taken. A fault that is named, but that the passage cannot have, is
+    refused.
     """
     faults, left_out = {}, {}
     for name in CATALOGUE if names is None else as_list(names, "faults", "names of faults"):
@@ -135,5 +140,5 @@ def faults_of(passage: Scenario, names: Sequence[str] | None = None) -> tuple[di
 
 
 def well(fit: Fit | None) -> bool:
-    """Return True where a fit leaves hardly more than noise: nothing else need be tried."""
+    """Return True if a fit leaves hardly more than noise, so that no other fault need be fitted."""
     return fit is not None and fit.reduced <= WELL

@@ -1,9 +1,11 @@
-"""What a record cannot show, however good the sensor, and what it shows best: products of powers of the fields.
+"""Products of powers of the fields that no recording can determine, and those that it determines best.
 
-force scale         m, P, k, c, C, M, K, C_d times s leave the deck's motion as it is
-displacement scale  h times s, with R, m, k, c over s and C over s^1.5 at the same N0, leave the force as it is; only
-                    the deck's own motion, small where it is heavy, shows s
-load and weight     act by their sum N0 = P + m·g alone, which stands for the load here
+force scale         If m, P, k, c, C, M, K and C_d are multiplied by s, the motion of the deck stays the same.
+displacement scale  If h is multiplied by s, R, m, k and c are divided by s, C by s^1.5, and N0 is kept, the contact
+                    force stays the same. Only the motion of the deck, which is small if it is heavy, depends on s.
+load and weight     They act only through their sum N0 = P + m·g, which replaces the load here.
+
+See docs/theory/diagnosis.rst, section 8.2.
 """
 
 from __future__ import annotations
@@ -23,35 +25,42 @@ from wheeltapper.ground.errors import InputError, shown
 FloatArray = NDArray[np.float64]
 
 STATIC_LOAD = "static load"
-"""N0 = P + m·g, among the exponents in the load's place."""
+"""Name of the static force N0 = P + m·g, which replaces the load P as a coordinate."""
 DENOMINATORS = (1, 2, 3)
+"""Exponents of products are fractions with these denominators."""
 NEAR = 0.04
-"""Exponents are rounded to a simple fraction that is at most this far away."""
+"""An exponent is replaced by a simple fraction if it differs from it by at most this; otherwise it is rounded to two
+decimals."""
 LIKE = 0.95
-"""Least cosine of the angle between a direction and that of a law for which the law is named."""
+"""A direction that the recording does not determine is named after a law if the cosine of the angle between the two is
+at least this."""
 GAIN = 3.0
-"""A product of powers is listed if its standard deviation is this many times smaller than that of its fields."""
+"""A product of powers is listed as known if its standard deviation is at least this many times smaller than that of
+each factor."""
 LIMIT = 0.1
-"""Standard deviation of the logarithm above which a direction counts as unknown, and below which a product counts as
-known."""
+"""Standard deviation of a logarithm, 10 % of the value. A direction with a larger one counts as unknown, and a product
+of powers with a smaller one as known."""
 CONSTANTS = ("contact.constant", "contact.constant_per_wheel")
+"""Fields that hold a contact constant C."""
 HEIGHTS = ("height", "depth", "amplitude")
+"""Last names of the fields that hold a height of an irregularity."""
 FORCES = (
     STATIC_LOAD, "vehicle.mass", "vehicle.stiffness", "vehicle.damping", *CONSTANTS, "contact.stiffness",
     "contact.youngs_modulus", "track.mass", "track.stiffness", "track.damping",
 )  # fmt: skip
-"""Fields that the force scale multiplies."""
+"""Fields that the force scale multiplies by s."""
 LENGTHS = {
     "vehicle.mass": -1.0, "vehicle.stiffness": -1.0, "vehicle.damping": -1.0, "vehicle.radius": -1.0,
     "contact.stiffness": -1.0, **dict.fromkeys(CONSTANTS, -1.5),
 }  # fmt: skip
-"""Exponents of the fields in the displacement scale; heights have exponent one."""
+"""Exponents of s with which the displacement scale changes the fields; heights have the exponent one."""
 
 
 class Combination(NamedTuple):
     """A product of powers of fields, or a way in which they change together.
 
-    exponents: by path; deviation: standard deviation of its logarithm; reason: a law, where one is behind it.
+    exponents: by path. deviation: standard deviation of its logarithm. reason: the law that explains it, if there is
+    one.
     """
 
     exponents: dict[str, float]
@@ -68,15 +77,15 @@ class Combination(NamedTuple):
 
 @dataclass(frozen=True)
 class Combinations:
-    """What one passage cannot show, and what it shows best.
+    """What one passage cannot determine, and what it determines best.
 
     Attributes
     ----------
     unknown
-        Ways in which the fields can change together, each with s to the power of its exponent, and the record hardly
-        does: with the standard deviation of ln s by the record alone.
+        Common changes of the fields, each by s to the power of its exponent, that hardly change the recording; with the
+        standard deviation of ln s from the recording alone.
     known
-        Products of powers that are known far better than their fields, by the record and what is known beforehand.
+        Products of powers that are known far better than their factors, from the recording and the priors.
     """
 
     unknown: tuple[Combination, ...]
@@ -88,16 +97,16 @@ class Combinations:
 
 
 def combinations(found: Information, passage: int = 0, limit: float = LIMIT) -> Combinations:
-    """Return what one of the passages cannot show, and what it shows best.
+    """Return what one of the passages cannot determine, and what it determines best.
 
     Parameters
     ----------
     found
-        Of fields among which the combinations are looked for: those that are asked for and the uncertain ones.
+        Information on the fields among which combinations are searched: the named and the uncertain ones.
     passage
-        Which of its speeds.
+        Number of the passage.
     limit
-        A direction in which ln s has a larger standard deviation by the record alone is listed as unknown.
+        Standard deviation of ln s from the recording alone. Directions with a larger one are listed as unknown.
     """
     if not isinstance(found, Information):
         raise InputError("", "found", shown(found), "what `information` returned")
@@ -112,7 +121,7 @@ def combinations(found: Information, passage: int = 0, limit: float = LIMIT) -> 
 
 
 def _coordinates(found: Information) -> tuple[tuple[str, ...], FloatArray]:
-    """Return the coordinates' names with N0 in the load's place, and what rows are multiplied by to be in them."""
+    """Return the names of the coordinates, with N0 for the load, and the matrix that transforms rows to them."""
     paths, vehicle = found.paths, found.site.passage.vehicle
     turned = np.eye(len(paths))
     if "vehicle.load" in paths:
@@ -124,7 +133,7 @@ def _coordinates(found: Information) -> tuple[tuple[str, ...], FloatArray]:
 
 
 def _laws(names: tuple[str, ...]) -> dict[str, FloatArray]:
-    """Return the exponents of each law, by what it is called."""
+    """Return the exponents of each law, by the name of the law."""
     heights = [name for name in names if name.rpartition(".")[2] in HEIGHTS]
     tables = {
         "force scale": dict.fromkeys(FORCES, 1.0),
@@ -137,7 +146,7 @@ def _laws(names: tuple[str, ...]) -> dict[str, FloatArray]:
 def _unknown(
     rows: FloatArray, names: tuple[str, ...], laws: Mapping[str, FloatArray], limit: float
 ) -> Iterator[Combination]:
-    """Find the directions that the record hardly shows: those of laws first, then what is left of them."""
+    """Find the directions that the recording hardly determines: those of the laws first, then the remaining ones."""
     _, singular, directions = np.linalg.svd(rows)
     weak = directions[singular * limit < 1.0]
     told = np.empty((0, len(names)))
@@ -155,19 +164,19 @@ def _unknown(
 
 
 def _deviation(rows: FloatArray, along: FloatArray) -> float:
-    """Return the standard deviation of a step along a direction; infinite where it leaves no trace in numbers."""
+    """Return the standard deviation of a step along a direction; infinite if its effect is below rounding."""
     trace = float(np.linalg.norm(rows @ along))
     return 1.0 / trace if trace > 1e-10 * float(np.linalg.norm(rows) * np.linalg.norm(along)) else float("inf")
 
 
 def _less(weak: FloatArray, unit: FloatArray) -> FloatArray:
-    """Return what a space of directions (rows) has at right angles to one of them."""
+    """Return the part of a space of directions (rows) that is orthogonal to one of them."""
     _, singular, rows = np.linalg.svd(weak - np.outer(weak @ unit, unit), full_matrices=False)
     return np.asarray(rows[singular > 0.5])
 
 
 def _known(rows: FloatArray, names: tuple[str, ...], laws: Mapping[str, FloatArray]) -> Iterator[Combination]:
-    """Find the products of two fields' powers that are far better known than either, best first, none that follows."""
+    """Find independent products of powers of two fields that are far better known than either, best first."""
     linked = list(range(len(names)))
     for deviation, i, j, exponents in sorted(_pairs(rows), key=lambda pair: pair[0]):
         if linked[i] != linked[j]:
@@ -177,7 +186,7 @@ def _known(rows: FloatArray, names: tuple[str, ...], laws: Mapping[str, FloatArr
 
 
 def _pairs(rows: FloatArray) -> Iterator[tuple[float, int, int, FloatArray]]:
-    """Return the deviation of two fields' products, which they are, and their exponents, where it is small."""
+    """Return the small standard deviations of products of two fields, the two fields, and the exponents."""
     unit = np.eye(rows.shape[1])
     scatter = np.array([errors(rows, one) for one in unit])
     single = np.linalg.norm(scatter, axis=1)
@@ -192,7 +201,7 @@ def _pairs(rows: FloatArray) -> Iterator[tuple[float, int, int, FloatArray]]:
 
 
 def _simplest(power: float) -> float:
-    """Return the nearest of ±1/3, ±1/2, ±2/3, ±1 and 0; zero beyond ±1, where the other field has the larger power."""
+    """Return the nearest of ±1/3, ±1/2, ±2/3, ±1 and 0; zero beyond ±1: the other field then has the larger power."""
     nearest = min({Fraction(n, d) for d in DENOMINATORS for n in range(-d, d + 1)}, key=lambda f: abs(f - power))
     return float(nearest) if abs(power) < 1.2 else 0.0
 

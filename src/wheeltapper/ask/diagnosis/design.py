@@ -3,14 +3,17 @@
 These are the paper's "specially designed irregularities". A layout is judged by the information of passages at each
 speed on the named fields (`information`), each passage by itself; all that the site is uncertain of is unknown too:
 
-determinant     mean over the speeds of the determinant of the marginal information: one over the square of the area
-                of the ellipse in which the fields' logarithms lie
-worst interval  the largest standard deviation of any of them at any speed
+determinant     The mean over the speeds of the determinant of the marginal information. The determinant is inversely
+                proportional to the square of the area of the confidence ellipse of the fields' logarithms.
+worst interval  The largest standard deviation of any of these logarithms at any speed.
 
-The criterion is rugged: an impact more or less is a cliff. So the search samples all layouts, most of them made of
-single features that are good by themselves, and climbs from the best by Nelder's and Mead's simplex (1965). Where the
-force is too large, the feature that makes it is lowered until it is not. The search samples coarsely at equal noise
-density; its best layouts are judged again at the sensor's rate.
+The criterion is discontinuous, because the number of impacts changes it abruptly. Therefore the search first samples
+layouts, most of which combine single features that are good by themselves. It then improves the best ones by the
+simplex method of Nelder and Mead (1965). If the force is too large, the feature that causes it is lowered until the
+force is allowed. The search uses a low sample rate at the same noise density. Its best layouts are judged again at the
+rate of the sensor.
+
+See docs/theory/diagnosis.rst, section 8.10.
 """
 
 from __future__ import annotations
@@ -45,21 +48,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """The best rail, and all that it was compared with.
+    """The best rail, and the layouts with which it was compared.
 
     Attributes
     ----------
     site
-        With that rail.
+        The site with that rail.
     information
-        That passages over it give, at the sensor's rate.
+        Information from passages over it, at the sensor's rate.
     criterion
         "determinant" or "worst interval".
     best, single, repeated, alike
-        The layout found; the best single feature; that one repeated at the best distance, as often as the design has
-        features; the best layout of features that are alike. At the sensor's rate, in recordings of the same length.
+        The layout found; the best single feature; that feature repeated at the best distance, as often as the design
+        has features; the best layout of equal features. All at the sensor's rate, in recordings of the same length.
     candidates
-        All layouts that the search has judged, at its own rate.
+        All layouts that the search has judged, at the rate of the search.
     """
 
     site: Site
@@ -73,15 +76,16 @@ class Design:
 
     @property
     def gains(self) -> dict[str, float]:
-        """How many times better the criterion is than with the layouts to compare with."""
+        """Ratio of the criterion to that of each layout of the comparison."""
         here = cost(self.best, self.criterion)
         others = (self.single, self.repeated, self.alike)
         return {one.kind: float(np.exp(cost(one, self.criterion) - here)) for one in others}
 
     def front(self, over: Literal["largest_force", "total_length"] = "largest_force") -> tuple[Candidate, ...]:
-        """Return the designed layouts that no other beats in both the criterion and the force, or the length.
+        """Return the Pareto front of the designed layouts, over the criterion and the force or the length.
 
-        The search looks for the best within the limits: what is far below them is a by-product, and may be beaten.
+        The search looks for the best layout within the limits. Layouts far below the limits are by-products, and better
+        ones may exist.
         """
         check_choice(over, "over", ("largest_force", "total_length"))
         out: list[Candidate] = []
@@ -131,7 +135,7 @@ COLUMNS = (
     ("largest_force", "N", "largest contact force at any speed"),
     ("total_length", "m", "from the first feature's start to the last one's end"),
 )
-"""Of a design's chart: name, unit and meaning."""
+"""Variables of a design's chart: name, unit and meaning."""
 
 
 RAIL: dict[str, Any] = {
@@ -162,11 +166,11 @@ def design_site(
     Parameters
     ----------
     site
-        Its deck, sensor, vehicle and uncertainties; its rail is replaced. Each feature is known as well as the first
-        one of the site's ("irregularity.0.height" and so on). Recordings last 0.2 s longer than the slowest passage
-        over the total length, all the same, or as long as the site's. Or the path of its TOML file.
+        The site, or the path of its TOML file. Deck, sensor, vehicle and uncertainties are kept; the rail is replaced.
+        Each feature has the uncertainty of the site's first one ("irregularity.0.height" and so on). All recordings
+        last 0.2 s longer than the slowest passage over the total length, or as long as the site's if that is longer.
     parameters
-        Paths of the fields asked for, of which nothing is known beforehand.
+        Paths of the fields in question; they have no prior.
     speeds
         m/s; None: the passage's own, or what `vary` says of "speed".
     rail
@@ -177,15 +181,18 @@ def design_site(
     largest_force
         Limit at every speed, N.
     vary
-        By path, bounds of what else may be chosen: "track.mass" and so on. The layouts to compare with may choose, too.
+        By path, bounds of other fields that are chosen, too, such as "track.mass". They are also chosen for the layouts
+        of the comparison.
     criterion
         "determinant" or "worst interval".
     one_gauge
-        True where all heights share one relative error; otherwise each has its own, and more features average it.
+        True if all heights share one relative error. Otherwise each height has an error of its own, and several
+        features average it.
     trigger
         Standard deviation of the trigger's time, s, as in `information`.
     budget, seed
-        How many layouts are judged, about, and what the search draws from: the same seed finds the same layout.
+        Approximate number of layouts that are judged, and the seed of the random numbers: the same seed finds the same
+        layout.
     progress
         As for `wheeltapper.simulate`.
     older
@@ -194,7 +201,7 @@ def design_site(
     Raises
     ------
     InputError
-        If something asked for is wrong, or the site's motion has no exact derivatives.
+        If an argument is wrong, or the site's motion has no exact derivatives.
     Interrupted
         At Ctrl-C, with the best rail so far.
     """
@@ -229,7 +236,7 @@ def design_site(
 
 
 class Interrupted(KeyboardInterrupt):
-    """A search was stopped; `site` has the best rail that was judged so far, at the search's rate; None before one."""
+    """A stopped search. `site` has the best rail so far, judged at the rate of the search; None if there is none."""
 
     def __init__(self, site: Site | None) -> None:
         super().__init__()
@@ -237,7 +244,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 def _designed(search: Search, family: Family, plain: tuple[str, ...], seed: int) -> Design:
-    """Return the best of all layouts, with those to compare it with; `plain` is the shape that these have."""
+    """Return the best of all layouts and those of the comparison, which have the shape `plain`."""
     judge = search.judge
     single = search.best("single", replace(family, number=1, shapes=plain), [], [seed, 0])
     bumps, bump = replace(family, shapes=plain, alike=True), single.layout.features[0]

@@ -1,4 +1,4 @@
-"""The search behind a design: how a layout is judged, and how the best one is looked for."""
+"""The search behind a design: how layouts are judged, and how the best one is found."""
 
 from __future__ import annotations
 
@@ -19,29 +19,34 @@ FloatArray = NDArray[np.float64]
 Criterion = Literal["determinant", "worst interval"]
 
 SEARCH_RATE = 5e3
-"""Samples per second of the search. Contacts last a millisecond or more: with more samples the information changes by
-less than 1 %."""
+"""Samples per second during the search. Contacts last a millisecond or more: a higher rate changes the information by
+less than 1 % and costs more time."""
 SHARES = {"single": 0.15, "repeated": 0.03, "alike": 0.22, "designed": 0.6}
-"""Shares of the budget."""
+"""Share of the budget of layouts that each search gets. The designed layout has the most coordinates."""
 PARTS, SAMPLED = 0.1, 0.3
-"""Shares of a search: for single features, and for layouts that are sampled, most of them combined from these."""
+"""Shares of the budget of one search. PARTS is spent on single features. SAMPLED is spent on layouts that are drawn,
+three in four of which combine the best single features. The rest is for the simplex search."""
 CLIMBS = (12, 4, 1)
-"""Numbers of starts in three rounds of equal cost of the simplex search by Nelder and Mead (1965)."""
+"""Numbers of layouts from which the simplex search of Nelder and Mead (1965) starts, in three rounds of equal cost.
+Each round keeps the best results of the one before."""
 SIMPLEX, FINE = 0.05, 1e-3
-"""Size of the first simplex, and the size at which the search ends."""
+"""Edge of the first simplex and the size at which the search ends, in coordinates from 0 to 1. FINE is also the change
+of the logarithm of the criterion at which it ends."""
 JUDGED = 3
-"""Number of the best layouts that are judged again at the rate of the sensor."""
+"""Number of the best layouts that are judged again at the rate of the sensor. The order of the very best may change
+there."""
 EASED, TRIES = 0.99, 8
-"""Features are lowered until the force is this share of its limit, in at most TRIES trials."""
+"""If the force exceeds its limit, a feature is lowered until the force is the share EASED of the limit. After TRIES
+evaluations the layout counts as refused."""
 REFUSED = 1e3
-"""Cost of a layout that exceeds the limit of the force; the ratio of force and limit is added. Others cost less than
-200."""
+"""Cost of a layout whose force exceeds the limit; the ratio of force and limit is added, so that the search is led
+back. Layouts that are allowed cost less than 200, or half of this if nothing is determined."""
 
 
 class Candidate(NamedTuple):
-    """A layout that was judged. Not a number: what was not computed, as the force is too large."""
+    """A judged layout. If the force is too large, the criteria are not computed and NaN."""
 
-    kind: str  # "designed", its "part", or one of those to compare with: "single", "repeated", "alike"
+    kind: str  # "designed", "part", or of the comparison: "single", "repeated", "alike"
     layout: Layout
     determinant: float
     worst: float
@@ -50,14 +55,14 @@ class Candidate(NamedTuple):
 
 
 def cost(one: Candidate, criterion: Criterion) -> float:
-    """Return the logarithm of what is to be small."""
+    """Return the logarithm of the quantity that is minimised."""
     with np.errstate(divide="ignore"):
         return float(-np.log(one.determinant) if criterion == "determinant" else np.log(one.worst))
 
 
 @dataclass(frozen=True)
 class Judge:
-    """What layouts are judged by: see `design_site`; no height is below `lowest`, m, recordings last `duration`, s."""
+    """The criteria of layouts, see `design_site`; no height is below `lowest`, m; recordings last `duration`, s."""
 
     site: Site
     parameters: tuple[str, ...]
@@ -74,7 +79,7 @@ class Judge:
         return laid_out(self.site, layout, self.duration)
 
     def together(self, layout: Layout) -> list[list[str]]:
-        """Return the heights that share an error."""
+        """Return the groups of heights that share an error."""
         heights = [f"irregularity.{i}.height" for i in range(len(layout.features))]
         return [heights] if self.one_gauge and "irregularity.0.height" in self.site.uncertainty else []
 
@@ -85,13 +90,13 @@ class Judge:
         )
 
     def judged(self, kind: str, layout: Layout, rate: float | None = None) -> Candidate:
-        """Return what a layout is worth, at some rate; NaN where its force is too large."""
+        """Return the judged layout, at some sample rate; its criteria are NaN if its force is too large."""
         return self._judged(kind, layout, rate)[0]
 
     def eased(self, kind: str, layout: Layout, rate: float, alike: bool) -> Candidate:
-        """Return what a layout is worth once its force is allowed.
+        """Return the judged layout after lowering it until its force is allowed.
 
-        Again and again the feature is lowered where it is too large, or all features if they are to be alike.
+        Each time, the feature at the largest force is lowered, or all features if they have to be equal.
         """
         vehicle = self.site.passage.vehicle
         static, aim = float(vehicle.weight), EASED * self.largest_force
@@ -104,10 +109,10 @@ class Judge:
         return found
 
     def _judged(self, kind: str, layout: Layout, rate: float | None) -> tuple[Candidate, float]:
-        """Return what a layout is worth, and where the force is largest, m."""
+        """Return the judged layout, and the position of the largest force, m."""
         site = self.site_of(layout)
         plan = Plan.of(site, self.parameters, self.together(layout), self.trigger, None, rate)
-        with np.errstate(invalid="ignore"):  # where lowering tries places beyond the circle
+        with np.errstate(invalid="ignore"):  # a search may ask for places beyond the circle
             passages = plan.passages(site.passage, self.speeds or (float(site.passage.speed),))
             force = float(passages.largest_forces.max())
             if force > self.largest_force:
@@ -131,7 +136,7 @@ class Search:
     judge, budget
         As `design_site` has them.
     candidates
-        In the order in which they were judged.
+        All judged layouts, in the order of judging.
     """
 
     judge: Judge
@@ -139,7 +144,7 @@ class Search:
     candidates: list[Candidate] = field(default_factory=list)
 
     def best(self, kind: str, family: Family, known: Sequence[Layout], seed: list[int]) -> Candidate:
-        """Return the best layout of a family, at the sensor's rate; the search begins with the known ones, too."""
+        """Return the best layout of a family, at the sensor's rate; the known layouts are judged first."""
         random = np.random.default_rng(seed)
         budget = max(int(SHARES[kind] * self.budget), 1)
         mark = len(self.candidates)
@@ -147,7 +152,7 @@ class Search:
         for layout in known:
             self._price(kind, family, family.coordinates(layout))
         for i, at in enumerate(_spread(max(int(SAMPLED * budget), 1), family.size, random)):
-            mixed = parts and i % 4  # the fourth is taken from everywhere
+            mixed = parts and i % 4  # every fourth is not combined
             drawn = random.integers(len(parts), size=family.number) if mixed else ()
             self._price(kind, family, family.joined([parts[j] for j in drawn], at))
         starts = list(self._distinct(self.candidates[mark:], kind))
@@ -159,7 +164,7 @@ class Search:
         return self._judged_again([one for one in self.candidates[mark:] if one.kind == kind])
 
     def _parts(self, family: Family, budget: int, random: np.random.Generator) -> list[Feature]:
-        """Return the best single features, one of each shape and of about each length."""
+        """Return the best single features: one for each shape and each class of lengths (a factor of two)."""
         alone = replace(family, number=1)
         mark = len(self.candidates)
         for at in _spread(max(budget, 1), alone.size, random):
@@ -167,7 +172,7 @@ class Search:
         return [one.layout.features[0] for one in self._distinct(self.candidates[mark:], "part")]
 
     def _distinct(self, found: Sequence[Candidate], kind: str) -> Iterator[Candidate]:
-        """Return the best layouts, best first, one of each sequence of shapes and of about each length."""
+        """Return the best layouts, best first: one for each sequence of shapes and rounded lengths."""
         seen = set()
         told = [one for one in found if one.kind == kind and np.isfinite(one.worst)]
         for one in sorted(told, key=self._cost):
@@ -177,7 +182,7 @@ class Search:
                 yield one
 
     def _climbed(self, kind: str, family: Family, start: Candidate, budget: int) -> Candidate:
-        """Return the best layout uphill from one of them."""
+        """Return the best layout that the simplex search finds from one of them."""
         from scipy.optimize import minimize
 
         mark, at = len(self.candidates), family.coordinates(start.layout)
@@ -191,7 +196,7 @@ class Search:
         return lambda at: self._price(kind, family, at)
 
     def _price(self, kind: str, family: Family, at: FloatArray) -> float:
-        """Return what a layout costs."""
+        """Return the cost of a layout, which the search minimises."""
         try:
             found = self.judge.eased(kind, family.layout(at), self.judge.search_rate, family.alike)
         except ComputationError:
@@ -205,12 +210,12 @@ class Search:
 
     @property
     def _best_so_far(self) -> Candidate:
-        """The best layout that was judged; one whose force is too large, where none keeps the limit."""
+        """The best layout that was judged; if none keeps the limit of the force, one that does not."""
         return min(self.candidates, key=lambda one: self._cost(one) if np.isfinite(one.worst) else np.inf)
 
     @property
     def site_so_far(self) -> Site | None:
-        """The site with the best layout that was judged; None where none keeps the limits."""
+        """The site with the best layout that was judged; None if no layout keeps the limits."""
         best = self._best_so_far if self.candidates else None
         return None if best is None or not np.isfinite(best.worst) else self.judge.site_of(best.layout)
 
@@ -228,6 +233,6 @@ class Search:
 
 
 def _spread(many: int, size: int, random: np.random.Generator) -> FloatArray:
-    """Return a Latin hypercube: each coordinate's range is cut into `many` parts, each of which is met once."""
+    """Return a Latin hypercube: the range of each coordinate has `many` parts, and each part has one point."""
     parts = np.column_stack([random.permutation(many) for _ in range(size)])
     return np.asarray((parts + random.random((many, size))) / many)

@@ -1,10 +1,11 @@
-"""Probability of detection against size, and the bounds to it.
+"""Probability of detection (POD) as a function of size, and its confidence bounds.
 
-POD(a) = c·F((t - μ)/σ)     t the size or its logarithm, F the link's distribution, c the ceiling
+POD(a) = c·F((t - μ)/σ), t the size a or its logarithm, F the distribution of the link, c the ceiling
 
-After MIL-HDBK-1823A (2009), appendix G, for hit/miss data and for signals; there c is one. A ceiling below one (the
-flat that misses the deck) follows "Profile likelihood: what to do when maximum probability of detection never gets to
-one", Materials Evaluation, January 2015: a parameter like the others, known or estimated.
+The method follows MIL-HDBK-1823A (2009), appendix G, for hit/miss data and for signals; there c is one. A ceiling below
+one describes faults that are missed whatever their size, such as flats that miss the deck. It is a further parameter,
+known or estimated: "Profile likelihood: what to do when maximum probability of detection never gets to one", Materials
+Evaluation, January 2015.
 """
 
 from __future__ import annotations
@@ -29,48 +30,48 @@ Scale = Literal["log", "linear"]
 Bounds = Literal["wald", "likelihood ratio", "delta"]
 
 USUAL = 0.95
-"""Level of a bound where none is named."""
+"""Confidence level of a bound if none is given: 95 %, as in a90/95."""
 
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """Probability of detection against the size of a fault; `hit_miss` and `signal_response` make it.
+    """Probability of detection as a function of the size of a fault; `hit_miss` and `signal_response` return it.
 
-    Sizes have the unit of those that were given. A size that is never detected with the probability asked for is
-    infinite, one that the data do not determine is NaN, and `reason` says why.
+    Sizes have the unit of the data. A size is infinite if the given probability of detection is never reached. It is
+    NaN if the data do not determine it. `reason` says why.
 
     Attributes
     ----------
     kind
         "hit/miss" or "signal response".
     link
-        F: "probit", the normal distribution, or "logit", the logistic one.
+        F: "probit" (normal distribution) or "logit" (logistic distribution).
     scale
-        "log" where t is the natural logarithm of the size, or "linear".
+        "log" if t is the natural logarithm of the size, "linear" if it is the size.
     specimens
         Number of inspections.
     threshold
-        Signal from which on a fault is called; NaN of hit/miss data.
+        Smallest signal that is called a fault; NaN for hit/miss data.
     ceiling
         Largest probability of detection, however large the fault.
     location, spread
-        μ and σ: t where POD is half the ceiling, and the scale of F.
+        μ and σ: the value of t at which POD is half the ceiling, and the scale of F.
     covariance
-        Of μ and σ, (2, 2), by the delta method; where the ceiling was estimated, of μ, σ and c, (3, 3). NaN where the
-        data have no normal limit.
+        Covariance of μ and σ, (2, 2), by the delta method; of μ, σ and c, (3, 3), if the ceiling was estimated. NaN if
+        the normal approximation does not hold.
     coefficients
-        Of hit/miss data, intercept and slope of the index F⁻¹(POD/c) over t; of signals, intercept, slope and
-        standard deviation of the (logarithm of the) signal over t.
+        For hit/miss data, intercept and slope of the index F⁻¹(POD/c) over t. For signals, intercept, slope and
+        standard deviation of the regression of the signal (or its logarithm) on t.
     coefficient_covariance
-        (2, 2) or (3, 3): inverse of Fisher's information for hits and misses, of the observed one for signals.
+        (2, 2) or (3, 3): inverse of the Fisher information for hit/miss data, of the observed information for signals.
     log_likelihood
-        Largest value, with all constants.
+        Its maximum, with all constants.
     method
-        Of the bounds: "wald", "likelihood ratio" or "delta".
+        Method of the bounds: "wald", "likelihood ratio" or "delta".
     note
-        What is unusual in the data; else empty.
+        What is unusual in the data; otherwise empty.
     fit
-        Of standardised sizes and signals, and their likelihood.
+        The fit to standardised sizes and signals, with its likelihood.
     """
 
     kind: str
@@ -90,22 +91,21 @@ class Detection:
     fit: Fit = field(repr=False)
 
     def at(self, sizes: ArrayLike) -> FloatArray:
-        """Return the probability of detection at sizes, in their shape; NaN where the data do not determine it."""
+        """Return the probability of detection at sizes, in their shape; NaN if the data do not determine it."""
         return self.fit.at(self._inner(sizes))
 
     def lower(self, sizes: ArrayLike, level: float = USUAL) -> FloatArray:
-        """Return the lower bound to the probability of detection at sizes.
+        """Return the lower confidence bound of the probability of detection at sizes.
 
         Parameters
         ----------
         sizes
-            In the unit of those given.
+            Sizes, in the unit of the data.
         level
-            Probability with which the bound lies below the true one, for each size by itself.
+            Confidence level, pointwise: probability that the bound lies below the true value at one size.
 
-        Returns
-        -------
-        Probabilities in the shape of the sizes; NaN where the data have no normal limit and the method needs one.
+        Returns ------- Probabilities in the shape of the sizes. NaN if the method needs the normal approximation and it
+        does not hold.
 
         Raises
         ------
@@ -122,7 +122,7 @@ class Detection:
         return (wald_lower if self.method == "wald" else delta_lower)(self.fit.index, x, level)
 
     def size(self, probability: float, level: float | None = None) -> float:
-        """Return the size that is detected with a probability; with a level, the upper bound to it.
+        """Return the size that is detected with a probability; with a level, its upper confidence bound.
 
         The bound is the size at which `lower` reaches the probability.
 
@@ -131,11 +131,10 @@ class Detection:
         probability
             Between zero and one.
         level
-            Probability with which the bound lies above the true size; by default the estimate is returned.
+            Confidence level: probability that the bound lies above the true size. By default the estimate is returned.
 
-        Returns
-        -------
-        Infinite if no size is, or need be, detected with that probability; NaN if the data do not determine it.
+        Returns ------- The size. Infinite if no size is detected with that probability, or if the data do not prove
+        that one is. NaN if the data do not determine it.
 
         Raises
         ------
@@ -166,12 +165,12 @@ class Detection:
 
     @cached_property
     def a90_95(self) -> float:
-        """Size that is detected with probability 0.9, or more, at the 95 % level."""
+        """Upper 95 % confidence bound of the size that is detected with probability 0.9."""
         return self.size(0.9, USUAL)
 
     @cached_property
     def reason(self) -> str:
-        """Why a50, a90 or a90/95 is infinite or NaN, and what is unusual in the data; else empty."""
+        """Why a50, a90 or a90/95 is infinite or NaN, and what is unusual in the data; otherwise empty."""
         parts = [self.note] if self.note else []
         missing = [name for name, p in (("a50", 0.5), ("a90", 0.9)) if p >= self.ceiling]
         if missing:
@@ -184,7 +183,7 @@ class Detection:
         return "; ".join(parts)
 
     def ceiling_interval(self, level: float = USUAL) -> tuple[float, float]:
-        """Return the bounds between which the ceiling lies, by the likelihood ratio; it itself where it was given."""
+        """Return the confidence interval of the ceiling, by the likelihood ratio; a given ceiling is returned twice."""
         return self.fit.ceilings(as_between(level, "level", 0.5, 1.0))
 
     def _inner(self, sizes: ArrayLike) -> FloatArray:
@@ -202,18 +201,18 @@ def described(
     fit: Fit, *, kind: str, scale: Scale, threshold: float, coefficients: FloatArray, by_theta: FloatArray,
     log_likelihood: float, bounds: Bounds | None, note: str,
 ) -> Detection:  # fmt: skip
-    """Return a fit in the field's terms.
+    """Return a fit in the terms of the field.
 
     Parameters
     ----------
     fit
-        Of standardised sizes (and signals).
+        Fit to standardised sizes (and signals).
     kind, scale, threshold, coefficients, log_likelihood, note
         As of `Detection`.
     bounds
-        Their method; by default Wald's where the data have a normal limit, else the likelihood ratio.
+        Method of the bounds. By default Wald's if the normal approximation holds, else the likelihood ratio.
     by_theta
-        Derivatives of the coefficients by the fit's parameters, (k, k).
+        Derivatives of the coefficients with respect to the fit's parameters, (k, k).
     """
     method = bounds or ("wald" if fit.is_regular and not fit.is_estimated else "likelihood ratio")
     location, spread, of_coefficients = np.nan, inf, np.full(by_theta.shape, np.nan)
@@ -251,7 +250,7 @@ def transformed(sizes: FloatArray, scale: Scale, name: str) -> FloatArray:
 
 
 def standardised(sizes: ArrayLike, scale: Scale) -> tuple[FloatArray, float, float]:
-    """Return sizes of specimens less their mean over their standard deviation, and both."""
+    """Return standardised sizes of specimens, their mean and their standard deviation."""
     t = transformed(samples(sizes, "sizes"), scale, "sizes")
     centre, width = float(t.mean()), float(t.std())
     if width <= 1e-12 * max(abs(centre), 1.0):
@@ -260,7 +259,7 @@ def standardised(sizes: ArrayLike, scale: Scale) -> tuple[FloatArray, float, flo
 
 
 def as_ceiling(given: float | None, bounds: Bounds | None) -> float | None:
-    """Return a ceiling, a probability or None; refuse bounds that cannot be had with it."""
+    """Return a ceiling, a probability or None; refuse bounds that do not exist for it."""
     ceiling = None if given is None else to_si(given, "number", "ceiling")
     if ceiling is not None and not 0.0 < ceiling <= 1.0:
         raise InputError("", "ceiling", shown(given), "more than 0 and at most 1, or None: it is estimated")

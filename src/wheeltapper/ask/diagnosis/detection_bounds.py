@@ -1,10 +1,10 @@
-"""Bounds of a curve of detection in closed form, from the normal limit of its parameters.
+"""Confidence bounds of a curve of detection in closed form, from the normal approximation of its parameters.
 
-wald    about the index, which is a straight line over t: F⁻¹(POD/c) less its standard error; a90/95 is where that line
-        reaches 0.9 (Fieller's bound)
-delta   about the size: μ + σ·z plus its standard error by the delta method
+wald   Bound of the index F⁻¹(POD/c), which is a straight line over t: the index less a multiple of its standard error.
+       a90/95 is the size at which this bound reaches 0.9 (Fieller's bound).
+delta  Bound of the size: μ + σ·z plus a multiple of its standard error by the delta method.
 
-Each bound of a size is where the bound of the probability reaches it.
+The bound of a size is the size at which the bound of the probability has the given value.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Index(NamedTuple):
     ceiling: float
     intercept: float
     slope: float
-    covariance: FloatArray  # of both, (2, 2); and of the ceiling where it was estimated and is not at one, (3, 3)
+    covariance: FloatArray  # (2, 2); (3, 3) with the ceiling if it was estimated and is below one
 
     def sought(self, probability: float) -> float:
         """Return the index of a probability."""
@@ -32,7 +32,7 @@ class Index(NamedTuple):
 
 
 def wald_lower(index: Index, x: FloatArray, level: float) -> FloatArray:
-    """Return the lower bounds to the probability of detection."""
+    """Return the lower confidence bounds of the probability of detection."""
     (v11, v12), (_, v22) = index.covariance
     error = np.sqrt(np.maximum(v11 + 2.0 * x * v12 + x**2 * v22, 0.0))
     bound = index.intercept + index.slope * x - quantile("probit", level) * error
@@ -40,7 +40,7 @@ def wald_lower(index: Index, x: FloatArray, level: float) -> FloatArray:
 
 
 def wald_size(index: Index, probability: float, level: float) -> float:
-    """Return from which x on the lower bound exceeds a probability; infinite where it falls below it again."""
+    """Return the x from which on the lower bound exceeds a probability; infinite if it falls below it again."""
     k2 = quantile("probit", level) ** 2
     (v11, v12), (_, v22) = index.covariance
     above = index.intercept - index.sought(probability)
@@ -52,7 +52,7 @@ def wald_size(index: Index, probability: float, level: float) -> float:
 
 
 def delta_lower(index: Index, x: FloatArray, level: float) -> FloatArray:
-    """Return the lower bounds to the probability of detection: the larger roots z of `delta_size` = x."""
+    """Return the lower confidence bounds of the probability of detection: the larger roots z of `delta_size` = x."""
     location, spread, ((v11, v12), (_, v22)) = located(index)
     k2, beyond = quantile("probit", level) ** 2, x - location
     a, b, c = spread**2 - k2 * v22, beyond * spread + k2 * v12, beyond**2 - k2 * v11
@@ -64,14 +64,14 @@ def delta_lower(index: Index, x: FloatArray, level: float) -> FloatArray:
 
 
 def delta_size(index: Index, probability: float, level: float) -> float:
-    """Return the upper bound to the x with a probability."""
+    """Return the upper confidence bound of the x with a probability."""
     location, spread, covariance = located(index)
     gradient = np.array([1.0, index.sought(probability)])
     return float(gradient @ [location, spread] + quantile("probit", level) * sqrt(gradient @ covariance @ gradient))
 
 
 def located(index: Index) -> tuple[float, float, FloatArray]:
-    """Return μ and σ in x, and their covariance, by the delta method; and the ceiling's, as of `Index`."""
+    """Return μ and σ in x, and their covariance by the delta method, with the ceiling as in `Index`."""
     by_index = np.eye(len(index.covariance))
     by_index[0, :2] = -1.0 / index.slope, index.intercept / index.slope**2
     by_index[1, 1] = -1.0 / index.slope**2

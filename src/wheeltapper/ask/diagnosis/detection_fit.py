@@ -1,12 +1,12 @@
-"""A fitted curve of detection, and what the likelihood allows besides it.
+"""A fitted curve of detection, and its confidence bounds by the likelihood ratio.
 
-The bounds are those of the likelihood ratio: the extremes of a quantity over all curves whose log-likelihood is less
-than the largest by no more than a drop. For one quantity that drop is half of χ² with one degree of freedom; the
-contour of the likelihood from which MIL-HDBK-1823A takes its bounds gives the same, for its extremes are where the
-others are best for each value.
+A bound is the extreme of a quantity over all curves whose log-likelihood is at most a *drop* below the maximum. For one
+quantity the drop is half of a quantile of χ² with one degree of freedom. MIL-HDBK-1823A takes its bounds from the
+contour of the likelihood. That gives the same, because on the contour's extremes the other parameters are optimal.
 
-Where the curve is a step (or all were found, or all missed), χ² does not hold. There the drop is that of what was found
-having the probability 1 - level of its greatest: with 29 hits of 29, 0.9 is proved at the 95 % level, as it should be.
+If the curve is a step (or all faults were found, or all missed), χ² does not hold. Then the drop is -ln(1 - level):
+under the curves on the bound, the probability of the data is 1 - level times the largest. With 29 hits of 29, for
+example, 0.9 is proved at the 95 % level, as it should be.
 """
 
 from __future__ import annotations
@@ -33,41 +33,46 @@ from wheeltapper.ask.diagnosis.likelihood import (
 FloatArray = NDArray[np.float64]
 
 LEAST = 1e-9
-"""Probabilities nearer than this to zero or one count as zero or one."""
+"""Smallest probability that is distinguished from zero, and its complement from one: the index F⁻¹ is evaluated between
+these two only."""
 TINY = 1e-12
-"""Least distance of a curve's probability from one."""
+"""Smallest distance from one of the probability on a constrained curve, over its ceiling. At one the index would be
+infinite."""
 CERTAIN = 1e-6
-"""A curve whose probabilities are all within this of zero or one does not determine its slope."""
+"""If at most one of the sizes has a probability farther than this from both zero and one, the curve is a step: the data
+do not determine its slope."""
 FARTHEST = 1e4
-"""Largest size that is searched, in standard deviations of the sizes of the specimens."""
+"""Largest distance from the estimate at which the bound of a size is searched, in standard deviations of the sizes of
+the specimens. A bound beyond it counts as infinite."""
 LOWEST = 1e-3
-"""Lowest ceiling of a curve that is searched."""
+"""Lowest ceiling that is considered when the ceiling is estimated."""
 NEXT = 1e-6
-"""Distance beyond a step at which its far side is evaluated, in the same unit."""
+"""Distance from a step at which the two sides of it are evaluated, in standard deviations of the sizes of the
+specimens."""
 SMALL = 1e-6
-"""A smaller rise of the log-likelihood counts as none, and a ceiling nearer to one counts as one."""
+"""Rise of the log-likelihood that counts as none, and distance of the ceiling from one at which it counts as one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The likeliest curve: POD = ceiling·F(θ0 + θ1·x + tail·θ'), x the size in units of the specimens'.
+    """The maximum-likelihood curve: POD = ceiling·F(θ0 + θ1·x + tail·θ'), x the standardised size.
 
     Attributes
     ----------
     likelihood, peak
-        Of what was found, and where it is largest.
+        Likelihood of the data, and its maximum.
     tail
-        Less the decision threshold, of signals; else empty.
+        For signals, minus the decision threshold (standardised); otherwise empty.
     centre, width
-        Mean and standard deviation of the specimens' sizes, by logarithm where that is their scale.
+        Mean and standard deviation of the specimens' sizes, or of their logarithms on a log scale.
     sizes
         x of the specimens, (n,).
     ceiling
         Largest probability of detection.
     is_estimated, is_seen_only
-        Whether the ceiling was found from the data; whether these are but of flaws that were seen.
+        Whether the ceiling was estimated; whether the data contain only faults that were seen.
     step
-        Where the curve is a step: last x without detection and first one with it; else None.
+        If the curve is a step: the last x without detection and the first one with it; otherwise None.
     """
 
     likelihood: Likelihood
@@ -83,33 +88,33 @@ class Fit:
 
     @property
     def slope(self) -> float:
-        """Return the slope of the index by x; zero where detection does not grow with size."""
+        """Return the slope of the index over x; zero if detection does not grow with size."""
         return float(self.peak.theta[1])
 
     @property
     def is_regular(self) -> bool:
-        """Return whether there is one likeliest curve, and it grows."""
+        """Return whether the likelihood has a unique maximum, with a curve that grows."""
         return self.step is None and self.slope > 0.0
 
     @property
     def is_at_one(self) -> bool:
-        """Return whether the ceiling was estimated, to be one."""
+        """Return whether the ceiling was estimated, and its estimate is one."""
         return self.is_estimated and self.ceiling > 1.0 - SMALL
 
     @property
     def vector(self) -> FloatArray:
-        """Return what θ is multiplied with at x = 0."""
+        """Return the row that gives the index from θ at x = 0."""
         return np.concatenate([[1.0, 0.0], self.tail])
 
     def covariance(self) -> FloatArray:
-        """Return the covariance of θ, and last of the ceiling, if it was estimated and is not at one."""
+        """Return the covariance of θ; the last row is the ceiling, if it was estimated and is below one."""
         of_ceiling = self.is_estimated and not self.is_at_one
         information = self.likelihood.information(self.peak.theta, self._inner(self.ceiling), of_ceiling)
         return np.asarray(np.linalg.inv(information))
 
     @cached_property
     def index(self) -> Index:
-        """Return F⁻¹(POD/c) over x, of a regular fit."""
+        """Return the index F⁻¹(POD/c) over x of a regular fit."""
         many, covariance = len(self.vector), self.covariance()
         across = np.zeros((2, len(covariance)))
         across[0, :many], across[1, 1] = self.vector, 1.0
@@ -118,14 +123,14 @@ class Fit:
         return Index(self.likelihood.link, self.ceiling, level, self.slope, across @ covariance @ across.T)
 
     def at(self, x: FloatArray) -> FloatArray:
-        """Return the probability of detection, NaN where the data do not determine it."""
+        """Return the probability of detection; NaN if the data do not determine it."""
         if self.step is None:
             return self.ceiling * cdf(self.likelihood.link, self.vector @ self.peak.theta + self.slope * x)
         below, above = x <= self.step[0], x >= self.step[1]
         return np.where(below == above, np.nan, np.where(above, self.ceiling, 0.0))
 
     def reached(self, probability: float) -> float:
-        """Return the x at which the curve has a probability; infinite if it never has, NaN if data do not show it."""
+        """Return the x at which the curve has a probability; infinite if it never has, NaN if undetermined."""
         if probability >= self.ceiling:
             return inf
         if not self.is_regular:
@@ -134,18 +139,18 @@ class Fit:
         return (index - float(self.vector @ self.peak.theta)) / self.slope
 
     def drop(self, level: float) -> float:
-        """Return by how much the log-likelihood may fall, for a bound to one side."""
+        """Return the largest fall of the log-likelihood within a one-sided bound."""
         from scipy.special import ndtri
 
         return 0.5 * float(ndtri(level)) ** 2 if self.step is None else -log(1.0 - level)
 
     def excess(self, x: float, probability: float, level: float) -> float:
-        """Return how far a probability at a size is from being allowed: no more than zero where it is."""
+        """Return how far a probability at a size lies outside the bound; zero or less if it lies within."""
         fall = self.peak.value - self._best(x, probability).value
         return sqrt(max(fall, 0.0)) - sqrt(self.drop(level))
 
     def largest(self, probability: float, level: float) -> float:
-        """Return the largest x at which the data allow that detection is no more probable than this."""
+        """Return the largest x at which a probability of detection this low is within the bound."""
         from scipy.optimize import brentq
 
         if self._is_unbounded(probability, level):
@@ -154,7 +159,7 @@ class Fit:
         if np.isnan(start):
             start = self._proved(probability)
             if self.excess(start, probability, level) >= 0.0:
-                return start  # the bound is lower still, but there is no specimen
+                return start  # the bound is lower still, where there is no specimen
         reach = 0.5
         while self.excess(start + reach, probability, level) < 0.0:
             reach *= 2.0
@@ -163,7 +168,7 @@ class Fit:
         return float(brentq(self.excess, start, start + reach, args=(probability, level), xtol=1e-9, rtol=1e-10))
 
     def least(self, x: float, level: float) -> float:
-        """Return the least probability of detection at a size that the data allow."""
+        """Return the smallest probability of detection at a size that is within the bound."""
         from scipy.optimize import brentq
 
         link = self.likelihood.link
@@ -175,12 +180,12 @@ class Fit:
         high = min(quantile(link, 1.0 - LEAST), float(self.vector @ self.peak.theta) + self.slope * x)
         if high <= low or excess(low) <= 0.0:
             return 0.0
-        certain = excess(high) >= 0.0  # the curve is so far above that no more can be said
+        certain = excess(high) >= 0.0  # the curve is above every probability that is distinguished from one
         index = high if certain else float(brentq(excess, low, high, xtol=1e-9, rtol=1e-10))
         return self.ceiling * float(cdf(link, np.array([index]))[0])
 
     def ceilings(self, level: float) -> tuple[float, float]:
-        """Return the ceilings between which the true one lies with this probability."""
+        """Return the confidence interval of the ceiling."""
         from scipy.optimize import brentq
 
         if not self.is_estimated:
@@ -195,7 +200,7 @@ class Fit:
         return low, high
 
     def _proved(self, probability: float) -> float:
-        """Return the least x that can be a bound, where the curve has no x with this probability."""
+        """Return the smallest x that can be a bound, if no x of the curve has this probability."""
         if self.step is None:
             return float(self.sizes.min())
         before, after = self.step
@@ -205,7 +210,7 @@ class Fit:
         return after + (NEXT if there < quantile(self.likelihood.link, probability / self.ceiling) else -NEXT)
 
     def _is_unbounded(self, probability: float, level: float) -> bool:
-        """Return whether the data allow that no size is detected with more than this probability."""
+        """Return whether it is within the bound that no size is detected with more than this probability."""
         if probability >= self.ceiling:
             return True
         lost = self.drop(level)
@@ -218,7 +223,7 @@ class Fit:
         return highest(self.likelihood, self._inner(ceiling), starts, 1)
 
     def _level(self, most: float) -> Peak:
-        """Return the likeliest curve that is the same for all sizes, and no higher than this."""
+        """Return the most likely constant curve that is not above this probability."""
         level, ceiling = self.likelihood.without(1), self._inner(self.ceiling)
         vector, index = np.delete(self.vector, 1), quantile(self.likelihood.link, most / self.ceiling)
         start = np.delete(self.peak.theta, 1)
@@ -228,7 +233,7 @@ class Fit:
         return level.constrained(vector, index).climbed(start[1:], ceiling)
 
     def _best(self, x: float, probability: float) -> Peak:
-        """Return the likeliest curve that grows, and has this probability at this size."""
+        """Return the most likely growing curve with this probability at this size."""
         vector, theta = self.vector, self.peak.theta[1:]
         vector[1] = x
         starts = with_slopes(theta, 0)
@@ -241,12 +246,12 @@ class Fit:
         return over_ceilings(peak, probability, 1.0) if self.is_estimated else peak(self.ceiling)
 
     def _inner(self, ceiling: float) -> float:
-        """Return the ceiling as the data have it."""
+        """Return the ceiling that holds for the data."""
         return 1.0 if self.is_seen_only else ceiling
 
 
 def estimated(likelihood: Likelihood, start: FloatArray, sizes: FloatArray, ceiling: float | None) -> Peak:
-    """Return the likeliest curve, with a ceiling that is given or, where it is None, the likeliest."""
+    """Return the most likely curve, with a given ceiling or, for None, the most likely one."""
     if ceiling == 1.0:
         return highest(likelihood, ceiling, start[None, :], 1)
     starts = _starts(likelihood, start, sizes)
@@ -256,18 +261,18 @@ def estimated(likelihood: Likelihood, start: FloatArray, sizes: FloatArray, ceil
         lambda c, near: highest(likelihood, c, starts if near is None else near[None, :], 1), LOWEST, 1.0
     )
     level = likelihood.without(1).climbed(np.delete(start, 1), 1.0)
-    if best.value - level.value < SMALL:  # any ceiling does, then
+    if best.value - level.value < SMALL:  # then the data do not determine the ceiling
         return Peak(level.value, np.insert(level.theta, 1, 0.0), 1.0)
     return best
 
 
 def _starts(likelihood: Likelihood, start: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Return where to begin below a ceiling; known signals say better where than a grid does."""
+    """Return starting points for a ceiling below one: from the signals if there are any, else from a grid."""
     return with_slopes(start, 1) if len(likelihood.signals) else everywhere(start, sizes)
 
 
 def step_of(peak: Peak, likelihood: Likelihood, sizes: FloatArray) -> tuple[float, float] | None:
-    """Return the sizes between which a curve rises so steeply that its slope is arbitrary; None where it does not."""
+    """Return the sizes between which a curve is a step, so that its slope is arbitrary; None if it is not a step."""
     eta = peak.theta[0] + peak.theta[1] * sizes
     tail, rest = cdf(likelihood.link, eta), cdf(likelihood.link, -eta)
     within = np.unique(sizes[(tail > CERTAIN) & (rest > CERTAIN)])

@@ -1,9 +1,11 @@
 """From one recording to a finding: which fault explains it, how large it is, and what else would explain it as well.
 
-plain    one fit with mass, damping and load free; it distinguishes all faults that change only these, by their priors
-else     where that does not explain the recording, one family after the other until one does: flats from where
-         something strikes; the damper's end and wheels out of round (first, where little is explained); flats hard to
-         place
+plain   One fit with mass, damping and load free serves all faults that change only these; their priors distinguish
+        them.
+others  If that does not explain the recording, other families are fitted until one does: flats about a strike, dampers
+        with free play or a bush, wheels out of round, and flats whose strike is hard to locate.
+
+See docs/theory/diagnosis.rst, sections 8.6 and 8.7.
 """
 
 from __future__ import annotations
@@ -45,25 +47,29 @@ from wheeltapper.record.simulate import simulate
 FloatArray = NDArray[np.float64]
 
 FAULTY = 0.1
-"""Prior probability that a wheelset has a fault."""
+"""Prior probability that a wheelset has a fault. It is divided equally among the faults of the catalogue."""
 ALIKE = 0.05
-"""Another verdict is listed as not excluded if its probability is at least this share of the best one's."""
+"""Another fault is listed as not excluded if its posterior probability is at least this share of that of the
+verdict."""
 BASIN = 0.02
-"""A fit that explains the recording for longer than this, s after the onset, has found the right minimum."""
+"""Time after the onset, s. A fit of mass, damping and load that explains more than this is near the right minimum, and
+no other starting values are tried."""
 BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
-"""Other starts are ranked by the first BEGINNING seconds after the onset. Their speeds differ by the share SPEEDS, and
-the STARTS best ones are fitted."""
+"""Other starting values of mass, damping, load and speed are ranked by the first BEGINNING seconds after the onset.
+Neighbouring speeds differ by about the share SPEEDS. The best STARTS of them are fitted."""
 SOONER = 0.006
-"""Time by which a second fit begins its windows earlier, s. Its first window then ends before the first impact, and
-determines the speed."""
+"""Time by which the windows of the second fit begin before the onset, s. Its shortest window, 11 ms, then ends 5 ms
+after the onset and before the first impact: it determines the speed alone."""
 VAGUE = 0.3
-"""If the standard deviation of a field's logarithm is larger, its likelihood is taken as normal in the field itself,
-and the size of a fault is not given."""
+"""Standard deviation of the logarithm of a field. Above it the likelihood is taken as normal in the field itself
+instead of its logarithm, and the size of a fault is given as an interval without a value."""
 NOTHING = 3.0
-"""A damping smaller than this, in its standard deviations, may be zero."""
+"""If the damping is less than this many of its standard deviations above zero, free play so wide that the stops are not
+reached explains the recording as well as a lost damper."""
 FAR = 10.0
-"""The nearest model's parameters are given up to this χ² per degree of freedom: beyond it the model is about three
-deviations of the noise away from the recording, and intervals that count noise alone say nothing."""
+"""Largest χ² per degree of freedom at which the parameters of the nearest model are given. Beyond it the model is about
+three standard deviations of the noise away from the samples, and intervals that allow for noise alone are
+meaningless."""
 
 
 def diagnose(
@@ -77,7 +83,8 @@ def diagnose(
     recording
         The deck's acceleration, or the path of its file.
     site
-        Where it was made, with what is uncertain of it and of a healthy wheelset; or the path of its TOML file.
+        The site of the recording, with the uncertainties of the site and of a healthy wheelset; or the path of its TOML
+        file.
     faults
         Names of the catalogue's faults to compare; by default all.
     noise
@@ -110,9 +117,10 @@ def diagnose(
 
 
 def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
-    """Return what else to try, first what is likely: a damper's end and a wheel out of round are felt from early on.
+    """Return the fits of other families in the order in which they are tried.
 
-    These two are tried in haste before either is tried with patience, unless mass and damping explain much.
+    Free play, a bush and a wheel out of round act from the beginning. If mass and damping explain little, these are
+    therefore fitted first: hastily, and later with patience.
     """
     if well(case.best):
         return ()
@@ -129,7 +137,7 @@ def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
 
 
 def _wheel(recording: Recording, noise: float) -> bool:
-    """Return True where enough samples rise from the noise to be a wheel's."""
+    """Return True if enough samples exceed the noise for a wheel to have passed."""
     loud = np.abs(np.nan_to_num(recording.samples)) > 6.0 * noise
     return bool(loud.sum() >= 8)
 
@@ -147,13 +155,13 @@ def _nothing(recording: Recording, site: Site, noise: float) -> Finding:
 
 
 def _try_plain(case: Case) -> None:
-    """Fit mass, damping and load; weigh the plain faults and health by their priors."""
+    """Fit mass, damping and load; compute the evidence of health and of the plain faults."""
     begun = case.loaded
     _fit_plain(case, ((begun, begins) for begins in (case.begins, case.begins - SOONER)))
 
 
 def _try_plain_elsewhere(case: Case) -> None:
-    """Fit them from other starts that may begin alike, the nearest first."""
+    """Fit mass, damping and load from other starting values, ranked by the beginning of the recording."""
     begun, share = case.loaded, 2.5 * case.site.uncertainty.get("speed", 0.0)
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
     others = [begun, *(CATALOGUE[name].passage(begun) for name in ("broken spring", "lost damper"))]
@@ -164,7 +172,7 @@ def _try_plain_elsewhere(case: Case) -> None:
 
 
 def _fit_plain(case: Case, starts: Iterable[tuple[Scenario, float]]) -> None:
-    """Fit from starts, each with when its windows begin, until one leads somewhere."""
+    """Fit from starting models, each with the time at which its windows begin, until one fit is good enough."""
     priors, found = beliefs(case.stated, _unknown(case)), case.fits.get("plain")
     for start, begins in starts:
         if found is not None and (found.reduced <= EXPLAINED or found.held > case.begins + BASIN or case.early):
@@ -177,7 +185,7 @@ def _fit_plain(case: Case, starts: Iterable[tuple[Scenario, float]]) -> None:
 
 
 def _try_plain_again(case: Case) -> None:
-    """Start the plain fit from what another family has found: a fault of no size is none."""
+    """Start the plain fit from the result of another family, so that no fault of negligible size is named."""
     assert case.best is not None
     priors = beliefs(case.stated, _unknown(case))
     values = {path: float(Fields(case.best.scenario)(path)) for path in priors}
@@ -194,7 +202,7 @@ def _unknown(case: Case) -> tuple[str, ...]:
 
 
 def _weigh_plain(case: Case, found: Fit) -> None:
-    """Weigh health and the plain faults by what is believed of the fields that the fit has left free."""
+    """Compute the evidence of health and of the plain faults from one fit and their priors."""
     unknown = _unknown(case)
     case.fits["plain"] = found
     for name in (HEALTHY, *(name for name, fault in case.faults.items() if fault.plain and fault.path in unknown)):
@@ -202,9 +210,10 @@ def _weigh_plain(case: Case, found: Fit) -> None:
 
 
 def _believed(case: Case, fault: Fault | None, found: Fit, unknown: tuple[str, ...]) -> float:
-    """Return the logarithm of the density that is believed of the plain fields under a fault, where the fit has them.
+    """Return the logarithm of the marginal likelihood of a fault over the plain fields, relative to the fit.
 
-    The likelihood is normal in the fields' logarithms; of one that is hardly there (a lost damper), in the field.
+    The likelihood is normal in the logarithms of the fields. For a field that is nearly zero (a lost damper) it is
+    normal in the field itself.
     """
     passage = case.passage if fault is None else fault.passage(case.passage)
     believed = {} if fault is None else fault.believed(case.passage)
@@ -247,7 +256,7 @@ def _concluded(case: Case) -> Finding:
     estimate = estimate_of(fit, case.noise)
     alike = tuple(name for name, p in probabilities.items() if name != best and p >= ALIKE * probabilities[best])
     if verdict == "lost damper" and "free play" in case.faults and estimate.deviation(PLAIN[1]) > 1.0 / NOTHING:
-        alike = (*alike, "free play")  # wide enough that its stops are never reached
+        alike = (*alike, "free play")  # play so wide that the stops are not reached
     size, interval = _size_of(case, verdict, fit)
     forces, seen = _motion(case, fit)
     if verdict == NOT_EXPLAINED:
@@ -261,7 +270,7 @@ def _concluded(case: Case) -> Finding:
 
 
 def _motion(case: Case, fit: Fit) -> tuple[Forces, FloatArray]:
-    """Return what the best model does, and what the sensor shows of it."""
+    """Return the forces of the best model, and the acceleration that the sensor shows of it."""
     times, sensor = case.recording.times, case.site.sensor
     record = simulate(fit.scenario.replaced({"duration": float(times[-1])}))
     shown = drifted(filtered(record.at(times).deck_acceleration.values, sensor), times, sensor)

@@ -1,4 +1,4 @@
-"""The catalogue of faults: what each changes in a scenario, and what is believed of its size beforehand.
+"""The catalogue of faults: what each changes in a scenario, and the prior of its size.
 
 The facts stand in docs/theory/diagnosis.rst, section 8.6.
 """
@@ -20,12 +20,14 @@ from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
 
 MASS, DAMPING, LOAD = "vehicle.mass", "vehicle.damping", "vehicle.load"
+"""Paths of the fields that the faults of suspension, damper and load change."""
 PLAIN = (MASS, DAMPING, LOAD)
-"""Fields of the wheelset that the plain faults change: one fit of these distinguishes all of them."""
+"""Fields that the plain faults change: unsprung mass, damping and load. One fit with all three free serves all plain
+faults."""
 ADDED_MASS = 670.0
-"""Mass of the bogie that a broken, rigid primary spring adds to the wheelset, kg."""
+"""Mass of the bogie, kg, that moves with the wheelset after a primary spring has become a rigid link."""
 ORDER = 12
-"""Order of a wheel out of round, unless stated."""
+"""Number of waves around the circumference of a wheel out of round, if none is given."""
 
 Made = Callable[[Scenario, float, float], Scenario]
 Believed = Callable[[Scenario], dict[str, Prior]]
@@ -38,20 +40,19 @@ class Fault:
     Attributes
     ----------
     name, part
-        What it is called, and where it is: "suspension", "damper", "wheel", "load".
+        Name, and the part of the wheelset: "suspension", "damper", "wheel", "load".
     meaning
-        One sentence for whoever reads the finding.
+        One sentence for the reader of the finding.
     size, unit, usual
-        What its size is, its unit, and a usual one.
+        What the size is, its unit, and its usual value.
     path
         Field of the faulty scenario that holds its size; "" where the size only scales other fields.
     made
         (passage, size, place) to the faulty passage; `place`, 0 to 1, is where on the wheel's circumference it is.
     believed
-        From the healthy passage: what is known beforehand of the fields that it changes, where that is no longer
-        what the site states.
+        From the healthy passage to the priors of the fields that the fault changes; they replace what the site states.
     plain
-        Whether it changes nothing but mass, damping and load.
+        Whether it changes only mass, damping and load.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What a diagnosis says: in numbers, in one paragraph, as JSON."""
+"""The result of a diagnosis: as numbers, as one paragraph, as JSON."""
 
 from __future__ import annotations
 
@@ -23,14 +23,15 @@ from wheeltapper.record.recording import Recording
 FloatArray = NDArray[np.float64]
 
 HEALTHY, NOT_EXPLAINED, NO_WHEEL = "healthy", "not explained", "no wheel"
+"""Verdicts that are no fault of the catalogue."""
 FORMAT = 1
-"""Version of the JSON's layout."""
+"""Version of the layout of a finding's JSON."""
 KIP = 4448.2216152605
 """One kip (1000 pounds-force), N."""
 ASKED = ("vehicle.mass", "vehicle.damping")
-"""Fields whose combinations are listed."""
+"""Fields among which, together with the uncertain ones, combinations are looked for."""
 MOST = 3
-"""Number of combinations in the paragraph."""
+"""Largest number of known combinations that the paragraph lists."""
 NAMES = {
     "vehicle.mass": ("unsprung mass", "kg", 1.0),
     "vehicle.damping": ("damping", "kN s/m", 1e-3),
@@ -38,7 +39,7 @@ NAMES = {
     "vehicle.damper_play": ("half the damper's play", "um", 1e6),
     "vehicle.bush_stiffness": ("bush", "kN/mm", 1e-6),
 }
-"""How the fields of a finding are printed: words, unit, factor."""
+"""How the fields of a finding are printed: name, unit, and the factor from SI to that unit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,16 +49,16 @@ class Finding:
     Attributes
     ----------
     verdict
-        The most probable of the catalogue's faults or "healthy"; "not explained" where no model fits; "no wheel"
-        where nothing rises from the noise.
+        The most probable fault of the catalogue, or "healthy". "not explained" if no model fits, "no wheel" if nothing
+        exceeds the noise.
     probabilities
-        Of "healthy" and each fault that was compared; empty without a wheel. Where the verdict is "not explained"
-        they only rank the models.
+        Posterior probabilities of "healthy" and of each fault that was compared; empty without a wheel. If the verdict
+        is "not explained", they only rank the models.
     estimate
-        The parameters of the best model, with intervals. None without a wheel, and where even the nearest model is far
+        The parameters of the best model, with intervals. None without a wheel, and if even the nearest model is far
         from the recording (χ² per degree of freedom above 10).
     reduced
-        χ² per degree of freedom of the best model: one where it explains the recording.
+        χ² per degree of freedom of the best model; near one if it explains the recording.
     size, interval
         Of the fault and its 90 % interval, in the unit of the catalogue; NaN without one. Where the recording hardly
         determines the size there is only the interval.
@@ -67,17 +68,17 @@ class Finding:
         m/s and N, of the wheelset. Where the verdict is "not explained", the forces are reconstructed from the
         recording, and the speed is the measured or stated one, corrected by when the recording begins.
     impacts
-        How often it lost contact and struck again; None where the verdict is "not explained".
+        Number of impacts after losses of contact; None if the verdict is "not explained".
     notes
         What the user should know.
     recording, site
-        What was diagnosed, and where.
+        The recording, and its site.
     noise
         Standard deviation of the samples' noise, m/s².
     weights
-        Logarithms of the probabilities, up to a constant: they also order what is nearly impossible.
+        Logarithms of the probabilities, up to a constant. They also rank faults whose probability is rounded to zero.
     forces_from
-        "model" or "recording": what the forces are taken from; "" without a wheel.
+        "model" or "recording": the source of the forces; "" without a wheel.
     """
 
     verdict: str
@@ -106,14 +107,14 @@ class Finding:
 
     @property
     def part(self) -> str:
-        """Where the fault is: "suspension", "damper", "wheel", "load"; "" without one."""
+        """Part of the wheelset that has the fault: "suspension", "damper", "wheel", "load"; "" without a fault."""
         return CATALOGUE[self.verdict].part if self.verdict in CATALOGUE else ""
 
     @cached_property
     def combinations(self) -> Combinations | None:
-        """What this passage cannot show, by the information matrix, and the products of powers that it shows best.
+        """What this passage cannot determine, and the products of powers that it determines best.
 
-        None where there is no model, or one without exact derivatives.
+        The information matrix decides both. None without a model, or if the model has no exact derivatives.
         """
         if self.model is None or not derivable(self.model):
             return None
@@ -143,7 +144,7 @@ class Finding:
         return float(np.logaddexp.reduce(faulty) - self.weights[HEALTHY])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it but the samples, for JSON; in SI units."""
+        """Return everything except the samples, for JSON; in SI units."""
         values = {}
         if self.estimate is not None:
             for path in self.estimate.paths:

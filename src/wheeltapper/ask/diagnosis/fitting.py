@@ -1,9 +1,13 @@
-"""Least squares of an exact model on one recording, over windows that grow as long as model and recording keep step.
+"""Nonlinear least squares of an exact model on one recording, over windows that grow.
 
-window  from the start to where the model at hand departs from the recording; fit; look again how far it keeps step
-noise   in a window at least the misfit at its start: far from the solution the priors hold, near it the samples do
-step    Levenberg's and Marquardt's, from the triangle of the Jacobian itself (its condition may reach 1e8), which
-        serves for the next step, too, where this one gained what it foretold
+window  The present model is similar to the recording up to some time. The fit covers this window; then the window
+        grows.
+noise   The noise that is assumed in a window is at least the rms of the residual at its start. Far from the solution
+        the priors therefore dominate, and near it the samples.
+step    A step of Levenberg and Marquardt, from the QR factorisation of the Jacobian: its condition may reach 1e8. If a
+        step reduced the sum of squares as predicted, the next one uses the same derivatives.
+
+See docs/theory/diagnosis.rst, section 8.5.
 """
 
 from __future__ import annotations
@@ -19,62 +23,75 @@ from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
 WINDOWS = (0.011, 0.016, 0.022, 0.030, 0.040, 0.055, 0.075, 0.1, 0.14, 0.2, 0.3, 0.45, 0.65, 1.0, 1.5, 2.2, 3.3, 5.0)
-"""Possible ends of the fit windows, s after the onset."""
+"""Ends of the fit windows, s after the onset. Each is 1.3 to 1.6 times as long as the one before. The last window of a
+fit is the whole recording."""
 IN_STEP = 0.6
-"""Model and recording are in step over a window if their difference has less than this share of the recording's rms."""
+"""Model and recording are similar over a part of the recording if the rms of their difference is at most this share of
+the rms of the recording, apart from noise. A window is extended as long as they are similar."""
 INFLATED = 20.0
-"""Largest factor by which the noise assumed in a window exceeds the true noise."""
+"""Largest ratio of the standard deviation of the noise that a fit assumes in a window to the true one. A larger assumed
+noise gives the priors more weight while the model is far from the recording."""
 SETTLED, NEAR = 0.05, 0.3
-"""A fit has converged if its undamped step is below SETTLED standard deviations in every parameter. A fit of a window
-that is not the last one ends below NEAR."""
+"""Length of the undamped step in standard deviations of the parameters, as the largest over all parameters. Below
+SETTLED a fit has converged. In a window that is not the last one a fit may end already below NEAR."""
 STEPS, HASTY_STEPS, LAST_STEPS = 6, 4, 30
-"""Largest number of steps in a window: with patience, without, and in the last window. As many may fail."""
+"""Largest number of steps in a window: of a patient fit, of a hasty one, and in the last window. Failed trials count,
+too; twice as many trials are allowed as steps."""
 REACH = 0.5
-"""Largest change of a coordinate in one step."""
+"""Largest change of any coordinate in one step. Coordinates are logarithms: no parameter changes by more than a factor
+of 1.65 at once."""
 DAMPING = 1e-5
-"""Damping (Levenberg, Marquardt) of the first step in a window, for a Jacobian scaled to unit columns."""
+"""Levenberg–Marquardt damping of the first step in a window, for a Jacobian whose columns have the length one. It falls
+by a factor of 0.03 after a success and grows by 30 after a failure."""
 AS_FORETOLD = 0.03
-"""The derivatives are used again if the last step reduced the sum of squares as predicted, within this share."""
+"""A step uses the derivatives of the step before if that one reduced the sum of squares as predicted, up to this share
+of the reduction. This saves computing them again."""
 NEARLY = 0.9
-"""The fit of a window that is not the last one ends if a step leaves more than this share of the sum of squares."""
+"""The fit of a window that is not the last one ends if a step leaves more than this share of the sum of squares: it has
+nearly stopped improving, and a longer window says more."""
 AHEAD = 2
-"""Number of windows that are compared first. Most models leave the recording soon, which saves the later windows."""
+"""Number of windows over which model and recording are compared at first. Most models differ from the recording within
+these, and the longer windows then need not be computed."""
 BLOCK = 256
-"""Rows in one block of the QR factorisation."""
+"""Rows in one block of the QR factorisation. Linear algebra libraries start no threads for such small blocks; threads
+cost far more here than they save (decision 15)."""
 HOLDS = 2.0
-"""A model explains a window where χ² per sample is at most this."""
+"""Largest χ² per sample, with the true noise, at which a model explains a window. It is looser than the limit for a
+whole recording, because fits of windows need not have converged."""
 PATIENCE = 2
-"""Number of times that a shorter window is tried after a long one was not explained."""
+"""How often in a patient fit a shorter window is tried after a long one was not explained. A hasty fit tries none."""
 LONG, PROGRESS = 0.05, 0.02
-"""A model that explains more than LONG, s, goes on in short windows. Each ends where the model departs from the
-recording, and is longer than the last one by at least the share PROGRESS."""
+"""A fit that has explained at least LONG seconds after the onset is not given up at the next window. It goes on in
+short windows, each longer than the one before by at least the share PROGRESS."""
 DEPARTS, OVER = 5.0, 1e-3
-"""A model departs where the rms of the difference over OVER, s, exceeds DEPARTS standard deviations of the noise."""
+"""A model departs from the recording where the rms of their difference over OVER seconds first exceeds DEPARTS standard
+deviations of the noise."""
 STUCK = 0.9
-"""A window is tried with less and less assumed noise. The fit ends without success if the mean square of the residual
-then stays above this share of what it was."""
+"""The noise that is assumed in a window is lowered step by step to the true noise. If lowering it leaves more than this
+share of the mean square of the residual, the fit is stuck, and the window is not explained."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Where least squares led.
+    """Result of a fit.
 
     Attributes
     ----------
     paths, values, covariance
-        The parameters, and the covariance (parameters, parameters) of their logarithms; where only the beginning of the
-        recording is explained, of that part.
+        The parameters, their values, and the covariance (parameters, parameters) of their logarithms. If only the
+        beginning of the recording is explained, the covariance is that of this part.
     chi_squared, misfit
-        Sum of squared residuals over their variances with the priors' and without; infinite where no model is there.
+        Sum of squared residuals over their variances, with the terms of the priors and without them. Infinite if the
+        model cannot be computed.
     freedom
-        Number of samples that count less that of parameters without a prior.
+        Degrees of freedom: number of samples that are not missing, less the number of parameters without a prior.
     evidence
-        Logarithm of the probability of the recording under the model, up to a constant that all models share:
-        Laplace's approximation.
+        Logarithm of the marginal likelihood of the model, by Laplace's approximation, up to a constant that all models
+        share.
     converged, scenario
-        Whether the last steps were small, and the best model.
+        Whether the fit has converged, and the best model.
     held
-        Up to when the model explains the recording, s after the trigger; infinite: all of it.
+        Time up to which the model explains the recording, s after the trigger; infinite if it explains all of it.
     """
 
     paths: tuple[str, ...]
@@ -95,10 +112,10 @@ class Fit:
 
 
 def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
-    """Fit a family of models to a recording in which the wheel first strikes at `begins`, s after the trigger.
+    """Fit a family of models to a recording whose fit windows begin at `begins`, s after the trigger.
 
-    A family that does not explain a window explains no longer one: the fit then stays with the last window that it
-    explains, or goes on from there in small steps. Without patience a family is given up early.
+    A family that does not explain a window explains no longer one either. The fit then ends with the last window that
+    it explains, or goes on from there in short windows. A fit that is not patient ends earlier.
     """
     times, counts = problem.times, _counts(problem.times, begins)
     at, window, longest = np.zeros(len(problem.paths)), -1, len(counts)
@@ -130,9 +147,9 @@ def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
 
 
 def _small_step(problem: Problem, at: FloatArray, begins: float, first: int, last: int) -> int | None:
-    """Return up to which sample to go on from the first ones, which a model explains: to where it departs, or farther.
+    """Return the end of the next short window, as a number of samples, after the `first` samples, which are explained.
 
-    None where no model is there.
+    It lies where the model departs from the recording, or a little beyond. None if the model cannot be computed.
     """
     found = problem.residuals(at, last)
     if found is None:
@@ -143,13 +160,13 @@ def _small_step(problem: Problem, at: FloatArray, begins: float, first: int, las
 
 
 def _alike(problem: Problem, found: FloatArray, first: int, last: int) -> bool:
-    """Return True where residuals between two samples are small beside the recording."""
+    """Return True if the residuals between two samples are small against the recording."""
     off, loud = (float((values[first:last] ** 2).sum()) for values in (found, problem.samples * problem.there))
     return off <= IN_STEP**2 * loud + 4.0 * problem.noise**2 * (last - first)
 
 
 def departure(off: FloatArray, noise: float, rate: float, first: int) -> int:
-    """Return from which sample on a difference is more than noise, from the first on; their number if it never is."""
+    """Return the first sample, from `first` on, at which a difference exceeds noise; their number if none does."""
     width = max(int(OVER * rate), 1)
     total = np.concatenate([[0.0], np.cumsum(off**2)])
     loud = np.flatnonzero((total[width:] - total[:-width])[first:] > width * (DEPARTS * noise) ** 2)
@@ -161,19 +178,19 @@ def departure(off: FloatArray, noise: float, rate: float, first: int) -> int:
 
 
 def keeps_step(problem: Problem, begins: float) -> bool:
-    """Return True where the model to start from keeps step with the whole recording."""
+    """Return True if the starting model is similar to the whole recording."""
     counts = _counts(problem.times, begins)
     return _next_window(problem, np.zeros(len(problem.paths)), counts, -1)[0] == len(counts) - 1
 
 
 def _counts(times: FloatArray, begins: float) -> list[int]:
-    """Return how many samples each window has, the last one all."""
+    """Return the number of samples in each window; the last window has all."""
     ends = [begins + window for window in WINDOWS if begins + window < times[-1]]
     return [*dict.fromkeys(int(np.searchsorted(times, end)) for end in ends), len(times)]
 
 
 def _explaining(problem: Problem, at: FloatArray, count: int, noise: float, steps: int) -> FloatArray | None:
-    """Return coordinates with which the model explains a window; None where it does not."""
+    """Return coordinates with which the model explains a window; None if it does not explain it."""
     before = np.inf
     while True:
         at, _ = fitted(problem, at, count, noise, steps)
@@ -189,7 +206,7 @@ def _explaining(problem: Problem, at: FloatArray, count: int, noise: float, step
 
 
 def _next_window(problem: Problem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
-    """Return the longest of the windows beyond this one in which the model keeps step, and the noise to give it."""
+    """Return the longest next window in which the model is similar to the recording, and its assumed noise."""
     first = window + 1
     chosen, noise = _in_step(problem, at, counts[: first + AHEAD], window)
     if first + AHEAD < len(counts) and chosen == first + AHEAD - 1:
@@ -198,12 +215,12 @@ def _next_window(problem: Problem, at: FloatArray, counts: list[int], window: in
 
 
 def rms(residual: FloatArray | None) -> float:
-    """Return the root of the mean square; zero where nothing is known."""
+    """Return the root of the mean square; zero for None."""
     return 0.0 if residual is None else float(np.sqrt((residual**2).mean()))
 
 
 def _in_step(problem: Problem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
-    """Return the longest of these windows, beyond the one at hand, in which the model keeps step, and its noise."""
+    """Return the longest of these windows in which the model is similar to the recording, and its assumed noise."""
     found = problem.residuals(at, counts[-1])
     first = window + 1
     if found is None:
@@ -219,7 +236,7 @@ def _in_step(problem: Problem, at: FloatArray, counts: list[int], window: int) -
 
 
 class _Step(NamedTuple):
-    """A problem linearised at some coordinates: R of the scaled Jacobian, its target, the scales, and deviations."""
+    """A linearised problem: R of the scaled Jacobian, target, Jacobian, residual, scales, standard deviations."""
 
     factor: FloatArray
     target: FloatArray
@@ -237,17 +254,17 @@ class _Step(NamedTuple):
         return _Step(factor, -triangle[:many, -1], jacobian, residual, size, np.sqrt(np.diag(_inverse(factor))))
 
     def along(self, target: FloatArray, damping: float) -> FloatArray:
-        """Return the damped step (unscaled) towards a target."""
+        """Return the damped step towards a target, in scaled coordinates."""
         many = len(self.size)
         rows = np.vstack([self.factor, np.sqrt(damping) * np.eye(many)])
         return np.asarray(np.linalg.lstsq(rows, np.append(target, np.zeros(many)), rcond=None)[0])
 
     def far(self) -> float:
-        """Return how many of its deviations a coordinate is away, at most, from where undamped steps lead."""
+        """Return the largest ratio, over the coordinates, of the undamped step to the standard deviation."""
         return float(np.max(np.abs(self.along(self.target, 0.0)) / self.deviation))
 
     def curved(self, step: FloatArray, there: FloatArray, damping: float) -> FloatArray:
-        """Return a step along the bend of the valley, from the residuals to which the straight one has led."""
+        """Return a step with geodesic acceleration, from the residuals at the end of the straight step."""
         return np.asarray(step - self.along(self._projected(there - self._foretold(step)), damping))
 
     def _foretold(self, step: FloatArray) -> FloatArray:
@@ -257,7 +274,7 @@ class _Step(NamedTuple):
         return np.asarray(np.linalg.lstsq(self.factor.T, (self.jacobian / self.size).T @ residual, rcond=None)[0])
 
     def holds(self, step: FloatArray, there: FloatArray) -> bool:
-        """Return True where a step has led to the sum of squares that was foretold."""
+        """Return True if a step has reduced the sum of squares as the linear model predicts."""
         before, foretold = (float(residual @ residual) for residual in (self.residual, self._foretold(step)))
         return abs(float(there @ there) - foretold) <= AS_FORETOLD * (before - foretold)
 
@@ -267,14 +284,14 @@ class _Step(NamedTuple):
 
 
 def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: int) -> tuple[FloatArray, bool]:
-    """Return where least squares over one window lead, and whether they settled.
+    """Return the coordinates of least squares over one window, and whether the fit has converged.
 
-    With few `steps` they only have to come near: they also end where the sum of squares hardly falls.
+    With fewer steps than LAST_STEPS it also ends near the minimum, or when the sum of squares hardly falls any more.
     """
     if not len(at):
-        return at, True  # nothing is unknown
+        return at, True  # there is no parameter
     residual, damping, tries = problem.weighed(at, count, noise), DAMPING, 2 * steps
-    linear, held = None, False  # held: from where the last step began
+    linear, held = None, False  # held: the derivatives are those from the start of the last step
     while tries > 0 and residual is not None:
         linear = linear or _linearised(problem, at, residual, count, noise)
         if linear is None:
@@ -304,7 +321,7 @@ def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: in
 
 
 def _linearised(problem: Problem, at: FloatArray, residual: FloatArray, count: int, noise: float) -> _Step | None:
-    """Return a problem linearised at some coordinates; None where it has no derivatives there."""
+    """Return a problem linearised at some coordinates; None if it has no derivatives there."""
     jacobian = problem.jacobian(at, count, noise)
     linear = None if jacobian is None else _Step.at(residual, jacobian)
     return linear if linear is not None and np.all(np.isfinite(linear.factor)) else None
@@ -313,13 +330,13 @@ def _linearised(problem: Problem, at: FloatArray, residual: FloatArray, count: i
 def _tried(
     problem: Problem, at: FloatArray, step: FloatArray, count: int, noise: float
 ) -> tuple[FloatArray, FloatArray | None]:
-    """Return where a step leads, and the residuals there."""
+    """Return the coordinates at the end of a step, and the residuals there."""
     trial = problem.within(at + np.clip(step, -REACH, REACH))
     return trial, problem.weighed(trial, count, noise)
 
 
 def triangle_of(matrix: FloatArray) -> FloatArray:
-    """Return R of a tall matrix's QR factorisation, block by block: small blocks start no threads."""
+    """Return R of the QR factorisation of a tall matrix, block by block, because small blocks start no threads."""
     rows, columns = matrix.shape
     blocks = max(-(-rows // BLOCK), 1)
     padded = np.zeros((blocks * BLOCK, columns))
@@ -342,12 +359,12 @@ def covariance_of(jacobian: FloatArray) -> FloatArray:
     if not jacobian.shape[1]:
         return np.empty((0, 0))
     size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # nothing is known of one without effect
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # one without effect has infinite variance
         return np.asarray(_inverse(triangle_of(jacobian / size)) / np.outer(size, size))
 
 
 def summary(problem: Problem, at: FloatArray, converged: bool, used: int, held: float = np.inf) -> Fit:
-    """Return what is known at some coordinates, to which the first `used` samples have led."""
+    """Return the result of a fit at some coordinates, to which the first `used` samples have led."""
     many, count = len(problem.paths), len(problem.times)
     residual, jacobian = problem.weighed(at, count, problem.noise), problem.jacobian(at, used, problem.noise)
     freedom = int(problem.there.sum()) - sum(prior.kind == "flat" for prior in problem.priors)
@@ -372,7 +389,7 @@ def summary(problem: Problem, at: FloatArray, converged: bool, used: int, held: 
 
 
 def _of_priors(priors: tuple[Prior, ...]) -> float:
-    """Return the logarithm of the priors' densities over their coordinates, where they are largest."""
+    """Return the logarithm of the largest values of the prior densities over the coordinates."""
     total = 0.0
     for prior in priors:
         if prior.kind == "uniform":

@@ -1,4 +1,4 @@
-"""Many recordings diagnosed: by several processes, each finding kept as soon as it is there, so that work goes on."""
+"""Diagnosis of many recordings by several processes. Each finding is kept at once, so that work can be resumed."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ def diagnose_all(
     Parameters
     ----------
     files
-        The recordings.
+        Paths of the recordings.
     site
-        Where they were made, or the path of its TOML file.
+        The site of the recordings, or the path of its TOML file.
     output
-        Folder in which each finding is kept as FILE.json; what is there already, of the same file and site, is not
-        computed again. It is made if need be. None: nothing is kept.
+        Folder in which each finding is kept as FILE.json; it is created if it does not exist. A finding of the same
+        file and site that it already holds is not computed again. None: nothing is kept.
     workers
         Processes; by default one per core.
     reading
@@ -57,7 +57,7 @@ def diagnose_all(
         What else to do with each finding, in the process that has found it: called with it and its JSON's path. What
         it raises ends the work; what was found till then is kept.
     raising
-        Whether to stop at a file that cannot be read, or is no recording of this site, with its InputError.
+        Whether a file that cannot be read, or holds no recording of this site, raises its InputError.
     progress
         As for `wheeltapper.simulate`.
 
@@ -116,7 +116,7 @@ def _one(site: Site, task: _Task) -> dict[str, Any]:
     try:
         finding = diagnose(read_recording(path, **reading), site)
         entry = finding.to_dict() | {"paragraph": str(finding)}
-    except Exception as error:  # the other files are diagnosed whatever this one holds
+    except Exception as error:  # an error in one file must not stop the others
         if raising:
             raise
         if isinstance(error, InputError):

@@ -1,4 +1,4 @@
-"""The contact force, from the acceleration of the deck that bears it."""
+"""Reconstruction of the contact force from the acceleration of the deck."""
 
 from __future__ import annotations
 
@@ -26,23 +26,25 @@ BoolArray = NDArray[np.bool_]
 Method = Literal["auto", "inertia", "bearing", "tikhonov", "smoother"]
 
 RIGHT = 0.01
-"""Relative error of the force within the band."""
+"""Largest relative error of the modulus of the force at frequencies within the band of a method."""
 LOUD = 60.0
-"""Signal over noise, dB, from which on `auto` does not smooth."""
+"""Ratio of signal to noise, dB, from which on the method `auto` does not smooth."""
 CONTACT = 100.0
-"""Frequency of bouncing contact, Hz, at which `auto` compares the deck's inertia alone with the whole force."""
+"""Frequency of a wheel that bounces on the rail, Hz. At this frequency `auto` judges what the bearing contributes."""
 NEGLIGIBLE = 0.003
-"""Relative error there below which `auto` neglects the bearing."""
+"""Relative error of the force at that frequency below which `auto` neglects the force of the bearing."""
 SHORTEST = 16
-"""Least number of samples."""
+"""Smallest number of usable samples (neither missing nor clipped); a recording with fewer is refused."""
 ORDER = 6
-"""Order of the differences from which noise is estimated."""
+"""Order of the differences of the samples from which the noise is estimated. A smooth signal has almost no sixth
+differences, so that they are noise."""
 NORMAL = 1.482602218505602
-"""Standard deviation of a normal distribution over the median of its modulus."""
+"""Ratio of the standard deviation of a normal distribution to the median of its modulus."""
 FASTEST = 3
-"""Samples that are left out at each end of a flight where nothing is smoothed."""
+"""Number of samples that are left out at each end of a flight if the force is not smoothed."""
 AROUND = 2.0
-"""The same where the force is smoothed, over the width of the smoothing kernel."""
+"""Samples that are left out at each end of a flight if the force is smoothed, over the width of the smoothing kernel.
+Within that distance smoothing mixes flight and contact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,15 +54,15 @@ class Force:
     Attributes
     ----------
     times
-        After the trigger, s, (n,); less the delay of the sensor's filter.
+        Times after the trigger, s, (n,), corrected for the delay of the sensor's filter.
     force
-        Normal force of the wheelset, N, (n,); NaN where the method has nothing to say.
+        Normal force of the wheelset, N, (n,); NaN where the method gives no value.
     deviation
-        Its standard error by the sensor's noise, N, (n,); infinite where the sample was clipped and is used.
+        Its standard error due to the sensor's noise, N, (n,); infinite where a clipped sample is used.
     band
-        Lowest and highest frequency, Hz, between which the method is right to 1 %.
+        Lowest and highest frequency, Hz, between which the error of the method is at most 1 %.
     method
-        "inertia", "bearing", "tikhonov", "smoother", or "recorded" where the recording is one of the force.
+        "inertia", "bearing", "tikhonov", "smoother", or "recorded" if the recording is one of the force.
     notes
         What the user should know.
     """
@@ -100,22 +102,27 @@ def reconstructed(recording: Recording | str | Path, site: Site | str | Path, me
     Parameters
     ----------
     recording
-        Of the deck's acceleration; one of the force is returned as it is. From the trigger or before it: the deck is
-        taken to be at rest then.
+        Recording of the deck's acceleration; one of the force is returned as it is. If it begins at the trigger or
+        before it, the deck is assumed to be at rest at its start.
     site
         Deck, static force and sensor; or the path of its TOML file.
     method
-        "inertia": N0 - M·a. Missing samples stay so.
-        "bearing": also K·y + C_d·v, a integrated twice from rest; drift is tied to N = 0 in flight, and loosely to the
-        static force in the mean.
-        "tikhonov": the smoothest force, by second differences, that leaves the noise unexplained (the discrepancy
-        principle, with the degrees of freedom that the force takes), and the bearing.
-        "smoother": states y, v, F, F', F'' with white F''', its intensity by maximum likelihood and in the course of
-        time by the force found (the equivalent of a Kalman filter and Rauch's smoother), and the bearing.
-        Both leave missing samples out, and of clipped ones use that the true value lies beyond. The former has one
-        weight for the whole record: it flattens impacts where a long quiet part follows.
-        "auto": without smoothing where the signal's rms in the first 0.2 s is 60 dB above the noise: inertia where the
-        bearing makes less than 0.3 % at 100 Hz, else bearing. Else the smoother.
+        "inertia": N0 - M·a. Missing samples stay missing.
+
+        "bearing": inertia less K·y + C_d·v, with a integrated twice from rest. The drift is estimated from N = 0 in
+        flight and, loosely, from the static force as the mean.
+
+        "tikhonov": the smoothest force, by second differences, whose residual is as large as the noise (the discrepancy
+        principle, with the degrees of freedom that the force uses), and the bearing. One weight holds for the whole
+        recording: it flattens impacts if a long quiet part follows.
+
+        "smoother": states y, v, F, F', F'' with white noise F''' (equivalent to a Kalman filter with Rauch's smoother),
+        and the bearing. The intensity of the noise is that of maximum likelihood; it varies over time with the force.
+
+        The last two leave out missing samples. Of a clipped sample they use that the true value lies beyond it.
+
+        "auto": the smoother if samples are missing or clipped, or if the signal's rms in the first 0.2 s is less than
+        60 dB above the noise. Otherwise inertia if the bearing contributes less than 0.3 % at 100 Hz, else bearing.
 
     Raises
     ------
@@ -141,7 +148,7 @@ def reconstructed(recording: Recording | str | Path, site: Site | str | Path, me
 
 
 def imitation(site: Site | str | Path, frequencies: ArrayLike) -> NDArray[np.complex128]:
-    """Return -M·A/ΔN, the part of the dynamic force that the deck's inertia shows (claim C22).
+    """Return -M·A/ΔN, the share of the dynamic force that the deck's inertia shows (claim C22).
 
     1/(1 - r² - 2i·ζ·r), r = f_deck/f: with ÿ = A·exp(2πi·f·t) of M·ÿ = -ΔN - K·y - C_d·ẏ.
 
@@ -166,9 +173,9 @@ def imitation(site: Site | str | Path, frequencies: ArrayLike) -> NDArray[np.com
 
 
 def noise_of(recording: Recording, sensor: Sensor) -> float:
-    """Return the standard deviation of the samples' noise, m/s²: as the sensor states it, else from the samples.
+    """Return the standard deviation of the samples' noise, m/s²: that of the sensor, or one estimated from the samples.
 
-    From the samples: by the median of the modulus of their sixth differences, which the signal hardly reaches.
+    The estimate is the median of the modulus of the sixth differences, which contain hardly any signal, scaled.
     """
     step = 0.0 if sensor.range is None or sensor.bits is None else 2.0 * sensor.range / 2**sensor.bits
     if sensor.noise > 0.0:
@@ -219,6 +226,7 @@ METHODS: dict[str, Callable[[_Setting], _Found]] = {
     "tikhonov": _tikhonov,
     "smoother": _smoother,
 }
+"""The methods of `reconstructed`, by name."""
 
 
 def _of_smooth(setting: _Setting, smooth: force_smooth.Smooth) -> _Found:
@@ -234,7 +242,7 @@ def _of_smooth(setting: _Setting, smooth: force_smooth.Smooth) -> _Found:
 
 
 def _smoothed(setting: _Setting, method: str) -> force_smooth.Smooth:
-    """Return the smooth g; where it falls short of a clipped sample, with that sample."""
+    """Return the smooth g. A clipped sample is used only if g would otherwise stay below it."""
     deck, rate = setting.deck, setting.recording.rate
     noise = deck.mass * max(setting.noise, 1e-9 * float(np.abs(setting.g[setting.is_good]).max()), 1e-12)
     order = 2 if method == "tikhonov" else 3
@@ -254,7 +262,7 @@ def _smoothed(setting: _Setting, method: str) -> force_smooth.Smooth:
 
 
 def _term(setting: _Setting, g: FloatArray, deviation: float, width: float) -> tuple[force_bearing.Term, str]:
-    """Return the bearing's term and what was done for it."""
+    """Return the force of the bearing, and a note on how it was computed."""
     deck, recording = setting.deck, setting.recording
     at_rest = recording.start <= 0.0
     bearing = force_bearing.Bearing(
@@ -304,7 +312,7 @@ def _recorded(recording: Recording) -> Force:
 
 
 def _chosen(setting: _Setting) -> tuple[str, str]:
-    """Return the method and why it was chosen."""
+    """Return the method that is chosen automatically, and the reason."""
     early = setting.is_good & (setting.recording.times <= 0.2)
     a = setting.g[early if np.any(early) else setting.is_good] / setting.deck.mass
     signal = float(np.sqrt(np.mean(a**2)))
@@ -320,7 +328,7 @@ def _chosen(setting: _Setting) -> tuple[str, str]:
 
 
 def _lowest(deck: FloatingDeck) -> float:
-    """Return the frequency in Hz from which on inertia shows the force's modulus to 1 %."""
+    """Return the lowest frequency, Hz, above which inertia gives the modulus of the force to 1 %."""
     f = np.geomspace(1e-2, 1e5, 20_001)
     parts = np.abs(_force_over_inertia(deck, f))
     return float(f[(parts * (1.0 - RIGHT) > 1.0) | (parts * (1.0 + RIGHT) < 1.0)].max(initial=0.0))

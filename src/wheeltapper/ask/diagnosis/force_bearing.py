@@ -1,8 +1,8 @@
-"""The force of the deck's bearing, from its acceleration: integrated from rest, and tied where the force is known.
+"""The force of the deck's bearing, by integrating its acceleration from rest, with a correction of the drift.
 
-Integrated noise drifts. The drift of K·y + C_d·v is a Gaussian process of known covariance; what is known of the
-contact force gives its value at some times (in flight the force is zero; in the mean over a window it is the static
-one, the better the less it swings), and least squares gives it everywhere, with its deviation.
+Integrated noise drifts. The drift of K·y + C_d·v is a Gaussian process of known covariance. Two conditions give its
+value at some times: in flight the contact force is zero, and its mean over a window is the static force. The second one
+is the less certain, the more the force varies. Least squares gives the drift at all times, with its standard error.
 """
 
 from __future__ import annotations
@@ -15,28 +15,30 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 FLIGHT = 1e-3
-"""Shortest flight to be used, s."""
+"""Shortest flight that is used as a condition on the drift, s."""
 PIECE = 3e-3
-"""Longest piece of a flight that gives one value, s."""
+"""Longest piece of a flight whose mean gives one condition, s. The drift is taken as constant within it."""
 NEAR_ZERO = 0.02
-"""Largest force, over the static one, that counts as zero in flight, besides noise."""
+"""Largest contact force in flight, over the static force. Three standard errors of noise and drift are added to it."""
 HIGHEST = 0.5
-"""Largest sum of noise and drift, over the static force, at which zero and the static force can be distinguished."""
+"""If the limit of `NEAR_ZERO` with its addition exceeds this share of the static force, zero and the static force
+cannot be told apart, and no flight is recognised."""
 MOST = 100
-"""Largest number of flights that are used."""
+"""Largest number of flights that are used. Each one costs a pass over all times."""
 TIE = 1e-3
-"""Standard error of the model's zero force in flight, over the static one."""
+"""Standard error of the condition "no force in flight", over the static force. It allows for errors of the model."""
 MEAN = 0.025
-"""Window over which the mean force is compared with the static one, s."""
+"""Length of the windows in which the mean contact force is compared with the static force, s."""
 OF_SWING, OF_STATIC = 0.1, 2e-3
-"""Standard error of a window's mean force: its parts in proportion to the force's standard deviation in the window, and
-to the static force."""
+"""Standard error of the mean force in a window: OF_SWING times the standard deviation of the force in it plus OF_STATIC
+times the static force. The mean is the less certain, the more the force varies."""
 SLOWEST = 6.0
-"""Least natural angular frequency, rad/s, that is assumed for a deck that is not at rest at the start."""
+"""Lowest natural angular frequency of the deck, rad/s, that is assumed for its unknown initial motion. It bounds that
+motion where the bearing is soft."""
 MOST_TIMES = 20_000
-"""Largest number of times at which the drift is computed; between them it is linear."""
+"""Largest number of times at which the drift is computed; between them it is interpolated linearly."""
 WINDOWS = 100
-"""Largest number of windows."""
+"""Largest number of windows with a mean force; in longer recordings the windows become longer."""
 
 
 class Bearing(NamedTuple):
@@ -59,7 +61,7 @@ class Term(NamedTuple):
 
 
 class Tie(NamedTuple):
-    """A value of the drift."""
+    """A known value of the drift: a condition."""
 
     time: float  # s after the first sample
     drift: float  # N
@@ -67,7 +69,7 @@ class Tie(NamedTuple):
 
 
 class Drift:
-    """The drift over time, and how much is left unknown, as ties are taken in.
+    """Mean and variance of the drift over time, given the conditions (ties) taken so far.
 
     Parameters
     ----------
@@ -76,7 +78,8 @@ class Drift:
     time
         s after the first sample, uniform, (n,).
     static
-        Static force, N: the scale of what the bearing may bear at the start where the deck is not at rest then.
+        Static force, N. It is the scale of the unknown force of the bearing at the start, if the deck is not at rest
+        then.
     """
 
     def __init__(self, bearing: Bearing, time: FloatArray, static: float) -> None:
@@ -90,7 +93,7 @@ class Drift:
         self._rows: list[FloatArray] = []
 
     def take(self, tie: Tie) -> None:
-        """Condition on a tie."""
+        """Condition the drift on one more known value."""
         i = round(tie.time / float(self._time[1] - self._time[0]))
         covariance = self._prior(float(self._time[i]))
         for row in self._rows:
@@ -101,7 +104,7 @@ class Drift:
         self.variance = np.maximum(self.variance - self._rows[-1] ** 2, 0.0)
 
     def _prior(self, at: float) -> FloatArray:
-        """Return the covariance with all times, N²: that of white noise, integrated, and of the start."""
+        """Return the prior covariance with all times, N²: that of integrated white noise, and that of the start."""
         bearing, k, c = self._bearing, self._bearing.stiffness, self._bearing.damping
         here, there = k * at + c, k * self._time + c
         both = np.minimum(self._time, at)
@@ -118,11 +121,11 @@ def term(bearing: Bearing, g: FloatArray, deviation: float, trim: int, static: f
     bearing
         Of the deck.
     g
-        -M·a without gaps, smooth where there is much noise, N.
+        -M·a without gaps, smoothed if there is much noise, N.
     deviation
         Standard error of `g`'s samples, N.
     trim
-        Number of samples at each end of a flight in which smoothing mixes it with contact.
+        Number of samples at each end of a flight that are left out, because smoothing mixes them with contact.
     static
         Static force, N.
     """
@@ -147,7 +150,7 @@ def term(bearing: Bearing, g: FloatArray, deviation: float, trim: int, static: f
 
 
 def _integrated(bearing: Bearing, a: FloatArray) -> FloatArray:
-    """Return K·y + C_d·v from rest, a linear between samples."""
+    """Return K·y + C_d·v from rest; the acceleration a is linear between samples."""
     h = bearing.interval
     v = np.append(0.0, np.cumsum(0.5 * h * (a[:-1] + a[1:])))
     y = np.append(0.0, np.cumsum(h * v[:-1] + h**2 * (2.0 * a[:-1] + a[1:]) / 6.0))
@@ -155,7 +158,7 @@ def _integrated(bearing: Bearing, a: FloatArray) -> FloatArray:
 
 
 def _means(bearing: Bearing, total: FloatArray, static: float) -> list[Tie]:
-    """Return what the mean force over windows says of the drift."""
+    """Return the conditions that the mean force over windows gives."""
     count = len(total)
     size = min(max(int(MEAN / bearing.interval), count // WINDOWS, 2), count)
     ties = []
@@ -167,7 +170,7 @@ def _means(bearing: Bearing, total: FloatArray, static: float) -> list[Tie]:
 
 
 def _first_flight(near_zero: NDArray[np.bool_], trim: int, shortest: int, after: int) -> tuple[int, int] | None:
-    """Return the bounds, trimmed, of the first flight that begins at or after a sample."""
+    """Return the trimmed bounds of the first flight that begins at a given sample or later."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], near_zero, [False]])))
     for start, end in edges.reshape(-1, 2):
         if start + trim >= after and end - start - 2 * trim >= shortest:
@@ -176,7 +179,7 @@ def _first_flight(near_zero: NDArray[np.bool_], trim: int, shortest: int, after:
 
 
 def _flight(bearing: Bearing, total: FloatArray, start: int, end: int, static: float) -> list[Tie]:
-    """Return what a flight says of the drift, in pieces."""
+    """Return the conditions that a flight gives, one for each piece."""
     noise, ties = (bearing.mass * bearing.noise) ** 2, []
     for piece in np.array_split(np.arange(start, end), int(np.ceil((end - start) * bearing.interval / PIECE))):
         variance = noise / len(piece) + (TIE * static) ** 2

@@ -1,9 +1,9 @@
 """The smooth force behind noisy samples: penalised least squares with the deck's dynamics, in banded matrices.
 
-What the deck's inertia shows, g = -M·a, is the dynamic force and the bearing's: g = F + K·y + C_d·v. With a linear
-between samples, F's second differences are a tridiagonal operator on g alone, exactly; so a penalty on F's
-differences needs neither y nor v, and the estimate with white F'' or F''' and measured a (that of a Kalman filter
-with Rauch's smoother over y, v, F and its derivatives) is one banded solution.
+The deck's inertia shows g = -M·a, the sum of the dynamic force and the force of the bearing: g = F + K·y + C_d·v. Let a
+be linear between samples. The second differences of F are then exactly a tridiagonal operator on g alone. A penalty on
+the differences of F therefore needs neither y nor v. The estimate with white F'' or F''' is the solution of one banded
+system. It equals that of a Kalman filter with Rauch's smoother over y, v, F and its derivatives.
 """
 
 from __future__ import annotations
@@ -16,26 +16,27 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 WINDOW = 0.015
-"""Time over which the intensity of the noise that drives the force is taken as constant, s."""
+"""Time over which the local intensity of the noise that drives the force is averaged, s."""
 QUIETEST = 1e-4
-"""Least local intensity, over its mean."""
+"""Lowest local intensity, over its mean. Without a lower bound a quiet part would be smoothed without limit."""
 WIDEST = 80.0
-"""Largest width of the kernel in samples: λ to the power of one over twice the order."""
+"""Largest width of the smoothing kernel in samples, λ^(1/(2·order)); λ is the weight of the penalty."""
 NARROWEST = 0.1
-"""Least width of the kernel in samples."""
+"""Smallest width of the smoothing kernel in samples. Such a kernel does not smooth at all."""
 
 
 STIFFEST = 1e12
-"""Largest weight of a difference. Beyond it the samples are lost in rounding."""
+"""Largest weight of one difference. With a larger one the samples would be lost in the rounding of the matrix."""
 UNMEASURED, LEAST = 1e-11, 1e-3
-"""Weight of g = 0 in gaps, so that long gaps have a solution: over the largest weight of a difference, and at most."""
+"""Weight of the condition g = 0 where a sample is missing: UNMEASURED times the largest weight of a difference, but at
+most LEAST. It keeps the matrix regular in long gaps and has no other effect."""
 
 
 class Smooth(NamedTuple):
     """An estimate of g."""
 
     values: FloatArray  # (n,) N
-    variance: FloatArray  # (n,) N²: by the prior's intensity and the noise
+    variance: FloatArray  # (n,) N²: due to the intensity of the prior and the noise
     width: float  # samples: λ to the power of one over twice the order, in the mean intensity
     order: int
 
@@ -87,7 +88,7 @@ class Problem(NamedTuple):
         return np.asarray(cho_solve_banded((factor, False), self.weights * self.measured, check_finite=False))
 
     def residual(self, g: FloatArray) -> float:
-        """Return the sum of squares of what is not explained, N²."""
+        """Return the sum of squares of the residual, N²."""
         return float(np.sum(self.weights * (self.measured - g) ** 2))
 
     def surprise(self, log_weight: float, noise: float) -> float:
@@ -99,9 +100,9 @@ class Problem(NamedTuple):
         return float(determinant - 0.5 * len(self.shape) * log_weight + 0.5 * misfit / noise**2)
 
     def discrepancy(self, log_weight: float, noise: float) -> float:
-        """Return the residual over what noise alone leaves, less one; positive where too much is smoothed away.
+        """Return the sum of squares over that of the noise alone, less one; positive if the estimate is too smooth.
 
-        Noise leaves its variance times the number of samples less the degrees of freedom that the estimate uses.
+        The noise alone leaves its variance times the number of samples less the degrees of freedom of the estimate.
         """
         step = 1e-3
         factors = [self.factor(log_weight + d) for d in (-step, 0.0, step)]
@@ -111,14 +112,14 @@ class Problem(NamedTuple):
 
 
 def stencil(mass: float, stiffness: float, damping: float, interval: float, order: int) -> FloatArray:
-    """Return the row that takes g to the differences of F of order two or three, a linear between samples."""
+    """Return the row that maps g to the second or third differences of F; a is linear between samples."""
     spring, damper = stiffness * interval**2 / mass, damping * interval / mass
     second = np.array([1.0 + spring / 6.0 - damper / 2.0, -2.0 + 2.0 * spring / 3.0, 1.0 + spring / 6.0 + damper / 2.0])
     return second if order == 2 else np.convolve(second, [-1.0, 1.0])
 
 
 def by_discrepancy(problem: Problem, noise: float) -> Smooth:
-    """Return Tikhonov's estimate: the smoothest whose residual is the noise (Morozov's principle)."""
+    """Return Tikhonov's estimate: the smoothest one whose residual is as large as the noise (Morozov's principle)."""
     from scipy.optimize import brentq
 
     low, high = problem.bounds()
@@ -130,7 +131,7 @@ def by_discrepancy(problem: Problem, noise: float) -> Smooth:
 
 
 def by_likelihood(problem: Problem, noise: float, rate: float) -> Smooth:
-    """Return the smoother's estimate: intensity by maximum likelihood, its course over time by what was found."""
+    """Return the smoother's estimate: mean intensity by maximum likelihood, its variation from the force found."""
     from scipy.optimize import minimize_scalar
 
     width = max(int(WINDOW * rate), 1)
@@ -147,7 +148,7 @@ def by_likelihood(problem: Problem, noise: float, rate: float) -> Smooth:
 
 
 def _local(power: FloatArray, width: int) -> FloatArray:
-    """Return the running mean over its mean, not below the quietest."""
+    """Return the running mean over the total mean, at least QUIETEST."""
     from scipy.ndimage import uniform_filter1d
 
     mean = float(power.mean())

@@ -1,4 +1,4 @@
-"""Probability of detection from hits and misses: a generalised linear model of what was called and what was not."""
+"""Probability of detection from hits and misses: a generalised linear model with a binary outcome."""
 
 from __future__ import annotations
 
@@ -32,31 +32,30 @@ def hit_miss(
 
     The method is that of MIL-HDBK-1823A, appendix G, on hit/miss data: maximum likelihood of F⁻¹(POD/c) = β0 + β1·t.
 
-    Where all faults up to one size were missed and all from the next on detected, no slope is the likeliest: a50 and
-    a90 are NaN, and so is the curve between the two. Likewise where all were detected, or all missed. The likelihood
-    ratio has bounds then, too: they are those curves under which what was found is at least as probable as one less
-    the level.
+    If all faults up to one size were missed and all larger ones were detected, the likelihood has no maximum at a
+    finite slope. Then a50 and a90 are NaN, and so is the curve between the two sizes. The same holds if all faults were
+    detected, or all missed. The likelihood ratio still gives bounds: the curves under which the probability of the data
+    is at least one less the level.
 
     Parameters
     ----------
     sizes
-        Of the faults, one per inspection, (n,), any unit.
+        Sizes of the faults, one per inspection, (n,), any unit.
     hits
-        Whether each was called, (n,).
+        Whether each fault was called, (n,).
     link
         "probit" or "logit".
     scale
         "log": t is the size's logarithm, the usual choice; "linear": t is the size.
     ceiling
-        Largest probability of detection: given, as by the share of a wheel's circumference that strikes the deck, or
-        None, and it is estimated as a third parameter.
+        Largest probability of detection. It is given, for example as the share of a wheel's circumference that rolls
+        over the deck. Or it is None: then it is estimated as a third parameter.
     bounds
-        "wald": about the index, with Fisher's expected information; a90/95 is where that bound reaches 0.9.
-        "likelihood ratio": the handbook's choice.
-        "delta": about the size, μ + σ·z, by the delta method.
-        By default Wald's for a given ceiling, where the data have a normal limit; else the likelihood ratio. In
-        designs of 60 to 200 faults, a90/95 lay above the true a90 in 94 to 96 % of replicates by Wald's, in 91 to
-        95 % by the likelihood ratio and in 86 to 92 % by the delta method.
+        "wald": bound of the index, with the expected Fisher information; a90/95 is the size at which it reaches 0.9.
+        "likelihood ratio": the handbook's choice. "delta": bound of the size, μ + σ·z, by the delta method. By default
+        Wald's for a given ceiling, if the normal approximation holds; else the likelihood ratio. In designs of 60 to
+        200 faults, a90/95 lay above the true a90 in 94 to 96 % of replicates by Wald's, in 91 to 95 % by the likelihood
+        ratio and in 86 to 92 % by the delta method.
 
     Raises
     ------
@@ -97,7 +96,7 @@ def _outcomes(hits: ArrayLike, count: int) -> BoolArray:
 def _likeliest(
     likelihood: Likelihood, x: FloatArray, called: BoolArray, ceiling: float | None
 ) -> tuple[Peak, tuple[float, float] | None]:
-    """Return the likeliest curve, and where it is a step."""
+    """Return the most likely curve, and the two sizes of the step if it is one."""
     if called.all() or not called.any():
         far = quantile(likelihood.link, 1.0 - LEAST)
         most = 1.0 if ceiling is None else ceiling

@@ -1,4 +1,4 @@
-"""Parameters of a passage from its recording: what the record shows, with its uncertainty."""
+"""Estimation of the parameters of a passage from its recording, with their uncertainty."""
 
 from __future__ import annotations
 
@@ -25,14 +25,15 @@ from wheeltapper.record.recording import Recording
 FloatArray = NDArray[np.float64]
 
 SHORTEST = 32
-"""Least number of samples."""
+"""Smallest number of samples that are not missing; a recording with fewer is refused."""
 LOUD = 6.0
-"""Standard deviations of the noise that the acceleration first exceeds at the onset."""
+"""Standard deviations of the noise. The onset is the first sample whose magnitude exceeds this; noise alone does so
+once in 5e8 samples."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a recording shows of its passage.
+    """Estimated parameters of a passage.
 
     Attributes
     ----------
@@ -41,10 +42,10 @@ class Estimate:
     covariance
         (parameters, parameters) of the values' logarithms.
     chi_squared, freedom
-        Sum of squared residuals over their variances, priors included, and their number less that of the parameters
-        without a prior.
+        χ²: sum of squared residuals over their variances, priors included. Degrees of freedom: number of samples less
+        the number of parameters without a prior.
     converged
-        Whether the last steps were small.
+        Whether the fit has converged.
     scenario
         The best model.
     noise
@@ -62,7 +63,7 @@ class Estimate:
 
     @property
     def reduced(self) -> float:
-        """χ² per degree of freedom: near one where the model explains the recording."""
+        """χ² per degree of freedom: near one if the model explains the recording."""
         return self.chi_squared / max(self.freedom, 1)
 
     def __getitem__(self, path: str) -> float:
@@ -91,13 +92,13 @@ class Estimate:
 
 
 def onset(recording: Recording, noise: float) -> float:
-    """Return when the acceleration first exceeds its noise, s after the trigger; the start if it never does."""
+    """Return when the acceleration first exceeds the noise, s after the trigger; the start if it never does."""
     loud = np.flatnonzero(np.abs(np.nan_to_num(recording.samples)) > LOUD * noise)
     return float(recording.times[loud[0]]) if len(loud) else recording.start
 
 
 def beliefs(site: Site, unknown: tuple[str, ...] = ()) -> dict[str, Prior]:
-    """Return what is known beforehand of the unknown fields and of what the site is uncertain of."""
+    """Return the priors: flat ones of the unknown fields, normal ones of the uncertain fields of the site."""
     out = {path: Prior(number_at(site.passage, path)) for path in unknown}
     for path, share in site.uncertainty.items():
         if share > 0.0 and path not in out:
@@ -108,7 +109,7 @@ def beliefs(site: Site, unknown: tuple[str, ...] = ()) -> dict[str, Prior]:
 def recorded_at(recording: Any, site: Any, noise: Any) -> tuple[Recording, Site, float]:
     """Return a recording, its site and the standard deviation of its samples' noise, m/s².
 
-    Refuse what is none of these, and a recording that is none of the site's sensor.
+    Refuse anything else, and a recording that the site's sensor cannot have made.
     """
     recording, site = as_recording(recording), as_site(site)
     if recording.quantity != "deck acceleration":
@@ -136,18 +137,19 @@ def identify(
     noise: float | None = None,
     progress: Progress = True,
 ) -> Estimate:
-    """Find the parameters of a passage.
+    """Estimate the parameters of a passage from its recording.
 
     Parameters
     ----------
     recording
         The deck's acceleration, or the path of its file.
     site
-        Where it was made, or the path of its TOML file. What it is uncertain of is found, too, with that as its prior.
+        The site of the recording, or the path of its TOML file. Its uncertain fields are estimated, too, with the
+        stated uncertainty as prior.
     unknown
-        Paths of fields of which nothing is known beforehand.
+        Paths of the fields that are estimated without a prior.
     start
-        By path, values to begin with instead of the site's.
+        Starting values by path, instead of the site's.
     noise
         Standard deviation of the samples' noise, m/s²; by default the sensor's, or what the recording shows.
     progress
@@ -156,7 +158,7 @@ def identify(
     Raises
     ------
     InputError
-        If the recording is none of the site's sensor, or an unknown field holds no number.
+        If the site's sensor cannot have made the recording, or an unknown field holds no number.
     """
     recording, site, spread = recorded_at(recording, site, noise)
     model = site.passage.replaced(as_table(start, "start", "values by path, or None"))

@@ -1,4 +1,4 @@
-"""How well a deck imitates the contact force, over its mass, its bearing and the frequency."""
+"""The share of the contact force that the inertia of a deck shows, over its mass, stiffness and frequency."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TITLE = "wheeltapper imitation"
-"""Of the dataset, by which `plot` knows it."""
+"""Title of the dataset, by which `plot` recognises it."""
 
 
 def imitation_map(
@@ -27,7 +27,7 @@ def imitation_map(
     Parameters
     ----------
     site
-        Its deck's damping ratio is kept: C_d grows with √(K·M); or the path of its TOML file.
+        The site, or the path of its TOML file. The damping ratio of its deck is kept: C_d grows with √(K·M).
     masses, stiffnesses
         M, kg, and K, N/m, of the decks.
     frequencies
@@ -36,8 +36,8 @@ def imitation_map(
     Returns
     -------
     xarray.Dataset
-        Over "track.mass", "track.stiffness" and "frequency": `modulus` and `phase` (rad) of -M·A/ΔN, and `error`, the
-        modulus of its difference from one. 0.01 is an error of 1 % of the force at that frequency.
+        Over "track.mass", "track.stiffness" and "frequency": `modulus` and `phase` (rad) of the share -M·A/ΔN, and
+        `error`, the modulus of its difference from one. 0.01 is an error of 1 % of the force at that frequency.
 
     Raises
     ------

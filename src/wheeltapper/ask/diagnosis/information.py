@@ -1,11 +1,13 @@
-"""How well recordings of passages will determine their parameters, before any is made: Fisher's information.
+"""Fisher information: how well recordings of passages will determine their parameters.
 
-sample       the deck's acceleration behind the sensor's filter, plus white noise of the sensor's density
-coordinates  logarithms of the fields (of their magnitude where they are negative)
-information  Σ ∂a·∂aᵀ/σ² over the samples, plus one over the variance of what is known beforehand. It is kept as the
-             triangle R of those rows, RᵀR the information: its condition reaches 1e8 and would be lost in its square
-marginal     of the named fields: what is left of their columns at right angles to all others. Its inverse is their
-             block of the whole inverse, below which no unbiased estimate scatters (Cramér and Rao)
+sample       The deck's acceleration behind the sensor's filter, plus white noise of the sensor's density.
+coordinates  Logarithms of the fields (of the magnitude of negative ones).
+information  Σ ∂a·∂aᵀ/σ² over the samples, plus the inverse covariance of the prior. It is kept as the triangle R of the
+             QR factorisation of these rows, with RᵀR the information. The condition of R reaches 1e8; that of RᵀR is
+             its square, beyond double precision.
+marginal     The information on the named fields if all others are unknown, too: their columns less the projections on
+             all other columns. Its inverse is the block of the named fields in the inverse of the whole matrix, the
+             bound of Cramér and Rao.
 """
 
 from __future__ import annotations
@@ -36,11 +38,14 @@ from wheeltapper.record.record import OUTCOMES
 FloatArray = NDArray[np.float64]
 
 NAMED = ("vehicle.mass", "vehicle.damping")
+"""Fields whose information is computed if none are named."""
 NOTHING = 1e-12
-"""The part of a column that is orthogonal to others counts as zero below this share of the column."""
+"""Relative size below which a singular value, or the part of a column that is orthogonal to the others, counts as zero.
+It is above the rounding errors of double precision."""
 BLOCK = 128
+"""Rows in one block of the QR factorisation; small blocks are faster than one large matrix."""
 OWN = "speed"
-"""The field that differs between the passages of one wheelset."""
+"""Path of the field that each passage has for itself: passages of the same wheelset share all other fields."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,17 +55,17 @@ class Information:
     Attributes
     ----------
     site
-        That was asked about.
+        The site in question.
     paths
-        The fields whose logarithms are the coordinates: the named ones first, then what the site is uncertain of.
+        The fields whose logarithms are the coordinates: the named ones first, then the uncertain ones of the site.
     named
-        How many of them are asked for; of these nothing is known beforehand.
+        Number of named fields; they have no prior.
     speeds
         (passages,) m/s.
     factors
         (passages, paths, paths) R of the samples alone.
     beliefs
-        (paths,) one over the standard deviation of each logarithm that is known beforehand; zero where nothing is.
+        (paths,) reciprocal of the standard deviation of the prior of each logarithm; zero without a prior.
     largest_force, signal
         (passages,) of the contact, N, and rms of the deck's acceleration, m/s².
     """
@@ -96,7 +101,7 @@ class Information:
 
     @cached_property
     def deviations(self) -> FloatArray:
-        """(passages, paths) least standard deviations of the logarithms; infinite if a passage shows nothing of it."""
+        """(passages, paths) smallest standard deviations of the logarithms; infinite for a field without effect."""
         single = np.eye(len(self.paths), dtype=bool)
         found = [[across(self.rows(i), one) for one in single] for i in range(len(self.speeds))]
         with np.errstate(divide="ignore"):
@@ -104,7 +109,7 @@ class Information:
 
     @property
     def determinant(self) -> float:
-        """Mean over the passages of the determinant, each passage being judged by itself."""
+        """Mean of the determinant over the passages, each of them taken by itself."""
         return float(self.determinants.mean())
 
     @property
@@ -113,11 +118,11 @@ class Information:
         return float(self.deviations[:, : self.named].max())
 
     def deviation(self, path: str) -> FloatArray:
-        """Return (passages,) the least standard deviations of a field over its value."""
+        """Return (passages,) the smallest relative standard deviations of a field."""
         return np.asarray(self.deviations[:, self.index(path)])
 
     def correlation(self, path: str, other: str, passage: int = 0) -> float:
-        """Return the correlation of two fields' errors."""
+        """Return the correlation of the errors of two fields."""
         unit = np.eye(len(self.paths))
         rows = self.rows(passage)
         one, two = (errors(rows, unit[self.index(name)]) for name in (path, other))
@@ -131,7 +136,7 @@ class Information:
     def joint(self) -> Information:
         """Return the information of all passages of the same wheelset together; it counts as one passage.
 
-        What is uncertain is the same in all of them, except the speed, which is each passage's own.
+        Uncertain fields have the same values in all of them, except the speed.
         """
         kept = np.array([path != OWN for path in self.paths])
         own = np.diag(self.beliefs)[~kept]
@@ -158,22 +163,22 @@ def information(
     Parameters
     ----------
     site
-        Its uncertain fields are unknown, too, with normal priors. Clipped samples count as lost. Or the path of its
-        TOML file.
+        The site, or the path of its TOML file. Its uncertain fields are unknown, too, with normal priors. Clipped
+        samples do not count.
     parameters
-        Paths of the fields asked for, of which nothing is known beforehand whatever the site says.
+        Paths of the fields in question. They have no prior, whatever the site states.
     speeds
-        m/s; by default the passage's own. Recordings last as long at each of them.
+        m/s; by default that of the passage. Recordings have the same duration at all speeds.
     together
-        Groups of paths whose relative errors are one and the same (heights by one gauge): known as the first is. What
-        is in no group errs independently.
+        Groups of paths with one common relative error, such as heights measured by one gauge; the uncertainty is that
+        of the first. Fields in no group err independently.
     trigger
-        Standard deviation of the time of the trigger, s: zero where time zero is exactly at x = 0, infinite where
-        only the record itself shows when the wheel came.
+        Standard deviation of the time of the trigger, s. Zero if time zero is exactly at x = 0. Infinite if only the
+        recording itself shows when the wheel came.
     noise
         Standard deviation of the samples, m/s²; by default as the sensor states it.
     rate
-        Samples per second; by default the sensor's. With fewer, the noise keeps its density.
+        Samples per second; by default the sensor's. The density of the noise does not depend on it.
 
     Raises
     ------
@@ -194,7 +199,7 @@ def information(
 
 
 def as_speeds(given: Any) -> list[float]:
-    """Return speeds at which something passes, m/s."""
+    """Return speeds of passages, m/s."""
     return as_quantities(given, "speeds", "speed", "one or more positive speeds, m/s")
 
 
@@ -208,7 +213,7 @@ def as_trigger(given: Any) -> float:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is asked of each passage, as `information` describes it."""
+    """The arguments of `information`, checked."""
 
     named: int
     paths: tuple[str, ...]
@@ -223,7 +228,7 @@ class Plan:
         site: Site, parameters: tuple[str, ...], together: Sequence[Sequence[str]], trigger: float,
         noise: float | None, rate: float | None,
     ) -> Plan:  # fmt: skip
-        """Return the plan, once it is checked."""
+        """Return the plan; refuse wrong arguments."""
         sensor = site.sensor.model_copy(update={"rate": float(rate or site.sensor.rate)})
         step = 0.0 if sensor.range is None or sensor.bits is None else 2.0 * sensor.range / 2**sensor.bits
         density = sensor.noise if noise is None else noise / np.sqrt(0.5 * site.sensor.rate)
@@ -240,7 +245,7 @@ class Plan:
         return Plan(len(parameters), paths, groups, beliefs, sensor, trigger, spread)
 
     def passages(self, scenario: Scenario, speeds: Sequence[float]) -> Passages:
-        """Return the passages, with the derivatives that are needed."""
+        """Return the passages, with the derivatives that the plan needs."""
         members = [path for first in self.paths for path in self.groups.get(first, (first,))]
         for path in members:
             if float(Fields(scenario)(path)) == 0.0:
@@ -276,20 +281,20 @@ class Plan:
         columns = [np.sum([value.get(p, float(held(p))) * slopes[p] for p in group], axis=0) for group in groups]
         if not self.trigger > 0.0:
             return triangle(np.array(columns).T / self.spread)
-        late = speed * np.sum([slopes[path] for path in self._places(scenario)], axis=0)  # the rail begins farther on
+        late = speed * np.sum([slopes[path] for path in self._places(scenario)], axis=0)  # by a shift of the whole rail
         rows = np.array([*columns, late]).T / self.spread
         asked = np.arange(rows.shape[1]) < len(columns)
         return triangle(across(np.vstack([rows, ~asked / self.trigger]), asked))
 
     def _seen(self, found: Motion) -> list[FloatArray]:
-        """Return what the sensor's filter leaves of the derivatives, zero where samples are clipped."""
+        """Return the derivatives behind the sensor's filter; zero where samples are clipped."""
         seen = filtered(found.deck_acceleration, self.sensor) + self.sensor.offset
         lost = np.zeros(len(seen), dtype=bool) if self.sensor.range is None else np.abs(seen) >= self.sensor.range
         return [np.where(lost, 0.0, filtered(row, self.sensor)) for row in found.slopes]
 
 
 def _places(scenario: Scenario) -> tuple[str, ...]:
-    """Return the fields that move with everything that the wheel meets, when it comes later."""
+    """Return the fields that shift everything that the wheel meets, as a late trigger does."""
     out = ["track.start"] if scenario.track.start is not None else []
     for i, item in enumerate(scenario.irregularities):
         path = f"irregularity.{i}"
@@ -305,9 +310,10 @@ def _places(scenario: Scenario) -> tuple[str, ...]:
 
 
 def errors(rows: FloatArray, exponents: FloatArray) -> FloatArray:
-    """Return e, eᵀe the variance of the logarithm of a product of powers; products of two e are covariances.
+    """Return a vector e; eᵀe is the variance of the logarithm of a product of powers.
 
-    Huge, but finite, where the rows say nothing of it.
+    Scalar products of two such vectors are covariances. e is huge, but finite, if the rows do not determine the
+    product.
     """
     held = triangle(rows)
     size = np.linalg.norm(held, axis=0)
@@ -317,7 +323,7 @@ def errors(rows: FloatArray, exponents: FloatArray) -> FloatArray:
 
 
 def triangle(rows: FloatArray) -> FloatArray:
-    """Return R (columns, columns) of some rows: block by block, which needs a fiftieth of the time."""
+    """Return R (columns, columns) of rows, by QR factorisation block by block, in a fiftieth of the time."""
     columns = rows.shape[1]
     blocks = -(-len(rows) // BLOCK)
     padded = np.zeros((blocks * max(BLOCK, columns), columns))
@@ -327,7 +333,7 @@ def triangle(rows: FloatArray) -> FloatArray:
 
 
 def across(rows: FloatArray, asked: NDArray[np.bool_]) -> FloatArray:
-    """Return the asked columns less what the others can imitate."""
+    """Return the asked columns less their projections on the other columns."""
     held = triangle(rows)
     others, mine = held[:, ~asked], held[:, asked]
     if not others.shape[1]:
@@ -336,6 +342,6 @@ def across(rows: FloatArray, asked: NDArray[np.bool_]) -> FloatArray:
     base, singular, _ = np.linalg.svd(others / np.where(size > 0.0, size, 1.0), full_matrices=False)
     base = base[:, singular > NOTHING * singular[0]]
     left = mine
-    for _ in range(2):  # the second time takes what rounding has left
+    for _ in range(2):  # the second pass removes what rounding has left
         left = left - base @ (base.T @ left)
     return np.where(np.linalg.norm(left, axis=0) > NOTHING * np.linalg.norm(mine, axis=0), left, 0.0)

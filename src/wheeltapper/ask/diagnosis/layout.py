@@ -1,10 +1,10 @@
-"""Layouts of rails: a few features one after the other, from coordinates that a search may vary between 0 and 1.
+"""Layouts of rails: a few features one after the other, described by coordinates between 0 and 1 for a search.
 
-height, length   by their logarithms between bounds; where several shapes are allowed, the height's coordinate is cut
-                 in as many parts, and the part tells the shape
-spacing          from one start to the next, in proportion between its least value (features do not overlap) and its
-                 largest (the total length is kept)
-fields           of the site (the deck's mass …) by their logarithms between bounds
+height, length  Logarithmic between their bounds. If several shapes are allowed, the range of the height's coordinate is
+                divided into equal parts, one for each shape.
+spacing         Distance from one start to the next, linear between its smallest value (features must not overlap) and
+                its largest (the total length is limited).
+fields          Other fields of the site, such as the mass of the deck: logarithmic between their bounds.
 """
 
 from __future__ import annotations
@@ -27,15 +27,19 @@ FloatArray = NDArray[np.float64]
 Bounds = tuple[float, float]
 
 SHAPES = ("bump", "dip", "step up", "step down")
+"""Shapes that a feature may have."""
 FALLING = ("dip", "step down")
+"""Shapes whose height is negative."""
 FIRST = 0.05
-"""Start of the first feature, m after the trigger. A wheel may touch a step before its axle is above it."""
+"""Start of the first feature, m after the trigger. The distance is needed because a wheel may touch a step before its
+axle is above it."""
 LISTENING = 0.2
-"""Time for which a recording goes on after the slowest passage has left the last feature, s."""
+"""Time for which a recording goes on after the slowest passage has left the last feature, s. The impacts after a
+feature carry information, too."""
 
 
 class Feature(NamedTuple):
-    """One of the things that make the wheel bounce; height and length are magnitudes, m."""
+    """One feature of a rail; height and length are magnitudes, m."""
 
     shape: str
     height: float
@@ -44,12 +48,12 @@ class Feature(NamedTuple):
 
     @property
     def lift(self) -> float:
-        """Its height with its sign, m."""
+        """The height with its sign, m."""
         return -self.height if self.shape in FALLING else self.height
 
     @property
     def irregularity(self) -> Irregularity:
-        """The noun."""
+        """The irregularity that describes the feature."""
         if self.shape.startswith("step"):
             return Step(height=self.lift, position=self.start)
         return CosineBump(height=self.lift, length=self.length, start=self.start)
@@ -67,7 +71,7 @@ class Layout(NamedTuple):
         return max(one.start + one.length for one in self.features) - self.features[0].start
 
     def lowered(self, x: float, share: float, least: float, alike: bool) -> Layout:
-        """Return the layout with less height of the feature over which a wheel at x has come last, or of all."""
+        """Return the layout with a lower last feature before x, or with all features lower."""
         last = max(sum(one.start <= x for one in self.features) - 1, 0)
         features = [
             one._replace(height=max(share * one.height, least)) if alike or i == last else one
@@ -83,17 +87,17 @@ class Family:
     Attributes
     ----------
     number
-        Of features.
+        Number of features.
     shapes
-        Of SHAPES, that each feature may have.
+        The elements of SHAPES that each feature may have.
     heights, lengths, spacing
-        Bounds, m: of magnitudes; of the distance from one start to the next.
+        Bounds, m, of the magnitudes, and of the distance from one start to the next.
     total_length
-        m, largest.
+        Largest total length, m.
     alike
-        Whether all features are the same one, at equal distances.
+        Whether all features are equal and have equal distances.
     fields
-        By path, bounds of what else may be chosen.
+        By path, bounds of other fields that are chosen, too.
     """
 
     number: int
@@ -106,7 +110,7 @@ class Family:
     fields: Mapping[str, Bounds] = field(default_factory=dict)
 
     def checked(self) -> Family:
-        """Return the family in SI units, or say what is wrong with it."""
+        """Return the family in SI units; refuse wrong bounds."""
         if not self.shapes:
             raise InputError("", "shapes", "none", ", ".join(map(repr, SHAPES)))
         for shape in self.shapes:
@@ -122,12 +126,12 @@ class Family:
 
     @property
     def size(self) -> int:
-        """How many coordinates there are."""
+        """Number of coordinates."""
         features = 2 + (self.number > 1) if self.alike else 3 * self.number - 1
         return features + len(self.fields)
 
     def duration(self, slowest: float) -> float:
-        """Return how long recordings of all these layouts have to last at a speed, s."""
+        """Return the duration of recordings that suffices for all these layouts at a speed, s."""
         return (FIRST + self.total_length) / slowest + LISTENING
 
     def layout(self, at: FloatArray) -> Layout:
@@ -148,7 +152,7 @@ class Family:
         return Layout(tuple(features), dict(sorted(fields.items())))
 
     def coordinates(self, layout: Layout) -> FloatArray:
-        """Return where a layout is, or one near it if it is not of this family: too few features are repeated."""
+        """Return the coordinates of a layout, or of a similar one of this family: missing features are repeated."""
         given = layout.features
         features = (given * self.number)[: self.number]
         out = [*self._sizes(features[0])]
@@ -164,7 +168,7 @@ class Family:
         return np.clip([*out, *fields], 0.0, 1.0)
 
     def joined(self, parts: Sequence[Feature], at: FloatArray) -> FloatArray:
-        """Return coordinates with the sizes of some features in the place of their own."""
+        """Return coordinates in which the sizes are those of the given features."""
         out = at.copy()
         for i, part in enumerate(parts):
             out[3 * i : 3 * i + 2] = self._sizes(part)
@@ -180,11 +184,11 @@ class Family:
         return self.shapes[part], _between(self.heights, share * len(self.shapes) - part)
 
     def _least(self, number: int) -> float:
-        """Return the least length of some number of features."""
+        """Return the smallest total length of a number of features."""
         return self.lengths[0] + (number - 1) * max(self.spacing[0], self.lengths[0])
 
     def _long(self, shape: str, share: float, room: float, rest: int) -> float:
-        """Return the length of a feature in some room, in which `rest` more must follow it."""
+        """Return the length of a feature that starts with `room` left, m, if `rest` more features must follow."""
         if shape.startswith("step"):
             return 0.0
         most = room - self._least(rest) if rest else room
@@ -198,7 +202,7 @@ class Family:
         return least + share * (most - least)
 
     def _range(self, last: Feature, length: float, rest: int) -> Bounds:
-        """Return the least and the largest distance to the next feature; `rest` more must find room behind it."""
+        """Return the smallest and the largest distance to the next feature, if `rest` more must follow it."""
         room = self.total_length - (last.start - FIRST)
         least = max(self.spacing[0], last.length)
         behind = max(self.spacing[0], length) + self._least(rest) if rest else length
@@ -212,9 +216,9 @@ def _between(bounds: Bounds, share: float) -> float:
 
 
 def laid_out(site: Site, layout: Layout, duration: float) -> Site:
-    """Return the site with another rail, whose features are known as well as its first one is.
+    """Return the site with another rail; its features have the uncertainties of the site's first one.
 
-    A recording lasts so long, s, or as long as the site's if that is longer.
+    A recording lasts `duration`, s, or as long as the site's if that is longer.
     """
     items = tuple(one.irregularity for one in layout.features)
     changes = {"irregularity": items, "duration": max(float(site.passage.duration), duration), **layout.fields}

@@ -1,12 +1,13 @@
-"""The likelihood of what an inspection found: hits, misses, and signals where they could be measured.
+"""The likelihood of the outcomes of an inspection: hits, misses, and measured signals.
 
-With θ linear in everything, one form serves hit/miss data and censored signals (Olsen 1978, Econometrica 46, 1211):
+One form serves hit/miss data and censored signals, with η linear in θ (Olsen 1978, Econometrica 46, 1211):
 
 hit, signal beyond its largest    log(c·F(η)),      η = offset + row·θ
 miss, signal below its smallest   log(1 - c·F(η))
 signal                            log(c·h) - η²/2 - log(2π)/2,  h the last of θ: one over the deviation
 
-F is the link's distribution and c, the ceiling, the probability that a flaw is seen at all. At c = 1 it is concave.
+F is the distribution of the link. The ceiling c is the probability that a fault is seen at all. For c = 1 the
+log-likelihood is concave.
 """
 
 from __future__ import annotations
@@ -23,18 +24,22 @@ FloatArray = NDArray[np.float64]
 Link = Literal["probit", "logit"]
 
 GAIN = 1e-13
-"""Newton's method ends if the predicted rise of the log-likelihood is smaller."""
+"""Newton's method ends if the predicted rise of the log-likelihood is smaller than this, of the order of rounding."""
 STEPS = 200
+"""Largest number of Newton's steps. It ends searches for a maximum that lies at infinity."""
 REACH = 4.0
-"""Largest change of any η in one step; values that are larger already may double."""
+"""Largest change of any index η in one step. An index whose magnitude is larger already may double, so that maxima at
+infinity are approached quickly."""
 SLOPES = (0.3, 1.0, 3.0, 10.0, 40.0, 400.0)
-"""Starting slopes of the search below a ceiling, in units of one over the standard deviation of the sizes."""
+"""Starting slopes of the search below a ceiling, over the reciprocal of the standard deviation of the sizes. The
+log-likelihood is not concave there and may have several maxima."""
 PLACES, CEILINGS, CLIMBS = 40, 9, 3
-"""Numbers of starting sizes and ceilings, and of the best of all these points from which the search goes on."""
+"""Numbers of starting sizes and of ceilings, and the number of the best starting points from which the search goes
+on."""
 
 
 class Slopes(NamedTuple):
-    """Derivatives by η of the logarithms of an outcome's probability, (n,)."""
+    """Derivatives of the log-probability of each outcome with respect to η, (n,)."""
 
     first: FloatArray
     second: FloatArray
@@ -57,10 +62,10 @@ class Likelihood:
     link
         "probit" or "logit"; with signals, "probit".
     hits, misses, signals
-        Rows of each kind, (n, k); the first column is one, the second the size, and with signals the third and last is
-        less the signal, or the limit that it is known to have passed.
+        Rows of each kind of outcome, (n, k). The first column is one, the second the size. With signals there is a
+        third one: minus the signal, or minus the limit at which it is censored.
     offset
-        Of η: where a constraint took the first column away.
+        Constant part of η, after a constraint has removed the first column.
     """
 
     link: Link
@@ -75,23 +80,23 @@ class Likelihood:
         return int(self.hits.shape[1])
 
     def constrained(self, vector: FloatArray, value: float) -> Likelihood:
-        """Return the likelihood of the other parameters where vector·θ has a value; the vector's first entry is 1."""
+        """Return the likelihood of the other parameters under the constraint vector·θ = value, with vector[0] = 1."""
         hits, misses, signals = (
             rows[:, 1:] - rows[:, :1] * vector[1:] for rows in (self.hits, self.misses, self.signals)
         )
         return Likelihood(self.link, hits, misses, signals, value)
 
     def without(self, column: int) -> Likelihood:
-        """Return the likelihood where one parameter is zero."""
+        """Return the likelihood with one parameter fixed at zero."""
         hits, misses, signals = (np.delete(rows, column, axis=1) for rows in (self.hits, self.misses, self.signals))
         return Likelihood(self.link, hits, misses, signals, self.offset)
 
     def value(self, theta: FloatArray, ceiling: float) -> float:
-        """Return the logarithm; -inf where a deviation is not positive."""
+        """Return the log-likelihood; -inf if the standard deviation is not positive."""
         return float(self.values(theta[None, :], ceiling)[0])
 
     def values(self, thetas: FloatArray, ceiling: float) -> FloatArray:
-        """Return the logarithms for several parameters, (m, k)."""
+        """Return the log-likelihoods of several parameter vectors, (m, k)."""
         total = np.zeros(len(thetas))
         if len(self.hits):
             eta = self.offset + thetas @ self.hits.T
@@ -105,7 +110,7 @@ class Likelihood:
         return total
 
     def slopes(self, theta: FloatArray, ceiling: float) -> tuple[FloatArray, FloatArray]:
-        """Return the gradient, (k,), and less the second derivatives, (k, k)."""
+        """Return the gradient, (k,), and minus the second derivatives, (k, k)."""
         gradient, curvature = np.zeros(self.size), np.zeros((self.size, self.size))
         for rows, slopes in ((self.hits, _of_hit), (self.misses, _of_miss)):
             if len(rows):
@@ -120,7 +125,7 @@ class Likelihood:
         return gradient, curvature
 
     def information(self, theta: FloatArray, ceiling: float, ceiling_too: bool) -> FloatArray:
-        """Return the information on θ, and on the ceiling: Fisher's for hits and misses, the observed with signals."""
+        """Return the information on θ and on the ceiling: expected for hit/miss data, observed with signals."""
         if not len(self.signals):
             return self._expected(theta, ceiling, ceiling_too)
         return self._observed(theta, ceiling) if ceiling_too else self.slopes(theta, ceiling)[1]
@@ -145,7 +150,7 @@ class Likelihood:
         return np.block([[curvature, mixed[:, None]], [mixed[None, :], np.array([[own]])]])
 
     def climbed(self, theta: FloatArray, ceiling: float) -> Peak:
-        """Return the maximum that Newton's method finds; where it lies at infinity, a point that is as high."""
+        """Return the maximum that Newton's method finds; if it lies at infinity, a point with the same value."""
         value = self.value(theta, ceiling)
         for _ in range(STEPS if self.size else 0):
             gradient, curvature = self.slopes(theta, ceiling)
@@ -165,23 +170,23 @@ class Likelihood:
         return Peak(value, theta, ceiling)
 
     def _index(self, theta: FloatArray, offset: float | None = None) -> float:
-        """Return the largest |η| there is."""
+        """Return the largest |η|."""
         start = self.offset if offset is None else offset
         groups = [rows for rows in (self.hits, self.misses, self.signals) if len(rows)]
         return max(float(np.abs(start + rows @ theta).max()) for rows in groups)
 
 
 def highest(likelihood: Likelihood, ceiling: float, starts: FloatArray, slope: int) -> Peak:
-    """Return the highest maximum where detection grows with size.
+    """Return the highest maximum with a detection that grows with size.
 
     Parameters
     ----------
     likelihood, ceiling
-        Whose maximum; the ceiling is given.
+        The function, and its given ceiling.
     starts
-        Where to begin, (m, k), from the best of them: of one where there is but one maximum, else of some.
+        Starting points, (m, k). The search starts from the best one if the function is concave, else from several.
     slope
-        Column of the size, whose parameter must not be negative.
+        Column of the size; its parameter must not be negative.
     """
     ranked = np.argsort(likelihood.values(starts, ceiling))[::-1]
     begins = starts[ranked[: 1 if ceiling == 1.0 else CLIMBS]]
@@ -193,14 +198,14 @@ def highest(likelihood: Likelihood, ceiling: float, starts: FloatArray, slope: i
 
 
 def with_slopes(start: FloatArray, slope: int) -> FloatArray:
-    """Return a point, and others that differ in their slope."""
+    """Return a starting point, and others that differ in their slope."""
     starts = np.tile(start, (1 + len(SLOPES), 1))
     starts[1:, slope] = SLOPES
     return starts
 
 
 def everywhere(start: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Return a point, and others that rise at all sizes, more or less steeply, (m, 2)."""
+    """Return a starting point, and others whose curves rise at any of the sizes with different slopes, (m, 2)."""
     distinct = np.unique(sizes)
     middles = 0.5 * (distinct[1:] + distinct[:-1])
     if len(middles) > PLACES:
@@ -212,7 +217,7 @@ def everywhere(start: FloatArray, sizes: FloatArray) -> FloatArray:
 def over_ceilings(peak_at: Callable[[float, FloatArray | None], Peak], low: float, high: float) -> Peak:
     """Return the highest of the maxima at ceilings from low to high.
 
-    `peak_at` takes a ceiling and where to begin: with None, it looks everywhere.
+    `peak_at` takes a ceiling and a starting point; with None, it starts from everywhere.
     """
     from scipy.optimize import minimize_scalar
 
@@ -233,7 +238,7 @@ def over_ceilings(peak_at: Callable[[float, FloatArray | None], Peak], low: floa
 
 
 def quantile(link: Link, probability: float) -> float:
-    """Return where the link's distribution has this probability."""
+    """Return the quantile of the link's distribution."""
     from scipy.special import logit, ndtri
 
     return float(ndtri(probability) if link == "probit" else logit(probability))
@@ -245,8 +250,8 @@ def cdf(link: Link, eta: FloatArray) -> FloatArray:
 
 
 def _newton(gradient: FloatArray, curvature: FloatArray) -> FloatArray:
-    """Return a step that climbs, Newton's where the function is concave."""
-    sizes = np.maximum(np.abs(np.diag(curvature)), 1e-8 * np.abs(gradient) + 1e-100)  # far out, all of them vanish
+    """Return a step uphill: Newton's, if the function is concave."""
+    sizes = np.maximum(np.abs(np.diag(curvature)), 1e-8 * np.abs(gradient) + 1e-100)  # they vanish far from the maximum
     if len(gradient) == 1:
         return gradient / sizes
     scale = 1.0 / np.sqrt(sizes)
@@ -271,7 +276,7 @@ def _log_cdf(link: Link, eta: FloatArray) -> FloatArray:
 
 
 def _log_miss(link: Link, eta: FloatArray, ceiling: float) -> FloatArray:
-    """Return log(1 - c·F), right also where F is nearly one."""
+    """Return log(1 - c·F), accurate also for F near one."""
     log_rest = _log_cdf(link, -eta)
     return log_rest if ceiling == 1.0 else np.logaddexp(log1p(-ceiling), log(ceiling) + log_rest)
 

@@ -1,4 +1,4 @@
-"""Forces where no model explains a recording: those that the recording itself shows."""
+"""Forces from the recording itself, for recordings that no model explains."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from wheeltapper.ground.errors import InputError
 
 
 class Forces(NamedTuple):
-    """Speed, m/s, static and largest force of the wheelset, N, and how often it struck (None: not known)."""
+    """Speed, m/s, static and largest force of the wheelset, N, and the number of impacts (None: unknown)."""
 
     speed: float
     static: float
@@ -23,9 +23,9 @@ class Forces(NamedTuple):
 
 
 def measured(case: Case) -> Forces:
-    """Return the forces that a recording shows: the static one in flights, and the largest of the reconstructed ones.
+    """Return the forces in a recording: the static force from flights, the largest one from the reconstructed force.
 
-    Where nearly all samples are clipped, nothing can be reconstructed: the largest force is then at least what the
+    If nearly all samples are clipped, the force cannot be reconstructed. The largest force is then at least what the
     deck's inertia shows, N0 - M·a.
     """
     recording, passage = case.recording, case.loaded

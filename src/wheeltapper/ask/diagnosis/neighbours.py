@@ -1,14 +1,15 @@
-"""What a deck feels of several wheelsets: of one, and of those that pass with it.
+"""The acceleration of a deck under a wheelset and the wheelsets that pass with it.
 
-together    all wheelsets and the deck in one motion, exact: by the march of many bodies, each wheelset on its own
-            suspension whose other end moves steadily, as in the core model
-superposed  each wheelset alone on the deck, shifted by spacing over speed, and added: exact for the deck, which is
-            linear, but the wheels do not feel what the others do to the deck
+together    One motion of all wheelsets and the deck, exact, by the march of many bodies. The other end of each
+            suspension moves steadily, as in the core model.
+superposed  Each wheelset alone on the deck, shifted in time by spacing over speed, and the sum of all. This is exact
+            for the deck, which is linear, but no wheel reacts to the motion of the deck due to the others.
 
-The deck moves by micrometres, but so does the contact: its indentation is some 80 µm, and its resonance, some 180 Hz,
-hardly damped. Superposition leaves out of the order of m/M times the quality of that resonance: on the reference deck
-(15 t, both wheelsets on it) 15 % of the signal within 25 ms and all of it after 60 ms; on one of 1500 t 0.2 % and 4 %.
-A neighbour that merely stands on the deck does as much, since its mass hangs on the deck by its contact.
+The deck moves by micrometres, but this matters: the indentation of the contact is about 80 µm, and its resonance, about
+180 Hz, is hardly damped. The error of superposition is of the order of m/M times the quality factor of that resonance.
+On the reference deck (15 t, both wheelsets on it) it is 15 % of the signal within 25 ms, and all of it after 60 ms. On
+a deck of 1500 t it is 0.2 % and 4 %. A neighbour that stands on the deck without bouncing has the same effect, because
+its contact couples its mass to the deck.
 """
 
 from __future__ import annotations
@@ -38,23 +39,25 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 HELD = ("x", "y", "roll", "pitch", "yaw")
-"""What the wheelsets of the core model do not do."""
+"""Motions of an axle that are suppressed, because the wheelset of the core model moves only vertically."""
 INERTIA = (1120.0, 112.0, 1120.0)
-"""kg·m²; of no effect, since these motions are held."""
+"""Moments of inertia of an axle about x, y and z, kg·m². They have no effect, because these rotations are
+suppressed."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """What is wrong with one wheelset.
+    """The condition of one wheelset: a fault, or none.
 
     Attributes
     ----------
     fault
-        Name in the catalogue; None: nothing.
+        Name in the catalogue; None: healthy.
     size
-        Of the fault, in the catalogue's unit; a range (low, high) in which it is drawn uniformly; None: its usual one.
+        Size of the fault in the catalogue's unit, or a range (low, high) in which it is drawn uniformly; None: the
+        usual size.
     place
-        Where on the wheel's circumference it is, 0 to 1; None: drawn uniformly.
+        Place on the wheel's circumference, 0 to 1; None: drawn uniformly.
     """
 
     fault: str | None = None
@@ -83,7 +86,7 @@ class Condition:
 
 
 def ends_of(size: Any) -> tuple[float, float]:
-    """Return between what a fault's size is drawn; of one size, that one twice."""
+    """Return the range in which a fault's size is drawn; for one size, that size twice."""
     try:
         low, high = map(float, size) if isinstance(size, Sequence) and not isinstance(size, str) else 2 * (float(size),)
     except (TypeError, ValueError):
@@ -100,7 +103,7 @@ class Neighbour(Condition):
     Attributes
     ----------
     spacing
-        How far ahead it runs, m; negative: behind.
+        Distance by which it runs ahead, m; negative: behind.
     """
 
     spacing: float = 0.0
@@ -132,7 +135,7 @@ Others = Sequence[tuple[float, Scenario]]
 
 
 class Felt(NamedTuple):
-    """What a deck feels: until when it is known, s after the trigger, and its acceleration at given times, m/s²."""
+    """Motion of a deck: the end of the known part, s after the trigger, and the acceleration at given times, m/s²."""
 
     end: float
     at: Callable[[FloatArray], FloatArray]
@@ -148,7 +151,7 @@ def felt(own: Scenario, others: Others = (), coupled: bool = True) -> Felt:
     others
         The wheelsets that pass with it over the same deck and rail.
     coupled
-        Whether wheelsets feel the deck's motion by the others (`together`), or are superposed.
+        Whether wheelsets react to the motion of the deck due to the others (`together`), or are superposed.
     """
     if not others:
         return alone(own)
@@ -156,7 +159,7 @@ def felt(own: Scenario, others: Others = (), coupled: bool = True) -> Felt:
 
 
 def alone(passage: Scenario, ahead: float = 0.0) -> Felt:
-    """Return what the deck feels of one wheelset whose trigger was `ahead` earlier, s: nothing before it."""
+    """Return the motion of the deck under one wheelset whose trigger was `ahead` earlier, s; zero before it."""
     duration = float(passage.duration) + ahead
     if duration <= 0.0:
         return Felt(np.inf, np.zeros_like)
@@ -182,10 +185,11 @@ def superposed(own: Scenario, others: Others) -> Felt:
 
 
 def together(own: Scenario, others: Others) -> Felt:
-    """Return what the deck feels of all wheelsets in one motion.
+    """Return the motion of the deck under all wheelsets, which influence each other.
 
-    It begins when the leading one is at its trigger, all in equilibrium. On a deck without ends each has its own
-    static force; on one with ends the deck is prestressed by the leading one's, and sinks under what enters besides.
+    It begins in equilibrium when the leading wheelset is at its trigger. On a deck without ends each wheelset has its
+    own static force. A deck with ends is prestressed by the static force of the leading one, and sinks under the
+    others.
     """
     for _, passage in [(0.0, own), *others]:
         run.choose(run.COUPLED, passage.needs)
@@ -201,7 +205,7 @@ def together(own: Scenario, others: Others) -> Felt:
 
 
 def _on_one_deck(row: list[tuple[float, Scenario]], duration: float) -> Scenario:
-    """Return a wagon of wheelsets at x (m, falling from 0) that know nothing of each other but by the deck."""
+    """Return a wagon of wheelsets at x (m, falling from 0) that are coupled by the deck only."""
     from wheeltapper.lower.build import lower
 
     first = row[0][1]
@@ -230,7 +234,7 @@ def _on_one_deck(row: list[tuple[float, Scenario]], duration: float) -> Scenario
 
 
 def _turned_back(item: Any, radius: float, x: float) -> Any:
-    """Return an irregularity so that a wheel bears it already where it begins, x ≤ 0."""
+    """Return an irregularity of a wheel, moved back so that it exists from the start of the wheel, x ≤ 0."""
     turn = 2.0 * pi * radius
     return item.moved(-turn * ceil(-x / turn)) if item.borne == "wheel" and getattr(item, "repeat", True) else item
 
@@ -246,7 +250,7 @@ def _suspension(vehicle: Any, number: int, x: float) -> list[Spring | Damper]:
 
 
 def _sunk(first: Scenario, static: list[float]) -> float:
-    """Return where an endless deck stands under all wheelsets, m: the march prestresses it by the first one's force.
+    """Return the position of an endless deck under all wheelsets, m; the march prestresses it by the first one's force.
 
     With N_i on the deck and S_i off it, K·y = S_1 - ΣN_i and N_i = S_i + k_i·y, for the N_i of the core model.
     """

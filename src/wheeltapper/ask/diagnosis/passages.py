@@ -1,4 +1,4 @@
-"""One wheelset's passages at several speeds, with derivatives: the rail is lowered once for all of them."""
+"""Passages of one wheelset at several speeds, with derivatives. The rail is lowered once for all of them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Motion(NamedTuple):
-    """One passage at given times, SI: NaN beyond the end of its march."""
+    """One passage at given times, in SI units; NaN beyond the end of its march."""
 
     status: int
     deck_acceleration: FloatArray  # (times,)
@@ -40,11 +40,11 @@ class Passages:
     Parameters
     ----------
     scenario
-        With a wheelset whose motion has exact derivatives.
+        A passage of a wheelset whose motion has exact derivatives.
     speeds
         m/s.
     parameters
-        Paths of continuous fields, by which derivatives are wanted.
+        Paths of continuous fields with respect to which derivatives are computed.
     """
 
     def __init__(self, scenario: Scenario, speeds: FloatArray, parameters: tuple[str, ...]) -> None:
@@ -67,7 +67,7 @@ class Passages:
 
     @property
     def hardest(self) -> float:
-        """Where the force is largest, m; NaN if it has no maximum."""
+        """Position of the largest force, m; NaN if the force has no maximum."""
         i = int(np.argmax(self.largest_forces))
         peaks = self.marches[i].peaks
         if not len(peaks):

@@ -1,4 +1,4 @@
-"""How well a site distinguishes faults: passages computed, diagnosed, and counted."""
+"""How well a site distinguishes faults: passages are computed, diagnosed, and counted."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ FloatArray = NDArray[np.float64]
 Sizes = float | tuple[float, float] | None
 
 LOWEST = -1e9
-"""Score of a fault that was not compared."""
+"""Score of a fault that was not compared in a passage: below every other score."""
 ALLOWED = 0.01
-"""Rate of false calls at which the detection rate is given."""
+"""Rate of false calls at which the JSON gives the detection rate."""
 
 
 class Passage(NamedTuple):
@@ -43,10 +43,10 @@ class Passage(NamedTuple):
 
     label: str
     number: int
-    size: float  # NaN where it is healthy
+    size: float  # NaN if it is healthy
     verdict: str
-    named: bool  # the verdict is a fault of the part that has one
-    score: float  # of the fault's part; of a healthy passage the largest over the parts
+    named: bool  # whether the verdict is a fault of the right part
+    score: float  # of the faulty part; for a healthy passage the largest of all parts
     scores: dict[str, float]
     estimated: float
 
@@ -58,14 +58,14 @@ class FaultPerformance:
     Attributes
     ----------
     roc
-        Of the odds of a fault in the part concerned, against healthy passages.
+        ROC of the log odds of a fault in the part concerned, against healthy passages.
     called, named
         Shares of the faulty passages whose verdict is not "healthy", and whose verdict names the part.
     size_error
-        Root mean square of the estimated size less the true one, where the fault itself was named; NaN without.
+        Root mean square error of the estimated size over the passages whose fault was named; NaN if none was.
     hit_miss, signal_response
-        Probability of detection against size, where sizes were drawn from a range; None otherwise, and where `reason`
-        says why.
+        Probability of detection as a function of size, if sizes were drawn from a range. None otherwise, or if it
+        cannot be fitted: `reason` says why.
     """
 
     roc: Roc
@@ -89,7 +89,8 @@ class Performance:
     faults
         By name.
     ceiling
-        Share of a wheel's circumference that rolls over the deck while it is recorded: no flat can be seen more often.
+        Share of a wheel's circumference that rolls over the deck during the recording: the largest possible probability
+        of detecting a flat.
     """
 
     site: Site
@@ -143,22 +144,22 @@ def assess(
     workers: int | None = None,
     progress: Progress = True,
 ) -> Performance:
-    """Measure how well a site distinguishes faults, on passages that are computed.
+    """Measure how well a site distinguishes faults, on computed passages.
 
     Parameters
     ----------
     site
-        With what is uncertain of it: from that the truths are drawn; or the path of its TOML file.
+        The site, or the path of its TOML file. The true passages are drawn from its uncertainties.
     faults
-        By name, a size, a range of sizes from which each passage's is drawn (then the probability of detection is told
-        against size), or None for the usual size; names alone stand for usual sizes; by default some of those that the
-        site's wheelsets can have.
+        By name, a size, or None for the usual size, or a range from which the size of each passage is drawn. For a
+        range the probability of detection is given as a function of size. Names alone stand for usual sizes. By default
+        some of the faults that the site's wheelsets can have.
     count, healthy
-        Passages of each fault, and healthy ones (by default as many).
+        Number of passages of each fault, and of healthy ones (by default the same number).
     seed
-        Of everything drawn.
+        Seed of the random numbers.
     output
-        File (.jsonl) in which each passage's result is kept; what is there already is not computed again.
+        File (.jsonl) in which the result of each passage is kept. Results that it already holds are not computed again.
     workers
         Processes; by default one per core.
     progress
@@ -211,6 +212,8 @@ USUAL: dict[str, Sizes] = {
     "broken spring": None, "lost damper": None, "weak damper": None, "mass deviation": None, "free play": None,
     "wheel flat": (0.002, 0.02),
 }  # fmt: skip
+"""Faults that are computed if none are named, with their sizes. None is the usual size; a pair is a range from which
+each passage's size is drawn."""
 
 _Task = tuple[str, Sizes, int, int]
 
@@ -285,7 +288,7 @@ def _fault(
 
 
 def _ceiling(site: Site) -> float:
-    """Return the share of the circumference that rolls over the deck while it is recorded."""
+    """Return the share of the circumference that rolls over the deck during the recording."""
     passage = site.passage
     end = float(passage.speed * passage.duration)
     start, length = passage.track.start, passage.track.length

@@ -1,4 +1,4 @@
-"""One recording against one family of models: what is known of the parameters, residuals, and their derivatives."""
+"""One recording against one family of models: priors, residuals, and derivatives of the residuals."""
 
 from __future__ import annotations
 
@@ -20,16 +20,18 @@ from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
 FORGOTTEN = 20.0
-"""Periods of the cutoff frequency after which the initial state of the sensor's filter has no effect."""
+"""Periods of the cutoff frequency. Samples are computed from this long before the first one wanted; the initial state
+of the sensor's filter then has no effect."""
 DIFFERENCE, BETWEEN = 3e-7, ("vehicle.damper_play_start",)
-"""Relative step of difference quotients. In fields between -1 and 1 the step is absolute, and towards zero."""
+"""Relative step of difference quotients, for motions without exact derivatives. In the fields BETWEEN, whose values lie
+between -1 and 1, the step is absolute and points towards zero, so that it stays within these bounds."""
 
 
 class Prior(NamedTuple):
-    """What is known of a parameter beforehand: nothing, or a distribution.
+    """Prior distribution of a parameter.
 
-    normal: centre and relative standard deviation; lognormal: centre and standard deviation of the logarithm;
-    uniform: between centre - deviation and centre + deviation; flat: nothing, but that it is positive.
+    normal: centre and relative standard deviation. lognormal: centre and standard deviation of the logarithm. uniform:
+    between centre - deviation and centre + deviation. flat: the parameter is positive, and nothing else is known.
     """
 
     centre: float
@@ -38,11 +40,11 @@ class Prior(NamedTuple):
 
 
 def number_at(scenario: Scenario, path: str) -> float:
-    """Return the number at a path, or say that there is none."""
+    """Return the number at a path; refuse a path without one."""
     try:
         value = Fields(scenario)(path)
     except (AttributeError, IndexError, TypeError, ValueError):
-        scenario.replaced({path: None})  # says which fields there are
+        scenario.replaced({path: None})  # its message names the fields that exist
         value = None
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError("", path, "no number there", "paths of fields that hold a number")
@@ -50,9 +52,9 @@ def number_at(scenario: Scenario, path: str) -> float:
 
 
 def values_of(scenario: Scenario, times: FloatArray) -> FloatArray | None:
-    """Return the deck's acceleration at some times; None where no model is there."""
+    """Return the deck's acceleration at some times, m/s²; None if the model cannot be computed."""
     try:
-        with np.errstate(invalid="ignore"):  # a trial's wheel may be asked to touch beyond its radius
+        with np.errstate(invalid="ignore"):  # a trial may ask for a contact beyond the radius of the wheel
             found = motion_at(scenario, times)
     except (InputError, ValueError):
         return None
@@ -60,10 +62,10 @@ def values_of(scenario: Scenario, times: FloatArray) -> FloatArray | None:
 
 
 def slopes_of(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> FloatArray | None:
-    """Return the derivatives (parameters, times) of the deck's acceleration; None where no model is there.
+    """Return the derivatives (parameters, times) of the deck's acceleration; None if the model cannot be computed.
 
-    They are exact where the motion has exact derivatives, and differences elsewhere: where the damper has an end of its
-    own, or the contact yields.
+    They are exact if the motion has exact derivatives. Otherwise they are difference quotients: for a damper whose end
+    can move, and for a plastic contact.
     """
     if not derivable(scenario):
         return _differences(scenario, paths, times)
@@ -98,11 +100,11 @@ class Problem:
     Parameters
     ----------
     recording, sensor, noise
-        The samples, what they went through, and the standard deviation of their noise, m/s².
+        The samples, the sensor that recorded them, and the standard deviation of their noise, m/s².
     start
         The model to start from.
     priors
-        The parameters, by path.
+        The parameters and their priors, by path.
     """
 
     def __init__(
@@ -120,16 +122,16 @@ class Problem:
         self.samples = np.nan_to_num(recording.samples)
         self.there = np.isfinite(recording.samples)
         self._model: tuple[FloatArray, Scenario] | None = None
-        self._residuals: tuple[FloatArray, FloatArray, NDArray[np.bool_]] | None = None  # and which samples count
+        self._residuals: tuple[FloatArray, FloatArray, NDArray[np.bool_]] | None = None  # third: which count
         self._slopes: tuple[FloatArray, FloatArray] | None = None
 
     def until(self, time: float) -> Problem:
-        """Return the same with the part of the recording before a time after the trigger, s."""
+        """Return the same problem with the recording up to a time only, s after the trigger."""
         part = self.recording.until(time)
         return Problem(part, self.sensor, self.noise, self.start, dict(zip(self.paths, self.priors, strict=True)))
 
     def values(self, at: FloatArray) -> FloatArray:
-        """Return the parameters' values at some coordinates, counted from the start."""
+        """Return the values of the parameters at some coordinates, which are zero at the start."""
         near = np.where(self.linear, 0.0, at)
         return np.asarray(np.where(self.linear, self.first + self.scale * at, self.first * np.exp(near)))
 
@@ -147,7 +149,7 @@ class Problem:
         return np.where(self.linear, np.clip(at, middle - 1.0, middle + 1.0), at)
 
     def shown(self, model: Scenario, count: int, first: int = 0) -> FloatArray | None:
-        """Return the samples from `first` to before `count` as a model makes them; None where it makes none."""
+        """Return the samples from `first` to before `count` that a model gives; None if it cannot be computed."""
         if not count:
             return np.empty(0)
         begin = max(first - int(FORGOTTEN * self.recording.rate / (self.sensor.cutoff or np.inf)), 0)
@@ -156,7 +158,7 @@ class Problem:
         return None if found is None else drifted(filtered(found, self.sensor), times, self.sensor)[first - begin :]
 
     def residuals(self, at: FloatArray, count: int) -> FloatArray | None:
-        """Return differences from the first `count` samples, m/s²; None where no model is there."""
+        """Return model less recording for the first `count` samples, m/s²; None if the model cannot be computed."""
         if self._residuals is None or _lacks(*self._residuals[:2], at, count):
             model = self._modelled(at)
             found = None if model is None else self.shown(model, count)
@@ -164,12 +166,12 @@ class Problem:
                 return None
             off, samples = found - self.samples[:count], self.samples[:count]
             beyond = self.recording.clipped[:count] & (off * np.sign(samples) > 0.0)
-            counts = self.there[:count] & ~beyond  # beyond a clipped sample the model may be anywhere
+            counts = self.there[:count] & ~beyond  # a clipped sample is only a bound
             self._residuals = at.copy(), np.where(counts, off, 0.0), counts
         return self._residuals[1][:count]
 
     def slopes(self, at: FloatArray, count: int) -> FloatArray | None:
-        """Return the derivatives (samples, parameters) of the residuals; None where no model is there."""
+        """Return the derivatives (samples, parameters) of the residuals; None if the model cannot be computed."""
         if not count:
             return np.empty((0, len(self.paths)))
         if self.residuals(at, count) is None:
@@ -194,7 +196,7 @@ class Problem:
         return model.replaced({"duration": float(self.times[count - 1] + 0.5 / self.recording.rate)})
 
     def prior_residuals(self, at: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return how far the parameters are from what is known of them, over its deviation, and the derivatives."""
+        """Return the scaled deviations of the parameters from the centres of their priors, and derivatives."""
         out, slopes = [], []
         for prior, value in zip(self.priors, self.values(at).tolist(), strict=True):
             if prior.kind == "normal":
@@ -209,12 +211,12 @@ class Problem:
         return np.array(out), np.diag(slopes)
 
     def weighed(self, at: FloatArray, count: int, noise: float) -> FloatArray | None:
-        """Return all residuals over their deviations, those from what is known beforehand last."""
+        """Return all residuals over their standard deviations: those of the samples, then those of the priors."""
         found = self.residuals(at, count)
         return None if found is None else np.concatenate([found / noise, self.prior_residuals(at)[0]])
 
     def jacobian(self, at: FloatArray, count: int, noise: float) -> FloatArray | None:
-        """Return the derivatives of the weighed residuals."""
+        """Return the derivatives of the weighted residuals."""
         found = self.slopes(at, count)
         return None if found is None else np.vstack([found / noise, self.prior_residuals(at)[1]])
 

@@ -27,6 +27,7 @@ STILLBORN = 4
 LINGERING = 1.0
 """Seconds that a process may take to end after it has closed its connection."""
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+"""Environment variables that limit the threads of linear algebra libraries."""
 
 Shared = TypeVar("Shared")
 Task = TypeVar("Task")
@@ -58,7 +59,7 @@ def in_processes(
     function
         Of a module, since the processes import it. What it raises is raised here.
     shared, tasks
-        What all calls share, and what each is about; both can be pickled.
+        The argument that all calls share, and the argument of each call; both can be pickled.
     workers
         Processes; by default one per core. One: no process is started.
 
@@ -202,7 +203,7 @@ def _outcome(work: bytes, task: bytes) -> tuple[Any, BaseException | None]:
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Let processes that start here never hear of Ctrl-C, which is for the one that started them: it ends them."""
+    """Let processes that start here ignore Ctrl-C; the process that started them reacts, and ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -215,7 +216,7 @@ def _deaf() -> Iterator[None]:
 
 @contextmanager
 def _single_threaded() -> Iterator[None]:
-    """Leave linear algebra to one thread in each process that starts here: they share the cores already."""
+    """Limit linear algebra to one thread in each process that starts here; the processes already use all cores."""
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
     try:

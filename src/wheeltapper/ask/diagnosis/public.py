@@ -1,4 +1,4 @@
-"""What a wheelset's bouncing over a site says of it: sites and recordings, findings, performance, design."""
+"""Diagnosis of wheelsets that bounce over a site: sites and recordings, findings, performance, design."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from wheeltapper.record.recording import Recording as Recording
 
 _HERE = "wheeltapper.ask.diagnosis"
+"""Package of the modules of this room."""
 _HOMES = {
     "CATALOGUE": f"{_HERE}.faults",
     "Fault": f"{_HERE}.faults",
@@ -58,6 +59,7 @@ _HOMES = {
     "synthesise_train": f"{_HERE}.synthetic",
     "write_recording": "wheeltapper.record.read_recording",
 }
+"""Public names of the room, and the module that holds each."""
 
 __all__ = [*_HOMES]
 

@@ -15,25 +15,25 @@ from wheeltapper.ground.quantities import to_si
 FloatArray = NDArray[np.float64]
 
 AXLES = 1000.0
-"""Number of axles for which false calls are given."""
+"""Number of axles to which false calls are related."""
 
 
 @dataclass(frozen=True, eq=False)
 class Roc:
-    """Receiver operating characteristic: a wheel is called faulty from a threshold of its score on.
+    """Receiver operating characteristic of a score: a wheel is called faulty if its score reaches a threshold.
 
     Attributes
     ----------
     thresholds
-        From infinity, where nothing is called, down to the lowest score, (k,).
+        Thresholds from infinity, at which nothing is called, down to the lowest score, (k,).
     false_call_rate, detection_rate
-        Shares of the healthy and of the faulty that are called, (k,).
+        Shares of the healthy and of the faulty wheels that are called, (k,).
     auc
         Area under the curve: the probability that a faulty wheel scores higher than a healthy one, ties counted half
         (Mann and Whitney's U over the number of pairs).
     deviation
-        Standard error of the area (DeLong, DeLong and Clarke-Pearson 1988, Biometrics 44, 837); NaN where one kind has
-        a single score.
+        Standard error of the area (DeLong, DeLong and Clarke-Pearson 1988, Biometrics 44, 837); NaN if one kind has a
+        single score.
     healthy, faulty
         Numbers of scores.
     """
@@ -49,12 +49,12 @@ class Roc:
     def rate_at(self, false_calls: float) -> float:
         """Return the largest detection rate with a false-call rate of no more than this.
 
-        No threshold is made up between two that the scores give.
+        There is no interpolation between the thresholds that the scores give.
         """
         return float(self.detection_rate[self._index(false_calls)])
 
     def threshold_at(self, false_calls: float) -> float:
-        """Return the threshold of `rate_at`: infinite where only to call nothing will do."""
+        """Return the threshold of `rate_at`; infinite if only calling nothing keeps the rate."""
         return float(self.thresholds[self._index(false_calls)])
 
     def _index(self, false_calls: float) -> int:
@@ -67,10 +67,10 @@ class Roc:
         """Return the interval that holds the true area with this probability.
 
         The standard error is that of the logarithm of the odds auc/(1 - auc), so that the interval stays within zero
-        and one. Where the error is zero or unknown (all faulty scores above all healthy ones, say), it means nothing.
-        Then the interval is Clopper and Pearson's for as many independent pairs of one healthy and one faulty score as
-        can be formed, n: separation of all scores is separation of these, which has no more than the probability
-        auc^n. At an area of one the lower bound is (0.5 - level/2)^(1/n).
+        and one. If the error is zero or unknown (for example because all faulty scores are above all healthy ones), it
+        is useless. Then the interval is that of Clopper and Pearson for n independent pairs of one healthy and one
+        faulty score; n is the largest possible number of such pairs. If all scores are separated, so are these pairs,
+        which has at most the probability auc^n. At an area of one the lower bound is (0.5 - level/2)^(1/n).
         """
         from scipy.special import expit, ndtri
 
@@ -90,13 +90,13 @@ class FalseCalls:
     Attributes
     ----------
     count, axles
-        Healthy axles called, and all healthy axles.
+        Number of healthy axles that were called, and of all healthy axles.
     level
         Of the interval.
     per_thousand
         1000·count/axles.
     lower, upper
-        Clopper and Pearson's interval of it (1934, Biometrika 26, 404): exact for axles that are independent.
+        Confidence interval of Clopper and Pearson (1934, Biometrika 26, 404): exact for independent axles.
     """
 
     count: int
@@ -113,7 +113,7 @@ def roc(scores_healthy: ArrayLike, scores_faulty: ArrayLike) -> Roc:
     Parameters
     ----------
     scores_healthy, scores_faulty
-        Of healthy wheels, (n,), and of wheels with the fault, (m,); larger means more suspect.
+        Scores of healthy wheels, (n,), and of wheels with the fault, (m,); a larger score is more suspect.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def false_calls(count: int, axles: int, level: float = 0.95) -> FalseCalls:
     axles
         All healthy axles that passed.
     level
-        Probability with which the interval holds the true value, at least.
+        Confidence level: smallest probability that the interval contains the true value.
 
     Raises
     ------
@@ -188,12 +188,12 @@ def samples(values: ArrayLike, name: str) -> FloatArray:
 
 
 def _called(scores: FloatArray, thresholds: FloatArray) -> FloatArray:
-    """Return the share of the scores, which are sorted, that reaches each threshold, after that of none."""
+    """Return the share of the sorted scores that reaches each threshold, after a zero."""
     return np.concatenate([[0.0], (len(scores) - np.searchsorted(scores, thresholds)) / len(scores)])
 
 
 def _places(values: FloatArray, others: FloatArray) -> FloatArray:
-    """Return the share of the others, which are sorted, that each value exceeds, equal ones counted half."""
+    """Return the share of the sorted others that each value exceeds; equal ones count half."""
     both = np.searchsorted(others, values, side="left") + np.searchsorted(others, values, side="right")
     return np.asarray(0.5 * both / len(others))
 

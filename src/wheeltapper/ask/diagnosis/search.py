@@ -1,7 +1,7 @@
-"""Where the fits of faults start that a fit from the healthy passage would not find.
+"""Starting models of the faults that a fit from the healthy passage would not find.
 
-departs where the recording leaves a model that has explained it so far: the place of a flat
-grids   lengths of a flat about that place; orders and phases of a wheel out of round; plays of a damper
+departure  the time at which the recording leaves a model that has explained it so far: the strike of a flat
+grids      lengths and places of flats about a strike, orders of a wheel out of round, sizes of play and bushes
 """
 
 from __future__ import annotations
@@ -25,35 +25,40 @@ FLATS = (
     tuple(1e-3 * length for length in (8, 12, 17, 24, 33, 45, 62, 86)),
     tuple(1e-3 * length for length in (7, 10, 14, 18, 23, 28, 34, 40, 47, 54, 62, 70, 79, 88, 98)),
 )
-"""Lengths of fresh flats that are tried in the first and in the second round, m."""
+"""Lengths of fresh flats that are tried, m: in the first round, and finer in the second."""
 LIKE = {"wheel flat": 1.0, "rounded flat": 0.7}
-"""Length of the fresh flat that a flat resembles, over its own length."""
+"""Length of the fresh flat whose effect is most similar, over the length of the flat itself."""
 EDGES = ((0.0, 0.002, 0.005), (0.0, 0.001, 0.002, 0.0035, 0.005, 0.007))
-"""Distances of the flat's edge before the place of the strike, m, where the wheel has rolled onto the flat: in the
-first and in the second round."""
+"""Distances from the edge of the flat to the place of the strike, m, in the first and in the second round. They are
+used where the wheel has rolled onto the flat, so that the strike is near its edge."""
 LANDED, LANDING = ((0.15, 0.5, 0.85), (0.02, 0.3, 0.4, 0.6, 0.7, 0.98)), 1e-3
-"""The same distances over the length of the flat where the wheel has landed on it, at most LANDING seconds before."""
+"""The same distances over the length of the flat, where the wheel has landed on it. It has landed if its last impact
+was at most LANDING seconds before the strike."""
 TRIED = 6
-"""Largest number of starts that are fitted."""
+"""Largest number of starting values from one ranking that are fitted."""
 BEFORE, AFTER = 0.002, 0.004
-"""Starts are ranked by the recording from BEFORE seconds before a strike to AFTER seconds after it."""
+"""Starting values are ranked by the recording from BEFORE seconds before a strike to AFTER seconds after it. With 20 ms
+instead of these 6 ms, four of 24 flats were not found (decision 15)."""
 ORDERS = range(1, 31)
 """Orders of a wheel out of round that are tried."""
 SMALL, NEAR = 1e-6, (0.011, 0.022, 0.04)
-"""Amplitude at which the linear effect of an order is computed, m; windows of the healthy fit before it, s."""
+"""SMALL is the amplitude, m, at which the linear effect of an order is computed: small against an indentation. NEAR are
+the ends of the windows, s after the onset, in which the healthy wheelset is fitted before."""
 LOOSELY = 2.0
-"""Noise assumed in that fit, over the residual's rms. It is large, so that the priors hold where no healthy wheelset
-explains the recording."""
+"""Ratio of the noise that this fit assumes to the rms of the residual. It is above one so that the priors hold the
+healthy wheelset although it does not explain the recording."""
 WEIGHED, HARMONICS, DAMPERS = 3, 6, 4
-"""Numbers of orders whose neighbours are tried too, of orders that are fitted, and of damper ends that are fitted."""
+"""Number of the best orders whose neighbours are tried, too; number of orders that are fitted; number of the nearest
+damper ends that are fitted, besides the nearest of each kind."""
 PLAYS, PLACES = (1.2e-5, 2.5e-5, 5e-5, 1e-4, 2e-4), (0.2, 0.5, 0.8)
-"""Half-gaps that are tried, m, and places of the end in the gap, 0 to 1."""
+"""Half the free play that is tried, m, and positions of the end between its stops at the start, 0 to 1. With more play
+the end does not reach its stops."""
 BUSHES = (1e6, 4e6, 1.6e7, 6e7)
 """Stiffnesses of a bush that are tried, N/m."""
 
 
 def departs_at(problem: Problem, model: Scenario, since: float) -> float:
-    """Return when a recording leaves a model, s after the trigger: something strikes; NaN if it never does."""
+    """Return the time at which a recording departs from a model, s after the trigger; NaN if it never does."""
     times = problem.times
     found = problem.shown(model, len(times))
     if found is None:
@@ -75,7 +80,7 @@ def misfit(problem: Problem, model: Scenario, start: float, end: float) -> float
 
 
 def ranked(problem: Problem, models: Iterable[Scenario], start: float, end: float) -> list[Scenario]:
-    """Return the models, those nearest to the recording between two times first."""
+    """Return the models in the order of their misfit to the recording between two times, the best first."""
     off = {model: misfit(problem, model, start, end) for model in models}
     return [model for model in sorted(off, key=lambda one: off[one]) if np.isfinite(off[model])]
 
@@ -83,7 +88,7 @@ def ranked(problem: Problem, models: Iterable[Scenario], start: float, end: floa
 def flat_starts(
     problem: Problem, models: Sequence[Scenario], struck: float, made: dict[str, Made], round_: int
 ) -> Iterator[tuple[str, Scenario]]:
-    """Yield models with flats that come near to what follows a strike, by name, the nearest first: more in round 1."""
+    """Yield names of flats and models with them, in the order of their misfit about a strike; round 1 is finer."""
     turn = 2.0 * pi * models[0].vehicle.radius
     since = struck - simulate(models[0].replaced({"duration": struck})).impacts.time.values
     landed = bool(np.any(since < LANDING))
@@ -101,14 +106,14 @@ def flat_starts(
 
 
 def with_flat(flat: Scenario, name: str, made: dict[str, Made], length: float, place: float) -> Scenario:
-    """Return a passage whose last irregularity, a flat, is another one, its middle at another place, m."""
+    """Return a passage whose flat, its last irregularity, is replaced: another length and another middle, both m."""
     without = flat.replaced({"irregularity": flat.irregularities[:-1]})
     turn = 2.0 * pi * flat.vehicle.radius
     return made[name](without, length, (place % turn) / turn)
 
 
 def resembling(flat: Scenario, of: str, name: str, made: dict[str, Made]) -> Scenario:
-    """Return the passage whose flat of one kind is the one of another kind that is most alike."""
+    """Return a passage with the flat of kind `name` that is most similar to its flat of kind `of`."""
     item = flat.irregularities[-1]
     return with_flat(flat, name, made, item.length * LIKE[of] / LIKE[name], item.position)
 
@@ -116,9 +121,9 @@ def resembling(flat: Scenario, of: str, name: str, made: dict[str, Made]) -> Sce
 def same_edge_starts(
     problem: Problem, flat: Scenario, name: str, struck: float, made: dict[str, Made]
 ) -> Iterator[Scenario]:
-    """Yield passages whose flat has one edge in common with a flat, those nearest to what follows a strike first.
+    """Yield passages whose flat shares one edge with the given one, in the order of their misfit about a strike.
 
-    A wheel that lands near one edge of a flat shows nothing of the other one before the next turn.
+    A wheel that lands near one edge of a flat does not reveal the other edge before its next turn.
     """
     item = flat.irregularities[-1]
     longer = [length / LIKE[name] - item.length for length in FLATS[1]]
@@ -131,9 +136,9 @@ def same_edge_starts(
 
 
 def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
-    """Return coordinates at which a model that does not explain a recording comes near to its beginning, and its end.
+    """Return coordinates at which a model is near the beginning of a recording that it does not explain.
 
-    The end is a number of samples.
+    Also return the length of that beginning, as a number of samples.
     """
     at, count = np.zeros(len(problem.paths)), 0
     for window in NEAR:
@@ -144,10 +149,10 @@ def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
 
 
 def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
-    """Yield models of a wheel out of round, by the order, amplitude and phase that explain most at first order.
+    """Yield models of a wheel out of round in the order of what they explain to first order, the best first.
 
-    `problem` is that of the healthy wheelset. Neighbouring orders hardly differ in the beginning of a recording: every
-    second one is weighed, and the neighbours of the best.
+    `problem` is that of the healthy wheelset. Neighbouring orders hardly differ at the beginning of a recording.
+    Therefore only every second order is tried, and then the neighbours of the best ones.
     """
     at, count = near(problem, begins)
     found = problem.residuals(at, count)
@@ -170,9 +175,9 @@ def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
 def damper_starts(
     problem: Problem, model: Scenario, begins: float, made: dict[str, Made]
 ) -> Iterator[tuple[str, Scenario]]:
-    """Yield passages whose damper has an end of its own, by name, the nearest to the recording's beginning first.
+    """Yield names and passages with free play or a bush, in the order of their misfit to the recording's beginning.
 
-    The nearest one of each name comes before all others: the two begin alike.
+    The best one of each name comes before all others, because the two faults look similar at the beginning.
     """
     sizes = {"free play": [(play, place) for play in PLAYS for place in PLACES]}
     sizes["soft bush"] = [(bush, 0.5) for bush in BUSHES]
@@ -184,7 +189,7 @@ def damper_starts(
 
 
 class _Linear(NamedTuple):
-    """A healthy wheelset's weighed residuals and their derivatives, and the noise over which the samples are."""
+    """Weighted residuals of a healthy model, their derivatives, and the noise by which samples are divided."""
 
     residual: FloatArray
     jacobian: FloatArray
@@ -192,7 +197,7 @@ class _Linear(NamedTuple):
 
 
 def _harmonic(problem: Problem, model: Scenario, order: int, count: int, healthy: _Linear) -> tuple[float, Scenario]:
-    """Return what one order leaves unexplained at first order, and the wheel that explains the rest."""
+    """Return the sum of squares that one order leaves to first order, and the model with amplitude and phase."""
     own, radius = len(model.irregularities), float(model.vehicle.radius)
     paths = (f"irregularity.{own}.amplitudes.0", f"irregularity.{own}.position")
     start = out_of_round(model, SMALL, 0.5, order)

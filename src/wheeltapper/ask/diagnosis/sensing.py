@@ -1,4 +1,4 @@
-"""What a sensor makes of an acceleration: its filter, its offset and drift, its converter."""
+"""Model of a sensor: its filter, its offset and drift, its converter."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ from wheeltapper.describe.sensor import Sensor
 FloatArray = NDArray[np.float64]
 
 OVERSAMPLED = 8
-"""The sensor's filter is computed at this multiple of the rate of the converter."""
+"""The sensor's filter is computed at this multiple of the sample rate, where it is close to the analogue filter that it
+stands for."""
 AROUND = 3
-"""Number of samples on either side from which values between samples are interpolated."""
+"""Number of samples on either side from which a value between two samples is interpolated, by a polynomial of degree
+five."""
 
 
 def filtered(samples: FloatArray, sensor: Sensor, finer: int = 1) -> FloatArray:
-    """Return samples behind a sensor's filter, at its own rate; at rest before the first.
+    """Return samples behind a sensor's filter, at the sensor's rate; before the first sample all is at rest.
 
     Parameters
     ----------
@@ -33,7 +35,7 @@ def filtered(samples: FloatArray, sensor: Sensor, finer: int = 1) -> FloatArray:
 
 
 def _between(samples: FloatArray) -> FloatArray:
-    """Return samples OVERSAMPLED times as many, by Lagrange's polynomials through the nearest ones."""
+    """Return the samples at OVERSAMPLED times the rate, by Lagrange interpolation between the nearest ones."""
     if len(samples) < AROUND:
         return np.repeat(samples, OVERSAMPLED)
     nodes = np.arange(1 - AROUND, AROUND + 1)
@@ -54,7 +56,7 @@ def drifted(samples: FloatArray, times: FloatArray, sensor: Sensor) -> FloatArra
 
 
 def converted(samples: FloatArray, sensor: Sensor) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return what the converter makes of samples, and which of them it clips."""
+    """Return the samples after the converter, and which of them are clipped."""
     if sensor.range is None:
         return samples, np.zeros(len(samples), dtype=bool)
     clipped = np.abs(samples) >= sensor.range

@@ -1,4 +1,4 @@
-"""Probability of detection from signals: their regression on size, and how often they exceed a threshold.
+"""Probability of detection from signals: regression on size, and the probability of exceeding a threshold.
 
 log y (or y) = b0 + b1·t + τ·ε,  ε normal;   POD = c·Φ((t - μ)/σ),  μ = (y_dec - b0)/b1,  σ = τ/b1
 """
@@ -30,11 +30,14 @@ from wheeltapper.ground.quantities import to_si
 BoolArray = NDArray[np.bool_]
 
 FEWEST = 3
-"""Least number of signals that are not censored."""
+"""Smallest number of signals that are not censored. The regression has three parameters; with fewer signals it is
+refused."""
 SAME = 1e-9
-"""Sizes nearer to each other than this, over the standard deviation of all sizes, count as equal."""
+"""If the sizes of all uncensored signals differ by less than this many standard deviations of all sizes, they count as
+equal, and the regression is refused."""
 EXACT = 1e-9
-"""Signals nearer to their line than this, over their standard deviation, count as without scatter."""
+"""Smallest standard deviation of the signals about their line, over their standard deviation. With less, the signals
+have no scatter, and the regression is refused."""
 
 
 def signal_response(
@@ -46,40 +49,41 @@ def signal_response(
 
     The method is that of MIL-HDBK-1823A, appendix G, on "â against a": linear regression by maximum likelihood, with
     signals below the floor and beyond saturation censored (Tobit), then μ and σ of the curve and their covariance by
-    the delta method. The deviation τ is the likeliest one, not corrected for the number of coefficients.
+    the delta method. The standard deviation τ is that of maximum likelihood, not corrected for the number of
+    coefficients.
 
-    With a ceiling below one, a fault that is not seen gives a signal below the floor: such a signal has the
-    probability 1 - c + c·Φ(...).
+    With a ceiling below one, an unseen fault gives a signal below the floor. Such a signal has the probability 1 - c +
+    c·Φ(...).
 
     Parameters
     ----------
     sizes
-        Of the faults, one per inspection, (n,), any unit.
+        Sizes of the faults, one per inspection, (n,), any unit.
     signals
-        What the detector gave for each, (n,), any unit.
+        Signal of the detector for each fault, (n,), any unit.
     threshold
-        Signal from which on a fault is called.
+        Smallest signal that is called a fault.
     floor, saturation
-        At or below the floor, and at or beyond saturation, a signal says no more than that.
+        Signals at or below the floor, and at or beyond saturation, are censored.
     scale, signal_scale
-        "log", by natural logarithms, or "linear": in which the relation is a straight line of uniform scatter.
+        "log" (natural logarithm) or "linear": the scales on which the relation is a straight line with uniform scatter.
     ceiling
-        Probability that a fault is seen at all: given, or None, and it is estimated.
+        Probability that a fault is seen at all. None: it is estimated.
     seen_only
-        Whether the data hold none but faults that were seen. The given ceiling then leaves them as they are and
+        Whether the data contain only faults that were seen. The given ceiling then does not enter the regression, and
         multiplies the curve.
     bounds
-        "wald": about the index, (b0 + b1·t - y_dec)/τ, with the observed information; a90/95 is where that bound
-        reaches 0.9. "delta": the handbook's, of μ + σ·z. "likelihood ratio".
-        By default Wald's for a given ceiling, else the likelihood ratio. Of 100 signals with 30 % censored, a90/95 lay
-        above the true a90 in 94 % of replicates by Wald's and the likelihood ratio and in 92 % by the delta method.
+        "wald": bound of the index (b0 + b1·t - y_dec)/τ, with the observed information; a90/95 is the size at which it
+        reaches 0.9. "delta": the handbook's bound of the size μ + σ·z. "likelihood ratio". By default Wald's for a
+        given ceiling, else the likelihood ratio. Of 100 signals with 30 % censored, a90/95 lay above the true a90 in 94
+        % of replicates by Wald's and the likelihood ratio and in 92 % by the delta method.
 
     Raises
     ------
     InputError
         If lengths differ, a value is not finite, a size, or a signal between the limits, is not positive on a log
         scale, all sizes are equal, fewer than three signals lie between the limits, or these are of one size or on a
-        line without scatter, the threshold is beyond a limit, or a ceiling asks for data that are not there.
+        line without scatter, the threshold is beyond a limit, or the data do not suffice for a ceiling.
     """
     for name, value in (("scale", scale), ("signal_scale", signal_scale)):
         check_choice(value, name, ("log", "linear"))
@@ -119,23 +123,23 @@ def noise_threshold(
 ) -> float:  # fmt: skip
     """Return the threshold that healthy wheels exceed with a given probability.
 
-    MIL-HDBK-1823A, appendix G, on noise: the threshold comes from signals where there is no fault.
+    MIL-HDBK-1823A, appendix G, on noise: the threshold follows from signals of inspections without a fault.
 
     Parameters
     ----------
     noise
         Signals of healthy wheels, (n,).
     false_call_rate
-        Probability with which another one may reach the threshold.
+        Probability that another healthy wheel reaches the threshold.
     method
-        "gaussian": mean and standard deviation of the noise, on its scale. "exact": just beyond one of the signals
-        themselves, whatever their distribution.
+        "gaussian": from mean and standard deviation of the noise, on its scale. "exact": just beyond one of the
+        signals, for any distribution.
     scale
-        Of the gaussian method: "linear", or "log" where the logarithm of the noise is normal.
+        Scale of the gaussian method: "linear", or "log" if the logarithm of the noise is normal.
     level
-        Probability with which the rate is no more than that asked for. By default the threshold is an estimate: the
-        normal distribution's with the sample's mean and deviation, or the signal which one more healthy wheel exceeds
-        with no more than that probability, on average.
+        Confidence level: probability that the true rate is at most the given one. By default the threshold is an
+        estimate. For "gaussian" it is the quantile of the normal distribution. For "exact" it is the signal that
+        another healthy wheel exceeds with at most the given probability, on average.
 
     Raises
     ------
@@ -154,7 +158,7 @@ def noise_threshold(
 
 
 def _gaussian(noise: FloatArray, rate: float, level: float | None) -> float:
-    """Return mean and deviation's threshold; with a level, the one-sided tolerance limit by Student's non-central t."""
+    """Return the threshold from mean and standard deviation; with a level, the tolerance limit by non-central t."""
     from scipy.special import nctdtrit, ndtri
 
     count = len(noise)
@@ -167,11 +171,11 @@ def _gaussian(noise: FloatArray, rate: float, level: float | None) -> float:
 
 
 def _exact(noise: FloatArray, rate: float, level: float | None) -> float:
-    """Return the lowest order statistic that will do; the share beyond the r-th of n has a beta distribution."""
+    """Return the lowest sufficient order statistic; the share beyond the r-th of n has a beta distribution."""
     from scipy.special import bdtr
 
     count = len(noise)
-    above = np.arange(count)  # of the signals, beyond each from the largest down
+    above = np.arange(count)  # number of signals beyond each one, from the largest down
     if level is None:
         will_do = (above + 1) / (count + 1) <= rate * (1.0 + 1e-12)
         least = int(np.ceil(1.0 / rate * (1.0 - 1e-12))) - 1
@@ -193,7 +197,7 @@ def _check_ceiling(ceiling: float | None, floor: float | None, seen_only: bool) 
 def _censored(
     signals: ArrayLike, threshold: float, floor: float | None, saturation: float | None, scale: Scale
 ) -> tuple[FloatArray, BoolArray, BoolArray, float]:
-    """Return signals on their scale, at their limits where they are beyond; which those are; the threshold."""
+    """Return signals on their scale, cut at their limits; which ones are censored; the threshold."""
     found = samples(signals, "signals")
     low, high = -np.inf if floor is None else floor, np.inf if saturation is None else saturation
     if not low < high:
@@ -206,7 +210,7 @@ def _censored(
 
 
 def _line(x: FloatArray, y: FloatArray, spread: float) -> FloatArray:
-    """Return where to start: the line through the known signals."""
+    """Return the starting point: the line through the uncensored signals."""
     rows = np.column_stack([np.ones(len(x)), x])
     line = np.linalg.lstsq(rows, y, rcond=None)[0]
     deviation = float(np.sqrt(np.mean((y - rows @ line) ** 2)))
@@ -218,7 +222,7 @@ def _line(x: FloatArray, y: FloatArray, spread: float) -> FloatArray:
 def _coefficients(
     peak: Peak, centre: float, width: float, middle: float, spread: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return intercept, slope and standard deviation, and their derivatives by θ."""
+    """Return intercept, slope and standard deviation, and their derivatives with respect to θ."""
     a, b, h = (float(value) for value in peak.theta)
     tau, level = spread / h, a - b * centre / width
     by_theta = np.array([

@@ -1,4 +1,4 @@
-"""Recordings of passages that are computed: with what the site does not know drawn, through its sensor."""
+"""Synthetic recordings: computed passages, with uncertain fields drawn, through the model of the sensor."""
 
 from __future__ import annotations
 
@@ -24,13 +24,14 @@ from wheeltapper.record.recording import Recording
 FloatArray = NDArray[np.float64]
 
 OWN = "vehicle."
-"""Fields in which the wheelsets of one train differ; the rest is the site's, the same for all of them."""
+"""First part of the paths of fields that are drawn for each wheelset of a train. All other fields belong to the site
+and are the same for all wheelsets."""
 COACH = (0.0, 2.56, 19.0, 21.56)
-"""Places of a coach's wheelsets behind its first one, m (ERRI B176)."""
+"""Distances of a coach's wheelsets behind its first one, m (ERRI B176)."""
 COUPLED = 26.4
-"""From a coach to the next, m."""
+"""Distance from the first wheelset of a coach to that of the next one, m."""
 REACH = 6.0
-"""Wheelsets farther away than this are not felt, m."""
+"""Distance, m, beyond which the deck does not feel another wheelset, if none is given."""
 
 
 def synthesise(
@@ -45,7 +46,7 @@ def synthesise(
     Parameters
     ----------
     site
-        The deck, its sensor, and how well all of it is known; or the path of its TOML file.
+        The site, with its sensor and its uncertainties; or the path of its TOML file.
     count
         How many passages.
     fault, size
@@ -54,12 +55,12 @@ def synthesise(
     changes
         By path, values that differ from the site's passage.
     label
-        Said in the recordings' `truth`; by default the fault's name, or "healthy".
+        Label in the `truth` of the recordings; by default the name of the fault, or "healthy".
     seed
-        Of everything drawn. Recording n is the same however many there are; with a fault it has the same speed,
-        height and so on, over what is stated, as without.
+        Seed of the random numbers. Recording n does not depend on `count`. With a fault it has the same relative
+        deviations of speed, height and so on as without.
     vary
-        Whether what the site is uncertain of is drawn, about the faulty passage; otherwise it is as stated.
+        Whether the uncertain fields are drawn, about the faulty passage; otherwise they are as stated.
     noise
         Standard deviation of the samples' noise, m/s²; by default the sensor's.
     neighbour
@@ -72,7 +73,7 @@ def synthesise(
     Returns
     -------
     list of Recording
-        `truth` holds label, fault, size, place, scenario, neighbours, and by path what was drawn.
+        `truth` holds label, fault, size, place, scenario, neighbours, and the drawn values by path.
     """
     count, seed, noise = as_count(count, "count"), as_count(seed, "seed", 0), _noise(noise)
     check_flag(vary, "vary")
@@ -129,26 +130,26 @@ def synthesise_train(
 ) -> list[Recording]:
     """Compute the recordings of a train's wheelsets, each cut around its own trigger.
 
-    Speed, deck, rail and contact are the same for all wheelsets, their own fields are drawn for each.
+    Speed, deck, rail and contact are the same for all wheelsets. The fields of the vehicle are drawn for each wheelset.
 
     Parameters
     ----------
     site
-        The deck, its sensor, and how well all of it is known; or the path of its TOML file.
+        The site, with its sensor and its uncertainties; or the path of its TOML file.
     axles
-        What is wrong with each wheelset, from the leading one on: a fault's name, a `Condition`, None for a healthy
-        one; or only the faulty ones, by number from 1, of `count`.
+        Condition of each wheelset, beginning with the leading one: the name of a fault, a `Condition`, or None for a
+        healthy one. Or only the faulty ones by number, from 1 to `count`.
     positions
-        Of the wheelsets behind the first one, m, rising from 0; by default those of coaches ERRI B176.
+        Distances of the wheelsets behind the first one, m, rising from 0; by default those of coaches ERRI B176.
     seed
-        Of everything drawn.
+        Seed of the random numbers.
     speed
         As measured, m/s; the true one differs from it as the site states. None: that of the site's passage, which was
         not measured.
     vary, noise, coupled, progress
         As for `synthesise`.
     reach
-        Wheelsets farther away than this are not felt, m. Zero: each is alone on the deck.
+        Distance, m, beyond which the deck does not feel other wheelsets. Zero: each is alone on the deck.
     """
     site, seed, noise = as_site(site), as_count(seed, "seed", 0), _noise(noise)
     check_flag(vary, "vary")
@@ -221,14 +222,14 @@ def _noise(given: Any) -> float | None:
 
 
 def _relative(site: Site, random: np.random.Generator) -> dict[str, float]:
-    """Return by path by how much what the site is uncertain of differs from what it states, over that."""
+    """Return drawn relative deviations of the uncertain fields from the stated values, by path."""
     return {path: share * float(random.standard_normal()) for path, share in site.uncertainty.items()}
 
 
 def _made(
     stated: Scenario, condition: Condition, relative: Mapping[str, float], random: np.random.Generator
 ) -> tuple[Scenario, dict[str, Any]]:
-    """Return a wheelset's passage, and the truth of it."""
+    """Return a wheelset's passage, and the true values of it."""
     fault, size, place = condition.drawn(random)
     passage = stated if fault is None else fault.passage(stated, size, 0.5 if place is None else place)
     drawn = {path: float(Fields(passage)(path)) * (1.0 + share) for path, share in relative.items()}
@@ -239,7 +240,7 @@ def _made(
 def _beside(
     site: Site, other: Neighbour, relative: Mapping[str, float], random: np.random.Generator
 ) -> tuple[float, Scenario]:
-    """Return a neighbour's spacing and passage; what is the site's is as for the wheelset of interest."""
+    """Return a neighbour's spacing and passage; fields of the site are the same as for the wheelset of interest."""
     drawn = _relative(site, random)
     own = {path: drawn[path] if path.startswith(OWN) else share for path, share in relative.items()}
     return other.spacing, _made(site.passage, other, own, random)[0]

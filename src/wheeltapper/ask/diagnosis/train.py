@@ -1,4 +1,4 @@
-"""A train, axle by axle: findings as one table and one JSON, compared with alarm rules."""
+"""Diagnosis of a train: the findings of all axles as one table and one JSON, compared with alarm rules."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from wheeltapper.record.recording import Recording
 from wheeltapper.record.simulate import simulate
 
 FORMAT = 1
-"""Version of the JSON's layout."""
+"""Version of the layout of a train's JSON."""
 Rules = str | Path | Sequence[Rule] | None
 COLUMNS = (
     ("axle", "axle", "d"), ("speed_kmh", "km/h", ".1f"), ("static_kn", "static kN", ".1f"),
@@ -36,30 +36,31 @@ COLUMNS = (
     ("level_kn", "level kN", ".1f"), ("forces_from", "forces from", "s"), ("verdict", "verdict", "s"),
     ("probability", "probability", ".3f"), ("size", "size", "s"), ("alarms", "alarms", "s"),
 )  # fmt: skip
-"""Of the table: key, heading, how it is printed."""
+"""Columns of the table: key, heading, and the format of the values."""
 FEWEST = 6
-"""Most alarms that are printed in full for one axle."""
+"""Largest number of alarms of one axle that are printed in full; the rest are counted."""
 
 
 @dataclass(frozen=True, eq=False)
 class TrainFinding:
-    """What the recordings of a train's wheelsets show.
+    """Findings of all wheelsets of a train.
 
     Attributes
     ----------
     axles
-        What `Finding.to_dict` gives for each wheelset, from the leading one on, and `level_force`: the largest force
-        that its model has on level track, N; None where no model explains the recording.
+        Result of `Finding.to_dict` for each wheelset, beginning with the leading one. `level_force` is added: the
+        largest force of its model on level track, N; None if no model explains the recording.
     site
-        Where they were recorded.
+        Site of the recordings.
     rules, alarms
-        The rules that were compared, and those that were set off.
+        The rules that were compared, and the alarms that were raised.
     name, date
-        Of the train, and when it passed, as given.
+        Name of the train, and date of its passage, as given.
     healthy_ratio
-        Largest over static force of the site's healthy wheelset as stated: the site's irregularity makes it bounce.
+        Ratio of the largest to the static force of the site's stated healthy wheelset, which bounces over the site's
+        irregularity.
     findings
-        The findings themselves, where they were made here.
+        The findings themselves, if they were given.
     """
 
     axles: tuple[dict[str, Any], ...]
@@ -77,7 +78,7 @@ class TrainFinding:
         return tuple(alarm for alarm in self.alarms if alarm.axle == axle)
 
     def table(self) -> list[dict[str, Any]]:
-        """Return one row per wheelset; None where there is nothing to say.
+        """Return one row per wheelset; None stands for values that do not exist.
 
         Keys: axle, speed_kmh, static_kn, peak_kn, peak_kips, dynamic_ratio (peak over static), dynamic_increment
         ((peak - static) over static), level_kn (peak on level track), forces_from ("model" or "recording"), verdict,
@@ -106,7 +107,7 @@ class TrainFinding:
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it for one JSON; in SI units."""
+        """Return everything for one JSON; in SI units."""
         wheels = self.site.passage.vehicle.wheels
         axles = []
         for row, entry in zip(self.table(), self.axles, strict=True):
@@ -127,7 +128,7 @@ class TrainFinding:
         }
 
     def __str__(self) -> str:
-        """Return the table, the alarms and what to know about them."""
+        """Return the table, the alarms and notes about them."""
         head = ", ".join(part for part in (self.name, self.date, self.site.name) if part)
         faulty = [str(row["axle"]) for row in self.table() if row["verdict"] != HEALTHY]
         count = f"{len(self.axles)} axles, " + (f"not healthy: {', '.join(faulty)}" if faulty else "all healthy")
@@ -176,7 +177,7 @@ def _finite(value: float) -> float | None:
 
 
 def _aligned(rows: list[dict[str, Any]]) -> list[str]:
-    """Return a table as lines of text: numbers to the right, words to the left."""
+    """Return a table as lines of text: numbers aligned to the right, words to the left."""
 
     def said(value: Any, form: str) -> str:
         if value is None:
@@ -207,20 +208,20 @@ def train_of(
     name: str = "",
     date: str = "",
 ) -> TrainFinding:
-    """Put the findings of a train's wheelsets together.
+    """Combine the findings of a train's wheelsets.
 
     Parameters
     ----------
     found
-        From the leading wheelset on: findings, or what their `to_dict` gives.
+        Findings of the wheelsets, beginning with the leading one, or the results of their `to_dict`.
     site
-        Where they were recorded.
+        Site of the recordings.
     rules
         Alarm rules, or a file of them; by default those of the package.
     countries
         Take only rules that name one of these, such as ("SE", "EU").
     name, date
-        Of the train, and when it passed; only repeated.
+        Name of the train, and date of its passage; both are only repeated in the result.
     """
     if not found:
         raise InputError("", "recordings", "none", "one for each wheelset of the train")
@@ -241,7 +242,7 @@ def _entry(found: Mapping[str, Any] | Finding, site: Site, ratio: float) -> dict
 
 
 def _model(entry: Mapping[str, Any], site: Site) -> Scenario | None:
-    """Return the best model from what a finding's JSON says; None where it does not say enough."""
+    """Return the best model from a finding's JSON; None if the JSON does not determine it."""
     if entry["verdict"] not in FLATS:
         return None
     values = {path: one["value"] for path, one in entry.get("estimates", {}).items()}
@@ -249,9 +250,10 @@ def _model(entry: Mapping[str, Any], site: Site) -> Scenario | None:
 
 
 def _level_force(entry: Mapping[str, Any], model: Scenario | None, site: Site, ratio: float) -> float:
-    """Return a wheelset's largest force on level, rigid track, N; NaN without a wheel, or where nothing explains it.
+    """Return a wheelset's largest force on level, rigid track, N; NaN without a wheel or an explanation.
 
-    A fault of the wheel without a model has what exceeds a healthy wheelset's force over the site's irregularity.
+    For a fault of the wheel without a model, it is the static force plus the excess over a healthy wheelset's force on
+    the site's irregularity.
     """
     static, peak = entry.get("static_force"), entry.get("largest_force")
     verdict = entry["verdict"]
@@ -279,7 +281,7 @@ def _rules(given: Rules, countries: Sequence[str] | None) -> tuple[Rule, ...]:
 
 
 def healthy_ratio(site: Site) -> float:
-    """Return the largest over the static force of the site's healthy wheelset as stated."""
+    """Return the ratio of the largest to the static force of the site's stated healthy wheelset."""
     record = simulate(site.passage)
     return float(record.peaks.normal_force.values.max(initial=record.static_force) / record.static_force)
 
@@ -302,7 +304,7 @@ def diagnose_train(
     Parameters
     ----------
     recordings
-        One of each wheelset, or the path of its file, from the leading one on.
+        One recording of each wheelset, or the path of its file, beginning with the leading one.
     site
         Where they were made, or the path of its TOML file.
     rules, countries, name, date

@@ -1,4 +1,4 @@
-"""What Hertzian contacts share: the contact constant, given or from radii and elastic constants."""
+"""The common part of Hertzian contacts: the contact constant, given or from radii and elastic constants."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class ElasticContact(Contact, abstract=True):
 
     @property
     def given(self) -> float | None:
-        """The given constant, whichever way it was given; None where it is computed."""
+        """The given constant, per wheelset or per wheel; None if it is computed."""
         return self.constant if self.constant is not None else self.constant_per_wheel
 
     @property

@@ -1,8 +1,8 @@
-"""What the elastic-plastic contact laws share: where yield begins, unloading, and what is left of an indentation.
+"""The common part of elastic-plastic contact laws: onset of yield, unloading, and residual indentation.
 
-With D = δ/δ_Y, the indentation over that at which yield begins, a law gives the loading force N/N_Y and the residual
-indentation δ_r/δ_Y after unloading from D. Unloading and reloading are elastic with the flattened spot's own radius:
-N = N_m·((δ - δ_r)/(δ_m - δ_r))^1.5, up to the largest indentation δ_m that the spot has carried.
+Let D = δ/δ_Y be the indentation over that at first yield. A law gives the loading force N/N_Y and the residual
+indentation δ_r/δ_Y after unloading from D. Unloading and reloading are elastic, with the radius of the flattened spot:
+N = N_m·((δ - δ_r)/(δ_m - δ_r))^1.5, up to the largest indentation δ_m of the spot so far.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from wheeltapper.ground.needs import YIELDING, Need
 FloatArray = NDArray[np.float64]
 
 PLASTIC_CONSTRAINT = 2.8
-"""Hardness over yield strength."""
+"""Ratio of hardness to yield strength: the mean pressure of a fully plastic contact over Y."""
 
 
 def blended(d: FloatArray, start: float, end: float, before: FloatArray, after: FloatArray) -> FloatArray:
-    """Return what holds before `start` and after `end`, and between them a mixture that joins both smoothly."""
+    """Return the first function before `start`, the second one after `end`, and between them a smooth mixture."""
     share = np.clip((d - start) / (end - start), 0.0, 1.0)
     share = share * share * (3.0 - 2.0 * share)
     return np.asarray(before + share * (after - before))
@@ -35,22 +35,23 @@ class ElasticPlastic(ElasticContact, abstract=True):
     """An elastic-plastic contact that can only push.
 
     Rolling over virgin rail, the loading curve holds in both directions, because the wheel always meets new surface
-    (the paper, section 2). At speed 0, every impact meets the same spot, which remembers what it has carried.
+    (the paper, section 2). At speed 0 every impact meets the same spot, whose largest indentation so far matters.
 
     Parameters
     ----------
     yield_force
-        Normal force at which yield begins, N per wheelset. By default, where nothing of the following is given either,
-        twice the static contact force.
+        Normal force at which yield begins, N per wheelset. By default, if none of the following is given either, twice
+        the static contact force.
     yield_strength
         Y of the softer body, Pa; yield begins where the contact's pressure reaches what the law states.
     hardness
         H of the softer body, Pa, instead; Y = H/2.8.
     rail_hardness, wheel_hardness
-        H of both bodies, Pa: the softer one yields, unless one of the three before is given, and they share the marks.
+        H of both bodies, Pa. They determine how the bodies share the marks. The softer one yields, unless one of the
+        three fields before is given.
     rail_share
-        Part of a permanent indentation that the rail takes, 0 to 1; the wheel takes the rest. By default half of it, or
-        with both hardnesses H_wheel/(H_wheel + H_rail).
+        Share of a permanent indentation in the rail, 0 to 1; the rest is in the wheel. By default one half, or with
+        both hardnesses H_wheel/(H_wheel + H_rail).
     """
 
     example: ClassVar[dict[str, Any]] = {"constant": 1.405e11, "yield_force": 1e5}
@@ -64,9 +65,9 @@ class ElasticPlastic(ElasticContact, abstract=True):
     borders: ClassVar[tuple[float, ...]] = ()
     """D > 1 at which the law's formula changes."""
     limit: ClassVar[float] = 300.0
-    """Largest D for which the law was stated, or is written out here."""
+    """Largest D of the published law, or of its form here."""
     warning: ClassVar[str] = ""
-    """What a user of impacts on one spot should know."""
+    """A note for impacts on one spot."""
 
     @model_validator(mode="after")
     def _one_yield(self) -> ElasticPlastic:
@@ -93,7 +94,7 @@ class ElasticPlastic(ElasticContact, abstract=True):
 
     @property
     def softest(self) -> float | None:
-        """Hardness of the body that yields, Pa; None where yield is given otherwise."""
+        """Hardness of the body that yields, Pa; None if yield is given otherwise."""
         if self.yield_force is not None or self.yield_strength is not None:
             return None
         if self.hardness is None and self.rail_hardness is not None and self.wheel_hardness is not None:
@@ -102,13 +103,13 @@ class ElasticPlastic(ElasticContact, abstract=True):
 
     @property
     def share_of_rail(self) -> float:
-        """Part of a permanent indentation that the rail takes."""
+        """Share of a permanent indentation in the rail."""
         if self.rail_hardness is not None and self.wheel_hardness is not None:
             return float(self.wheel_hardness / (self.wheel_hardness + self.rail_hardness))
         return 0.5 if self.rail_share is None else float(self.rail_share)
 
     def pressure(self) -> float:
-        """Return the largest contact pressure at which yield begins, Pa; of a law with a given strength or hardness."""
+        """Return the largest contact pressure at first yield, Pa, for a given strength or hardness."""
         raise NotImplementedError
 
     def _strength(self) -> float:
@@ -122,7 +123,7 @@ class ElasticPlastic(ElasticContact, abstract=True):
         constant
             C of the wheelset, N/m^1.5.
         wheels
-            How many equal contacts it stands for. The pressure is that of the sphere with the constant of one of them.
+            Number of equal contacts. The pressure is that of a sphere with the constant of one of them.
         static_force
             N0 of the wheelset, N.
         """

@@ -51,7 +51,7 @@ class Hertz(ElasticContact):
     def idle(self) -> InputError | None:
         """The complaint of a given constant that leaves elastic fields without effect.
 
-        On a wagon the ellipse of contact, on which creep depends, needs them all the same.
+        On a wagon they are never useless, because creep depends on the ellipse of contact.
         """
         if self.given is None or not self.altered or self.curvature:
             return None

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic, FloatArray, blended
 
 ELASTIC_TO, PLASTIC_FROM = 1.9, 2.0
+"""D up to which the law is Hertz's, and D from which on it is the published plastic one. Between them it is blended."""
 HARDNESS = 2.84
-"""Limit of the hardness over the yield strength where the contact is small against the radius."""
+"""Ratio of hardness to yield strength in the limit of a contact that is small compared with the radius."""
 
 
 class JacksonGreen(ElasticPlastic):

@@ -11,17 +11,17 @@ from wheeltapper.describe.contact.elastic_plastic import PLASTIC_CONSTRAINT, Ela
 from wheeltapper.describe.contact.thornton import FIRST_YIELD
 
 AT_YIELD = 1.1
-"""ϑ: mean pressure over yield strength at first yield."""
+"""ϑ: ratio of the mean pressure to the yield strength at first yield."""
 FULLY_PLASTIC = 0.5 * (1.0 + float(np.exp(3.0 * AT_YIELD * (PLASTIC_CONSTRAINT / AT_YIELD - 1.0))))
-"""D from which on the mean pressure is 2.8·Y: 82.5."""
+"""D = 82.5, from which on the contact is fully plastic: its mean pressure stays 2.8·Y."""
 
 
 class Stronge(ElasticPlastic):
     """N/N_Y = x·(1 + ln x/3.3), x = 2·D - 1; fully plastic, 2.8·Y, from D = 82.5 on. The paper's law.
 
     The residual is D - √(2·D - 1). The slope jumps from 1.5 to 2.61 at D = 1, as published: just above yield the
-    contact is stiffer than Hertz's, and an impact whose largest force is below some 3.6 N_Y gives more energy back than
-    it took (coefficients of restitution up to 1.06, so that it suits rolling rather than impacts on one spot).
+    contact is stiffer than Hertz's, and an impact whose largest force is below some 3.6 N_Y returns more energy than it
+    received. Coefficients of restitution reach 1.06: the law suits rolling, and not impacts on one spot.
 
     Source: W. J. Stronge, Impact Mechanics (2000), after K. L. Johnson, Contact Mechanics (1985);
     docs/theory/elastic_plastic.rst, section 4.2.

@@ -8,11 +8,12 @@ from numpy.typing import ArrayLike
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic, FloatArray
 
 FIRST_YIELD = 1.60
-"""Largest pressure over yield strength at first yield, under a sphere (von Mises, ν = 0.3)."""
+"""Ratio of the largest pressure to the yield strength at first yield under a sphere (criterion of von Mises, ν =
+0.3)."""
 
 
 class Thornton(ElasticPlastic):
-    """N/N_Y = 1 + 1.5·(D - 1): once continuously differentiable, and no impact gives more energy back than it took.
+    """N/N_Y = 1 + 1.5·(D - 1): continuously differentiable once, and no impact returns more energy than it received.
 
     The flattened spot has the radius R·N_Hertz/N at the largest force: δ_r = δ - (N/C)^(2/3)·(N/N_Hertz)^(1/3).
 

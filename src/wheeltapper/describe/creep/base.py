@@ -1,4 +1,4 @@
-"""What all creep laws share: the coefficient of friction, and how the wheelsets' spin follows."""
+"""The common part of creep laws: the coefficient of friction, and the model of the wheelsets' spin."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ class CreepLaw(Noun, abstract=True):
     friction
         μ.
     wheel_spin
-        "quasi-static": each wheelset turns so that the longitudinal forces of its two treads have no moment about the
-        axle (fast; normal and lateral forces are those of the full spin within 1e-4, longitudinal ones are not);
-        "full": with its own equation of motion.
+        "quasi-static": each wheelset rotates so that the longitudinal forces of its two treads have no moment about the
+        axle. This is fast; normal and lateral forces agree with those of the full spin within 1e-4, longitudinal ones
+        do not. "full": the spin has an equation of motion.
     """
 
     example: ClassVar[dict[str, Any]] = {}
     """Fields of one of them; the conformance tests try it."""
     spin_range: ClassVar[float | None] = None
-    """So much of the friction limit may the linear spin force by itself use, for the law to hold; None: any."""
+    """Largest ratio of the linear spin force alone to the friction limit for which the law holds; None: any."""
     friction: Friction = 0.4
     wheel_spin: Literal["quasi-static", "full"] = "quasi-static"
 

@@ -16,7 +16,7 @@ class KalkerLinear(CreepLaw):
     Parameters
     ----------
     friction, wheel_spin
-        As for all creep laws; μ is not used but for telling where the theory ends.
+        As for all creep laws; μ is used only to note where the theory ends.
     """
 
     def saturation(self, utilisation: ArrayLike) -> NDArray[np.float64]:

@@ -17,10 +17,11 @@ class Polach(CreepLaw):
     Source: O. Polach, A fast wheel-rail forces calculation computer code (1999); kA, kS: Creep forces in simulations of
     traction vehicles running on adhesion limit (2005).
 
-    Spin counts as lateral slip more, which it is while small. Where its linear force by itself is 0.2 of μ·N, forces
-    are within 0.12 of μ·N of FASTSIM's on ellipses that are at least as long as wide, and within 0.15 on those half as
-    long; at 1 they may be wrong by 0.4 and 0.55, on flanges by 0.8 of μ·N, where FASTSIM is within some 0.12 of an
-    exact program. A record's `notes` tell a wagon that went beyond 0.2, or touched with a flange.
+    Spin is treated as additional lateral slip, which holds while it is small. Let the linear force of spin alone be 0.2
+    of μ·N. The forces then differ from those of FASTSIM by at most 0.12 of μ·N on ellipses that are at least as long as
+    wide, and by 0.15 on those half as long. At 1 of μ·N the errors reach 0.4 and 0.55, and 0.8 on flanges, where
+    FASTSIM is within some 0.12 of an exact program. A record's `notes` state if a wagon exceeded 0.2 or touched with a
+    flange.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What every irregularity is: a noun that answers with its course."""
+"""The base of all irregularities: a noun that returns its course."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Similarity = dict[str, Literal["lift", "rate", "offset"]]
 
 
 PLACES = ("start", "end", "position")
-"""Fields that say where an irregularity is."""
+"""Fields that hold the position of an irregularity."""
 
 
 class Irregularity(Noun, abstract=True):
@@ -27,7 +27,7 @@ class Irregularity(Noun, abstract=True):
         raise NotImplementedError
 
     def similarity(self) -> Similarity:
-        """Return the fields that change nothing but the scale of the height, that of the length, or the place."""
+        """Return the fields that only scale the height, scale the length, or move the place."""
         return {}
 
     def moved(self, distance: float) -> Self:
@@ -36,7 +36,7 @@ class Irregularity(Noun, abstract=True):
         Raises
         ------
         InputError
-            If nothing in it says where it is.
+            If it has no field for its position.
         """
         places = {name: getattr(self, name) for name in PLACES if getattr(self, name, None) is not None}
         if not places:
@@ -46,5 +46,5 @@ class Irregularity(Noun, abstract=True):
         return self.model_copy(update={name: place + distance for name, place in places.items()})
 
     def beyond_known(self, end: float) -> str | None:
-        """Return what is missing if the run goes on to x = end (m), or None where everything is known."""
+        """Return what is missing for a run to x = end (m), or None if nothing is."""
         return None

@@ -20,7 +20,7 @@ class CosineBump(Irregularity):
     length
         m.
     start
-        Where it begins, m.
+        Start of the irregularity, m.
     """
 
     example: ClassVar[dict[str, Any]] = {"height": -1e-4, "length": 0.05, "start": 0.1}

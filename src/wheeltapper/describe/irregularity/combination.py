@@ -16,16 +16,16 @@ from wheeltapper.ground.errors import InputError, shown, suggested
 
 
 class Repeated(Irregularity):
-    """An irregularity of the rail again and again: y(x) = Σ of(x - i·period), i = 0, 1, 2 and so on.
+    """A repeated irregularity of the rail: y(x) = Σ of(x - i·period), i = 0, 1, 2 and so on.
 
     Parameters
     ----------
     of
-        What is repeated; level outside a part no longer than the period.
+        The repeated irregularity; it is level outside a part that is not longer than the period.
     period
         m.
     count
-        How often; None for ever.
+        Number of repetitions; None: without end.
     """
 
     example: ClassVar[dict[str, Any]] = {

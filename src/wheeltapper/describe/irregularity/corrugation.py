@@ -19,13 +19,13 @@ class Corrugation(Irregularity):
     Parameters
     ----------
     amplitude
-        a, m; the paper's sign, falling first, is a < 0.
+        a, m; in the paper it is negative, so that the rail falls first.
     wavelength
         m.
     start
-        Where it begins, with an exact corner, m.
+        Start, m, with an exact corner.
     end
-        Where it ends, m (the rail goes on level at the height reached); None for never.
+        End, m; the rail continues level at the height reached. None: without end.
     """
 
     example: ClassVar[dict[str, Any]] = {"amplitude": 5e-5, "wavelength": 0.05, "start": 0.1}
@@ -41,7 +41,7 @@ class Corrugation(Irregularity):
         return self
 
     def similarity(self) -> Similarity:
-        """Return what the fields scale; one that ends at a given place is no scaled copy of another."""
+        """Return what the fields scale; a corrugation that ends at a given place is not a scaled copy of another."""
         if self.end is None:
             return {"amplitude": "lift", "wavelength": "rate", "start": "offset"}
         return {"amplitude": "lift"}

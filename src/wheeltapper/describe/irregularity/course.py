@@ -1,4 +1,4 @@
-"""A course: the height of an irregularity over the whole line, as smooth stretches. What lowering reads."""
+"""A course: the height of an irregularity over the whole line, as smooth stretches. Lowering starts from it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Harmonic:
 
     @property
     def level(self) -> bool:
-        """True where there is no wave."""
+        """True if there is no wave."""
         return not (self.sine or self.cosine)
 
     def moved(self, distance: float) -> Harmonic:
@@ -68,7 +68,7 @@ class Chord:
 
     @property
     def below(self) -> float:
-        """How far from the circle's centre the chord lies, m."""
+        """Distance of the chord from the circle's centre, m."""
         return sqrt(self.radius**2 - (0.5 * (self.end - self.start)) ** 2)
 
     def moved(self, distance: float) -> Chord:
@@ -114,11 +114,11 @@ class Course:
     height
         Characteristic height in m, the scale of the fit's tolerance.
     period
-        If given, the course repeats with this period (m) for ever from `repeats_from` on.
+        If given, the course repeats with this period (m) from `repeats_from` on, without end.
     followed
-        True where the wheel's centre follows the course itself even if the wheel rolls as a circle (an ideal step).
+        True if the wheel's centre follows the course even if the wheel rolls as a circle (an ideal step).
     sampled
-        True for a user's function: its height, and that it does not jump, is only known where it is sampled.
+        True for a user's function: its range, and whether it jumps, are known only from samples.
     """
 
     stretches: tuple[Stretch, ...]
@@ -181,7 +181,7 @@ def chord(form: Chord) -> Stretch:
         return np.sqrt(form.radius**2 - (x - middle) ** 2)
 
     def value(x: NDArray[Any]) -> NDArray[Any]:
-        return (x - form.start) * (x - form.end) / (below + root(x))  # no difference of roots: d is small
+        return (x - form.start) * (x - form.end) / (below + root(x))  # not as a difference of roots, because d is small
 
     def slope(x: NDArray[Any]) -> NDArray[Any]:
         return np.asarray((x - middle) / root(x))

@@ -14,7 +14,7 @@ from wheeltapper.ground.errors import InputError
 
 
 class WheelFlat(Irregularity):
-    """A flat on the wheel: a chord of sagitta d (fresh), or the haversine that wear makes of it (rounded).
+    """A flat on the wheel: a chord of sagitta d (fresh), or a haversine after wear (rounded).
 
     Fresh: the radius is short by R - (R - d)/cos φ, of half-length L = sqrt(2·R·d - d²), d ≈ l²/(8·R).
     Rounded: (d/2)·(1 + cos(2π·X/l)) for |X| < l/2, d = l²/(16·R) unless both are given.
@@ -24,9 +24,9 @@ class WheelFlat(Irregularity):
     depth, length
         d and l, m: one of them (both only for a rounded flat).
     position
-        Where its middle first meets the rail, m.
+        Position at which its middle first meets the rail, m.
     repeat
-        Whether it comes back every revolution, 2π·R.
+        Whether it meets the rail at every revolution, 2π·R.
     shape
         "fresh" or "rounded".
     """

@@ -23,27 +23,28 @@ FloatArray = NDArray[np.float64]
 class Measured(Irregularity):
     """The height of the rail from samples, joined by a spline.
 
-    Before the first sample the rail is level at the first height, so that nothing jumps; behind the last one it is
-    what `beyond` states. Without noise the spline is cubic and passes through every sample.
+    Before the first sample the rail is level at the first height, so that nothing jumps. Behind the last sample it is
+    as `beyond` states. Without noise the spline is cubic and passes through every sample.
 
     Parameters
     ----------
     path
         Text file with columns position and height, in m or with units in the header. It is read when it is first
-        needed; a new object reads it anew.
+        needed; a new object reads it again.
     positions, heights
         The samples themselves, m, instead of a file.
     columns
-        Names or numbers (from 0) of the two columns, where the file has more.
+        Names or numbers (from 0) of the two columns, if the file has more.
     start
-        Where the first sample lies, m; by default where the file says.
+        Position of the first sample, m; by default that in the file.
     beyond
-        "flat": level at the last height; "repeat": again and again (the last height must equal the first); None: the
-        run must end before the samples do.
+        "flat": level at the last height. "repeat": repeated without end; the last height must equal the first. None:
+        the run must end before the samples do.
     noise
-        Standard deviation of the heights' noise, m: a smoothing spline then stays that far from the samples.
+        Standard deviation of the noise of the heights, m. The rms distance of the smoothing spline from the samples
+        equals it.
     allow_gaps
-        Whether a gap (20 times the median spacing) may be bridged by the spline.
+        Whether the spline may bridge a gap (20 times the median spacing).
     """
 
     example: ClassVar[dict[str, Any]] = {
@@ -82,7 +83,7 @@ class Measured(Irregularity):
 
     @cached_property
     def form(self) -> Polynomials:
-        """The spline through, or near, the samples."""
+        """The spline through the samples, or near them."""
         x, y = self.samples
         return spline.smoothing(x, y, self.noise) if self.noise else spline.interpolating(x, y)
 
@@ -104,7 +105,7 @@ class Measured(Irregularity):
         return Course(parts, height)
 
     def beyond_known(self, end: float) -> str | None:
-        """Return what is missing if the run goes on to x = end."""
+        """Return what is missing for a run to x = end."""
         last = float(self.samples[0][-1])
         if self.beyond is not None or end <= last:
             return None

@@ -32,17 +32,17 @@ class OutOfRound(Irregularity):
         Harmonics of the circumference; amplitudes in m, phases in rad (zero by default).
     path
         Text file with columns angle or arc, and deviation (missing material negative). It is read when it is first
-        needed; a new object reads it anew.
+        needed; a new object reads it again.
     places, deviations
         The samples themselves instead of a file: arcs in m or angles in rad, and deviations in m.
     columns
-        Names or numbers (from 0) of the two columns, where the file has more.
+        Names or numbers (from 0) of the two columns, if the file has more.
     over
-        What the first column is: "arc" in m or "angle" in rad (after conversion by the header's unit).
+        Kind of the first column: "arc" in m or "angle" in rad (after conversion from the unit in the header).
     noise
         Standard deviation of the samples' noise, m.
     position
-        Where the material at angle zero meets the rail, m.
+        Position at which the point of the wheel at angle zero meets the rail, m.
     """
 
     borne: ClassVar[Literal["rail", "wheel"]] = "wheel"
@@ -86,7 +86,7 @@ class OutOfRound(Irregularity):
 
     @cached_property
     def forms(self) -> dict[float, Polynomials]:
-        """The spline near the samples, for each radius that was asked for."""
+        """The spline near the samples, for each radius in use."""
         return {}
 
     def course(self, radius: float) -> Course:
@@ -129,5 +129,5 @@ class OutOfRound(Irregularity):
                 else spline.interpolating(closed, heights, True)
             )
         part = spline.stretch(self.forms[radius])
-        part = part.moved(-turn * float(np.ceil((part.start + turn) / turn)))  # a whole turn before the run at least
+        part = part.moved(-turn * float(np.ceil((part.start + turn) / turn)))  # at least a whole turn before the run
         return Course((level(-inf, part.start), part, level(part.end, inf)), float(np.ptp(y)), turn, part.start)

@@ -30,7 +30,7 @@ class Profile(Irregularity):
     """The height of the rail as a function of position, smooth between its breakpoints.
 
     Slope and curvature are taken from local Chebyshev interpolants that never reach across a breakpoint. A jump that is
-    not among the breakpoints is refused when a run meets it; a kink is followed by short pieces, which a note says.
+    not among the breakpoints is refused when a run meets it. A kink leads to short pieces, and a note says so.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Profile(Irregularity):
     breakpoints
         Positions in m at which the height or one of its derivatives jumps.
     start, end
-        The function is used on start ≤ x ≤ end, m; elsewhere the rail is level at zero. None for without end.
+        The function is used on start ≤ x ≤ end, m; elsewhere the rail is level at zero. None: without end.
     scale
         Length in m over which the function varies; by default a thousandth of the shortest smooth part, or 1 mm.
     """
@@ -106,7 +106,7 @@ class Profile(Irregularity):
         return out if out.dtype.kind in "fc" else out.astype(float)
 
     def _values(self, x: NDArray[Any]) -> NDArray[Any]:
-        """Return what the function says of an array at once, or of one number after the other."""
+        """Return the values of the function, called with an array, or with one number after the other."""
         try:
             out = np.asarray(self.function(x))
         except (TypeError, ValueError):

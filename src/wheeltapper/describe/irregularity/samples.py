@@ -16,14 +16,16 @@ from wheeltapper.ground.quantities import UNITS
 FloatArray = NDArray[np.float64]
 
 GAP = 20.0
+"""Ratio of the distance of two samples to the median distance from which on it is a gap."""
 FEWEST = 4
+"""Smallest number of samples of a measured irregularity."""
 _SCALED = {
     unit
     for kind in ("length", "angle")
     for unit, size in UNITS[kind].items()
     if size != 1.0 and unit not in ("in", "°")
 }
-"""Units that words above the numbers may name, and without which they mean something else."""
+"""Units other than SI that a heading may name. Without them the numbers would mean something else."""
 
 
 def read_columns(
@@ -36,9 +38,9 @@ def read_columns(
     path
         The file, in any dialect of `read_text_table`. Without units it is in m, or in rad.
     columns
-        Names or numbers of the two; None where there are no others.
+        Names or numbers of the two columns; None if there are no others.
     place
-        What the first one is: "length" or "angle". The second one is a length.
+        Dimension of the first column: "length" or "angle". The second one is a length.
     """
     try:
         table = read_text_table(path, ("length", "angle"), fewest=2)
@@ -50,7 +52,7 @@ def read_columns(
 
 
 def _chosen(held: tuple[TextColumn, ...], columns: tuple[str | int, str | int] | None) -> tuple[TextColumn, TextColumn]:
-    """Return the two columns that are meant."""
+    """Return the two chosen columns."""
     if columns is None:
         if len(held) != 2:
             allowed = f"two, or columns = two of: {listing(held)}" if len(held) > 2 else "two: places and heights"
@@ -63,7 +65,7 @@ def _chosen(held: tuple[TextColumn, ...], columns: tuple[str | int, str | int] |
 
 
 def _check_words(table: TextTable, x: TextColumn) -> None:
-    """Refuse units that stand above the columns and not in their header."""
+    """Refuse units in lines above the header instead of in the header."""
     for number, text in table.beside if not x.unit else []:
         unit = next((word for word in re.findall(r"[^\W\d_]+", text) if word in _SCALED), None)
         if unit is not None:
@@ -72,9 +74,9 @@ def _check_words(table: TextTable, x: TextColumn) -> None:
 
 
 def converted(table: TextTable, *wanted: tuple[TextColumn, str, str]) -> tuple[FloatArray, ...]:
-    """Return the values of columns, each with its dimension and the unit that is asked for ("": that of the SI).
+    """Return the values of columns, each for its dimension and in the given unit ("": the SI unit).
 
-    Without units in the header they are in those units already; a unit of one column alone is refused.
+    Without units in the header the values are in those units already. A unit of one column only is refused.
     """
     above = [number for number, _ in table.beside if number < table.lines[0]]
     field = f"line {above[-1]}, header" if above else "header"
@@ -97,7 +99,7 @@ def converted(table: TextTable, *wanted: tuple[TextColumn, str, str]) -> tuple[F
 
 
 def check(x: FloatArray, y: FloatArray, source: str, lines: list[int] | None, allow_gaps: bool) -> None:
-    """Refuse samples that are too few, not finite, out of order, doubled or with gaps, naming the first bad one."""
+    """Refuse samples that are too few, not finite, out of order, doubled or with gaps; name the first bad one."""
 
     def place(i: int) -> str:
         return f"{source}, line {lines[i]}" if lines else (f"{source}, sample {i}" if source else f"sample {i}")

@@ -1,4 +1,4 @@
-"""Splines through or near samples, as polynomial pieces. SciPy does the work; it is imported only when one is built."""
+"""Splines through or near samples, as polynomial pieces. SciPy computes them; it is imported when one is built."""
 
 from __future__ import annotations
 
@@ -13,10 +13,13 @@ from wheeltapper.ground.errors import InputError
 FloatArray = NDArray[np.float64]
 
 FEWEST = 5
+"""Smallest number of samples that can be smoothed."""
 NEIGHBOURS = 200
-"""Samples on either side of a period that a periodic smoothing spline takes into account."""
+"""Number of samples on either side of a period that a periodic smoothing spline uses. Farther samples have no
+effect."""
 PENALTIES = (-6.0, 12.0)
-"""Decimal logarithms of the smallest and the largest penalty on the second derivative, samples one apart."""
+"""Decimal logarithms of the smallest and the largest weight of the second derivative, for samples at a distance of
+one."""
 
 
 def interpolating(x: FloatArray, y: FloatArray, periodic: bool = False) -> Polynomials:
@@ -30,8 +33,8 @@ def interpolating(x: FloatArray, y: FloatArray, periodic: bool = False) -> Polyn
 def smoothing(x: FloatArray, y: FloatArray, noise: float, periodic: bool = False) -> Polynomials:
     """Return the cubic smoothing spline whose rms residual equals the noise.
 
-    It minimises the squared residuals plus a penalty on ∫ y''² dx (Reinsch 1967); between samples that say nothing
-    else it stays as straight as they are, and does not ring. A straight line where even that is nearer than the noise.
+    It minimises the squared residuals plus a penalty on ∫ y''² dx (Reinsch 1967), and does not oscillate between
+    samples. If a straight line is nearer to the samples than the noise, the line is returned.
     """
     if len(x) < FEWEST:
         raise InputError("", "noise", f"{len(x)} samples", f"at least {FEWEST} samples to smooth")
@@ -41,7 +44,7 @@ def smoothing(x: FloatArray, y: FloatArray, noise: float, periodic: bool = False
     unit = (x[-1] - x[0]) / (len(x) - 1)
     first, last = 0, len(x)
     position, height = (x - x[0]) / unit, y
-    if periodic:  # enough of the neighbouring periods that the ends of the spline are not felt
+    if periodic:  # enough neighbouring periods, so that the ends of the spline have no effect
         turn, copies = position[-1], 1 + NEIGHBOURS // len(x)
         position = np.concatenate([position[:-1] + turn * k for k in range(-copies, copies + 1)])
         height = np.tile(y[:-1], 2 * copies + 1)

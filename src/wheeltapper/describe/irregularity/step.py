@@ -13,14 +13,15 @@ from wheeltapper.describe.noun import Length
 class Step(Irregularity):
     """A sudden change of the rail's height: y_r = 0 for x < position, height for x ≥ position (the paper, Fig. 4).
 
-    A wheel that rolls as a circle takes it on an arc of length sqrt(2·R·h - h²): before a step up, behind one down.
+    The centre of a wheel that rolls as a circle follows an arc of length sqrt(2·R·h - h²): before a step up, behind a
+    step down.
 
     Parameters
     ----------
     height
         m; > 0 up, < 0 down.
     position
-        Of the corner, m.
+        Position of the corner, m.
     ideal
         True: the wheel's centre jumps with the rail (the limit R → 0), however the wheel rolls.
     """

@@ -1,6 +1,6 @@
 """Profiles of wheels and rails from files: two columns, MiniProf, SIMPACK.
 
-All lengths in mm. What a file means is turned into the house's conventions:
+All lengths are in mm. Files are converted to the conventions of this package:
 
 - wheel: y from the tread datum, positive to the field side, so that the flange lies at negative y; z positive away from
   the axle (the radius at y is r0 + z);
@@ -11,14 +11,15 @@ Two columns are y and z as above. MiniProf: a wheel's x counts from the flange's
 from the axle (y = x - 70, z = Y, zero at the datum); a rail's x grows to the gauge side, Y up (y = -x, z = Y). SIMPACK:
 y to the field side, z down for both (a wheel's y, z; a rail's y, -z).
 
-MiniProf's 70 mm are replaced by its header WheelDiameterTaperline, where it is given. SIMPACK's settings act in the
-order in which its files number them, in the file's units: point.dist.min, shift, bounds (off where min ≥ max; y drops
-points, z clips them), mirror, units.len.f (file's units per metre); rotate is refused, as its sense is not public. Nor
-is the formula of approx.smooth; here it is FITPACK's: the sum of squared distances, in the file's unit, up to which the
-spline may leave the points.
+MiniProf's 70 mm are replaced by its header WheelDiameterTaperline, if it is given. SIMPACK's settings act in the order
+of their numbers in the file, in the file's units: point.dist.min, shift, bounds (off if min ≥ max; y drops points, z
+clips them), mirror, units.len.f (file's units per metre). rotate is refused, as its sense is not public. The formula of
+approx.smooth is not public either. Here it is that of FITPACK: the largest sum of squared distances of the spline from
+the points, in the file's unit.
 
-Wherever a rail's file puts y = 0, the rail is moved sideways until its two points 14 mm below the crown lie equally far
-from there (or the gauge point 36 mm, where the field side is not that deep): it is laid by its gauge point anyway.
+The rail of a file is moved sideways until its two points 14 mm below the crown have the same distance from y = 0. If
+the field side is not that deep, the distance of the gauge point is 36 mm. The choice of y = 0 has no effect, because a
+rail is laid by its gauge point.
 
 Source: the readers and example files of CONTACT (Vtech CMCC; m_profile.f90, Manchester benchmark, MiniProf recordings
 of 2015 and 2020); the comments in SIMPACK's files; Greenwood Engineering, MiniProf standard alignments.
@@ -54,21 +55,28 @@ OWNER: dict[str, Kind] = {".prw": "wheel", ".whl": "wheel", ".prr": "rail", ".ba
 PLAIN = (".txt", ".dat", ".csv")
 FEWEST = 10
 WIDTH = {"wheel": (80.0, 200.0), "rail": (40.0, 120.0)}
+"""Range of the width of a profile, mm. Outside it the file probably has another unit."""
 UNITS = {"metres": 1e3, "inches": 25.4, "centimetres": 10.0, "micrometres": 1e-3}
 PER_METRE = {"m": 1.0, "cm": 1e2, "mm": 1e3, "in": 1 / 0.0254, "inch": 1 / 0.0254}
 FLANGE, TIP = 15.0, (-65.0, -40.0)
-"""A flange is at least so high, and its tip lies there if its back is 70 mm from the tread datum."""
+"""A flange is at least FLANGE high, mm. Its tip lies in the range TIP, mm from the tread datum, if its back is 70 mm
+from it."""
 OFF_DATUM, OFF_MIDDLE = 10.0, 20.0
+"""Largest height of a wheel's profile at y = 0, mm, and half the width of the part about it that is taken as the tread.
+Largest distance of a rail's crown from y = 0, mm."""
 GAUGE_DEPTH, HALF_HEAD, FALL = 14.0, 36.0, 0.2
+"""Depth below the crown at which the gauge is measured, half the width of a rail's head there, and the smallest fall
+from the crown to the lower end, mm."""
 TURN = 0.1
-"""Points that turn back by less are noise and left out; by more, they are an overhang, where the profile ends."""
+"""Largest step, mm, by which a point may turn back as noise; such points are dropped. A larger step is an overhang, and
+the profile ends there."""
 NEAREST, STEEPEST = 1e-3, 100.0
-"""Where it is steeper, a profile is no function of y any more."""
+"""Smallest distance of two points, mm, and largest slope. A steeper profile is no function of y."""
 
 
 @dataclass(frozen=True)
 class Outline:
-    """The points of a file, in its order and the house's conventions, mm; `noise`: rms distance a spline may keep."""
+    """The points of a file, in its order, mm; `noise`: rms distance of the spline from the points."""
 
     y: FloatArray
     z: FloatArray
@@ -88,8 +96,8 @@ def wheel_profile(name_or_path: str) -> Shape:
     callable
         From lateral positions in mm, of any shape, to heights in mm of the same shape: y from the tread datum, positive
         to the field side, z positive away from the axle; NaN beyond the ends. The cubic spline through the file's
-        points (twice continuously differentiable), or near them where a SIMPACK file asks for smoothing. From the tread
-        outwards, it ends where the points turn back by more than 0.1 mm or get steeper than 100:1.
+        points (twice continuously differentiable), or near them if a SIMPACK file asks for smoothing. From the tread
+        outwards, it ends where the points turn back by more than 0.1 mm or are steeper than 100:1.
 
     Raises
     ------
@@ -145,7 +153,7 @@ def _curve(y: FloatArray, z: FloatArray, noise: float) -> Shape:
 
 
 def _read(path: Path, kind: Kind) -> Outline:
-    """Return the points of a file, whose format its suffix tells, or its text."""
+    """Return the points of a file; its format follows from its suffix, or from its text."""
     suffix = path.suffix.lower()
     own = [name for name, owner in OWNER.items() if owner == kind]
     known = f"{BUILT_IN[kind]!r}, or a file with the suffix {', '.join((*PLAIN, *own, '.mpt'))}"
@@ -170,7 +178,7 @@ def _two_columns(lines: Lines) -> Outline:
 
 
 def _points(lines: Lines, first: int = 0, second: int = 1, two: bool = False) -> FloatArray:
-    """Return two columns of rows of numbers, (2, rows): in mm, where a header gives them another unit."""
+    """Return two columns of rows of numbers, (2, rows), converted to mm if a header states another unit."""
     table = text_table(lines, ("length",), fewest=2)
     if len(table.columns) <= max(first, second) or (two and len(table.columns) > 2):
         found = f"{len(table.columns)} columns"
@@ -184,7 +192,7 @@ def _points(lines: Lines, first: int = 0, second: int = 1, two: bool = False) ->
 
 
 def _is_row(text: str) -> bool:
-    """Return whether a line begins with a number, be it none that a profile may have."""
+    """Return whether a line begins with a number, even one that no profile can have."""
     return re.match(r"[-+]?(\.?\d|nan|inf)", text.strip(), re.IGNORECASE) is not None
 
 
@@ -215,11 +223,11 @@ def _miniprof(lines: Lines, kind: Kind) -> Outline:
     if kind == "wheel":
         y = x - _setting(header, "WHEELDIAMETERTAPERLINE", FLANGE_BACK)
         return Outline(y, z - _at_datum(y, z))
-    return Outline(x[np.argmax(z)] - x, z) if len(x) else Outline(x, z)  # x = 0 is where the instrument stood
+    return Outline(x[np.argmax(z)] - x, z) if len(x) else Outline(x, z)  # x = 0 is the position of the instrument
 
 
 def _at_datum(y: FloatArray, z: FloatArray) -> float:
-    """Return the height of a tread at y = 0; zero where there is none."""
+    """Return the height of a tread at y = 0; zero if there is no tread."""
     tread = np.flatnonzero(np.abs(y) < OFF_DATUM)
     tread = tread[np.argsort(y[tread])]
     return float(np.interp(0.0, y[tread], z[tread])) if len(tread) else 0.0
@@ -278,7 +286,7 @@ def _apart(points: FloatArray, distance: float) -> FloatArray:
 
 
 def _per_metre(settings: dict[str, str]) -> float:
-    """Return how many of a SIMPACK file's length units make a metre; its factor goes before the unit's name."""
+    """Return the number of length units of a SIMPACK file per metre; its factor overrides the unit's name."""
     name = settings.get("spline.units.len", "m")
     factor = _setting(settings, "spline.units.len.f", PER_METRE.get(name, 0.0))
     if not factor > 0.0:
@@ -288,7 +296,7 @@ def _per_metre(settings: dict[str, str]) -> float:
 
 
 def _allowance(squares: float, points: Lines) -> float:
-    """Return a SIMPACK file's allowed sum of squares; weights would change what it means."""
+    """Return a SIMPACK file's allowed sum of squares; refuse weights, which would change its meaning."""
     if squares < 0.0:
         raise InputError("", "spline.approx.smooth", f"{squares:g}", "0 (through the points) or more")
     if squares:
@@ -313,7 +321,7 @@ def _check_size(outline: Outline, kind: Kind) -> None:
 
 
 def _wheel(outline: Outline) -> tuple[FloatArray, FloatArray]:
-    """Return the points that are a function of y, of a wheel that is as a wheel must be."""
+    """Return the points of a wheel that are a function of y; refuse an impossible wheel."""
     y, z = outline.y, outline.z
     _check_flange(y, z, float(y[np.argmax(z)]))
     start = int(np.argmin(np.abs(y)))
@@ -328,7 +336,7 @@ def _wheel(outline: Outline) -> tuple[FloatArray, FloatArray]:
 def _check_flange(y: FloatArray, z: FloatArray, tip: float) -> None:
     """Refuse a wheel without a flange, or with the flange elsewhere than 70 mm from the tread datum."""
     order = np.argsort(y)
-    tread = np.median(np.interp(np.linspace(y.min(), y.max(), 101), y[order], z[order]))  # most of the width is tread
+    tread = np.median(np.interp(np.linspace(y.min(), y.max(), 101), y[order], z[order]))  # mostly tread
     side = f"a flange at least {FLANGE:g} mm high on the side of negative y, z positive away from the axle"
     if z.max() - tread < FLANGE:
         hint = "; mirror the file: z to -z (SIMPACK: mirror.z)" if tread - z.min() >= FLANGE else ""
@@ -342,7 +350,7 @@ def _check_flange(y: FloatArray, z: FloatArray, tip: float) -> None:
 
 
 def _rail(outline: Outline) -> tuple[FloatArray, FloatArray]:
-    """Return the points that are a function of y, of a rail that is as a rail must be, from its middle and crown."""
+    """Return the points of a rail that are a function of y, relative to middle and crown; refuse an impossible rail."""
     y, z = outline.y, outline.z
     crown = int(np.argmax(z))
     if z[crown] - max(z[np.argmin(y)], z[np.argmax(y)]) < FALL:
@@ -371,7 +379,7 @@ def _disorder(kept: FloatArray, way: str) -> InputError:
 
 
 def _outward(y: FloatArray, z: FloatArray, start: int) -> tuple[FloatArray, FloatArray]:
-    """Return the points that lie ever further out on either side of the start, in the order of y."""
+    """Return the points that lie further out than all before, on either side of the start, in the order of y."""
     rising = y[-1] > y[0]
     forward = list(_leaving(y, z, range(start, len(y)), 1.0 if rising else -1.0))
     backward = list(_leaving(y, z, range(start, -1, -1), -1.0 if rising else 1.0))
@@ -380,7 +388,7 @@ def _outward(y: FloatArray, z: FloatArray, start: int) -> tuple[FloatArray, Floa
 
 
 def _leaving(y: FloatArray, z: FloatArray, way: range, sign: float) -> Iterator[int]:
-    """Yield the indices along a way whose points are further out than all before."""
+    """Yield the indices of points that lie further out than all before them."""
     last = way[0]
     yield last
     for i in way[1:]:

@@ -18,10 +18,13 @@ FloatArray = NDArray[np.float64]
 Variant = Literal["public", "drawing"]
 
 RADII = (300.0, 80.0, 13.0)
+"""Radii of the arcs from the crown outwards, mm."""
 JOINTS: dict[Variant, tuple[float, float]] = {"public": (10.5, 25.988), "drawing": (10.228, 26.0265)}
+"""Lateral positions of the joints between the arcs, mm."""
 SIDE = 0.05
-"""How much the sides lean: outwards by so much per unit downwards."""
+"""Slope of the sides: horizontal per vertical distance (1:20)."""
 BOTTOM = -40.0
+"""Height of the lower end of the head, mm."""
 
 
 def _centres(variant: Variant) -> list[tuple[float, float]]:

@@ -1,7 +1,7 @@
 """The wheel profile S1002 (EN 13715, UIC 510-2): polynomials and arcs in eight zones.
 
-Lateral position y from the tread datum (70 mm from the flange's back), positive to the field side; z towards the axle's
-far side, so that the radius at y is r0 + z(y): the flange's tip is at z = 28 mm.
+Lateral position y from the tread datum (70 mm from the flange's back), positive to the field side; z away from the
+axle, so that the radius at y is r0 + z(y): the flange's tip is at z = 28 mm.
 
 Source: EN 13715; the joints close to 1.2e-4 mm, and all points of the Manchester contact benchmark's profile with
 |y| ≤ 60 mm lie on it to 1.6e-6 mm.
@@ -38,7 +38,7 @@ ARCS = (
 )
 BACK, FRONT = -70.0, 60.0
 FLANGE_BACK = 70.0
-"""Distance of the tread datum from the flange's back, mm."""
+"""Distance from the flange's back to the tread datum, mm."""
 
 
 def s1002(y: FloatArray) -> FloatArray:

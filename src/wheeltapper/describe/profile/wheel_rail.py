@@ -1,4 +1,4 @@
-"""The surfaces that roll on each other: profiles of wheel and rail and how they lie, or plain cones."""
+"""The rolling surfaces: profiles of wheel and rail with their positions, or plain cones."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ class WheelRail(Profiles):
     rail
         "60E1", or a file with the profile: two columns in mm, MiniProf (.ban) or SIMPACK (.prr).
     inclination
-        Of the rails towards the track's middle.
+        Inclination of the rails towards the track's middle.
     gauge
-        Between the rails, 14 mm below their tops, m.
+        Distance between the rails, 14 mm below their tops, m.
     flange_backs
-        Between the backs of the two wheels' flanges, m.
+        Distance between the backs of the two wheels' flanges, m.
     smoothing
-        ε, m: places whose gap is larger than the smallest one by ε still count 1/e. Of the order of the indentation;
-        it rounds off the jumps that rigid profiles make. For what it does to rolling radii see the guide on wagons.
+        Smoothing length ε, m, of the order of the indentation. Places are weighted with exp(-gap/ε). This smooths the
+        jumps of the contact between rigid profiles. The guide on wagons describes its effect on rolling radii.
     """
 
     wheel: str = "S1002"
@@ -64,7 +64,7 @@ class Cones(Profiles):
     arm
         Half the distance of the contacts, m.
     moving_with
-        "rail": the contacts stay where they are on the rails as the wheelset shifts; "wheel": they move with it.
+        "rail": the contacts keep their places on the rails as the wheelset shifts. "wheel": they move with it.
     """
 
     conicity: float = Field(default=0.0, ge=0, lt=1)

@@ -1,4 +1,4 @@
-"""What a file holds: its bytes, unpacked up to a limit, and the text that they mean."""
+"""The contents of a file: its bytes, unpacked up to a limit, and their text."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pathlib import Path
 from wheeltapper.ground.errors import InputError
 
 LARGEST = 1e9
-"""Bytes that a file may hold, unpacked, unless the caller says otherwise."""
+"""Largest size of an unpacked file, bytes, unless the caller allows more."""
 
 
 def content(path: Path, largest: float = LARGEST) -> bytes:
-    """Return what a file holds, unpacked where its name ends with .gz.
+    """Return the contents of a file, unpacked if its name ends with .gz.
 
     Raises
     ------
@@ -26,7 +26,7 @@ def content(path: Path, largest: float = LARGEST) -> bytes:
             check_size(path.stat().st_size, largest)
             return path.read_bytes()
         with gzip.open(path) as file:
-            unpacked = file.read(int(largest) + 1)  # no more than that is ever unpacked
+            unpacked = file.read(int(largest) + 1)  # never unpack more than that
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise InputError("", "path", f"a broken gzip file ({error})", "a whole .gz file") from None
     except OSError as error:
@@ -36,7 +36,7 @@ def content(path: Path, largest: float = LARGEST) -> bytes:
 
 
 def digest(path: Path) -> str:
-    """Return what tells a file's content from others; nothing for a file that cannot be read."""
+    """Return a digest of a file's contents; "" for a file that cannot be read."""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError:
@@ -51,14 +51,14 @@ def check_size(count: float, largest: float) -> None:
 
 
 def decoded(whole: bytes) -> str:
-    """Return text, of whatever encoding measuring programs write."""
+    """Return text, in any encoding that measuring programs use."""
     if whole.startswith((b"\xff\xfe", b"\xfe\xff")):
         text = whole.decode("utf-16", errors="replace")
     else:
         try:
             text = whole.decode("utf-8-sig")
         except UnicodeDecodeError:
-            text = whole.decode("latin-1")  # every byte is a letter; a wrong one makes no number
+            text = whole.decode("latin-1")  # every byte is a character; a wrong one does not change numbers
     if "\0" in text:
         raise InputError("", "path", "a file that is not text", "a text file with columns of numbers")
     return text

@@ -1,4 +1,4 @@
-"""How a text file writes its numbers: what separates them, and whether their decimals follow a point or a comma."""
+"""The dialect of a text file with numbers: the separator, and a point or a comma before decimals."""
 
 from __future__ import annotations
 
@@ -14,17 +14,20 @@ Rows = list[tuple[int, str]]
 """Line numbers and lines."""
 
 NOTHING = {"", "nan", "-nan", "+nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "missing", "1.#qnan", "nan(ind)"}
-"""What stands for a missing value, in small letters."""
+"""Texts that stand for a missing value, in small letters."""
 SEEN = 200
-"""Lines that are looked at to find the dialect."""
+"""Number of lines that are examined to find the dialect."""
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
+"""A number whose comma may separate thousands."""
 _WHOLE = re.compile(r"[-+]?\d+")
+"""A whole number."""
 _PADDED = re.compile(r"[-+]?0\d")
+"""A number with a leading zero, as the decimals of a number that a comma has cut."""
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """What separates the values of a line (None: blanks), and the mark before their decimals."""
+    """Separator of the values of a line (None: blanks), and the mark before their decimals."""
 
     separator: str | None
     decimal: str = "."
@@ -38,7 +41,7 @@ class Dialect:
         return [cell.strip() for cell in text.split(self.separator)]
 
     def number(self, cell: str) -> float:
-        """Return a cell's number, NaN where it says that there is none; ValueError for anything else."""
+        """Return a cell's number; NaN for a missing value; ValueError for anything else."""
         text = cell.strip('" \t').replace("\u2212", "-")
         if text.lower() in NOTHING:
             return float("nan")
@@ -48,7 +51,7 @@ class Dialect:
         return float(text.replace(",", "."))
 
     def is_number(self, cell: str) -> bool:
-        """Return whether a cell holds a number, or says that there is none."""
+        """Return whether a cell holds a number, or stands for a missing value."""
         try:
             self.number(cell)
         except ValueError:
@@ -56,7 +59,7 @@ class Dialect:
         return True
 
     def pattern(self, text: str) -> tuple[bool, ...]:
-        """Return which cells of a line are numbers; none where less than half are, or all are missing."""
+        """Return which cells of a line are numbers; none if less than half are, or all are missing."""
         cells = self.cells(text)
         found = tuple(self.is_number(cell) for cell in cells)
         there = sum(cell.lower() not in NOTHING for cell, good in zip(cells, found, strict=True) if good)
@@ -67,11 +70,12 @@ CANDIDATES = (
     *(Dialect(mark, decimal) for mark in (";", "\t") for decimal in (".", ",")),
     Dialect(",", "."), Dialect(",", ","), Dialect(None, "."), Dialect(None, ","),
 )  # fmt: skip
-"""Commas before decimals stand between commas only in quotes, which each line's cells show."""
+"""Dialects, in the order in which they are tried. Decimal commas between separating commas are possible only if cells
+are quoted; the cells of each line show it."""
 
 
 def dialect_of(rows: Rows) -> Dialect:
-    """Return the dialect in which most lines hold nothing but numbers; the first of CANDIDATES among equals."""
+    """Return the dialect in which most lines hold only numbers; the first of CANDIDATES among equals."""
     texts = [text for _, text in rows[:: max(1, len(rows) // SEEN)]]
     held = "".join(texts)
     possible = [d for d in CANDIDATES if (d.separator or "") in held and (d.decimal == "." or "," in held)]
@@ -84,7 +88,7 @@ def dialect_of(rows: Rows) -> Dialect:
 
 
 def usual_pattern(rows: Rows, dialect: Dialect) -> tuple[bool, ...]:
-    """Return which cells are numbers in most lines that hold numbers; none where no line does."""
+    """Return which cells are numbers in most lines with numbers; none if no line has any."""
     found = Counter(dialect.pattern(text) for _, text in rows[:: max(1, len(rows) // SEEN)])
     found.pop((), None)
     return max(found, key=lambda pattern: (found[pattern], sum(pattern)), default=())
@@ -98,11 +102,11 @@ def check_unambiguous(body: Rows, dialect: Dialect, named: int, fewest: int) -> 
     body
         The lines of numbers.
     dialect
-        How they are read.
+        Dialect of the lines.
     named
-        How many columns the header names; 0 without one.
+        Number of columns in the header; 0 without a header.
     fewest
-        How many columns there must be.
+        Smallest number of columns.
     """
     number, text = body[0]
     if dialect == Dialect(",", "."):

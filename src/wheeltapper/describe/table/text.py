@@ -1,7 +1,7 @@
 """Tables in text files: comments, a header, columns of numbers; read the same for every purpose.
 
-Separators are semicolons, tabs, commas or blanks, decimals follow points or commas: whatever makes most lines hold
-nothing but numbers. Numbers that can be read in two ways are refused.
+Separators are semicolons, tabs, commas or blanks; decimals follow points or commas. The combination is chosen with
+which most lines hold only numbers. Numbers that can be read in two ways are refused.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Names = list[tuple[str, str]]
 
 @dataclass(frozen=True, eq=False)
 class TextColumn:
-    """A column of a text file: name and unit as they stand there; `fault`: why its values could not be read."""
+    """A column of a text file: name and unit as in the file; `fault`: the error of reading its values."""
 
     name: str
     unit: str
@@ -70,13 +70,14 @@ def read_text_table(
     path
         The file.
     dimensions
-        Which units the columns may have without brackets, keys of `UNITS`.
+        Dimensions, keys of `UNITS`, whose units the columns may have without brackets.
     largest
-        Bytes that it may hold, unpacked.
+        Largest unpacked size, bytes.
     fewest
-        How many columns there must be.
+        Smallest number of columns.
     states
-        Whether a line above the numbers states a fact, and neither names columns nor holds their numbers.
+        A function: whether a line above the numbers states a fact, so that it is neither a header nor a line of
+        numbers.
 
     Raises
     ------
@@ -113,9 +114,9 @@ def text_table(
 
 
 def _start(rows: Rows, dialect: Dialect, pattern: tuple[bool, ...], states: Callable[[str], bool]) -> int:
-    """Return where the numbers begin: behind the last line of words above the first line that is as most are.
+    """Return the first line of numbers: behind the last line of words before the first typical line of numbers.
 
-    Lines with some numbers between these two are broken ones, to be named and not skipped.
+    Lines with some numbers between the two are broken; they are reported and not skipped.
     """
     start = len(rows)
     for k, (_, text) in enumerate(rows):
@@ -130,7 +131,7 @@ def _start(rows: Rows, dialect: Dialect, pattern: tuple[bool, ...], states: Call
 
 
 def _names(titles: Rows, dialect: Dialect, width: int, dimensions: tuple[str, ...]) -> Names:
-    """Return the names and units of the columns; none where no line above the numbers gives them."""
+    """Return the names and units of the columns; none if no line above the numbers has them."""
     if not titles:
         return []
     split = [_header_cells(text, dialect, width) for _, text in titles[-2:]]
@@ -149,13 +150,13 @@ def _names(titles: Rows, dialect: Dialect, width: int, dimensions: tuple[str, ..
 
 
 def _commented(text: str, dialect: Dialect, width: int, dimensions: tuple[str, ...]) -> Names:
-    """Return the names and units that a comment gives to columns; none where it gives no unit."""
+    """Return the names and units of columns in a comment; none if it has no unit."""
     names = [name_and_unit(cell, dimensions) for cell in _header_cells(text, dialect, width)]
     return names if len(names) == width and any(unit for _, unit in names) else []
 
 
 def _header_cells(text: str, dialect: Dialect, width: int) -> list[str]:
-    """Return the cells of a header; blanks separate no unit from its name, and nothing where there is one column."""
+    """Return the cells of a header; blanks do not separate a unit from its name, nor the words of a single column."""
     if dialect.separator is not None:
         return [cell.strip('"') for cell in dialect.cells(text)]
     if width == 1:
@@ -180,7 +181,7 @@ def _columns(body: Rows, names: Names, dialect: Dialect, width: int) -> tuple[Te
 
 
 def _regular(body: Rows, dialect: Dialect, width: int) -> NDArray[np.float64] | None:
-    """Return the numbers of lines that hold nothing else; None for others."""
+    """Return the numbers of lines that hold only numbers; None for other lines."""
     texts, mark = [text for _, text in body], dialect.separator
     if mark and len(dialect.cells(texts[0])) > width and all(text.endswith(mark) for text in texts):
         texts = [text.removesuffix(mark) for text in texts]
@@ -208,7 +209,7 @@ def _row(row: tuple[int, str], dialect: Dialect, width: int) -> list[str]:
 
 
 def _values(cells: list[str], body: Rows, name: str, dialect: Dialect) -> tuple[NDArray[np.float64], InputError | None]:
-    """Return the numbers of a column, and what is wrong with the first that is none."""
+    """Return the numbers of a column, and the error of its first cell without a number."""
     values = np.full(len(cells), np.nan)
     for i, cell in enumerate(cells):
         try:
@@ -232,7 +233,7 @@ C = TypeVar("C", bound=_Named)
 
 
 def named(columns: Sequence[C], argument: str, name: str | int, dimensions: tuple[str, ...]) -> C:
-    """Return the column that is meant by its name, its header as it stands in the file, or its number from 0.
+    """Return a column by its name, its header in the file, or its number from 0.
 
     Raises
     ------
@@ -255,6 +256,6 @@ def named(columns: Sequence[C], argument: str, name: str | int, dimensions: tupl
 
 
 def listing(columns: Sequence[_Named]) -> str:
-    """Return the names of columns, numbers where they have none."""
+    """Return the names of columns, or their numbers if they have none."""
     names = [c.name or str(i) for i, c in enumerate(columns)]
     return ", ".join(names[:12]) + (" …" if len(names) > 12 else "")

@@ -1,4 +1,4 @@
-"""Units in the headers of measured files: the many ways in which they are spelt."""
+"""Units in the headers of measured files, in all their spellings."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ _SPELT = {
     "um": ("micron", "microns", "micrometre", "micrometres", "micrometer", "micrometers", "Mikrometer"),
     "deg": ("degree", "degrees", "Grad"),
 }
+"""Units as the package writes them, and other spellings of each."""
 _PLAIN = {spelt: unit for unit, ways in _SPELT.items() for spelt in ways}
+"""The unit of each spelling."""
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[\s*(.+?)\s*\]|\(\s*(.+?)\s*\)|\s/\s+\(?(.+?)\)?)$")
 _IN_WORDS = re.compile(r"^(.+?)(?:\s+in\s+(\S+)|[\s,:]+(\S{2,}))$")
 
 
 def plain(unit: str) -> str:
-    """Return a unit as the house spells it: "m/s²" and "m s⁻²" are m/s^2; an unknown one as it stands."""
+    """Return a unit in the spelling of this package: "m/s²" and "m s⁻²" become m/s^2; an unknown one stays."""
     text = unit.strip().strip("[]").strip()
     if text.startswith("(") and text.endswith(")"):
         text = text[1:-1].strip()
@@ -34,18 +36,18 @@ def plain(unit: str) -> str:
 
 
 def is_time(unit: str) -> bool:
-    """Return whether a unit is one of time."""
+    """Return whether a unit is a unit of time."""
     return plain(unit) in UNITS["time"]
 
 
 def is_unit(unit: str) -> bool:
-    """Return whether the house's tables know a unit; empty and "-" are units of a number."""
+    """Return whether a unit is known here; "" and "-" are units of a number."""
     text = plain(unit)
     return text in ("", "-") or any(text in table for table in UNITS.values())
 
 
 def name_and_unit(header: str, dimensions: tuple[str, ...]) -> tuple[str, str]:
-    """Split "a [g]", "acc (m/s^2)", "F / kN", "t_s" or "Weg in mm" into name and unit; "" where there is no unit.
+    """Split "a [g]", "acc (m/s^2)", "F / kN", "t_s" or "Weg in mm" into name and unit; "" if there is no unit.
 
     Without brackets, a unit must be one of the dimensions that the columns may have.
     """
@@ -53,11 +55,11 @@ def name_and_unit(header: str, dimensions: tuple[str, ...]) -> tuple[str, str]:
     match = _UNIT_IN_NAME.fullmatch(text)
     if match:
         return match[1], match[2] or match[3] or match[4]
-    for mark in re.finditer("_", text):  # "acc_m_s2": the longest end that is a unit
+    for mark in re.finditer("_", text):  # "acc_m_s2": the longest ending that is a unit
         name, unit = text[: mark.start()], text[mark.end() :]
         if name and _of(unit, dimensions):
             return name, unit
-    match = _IN_WORDS.fullmatch(text)  # one letter may be a word: "sensor N", "axle g"
+    match = _IN_WORDS.fullmatch(text)  # a single letter may be part of a name: "sensor N", "axle g"
     unit = (match[2] or match[3]) if match else ""
     return (match[1], unit) if match and _of(unit, dimensions) else (text, "")
 

@@ -15,9 +15,9 @@ from wheeltapper.ground.needs import DECK, Need
 class FloatingDeck(Track):
     """A rigid deck of mass M on a bearing K-C_d, prestressed: at rest at zero under the static wheel load N0.
 
-    M·ÿ_M = -(N - N0) - K·y_M - C_d·ẏ_M (the paper, equation 2.3, with the bearing's damping, which it omits).
-    Off the deck a constant force equal to the prestress stands in for the wheel; at entry the wheel takes over, at
-    exit the indentation jumps by -y_M.
+    M·ÿ_M = -(N - N0) - K·y_M - C_d·ẏ_M (the paper, equation 2.3, with the bearing's damping, which it omits). While the
+    wheel is off the deck, a constant force equal to the prestress acts instead. At entry the wheel replaces it; at exit
+    the indentation jumps by -y_M.
 
     Parameters
     ----------
@@ -28,12 +28,12 @@ class FloatingDeck(Track):
     damping
         C_d of the bearing, N·s/m.
     start
-        Position of the entry, m; None where the whole track is the deck.
+        Position of the entry, m; None: the whole track is the deck.
     length
-        m; None where the deck never ends.
+        Length, m; None: the deck has no end.
     wheelset
-        On a wagon: the only wheelset that the deck carries; None where each is on it that is between its ends. While
-        none is on it, the force of one at rest stands in.
+        On a wagon: the only wheelset that the deck carries. None: it carries every wheelset between its ends. While no
+        wheelset is on it, the static force of one acts instead.
     """
 
     example: ClassVar[dict[str, Any]] = {"mass": 5000.0, "stiffness": 2e7, "damping": 1e4}

@@ -1,4 +1,4 @@
-"""Vehicles, and the parts that a wagon of one's own is made of."""
+"""Vehicles, and the parts of a wagon that a user describes."""
 
 from typing import TYPE_CHECKING
 

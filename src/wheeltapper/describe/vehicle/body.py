@@ -18,7 +18,7 @@ class Body(Noun):
     Parameters
     ----------
     name
-        Elements and results name the body so.
+        Name of the body in elements and results.
     mass
         kg.
     inertia
@@ -26,7 +26,7 @@ class Body(Noun):
     position
         Centre of gravity: x from the leading wheelset (forward; negative behind it), y, z above the rail, m.
     held
-        Motions that are held at zero.
+        Motions that are fixed at zero.
     """
 
     name: str = Field(min_length=1)
@@ -50,9 +50,9 @@ class Axle(Noun):
     radius
         Nominal radius of the wheels, m: the height of its centre above the rail.
     load
-        Constant downward force on its centre beside weight and elements, N.
+        Constant downward force on its centre, in addition to weight and elements, N.
     held
-        Motions that are held at zero.
+        Motions that are fixed at zero.
     """
 
     mass: Mass

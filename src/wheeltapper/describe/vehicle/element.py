@@ -1,7 +1,7 @@
-"""What connects the bodies of a vehicle: springs, dampers, stops and links between two points.
+"""Elements that connect the bodies of a vehicle: springs, dampers, stops and links between two points.
 
-An element acts at one place in the undeformed vehicle, at which both of its ends are, each fixed to its body. `between`
-names two bodies, or a body and "ground", which moves along with the vehicle steadily.
+Each of the two ends of an element is fixed to a body. In the undeformed vehicle both ends are at the same place.
+`between` names two bodies, or a body and "ground", which moves steadily with the vehicle.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ class Element(Noun, abstract=True):
     Parameters
     ----------
     name
-        Names of elements and bodies differ; faults and changes name the element so.
+        Name in faults and changes; it differs from all other names of elements and bodies.
     between
         What it connects: names of two bodies ("wheelset 1" is a wheelset), or of a body and "ground".
     at
-        Where both ends are in the undeformed vehicle: x from the leading wheelset (forward; negative behind it), y to
+        Place of both ends in the undeformed vehicle: x from the leading wheelset (forward; negative behind it), y to
         the left, z above the rail, m.
     """
 
@@ -61,16 +61,17 @@ class Spring(Element):
 
 
 class Damper(Element):
-    """A damper in three directions, each perhaps in series with a spring (the bush at its end).
+    """A damper in three directions, each optionally in series with a spring (the bush at its end).
 
     Parameters
     ----------
     damping
         Along x, y and z, N·s/m.
     series_stiffness
-        Of the spring in series with each of them, N/m; None: rigid.
+        Stiffness of the spring in series with each direction, N/m; None: rigid.
     free_play
-        Of the worn end at that spring, in all directions, m: from one side to the other it carries nothing.
+        Free play of the worn end at that spring, in all directions, m, from one side to the other; within it the force
+        is zero.
     """
 
     example: ClassVar[dict[str, Any]] = {"damping": (0.0, 0.0, 2e4)}
@@ -94,7 +95,7 @@ class Stop(Element):
     along
         The direction.
     deflection, force
-        Its corners for positive deflections, m and N, from (0, 0) on; beyond the last one it goes on straight.
+        Its corners for positive deflections, m and N, beginning with (0, 0); beyond the last one it continues straight.
     """
 
     example: ClassVar[dict[str, Any]] = {"along": "z", "deflection": (0.0, 1e-4, 3e-4), "force": (0.0, 100.0, 500.0)}
@@ -116,7 +117,7 @@ class Stop(Element):
 
 
 class Link(Element):
-    """A rigid connection in some directions: what becomes of a spring that is broken and rests on itself.
+    """A rigid connection in some directions, such as a broken spring that rests on itself.
 
     Parameters
     ----------

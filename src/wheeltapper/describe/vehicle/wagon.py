@@ -1,4 +1,4 @@
-"""A whole vehicle in three dimensions: rigid bodies, wheelsets, and what connects them."""
+"""A whole vehicle in three dimensions: rigid bodies, wheelsets, and the elements between them."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ AnyElement = Annotated[Element, OneOf(Element)]
 class Wagon(Vehicle):
     """A vehicle of rigid bodies on wheelsets (the paper, section 4).
 
-    Bodies and wheelsets move a little about a steady run along the track: x forward, y left, z up.
+    Bodies and wheelsets have small motions about a steady run along the track: x forward, y left, z up.
 
     Parameters
     ----------
     bodies
-        All but the wheelsets.
+        All bodies except the wheelsets.
     axles
-        The wheelsets, from the leading one on; elements name them "wheelset 1", "wheelset 2", …
+        The wheelsets, beginning with the leading one; their names in elements are "wheelset 1", "wheelset 2", …
     elements
         Springs, dampers, stops and links.
     gravity
@@ -126,11 +126,11 @@ class ErriB176(Vehicle):
     wheelset_mass, primary_stiffness, series_springs
         As for `Wagon.erri_b176`.
     dampers
-        False: without any.
+        False: without dampers.
     without
-        Names of elements that are missing.
+        Names of elements that are left out.
     elements
-        More elements, or others in place of those with their names.
+        Added elements; those with a name of the coach replace its element.
     """
 
     wheelset_mass: Mass = 1813.0

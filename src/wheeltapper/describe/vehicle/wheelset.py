@@ -19,9 +19,9 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import DAMPER_END, DAMPER_PLAY, NOTHING, Need
 
 FASTEST = 1e6
-"""Largest rate of a suspension √(k/m) or c/m, and of a bush k_b/c, 1/s.
+"""Largest rate of a suspension, √(k/m) or c/m, and of a bush, k_b/c, 1/s.
 
-What is faster is rigid to any measurement, and would need ever smaller steps.
+A faster one is rigid for every measurement, and the march would need ever smaller steps.
 """
 
 
@@ -31,17 +31,17 @@ class Wheelset(Vehicle):
     The equation of motion is m·ÿ = -P - m·g - k·y - c·ẏ + N (the paper, equation 2.3), y the displacement upwards;
     the spring is unstretched at y = 0. All values are per wheelset.
 
-    The damper may have a massless end z of its own (docs/theory/motion.rst, section 1.3). With free
-    play, the wheel moves by up to g either way between its stops, |y - z| ≤ g: the damper acts, with -c·ẏ, only while
-    the wheel is at a stop and moves outwards; else there is no force, and z rests. With a bush, F = k_b·(y - z) = c·ż:
-    the damper acts below k_b/c only. With both, F = k_b·(y - z ∓ g) beyond the gap and zero within.
+    The damper may have a massless end z that moves (docs/theory/motion.rst, section 1.3). With free play the wheel
+    moves between two stops, |y - z| ≤ g. The damper acts, with -c·ẏ, only while the wheel is at a stop and moves
+    outwards. Otherwise there is no force, and z rests. With a bush, F = k_b·(y - z) = c·ż: the damper acts only below
+    the frequency k_b/c. With both, F = k_b·(y - z ∓ g) beyond the gap, and zero within it.
 
     Parameters
     ----------
     mass
         m, kg.
     load
-        P, N, without the wheelset's own weight.
+        P, N, without the weight of the wheelset.
     stiffness
         k of the primary suspension, N/m, at most m·1e12/s².
     damping
@@ -55,7 +55,7 @@ class Wheelset(Vehicle):
     damper_play
         Half the gap g of the damper's free play, m; 0: none.
     damper_play_start
-        Where in its gap the end begins, from -1 to 1: z = y + damper_play_start·g at the start, 0 in the middle.
+        Position of the end in its gap at the start, from -1 to 1: z = y + damper_play_start·g; 0 is the middle.
     bush_stiffness
         k_b of the bush between wheel and damper, N/m, at most c·1e6/s; None: rigid.
     """
@@ -110,7 +110,7 @@ class Wheelset(Vehicle):
 
     @property
     def damper_end(self) -> bool:
-        """Whether the damper has an end of its own: play, or a bush."""
+        """Whether the damper has a movable end: play, or a bush."""
         return self.damper_play > 0.0 or self.bush_stiffness is not None
 
     @property

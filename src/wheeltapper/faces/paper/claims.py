@@ -1,4 +1,4 @@
-"""The register of the paper's claims: each is measured by a function, and holds or does not."""
+"""The register of the paper's claims. Each is measured by a function, and holds or does not hold."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Measure:
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim of the paper: its number, where it stands, what it says, and the function that measures it."""
+    """A claim of the paper: its number, its figure, its sentence, and the function that measures it."""
 
     number: str
     figure: str
@@ -27,6 +27,7 @@ class Claim:
 
 
 CLAIMS: dict[str, Claim] = {}
+"""The registered claims, by number."""
 
 
 def claim(
@@ -54,7 +55,7 @@ def absolute(quantity: str, value: float, expected: float, tolerance: float) -> 
 
 
 def count(quantity: str, value: float, expected: int, tolerance: int = 0) -> Measure:
-    """Return a measure of a number of things."""
+    """Return a measure of a count."""
     text = f"{expected} ± {tolerance}" if tolerance else f"exactly {expected}"
     return Measure(quantity, value, text, abs(value - expected) <= tolerance)
 

@@ -22,7 +22,7 @@ BOGIE = ("wheelset 1", "wheelset 2")
 
 @claim("C14", "fig4coach", "mass and damper are a good reduced model: the coach's forces are those of the core model")
 def core_and_coach() -> Iterator[Measure]:
-    """Measure the first eight force peaks of the coach, and of its 17 vertical degrees of freedom, over the core's."""
+    """Measure the first eight force peaks, over those of the core model, of the coach and its 17 vertical motions."""
     plane = setting.vertical(FREE)
     for name, height in SIGNS.items():
         table = core.step(height, 0.0, 0.08).peaks
@@ -66,7 +66,7 @@ def wheelsets_are_uncoupled() -> Iterator[Measure]:
 
 
 def _after_the_edge(record: wt.Record, index: int) -> float:
-    """Return when an event of the right front wheel is, in ms after the edge."""
+    """Return the time of an event of the right front wheel, in ms after the edge."""
     return 1e3 * (float(setting.wheel(record.events).time[index]) - setting.MEETS)
 
 
@@ -105,7 +105,7 @@ def ideal_step() -> Iterator[Measure]:
 
 @claim("C20b", "fig4coach", "the sign of the step decides the coach's peak")
 def sign_of_the_step() -> Iterator[Measure]:
-    """Measure both signs with the coach's own dampers."""
+    """Measure both signs with the dampers of the coach."""
     for (name, height), expected in zip(SIGNS.items(), (2.859, 2.626), strict=True):
         yield relative(f"N_max/N0 {name}", largest(step(height, 0.1, COACH)), expected, 5e-3)
 
@@ -212,7 +212,7 @@ def _fundamentals(speed: float, lasting: float, periods: int, vehicle: wt.Wagon 
 
 @claim("C28b", "fig7coach", "2.25 m/s: the rear wheelset moves in phase with the irregularity, by the same amplitude")
 def in_phase() -> Iterator[Measure]:
-    """Measure the settled fundamental of motion and force, with the coach's own dampers."""
+    """Measure the settled fundamental of motion and force, with the dampers of the coach."""
     motion, answer = _fundamentals(2.25, 4.4, 50)
     yield relative("z/a", abs(motion), 1.065, 5e-3)
     yield within("phase of z [°]", float(np.angle(motion, deg=True)), -1.0, 0.0)
@@ -249,7 +249,7 @@ def antiphase() -> Iterator[Measure]:
 
 @claim("C36", "fig8", "18 m/s: the rear wheelset hardly moves before it meets the irregularity itself")
 def pre_excitation() -> Iterator[Measure]:
-    """Measure its largest motion before its own start, over that in the equally long time after; chaotic then."""
+    """Measure its largest motion before its start, over that in the equally long time after it, which is chaotic."""
     for name, wagon in WAGONS.items():
         record, own = setting.both_of_the_rear_bogie(18.0, wagon)
         at = times(0.0, record.end)
@@ -263,7 +263,7 @@ def pre_excitation() -> Iterator[Measure]:
 ONE_SIDED: dict[str, dict[str, Any]] = {
     "damping-free": {}, "original": {"vehicle": COACH}, "no creep": {"creep": None},
 }  # fmt: skip
-"""What differs in the runs of Figs 9 and 10."""
+"""The changes that each run of Figs 9 and 10 makes to the setting."""
 
 
 def right_rail(lasting: float = 0.12, **changes: Any) -> tuple[wt.Record, float]:
@@ -277,7 +277,8 @@ def right_rail(lasting: float = 0.12, **changes: Any) -> tuple[wt.Record, float]
 def right_force_and_left() -> Iterator[Measure]:
     """Measure ranges over 0.12 s and amplitudes at 720 Hz.
 
-    The left force's was first computed as .0078 (17 degrees) and .0083, with windows that its ringing leaks into.
+    The amplitude of the left force was first computed as .0078 (17 degrees) and .0083, with windows that did not
+    suppress its ringing.
     """
     limits = {"damping-free": (0.077, 2.22, 0.83, 1.19, 0.913), "no creep": (0.063, 2.30, 0.77, 1.25, 0.911)}
     for name, (*ends, first) in limits.items():

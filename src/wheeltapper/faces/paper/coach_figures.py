@@ -20,7 +20,7 @@ SIDES = ("right", "left")
 
 
 def _history(record: wt.Record, begin: float, end: float) -> Any:
-    """Return everything in a span of time, at every event and peak, too."""
+    """Return the history in a span of time, with every event and peak."""
     found = np.concatenate([np.linspace(begin, end, 4000), record.events.time.values, record.peaks.time.values])
     times = np.unique(found)
     return record.at(times[(times >= begin) & (times <= end)])
@@ -31,7 +31,7 @@ def _millis(history: Any, zero: float = 0.0) -> Any:
 
 
 def _legend(axis: Axes) -> None:
-    """Put the legend above the right half of an axis, where no curve is."""
+    """Put the legend above the right half of an axis, where there is no curve."""
     axis.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, fontsize=8, borderaxespad=0.0)
 
 

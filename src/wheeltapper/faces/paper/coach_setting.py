@@ -1,4 +1,4 @@
-"""The paper's coach: the wagon of its Figs 4 to 10, what it runs over, and how its records are read."""
+"""The paper's coach: the wagon of its Figs 4 to 10, its irregularities, and the reading of its records."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FloatArray = NDArray[np.float64]
 COACH = wt.Wagon.erri_b176(1500.0)
 """The original coach, with the wheelset mass of the paper's figures."""
 FREE = COACH.without_dampers()
-"""The paper's damping-free wagon: friction is all that damps it."""
+"""The paper's damping-free wagon: only friction damps it."""
 WAGONS = {"damping-free": FREE, "original": COACH}
 
 STATIC = 53_010.7875
@@ -22,13 +22,13 @@ STATIC = 53_010.7875
 HEIGHT, EDGE, STEP_SPEED = 1e-4, 0.05, 5.0
 """The step of Figs 4 and 6: height and place on the rail, m; speed, m/s."""
 MEETS = EDGE / STEP_SPEED
-"""When the leading wheelset meets the step, s."""
+"""Time at which the leading wheelset meets the step, s."""
 LATER = 2.56 / STEP_SPEED
-"""How much later the rear wheelset of the bogie does, s."""
+"""Time between the leading and the trailing wheelset of the bogie at the step, s."""
 AMPLITUDE, WAVELENGTH = 50e-6, 0.05
 """The corrugation of Figs 7 to 10, m."""
 REAR = -21.56
-"""Where the rear wheelset of the rear bogie is at time zero, m."""
+"""Position of the rear wheelset of the rear bogie at time zero, m."""
 ARM = 0.75
 """Half the distance of the wheels' centres, m."""
 
@@ -63,14 +63,14 @@ def corrugation(
     speed: float, lasting: float, vehicle: wt.Wagon = FREE, amplitude: float = -AMPLITUDE, where: str = "wheelset 4",
     **changes: Any,
 ) -> tuple[wt.Record, float]:  # fmt: skip
-    """Simulate corrugation under the rear wheelset only; return when it starts, too, one wavelength after time zero."""
+    """Simulate corrugation under the rear wheelset only; return also its start, one wavelength after time zero."""
     shape = wt.Corrugation(amplitude=amplitude, wavelength=WAVELENGTH, start=REAR + WAVELENGTH)
     start = WAVELENGTH / speed
     return run({where: shape}, speed, start + lasting, vehicle, **({"rolling": "point"} | changes)), start
 
 
 def both_of_the_rear_bogie(speed: float, vehicle: wt.Wagon = FREE) -> tuple[wt.Record, float]:
-    """Simulate corrugation that starts under the rear bogie's front wheelset; return when its rear one meets it, too.
+    """Simulate corrugation that starts under the rear bogie's front wheelset; return also when its rear one meets it.
 
     The record ends as long after that as the front wheelset ran alone.
     """
@@ -82,7 +82,7 @@ def both_of_the_rear_bogie(speed: float, vehicle: wt.Wagon = FREE) -> tuple[wt.R
 
 
 def vertical(wagon: wt.Wagon) -> dict[str, Any]:
-    """Return what makes a coach move in its vertical plane and in roll only: 17 degrees of freedom, no creep."""
+    """Return the changes that restrict a coach to its vertical plane and roll: 17 degrees of freedom, no creep."""
     upright = []
     for element in wagon.elements:
         if isinstance(element, wt.vehicles.Spring):
@@ -142,7 +142,7 @@ def times(begin: float, end: float, rate: float = 2e5) -> FloatArray:
 
 
 def amplitude(at: FloatArray, values: FloatArray, frequency: float) -> float:
-    """Return the amplitude of one frequency, over a Hann window: what rings at other frequencies leaks into no part."""
+    """Return the amplitude at one frequency, over a Hann window, which suppresses ringing at other frequencies."""
     window = np.hanning(len(at))
     off = values - values.mean()
     return float(2.0 * abs(np.sum(window * off * np.exp(-2j * np.pi * frequency * at))) / window.sum())

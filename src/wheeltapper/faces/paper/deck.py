@@ -1,4 +1,4 @@
-"""Claims on the floating deck: dynamic stiffness, and acceleration as a picture of the force."""
+"""Claims on the floating deck: dynamic stiffness, and acceleration as an image of the force."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's practical aim: what impacts tell of a wheelset (section 6)."""
+"""The paper's practical aim: diagnosis of a wheelset from its impacts (section 6)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ADDED = 670.0
-"""kg that a rigid link adds in place of a broken spring."""
+"""Mass, kg, that a rigid link in place of a broken spring adds."""
 SITE = wt.diagnosis.Site(
     name="the paper's bump on a deck of ten wheelsets",
     passage=scene(
@@ -28,7 +28,7 @@ SITE = wt.diagnosis.Site(
     sensor=wt.diagnosis.Sensor(rate=20e3, noise=6.66e-4),
     uncertainty={"speed": 0.1, "vehicle.load": 0.1, "irregularity.0.height": 0.05, "contact.constant": 0.05},
 )  # fmt: skip
-"""Speed and load differ by ±10 % from passage to passage, bump and contact are known to ±5 %."""
+"""Speed and load differ by ±10 % between passages; bump and contact are known to ±5 %."""
 
 
 def _heavier(added: float) -> dict[str, float]:
@@ -54,7 +54,7 @@ def finding(fault: str) -> Finding:
 
 @claim("C41", "diagnosis", "a broken spring shows as a larger unsprung mass")
 def broken_spring() -> Iterator[Measure]:
-    """Measure resonance and impact interval with a rigid link, and what a recording of such a passage is called."""
+    """Measure resonance and impact interval with a rigid link, and the verdict on a recording of such a passage."""
     healthy, broken = (bump(5e4, 0.12, vehicle=_heavier(added)) for added in (0.0, ADDED))
     yield relative("contact resonance, healthy [Hz]", resonance(0.0), 180.0, 5e-3)
     yield relative("contact resonance, broken [Hz]", resonance(ADDED), 149.7, 5e-3)

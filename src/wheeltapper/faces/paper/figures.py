@@ -54,7 +54,7 @@ def draw(name: str, folder: Path) -> Path:
 
 
 def _times(record: wt.Record, end: float | None = None) -> Any:
-    """Return everything over times that contain every event and peak."""
+    """Return the history at times that contain every event and peak."""
     events = np.concatenate([record.events.time.values, record.peaks.time.values])
     times = np.unique(np.concatenate([np.linspace(0.0, record.end, 4000), events]))
     return record.at(times[times <= (end or record.end)])
@@ -185,7 +185,7 @@ def dynamic_deck(figure: Figure) -> None:
 
 @_figure("missed")
 def lost(figure: Figure) -> None:
-    """Draw how many losses of contact integrators without event location find."""
+    """Draw the number of losses of contact that integrators without event location find."""
     axis = figure.subplots()
     record = missed.benchmark()
     sizes = np.geomspace(1e-5, 1e-3, 15)

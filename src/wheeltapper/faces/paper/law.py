@@ -1,4 +1,4 @@
-"""Claims on the law of the contact: its curvature, its non-linearity, its being one-sided."""
+"""Claims on the law of the contact: curvature, non-linearity, and one-sidedness."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def parametric_alone(damping: float, duration: float) -> wt.Record:
 
 @claim("C24", "parametric", "parametric excitation is negligible: for single irregularities, not for corrugation")
 def parametric() -> Iterator[Measure]:
-    """Measure what a contact constant that follows the curvature changes."""
+    """Measure the effect of a contact constant that follows the curvature."""
     rows: tuple[tuple[str, dict[str, Any], float, float, float], ...] = (
         ("constant", {}, 5.85, 9.25, 2.337),
         ("following", {"contact": FOLLOWING}, 5.34, 8.70, 2.150),
@@ -76,7 +76,7 @@ def exact_frequency(ratio: float) -> float:
     bottom = 0.0 if energy(0.0) > 0.0 else float(brentq(energy, 0.0, 1.0))
     middle, half = 0.5 * (top + bottom), 0.5 * (top - bottom)
 
-    def time(angle: float) -> float:  # d = middle + half·sin(angle) takes the roots at both ends away
+    def time(angle: float) -> float:  # d = middle + half·sin(angle) removes the square roots at both ends
         d = middle + half * np.sin(angle)
         return float(half * np.cos(angle) / sqrt(max(2.0 * energy(d), 1e-300)))
 

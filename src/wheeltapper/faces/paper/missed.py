@@ -12,6 +12,7 @@ from wheeltapper.faces.paper.setting import HERTZ, losses, sine, step
 RUNGE_KUTTA = {1e-3: 1, 5e-4: 7, 2e-4: 27, 1e-4: 35, 5e-5: 36}
 """Step in s, and how many of the 36 losses the classical Runge-Kutta method finds with it."""
 BACKWARD_EULER = {2e-4: 0, 1e-4: 1, 5e-5: 3, 1e-5: 10}
+"""Step in s, and how many of the 36 losses the backward Euler method finds with it."""
 
 
 def benchmark() -> wt.Record:

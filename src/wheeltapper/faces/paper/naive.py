@@ -1,4 +1,4 @@
-"""Integrators with a fixed step that know nothing of events: what they miss is a claim of the paper.
+"""Integrators with a fixed step and without events; that they miss losses of contact is a claim of the paper.
 
 They march m·y'' = -(P + m·g) - k·y - c·y' + C·max(y_k - y, 0)^1.5 over the exact path y_k of a record, and count a
 loss of contact wherever a step ends out of contact and began in it.
@@ -86,6 +86,6 @@ def _start(record: wt.Record) -> tuple[float, float]:
 
 
 def losses(indentation: FloatArray) -> int:
-    """Return how often contact was lost, as far as the ends of the steps show it."""
+    """Return the number of losses of contact that the ends of the steps show."""
     touching = indentation > 0.0
     return int(np.sum(touching[:-1] & ~touching[1:]))

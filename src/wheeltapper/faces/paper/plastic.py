@@ -1,4 +1,4 @@
-"""What the paper says of plastic deformation and damage (section 6)."""
+"""Claims on plastic deformation and damage (the paper, section 6)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def corrugated(speed: float, length: float = 2.0) -> wt.Scenario:
 
 
 def dropped(largest: float) -> wt.Record:
-    """Drop the wheel, without suspension, on one spot so that the force reaches so many times the static one."""
+    """Drop the wheel, without suspension, on one spot so that the force reaches `largest` times the static one."""
     onset = THORNTON.yield_indentation(CONSTANT, 2, STATIC)
     depth = onset * (largest / 2.0 + 0.5) / 1.5
     force = 2.0 * STATIC
@@ -35,7 +35,7 @@ def dropped(largest: float) -> wt.Record:
 
 
 def onsets_of_yield(largest: float) -> int:
-    """Return how often the contact begins to yield in a vibration whose force starts at its largest value."""
+    """Return the number of onsets of yield in a vibration whose force starts at its largest value."""
     depth = (largest * STATIC / CONSTANT) ** (2.0 / 3.0)
     start = {"displacement": -depth, "velocity": 0.0}
     free = {"stiffness": 0.0, "load": STATIC - 1500.0 * 9.81}
@@ -53,8 +53,8 @@ def share_on_crests(marks: np.ndarray, position: np.ndarray) -> float:
 def yields_and_smooths() -> Iterator[Measure]:
     """Measure residual indentations, and corrugated rail under 100 wheels.
 
-    Beyond resonance the crests are smoothed even if nothing hardens; at resonance the marks then grow from wheel to
-    wheel, and only hardening ends that.
+    Beyond resonance the crests are smoothed even without hardening. At resonance the marks grow from wheel to wheel
+    without hardening, and only hardening ends that.
     """
     for ratio, left in ((2.5, 1.24), (3.0, 4.51), (4.0, 15.5), (5.0, 30.6)):
         record = dropped(ratio)
@@ -102,7 +102,7 @@ def deepest_mark() -> Iterator[Measure]:
 
 
 def hammered(track: wt.StiffTrack | wt.FloatingDeck) -> tuple[int, float]:
-    """Return how many marks a wheel leaves behind a bump, and the deepest one in µm."""
+    """Return the number of marks behind a bump, and the depth of the deepest one in µm."""
     record = bump(5e4, 0.25, contact=THORNTON, track=track)
     table = wt.wear.marks(record).table
     left = table.permanent_indentation.values * (table.position.values > 0.06)

@@ -1,4 +1,4 @@
-"""The figure of plastic deformation: the laws, and what they leave on a corrugated rail."""
+"""The figure of plastic deformation: the laws, and their marks on a corrugated rail."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _profile(axis: Axes, speed: float, passes: int, hardening: float) -> None:
 
 
 def plastic(figure: Figure) -> None:
-    """Draw the laws, crests that are smoothed beyond resonance, marks at resonance, and what hardening does there."""
+    """Draw the laws, crests that are smoothed beyond resonance, marks at resonance, and the effect of hardening."""
     figure.set_size_inches(10.0, 8.0)
     laws, beyond, at, forces = figure.subplots(2, 2).ravel()
     _laws(laws)

@@ -1,4 +1,4 @@
-"""Measuring claims and saying how each came out."""
+"""Measuring claims, and reporting the result of each."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TOPICS = (single, maps, deck, missed, corrugation, law, coach, plastic, diagnosi
 
 
 def chosen(which: list[str]) -> list[Claim]:
-    """Return the claims that numbers, figures or "all" name."""
+    """Return the claims with given numbers or figures, or "all"."""
     found: dict[str, Claim] = {}
     figures = sorted({c.figure for c in CLAIMS.values()})
     for name in which:

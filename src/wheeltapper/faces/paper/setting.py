@@ -15,7 +15,7 @@ CONSTANT = 1.405e11
 """Contact constant per wheelset of the setting, N/m^1.5."""
 
 HERTZ: dict[str, Any] = {"contact": wt.Hertz(constant=1.8825e11), "vehicle": {"stiffness": 0.0}}
-"""What set `hertz` changes: the exact constant for a crown of 0.3 m, and no suspension."""
+"""The changes of the set `hertz`: the exact constant for a crown of 0.3 m, and no suspension."""
 
 STATIC_INDENTATION = 8.27804275380278819e-5
 """Static indentation of the setting in m."""
