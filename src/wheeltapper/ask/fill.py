@@ -65,7 +65,7 @@ def fill(
     workers, scheduler
         A number of processes on this machine, or the address of a Dask scheduler; else the threads of this process.
     threads
-        How many cells march at a time in this process; by default all cores.
+        Number of threads of this process; by default one per core.
     """
     store = Store(path, spec)
     if path.exists() and not resume:

@@ -67,7 +67,7 @@ def _table(path: _Path) -> tuple[Table, list[Note]]:
 
 
 def table_at_hand(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[Note]]:
-    """Return the path of the wheel's centre to x = end (m) or farther, as lately where the wheel goes the same way."""
+    """Return the path of the wheel's centre to x = end (m) or farther, from the cache if it is the same."""
     return _table(_Path(scenario, end, method))
 
 

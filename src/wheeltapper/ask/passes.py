@@ -117,7 +117,7 @@ class Line:
         return np.asarray(self.base - self.contact.share_of_rail * surface.settled()[: len(self._samples)])
 
     def beyond_law(self, reached: float) -> tuple[str, ...]:
-        """Return what the user should know of a contact force, N, beyond what the law was stated for."""
+        """Return notes if a contact force, N, is beyond the range of the law."""
         return beyond_force(self.contact, self.lowered, reached)
 
     def _drawn(self, number: int) -> tuple[float, float, float]:
@@ -162,7 +162,7 @@ class Line:
         return Program(pieces, numbers, law), length, time
 
     def passed(self, surface: Surface, number: int) -> tuple[Surface, Pass]:
-        """Return the surface after pass `number`, and what that pass is told by."""
+        """Return the surface after pass `number`, and the results of that pass."""
         from wheeltapper.march.dense import DELTA, FORCE, RESIDUAL
 
         speed, load, start = self._drawn(number)

@@ -60,7 +60,7 @@ def slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...
 
 
 def is_ready(many: Many, parameters: tuple[str, ...], tally: bool) -> bool:
-    """Return False where the gradients of these cells begin with compiling."""
+    """Return False if the gradients of these cells begin with compiling."""
     from wheeltapper.march.gradients import PARAMETERS
 
     return run.tangents_are_ready(*turns_of(many, [many.along(path) for path in parameters[:PARAMETERS]]), tally)
@@ -159,7 +159,7 @@ class _Rates(NamedTuple):
 
 
 def _tilted(marched: Marched, rates: _Rates, direction: Direction, block: slice) -> Marched:
-    """Return what was marched with its rates along one direction as imaginary parts."""
+    """Return the results of a march with their derivatives along one direction as imaginary parts."""
     from wheeltapper.march.tangent_path import OF_SIZE, OF_TIME
 
     events, peaks = marched.events.astype(complex), marched.peaks.astype(complex)

@@ -28,7 +28,7 @@ KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "features": (lambda x: isinstance(x, str | list | dict), "names of features, or tables with their type"),
     "chunk": (lambda x: _is_whole(x) and x >= 1, "a number of cells, at least 1"),
 }
-"""By name of what is no option of `sweep`: whether a value is of the right kind, and what that is."""
+"""Fields of a study that are no options of `sweep`: a test of the value, and a description of allowed values."""
 NOT_OPTIONS = (*KINDS, "contents")
 """Fields of a study that are not passed on to `sweep` as options."""
 SPACING: dict[str, Callable[..., Any]] = {"linear": np.linspace, "log": np.geomspace}

@@ -49,7 +49,7 @@ def critical_speed(
     highest
         Highest speed of the search, m/s; infinity is returned if the run is stable, or undamped, up to it.
     tolerance
-        Of the speed, relative.
+        Relative tolerance of the speed.
     progress
         As for `wheeltapper.simulate`.
 
@@ -88,7 +88,7 @@ def critical_speed(
 
 
 def _check_slowest(scenario: Scenario, growth: float) -> None:
-    """Refuse a wagon of which a mode grows at the scenario's speed; warn of modes that neither grow nor decay."""
+    """Refuse a wagon with a mode that grows at the scenario's speed; warn of modes that neither grow nor decay."""
     found = modes(scenario)
     ratios = found.damping_ratio.values
 

@@ -24,6 +24,8 @@ from wheeltapper.record.features import Feature, named
 
 FloatArray = NDArray[np.float64]
 CHAOS_LIMIT = 1e4
+"""Amplification of a small change of the start from which on a cell counts as near-chaotic, unless another limit is
+given."""
 BESIDE = 1e-12
 """As good as zero, and not zero: in SI units, and far below what is plausible."""
 RESERVED = ("status", "parameter", "cell", "gradient_status", "amplification", "condition")

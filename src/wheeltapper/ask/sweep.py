@@ -62,7 +62,7 @@ def sweep(
     threads
         Number of threads; by default one per core. The result does not depend on it.
     chaos_limit
-        Cells in which a change of the start grows by more than this are marked as near-chaotic.
+        Cells in which a small change of the start grows by more than this are marked as near-chaotic.
     progress
         As for `wheeltapper.simulate`.
 

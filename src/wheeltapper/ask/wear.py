@@ -43,7 +43,7 @@ RUNAWAY = 20.0
 """Ratio of the largest force of a pass to the static force. The evolution ends after a pass with a larger one, because
 the model does not hold there."""
 SAVE_AFTER = 10.0
-"""Seconds between two writings of a file."""
+"""Shortest time between two writings of a file, s."""
 SCATTER = {"speed": "number", "load": "number", "start": "length"}
 """What may differ from pass to pass, and its dimension."""
 PER_PASS: dict[str, tuple[str, str]] = {
@@ -69,7 +69,7 @@ class Older(TypedDict, total=False):
 
 
 class Options(Older, total=False):
-    """What `wear_in` may be told."""
+    """Options of `wear_in`."""
 
     hardening: float
     scatter: Mapping[str, Any] | None
@@ -113,8 +113,8 @@ def wear_in(
     passes
         Number of wheels that pass.
     hardening
-        1: a place yields again only beyond the largest indentation that it has borne (shakedown); 0: as early as a
-        virgin one, which runs away near the contact resonance; between them the part of the way that it hardens.
+        1: a place yields again only beyond its largest indentation so far (shakedown). 0: it yields as early as a
+        virgin one; near the contact resonance the wear then grows without limit. Values between them interpolate.
     scatter
         How passes differ. "speed", "load": standard deviations over the mean. "start": the wheels begin, at rest, at
         places spread evenly over this length, m: their bouncing then has another phase.

@@ -39,7 +39,7 @@ def signature(kind: type[BaseModel]) -> Signature:
 
 
 def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
-    """Return what may be given for a field of some type, without how it is read and checked."""
+    """Return the allowed values of a field, without the details of reading and checking."""
     family = next((one.family for one in metadata if isinstance(one, OneOf)), None)
     if family is not None:
         return " | ".join(kind.__name__ for kind in choices(family))

@@ -44,7 +44,7 @@ class Kind(ModelMetaclass):
 
 
 def kinds() -> dict[str, type[Noun]]:
-    """Return all kinds of nouns by their names."""
+    """Return all nouns by name."""
     return {name: kind for name, kind in everything().items() if isinstance(kind, type) and issubclass(kind, Noun)}
 
 

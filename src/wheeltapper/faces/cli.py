@@ -239,7 +239,7 @@ def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output"
     if output is not None:
         make_folder(output)
     with warnings.catch_warnings(), watched(True, "claims"):
-        warnings.simplefilter("ignore", ModelWarning)  # the paper's point follower, meant so
+        warnings.simplefilter("ignore", ModelWarning)  # the point follower of the paper, on purpose
         return run(names, output)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from wheeltapper.ground.errors import InputError
 
 DONE, CLAIM_FAILED, WRONG_INPUT, NOT_FINISHED = 0, 1, 2, 3
+"""Exit codes of the command line."""
 PICTURES = (".png", ".pdf", ".svg")
 
 

@@ -16,7 +16,7 @@ class Note(str):
     cause
         Cause of the note; by default the sentence itself.
     severity
-        How bad it is, among notes of this cause.
+        Severity among notes of the same cause.
     doubtful
         Whether it puts in doubt what the result means.
     """

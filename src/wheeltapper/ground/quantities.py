@@ -88,7 +88,7 @@ def to_si(value: object, dimension: str, field: str = "") -> float:
     try:
         if isinstance(value, Real) and not isinstance(value, bool):
             return float(value)
-    except OverflowError:  # a whole number of more digits than there are
+    except OverflowError:  # an integer beyond the range of floats
         pass
     raise InputError("", field, shown(str(given) if has_unit(given) else given), _allowed(dimension))
 
@@ -130,7 +130,7 @@ def in_si(quantity: Any, dimension: str, field: str, text: str = "") -> Any:
     """Return the number, or the array, that such a quantity is in SI units; `text` is what it was made of."""
     try:
         return quantity.to(PINT[dimension] or "dimensionless").magnitude
-    except (AttributeError, TypeError, ValueError) as error:  # what pint's errors are, without importing it
+    except (AttributeError, TypeError, ValueError) as error:  # the base of pint's errors, without importing pint
         found = shown(text or str(quantity))
         raise InputError("", field, f"{found}, whose unit is not one of {dimension}", _allowed(dimension)) from error
 

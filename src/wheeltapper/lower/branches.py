@@ -30,7 +30,7 @@ HALVINGS = 26
 """Number of bisections that find a fold, where the place of the wheel as a function of the point of contact has an
 extremum. There the place hardly changes with the point of contact, so that half the digits suffice."""
 MARGIN = 1.2
-"""How much farther than the window a branch is followed."""
+"""Ratio of the length up to which an arc about a corner is followed to that of the window."""
 TRIED = np.array([0.0, 0.2317, 0.5161, 0.8079, 1.0])
 """Where an interval of samples is tried, as parts of it: unlike waves, these have no common length."""
 UNRESOLVED = 0.01
@@ -219,7 +219,7 @@ class Envelope:
         return np.unique(np.concatenate(parts))
 
     def _won(self, grid: FloatArray) -> list[Run]:
-        """Return the runs: which branch is the highest where, as far as the grid shows it.
+        """Return the runs: the highest branch over each part of the path, as the grid shows it.
 
         Raises
         ------

@@ -67,7 +67,7 @@ def courses_of(scenario: Scenario) -> list[Course]:
 
 
 def table_of(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[Note]]:
-    """Return the path of the wheel's centre up to x = end (m), and what the user should know about it."""
+    """Return the path of the wheel's centre up to x = end (m), and notes on it for the user."""
     of = ellipse.factor_function(scenario.contact, scenario.vehicle)
     return path_table(courses_of(scenario), end, method, scenario.rolling, scenario.vehicle.radius, of)
 
@@ -76,7 +76,7 @@ def path_table(
     courses: list[Course], end: float, method: Method, rolling: str, radius: float,
     factor: Callable[[FloatArray], FloatArray] | None,
 ) -> tuple[Table, list[Note]]:  # fmt: skip
-    """Return the path of a wheel's centre over the courses' sum up to x = end (m), and what to know about it.
+    """Return the path of a wheel's centre over the sum of the courses up to x = end (m), and notes on it.
 
     `factor` gives the factor on the contact force from the second derivative of the irregularity.
     """
@@ -96,7 +96,7 @@ def path_table(
 
 def _curvature_noise(courses: list[Course], end: float) -> float:
     """Return the scatter (1/m) of curvatures that are no exact forms; a fit must not follow it."""
-    near = 1e-9  # m, on which no curvature changes
+    near = 1e-9  # m; over this length no curvature changes
     total = 0.0
     for course in courses:
         scatter = [0.0]

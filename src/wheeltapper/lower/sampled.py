@@ -86,7 +86,7 @@ def _check_smooth(stretch: Stretch, x: FloatArray, values: FloatArray, largest: 
 
 
 def pieces_note(courses: list[Course], starts: FloatArray, halves: FloatArray) -> list[Note]:
-    """Return a note on where a fit to users' functions was cut to pieces."""
+    """Return a note on places where a fit to users' functions needed very short pieces."""
     cut = np.unique(np.round(starts[halves < NARROWEST], 6))
     if not len(cut) or not any(course.sampled for course in courses):
         return []

@@ -42,13 +42,16 @@ from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 TOLERANCES = {"default": 1e-7, "strict": 3e-11}
+"""Tolerance of a step of each method, relative to the scales of the state."""
 EVENT_LIMIT = 1_000_000
+"""Largest number of events of a march; a march with more is ended, and its outcome says so."""
 LONGEST = 2e-3
 """Longest step, s."""
 MOST_AXLES = 12
-"""Largest number of wheelsets. Their 48 contacts, treads and flanges, are the bits of one number that is exact to
-53."""
+"""Largest number of wheelsets. Twelve of them have 48 contacts, with treads and flanges; the open and closed ones are
+stored as the bits of one floating-point number, which is exact up to 53 bits."""
 DECK = "deck"
+"""Name of the body that is a deck."""
 
 
 @dataclass(frozen=True)
@@ -347,7 +350,7 @@ def _factor(scenario: Scenario, radius: float) -> Any:
 def _lanes(
     scenario: Scenario, layout: Layout, wheelsets: list[str], method: Method
 ) -> tuple[FloatArray, FloatArray, tuple[Note, ...]]:
-    """Return the lanes of the treads' contacts, all paths, and what to know about them."""
+    """Return the lanes of the treads' contacts, all paths, and notes on them."""
     wagon = scenario.vehicle
     octets = -(-len(wheelsets) // HALF)
     lanes = np.zeros((octets, contract.LANE_COLUMNS, LANES))

@@ -50,7 +50,7 @@ class Cells(NamedTuple):
 
     @property
     def strict(self) -> bool | None:
-        """True or None: what a kernel is told of the method, by type."""
+        """True or None: the type by which a kernel is compiled for the method."""
         return True if np.any(self.numbers[:1, contract.ORDER] == STRICT_ORDER) else None
 
     def part(self, block: slice) -> Cells:

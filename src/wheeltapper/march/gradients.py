@@ -33,7 +33,7 @@ from wheeltapper.march.tangent_path import LANES, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
 
 PARAMETERS = LANES - 2
-"""Parameters that are carried at a time; the lanes behind them carry the start's displacement and velocity."""
+"""Number of parameters that are carried at a time. The last two lanes carry displacement and velocity at the start."""
 BY_HEIGHT, BY_VELOCITY = PARAMETERS, PARAMETERS + 1
 BLOCK = 1024
 

@@ -258,7 +258,7 @@ def work_for(A: Assembly, rows: int = 1024) -> Work:
 
 
 def is_ready(A: Assembly) -> bool:
-    """Return False where marching begins with compiling."""
+    """Return False if marching begins with compiling."""
     floats, plan, table = np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros((1, 1))
     work = Work(floats, table, floats, *(table,) * 6, floats, table, floats)
     return is_compiled(march_kernel, (floats, plan, floats, *work))

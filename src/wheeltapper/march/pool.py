@@ -91,7 +91,7 @@ def push(cell: int, which: int, queue: IntArray) -> None:
 
 @kernel
 def pop(which: int, queue: IntArray) -> int:
-    """Take a cell from a queue; return -1 where none waits."""
+    """Take a cell from a queue; return -1 if none waits."""
     if queue[which, WAITING] == 0:
         return -1
     queue[which, WAITING] -= 1

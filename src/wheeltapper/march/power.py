@@ -34,7 +34,7 @@ from wheeltapper.march.program import BONDED, DECK_V, DECK_Y, END_MODE, ON_DECK,
 from wheeltapper.march.series import contact_series
 
 SHORT, LONG = 4, 8
-"""Terms in contact, where steps are short, and elsewhere."""
+"""Number of terms of the series: in contact, where steps are short, and elsewhere."""
 PATH, CONTACT_WORK, LOST = 0, LONG, 2 * LONG
 POWERS = 3 * LONG
 """Where in an array each power's series stands, and how long the array is."""

@@ -50,7 +50,7 @@ def missing_part(lowered: Lowered, march: March) -> float:
 
 
 def judged(status: int, missing: float) -> tuple[int, tuple[Note, ...]]:
-    """Return the status of a march that came to its end, and what the user should know of its energy."""
+    """Return the status of a finished march, and notes on its energy for the user."""
     if status != contract.DONE or missing <= NOTABLE:
         return status, ()
     text = f"work and energy differ by {missing:.2g} of what was exchanged, more than {NOTABLE:g}"

@@ -31,7 +31,7 @@ def spin_use(scenario: Scenario, friction: float, radius: float, shift: FloatArr
 
 
 def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[Note, ...]:
-    """Return what to know where spin leaves the range of the creep law, of the worst place only; nothing elsewhere."""
+    """Return a note if spin leaves the range of the creep law, on the worst place only."""
     law = scenario.creep
     if law is None or law.spin_range is None:
         return ()

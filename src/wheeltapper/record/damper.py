@@ -18,10 +18,11 @@ FloatArray = NDArray[np.float64]
 KINDS = ("reached", "left")
 """Kinds of events of a damper's end: it reaches a stop, or leaves it."""
 SIDES = ("lower", "upper")
+"""Names of the two stops."""
 
 
 def columns(lowered: Lowered, rows: FloatArray) -> dict[str, FloatArray]:
-    """Return what rows of the dense output tell of the end, in SI units."""
+    """Return the variables of the end from rows of the dense output, in SI units."""
     from wheeltapper.march import dense
 
     return {

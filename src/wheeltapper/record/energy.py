@@ -73,7 +73,7 @@ def _elastic(lowered: Lowered, march: March, ends: FloatArray) -> FloatArray:
 
 
 def _factors(lowered: Lowered, march: March) -> FloatArray:
-    """Return the factor on the contact force at both ends of each step, each taken in the step's own piece."""
+    """Return the factor on the contact force at both ends of each step, from the piece of that step."""
     rows = march.pieces[march.steps[:, contract.PIECE].astype(int)]
     if np.all(rows[:, contract.FACTOR_DEGREE] < 0):
         return np.ones((len(rows), 2))

@@ -24,7 +24,7 @@ from wheeltapper.record.reading_text import read_text
 PATIENCE = 60.0
 """Time that reading one file may take, s. After that the process that reads it is ended."""
 ROOM = 2**33
-"""Bytes of address space that the process has besides four times what a file may hold."""
+"""Address space, bytes, that the reading process may use besides four times the largest file. Its libraries need it."""
 MOST = 2.0**60
 """More bytes than there are; the system's limits cannot be larger than twice that."""
 _SERVE = "from wheeltapper.record.reading_apart import serve; serve()"

@@ -147,7 +147,7 @@ class Record:
 
     @cached_property
     def damper_events(self) -> xr.Dataset:
-        """Stops that the damper's end meets ("reached") and leaves ("left"): time, kind, side; with play only."""
+        """Events of a damper with play: its end reaches a stop ("reached") or leaves it ("left"); time, kind, side."""
         run.choose(run.DAMPER_EVENTS, self.scenario.needs)
         return damper.events(self._lowered, self._march.stops)
 
@@ -271,7 +271,7 @@ class Record:
         return f"<Record {self}>"
 
     def comfort(self, *_: Any, **__: Any) -> xr.Dataset:
-        """Ride comfort is of wagons: see `wheeltapper.record.wagon_record.WagonRecord.comfort`."""
+        """Ride comfort exists for wagons only: see `wheeltapper.record.wagon_record.WagonRecord.comfort`."""
         raise run.refusal(run.COMFORT, self.scenario.needs)
 
     def save(self, path: str | Path) -> None:

@@ -17,7 +17,8 @@ LARGE = 2.5
 """Ratio of the largest to the static force. Above it, at a kink of the path, the compliance of a real track would
 change the force, and the note is given."""
 KINK = 1e-4
-"""Least change of slope, and least jump of height over the course's, that is one."""
+"""Smallest change of slope that counts as a kink, and smallest jump over the height of the irregularity that counts as
+a jump."""
 NOTE = Note(
     "the track is rigid: at a kink such as a flat, a step or a joint, a rail that gives way takes other forces, at low "
     "speed much smaller ones, at high speed also larger ones",
@@ -27,7 +28,7 @@ NOTE = Note(
 
 
 def rigid_track(record: Record) -> tuple[Note, ...]:
-    """Return a note where a kink on a rigid track makes a large force."""
+    """Return a note if a kink on a rigid track causes a large force."""
     scenario = record.scenario
     if DECK in scenario.needs or (record._summary()[1] or 0.0) <= LARGE:
         return ()

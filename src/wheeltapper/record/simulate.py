@@ -83,7 +83,7 @@ def simulate(
         For a wheelset, "default" is a Taylor series of order 12, and "strict" one of order 20 with a thousand times
         smaller step tolerance. For a wagon they are DOP853 with step tolerances of 1e-7 and 3e-11.
     threads
-        How many of several scenarios march at a time; by default all cores.
+        Number of scenarios that are computed at a time; by default one per core.
     progress
         True: on a terminal or in a notebook a bar after two seconds; False: none; or a function, called instead with
         what is being done ("marching"), how much of it is done, and how much there is (0: nobody knows). What it raises

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
-"""How each work of `march.replay` (load, path, shape, damper, friction, drive, stand-in) changes the energy."""
+"""Sign with which each work of `march.replay` (load, path, shape, damper, friction, drive, stand-in) enters the change
+of energy."""
 EVERY = 16
 """At the end of each run one step in this many is checked. A check repeats the step, which costs more than its march
 did."""

@@ -22,7 +22,8 @@ __all__ = ["WEIGHTINGS", "as_rate", "weighted", "weighting"]
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 SLOWEST = 250.0
-"""Lowest admissible rate, samples per second: below, the band limit at 100 Hz is beyond 0.4 of the rate."""
+"""Lowest admissible sample rate, samples per second. At a lower one the upper band limit, 100 Hz, would lie above 0.4
+of the rate."""
 HIGHEST = 1e50
 """Of a frequency, Hz: powers of it stay within the numbers that there are."""
 FASTEST = 1e6
@@ -96,7 +97,7 @@ def weighting(name: str, frequency: ArrayLike) -> ComplexArray:
 
 
 def weighted(acceleration: ArrayLike, rate: float | str, name: str) -> FloatArray:
-    """Return weighted accelerations: what a causal filter makes of the samples, starting from rest.
+    """Return weighted accelerations: the samples after a causal filter that starts from rest.
 
     The acceleration is zero before the first sample. If it does not begin at zero, this is a jump for the filter, whose
     effect lasts some 2 s because of the band limit at 0.4 Hz. Gravity should not be among the samples.
@@ -106,7 +107,7 @@ def weighted(acceleration: ArrayLike, rate: float | str, name: str) -> FloatArra
     acceleration
         m/s^2, time along the last axis, uniformly sampled and free of content above half the rate.
     rate
-        Samples per second, 250 to 1e6, Hz or as "1 kHz". Up to a quarter of it the response is right to 0.2 % and
+        Samples per second, 250 to 1e6, Hz or as "1 kHz". Up to a quarter of it the response is accurate to 0.2 % and
         0.002 rad.
     name
         Name of the weighting, as for `weighting`.

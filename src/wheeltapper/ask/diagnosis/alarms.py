@@ -36,6 +36,7 @@ CHOICES = {
     "quantity": tuple(QUANTITIES), "per": ("wheel", "axle"), "when": ("exceeded", "reached"),
     "level": ("warning", "maintain", "stop"),
 }  # fmt: skip
+"""The values that each of these fields of a rule may have; any other value is refused."""
 COUNTRIES = 'names of countries, as ("SE", "EU")'
 LENGTHS = ("diameter_above", "diameter_up_to")
 """Fields of a rule that hold a length, m; a rule applies only to wheels with diameters between them."""
@@ -108,7 +109,7 @@ class Rule:
         return not {part.strip() for part in self.country.split(",")}.isdisjoint(named)
 
     def raised_by(self, value: float) -> bool:
-        """Return whether a value sets off the alarm; NaN does not."""
+        """Return whether a value raises the alarm; NaN does not."""
         value = to_si(value, QUANTITIES[self.quantity], "value")
         return value >= self.limit if self.when == "reached" else value > self.limit
 

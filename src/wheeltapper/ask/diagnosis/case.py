@@ -112,7 +112,7 @@ class Case:
 
 
 def feels_load(passage: Scenario) -> bool:
-    """Return True where a recording depends on the load: not on a contact that also pulls, on which all is linear."""
+    """Return True if the recording depends on the load: on a bilateral contact all is linear, and it does not."""
     return BILATERAL not in passage.needs
 
 

@@ -172,7 +172,7 @@ def design_site(
     parameters
         Paths of the fields in question; they have no prior.
     speeds
-        m/s; None: the passage's own, or what `vary` says of "speed".
+        m/s. None: the speed of the passage, or the "speed" that `vary` bounds.
     rail
         What the rail may have on it, beside or instead of RAIL. "number", "shapes": of features, and which of "bump",
         "dip", "step up" and "step down" each of them may be. "heights", "lengths", "spacing": bounds, m, of magnitudes,

@@ -134,7 +134,7 @@ class Search:
     Attributes
     ----------
     judge, budget
-        As `design_site` has them.
+        As in `design_site`.
     candidates
         All judged layouts, in the order of judging.
     """

@@ -187,7 +187,7 @@ class Detection:
         return self.fit.ceilings(as_between(level, "level", 0.5, 1.0))
 
     def _inner(self, sizes: ArrayLike) -> FloatArray:
-        """Return sizes as the fit has them."""
+        """Return sizes in the coordinates of the fit."""
         t = transformed(numbers(sizes, "sizes", "one size, or a list of them"), self.scale, "sizes")
         return np.asarray((t - self.fit.centre) / self.fit.width)
 

@@ -88,8 +88,8 @@ def diagnose(
     faults
         Names of the catalogue's faults to compare; by default all.
     noise
-        Standard deviation of the samples' noise, m/s²; by default the sensor's, or what the recording shows. What the
-        site says of the model's misfit is added to it.
+        Standard deviation of the samples' noise, m/s². By default it is that of the sensor, or it is estimated from the
+        recording. The misfit that the site states is added to it.
     progress
         As for `wheeltapper.simulate`.
 

@@ -67,7 +67,7 @@ class Fault:
     plain: bool = True
 
     def passage(self, healthy: Scenario, size: float | None = None, place: float = 0.5) -> Scenario:
-        """Return a passage with this fault, of its usual size unless one is given."""
+        """Return a passage with this fault, of its usual size if none is given."""
         size = self.usual if size is None else to_si(size, "number", "size")
         if not isfinite(size):
             raise InputError("", "size", shown(size), "a finite number")

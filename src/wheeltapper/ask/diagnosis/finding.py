@@ -114,7 +114,8 @@ class Finding:
     def combinations(self) -> Combinations | None:
         """What this passage cannot determine, and the products of powers that it determines best.
 
-        The information matrix decides both. None without a model, or if the model has no exact derivatives.
+        The information matrix decides both. The information matrix decides both. None without a model, or if the model
+        has no exact derivatives.
         """
         if self.model is None or not derivable(self.model):
             return None

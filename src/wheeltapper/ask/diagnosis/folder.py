@@ -20,7 +20,7 @@ from wheeltapper.ground.errors import InputError, shown, suggested
 from wheeltapper.ground.progress import Progress, report, watched
 
 NOT_READ = "not read"
-"""The verdict on a file that holds no recording of this site; its entry says why."""
+"""Verdict on a file that cannot be read or holds no recording of this site. Its entry says why."""
 NOT_DIAGNOSED = "not diagnosed"
 """The verdict on a recording whose diagnosis failed, or died with its process. The next time it is tried again."""
 
@@ -54,8 +54,8 @@ def diagnose_all(
     reading
         Arguments of `read_recording`.
     after
-        What else to do with each finding, in the process that has found it: called with it and its JSON's path. What
-        it raises ends the work; what was found till then is kept.
+        Called with each finding and the path of its JSON, in the process that computed it. What it raises ends the
+        work; what was found till then is kept.
     raising
         Whether a file that cannot be read, or holds no recording of this site, raises its InputError.
     progress

@@ -74,12 +74,12 @@ class Estimate:
         return self.paths.index(path)
 
     def deviation(self, path: str) -> float:
-        """Return the standard deviation of a value over the value."""
+        """Return the relative standard deviation of a value."""
         i = self._index(path)
         return float(np.sqrt(self.covariance[i, i]))
 
     def correlation(self, path: str, other: str) -> float:
-        """Return the correlation of two values' errors."""
+        """Return the correlation of the errors of two values."""
         i, j = self._index(path), self._index(other)
         return float(self.covariance[i, j] / np.sqrt(self.covariance[i, i] * self.covariance[j, j]))
 

@@ -80,7 +80,7 @@ class Information:
     signal: FloatArray
 
     def rows(self, passage: int = 0) -> FloatArray:
-        """Return all that is known of one passage, as rows over their standard deviations."""
+        """Return the rows of samples and priors of one passage, divided by their standard deviations."""
         chosen = self.factors[as_count(passage, "passage", 0, len(self.speeds) - 1)]
         return np.vstack([chosen, np.diag(self.beliefs)])
 
@@ -129,7 +129,7 @@ class Information:
         return float(one @ two / np.sqrt((one @ one) * (two @ two)))
 
     def index(self, path: str) -> int:
-        """Return which coordinate a field is."""
+        """Return the number of the coordinate of a field."""
         check_choice(path, "path", self.paths)
         return self.paths.index(path)
 

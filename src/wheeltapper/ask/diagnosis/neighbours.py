@@ -76,7 +76,7 @@ class Condition:
         fault = fault_named(self.fault)
         low, high = ends_of(fault.usual if self.size is None else self.size)
         size = low if low == high else float(random.uniform(low, high))
-        drawn = float(random.uniform())  # always, so that a given place changes nothing else
+        drawn = float(random.uniform())  # always drawn, so that a given place changes no other number
         return fault, size, drawn if self.place is None else as_place(self.place)
 
     @property
@@ -175,7 +175,7 @@ def alone(passage: Scenario, ahead: float = 0.0) -> Felt:
 
 
 def superposed(own: Scenario, others: Others) -> Felt:
-    """Return the sum of what the deck feels of each wheelset alone."""
+    """Return the sum of the motions of the deck under each wheelset alone."""
     for _, passage in [(0.0, own), *others]:
         run.choose(run.SUPERPOSED, passage.needs)
     parts = [alone(own), *(alone(passage, spacing / float(own.speed)) for spacing, passage in others)]

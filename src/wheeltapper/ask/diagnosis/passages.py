@@ -55,7 +55,7 @@ class Passages:
 
     @cached_property
     def marches(self) -> list[March]:
-        """The motions themselves."""
+        """The marches, one for each speed."""
         cells = self.many.cells
         return [run.march(Program(cells.pieces, cells.numbers[i])) for i in range(len(self.speeds))]
 

@@ -337,7 +337,7 @@ def _kept(output: Path | None, digest: str) -> dict[str, Passage]:
             if entry["site"] == digest:
                 out[entry["task"]] = Passage(**entry["passage"])
         except (ValueError, TypeError, KeyError):
-            continue  # a line that was being written when the program was stopped
+            continue  # the last line, if the program was stopped while writing it
     if written and not written.endswith(b"\n"):  # else the next result would be lost with that line
         with output.open("ab") as file:
             file.write(b"\n")

@@ -50,14 +50,14 @@ class ProcessError(RuntimeError):
 def in_processes(
     function: Callable[[Shared, Task], Result], shared: Shared, tasks: Sequence[Task], workers: int | None = None
 ) -> Generator[tuple[int, Result | Lost], None, None]:
-    """Yield the number of each task and function(shared, task), as they are done.
+    """Yield the number and the result of each task, function(shared, task), in the order of completion.
 
     Whoever stops before the end closes the iterator: that ends the processes, and whatever they are doing.
 
     Parameters
     ----------
     function
-        Of a module, since the processes import it. What it raises is raised here.
+        A function of a module, because the processes import it. What it raises is raised here.
     shared, tasks
         The argument that all calls share, and the argument of each call; both can be pickled.
     workers

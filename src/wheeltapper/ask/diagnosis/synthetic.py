@@ -48,7 +48,7 @@ def synthesise(
     site
         The site, with its sensor and its uncertainties; or the path of its TOML file.
     count
-        How many passages.
+        Number of passages.
     fault, size
         Name in the catalogue, and size in its unit, or a range (low, high) in which it is drawn uniformly; by default
         none, and the usual size. Or a `Condition`, which also says where on the wheel's circumference it is.
@@ -66,7 +66,7 @@ def synthesise(
     neighbour
         Wheelsets that pass with it: the spacing to a healthy one, m (positive ahead), or `Neighbour`.
     coupled
-        Whether wheelsets feel what the others do to the deck; otherwise they are superposed.
+        Whether wheelsets react to the motion of the deck due to the others; otherwise they are superposed.
     progress
         As for `wheeltapper.simulate`.
 
@@ -144,8 +144,8 @@ def synthesise_train(
     seed
         Seed of the random numbers.
     speed
-        As measured, m/s; the true one differs from it as the site states. None: that of the site's passage, which was
-        not measured.
+        Measured speed, m/s; the true one differs from it by the stated uncertainty. None: no speed was measured, and
+        the stated one is that of the site's passage.
     vary, noise, coupled, progress
         As for `synthesise`.
     reach

@@ -86,7 +86,7 @@ class Profile(Irregularity):
         if np.isfinite(last):
             parts.append(level(last, inf))
         height = 0.0
-        if np.isfinite(last - first):  # else the run's own way says it
+        if np.isfinite(last - first):  # otherwise it follows from the run
             height = self.span(first, last)
         return Course(tuple(parts), height or 1e-6, sampled=True)
 

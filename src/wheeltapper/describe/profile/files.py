@@ -54,9 +54,11 @@ BUILT_IN = {"wheel": "S1002", "rail": "60E1"}
 OWNER: dict[str, Kind] = {".prw": "wheel", ".whl": "wheel", ".prr": "rail", ".ban": "rail"}
 PLAIN = (".txt", ".dat", ".csv")
 FEWEST = 10
+"""Smallest number of points of a profile."""
 WIDTH = {"wheel": (80.0, 200.0), "rail": (40.0, 120.0)}
 """Range of the width of a profile, mm. Outside it the file probably has another unit."""
 UNITS = {"metres": 1e3, "inches": 25.4, "centimetres": 10.0, "micrometres": 1e-3}
+"""Units that a file may have by mistake, and their length in mm: for the hint."""
 PER_METRE = {"m": 1.0, "cm": 1e2, "mm": 1e3, "in": 1 / 0.0254, "inch": 1 / 0.0254}
 FLANGE, TIP = 15.0, (-65.0, -40.0)
 """A flange is at least FLANGE high, mm. Its tip lies in the range TIP, mm from the tread datum, if its back is 70 mm
@@ -71,7 +73,8 @@ TURN = 0.1
 """Largest step, mm, by which a point may turn back as noise; such points are dropped. A larger step is an overhang, and
 the profile ends there."""
 NEAREST, STEEPEST = 1e-3, 100.0
-"""Smallest distance of two points, mm, and largest slope. A steeper profile is no function of y."""
+"""Smallest distance of two points, mm, and largest slope. Where a profile is steeper, its height is no function of
+y."""
 
 
 @dataclass(frozen=True)

@@ -6,4 +6,4 @@ from wheeltapper.describe.track.base import Track
 
 
 class StiffTrack(Track):
-    """A rail on a rigid foundation; only the contact yields."""
+    """A rail on a rigid foundation; only the contact deforms."""

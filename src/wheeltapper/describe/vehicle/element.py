@@ -18,7 +18,7 @@ GROUND = "ground"
 
 
 class Element(Noun, abstract=True):
-    """What all elements have: a name, two ends, and the place where they meet.
+    """The common part of elements: a name, two ends, and their place.
 
     Parameters
     ----------

@@ -75,7 +75,7 @@ class Wagon(Vehicle):
         return float(sum(body.mass for body in self.bodies) + sum(axle.mass for axle in self.axles))
 
     def with_element(self, element: Any) -> Wagon:
-        """Return the wagon with one more element, or with another one of that name."""
+        """Return the wagon with an added element, or with another one of the same name."""
         if not isinstance(element, Element):
             raise InputError("", "element", shown(element), ", ".join(kind.__name__ for kind in choices(Element)))
         if any(element.name == held.name for held in self.elements):
@@ -119,7 +119,7 @@ class Wagon(Vehicle):
 
 
 class ErriB176(Vehicle):
-    """What a file says instead of bodies, axles and elements: the ERRI B176 coach, perhaps with faults.
+    """The ERRI B176 coach, possibly with faults, as a file describes it instead of bodies, axles and elements.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ def run(
     output
         Folder for `claims.csv` and for the claims' figures.
     say
-        What takes each line.
+        Called with each line.
     """
     claims = chosen(which)
     rows = []
