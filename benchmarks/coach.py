@@ -19,7 +19,7 @@ import wheeltapper as wt
 from wheeltapper.lower import wagon
 from wheeltapper.march import multibody, passing, rates
 from wheeltapper.march.assembly import flattened
-from wheeltapper.march.wheel_rows import AWAKE, DELTA, ON
+from wheeltapper.march.wheel_rows import AWAKE, ON, ROW_DELTA
 
 REPEATS = 7
 LIGHT = wt.Wagon.erri_b176(1500.0).without_dampers()
@@ -83,7 +83,7 @@ def peer() -> str:
     def gap(lane: int) -> Any:
         def event(t: float, w: Any) -> float:
             rates.touch(t, data, plan, w, work.wheels)
-            return float(work.wheels[0, DELTA + lane])
+            return float(work.wheels[0, ROW_DELTA + lane])
 
         return event
 

@@ -26,12 +26,25 @@ from maps import Map, spread
 from options import parser_of
 from problems import CASES, FloatArray
 
-from wheeltapper.march import lane_rows as lane
 from wheeltapper.march import unrolled_lanes
 from wheeltapper.march.blocks import cores
 from wheeltapper.march.ensemble import Cells, march_all, march_in_lanes
 from wheeltapper.march.kernel import FASTMATH
-from wheeltapper.march.lane_rows import LANES
+from wheeltapper.march.lane_rows import (
+    LANE_ENTRIES,
+    LANE_G,
+    LANE_GAIN_COS,
+    LANE_GAIN_SIN,
+    LANE_GOAL,
+    LANE_K,
+    LANE_LOAD,
+    LANE_OMEGA,
+    LANE_RATE,
+    LANE_U0,
+    LANE_UNTIL,
+    LANE_W0,
+    LANES,
+)
 from wheeltapper.march.program import COSINE, FLIGHT, PHASE, PIECE, SINE, Program
 from wheeltapper.march.single import march
 
@@ -134,13 +147,13 @@ def peak(width: int, threads: int, rounds: int) -> float:
 
 def lanes_in_contact(omega: float) -> FloatArray:
     """Return eight contact steps in progress."""
-    L, draw = np.zeros(lane.ENTRIES), np.random.default_rng(3)
+    L, draw = np.zeros(LANE_ENTRIES), np.random.default_rng(3)
     rows: dict[int, Any] = {
-        lane.U0: draw.uniform(0.8, 1.2, LANES), lane.W0: draw.uniform(-0.3, 0.3, LANES), lane.K: 2e-3, lane.G: 7e-3,
-        lane.LOAD: 1.0, lane.UNTIL: inf, lane.GOAL: log2(1e-7),
+        LANE_U0: draw.uniform(0.8, 1.2, LANES), LANE_W0: draw.uniform(-0.3, 0.3, LANES), LANE_K: 2e-3, LANE_G: 7e-3,
+        LANE_LOAD: 1.0, LANE_UNTIL: inf, LANE_GOAL: log2(1e-7),
     }  # fmt: skip
     if omega:
-        rows |= {lane.GAIN_SIN: 0.2, lane.GAIN_COS: 0.1, lane.OMEGA: omega, lane.RATE: omega / (2 * pi)}
+        rows |= {LANE_GAIN_SIN: 0.2, LANE_GAIN_COS: 0.1, LANE_OMEGA: omega, LANE_RATE: omega / (2 * pi)}
     for row, values in rows.items():
         L[row : row + LANES] = values
     return L
@@ -166,7 +179,7 @@ def step_of(which: str, rounds: int) -> Step:
     anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(kernel.py_func)
     code = machine_code(anew, "void(float64[::1])")
     L = lanes_in_contact(1.3 if which == "sinusoid" else 0.0)
-    start = L[: lane.K].copy()  # time and motion, which a step moves on
+    start = L[:LANE_K].copy()  # time and motion, which a step moves on
     repeat(kernel, 1, L, start)
     took = shortest(lambda: repeat(kernel, REPEATS, L, start), rounds) / REPEATS
     return Step(code, code.operations * (LANES // code.width if code.loops else 1), took)

@@ -34,8 +34,7 @@ from __future__ import annotations
 from math import cos, sin
 
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import COUNT, STATE, N, T, U, W
-from wheeltapper.march.layout import HERE, PHASE0
+from wheeltapper.march.layout import COUNT, HERE_PHASE0, STATE, N, T, U, W
 from wheeltapper.march.program import CONTACT, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, DECK_V, DECK_Y
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.steplength import steplength
@@ -119,7 +118,7 @@ def coast(order: int, wavy: bool) -> str:
         "    w0 = S[STATE + B]",
     ]
     if wavy:
-        out += ["    begin = time", "    phase = S[HERE + PHASE0]", "    omega2 = omega * omega"]
+        out += ["    begin = time", "    phase = S[HERE_PHASE0]", "    omega2 = omega * omega"]
     loop: list[str] = []
     if wavy:
         loop += [
@@ -169,7 +168,7 @@ def coast(order: int, wavy: bool) -> str:
         "    S[STATE + B] = w0",
     ]
     if wavy:
-        out.append("    S[HERE + PHASE0] = angle")
+        out.append("    S[HERE_PHASE0] = angle")
     out += ["    S[N] = q0 * u0", "    S[T] = 0.0"]
     out += [f"    S[T + {n + 1}] = {1 / (n + 1)!r} * u{n}" for n in range(order)]
     out += [f"    S[{row} + {n}] = {row.lower()}{n}" for row in "UW" for n in range(order + 1)]

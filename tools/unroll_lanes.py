@@ -23,15 +23,12 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.lane_rows import AMP_COS, AMP_SIN, CALM, CHANGES, DONE, FRESH, GAIN_COS, GAIN_SIN, GO, GOAL, HIGH
-from wheeltapper.march.lane_rows import LENGTH, LEVEL, LOAD, LOW, OFFSET, OMEGA, POLYNOMIAL, RATE, SIGN, TIME, T_END
-from wheeltapper.march.lane_rows import T_ROOT, U0, UNTIL, U_END, U_ROOT, W0, W_END, W_ROOT, X
-from wheeltapper.march.lane_rows import G as DRAG
-from wheeltapper.march.lane_rows import K as SPRING
-from wheeltapper.march.lane_rows import U as U_SERIES
-from wheeltapper.march.lane_rows import V as V_SERIES
-from wheeltapper.march.lane_rows import W as W_SERIES
-from wheeltapper.march.lane_rows import Y as Y_SERIES
+from wheeltapper.march.lane_rows import (
+    LANE_AMP_COS, LANE_AMP_SIN, LANE_CALM, LANE_CHANGES, LANE_DONE, LANE_FRESH, LANE_G, LANE_GAIN_COS, LANE_GAIN_SIN,
+    LANE_GO, LANE_GOAL, LANE_HIGH, LANE_K, LANE_LENGTH, LANE_LEVEL, LANE_LOAD, LANE_LOW, LANE_OFFSET, LANE_OMEGA,
+    LANE_POLYNOMIAL, LANE_RATE, LANE_SIGN, LANE_TIME, LANE_T_END, LANE_T_ROOT, LANE_U, LANE_U0, LANE_UNTIL,
+    LANE_U_END, LANE_U_ROOT, LANE_V, LANE_W, LANE_W0, LANE_W_END, LANE_W_ROOT, LANE_X, LANE_Y,
+)
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.steplength import BIAS, FLOOR, LONGEST, LOG_SAFETY, UNIT
 '''
@@ -95,9 +92,24 @@ def step_length(order: int) -> list[str]:
 
 def contact(order: int, wavy: bool) -> str:
     """Return the function that makes one contact step."""
-    body = load(time="TIME", u0="U0", w0="W0", K="SPRING", G="DRAG", f0="LOAD", until="UNTIL", goal="GOAL")
+    body = load(
+        time="LANE_TIME",
+        u0="LANE_U0",
+        w0="LANE_W0",
+        K="LANE_K",
+        G="LANE_G",
+        f0="LANE_LOAD",
+        until="LANE_UNTIL",
+        goal="LANE_GOAL",
+    )
     if wavy:
-        body += load(gain_sin="GAIN_SIN", gain_cos="GAIN_COS", omega="OMEGA", rate="RATE", offset="OFFSET")
+        body += load(
+            gain_sin="LANE_GAIN_SIN",
+            gain_cos="LANE_GAIN_COS",
+            omega="LANE_OMEGA",
+            rate="LANE_RATE",
+            offset="LANE_OFFSET",
+        )
         body += ["omega2 = omega * omega", *sincos("rate * time - offset")]
         body += ["e0 = gain_sin * s + gain_cos * c", "d0 = omega * (gain_sin * c - gain_cos * s)"]
     body += [*series(order, wavy), *step_length(order), "h2 = h1 * h1", "h4 = h2 * h2", "h8 = h4 * h4"]
@@ -108,17 +120,17 @@ def contact(order: int, wavy: bool) -> str:
         f"w = {estrin([f'w{n}' for n in range(order + 1)])}",
         "calm = w0 * w > 0.0 and abs(w0) + abs(w) > sway",
         "go = calm and u > 0.0 and time + t < until",
-        "L[TIME + i] = time + t if go else time",
-        "L[U0 + i] = u if go else u0",
-        "L[W0 + i] = w if go else w0",
-        "L[LENGTH + i] = h1",
-        "L[T_END + i] = t",
-        "L[U_END + i] = u",
-        "L[W_END + i] = w",
-        "L[CALM + i] = 1.0 if calm else 0.0",
-        "L[GO + i] = 1.0 if go else 0.0",
+        "L[LANE_TIME + i] = time + t if go else time",
+        "L[LANE_U0 + i] = u if go else u0",
+        "L[LANE_W0 + i] = w if go else w0",
+        "L[LANE_LENGTH + i] = h1",
+        "L[LANE_T_END + i] = t",
+        "L[LANE_U_END + i] = u",
+        "L[LANE_W_END + i] = w",
+        "L[LANE_CALM + i] = 1.0 if calm else 0.0",
+        "L[LANE_GO + i] = 1.0 if go else 0.0",
     ]
-    body += [f"{at(row + '_SERIES', n)} = {row.lower()}{n}" for row in "UW" for n in range(order + 1)]
+    body += [f"{at('LANE_' + row, n)} = {row.lower()}{n}" for row in "UW" for n in range(order + 1)]
     over = "a harmonic" if wavy else "a level"
     says = f"Make one contact step over {over} path; where it may hold an event, stay at its start."
     return function(f"lanes_{'wave' if wavy else 'flat'}_{order}", says, body)
@@ -126,25 +138,25 @@ def contact(order: int, wavy: bool) -> str:
 
 def scale(row: str, order: int) -> str:
     """Return the function that makes a step's series the polynomial of a root search in (0, 1)."""
-    body = ["x = L[LENGTH + i]", "power = x", f"L[POLYNOMIAL + i] = {at(row + '_SERIES', 0)}"]
+    body = ["x = L[LANE_LENGTH + i]", "power = x", f"L[LANE_POLYNOMIAL + i] = {at('LANE_' + row, 0)}"]
     for n in range(1, order + 1):
-        body.append(f"{at('POLYNOMIAL', n)} = {at(row + '_SERIES', n)} * power")
+        body.append(f"{at('LANE_POLYNOMIAL', n)} = {at('LANE_' + row, n)} * power")
         body += ["power = power * x"] if n < order else []
     return function(f"seek_{row.lower()}_{order}", f"Seek a root of {row.lower()} in the step.", body)
 
 
 def scale_time(order: int) -> str:
     """Return the function that makes the time in a step the polynomial of a root search in (0, 1)."""
-    body = ["x = L[LENGTH + i]", "power = x", "L[POLYNOMIAL + i] = L[TIME + i] - L[UNTIL + i]"]
+    body = ["x = L[LANE_LENGTH + i]", "power = x", "L[LANE_POLYNOMIAL + i] = L[LANE_TIME + i] - L[LANE_UNTIL + i]"]
     for n in range(1, order + 1):
-        body.append(f"{at('POLYNOMIAL', n)} = {1 / n!r} * {at('U_SERIES', n - 1)} * power")
+        body.append(f"{at('LANE_POLYNOMIAL', n)} = {1 / n!r} * {at('LANE_U', n - 1)} * power")
         body += ["power = power * x"] if n < order else []
     return function(f"seek_time_{order}", "Seek the place where the step reaches the breakpoint.", body)
 
 
 def scan(order: int) -> str:
     """Return the function that counts sign changes in the Bernstein basis, and guesses where the first root is."""
-    body = [f"b{k} = {at('POLYNOMIAL', k)} * {1 / comb(order, k)!r}" for k in range(order + 1)]
+    body = [f"b{k} = {at('LANE_POLYNOMIAL', k)} * {1 / comb(order, k)!r}" for k in range(order + 1)]
     body += [f"b{k} = b{k} + b{k - 1}" for i in range(1, order + 1) for k in range(order, i - 1, -1)]
     body += ["changes = 0.0", "sign = 0.0"]
     for k in range(order + 1):
@@ -155,22 +167,22 @@ def scan(order: int) -> str:
         ]
     body += [
         f"guess = b0 / (b0 - b{order})",
-        "L[CHANGES + i] = changes",
-        "L[SIGN + i] = -sign if changes == 1.0 else sign",
-        "L[X + i] = guess if guess > 0.0 and guess < 1.0 else 0.5",
-        "L[LOW + i] = 0.0",
-        "L[HIGH + i] = 1.0",
-        "L[DONE + i] = 0.0 if changes == 1.0 else 1.0",
+        "L[LANE_CHANGES + i] = changes",
+        "L[LANE_SIGN + i] = -sign if changes == 1.0 else sign",
+        "L[LANE_X + i] = guess if guess > 0.0 and guess < 1.0 else 0.5",
+        "L[LANE_LOW + i] = 0.0",
+        "L[LANE_HIGH + i] = 1.0",
+        "L[LANE_DONE + i] = 0.0 if changes == 1.0 else 1.0",
     ]
     return function(f"scan_{order}", "Count the roots in (0, 1) by Descartes' rule, exact for 0 and 1; guess.", body)
 
 
 def sharpen(order: int) -> str:
     """Return the function that makes one step of Newton's method, kept inside the bracket."""
-    body = load(x="X", low="LOW", high="HIGH", sign="SIGN", done="DONE")
-    body += [f"value = {at('POLYNOMIAL', order)}", "slope = 0.0"]
+    body = load(x="LANE_X", low="LANE_LOW", high="LANE_HIGH", sign="LANE_SIGN", done="LANE_DONE")
+    body += [f"value = {at('LANE_POLYNOMIAL', order)}", "slope = 0.0"]
     for k in range(order - 1, -1, -1):
-        body += ["slope = slope * x + value", f"value = value * x + {at('POLYNOMIAL', k)}"]
+        body += ["slope = slope * x + value", f"value = value * x + {at('LANE_POLYNOMIAL', k)}"]
     body += [
         "before = value * sign > 0.0",
         "low = x if before else low",
@@ -181,49 +193,60 @@ def sharpen(order: int) -> str:
         "middle = 0.5 * (low + high)",
         "stuck = not inside and (middle == low or middle == high)",
         "new = new if close or inside else middle",
-        "L[X + i] = new if done == 0.0 else x",
-        "L[LOW + i] = low",
-        "L[HIGH + i] = high",
-        "L[DONE + i] = 1.0 if close or stuck else done",
+        "L[LANE_X + i] = new if done == 0.0 else x",
+        "L[LANE_LOW + i] = low",
+        "L[LANE_HIGH + i] = high",
+        "L[LANE_DONE + i] = 1.0 if close or stuck else done",
     ]
     return function(f"sharpen_{order}", "Improve each root that is not found yet by one step of Newton's method.", body)
 
 
 def contact_root(order: int) -> str:
     """Return the function that evaluates a contact step at the root."""
-    body = ["x = L[X + i] * L[LENGTH + i]"]
-    time = [f"{1 / (n + 1)!r} * {at('U_SERIES', n)}" for n in range(order)]
-    body.append(f"L[T_ROOT + i] = x * {horner(time, 'x')}")
-    body += [f"L[{row}_ROOT + i] = {horner([at(f'{row}_SERIES', n) for n in range(order + 1)], 'x')}" for row in "UW"]
+    body = ["x = L[LANE_X + i] * L[LANE_LENGTH + i]"]
+    time = [f"{1 / (n + 1)!r} * {at('LANE_U', n)}" for n in range(order)]
+    body.append(f"L[LANE_T_ROOT + i] = x * {horner(time, 'x')}")
+    body += [
+        f"L[LANE_{row}_ROOT + i] = {horner([at(f'LANE_{row}', n) for n in range(order + 1)], 'x')}" for row in "UW"
+    ]
     return function(f"contact_root_{order}", "Evaluate t, u and w of the contact step at the root.", body)
 
 
 def leave() -> str:
     """Return the function that turns a loss into the start of a flight."""
-    body = load(omega="OMEGA", rate="RATE", offset="OFFSET", a="AMP_SIN", b="AMP_COS")
+    body = load(omega="LANE_OMEGA", rate="LANE_RATE", offset="LANE_OFFSET", a="LANE_AMP_SIN", b="LANE_AMP_COS")
     body += [
-        "time = L[TIME + i] + L[T_ROOT + i]",
+        "time = L[LANE_TIME + i] + L[LANE_T_ROOT + i]",
         *sincos("rate * time - offset"),
-        "L[TIME + i] = time",
-        "L[U_ROOT + i] = L[LEVEL + i] + a * s + b * c",
+        "L[LANE_TIME + i] = time",
+        "L[LANE_U_ROOT + i] = L[LANE_LEVEL + i] + a * s + b * c",
     ]
-    body.append("L[W0 + i] = omega * (a * c - b * s) - L[W_ROOT + i]")
-    body.append("L[U0 + i] = L[U_ROOT + i]")
+    body.append("L[LANE_W0 + i] = omega * (a * c - b * s) - L[LANE_W_ROOT + i]")
+    body.append("L[LANE_U0 + i] = L[LANE_U_ROOT + i]")
     return function("leave", "Put time, displacement and velocity of the wheel at the root in the start.", body)
 
 
 def flight(order: int) -> str:
     """Return the function for the series of a flight and of the indentation in it."""
-    body = load(time="TIME", y0="U0", v0="W0", K="SPRING", G="DRAG", omega="OMEGA", rate="RATE", offset="OFFSET")
-    body += load(a="AMP_SIN", b="AMP_COS", until="UNTIL", fresh="FRESH")
+    body = load(
+        time="LANE_TIME",
+        y0="LANE_U0",
+        v0="LANE_W0",
+        K="LANE_K",
+        G="LANE_G",
+        omega="LANE_OMEGA",
+        rate="LANE_RATE",
+        offset="LANE_OFFSET",
+    )
+    body += load(a="LANE_AMP_SIN", b="LANE_AMP_COS", until="LANE_UNTIL", fresh="LANE_FRESH")
     body += [
         "reach = 2.0 / max(np.sqrt(K) + G + abs(omega), 0.001)",
         "x = min(min(16.0, reach), until - time)",
-        "L[LENGTH + i] = x",
+        "L[LANE_LENGTH + i] = x",
         *sincos("rate * time - offset"),
         "h0 = a * s + b * c",
         "d0 = a * c - b * s",
-        "gap = L[LEVEL + i] + h0 - y0",
+        "gap = L[LANE_LEVEL + i] + h0 - y0",
         "c0 = 0.0 if fresh != 0.0 else gap",
     ]
     for n in range(order):
@@ -236,27 +259,29 @@ def flight(order: int) -> str:
             f"v{m} = (-K * y{n} - G * v{n}{' - 1.0' if n == 0 else ''}) * {1 / m!r}",
         ]
     for n in range(order + 1):
-        body += [f"{at('Y_SERIES', n)} = y{n}", f"{at('V_SERIES', n)} = v{n}"]
+        body += [f"{at('LANE_Y', n)} = y{n}", f"{at('LANE_V', n)} = v{n}"]
     body += ["power = x"]
     for n in range(1, order + 1):
         body += [f"c{n} = (h{n} - y{n}) * power"]
         body += ["power = power * x"] if n < order else []
     for n in range(order):
-        body.append(f"{at('POLYNOMIAL', n)} = c{n + 1} if fresh != 0.0 else c{n}")
-    body.append(f"{at('POLYNOMIAL', order)} = 0.0 if fresh != 0.0 else c{order}")
+        body.append(f"{at('LANE_POLYNOMIAL', n)} = c{n + 1} if fresh != 0.0 else c{n}")
+    body.append(f"{at('LANE_POLYNOMIAL', order)} = 0.0 if fresh != 0.0 else c{order}")
     says = "Put the flight's series, and that of the indentation (divided by time in a fresh flight), in L."
     return function(f"flight_{order}", says, body)
 
 
 def flight_end(order: int) -> str:
     """Return the function that evaluates a flight at its root or its end."""
-    y = horner([at("Y_SERIES", n) for n in range(order + 1)], "x")
-    v = horner([at("V_SERIES", n) for n in range(order + 1)], "x")
-    body = ["x = L[T_ROOT + i]", f"L[U_END + i] = {y}", f"L[W_END + i] = {v}"]
-    body += load(omega="OMEGA", rate="RATE", offset="OFFSET", a="AMP_SIN", b="AMP_COS")
-    body += ["time = L[TIME + i] + x", *sincos("rate * time - offset")]
-    body.append("L[W_ROOT + i] = omega * (a * c - b * s) - L[W_END + i]")
-    return function(f"flight_end_{order}", "Evaluate the flight after T_ROOT: y, v, and the indentation rate.", body)
+    y = horner([at("LANE_Y", n) for n in range(order + 1)], "x")
+    v = horner([at("LANE_V", n) for n in range(order + 1)], "x")
+    body = ["x = L[LANE_T_ROOT + i]", f"L[LANE_U_END + i] = {y}", f"L[LANE_W_END + i] = {v}"]
+    body += load(omega="LANE_OMEGA", rate="LANE_RATE", offset="LANE_OFFSET", a="LANE_AMP_SIN", b="LANE_AMP_COS")
+    body += ["time = L[LANE_TIME + i] + x", *sincos("rate * time - offset")]
+    body.append("L[LANE_W_ROOT + i] = omega * (a * c - b * s) - L[LANE_W_END + i]")
+    return function(
+        f"flight_end_{order}", "Evaluate the flight after LANE_T_ROOT: y, v, and the indentation rate.", body
+    )
 
 
 def source() -> str:

@@ -14,7 +14,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.plastic import dissipated_by, left_after, loading_force
 from wheeltapper.march import program as contract
 from wheeltapper.march import single
-from wheeltapper.march.dense import DELTA, FORCE, OUT_COLUMNS, RESIDUAL, dense
+from wheeltapper.march.dense import OUT_COLUMNS, OUT_DELTA, OUT_FORCE, OUT_RESIDUAL, dense
 
 N0 = 106_022.0
 
@@ -165,13 +165,13 @@ def test_a_hardened_rail_yields_where_it_has_borne_and_the_force_is_continuous_t
     before, after = looked_at(program, march, yields - 1e-9), looked_at(program, march, yields + 1e-9)
     x = program.numbers[contract.PACE] * yields
     bore = surface.at(surface.spline(surface.borne, surface.onset), x) / length
-    depth = before[:, DELTA] + before[:, RESIDUAL]
+    depth = before[:, OUT_DELTA] + before[:, OUT_RESIDUAL]
     np.testing.assert_allclose(depth, bore, rtol=1e-6)
     hardened = bore > 1.001 * line.onset / length
     assert hardened.sum() > 3
     near = 1e-3 if law == "KogutEtsion" else 2e-4  # its force bends sharply just above yield
-    np.testing.assert_allclose(after[hardened, FORCE], before[hardened, FORCE], rtol=near)
-    np.testing.assert_allclose(before[hardened, FORCE], loading_force(program.law, bore[hardened]), rtol=near)
+    np.testing.assert_allclose(after[hardened, OUT_FORCE], before[hardened, OUT_FORCE], rtol=near)
+    np.testing.assert_allclose(before[hardened, OUT_FORCE], loading_force(program.law, bore[hardened]), rtol=near)
     _, second = line.passed(surface, 1)
     assert abs(second.plastic_work) < 0.5 * abs(first.plastic_work)
     assert first.plastic_work > 0.0 or law == "Stronge"

@@ -9,12 +9,12 @@ from tests.cases import rows
 from wheeltapper.lower.kalker import coefficients
 from wheeltapper.march import fastsim as lanes
 from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
-from wheeltapper.march.wheel_rows import ROWS, SUM_X, SUM_Y, TURN_X, TURN_Y, UX, UY
+from wheeltapper.march.wheel_rows import OCTET_ROWS, SUM_X, SUM_Y, TURN_X, TURN_Y, UX, UY
 
 
 def entered(ux, uy, fx, fy):
     """Return the scratch with a contact among seven others."""
-    held = np.zeros(ROWS)
+    held = np.zeros(OCTET_ROWS)
     for lane in range(8):
         held[[UX + lane, UY + lane, TURN_X + lane, TURN_Y + lane]] = 0.1 * lane, 0.2, -0.3 * lane, 0.4
     held[[UX + 3, UY + 3, TURN_X + 3, TURN_Y + 3]] = ux, uy, fx, fy

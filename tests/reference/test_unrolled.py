@@ -14,8 +14,33 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
 from wheeltapper.march import flight, layout, program, series, unrolled, unrolled_lanes
-from wheeltapper.march import lane_rows as lane
 from wheeltapper.march.kernel import FASTMATH
+from wheeltapper.march.lane_rows import (
+    LANE_AMP_COS,
+    LANE_AMP_SIN,
+    LANE_ENTRIES,
+    LANE_G,
+    LANE_GAIN_COS,
+    LANE_GAIN_SIN,
+    LANE_GOAL,
+    LANE_K,
+    LANE_LENGTH,
+    LANE_LEVEL,
+    LANE_LOAD,
+    LANE_OFFSET,
+    LANE_OMEGA,
+    LANE_POLYNOMIAL,
+    LANE_RATE,
+    LANE_T_ROOT,
+    LANE_TIME,
+    LANE_U,
+    LANE_U0,
+    LANE_UNTIL,
+    LANE_V,
+    LANE_W,
+    LANE_W0,
+    LANE_Y,
+)
 from wheeltapper.march.single import march
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -45,10 +70,10 @@ def test_straight_line_steps_agree_with_the_loops(order, omega):
     K, G = numbers[program.STIFFNESS], numbers[program.DAMPING]
     loops = np.zeros(layout.SCRATCH)
     here = loops[layout.HERE :]
-    here[layout.POLY] = 0.4
+    here[layout.HERE_POLY] = 0.4
     if omega:
-        here[[layout.AMP_SIN, layout.AMP_COS, layout.PHASE0, layout.OMEGA]] = 0.7, -0.2, 0.3, omega
-    here[layout.FACTOR_DEGREE] = -1
+        here[[layout.HERE_AMP_SIN, layout.HERE_AMP_COS, layout.HERE_PHASE0, layout.HERE_OMEGA]] = 0.7, -0.2, 0.3, omega
+    here[layout.HERE_FACTOR_DEGREE] = -1
     loops[[layout.STATE + program.A, layout.STATE + program.B]] = 1.1, 0.4
     straight = loops.copy()
     series.contact_series(numbers, order, 1.1, 0.4, 0.0, 0.0, False, loops)
@@ -81,42 +106,42 @@ def test_many_steps_in_a_row_find_what_single_steps_find(method):
 
 def lanes_at(rng, omega):
     """Eight contact steps in progress."""
-    L = np.zeros(lane.ENTRIES)
+    L = np.zeros(LANE_ENTRIES)
     drawn = {
-        lane.U0: rng.uniform(0.5, 1.5, 8), lane.W0: rng.uniform(-1, 1, 8), lane.K: rng.uniform(0, 5e-3, 8),
-        lane.G: rng.uniform(0, 5e-2, 8), lane.LEVEL: rng.uniform(-1, 1, 8), lane.TIME: rng.uniform(0, 300, 8),
+        LANE_U0: rng.uniform(0.5, 1.5, 8), LANE_W0: rng.uniform(-1, 1, 8), LANE_K: rng.uniform(0, 5e-3, 8),
+        LANE_G: rng.uniform(0, 5e-2, 8), LANE_LEVEL: rng.uniform(-1, 1, 8), LANE_TIME: rng.uniform(0, 300, 8),
     }  # fmt: skip
     if omega:
         drawn |= {
-            lane.AMP_SIN: rng.uniform(-1, 1, 8),
-            lane.AMP_COS: rng.uniform(-1, 1, 8),
-            lane.OMEGA: np.full(8, omega),
+            LANE_AMP_SIN: rng.uniform(-1, 1, 8),
+            LANE_AMP_COS: rng.uniform(-1, 1, 8),
+            LANE_OMEGA: np.full(8, omega),
         }
-        drawn |= {lane.RATE: np.full(8, omega / (2 * pi)), lane.OFFSET: rng.uniform(-9, 9, 8)}
+        drawn |= {LANE_RATE: np.full(8, omega / (2 * pi)), LANE_OFFSET: rng.uniform(-9, 9, 8)}
     for row, values in drawn.items():
         L[row : row + 8] = values
-    L[lane.LOAD : lane.LOAD + 8] = 1 + drawn[lane.K] * drawn[lane.LEVEL]
+    L[LANE_LOAD : LANE_LOAD + 8] = 1 + drawn[LANE_K] * drawn[LANE_LEVEL]
     if omega:
-        stiff, drag = drawn[lane.K] - omega**2, drawn[lane.G] * omega
-        a, b = drawn[lane.AMP_SIN], drawn[lane.AMP_COS]
-        L[lane.GAIN_SIN : lane.GAIN_SIN + 8] = stiff * a - drag * b
-        L[lane.GAIN_COS : lane.GAIN_COS + 8] = stiff * b + drag * a
-    L[lane.UNTIL : lane.UNTIL + 8] = np.inf
-    L[lane.GOAL : lane.GOAL + 8] = log2(1e-7)
+        stiff, drag = drawn[LANE_K] - omega**2, drawn[LANE_G] * omega
+        a, b = drawn[LANE_AMP_SIN], drawn[LANE_AMP_COS]
+        L[LANE_GAIN_SIN : LANE_GAIN_SIN + 8] = stiff * a - drag * b
+        L[LANE_GAIN_COS : LANE_GAIN_COS + 8] = stiff * b + drag * a
+    L[LANE_UNTIL : LANE_UNTIL + 8] = np.inf
+    L[LANE_GOAL : LANE_GOAL + 8] = log2(1e-7)
     return L
 
 
 def scratch_of(L, i, omega):
     """The same state for the recurrences in loops."""
     numbers = np.zeros(program.NUMBERS)
-    numbers[[program.STIFFNESS, program.DAMPING, program.CUBIC]] = L[lane.K + i], L[lane.G + i], 1.0
+    numbers[[program.STIFFNESS, program.DAMPING, program.CUBIC]] = L[LANE_K + i], L[LANE_G + i], 1.0
     S = np.zeros(layout.SCRATCH)
     here = S[layout.HERE :]
-    here[layout.POLY], here[layout.FACTOR_DEGREE] = L[lane.LEVEL + i], -1
+    here[layout.HERE_POLY], here[layout.HERE_FACTOR_DEGREE] = L[LANE_LEVEL + i], -1
     if omega:
-        phase = omega * L[lane.TIME + i] - 2 * pi * L[lane.OFFSET + i]
-        here[[layout.AMP_SIN, layout.AMP_COS, layout.PHASE0, layout.OMEGA]] = (
-            L[lane.AMP_SIN + i], L[lane.AMP_COS + i], phase, omega
+        phase = omega * L[LANE_TIME + i] - 2 * pi * L[LANE_OFFSET + i]
+        here[[layout.HERE_AMP_SIN, layout.HERE_AMP_COS, layout.HERE_PHASE0, layout.HERE_OMEGA]] = (
+            L[LANE_AMP_SIN + i], L[LANE_AMP_COS + i], phase, omega
         )  # fmt: skip
     return numbers, S
 
@@ -128,8 +153,8 @@ def test_contact_steps_in_lanes_agree_with_the_loops(omega):
     (unrolled_lanes.lanes_wave_12 if omega else unrolled_lanes.lanes_flat_12)(L)
     for i in range(8):
         numbers, S = scratch_of(start, i, omega)
-        series.contact_series(numbers, 12, start[lane.U0 + i], start[lane.W0 + i], 0.0, 0.0, False, S)
-        for ours, theirs in ((lane.U, layout.U), (lane.W, layout.W)):
+        series.contact_series(numbers, 12, start[LANE_U0 + i], start[LANE_W0 + i], 0.0, 0.0, False, S)
+        for ours, theirs in ((LANE_U, layout.U), (LANE_W, layout.W)):
             np.testing.assert_allclose(L[ours + i : ours + 104 : 8], S[theirs : theirs + 13], rtol=1e-11, atol=1e-13)
 
 
@@ -139,10 +164,10 @@ def test_flights_in_lanes_agree_with_the_loops(omega):
     unrolled_lanes.flight_22(L)
     for i in range(8):
         numbers, S = scratch_of(L, i, omega)
-        flight.flight_series(numbers, 22, L[lane.U0 + i], L[lane.W0 + i], 0.0, 0.0, False, S)
-        assert L[lane.LENGTH + i] == pytest.approx(flight.flight_reach(numbers, S), rel=1e-12)
-        powers = L[lane.LENGTH + i] ** np.arange(23)
-        for ours, theirs, by in ((lane.Y, layout.U, 1), (lane.V, layout.W, 1), (lane.POLYNOMIAL, layout.CLEAR, powers)):
+        flight.flight_series(numbers, 22, L[LANE_U0 + i], L[LANE_W0 + i], 0.0, 0.0, False, S)
+        assert L[LANE_LENGTH + i] == pytest.approx(flight.flight_reach(numbers, S), rel=1e-12)
+        powers = L[LANE_LENGTH + i] ** np.arange(23)
+        for ours, theirs, by in ((LANE_Y, layout.U, 1), (LANE_V, layout.W, 1), (LANE_POLYNOMIAL, layout.CLEAR, powers)):
             np.testing.assert_allclose(
                 L[ours + i : ours + 184 : 8], S[theirs : theirs + 23] * by, rtol=1e-11, atol=1e-12
             )
@@ -150,18 +175,18 @@ def test_flights_in_lanes_agree_with_the_loops(omega):
 
 def test_sine_and_cosine_in_lanes_are_exact_to_rounding():
     turns = np.concatenate([np.linspace(-1, 1, 4001), np.random.default_rng(5).uniform(-500, 500, 4000)])[:8000]
-    L = np.zeros(lane.ENTRIES)
+    L = np.zeros(LANE_ENTRIES)
     for eight in turns.reshape(-1, 8):
-        L[lane.OFFSET : lane.OFFSET + 8] = -eight
-        L[lane.OMEGA : lane.OMEGA + 8] = 1.0
-        for row, expected in ((lane.AMP_SIN, np.sin), (lane.AMP_COS, np.cos)):
-            L[[lane.AMP_SIN, lane.AMP_COS]] = 0.0
-            L[lane.AMP_SIN : lane.AMP_SIN + 8] = row == lane.AMP_SIN
-            L[lane.AMP_COS : lane.AMP_COS + 8] = row == lane.AMP_COS
-            L[lane.TIME : lane.TIME + 8] = L[lane.T_ROOT : lane.T_ROOT + 8] = 0.0
+        L[LANE_OFFSET : LANE_OFFSET + 8] = -eight
+        L[LANE_OMEGA : LANE_OMEGA + 8] = 1.0
+        for row, expected in ((LANE_AMP_SIN, np.sin), (LANE_AMP_COS, np.cos)):
+            L[[LANE_AMP_SIN, LANE_AMP_COS]] = 0.0
+            L[LANE_AMP_SIN : LANE_AMP_SIN + 8] = row == LANE_AMP_SIN
+            L[LANE_AMP_COS : LANE_AMP_COS + 8] = row == LANE_AMP_COS
+            L[LANE_TIME : LANE_TIME + 8] = L[LANE_T_ROOT : LANE_T_ROOT + 8] = 0.0
             unrolled_lanes.leave(L)
             np.testing.assert_allclose(
-                L[lane.U0 : lane.U0 + 8], expected(2 * np.pi * (eight - np.rint(eight))), atol=5e-16
+                L[LANE_U0 : LANE_U0 + 8], expected(2 * np.pi * (eight - np.rint(eight))), atol=5e-16
             )
 
 

@@ -7,12 +7,12 @@ from scipy.optimize import fsolve
 import wheeltapper as wt
 from tests.cases import rows
 from wheeltapper.lower.wagon import lower_wagon
-from wheeltapper.march.assembly import RATE
+from wheeltapper.march.assembly import TO_RATE
 from wheeltapper.march.multibody import probe
-from wheeltapper.march.wheel_rows import FX, FY, NORMAL, ROLLING, SLIP_TURN, SLIP_X, SLIP_Y, G
+from wheeltapper.march.wheel_rows import FX, FY, NORMAL, ROLLING, ROW_G, SLIP_TURN, SLIP_X, SLIP_Y
 
 SPEED, FORCE = 10.0, 10e3
-Y, Z, ROLL, YAW, PITCH_RATE = 1, 2, 3, 5, RATE + 4
+Y, Z, ROLL, YAW, PITCH_RATE = 1, 2, 3, 5, TO_RATE + 4
 LEFT, RIGHT = 0, 4
 
 
@@ -38,7 +38,7 @@ def rolling():
     def at(y, yaw, roll):
         def missing(x):
             wheels = contacts(y, yaw, 1e-4 * x[0], 1e-4 * x[1], x[2])
-            carried = [wheels[NORMAL + i] + s * wheels[G + i] * wheels[FY + i] for i, s in ((LEFT, 1), (RIGHT, -1))]
+            carried = [wheels[NORMAL + i] + s * wheels[ROW_G + i] * wheels[FY + i] for i, s in ((LEFT, 1), (RIGHT, -1))]
             turn = sum(wheels[FX + i] * wheels[ROLLING + i] for i in (LEFT, RIGHT))
             return [carried[0] / FORCE - 1, carried[1] / FORCE - 1, turn / 500.0]
 
@@ -67,7 +67,7 @@ def test_a_wheelset_that_rolls_quasi_statically_is_the_elastic_programs(rolling)
             + (1 + found[2] * 0.46 / SPEED) * (wheels[ROLLING + LEFT] - 0.46 - 1e-3 * row["zcpw"]) / 0.46
         )
         assert there == pytest.approx(-row["cksi"], rel=0.06)  # it balances forces that FASTSIM turns by 12 %
-        assert wheels[NORMAL + LEFT] * np.hypot(1, wheels[G + LEFT]) == pytest.approx(row["Fn"], rel=2e-3)
+        assert wheels[NORMAL + LEFT] * np.hypot(1, wheels[ROW_G + LEFT]) == pytest.approx(row["Fn"], rel=2e-3)
         assert wheels[FY + LEFT] == pytest.approx(row["Fs"], rel=0.02)
         assert -wheels[FX + LEFT] == pytest.approx(row["Fx"], rel=0.06)
     assert compared == 8

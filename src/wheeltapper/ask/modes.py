@@ -15,9 +15,9 @@ from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.arguments import check_flag
 from wheeltapper.lower.standing import jacobian
 from wheeltapper.lower.wagon import DECK, LoweredWagon, lower_wagon
-from wheeltapper.march import assembly as contract
+from wheeltapper.march import assembly as asm
 from wheeltapper.march import run
-from wheeltapper.march.assembly import LANES, PLACES, RATE
+from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
 from wheeltapper.record.arguments import as_scenario
 
 if TYPE_CHECKING:
@@ -53,10 +53,10 @@ def linearised(lowered: LoweredWagon, fixed: tuple[str, ...] = ()) -> Linear:
     spins = np.array([motion == "pitch" and body.startswith("wheelset ") for body, motion in layout.motions])
     inside = np.arange(layout.states, layout.states + int((assembly.element_inside[:, 0] >= 0).sum()))
     with_place = moves & ~spins
-    states = np.concatenate([places[with_place], places[moves] + RATE, inside])
-    indentation = assembly.numbers[contract.LENGTH]
+    states = np.concatenate([places[with_place], places[moves] + TO_RATE, inside])
+    indentation = assembly.numbers[asm.STATIC_INDENTATION]
     steps = np.full(len(states), 1e-5 * indentation)
-    steps[with_place.sum() : with_place.sum() + moves.sum()] = 1e-5 * indentation / assembly.numbers[contract.PULSE]
+    steps[with_place.sum() : with_place.sum() + moves.sum()] = 1e-5 * indentation / assembly.numbers[asm.PULSE]
     matrix = jacobian(assembly, assembly.start, states, steps)[states]
     rows = np.full(len(places), -1)
     rows[with_place] = np.arange(with_place.sum())

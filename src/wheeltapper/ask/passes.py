@@ -163,7 +163,7 @@ class Line:
 
     def passed(self, surface: Surface, number: int) -> tuple[Surface, Pass]:
         """Return the surface after pass `number`, and the results of that pass."""
-        from wheeltapper.march.dense import DELTA, FORCE, RESIDUAL
+        from wheeltapper.march.dense import OUT_DELTA, OUT_FORCE, OUT_RESIDUAL
 
         speed, load, start = self._drawn(number)
         program, length, time = self._program(surface, speed, load, start)
@@ -172,7 +172,7 @@ class Line:
         first = int(np.searchsorted(self._samples, start))
         times = (self._samples[first:] - start) / speed / time
         out = run.sample(program, march, times)
-        depths = (np.maximum(out[:, DELTA], 0.0) + out[:, RESIDUAL]) * length
+        depths = (np.maximum(out[:, OUT_DELTA], 0.0) + out[:, OUT_RESIDUAL]) * length
         reached = surface.reached(first, depths)
         before = surface.borne[first : first + len(reached)]
         grown = reached > before
@@ -180,9 +180,9 @@ class Line:
         dissipated -= dissipated_by(program.law, before[grown] / length)
         work = float(dissipated.sum()) * force * length * surface.spacing / (2.0 * self.semi_axis)
         limit = program.law[0, contract.LAW_START] ** 1.5
-        elastic = float(np.mean(out[:, FORCE] <= limit))
-        beyond = float(np.mean(out[:, FORCE] > SHAKEDOWN * limit))
-        largest = max(float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)), float(out[:, FORCE].max()))
+        elastic = float(np.mean(out[:, OUT_FORCE] <= limit))
+        beyond = float(np.mean(out[:, OUT_FORCE] > SHAKEDOWN * limit))
+        largest = max(float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)), float(out[:, OUT_FORCE].max()))
         told = Pass(
             march.status, speed, load, start, largest * force,
             int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum()), self.length - start, work, elastic,

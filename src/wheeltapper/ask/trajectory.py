@@ -63,7 +63,14 @@ def trajectory(
     """
     check_along(run.TRAJECTORY, scenario, parameters)
     from wheeltapper.march.tangent_path import LANES
-    from wheeltapper.march.tangent_samples import DECK_V, DECK_Y, FIRST_LANE, FORCE, RATE, VALUE
+    from wheeltapper.march.tangent_samples import (
+        FIRST_LANE,
+        FORCE,
+        RATE,
+        SAMPLED_DECK_V,
+        SAMPLED_DECK_Y,
+        VALUE,
+    )
 
     here = {path: np.array([float(Fields(scenario)(path))]) for path in parameters}
     many = Many(scenario, here or {"speed": np.array([float(scenario.speed)])}, method, table_at_hand)
@@ -81,11 +88,11 @@ def trajectory(
             moving = samples[:, :, FIRST_LANE + lane] - samples[:, :, RATE] * (scaled * stretch)[:, None]
             numbers = program.numbers + 1j * EPSILON * direction.numbers[0]
             motion = samples[:, :, VALUE] + 1j * EPSILON * moving
-            found = in_si(numbers, direction.units, motion, scaled, (FORCE, DECK_Y, DECK_V))
+            found = in_si(numbers, direction.units, motion, scaled, (FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V))
             tangents.append([quantity.imag / EPSILON for quantity in found])
     assert march is not None
     motion = values[:, :, VALUE].astype(complex)
-    plain = in_si(program.numbers.astype(complex), units, motion, scaled, (FORCE, DECK_Y, DECK_V))
+    plain = in_si(program.numbers.astype(complex), units, motion, scaled, (FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V))
     of = np.array(tangents).reshape(len(parameters), 2, len(times))
     peaks = march.peaks[:, contract.PEAK_FORCE].max(initial=0.0) * units.force.item()
     impacts = int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())

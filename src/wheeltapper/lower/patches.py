@@ -17,7 +17,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.ellipse import contact_constant, semi_axes
 from wheeltapper.lower.geometry import Geometry, contact_geometry
 from wheeltapper.lower.kalker import coefficients
-from wheeltapper.march import assembly as contract
+from wheeltapper.march import assembly as asm
 
 FloatArray = NDArray[np.float64]
 WIDTH = 11e-3
@@ -101,16 +101,16 @@ def _patch_tables(
         0.5 / along, 0.5 / across, young, poisson
     )  # fmt: skip
     normal = np.cbrt(1.0 / cosine)  # ratio of the cube root of the normal force to that of its component along z
-    tables = np.empty((contract.TABLES, len(geometry.shift)))
-    tables[contract.LIFT] = geometry.lift
-    tables[contract.PLACE] = geometry.place
-    tables[contract.RADIUS] = geometry.radius - radius
-    tables[contract.ROOT_CONSTANT] = np.cbrt(constant * cosine**2.5)
-    tables[contract.ALONG] = shear * a * b * kalker[:, 0] * normal**2
-    tables[contract.ACROSS] = shear * a * b * kalker[:, 1] * normal**2
-    tables[contract.SPIN] = shear * (a * b) ** 1.5 * kalker[:, 2] * normal**3
-    tables[contract.SPIN_MOMENT] = shear * (a * b) ** 2 * kalker[:, 3] * normal**4
-    tables[contract.SLENDER] = b / a
+    tables = np.empty((asm.TABLES, len(geometry.shift)))
+    tables[asm.TABLE_LIFT] = geometry.lift
+    tables[asm.TABLE_PLACE] = geometry.place
+    tables[asm.TABLE_RADIUS] = geometry.radius - radius
+    tables[asm.ROOT_CONSTANT] = np.cbrt(constant * cosine**2.5)
+    tables[asm.ALONG] = shear * a * b * kalker[:, 0] * normal**2
+    tables[asm.ACROSS] = shear * a * b * kalker[:, 1] * normal**2
+    tables[asm.SPIN] = shear * (a * b) ** 1.5 * kalker[:, 2] * normal**3
+    tables[asm.SPIN_MOMENT] = shear * (a * b) ** 2 * kalker[:, 3] * normal**4
+    tables[asm.SLENDER] = b / a
     return tables
 
 
@@ -120,14 +120,14 @@ def cells_of(shifts: FloatArray, tables: FloatArray) -> FloatArray:
 
     from scipy.interpolate import make_interp_spline
 
-    spline = make_interp_spline(shifts, tables, k=contract.DEGREE, axis=1)
+    spline = make_interp_spline(shifts, tables, k=asm.TABLE_DEGREE, axis=1)
     width = shifts[1] - shifts[0]
     middle = 0.5 * (shifts[:-1] + shifts[1:])
     # each cell's polynomial, moved from its middle to its start
-    derivatives = [spline.derivative(k)(middle) if k else spline(middle) for k in range(contract.TERMS)]
-    out = np.zeros((len(middle), contract.TABLES, contract.TERMS))
-    for k in range(contract.TERMS):
-        for more in range(k, contract.TERMS):
+    derivatives = [spline.derivative(k)(middle) if k else spline(middle) for k in range(asm.TABLE_TERMS)]
+    out = np.zeros((len(middle), asm.TABLES, asm.TABLE_TERMS))
+    for k in range(asm.TABLE_TERMS):
+        for more in range(k, asm.TABLE_TERMS):
             falling = (-0.5 * width) ** (more - k) / factorial(more - k)
             out[:, :, k] += derivatives[more].T * falling * width**k / factorial(k)
     return out
@@ -135,7 +135,7 @@ def cells_of(shifts: FloatArray, tables: FloatArray) -> FloatArray:
 
 def saturation_cells(creep: object) -> FloatArray:
     """Return a creep law's saturation·(1 + q) over q/(1 + q) as polynomials through Chebyshev's nodes."""
-    count, terms = contract.SATURATION_CELLS, contract.TERMS
+    count, terms = asm.SATURATION_CELLS, asm.TABLE_TERMS
     nodes = 0.5 * (1.0 - np.cos(np.pi * (np.arange(terms) + 0.5) / terms))
     inverse = np.linalg.inv(np.vander(nodes, terms, increasing=True))
     m = (np.arange(count)[:, None] + nodes) / count

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.table import blank
-from wheeltapper.march import assembly as contract
-from wheeltapper.march.assembly import HALF, LANES, PLACES, RATE, Assembly
+from wheeltapper.march import assembly as asm
+from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
 from wheeltapper.march.multibody import probe
 from wheeltapper.march.program import PIECE_COLUMNS, STOP
-from wheeltapper.march.wheel_rows import NORMAL, PATH
+from wheeltapper.march.wheel_rows import NORMAL, ROW_PATH
 
 if TYPE_CHECKING:
     from wheeltapper.lower.wagon import Layout
@@ -37,21 +37,21 @@ def unknowns(layout: Layout, assembly: Assembly, free: FloatArray) -> tuple[NDAr
     places = layout.places
     moving = np.any(free != 0.0, axis=1)
     spins = np.array([motion == "pitch" and body.startswith("wheelset ") for body, motion in layout.motions])
-    chosen = np.where(spins, places + RATE, places)
+    chosen = np.where(spins, places + TO_RATE, places)
     inside = np.arange(layout.states, len(assembly.start))
     used = inside[: int((assembly.element_inside[:, 0] >= 0).sum())]
-    return np.concatenate([chosen[moving], used]), np.concatenate([places[moving] + RATE, used])
+    return np.concatenate([chosen[moving], used]), np.concatenate([places[moving] + TO_RATE, used])
 
 
 def level(assembly: Assembly, layout: Layout) -> Assembly:
     """Return the assembly on level rails and off the deck, with a start state."""
     lanes = assembly.lanes.copy()
-    lanes[:, [contract.FIRST, contract.LAST]] = 0.0
-    lanes[:, contract.LOOP] = 1.0
-    lanes[:, [contract.DECK_FROM, contract.DECK_TO]] = np.inf
+    lanes[:, [asm.FIRST_PIECE, asm.LAST_PIECE]] = 0.0
+    lanes[:, asm.PATH_LOOP] = 1.0
+    lanes[:, [asm.WHEEL_DECK_FROM, asm.WHEEL_DECK_TO]] = np.inf
     start = np.zeros_like(assembly.start)
     upright = np.array([motion == "z" and body != "deck" for body, motion in layout.motions])
-    start[layout.places[upright]] = -assembly.numbers[contract.LENGTH]
+    start[layout.places[upright]] = -assembly.numbers[asm.STATIC_INDENTATION]
     return assembly._replace(lanes=lanes, pieces=blank(1) + _ENDLESS, start=start)
 
 
@@ -63,7 +63,7 @@ def normal_forces(assembly: Assembly, state: FloatArray, wheelsets: int) -> Floa
 def _of_treads(assembly: Assembly, state: FloatArray, row: int, wheelsets: int) -> FloatArray:
     """Return a row of the treads' contacts in a state at time zero, (wheelsets, 2): left, right."""
     _, wheels = probe(assembly, state[None])
-    octets = int(assembly.numbers[contract.TREADS])
+    octets = int(assembly.numbers[asm.TREADS])
     lanes = wheels[:octets, row : row + LANES].reshape(octets, 2, HALF)
     return np.asarray(np.swapaxes(lanes, 1, 2).reshape(-1, 2)[:wheelsets])
 
@@ -81,7 +81,7 @@ def standing_on(
     try:
         return standing(assembly, layout, mobility)
     except InputError as error:
-        heights = _of_treads(assembly, assembly.start, PATH, len(positions))
+        heights = _of_treads(assembly, assembly.start, ROW_PATH, len(positions))
         wheelset, side = (int(i) for i in np.unravel_index(np.argmax(np.abs(heights)), heights.shape))
         if heights[wheelset, side] == 0.0:
             raise
@@ -100,7 +100,7 @@ def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance
     InputError
         If none is found: the vehicle does not stand on its wheels.
     """
-    indentation = assembly.numbers[contract.LENGTH]
+    indentation = assembly.numbers[asm.STATIC_INDENTATION]
     chosen, zero = unknowns(layout, assembly, mobility)
     moving = np.any(mobility != 0.0, axis=1)
     # accelerations that the ties allow: the range of the mobility
@@ -110,7 +110,7 @@ def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance
     basis = np.block([[allowed, np.zeros((len(allowed), count))], [np.zeros((count, allowed.shape[1])), np.eye(count)]])
     state = assembly.start.copy()
     steps = np.full(len(chosen), 1e-3 * indentation)
-    steps[chosen % PLACES >= RATE] = 1e-4
+    steps[chosen % PLACES >= TO_RATE] = 1e-4
     for _ in range(60):
         rate = probe(assembly, state[None])[0][0, zero]
         change = basis @ np.linalg.lstsq(jacobian(assembly, state, chosen, steps)[zero] @ basis, -rate, rcond=1e-9)[0]

@@ -76,7 +76,7 @@ def _terms(present: list[Placed]) -> list[list[float]] | None:
         form = p.stretch.exact
         if isinstance(form, Harmonic):
             wave = [form.offset, form.sine, form.cosine, form.wavenumber, form.origin + p.shift]
-            rows += [[contact_points.WAVE, *wave]] if form.offset or not form.level else []
+            rows += [[contact_points.TERM_WAVE, *wave]] if form.offset or not form.level else []
         elif isinstance(form, Chord):
             rows.append([contact_points.CHORD, form.start + p.shift, form.end + p.shift, form.radius, form.below, 0.0])
         else:

@@ -34,8 +34,8 @@ from wheeltapper.lower.plausible import implausible
 from wheeltapper.lower.standing import level, normal_forces, standing, standing_on
 from wheeltapper.lower.structure import Structure, structure_of
 from wheeltapper.lower.table import Table
-from wheeltapper.march import assembly as contract
-from wheeltapper.march.assembly import HALF, LANES, PLACES, RATE, Assembly
+from wheeltapper.march import assembly as asm
+from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
 from wheeltapper.march.columns import packed
 from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
 
@@ -228,7 +228,7 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
         mobility, stiffness, damping, resting = _with_deck(scenario.track, mobility, stiffness, damping, loads)
     motion = np.hstack([-mobility @ stiffness, -mobility @ damping])
     rows = layout.places // PLACES * LANES + layout.places % PLACES
-    spans, sources, columns = _columns(motion, rows, np.append(layout.places, layout.places + RATE), layout)
+    spans, sources, columns = _columns(motion, rows, np.append(layout.places, layout.places + TO_RATE), layout)
     others = mobility - np.diag(np.diag(mobility))
     force_spans, force_sources, force_columns = _columns(others, rows, rows, layout)
     own = np.zeros(len(layout.bodies) * LANES)
@@ -243,15 +243,15 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     surfaces: tuple[Surface, ...] = ("tread",) if isinstance(scenario.profiles, Cones) else ("tread", "flange")
     patches = [patch_tables(scenario.profiles, scenario.contact, radius, surface) for surface in surfaces]
     cells = np.array([cells_of(shifts, patch) for patch in patches])
-    middle = float(patches[0][contract.ROOT_CONSTANT, len(shifts) // 2] ** 3)
+    middle = float(patches[0][asm.ROOT_CONSTANT, len(shifts) // 2] ** 3)
     force = 0.5 * float(per_wheelset.max())
     numbers = _numbers(scenario, TOLERANCES[method], force, middle, layout)
-    numbers[contract.TREADS] = len(lanes)
+    numbers[asm.TREADS] = len(lanes)
     if len(surfaces) > 1:
-        numbers[contract.FLANGE_FROM] = flange_from(scenario.profiles, radius)
+        numbers[asm.FLANGE_FROM] = flange_from(scenario.profiles, radius)
         lanes = np.concatenate([lanes, lanes])
     kinds = np.repeat(np.arange(len(surfaces)), len(lanes) // len(surfaces))
-    indentation, pulse = numbers[contract.LENGTH], numbers[contract.PULSE]
+    indentation, pulse = numbers[asm.STATIC_INDENTATION], numbers[asm.PULSE]
     states = layout.states + LANES * -(-inside // LANES)
     assembly = Assembly(
         numbers=numbers, scales=_scales(structure, layout, states, indentation, pulse), lanes=lanes, kinds=kinds,
@@ -262,7 +262,7 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     even = level(assembly, layout)
     resting_state = standing(even, layout, mobility)
     static = normal_forces(even, resting_state, len(wheelsets))
-    numbers[contract.PRESTRESS] = static[_deck_wheelset(scenario)].sum()
+    numbers[asm.DECK_PRESTRESS] = static[_deck_wheelset(scenario)].sum()
     positions = tuple(axle.position for axle in wagon.axles)
     start = standing_on(assembly._replace(start=resting_state), layout, mobility, positions)
     assembly = assembly._replace(start=start)
@@ -287,27 +287,27 @@ def _numbers(scenario: Scenario, tolerance: float, force: float, constant: float
     wagon, creep = scenario.vehicle, scenario.creep
     indentation = (force / constant) ** (2 / 3)
     lightest = min(axle.mass for axle in wagon.axles)
-    out = np.zeros(contract.NUMBERS)
-    out[contract.SPEED] = scenario.speed
-    out[contract.END] = scenario.duration
-    out[contract.TOLERANCE] = tolerance
-    out[contract.LENGTH] = indentation
-    out[contract.PULSE] = np.sqrt(0.5 * lightest * indentation / (1.5 * force))
-    out[contract.CREEP] = contract.NO_CREEP
+    out = np.zeros(asm.ASSEMBLY_NUMBERS)
+    out[asm.SPEED] = scenario.speed
+    out[asm.RUN_END] = scenario.duration
+    out[asm.STEP_TOLERANCE] = tolerance
+    out[asm.STATIC_INDENTATION] = indentation
+    out[asm.PULSE] = np.sqrt(0.5 * lightest * indentation / (1.5 * force))
+    out[asm.CREEP] = asm.NO_CREEP
     if creep is not None:
-        out[contract.FRICTION] = creep.friction
-        out[contract.CREEP] = contract.STRIPS if isinstance(creep, Fastsim) else contract.CURVE
-        out[contract.QUASI_STATIC] = creep.wheel_spin == "quasi-static"
+        out[asm.FRICTION] = creep.friction
+        out[asm.CREEP] = asm.STRIPS if isinstance(creep, Fastsim) else asm.CURVE
+        out[asm.QUASI_STATIC] = creep.wheel_spin == "quasi-static"
     if isinstance(creep, Fastsim):
-        out[contract.STRIP_CELLS], out[contract.STRIP_COUNT] = creep.cells, creep.strips
-        out[contract.STRIP_BOUND] = PARABOLIC if creep.bound == "parabolic" else ELLIPTIC
+        out[asm.STRIP_CELLS], out[asm.STRIP_COUNT] = creep.cells, creep.strips
+        out[asm.STRIP_BOUND] = PARABOLIC if creep.bound == "parabolic" else ELLIPTIC
     shifts = geometry_of(scenario.profiles, wagon.axles[0].radius, scenario.contact.rail_radius).shift
-    out[contract.FIRST_SHIFT] = shifts[0]
-    out[contract.CELLS_PER_M] = (len(shifts) - 1) / (shifts[-1] - shifts[0])
-    out[contract.DECK] = layout.bodies.index(DECK) if DECK in layout.bodies else -1
-    out[contract.EVENT_LIMIT] = EVENT_LIMIT
-    out[contract.LARGEST_SHIFT] = WIDTH
-    out[contract.LONGEST] = LONGEST
+    out[asm.FIRST_SHIFT] = shifts[0]
+    out[asm.CELLS_PER_M] = (len(shifts) - 1) / (shifts[-1] - shifts[0])
+    out[asm.DECK] = layout.bodies.index(DECK) if DECK in layout.bodies else -1
+    out[asm.MOST_EVENTS] = EVENT_LIMIT
+    out[asm.LARGEST_SHIFT] = WIDTH
+    out[asm.LONGEST_STEP] = LONGEST
     return out
 
 
@@ -320,7 +320,7 @@ def _scales(structure: Structure, layout: Layout, states: int, indentation: floa
     for place, (body, motion), mass in zip(layout.places, layout.motions, np.append(structure.mass, 1.0), strict=False):
         arm = np.sqrt(mass / heavy[body]) if motion in MOTIONS[3:] and body in heavy else 1.0
         out[place] = arm / indentation
-        out[place + RATE] = out[place] * pulse
+        out[place + TO_RATE] = out[place] * pulse
     out[layout.states :] = 1.0 / indentation
     return out
 
@@ -328,7 +328,7 @@ def _scales(structure: Structure, layout: Layout, states: int, indentation: floa
 def _saturation(scenario: Scenario) -> FloatArray:
     creep = scenario.creep
     if creep is None or isinstance(creep, Fastsim):
-        return np.zeros((contract.SATURATION_CELLS, contract.TERMS))
+        return np.zeros((asm.SATURATION_CELLS, asm.TABLE_TERMS))
     return saturation_cells(creep)
 
 
@@ -353,7 +353,7 @@ def _lanes(
     """Return the lanes of the treads' contacts, all paths, and notes on them."""
     wagon = scenario.vehicle
     octets = -(-len(wheelsets) // HALF)
-    lanes = np.zeros((octets, contract.LANE_COLUMNS, LANES))
+    lanes = np.zeros((octets, asm.LANE_COLUMNS, LANES))
     pieces: list[FloatArray] = []
     count = 0
     held: dict[Any, tuple[Table, int]] = {}
@@ -376,15 +376,15 @@ def _lanes(
             table, first = held[key]
             octet, lane = (number - 1) // HALF, (number - 1) % HALF + (0 if side == "left" else HALF)
             lanes[octet, :, lane] = _lane(sign, axle.radius, layout.bodies.index(name), table, first)
-            lanes[octet, [contract.DECK_FROM, contract.DECK_TO], lane] = _on_deck(scenario, number, axle.position)
+            lanes[octet, [asm.WHEEL_DECK_FROM, asm.WHEEL_DECK_TO], lane] = _on_deck(scenario, number, axle.position)
     return lanes, np.vstack(pieces), tuple(notes)
 
 
 def _lane(sign: float, radius: float, body: int, table: Table, first: int) -> list[float]:
-    out = [0.0] * contract.LANE_COLUMNS
-    out[contract.SIDE], out[contract.NOMINAL], out[contract.BODY] = sign, radius, body
-    out[contract.FIRST], out[contract.LAST] = first, first + len(table.rows) - 1
-    out[contract.LOOP], out[contract.LOOP_JOIN] = first + table.loop, table.loop_join
+    out = [0.0] * asm.LANE_COLUMNS
+    out[asm.SIDE], out[asm.NOMINAL], out[asm.BODY] = sign, radius, body
+    out[asm.FIRST_PIECE], out[asm.LAST_PIECE] = first, first + len(table.rows) - 1
+    out[asm.PATH_LOOP], out[asm.PATH_LOOP_JOIN] = first + table.loop, table.loop_join
     return out
 
 

@@ -23,15 +23,14 @@ from wheeltapper.march.lane_rows import (
     CELL_UNTIL,
 )
 from wheeltapper.march.layout import (
-    AMP_COS,
-    AMP_SIN,
     COUNT,
     EVENTS,
-    HERE,
+    HERE_AMP_COS,
+    HERE_AMP_SIN,
+    HERE_OMEGA,
+    HERE_POLY,
     MARK,
-    OMEGA,
     PEAKS,
-    POLY,
     SEEN,
     STATE,
 )
@@ -87,18 +86,18 @@ def join(cell: int, pool: Pool) -> bool:
     gain_sin, gain_cos = harmonic_forcing(numbers, S)
     row[CELL_K] = numbers[contract.STIFFNESS]
     row[CELL_G] = numbers[contract.DAMPING]
-    row[CELL_LOAD] = 1.0 + numbers[contract.STIFFNESS] * S[HERE + POLY]
-    row[CELL_LEVEL] = S[HERE + POLY]
+    row[CELL_LOAD] = 1.0 + numbers[contract.STIFFNESS] * S[HERE_POLY]
+    row[CELL_LEVEL] = S[HERE_POLY]
     row[CELL_GAIN_SIN] = gain_sin
     row[CELL_GAIN_COS] = gain_cos
-    row[CELL_AMP_SIN] = S[HERE + AMP_SIN]
-    row[CELL_AMP_COS] = S[HERE + AMP_COS]
-    row[CELL_OMEGA] = S[HERE + OMEGA]
+    row[CELL_AMP_SIN] = S[HERE_AMP_SIN]
+    row[CELL_AMP_COS] = S[HERE_AMP_COS]
+    row[CELL_OMEGA] = S[HERE_OMEGA]
     row[CELL_RATE] = turns * numbers[contract.PACE]
     row[CELL_OFFSET] = turns * (S[STATE + SHIFT] + piece[contract.CENTRE])
     row[CELL_UNTIL] = min(piece_end(table, numbers, S), numbers[contract.END])
     row[CELL_GOAL] = np.log2(numbers[contract.TOLERANCE])
-    kind = FLAT if S[HERE + OMEGA] == 0.0 else WAVE
+    kind = FLAT if S[HERE_OMEGA] == 0.0 else WAVE
     push(cell, FLY if flying else COAST + kind, pool.queue)
     return True
 

@@ -18,8 +18,8 @@ HALF = 4
 PLACES = 16
 """Number of places of a body in the state."""
 MOTIONS = 6
-X, Y, Z, ROLL, PITCH, YAW = range(MOTIONS)
-RATE = 8
+MOTION_X, MOTION_Y, MOTION_Z, ROLL, PITCH, YAW = range(MOTIONS)
+TO_RATE = 8
 """Distance from the place of a displacement to that of its velocity, in the state."""
 
 # Why a march ended, beside those of one wheel: a wheel left the rails.
@@ -27,9 +27,9 @@ DERAILED = 20
 
 # Numbers.
 SPEED = 0
-END = 1
-TOLERANCE = 2  # of a step, relative to the scales of the state
-LENGTH = 3  # static indentation of a wheel, m
+RUN_END = 1
+STEP_TOLERANCE = 2  # of a step, relative to the scales of the state
+STATIC_INDENTATION = 3  # static indentation of a wheel, m
 PULSE = 4  # time, s, in which a wheelset on its contacts turns by one radian of phase
 FRICTION = 5
 CREEP = 6  # NO_CREEP, CURVE, STRIPS
@@ -37,30 +37,30 @@ QUASI_STATIC = 7  # 1 if the wheelsets' spin is quasi-static
 FIRST_SHIFT = 8  # where the tables of the contact geometry begin, m, and how many cells they have per m
 CELLS_PER_M = 9
 DECK = 10  # index of the body that is a deck; -1 without
-PRESTRESS = 11
-EVENT_LIMIT = 12
+DECK_PRESTRESS = 11
+MOST_EVENTS = 12
 LARGEST_SHIFT = 13  # of a wheel from its middle position, m; beyond it is off the rail
 STRIP_CELLS = 14  # FASTSIM: cells of a strip, strips of a diameter, bound
 STRIP_COUNT = 15
 STRIP_BOUND = 16
-LONGEST = 17  # longest step, s
+LONGEST_STEP = 17  # longest step, s
 TREADS = 18  # octets of tread contacts; as many of flange contacts may follow
 FLANGE_FROM = 19  # least shift of a wheel, m, at which its flange may touch
-NUMBERS = 20
+ASSEMBLY_NUMBERS = 20
 NO_CREEP, CURVE, STRIPS = range(3)
 
 # Tables of the contact geometry: each a polynomial of degree 5 in a cell.
-LIFT, PLACE, RADIUS, ROOT_CONSTANT, ALONG, ACROSS, SPIN, SPIN_MOMENT, SLENDER = range(9)
+TABLE_LIFT, TABLE_PLACE, TABLE_RADIUS, ROOT_CONSTANT, ALONG, ACROSS, SPIN, SPIN_MOMENT, SLENDER = range(9)
 TABLES = 9
-DEGREE = 5
-TERMS = DEGREE + 1
+TABLE_DEGREE = 5
+TABLE_TERMS = TABLE_DEGREE + 1
 TREAD, FLANGE = range(2)
 SATURATION_CELLS = 64
 
 # Columns of a lane: its side (+1 left, -1 right; 0 if the octet has no such wheel), the nominal radius of the wheel,
 # the index of its body, the first and the last piece of its path, the piece after the last and the joint before it, and
 # the times between which it is on the deck.
-SIDE, NOMINAL, BODY, FIRST, LAST, LOOP, LOOP_JOIN, DECK_FROM, DECK_TO = range(9)
+SIDE, NOMINAL, BODY, FIRST_PIECE, LAST_PIECE, PATH_LOOP, PATH_LOOP_JOIN, WHEEL_DECK_FROM, WHEEL_DECK_TO = range(9)
 LANE_COLUMNS = 9
 
 

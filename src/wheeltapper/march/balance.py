@@ -23,7 +23,7 @@ from wheeltapper.march.events import touches
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.plain_power import plain_power
-from wheeltapper.march.power import CONTACT_WORK, LONG, LOST, PATH, POWERS, SHORT, power
+from wheeltapper.march.power import CONTACT_WORK, LONG, LOST, PATH_WORK, POWERS, SHORT, power
 from wheeltapper.march.program import (
     DECK_V,
     DECK_Y,
@@ -150,11 +150,11 @@ def _add(
     """Add one step to the sums, with the wheel's motion and the power at its start and at its end."""
     h = step[LENGTH]
     if touches(step[PHASE]):
-        worked = _short_sum(h, PATH, begins, ends)
+        worked = _short_sum(h, PATH_WORK, begins, ends)
         gained = _short_sum(h, CONTACT_WORK, begins, ends)
         lost = _short_sum(h, LOST, begins, ends)
     else:
-        worked = _long_sum(h, PATH, begins, ends)
+        worked = _long_sum(h, PATH_WORK, begins, ends)
         gained = _long_sum(h, CONTACT_WORK, begins, ends)
         lost = _long_sum(h, LOST, begins, ends)
     change = _energy(numbers, after, end_y, end_v) - _energy(numbers, step, y, v)

@@ -16,9 +16,9 @@ from wheeltapper.march.program import FloatArray, IntArray
 
 TERM = 6
 KIND = 0
-WAVE, CHORD = 0.0, 1.0
-OFFSET, SINE, COSINE, WAVENUMBER, ORIGIN = range(1, 6)
-START, END, RADIUS, BELOW = range(1, 5)
+TERM_WAVE, CHORD = 0.0, 1.0
+TERM_OFFSET, TERM_SINE, TERM_COSINE, TERM_WAVENUMBER, TERM_ORIGIN = range(1, 6)
+SPAN_START, SPAN_END, SPAN_RADIUS, SPAN_BELOW = range(1, 5)
 NEWTON_STEPS = 80
 LAST_DIGIT, PART = 4e-16, 1e-2
 """A point of contact is found when a step is below LAST_DIGIT times the place and PART times the radius of the
@@ -31,21 +31,21 @@ def _derivatives(terms: FloatArray, s: float) -> tuple[float, float, float]:
     value, slope, curvature = 0.0, 0.0, 0.0
     for i in range(len(terms)):
         if terms[i, KIND] == CHORD:
-            start, end, radius = terms[i, START], terms[i, END], terms[i, RADIUS]
+            start, end, radius = terms[i, SPAN_START], terms[i, SPAN_END], terms[i, SPAN_RADIUS]
             x = s - 0.5 * (start + end)
             root = sqrt(radius * radius - x * x)
-            value += (s - start) * (s - end) / (terms[i, BELOW] + root)
+            value += (s - start) * (s - end) / (terms[i, SPAN_BELOW] + root)
             slope += x / root
             curvature += radius * radius / (root * root * root)
             continue
-        value += terms[i, OFFSET]
-        k = terms[i, WAVENUMBER]
+        value += terms[i, TERM_OFFSET]
+        k = terms[i, TERM_WAVENUMBER]
         if k != 0.0:
-            phase = k * (s - terms[i, ORIGIN])
+            phase = k * (s - terms[i, TERM_ORIGIN])
             across, along = sin(phase), cos(phase)
-            wave = terms[i, SINE] * across + terms[i, COSINE] * along
+            wave = terms[i, TERM_SINE] * across + terms[i, TERM_COSINE] * along
             value += wave
-            slope += k * (terms[i, SINE] * along - terms[i, COSINE] * across)
+            slope += k * (terms[i, TERM_SINE] * along - terms[i, TERM_COSINE] * across)
             curvature -= k * k * wave
     return value, slope, curvature
 

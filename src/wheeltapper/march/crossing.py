@@ -9,17 +9,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheeltapper.march import assembly as contract
+from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import LANES
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rates import deflection, touch
 from wheeltapper.march.unrolled_dop853 import between
-from wheeltapper.march.wheel_rows import DELTA
+from wheeltapper.march.wheel_rows import ROW_DELTA
 
-NODES = 8
+CROSSING_NODES = 8
 """Number of places at which a step is examined if a contact may change in it."""
-NEAR = 0.02
+CROSSING_NEAR = 0.02
 """A contact is examined in a step if its cubic interpolant comes nearer to zero than this share of its range."""
 
 
@@ -48,7 +48,7 @@ def suspicious(h: float, d0: float, r0: float, d1: float, r1: float) -> bool:
     x = -h * r0 / (c2 + root) if c2 + root > 0.0 else 0.5
     x = min(max(x, 0.0), 1.0)
     low = d0 + x * (h * r0 + x * (c2 + x * c3))
-    return low < NEAR * h * (r1 - r0)
+    return low < CROSSING_NEAR * h * (r1 - r0)
 
 
 @kernel
@@ -62,7 +62,7 @@ def at_place(x: float, lane: int, row: int, span: Span) -> float:
 @kernel
 def corner_at(element: int, corner: int, plan: IntArray) -> int:
     """Return the position of the deflection of a corner in the data."""
-    return plan[contract.AT_CORNERS] + 2 * (plan[plan[contract.AT_ELEMENT_CORNERS] + element] + corner)
+    return plan[asm.AT_CORNERS] + 2 * (plan[plan[asm.AT_ELEMENT_CORNERS] + element] + corner)
 
 
 @kernel
@@ -104,7 +104,7 @@ def _away(x: float, lane: int, sign: float, span: Span) -> float:
     place = x
     for _ in range(40):
         place *= 0.25
-        if sign * at_place(place, lane, DELTA, span) > 0.0:
+        if sign * at_place(place, lane, ROW_DELTA, span) > 0.0:
             return place
     return x
 
@@ -112,10 +112,10 @@ def _away(x: float, lane: int, sign: float, span: Span) -> float:
 @kernel
 def _lowest(middle: float, lane: int, sign: float, span: Span) -> float:
     """Return a place about `middle` at which sign·δ is negative, by golden sections; 2 where it is not."""
-    left, right = max(middle - 1.0 / NODES, 0.0), min(middle + 1.0 / NODES, 1.0)
+    left, right = max(middle - 1.0 / CROSSING_NODES, 0.0), min(middle + 1.0 / CROSSING_NODES, 1.0)
     for _ in range(40):
         one, other = left + 0.381966 * (right - left), left + 0.618034 * (right - left)
-        f_one, f_other = sign * at_place(one, lane, DELTA, span), sign * at_place(other, lane, DELTA, span)
+        f_one, f_other = sign * at_place(one, lane, ROW_DELTA, span), sign * at_place(other, lane, ROW_DELTA, span)
         if min(f_one, f_other) < 0.0:
             return one if f_one < f_other else other
         if f_one < f_other:
@@ -130,9 +130,9 @@ def first_change(lane: int, sign: float, span: Span) -> float:
     """Return the first place at which a contact changes: sign·δ falls through zero; 2 where it does not."""
     before, f_before = 0.0, 0.0
     best, f_best = 1.0, np.inf
-    for node in range(1, NODES + 1):
-        x = node / NODES
-        f = sign * at_place(x, lane, DELTA, span)
+    for node in range(1, CROSSING_NODES + 1):
+        x = node / CROSSING_NODES
+        f = sign * at_place(x, lane, ROW_DELTA, span)
         if f < f_best:
             best, f_best = x, f
         if f < 0.0:
@@ -142,15 +142,15 @@ def first_change(lane: int, sign: float, span: Span) -> float:
         best = _lowest(best, lane, sign, span)
         if best > 1.0:
             return 2.0
-        before = min(before, max(best - 1.0 / NODES, 0.0))
-        f_best = sign * at_place(best, lane, DELTA, span)
-        f_before = sign * at_place(before, lane, DELTA, span)
+        before = min(before, max(best - 1.0 / CROSSING_NODES, 0.0))
+        f_best = sign * at_place(best, lane, ROW_DELTA, span)
+        f_before = sign * at_place(before, lane, ROW_DELTA, span)
     if f_before <= 0.0:  # it changed at the start of the step, or has just begun to move away
         before = _away(best, lane, sign, span)
         if before == best:
             return best
-        f_before = sign * at_place(before, lane, DELTA, span)
-    return find_fall(before, best, f_before, f_best, lane, DELTA, sign, span)
+        f_before = sign * at_place(before, lane, ROW_DELTA, span)
+    return find_fall(before, best, f_before, f_best, lane, ROW_DELTA, sign, span)
 
 
 @kernel

@@ -65,11 +65,11 @@ MOST_SWITCHES = 2
 """Changes of what holds the end at the start of one step: a gap within rounding has both stops at one place."""
 FORGIVEN = 2.0
 """Binary logarithm of how much larger than by a steady decay earlier terms may be before they shorten a step."""
-NEAR = 1e-12
+SAME_PLACE = 1e-12
 """Displacements and velocities (scaled) that differ by less are the same."""
 HEADS = 1e-11
 """A term of a series that is smaller at the step's end does not say where the series heads."""
-HARDLY = 1e-3
+HARDLY_BEYOND = 1e-3
 """Times the tolerance: how far beyond a stop the wheel may turn without reaching it."""
 
 
@@ -92,7 +92,9 @@ def _hardly(row: int, side: float, order: int, length: float, tolerance: float, 
     if rise * length < HEADS or fall <= 0.0 or rise >= fall * length:
         return False
     beyond = rise * rise / (4.0 * fall)
-    return bool(beyond < HARDLY * tolerance and side * (evaluate(S, row, order, rise / fall) - S[row]) < 0.5 * beyond)
+    return bool(
+        beyond < HARDLY_BEYOND * tolerance and side * (evaluate(S, row, order, rise / fall) - S[row]) < 0.5 * beyond
+    )
 
 
 @kernel
@@ -115,14 +117,14 @@ def _changes_hold(
     if mode == FREE:
         for side in (1.0, -1.0):
             beyond = side * (S[y] - S[STATE + END_PLACE]) - damper[DAMPER_PLAY]
-            meets = beyond > -NEAR and side * _heading(y, order, length, S) > 0.0
+            meets = beyond > -SAME_PLACE and side * _heading(y, order, length, S) > 0.0
             if meets and not _hardly(y, side, order, length, tolerance, S):
                 S[STATE + END_MODE] = side
                 S[STATE + END_DEFLECTION] = 0.0
                 _log_stop(REACHED, side, stops, S)
                 return True
         return False
-    if mode * S[STATE + END_DEFLECTION] > NEAR or mode * _heading(y, order, length, S) >= 0.0:
+    if mode * S[STATE + END_DEFLECTION] > SAME_PLACE or mode * _heading(y, order, length, S) >= 0.0:
         return False
     S[STATE + END_PLACE] = S[y] - mode * damper[DAMPER_PLAY]
     S[STATE + END_MODE] = FREE
@@ -137,7 +139,7 @@ def _root(row: int, gain: float, offset: float, direction: float, order: int, le
     for k in range(order + 1):
         S[TREND + k] = gain * S[row + k]
     S[TREND] -= offset
-    if abs(S[TREND]) < NEAR:
+    if abs(S[TREND]) < SAME_PLACE:
         S[TREND] = 0.0
     root, _ = first_root(S, TREND, order, 0.0, length, direction, 0.0)
     return root

@@ -20,24 +20,23 @@ from wheeltapper.march.flight import flight_series
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
     ACC,
-    AMP_COS,
-    AMP_SIN,
     BUSH,
     BUSH_RATE,
     CLEAR,
     COMP,
-    COSINE,
-    DEGREE,
-    FACTOR,
-    FACTOR_DEGREE,
+    COSINES,
     FLIGHT_ORDER,
-    HERE,
+    HERE_AMP_COS,
+    HERE_AMP_SIN,
+    HERE_DEGREE,
+    HERE_FACTOR,
+    HERE_FACTOR_DEGREE,
+    HERE_OMEGA,
+    HERE_PHASE0,
+    HERE_POLY,
     HORNER,
     HORNER_FACTOR,
-    OMEGA,
-    PHASE0,
-    POLY,
-    SINE,
+    SINES,
     WHEEL_A,
     WHEEL_V,
     WHEEL_Y,
@@ -90,12 +89,12 @@ def _product(a: int, b: int, n: int, S: FloatArray) -> float:
 @kernel
 def _bending(S: FloatArray) -> int:
     """Put the polynomial part of y_k'' in row COMP; return its degree."""
-    degree = int(S[HERE + DEGREE])
+    degree = int(S[HERE_DEGREE])
     if degree < 2:
         S[COMP] = 0.0
         return 0
     for k in range(degree - 1):
-        S[COMP + k] = (k + 2) * (k + 1) * S[HERE + POLY + k + 2]
+        S[COMP + k] = (k + 2) * (k + 1) * S[HERE_POLY + k + 2]
     return degree - 2
 
 
@@ -114,8 +113,8 @@ def _start(state: FloatArray, S: FloatArray) -> None:
     S[WHEEL_Y] = height - state[A] * state[A]
     S[WHEEL_V] = velocity - state[B]
     S[BUSH] = state[END_DEFLECTION]
-    S[SINE] = sin(S[HERE + PHASE0])
-    S[COSINE] = cos(S[HERE + PHASE0])
+    S[SINES] = sin(S[HERE_PHASE0])
+    S[COSINES] = cos(S[HERE_PHASE0])
 
 
 @kernel
@@ -124,7 +123,7 @@ def _contact_force(numbers: FloatArray, n: int, S: FloatArray) -> float:
     S[Q + n] = _product(U, U, n, S)
     S[R + n] = numbers[contract.QUADRATIC] * S[Q + n] + numbers[contract.CUBIC] * _product(Q, U, n, S)
     S[F + n] = S[R + n]
-    degree = int(S[HERE + FACTOR_DEGREE])
+    degree = int(S[HERE_FACTOR_DEGREE])
     if degree >= 0:
         if n > 0:
             _next_horner(n, degree, HORNER_FACTOR, S)
@@ -142,12 +141,12 @@ def contact_with_end(numbers: FloatArray, order: int, damper: FloatArray, state:
     mass = numbers[contract.DECK_MASS]
     G, soft, rate = held(state[END_MODE], damper)
     on_deck = state[ON_DECK] != 0.0
-    omega = S[HERE + OMEGA]
+    omega = S[HERE_OMEGA]
     degree = _bending(S)
     _start(state, S)
     _start_horner(COMP, degree, HORNER, S)
-    if S[HERE + FACTOR_DEGREE] >= 0.0:
-        _start_horner(HERE + FACTOR, int(S[HERE + FACTOR_DEGREE]), HORNER_FACTOR, S)
+    if S[HERE_FACTOR_DEGREE] >= 0.0:
+        _start_horner(HERE_FACTOR, int(S[HERE_FACTOR_DEGREE]), HORNER_FACTOR, S)
     for n in range(order):
         part = 1.0 / (n + 1)
         force = _contact_force(numbers, n, S)
@@ -158,9 +157,9 @@ def contact_with_end(numbers: FloatArray, order: int, damper: FloatArray, state:
             S[WHEEL_A] -= 1.0
         S[WORK + n] = S[HORNER + n] - S[WHEEL_A + n]
         if omega != 0.0:
-            S[WORK + n] -= omega * omega * (S[HERE + AMP_SIN] * S[SINE + n] + S[HERE + AMP_COS] * S[COSINE + n])
-            S[SINE + n + 1] = omega * part * _product(U, COSINE, n, S)
-            S[COSINE + n + 1] = -omega * part * _product(U, SINE, n, S)
+            S[WORK + n] -= omega * omega * (S[HERE_AMP_SIN] * S[SINES + n] + S[HERE_AMP_COS] * S[COSINES + n])
+            S[SINES + n + 1] = omega * part * _product(U, COSINES, n, S)
+            S[COSINES + n + 1] = -omega * part * _product(U, SINES, n, S)
         S[Y + n + 1] = 0.0
         S[Z + n + 1] = 0.0
         if mass > 0.0:

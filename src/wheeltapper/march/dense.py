@@ -49,9 +49,20 @@ from wheeltapper.march.series import (
 from wheeltapper.march.step import time_to
 
 # Columns of the dense output.
-WHEEL_Y, WHEEL_V, WHEEL_A, FORCE, DELTA, DELTA_V, PATH_Y, PATH_V, OUT_DECK_Y, OUT_DECK_V, OUT_DECK_A, RESIDUAL = range(
-    12
-)
+(
+    OUT_WHEEL_Y,
+    OUT_WHEEL_V,
+    OUT_WHEEL_A,
+    OUT_FORCE,
+    OUT_DELTA,
+    OUT_DELTA_V,
+    OUT_PATH_Y,
+    OUT_PATH_V,
+    OUT_DECK_Y,
+    OUT_DECK_V,
+    OUT_DECK_A,
+    OUT_RESIDUAL,
+) = range(12)
 OUT_COLUMNS = 12
 # Columns that follow where the damper has an end of its own: its displacement, and the damper's force on the wheel.
 OUT_END_Y, OUT_DAMPER_FORCE = range(OUT_COLUMNS, OUT_COLUMNS + 2)
@@ -122,17 +133,17 @@ def fill(
         if step[PHASE] == BONDED:
             factor, _ = factor_at(after, S)
             force = factor * delta
-    out[WHEEL_Y] = y
-    out[WHEEL_V] = v
-    out[WHEEL_A] = -1.0 - numbers[contract.STIFFNESS] * y - numbers[contract.DAMPING] * v + force
-    out[FORCE] = force
-    out[DELTA] = delta
-    out[DELTA_V] = rate
-    out[PATH_Y] = height
-    out[PATH_V] = velocity
+    out[OUT_WHEEL_Y] = y
+    out[OUT_WHEEL_V] = v
+    out[OUT_WHEEL_A] = -1.0 - numbers[contract.STIFFNESS] * y - numbers[contract.DAMPING] * v + force
+    out[OUT_FORCE] = force
+    out[OUT_DELTA] = delta
+    out[OUT_DELTA_V] = rate
+    out[OUT_PATH_Y] = height
+    out[OUT_PATH_V] = velocity
     out[OUT_DECK_Y] = deck_y
     out[OUT_DECK_V] = deck_v
-    out[RESIDUAL] = residual_at(after, S)
+    out[OUT_RESIDUAL] = residual_at(after, S)
     out[OUT_DECK_A] = 0.0
     if deck:
         pull = -numbers[contract.DECK_STIFFNESS] * deck_y - numbers[contract.DECK_DAMPING] * deck_v
@@ -154,9 +165,9 @@ def _fill_end(damper: FloatArray, step: FloatArray, order: int, x: float, S: Flo
         return
     G, soft, _ = held(mode, damper)
     deflection = evaluate(S, BUSH, order, x) if soft > 0.0 else 0.0
-    out[OUT_END_Y] = out[WHEEL_Y] - deflection - mode * damper[DAMPER_PLAY]
-    out[OUT_DAMPER_FORCE] = -G * out[WHEEL_V] - soft * deflection
-    out[WHEEL_A] += out[OUT_DAMPER_FORCE]
+    out[OUT_END_Y] = out[OUT_WHEEL_Y] - deflection - mode * damper[DAMPER_PLAY]
+    out[OUT_DAMPER_FORCE] = -G * out[OUT_WHEEL_V] - soft * deflection
+    out[OUT_WHEEL_A] += out[OUT_DAMPER_FORCE]
 
 
 @kernel
@@ -230,21 +241,21 @@ def integrals(
             weight = weights[j] * step[LENGTH]
             if contact:
                 weight *= evaluate(S, U, order, x)
-            lost = numbers[contract.DAMPING] * point[WHEEL_V] ** 2
+            lost = numbers[contract.DAMPING] * point[OUT_WHEEL_V] ** 2
             if damper is not None:
                 lost += point[OUT_DAMPER_FORCE] ** 2 / damper[DAMPER_DAMPING]
             total[LOST_SUSPENSION] += weight * lost
             total[LOST_DECK] += weight * numbers[contract.DECK_DAMPING] * point[OUT_DECK_V] ** 2
-            total[WORK_PATH] += weight * point[FORCE] * point[PATH_V]
-            total[IMPULSE] += weight * point[FORCE]
+            total[WORK_PATH] += weight * point[OUT_FORCE] * point[OUT_PATH_V]
+            total[IMPULSE] += weight * point[OUT_FORCE]
             if contact:
                 total[CONTACT_TIME] += weight
             if step[PHASE] >= YIELDING:
-                total[LOST_CONTACT] += weight * point[FORCE] * point[DELTA_V]
+                total[LOST_CONTACT] += weight * point[OUT_FORCE] * point[OUT_DELTA_V]
             elif contact:
                 factor, rate = factor_at(after, S)
-                delta = point[DELTA]
+                delta = point[OUT_DELTA]
                 stored = numbers[contract.QUADRATIC] * delta**2 / 2.0 + numbers[contract.CUBIC] * delta**2.5 / 2.5
                 total[WORK_FACTOR] += weight * rate * stored
                 elastic = factor * delta * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * np.sqrt(delta))
-                total[LOST_CONTACT] += weight * (point[FORCE] - elastic) * point[DELTA_V]
+                total[LOST_CONTACT] += weight * (point[OUT_FORCE] - elastic) * point[OUT_DELTA_V]

@@ -18,7 +18,7 @@ from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
-from wheeltapper.march.pool import AIRBORNE, END, STATUS, USED_EVENTS, USED_PEAKS, gather_kernel, pool_of
+from wheeltapper.march.pool import AIRBORNE, CELL_END, CELL_STATUS, USED_EVENTS, USED_PEAKS, gather_kernel, pool_of
 from wheeltapper.march.program import (
     ENOUGH,
     EVENT_COLUMNS,
@@ -33,7 +33,7 @@ from wheeltapper.march.program import (
     IntArray,
 )
 from wheeltapper.march.single import march_kernel, start_kernel
-from wheeltapper.march.tally import CONTACTS, HIGHEST, OPEN, TALLY, tally_kernel
+from wheeltapper.march.tally import CONTACTS, HIGHEST, STILL_OPEN, TALLY, tally_kernel
 
 SMALLEST_BLOCK, LARGEST_BLOCK = 256, 2048
 """Cells that one thread marches at a time."""
@@ -102,7 +102,7 @@ def ensemble_kernel(
                 return cell
             S[COUNT] = 0.0
         highest[cell] = tally[HIGHEST] if tallied else np.nan
-        if tallied and why != ENOUGH and tally[OPEN] != 0.0:
+        if tallied and why != ENOUGH and tally[STILL_OPEN] != 0.0:
             impulses[event + int(tally[CONTACTS]) - 1] = np.nan  # this contact outlasts the run
         status[cell] = why
         end[cell] = S[STATE + TIME]
@@ -186,7 +186,7 @@ def march_in_lanes(cells: Cells) -> Marched:
     peaks = np.empty((int(pool.used[USED_PEAKS]), PEAK_COLUMNS))
     gather_kernel(pool.events, len(events), event_ends, events)
     gather_kernel(pool.peaks, len(peaks), peak_ends, peaks)
-    status, end, airborne = (pool.rows[:, column].copy() for column in (STATUS, END, AIRBORNE))
+    status, end, airborne = (pool.rows[:, column].copy() for column in (CELL_STATUS, CELL_END, AIRBORNE))
     return Marched(status.astype(np.int64), end, events, peaks, event_ends, peak_ends, airborne)
 
 

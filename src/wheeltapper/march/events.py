@@ -11,9 +11,8 @@ from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import (
     COUNT,
     EVENTS,
-    HERE,
+    HERE_LAW_TERMS,
     IMPACTS,
-    LAW_TERMS,
     MARK,
     PEAKS,
     SEEN,
@@ -53,8 +52,8 @@ from wheeltapper.march.roots import NONE, evaluate, first_root
 from wheeltapper.march.series import factor_at, law_at, localise, path_at, residual_at
 
 GRAZE = 1e-9
-APART = 1e-9  # two extremes closer than this part of a step are one, found again by rounding
-LIFT = 1e-6
+EXTREMES_APART = 1e-9  # two extremes closer than this part of a step are one, found again by rounding
+LEAP = 1e-6
 QUIET = 1e-13
 
 STANDS_OUT = 1e-9
@@ -82,7 +81,7 @@ def touches(phase: float) -> bool:
 @kernel
 def force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) -> float:
     """Return the contact force at indentation u² and rate w, by the law that holds."""
-    if S[HERE + LAW_TERMS] != 0.0:
+    if S[HERE_LAW_TERMS] != 0.0:
         return max(law_at(u * u + residual_at(after, S), S), 0.0)
     factor, _ = factor_at(after, S)
     return max(
@@ -191,7 +190,7 @@ def follow_inside(numbers: FloatArray, time: float, order: int, trend: int, degr
             after = evaluate(S, T, order, root)
             size = force(numbers, after, evaluate(S, U, order, root), evaluate(S, W, order, root), S)
         follow(time + after, size, 0.0, peaks, S[MARK:], S[COUNT:])
-        start = root + APART * length
+        start = root + EXTREMES_APART * length
         direction = -direction
 
 

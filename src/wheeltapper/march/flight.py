@@ -9,16 +9,15 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
-    AMP_COS,
-    AMP_SIN,
     CLEAR,
-    DEGREE,
-    FACTOR,
-    FACTOR_DEGREE,
-    HERE,
-    OMEGA,
-    PHASE0,
-    POLY,
+    HERE_AMP_COS,
+    HERE_AMP_SIN,
+    HERE_DEGREE,
+    HERE_FACTOR,
+    HERE_FACTOR_DEGREE,
+    HERE_OMEGA,
+    HERE_PHASE0,
+    HERE_POLY,
     F,
     N,
     U,
@@ -32,15 +31,15 @@ from wheeltapper.march.program import FloatArray
 @kernel
 def path_series(order: int, S: FloatArray) -> None:
     """Put the path's own series in time in row F."""
-    degree = int(S[HERE + DEGREE])
+    degree = int(S[HERE_DEGREE])
     for k in range(order + 1):
-        S[F + k] = S[HERE + POLY + k] if k <= degree else 0.0
-    omega = S[HERE + OMEGA]
+        S[F + k] = S[HERE_POLY + k] if k <= degree else 0.0
+    omega = S[HERE_OMEGA]
     if omega != 0.0:
-        s = sin(S[HERE + PHASE0])
-        c = cos(S[HERE + PHASE0])
-        h = S[HERE + AMP_SIN] * s + S[HERE + AMP_COS] * c
-        d = S[HERE + AMP_SIN] * c - S[HERE + AMP_COS] * s
+        s = sin(S[HERE_PHASE0])
+        c = cos(S[HERE_PHASE0])
+        h = S[HERE_AMP_SIN] * s + S[HERE_AMP_COS] * c
+        d = S[HERE_AMP_SIN] * c - S[HERE_AMP_COS] * s
         for k in range(order + 1):
             S[F + k] += h
             part = omega * (1.0 / (k + 1))
@@ -91,7 +90,7 @@ def bonded_series(
 ) -> None:
     """Fill the same rows in a bilateral contact, and N = factor·(y_k + Y - y), tension included."""
     deck = numbers[contract.DECK_MASS] > 0.0
-    fdegree = int(S[HERE + FACTOR_DEGREE])
+    fdegree = int(S[HERE_FACTOR_DEGREE])
     path_series(order, S)
     S[U] = y
     S[W] = v
@@ -103,7 +102,7 @@ def bonded_series(
         if fdegree >= 0:
             force = 0.0
             for j in range(min(n, fdegree) + 1):
-                force += S[HERE + FACTOR + j] * S[CLEAR + n - j]
+                force += S[HERE_FACTOR + j] * S[CLEAR + n - j]
         S[N + n] = force
         if n == order:
             break
@@ -124,7 +123,7 @@ def bonded_series(
 @kernel
 def flight_reach(numbers: FloatArray, S: FloatArray) -> float:
     """Return the time over which the flight series of order FLIGHT_ORDER is exact to rounding."""
-    rate = np.sqrt(numbers[contract.STIFFNESS]) + numbers[contract.DAMPING] + abs(S[HERE + OMEGA])
+    rate = np.sqrt(numbers[contract.STIFFNESS]) + numbers[contract.DAMPING] + abs(S[HERE_OMEGA])
     if numbers[contract.DECK_MASS] > 0.0:
         rate += (
             np.sqrt(numbers[contract.DECK_STIFFNESS] / numbers[contract.DECK_MASS])

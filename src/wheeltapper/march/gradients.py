@@ -27,7 +27,7 @@ from wheeltapper.march.program import (
     Program,
 )
 from wheeltapper.march.single import March, march, march_kernel, start_kernel
-from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, OPEN, TALLY, tally_kernel
+from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, STILL_OPEN, TALLY, tally_kernel
 from wheeltapper.march.tangent import tangent_kernel
 from wheeltapper.march.tangent_path import LANES, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
@@ -35,7 +35,7 @@ from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
 PARAMETERS = LANES - 2
 """Number of parameters that are carried at a time. The last two lanes carry displacement and velocity at the start."""
 BY_HEIGHT, BY_VELOCITY = PARAMETERS, PARAMETERS + 1
-BLOCK = 1024
+GRADIENT_BLOCK = 1024
 
 
 class Turns(NamedTuple):
@@ -96,7 +96,7 @@ def gradient_kernel(
             tally[HIGHEST] = -np.inf
             of_impulses[event : event + new_events] = np.nan
             tally_kernel(own, numbers[cell], steps, rows, tally, impulses[event:], S, point)
-            if why != ENOUGH and tally[OPEN] != 0.0:
+            if why != ENOUGH and tally[STILL_OPEN] != 0.0:
                 impulses[event + int(tally[CONTACTS]) - 1] = np.nan
             highest[cell] = tally[HIGHEST]
         gentlest[cell] = tangent_kernel(
@@ -218,4 +218,4 @@ def march_all(
     def one(block: slice) -> None:
         read(block, *march_block(cells.part(block), Turns(turns.numbers[block], turns.bends, turns.table), tally))
 
-    in_blocks(len(cells.first), BLOCK, threads, one)
+    in_blocks(len(cells.first), GRADIENT_BLOCK, threads, one)

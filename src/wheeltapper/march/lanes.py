@@ -15,20 +15,40 @@ A cell's motion does not depend on its company: every lane does the same arithme
 
 from __future__ import annotations
 
-from wheeltapper.march import lane_rows as lane
 from wheeltapper.march.apart import cross, go_apart
 from wheeltapper.march.events import AT_BREAK, GRAZE
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.lane_rows import LANES
+from wheeltapper.march.lane_rows import (
+    LANE_CALM,
+    LANE_CHANGES,
+    LANE_DONE,
+    LANE_FRESH,
+    LANE_GO,
+    LANE_LENGTH,
+    LANE_OMEGA,
+    LANE_SIGN,
+    LANE_T_END,
+    LANE_T_ROOT,
+    LANE_TIME,
+    LANE_U0,
+    LANE_U_END,
+    LANE_U_ROOT,
+    LANE_UNTIL,
+    LANE_W0,
+    LANE_W_END,
+    LANE_W_ROOT,
+    LANE_X,
+    LANES,
+)
 from wheeltapper.march.layout import OPENED
 from wheeltapper.march.pool import (
     APART,
-    BREAK,
+    CELL_MARKS,
     COAST,
     COUNTS,
+    CROSS,
     FLAT,
     FLY,
-    MARKS,
     OPEN,
     ROOM,
     TURN,
@@ -88,20 +108,20 @@ def _coast(kind: int, drain: bool, pool: Pool) -> None:
     busy = fill_all(COAST + kind, queue, rows, L, held)
     while busy > 0:
         _step(kind, L)
-        if _is_everywhere(lane.GO, L):
+        if _is_everywhere(LANE_GO, L):
             continue
         before = busy
         for i in range(LANES):
             cell = held[i]
-            if cell < 0 or L[lane.GO + i] != 0.0:
+            if cell < 0 or L[LANE_GO + i] != 0.0:
                 continue
             keep(i, cell, rows, L)
-            if not L[lane.U_END + i] > 0.0:
+            if not L[LANE_U_END + i] > 0.0:
                 push(cell, OPEN + kind, queue)
-            elif L[lane.CALM + i] == 0.0:
+            elif L[LANE_CALM + i] == 0.0:
                 push(cell, TURN + kind, queue)
             else:
-                push(cell, BREAK + kind, queue)
+                push(cell, CROSS + kind, queue)
             held[i] = pop(COAST + kind, queue)
             fill(i, held[i], rows, L)
             if held[i] < 0:
@@ -118,7 +138,7 @@ def _coast(kind: int, drain: bool, pool: Pool) -> None:
 def _find_12(L: FloatArray) -> None:
     """Find the root in (0, 1) of each polynomial of degree 12 that has just one there."""
     scan_12(L)
-    while not _is_everywhere(lane.DONE, L):
+    while not _is_everywhere(LANE_DONE, L):
         sharpen_12(L)
 
 
@@ -126,7 +146,7 @@ def _find_12(L: FloatArray) -> None:
 def _find_22(L: FloatArray) -> None:
     """Find the root in (0, 1) of each polynomial of degree 22 that has just one there."""
     scan_22(L)
-    while not _is_everywhere(lane.DONE, L):
+    while not _is_everywhere(LANE_DONE, L):
         sharpen_22(L)
 
 
@@ -141,17 +161,17 @@ def _turn(kind: int, pool: Pool) -> None:
     contact_root_12(L)
     for i in range(filled):
         cell = held[i]
-        turns, falls = L[lane.CHANGES + i], L[lane.SIGN + i] > 0.0
-        ends = L[lane.TIME + i] + L[lane.T_END + i]
-        if not ends < L[lane.UNTIL + i] or turns > 1.0 or (turns == 1.0 and not falls and not L[lane.U_ROOT + i] > 0.0):
+        turns, falls = L[LANE_CHANGES + i], L[LANE_SIGN + i] > 0.0
+        ends = L[LANE_TIME + i] + L[LANE_T_END + i]
+        if not ends < L[LANE_UNTIL + i] or turns > 1.0 or (turns == 1.0 and not falls and not L[LANE_U_ROOT + i] > 0.0):
             push(cell, APART, queue)
             continue
         if turns == 1.0:
-            u = L[lane.U_ROOT + i]
-            track(cell, L[lane.TIME + i] + L[lane.T_ROOT + i], u * u * u, 0.0, pool)
-        L[lane.TIME + i] = ends
-        L[lane.U0 + i] = L[lane.U_END + i]
-        L[lane.W0 + i] = L[lane.W_END + i]
+            u = L[LANE_U_ROOT + i]
+            track(cell, L[LANE_TIME + i] + L[LANE_T_ROOT + i], u * u * u, 0.0, pool)
+        L[LANE_TIME + i] = ends
+        L[LANE_U0 + i] = L[LANE_U_END + i]
+        L[LANE_W0 + i] = L[LANE_W_END + i]
         keep(i, cell, rows, L)
         push(cell, COAST + kind, queue)
 
@@ -166,19 +186,19 @@ def _open(kind: int, pool: Pool) -> None:
     _find_12(L)
     contact_root_12(L)
     for i in range(LANES):
-        alone = L[lane.CHANGES + i] == 1.0 and L[lane.CALM + i] != 0.0 and L[lane.W0 + i] < 0.0 < L[lane.U0 + i]
-        L[lane.GO + i] = 1.0 if alone and L[lane.TIME + i] + L[lane.T_ROOT + i] < L[lane.UNTIL + i] else 0.0
+        alone = L[LANE_CHANGES + i] == 1.0 and L[LANE_CALM + i] != 0.0 and L[LANE_W0 + i] < 0.0 < L[LANE_U0 + i]
+        L[LANE_GO + i] = 1.0 if alone and L[LANE_TIME + i] + L[LANE_T_ROOT + i] < L[LANE_UNTIL + i] else 0.0
     leave(L)
     for i in range(filled):
         cell = held[i]
-        if L[lane.GO + i] == 0.0:
+        if L[LANE_GO + i] == 0.0:
             push(cell, APART, queue)
             continue
         keep(i, cell, rows, L)
         rows[cell, PHASE] = FLIGHT
         rows[cell, COUNTS + OPENED] = 1.0
-        track(cell, L[lane.TIME + i], 0.0, 0.0, pool)
-        if note(cell, L[lane.TIME + i], LOSS, L[lane.W_ROOT + i], pool):
+        track(cell, L[LANE_TIME + i], 0.0, 0.0, pool)
+        if note(cell, L[LANE_TIME + i], LOSS, L[LANE_W_ROOT + i], pool):
             push(cell, FLY, queue)
 
 
@@ -186,23 +206,23 @@ def _open(kind: int, pool: Pool) -> None:
 def _break(kind: int, pool: Pool) -> None:
     """Make one contact step, without an event, up to the breakpoint in it, and go over that."""
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
-    filled = fill_all(BREAK + kind, queue, rows, L, held)
+    filled = fill_all(CROSS + kind, queue, rows, L, held)
     _step(kind, L)
     seek_time_12(L)
     _find_12(L)
     contact_root_12(L)
     for i in range(filled):
         cell = held[i]
-        if L[lane.CHANGES + i] != 1.0:
+        if L[LANE_CHANGES + i] != 1.0:
             push(cell, APART, queue)
             continue
-        u, w = L[lane.U_ROOT + i], L[lane.W_ROOT + i]
-        L[lane.TIME + i] = L[lane.UNTIL + i]
-        L[lane.U0 + i] = u
-        L[lane.W0 + i] = w
+        u, w = L[LANE_U_ROOT + i], L[LANE_W_ROOT + i]
+        L[LANE_TIME + i] = L[LANE_UNTIL + i]
+        L[LANE_U0 + i] = u
+        L[LANE_W0 + i] = w
         keep(i, cell, rows, L)
-        track(cell, L[lane.UNTIL + i], u * u * u, 1.0, pool)
-        rows[cell, MARKS + AT_BREAK] = 1.0
+        track(cell, L[LANE_UNTIL + i], u * u * u, 1.0, pool)
+        rows[cell, CELL_MARKS + AT_BREAK] = 1.0
         cross(cell, pool)
 
 
@@ -212,38 +232,38 @@ def _fly(pool: Pool) -> None:
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
     filled = fill_all(FLY, queue, rows, L, held)
     for i in range(LANES):
-        L[lane.FRESH + i] = 1.0 if i >= filled else rows[held[i], COUNTS + OPENED]
+        L[LANE_FRESH + i] = 1.0 if i >= filled else rows[held[i], COUNTS + OPENED]
     flight_22(L)
     _find_22(L)
     for i in range(LANES):
-        L[lane.T_ROOT + i] = L[lane.LENGTH + i]
-        if L[lane.CHANGES + i] == 1.0:
-            L[lane.T_ROOT + i] *= L[lane.X + i]
+        L[LANE_T_ROOT + i] = L[LANE_LENGTH + i]
+        if L[LANE_CHANGES + i] == 1.0:
+            L[LANE_T_ROOT + i] *= L[LANE_X + i]
     flight_end_22(L)
     for i in range(filled):
         cell = held[i]
-        lands = L[lane.CHANGES + i] == 1.0
-        time = L[lane.TIME + i] + L[lane.T_ROOT + i]
-        at_break = not time < L[lane.UNTIL + i]
-        plain = L[lane.LENGTH + i] > 0.0 and L[lane.SIGN + i] < 0.0 and L[lane.CHANGES + i] <= 1.0
+        lands = L[LANE_CHANGES + i] == 1.0
+        time = L[LANE_TIME + i] + L[LANE_T_ROOT + i]
+        at_break = not time < L[LANE_UNTIL + i]
+        plain = L[LANE_LENGTH + i] > 0.0 and L[LANE_SIGN + i] < 0.0 and L[LANE_CHANGES + i] <= 1.0
         if not plain or (lands and at_break):
             push(cell, APART, queue)
             continue
-        L[lane.TIME + i] = L[lane.UNTIL + i] if at_break else time
-        L[lane.U0 + i] = 0.0 if lands else L[lane.U_END + i]
-        L[lane.W0 + i] = L[lane.W_ROOT + i] if lands else L[lane.W_END + i]
+        L[LANE_TIME + i] = L[LANE_UNTIL + i] if at_break else time
+        L[LANE_U0 + i] = 0.0 if lands else L[LANE_U_END + i]
+        L[LANE_W0 + i] = L[LANE_W_ROOT + i] if lands else L[LANE_W_END + i]
         keep(i, cell, rows, L)
         rows[cell, COUNTS + OPENED] = 0.0
         if at_break:
-            rows[cell, MARKS + AT_BREAK] = 1.0
+            rows[cell, CELL_MARKS + AT_BREAK] = 1.0
             cross(cell, pool)
         elif not lands:
             push(cell, FLY, queue)
         else:
             rows[cell, PHASE] = CONTACT
-            rate = L[lane.W_ROOT + i]
+            rate = L[LANE_W_ROOT + i]
             if note(cell, time, IMPACT, rate, pool):
-                kind = FLAT if L[lane.OMEGA + i] == 0.0 else WAVE
+                kind = FLAT if L[LANE_OMEGA + i] == 0.0 else WAVE
                 push(cell, COAST + kind if rate >= GRAZE else APART, queue)
 
 
@@ -268,7 +288,7 @@ def lanes_kernel(pool: Pool) -> bool:
         kind = fullest & 1
         if fullest == FLY:
             _fly(pool)
-        elif fullest >= BREAK:
+        elif fullest >= CROSS:
             _break(kind, pool)
         elif fullest >= OPEN:
             _open(kind, pool)

@@ -7,11 +7,12 @@ every plain integer constant that it is called with.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import accumulate
 from typing import cast
 
 import numpy as np
 
-from wheeltapper.march.program import MAX_DEGREE
+from wheeltapper.march.program import MAX_DEGREE, TERMS
 
 
 def _positions(values: Iterable[int]) -> tuple[int, ...]:
@@ -20,7 +21,7 @@ def _positions(values: Iterable[int]) -> tuple[int, ...]:
 
 WIDTH = 24
 # Contact: series in s. Flight: series in t; U and W then hold y and v.
-T, U, W, Y, Z, Q, R, F, N, ACC, SINE, COSINE, TREND, CLEAR, COMP, WORK, SCALED, SHIFTED, DEPTH = _positions(
+T, U, W, Y, Z, Q, R, F, N, ACC, SINES, COSINES, TREND, CLEAR, COMP, WORK, SCALED, SHIFTED, DEPTH = _positions(
     range(0, 19 * WIDTH, WIDTH)
 )
 # Where the damper has an end of its own: the wheel's displacement, velocity and acceleration in contact, the bush's
@@ -32,16 +33,13 @@ HORNER, HORNER_FACTOR, HORNER_RESIDUAL, HORNER_BEARS, HORNER_LAW, HERE = _positi
 """MAX_DEGREE + 1 rows each for what follows the path; then the present piece as functions of time."""
 (FLIGHT_ORDER,) = _positions([22])
 
-# Entries of the present piece, from HERE on: polynomial in (t - t0), harmonic, factor, residual indentation, what the
-# surface bears; then of the plastic law that holds: how many terms (0: it is elastic), centre, scale, and the terms.
-POLY, AMP_SIN, AMP_COS, PHASE0, OMEGA, DEGREE, FACTOR_DEGREE, FACTOR = 0, 9, 10, 11, 12, 13, 14, 15
-RESIDUAL_DEGREE = FACTOR + MAX_DEGREE + 1
-RESIDUAL = RESIDUAL_DEGREE + 1
-BEARS_DEGREE = RESIDUAL + MAX_DEGREE + 1
-BEARS = BEARS_DEGREE + 1
-LAW_TERMS = BEARS + MAX_DEGREE + 1
-LAW_CENTRE, LAW_SCALE, LAW = LAW_TERMS + 1, LAW_TERMS + 2, LAW_TERMS + 3
-STATE = HERE + LAW + MAX_DEGREE + 1  # the present state
+# The present piece: polynomial in (t - t0), harmonic, factor, residual indentation, what the surface bears; then of the
+# plastic law that holds: number of terms (0: it is elastic), centre, scale, and the terms. Then the present state.
+(
+    HERE_POLY, HERE_AMP_SIN, HERE_AMP_COS, HERE_PHASE0, HERE_OMEGA, HERE_DEGREE, HERE_FACTOR_DEGREE, HERE_FACTOR,
+    HERE_RESIDUAL_DEGREE, HERE_RESIDUAL, HERE_BEARS_DEGREE, HERE_BEARS, HERE_LAW_TERMS, HERE_LAW_CENTRE, HERE_LAW_SCALE,
+    HERE_LAW, STATE,
+) = _positions(accumulate((HERE, *(TERMS, 1, 1, 1, 1, 1, 1), *(TERMS, 1) * 3, 1, 1, TERMS)))  # fmt: skip
 MARK = STATE + 16  # how the force has gone since its last maximum (events.py)
 COUNT = MARK + 8
 # Counts: steps, events, peaks so far; whether the last step ended in a loss; impacts so far, those at

@@ -42,7 +42,7 @@ from wheeltapper.march.roots import NONE, evaluate, first_root
 from wheeltapper.march.series import contact_series, localise
 from wheeltapper.march.single import march_kernel, start_kernel
 
-BLOCK = 64
+MARGIN_BLOCK = 64
 
 
 @kernel
@@ -138,5 +138,5 @@ def margins_of(cells: Cells, losses: int, threads: int) -> FloatArray:
             cell = margin_kernel(*_arguments(part, cell, losses, margins[block], rows))
             rows *= 2
 
-    in_blocks(total, BLOCK, threads, one)
+    in_blocks(total, MARGIN_BLOCK, threads, one)
     return margins

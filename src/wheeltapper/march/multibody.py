@@ -14,22 +14,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheeltapper.march import assembly as contract
+from wheeltapper.march import assembly as asm
 from wheeltapper.march import telling
 from wheeltapper.march.assembly import DERAILED, LANES, Assembly, flattened
 from wheeltapper.march.crossing import Span
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.passing import (
     ANEW,
-    CARRIED,
-    EVENTS,
     FIRST_STEP,
-    IDLE,
     NEXT_LENGTH,
-    PEAKS,
     RATES_USED,
-    STEPS,
-    TIME,
+    RUN_CARRIED,
+    RUN_EVENTS,
+    RUN_IDLE,
+    RUN_PEAKS,
+    RUN_STEPS,
+    RUN_TIME,
     awaken,
     closed_contacts,
     next_break,
@@ -51,7 +51,7 @@ from wheeltapper.march.searching import (
 )
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, error
-from wheeltapper.march.wheel_rows import DELTA, DELTA_RATE, ON, ROWS, SIDES, U
+from wheeltapper.march.wheel_rows import DELTA_RATE, OCTET_ROWS, ON, ROW_DELTA, ROW_U, SIDES
 
 # Columns of a row of steps; the pieces of the elements follow.
 STEP_TIME, STEP_LENGTH, STEP_CLOSED, STEP_ELEMENTS = range(4)
@@ -60,7 +60,7 @@ SAME = 1e-12
 BEYOND = 1.02
 """Ratio of the length of a shortened step to the time of a contact's change. A step that would go far beyond the change
 ends just behind it, because the force has a kink there."""
-SAFETY, SHRINK, GROW, ORDER = 0.9, 0.2, 5.0, 8
+SAFETY, SHRINK, GROW, DOP853_ORDER = 0.9, 0.2, 5.0, 8
 
 
 class Work(NamedTuple):
@@ -83,9 +83,9 @@ class Work(NamedTuple):
 @kernel
 def _is_off(data: FloatArray, wheels: FloatArray) -> bool:
     """Return True if a wheel is off its rail."""
-    for o in range(int(data[contract.TREADS])):
+    for o in range(int(data[asm.TREADS])):
         for i in range(LANES):
-            if abs(wheels[o, U + i]) > data[contract.LARGEST_SHIFT]:
+            if abs(wheels[o, ROW_U + i]) > data[asm.LARGEST_SHIFT]:
                 return True
     return False
 
@@ -108,15 +108,22 @@ def march_kernel(
     """
     n = w.shape[0]
     y, spare, P = np.empty(n), np.empty(n), np.ones(DENSE_STAGES)
-    tolerance, end = data[contract.TOLERANCE], data[contract.END]
+    tolerance, end = data[asm.STEP_TOLERANCE], data[asm.RUN_END]
     lanes = kept.shape[1]
     while True:
-        t = S[TIME]
+        t = S[RUN_TIME]
         if t >= end:
             return DONE
-        if max(S[STEPS] + 2.0 - len(steps), S[EVENTS] + lanes - len(events), S[PEAKS] + 2.0 * lanes - len(peaks)) > 0.0:
+        if (
+            max(
+                S[RUN_STEPS] + 2.0 - len(steps),
+                S[RUN_EVENTS] + lanes - len(events),
+                S[RUN_PEAKS] + 2.0 * lanes - len(peaks),
+            )
+            > 0.0
+        ):
             return FULL
-        if S[EVENTS] >= data[contract.EVENT_LIMIT]:
+        if S[RUN_EVENTS] >= data[asm.MOST_EVENTS]:
             return TOO_MANY_EVENTS
         if awaken(data, wheels):
             S[ANEW] = 1.0
@@ -127,7 +134,7 @@ def march_kernel(
         keep(wheels, kept)
         # -- a step whose error is small enough
         until = next_break(data, t, wheels)
-        h = min(S[NEXT_LENGTH], data[contract.LONGEST])
+        h = min(S[NEXT_LENGTH], data[asm.LONGEST_STEP])
         h = min(h, BEYOND * time_to_change(BEYOND * h, wheels, K[FIRST_STAGE]))
         growth = GROW
         while True:
@@ -139,12 +146,12 @@ def march_kernel(
             wrong = error(h, P, K, scales) / tolerance
             if wrong <= 1.0:
                 break
-            h *= max(SAFETY * wrong ** (-1.0 / ORDER), SHRINK) if wrong < np.inf else SHRINK
+            h *= max(SAFETY * wrong ** (-1.0 / DOP853_ORDER), SHRINK) if wrong < np.inf else SHRINK
             growth = 1.0
             if h < 1e-14 * max(t, 1e-3):
                 return STALLED if _is_finite(w) else NOT_FINITE
         if not stops or growth == 1.0:
-            S[NEXT_LENGTH] = h * min(max(SAFETY * max(wrong, 1e-12) ** (-1.0 / ORDER), SHRINK), growth)
+            S[NEXT_LENGTH] = h * min(max(SAFETY * max(wrong, 1e-12) ** (-1.0 / DOP853_ORDER), SHRINK), growth)
         rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES])
         S[RATES_USED] += 1.0
         # -- the first event in it
@@ -171,8 +178,8 @@ def march_kernel(
             log_maxima(kept, Span(t, h, data, plan, w, F, spare, wheels), peaks, S)
             touch(t + h, data, plan, y, wheels)
         # -- keep it
-        row = int(S[STEPS])
-        S[STEPS] += 1.0
+        row = int(S[RUN_STEPS])
+        S[RUN_STEPS] += 1.0
         steps[row, STEP_TIME] = t
         steps[row, STEP_CLOSED] = closed_contacts(wheels)
         steps[row, STEP_ELEMENTS:] = pieces
@@ -180,23 +187,23 @@ def march_kernel(
         now = until if stops else t + h
         if contact >= 0:  # the rest of the way to δ = 0, along the tangent
             place = contact % LANES
-            rest = -wheels[contact // LANES, DELTA + place] / wheels[contact // LANES, DELTA_RATE + place]
+            rest = -wheels[contact // LANES, ROW_DELTA + place] / wheels[contact // LANES, DELTA_RATE + place]
             if abs(rest) < 0.01 * h:
                 now += rest
                 for i in range(n):
                     y[i] += rest * K[STAGES, i]
                 touch(now, data, plan, y, wheels)
-            wheels[contact // LANES, DELTA + place] = 0.0
+            wheels[contact // LANES, ROW_DELTA + place] = 0.0
         steps[row, STEP_LENGTH] = now - t
-        S[IDLE] = S[IDLE] + 1.0 if now <= t else 0.0
-        if S[IDLE] > 100.0:
+        S[RUN_IDLE] = S[RUN_IDLE] + 1.0 if now <= t else 0.0
+        if S[RUN_IDLE] > 100.0:
             return STALLED
-        S[TIME] = now
+        S[RUN_TIME] = now
         w[:] = y
         K[FIRST_STAGE] = K[STAGES]
         # -- go on
         if contact >= 0:
-            switch_contacts(now, SAME * data[contract.LENGTH], wheels, events, S)
+            switch_contacts(now, SAME * data[asm.STATIC_INDENTATION], wheels, events, S)
             S[ANEW] = 1.0
         if element >= 0:
             pieces[element] = passed - 1.0 if passed == pieces[element] else passed
@@ -206,12 +213,12 @@ def march_kernel(
             hardest = pass_breaks(now, data, plan, wheels)
             touch(now, data, plan, w, wheels)
             if hardest != SOFT:
-                switch_contacts(now, SAME * data[contract.LENGTH], wheels, events, S)
+                switch_contacts(now, SAME * data[asm.STATIC_INDENTATION], wheels, events, S)
                 touch(now, data, plan, w, wheels)  # a contact that a jump has closed presses at once
-                log_corners(now, data[contract.PULSE], wheels, kept, peaks, S)
+                log_corners(now, data[asm.PULSE], wheels, kept, peaks, S)
                 S[ANEW] = 1.0
         if S[ANEW] != 0.0:
-            S[NEXT_LENGTH] = FIRST_STEP * data[contract.PULSE]
+            S[NEXT_LENGTH] = FIRST_STEP * data[asm.PULSE]
         if _is_off(data, wheels):
             return DERAILED
 
@@ -223,13 +230,13 @@ def probe_kernel(
 ) -> None:  # fmt: skip
     """Write the rates of states at time zero, (many, states), with all contacts that overlap closed."""
     w = np.empty_like(start)
-    S = np.empty(CARRIED)
+    S = np.empty(RUN_CARRIED)
     start_kernel(data, plan, start, w, wheels, pieces, S)
     for row in range(states.shape[0]):
         touch(0.0, data, plan, states[row], wheels)
         for o in range(wheels.shape[0]):
             for i in range(LANES):
-                wheels[o, ON + i] = 1.0 if wheels[o, SIDES + i] != 0.0 and wheels[o, DELTA + i] > 0.0 else 0.0
+                wheels[o, ON + i] = 1.0 if wheels[o, SIDES + i] != 0.0 and wheels[o, ROW_DELTA + i] > 0.0 else 0.0
         rates(0.0, data, plan, states[row], wheels, pieces, Q, out[row])
 
 
@@ -251,9 +258,9 @@ def work_for(A: Assembly, rows: int = 1024) -> Work:
     """Return room for the first steps."""
     n, octets, elements = len(A.start), len(A.kinds), len(A.element_inside)
     return Work(
-        np.zeros(n), np.zeros((octets, ROWS)), np.zeros(elements), np.zeros((rows, STEP_ELEMENTS + elements)),
+        np.zeros(n), np.zeros((octets, OCTET_ROWS)), np.zeros(elements), np.zeros((rows, STEP_ELEMENTS + elements)),
         np.empty((rows, n)), np.empty((rows, 4)), np.empty((rows, 4)), np.zeros((DENSE_STAGES, n)),
-        np.zeros((POWERS, n)), np.zeros(len(A.loads)), np.zeros((KEPT, octets * LANES)), np.zeros(CARRIED),
+        np.zeros((POWERS, n)), np.zeros(len(A.loads)), np.zeros((KEPT, octets * LANES)), np.zeros(RUN_CARRIED),
     )  # fmt: skip
 
 
@@ -288,13 +295,13 @@ def march(A: Assembly, tell: telling.Tell = telling.untold) -> MultibodyMarch:
     flat, work = flattened(A), work_for(A)
     start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
     while True:
-        room = work.steps[: int(work.S[STEPS]) + telling.WAGON_CHUNK]
+        room = work.steps[: int(work.S[RUN_STEPS]) + telling.WAGON_CHUNK]
         status = march_kernel(*flat, A.scales, *work._replace(steps=room))
-        steps, events, peaks = work.S[[STEPS, EVENTS, PEAKS]].astype(int)
-        if status != FULL or tell(float(work.S[TIME])):
+        steps, events, peaks = work.S[[RUN_STEPS, RUN_EVENTS, RUN_PEAKS]].astype(int)
+        if status != FULL or tell(float(work.S[RUN_TIME])):
             return MultibodyMarch(
                 status, work.steps[:steps], work.states[:steps], work.events[:events], work.peaks[:peaks],
-                float(work.S[TIME]), work.w, int(work.S[RATES_USED]),
+                float(work.S[RUN_TIME]), work.w, int(work.S[RATES_USED]),
             )  # fmt: skip
         work = work._replace(
             steps=_grown(work.steps, steps), states=_grown(work.states, steps), events=_grown(work.events, events),

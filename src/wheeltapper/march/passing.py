@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from wheeltapper.march import assembly as contract
+from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import LANES
 from wheeltapper.march.crossing import corner_at
 from wheeltapper.march.kernel import kernel
@@ -13,22 +13,22 @@ from wheeltapper.march.wheel_rows import (
     AWAKE,
     CELL,
     CURVE_CELL,
-    DELTA,
     DELTA_RATE,
     ON,
-    ON_DECK,
-    PIECE,
-    SHIFT,
+    ROW_DELTA,
+    ROW_ON_DECK,
+    ROW_PIECE,
+    ROW_SHIFT,
+    ROW_U,
+    ROW_UNTIL,
     SIDES,
-    UNTIL,
-    U,
 )
 
 EVENT_TIME, EVENT_KIND, EVENT_CONTACT, EVENT_RATE = range(4)
 PEAK_TIME, PEAK_CONTACT, PEAK_FORCE, PEAK_CORNER = range(4)
 # Variables that are kept between calls.
-TIME, NEXT_LENGTH, ANEW, STEPS, EVENTS, PEAKS, RATES_USED, IDLE = range(8)
-CARRIED = 8
+RUN_TIME, NEXT_LENGTH, ANEW, RUN_STEPS, RUN_EVENTS, RUN_PEAKS, RATES_USED, RUN_IDLE = range(8)
+RUN_CARRIED = 8
 FIRST_STEP = 0.03
 """Length of the first step after an event, in radians of phase."""
 
@@ -37,12 +37,12 @@ FIRST_STEP = 0.03
 def awaken(data: FloatArray, wheels: FloatArray) -> bool:
     """Enable the flanges that may touch, by the shift of their treads; return True if any are newly enabled."""
     begins = False
-    treads = int(data[contract.TREADS])
+    treads = int(data[asm.TREADS])
     for o in range(treads, wheels.shape[0]):
         near = 0.0
         for i in range(LANES):
             tread = wheels[o - treads]
-            if tread[SIDES + i] != 0.0 and tread[U + i] > data[contract.FLANGE_FROM]:
+            if tread[SIDES + i] != 0.0 and tread[ROW_U + i] > data[asm.FLANGE_FROM]:
                 near = 1.0
         if near != 0.0 and wheels[o, AWAKE] == 0.0:
             begins = True
@@ -60,7 +60,7 @@ def switch_contacts(t: float, near: float, wheels: FloatArray, events: FloatArra
         for i in range(LANES):
             if L[SIDES + i] == 0.0:
                 continue
-            delta = L[DELTA + i]
+            delta = L[ROW_DELTA + i]
             rate = L[DELTA_RATE + i]
             if L[ON + i] != 0.0 and (delta < -near or (delta <= near and rate < 0.0)):
                 L[ON + i] = 0.0
@@ -73,13 +73,13 @@ def switch_contacts(t: float, near: float, wheels: FloatArray, events: FloatArra
 @kernel
 def next_break(data: FloatArray, t: float, wheels: FloatArray) -> float:
     """Return the time of the next breakpoint of any path, or at which the next wheel enters or leaves the deck."""
-    until = data[contract.END]
+    until = data[asm.RUN_END]
     for o in range(wheels.shape[0]):
         for i in range(LANES):
             if wheels[o, SIDES + i] == 0.0:
                 continue
-            until = min(until, wheels[o, UNTIL + i])
-            for column in (contract.DECK_FROM, contract.DECK_TO):
+            until = min(until, wheels[o, ROW_UNTIL + i])
+            for column in (asm.WHEEL_DECK_FROM, asm.WHEEL_DECK_TO):
                 when = wheels[o, column * LANES + i]
                 if when > t:
                     until = min(until, when)
@@ -90,28 +90,28 @@ def next_break(data: FloatArray, t: float, wheels: FloatArray) -> float:
 def pass_breaks(t: float, data: FloatArray, plan: IntArray, wheels: FloatArray) -> float:
     """Go over to the next pieces of the paths that end here, and on and off the deck; return the hardest join."""
     hardest = 0.0
-    pieces = plan[contract.AT_PIECES]
+    pieces = plan[asm.AT_PIECES]
     for o in range(wheels.shape[0]):
         L = wheels[o]
         for i in range(LANES):
             if L[SIDES + i] == 0.0:
                 continue
-            while L[UNTIL + i] <= t:
-                piece = int(L[PIECE + i])
-                if piece < L[contract.LAST * LANES + i]:
-                    L[PIECE + i] = piece + 1
+            while L[ROW_UNTIL + i] <= t:
+                piece = int(L[ROW_PIECE + i])
+                if piece < L[asm.LAST_PIECE * LANES + i]:
+                    L[ROW_PIECE + i] = piece + 1
                     hardest = max(hardest, data[pieces + (piece + 1) * PIECE_COLUMNS + JOIN])
                 else:
-                    back = int(L[contract.LOOP * LANES + i])
+                    back = int(L[asm.PATH_LOOP * LANES + i])
                     ended = data[pieces + piece * PIECE_COLUMNS + STOP]
-                    L[SHIFT + i] += ended - data[pieces + back * PIECE_COLUMNS + START]
-                    L[PIECE + i] = back
-                    hardest = max(hardest, L[contract.LOOP_JOIN * LANES + i])
+                    L[ROW_SHIFT + i] += ended - data[pieces + back * PIECE_COLUMNS + START]
+                    L[ROW_PIECE + i] = back
+                    hardest = max(hardest, L[asm.PATH_LOOP_JOIN * LANES + i])
                 set_piece(i, data, plan, L)
-            inside = L[contract.DECK_FROM * LANES + i] <= t < L[contract.DECK_TO * LANES + i]
-            if inside != (L[ON_DECK + i] != 0.0):
+            inside = L[asm.WHEEL_DECK_FROM * LANES + i] <= t < L[asm.WHEEL_DECK_TO * LANES + i]
+            if inside != (L[ROW_ON_DECK + i] != 0.0):
                 hardest = JUMP
-            L[ON_DECK + i] = 1.0 if inside else 0.0
+            L[ROW_ON_DECK + i] = 1.0 if inside else 0.0
     return hardest
 
 
@@ -127,17 +127,17 @@ def start_kernel(
 ) -> None:
     """Set everything at time zero."""
     S[:] = 0.0
-    S[NEXT_LENGTH] = FIRST_STEP * data[contract.PULSE]
+    S[NEXT_LENGTH] = FIRST_STEP * data[asm.PULSE]
     w[:] = start
     wheels[:] = 0.0
     for o in range(wheels.shape[0]):
         wheels[o, AWAKE] = 1.0
-        for column in range(contract.LANE_COLUMNS):
+        for column in range(asm.LANE_COLUMNS):
             for i in range(LANES):
-                at = plan[contract.AT_LANES] + (o * contract.LANE_COLUMNS + column) * LANES + i
+                at = plan[asm.AT_LANES] + (o * asm.LANE_COLUMNS + column) * LANES + i
                 wheels[o, column * LANES + i] = data[at]
         for i in range(LANES):
-            wheels[o, PIECE + i] = wheels[o, contract.FIRST * LANES + i]
+            wheels[o, ROW_PIECE + i] = wheels[o, asm.FIRST_PIECE * LANES + i]
             wheels[o, CELL + i] = -1.0
             wheels[o, CURVE_CELL + i] = -1.0
             set_piece(i, data, plan, wheels[o])
@@ -145,9 +145,9 @@ def start_kernel(
     touch(0.0, data, plan, w, wheels)
     for o in range(wheels.shape[0]):
         for i in range(LANES):
-            wheels[o, ON + i] = 1.0 if wheels[o, SIDES + i] != 0.0 and wheels[o, DELTA + i] > 0.0 else 0.0
+            wheels[o, ON + i] = 1.0 if wheels[o, SIDES + i] != 0.0 and wheels[o, ROW_DELTA + i] > 0.0 else 0.0
     for element in range(pieces.shape[0]):
-        firsts = plan[contract.AT_ELEMENT_CORNERS] + element
+        firsts = plan[asm.AT_ELEMENT_CORNERS] + element
         last = plan[firsts + 1] - plan[firsts] - 2
         here = deflection(element, data, plan, w)
         pieces[element] = 0.0
@@ -171,20 +171,20 @@ def closed_contacts(wheels: FloatArray) -> float:
 @kernel
 def _log_event(t: float, kind: int, lane: int, rate: float, events: FloatArray, S: FloatArray) -> None:
     """Log a loss of contact or an impact."""
-    row = int(S[EVENTS])
+    row = int(S[RUN_EVENTS])
     events[row, EVENT_TIME] = t
     events[row, EVENT_KIND] = kind
     events[row, EVENT_CONTACT] = lane
     events[row, EVENT_RATE] = rate
-    S[EVENTS] += 1.0
+    S[RUN_EVENTS] += 1.0
 
 
 @kernel
 def log_peak(t: float, lane: int, force: float, corner: float, peaks: FloatArray, S: FloatArray) -> None:
     """Log a maximum of a normal force."""
-    row = int(S[PEAKS])
+    row = int(S[RUN_PEAKS])
     peaks[row, PEAK_TIME] = t
     peaks[row, PEAK_CONTACT] = lane
     peaks[row, PEAK_FORCE] = force
     peaks[row, PEAK_CORNER] = corner
-    S[PEAKS] += 1.0
+    S[RUN_PEAKS] += 1.0

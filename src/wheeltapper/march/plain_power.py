@@ -9,7 +9,7 @@ from math import cos, sin
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.power import CONTACT_WORK, LOST, PATH
+from wheeltapper.march.power import CONTACT_WORK, LOST, PATH_WORK
 from wheeltapper.march.program import PIECE, SHIFT, TIME, A, B, FloatArray
 
 
@@ -98,8 +98,8 @@ def plain_power(
     # -- the powers, times dt/ds = u
     m0, m1, m2 = n0 * u0, n0 * u1 + n1 * u0, n0 * u2 + n1 * u1 + n2 * u0
     m3 = n0 * u3 + n1 * u2 + n2 * u1 + n3 * u0
-    out[PATH], out[PATH + 1] = m0 * e0, m0 * e1 + m1 * e0
-    out[PATH + 2], out[PATH + 3] = m0 * e2 + m1 * e1 + m2 * e0, m0 * e3 + m1 * e2 + m2 * e1 + m3 * e0
+    out[PATH_WORK], out[PATH_WORK + 1] = m0 * e0, m0 * e1 + m1 * e0
+    out[PATH_WORK + 2], out[PATH_WORK + 3] = m0 * e2 + m1 * e1 + m2 * e0, m0 * e3 + m1 * e2 + m2 * e1 + m3 * e0
     out[CONTACT_WORK], out[CONTACT_WORK + 1] = m0 * w0, m0 * w1 + m1 * w0
     out[CONTACT_WORK + 2] = m0 * w2 + m1 * w1 + m2 * w0
     out[CONTACT_WORK + 3] = m0 * w3 + m1 * w2 + m2 * w1 + m3 * w0

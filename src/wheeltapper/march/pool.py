@@ -6,11 +6,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheeltapper.march import lane_rows as lane
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import follow, log_event
 from wheeltapper.march.kernel import inlined_kernel, kernel
-from wheeltapper.march.lane_rows import LANES
+from wheeltapper.march.lane_rows import (
+    LANE_ENTRIES,
+    LANE_GOAL,
+    LANE_K,
+    LANE_LOAD,
+    LANE_TIME,
+    LANE_U0,
+    LANE_UNTIL,
+    LANE_W0,
+    LANES,
+)
 from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE
 from wheeltapper.march.program import (
     ENOUGH,
@@ -31,7 +40,7 @@ ROOM = 16
 
 # The queues in which cells wait: the first four have one for each kind of path.
 FLAT, WAVE = 0, 1
-COAST, TURN, OPEN, BREAK, FLY, APART = 0, 2, 4, 6, 8, 9
+COAST, TURN, OPEN, CROSS, FLY, APART = 0, 2, 4, 6, 8, 9
 QUEUES = 10
 WAITING = 0
 """Where a queue says how many wait in it; who they are follows."""
@@ -40,10 +49,10 @@ USED_EVENTS, USED_PEAKS, VISITS = range(3)
 
 # A cell's row: state and counts as in the scratch array from STATE on, the rows of `L` from K on, and how it ended.
 LOCAL = int(SCRATCH - STATE)
-LOCALS = (lane.GOAL - lane.K) // LANES + 1
-STATUS, END, AIRBORNE = range(LOCAL + LOCALS, LOCAL + LOCALS + 3)
+LOCALS = (LANE_GOAL - LANE_K) // LANES + 1
+CELL_STATUS, CELL_END, AIRBORNE = range(LOCAL + LOCALS, LOCAL + LOCALS + 3)
 COLUMNS = AIRBORNE + 1
-MARKS, COUNTS = int(MARK - STATE), int(COUNT - STATE)
+CELL_MARKS, COUNTS = int(MARK - STATE), int(COUNT - STATE)
 # Tables of events and peaks have one more column: the cell.
 EVENT_CELL, PEAK_CELL = EVENT_COLUMNS, PEAK_COLUMNS
 
@@ -77,7 +86,7 @@ def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatA
     return Pool(
         pieces, first, many, numbers, np.zeros((cells, COLUMNS)), np.zeros((QUEUES, 1 + cells), dtype=np.int64),
         np.empty((room, EVENT_COLUMNS + 1)), np.empty((room, PEAK_COLUMNS + 1)), np.zeros(VISITS + 1, dtype=np.int64),
-        np.empty((STEP_ROWS, STEP_COLUMNS)), np.zeros(SCRATCH), np.zeros(lane.ENTRIES),
+        np.empty((STEP_ROWS, STEP_COLUMNS)), np.zeros(SCRATCH), np.zeros(LANE_ENTRIES),
         np.full(LANES, -1, dtype=np.int64),
     )  # fmt: skip
 
@@ -102,18 +111,18 @@ def pop(which: int, queue: IntArray) -> int:
 def fill(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
     """Put a cell in a lane; an empty lane, -1, rests in equilibrium."""
     if cell >= 0:
-        L[lane.TIME + i] = rows[cell, TIME]
-        L[lane.U0 + i] = rows[cell, A]
-        L[lane.W0 + i] = rows[cell, B]
+        L[LANE_TIME + i] = rows[cell, TIME]
+        L[LANE_U0 + i] = rows[cell, A]
+        L[LANE_W0 + i] = rows[cell, B]
         for k in range(LOCALS):
-            L[lane.K + LANES * k + i] = rows[cell, LOCAL + k]
+            L[LANE_K + LANES * k + i] = rows[cell, LOCAL + k]
         return
     for k in range(3 + LOCALS):
         L[LANES * k + i] = 0.0
-    L[lane.U0 + i] = 1.0
-    L[lane.LOAD + i] = 1.0
-    L[lane.UNTIL + i] = np.inf
-    L[lane.GOAL + i] = -20.0
+    L[LANE_U0 + i] = 1.0
+    L[LANE_LOAD + i] = 1.0
+    L[LANE_UNTIL + i] = np.inf
+    L[LANE_GOAL + i] = -20.0
 
 
 @kernel
@@ -131,9 +140,9 @@ def fill_all(which: int, queue: IntArray, rows: FloatArray, L: FloatArray, held:
 @kernel
 def keep(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
     """Remember time and motion of a lane's cell."""
-    rows[cell, TIME] = L[lane.TIME + i]
-    rows[cell, A] = L[lane.U0 + i]
-    rows[cell, B] = L[lane.W0 + i]
+    rows[cell, TIME] = L[LANE_TIME + i]
+    rows[cell, A] = L[LANE_U0 + i]
+    rows[cell, B] = L[LANE_W0 + i]
 
 
 @kernel
@@ -164,8 +173,8 @@ def own(cell: int, events: int, peaks: int, pool: Pool) -> None:
 @kernel
 def finish(cell: int, why: int, time: float, rows: FloatArray) -> None:
     """Note the status and the end of a cell's march."""
-    rows[cell, STATUS] = why
-    rows[cell, END] = time
+    rows[cell, CELL_STATUS] = why
+    rows[cell, CELL_END] = time
 
 
 @kernel
@@ -185,7 +194,7 @@ def track(cell: int, time: float, force: float, corner: float, pool: Pool) -> No
     """Take the next value of a cell's contact force."""
     counts = pool.rows[cell, COUNTS:LOCAL]
     known = int(counts[PEAKS])
-    follow(time, force, corner, pool.peaks[pool.used[USED_PEAKS] - known :], pool.rows[cell, MARKS:COUNTS], counts)
+    follow(time, force, corner, pool.peaks[pool.used[USED_PEAKS] - known :], pool.rows[cell, CELL_MARKS:COUNTS], counts)
     own(cell, 0, int(counts[PEAKS]) - known, pool)
 
 

@@ -16,9 +16,8 @@ from wheeltapper.march.layout import (
     BUSH,
     CLEAR,
     COMP,
-    DEGREE,
-    FACTOR_DEGREE,
-    HERE,
+    HERE_DEGREE,
+    HERE_FACTOR_DEGREE,
     TREND,
     WHEEL_V,
     WHEEL_Y,
@@ -35,7 +34,7 @@ from wheeltapper.march.series import contact_series
 
 SHORT, LONG = 4, 8
 """Number of terms of the series: in contact, where steps are short, and elsewhere."""
-PATH, CONTACT_WORK, LOST = 0, LONG, 2 * LONG
+PATH_WORK, CONTACT_WORK, LOST = 0, LONG, 2 * LONG
 POWERS = 3 * LONG
 """Where in an array each power's series stands, and how long the array is."""
 ENOUGH = 5
@@ -68,8 +67,8 @@ def _path_velocity(S: FloatArray) -> None:
 def _contact_motion(numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray) -> float:
     """Fill rows U, W, N, Z, WHEEL_V and PATH_V of a contact; return the wheel's displacement."""
     on_deck = state[ON_DECK] != 0.0
-    S[HERE + DEGREE] = min(S[HERE + DEGREE], ENOUGH)
-    S[HERE + FACTOR_DEGREE] = min(S[HERE + FACTOR_DEGREE], ENOUGH)
+    S[HERE_DEGREE] = min(S[HERE_DEGREE], ENOUGH)
+    S[HERE_FACTOR_DEGREE] = min(S[HERE_FACTOR_DEGREE], ENOUGH)
     if damper is None:
         contact_series(numbers, SHORT, state[A], state[B], state[DECK_Y], state[DECK_V], on_deck, S)
         path_series(SHORT, S)
@@ -101,7 +100,7 @@ def _contact_power(
     """Write the power in a contact; return the wheel's motion."""
     y = _contact_motion(numbers, damper, state, S)
     _times(N, U, S, S, PUSHED)
-    _times(PUSHED, PATH_V, S, out, PATH)
+    _times(PUSHED, PATH_V, S, out, PATH_WORK)
     _times(PUSHED, W, S, out, CONTACT_WORK)
     G, soft = _brake(numbers, damper, state)
     for n in range(SHORT):
@@ -140,7 +139,7 @@ def _free_power(
             if bonded:
                 path = (k + 1) * S[F + k + 1]
                 wheel = S[W + k] - (S[Z + k] if on_deck else 0.0)
-                out[PATH + n] += S[N + j] * path
+                out[PATH_WORK + n] += S[N + j] * path
                 out[CONTACT_WORK + n] += S[N + j] * (path - wheel)
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from wheeltapper.march import assembly as contract
-from wheeltapper.march.assembly import FLANGE, LANES, PLACES, RATE, Assembly, flattened
+from wheeltapper.march import assembly as asm
+from wheeltapper.march.assembly import FLANGE, LANES, PLACES, TO_RATE, Assembly, flattened
 from wheeltapper.march.dense import BEGINS, FINISHES
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import (
@@ -19,7 +19,7 @@ from wheeltapper.march.multibody import (
     MultibodyMarch,
     work_for,
 )
-from wheeltapper.march.passing import CARRIED, awaken, pass_breaks, start_kernel
+from wheeltapper.march.passing import RUN_CARRIED, awaken, pass_breaks, start_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rates import deflection, rates, touch
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
@@ -28,17 +28,18 @@ from wheeltapper.march.wheel_rows import (
     ARM,
     BULGE,
     BULGE_RATE,
-    DELTA,
     FX,
     FY,
     MZ,
     NORMAL,
     ON,
-    ON_DECK,
     PATH_RATE,
     ROLLING,
     ROOT_C,
     ROOT_C_RATE,
+    ROW_DELTA,
+    ROW_G,
+    ROW_ON_DECK,
     SIDES,
     SLIP_TURN,
     SLIP_X,
@@ -48,13 +49,12 @@ from wheeltapper.march.wheel_rows import (
     VY,
     VYAW,
     VZ,
-    G,
 )
 
 # Columns of the powers.
 LOAD_POWER, PATH_POWER, SHAPE_POWER, DAMPER_POWER, FRICTION_POWER, DRIVE_POWER, STAND_IN_POWER = range(7)
 POWERS_KEPT = 7
-NODES = 6
+WORK_NODES = 6
 """Number of nodes of Gauss's rule in each step."""
 
 
@@ -92,7 +92,7 @@ def replay_kernel(
     n = start.shape[0]
     w, y, spare = np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
-    start_kernel(data, plan, start, w, wheels, pieces, np.empty(CARRIED))
+    start_kernel(data, plan, start, w, wheels, pieces, np.empty(RUN_CARRIED))
     row = -1
     entered = -1
     for k in range(times.shape[0]):
@@ -119,50 +119,50 @@ def _powers(
 ) -> None:  # fmt: skip
     """Write the powers of all that is no potential; damping (motions, motions) acts on the states at `places`."""
     out[:] = 0.0
-    loads = plan[contract.AT_LOADS]
-    for body in range(plan[contract.BODIES]):
+    loads = plan[asm.AT_LOADS]
+    for body in range(plan[asm.BODIES]):
         for k in range(LANES):
-            out[LOAD_POWER] += data[loads + body * LANES + k] * w[body * PLACES + RATE + k]
+            out[LOAD_POWER] += data[loads + body * LANES + k] * w[body * PLACES + TO_RATE + k]
     for a in range(places.shape[0]):
         for b in range(places.shape[0]):
-            out[DAMPER_POWER] += damping[a, b] * w[places[a] + RATE] * w[places[b] + RATE]
+            out[DAMPER_POWER] += damping[a, b] * w[places[a] + TO_RATE] * w[places[b] + TO_RATE]
     for element in range(pieces.shape[0]):
-        inside = plan[contract.AT_INSIDE] + 2 * element
+        inside = plan[asm.AT_INSIDE] + 2 * element
         within = int(data[inside])
         if within >= 0:
             out[DAMPER_POWER] += data[inside + 1] * rate[within] * rate[within]
-    deck = int(data[contract.DECK])
+    deck = int(data[asm.DECK])
     on_deck = 0.0
     for o in range(wheels.shape[0]):
         L = wheels[o]
-        inclined = plan[plan[contract.AT_KINDS] + o] == FLANGE
+        inclined = plan[plan[asm.AT_KINDS] + o] == FLANGE
         for i in range(LANES):
-            on_deck += L[ON_DECK + i]
+            on_deck += L[ROW_ON_DECK + i]
             if L[SIDES + i] == 0.0 or L[NORMAL + i] == 0.0:
                 continue
             side, n = L[SIDES + i], L[NORMAL + i]
             path_rate = L[PATH_RATE + i]
             if deck >= 0:
-                path_rate -= L[ON_DECK + i] * w[deck * PLACES + contract.Z + RATE]
+                path_rate -= L[ROW_ON_DECK + i] * w[deck * PLACES + asm.MOTION_Z + TO_RATE]
             out[PATH_POWER] += n * path_rate
             growth = L[BULGE_RATE + i] / L[BULGE + i] + L[ROOT_C_RATE + i] / L[ROOT_C + i]
-            out[SHAPE_POWER] += 1.2 * n * L[DELTA + i] * growth
-            if data[contract.CREEP] == contract.NO_CREEP:
+            out[SHAPE_POWER] += 1.2 * n * L[ROW_DELTA + i] * growth
+            if data[asm.CREEP] == asm.NO_CREEP:
                 continue
             slip = L[FX + i] * L[SLIP_X + i] + L[FY + i] * L[SLIP_Y + i] + L[MZ + i] * L[SLIP_TURN + i]
             fy, fz = L[FY + i], 0.0
             if inclined:
-                climb = side * L[G + i]
+                climb = side * L[ROW_G + i]
                 fy /= np.sqrt(1.0 + climb * climb)
                 fz = climb * fy
-            at = int(L[contract.BODY * LANES + i]) * PLACES + RATE
-            given = L[FX + i] * (L[VX + i] - side * L[ARM + i] * L[VYAW + i] - L[ROLLING + i] * w[at + contract.PITCH])
+            at = int(L[asm.BODY * LANES + i]) * PLACES + TO_RATE
+            given = L[FX + i] * (L[VX + i] - side * L[ARM + i] * L[VYAW + i] - L[ROLLING + i] * w[at + asm.PITCH])
             given += fy * (L[VY + i] + L[ROLLING + i] * L[VROLL + i]) + L[MZ + i] * L[VYAW + i]
             given += fz * (L[VZ + i] + side * L[ARM + i] * L[VROLL + i])
             out[FRICTION_POWER] -= slip
             out[DRIVE_POWER] += given - slip
     if deck >= 0 and on_deck > 0.0:
-        out[STAND_IN_POWER] += data[contract.PRESTRESS] * w[deck * PLACES + contract.Z + RATE]
+        out[STAND_IN_POWER] += data[asm.DECK_PRESTRESS] * w[deck * PLACES + asm.MOTION_Z + TO_RATE]
 
 
 @kernel
@@ -171,20 +171,20 @@ def _elastic(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray
     total = 0.0
     for o in range(wheels.shape[0]):
         for i in range(LANES):
-            total += 0.4 * wheels[o, NORMAL + i] * wheels[o, DELTA + i]
+            total += 0.4 * wheels[o, NORMAL + i] * wheels[o, ROW_DELTA + i]
     for element in range(pieces.shape[0]):
         here = deflection(element, data, plan, w)
-        at = plan[contract.AT_ELEMENT_CORNERS] + element
+        at = plan[asm.AT_ELEMENT_CORNERS] + element
         first, last = plan[at], plan[at + 1] - 2
         zero = 0.0
         low = 0.0
         step = 1 if here >= 0.0 else -1
         corner = first
-        while data[plan[contract.AT_CORNERS] + 2 * (corner + 1)] < 0.0:
+        while data[plan[asm.AT_CORNERS] + 2 * (corner + 1)] < 0.0:
             corner += 1
         # the piece from the last negative corner to the first positive one passes through zero
         while True:
-            at = plan[contract.AT_CORNERS] + 2 * corner
+            at = plan[asm.AT_CORNERS] + 2 * corner
             slope = (data[at + 3] - data[at + 1]) / (data[at + 2] - data[at])
             border = data[at + 2] if step > 0 else data[at]
             until = min(here, border) if step > 0 else max(here, border)
@@ -208,7 +208,7 @@ def energy_kernel(
     w, y, spare, rate = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     K, F, P = np.empty((DENSE_STAGES, n)), np.empty((POWERS, n)), np.ones(DENSE_STAGES)
     power = np.empty(POWERS_KEPT)
-    start_kernel(data, plan, start, w, wheels, pieces, np.empty(CARRIED))
+    start_kernel(data, plan, start, w, wheels, pieces, np.empty(RUN_CARRIED))
     works[:] = 0.0
     impulses[:] = 0.0
     for row in range(steps.shape[0]):
@@ -245,7 +245,7 @@ def replay(A: Assembly, march: MultibodyMarch, times: FloatArray, rows: IntArray
 
 def works(A: Assembly, march: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
     """Return what `energy_kernel` writes."""
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    nodes, weights = np.polynomial.legendre.leggauss(WORK_NODES)
     work = work_for(A, 1)
     count = len(march.steps)
     done = np.zeros((count, POWERS_KEPT)), np.zeros((count, work.wheels.shape[0] * LANES)), np.zeros((count, 2))

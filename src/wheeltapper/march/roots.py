@@ -23,11 +23,11 @@ NONE = -1.0
 NOISE = 1e-13
 TOUCH = 1e-10
 NEGLIGIBLE = 1e-18
-MAX_DEGREE = 23
+ROOT_DEGREE = 23
 INVERSE_BINOMIAL = np.array(
     [
-        [1.0 / comb(n, k) if k <= n else 0.0 for k in range(n + 1)] + [0.0] * (MAX_DEGREE - n)
-        for n in range(MAX_DEGREE + 1)
+        [1.0 / comb(n, k) if k <= n else 0.0 for k in range(n + 1)] + [0.0] * (ROOT_DEGREE - n)
+        for n in range(ROOT_DEGREE + 1)
     ]
 )
 

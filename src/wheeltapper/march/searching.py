@@ -8,19 +8,19 @@ from __future__ import annotations
 
 from math import sqrt
 
-from wheeltapper.march.assembly import BODY, LANES, PLACES, RATE, ROLL, Z
+from wheeltapper.march.assembly import BODY, LANES, MOTION_Z, PLACES, ROLL, TO_RATE
 from wheeltapper.march.crossing import Span, at_place, corner_ahead, find_corner, find_fall, first_change, suspicious
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.passing import log_peak
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rates import deflection
-from wheeltapper.march.wheel_rows import ARM, AWAKE, DELTA, DELTA_RATE, NORMAL, NORMAL_RATE, ON, SIDES
+from wheeltapper.march.wheel_rows import ARM, AWAKE, DELTA_RATE, NORMAL, NORMAL_RATE, ON, ROW_DELTA, SIDES
 
 DELTAS, DELTA_RATES, GROWTHS, FORCES, MARKS = range(5)
 KEPT = 5
-NOISE = 1e-11
+SEARCH_NOISE = 1e-11
 """Relative growth of a force in a step up to which it counts as none."""
-QUIET = 1e-7
+QUIET_FORCE = 1e-7
 """Relative effect of a change of sign of a force's rate within a step, below which it is rounding and no maximum."""
 
 
@@ -31,7 +31,7 @@ def keep(wheels: FloatArray, kept: FloatArray) -> None:
         L = wheels[o]
         for i in range(LANES):
             lane = o * LANES + i
-            kept[DELTAS, lane] = L[DELTA + i]
+            kept[DELTAS, lane] = L[ROW_DELTA + i]
             kept[DELTA_RATES, lane] = L[DELTA_RATE + i]
             begins = L[ON + i] != 0.0 and L[NORMAL + i] == 0.0 and L[DELTA_RATE + i] > 0.0
             kept[GROWTHS, lane] = 1e-300 if begins else L[NORMAL_RATE + i]
@@ -51,9 +51,9 @@ def time_to_change(longest: float, wheels: FloatArray, rates: FloatArray) -> flo
             if L[SIDES + i] == 0.0:
                 continue
             sign = 2.0 * L[ON + i] - 1.0
-            at = int(L[BODY * LANES + i]) * PLACES + RATE
-            gap, rate = sign * L[DELTA + i], sign * L[DELTA_RATE + i]
-            bend = -sign * (rates[at + Z] + L[SIDES + i] * L[ARM + i] * rates[at + ROLL])
+            at = int(L[BODY * LANES + i]) * PLACES + TO_RATE
+            gap, rate = sign * L[ROW_DELTA + i], sign * L[DELTA_RATE + i]
+            bend = -sign * (rates[at + MOTION_Z] + L[SIDES + i] * L[ARM + i] * rates[at + ROLL])
             inside = rate * rate - 2.0 * bend * gap
             if gap <= 0.0 or inside <= 0.0:
                 continue
@@ -83,7 +83,7 @@ def mark_changes(
                 continue
             lane = o * LANES + i
             sign = 2.0 * L[ON + i] - 1.0
-            before, after = sign * kept[DELTAS, lane], sign * L[DELTA + i]
+            before, after = sign * kept[DELTAS, lane], sign * L[ROW_DELTA + i]
             if suspicious(h, before, sign * kept[DELTA_RATES, lane], after, sign * L[DELTA_RATE + i]):
                 kept[MARKS, lane] = 1.0
                 found = True
@@ -127,9 +127,9 @@ def mark_maxima(h: float, changed: int, wheels: FloatArray, kept: FloatArray) ->
         for i in range(LANES):
             lane = o * LANES + i
             growth, after = kept[GROWTHS, lane], L[NORMAL_RATE + i]
-            if L[ON + i] == 0.0 or growth * h <= NOISE * kept[FORCES, lane] or after > 0.0:
+            if L[ON + i] == 0.0 or growth * h <= SEARCH_NOISE * kept[FORCES, lane] or after > 0.0:
                 continue
-            if (growth - after) * h > QUIET * L[NORMAL + i] or lane == changed:
+            if (growth - after) * h > QUIET_FORCE * L[NORMAL + i] or lane == changed:
                 kept[MARKS, lane] = min(after, -1e-300)
                 found = True
     return found
@@ -154,7 +154,7 @@ def log_corners(t: float, pulse: float, wheels: FloatArray, kept: FloatArray, pe
         if L[ON + i] == 0.0 and kept[FORCES, lane] == 0.0:
             continue
         before, after = kept[FORCES, lane], L[NORMAL + i]
-        least = QUIET * max(before, after)
+        least = QUIET_FORCE * max(before, after)
         rose, falls = kept[GROWTHS, lane] * pulse > least, L[NORMAL_RATE + i] * pulse < least
         if (
             (rose and before > after + least)

@@ -20,32 +20,31 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
     ACC,
-    AMP_COS,
-    AMP_SIN,
-    BEARS,
-    BEARS_DEGREE,
     COMP,
-    COSINE,
-    DEGREE,
+    COSINES,
     DEPTH,
-    FACTOR,
-    FACTOR_DEGREE,
-    HERE,
+    HERE_AMP_COS,
+    HERE_AMP_SIN,
+    HERE_BEARS,
+    HERE_BEARS_DEGREE,
+    HERE_DEGREE,
+    HERE_FACTOR,
+    HERE_FACTOR_DEGREE,
+    HERE_LAW,
+    HERE_LAW_CENTRE,
+    HERE_LAW_SCALE,
+    HERE_LAW_TERMS,
+    HERE_OMEGA,
+    HERE_PHASE0,
+    HERE_POLY,
+    HERE_RESIDUAL,
+    HERE_RESIDUAL_DEGREE,
     HORNER,
     HORNER_BEARS,
     HORNER_FACTOR,
     HORNER_LAW,
     HORNER_RESIDUAL,
-    LAW,
-    LAW_CENTRE,
-    LAW_SCALE,
-    LAW_TERMS,
-    OMEGA,
-    PHASE0,
-    POLY,
-    RESIDUAL,
-    RESIDUAL_DEGREE,
-    SINE,
+    SINES,
     WIDTH,
     WORK,
     F,
@@ -87,22 +86,22 @@ def localise(pieces: FloatArray, numbers: FloatArray, piece: int, shift: float, 
     lift = numbers[contract.LIFT]
     degree = int(pieces[piece, contract.DEGREE])
     factor_degree = int(pieces[piece, contract.FACTOR_DEGREE])
-    S[HERE + DEGREE] = degree
-    S[HERE + FACTOR_DEGREE] = factor_degree
+    S[HERE_DEGREE] = degree
+    S[HERE_FACTOR_DEGREE] = factor_degree
     wavenumber = pieces[piece, contract.WAVENUMBER]
-    S[HERE + AMP_SIN] = pieces[piece, contract.SINE] * lift
-    S[HERE + AMP_COS] = pieces[piece, contract.COSINE] * lift
-    S[HERE + OMEGA] = wavenumber * numbers[contract.PACE]
-    S[HERE + PHASE0] = wavenumber * away
+    S[HERE_AMP_SIN] = pieces[piece, contract.SINE] * lift
+    S[HERE_AMP_COS] = pieces[piece, contract.COSINE] * lift
+    S[HERE_OMEGA] = wavenumber * numbers[contract.PACE]
+    S[HERE_PHASE0] = wavenumber * away
     if degree == 0 and factor_degree < 0:
-        S[HERE + POLY] = pieces[piece, contract.COEFFICIENT] * lift
+        S[HERE_POLY] = pieces[piece, contract.COEFFICIENT] * lift
         return
     scale = pieces[piece, contract.SCALE]
     at = away / scale
     rate = numbers[contract.PACE] / scale
-    taylor_shift(pieces, piece, contract.COEFFICIENT, degree, at, rate, lift, HERE + POLY, S)
+    taylor_shift(pieces, piece, contract.COEFFICIENT, degree, at, rate, lift, HERE_POLY, S)
     if factor_degree >= 0:
-        taylor_shift(pieces, piece, contract.FACTOR, factor_degree, at, rate, 1.0, HERE + FACTOR, S)
+        taylor_shift(pieces, piece, contract.FACTOR, factor_degree, at, rate, 1.0, HERE_FACTOR, S)
 
 
 @kernel
@@ -115,37 +114,37 @@ def localise_marks(
     rate = numbers[contract.PACE] / scale
     lift = numbers[contract.LIFT]
     degree, bears = int(pieces[piece, contract.RESIDUAL_DEGREE]), int(pieces[piece, contract.BEARS_DEGREE])
-    S[HERE + RESIDUAL_DEGREE], S[HERE + BEARS_DEGREE] = degree, bears
-    taylor_shift(pieces, piece, contract.RESIDUAL, degree, at, rate, lift, HERE + RESIDUAL, S)
-    taylor_shift(pieces, piece, contract.BEARS, bears, at, rate, lift, HERE + BEARS, S)
+    S[HERE_RESIDUAL_DEGREE], S[HERE_BEARS_DEGREE] = degree, bears
+    taylor_shift(pieces, piece, contract.RESIDUAL, degree, at, rate, lift, HERE_RESIDUAL, S)
+    taylor_shift(pieces, piece, contract.BEARS, bears, at, rate, lift, HERE_BEARS, S)
 
 
 @kernel
 def mark_at(after: float, degree: int, first: int, S: FloatArray) -> float:
     """Return one of those functions (RESIDUAL_DEGREE, RESIDUAL or BEARS_DEGREE, BEARS) after the step's start."""
     value = 0.0
-    for k in range(int(S[HERE + degree]), -1, -1):
-        value = value * after + S[HERE + first + k]
+    for k in range(int(S[degree]), -1, -1):
+        value = value * after + S[first + k]
     return value
 
 
 @kernel
 def residual_at(after: float, S: FloatArray) -> float:
     """Return the residual indentation of the surface as it is at a time after the step's start."""
-    return mark_at(after, RESIDUAL_DEGREE, RESIDUAL, S)
+    return mark_at(after, HERE_RESIDUAL_DEGREE, HERE_RESIDUAL, S)
 
 
 @kernel
 def borne_at(after: float, S: FloatArray) -> float:
     """Return the indentation at which the surface as it is yields at a time after the step's start."""
-    return mark_at(after, BEARS_DEGREE, BEARS, S)
+    return mark_at(after, HERE_BEARS_DEGREE, HERE_BEARS, S)
 
 
 @kernel
 def borne_series(order: int, S: FloatArray) -> None:
     """Compose the indentation at which the surface yields with t(s), in row HORNER_BEARS."""
-    degree = int(S[HERE + BEARS_DEGREE])
-    _start_horner(HERE + BEARS, degree, HORNER_BEARS, S)
+    degree = int(S[HERE_BEARS_DEGREE])
+    _start_horner(HERE_BEARS, degree, HORNER_BEARS, S)
     for n in range(1, order):
         _next_horner(n, degree, HORNER_BEARS, S)
 
@@ -154,47 +153,47 @@ def borne_series(order: int, S: FloatArray) -> None:
 def enter_law(piece: int, law: FloatArray, S: FloatArray) -> None:
     """Let a piece of the plastic law hold; NO_PIECE: the elastic law."""
     if piece == NO_PIECE:
-        S[HERE + LAW_TERMS] = 0.0
+        S[HERE_LAW_TERMS] = 0.0
         return
-    S[HERE + LAW_CENTRE] = law[piece, contract.LAW_CENTRE]
-    S[HERE + LAW_SCALE] = law[piece, contract.LAW_SCALE]
+    S[HERE_LAW_CENTRE] = law[piece, contract.LAW_CENTRE]
+    S[HERE_LAW_SCALE] = law[piece, contract.LAW_SCALE]
     terms = 1
     for k in range(contract.TERMS):
-        S[HERE + LAW + k] = law[piece, contract.LAW_FORCE + k]
-        if S[HERE + LAW + k] != 0.0:
+        S[HERE_LAW + k] = law[piece, contract.LAW_FORCE + k]
+        if S[HERE_LAW + k] != 0.0:
             terms = k + 1
-    S[HERE + LAW_TERMS] = terms
+    S[HERE_LAW_TERMS] = terms
 
 
 @kernel
 def law_at(depth: float, S: FloatArray) -> float:
     """Return the force of the plastic law that holds at an indentation of the virgin surface."""
-    x = (depth - S[HERE + LAW_CENTRE]) / S[HERE + LAW_SCALE]
+    x = (depth - S[HERE_LAW_CENTRE]) / S[HERE_LAW_SCALE]
     value = 0.0
-    for k in range(int(S[HERE + LAW_TERMS]) - 1, -1, -1):
-        value = value * x + S[HERE + LAW + k]
+    for k in range(int(S[HERE_LAW_TERMS]) - 1, -1, -1):
+        value = value * x + S[HERE_LAW + k]
     return value
 
 
 @kernel
 def path_at(after: float, S: FloatArray) -> tuple[float, float, float]:
     """Return the path's height, velocity and acceleration (scaled) at a time after the step's start."""
-    degree = int(S[HERE + DEGREE])
-    y = S[HERE + POLY + degree]
+    degree = int(S[HERE_DEGREE])
+    y = S[HERE_POLY + degree]
     v = 0.0
     a = 0.0
     for k in range(degree - 1, -1, -1):
         a = a * after + 2.0 * v
         v = v * after + y
-        y = y * after + S[HERE + POLY + k]
-    omega = S[HERE + OMEGA]
+        y = y * after + S[HERE_POLY + k]
+    omega = S[HERE_OMEGA]
     if omega != 0.0:
-        phase = S[HERE + PHASE0] + omega * after
+        phase = S[HERE_PHASE0] + omega * after
         s = sin(phase)
         c = cos(phase)
-        h = S[HERE + AMP_SIN] * s + S[HERE + AMP_COS] * c
+        h = S[HERE_AMP_SIN] * s + S[HERE_AMP_COS] * c
         y += h
-        v += omega * (S[HERE + AMP_SIN] * c - S[HERE + AMP_COS] * s)
+        v += omega * (S[HERE_AMP_SIN] * c - S[HERE_AMP_COS] * s)
         a -= omega * omega * h
     return y, v, a
 
@@ -202,25 +201,25 @@ def path_at(after: float, S: FloatArray) -> tuple[float, float, float]:
 @kernel
 def factor_at(after: float, S: FloatArray) -> tuple[float, float]:
     """Return the factor on the contact force and its rate at a time after the step's start."""
-    degree = int(S[HERE + FACTOR_DEGREE])
+    degree = int(S[HERE_FACTOR_DEGREE])
     if degree < 0:
         return 1.0, 0.0
-    value = S[HERE + FACTOR + degree]
+    value = S[HERE_FACTOR + degree]
     rate = 0.0
     for k in range(degree - 1, -1, -1):
         rate = rate * after + value
-        value = value * after + S[HERE + FACTOR + k]
+        value = value * after + S[HERE_FACTOR + k]
     return value, rate
 
 
 @kernel
 def harmonic_forcing(numbers: FloatArray, S: FloatArray) -> tuple[float, float]:
     """Return the factors of sine and cosine in F = 1 + K·y_k + G·y_k' + y_k''."""
-    omega = S[HERE + OMEGA]
+    omega = S[HERE_OMEGA]
     stiff = numbers[contract.STIFFNESS] - omega * omega
     drag = numbers[contract.DAMPING] * omega
-    a = S[HERE + AMP_SIN]
-    b = S[HERE + AMP_COS]
+    a = S[HERE_AMP_SIN]
+    b = S[HERE_AMP_COS]
     return stiff * a - drag * b, stiff * b + drag * a
 
 
@@ -229,13 +228,13 @@ def _forcing(numbers: FloatArray, S: FloatArray) -> int:
     """Put the polynomial part of F = 1 + K·y_k + G·y_k' + y_k'' in row COMP; return its degree."""
     K = numbers[contract.STIFFNESS]
     G = numbers[contract.DAMPING]
-    degree = int(S[HERE + DEGREE])
+    degree = int(S[HERE_DEGREE])
     for k in range(degree + 1):
-        S[COMP + k] = K * S[HERE + POLY + k]
+        S[COMP + k] = K * S[HERE_POLY + k]
         if k + 1 <= degree:
-            S[COMP + k] += G * (k + 1) * S[HERE + POLY + k + 1]
+            S[COMP + k] += G * (k + 1) * S[HERE_POLY + k + 1]
         if k + 2 <= degree:
-            S[COMP + k] += (k + 2) * (k + 1) * S[HERE + POLY + k + 2]
+            S[COMP + k] += (k + 2) * (k + 1) * S[HERE_POLY + k + 2]
     S[COMP] += 1.0
     if K == 0.0 and G == 0.0:
         while degree > 0 and S[COMP + degree] == 0.0:
@@ -264,18 +263,18 @@ def _next_horner(n: int, degree: int, rows: int, S: FloatArray) -> None:
 @kernel
 def next_law_term(n: int, S: FloatArray) -> float:
     """Advance the series of the plastic law at u² + residual (u² in row Q, its argument in row DEPTH) to order n."""
-    degree = int(S[HERE + RESIDUAL_DEGREE])
+    degree = int(S[HERE_RESIDUAL_DEGREE])
     if n == 0:
-        _start_horner(HERE + RESIDUAL, degree, HORNER_RESIDUAL, S)
+        _start_horner(HERE_RESIDUAL, degree, HORNER_RESIDUAL, S)
     else:
         _next_horner(n, degree, HORNER_RESIDUAL, S)
     S[DEPTH + n] = S[Q + n] + S[HORNER_RESIDUAL + n]
     if n == 0:
-        S[DEPTH] -= S[HERE + LAW_CENTRE]
-    S[DEPTH + n] /= S[HERE + LAW_SCALE]
-    last = int(S[HERE + LAW_TERMS]) - 1
+        S[DEPTH] -= S[HERE_LAW_CENTRE]
+    S[DEPTH + n] /= S[HERE_LAW_SCALE]
+    last = int(S[HERE_LAW_TERMS]) - 1
     for k in range(last, -1, -1):
-        total = S[HERE + LAW + k] if n == 0 else 0.0
+        total = S[HERE_LAW + k] if n == 0 else 0.0
         if k < last:
             for j in range(n + 1):
                 total += S[DEPTH + j] * S[HORNER_LAW + (k + 1) * WIDTH + n - j]
@@ -296,10 +295,10 @@ def contact_series(
     deck = numbers[contract.DECK_MASS] > 0.0
     degree = _forcing(numbers, S)
     gain_sin, gain_cos = harmonic_forcing(numbers, S)
-    wavy = S[HERE + OMEGA] != 0.0
-    omega = S[HERE + OMEGA]
-    yields = S[HERE + LAW_TERMS] != 0.0
-    fdegree = int(S[HERE + FACTOR_DEGREE])
+    wavy = S[HERE_OMEGA] != 0.0
+    omega = S[HERE_OMEGA]
+    yields = S[HERE_LAW_TERMS] != 0.0
+    fdegree = int(S[HERE_FACTOR_DEGREE])
     S[T] = 0.0
     S[U] = u
     S[W] = w
@@ -307,10 +306,10 @@ def contact_series(
     S[Z] = z
     _start_horner(COMP, degree, HORNER, S)
     if fdegree >= 0:
-        _start_horner(HERE + FACTOR, fdegree, HORNER_FACTOR, S)
+        _start_horner(HERE_FACTOR, fdegree, HORNER_FACTOR, S)
     if wavy:
-        S[SINE] = sin(S[HERE + PHASE0])
-        S[COSINE] = cos(S[HERE + PHASE0])
+        S[SINES] = sin(S[HERE_PHASE0])
+        S[COSINES] = cos(S[HERE_PHASE0])
     for n in range(order):
         q = 0.0
         for j in range(n + 1):
@@ -324,7 +323,7 @@ def contact_series(
             _next_horner(n, degree, HORNER, S)
         f = S[HORNER + n]
         if wavy:
-            f += gain_sin * S[SINE + n] + gain_cos * S[COSINE + n]
+            f += gain_sin * S[SINES + n] + gain_cos * S[COSINES + n]
         force = S[R + n]
         if fdegree >= 0:
             if n > 0:
@@ -373,7 +372,7 @@ def contact_series(
             s_next = 0.0
             c_next = 0.0
             for j in range(n + 1):
-                s_next += S[U + j] * S[COSINE + n - j]
-                c_next += S[U + j] * S[SINE + n - j]
-            S[SINE + n + 1] = omega * s_next / (n + 1)
-            S[COSINE + n + 1] = -omega * c_next / (n + 1)
+                s_next += S[U + j] * S[COSINES + n - j]
+                c_next += S[U + j] * S[SINES + n - j]
+            S[SINES + n + 1] = omega * s_next / (n + 1)
+            S[COSINES + n + 1] = -omega * c_next / (n + 1)

@@ -29,7 +29,7 @@ from wheeltapper.march.damper_hold import damper_pull, held_contact_reach, held_
 from wheeltapper.march.events import (
     AT_BREAK,
     GRAZE,
-    LIFT,
+    LEAP,
     cross_break,
     follow,
     follow_inside,
@@ -54,9 +54,8 @@ from wheeltapper.march.layout import (
     COUNT,
     EVENTS,
     FLIGHT_ORDER,
-    HERE,
+    HERE_LAW_TERMS,
     IDLE,
-    LAW_TERMS,
     MARK,
     OPENED,
     PEAKS,
@@ -186,7 +185,7 @@ def _contact_step(
     else:
         t, u, w = evaluate(S, T, order, length), evaluate(S, U, order, length), evaluate(S, W, order, length)
         turns = may_turn(order, length, w, S)
-    if law is not None and numbers[contract.MEMORY] != 0.0 and S[HERE + LAW_TERMS] != 0.0:
+    if law is not None and numbers[contract.MEMORY] != 0.0 and S[HERE_LAW_TERMS] != 0.0:
         turns = False  # such a step ends where the rate is zero
     length, what, after, u, w = contact_end(numbers, order, until - S[STATE + TIME], length, t, u, w, turns, S)
     trend, degree = trend_series(numbers, order, S)
@@ -294,9 +293,9 @@ def _rest(numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -> None
     if damper is not None:
         a += damper_pull(damper, v, S)
     if a > 0.0:
-        S[STATE + A] = LIFT
-        S[STATE + B] = LIFT * sqrt(2.0 * a)
-        S[STATE + TIME] += LIFT * sqrt(2.0 / a)
+        S[STATE + A] = LEAP
+        S[STATE + B] = LEAP * sqrt(2.0 * a)
+        S[STATE + TIME] += LEAP * sqrt(2.0 / a)
         S[COUNT + OPENED] = 0.0
     else:
         S[STATE + PHASE] = FLIGHT

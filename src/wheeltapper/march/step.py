@@ -9,14 +9,13 @@ from wheeltapper.march.flight import flight_reach
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
     CLEAR,
-    DEGREE,
-    FACTOR_DEGREE,
     FLIGHT_ORDER,
-    HERE,
-    LAW_TERMS,
-    OMEGA,
-    POLY,
-    RESIDUAL_DEGREE,
+    HERE_DEGREE,
+    HERE_FACTOR_DEGREE,
+    HERE_LAW_TERMS,
+    HERE_OMEGA,
+    HERE_POLY,
+    HERE_RESIDUAL_DEGREE,
     STATE,
     TREND,
     N,
@@ -85,8 +84,8 @@ def is_written_out(numbers: FloatArray, S: FloatArray) -> bool:
         and numbers[contract.QUADRATIC] == 0.0
         and numbers[contract.CUBIC] == 1.0
         and numbers[contract.STIFFNESS] + numbers[contract.DAMPING] <= SLOW
-        and S[HERE + DEGREE] == 0.0
-        and S[HERE + FACTOR_DEGREE] < 0.0
+        and S[HERE_DEGREE] == 0.0
+        and S[HERE_FACTOR_DEGREE] < 0.0
     )
 
 
@@ -113,9 +112,9 @@ def contact_advance(
     if is_written_out(numbers, S):
         K = numbers[contract.STIFFNESS]
         G = numbers[contract.DAMPING]
-        load = 1.0 + K * S[HERE + POLY]
+        load = 1.0 + K * S[HERE_POLY]
         goal = np.log2(numbers[contract.TOLERANCE])
-        omega = S[HERE + OMEGA]
+        omega = S[HERE_OMEGA]
         gain_sin, gain_cos = harmonic_forcing(numbers, S)
         if strict is None:
             if omega == 0.0:
@@ -198,7 +197,7 @@ def contact_end(
 @kernel
 def trend_series(numbers: FloatArray, order: int, S: FloatArray) -> tuple[int, int]:
     """Return the row and degree of a polynomial with the sign of the contact force's rate."""
-    changes = S[HERE + RESIDUAL_DEGREE] if S[HERE + LAW_TERMS] != 0.0 else S[HERE + FACTOR_DEGREE]
+    changes = S[HERE_RESIDUAL_DEGREE] if S[HERE_LAW_TERMS] != 0.0 else S[HERE_FACTOR_DEGREE]
     if numbers[contract.HYSTERESIS] == 0.0 and changes <= 0.0:
         return W, order
     for k in range(order - 1):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.dense import FORCE, WHEEL_V, WHEEL_Y, fill, prepare
+from wheeltapper.march.dense import OUT_FORCE, OUT_WHEEL_V, OUT_WHEEL_Y, fill, prepare
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import U
@@ -21,7 +21,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 # Entries of the tally: highest position and its time, number of contacts that impacts began, whether such a contact is
 # going on, whether the last step was without contact force.
-HIGHEST, HIGHEST_TIME, CONTACTS, OPEN, FLEW = range(5)
+HIGHEST, HIGHEST_TIME, CONTACTS, STILL_OPEN, FLEW = range(5)
 TALLY = 5
 
 
@@ -41,11 +41,11 @@ def _turn(
     for _ in range(60):
         middle = 0.5 * (lo + hi)
         after = fill(numbers, None, step, middle, S, point)
-        if point[WHEEL_V] > 0.0:
+        if point[OUT_WHEEL_V] > 0.0:
             lo = middle
         else:
             hi = middle
-    _rise(point[WHEEL_Y], step[TIME] + after, tally)
+    _rise(point[OUT_WHEEL_Y], step[TIME] + after, tally)
 
 
 @kernel
@@ -59,26 +59,26 @@ def tally_kernel(
         flying = is_free(step[PHASE])
         contact = prepare(pieces, numbers, None, None, step, S)
         if flying:
-            tally[OPEN] = 0.0
+            tally[STILL_OPEN] = 0.0
         elif tally[FLEW] != 0.0:
-            tally[OPEN] = 1.0
+            tally[STILL_OPEN] = 1.0
             impulses[int(tally[CONTACTS])] = 0.0
             tally[CONTACTS] += 1.0
         tally[FLEW] = 1.0 if flying else 0.0
         fill(numbers, None, step, 0.0, S, point)
-        _rise(point[WHEEL_Y], step[TIME], tally)
+        _rise(point[OUT_WHEEL_Y], step[TIME], tally)
         before = 0.0
-        rising = point[WHEEL_V] > 0.0
+        rising = point[OUT_WHEEL_V] > 0.0
         for j in range(len(NODES) + 1):
             x = NODES[j] * step[LENGTH] if j < len(NODES) else step[LENGTH]
             after = fill(numbers, None, step, x, S, point)
-            if j < len(NODES) and tally[OPEN] != 0.0:
+            if j < len(NODES) and tally[STILL_OPEN] != 0.0:
                 weight = WEIGHTS[j] * step[LENGTH]
                 if contact:
                     weight *= evaluate(S, U, int(numbers[contract.ORDER]), x)
-                impulses[int(tally[CONTACTS]) - 1] += weight * point[FORCE]
-            _rise(point[WHEEL_Y], step[TIME] + after, tally)
-            falling = point[WHEEL_V] <= 0.0
+                impulses[int(tally[CONTACTS]) - 1] += weight * point[OUT_FORCE]
+            _rise(point[OUT_WHEEL_Y], step[TIME] + after, tally)
+            falling = point[OUT_WHEEL_V] <= 0.0
             if rising and falling:
                 _turn(numbers, step, before, x, tally, S, point)
             rising = not falling

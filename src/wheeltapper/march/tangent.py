@@ -21,11 +21,10 @@ from wheeltapper.march.events import is_free
 from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
-    DEGREE,
-    FACTOR_DEGREE,
     FLIGHT_ORDER,
-    HERE,
-    OMEGA,
+    HERE_DEGREE,
+    HERE_FACTOR_DEGREE,
+    HERE_OMEGA,
     N,
     T,
     U,
@@ -100,7 +99,7 @@ GRAZING = 1e-3
 """Distance of the motion from u = w = 0 (scaled) below which a derivative means nothing. The same limit holds for the
 indentation rate at a loss or an impact. Where Hunt and Crossley's force ends or begins while indented, it holds for the
 rate at which the indentation rate passes its limit."""
-NEAR = 0.1
+NEAR_GRAZING = 0.1
 """Distance from u = w = 0 (scaled) below which a contact step is examined."""
 
 
@@ -212,7 +211,7 @@ def tangent_kernel(
         if not (level and step[PIECE] == piece):  # a level piece looks the same from everywhere
             localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
             localise_tangent(pieces, bends, base, table, numbers, turns, step, carried, S, D)
-            level = S[HERE + DEGREE] == 0.0 and S[HERE + FACTOR_DEGREE] < 0.0 and S[HERE + OMEGA] == 0.0
+            level = S[HERE_DEGREE] == 0.0 and S[HERE_FACTOR_DEGREE] < 0.0 and S[HERE_OMEGA] == 0.0
             piece = step[PIECE]
         if contact and not begun and not enter_contact(step, carried, S, D):
             gentlest = 0.0
@@ -323,4 +322,6 @@ def tangent_kernel(
 def _turns_near(step: FloatArray, end: FloatArray) -> bool:
     """Return True where u may come near zero inside a contact step: it lies above its tangents at both ends."""
     half = 0.5 * step[LENGTH]
-    return bool(step[B] < 0.0 < end[SECOND] and max(step[A] + half * step[B], end[FIRST] - half * end[SECOND]) < NEAR)
+    return bool(
+        step[B] < 0.0 < end[SECOND] and max(step[A] + half * step[B], end[FIRST] - half * end[SECOND]) < NEAR_GRAZING
+    )

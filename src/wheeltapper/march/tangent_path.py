@@ -10,15 +10,14 @@ from math import cos, sin
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
-    AMP_COS,
-    AMP_SIN,
-    DEGREE,
-    FACTOR,
-    FACTOR_DEGREE,
-    HERE,
-    OMEGA,
-    PHASE0,
-    POLY,
+    HERE_AMP_COS,
+    HERE_AMP_SIN,
+    HERE_DEGREE,
+    HERE_FACTOR,
+    HERE_FACTOR_DEGREE,
+    HERE_OMEGA,
+    HERE_PHASE0,
+    HERE_POLY,
     WORK,
 )  # fmt: skip
 from wheeltapper.march.program import (
@@ -68,16 +67,16 @@ def localise_tangent(
         d_away = turns[contract.PACE, lane] * time - carried[DSHIFT, lane]
         d_lift = turns[contract.LIFT, lane]
         d_wavenumber = 0.0
-        D[HERE + AMP_SIN, lane] = row[contract.SINE] * d_lift
-        D[HERE + AMP_COS, lane] = row[contract.COSINE] * d_lift
+        D[HERE_AMP_SIN, lane] = row[contract.SINE] * d_lift
+        D[HERE_AMP_COS, lane] = row[contract.COSINE] * d_lift
         if bent:
             bend = bends[table[lane], base + piece]
             d_away -= bend[contract.CENTRE]
             d_wavenumber = bend[contract.WAVENUMBER]
-            D[HERE + AMP_SIN, lane] += bend[contract.SINE] * lift
-            D[HERE + AMP_COS, lane] += bend[contract.COSINE] * lift
-        D[HERE + OMEGA, lane] = d_wavenumber * pace + wavenumber * turns[contract.PACE, lane]
-        D[HERE + PHASE0, lane] = d_wavenumber * away + wavenumber * d_away
+            D[HERE_AMP_SIN, lane] += bend[contract.SINE] * lift
+            D[HERE_AMP_COS, lane] += bend[contract.COSINE] * lift
+        D[HERE_OMEGA, lane] = d_wavenumber * pace + wavenumber * turns[contract.PACE, lane]
+        D[HERE_PHASE0, lane] = d_wavenumber * away + wavenumber * d_away
         D[WORK, lane] = d_away / row[contract.SCALE]
     scale = row[contract.SCALE]
     for part in range(2):
@@ -85,7 +84,7 @@ def localise_tangent(
         if last < 0:
             continue
         source = contract.COEFFICIENT if part == 0 else contract.FACTOR
-        target = HERE + POLY if part == 0 else HERE + FACTOR
+        target = HERE_POLY if part == 0 else HERE_FACTOR
         gain = lift if part == 0 else 1.0
         taylor_shift(pieces, piece, source, last, away / scale, 1.0, 1.0, WORK, S)
         for lane in range(LANES):
@@ -113,31 +112,31 @@ def localise_tangent(
 @kernel
 def path_tangent(after: float, lane: int, S: FloatArray, D: FloatArray) -> tuple[float, float]:
     """Return the derivatives, at fixed time, of the path's height and velocity at a time after the step's start."""
-    degree = int(S[HERE + DEGREE])
-    y = D[HERE + POLY + degree, lane]
+    degree = int(S[HERE_DEGREE])
+    y = D[HERE_POLY + degree, lane]
     v = 0.0
     for k in range(degree - 1, -1, -1):
         v = v * after + y
-        y = y * after + D[HERE + POLY + k, lane]
-    omega = S[HERE + OMEGA]
+        y = y * after + D[HERE_POLY + k, lane]
+    omega = S[HERE_OMEGA]
     if omega != 0.0:
-        phase = S[HERE + PHASE0] + omega * after
-        d_phase = D[HERE + PHASE0, lane] + D[HERE + OMEGA, lane] * after
+        phase = S[HERE_PHASE0] + omega * after
+        d_phase = D[HERE_PHASE0, lane] + D[HERE_OMEGA, lane] * after
         s = sin(phase)
         c = cos(phase)
-        across = S[HERE + AMP_SIN] * c - S[HERE + AMP_COS] * s
-        y += D[HERE + AMP_SIN, lane] * s + D[HERE + AMP_COS, lane] * c + across * d_phase
-        v += D[HERE + OMEGA, lane] * across
-        v += omega * (D[HERE + AMP_SIN, lane] * c - D[HERE + AMP_COS, lane] * s)
-        v -= omega * (S[HERE + AMP_SIN] * s + S[HERE + AMP_COS] * c) * d_phase
+        across = S[HERE_AMP_SIN] * c - S[HERE_AMP_COS] * s
+        y += D[HERE_AMP_SIN, lane] * s + D[HERE_AMP_COS, lane] * c + across * d_phase
+        v += D[HERE_OMEGA, lane] * across
+        v += omega * (D[HERE_AMP_SIN, lane] * c - D[HERE_AMP_COS, lane] * s)
+        v -= omega * (S[HERE_AMP_SIN] * s + S[HERE_AMP_COS] * c) * d_phase
     return y, v
 
 
 @kernel
 def factor_tangent(after: float, lane: int, S: FloatArray, D: FloatArray) -> float:
     """Return the derivative, at fixed time, of the factor on the contact force."""
-    degree = int(S[HERE + FACTOR_DEGREE])
+    degree = int(S[HERE_FACTOR_DEGREE])
     value = 0.0
     for k in range(degree, -1, -1):
-        value = value * after + D[HERE + FACTOR + k, lane]
+        value = value * after + D[HERE_FACTOR + k, lane]
     return value

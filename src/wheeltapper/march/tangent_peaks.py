@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import FACTOR_DEGREE, FLIGHT_ORDER, HERE, N, T, U, W
+from wheeltapper.march.layout import FLIGHT_ORDER, HERE_FACTOR_DEGREE, N, T, U, W
 from wheeltapper.march.program import CONTACT, LENGTH, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate, evaluate_derivative
 from wheeltapper.march.step import time_to
@@ -28,7 +28,7 @@ def peaks_inside(
     order = int(numbers[contract.ORDER]) if contact else int(FLIGHT_ORDER)
     cubic = numbers[contract.CUBIC]
     quadratic = numbers[contract.QUADRATIC]
-    plain = numbers[contract.HYSTERESIS] == 0.0 and S[HERE + FACTOR_DEGREE] < 0.0
+    plain = numbers[contract.HYSTERESIS] == 0.0 and S[HERE_FACTOR_DEGREE] < 0.0
     while is_inside(peaks, peak, end):
         after = peaks[peak, contract.PEAK_TIME] - step[TIME]
         x = time_to(S, order, step[LENGTH], after) if contact else after

@@ -6,7 +6,16 @@ from math import cos, sin
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import AMP_COS, AMP_SIN, DEGREE, FACTOR_DEGREE, HERE, OMEGA, PHASE0, POLY, W
+from wheeltapper.march.layout import (
+    HERE_AMP_COS,
+    HERE_AMP_SIN,
+    HERE_DEGREE,
+    HERE_FACTOR_DEGREE,
+    HERE_OMEGA,
+    HERE_PHASE0,
+    HERE_POLY,
+    W,
+)
 from wheeltapper.march.program import LENGTH, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate_derivative
 from wheeltapper.march.series import contact_series
@@ -19,9 +28,9 @@ from wheeltapper.march.unrolled_tangent import tangent_flat_12, tangent_wave_12
 @kernel
 def is_plain(S: FloatArray) -> bool:
     """Return True where the present path is level or one wave of some amplitude, and the contact's factor one."""
-    if S[HERE + DEGREE] != 0.0 or S[HERE + FACTOR_DEGREE] >= 0.0:
+    if S[HERE_DEGREE] != 0.0 or S[HERE_FACTOR_DEGREE] >= 0.0:
         return False
-    return S[HERE + OMEGA] == 0.0 or S[HERE + AMP_SIN] != 0.0 or S[HERE + AMP_COS] != 0.0
+    return S[HERE_OMEGA] == 0.0 or S[HERE_AMP_SIN] != 0.0 or S[HERE_AMP_COS] != 0.0
 
 
 @kernel
@@ -32,39 +41,39 @@ def plain_tangents(
     """Carry the tangents over a contact step up to x, where the contact is plain and the path level or one wave."""
     K = numbers[contract.STIFFNESS]
     G = numbers[contract.DAMPING]
-    level = S[HERE + POLY]
-    omega = S[HERE + OMEGA]
+    level = S[HERE_POLY]
+    omega = S[HERE_OMEGA]
     for lane in range(LANES):
         L[lane] = carried[DT, lane]
         L[LANES + lane] = carried[DA, lane]
         L[2 * LANES + lane] = carried[DB, lane]
         L[3 * LANES + lane] = turns[contract.STIFFNESS, lane]
         L[4 * LANES + lane] = turns[contract.DAMPING, lane]
-        L[5 * LANES + lane] = turns[contract.STIFFNESS, lane] * level + K * D[HERE + POLY, lane]
+        L[5 * LANES + lane] = turns[contract.STIFFNESS, lane] * level + K * D[HERE_POLY, lane]
     if omega == 0.0:
         t, u, w = tangent_flat_12(K, G, 1.0 + K * level, step[A], step[B], x, L)
     else:
-        a = S[HERE + AMP_SIN]
-        b = S[HERE + AMP_COS]
+        a = S[HERE_AMP_SIN]
+        b = S[HERE_AMP_COS]
         stiff = K - omega * omega
         gain_sin = stiff * a - G * omega * b
         gain_cos = stiff * b + G * omega * a
-        s = sin(S[HERE + PHASE0])
-        c = cos(S[HERE + PHASE0])
+        s = sin(S[HERE_PHASE0])
+        c = cos(S[HERE_PHASE0])
         along = gain_sin * s + gain_cos * c
         across = gain_sin * c - gain_cos * s
         size = gain_sin * gain_sin + gain_cos * gain_cos
         for lane in range(LANES):
-            d_omega = D[HERE + OMEGA, lane]
-            d_a = D[HERE + AMP_SIN, lane]
-            d_b = D[HERE + AMP_COS, lane]
+            d_omega = D[HERE_OMEGA, lane]
+            d_a = D[HERE_AMP_SIN, lane]
+            d_b = D[HERE_AMP_COS, lane]
             d_stiff = turns[contract.STIFFNESS, lane] - 2.0 * omega * d_omega
             d_drag = turns[contract.DAMPING, lane] * omega + G * d_omega
             d_sin = d_stiff * a + stiff * d_a - d_drag * b - G * omega * d_b
             d_cos = d_stiff * b + stiff * d_b + d_drag * a + G * omega * d_a
             L[6 * LANES + lane] = (d_sin * gain_sin + d_cos * gain_cos) / size
             turn = (d_cos * gain_sin - d_sin * gain_cos) / size
-            L[7 * LANES + lane] = (D[HERE + PHASE0, lane] + turn) / omega
+            L[7 * LANES + lane] = (D[HERE_PHASE0, lane] + turn) / omega
             L[8 * LANES + lane] = d_omega / omega
         t, u, w = tangent_wave_12(K, G, 1.0 + K * level, along, omega * across, omega * omega, step[A], step[B], x, L)
     for lane in range(LANES):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import FACTOR_DEGREE, FLIGHT_ORDER, HERE, N, T, U, W, Y, Z
+from wheeltapper.march.layout import FLIGHT_ORDER, HERE_FACTOR_DEGREE, N, T, U, W, Y, Z
 from wheeltapper.march.program import BONDED, CONTACT, LENGTH, ON_DECK, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate, evaluate_derivative
 from wheeltapper.march.series import path_at
@@ -17,7 +17,7 @@ from wheeltapper.march.tangent_path import LANES, path_tangent
 from wheeltapper.march.tangent_series import at
 
 # What is sampled: contact force, the deck's displacement and velocity, the wheel's.
-FORCE, DECK_Y, DECK_V, WHEEL_Y, WHEEL_V = range(5)
+FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V, SAMPLED_WHEEL_Y, SAMPLED_WHEEL_V = range(5)
 QUANTITIES = 5
 VALUE, RATE, FIRST_LANE = 0, 1, 2
 SAMPLED = FIRST_LANE + LANES
@@ -28,12 +28,15 @@ SAMPLED = FIRST_LANE + LANES
 def _accelerations(numbers: FloatArray, on_deck: bool, point: FloatArray) -> tuple[float, float]:
     """Return the accelerations of deck and wheel from their motion and the force."""
     wheel = -1.0 + point[FORCE, VALUE]
-    wheel -= numbers[contract.STIFFNESS] * point[WHEEL_Y, VALUE] + numbers[contract.DAMPING] * point[WHEEL_V, VALUE]
+    wheel -= (
+        numbers[contract.STIFFNESS] * point[SAMPLED_WHEEL_Y, VALUE]
+        + numbers[contract.DAMPING] * point[SAMPLED_WHEEL_V, VALUE]
+    )
     mass = numbers[contract.DECK_MASS]
     if mass == 0.0:
         return 0.0, wheel
-    deck = -numbers[contract.DECK_STIFFNESS] * point[DECK_Y, VALUE]
-    deck -= numbers[contract.DECK_DAMPING] * point[DECK_V, VALUE]
+    deck = -numbers[contract.DECK_STIFFNESS] * point[SAMPLED_DECK_Y, VALUE]
+    deck -= numbers[contract.DECK_DAMPING] * point[SAMPLED_DECK_V, VALUE]
     if on_deck:
         deck += numbers[contract.PRESTRESS] - point[FORCE, VALUE]
     return deck / mass, wheel
@@ -54,19 +57,22 @@ def _in_contact(
     lift = evaluate(S, Y, order, x)
     sway = evaluate(S, Z, order, x)
     quadratic, cubic = numbers[contract.QUADRATIC], numbers[contract.CUBIC]
-    plain = numbers[contract.HYSTERESIS] == 0.0 and S[HERE + FACTOR_DEGREE] < 0.0
+    plain = numbers[contract.HYSTERESIS] == 0.0 and S[HERE_FACTOR_DEGREE] < 0.0
     if plain:  # exact where u vanishes, too
         point[FORCE, VALUE] = u * u * (quadratic + cubic * u)
         point[FORCE, RATE] = (quadratic + 1.5 * cubic * u) * w
     else:
         point[FORCE, VALUE] = evaluate(S, N, order - 1, x)
         point[FORCE, RATE] = evaluate_derivative(S, N, order - 1, x) / u if u > 0.0 else 0.0
-    point[DECK_Y, VALUE], point[DECK_V, VALUE] = lift, sway
-    point[WHEEL_Y, VALUE] = height - u * u + (lift if on_deck else 0.0)
-    point[WHEEL_V, VALUE] = velocity - w + (sway if on_deck else 0.0)
-    point[DECK_Y, RATE], point[WHEEL_Y, RATE] = point[DECK_V, VALUE], point[WHEEL_V, VALUE]
-    point[DECK_V, RATE], point[WHEEL_V, RATE] = _accelerations(numbers, on_deck, point)
-    parting = bend - point[WHEEL_V, RATE] + (point[DECK_V, RATE] if on_deck else 0.0)  # w'
+    point[SAMPLED_DECK_Y, VALUE], point[SAMPLED_DECK_V, VALUE] = lift, sway
+    point[SAMPLED_WHEEL_Y, VALUE] = height - u * u + (lift if on_deck else 0.0)
+    point[SAMPLED_WHEEL_V, VALUE] = velocity - w + (sway if on_deck else 0.0)
+    point[SAMPLED_DECK_Y, RATE], point[SAMPLED_WHEEL_Y, RATE] = (
+        point[SAMPLED_DECK_V, VALUE],
+        point[SAMPLED_WHEEL_V, VALUE],
+    )
+    point[SAMPLED_DECK_V, RATE], point[SAMPLED_WHEEL_V, RATE] = _accelerations(numbers, on_deck, point)
+    parting = bend - point[SAMPLED_WHEEL_V, RATE] + (point[SAMPLED_DECK_V, RATE] if on_deck else 0.0)  # w'
     for lane in range(LANES):
         d_t = at(D, T, order, x, lane)
         d_u = at(D, U, order, x, lane)
@@ -76,12 +82,14 @@ def _in_contact(
             point[FORCE, to] = u * (2.0 * quadratic + 3.0 * cubic * u) * d_u - point[FORCE, RATE] * d_t
         else:
             point[FORCE, to] = at(D, N, order - 1, x, lane) - point[FORCE, RATE] * d_t
-        point[DECK_Y, to] = at(D, Y, order, x, lane) - sway * d_t
-        point[DECK_V, to] = at(D, Z, order, x, lane) - point[DECK_V, RATE] * d_t
+        point[SAMPLED_DECK_Y, to] = at(D, Y, order, x, lane) - sway * d_t
+        point[SAMPLED_DECK_V, to] = at(D, Z, order, x, lane) - point[SAMPLED_DECK_V, RATE] * d_t
         d_height, d_velocity = path_tangent(after, lane, S, D)
-        point[WHEEL_Y, to] = d_height - (2.0 * u * d_u - w * d_t) + (point[DECK_Y, to] if on_deck else 0.0)
-        point[WHEEL_V, to] = d_velocity - d_w + (point[DECK_V, to] if on_deck else 0.0)
-        point[WHEEL_V, to] += parting * d_t
+        point[SAMPLED_WHEEL_Y, to] = (
+            d_height - (2.0 * u * d_u - w * d_t) + (point[SAMPLED_DECK_Y, to] if on_deck else 0.0)
+        )
+        point[SAMPLED_WHEEL_V, to] = d_velocity - d_w + (point[SAMPLED_DECK_V, to] if on_deck else 0.0)
+        point[SAMPLED_WHEEL_V, to] += parting * d_t
 
 
 @kernel
@@ -95,19 +103,22 @@ def _out_of_contact(
     deck = numbers[contract.DECK_MASS] > 0.0
     point[FORCE, VALUE] = evaluate(S, N, order, x) if bonded else 0.0
     point[FORCE, RATE] = evaluate_derivative(S, N, order, x) if bonded else 0.0
-    point[DECK_Y, VALUE] = evaluate(S, Y, order, x) if deck else 0.0
-    point[DECK_V, VALUE] = evaluate(S, Z, order, x) if deck else 0.0
-    point[WHEEL_Y, VALUE] = evaluate(S, U, order, x)
-    point[WHEEL_V, VALUE] = evaluate(S, W, order, x)
-    point[DECK_Y, RATE], point[WHEEL_Y, RATE] = point[DECK_V, VALUE], point[WHEEL_V, VALUE]
-    point[DECK_V, RATE], point[WHEEL_V, RATE] = _accelerations(numbers, step[ON_DECK] != 0.0, point)
+    point[SAMPLED_DECK_Y, VALUE] = evaluate(S, Y, order, x) if deck else 0.0
+    point[SAMPLED_DECK_V, VALUE] = evaluate(S, Z, order, x) if deck else 0.0
+    point[SAMPLED_WHEEL_Y, VALUE] = evaluate(S, U, order, x)
+    point[SAMPLED_WHEEL_V, VALUE] = evaluate(S, W, order, x)
+    point[SAMPLED_DECK_Y, RATE], point[SAMPLED_WHEEL_Y, RATE] = (
+        point[SAMPLED_DECK_V, VALUE],
+        point[SAMPLED_WHEEL_V, VALUE],
+    )
+    point[SAMPLED_DECK_V, RATE], point[SAMPLED_WHEEL_V, RATE] = _accelerations(numbers, step[ON_DECK] != 0.0, point)
     for lane in range(LANES):
         to = FIRST_LANE + lane
         point[FORCE, to] = at(D, N, order - 1, x, lane) if bonded else 0.0
-        point[DECK_Y, to] = at(D, Y, order, x, lane) if deck else 0.0
-        point[DECK_V, to] = at(D, Z, order, x, lane) if deck else 0.0
-        point[WHEEL_Y, to] = at(D, U, order, x, lane)
-        point[WHEEL_V, to] = at(D, W, order, x, lane)
+        point[SAMPLED_DECK_Y, to] = at(D, Y, order, x, lane) if deck else 0.0
+        point[SAMPLED_DECK_V, to] = at(D, Z, order, x, lane) if deck else 0.0
+        point[SAMPLED_WHEEL_Y, to] = at(D, U, order, x, lane)
+        point[SAMPLED_WHEEL_V, to] = at(D, W, order, x, lane)
 
 
 @kernel

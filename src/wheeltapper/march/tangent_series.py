@@ -10,21 +10,20 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
     ACC,
-    AMP_COS,
-    AMP_SIN,
     COMP,
-    COSINE,
-    DEGREE,
-    FACTOR,
-    FACTOR_DEGREE,
+    COSINES,
     FLIGHT_ORDER,
-    HERE,
+    HERE_AMP_COS,
+    HERE_AMP_SIN,
+    HERE_DEGREE,
+    HERE_FACTOR,
+    HERE_FACTOR_DEGREE,
+    HERE_OMEGA,
+    HERE_PHASE0,
+    HERE_POLY,
     HORNER,
     HORNER_FACTOR,
-    OMEGA,
-    PHASE0,
-    POLY,
-    SINE,
+    SINES,
     WIDTH,
     WORK,
     F,
@@ -81,24 +80,24 @@ def contact_tangent(
     cubic = numbers[contract.CUBIC]
     eta = numbers[contract.HYSTERESIS]
     mass = numbers[contract.DECK_MASS]
-    degree = int(S[HERE + DEGREE])
-    fdegree = int(S[HERE + FACTOR_DEGREE])
-    omega = S[HERE + OMEGA]
+    degree = int(S[HERE_DEGREE])
+    fdegree = int(S[HERE_FACTOR_DEGREE])
+    omega = S[HERE_OMEGA]
     wavy = omega != 0.0
     stiff = K - omega * omega
-    a = S[HERE + AMP_SIN]
-    b = S[HERE + AMP_COS]
+    a = S[HERE_AMP_SIN]
+    b = S[HERE_AMP_COS]
     gain_sin = stiff * a - G * omega * b
     gain_cos = stiff * b + G * omega * a
     for k in range(degree + 1):
-        up = S[HERE + POLY + k + 1] * (k + 1) if k + 1 <= degree else 0.0
+        up = S[HERE_POLY + k + 1] * (k + 1) if k + 1 <= degree else 0.0
         for lane in range(LANES):
-            d = turns[contract.STIFFNESS, lane] * S[HERE + POLY + k] + K * D[HERE + POLY + k, lane]
+            d = turns[contract.STIFFNESS, lane] * S[HERE_POLY + k] + K * D[HERE_POLY + k, lane]
             d += turns[contract.DAMPING, lane] * up
             if k + 1 <= degree:
-                d += G * (k + 1) * D[HERE + POLY + k + 1, lane]
+                d += G * (k + 1) * D[HERE_POLY + k + 1, lane]
             if k + 2 <= degree:
-                d += (k + 2) * (k + 1) * D[HERE + POLY + k + 2, lane]
+                d += (k + 2) * (k + 1) * D[HERE_POLY + k + 2, lane]
             D[COMP + k, lane] = d
     for lane in range(LANES):
         D[T, lane] = carried[DT, lane]
@@ -107,13 +106,13 @@ def contact_tangent(
         D[Y, lane] = carried[DY, lane]
         D[Z, lane] = carried[DZ, lane]
         if wavy:
-            d_phase = D[HERE + PHASE0, lane] + omega * carried[DT, lane]
-            D[SINE, lane] = S[COSINE] * d_phase
-            D[COSINE, lane] = -S[SINE] * d_phase
+            d_phase = D[HERE_PHASE0, lane] + omega * carried[DT, lane]
+            D[SINES, lane] = S[COSINES] * d_phase
+            D[COSINES, lane] = -S[SINES] * d_phase
     for n in range(order):
         _horner_tangent(n, degree, COMP, HORNER, S, D)
         if fdegree >= 0:
-            _horner_tangent(n, fdegree, HERE + FACTOR, HORNER_FACTOR, S, D)
+            _horner_tangent(n, fdegree, HERE_FACTOR, HORNER_FACTOR, S, D)
         for lane in range(LANES):
             D[Q + n, lane] = 0.0
             D[R + n, lane] = 0.0
@@ -166,17 +165,17 @@ def contact_tangent(
             D[ACC + n, lane] = acceleration
             f = D[HORNER + n, lane]
             if wavy:
-                d_stiff = turns[contract.STIFFNESS, lane] - 2.0 * omega * D[HERE + OMEGA, lane]
-                d_drag = turns[contract.DAMPING, lane] * omega + G * D[HERE + OMEGA, lane]
-                d_a = D[HERE + AMP_SIN, lane]
-                d_b = D[HERE + AMP_COS, lane]
+                d_stiff = turns[contract.STIFFNESS, lane] - 2.0 * omega * D[HERE_OMEGA, lane]
+                d_drag = turns[contract.DAMPING, lane] * omega + G * D[HERE_OMEGA, lane]
+                d_a = D[HERE_AMP_SIN, lane]
+                d_b = D[HERE_AMP_COS, lane]
                 d_sin = d_stiff * a + stiff * d_a - d_drag * b - G * omega * d_b
                 d_cos = d_stiff * b + stiff * d_b + d_drag * a + G * omega * d_a
                 f += (
-                    d_sin * S[SINE + n]
-                    + gain_sin * D[SINE + n, lane]
-                    + d_cos * S[COSINE + n]
-                    + gain_cos * D[COSINE + n, lane]
+                    d_sin * S[SINES + n]
+                    + gain_sin * D[SINES + n, lane]
+                    + d_cos * S[COSINES + n]
+                    + gain_cos * D[COSINES + n, lane]
                 )
             lift = -S[Q + n]
             sway = -S[W + n]
@@ -212,15 +211,15 @@ def contact_tangent(
                     D[Z + n + 1, lane] += D[U + j, lane] * c + D[ACC + j, lane] * u
         if wavy:
             for lane in range(LANES):
-                D[SINE + n + 1, lane] = D[HERE + OMEGA, lane] / omega * S[SINE + n + 1]
-                D[COSINE + n + 1, lane] = D[HERE + OMEGA, lane] / omega * S[COSINE + n + 1]
+                D[SINES + n + 1, lane] = D[HERE_OMEGA, lane] / omega * S[SINES + n + 1]
+                D[COSINES + n + 1, lane] = D[HERE_OMEGA, lane] / omega * S[COSINES + n + 1]
             for j in range(n + 1):
                 u = S[U + n - j] * part * omega
-                s = S[SINE + n - j] * part * omega
-                c = S[COSINE + n - j] * part * omega
+                s = S[SINES + n - j] * part * omega
+                c = S[COSINES + n - j] * part * omega
                 for lane in range(LANES):
-                    D[SINE + n + 1, lane] += D[U + j, lane] * c + D[COSINE + j, lane] * u
-                    D[COSINE + n + 1, lane] -= D[U + j, lane] * s + D[SINE + j, lane] * u
+                    D[SINES + n + 1, lane] += D[U + j, lane] * c + D[COSINES + j, lane] * u
+                    D[COSINES + n + 1, lane] -= D[U + j, lane] * s + D[SINES + j, lane] * u
 
 
 @kernel
@@ -269,17 +268,17 @@ def flight_tangent(
 @kernel
 def _bonded_force_tangent(n: int, lane: int, on_deck: bool, S: FloatArray, D: FloatArray) -> None:
     """Write the tangent of order n of N = factor·(y_k + Y - y), in time."""
-    path = D[HERE + POLY + n, lane] if n <= int(S[HERE + DEGREE]) else 0.0
-    if S[HERE + OMEGA] != 0.0:
+    path = D[HERE_POLY + n, lane] if n <= int(S[HERE_DEGREE]) else 0.0
+    if S[HERE_OMEGA] != 0.0:
         path += _harmonic_tangent(n, lane, S, D)
     D[F + n, lane] = path - D[U + n, lane] + (D[Y + n, lane] if on_deck else 0.0)
     force = D[F + n, lane]
-    fdegree = int(S[HERE + FACTOR_DEGREE])
+    fdegree = int(S[HERE_FACTOR_DEGREE])
     if fdegree >= 0:
         force = 0.0
         for j in range(min(n, fdegree) + 1):
-            force += S[HERE + FACTOR + j] * D[F + n - j, lane]
-            force += D[HERE + FACTOR + j, lane] * _clearance(n - j, on_deck, S)
+            force += S[HERE_FACTOR + j] * D[F + n - j, lane]
+            force += D[HERE_FACTOR + j, lane] * _clearance(n - j, on_deck, S)
     D[N + n, lane] = force
 
 
@@ -291,14 +290,14 @@ def _clearance(n: int, on_deck: bool, S: FloatArray) -> float:
 @kernel
 def _harmonic_tangent(n: int, lane: int, S: FloatArray, D: FloatArray) -> float:
     """Return the tangent of the harmonic's coefficient of order n in time."""
-    omega = S[HERE + OMEGA]
+    omega = S[HERE_OMEGA]
     power = 1.0
     for k in range(1, n + 1):
         power *= omega / k
-    phase = S[HERE + PHASE0] + 0.5 * np.pi * n
+    phase = S[HERE_PHASE0] + 0.5 * np.pi * n
     s = sin(phase)
     c = cos(phase)
-    h = S[HERE + AMP_SIN] * s + S[HERE + AMP_COS] * c
-    d = D[HERE + AMP_SIN, lane] * s + D[HERE + AMP_COS, lane] * c
-    d += (S[HERE + AMP_SIN] * c - S[HERE + AMP_COS] * s) * D[HERE + PHASE0, lane]
-    return power * (d + h * n * D[HERE + OMEGA, lane] / omega)
+    h = S[HERE_AMP_SIN] * s + S[HERE_AMP_COS] * c
+    d = D[HERE_AMP_SIN, lane] * s + D[HERE_AMP_COS, lane] * c
+    d += (S[HERE_AMP_SIN] * c - S[HERE_AMP_COS] * s) * D[HERE_PHASE0, lane]
+    return power * (d + h * n * D[HERE_OMEGA, lane] / omega)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from math import cos, sin
 
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import COUNT, STATE, N, T, U, W
-from wheeltapper.march.layout import HERE, PHASE0
+from wheeltapper.march.layout import COUNT, HERE_PHASE0, STATE, N, T, U, W
 from wheeltapper.march.program import CONTACT, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, DECK_V, DECK_Y
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.steplength import steplength
@@ -180,7 +179,7 @@ def coast_wave_12(K: float, G: float, f0: float, gain_sin: float, gain_cos: floa
     u0 = S[STATE + A]
     w0 = S[STATE + B]
     begin = time
-    phase = S[HERE + PHASE0]
+    phase = S[HERE_PHASE0]
     omega2 = omega * omega
     while True:
         angle = phase + omega * (time - begin)
@@ -325,7 +324,7 @@ def coast_wave_12(K: float, G: float, f0: float, gain_sin: float, gain_cos: floa
     S[STATE + TIME] = time
     S[STATE + A] = u0
     S[STATE + B] = w0
-    S[HERE + PHASE0] = angle
+    S[HERE_PHASE0] = angle
     S[N] = q0 * u0
     S[T] = 0.0
     S[T + 1] = 1.0 * u0
@@ -610,7 +609,7 @@ def coast_wave_20(K: float, G: float, f0: float, gain_sin: float, gain_cos: floa
     u0 = S[STATE + A]
     w0 = S[STATE + B]
     begin = time
-    phase = S[HERE + PHASE0]
+    phase = S[HERE_PHASE0]
     omega2 = omega * omega
     while True:
         angle = phase + omega * (time - begin)
@@ -828,7 +827,7 @@ def coast_wave_20(K: float, G: float, f0: float, gain_sin: float, gain_cos: floa
     S[STATE + TIME] = time
     S[STATE + A] = u0
     S[STATE + B] = w0
-    S[HERE + PHASE0] = angle
+    S[HERE_PHASE0] = angle
     S[N] = q0 * u0
     S[T] = 0.0
     S[T + 1] = 1.0 * u0

@@ -5,15 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.lane_rows import AMP_COS, AMP_SIN, CALM, CHANGES, DONE, FRESH, GAIN_COS, GAIN_SIN, GO, GOAL, HIGH
-from wheeltapper.march.lane_rows import LENGTH, LEVEL, LOAD, LOW, OFFSET, OMEGA, POLYNOMIAL, RATE, SIGN, TIME, T_END
-from wheeltapper.march.lane_rows import T_ROOT, U0, UNTIL, U_END, U_ROOT, W0, W_END, W_ROOT, X
-from wheeltapper.march.lane_rows import G as DRAG
-from wheeltapper.march.lane_rows import K as SPRING
-from wheeltapper.march.lane_rows import U as U_SERIES
-from wheeltapper.march.lane_rows import V as V_SERIES
-from wheeltapper.march.lane_rows import W as W_SERIES
-from wheeltapper.march.lane_rows import Y as Y_SERIES
+from wheeltapper.march.lane_rows import (
+    LANE_AMP_COS, LANE_AMP_SIN, LANE_CALM, LANE_CHANGES, LANE_DONE, LANE_FRESH, LANE_G, LANE_GAIN_COS, LANE_GAIN_SIN,
+    LANE_GO, LANE_GOAL, LANE_HIGH, LANE_K, LANE_LENGTH, LANE_LEVEL, LANE_LOAD, LANE_LOW, LANE_OFFSET, LANE_OMEGA,
+    LANE_POLYNOMIAL, LANE_RATE, LANE_SIGN, LANE_TIME, LANE_T_END, LANE_T_ROOT, LANE_U, LANE_U0, LANE_UNTIL,
+    LANE_U_END, LANE_U_ROOT, LANE_V, LANE_W, LANE_W0, LANE_W_END, LANE_W_ROOT, LANE_X, LANE_Y,
+)
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.steplength import BIAS, FLOOR, LONGEST, LOG_SAFETY, UNIT
 
@@ -22,14 +19,14 @@ from wheeltapper.march.steplength import BIAS, FLOOR, LONGEST, LOG_SAFETY, UNIT
 def lanes_flat_12(L: FloatArray) -> None:
     """Make one contact step over a level path; where it may hold an event, stay at its start."""
     for i in range(8):
-        time = L[TIME + i]
-        u0 = L[U0 + i]
-        w0 = L[W0 + i]
-        K = L[SPRING + i]
-        G = L[DRAG + i]
-        f0 = L[LOAD + i]
-        until = L[UNTIL + i]
-        goal = L[GOAL + i]
+        time = L[LANE_TIME + i]
+        u0 = L[LANE_U0 + i]
+        w0 = L[LANE_W0 + i]
+        K = L[LANE_K + i]
+        G = L[LANE_G + i]
+        f0 = L[LANE_LOAD + i]
+        until = L[LANE_UNTIL + i]
+        goal = L[LANE_GOAL + i]
         q0 = u0 * u0
         x0 = q0 + K * u0
         twice = 2.0 * u0
@@ -119,60 +116,60 @@ def lanes_flat_12(L: FloatArray) -> None:
         w = ((((w0 + h1 * w1) + h2 * (w2 + h1 * w3)) + h4 * ((w4 + h1 * w5) + h2 * (w6 + h1 * w7))) + h8 * (((w8 + h1 * w9) + h2 * (w10 + h1 * w11)) + h4 * w12))
         calm = w0 * w > 0.0 and abs(w0) + abs(w) > sway
         go = calm and u > 0.0 and time + t < until
-        L[TIME + i] = time + t if go else time
-        L[U0 + i] = u if go else u0
-        L[W0 + i] = w if go else w0
-        L[LENGTH + i] = h1
-        L[T_END + i] = t
-        L[U_END + i] = u
-        L[W_END + i] = w
-        L[CALM + i] = 1.0 if calm else 0.0
-        L[GO + i] = 1.0 if go else 0.0
-        L[U_SERIES + i] = u0
-        L[U_SERIES + 8 + i] = u1
-        L[U_SERIES + 16 + i] = u2
-        L[U_SERIES + 24 + i] = u3
-        L[U_SERIES + 32 + i] = u4
-        L[U_SERIES + 40 + i] = u5
-        L[U_SERIES + 48 + i] = u6
-        L[U_SERIES + 56 + i] = u7
-        L[U_SERIES + 64 + i] = u8
-        L[U_SERIES + 72 + i] = u9
-        L[U_SERIES + 80 + i] = u10
-        L[U_SERIES + 88 + i] = u11
-        L[U_SERIES + 96 + i] = u12
-        L[W_SERIES + i] = w0
-        L[W_SERIES + 8 + i] = w1
-        L[W_SERIES + 16 + i] = w2
-        L[W_SERIES + 24 + i] = w3
-        L[W_SERIES + 32 + i] = w4
-        L[W_SERIES + 40 + i] = w5
-        L[W_SERIES + 48 + i] = w6
-        L[W_SERIES + 56 + i] = w7
-        L[W_SERIES + 64 + i] = w8
-        L[W_SERIES + 72 + i] = w9
-        L[W_SERIES + 80 + i] = w10
-        L[W_SERIES + 88 + i] = w11
-        L[W_SERIES + 96 + i] = w12
+        L[LANE_TIME + i] = time + t if go else time
+        L[LANE_U0 + i] = u if go else u0
+        L[LANE_W0 + i] = w if go else w0
+        L[LANE_LENGTH + i] = h1
+        L[LANE_T_END + i] = t
+        L[LANE_U_END + i] = u
+        L[LANE_W_END + i] = w
+        L[LANE_CALM + i] = 1.0 if calm else 0.0
+        L[LANE_GO + i] = 1.0 if go else 0.0
+        L[LANE_U + i] = u0
+        L[LANE_U + 8 + i] = u1
+        L[LANE_U + 16 + i] = u2
+        L[LANE_U + 24 + i] = u3
+        L[LANE_U + 32 + i] = u4
+        L[LANE_U + 40 + i] = u5
+        L[LANE_U + 48 + i] = u6
+        L[LANE_U + 56 + i] = u7
+        L[LANE_U + 64 + i] = u8
+        L[LANE_U + 72 + i] = u9
+        L[LANE_U + 80 + i] = u10
+        L[LANE_U + 88 + i] = u11
+        L[LANE_U + 96 + i] = u12
+        L[LANE_W + i] = w0
+        L[LANE_W + 8 + i] = w1
+        L[LANE_W + 16 + i] = w2
+        L[LANE_W + 24 + i] = w3
+        L[LANE_W + 32 + i] = w4
+        L[LANE_W + 40 + i] = w5
+        L[LANE_W + 48 + i] = w6
+        L[LANE_W + 56 + i] = w7
+        L[LANE_W + 64 + i] = w8
+        L[LANE_W + 72 + i] = w9
+        L[LANE_W + 80 + i] = w10
+        L[LANE_W + 88 + i] = w11
+        L[LANE_W + 96 + i] = w12
 
 
 @kernel
 def lanes_wave_12(L: FloatArray) -> None:
     """Make one contact step over a harmonic path; where it may hold an event, stay at its start."""
     for i in range(8):
-        time = L[TIME + i]
-        u0 = L[U0 + i]
-        w0 = L[W0 + i]
-        K = L[SPRING + i]
-        G = L[DRAG + i]
-        f0 = L[LOAD + i]
-        until = L[UNTIL + i]
-        goal = L[GOAL + i]
-        gain_sin = L[GAIN_SIN + i]
-        gain_cos = L[GAIN_COS + i]
-        omega = L[OMEGA + i]
-        rate = L[RATE + i]
-        offset = L[OFFSET + i]
+        time = L[LANE_TIME + i]
+        u0 = L[LANE_U0 + i]
+        w0 = L[LANE_W0 + i]
+        K = L[LANE_K + i]
+        G = L[LANE_G + i]
+        f0 = L[LANE_LOAD + i]
+        until = L[LANE_UNTIL + i]
+        goal = L[LANE_GOAL + i]
+        gain_sin = L[LANE_GAIN_SIN + i]
+        gain_cos = L[LANE_GAIN_COS + i]
+        omega = L[LANE_OMEGA + i]
+        rate = L[LANE_RATE + i]
+        offset = L[LANE_OFFSET + i]
         omega2 = omega * omega
         turns = rate * time - offset
         quarter = np.rint(4.0 * turns)
@@ -311,156 +308,156 @@ def lanes_wave_12(L: FloatArray) -> None:
         w = ((((w0 + h1 * w1) + h2 * (w2 + h1 * w3)) + h4 * ((w4 + h1 * w5) + h2 * (w6 + h1 * w7))) + h8 * (((w8 + h1 * w9) + h2 * (w10 + h1 * w11)) + h4 * w12))
         calm = w0 * w > 0.0 and abs(w0) + abs(w) > sway
         go = calm and u > 0.0 and time + t < until
-        L[TIME + i] = time + t if go else time
-        L[U0 + i] = u if go else u0
-        L[W0 + i] = w if go else w0
-        L[LENGTH + i] = h1
-        L[T_END + i] = t
-        L[U_END + i] = u
-        L[W_END + i] = w
-        L[CALM + i] = 1.0 if calm else 0.0
-        L[GO + i] = 1.0 if go else 0.0
-        L[U_SERIES + i] = u0
-        L[U_SERIES + 8 + i] = u1
-        L[U_SERIES + 16 + i] = u2
-        L[U_SERIES + 24 + i] = u3
-        L[U_SERIES + 32 + i] = u4
-        L[U_SERIES + 40 + i] = u5
-        L[U_SERIES + 48 + i] = u6
-        L[U_SERIES + 56 + i] = u7
-        L[U_SERIES + 64 + i] = u8
-        L[U_SERIES + 72 + i] = u9
-        L[U_SERIES + 80 + i] = u10
-        L[U_SERIES + 88 + i] = u11
-        L[U_SERIES + 96 + i] = u12
-        L[W_SERIES + i] = w0
-        L[W_SERIES + 8 + i] = w1
-        L[W_SERIES + 16 + i] = w2
-        L[W_SERIES + 24 + i] = w3
-        L[W_SERIES + 32 + i] = w4
-        L[W_SERIES + 40 + i] = w5
-        L[W_SERIES + 48 + i] = w6
-        L[W_SERIES + 56 + i] = w7
-        L[W_SERIES + 64 + i] = w8
-        L[W_SERIES + 72 + i] = w9
-        L[W_SERIES + 80 + i] = w10
-        L[W_SERIES + 88 + i] = w11
-        L[W_SERIES + 96 + i] = w12
+        L[LANE_TIME + i] = time + t if go else time
+        L[LANE_U0 + i] = u if go else u0
+        L[LANE_W0 + i] = w if go else w0
+        L[LANE_LENGTH + i] = h1
+        L[LANE_T_END + i] = t
+        L[LANE_U_END + i] = u
+        L[LANE_W_END + i] = w
+        L[LANE_CALM + i] = 1.0 if calm else 0.0
+        L[LANE_GO + i] = 1.0 if go else 0.0
+        L[LANE_U + i] = u0
+        L[LANE_U + 8 + i] = u1
+        L[LANE_U + 16 + i] = u2
+        L[LANE_U + 24 + i] = u3
+        L[LANE_U + 32 + i] = u4
+        L[LANE_U + 40 + i] = u5
+        L[LANE_U + 48 + i] = u6
+        L[LANE_U + 56 + i] = u7
+        L[LANE_U + 64 + i] = u8
+        L[LANE_U + 72 + i] = u9
+        L[LANE_U + 80 + i] = u10
+        L[LANE_U + 88 + i] = u11
+        L[LANE_U + 96 + i] = u12
+        L[LANE_W + i] = w0
+        L[LANE_W + 8 + i] = w1
+        L[LANE_W + 16 + i] = w2
+        L[LANE_W + 24 + i] = w3
+        L[LANE_W + 32 + i] = w4
+        L[LANE_W + 40 + i] = w5
+        L[LANE_W + 48 + i] = w6
+        L[LANE_W + 56 + i] = w7
+        L[LANE_W + 64 + i] = w8
+        L[LANE_W + 72 + i] = w9
+        L[LANE_W + 80 + i] = w10
+        L[LANE_W + 88 + i] = w11
+        L[LANE_W + 96 + i] = w12
 
 
 @kernel
 def seek_u_12(L: FloatArray) -> None:
     """Seek a root of u in the step."""
     for i in range(8):
-        x = L[LENGTH + i]
+        x = L[LANE_LENGTH + i]
         power = x
-        L[POLYNOMIAL + i] = L[U_SERIES + i]
-        L[POLYNOMIAL + 8 + i] = L[U_SERIES + 8 + i] * power
+        L[LANE_POLYNOMIAL + i] = L[LANE_U + i]
+        L[LANE_POLYNOMIAL + 8 + i] = L[LANE_U + 8 + i] * power
         power = power * x
-        L[POLYNOMIAL + 16 + i] = L[U_SERIES + 16 + i] * power
+        L[LANE_POLYNOMIAL + 16 + i] = L[LANE_U + 16 + i] * power
         power = power * x
-        L[POLYNOMIAL + 24 + i] = L[U_SERIES + 24 + i] * power
+        L[LANE_POLYNOMIAL + 24 + i] = L[LANE_U + 24 + i] * power
         power = power * x
-        L[POLYNOMIAL + 32 + i] = L[U_SERIES + 32 + i] * power
+        L[LANE_POLYNOMIAL + 32 + i] = L[LANE_U + 32 + i] * power
         power = power * x
-        L[POLYNOMIAL + 40 + i] = L[U_SERIES + 40 + i] * power
+        L[LANE_POLYNOMIAL + 40 + i] = L[LANE_U + 40 + i] * power
         power = power * x
-        L[POLYNOMIAL + 48 + i] = L[U_SERIES + 48 + i] * power
+        L[LANE_POLYNOMIAL + 48 + i] = L[LANE_U + 48 + i] * power
         power = power * x
-        L[POLYNOMIAL + 56 + i] = L[U_SERIES + 56 + i] * power
+        L[LANE_POLYNOMIAL + 56 + i] = L[LANE_U + 56 + i] * power
         power = power * x
-        L[POLYNOMIAL + 64 + i] = L[U_SERIES + 64 + i] * power
+        L[LANE_POLYNOMIAL + 64 + i] = L[LANE_U + 64 + i] * power
         power = power * x
-        L[POLYNOMIAL + 72 + i] = L[U_SERIES + 72 + i] * power
+        L[LANE_POLYNOMIAL + 72 + i] = L[LANE_U + 72 + i] * power
         power = power * x
-        L[POLYNOMIAL + 80 + i] = L[U_SERIES + 80 + i] * power
+        L[LANE_POLYNOMIAL + 80 + i] = L[LANE_U + 80 + i] * power
         power = power * x
-        L[POLYNOMIAL + 88 + i] = L[U_SERIES + 88 + i] * power
+        L[LANE_POLYNOMIAL + 88 + i] = L[LANE_U + 88 + i] * power
         power = power * x
-        L[POLYNOMIAL + 96 + i] = L[U_SERIES + 96 + i] * power
+        L[LANE_POLYNOMIAL + 96 + i] = L[LANE_U + 96 + i] * power
 
 
 @kernel
 def seek_w_12(L: FloatArray) -> None:
     """Seek a root of w in the step."""
     for i in range(8):
-        x = L[LENGTH + i]
+        x = L[LANE_LENGTH + i]
         power = x
-        L[POLYNOMIAL + i] = L[W_SERIES + i]
-        L[POLYNOMIAL + 8 + i] = L[W_SERIES + 8 + i] * power
+        L[LANE_POLYNOMIAL + i] = L[LANE_W + i]
+        L[LANE_POLYNOMIAL + 8 + i] = L[LANE_W + 8 + i] * power
         power = power * x
-        L[POLYNOMIAL + 16 + i] = L[W_SERIES + 16 + i] * power
+        L[LANE_POLYNOMIAL + 16 + i] = L[LANE_W + 16 + i] * power
         power = power * x
-        L[POLYNOMIAL + 24 + i] = L[W_SERIES + 24 + i] * power
+        L[LANE_POLYNOMIAL + 24 + i] = L[LANE_W + 24 + i] * power
         power = power * x
-        L[POLYNOMIAL + 32 + i] = L[W_SERIES + 32 + i] * power
+        L[LANE_POLYNOMIAL + 32 + i] = L[LANE_W + 32 + i] * power
         power = power * x
-        L[POLYNOMIAL + 40 + i] = L[W_SERIES + 40 + i] * power
+        L[LANE_POLYNOMIAL + 40 + i] = L[LANE_W + 40 + i] * power
         power = power * x
-        L[POLYNOMIAL + 48 + i] = L[W_SERIES + 48 + i] * power
+        L[LANE_POLYNOMIAL + 48 + i] = L[LANE_W + 48 + i] * power
         power = power * x
-        L[POLYNOMIAL + 56 + i] = L[W_SERIES + 56 + i] * power
+        L[LANE_POLYNOMIAL + 56 + i] = L[LANE_W + 56 + i] * power
         power = power * x
-        L[POLYNOMIAL + 64 + i] = L[W_SERIES + 64 + i] * power
+        L[LANE_POLYNOMIAL + 64 + i] = L[LANE_W + 64 + i] * power
         power = power * x
-        L[POLYNOMIAL + 72 + i] = L[W_SERIES + 72 + i] * power
+        L[LANE_POLYNOMIAL + 72 + i] = L[LANE_W + 72 + i] * power
         power = power * x
-        L[POLYNOMIAL + 80 + i] = L[W_SERIES + 80 + i] * power
+        L[LANE_POLYNOMIAL + 80 + i] = L[LANE_W + 80 + i] * power
         power = power * x
-        L[POLYNOMIAL + 88 + i] = L[W_SERIES + 88 + i] * power
+        L[LANE_POLYNOMIAL + 88 + i] = L[LANE_W + 88 + i] * power
         power = power * x
-        L[POLYNOMIAL + 96 + i] = L[W_SERIES + 96 + i] * power
+        L[LANE_POLYNOMIAL + 96 + i] = L[LANE_W + 96 + i] * power
 
 
 @kernel
 def seek_time_12(L: FloatArray) -> None:
     """Seek the place where the step reaches the breakpoint."""
     for i in range(8):
-        x = L[LENGTH + i]
+        x = L[LANE_LENGTH + i]
         power = x
-        L[POLYNOMIAL + i] = L[TIME + i] - L[UNTIL + i]
-        L[POLYNOMIAL + 8 + i] = 1.0 * L[U_SERIES + i] * power
+        L[LANE_POLYNOMIAL + i] = L[LANE_TIME + i] - L[LANE_UNTIL + i]
+        L[LANE_POLYNOMIAL + 8 + i] = 1.0 * L[LANE_U + i] * power
         power = power * x
-        L[POLYNOMIAL + 16 + i] = 0.5 * L[U_SERIES + 8 + i] * power
+        L[LANE_POLYNOMIAL + 16 + i] = 0.5 * L[LANE_U + 8 + i] * power
         power = power * x
-        L[POLYNOMIAL + 24 + i] = 0.3333333333333333 * L[U_SERIES + 16 + i] * power
+        L[LANE_POLYNOMIAL + 24 + i] = 0.3333333333333333 * L[LANE_U + 16 + i] * power
         power = power * x
-        L[POLYNOMIAL + 32 + i] = 0.25 * L[U_SERIES + 24 + i] * power
+        L[LANE_POLYNOMIAL + 32 + i] = 0.25 * L[LANE_U + 24 + i] * power
         power = power * x
-        L[POLYNOMIAL + 40 + i] = 0.2 * L[U_SERIES + 32 + i] * power
+        L[LANE_POLYNOMIAL + 40 + i] = 0.2 * L[LANE_U + 32 + i] * power
         power = power * x
-        L[POLYNOMIAL + 48 + i] = 0.16666666666666666 * L[U_SERIES + 40 + i] * power
+        L[LANE_POLYNOMIAL + 48 + i] = 0.16666666666666666 * L[LANE_U + 40 + i] * power
         power = power * x
-        L[POLYNOMIAL + 56 + i] = 0.14285714285714285 * L[U_SERIES + 48 + i] * power
+        L[LANE_POLYNOMIAL + 56 + i] = 0.14285714285714285 * L[LANE_U + 48 + i] * power
         power = power * x
-        L[POLYNOMIAL + 64 + i] = 0.125 * L[U_SERIES + 56 + i] * power
+        L[LANE_POLYNOMIAL + 64 + i] = 0.125 * L[LANE_U + 56 + i] * power
         power = power * x
-        L[POLYNOMIAL + 72 + i] = 0.1111111111111111 * L[U_SERIES + 64 + i] * power
+        L[LANE_POLYNOMIAL + 72 + i] = 0.1111111111111111 * L[LANE_U + 64 + i] * power
         power = power * x
-        L[POLYNOMIAL + 80 + i] = 0.1 * L[U_SERIES + 72 + i] * power
+        L[LANE_POLYNOMIAL + 80 + i] = 0.1 * L[LANE_U + 72 + i] * power
         power = power * x
-        L[POLYNOMIAL + 88 + i] = 0.09090909090909091 * L[U_SERIES + 80 + i] * power
+        L[LANE_POLYNOMIAL + 88 + i] = 0.09090909090909091 * L[LANE_U + 80 + i] * power
         power = power * x
-        L[POLYNOMIAL + 96 + i] = 0.08333333333333333 * L[U_SERIES + 88 + i] * power
+        L[LANE_POLYNOMIAL + 96 + i] = 0.08333333333333333 * L[LANE_U + 88 + i] * power
 
 
 @kernel
 def scan_12(L: FloatArray) -> None:
     """Count the roots in (0, 1) by Descartes' rule, exact for 0 and 1; guess."""
     for i in range(8):
-        b0 = L[POLYNOMIAL + i] * 1.0
-        b1 = L[POLYNOMIAL + 8 + i] * 0.08333333333333333
-        b2 = L[POLYNOMIAL + 16 + i] * 0.015151515151515152
-        b3 = L[POLYNOMIAL + 24 + i] * 0.004545454545454545
-        b4 = L[POLYNOMIAL + 32 + i] * 0.00202020202020202
-        b5 = L[POLYNOMIAL + 40 + i] * 0.0012626262626262627
-        b6 = L[POLYNOMIAL + 48 + i] * 0.0010822510822510823
-        b7 = L[POLYNOMIAL + 56 + i] * 0.0012626262626262627
-        b8 = L[POLYNOMIAL + 64 + i] * 0.00202020202020202
-        b9 = L[POLYNOMIAL + 72 + i] * 0.004545454545454545
-        b10 = L[POLYNOMIAL + 80 + i] * 0.015151515151515152
-        b11 = L[POLYNOMIAL + 88 + i] * 0.08333333333333333
-        b12 = L[POLYNOMIAL + 96 + i] * 1.0
+        b0 = L[LANE_POLYNOMIAL + i] * 1.0
+        b1 = L[LANE_POLYNOMIAL + 8 + i] * 0.08333333333333333
+        b2 = L[LANE_POLYNOMIAL + 16 + i] * 0.015151515151515152
+        b3 = L[LANE_POLYNOMIAL + 24 + i] * 0.004545454545454545
+        b4 = L[LANE_POLYNOMIAL + 32 + i] * 0.00202020202020202
+        b5 = L[LANE_POLYNOMIAL + 40 + i] * 0.0012626262626262627
+        b6 = L[LANE_POLYNOMIAL + 48 + i] * 0.0010822510822510823
+        b7 = L[LANE_POLYNOMIAL + 56 + i] * 0.0012626262626262627
+        b8 = L[LANE_POLYNOMIAL + 64 + i] * 0.00202020202020202
+        b9 = L[LANE_POLYNOMIAL + 72 + i] * 0.004545454545454545
+        b10 = L[LANE_POLYNOMIAL + 80 + i] * 0.015151515151515152
+        b11 = L[LANE_POLYNOMIAL + 88 + i] * 0.08333333333333333
+        b12 = L[LANE_POLYNOMIAL + 96 + i] * 1.0
         b12 = b12 + b11
         b11 = b11 + b10
         b10 = b10 + b9
@@ -581,49 +578,49 @@ def scan_12(L: FloatArray) -> None:
         changes = changes + 1.0 if now * sign < 0.0 else changes
         sign = now if now != 0.0 else sign
         guess = b0 / (b0 - b12)
-        L[CHANGES + i] = changes
-        L[SIGN + i] = -sign if changes == 1.0 else sign
-        L[X + i] = guess if guess > 0.0 and guess < 1.0 else 0.5
-        L[LOW + i] = 0.0
-        L[HIGH + i] = 1.0
-        L[DONE + i] = 0.0 if changes == 1.0 else 1.0
+        L[LANE_CHANGES + i] = changes
+        L[LANE_SIGN + i] = -sign if changes == 1.0 else sign
+        L[LANE_X + i] = guess if guess > 0.0 and guess < 1.0 else 0.5
+        L[LANE_LOW + i] = 0.0
+        L[LANE_HIGH + i] = 1.0
+        L[LANE_DONE + i] = 0.0 if changes == 1.0 else 1.0
 
 
 @kernel
 def sharpen_12(L: FloatArray) -> None:
     """Improve each root that is not found yet by one step of Newton's method."""
     for i in range(8):
-        x = L[X + i]
-        low = L[LOW + i]
-        high = L[HIGH + i]
-        sign = L[SIGN + i]
-        done = L[DONE + i]
-        value = L[POLYNOMIAL + 96 + i]
+        x = L[LANE_X + i]
+        low = L[LANE_LOW + i]
+        high = L[LANE_HIGH + i]
+        sign = L[LANE_SIGN + i]
+        done = L[LANE_DONE + i]
+        value = L[LANE_POLYNOMIAL + 96 + i]
         slope = 0.0
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 88 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 88 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 80 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 80 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 72 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 72 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 64 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 64 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 56 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 56 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 48 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 48 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 40 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 40 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 32 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 32 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 24 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 24 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 16 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 16 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 8 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 8 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + i]
+        value = value * x + L[LANE_POLYNOMIAL + i]
         before = value * sign > 0.0
         low = x if before else low
         high = high if before else x
@@ -633,32 +630,32 @@ def sharpen_12(L: FloatArray) -> None:
         middle = 0.5 * (low + high)
         stuck = not inside and (middle == low or middle == high)
         new = new if close or inside else middle
-        L[X + i] = new if done == 0.0 else x
-        L[LOW + i] = low
-        L[HIGH + i] = high
-        L[DONE + i] = 1.0 if close or stuck else done
+        L[LANE_X + i] = new if done == 0.0 else x
+        L[LANE_LOW + i] = low
+        L[LANE_HIGH + i] = high
+        L[LANE_DONE + i] = 1.0 if close or stuck else done
 
 
 @kernel
 def contact_root_12(L: FloatArray) -> None:
     """Evaluate t, u and w of the contact step at the root."""
     for i in range(8):
-        x = L[X + i] * L[LENGTH + i]
-        L[T_ROOT + i] = x * (1.0 * L[U_SERIES + i] + x * (0.5 * L[U_SERIES + 8 + i] + x * (0.3333333333333333 * L[U_SERIES + 16 + i] + x * (0.25 * L[U_SERIES + 24 + i] + x * (0.2 * L[U_SERIES + 32 + i] + x * (0.16666666666666666 * L[U_SERIES + 40 + i] + x * (0.14285714285714285 * L[U_SERIES + 48 + i] + x * (0.125 * L[U_SERIES + 56 + i] + x * (0.1111111111111111 * L[U_SERIES + 64 + i] + x * (0.1 * L[U_SERIES + 72 + i] + x * (0.09090909090909091 * L[U_SERIES + 80 + i] + x * 0.08333333333333333 * L[U_SERIES + 88 + i])))))))))))
-        L[U_ROOT + i] = (L[U_SERIES + i] + x * (L[U_SERIES + 8 + i] + x * (L[U_SERIES + 16 + i] + x * (L[U_SERIES + 24 + i] + x * (L[U_SERIES + 32 + i] + x * (L[U_SERIES + 40 + i] + x * (L[U_SERIES + 48 + i] + x * (L[U_SERIES + 56 + i] + x * (L[U_SERIES + 64 + i] + x * (L[U_SERIES + 72 + i] + x * (L[U_SERIES + 80 + i] + x * (L[U_SERIES + 88 + i] + x * L[U_SERIES + 96 + i]))))))))))))
-        L[W_ROOT + i] = (L[W_SERIES + i] + x * (L[W_SERIES + 8 + i] + x * (L[W_SERIES + 16 + i] + x * (L[W_SERIES + 24 + i] + x * (L[W_SERIES + 32 + i] + x * (L[W_SERIES + 40 + i] + x * (L[W_SERIES + 48 + i] + x * (L[W_SERIES + 56 + i] + x * (L[W_SERIES + 64 + i] + x * (L[W_SERIES + 72 + i] + x * (L[W_SERIES + 80 + i] + x * (L[W_SERIES + 88 + i] + x * L[W_SERIES + 96 + i]))))))))))))
+        x = L[LANE_X + i] * L[LANE_LENGTH + i]
+        L[LANE_T_ROOT + i] = x * (1.0 * L[LANE_U + i] + x * (0.5 * L[LANE_U + 8 + i] + x * (0.3333333333333333 * L[LANE_U + 16 + i] + x * (0.25 * L[LANE_U + 24 + i] + x * (0.2 * L[LANE_U + 32 + i] + x * (0.16666666666666666 * L[LANE_U + 40 + i] + x * (0.14285714285714285 * L[LANE_U + 48 + i] + x * (0.125 * L[LANE_U + 56 + i] + x * (0.1111111111111111 * L[LANE_U + 64 + i] + x * (0.1 * L[LANE_U + 72 + i] + x * (0.09090909090909091 * L[LANE_U + 80 + i] + x * 0.08333333333333333 * L[LANE_U + 88 + i])))))))))))
+        L[LANE_U_ROOT + i] = (L[LANE_U + i] + x * (L[LANE_U + 8 + i] + x * (L[LANE_U + 16 + i] + x * (L[LANE_U + 24 + i] + x * (L[LANE_U + 32 + i] + x * (L[LANE_U + 40 + i] + x * (L[LANE_U + 48 + i] + x * (L[LANE_U + 56 + i] + x * (L[LANE_U + 64 + i] + x * (L[LANE_U + 72 + i] + x * (L[LANE_U + 80 + i] + x * (L[LANE_U + 88 + i] + x * L[LANE_U + 96 + i]))))))))))))
+        L[LANE_W_ROOT + i] = (L[LANE_W + i] + x * (L[LANE_W + 8 + i] + x * (L[LANE_W + 16 + i] + x * (L[LANE_W + 24 + i] + x * (L[LANE_W + 32 + i] + x * (L[LANE_W + 40 + i] + x * (L[LANE_W + 48 + i] + x * (L[LANE_W + 56 + i] + x * (L[LANE_W + 64 + i] + x * (L[LANE_W + 72 + i] + x * (L[LANE_W + 80 + i] + x * (L[LANE_W + 88 + i] + x * L[LANE_W + 96 + i]))))))))))))
 
 
 @kernel
 def leave(L: FloatArray) -> None:
     """Put time, displacement and velocity of the wheel at the root in the start."""
     for i in range(8):
-        omega = L[OMEGA + i]
-        rate = L[RATE + i]
-        offset = L[OFFSET + i]
-        a = L[AMP_SIN + i]
-        b = L[AMP_COS + i]
-        time = L[TIME + i] + L[T_ROOT + i]
+        omega = L[LANE_OMEGA + i]
+        rate = L[LANE_RATE + i]
+        offset = L[LANE_OFFSET + i]
+        a = L[LANE_AMP_SIN + i]
+        b = L[LANE_AMP_COS + i]
+        time = L[LANE_TIME + i] + L[LANE_T_ROOT + i]
         turns = rate * time - offset
         quarter = np.rint(4.0 * turns)
         angle = (turns - 0.25 * quarter) * 6.283185307179586
@@ -671,31 +668,31 @@ def leave(L: FloatArray) -> None:
         c = sa if odd else ca
         s = -s if m >= 2.0 else s
         c = -c if m == 1.0 or m == 2.0 else c
-        L[TIME + i] = time
-        L[U_ROOT + i] = L[LEVEL + i] + a * s + b * c
-        L[W0 + i] = omega * (a * c - b * s) - L[W_ROOT + i]
-        L[U0 + i] = L[U_ROOT + i]
+        L[LANE_TIME + i] = time
+        L[LANE_U_ROOT + i] = L[LANE_LEVEL + i] + a * s + b * c
+        L[LANE_W0 + i] = omega * (a * c - b * s) - L[LANE_W_ROOT + i]
+        L[LANE_U0 + i] = L[LANE_U_ROOT + i]
 
 
 @kernel
 def flight_22(L: FloatArray) -> None:
     """Put the flight's series, and that of the indentation (divided by time in a fresh flight), in L."""
     for i in range(8):
-        time = L[TIME + i]
-        y0 = L[U0 + i]
-        v0 = L[W0 + i]
-        K = L[SPRING + i]
-        G = L[DRAG + i]
-        omega = L[OMEGA + i]
-        rate = L[RATE + i]
-        offset = L[OFFSET + i]
-        a = L[AMP_SIN + i]
-        b = L[AMP_COS + i]
-        until = L[UNTIL + i]
-        fresh = L[FRESH + i]
+        time = L[LANE_TIME + i]
+        y0 = L[LANE_U0 + i]
+        v0 = L[LANE_W0 + i]
+        K = L[LANE_K + i]
+        G = L[LANE_G + i]
+        omega = L[LANE_OMEGA + i]
+        rate = L[LANE_RATE + i]
+        offset = L[LANE_OFFSET + i]
+        a = L[LANE_AMP_SIN + i]
+        b = L[LANE_AMP_COS + i]
+        until = L[LANE_UNTIL + i]
+        fresh = L[LANE_FRESH + i]
         reach = 2.0 / max(np.sqrt(K) + G + abs(omega), 0.001)
         x = min(min(16.0, reach), until - time)
-        L[LENGTH + i] = x
+        L[LANE_LENGTH + i] = x
         turns = rate * time - offset
         quarter = np.rint(4.0 * turns)
         angle = (turns - 0.25 * quarter) * 6.283185307179586
@@ -710,7 +707,7 @@ def flight_22(L: FloatArray) -> None:
         c = -c if m == 1.0 or m == 2.0 else c
         h0 = a * s + b * c
         d0 = a * c - b * s
-        gap = L[LEVEL + i] + h0 - y0
+        gap = L[LANE_LEVEL + i] + h0 - y0
         c0 = 0.0 if fresh != 0.0 else gap
         part = omega * 1.0
         h1 = part * d0
@@ -822,52 +819,52 @@ def flight_22(L: FloatArray) -> None:
         d22 = -part * h21
         y22 = v21 * 0.045454545454545456
         v22 = (-K * y21 - G * v21) * 0.045454545454545456
-        L[Y_SERIES + i] = y0
-        L[V_SERIES + i] = v0
-        L[Y_SERIES + 8 + i] = y1
-        L[V_SERIES + 8 + i] = v1
-        L[Y_SERIES + 16 + i] = y2
-        L[V_SERIES + 16 + i] = v2
-        L[Y_SERIES + 24 + i] = y3
-        L[V_SERIES + 24 + i] = v3
-        L[Y_SERIES + 32 + i] = y4
-        L[V_SERIES + 32 + i] = v4
-        L[Y_SERIES + 40 + i] = y5
-        L[V_SERIES + 40 + i] = v5
-        L[Y_SERIES + 48 + i] = y6
-        L[V_SERIES + 48 + i] = v6
-        L[Y_SERIES + 56 + i] = y7
-        L[V_SERIES + 56 + i] = v7
-        L[Y_SERIES + 64 + i] = y8
-        L[V_SERIES + 64 + i] = v8
-        L[Y_SERIES + 72 + i] = y9
-        L[V_SERIES + 72 + i] = v9
-        L[Y_SERIES + 80 + i] = y10
-        L[V_SERIES + 80 + i] = v10
-        L[Y_SERIES + 88 + i] = y11
-        L[V_SERIES + 88 + i] = v11
-        L[Y_SERIES + 96 + i] = y12
-        L[V_SERIES + 96 + i] = v12
-        L[Y_SERIES + 104 + i] = y13
-        L[V_SERIES + 104 + i] = v13
-        L[Y_SERIES + 112 + i] = y14
-        L[V_SERIES + 112 + i] = v14
-        L[Y_SERIES + 120 + i] = y15
-        L[V_SERIES + 120 + i] = v15
-        L[Y_SERIES + 128 + i] = y16
-        L[V_SERIES + 128 + i] = v16
-        L[Y_SERIES + 136 + i] = y17
-        L[V_SERIES + 136 + i] = v17
-        L[Y_SERIES + 144 + i] = y18
-        L[V_SERIES + 144 + i] = v18
-        L[Y_SERIES + 152 + i] = y19
-        L[V_SERIES + 152 + i] = v19
-        L[Y_SERIES + 160 + i] = y20
-        L[V_SERIES + 160 + i] = v20
-        L[Y_SERIES + 168 + i] = y21
-        L[V_SERIES + 168 + i] = v21
-        L[Y_SERIES + 176 + i] = y22
-        L[V_SERIES + 176 + i] = v22
+        L[LANE_Y + i] = y0
+        L[LANE_V + i] = v0
+        L[LANE_Y + 8 + i] = y1
+        L[LANE_V + 8 + i] = v1
+        L[LANE_Y + 16 + i] = y2
+        L[LANE_V + 16 + i] = v2
+        L[LANE_Y + 24 + i] = y3
+        L[LANE_V + 24 + i] = v3
+        L[LANE_Y + 32 + i] = y4
+        L[LANE_V + 32 + i] = v4
+        L[LANE_Y + 40 + i] = y5
+        L[LANE_V + 40 + i] = v5
+        L[LANE_Y + 48 + i] = y6
+        L[LANE_V + 48 + i] = v6
+        L[LANE_Y + 56 + i] = y7
+        L[LANE_V + 56 + i] = v7
+        L[LANE_Y + 64 + i] = y8
+        L[LANE_V + 64 + i] = v8
+        L[LANE_Y + 72 + i] = y9
+        L[LANE_V + 72 + i] = v9
+        L[LANE_Y + 80 + i] = y10
+        L[LANE_V + 80 + i] = v10
+        L[LANE_Y + 88 + i] = y11
+        L[LANE_V + 88 + i] = v11
+        L[LANE_Y + 96 + i] = y12
+        L[LANE_V + 96 + i] = v12
+        L[LANE_Y + 104 + i] = y13
+        L[LANE_V + 104 + i] = v13
+        L[LANE_Y + 112 + i] = y14
+        L[LANE_V + 112 + i] = v14
+        L[LANE_Y + 120 + i] = y15
+        L[LANE_V + 120 + i] = v15
+        L[LANE_Y + 128 + i] = y16
+        L[LANE_V + 128 + i] = v16
+        L[LANE_Y + 136 + i] = y17
+        L[LANE_V + 136 + i] = v17
+        L[LANE_Y + 144 + i] = y18
+        L[LANE_V + 144 + i] = v18
+        L[LANE_Y + 152 + i] = y19
+        L[LANE_V + 152 + i] = v19
+        L[LANE_Y + 160 + i] = y20
+        L[LANE_V + 160 + i] = v20
+        L[LANE_Y + 168 + i] = y21
+        L[LANE_V + 168 + i] = v21
+        L[LANE_Y + 176 + i] = y22
+        L[LANE_V + 176 + i] = v22
         power = x
         c1 = (h1 - y1) * power
         power = power * x
@@ -912,58 +909,58 @@ def flight_22(L: FloatArray) -> None:
         c21 = (h21 - y21) * power
         power = power * x
         c22 = (h22 - y22) * power
-        L[POLYNOMIAL + i] = c1 if fresh != 0.0 else c0
-        L[POLYNOMIAL + 8 + i] = c2 if fresh != 0.0 else c1
-        L[POLYNOMIAL + 16 + i] = c3 if fresh != 0.0 else c2
-        L[POLYNOMIAL + 24 + i] = c4 if fresh != 0.0 else c3
-        L[POLYNOMIAL + 32 + i] = c5 if fresh != 0.0 else c4
-        L[POLYNOMIAL + 40 + i] = c6 if fresh != 0.0 else c5
-        L[POLYNOMIAL + 48 + i] = c7 if fresh != 0.0 else c6
-        L[POLYNOMIAL + 56 + i] = c8 if fresh != 0.0 else c7
-        L[POLYNOMIAL + 64 + i] = c9 if fresh != 0.0 else c8
-        L[POLYNOMIAL + 72 + i] = c10 if fresh != 0.0 else c9
-        L[POLYNOMIAL + 80 + i] = c11 if fresh != 0.0 else c10
-        L[POLYNOMIAL + 88 + i] = c12 if fresh != 0.0 else c11
-        L[POLYNOMIAL + 96 + i] = c13 if fresh != 0.0 else c12
-        L[POLYNOMIAL + 104 + i] = c14 if fresh != 0.0 else c13
-        L[POLYNOMIAL + 112 + i] = c15 if fresh != 0.0 else c14
-        L[POLYNOMIAL + 120 + i] = c16 if fresh != 0.0 else c15
-        L[POLYNOMIAL + 128 + i] = c17 if fresh != 0.0 else c16
-        L[POLYNOMIAL + 136 + i] = c18 if fresh != 0.0 else c17
-        L[POLYNOMIAL + 144 + i] = c19 if fresh != 0.0 else c18
-        L[POLYNOMIAL + 152 + i] = c20 if fresh != 0.0 else c19
-        L[POLYNOMIAL + 160 + i] = c21 if fresh != 0.0 else c20
-        L[POLYNOMIAL + 168 + i] = c22 if fresh != 0.0 else c21
-        L[POLYNOMIAL + 176 + i] = 0.0 if fresh != 0.0 else c22
+        L[LANE_POLYNOMIAL + i] = c1 if fresh != 0.0 else c0
+        L[LANE_POLYNOMIAL + 8 + i] = c2 if fresh != 0.0 else c1
+        L[LANE_POLYNOMIAL + 16 + i] = c3 if fresh != 0.0 else c2
+        L[LANE_POLYNOMIAL + 24 + i] = c4 if fresh != 0.0 else c3
+        L[LANE_POLYNOMIAL + 32 + i] = c5 if fresh != 0.0 else c4
+        L[LANE_POLYNOMIAL + 40 + i] = c6 if fresh != 0.0 else c5
+        L[LANE_POLYNOMIAL + 48 + i] = c7 if fresh != 0.0 else c6
+        L[LANE_POLYNOMIAL + 56 + i] = c8 if fresh != 0.0 else c7
+        L[LANE_POLYNOMIAL + 64 + i] = c9 if fresh != 0.0 else c8
+        L[LANE_POLYNOMIAL + 72 + i] = c10 if fresh != 0.0 else c9
+        L[LANE_POLYNOMIAL + 80 + i] = c11 if fresh != 0.0 else c10
+        L[LANE_POLYNOMIAL + 88 + i] = c12 if fresh != 0.0 else c11
+        L[LANE_POLYNOMIAL + 96 + i] = c13 if fresh != 0.0 else c12
+        L[LANE_POLYNOMIAL + 104 + i] = c14 if fresh != 0.0 else c13
+        L[LANE_POLYNOMIAL + 112 + i] = c15 if fresh != 0.0 else c14
+        L[LANE_POLYNOMIAL + 120 + i] = c16 if fresh != 0.0 else c15
+        L[LANE_POLYNOMIAL + 128 + i] = c17 if fresh != 0.0 else c16
+        L[LANE_POLYNOMIAL + 136 + i] = c18 if fresh != 0.0 else c17
+        L[LANE_POLYNOMIAL + 144 + i] = c19 if fresh != 0.0 else c18
+        L[LANE_POLYNOMIAL + 152 + i] = c20 if fresh != 0.0 else c19
+        L[LANE_POLYNOMIAL + 160 + i] = c21 if fresh != 0.0 else c20
+        L[LANE_POLYNOMIAL + 168 + i] = c22 if fresh != 0.0 else c21
+        L[LANE_POLYNOMIAL + 176 + i] = 0.0 if fresh != 0.0 else c22
 
 
 @kernel
 def scan_22(L: FloatArray) -> None:
     """Count the roots in (0, 1) by Descartes' rule, exact for 0 and 1; guess."""
     for i in range(8):
-        b0 = L[POLYNOMIAL + i] * 1.0
-        b1 = L[POLYNOMIAL + 8 + i] * 0.045454545454545456
-        b2 = L[POLYNOMIAL + 16 + i] * 0.004329004329004329
-        b3 = L[POLYNOMIAL + 24 + i] * 0.0006493506493506494
-        b4 = L[POLYNOMIAL + 32 + i] * 0.0001367053998632946
-        b5 = L[POLYNOMIAL + 40 + i] * 3.79737221842485e-05
-        b6 = L[POLYNOMIAL + 48 + i] * 1.3402490182675942e-05
-        b7 = L[POLYNOMIAL + 56 + i] * 5.863589454920724e-06
-        b8 = L[POLYNOMIAL + 64 + i] * 3.127247709291053e-06
-        b9 = L[POLYNOMIAL + 72 + i] * 2.010373527401391e-06
-        b10 = L[POLYNOMIAL + 80 + i] * 1.546441174924147e-06
-        b11 = L[POLYNOMIAL + 88 + i] * 1.4175710770138016e-06
-        b12 = L[POLYNOMIAL + 96 + i] * 1.546441174924147e-06
-        b13 = L[POLYNOMIAL + 104 + i] * 2.010373527401391e-06
-        b14 = L[POLYNOMIAL + 112 + i] * 3.127247709291053e-06
-        b15 = L[POLYNOMIAL + 120 + i] * 5.863589454920724e-06
-        b16 = L[POLYNOMIAL + 128 + i] * 1.3402490182675942e-05
-        b17 = L[POLYNOMIAL + 136 + i] * 3.79737221842485e-05
-        b18 = L[POLYNOMIAL + 144 + i] * 0.0001367053998632946
-        b19 = L[POLYNOMIAL + 152 + i] * 0.0006493506493506494
-        b20 = L[POLYNOMIAL + 160 + i] * 0.004329004329004329
-        b21 = L[POLYNOMIAL + 168 + i] * 0.045454545454545456
-        b22 = L[POLYNOMIAL + 176 + i] * 1.0
+        b0 = L[LANE_POLYNOMIAL + i] * 1.0
+        b1 = L[LANE_POLYNOMIAL + 8 + i] * 0.045454545454545456
+        b2 = L[LANE_POLYNOMIAL + 16 + i] * 0.004329004329004329
+        b3 = L[LANE_POLYNOMIAL + 24 + i] * 0.0006493506493506494
+        b4 = L[LANE_POLYNOMIAL + 32 + i] * 0.0001367053998632946
+        b5 = L[LANE_POLYNOMIAL + 40 + i] * 3.79737221842485e-05
+        b6 = L[LANE_POLYNOMIAL + 48 + i] * 1.3402490182675942e-05
+        b7 = L[LANE_POLYNOMIAL + 56 + i] * 5.863589454920724e-06
+        b8 = L[LANE_POLYNOMIAL + 64 + i] * 3.127247709291053e-06
+        b9 = L[LANE_POLYNOMIAL + 72 + i] * 2.010373527401391e-06
+        b10 = L[LANE_POLYNOMIAL + 80 + i] * 1.546441174924147e-06
+        b11 = L[LANE_POLYNOMIAL + 88 + i] * 1.4175710770138016e-06
+        b12 = L[LANE_POLYNOMIAL + 96 + i] * 1.546441174924147e-06
+        b13 = L[LANE_POLYNOMIAL + 104 + i] * 2.010373527401391e-06
+        b14 = L[LANE_POLYNOMIAL + 112 + i] * 3.127247709291053e-06
+        b15 = L[LANE_POLYNOMIAL + 120 + i] * 5.863589454920724e-06
+        b16 = L[LANE_POLYNOMIAL + 128 + i] * 1.3402490182675942e-05
+        b17 = L[LANE_POLYNOMIAL + 136 + i] * 3.79737221842485e-05
+        b18 = L[LANE_POLYNOMIAL + 144 + i] * 0.0001367053998632946
+        b19 = L[LANE_POLYNOMIAL + 152 + i] * 0.0006493506493506494
+        b20 = L[LANE_POLYNOMIAL + 160 + i] * 0.004329004329004329
+        b21 = L[LANE_POLYNOMIAL + 168 + i] * 0.045454545454545456
+        b22 = L[LANE_POLYNOMIAL + 176 + i] * 1.0
         b22 = b22 + b21
         b21 = b21 + b20
         b20 = b20 + b19
@@ -1289,69 +1286,69 @@ def scan_22(L: FloatArray) -> None:
         changes = changes + 1.0 if now * sign < 0.0 else changes
         sign = now if now != 0.0 else sign
         guess = b0 / (b0 - b22)
-        L[CHANGES + i] = changes
-        L[SIGN + i] = -sign if changes == 1.0 else sign
-        L[X + i] = guess if guess > 0.0 and guess < 1.0 else 0.5
-        L[LOW + i] = 0.0
-        L[HIGH + i] = 1.0
-        L[DONE + i] = 0.0 if changes == 1.0 else 1.0
+        L[LANE_CHANGES + i] = changes
+        L[LANE_SIGN + i] = -sign if changes == 1.0 else sign
+        L[LANE_X + i] = guess if guess > 0.0 and guess < 1.0 else 0.5
+        L[LANE_LOW + i] = 0.0
+        L[LANE_HIGH + i] = 1.0
+        L[LANE_DONE + i] = 0.0 if changes == 1.0 else 1.0
 
 
 @kernel
 def sharpen_22(L: FloatArray) -> None:
     """Improve each root that is not found yet by one step of Newton's method."""
     for i in range(8):
-        x = L[X + i]
-        low = L[LOW + i]
-        high = L[HIGH + i]
-        sign = L[SIGN + i]
-        done = L[DONE + i]
-        value = L[POLYNOMIAL + 176 + i]
+        x = L[LANE_X + i]
+        low = L[LANE_LOW + i]
+        high = L[LANE_HIGH + i]
+        sign = L[LANE_SIGN + i]
+        done = L[LANE_DONE + i]
+        value = L[LANE_POLYNOMIAL + 176 + i]
         slope = 0.0
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 168 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 168 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 160 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 160 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 152 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 152 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 144 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 144 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 136 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 136 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 128 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 128 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 120 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 120 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 112 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 112 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 104 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 104 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 96 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 96 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 88 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 88 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 80 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 80 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 72 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 72 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 64 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 64 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 56 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 56 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 48 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 48 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 40 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 40 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 32 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 32 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 24 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 24 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 16 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 16 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + 8 + i]
+        value = value * x + L[LANE_POLYNOMIAL + 8 + i]
         slope = slope * x + value
-        value = value * x + L[POLYNOMIAL + i]
+        value = value * x + L[LANE_POLYNOMIAL + i]
         before = value * sign > 0.0
         low = x if before else low
         high = high if before else x
@@ -1361,25 +1358,25 @@ def sharpen_22(L: FloatArray) -> None:
         middle = 0.5 * (low + high)
         stuck = not inside and (middle == low or middle == high)
         new = new if close or inside else middle
-        L[X + i] = new if done == 0.0 else x
-        L[LOW + i] = low
-        L[HIGH + i] = high
-        L[DONE + i] = 1.0 if close or stuck else done
+        L[LANE_X + i] = new if done == 0.0 else x
+        L[LANE_LOW + i] = low
+        L[LANE_HIGH + i] = high
+        L[LANE_DONE + i] = 1.0 if close or stuck else done
 
 
 @kernel
 def flight_end_22(L: FloatArray) -> None:
-    """Evaluate the flight after T_ROOT: y, v, and the indentation rate."""
+    """Evaluate the flight after LANE_T_ROOT: y, v, and the indentation rate."""
     for i in range(8):
-        x = L[T_ROOT + i]
-        L[U_END + i] = (L[Y_SERIES + i] + x * (L[Y_SERIES + 8 + i] + x * (L[Y_SERIES + 16 + i] + x * (L[Y_SERIES + 24 + i] + x * (L[Y_SERIES + 32 + i] + x * (L[Y_SERIES + 40 + i] + x * (L[Y_SERIES + 48 + i] + x * (L[Y_SERIES + 56 + i] + x * (L[Y_SERIES + 64 + i] + x * (L[Y_SERIES + 72 + i] + x * (L[Y_SERIES + 80 + i] + x * (L[Y_SERIES + 88 + i] + x * (L[Y_SERIES + 96 + i] + x * (L[Y_SERIES + 104 + i] + x * (L[Y_SERIES + 112 + i] + x * (L[Y_SERIES + 120 + i] + x * (L[Y_SERIES + 128 + i] + x * (L[Y_SERIES + 136 + i] + x * (L[Y_SERIES + 144 + i] + x * (L[Y_SERIES + 152 + i] + x * (L[Y_SERIES + 160 + i] + x * (L[Y_SERIES + 168 + i] + x * L[Y_SERIES + 176 + i]))))))))))))))))))))))
-        L[W_END + i] = (L[V_SERIES + i] + x * (L[V_SERIES + 8 + i] + x * (L[V_SERIES + 16 + i] + x * (L[V_SERIES + 24 + i] + x * (L[V_SERIES + 32 + i] + x * (L[V_SERIES + 40 + i] + x * (L[V_SERIES + 48 + i] + x * (L[V_SERIES + 56 + i] + x * (L[V_SERIES + 64 + i] + x * (L[V_SERIES + 72 + i] + x * (L[V_SERIES + 80 + i] + x * (L[V_SERIES + 88 + i] + x * (L[V_SERIES + 96 + i] + x * (L[V_SERIES + 104 + i] + x * (L[V_SERIES + 112 + i] + x * (L[V_SERIES + 120 + i] + x * (L[V_SERIES + 128 + i] + x * (L[V_SERIES + 136 + i] + x * (L[V_SERIES + 144 + i] + x * (L[V_SERIES + 152 + i] + x * (L[V_SERIES + 160 + i] + x * (L[V_SERIES + 168 + i] + x * L[V_SERIES + 176 + i]))))))))))))))))))))))
-        omega = L[OMEGA + i]
-        rate = L[RATE + i]
-        offset = L[OFFSET + i]
-        a = L[AMP_SIN + i]
-        b = L[AMP_COS + i]
-        time = L[TIME + i] + x
+        x = L[LANE_T_ROOT + i]
+        L[LANE_U_END + i] = (L[LANE_Y + i] + x * (L[LANE_Y + 8 + i] + x * (L[LANE_Y + 16 + i] + x * (L[LANE_Y + 24 + i] + x * (L[LANE_Y + 32 + i] + x * (L[LANE_Y + 40 + i] + x * (L[LANE_Y + 48 + i] + x * (L[LANE_Y + 56 + i] + x * (L[LANE_Y + 64 + i] + x * (L[LANE_Y + 72 + i] + x * (L[LANE_Y + 80 + i] + x * (L[LANE_Y + 88 + i] + x * (L[LANE_Y + 96 + i] + x * (L[LANE_Y + 104 + i] + x * (L[LANE_Y + 112 + i] + x * (L[LANE_Y + 120 + i] + x * (L[LANE_Y + 128 + i] + x * (L[LANE_Y + 136 + i] + x * (L[LANE_Y + 144 + i] + x * (L[LANE_Y + 152 + i] + x * (L[LANE_Y + 160 + i] + x * (L[LANE_Y + 168 + i] + x * L[LANE_Y + 176 + i]))))))))))))))))))))))
+        L[LANE_W_END + i] = (L[LANE_V + i] + x * (L[LANE_V + 8 + i] + x * (L[LANE_V + 16 + i] + x * (L[LANE_V + 24 + i] + x * (L[LANE_V + 32 + i] + x * (L[LANE_V + 40 + i] + x * (L[LANE_V + 48 + i] + x * (L[LANE_V + 56 + i] + x * (L[LANE_V + 64 + i] + x * (L[LANE_V + 72 + i] + x * (L[LANE_V + 80 + i] + x * (L[LANE_V + 88 + i] + x * (L[LANE_V + 96 + i] + x * (L[LANE_V + 104 + i] + x * (L[LANE_V + 112 + i] + x * (L[LANE_V + 120 + i] + x * (L[LANE_V + 128 + i] + x * (L[LANE_V + 136 + i] + x * (L[LANE_V + 144 + i] + x * (L[LANE_V + 152 + i] + x * (L[LANE_V + 160 + i] + x * (L[LANE_V + 168 + i] + x * L[LANE_V + 176 + i]))))))))))))))))))))))
+        omega = L[LANE_OMEGA + i]
+        rate = L[LANE_RATE + i]
+        offset = L[LANE_OFFSET + i]
+        a = L[LANE_AMP_SIN + i]
+        b = L[LANE_AMP_COS + i]
+        time = L[LANE_TIME + i] + x
         turns = rate * time - offset
         quarter = np.rint(4.0 * turns)
         angle = (turns - 0.25 * quarter) * 6.283185307179586
@@ -1392,4 +1389,4 @@ def flight_end_22(L: FloatArray) -> None:
         c = sa if odd else ca
         s = -s if m >= 2.0 else s
         c = -c if m == 1.0 or m == 2.0 else c
-        L[W_ROOT + i] = omega * (a * c - b * s) - L[W_END + i]
+        L[LANE_W_ROOT + i] = omega * (a * c - b * s) - L[LANE_W_END + i]

@@ -17,22 +17,22 @@ from math import sqrt
 
 import numpy as np
 
-from wheeltapper.march import assembly as contract
+from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import (
     ACROSS,
     ALONG,
     HALF,
     LANES,
-    LIFT,
-    PLACE,
-    RADIUS,
     ROOT_CONSTANT,
     SATURATION_CELLS,
     SLENDER,
     SPIN,
     SPIN_MOMENT,
+    TABLE_LIFT,
+    TABLE_PLACE,
+    TABLE_RADIUS,
+    TABLE_TERMS,
     TABLES,
-    TERMS,
 )
 from wheeltapper.march.fastsim import PARABOLIC, SHARE_ELLIPTIC, SHARE_PARABOLIC, fastsim
 from wheeltapper.march.kernel import kernel
@@ -50,9 +50,7 @@ from wheeltapper.march.wheel_rows import (
     CUBE_ROOT,
     CURVE_CELL,
     CURVES,
-    DELTA,
     DELTA_RATE,
-    FLAT,
     FX,
     FY,
     MZ,
@@ -60,8 +58,6 @@ from wheeltapper.march.wheel_rows import (
     NORMAL,
     NORMAL_RATE,
     ON,
-    ON_DECK,
-    PATH,
     PATH_RATE,
     QROLL,
     QY,
@@ -71,6 +67,12 @@ from wheeltapper.march.wheel_rows import (
     ROLLING,
     ROOT_C,
     ROOT_C_RATE,
+    ROW_DELTA,
+    ROW_FLATNESS,
+    ROW_G,
+    ROW_ON_DECK,
+    ROW_PATH,
+    ROW_U,
     SHARE,
     SIDES,
     SLIP_TURN,
@@ -94,8 +96,6 @@ from wheeltapper.march.wheel_rows import (
     VY,
     VYAW,
     VZ,
-    G,
-    U,
 )
 
 LAST_CELL = SATURATION_CELLS * (1.0 - 1e-15)
@@ -108,7 +108,7 @@ def _enter_cells(first: float, finer: float, data: FloatArray, cells: int, count
     last = count - 1.0
     changed = 0.0
     for i in range(LANES):
-        cell = min(last, max(0.0, np.floor((L[U + i] - first) * finer)))  # in this order NaN gives 0, not an index
+        cell = min(last, max(0.0, np.floor((L[ROW_U + i] - first) * finer)))  # in this order NaN gives 0, not an index
         L[NEW_CELL + i] = cell
         changed += (cell - L[CELL + i]) * (cell - L[CELL + i])
     if changed == 0.0:
@@ -116,15 +116,15 @@ def _enter_cells(first: float, finer: float, data: FloatArray, cells: int, count
     for i in range(LANES):
         if L[NEW_CELL + i] != L[CELL + i]:
             L[CELL + i] = L[NEW_CELL + i]
-            at = cells + int(L[CELL + i]) * TABLES * TERMS
-            for j in range(TABLES * TERMS):
+            at = cells + int(L[CELL + i]) * TABLES * TABLE_TERMS
+            for j in range(TABLES * TABLE_TERMS):
                 L[CELLS + j * LANES + i] = data[at + j]
 
 
 @kernel
 def _value(table: int, i: int, p: float, L: FloatArray) -> float:
     """Return a table's value at the place p in a lane's cell."""
-    c = CELLS + table * TERMS * LANES + i
+    c = CELLS + table * TABLE_TERMS * LANES + i
     low = L[c] + p * (L[c + LANES] + p * L[c + 2 * LANES])
     return low + p * p * p * (L[c + 3 * LANES] + p * (L[c + 4 * LANES] + p * L[c + 5 * LANES]))
 
@@ -132,7 +132,7 @@ def _value(table: int, i: int, p: float, L: FloatArray) -> float:
 @kernel
 def _slope(table: int, i: int, p: float, L: FloatArray) -> float:
     """Return a table's derivative by the place in the cell."""
-    c = CELLS + table * TERMS * LANES + i
+    c = CELLS + table * TABLE_TERMS * LANES + i
     low = L[c + LANES] + p * (2.0 * L[c + 2 * LANES] + p * 3.0 * L[c + 3 * LANES])
     return low + p * p * p * (4.0 * L[c + 4 * LANES] + p * 5.0 * L[c + 5 * LANES])
 
@@ -141,18 +141,18 @@ def _slope(table: int, i: int, p: float, L: FloatArray) -> float:
 def approach(first: float, finer: float, data: FloatArray, cells: int, count: int, L: FloatArray) -> None:
     """Compute the indentation, the normal force, and their rates."""
     for i in range(LANES):
-        L[U + i] = L[SIDES + i] * (L[QY + i] + L[RADII + i] * L[QROLL + i])
+        L[ROW_U + i] = L[SIDES + i] * (L[QY + i] + L[RADII + i] * L[QROLL + i])
         L[U_RATE + i] = L[SIDES + i] * (L[VY + i] + L[RADII + i] * L[VROLL + i])
     _enter_cells(first, finer, data, cells, count, L)
     for i in range(LANES):
         side = L[SIDES + i]
-        u = L[U + i]
+        u = L[ROW_U + i]
         u_rate = L[U_RATE + i]
         p = (u - first) * finer - L[CELL + i]
-        slope = _slope(LIFT, i, p, L) * finer
-        arm = _value(PLACE, i, p, L) - u
-        g = slope - side * (_slope(PLACE, i, p, L) * finer - 1.0) * L[QROLL + i]
-        delta = L[PATH + i] + _value(LIFT, i, p, L) - L[QZ + i] - side * arm * L[QROLL + i]
+        slope = _slope(TABLE_LIFT, i, p, L) * finer
+        arm = _value(TABLE_PLACE, i, p, L) - u
+        g = slope - side * (_slope(TABLE_PLACE, i, p, L) * finer - 1.0) * L[QROLL + i]
+        delta = L[ROW_PATH + i] + _value(TABLE_LIFT, i, p, L) - L[QZ + i] - side * arm * L[QROLL + i]
         rate = L[PATH_RATE + i] + g * u_rate - L[VZ + i] - side * arm * L[VROLL + i]
         root_c = _value(ROOT_CONSTANT, i, p, L)
         root_c_rate = _slope(ROOT_CONSTANT, i, p, L) * finer * u_rate
@@ -161,8 +161,8 @@ def approach(first: float, finer: float, data: FloatArray, cells: int, count: in
         n = c * root
         L[SLOPE + i] = slope
         L[ARM + i] = arm
-        L[G + i] = g
-        L[DELTA + i] = delta
+        L[ROW_G + i] = g
+        L[ROW_DELTA + i] = delta
         L[DELTA_RATE + i] = rate
         L[ROOT_C + i] = root_c
         L[ROOT_C_RATE + i] = root_c_rate
@@ -176,10 +176,10 @@ def approach(first: float, finer: float, data: FloatArray, cells: int, count: in
 def meet(t: float, data: FloatArray, plan: IntArray, kind: int, w: FloatArray, L: FloatArray) -> None:
     """Compute the paths, the indentations and the normal forces."""
     gather(w, L)
-    follow(t, int(data[contract.DECK]), w, L)
-    count = plan[contract.CELLS_EACH]
-    cells = plan[contract.AT_CELLS] + kind * count * TABLES * TERMS
-    approach(data[contract.FIRST_SHIFT], data[contract.CELLS_PER_M], data, cells, count, L)
+    follow(t, int(data[asm.DECK]), w, L)
+    count = plan[asm.CELLS_EACH]
+    cells = plan[asm.AT_CELLS] + kind * count * TABLES * TABLE_TERMS
+    approach(data[asm.FIRST_SHIFT], data[asm.CELLS_PER_M], data, cells, count, L)
 
 
 @kernel
@@ -187,15 +187,15 @@ def _stiffen(first: float, finer: float, speed: float, L: FloatArray) -> None:
     """Compute Kalker's coefficients over the speed, and the slip velocities."""
     for i in range(LANES):
         side = L[SIDES + i]
-        p = (L[U + i] - first) * finer - L[CELL + i]
+        p = (L[ROW_U + i] - first) * finer - L[CELL + i]
         n = L[CUBE_ROOT + i]
         square = n * n / speed
         L[STIFF_X + i] = _value(ALONG, i, p, L) * square
         L[STIFF_Y + i] = _value(ACROSS, i, p, L) * square
         L[STIFF_SPIN + i] = _value(SPIN, i, p, L) * square * n
         L[STIFF_TURN + i] = _value(SPIN_MOMENT, i, p, L) * square * n * n
-        L[FLAT + i] = _value(SLENDER, i, p, L)
-        radius = L[RADII + i] + _value(RADIUS, i, p, L)
+        L[ROW_FLATNESS + i] = _value(SLENDER, i, p, L)
+        radius = L[RADII + i] + _value(TABLE_RADIUS, i, p, L)
         spinning = speed / L[RADII + i]
         L[ROLLING + i] = radius
         L[SLIP_X + i] = speed + L[VX + i] - side * L[ARM + i] * L[VYAW + i] - radius * spinning
@@ -226,7 +226,7 @@ def _linear(inclined: float, friction: float, L: FloatArray) -> float:
     changed = 0.0
     for i in range(LANES):
         side = L[SIDES + i]
-        g = L[G + i] * inclined
+        g = L[ROW_G + i] * inclined
         stretch = sqrt(1.0 + g * g)
         slip_x = L[SLIP_X + i] - L[ROLLING + i] * L[VPITCH + i]
         slip_turn = (L[SLIP_TURN + i] - side * L[VPITCH + i] * L[SLOPE + i]) / stretch
@@ -255,8 +255,8 @@ def _enter_curve(data: FloatArray, saturation: int, L: FloatArray) -> None:
     for i in range(LANES):
         if L[NEW_CELL + i] != L[CURVE_CELL + i]:
             L[CURVE_CELL + i] = L[NEW_CELL + i]
-            at = saturation + int(L[CURVE_CELL + i]) * TERMS
-            for k in range(TERMS):
+            at = saturation + int(L[CURVE_CELL + i]) * TABLE_TERMS
+            for k in range(TABLE_TERMS):
                 L[CURVES + k * LANES + i] = data[at + k]
 
 
@@ -281,13 +281,13 @@ def _slide(friction: float, inclined: float, bound: int, L: FloatArray) -> None:
     """Scale the slips for FASTSIM."""
     scale = SHARE_PARABOLIC if bound == PARABOLIC else SHARE_ELLIPTIC
     for i in range(LANES):
-        g = L[G + i] * inclined
+        g = L[ROW_G + i] * inclined
         limit = friction * L[NORMAL + i] * sqrt(1.0 + g * g)
         along = 3.0 / (8.0 * scale * (limit + 1e-300))
         turned = L[STIFF_SPIN + i] * L[SLIP_TURN + i] * (4.0 / np.pi) / (scale * (limit + 1e-300))
         L[UX + i] = L[STIFF_X + i] * L[SLIP_X + i] * along
         L[UY + i] = L[STIFF_Y + i] * L[SLIP_Y + i] * along
-        L[TURN_X + i] = turned * L[FLAT + i]
+        L[TURN_X + i] = turned * L[ROW_FLATNESS + i]
         L[TURN_Y + i] = turned
         L[SHARE + i] = scale * limit
 
@@ -307,20 +307,20 @@ def _sum_strips(cells: int, strips: int, bound: int, L: FloatArray) -> None:
 @kernel
 def rub(data: FloatArray, plan: IntArray, inclined: bool, L: FloatArray) -> None:
     """Compute the creep forces."""
-    creep = data[contract.CREEP]
-    if creep == contract.NO_CREEP:
+    creep = data[asm.CREEP]
+    if creep == asm.NO_CREEP:
         return
-    _stiffen(data[contract.FIRST_SHIFT], data[contract.CELLS_PER_M], data[contract.SPEED], L)
-    if data[contract.QUASI_STATIC] != 0.0 and not inclined:
+    _stiffen(data[asm.FIRST_SHIFT], data[asm.CELLS_PER_M], data[asm.SPEED], L)
+    if data[asm.QUASI_STATIC] != 0.0 and not inclined:
         _turn_along(L)
-    friction = data[contract.FRICTION]
+    friction = data[asm.FRICTION]
     changed = _linear(1.0 if inclined else 0.0, friction, L)
-    if creep == contract.CURVE:
+    if creep == asm.CURVE:
         if changed != 0.0:
-            _enter_curve(data, plan[contract.AT_SATURATION], L)
+            _enter_curve(data, plan[asm.AT_SATURATION], L)
         _saturate(L)
     else:
-        cells, strips, bound = data[contract.STRIP_CELLS], data[contract.STRIP_COUNT], data[contract.STRIP_BOUND]
+        cells, strips, bound = data[asm.STRIP_CELLS], data[asm.STRIP_COUNT], data[asm.STRIP_BOUND]
         _slide(friction, 1.0 if inclined else 0.0, int(bound), L)
         _sum_strips(int(cells), int(strips), int(bound), L)
 
@@ -331,22 +331,22 @@ def push(inclined: bool, deck: int, L: FloatArray, Q: FloatArray) -> None:
     for i in range(LANES):
         if L[SIDES + i] == 0.0 or L[NORMAL + i] == 0.0:
             continue
-        at = int(L[contract.BODY * LANES + i]) * LANES
+        at = int(L[asm.BODY * LANES + i]) * LANES
         side = L[SIDES + i]
         arm = L[ARM + i]
         n = L[NORMAL + i]
         fy = L[FY + i]
         fz = n
         if inclined:
-            climb = side * L[G + i]
+            climb = side * L[ROW_G + i]
             fy /= sqrt(1.0 + climb * climb)
             fz += climb * fy
-        Q[at + contract.X] += L[FX + i]
-        Q[at + contract.Y] += fy - side * L[G + i] * n
-        Q[at + contract.Z] += fz
+        Q[at + asm.MOTION_X] += L[FX + i]
+        Q[at + asm.MOTION_Y] += fy - side * L[ROW_G + i] * n
+        Q[at + asm.MOTION_Z] += fz
         # the roll's share of N through u is that of the energy's gradient, R·g; friction acts at the rolling radius
-        Q[at + contract.ROLL] += side * (arm * fz - L[RADII + i] * L[G + i] * n) + L[ROLLING + i] * fy
-        Q[at + contract.PITCH] -= L[ROLLING + i] * L[FX + i]
-        Q[at + contract.YAW] += L[MZ + i] - side * arm * L[FX + i]
+        Q[at + asm.ROLL] += side * (arm * fz - L[RADII + i] * L[ROW_G + i] * n) + L[ROLLING + i] * fy
+        Q[at + asm.PITCH] -= L[ROLLING + i] * L[FX + i]
+        Q[at + asm.YAW] += L[MZ + i] - side * arm * L[FX + i]
         if deck >= 0:
-            Q[deck * LANES + contract.Z] -= L[ON_DECK + i] * fz
+            Q[deck * LANES + asm.MOTION_Z] -= L[ROW_ON_DECK + i] * fz

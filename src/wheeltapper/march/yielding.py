@@ -19,19 +19,18 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.events import follow, log_event
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
-    BEARS,
-    BEARS_DEGREE,
     COUNT,
     DEPTH,
-    HERE,
+    HERE_BEARS,
+    HERE_BEARS_DEGREE,
+    HERE_LAW_CENTRE,
+    HERE_LAW_SCALE,
+    HERE_LAW_TERMS,
+    HERE_RESIDUAL,
+    HERE_RESIDUAL_DEGREE,
     HORNER_BEARS,
-    LAW_CENTRE,
-    LAW_SCALE,
-    LAW_TERMS,
     MARK,
     PIECES,
-    RESIDUAL,
-    RESIDUAL_DEGREE,
     STATE,
     TREND,
     Q,
@@ -67,9 +66,9 @@ from wheeltapper.march.step import NOTHING, contact_reach
 
 YIELDS, GOES_ON, UNLOADS = 6, 7, 8
 """What else ends a step: the contact begins to yield, goes over to another piece of the law, or unloads."""
-NEAR = 1e-12
+SAME_DEPTH = 1e-12
 """Indentations that differ by less than this part are the same."""
-HARDLY = 0.3
+HARDLY_YIELDS = 0.3
 """A spot that reaches what it has borne at a rate below this times the root of the tolerance would go beyond it by less
 than the march is exact: it does not yield."""
 
@@ -87,7 +86,7 @@ def piece_of(depth: float, law: FloatArray) -> int:
 def choose_law(numbers: FloatArray, law: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Choose phase and law for a step in contact, by the state at its start; at a border the present ones stay."""
     square = S[STATE + A] * S[STATE + A]
-    near = NEAR * square
+    near = SAME_DEPTH * square
     depth = square + residual_at(0.0, S)
     beyond = square - borne_at(0.0, S)
     piece = int(S[STATE + PHASE]) - YIELDING
@@ -111,9 +110,9 @@ def _root(order: int, length: float, direction: float, size: float, S: FloatArra
 
     `size` is that of what TREND is the difference of.
     """
-    if abs(S[TREND]) < NEAR * size:
+    if abs(S[TREND]) < SAME_DEPTH * size:
         S[TREND] = 0.0
-    root, _ = first_root(S, TREND, order, 0.0, length, direction, NEAR * size)
+    root, _ = first_root(S, TREND, order, 0.0, length, direction, SAME_DEPTH * size)
     return root
 
 
@@ -131,8 +130,8 @@ def _reaches(square: float, order: int, length: float, direction: float, S: Floa
 @kernel
 def _meets_yield(order: int, length: float, direction: float, S: FloatArray) -> float:
     """Return where in the step the surface begins to yield (direction 1) or to unload (-1); NONE where it does not."""
-    if S[HERE + BEARS_DEGREE] == 0.0:
-        return _reaches(S[HERE + BEARS], order, length, direction, S)
+    if S[HERE_BEARS_DEGREE] == 0.0:
+        return _reaches(S[HERE_BEARS], order, length, direction, S)
     borne_series(order, S)
     for k in range(order):
         S[TREND + k] = S[Q + k] - S[HORNER_BEARS + k]
@@ -149,12 +148,12 @@ def _meets_yield(order: int, length: float, direction: float, S: FloatArray) -> 
 @kernel
 def _meets_border(depth: float, order: int, length: float, direction: float, S: FloatArray) -> float:
     """Return where in a yielding step the virgin surface's indentation goes through a value; NONE where it does not."""
-    if S[HERE + RESIDUAL_DEGREE] == 0.0:
-        return _reaches(depth - S[HERE + RESIDUAL], order, length, direction, S)
+    if S[HERE_RESIDUAL_DEGREE] == 0.0:
+        return _reaches(depth - S[HERE_RESIDUAL], order, length, direction, S)
     for k in range(order):
         S[TREND + k] = S[DEPTH + k]
-    S[TREND] -= (depth - S[HERE + LAW_CENTRE]) / S[HERE + LAW_SCALE]
-    return _root(order - 1, length, direction, depth / S[HERE + LAW_SCALE], S)
+    S[TREND] -= (depth - S[HERE_LAW_CENTRE]) / S[HERE_LAW_SCALE]
+    return _root(order - 1, length, direction, depth / S[HERE_LAW_SCALE], S)
 
 
 @kernel
@@ -165,9 +164,9 @@ def _may_yield(order: int, length: float, S: FloatArray) -> bool:
         largest = (largest + abs(S[U + k])) * length
     after = evaluate(S, T, order, length)
     change = 0.0
-    for k in range(int(S[HERE + BEARS_DEGREE]), 0, -1):
-        change = (change + abs(S[HERE + BEARS + k])) * after
-    return bool((S[U] + largest) ** 2 > S[HERE + BEARS] - change)
+    for k in range(int(S[HERE_BEARS_DEGREE]), 0, -1):
+        change = (change + abs(S[HERE_BEARS + k])) * after
+    return bool((S[U] + largest) ** 2 > S[HERE_BEARS] - change)
 
 
 @kernel
@@ -202,7 +201,7 @@ def _remember(pieces: FloatArray, numbers: FloatArray, law: FloatArray, ends_at_
     here, row = int(S[STATE + PIECE]), int(S[COUNT + PIECES])
     before = residual_at(0.0, S)
     depth = S[STATE + A] * S[STATE + A] + before
-    x = (depth - S[HERE + LAW_CENTRE]) / S[HERE + LAW_SCALE]
+    x = (depth - S[HERE_LAW_CENTRE]) / S[HERE_LAW_SCALE]
     residual = 0.0
     for k in range(contract.TERMS - 1, -1, -1):
         residual = residual * x + law[int(S[STATE + PHASE]) - YIELDING, contract.LAW_RESIDUAL + k]
@@ -231,11 +230,11 @@ def yielding_reach(numbers: FloatArray, law: FloatArray, S: FloatArray) -> tuple
         numbers, order, S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V], S[STATE + ON_DECK] != 0.0, S
     )
     length = contact_reach(numbers, numbers[contract.STIFFNESS] + numbers[contract.DAMPING], S)
-    if S[HERE + LAW_TERMS] != 0.0:
+    if S[HERE_LAW_TERMS] != 0.0:
         return _yielding_end(law, order, length, memory, S)
     if _may_yield(order, length, S):
         root = _meets_yield(order, length, 1.0, S)
-        slow = HARDLY * sqrt(numbers[contract.TOLERANCE])
+        slow = HARDLY_YIELDS * sqrt(numbers[contract.TOLERANCE])
         if root != NONE and not (memory and evaluate(S, W, order, root) < slow):
             return root, YIELDS, NO_PIECE
     return length, NOTHING, NO_PIECE

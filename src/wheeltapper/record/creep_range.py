@@ -10,7 +10,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.patches import geometry_of, patch_tables
 from wheeltapper.lower.wagon import LoweredWagon
-from wheeltapper.march import assembly as contract
+from wheeltapper.march import assembly as asm
 from wheeltapper.march.multibody import MultibodyMarch
 from wheeltapper.march.program import IMPACT
 
@@ -25,8 +25,8 @@ def spin_use(scenario: Scenario, friction: float, radius: float, shift: FloatArr
     """
     tables = patch_tables(scenario.profiles, scenario.contact, radius)
     nodes = geometry_of(scenario.profiles, radius, scenario.contact.rail_radius).shift
-    slope = np.gradient(tables[contract.LIFT], nodes)
-    use = tables[contract.SPIN] * np.abs(slope) / (radius * friction)
+    slope = np.gradient(tables[asm.TABLE_LIFT], nodes)
+    use = tables[asm.SPIN] * np.abs(slope) / (radius * friction)
     return np.asarray(np.interp(shift, nodes, use))
 
 
@@ -78,6 +78,6 @@ def _first_on_flange(scenario: Scenario, lowered: LoweredWagon, march: Multibody
     """Return the time of the first impact of a flange, s; None without one."""
     if not isinstance(scenario.profiles, WheelRail):
         return None
-    treads = lowered.assembly.numbers[contract.TREADS] * contract.LANES
+    treads = lowered.assembly.numbers[asm.TREADS] * asm.LANES
     events = march.events[(march.events[:, 1] == IMPACT) & (march.events[:, 2] >= treads)]
     return float(events[0, 0]) if len(events) else None

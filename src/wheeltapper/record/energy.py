@@ -64,7 +64,7 @@ def _elastic(lowered: Lowered, march: March, ends: FloatArray) -> FloatArray:
     from wheeltapper.march import dense
 
     numbers, steps = lowered.program.numbers, march.steps
-    delta = ends[:, :, dense.DELTA]
+    delta = ends[:, :, dense.OUT_DELTA]
     touching = (steps[:, contract.PHASE] != contract.FLIGHT)[:, None]
     bonded = (steps[:, contract.PHASE] == contract.BONDED)[:, None]
     depth = np.where(touching, np.where(bonded, delta, np.maximum(delta, 0.0)), 0.0)
@@ -93,8 +93,8 @@ def _state_energy(lowered: Lowered, ends: FloatArray) -> tuple[float, float]:
     from wheeltapper.march import dense
 
     numbers = lowered.program.numbers
-    kinetic = 0.5 * ends[dense.WHEEL_V] ** 2 + 0.5 * numbers[contract.DECK_MASS] * ends[dense.OUT_DECK_V] ** 2
-    springs = numbers[contract.STIFFNESS] * ends[dense.WHEEL_Y] ** 2
+    kinetic = 0.5 * ends[dense.OUT_WHEEL_V] ** 2 + 0.5 * numbers[contract.DECK_MASS] * ends[dense.OUT_DECK_V] ** 2
+    springs = numbers[contract.STIFFNESS] * ends[dense.OUT_WHEEL_Y] ** 2
     springs += numbers[contract.DECK_STIFFNESS] * ends[dense.OUT_DECK_Y] ** 2
     return float(kinetic), float(0.5 * springs) + damper.stored(lowered, ends)
 
@@ -119,12 +119,12 @@ def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:
     work_path = float(columns[:, dense.WORK_PATH].sum() + columns[:, dense.WORK_FACTOR].sum()) + jumps
     rise = ends[:, 1, dense.OUT_DECK_Y] - ends[:, 0, dense.OUT_DECK_Y]
     prestress = lowered.program.numbers[contract.PRESTRESS] * float(rise[integrals.on_deck].sum())
-    work_load = -(ends[-1, 1, dense.WHEEL_Y] - ends[0, 0, dense.WHEEL_Y]) + prestress
+    work_load = -(ends[-1, 1, dense.OUT_WHEEL_Y] - ends[0, 0, dense.OUT_WHEEL_Y]) + prestress
     lost = columns[:, [dense.LOST_SUSPENSION, dense.LOST_DECK, dense.LOST_CONTACT]].sum(axis=0)
     lost[2] -= settled
     imbalance = kinetic1 - kinetic0 + elastic - work_path - work_load + lost.sum()
     exchanged = (
-        0.5 * float((ends[:, 0, dense.WHEEL_V] ** 2).max())
+        0.5 * float((ends[:, 0, dense.OUT_WHEEL_V] ** 2).max())
         + float(integrals.elastic.max())
         + float(np.abs(columns[:, dense.WORK_PATH]).sum())
         + float(lost.sum())

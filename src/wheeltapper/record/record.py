@@ -208,12 +208,12 @@ class Record:
         units = self._lowered
         speed, acceleration = units.length / units.time, units.length / units.time**2
         columns: dict[str, Any] = {
-            "wheel_displacement": rows[:, dense.WHEEL_Y] * units.length,
-            "wheel_velocity": rows[:, dense.WHEEL_V] * speed,
-            "wheel_acceleration": rows[:, dense.WHEEL_A] * acceleration,
-            "normal_force": rows[:, dense.FORCE] * units.force,
-            "indentation": rows[:, dense.DELTA] * units.length,
-            "constraint": rows[:, dense.PATH_Y] * units.length,
+            "wheel_displacement": rows[:, dense.OUT_WHEEL_Y] * units.length,
+            "wheel_velocity": rows[:, dense.OUT_WHEEL_V] * speed,
+            "wheel_acceleration": rows[:, dense.OUT_WHEEL_A] * acceleration,
+            "normal_force": rows[:, dense.OUT_FORCE] * units.force,
+            "indentation": rows[:, dense.OUT_DELTA] * units.length,
+            "constraint": rows[:, dense.OUT_PATH_Y] * units.length,
         }
         if len(units.program.law):
             columns["permanent_indentation"] = yielded.permanent(units, rows)

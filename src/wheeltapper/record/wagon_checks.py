@@ -11,7 +11,7 @@ from wheeltapper.describe.creep import Fastsim
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.wagon import Layout
-from wheeltapper.march import assembly as contract
+from wheeltapper.march import assembly as asm
 from wheeltapper.march import program
 from wheeltapper.march.assembly import FLANGE, HALF, LANES, PLACES, TREAD, Assembly
 from wheeltapper.march.multibody import STEP_CLOSED, STEP_ELEMENTS, STEP_LENGTH, STEP_TIME, MultibodyMarch
@@ -35,9 +35,9 @@ def check_assembly(A: Assembly, scenario: Scenario, layout: Layout) -> None:
     treads = -(-len(scenario.vehicle.axles) // HALF)
     octets, bodies, states, elements = len(A.kinds), len(layout.bodies), len(A.start), len(A.element_inside)
     shapes = {
-        "numbers": (contract.NUMBERS,), "scales": (states,), "lanes": (octets, contract.LANE_COLUMNS, LANES),
-        "cells": (octets // treads, A.cells.shape[1] if A.cells.ndim == 4 else 0, contract.TABLES, contract.TERMS),
-        "saturation": (contract.SATURATION_CELLS, contract.TERMS), "pieces": (len(A.pieces), program.PIECE_COLUMNS),
+        "numbers": (asm.ASSEMBLY_NUMBERS,), "scales": (states,), "lanes": (octets, asm.LANE_COLUMNS, LANES),
+        "cells": (octets // treads, A.cells.shape[1] if A.cells.ndim == 4 else 0, asm.TABLES, asm.TABLE_TERMS),
+        "saturation": (asm.SATURATION_CELLS, asm.TABLE_TERMS), "pieces": (len(A.pieces), program.PIECE_COLUMNS),
         "columns": (LANES * len(A.sources),), "force_columns": (LANES * len(A.force_sources),),
         "mobility": (bodies * LANES,), "loads": (bodies * LANES,), "element_weight": (len(A.element_index),),
         "corners": (len(A.corners), 2), "element_inside": (elements, 2),
@@ -67,19 +67,19 @@ def check_assembly(A: Assembly, scenario: Scenario, layout: Layout) -> None:
 def _check_numbers(A: Assembly, scenario: Scenario, layout: Layout, treads: int) -> None:
     """Refuse counts and choices that differ from those of the scenario."""
     creep = scenario.creep
-    chosen = contract.NO_CREEP if creep is None else contract.CURVE
+    chosen = asm.NO_CREEP if creep is None else asm.CURVE
     cells, strips = 0, 0
     if isinstance(creep, Fastsim):
-        chosen, cells, strips = contract.STRIPS, creep.cells, creep.strips
+        chosen, cells, strips = asm.STRIPS, creep.cells, creep.strips
     expected = {
-        contract.SPEED: scenario.speed, contract.END: scenario.duration, contract.TREADS: treads,
-        contract.DECK: len(layout.bodies) - 1 if layout.bodies[-1] not in scenario.vehicle.names else -1,
-        contract.CREEP: chosen, contract.STRIP_CELLS: cells, contract.STRIP_COUNT: strips,
+        asm.SPEED: scenario.speed, asm.RUN_END: scenario.duration, asm.TREADS: treads,
+        asm.DECK: len(layout.bodies) - 1 if layout.bodies[-1] not in scenario.vehicle.names else -1,
+        asm.CREEP: chosen, asm.STRIP_CELLS: cells, asm.STRIP_COUNT: strips,
     }  # fmt: skip
     for place, value in expected.items():
         check("assembly, numbers", A.numbers[[place]], A.numbers[place] == value, f"{value:g}, as in the scenario")
-    whole("assembly, numbers", A.numbers[[contract.STRIP_BOUND, contract.QUASI_STATIC]], 0, 1)
-    positive = A.numbers[[contract.CELLS_PER_M, contract.LENGTH, contract.PULSE]]
+    whole("assembly, numbers", A.numbers[[asm.STRIP_BOUND, asm.QUASI_STATIC]], 0, 1)
+    positive = A.numbers[[asm.CELLS_PER_M, asm.STATIC_INDENTATION, asm.PULSE]]
     check("assembly, numbers", positive, positive > 0.0, "positive numbers")
 
 
@@ -89,19 +89,19 @@ def _check_lanes(A: Assembly, scenario: Scenario, bodies: int, treads: int) -> N
     wheels = np.zeros((treads, 2, HALF))
     for k in range(len(scenario.vehicle.axles)):
         wheels[k // HALF, :, k % HALF] = 1.0, -1.0
-    sides = A.lanes[:, contract.SIDE]
+    sides = A.lanes[:, asm.SIDE]
     check(names, sides, sides == np.tile(wheels.reshape(treads, LANES), (len(A.lanes) // treads, 1)), "wheels")
-    whole(names, A.lanes[:, contract.BODY], 0, bodies - 1)
+    whole(names, A.lanes[:, asm.BODY], 0, bodies - 1)
     last = len(A.pieces) - 1
-    whole(names, A.lanes[:, [contract.FIRST, contract.LAST]], 0, last)
-    whole(names, A.lanes[:, contract.LOOP], 0, last + 1)
-    whole(names, A.lanes[:, contract.LOOP_JOIN], program.SOFT, program.JUMP)
+    whole(names, A.lanes[:, [asm.FIRST_PIECE, asm.LAST_PIECE]], 0, last)
+    whole(names, A.lanes[:, asm.PATH_LOOP], 0, last + 1)
+    whole(names, A.lanes[:, asm.PATH_LOOP_JOIN], program.SOFT, program.JUMP)
     check(names, A.lanes, ~np.isnan(A.lanes), "no NaN")
-    check(names, A.lanes[:, contract.NOMINAL], np.isfinite(A.lanes[:, contract.NOMINAL]), "finite radii")
+    check(names, A.lanes[:, asm.NOMINAL], np.isfinite(A.lanes[:, asm.NOMINAL]), "finite radii")
     there = A.lanes[:, :, :].transpose(0, 2, 1)[sides != 0.0]
-    loop = there[:, contract.LOOP].astype(int)
-    stop = A.pieces[there[:, contract.LAST].astype(int), program.STOP]
-    again = loop <= there[:, contract.LAST]
+    loop = there[:, asm.PATH_LOOP].astype(int)
+    stop = A.pieces[there[:, asm.LAST_PIECE].astype(int), program.STOP]
+    again = loop <= there[:, asm.LAST_PIECE]
     back = A.pieces[np.minimum(loop, last), program.START]
     reach = scenario.speed * scenario.duration
     goes_on = np.where(again, TURNS * (stop - back) >= reach, stop >= reach * (1.0 - 1e-9))
@@ -152,11 +152,11 @@ def march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMarc
     for name, values in (("march_states", states), ("march_state", state)):
         check(name, values, np.abs(values) < LARGEST, f"states below {LARGEST:g}")
     events, peaks = (table(data, f"march_{name}", None, 4) for name in ("events", "peaks"))
-    wheels = np.flatnonzero(A.lanes[:, contract.SIDE].ravel())
+    wheels = np.flatnonzero(A.lanes[:, asm.SIDE].ravel())
     for name, rows, column in (("march_events", events, 2), ("march_peaks", peaks, 1)):
         check(name, rows[:, column], np.isin(rows[:, column], wheels), "contacts of wheels")
         for wheel in wheels:  # within a step, the maxima are sorted by wheel
             rising(name, rows[rows[:, column] == wheel, 0], end)
     whole("march_events", events[:, 1], program.LOSS, program.IMPACT)
-    status = choice(data, "status", int, (*OUTCOMES, contract.DERAILED))
+    status = choice(data, "status", int, (*OUTCOMES, asm.DERAILED))
     return MultibodyMarch(status, steps, states, events, peaks, end, state, attribute(data, "evaluations", int))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.wagon import DECK, LoweredWagon
-from wheeltapper.march.assembly import RATE
+from wheeltapper.march.assembly import TO_RATE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,7 +67,7 @@ def _energies(lowered: LoweredWagon, states: FloatArray, scenario: Scenario) -> 
         mass = np.append(mass, scenario.track.mass)
         stiffness = np.pad(stiffness, (0, 1))
         stiffness[-1, -1] = scenario.track.stiffness
-    q, v = states[:, lowered.layout.places], states[:, lowered.layout.places + RATE]
+    q, v = states[:, lowered.layout.places], states[:, lowered.layout.places + TO_RATE]
     return 0.5 * (v**2) @ mass, 0.5 * np.einsum("ti,ij,tj->t", q, stiffness, q)
 
 

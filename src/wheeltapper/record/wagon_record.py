@@ -15,9 +15,9 @@ from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.progress import report, watched
 from wheeltapper.lower.wagon import DECK, LoweredWagon
-from wheeltapper.march import assembly as contract
+from wheeltapper.march import assembly as asm
 from wheeltapper.march import program
-from wheeltapper.march.assembly import HALF, LANES, PLACES, RATE
+from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE
 from wheeltapper.record.labels import EVENT_KINDS, WAGON, dataset
 from wheeltapper.record.record import OUTCOMES, Record
 
@@ -48,7 +48,7 @@ class WagonRecord(Record):
     @property
     def outcome(self) -> Outcome:
         """Outcome of the computation."""
-        return Outcome.DERAILED if self._march.status == contract.DERAILED else OUTCOMES[self._march.status]
+        return Outcome.DERAILED if self._march.status == asm.DERAILED else OUTCOMES[self._march.status]
 
     @property
     def end(self) -> float:
@@ -85,7 +85,7 @@ class WagonRecord(Record):
     def _where(self, contact: FloatArray) -> dict[str, Any]:
         """Return the columns that identify the wheel of each number of a contact."""
         lane = contact.astype(int)
-        treads = int(self._lowered.assembly.numbers[contract.TREADS])
+        treads = int(self._lowered.assembly.numbers[asm.TREADS])
         octet = lane // LANES % treads
         wheelset = octet * HALF + lane % HALF + 1
         return {
@@ -195,14 +195,14 @@ class WagonRecord(Record):
         six = len(MOTIONS)
         variables |= {
             "displacement": (motion, by_body[:, :count, :six]),
-            "velocity": (motion, by_body[:, :count, RATE : RATE + six]),
-            "acceleration": (motion, rates_by_body[:, :count, RATE : RATE + six]),
+            "velocity": (motion, by_body[:, :count, TO_RATE : TO_RATE + six]),
+            "acceleration": (motion, rates_by_body[:, :count, TO_RATE : TO_RATE + six]),
         }
         if DECK in self._lowered.layout.bodies:
             variables |= {
-                "deck_displacement": ("time", by_body[:, -1, contract.Z]),
-                "deck_velocity": ("time", by_body[:, -1, RATE + contract.Z]),
-                "deck_acceleration": ("time", rates_by_body[:, -1, RATE + contract.Z]),
+                "deck_displacement": ("time", by_body[:, -1, asm.MOTION_Z]),
+                "deck_velocity": ("time", by_body[:, -1, TO_RATE + asm.MOTION_Z]),
+                "deck_acceleration": ("time", rates_by_body[:, -1, TO_RATE + asm.MOTION_Z]),
             }
         axes = {
             "time": wanted,
@@ -225,7 +225,7 @@ class WagonRecord(Record):
 
     def _forces(self, rows: dict[str, FloatArray]) -> dict[str, FloatArray]:
         """Return the record's variables of each wheel from the rows of its contacts."""
-        treads = int(self._lowered.assembly.numbers[contract.TREADS]) * LANES
+        treads = int(self._lowered.assembly.numbers[asm.TREADS]) * LANES
         both = rows["normal"].shape[1] > treads
         tread = {name: values[:, :treads] for name, values in rows.items()}
         flange = {name: values[:, treads:] if both else np.zeros_like(values) for name, values in rows.items()}
@@ -320,9 +320,7 @@ class WagonRecord(Record):
         steps = self._march.steps
         closed = steps[:, 2].copy()
         total = 0.0
-        wheels = np.ravel(
-            self._lowered.assembly.lanes[: int(self._lowered.assembly.numbers[contract.TREADS]), contract.SIDE]
-        )
+        wheels = np.ravel(self._lowered.assembly.lanes[: int(self._lowered.assembly.numbers[asm.TREADS]), asm.SIDE])
         for side in wheels:
             if side != 0.0:
                 total += float(steps[closed % 2.0 == 0.0, 1].sum())
@@ -339,7 +337,7 @@ class WagonRecord(Record):
 IMPACT_COLUMNS = ("time", "closing_speed", "peak_force", "duration", "impulse", "interval", "force_ratio")
 """Columns of the table of impacts."""
 ROWS = {
-    "normal": "NORMAL", "fx": "FX", "fy": "FY", "mz": "MZ", "g": "G", "slip_x": "SLIP_X", "slip_y": "SLIP_Y",
-    "slip_turn": "SLIP_TURN", "delta": "DELTA", "path": "PATH", "u": "U",
+    "normal": "NORMAL", "fx": "FX", "fy": "FY", "mz": "MZ", "g": "ROW_G", "slip_x": "SLIP_X", "slip_y": "SLIP_Y",
+    "slip_turn": "SLIP_TURN", "delta": "ROW_DELTA", "path": "ROW_PATH", "u": "ROW_U",
 }  # fmt: skip
 """Quantities of a contact that the record reads, and their rows in the kernels' scratch memory."""

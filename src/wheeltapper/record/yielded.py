@@ -22,8 +22,8 @@ def permanent(lowered: Lowered, rows: FloatArray) -> FloatArray:
     """Return the residual indentation after unloading, m, from rows of the dense output."""
     from wheeltapper.march import dense
 
-    depth = np.maximum(rows[:, dense.DELTA], 0.0) + rows[:, dense.RESIDUAL]
-    return np.maximum(left_after(lowered.program.law, depth), rows[:, dense.RESIDUAL]) * lowered.length
+    depth = np.maximum(rows[:, dense.OUT_DELTA], 0.0) + rows[:, dense.OUT_RESIDUAL]
+    return np.maximum(left_after(lowered.program.law, depth), rows[:, dense.OUT_RESIDUAL]) * lowered.length
 
 
 def stored(lowered: Lowered, ends: FloatArray) -> FloatArray:
@@ -35,10 +35,10 @@ def stored(lowered: Lowered, ends: FloatArray) -> FloatArray:
     from wheeltapper.march import dense
 
     program = lowered.program
-    depth = ends[..., dense.DELTA] + ends[..., dense.RESIDUAL]
+    depth = ends[..., dense.OUT_DELTA] + ends[..., dense.OUT_RESIDUAL]
     if program.numbers[contract.MEMORY] == 0.0:
         return stored_below(program.law, depth)
-    return np.asarray(0.4 * ends[..., dense.FORCE] * (depth - left_after(program.law, depth)))
+    return np.asarray(0.4 * ends[..., dense.OUT_FORCE] * (depth - left_after(program.law, depth)))
 
 
 def beyond_law(contact: Any, lowered: Lowered, march: March) -> tuple[Note, ...]:

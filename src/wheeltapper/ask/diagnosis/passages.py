@@ -92,9 +92,16 @@ class Passages:
         self, i: int, times: FloatArray, directions: list[Direction], cells: Cells, turns: Turns
     ) -> tuple[FloatArray, FloatArray]:
         """Return the deck acceleration (times,) of a passage, and its derivatives (directions, times)."""
-        from wheeltapper.march.tangent_samples import DECK_V, DECK_Y, FIRST_LANE, FORCE, RATE, VALUE
+        from wheeltapper.march.tangent_samples import (
+            FIRST_LANE,
+            FORCE,
+            RATE,
+            SAMPLED_DECK_V,
+            SAMPLED_DECK_Y,
+            VALUE,
+        )
 
-        block, rows = slice(i, i + 1), (FORCE, DECK_Y, DECK_V)
+        block, rows = slice(i, i + 1), (FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V)
         units, numbers = self.many.units.part(block), cells.numbers[i]
         scaled = times / units.time.item()
         program = Program(cells.pieces, numbers)
