@@ -224,6 +224,21 @@ def test_an_older_record_without_the_latest_numbers_is_loaded(tmp_path, saved):
     assert str(record) == str(whole)
 
 
+def test_an_older_record_of_a_wagon_with_other_columns_is_loaded(tmp_path, saved):
+    with xr.open_dataset(saved("wagon"), engine="h5netcdf") as opened:
+        data = opened.load()
+    old = data.drop_vars(["march_events", "march_peaks"])
+    old["march_events"] = (("event", "event_column"), data.march_events.values[:, [0, 1, 3, 2]])
+    old["march_peaks"] = (("peak", "peak_column"), data.march_peaks.values[:, [0, 3, 1, 2]])
+    del old.attrs["rows_like_a_wheels"]
+    old.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
+    record, whole = wt.load(tmp_path / "old.nc"), wt.load(saved("wagon"))
+    assert record.peaks.sizes["peak"] > 0
+    assert record.events.identical(whole.events)
+    assert record.peaks.identical(whole.peaks)
+    assert record.impacts.identical(whole.impacts)
+
+
 def foreign(folder):
     """Yield names of files and folders that are no record, and what is said of each."""
     (folder / "empty.nc").write_bytes(b"")

@@ -57,6 +57,9 @@ TABLE_TERMS = TABLE_DEGREE + 1
 TREAD, FLANGE = range(2)
 SATURATION_CELLS = 64
 
+# Columns of a row of steps; the pieces of the elements follow.
+STEP_TIME, STEP_LENGTH, STEP_CLOSED, STEP_ELEMENTS = range(4)
+
 # Columns of a lane: its side (+1 left, -1 right; 0 if the octet has no such wheel), the nominal radius of the wheel,
 # the index of its body, the first and the last piece of its path, the piece after the last and the joint before it, and
 # the times between which it is on the deck.

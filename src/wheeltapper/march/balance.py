@@ -23,7 +23,7 @@ from wheeltapper.march.events import touches
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.plain_power import plain_power
-from wheeltapper.march.power import CONTACT_WORK, LONG, LOST, PATH_WORK, POWERS, SHORT, power
+from wheeltapper.march.power import CONTACT_WORK, LONG, LOST, PATH_WORK, POWER_TERMS, SHORT, power
 from wheeltapper.march.program import (
     DECK_V,
     DECK_Y,
@@ -125,10 +125,11 @@ def _energy(numbers: FloatArray, state: FloatArray, y: float, v: float) -> float
 @kernel
 def _short_sum(h: float, k: int, begins: FloatArray, ends: FloatArray) -> float:
     """Return the integral over a step of length h of the power at k, from SHORT terms."""
-    total = SHORT_RULE[3] * (begins[k + 3] - ends[k + 3])
-    total = SHORT_RULE[2] * (begins[k + 2] + ends[k + 2]) + h * total
-    total = SHORT_RULE[1] * (begins[k + 1] - ends[k + 1]) + h * total
-    return h * (SHORT_RULE[0] * (begins[k] + ends[k]) + h * total)
+    total, sign = 0.0, -1.0  # the last of an even number of terms
+    for n in range(SHORT - 1, -1, -1):
+        total = SHORT_RULE[n] * (begins[k + n] + sign * ends[k + n]) + h * total
+        sign = -sign
+    return h * total
 
 
 @kernel
@@ -203,7 +204,7 @@ def balance_kernel(
     `law` and `damper` are None where single.py says.
     """
     S = np.zeros(SCRATCH)
-    begins, ends = np.zeros(POWERS), np.zeros(POWERS)
+    begins, ends = np.zeros(POWER_TERMS), np.zeros(POWER_TERMS)
     end = np.empty(steps.shape[1])
     same = False
     y = v = 0.0

@@ -16,7 +16,16 @@ import numpy as np
 
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import telling
-from wheeltapper.march.assembly import DERAILED, LANES, Assembly, flattened
+from wheeltapper.march.assembly import (
+    DERAILED,
+    LANES,
+    STEP_CLOSED,
+    STEP_ELEMENTS,
+    STEP_LENGTH,
+    STEP_TIME,
+    Assembly,
+    flattened,
+)
 from wheeltapper.march.crossing import Span
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.passing import (
@@ -53,8 +62,6 @@ from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, error
 from wheeltapper.march.wheel_rows import DELTA_RATE, OCTET_ROWS, ON, ROW_DELTA, ROW_U, SIDES
 
-# Columns of a row of steps; the pieces of the elements follow.
-STEP_TIME, STEP_LENGTH, STEP_CLOSED, STEP_ELEMENTS = range(4)
 SAME = 1e-12
 """Distance to their change, in static indentations, below which contacts change together with another one."""
 BEYOND = 1.02

@@ -6,7 +6,25 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import LANES
 from wheeltapper.march.crossing import corner_at
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.program import IMPACT, JOIN, JUMP, LOSS, PIECE_COLUMNS, START, STOP, FloatArray, IntArray
+from wheeltapper.march.program import (
+    EVENT_CONTACT,
+    EVENT_KIND,
+    EVENT_RATE,
+    EVENT_TIME,
+    IMPACT,
+    JOIN,
+    JUMP,
+    LOSS,
+    PEAK_CONTACT,
+    PEAK_CORNER,
+    PEAK_FORCE,
+    PEAK_TIME,
+    PIECE_COLUMNS,
+    START,
+    STOP,
+    FloatArray,
+    IntArray,
+)
 from wheeltapper.march.rates import deflection, touch
 from wheeltapper.march.wheel_paths import set_piece
 from wheeltapper.march.wheel_rows import (
@@ -24,8 +42,6 @@ from wheeltapper.march.wheel_rows import (
     SIDES,
 )
 
-EVENT_TIME, EVENT_KIND, EVENT_CONTACT, EVENT_RATE = range(4)
-PEAK_TIME, PEAK_CONTACT, PEAK_FORCE, PEAK_CORNER = range(4)
 # Variables that are kept between calls.
 RUN_TIME, NEXT_LENGTH, ANEW, RUN_STEPS, RUN_EVENTS, RUN_PEAKS, RATES_USED, RUN_IDLE = range(8)
 RUN_CARRIED = 8

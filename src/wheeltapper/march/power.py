@@ -35,9 +35,9 @@ from wheeltapper.march.series import contact_series
 SHORT, LONG = 4, 8
 """Number of terms of the series: in contact, where steps are short, and elsewhere."""
 PATH_WORK, CONTACT_WORK, LOST = 0, LONG, 2 * LONG
-POWERS = 3 * LONG
+POWER_TERMS = 3 * LONG
 """Where in an array each power's series stands, and how long the array is."""
-ENOUGH = 5
+PATH_POWERS = 5
 """Powers of the path in time beyond this do not reach the terms of a contact."""
 # Rows of S that are free once the series of a contact are known: the path's velocity, N·u, D and what is lost.
 PATH_V, PUSHED, BRAKED, SPENT = CLEAR, TREND, COMP, WORK
@@ -67,8 +67,8 @@ def _path_velocity(S: FloatArray) -> None:
 def _contact_motion(numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray) -> float:
     """Fill rows U, W, N, Z, WHEEL_V and PATH_V of a contact; return the wheel's displacement."""
     on_deck = state[ON_DECK] != 0.0
-    S[HERE_DEGREE] = min(S[HERE_DEGREE], ENOUGH)
-    S[HERE_FACTOR_DEGREE] = min(S[HERE_FACTOR_DEGREE], ENOUGH)
+    S[HERE_DEGREE] = min(S[HERE_DEGREE], PATH_POWERS)
+    S[HERE_FACTOR_DEGREE] = min(S[HERE_FACTOR_DEGREE], PATH_POWERS)
     if damper is None:
         contact_series(numbers, SHORT, state[A], state[B], state[DECK_Y], state[DECK_V], on_deck, S)
         path_series(SHORT, S)
@@ -147,7 +147,7 @@ def _free_power(
 def power(
     numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray, out: FloatArray
 ) -> tuple[float, float]:
-    """Write the power in a state whose piece stands in S into `out` (POWERS,); return the wheel's motion.
+    """Write the power in a state whose piece stands in S into `out` (POWER_TERMS,); return the wheel's motion.
 
     `damper` is None where the wheel holds its end: its type tells the compiler which series to leave out.
     """

@@ -50,6 +50,8 @@ EVENT_TIME, EVENT_KIND, EVENT_RATE, EVENT_CAUSE = range(4)
 EVENT_COLUMNS = 4
 PEAK_TIME, PEAK_FORCE, PEAK_CORNER, PEAK_IMPACT = range(4)  # the last: how many impacts came before
 PEAK_COLUMNS = 4
+EVENT_CONTACT = PEAK_CONTACT = 3
+"""Of a vehicle with several contacts: which one; one wheel has the cause, and the impacts before, there."""
 
 
 # Columns of a piece of the path. With ξ = (x - CENTRE)/SCALE, its height in m is Σ COEFFICIENT[k]·ξ^k

@@ -8,17 +8,21 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import assembly as asm
-from wheeltapper.march.assembly import FLANGE, LANES, PLACES, TO_RATE, Assembly, flattened
-from wheeltapper.march.dense import BEGINS, FINISHES
-from wheeltapper.march.kernel import kernel
-from wheeltapper.march.multibody import (
+from wheeltapper.march.assembly import (
+    FLANGE,
+    LANES,
+    PLACES,
     STEP_CLOSED,
     STEP_ELEMENTS,
     STEP_LENGTH,
     STEP_TIME,
-    MultibodyMarch,
-    work_for,
+    TO_RATE,
+    Assembly,
+    flattened,
 )
+from wheeltapper.march.dense import BEGINS, FINISHES
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.multibody import MultibodyMarch, work_for
 from wheeltapper.march.passing import RUN_CARRIED, awaken, pass_breaks, start_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rates import deflection, rates, touch

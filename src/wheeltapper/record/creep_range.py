@@ -12,7 +12,7 @@ from wheeltapper.lower.patches import geometry_of, patch_tables
 from wheeltapper.lower.wagon import LoweredWagon
 from wheeltapper.march import assembly as asm
 from wheeltapper.march.multibody import MultibodyMarch
-from wheeltapper.march.program import IMPACT
+from wheeltapper.march.program import EVENT_CONTACT, EVENT_KIND, EVENT_TIME, IMPACT
 
 FloatArray = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch
 
 
 def _times(march: MultibodyMarch) -> FloatArray:
-    return np.append(march.steps[:, 0], march.end)
+    return np.append(march.steps[:, asm.STEP_TIME], march.end)
 
 
 def _shift(lowered: LoweredWagon, march: MultibodyMarch, body: str, radius: float) -> FloatArray:
@@ -79,5 +79,5 @@ def _first_on_flange(scenario: Scenario, lowered: LoweredWagon, march: Multibody
     if not isinstance(scenario.profiles, WheelRail):
         return None
     treads = lowered.assembly.numbers[asm.TREADS] * asm.LANES
-    events = march.events[(march.events[:, 1] == IMPACT) & (march.events[:, 2] >= treads)]
-    return float(events[0, 0]) if len(events) else None
+    events = march.events[(march.events[:, EVENT_KIND] == IMPACT) & (march.events[:, EVENT_CONTACT] >= treads)]
+    return float(events[0, EVENT_TIME]) if len(events) else None

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.lower.numbers import Units
 from wheeltapper.march import program as contract
-from wheeltapper.march.assembly import LANES
-from wheeltapper.march.multibody import STEP_CLOSED, STEP_TIME
+from wheeltapper.march.assembly import LANES, STEP_CLOSED, STEP_TIME
 from wheeltapper.record.labels import EVENT_KINDS
 from wheeltapper.record.record import Record
 from wheeltapper.record.trains import Trains

@@ -165,8 +165,7 @@ def _of_wheel(scenario: Scenario, method: str, name: str) -> Record:
 
 def _of_wagon(scenario: Scenario, method: str, name: str) -> Record:
     from wheeltapper.lower.wagon import LONGEST, lower_wagon
-    from wheeltapper.march.assembly import PLACES
-    from wheeltapper.march.multibody import STEP_ELEMENTS
+    from wheeltapper.march.assembly import PLACES, STEP_ELEMENTS
     from wheeltapper.record import wagon_energy
     from wheeltapper.record.creep_range import beyond_spin
     from wheeltapper.record.wagon_record import WagonRecord

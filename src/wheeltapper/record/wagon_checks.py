@@ -13,8 +13,19 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.wagon import Layout
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import program
-from wheeltapper.march.assembly import FLANGE, HALF, LANES, PLACES, TREAD, Assembly
-from wheeltapper.march.multibody import STEP_CLOSED, STEP_ELEMENTS, STEP_LENGTH, STEP_TIME, MultibodyMarch
+from wheeltapper.march.assembly import (
+    FLANGE,
+    HALF,
+    LANES,
+    PLACES,
+    STEP_CLOSED,
+    STEP_ELEMENTS,
+    STEP_LENGTH,
+    STEP_TIME,
+    TREAD,
+    Assembly,
+)
+from wheeltapper.march.multibody import MultibodyMarch
 from wheeltapper.record.record import OUTCOMES
 from wheeltapper.record.stored import UNDAMAGED, attribute, check, check_pieces, choice, rising, table, whole
 
@@ -131,6 +142,12 @@ def _check_elements(A: Assembly, own: int) -> None:
         check("assembly, corners", places, bool(far), f"rising corners from below -{LARGEST:g} to above {LARGEST:g}")
 
 
+ROWS_LIKE_A_WHEELS = "rows_like_a_wheels"
+"""Attribute of files in which events and peaks have the columns that those of one wheel have."""
+OLD_EVENT_COLUMNS, OLD_PEAK_COLUMNS = [0, 1, 3, 2], [0, 2, 3, 1]
+"""Where time, kind, rate and contact of an event, and time, force, corner and contact of a maximum stood before."""
+
+
 def march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMarch:
     """Return the checked march of a wagon."""
     end = attribute(data, "end", float)
@@ -152,11 +169,15 @@ def march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMarc
     for name, values in (("march_states", states), ("march_state", state)):
         check(name, values, np.abs(values) < LARGEST, f"states below {LARGEST:g}")
     events, peaks = (table(data, f"march_{name}", None, 4) for name in ("events", "peaks"))
+    if ROWS_LIKE_A_WHEELS not in data.attrs:  # earlier versions had the columns in another order
+        events, peaks = events[:, OLD_EVENT_COLUMNS], peaks[:, OLD_PEAK_COLUMNS]
     wheels = np.flatnonzero(A.lanes[:, asm.SIDE].ravel())
-    for name, rows, column in (("march_events", events, 2), ("march_peaks", peaks, 1)):
+    for name, rows, column in (
+        ("march_events", events, program.EVENT_CONTACT), ("march_peaks", peaks, program.PEAK_CONTACT)
+    ):  # fmt: skip
         check(name, rows[:, column], np.isin(rows[:, column], wheels), "contacts of wheels")
         for wheel in wheels:  # within a step, the maxima are sorted by wheel
-            rising(name, rows[rows[:, column] == wheel, 0], end)
-    whole("march_events", events[:, 1], program.LOSS, program.IMPACT)
+            rising(name, rows[rows[:, column] == wheel, program.EVENT_TIME], end)
+    whole("march_events", events[:, program.EVENT_KIND], program.LOSS, program.IMPACT)
     status = choice(data, "status", int, (*OUTCOMES, asm.DERAILED))
     return MultibodyMarch(status, steps, states, events, peaks, end, state, attribute(data, "evaluations", int))

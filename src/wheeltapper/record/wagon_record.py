@@ -99,14 +99,14 @@ class WagonRecord(Record):
     def events(self) -> xr.Dataset:
         """Losses of contact and impacts: time, kind, wheelset, side, position, indentation rate."""
         rows = self._march.events
-        where = self._where(rows[:, 2])
+        where = self._where(rows[:, program.EVENT_CONTACT])
         places = np.array([axle.position for axle in self.scenario.vehicle.axles])
         return dataset(
             "event",
-            time=rows[:, 0],
-            kind=np.array(EVENT_KINDS)[rows[:, 1].astype(int)],
-            position=self.scenario.speed * rows[:, 0] + places[where["wheelset"] - 1],
-            indentation_rate=rows[:, 3],
+            time=rows[:, program.EVENT_TIME],
+            kind=np.array(EVENT_KINDS)[rows[:, program.EVENT_KIND].astype(int)],
+            position=self.scenario.speed * rows[:, program.EVENT_TIME] + places[where["wheelset"] - 1],
+            indentation_rate=rows[:, program.EVENT_RATE],
             **where,
         )
 
@@ -115,7 +115,11 @@ class WagonRecord(Record):
         """Maxima of the contact forces; `corner` is True if a kink of the input causes the maximum."""
         rows = self._march.peaks
         return dataset(
-            "peak", time=rows[:, 0], normal_force=rows[:, 2], corner=rows[:, 3] == 1.0, **self._where(rows[:, 1])
+            "peak",
+            time=rows[:, program.PEAK_TIME],
+            normal_force=rows[:, program.PEAK_FORCE],
+            corner=rows[:, program.PEAK_CORNER] == 1.0,
+            **self._where(rows[:, program.PEAK_CONTACT]),
         )
 
     @cached_property
@@ -125,12 +129,11 @@ class WagonRecord(Record):
         columns: dict[str, list[Any]] = {
             name: [] for name in (*IMPACT_COLUMNS, "contact", "wheelset", "side", "surface")
         }
-        lanes = self._march.events[:, 2].astype(int)
+        lanes = self._march.events[:, program.EVENT_CONTACT].astype(int)
+        peak_lanes = self._march.peaks[:, program.PEAK_CONTACT].astype(int)
         for lane in np.unique(lanes):
             mine = events.isel(event=lanes == lane)
-            peak_times, forces = (
-                peaks[name].values[self._march.peaks[:, 1].astype(int) == lane] for name in ("time", "normal_force")
-            )
+            peak_times, forces = (peaks[name].values[peak_lanes == lane] for name in ("time", "normal_force"))
             is_impact = mine.kind.values == "impact"
             time, losses = mine.time.values[is_impact], mine.time.values[~is_impact]
             count = len(time)
@@ -154,7 +157,7 @@ class WagonRecord(Record):
         return dataset("impact", **{name: np.array(values)[order] for name, values in columns.items()})
 
     def _impulses_of(self, lane: int, start: FloatArray, end: FloatArray) -> FloatArray:
-        begins = self._march.steps[:, 0]
+        begins = self._march.steps[:, asm.STEP_TIME]
         total = np.append(0.0, np.cumsum(self._works[1][:, lane]))
         margin = 1e-12 * max(self.end, 1e-300)
         first = np.searchsorted(begins, start - margin)
@@ -318,19 +321,19 @@ class WagonRecord(Record):
     def time_in_air(self) -> float:
         """Time without contact, the sum over all wheels, s."""
         steps = self._march.steps
-        closed = steps[:, 2].copy()
+        closed = steps[:, asm.STEP_CLOSED].copy()
         total = 0.0
         wheels = np.ravel(self._lowered.assembly.lanes[: int(self._lowered.assembly.numbers[asm.TREADS]), asm.SIDE])
         for side in wheels:
             if side != 0.0:
-                total += float(steps[closed % 2.0 == 0.0, 1].sum())
+                total += float(steps[closed % 2.0 == 0.0, asm.STEP_LENGTH].sum())
             closed //= 2.0
         return total
 
     def _summary(self) -> tuple[int, float | None]:
         """Return the number of impacts, and the ratio of the largest to the static force."""
-        forces = self._march.peaks[:, 2]
-        impacts = int((self._march.events[:, 1] == program.IMPACT).sum())
+        forces = self._march.peaks[:, program.PEAK_FORCE]
+        impacts = int((self._march.events[:, program.EVENT_KIND] == program.IMPACT).sum())
         return impacts, (float(forces.max() / self.static_force) if len(forces) else None)
 
 

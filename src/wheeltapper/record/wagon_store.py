@@ -14,7 +14,7 @@ from wheeltapper.lower.structure import structure_of
 from wheeltapper.lower.wagon import LoweredWagon, layout_of
 from wheeltapper.march.assembly import Assembly
 from wheeltapper.record.stored import UNDAMAGED, attribute, check, method_of, notes, table, whole
-from wheeltapper.record.wagon_checks import check_assembly, march_of
+from wheeltapper.record.wagon_checks import ROWS_LIKE_A_WHEELS, check_assembly, march_of
 from wheeltapper.record.wagon_record import WagonRecord
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ def wagon_tables(record: WagonRecord) -> tuple[dict[str, Any], dict[str, Any]]:
         "assembly_parts": json.dumps([[name, part.shape, part.dtype.kind] for name, part in parts.items()]),
         "contact_constant": lowered.contact_constant,
         "end": march.end,
+        ROWS_LIKE_A_WHEELS: 1,
         "evaluations": march.evaluations,
     }
     return tables, attributes

@@ -1,0 +1,62 @@
+"""Kernels name what they index, and a name means one place."""
+
+import ast
+from collections import defaultdict
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import wheeltapper.march
+
+FOLDER = Path(wheeltapper.march.__path__[0])
+WRITTEN_OUT = {"plain_power.py"}
+"""Straight-line code over the first coefficients of series, where the index is the coefficient's order."""
+SOURCES = sorted(path for path in FOLDER.glob("*.py") if not path.name.startswith("unrolled"))
+
+
+def kernels(source):
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.FunctionDef):
+            names = {ast.unparse(one).partition("(")[0] for one in node.decorator_list}
+            if any(name.endswith("kernel") for name in names):
+                yield node
+
+
+def bare(kernel):
+    """Return the places that a kernel names by a number: lines, and what stands there."""
+    found = []
+    for node in ast.walk(kernel):
+        if isinstance(node, ast.Subscript) and not ast.unparse(node.value).endswith(".shape"):
+            parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+            if any(isinstance(part, ast.Constant) and isinstance(part.value, int) for part in parts):
+                found.append((node.lineno, ast.unparse(node)))
+    return found
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.name)
+def test_kernels_index_by_names(path):
+    if path.name in WRITTEN_OUT:
+        return
+    assert [place for kernel in kernels(path.read_text()) for place in bare(kernel)] == []
+
+
+def test_bare_indices_are_found():
+    (kernel,) = kernels("@kernel\ndef f(S, rows):\n    S[2] = rows[1, TIME] + rows.shape[0] + S[COUNT + 1]\n")
+    assert [what for _, what in bare(kernel)] == ["S[2]", "rows[1, TIME]"]
+
+
+def test_a_name_of_the_march_has_one_value():
+    values = defaultdict(set)
+    for path in FOLDER.glob("*.py"):
+        module = import_module(f"wheeltapper.march.{path.stem}") if path.stem != "__init__" else wheeltapper.march
+        for node in ast.parse(path.read_text()).body:
+            for target in node.targets if isinstance(node, ast.Assign) else []:
+                for name in target.elts if isinstance(target, ast.Tuple) else [target]:
+                    if isinstance(name, ast.Name) and name.id.isupper():
+                        value = getattr(module, name.id)
+                        if np.ndim(value) == 0 and isinstance(value, int | float | np.number):
+                            values[name.id].add(float(value))
+    assert len(values) > 500
+    assert {name: held for name, held in values.items() if len(held) > 1} == {}
