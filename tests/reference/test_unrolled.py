@@ -69,7 +69,7 @@ def test_straight_line_steps_agree_with_the_loops(order, omega):
     numbers[[program.STIFFNESS, program.DAMPING, program.CUBIC]] = 2e-3, 3e-2, 1.0
     K, G = numbers[program.STIFFNESS], numbers[program.DAMPING]
     loops = np.zeros(layout.SCRATCH)
-    here = loops[layout.HERE :]
+    here = loops
     here[layout.HERE_POLY] = 0.4
     if omega:
         here[[layout.HERE_AMP_SIN, layout.HERE_AMP_COS, layout.HERE_PHASE0, layout.HERE_OMEGA]] = 0.7, -0.2, 0.3, omega
@@ -136,7 +136,7 @@ def scratch_of(L, i, omega):
     numbers = np.zeros(program.NUMBERS)
     numbers[[program.STIFFNESS, program.DAMPING, program.CUBIC]] = L[LANE_K + i], L[LANE_G + i], 1.0
     S = np.zeros(layout.SCRATCH)
-    here = S[layout.HERE :]
+    here = S
     here[layout.HERE_POLY], here[layout.HERE_FACTOR_DEGREE] = L[LANE_LEVEL + i], -1
     if omega:
         phase = omega * L[LANE_TIME + i] - 2 * pi * L[LANE_OFFSET + i]
