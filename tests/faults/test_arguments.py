@@ -147,7 +147,7 @@ WALK = {
     },
     **{
         f"synthesise, a fault's {name}": (
-            lambda v, name=name: wt.synthesise(SITE, fault="wheel flat", **{name: v}), NOT_NUMBERS[1:],
+            lambda v, name=name: wt.synthesise(SITE, fault=D.Condition("wheel flat", **{name: v})), NOT_NUMBERS[1:],
         )
         for name in ("size", "place")
     },
@@ -180,7 +180,7 @@ WALK = {
     **{
         f"design_site, {name}": (lambda v, name=name: wt.design_site(site(), **{name: v}), values)
         for name, values in {
-            "parameters": NOT_NAMES, "speeds": [[], [None], ["5 kg"], *NOT_LISTS[1:]], "largest_force": NOT_NUMBERS,
+            "parameters": NOT_NAMES, "speeds": [[], [None], ["5 kg"], *NOT_LISTS[1:]],
             "vary": [5, "x", {"a": 1}, {5: (1, 2)}, {"track.mass": 5}, object()], "criterion": [None, *NOT_CHOICES],
             "trigger": NOT_NUMBERS, "budget": [0, 1.5, *NOT_NUMBERS], "seed": [1.5, *NOT_NUMBERS],
         }.items()
@@ -190,7 +190,7 @@ WALK = {
         for name, values in {
             "number": [0, 1.5, *NOT_NUMBERS], "shapes": [[], None, *NOT_NAMES], "spacing": NOT_NUMBERS,
             "heights": [(2, 1), (1, 2, 3), *NOT_NUMBERS], "lengths": NOT_NUMBERS, "total_length": NOT_NUMBERS,
-            "height": [(1, 2)],
+            "height": [(1, 2)], "largest_force": NOT_NUMBERS,
         }.items()
     },
     **{

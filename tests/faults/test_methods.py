@@ -12,6 +12,7 @@ from wheeltapper.ask.diagnosis.design import Design
 from wheeltapper.ask.diagnosis.design_search import Candidate
 from wheeltapper.ask.diagnosis.identify import Estimate
 from wheeltapper.ask.diagnosis.layout import Feature, Layout
+from wheeltapper.ask.diagnosis.neighbours import Condition
 
 D = wt.diagnosis
 SITE = Path(__file__).parents[2] / "examples" / "site.toml"
@@ -125,7 +126,7 @@ WALK = {
     "a fault, place": (lambda v: fault().passage(site().passage, 0.05, v), [-0.1, 1.1, float("nan"), *NOT_NUMBERS]),
     "diagnose_train, name": (lambda v: D.diagnose_train([quiet()], site(), name=v), [None, 5, ["x"], object()]),
     "diagnose_train, date": (lambda v: D.diagnose_train([quiet()], site(), date=v), [None, 5, ["x"], object()]),
-    "synthesise, label": (lambda v: wt.synthesise(site(), label=v), [5, ["x"], object()]),
+    "synthesise, name": (lambda v: wt.synthesise(site(), fault=Condition(name=v)), [5, ["x"], object()]),
     "synthesise, vary": (lambda v: wt.synthesise(site(), vary=v), NOT_FLAGS),
     "synthesise, coupled": (lambda v: wt.synthesise(site(), coupled=v), NOT_FLAGS),
     "synthesise_train, vary": (lambda v: trained(vary=v), NOT_FLAGS),

@@ -101,7 +101,7 @@ def test_a_file_of_ones_own_is_compared(tmp_path):
         ({"fault": "wheel flat", "size": "large"}, ("size", "large", "range")),
         ({"fault": "wheel flat", "size": (0.05, 0.02)}, ("size", "0.05", "range")),
         ({"fault": "wheel flat", "size": nan}, ("size", "nan")),
-        ({"fault": "wheel flat", "place": 2.0}, ("place", "2.0", "0 to 1")),
+        ({"fault": Condition("wheel flat", place=2.0)}, ("place", "2.0", "0 to 1")),
         ({"neighbour": "near"}, ("neighbour", "near", "spacing")),
         ({"neighbour": 0.0}, ("neighbour.spacing", "0.0")),
         ({"count": 0}, ("count", "0")),

@@ -368,10 +368,11 @@ def test_designs_for_the_worst_interval_with_another_deck():
 @pytest.mark.parametrize(
     ("changes", "field"),
     [
-        ({"criterion": "trace"}, "criterion"), ({"shapes": ("hill",)}, "shapes"), ({"number": 0}, "number"),
-        ({"heights": (2e-3, 1e-3)}, "heights"), ({"total_length": 0.01}, "total_length"),
+        ({"criterion": "trace"}, "criterion"), ({"rail": {"shapes": ("hill",)}}, "shapes"),
+        ({"rail": {"number": 0}}, "number"),
+        ({"rail": {"heights": (2e-3, 1e-3)}}, "heights"), ({"rail": {"total_length": 0.01}}, "total_length"),
         ({"parameters": ("irregularity.0.height",)}, "irregularity.0.height"),
-        ({"largest_force": 90e3}, "largest_force"), ({"vary": {"track.mass": (-1.0, 2.0)}}, "track.mass"),
+        ({"rail": {"largest_force": 90e3}}, "largest_force"), ({"vary": {"track.mass": (-1.0, 2.0)}}, "track.mass"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_designed_is_said(changes, field):

@@ -297,8 +297,10 @@ def design(
     place = Site.from_toml(site)
     try:
         found = design_site(
-            place, parameters, speeds, rail={"number": number, "shapes": shapes, "total_length": total_length},
-            largest_force=largest_force, criterion=criterion, budget=budget, seed=seed,
+            place, parameters, speeds, rail={
+                "number": number, "shapes": shapes, "total_length": total_length, "largest_force": largest_force,
+            },
+            criterion=criterion, budget=budget, seed=seed,
         )  # fmt: skip
     except Interrupted as stop:
         kept = "nothing was found yet"

@@ -140,7 +140,7 @@ COLUMNS = (
 
 RAIL: dict[str, Any] = {
     "number": 2, "shapes": ("bump", "dip"), "heights": (2e-5, 5e-3), "lengths": (0.02, 0.4), "spacing": (0.02, 2.0),
-    "total_length": 2.0,
+    "total_length": 2.0, "largest_force": 400e3,
 }  # fmt: skip
 """What a rail that is to be designed may have on it, if nothing else is said: see `design_site`."""
 
@@ -151,7 +151,6 @@ def design_site(
     speeds: Sequence[float] | None = (6.0, 9.0, 12.0),
     *,
     rail: Mapping[str, Any] | None = None,
-    largest_force: float = 400e3,
     vary: Mapping[str, Bounds] | None = None,
     criterion: Criterion = "determinant",
     one_gauge: bool = False,
@@ -177,9 +176,8 @@ def design_site(
         What the rail may have on it, beside or instead of RAIL. "number", "shapes": of features, and which of "bump",
         "dip", "step up" and "step down" each of them may be. "heights", "lengths", "spacing": bounds, m, of magnitudes,
         and of the distance from one start to the next; over features longer than 0.4 m the bogie, whose inertia the
-        wheelset's model leaves out, begins to move. "total_length": limit, m.
-    largest_force
-        Limit at every speed, N.
+        wheelset's model leaves out, begins to move. "total_length", "largest_force": limits, m and N; the force at
+        every speed.
     vary
         By path, bounds of other fields that are chosen, too, such as "track.mass". They are also chosen for the layouts
         of the comparison.
@@ -220,11 +218,12 @@ def design_site(
         if name not in RAIL:
             raise InputError("", f"rail.{name}", f"the unknown name {name!r}", suggested(name, RAIL))
     given["shapes"] = as_names(given["shapes"], "shapes", "shapes of features")
+    largest_force = as_quantity(given.pop("largest_force"), "largest_force", "force")
     family = Family(**given, fields=varied).checked()
     plain = ("bump",) if "bump" in family.shapes else family.shapes[:1]
     slowest = min(passing) if passing else family.fields.get("speed", (float(site.passage.speed),))[0]
     judge = Judge(
-        site, parameters, passing, criterion, as_quantity(largest_force, "largest_force", "force"), one_gauge,
+        site, parameters, passing, criterion, largest_force, one_gauge,
         as_trigger(trigger), family.heights[0], family.duration(slowest),
     )  # fmt: skip
     search = Search(judge, budget)

@@ -15,7 +15,7 @@ its contact couples its mass to the deck.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import ceil, pi
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -58,11 +58,14 @@ class Condition:
         usual size.
     place
         Place on the wheel's circumference, 0 to 1; None: drawn uniformly.
+    name
+        What a recording's `truth` calls it; None: the fault's name, or "healthy".
     """
 
     fault: str | None = None
     size: float | tuple[float, float] | None = None
     place: float | None = None
+    name: str | None = field(default=None, kw_only=True)
 
     def drawn(self, random: np.random.Generator) -> tuple[Fault | None, float | None, float | None]:
         """Return the fault, its size and its place."""
@@ -81,8 +84,8 @@ class Condition:
 
     @property
     def label(self) -> str:
-        """The fault's name, or "healthy"."""
-        return self.fault or "healthy"
+        """Its name, the fault's name, or "healthy"."""
+        return self.name or self.fault or "healthy"
 
 
 def ends_of(size: Any) -> tuple[float, float]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from wheeltapper.ask.diagnosis.identify import identify as identify
     from wheeltapper.ask.diagnosis.imitation_map import imitation_map as imitation_map
     from wheeltapper.ask.diagnosis.information import information as information
+    from wheeltapper.ask.diagnosis.neighbours import Condition as Condition
     from wheeltapper.ask.diagnosis.neighbours import Neighbour as Neighbour
     from wheeltapper.ask.diagnosis.performance import assess as assess
     from wheeltapper.ask.diagnosis.roc import false_calls as false_calls
@@ -37,6 +38,7 @@ _HOMES = {
     "CATALOGUE": f"{_HERE}.faults",
     "Fault": f"{_HERE}.faults",
     "Finding": f"{_HERE}.finding",
+    "Condition": f"{_HERE}.neighbours",
     "Neighbour": f"{_HERE}.neighbours",
     "Recording": "wheeltapper.record.recording",
     "Sensor": "wheeltapper.describe.sensor",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ REACH = 6.0
 def synthesise(
     site: Site | str | Path, count: int = 1, *, fault: str | Condition | None = None,
     size: float | tuple[float, float] | None = None,
-    changes: Mapping[str, float] | None = None, label: str | None = None, seed: int = 0, vary: bool = True,
+    changes: Mapping[str, float] | None = None, seed: int = 0, vary: bool = True,
     noise: float | None = None, neighbour: float | Neighbour | Sequence[Neighbour] | None = None, coupled: bool = True,
     progress: Progress = True, **older: Any,
 ) -> list[Recording]:  # fmt: skip
@@ -54,8 +55,6 @@ def synthesise(
         none, and the usual size. Or a `Condition`, which also says where on the wheel's circumference it is.
     changes
         By path, values that differ from the site's passage.
-    label
-        Label in the `truth` of the recordings; by default the name of the fault, or "healthy".
     seed
         Seed of the random numbers. Recording n does not depend on `count`. With a fault it has the same relative
         deviations of speed, height and so on as without.
@@ -78,8 +77,6 @@ def synthesise(
     count, seed, noise = as_count(count, "count"), as_count(seed, "seed", 0), _noise(noise)
     check_flag(vary, "vary")
     check_flag(coupled, "coupled")
-    if label is not None:
-        check_text(label, "label")
     site = as_site(site)
     stated = site.passage.replaced(as_table(changes, "changes", "values by path, or None"))
     condition, others = _condition(fault, size, older), neighbours_of(neighbour)
@@ -93,7 +90,7 @@ def synthesise(
                 _beside(site, other, relative, np.random.default_rng([seed, number, 1 + i]))
                 for i, other in enumerate(others)
             ]
-            truth = {"label": label or condition.label, **truth}
+            truth = {"label": condition.label, **truth}
             if others:
                 truth["neighbours"] = [{"spacing": spacing, "scenario": scene} for spacing, scene in beside]
             out.append(_recorded(site, passage, beside, random, noise, coupled, truth))
@@ -101,17 +98,24 @@ def synthesise(
     return out
 
 
+OLDER = {"place": "place", "label": "name"}
+"""Keywords of `synthesise` that `Condition` has replaced, and what they are called there."""
+
+
 def _condition(fault: str | Condition | None, size: Any, older: dict[str, Any]) -> Condition:
-    """Return what is wrong with a wheelset, with its place where that was given by the older keyword."""
-    for name in older:
-        if name != "place":
+    """Return what is wrong with a wheelset, with what was given by older keywords."""
+    given: dict[str, Any] = {}
+    for name, value in older.items():
+        if name not in OLDER:
             raise TypeError(f"an unexpected keyword argument {name!r}")
-        warnings.warn("place is now that of a Condition", DeprecationWarning, stacklevel=3)
-    if not isinstance(fault, Condition):
-        return Condition(fault, size, older.get("place"))
-    if size is not None:
+        warnings.warn(f"{name} is now Condition({OLDER[name]}=...)", DeprecationWarning, stacklevel=3)
+        given[OLDER[name]] = value
+    if isinstance(fault, Condition) and size is not None:
         raise InputError("", "size", shown(size), "none beside a Condition, which has its own")
-    return fault
+    found = replace(fault, **given) if isinstance(fault, Condition) else Condition(fault, size, **given)
+    if found.name is not None:
+        check_text(found.name, "name")
+    return found
 
 
 def synthesise_train(
