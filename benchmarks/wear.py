@@ -19,7 +19,7 @@ from machine import no_garbage_collection, surroundings
 from options import parser_of
 
 import wheeltapper as wt
-from wheeltapper.march import dense, yielding
+from wheeltapper.march import run
 
 REPEATS = 3
 LENGTH = 2.0
@@ -62,8 +62,8 @@ def measured(speed: float, passes: int, hardening: float) -> tuple[xr.Dataset, f
     best, parts, wear = float("inf"), {}, None
     one = scene(speed)
     for _ in range(REPEATS):
-        times = {"march": 0.0, "dense": 0.0}
-        with no_garbage_collection(), spent(yielding, "march", times), spent(dense, "dense", times):
+        times = {"march": 0.0, "sample": 0.0}
+        with no_garbage_collection(), spent(run, "march", times), spent(run, "sample", times):
             began = time.perf_counter()
             wear = wt.wear_in(one, passes, hardening=hardening)
             wall = time.perf_counter() - began
@@ -93,7 +93,7 @@ def main() -> None:
     for name, (speed, passes, hardening) in CASES.items():
         wear, wall, parts = measured(speed, 2 if smallest else passes, hardening)
         made = wear.sizes["pass"]
-        shares = [parts["march"] / wall, parts["dense"] / wall]
+        shares = [parts["march"] / wall, parts["sample"] / wall]
         shares.append(1.0 - sum(shares))
         print(
             f"{name:22} {made:6d} {wall:6.2f} {made / wall:8.0f} {1e3 * wall / made:8.2f} "

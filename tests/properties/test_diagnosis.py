@@ -8,7 +8,7 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.ask.diagnosis import processes
-from wheeltapper.ask.diagnosis.public import CATALOGUE, Recording, Site, diagnose_all, write_recording
+from wheeltapper.ask.diagnosis.public import CATALOGUE, Condition, Recording, Site, diagnose_all, write_recording
 
 SITE = wt.load("examples/site.toml")
 SHORT = Site.model_validate(SITE.model_dump() | {"passage": SITE.passage.replaced({"duration": 0.2})})
@@ -73,7 +73,7 @@ def test_flats_are_sized_clipped_or_not(size, seed):
     ],
 )
 def test_a_flat_is_sized_wherever_it_strikes(size, seed, place):
-    finding, _ = found("wheel flat", size, seed, SITE, place=place)
+    finding, _ = found(Condition("wheel flat", size, place), None, seed, SITE)
     assert finding.verdict == "wheel flat"
     assert finding.size == pytest.approx(size, abs=1e-4)
     assert finding.reduced < 1.05
