@@ -430,18 +430,21 @@ class _Tables(NamedTuple):
     def of(program: Program) -> _Tables:
         """Return room for a first few thousand steps and their events; a spot that remembers adds pieces."""
         ended = len(program.damper) > 0
-        spare = 64 if program.numbers[contract.MEMORY] != 0.0 else 0
+        pieces = program.pieces
+        if program.numbers[contract.MEMORY] != 0.0:
+            pieces = np.vstack([pieces, np.zeros((64, pieces.shape[1]))])
         return _Tables(
             np.empty((8192, ENDED_COLUMNS if ended else STEP_COLUMNS)), np.empty((256, EVENT_COLUMNS)),
             np.empty((256, PEAK_COLUMNS)), np.empty((256, STOP_COLUMNS)) if ended else None,
-            np.vstack([program.pieces, np.zeros((spare, program.pieces.shape[1]))]),
+            pieces,
         )  # fmt: skip
 
     def larger(self, work: FloatArray) -> _Tables:
         """Return the tables, those twice as long that are three quarters full."""
         steps, events, peaks = (int(work[COUNT + count]) for count in (STEPS, EVENTS, PEAKS))
         stops = None if self.stops is None else _grown(self.stops, work[COUNT + STOPS])
-        pieces = _grown(self.pieces, work[COUNT + PIECES])
+        remembered = work[COUNT + PIECES]  # 0 without a spot that remembers: its path ends or loops at its last piece
+        pieces = _grown(self.pieces, remembered) if remembered else self.pieces
         return _Tables(
             _grown(self.steps, steps), _grown(self.events, events), _grown(self.peaks, peaks), stops, pieces
         )  # fmt: skip
