@@ -194,3 +194,18 @@ def test_the_line_of_a_record_says_whose_force_it_is():
     coach = wt.Scenario(vehicle=wt.Wagon.erri_b176(), irregularity=BUMP, speed=20, duration=0.01)
     assert "kN per wheelset)" in str(wt.simulate(scene()))
     assert "kN per wheel)" in str(wt.simulate(coach))
+
+
+def test_a_sweep_doubts_the_implausible_values_of_its_axes_and_of_what_its_cells_share():
+    shared = scene(**wheelset(load=22.5))
+    with pytest.warns(ModelWarning) as caught:
+        chart = wt.sweep(shared, {"vehicle.mass": [1.4, 1500, 1600], "speed": [4.0, 5.0]}, ["force_ratio"])
+    told = [str(one.message) for one in caught if "implausible" in str(one.message)]
+    assert [text.split(" is ")[0] for text in told] == ["vehicle.load = 22.5 N", "vehicle.mass = 1.4 kg"]
+    assert "the worst of 2 such cells of 6" in told[1]
+    assert all(text in chart.attrs["notes"] for text in ("vehicle.mass = 1.4 kg", "vehicle.load = 22.5 N"))
+
+
+def test_a_sweep_over_plausible_values_says_nothing_of_an_implausible_one_that_no_cell_has():
+    chart = wt.sweep(scene(speed=250), {"speed": [4.0, 5.0]}, ["force_ratio"])
+    assert "implausible" not in chart.attrs["notes"]

@@ -25,6 +25,7 @@ from wheeltapper.lower.build import SHARP_DIP, courses_of, curvatures, sharp_dip
 from wheeltapper.lower.ellipse import factor_function
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.numbers import METHODS, Method, Numbers, Placing, Units, numbers_of
+from wheeltapper.lower.plausible import implausible_cells
 from wheeltapper.lower.table import Table
 from wheeltapper.march import program as contract
 from wheeltapper.march.ensemble import Cells
@@ -180,7 +181,8 @@ class Many:
         """What the user should know, one note for each cause."""
         counts = np.bincount(self._owner, minlength=len(self._shaped))
         notes = [Shared(note, int(cells)) for said, cells in zip(self._said, counts, strict=True) for note in said]
-        return shared([note for note in notes if note.note.cause != SHARP_DIP] + self._sharp_dips())
+        told = [note for note in notes if note.note.cause != SHARP_DIP] + self._sharp_dips()
+        return shared((*implausible_cells(self.scenario, self.changed, self._value.cells), *told))
 
     def _sharp_dips(self) -> list[Shared]:
         """Return notes on dips that no wheel can follow; cells with the same table may differ in them."""

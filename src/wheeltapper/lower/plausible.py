@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping
+from math import log, sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.combination import Repeated
@@ -15,8 +18,10 @@ from wheeltapper.describe.irregularity.profile import Profile
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.notes import Note
+from wheeltapper.ground.notes import Note, Shared
 from wheeltapper.ground.quantities import UNITS, si_unit
+
+FloatArray = NDArray[np.float64]
 
 
 class Usual(NamedTuple):
@@ -133,6 +138,34 @@ def implausible(scenario: Scenario) -> tuple[Note, ...]:
     )  # fmt: skip
 
 
+def implausible_cells(scenario: Scenario, changed: Mapping[str, FloatArray], cells: int) -> tuple[Shared, ...]:
+    """Return the same notes for many cells of a scenario: of a field that differs between cells, for its worst value.
+
+    Parameters
+    ----------
+    scenario
+        The scenario that all cells share.
+    changed
+        By path, one number per cell in SI units.
+    cells
+        Number of cells.
+    """
+    held = {re.sub(r"\.\d+$", "", path): path for path in changed}  # of several numbers in a field, each is judged
+    notes = [Shared(note, cells) for note in implausible(scenario) if note.cause not in map(_cause, held)]
+    nouns = dict(_nouns(scenario))
+    for name, path in held.items():
+        where, _, field = name.rpartition(".")
+        usual = USUAL.get(type(nouns.get(where)).__name__, {}).get(field)
+        if usual is None:
+            continue
+        middle = UNITS[usual.dimension][usual.unit] * sqrt(usual.usual[0] * usual.usual[1])
+        doubted = [value for value in changed[path].tolist() if not _is_plausible(value, usual)]
+        if doubted:
+            worst = max(doubted, key=lambda value: abs(log(max(abs(value), 1e-300) / middle)))
+            notes.append(Shared(_note(path, worst, usual), len(doubted)))
+    return tuple(notes)
+
+
 def _nouns(scenario: Scenario) -> Iterator[tuple[str, Noun]]:
     """Return the nouns of a scenario whose numbers are judged, with their paths."""
     yield "", scenario
@@ -191,7 +224,11 @@ def _note(path: str, value: float, usual: Usual) -> Note:
     meant = _meant(abs(value), usual)
     hint = f'; did you mean "{value:.6g} {meant}"?' if meant else ""
     text = f"{path} = {value:.6g} {si} is implausible: usual are {low:g} to {high:g} {usual.unit}{hint}"
-    return Note(text, f"implausible {path}", doubtful=True)
+    return Note(text, _cause(path), doubtful=True)
+
+
+def _cause(path: str) -> str:
+    return f"implausible {path}"
 
 
 def _meant(value: float, usual: Usual) -> str:
