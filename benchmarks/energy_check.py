@@ -28,7 +28,9 @@ def cases() -> dict[str, tuple[wt.Scenario, bool]]:
     """Return scenarios by name, and whether their share is meant to stay below the limit."""
     files = {file.stem: wt.load(file) for file in sorted(EXAMPLES.glob("*.toml")) if "[vehicle]" in file.read_text()}
     found = {f"{name}.toml": (scene, name != "coach_step") for name, scene in files.items()}
-    long = {f"{name}, 5 s": files[name].replaced(LONG) for name in ("corrugation", "deck", "wheel_flat", "measured_flat")}
+    long = {
+        f"{name}, 5 s": files[name].replaced(LONG) for name in ("corrugation", "deck", "wheel_flat", "measured_flat")
+    }
     bump = files["bump"]
     others = {
         "Hunt-Crossley": bump.replaced({"contact": wt.Hertz(constant=1.405e11, hysteresis=0.5)}),
@@ -46,6 +48,7 @@ class Clock:
         self.function, self.spent = function, 0.0
 
     def __call__(self, *arguments: Any) -> Any:
+        """Call the function and keep its time."""
         begun = time.process_time()
         try:
             return self.function(*arguments)

@@ -6,7 +6,7 @@ Of wheel and deck, whatever the law of the contact (scaled units; M: kinetic ene
 
 D·v is what the damper takes (power.py). At both ends of a step the power is known as a short series in the step's own
 variable, and Hermite's rule integrates it over the step. Displacements and velocities go on over every event, so M is
-known at every end.
+known at every end. Steps in an elastic contact, the most by far, are checked many at once (plain_power.py).
 
     of each step: series at its start (the end of the step before, where nothing changed there), and at its end
                   what is missing:  M(end) - M(start) - ∫ power
@@ -18,17 +18,22 @@ from math import sqrt
 
 import numpy as np
 
+from wheeltapper.march import plain_power as plain
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import touches
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import SCRATCH
-from wheeltapper.march.plain_power import (
-    AFTER, BEFORE, DECK, ELASTIC, ENERGY, ENTRIES, GAIN_AFTER, GAIN_BEFORE, KINETIC, LOSING, STATES, SWING, U0, W0,
-    WHEN, WORKING, find_power, put_path,
-)  # fmt: skip
 from wheeltapper.march.power import (
-    CONTACT_WORK, LONG, LONG_RULE, LOST, PATH_WORK, POWER_TERMS, SHORT, SHORT_RULE, power,
-)  # fmt: skip
+    CONTACT_WORK,
+    LONG,
+    LONG_RULE,
+    LOST,
+    PATH_WORK,
+    POWER_TERMS,
+    SHORT,
+    SHORT_RULE,
+    power,
+)
 from wheeltapper.march.program import (
     CONTACT,
     DECK_V,
@@ -193,29 +198,19 @@ def _add_contact(
     pieces: FloatArray, numbers: FloatArray, steps: FloatArray, end: FloatArray, L: FloatArray, sums: FloatArray
 ) -> None:
     """Add steps in an elastic contact, between which only the motion changes, to the sums; `end` is the last one's."""
-    before = begun = working = losing = elastic = 0.0
-    for first in range(0, len(steps) + 1, STATES):
-        count = min(STATES, len(steps) + 1 - first)
-        for i in range(count):
-            k = first + i
-            state = steps[k] if k < len(steps) else end
-            after = state[LENGTH] if k < len(steps) else 0.0
-            L[WHEN + i], L[U0 + i], L[W0 + i] = state[TIME], state[A], state[B]
-            L[DECK + i], L[SWING + i] = state[DECK_Y], state[DECK_V]
-            L[BEFORE + i], L[AFTER + i] = before, after
-            before = after
-        put_path(pieces, numbers, end, count, L)
-        find_power(numbers, end[ON_DECK], L)
+    begun = working = gaining = losing = 0.0
+    for first in range(0, len(steps) + 1, plain.STATES):
+        count = plain.find_power(pieces, numbers, steps, first, end, L)
         for i in range(count):
             if first + i > 0:
-                half = 0.5 * L[BEFORE + i]
-                sums[MISSING] += L[ENERGY + i] - L[GAIN_BEFORE + i] - begun
+                half = 0.5 * L[plain.BEFORE + i]  # what is exchanged need not be exact: by the trapezoidal rule
+                sums[MISSING] += L[plain.ENERGY + i] - L[plain.GAIN_BEFORE + i] - begun
                 sums[LARGEST_MISSING] = max(sums[LARGEST_MISSING], abs(sums[MISSING]))
-                sums[WORKED] += half * (abs(working + L[WORKING + i]) + abs(losing + L[LOSING + i]))
-                sums[LARGEST_ELASTIC] = max(sums[LARGEST_ELASTIC], abs(L[ELASTIC + i] - elastic))
-            sums[LARGEST_KINETIC] = max(sums[LARGEST_KINETIC], L[KINETIC + i])
-            begun = L[ENERGY + i] + L[GAIN_AFTER + i]
-            working, losing, elastic = L[WORKING + i], L[LOSING + i], L[ELASTIC + i]
+                sums[WORKED] += half * (abs(working + L[plain.WORKING + i]) + abs(losing + L[plain.LOSING + i]))
+                sums[LARGEST_ELASTIC] = max(sums[LARGEST_ELASTIC], half * abs(gaining + L[plain.GAINING + i]))
+            sums[LARGEST_KINETIC] = max(sums[LARGEST_KINETIC], L[plain.KINETIC + i])
+            begun = L[plain.ENERGY + i] + L[plain.GAIN_AFTER + i]
+            working, gaining, losing = L[plain.WORKING + i], L[plain.GAINING + i], L[plain.LOSING + i]
 
 
 @kernel
@@ -227,19 +222,19 @@ def balance_kernel(
 
     `law` and `damper` are None where single.py says.
     """
-    S, L = np.zeros(SCRATCH), np.zeros(ENTRIES)
+    S, L = np.zeros(SCRATCH), np.zeros(plain.ENTRIES)
     begins, ends = np.zeros(POWER_TERMS), np.zeros(POWER_TERMS)
     end = np.empty(steps.shape[1])
     same = False
     y = v = 0.0
     i = 0
     while i < len(steps):
-        plain = law is None and damper is None and steps[i, PHASE] == CONTACT
-        first, i = i, _last_alike(steps, i) if plain else i
+        elastic = law is None and damper is None and steps[i, PHASE] == CONTACT
+        first, i = i, _last_alike(steps, i) if elastic else i
         step = steps[i]
         i += 1
         after = steps[i] if i < len(steps) else last
-        if plain:
+        if elastic:
             _leave(pieces, numbers, law, step, after, S, end)
             _add_contact(pieces, numbers, steps[first:i], end, L, sums)
             same = False
