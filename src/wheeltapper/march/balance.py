@@ -6,7 +6,7 @@ Of wheel and deck, whatever the law of the contact (scaled units; M: kinetic ene
 
 D·v is what the damper takes (power.py). At both ends of a step the power is known as a short series in the step's own
 variable, and Hermite's rule integrates it over the step. Displacements and velocities go on over every event, so M is
-known at every end.
+known at every end. Steps in an elastic contact, the most by far, are checked many at once (plain_power.py).
 
     of each step: series at its start (the end of the step before, where nothing changed there), and at its end
                   what is missing:  M(end) - M(start) - ∫ power
@@ -14,17 +14,28 @@ known at every end.
 
 from __future__ import annotations
 
-from math import factorial, sqrt
+from math import sqrt
 
 import numpy as np
 
+from wheeltapper.march import plain_power as plain
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import touches
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import SCRATCH
-from wheeltapper.march.plain_power import plain_power
-from wheeltapper.march.power import CONTACT_WORK, LONG, LOST, PATH_WORK, POWER_TERMS, SHORT, power
+from wheeltapper.march.power import (
+    CONTACT_WORK,
+    LONG,
+    LONG_RULE,
+    LOST,
+    PATH_WORK,
+    POWER_TERMS,
+    SHORT,
+    SHORT_RULE,
+    power,
+)
 from wheeltapper.march.program import (
+    CONTACT,
     DECK_V,
     DECK_Y,
     END_DEFLECTION,
@@ -48,18 +59,6 @@ MISSING, LARGEST_MISSING, WORKED, LARGEST_KINETIC, LARGEST_ELASTIC = range(5)
 SUMS = 5
 ROUNDING = 1e-10
 """An indentation below this part of the displacement is rounding: there the contact opens."""
-
-
-def _rule(terms: int) -> FloatArray:
-    """Return the weights of Hermite's rule for the series at the start; for that at the end, signs alternate."""
-    k = terms - 1
-    return np.array([
-        factorial(k + 1) / factorial(2 * k + 2) * factorial(2 * k + 1 - j) / factorial(k - j) / (j + 1)
-        for j in range(terms)
-    ])  # fmt: skip
-
-
-SHORT_RULE, LONG_RULE = _rule(SHORT), _rule(LONG)
 
 
 @kernel
@@ -88,18 +87,6 @@ def _wheel(state: FloatArray, S: FloatArray) -> tuple[float, float]:
         return state[A], state[B]
     height, velocity = _base(state, S)
     return height - state[A] * state[A], velocity - state[B]
-
-
-@inlined_kernel
-def _motion_and_power(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, state: FloatArray,
-    S: FloatArray, out: FloatArray,
-) -> tuple[float, float]:  # fmt: skip
-    """Return displacement and velocity of the wheel in a state, and write the power."""
-    if law is None and damper is None and numbers[contract.DECK_MASS] == 0.0 and touches(state[PHASE]):
-        return plain_power(pieces, numbers, state, S, out)
-    _enter(pieces, numbers, law, state, S)
-    return power(numbers, damper, state, S, out)
 
 
 @kernel
@@ -179,10 +166,12 @@ def _goes_on(step: FloatArray, after: FloatArray) -> bool:
 
 @kernel
 def _leave(
-    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, step: FloatArray, after: FloatArray, y: float,
-    v: float, S: FloatArray, end: FloatArray,
-) -> None:  # fmt: skip
-    """Write the state after a step as that step left it, with the wheel's motion there, into `end`."""
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, step: FloatArray, after: FloatArray, S: FloatArray,
+    end: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
+    """Write the state after a step as that step left it into `end`; return the wheel's motion there."""
+    _enter(pieces, numbers, law, after, S)
+    y, v = _wheel(after, S)
     for k in range(len(end)):
         end[k] = after[k]
     for column in (PHASE, PIECE, SHIFT, ON_DECK):
@@ -192,6 +181,36 @@ def _leave(
         end[END_DEFLECTION] = 0.0  # nothing is let go before its force is gone
     _enter(pieces, numbers, law, end, S)
     _put_wheel(y, v, end, S)
+    return y, v
+
+
+@kernel
+def _last_alike(steps: FloatArray, first: int) -> int:
+    """Return the number of the last of the steps from `first` on after which only the motion is another."""
+    i = first
+    while i + 1 < len(steps) and _goes_on(steps[i], steps[i + 1]):
+        i += 1
+    return i
+
+
+@kernel
+def _add_contact(
+    pieces: FloatArray, numbers: FloatArray, steps: FloatArray, end: FloatArray, L: FloatArray, sums: FloatArray
+) -> None:
+    """Add steps in an elastic contact, between which only the motion changes, to the sums; `end` is the last one's."""
+    begun = working = gaining = losing = 0.0
+    for first in range(0, len(steps) + 1, plain.STATES):
+        count = plain.find_power(pieces, numbers, steps, first, end, L)
+        for i in range(count):
+            if first + i > 0:
+                half = 0.5 * L[plain.BEFORE + i]  # what is exchanged need not be exact: by the trapezoidal rule
+                sums[MISSING] += L[plain.ENERGY + i] - L[plain.GAIN_BEFORE + i] - begun
+                sums[LARGEST_MISSING] = max(sums[LARGEST_MISSING], abs(sums[MISSING]))
+                sums[WORKED] += half * (abs(working + L[plain.WORKING + i]) + abs(losing + L[plain.LOSING + i]))
+                sums[LARGEST_ELASTIC] = max(sums[LARGEST_ELASTIC], half * abs(gaining + L[plain.GAINING + i]))
+            sums[LARGEST_KINETIC] = max(sums[LARGEST_KINETIC], L[plain.KINETIC + i])
+            begun = L[plain.ENERGY + i] + L[plain.GAIN_AFTER + i]
+            working, gaining, losing = L[plain.WORKING + i], L[plain.GAINING + i], L[plain.LOSING + i]
 
 
 @kernel
@@ -203,24 +222,33 @@ def balance_kernel(
 
     `law` and `damper` are None where single.py says.
     """
-    S = np.zeros(SCRATCH)
+    S, L = np.zeros(SCRATCH), np.zeros(plain.ENTRIES)
     begins, ends = np.zeros(POWER_TERMS), np.zeros(POWER_TERMS)
     end = np.empty(steps.shape[1])
     same = False
     y = v = 0.0
-    for i in range(len(steps)):
+    i = 0
+    while i < len(steps):
+        elastic = law is None and damper is None and steps[i, PHASE] == CONTACT
+        first, i = i, _last_alike(steps, i) if elastic else i
         step = steps[i]
-        after = steps[i + 1] if i + 1 < len(steps) else last
+        i += 1
+        after = steps[i] if i < len(steps) else last
+        if elastic:
+            _leave(pieces, numbers, law, step, after, S, end)
+            _add_contact(pieces, numbers, steps[first:i], end, L, sums)
+            same = False
+            continue
         if not same:
-            y, v = _motion_and_power(pieces, numbers, law, damper, step, S, begins)
+            _enter(pieces, numbers, law, step, S)
+            y, v = power(numbers, damper, step, S, begins)
         same = _goes_on(step, after)
         if same:
-            end_y, end_v = _motion_and_power(pieces, numbers, law, damper, after, S, ends)
-        else:
             _enter(pieces, numbers, law, after, S)
-            end_y, end_v = _wheel(after, S)
-            _leave(pieces, numbers, law, step, after, end_y, end_v, S, end)
-            _motion_and_power(pieces, numbers, law, damper, end, S, ends)
+            end_y, end_v = power(numbers, damper, after, S, ends)
+        else:
+            end_y, end_v = _leave(pieces, numbers, law, step, after, S, end)
+            power(numbers, damper, end, S, ends)
         _add(numbers, step, after, y, v, end_y, end_v, begins, ends, sums)
         begins, ends = ends, begins
         y, v = end_y, end_v

@@ -7,6 +7,10 @@ dt/ds = u, else in time.
 
 from __future__ import annotations
 
+from math import factorial
+
+import numpy as np
+
 from wheeltapper.march import program as contract
 from wheeltapper.march.damper_series import contact_with_end, flight_with_end, held
 from wheeltapper.march.events import touches
@@ -39,6 +43,18 @@ POWER_TERMS = 3 * LONG
 """Where in an array each power's series stands, and how long the array is."""
 PATH_POWERS = 5
 """Powers of the path in time beyond this do not reach the terms of a contact."""
+
+
+def _rule(terms: int) -> FloatArray:
+    """Return the weights of Hermite's rule for the series at the start; for that at the end, signs alternate."""
+    k = terms - 1
+    return np.array([
+        factorial(k + 1) / factorial(2 * k + 2) * factorial(2 * k + 1 - j) / factorial(k - j) / (j + 1)
+        for j in range(terms)
+    ])  # fmt: skip
+
+
+SHORT_RULE, LONG_RULE = _rule(SHORT), _rule(LONG)
 # Rows of S that are free once the series of a contact are known: the path's velocity, N·u, D and what is lost.
 PATH_V, PUSHED, BRAKED, SPENT = CLEAR, TREND, COMP, WORK
 
