@@ -1,9 +1,13 @@
 """Maps against single records: the same numbers, whatever the tables share and however many threads march."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.ask import cells
+from wheeltapper.march import run
 
 BUMP = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
@@ -172,3 +176,22 @@ def test_a_deck_and_a_step_and_a_start_in_the_air(track):
         assert float(chart.number_of_impacts[cell]) == record.impacts.sizes["impact"]
         losses = record.events.time.values[record.events.kind.values == "loss"]
         assert float(chart.first_loss[cell]) == pytest.approx(losses[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("gradient", [False, True])
+def test_a_map_checks_the_energy_of_its_cells_on_request(gradient, monkeypatch):
+    over = {"irregularity.0.height": [1e-4, 2e-4], "vehicle.damping": [2e4, 5e4]}
+    marched = []
+
+    def damaged(program):
+        march = run.march(program)
+        marched.append(program)
+        return march._replace(steps=np.delete(march.steps, 20, axis=0)) if len(marched) == 3 else march
+
+    monkeypatch.setattr(cells, "run", SimpleNamespace(**vars(run) | {"march": damaged}))
+    plain = wt.sweep(BUMP, over, PAIR, gradient=gradient)
+    assert not marched
+    checked = wt.sweep(BUMP, over, PAIR, gradient=gradient, check=True)
+    assert checked.status.attrs["flag_meanings"].split()[int(checked.status[1, 0])] == "unbalanced"
+    np.testing.assert_array_equal(checked.status.values.ravel()[[0, 1, 3]], 0)
+    assert checked.drop_vars("status").equals(plain.drop_vars("status"))

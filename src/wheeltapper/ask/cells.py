@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared
-from wheeltapper.ground.progress import counting, part
+from wheeltapper.ground.progress import counting, part, report
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record.simulate import say_that_it_compiles, warn
@@ -32,8 +32,8 @@ MOST_REFUSALS = 100
 """Largest number of reasons for refused cells that are kept; further ones are dropped."""
 
 # Status of a cell, in the order of the numbers that a chart stores.
-COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED = range(6)
-STATUS = ("complete", "event_limit", "not_finite", "stalled", "end_of_path", "refused")
+COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED, UNBALANCED = range(7)
+STATUS = ("complete", "event_limit", "not_finite", "stalled", "end_of_path", "refused", "unbalanced")
 _OF_MARCH = np.zeros(8, dtype=np.int64)
 _OF_MARCH[[contract.TOO_MANY_EVENTS, contract.NOT_FINITE, contract.STALLED, contract.END_OF_PATH]] = (
     EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH,
@@ -124,7 +124,10 @@ def compute(asked: Study, changed: dict[str, FloatArray], threads: int) -> Compu
     try:
         many = Many(asked.scenario, changed, asked.method)
         _set_end(asked, many.cells.numbers)
-        return _sloped(asked, many, threads) if asked.gradient else _marched(asked, many, threads)
+        found = _sloped(asked, many, threads) if asked.gradient else _marched(asked, many, threads)
+        if asked.check:
+            _check_energy(many, found.status)
+        return found
     except InputError as error:
         if cells == 1:
             return Computed.refused(asked, error)
@@ -179,6 +182,18 @@ def _marched(asked: Study, many: Many, threads: int) -> Computed:
     run.march_cells(many.cells, threads, read, asked.tally)
     empty = np.empty((len(asked.features), 0, total))
     return Computed(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)
+
+
+def _check_energy(many: Many, status: IntArray) -> None:
+    """Mark the complete cells whose work and energy do not balance."""
+    from wheeltapper.record import balanced
+
+    cells = np.flatnonzero(status == COMPLETE).tolist()
+    for done, cell in enumerate(cells):
+        report("checking the energy", done, len(cells))
+        program = many.program(cell)
+        if not balanced.missing_part(program, run.march(program)) <= balanced.LIMIT:
+            status[cell] = UNBALANCED
 
 
 def _sloped(asked: Study, many: Many, threads: int) -> Computed:

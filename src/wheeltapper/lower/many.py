@@ -29,6 +29,7 @@ from wheeltapper.lower.plausible import implausible_cells
 from wheeltapper.lower.table import Table
 from wheeltapper.march import program as contract
 from wheeltapper.march.ensemble import Cells
+from wheeltapper.march.program import Program
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -106,6 +107,11 @@ class Many:
         rows = np.vstack([table.rows for table in tables])
         self.cells = Cells(rows, self._first[:-1][self._owner], np.diff(self._first)[self._owner], numbers)
         self.units = self._spread(units)
+
+    def program(self, cell: int) -> Program:
+        """Return the program of one cell."""
+        first, many = int(self.cells.first[cell]), int(self.cells.many[cell])
+        return Program(self.cells.pieces[first : first + many], self.cells.numbers[cell])
 
     @cached_property
     def _value(self) -> Fields:

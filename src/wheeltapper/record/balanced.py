@@ -13,9 +13,9 @@ import numpy as np
 
 from wheeltapper.ground import progress
 from wheeltapper.ground.notes import Note
-from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
+from wheeltapper.march.program import Program
 
 if TYPE_CHECKING:
     from wheeltapper.march.single import March
@@ -34,7 +34,7 @@ CHUNK = 100_000
 """Number of steps that are checked between two reports of progress, about a hundredth of a second of work."""
 
 
-def missing_part(lowered: Lowered, march: March) -> float:
+def missing_part(program: Program, march: March) -> float:
     """Return the largest missing share of the exchanged energy at any time of a march; NaN if it is undefined."""
     from wheeltapper.march import balance
 
@@ -43,7 +43,7 @@ def missing_part(lowered: Lowered, march: March) -> float:
         progress.report("checking the energy", first, len(steps))
         after = first + CHUNK
         last = steps[after] if after < len(steps) else march.state
-        run.balance(lowered.program, march.pieces, steps[first:after], last, sums)
+        run.balance(program, march.pieces, steps[first:after], last, sums)
     exchanged = sums[balance.WORKED] + sums[balance.LARGEST_KINETIC] + sums[balance.LARGEST_ELASTIC] + AT_REST
     missing = sums[balance.LARGEST_MISSING] if np.isfinite(sums[balance.MISSING]) else np.nan
     return float(missing / exchanged)

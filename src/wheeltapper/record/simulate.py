@@ -158,7 +158,7 @@ def _of_wheel(scenario: Scenario, method: str, name: str) -> Record:
     warn_of(beyond)
     if not run.balance_is_ready(lowered.program):
         say_that_it_compiles("the energy's check")
-    status, missing = balanced.judged(march.status, balanced.missing_part(lowered, march))
+    status, missing = balanced.judged(march.status, balanced.missing_part(lowered.program, march))
     lowered = replace(lowered, notes=lowered.notes + beyond + missing)
     return Record(scenario, method, lowered, march._replace(status=status))
 

@@ -56,8 +56,7 @@ class Passages:
     @cached_property
     def marches(self) -> list[March]:
         """The marches, one for each speed."""
-        cells = self.many.cells
-        return [run.march(Program(cells.pieces, cells.numbers[i])) for i in range(len(self.speeds))]
+        return [run.march(self.many.program(i)) for i in range(len(self.speeds))]
 
     @cached_property
     def largest_forces(self) -> FloatArray:
