@@ -18,9 +18,9 @@ from wheeltapper.faces.wagons import draw_comparison, draw_wagon
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.arguments import as_count, as_list, as_path
 from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.record.labels import CHART_TITLE, WEAR_TITLE
 from wheeltapper.record.record import Record
-from wheeltapper.record.wagon_record import WagonRecord
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,7 +85,7 @@ def plot(
         if given is not None and title != CHART_TITLE:
             raise InputError("", name, shown(given), "None, unless `what` is a chart")
     with matplotlib.style.context(STYLE):
-        if isinstance(what, WagonRecord):
+        if isinstance(what, Record) and SEVERAL_BODIES in what.scenario.needs:
             figure = draw_wagon(what) if against is None else draw_comparison(what, against, wheelset)
         elif against is not None:
             raise InputError("", "against", "a record to draw over", "None, unless `what` is the record of a wagon")

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
+from wheeltapper.record.labels import flagged
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,11 +61,9 @@ def events(lowered: Lowered, stops: FloatArray) -> xr.Dataset:
     )
 
 
-def flagged(table: xr.Dataset) -> xr.Dataset:
-    """Return that table as it is stored in files: names become numbers with their meaning."""
+def stored_events(table: xr.Dataset) -> xr.Dataset:
+    """Return that table as it is in files: names become numbers with their meaning."""
     out = table.rename({name: f"damper_event_{name}" for name in table.data_vars})
     for name, names in (("kind", KINDS), ("side", SIDES)):
-        numbers = np.array([names.index(value) for value in table[name].values], dtype=np.int8)
-        meaning = {"flag_values": np.arange(len(names), dtype=np.int8), "flag_meanings": " ".join(names)}
-        out[f"damper_event_{name}"] = ("damper_event", numbers, meaning)
+        out[f"damper_event_{name}"] = flagged("damper_event", table[name].values, names)
     return out
