@@ -45,6 +45,11 @@ class Contacts:
         return self.sides > 1
 
     @property
+    def wheelsets(self) -> int:
+        """Number of wheelsets."""
+        return len(self.position) // self.sides
+
+    @property
     def labels(self) -> dict[str, NDArray[Any]]:
         """Wheelset, from 1, side and surface of each contact."""
         surface, wheel = np.divmod(np.arange(len(self.lanes)), len(self.static_force))
@@ -60,7 +65,7 @@ class Contacts:
         """Names of wheelsets and sides where there are several."""
         if not self.several:
             return {}
-        return {"wheelset": [*range(1, len(self.position) // self.sides + 1)], "side": [*SIDES[: self.sides]]}
+        return {"wheelset": [*range(1, self.wheelsets + 1)], "side": [*SIDES[: self.sides]]}
 
     def of(self, rows: FloatArray) -> IntArray:
         """Return the contact of each event or maximum of a march."""
@@ -73,4 +78,4 @@ class Contacts:
         """Return values over the wheels (..., wheels) with the dimensions that they have in public."""
         if not self.several:
             return (), values[..., 0]
-        return ("wheelset", "side"), values.reshape(*values.shape[:-1], -1, self.sides)
+        return ("wheelset", "side"), values.reshape(*values.shape[:-1], self.wheelsets, self.sides)

@@ -22,16 +22,6 @@ SIDES = ("lower", "upper")
 """Names of the two stops."""
 
 
-def columns(lowered: Lowered, rows: FloatArray) -> dict[str, FloatArray]:
-    """Return the variables of the end from rows of the dense output, in SI units."""
-    from wheeltapper.march import dense
-
-    return {
-        "damper_end_displacement": rows[:, dense.OUT_END_Y] * lowered.length,
-        "damper_force": rows[:, dense.OUT_DAMPER_FORCE] * lowered.force,
-    }
-
-
 def stored(lowered: Lowered, ends: FloatArray) -> float:
     """Return the elastic energy of the bush (scaled), from a row of the dense output."""
     from wheeltapper.march import dense

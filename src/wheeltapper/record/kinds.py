@@ -1,9 +1,10 @@
-"""What a record must know of the march behind it: `wheel` and `wagon` each say it, for all others to ask."""
+"""What a record must know of the march behind it, as data: `wheel` and `wagon` each state it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,59 +37,59 @@ OUTCOMES = {
 """Outcome of each status of a march."""
 
 
-class Kind(Protocol):
-    """A module for what one march writes; `lowered` and `march` are of the kind that it makes itself."""
+@dataclass(frozen=True, eq=False)
+class Kind:
+    """What a record must know of the march behind it; functions take the lowered scenario and the march that it made.
 
-    BEGIN: int
-    LENGTH: int
-    """Columns of a row of steps: its time and its length, in the march's unit."""
+    Attributes
+    ----------
+    begin, length
+        Columns of a row of steps: its time and its length, in the march's unit.
+    lower
+        From a scenario and a method to the program with its units; a record that cannot fit in memory is refused.
+    teller
+        From a scenario and its program to what the march tells of its progress to.
+    beyond
+        Notes on a march that left the range of the scenario's laws.
+    missing_part
+        The missing share of the exchanged energy.
+    contacts
+        The contacts of a lowered scenario.
+    end
+        The end of the computed time, s.
+    free
+        (steps, contacts) where there is no contact force.
+    sample
+        All variables at rising times (s), in SI units; those of the wheels have the dimension `contact` last.
+    integrate
+        Impulse of each contact in each step, (steps, contacts), N s, and the balance of energy.
+    tables
+        Tables and attributes of a file that contain the program and the rest of the march.
+    read
+        From a file's contents to both; what no march can have written is refused.
+    """
 
-    def lower(self, scenario: Scenario, method: str) -> Any:
-        """Return a scenario's program with its units; refuse a scenario whose record cannot fit in memory."""
-
-    def teller(self, scenario: Scenario, lowered: Any) -> Callable[[float], bool]:
-        """Return what a march tells of its progress to."""
-
-    def beyond(self, scenario: Scenario, lowered: Any, march: Any) -> tuple[Note, ...]:
-        """Return notes on a march that left the range of the scenario's laws."""
-
-    def missing_part(self, scenario: Scenario, lowered: Any, march: Any) -> float:
-        """Return the missing share of the exchanged energy."""
-
-    def contacts(self, scenario: Scenario, lowered: Any) -> Contacts:
-        """Return the contacts of the vehicle."""
-
-    def end(self, lowered: Any, march: Any) -> float:
-        """Return the end of the computed time, s."""
-
-    def free(self, contacts: Contacts, march: Any) -> NDArray[np.bool_]:
-        """Return (steps, contacts) where there is no contact force."""
-
-    def sample_columns(self, lowered: Any) -> int:
-        """Return how many numbers a sample of the dense solution takes in memory."""
-
-    def sample(self, scenario: Scenario, lowered: Any, march: Any, times: FloatArray) -> Variables:
-        """Return all variables at rising times (s), SI units; those of the wheels have the dimension `contact` last."""
-
-    def axes(self, lowered: Any) -> dict[str, list[str]]:
-        """Return the names along the dimensions of the samples that are neither time nor contact."""
-
-    def integrate(self, scenario: Scenario, lowered: Any, march: Any) -> tuple[FloatArray, xr.Dataset]:
-        """Return the impulse of each contact in each step (steps, contacts), N s, and the balance of energy."""
-
-    def tables(self, lowered: Any, march: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return the tables and attributes of a file that contain the program and the rest of the march."""
-
-    def read(self, scenario: Scenario, data: xr.Dataset) -> tuple[Any, Any]:
-        """Return both from a file's contents; refuse what no march can have written."""
+    begin: int
+    length: int
+    lower: Callable[[Scenario, str], Any]
+    teller: Callable[[Scenario, Any], Callable[[float], bool]]
+    beyond: Callable[[Scenario, Any, Any], tuple[Note, ...]]
+    missing_part: Callable[[Scenario, Any, Any], float]
+    contacts: Callable[[Scenario, Any], Contacts]
+    end: Callable[[Any, Any], float]
+    free: Callable[[Contacts, Any], NDArray[np.bool_]]
+    sample: Callable[[Scenario, Any, Any, FloatArray], Variables]
+    integrate: Callable[[Scenario, Any, Any], tuple[FloatArray, xr.Dataset]]
+    tables: Callable[[Any, Any], tuple[dict[str, Any], dict[str, Any]]]
+    read: Callable[[Scenario, xr.Dataset], tuple[Any, Any]]
 
 
 def kind_of(scenario: Scenario) -> Kind:
-    """Return the module for the march that simulates a scenario."""
+    """Return what is known of the march that simulates a scenario."""
     if run.choose(run.SIMULATE, scenario.needs) is run.WAGON:
-        from wheeltapper.record import wagon
+        from wheeltapper.record.wagon import WAGON
 
-        return wagon
-    from wheeltapper.record import wheel
+        return WAGON
+    from wheeltapper.record.wheel import WHEEL
 
-    return wheel
+    return WHEEL

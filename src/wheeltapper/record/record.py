@@ -113,7 +113,7 @@ class Record:
     @property
     def _begins(self) -> FloatArray:
         """Time of each step, s."""
-        return np.asarray(self._march.steps[:, self._kind.BEGIN] * self._lowered.time)
+        return np.asarray(self._march.steps[:, self._kind.begin] * self._lowered.time)
 
     def _free(self) -> NDArray[np.bool_]:
         """Return (steps, wheels) where a tread has no contact force."""
@@ -206,8 +206,7 @@ class Record:
             Samples per second, Hz or as "20 kHz". By default there are about 20 000 samples.
         """
         rate = 20_000 / self.end if rate is None else as_quantity(rate, "rate", "frequency")
-        columns = self._kind.sample_columns(self._lowered)
-        extent.check_samples("rate", f"{rate:g} per second", self.end * rate + 1.0, columns)
+        extent.check_samples("rate", f"{rate:g} per second", self.end * rate + 1.0, self._sample_columns)
         return self.at(np.arange(int(np.floor(self.end * rate * (1 + 1e-12))) + 1) / rate)
 
     def at(self, times: ArrayLike) -> xr.Dataset:
@@ -215,22 +214,28 @@ class Record:
         wanted = _seconds(times)
         if len(wanted) and not (np.all(wanted >= 0.0) and np.all(wanted <= self.end * (1 + 1e-12))):
             raise InputError("", "times", f"times from {wanted.min():g} to {wanted.max():g} s", f"0 to {self.end:g} s")
-        extent.check_samples("times", "too many", len(wanted), self._kind.sample_columns(self._lowered))
+        extent.check_samples("times", "too many", len(wanted), self._sample_columns)
         return self._labelled_at(wanted)
+
+    @cached_property
+    def _sample_columns(self) -> int:
+        """Number of numbers in memory for each sample of the dense solution: in rows, in order, and in columns."""
+        found = self._kind.sample(self.scenario, self._lowered, self._march, np.zeros(1))
+        return 4 * sum(np.size(values) for _, values in found.values())
 
     def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
         order = np.argsort(wanted, kind="stable")
         back = np.argsort(order, kind="stable")
         found = self._kind.sample(self.scenario, self._lowered, self._march, wanted[order])
         variables: Variables = {"time": (("time",), wanted)}
-        axes = self._contacts.axes | self._kind.axes(self._lowered)
-        variables |= {name: ((name,), names) for name, names in axes.items()}
+        variables |= {name: ((name,), names) for name, names in self._contacts.axes.items()}
         for name, (dimensions, values) in found.items():
-            public = dimensions, values[back]
+            over_time = values[back] if dimensions[0] == "time" else values
             if dimensions[-1] == "contact":
-                among, by_wheel = self._contacts.by_wheel(public[1])
-                public = (*dimensions[:-1], *among), by_wheel
-            variables[name] = public
+                among, by_wheel = self._contacts.by_wheel(over_time)
+                variables[name] = (*dimensions[:-1], *among), by_wheel
+            else:
+                variables[name] = dimensions, over_time
         return dataset(variables, several=self._contacts.several)
 
     def _per_wheel(self, values: FloatArray, attributes: dict[str, str]) -> xr.DataArray:
@@ -257,7 +262,7 @@ class Record:
     @property
     def time_in_air(self) -> float:
         """Total time without contact force, s; of a wagon the sum over all wheels."""
-        lengths = self._march.steps[:, self._kind.LENGTH] * self._lowered.time
+        lengths = self._march.steps[:, self._kind.length] * self._lowered.time
         return float(lengths @ self._free().sum(axis=1))
 
     def _summary(self) -> tuple[int, float | None]:

@@ -1,4 +1,4 @@
-"""A wagon's march as records see it (`kinds.Kind`): contacts of all wheels, SI units, the motions of all bodies."""
+"""What a record must know of a wagon's march."""
 
 from __future__ import annotations
 
@@ -10,23 +10,19 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
-from wheeltapper.ground.notes import Note
 from wheeltapper.lower.wagon import DECK, LONGEST, LoweredWagon, lower_wagon
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import run, telling, wheel_rows
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE
 from wheeltapper.march.multibody import MultibodyMarch
-from wheeltapper.record import creep_range, extent, wagon_energy
+from wheeltapper.record import creep_range, extent, wagon_energy, wagon_store
 from wheeltapper.record.contacts import Contacts
-from wheeltapper.record.kinds import Variables
-from wheeltapper.record.wagon_store import read as read
-from wheeltapper.record.wagon_store import tables as tables
+from wheeltapper.record.kinds import Kind, Variables
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
-BEGIN, LENGTH = asm.STEP_TIME, asm.STEP_LENGTH
 ROWS = {
     "normal": wheel_rows.NORMAL, "fx": wheel_rows.FX, "fy": wheel_rows.FY, "mz": wheel_rows.MZ, "g": wheel_rows.ROW_G,
     "slip_x": wheel_rows.SLIP_X, "slip_y": wheel_rows.SLIP_Y, "slip_turn": wheel_rows.SLIP_TURN,
@@ -39,29 +35,16 @@ def _row_bytes(scenario: Scenario) -> float:
     return 8.0 * (PLACES * (len(scenario.vehicle.names) + 1) + asm.STEP_ELEMENTS)
 
 
-def lower(scenario: Scenario, method: str) -> LoweredWagon:
-    """Return the assembly with its layout; refuse a duration whose steps cannot fit in memory."""
+def _lower(scenario: Scenario, method: str) -> LoweredWagon:
     extent.check_duration(scenario, scenario.duration / LONGEST, _row_bytes(scenario))
     return lower_wagon(scenario, method)
 
 
-def teller(scenario: Scenario, lowered: LoweredWagon) -> Callable[[float], bool]:
-    """Return what the march tells of its progress to."""
-    return extent.teller("marching", 1.0, scenario.duration, telling.WAGON_CHUNK, _row_bytes(scenario))
+def _teller(scenario: Scenario, lowered: LoweredWagon) -> Callable[[float], bool]:
+    return extent.teller("marching", lowered.time, scenario.duration, telling.WAGON_CHUNK, _row_bytes(scenario))
 
 
-def beyond(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[Note, ...]:
-    """Return a note if the spin leaves the range of the creep law."""
-    return creep_range.beyond_spin(scenario, lowered, march)
-
-
-def missing_part(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> float:
-    """Return the missing share of the exchanged energy."""
-    return wagon_energy.missing_part(lowered, march, scenario)
-
-
-def contacts(scenario: Scenario, lowered: LoweredWagon) -> Contacts:
-    """Return the contacts of the treads, and of the flanges if they can touch."""
+def _contacts(scenario: Scenario, lowered: LoweredWagon) -> Contacts:
     axles = scenario.vehicle.axles
     wheelset, side = np.divmod(np.arange(2 * len(axles)), 2)
     treads = wheelset // HALF * LANES + side * HALF + wheelset % HALF
@@ -72,27 +55,15 @@ def contacts(scenario: Scenario, lowered: LoweredWagon) -> Contacts:
     )  # fmt: skip
 
 
-def end(lowered: LoweredWagon, march: MultibodyMarch) -> float:
-    """Return the end of the computed time, s."""
-    return march.end
-
-
-def free(contacts: Contacts, march: MultibodyMarch) -> NDArray[np.bool_]:
-    """Return (steps, contacts) where there is no contact force."""
+def _free(contacts: Contacts, march: MultibodyMarch) -> NDArray[np.bool_]:
     closed = march.steps[:, [asm.STEP_CLOSED]]
     return np.asarray(np.floor(closed / 2.0**contacts.lanes) % 2.0 == 0.0)
 
 
-def sample_columns(lowered: LoweredWagon) -> int:
-    """Return how many numbers a sample takes in memory."""
-    return 4 * len(lowered.assembly.start) + 3 * len(ROWS) * LANES * len(lowered.assembly.kinds)
-
-
-def sample(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch, times: FloatArray) -> Variables:
-    """Return all variables at rising times (s), SI units."""
+def _sample(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch, times: FloatArray) -> Variables:
     rows = np.array(list(ROWS.values()), dtype=np.int64)
     states, rates, found = run.replay(lowered.assembly, march, times, rows)
-    found = np.moveaxis(found[:, :, contacts(scenario, lowered).lanes], 1, 0)
+    found = np.moveaxis(found[:, :, _contacts(scenario, lowered).lanes], 1, 0)
     touching = _forces(scenario, dict(zip(ROWS, found, strict=True)))
     out: Variables = {name: (("time", "contact"), values) for name, values in touching.items()}
     shape = (len(times), len(lowered.layout.bodies), PLACES)
@@ -102,20 +73,12 @@ def sample(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch, tim
         "velocity": held[:, :, TO_RATE : TO_RATE + len(MOTIONS)],
         "acceleration": changing[:, :, TO_RATE : TO_RATE + len(MOTIONS)],
     }
-    bodies = len(_bodies(lowered))  # the deck is no body of the vehicle
-    out |= {name: (("time", "body", "motion"), values[:, :bodies]) for name, values in motions.items()}
+    bodies = [name for name in lowered.layout.bodies if name != DECK]
+    out |= {"body": (("body",), bodies), "motion": (("motion",), list(MOTIONS))}
+    out |= {name: (("time", "body", "motion"), values[:, : len(bodies)]) for name, values in motions.items()}
     if DECK in lowered.layout.bodies:
         out |= {f"deck_{name}": (("time",), values[:, -1, asm.MOTION_Z]) for name, values in motions.items()}
     return out
-
-
-def _bodies(lowered: LoweredWagon) -> list[str]:
-    return [name for name in lowered.layout.bodies if name != DECK]
-
-
-def axes(lowered: LoweredWagon) -> dict[str, list[str]]:
-    """Return the names of bodies and motions."""
-    return {"body": _bodies(lowered), "motion": list(MOTIONS)}
 
 
 def _forces(scenario: Scenario, rows: dict[str, FloatArray]) -> dict[str, FloatArray]:
@@ -154,8 +117,25 @@ def _forces(scenario: Scenario, rows: dict[str, FloatArray]) -> dict[str, FloatA
     }
 
 
-def integrate(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[FloatArray, xr.Dataset]:
-    """Return the impulse of each contact in each step, N s, and the balance of energy."""
+def _integrate(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[FloatArray, xr.Dataset]:
     works = wagon_energy.works(lowered, march, scenario)
-    impulses = works[1][:, contacts(scenario, lowered).lanes]
+    impulses = works[1][:, _contacts(scenario, lowered).lanes]
     return impulses, wagon_energy.balance(lowered, march, works, scenario)
+
+
+WAGON = Kind(
+    begin=asm.STEP_TIME,
+    length=asm.STEP_LENGTH,
+    lower=_lower,
+    teller=_teller,
+    beyond=creep_range.beyond_spin,
+    missing_part=lambda scenario, lowered, march: wagon_energy.missing_part(lowered, march, scenario),
+    contacts=_contacts,
+    end=lambda lowered, march: march.end,
+    free=_free,
+    sample=_sample,
+    integrate=_integrate,
+    tables=wagon_store.tables,
+    read=wagon_store.read,
+)
+"""Contacts of the treads of all wheels, and of the flanges if they can touch; SI units; the motions of all bodies."""

@@ -1,4 +1,4 @@
-"""A wheelset's march as records see it (`kinds.Kind`): one contact for both wheels, scaled rows, the wheel's motion."""
+"""What a record must know of a wheelset's march."""
 
 from __future__ import annotations
 
@@ -9,16 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.notes import Note
-from wheeltapper.lower import build
-from wheeltapper.lower.build import Lowered
+from wheeltapper.lower.build import Lowered, lower
 from wheeltapper.march import program as contract
 from wheeltapper.march import run, telling
-from wheeltapper.record import balanced, damper, energy, extent, yielded
+from wheeltapper.record import balanced, energy, extent, wheel_store, yielded
 from wheeltapper.record.contacts import Contacts
-from wheeltapper.record.kinds import Variables
-from wheeltapper.record.wheel_store import read as read
-from wheeltapper.record.wheel_store import tables as tables
+from wheeltapper.record.kinds import Kind, Variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,91 +22,67 @@ if TYPE_CHECKING:
     from wheeltapper.march.single import March
 
 FloatArray = NDArray[np.float64]
-BEGIN, LENGTH = contract.TIME, contract.LENGTH
 
 
-def lower(scenario: Scenario, method: str) -> Lowered:
-    """Return the program with its units; refuse a duration whose steps cannot fit in memory."""
+def _lower(scenario: Scenario, method: str) -> Lowered:
     extent.check_time(scenario)
-    lowered = build.lower(scenario, method)
+    lowered = lower(scenario, method)
     extent.check_pieces(scenario, lowered)
     return lowered
 
 
-def teller(scenario: Scenario, lowered: Lowered) -> Callable[[float], bool]:
-    """Return what the march tells of its progress to."""
+def _teller(scenario: Scenario, lowered: Lowered) -> Callable[[float], bool]:
     return extent.teller("marching", lowered.time, scenario.duration, telling.CHUNK, extent.ROW_BYTES)
 
 
-def beyond(scenario: Scenario, lowered: Lowered, march: March) -> tuple[Note, ...]:
-    """Return a note if the force goes beyond what the plastic law was stated for."""
-    return yielded.beyond_law(scenario.contact, lowered, march)
-
-
-def missing_part(scenario: Scenario, lowered: Lowered, march: March) -> float:
-    """Return the missing share of the exchanged energy."""
-    return balanced.missing_part(lowered, march)
-
-
-def contacts(scenario: Scenario, lowered: Lowered) -> Contacts:
-    """Return the only contact."""
-    return Contacts(np.array([lowered.static_force]), np.zeros(1), np.zeros(1, dtype=np.int64), sides=1)
-
-
-def end(lowered: Lowered, march: March) -> float:
-    """Return the end of the computed time, s."""
-    return float(march.state[contract.TIME] * lowered.time)
-
-
-def free(contacts: Contacts, march: March) -> NDArray[np.bool_]:
-    """Return (steps, 1) where there is no contact force."""
-    return np.isin(march.steps[:, [contract.PHASE]], (contract.FLIGHT, contract.RELEASED))
-
-
-def sample_columns(lowered: Lowered) -> int:
-    """Return how many numbers a sample takes in memory."""
-    return 40
-
-
-def sample(scenario: Scenario, lowered: Lowered, march: March, times: FloatArray) -> Variables:
-    """Return all variables at rising times (s), SI units."""
+def _sample(scenario: Scenario, lowered: Lowered, march: March, times: FloatArray) -> Variables:
+    """Return all variables: those that every wheel has, then those of a law, a deck and a damper's own end."""
     from wheeltapper.march import dense
 
     rows = run.sample(lowered.program, march, times / lowered.time)
     length, force = lowered.length, lowered.force
     speed, acceleration = length / lowered.time, length / lowered.time**2
-    motion = {
-        "wheel_displacement": rows[:, dense.OUT_WHEEL_Y] * length,
-        "wheel_velocity": rows[:, dense.OUT_WHEEL_V] * speed,
-        "wheel_acceleration": rows[:, dense.OUT_WHEEL_A] * acceleration,
+    along, touching = ("time",), ("time", "contact")
+    out: Variables = {
+        "wheel_displacement": (along, rows[:, dense.OUT_WHEEL_Y] * length),
+        "wheel_velocity": (along, rows[:, dense.OUT_WHEEL_V] * speed),
+        "wheel_acceleration": (along, rows[:, dense.OUT_WHEEL_A] * acceleration),
+        "normal_force": (touching, rows[:, [dense.OUT_FORCE]] * force),
+        "indentation": (touching, rows[:, [dense.OUT_DELTA]] * length),
+        "constraint": (touching, rows[:, [dense.OUT_PATH_Y]] * length),
     }
-    touching = {
-        "normal_force": rows[:, dense.OUT_FORCE] * force,
-        "indentation": rows[:, dense.OUT_DELTA] * length,
-        "constraint": rows[:, dense.OUT_PATH_Y] * length,
-    }
-    beside: dict[str, FloatArray] = {}
     if len(lowered.program.law):
-        touching["permanent_indentation"] = yielded.permanent(lowered, rows)
+        out["permanent_indentation"] = touching, yielded.permanent(lowered, rows)[:, None]
     if lowered.program.numbers[contract.DECK_MASS] > 0.0:
-        beside |= {
-            "deck_displacement": rows[:, dense.OUT_DECK_Y] * length,
-            "deck_velocity": rows[:, dense.OUT_DECK_V] * speed,
-            "deck_acceleration": rows[:, dense.OUT_DECK_A] * acceleration,
-        }
+        out["deck_displacement"] = along, rows[:, dense.OUT_DECK_Y] * length
+        out["deck_velocity"] = along, rows[:, dense.OUT_DECK_V] * speed
+        out["deck_acceleration"] = along, rows[:, dense.OUT_DECK_A] * acceleration
     if len(lowered.program.damper):
-        beside |= damper.columns(lowered, rows)
-    out: Variables = {name: (("time",), values) for name, values in motion.items()}
-    out |= {name: (("time", "contact"), values[:, None]) for name, values in touching.items()}
-    return out | {name: (("time",), values) for name, values in beside.items()}
+        out["damper_end_displacement"] = along, rows[:, dense.OUT_END_Y] * length
+        out["damper_force"] = along, rows[:, dense.OUT_DAMPER_FORCE] * force
+    return out
 
 
-def axes(lowered: Lowered) -> dict[str, list[str]]:
-    """Return no names: there are no other dimensions."""
-    return {}
-
-
-def integrate(scenario: Scenario, lowered: Lowered, march: March) -> tuple[FloatArray, xr.Dataset]:
-    """Return the impulse in each step, N s, and the balance of energy."""
+def _integrate(scenario: Scenario, lowered: Lowered, march: March) -> tuple[FloatArray, xr.Dataset]:
     found = energy.integrate(lowered, march)
     return found.impulse[:, None] * lowered.force * lowered.time, energy.balance(lowered, found)
+
+
+WHEEL = Kind(
+    begin=contract.TIME,
+    length=contract.LENGTH,
+    lower=_lower,
+    teller=_teller,
+    beyond=yielded.beyond_law,
+    missing_part=lambda scenario, lowered, march: balanced.missing_part(lowered, march),
+    contacts=lambda scenario, lowered: Contacts(
+        np.array([lowered.static_force]), np.zeros(1), np.zeros(1, dtype=np.int64), sides=1
+    ),
+    end=lambda lowered, march: float(march.state[contract.TIME] * lowered.time),
+    free=lambda contacts, march: np.isin(march.steps[:, [contract.PHASE]], (contract.FLIGHT, contract.RELEASED)),
+    sample=_sample,
+    integrate=_integrate,
+    tables=wheel_store.tables,
+    read=wheel_store.read,
+)
+"""One contact for both wheels of a wheelset, scaled rows, the motion of the wheel's centre."""
