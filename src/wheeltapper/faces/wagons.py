@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SAMPLES = 4_000
+SAMPLES = 6_000
 """Number of points of a drawn history."""
 STYLES = {"left": {"color": "C0"}, "right": {"color": "C1", "linestyle": "--"}}
 
