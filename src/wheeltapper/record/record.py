@@ -267,8 +267,8 @@ class Record:
 
     def _summary(self) -> tuple[int, float | None]:
         """Return the number of impacts, and the ratio of the largest to the static force."""
-        forces = self._peaks["normal_force"]
-        impacts = int((self._events["kind"] == contract.IMPACT).sum())
+        forces = self._march.peaks[:, contract.PEAK_FORCE] * self._lowered.force
+        impacts = int((self._march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
         return impacts, (float(forces.max() / self.static_force) if len(forces) else None)
 
     def __str__(self) -> str:
