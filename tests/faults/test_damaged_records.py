@@ -187,7 +187,7 @@ def test_a_value_that_no_march_writes_is_named(tmp_path, saved, name, index, val
     ("name", "value", "said"),
     [
         ("format", "new", "format: found 'new'"),
-        ("format", 2, "format: found 2; allowed: at most 1"),
+        ("format", 3, "format: found 3; allowed: at most 2"),
         ("scenario", "{}", "scenario"),
         ("scenario", "{", "scenario"),
         ("scenario", "Scenario(vehicle=…", "a Python function"),

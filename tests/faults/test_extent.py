@@ -10,6 +10,7 @@ from wheeltapper.ground import memory
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.lower import point
 from wheeltapper.march import telling
+from wheeltapper.record import extent
 from wheeltapper.record import simulate as simulating
 
 COACH = Path(__file__).resolve().parents[2] / "examples" / "coach_step.toml"
@@ -63,7 +64,7 @@ def test_too_many_borders_of_periods_that_are_written_out_are_refused(monkeypatc
 
 def test_a_march_that_outgrows_the_memory_ends_and_what_was_found_is_kept(monkeypatch):
     monkeypatch.setattr(telling, "CHUNK", 100)
-    monkeypatch.setattr(simulating.extent, "TABLES", 1e30)
+    monkeypatch.setattr(extent, "TABLES", 1e30)
     record = wt.simulate(wheelset())
     assert record.outcome is Outcome.OUT_OF_MEMORY
     assert 0.0 < record.end < 0.05

@@ -10,7 +10,6 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.record import comfort
-from wheeltapper.record.wagon_record import WagonRecord
 
 Q = pint.UnitRegistry().Quantity
 F, D = wt.features, wt.diagnosis
@@ -58,7 +57,7 @@ def written():
     return "a.npz"
 
 
-RESULTS = {wt.Record: record, WagonRecord: coach_record, D.Recording: recording, F.Feature: F.force_ratio}
+RESULTS = {record: wt.Record, coach_record: wt.Record, recording: D.Recording, F.force_ratio: F.Feature}
 VERBS = {
     "a feature": lambda of: F.force_ratio()(of),
     "a recording": recording,
@@ -96,12 +95,12 @@ def saved():
 
 
 def methods():
-    for kind, make in RESULTS.items():
+    for make, kind in RESULTS.items():
         for name, method in inspect.getmembers(kind, inspect.isfunction):
             named = [p.name for p in inspect.signature(method).parameters.values() if p.kind < p.VAR_POSITIONAL]
             named += [p.name for p in inspect.signature(method).parameters.values() if p.kind == p.KEYWORD_ONLY]
             for argument in named[1:] if not name.startswith("_") else ():
-                yield pytest.param(make, name, argument, id=f"{kind.__name__}.{name} {argument}")
+                yield pytest.param(make, name, argument, id=f"{make.__name__}.{name} {argument}")
 
 
 def arguments():

@@ -28,8 +28,8 @@ from wheeltapper.march import run
 from wheeltapper.march.blocks import cores
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.checksum import CHECKSUM, checksum, is_damaged
+from wheeltapper.record.kinds import OUTCOMES
 from wheeltapper.record.labels import WEAR_TITLE
-from wheeltapper.record.record import OUTCOMES
 from wheeltapper.record.simulate import say_that_it_compiles, warn_of
 
 if TYPE_CHECKING:

@@ -14,13 +14,13 @@ from wheeltapper.ask.diagnosis.performance import Performance
 from wheeltapper.ask.marks import Marks
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
-from wheeltapper.faces.wagons import draw_comparison, draw_wagon
+from wheeltapper.faces.wagons import draw_comparison, draw_wagon, sampled
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.arguments import as_count, as_list, as_path
 from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.record.labels import CHART_TITLE, WEAR_TITLE
 from wheeltapper.record.record import Record
-from wheeltapper.record.wagon_record import WagonRecord
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 """The style sheet of all figures."""
-SAMPLES = 6_000
-"""Number of points of a drawn history."""
 
 
 def plot(
@@ -85,7 +83,7 @@ def plot(
         if given is not None and title != CHART_TITLE:
             raise InputError("", name, shown(given), "None, unless `what` is a chart")
     with matplotlib.style.context(STYLE):
-        if isinstance(what, WagonRecord):
+        if isinstance(what, Record) and SEVERAL_BODIES in what.scenario.needs:
             figure = draw_wagon(what) if against is None else draw_comparison(what, against, wheelset)
         elif against is not None:
             raise InputError("", "against", "a record to draw over", "None, unless `what` is the record of a wagon")
@@ -119,7 +117,7 @@ def plot(
 def _drawn(record: Record) -> Figure:
     from matplotlib.figure import Figure
 
-    history = _sampled(record)
+    history = sampled(record)
     has_deck = "deck_acceleration" in history
     figure = Figure(figsize=(8.0, 7.5 if has_deck else 6.0))
     axes = figure.subplots(3 if has_deck else 2, 1, sharex=True)
@@ -143,12 +141,6 @@ def save(figure: Figure, path: str | Path) -> None:
         raise InputError(
             str(path), "plot", f"a place or suffix that cannot be written ({error})", "a writable .png, .pdf or .svg"
         ) from error
-
-
-def _sampled(record: Record) -> Any:
-    """Return the history at uniform times, with every event and peak in it."""
-    times = np.linspace(0.0, record.end, SAMPLES)
-    return record.at(np.unique(np.concatenate([times, record.events.time.values, record.peaks.time.values])))
 
 
 def _draw_motion(axis: Axes, history: Any) -> None:

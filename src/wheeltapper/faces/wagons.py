@@ -8,14 +8,14 @@ import numpy as np
 
 from wheeltapper.ask.reduced import compare
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.record.record import Record
-from wheeltapper.record.wagon_record import WagonRecord
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SAMPLES = 4_000
+SAMPLES = 6_000
 """Number of points of a drawn history."""
 STYLES = {"left": {"color": "C0"}, "right": {"color": "C1", "linestyle": "--"}}
 
@@ -26,7 +26,7 @@ def sampled(record: Record) -> Any:
     return record.at(np.unique(np.concatenate([times, record.events.time.values, record.peaks.time.values])))
 
 
-def draw_wagon(record: WagonRecord) -> Figure:
+def draw_wagon(record: Record) -> Figure:
     """Draw the normal forces of all wheels, and the vertical acceleration of the first body."""
     from matplotlib.figure import Figure
 
@@ -49,11 +49,11 @@ def draw_wagon(record: WagonRecord) -> Figure:
     return figure
 
 
-def draw_comparison(record: WagonRecord, other: Record, wheelset: int) -> Figure:
+def draw_comparison(record: Record, other: Record, wheelset: int) -> Figure:
     """Draw the force on one wheelset and that of a core model over each other, and their differences."""
     from matplotlib.figure import Figure
 
-    if isinstance(other, WagonRecord):
+    if SEVERAL_BODIES in other.scenario.needs:
         raise InputError("", "against", "the record of a wagon", "the record of a core model")
     count = len(record.scenario.vehicle.axles)
     if not 1 <= wheelset <= count:

@@ -82,6 +82,8 @@ class LoweredWagon:
         Static normal force of each wheel, N, (wheelsets, 2): left, right.
     notes
         What the user should know about the paths.
+    length, time, force
+        Units of the assembly in m, s and N.
     """
 
     assembly: Assembly
@@ -90,6 +92,14 @@ class LoweredWagon:
     static_force: FloatArray
     contact_constant: float
     notes: tuple[Note, ...]
+    length: float = 1.0
+    time: float = 1.0
+    force: float = 1.0
+
+    @property
+    def program(self) -> Assembly:
+        """What is marched."""
+        return self.assembly
 
 
 def static_loads(structure: Structure, wagon: Wagon) -> FloatArray:

@@ -283,10 +283,37 @@ def integrals(program: Program, found: March, nodes: int) -> tuple[FloatArray, F
     return out, ends
 
 
-def balance_is_ready(program: Program) -> bool:
+def replay(program: Assembly, found: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
+    """Return states and rates (times, states) and some rows of the contacts (times, rows, lanes) at rising times."""
+    from wheeltapper.march import replay
+
+    return replay.replay(program, found, times, rows)
+
+
+def works(program: Assembly, found: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
+    """Return each step's works (steps, POWERS_KEPT), impulses (steps, lanes), elastic energies at its ends (steps, 2).
+
+    `damping` acts on the velocities of the displacements at `places`.
+    """
+    from wheeltapper.march import replay
+
+    return replay.works(program, found, damping, places)
+
+
+def balance_is_ready(program: Program | Assembly) -> bool:
     """Return False where checking the energy of a program's march begins with compiling."""
-    from wheeltapper.march.balance import balance_kernel
     from wheeltapper.march.kernel import is_compiled
+
+    if isinstance(program, Assembly):
+        from wheeltapper.march.replay import energy_kernel
+
+        floats, plan, table = np.empty(1), np.empty(1, dtype=np.int64), np.empty((4, 4))
+        some = table[::2]  # of the steps and states
+        rule = table, plan, floats, floats
+        return is_compiled(
+            energy_kernel, (floats, plan, floats, some, some, *rule, table, floats, floats, table, table, table)
+        )
+    from wheeltapper.march.balance import balance_kernel
 
     tables = np.empty((1, 1)), np.empty(1), np.empty(1)
     return is_compiled(balance_kernel, (program.pieces, program.numbers, *program.law_and_damper, *tables))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
+from wheeltapper.record.labels import flagged
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,16 +20,6 @@ KINDS = ("reached", "left")
 """Kinds of events of a damper's end: it reaches a stop, or leaves it."""
 SIDES = ("lower", "upper")
 """Names of the two stops."""
-
-
-def columns(lowered: Lowered, rows: FloatArray) -> dict[str, FloatArray]:
-    """Return the variables of the end from rows of the dense output, in SI units."""
-    from wheeltapper.march import dense
-
-    return {
-        "damper_end_displacement": rows[:, dense.OUT_END_Y] * lowered.length,
-        "damper_force": rows[:, dense.OUT_DAMPER_FORCE] * lowered.force,
-    }
 
 
 def stored(lowered: Lowered, ends: FloatArray) -> float:
@@ -60,11 +51,9 @@ def events(lowered: Lowered, stops: FloatArray) -> xr.Dataset:
     )
 
 
-def flagged(table: xr.Dataset) -> xr.Dataset:
-    """Return that table as it is stored in files: names become numbers with their meaning."""
+def stored_events(table: xr.Dataset) -> xr.Dataset:
+    """Return that table as it is in files: names become numbers with their meaning."""
     out = table.rename({name: f"damper_event_{name}" for name in table.data_vars})
     for name, names in (("kind", KINDS), ("side", SIDES)):
-        numbers = np.array([names.index(value) for value in table[name].values], dtype=np.int8)
-        meaning = {"flag_values": np.arange(len(names), dtype=np.int8), "flag_meanings": " ".join(names)}
-        out[f"damper_event_{name}"] = ("damper_event", numbers, meaning)
+        out[f"damper_event_{name}"] = flagged("damper_event", table[name].values, names)
     return out

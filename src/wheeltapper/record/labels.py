@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -14,28 +17,19 @@ WEAR_TITLE = "wheeltapper wear"
 EVENT_KINDS = ("loss", "impact", "yield")
 """Names of the kinds of events, in the order of their numbers."""
 
-HISTORY = {
+LABELS = {
+    "time": ("s", "time since the wheel was at x = 0"),
+    "wheelset": ("", "number of the wheelset, from the leading one"),
+    "side": ("", "left or right, facing forward"),
+    "surface": ("", "part of the wheel that touches: tread or flange"),
+    "contact": ("", "number of the contact"),
+    "body": ("", "body"),
+    "motion": ("", "x forward, y left, z up, and the rotations about them"),
     "wheel_displacement": ("m", "displacement of the wheel's centre, upwards"),
     "wheel_velocity": ("m/s", "velocity of the wheel's centre, upwards"),
     "wheel_acceleration": ("m/s^2", "acceleration of the wheel's centre, upwards"),
+    "static_force": ("N", "static normal force, per wheelset"),
     "normal_force": ("N", "normal contact force, per wheelset"),
-    "indentation": ("m", "indentation, negative in flight"),
-    "constraint": ("m", "path of the rigid wheel's centre over the irregularity"),
-    "permanent_indentation": ("m", "indentation that is left if the contact unloads now, of both bodies together"),
-    "deck_displacement": ("m", "displacement of the deck from its static position, upwards"),
-    "deck_velocity": ("m/s", "velocity of the deck, upwards"),
-    "deck_acceleration": ("m/s^2", "acceleration of the deck, upwards"),
-    "damper_end_displacement": ("m", "displacement of the damper's own end, upwards"),
-    "damper_force": ("N", "force of the damper on the wheel, upwards"),
-}
-"""Unit and meaning of the variables of a wheelset."""
-WAGON = {
-    "time": ("s", "time since the leading wheelset was at x = 0"),
-    "wheelset": ("", "number of the wheelset, from the leading one"),
-    "side": ("", "left or right, facing forward"),
-    "body": ("", "body"),
-    "motion": ("", "x forward, y left, z up, and the rotations about them"),
-    "normal_force": ("N", "normal contact force on the tread (its vertical component), per wheel"),
     "longitudinal_force": ("N", "creep force on the wheel forwards, per wheel"),
     "lateral_force": ("N", "lateral force on the wheel, leftwards, of normal and creep forces together, per wheel"),
     "lateral_creep_force": ("N", "creep force on the tread leftwards, per wheel"),
@@ -45,24 +39,19 @@ WAGON = {
     "lateral_creepage": ("", "slip of the tread leftwards over speed"),
     "spin_creepage": ("1/m", "slip of the tread about the normal over speed"),
     "friction_use": ("", "creep force over the limit of friction, on the tread"),
-    "indentation": ("m", "indentation of the tread, negative in flight"),
-    "constraint": ("m", "path of the rigid wheel's centre over the irregularity, and the deck's displacement"),
+    "indentation": ("m", "indentation, negative in flight"),
+    "constraint": ("m", "path of the rigid wheel's centre over the irregularity"),
     "lateral_shift": ("m", "shift of the wheel from its middle position, outwards"),
+    "permanent_indentation": ("m", "indentation that is left if the contact unloads now, of both bodies together"),
     "displacement": ("m or rad", "displacement of a body's centre of gravity from unstretched springs, or rotation"),
     "velocity": ("m/s or rad/s", "velocity of a body"),
     "acceleration": ("m/s^2 or rad/s^2", "acceleration of a body"),
     "deck_displacement": ("m", "displacement of the deck from its static position, upwards"),
     "deck_velocity": ("m/s", "velocity of the deck, upwards"),
     "deck_acceleration": ("m/s^2", "acceleration of the deck, upwards"),
-}
-"""Unit and meaning of the variables of a wagon."""
-LABELS = HISTORY | {
-    "wheelset": ("", "number of the wheelset, from the leading one"),
-    "side": ("", "left or right, facing forward"),
-    "surface": ("", "part of the wheel that touches: tread or flange"),
-    "time": ("s", "time since the wheel was at x = 0"),
+    "damper_end_displacement": ("m", "displacement of the damper's own end, upwards"),
+    "damper_force": ("N", "force of the damper on the wheel, upwards"),
     "kind": ("", "loss, impact or yield"),
-    "contact": ("", "number of the contact"),
     "position": ("m", "position of the wheel's centre along the rail"),
     "indentation_rate": ("m/s", "rate of the indentation at the event"),
     "corner": ("", "true where a kink of the input makes the maximum"),
@@ -74,15 +63,37 @@ LABELS = HISTORY | {
     "force_ratio": ("", "this impact's largest force over the next one's"),
 }
 """Unit and meaning of all variables."""
+OF_WHEELS = {
+    "time": "time since the leading wheelset was at x = 0",
+    "normal_force": "normal contact force, per wheel; in histories that on the tread (its vertical component)",
+    "indentation": "indentation of the tread, negative in flight",
+    "constraint": "path of the rigid wheel's centre over the irregularity, and the deck's displacement",
+}
+"""Meanings that differ where every wheel has contacts of its own."""
 
 
-def dataset(dimension: str, **columns: Any) -> xr.Dataset:
-    """Return a labelled dataset of columns over one dimension; a column named like the dimension is its coordinate."""
+def label(name: str, several: bool = False) -> dict[str, str]:
+    """Return unit and meaning as attributes; `several`: where every wheel has contacts of its own."""
+    unit, meaning = LABELS[name]
+    return {"units": unit, "long_name": of_wheels(OF_WHEELS.get(name, meaning)) if several else meaning}
+
+
+def of_wheels(meaning: str) -> str:
+    """Return a meaning where every wheel has contacts of its own."""
+    return meaning.replace("per wheelset", "per wheel")
+
+
+def dataset(
+    variables: dict[str, tuple[Any, Any]], coordinates: Iterable[str] = (), several: bool = False
+) -> xr.Dataset:
+    """Return a labelled dataset of variables with their dimensions; some of them are coordinates."""
     import xarray as xr
 
-    variables = {}
-    for name, values in columns.items():
-        unit, meaning = LABELS[name]
-        variables[name] = (dimension, values, {"units": unit, "long_name": meaning})
-    coordinates = {dimension: variables.pop(dimension)} if dimension in variables else {}
-    return xr.Dataset(variables, coords=coordinates)
+    labelled = {name: (*held, label(name, several)) for name, held in variables.items()}
+    return xr.Dataset(labelled).set_coords(coordinates)
+
+
+def flagged(dimension: str, values: Any, names: tuple[str, ...]) -> tuple[str, Any, dict[str, Any]]:
+    """Return names as files hold them: numbers, and what each stands for."""
+    numbers = np.array([names.index(value) for value in values], dtype=np.int8)
+    return dimension, numbers, {"flag_values": np.arange(len(names), dtype=np.int8), "flag_meanings": " ".join(names)}

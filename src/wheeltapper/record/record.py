@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,37 +12,30 @@ from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper._version import __version__
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.arguments import as_path, as_quantity
+from wheeltapper.ground.arguments import as_path, as_quantity, check_choice
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.progress import report, watched
-from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.record import balanced, damper, energy, extent, yielded
+from wheeltapper.record import damper, extent
 from wheeltapper.record.arrays import as_array
-from wheeltapper.record.labels import EVENT_KINDS, HISTORY, dataset
+from wheeltapper.record.contacts import Contacts
+from wheeltapper.record.kinds import OUTCOMES, Variables, kind_of
+from wheeltapper.record.labels import EVENT_KINDS, dataset, label
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wheeltapper.march.single import March
-
 FloatArray = NDArray[np.float64]
-
-OUTCOMES = {
-    contract.DONE: Outcome.COMPLETED,
-    contract.FULL: Outcome.OUT_OF_MEMORY,
-    balanced.UNBALANCED: Outcome.UNBALANCED,
-    contract.TOO_MANY_EVENTS: Outcome.EVENT_LIMIT,
-    contract.NOT_FINITE: Outcome.NOT_FINITE,
-    contract.STALLED: Outcome.STALLED,
-    contract.END_OF_PATH: Outcome.END_OF_PATH,
-}
+Columns = dict[str, NDArray[Any]]
 
 
 class Record:
     """Results of a simulation; every table is an `xarray.Dataset` in SI units.
+
+    For a wagon, tables of events, peaks and impacts name the wheelset (from 1), the side and the surface; histories
+    have wheelset and side as axes, and contain the motions of the bodies by name.
 
     Attributes
     ----------
@@ -53,12 +47,9 @@ class Record:
         What the user should know: contact at two points, edges, warnings with numbers.
     """
 
-    _share = "wheelset"
-    """The object whose force is given."""
-
-    def __init__(self, scenario: Scenario, method: str, lowered: Lowered, march: March) -> None:
+    def __init__(self, scenario: Scenario, method: str, lowered: Any, march: Any) -> None:
         self.scenario, self.method = scenario, method
-        self._lowered, self._march = lowered, march
+        self._kind, self._lowered, self._march = kind_of(scenario), lowered, march
         self.notes = lowered.notes
 
     @property
@@ -69,17 +60,22 @@ class Record:
     @property
     def end(self) -> float:
         """End of the computed time, s."""
-        return float(self._march.state[contract.TIME] * self._lowered.time)
+        return self._kind.end(self._lowered, self._march)
 
     @property
     def static_force(self) -> float:
-        """Static contact force N0 of the wheelset, N."""
-        return self._lowered.static_force
+        """Static contact force N0 of the wheelset, N; of a wagon that of the most heavily loaded wheel."""
+        return float(self._contacts.static_force.max())
+
+    @property
+    def static_forces(self) -> xr.DataArray:
+        """Static contact force of each wheel, N; of a single wheelset one number."""
+        return self._per_wheel(self._contacts.static_force, label("static_force", self._contacts.several))
 
     @property
     def contact_constant(self) -> float:
-        """Contact constant of the wheelset on a smooth rail: N/m^1.5, of a linear contact N/m."""
-        return self._lowered.contact_constant
+        """Contact constant of the wheelset (of a wagon: of a wheel) on a smooth rail: N/m^1.5, if linear N/m."""
+        return float(self._lowered.contact_constant)
 
     @property
     def provenance(self) -> dict[str, str]:
@@ -88,34 +84,62 @@ class Record:
 
         return {"wheeltapper": __version__, "numba": numba.__version__, "numpy": np.__version__, "method": self.method}
 
+    # -- the march's rows over the axis `contact` -------------------------------------------------------------------
+
+    @cached_property
+    def _contacts(self) -> Contacts:
+        return self._kind.contacts(self.scenario, self._lowered)
+
+    @cached_property
+    def _events(self) -> Columns:
+        rows, units = self._march.events, self._lowered
+        return {
+            "time": rows[:, contract.EVENT_TIME] * units.time,
+            "kind": rows[:, contract.EVENT_KIND].astype(int),
+            "contact": self._contacts.of(rows),
+            "indentation_rate": rows[:, contract.EVENT_RATE] * units.length / units.time,
+        }
+
+    @cached_property
+    def _peaks(self) -> Columns:
+        rows, units = self._march.peaks, self._lowered
+        return {
+            "time": rows[:, contract.PEAK_TIME] * units.time,
+            "contact": self._contacts.of(rows),
+            "normal_force": rows[:, contract.PEAK_FORCE] * units.force,
+            "corner": rows[:, contract.PEAK_CORNER] == 1.0,
+        }
+
+    @property
+    def _begins(self) -> FloatArray:
+        """Time of each step, s."""
+        return np.asarray(self._march.steps[:, self._kind.begin] * self._lowered.time)
+
+    def _free(self) -> NDArray[np.bool_]:
+        """Return (steps, wheels) where a tread has no contact force."""
+        return self._kind.free(self._contacts, self._march)[:, : len(self._contacts.static_force)]
+
     # -- tables ---------------------------------------------------------------------------------------------------
+
+    def _table(self, dimension: str, columns: Columns) -> xr.Dataset:
+        """Return a table as it is in public: several contacts have names."""
+        several = self._contacts.several
+        names = {name: all_of[columns["contact"]] for name, all_of in self._contacts.labels.items()} if several else {}
+        return dataset({name: (dimension, held) for name, held in (columns | names).items()}, names, several)
 
     @cached_property
     def events(self) -> xr.Dataset:
         """Losses of contact, impacts and onsets of yield: time, kind, contact, position, indentation rate."""
-        rows, units = self._march.events, self._lowered
-        time = rows[:, contract.EVENT_TIME] * units.time
-        kinds = np.array(EVENT_KINDS)[rows[:, contract.EVENT_KIND].astype(int)]
-        return dataset(
-            "event",
-            time=time,
-            kind=kinds,
-            contact=np.zeros(len(rows), dtype=int),
-            position=self.scenario.speed * time,
-            indentation_rate=rows[:, contract.EVENT_RATE] * units.length / units.time,
-        )
+        held = dict(self._events)
+        rate, place = held.pop("indentation_rate"), self._contacts.position
+        position = self.scenario.speed * held["time"] + place[held["contact"] % len(place)]
+        kind = np.array(EVENT_KINDS)[held["kind"]]
+        return self._table("event", held | {"kind": kind, "position": position, "indentation_rate": rate})
 
     @cached_property
     def peaks(self) -> xr.Dataset:
         """Maxima of the contact force; `corner` is True if a kink of the input causes the maximum."""
-        rows, units = self._march.peaks, self._lowered
-        return dataset(
-            "peak",
-            time=rows[:, contract.PEAK_TIME] * units.time,
-            contact=np.zeros(len(rows), dtype=int),
-            normal_force=rows[:, contract.PEAK_FORCE] * units.force,
-            corner=rows[:, contract.PEAK_CORNER] == 1.0,
-        )
+        return self._table("peak", self._peaks)
 
     @cached_property
     def impacts(self) -> xr.Dataset:
@@ -123,50 +147,53 @@ class Record:
 
         `interval` is the time from this onset of contact to the next. `force_ratio` is the ratio of this impact's
         largest force to that of the next one (r_N of the paper). Both are NaN if there is no next impact. `duration`
-        and `impulse` are NaN if the contact lasts beyond the end of the run.
+        and `impulse` are NaN if the contact lasts beyond the end of the run. Where there are several contacts, all this
+        is about the same contact.
         """
-        events = self.events
-        is_impact = events.kind.values == "impact"
-        time = events.time.values[is_impact]
-        losses = events.time.values[events.kind.values == "loss"]
-        until = np.append(time[1:], self.end)[: len(time)]
-        peak = self._largest_between(time, until)
-        after = np.searchsorted(losses, time, side="right")
-        ends = np.append(losses, np.nan)[np.minimum(after, len(losses))]
-        missing = np.full(min(len(time), 1), np.nan)
-        return dataset(
-            "impact",
-            time=time,
-            closing_speed=events.indentation_rate.values[is_impact],
-            peak_force=peak,
-            duration=ends - time,
-            impulse=self._impulses(time, ends),
-            interval=np.append(np.diff(time), missing),
-            force_ratio=np.append(peak[:-1] / peak[1:], missing),
+        each = [self._impacts_of(contact) for contact in range(len(self._contacts.lanes))]
+        columns = {name: np.concatenate([one[name] for one in each]) for name in each[0]}
+        order = np.argsort(columns["time"], kind="stable")
+        table = self._table("impact", {name: values[order] for name, values in columns.items()})
+        return table if self._contacts.several else table.drop_vars("contact")
+
+    def _impacts_of(self, contact: int) -> Columns:
+        """Return the impacts of one contact."""
+        events, peaks = (
+            {name: values[table["contact"] == contact] for name, values in table.items()}
+            for table in (self._events, self._peaks)
         )
+        hits = events["kind"] == contract.IMPACT
+        time, losses = events["time"][hits], events["time"][events["kind"] == contract.LOSS]
+        count, forces = len(time), peaks["normal_force"]
+        spans = np.searchsorted(peaks["time"], [time, np.append(time[1:], self.end)[:count]])
+        largest = np.array([forces[a:b].max() if b > a else np.nan for a, b in spans.T])
+        ends = np.append(losses, np.nan)[np.searchsorted(losses, time, side="right")]
+        missing = np.full(min(count, 1), np.nan)
+        return {
+            "contact": np.full(count, contact),
+            "time": time,
+            "closing_speed": events["indentation_rate"][hits],
+            "peak_force": largest,
+            "duration": ends - time,
+            "impulse": self._impulses(contact, time, ends),
+            "interval": np.append(np.diff(time), missing),
+            "force_ratio": np.append(largest[:-1] / largest[1:], missing),
+        }
+
+    def _impulses(self, contact: int, start: FloatArray, end: FloatArray) -> FloatArray:
+        if len(start) == 0:
+            return start
+        total = np.append(0.0, np.cumsum(self._integrals[0][:, contact]))
+        begins, margin = self._begins, 1e-12 * max(self.end, 1e-300)
+        first = np.searchsorted(begins, start - margin)
+        last = np.searchsorted(begins, np.nan_to_num(end) - margin)
+        return np.where(np.isnan(end), np.nan, total[last] - total[first])
 
     @cached_property
     def damper_events(self) -> xr.Dataset:
         """Events of a damper with play: its end reaches a stop ("reached") or leaves it ("left"); time, kind, side."""
         run.choose(run.DAMPER_EVENTS, self.scenario.needs)
         return damper.events(self._lowered, self._march.stops)
-
-    def _largest_between(self, start: FloatArray, end: FloatArray) -> FloatArray:
-        times, forces = self.peaks.time.values, self.peaks.normal_force.values
-        out = np.full(len(start), np.nan)
-        for i, (a, b) in enumerate(zip(np.searchsorted(times, start), np.searchsorted(times, end), strict=True)):
-            if b > a:
-                out[i] = forces[a:b].max()
-        return out
-
-    def _impulses(self, start: FloatArray, end: FloatArray) -> FloatArray:
-        units = self._lowered
-        begins = self._march.steps[:, contract.TIME] * units.time
-        total = np.append(0.0, np.cumsum(self._integrals.impulse)) * units.force * units.time
-        margin = 1e-12 * max(self.end, 1e-300)
-        first = np.searchsorted(begins, start - margin)
-        last = np.searchsorted(begins, np.nan_to_num(end) - margin)
-        return np.where(np.isnan(end), np.nan, total[last] - total[first])
 
     # -- the dense solution -----------------------------------------------------------------------------------------
 
@@ -190,89 +217,115 @@ class Record:
         extent.check_samples("times", "too many", len(wanted), self._sample_columns)
         return self._labelled_at(wanted)
 
-    @property
+    @cached_property
     def _sample_columns(self) -> int:
-        """Number of numbers in memory for each sample of the dense solution."""
-        return 40
+        """Number of numbers in memory for each sample of the dense solution: in rows, in order, and in columns."""
+        found = self._kind.sample(self.scenario, self._lowered, self._march, np.zeros(1))
+        return 4 * sum(np.size(values) for _, values in found.values())
 
     def _labelled_at(self, wanted: FloatArray) -> xr.Dataset:
         order = np.argsort(wanted, kind="stable")
-        out = run.sample(self._lowered.program, self._march, wanted[order] / self._lowered.time)
-        rows = np.empty_like(out)
-        rows[order] = out
-        return self._labelled(wanted, rows)
+        back = np.argsort(order, kind="stable")
+        found = self._kind.sample(self.scenario, self._lowered, self._march, wanted[order])
+        variables: Variables = {"time": (("time",), wanted)}
+        variables |= {name: ((name,), names) for name, names in self._contacts.axes.items()}
+        for name, (dimensions, values) in found.items():
+            over_time = values[back] if dimensions[0] == "time" else values
+            if dimensions[-1] == "contact":
+                among, by_wheel = self._contacts.by_wheel(over_time)
+                variables[name] = (*dimensions[:-1], *among), by_wheel
+            else:
+                variables[name] = dimensions, over_time
+        return dataset(variables, several=self._contacts.several)
 
-    def _labelled(self, times: FloatArray, rows: FloatArray) -> xr.Dataset:
-        from wheeltapper.march import dense
+    def _per_wheel(self, values: FloatArray, attributes: dict[str, str]) -> xr.DataArray:
+        """Return one value per wheel as it is in public."""
+        import xarray as xr
 
-        units = self._lowered
-        speed, acceleration = units.length / units.time, units.length / units.time**2
-        columns: dict[str, Any] = {
-            "wheel_displacement": rows[:, dense.OUT_WHEEL_Y] * units.length,
-            "wheel_velocity": rows[:, dense.OUT_WHEEL_V] * speed,
-            "wheel_acceleration": rows[:, dense.OUT_WHEEL_A] * acceleration,
-            "normal_force": rows[:, dense.OUT_FORCE] * units.force,
-            "indentation": rows[:, dense.OUT_DELTA] * units.length,
-            "constraint": rows[:, dense.OUT_PATH_Y] * units.length,
-        }
-        if len(units.program.law):
-            columns["permanent_indentation"] = yielded.permanent(units, rows)
-        if program_has_deck(units):
-            columns |= {
-                "deck_displacement": rows[:, dense.OUT_DECK_Y] * units.length,
-                "deck_velocity": rows[:, dense.OUT_DECK_V] * speed,
-                "deck_acceleration": rows[:, dense.OUT_DECK_A] * acceleration,
-            }
-        if len(units.program.damper):
-            columns |= damper.columns(units, rows)
-        assert set(columns) <= set(HISTORY)
-        return dataset("time", time=times, **columns)
+        dimensions, by_wheel = self._contacts.by_wheel(values)
+        return xr.DataArray(by_wheel, self._contacts.axes, dimensions, attrs=attributes)
 
     # -- energy and summary -----------------------------------------------------------------------------------------
 
     @cached_property
-    def _integrals(self) -> energy.Integrals:
-        with watched(True):
+    def _integrals(self) -> tuple[FloatArray, xr.Dataset]:
+        """Impulse of each contact in each step, (steps, contacts), and the balance of energy."""
+        with watched(True), np.errstate(over="ignore", invalid="ignore"):  # of a motion that left the range of numbers
             report("integrating over every step", 0.0, 0.0)
-            return energy.integrate(self._lowered, self._march)
+            return self._kind.integrate(self.scenario, self._lowered, self._march)
 
-    @cached_property
+    @property
     def energy(self) -> xr.Dataset:
         """Energy balance over the whole run, J: kinetic, elastic, dissipated, works, and the imbalance."""
-        return energy.balance(self._lowered, self._integrals)
+        return self._integrals[1]
 
     @property
     def time_in_air(self) -> float:
-        """Total time without contact force, s."""
-        free = np.isin(self._march.steps[:, contract.PHASE], (contract.FLIGHT, contract.RELEASED))
-        rows = self._march.steps[free]
-        return float(rows[:, contract.LENGTH].sum() * self._lowered.time)
+        """Total time without contact force, s; of a wagon the sum over all wheels."""
+        lengths = self._march.steps[:, self._kind.length] * self._lowered.time
+        return float(lengths @ self._free().sum(axis=1))
 
     def _summary(self) -> tuple[int, float | None]:
         """Return the number of impacts, and the ratio of the largest to the static force."""
-        impacts = int((self._march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
         forces = self._march.peaks[:, contract.PEAK_FORCE] * self._lowered.force
+        impacts = int((self._march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
         return impacts, (float(forces.max() / self.static_force) if len(forces) else None)
 
     def __str__(self) -> str:
         impacts, largest = self._summary()
         peak = "no force maximum"
         if largest is not None:
-            peak = (
-                f"largest force {largest:.3f} of static ({largest * self.static_force / 1e3:.1f} kN per {self._share})"
-            )
+            of = "wheel" if self._contacts.several else "wheelset"
+            peak = f"largest force {largest:.3f} of static ({largest * self.static_force / 1e3:.1f} kN per {of})"
         plural = "impact" if impacts == 1 else "impacts"
         state = self.outcome.sentence if self.outcome is not Outcome.COMPLETED else f"completed, {self.end:.6g} s"
-        onsets = int((self._march.events[:, contract.EVENT_KIND] == contract.YIELD).sum())
+        onsets = int((self._events["kind"] == contract.YIELD).sum())
         yields = f", {onsets} onset{'' if onsets == 1 else 's'} of yield" if onsets else ""
         return f"{state}: {impacts} {plural}, {peak}{yields}, {1e3 * self.time_in_air:.3f} ms in the air"
 
     def __repr__(self) -> str:
         return f"<Record {self}>"
 
-    def comfort(self, *_: Any, **__: Any) -> xr.Dataset:
-        """Ride comfort exists for wagons only: see `wheeltapper.record.wagon_record.WagonRecord.comfort`."""
-        raise run.refusal(run.COMFORT, self.scenario.needs)
+    def comfort(
+        self,
+        body: str = "car body",
+        at: Sequence[float | str] | None = None,
+        rate: float | str = 1000.0,
+        *,
+        vertical_weighting: str = "Wb",
+        settling: float | str = 0.0,
+    ) -> xr.Dataset:
+        """Return the ride comfort on a body of a wagon (EN 12299, ISO 2631-1).
+
+        Parameters
+        ----------
+        body
+            Name of the body.
+        at
+            Position relative to its centre of gravity, m; by default the centre itself.
+        rate
+            Samples per second, 250 to 1e6, Hz or as "1 kHz".
+        vertical_weighting
+            "Wb", or "Wb EN 12299:2009" as in programs for that edition.
+        settling
+            Seconds at the beginning that are filtered but not counted.
+
+        Returns
+        -------
+        xarray.Dataset
+            The numbers of `wheeltapper.record.comfort.ride_comfort`, each with unit and meaning.
+
+        Raises
+        ------
+        InputError
+            For a single wheelset, an unknown body, a point that is not three numbers, another rate, or nothing left
+            after settling.
+        """
+        from wheeltapper.record.comfort import comfort
+
+        run.choose(run.COMFORT, self.scenario.needs)
+        check_choice(body, "body", self.scenario.vehicle.names)
+        return comfort(self, body, at, rate, vertical_weighting=vertical_weighting, settling=settling)
 
     def save(self, path: str | Path) -> None:
         """Write the record as netCDF (.nc); it opens in plain xarray, and with `wheeltapper.load`."""
@@ -291,8 +344,3 @@ def _seconds(times: Any) -> FloatArray:
     if wanted.ndim != 1:
         raise InputError("", "times", shown(times), allowed)
     return wanted
-
-
-def program_has_deck(lowered: Lowered) -> bool:
-    """Return True if the program has a deck."""
-    return bool(lowered.program.numbers[contract.DECK_MASS] > 0.0)

@@ -6,7 +6,6 @@ import inspect
 import warnings
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import replace
 from pathlib import Path
 from threading import Event
 from typing import Literal, overload
@@ -15,14 +14,13 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.notes import Note
 from wheeltapper.ground.progress import Progress, report, reporting, say, watched
-from wheeltapper.lower.build import lower
-from wheeltapper.march import run, telling
+from wheeltapper.march import run
 from wheeltapper.march.blocks import cores
-from wheeltapper.record import balanced, extent
+from wheeltapper.record import balanced
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
+from wheeltapper.record.kinds import kind_of
 from wheeltapper.record.record import Record
 from wheeltapper.record.rigid import rigid_track
-from wheeltapper.record.yielded import beyond_law
 
 Method = Literal["default", "strict"]
 
@@ -138,46 +136,20 @@ def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[
 
 def _simulated(scenario: Scenario, method: str) -> Record:
     scenario.check_extent()
-    marcher = run.choose(run.SIMULATE, scenario.needs)
+    marcher, kind = run.choose(run.SIMULATE, scenario.needs), kind_of(scenario)
     report("lowering", 0.0, 0.0)
-    record = (_of_wagon if marcher is run.WAGON else _of_wheel)(scenario, method, marcher.name)
-    record.notes = (*record.notes, *rigid_track(record))
-    return record
-
-
-def _of_wheel(scenario: Scenario, method: str, name: str) -> Record:
-    extent.check_time(scenario)
-    lowered = lower(scenario, method)
-    extent.check_pieces(scenario, lowered)
+    lowered = kind.lower(scenario, method)
     warn_of(lowered.notes)
-    tell = extent.teller("marching", lowered.time, scenario.duration, telling.CHUNK, extent.ROW_BYTES)
+    tell = kind.teller(scenario, lowered)
     if not run.is_ready(lowered.program):
-        say_that_it_compiles(name)
+        say_that_it_compiles(marcher.name)
     march = run.march(lowered.program, tell)
-    beyond = beyond_law(scenario.contact, lowered, march)
+    beyond = kind.beyond(scenario, lowered, march)
     warn_of(beyond)
     if not run.balance_is_ready(lowered.program):
         say_that_it_compiles("the energy's check")
-    status, missing = balanced.judged(march.status, balanced.missing_part(lowered.program, march))
-    lowered = replace(lowered, notes=lowered.notes + beyond + missing)
-    return Record(scenario, method, lowered, march._replace(status=status))
-
-
-def _of_wagon(scenario: Scenario, method: str, name: str) -> Record:
-    from wheeltapper.lower.wagon import LONGEST, lower_wagon
-    from wheeltapper.march.assembly import PLACES, STEP_ELEMENTS
-    from wheeltapper.record import wagon_energy
-    from wheeltapper.record.creep_range import beyond_spin
-    from wheeltapper.record.wagon_record import WagonRecord
-
-    row = 8.0 * (PLACES * (len(scenario.vehicle.names) + 1) + STEP_ELEMENTS)
-    extent.check_duration(scenario, scenario.duration / LONGEST, row)
-    lowered = lower_wagon(scenario, method)
-    warn_of(lowered.notes)
-    tell = extent.teller("marching", 1.0, scenario.duration, telling.WAGON_CHUNK, row)
-    if not run.is_ready(lowered.assembly):
-        say_that_it_compiles(f"{name} and its energy's check")
-    march = run.march(lowered.assembly, tell)
-    status, missing = balanced.judged(march.status, wagon_energy.missing_part(lowered, march, scenario))
-    lowered = replace(lowered, notes=lowered.notes + missing + beyond_spin(scenario, lowered, march))
-    return WagonRecord(scenario, method, lowered, march._replace(status=status))
+    status, missing = balanced.judged(march.status, kind.missing_part(scenario, lowered, march))
+    record = Record(scenario, method, lowered, march._replace(status=status))
+    record.notes = (*lowered.notes, *beyond, *missing)
+    record.notes += rigid_track(record)
+    return record

@@ -13,59 +13,41 @@ from wheeltapper.describe.site import Site
 from wheeltapper.describe.table.content import LARGEST
 from wheeltapper.ground.arguments import as_path, as_quantity
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.needs import SEVERAL_BODIES, YIELDING
-from wheeltapper.lower.build import Lowered
-from wheeltapper.lower.table import Table
 from wheeltapper.record import damper
 from wheeltapper.record.chart_store import load_chart
 from wheeltapper.record.checksum import is_damaged
-from wheeltapper.record.labels import EVENT_KINDS, WEAR_TITLE
+from wheeltapper.record.contacts import SIDES, SURFACES
+from wheeltapper.record.kinds import kind_of
+from wheeltapper.record.labels import EVENT_KINDS, WEAR_TITLE, flagged, label
 from wheeltapper.record.reading_arrays import check_hdf5
-from wheeltapper.record.record import OUTCOMES, Record
-from wheeltapper.record.stored import (
-    UNDAMAGED,
-    check,
-    check_format,
-    choice,
-    march_of,
-    method_of,
-    notes,
-    program_of,
-    rising,
-    table,
-)
-from wheeltapper.record.wagon_record import WagonRecord
-from wheeltapper.record.wagon_store import wagon_record, wagon_tables
-
-FORMAT = 1
-"""Version of the layout of the files. A newer file is refused."""
-WHEEL = ("wheelset", "side", "surface")
-"""Columns that identify the wheel of a wagon."""
+from wheeltapper.record.record import Record
+from wheeltapper.record.stored import FORMAT, UNDAMAGED, method_of, notes, rising, table, version_of
 
 
 def save(record: Record, path: Path) -> None:
-    """Write a record as netCDF."""
+    """Write a record as netCDF; its tables have the axis `contact`, which `contact_wheelset` and the like name."""
     import xarray as xr
 
-    march = record._march
-    events = record.events.rename(time="event_time", contact="event_contact")
-    kinds = np.array([EVENT_KINDS.index(kind) for kind in events.kind.values], dtype=np.int8)
-    meaning = {
-        "flag_values": np.arange(len(EVENT_KINDS), dtype=np.int8), "flag_meanings": " ".join(EVENT_KINDS),
-    }  # fmt: skip
-    events["kind"] = ("event", kinds, meaning)
-    peaks = record.peaks.rename(time="peak_time", contact="peak_contact", normal_force="peak_normal_force")
+    march, contacts = record._march, record._contacts
+    events = record.events.drop_vars(contacts.axes | {"surface": 0}, errors="ignore")
+    events = events.rename(time="event_time", contact="event_contact")
+    events["kind"] = flagged("event", events.kind.values, EVENT_KINDS)
+    peaks = record.peaks.drop_vars(contacts.axes | {"surface": 0}, errors="ignore")
+    peaks = peaks.rename(time="peak_time", contact="peak_contact", normal_force="peak_normal_force")
     peaks["corner"] = peaks.corner.astype(np.int8)
-    if isinstance(record, WagonRecord):
-        events = events.rename({name: f"event_{name}" for name in WHEEL})
-        peaks = peaks.rename({name: f"peak_{name}" for name in WHEEL})
+    named = contacts.labels
+    static = np.pad(contacts.static_force, (0, len(contacts.lanes) - len(contacts.static_force)))
     tables = {
+        "contact_wheelset": ("contact", named["wheelset"], label("wheelset")),
+        "contact_side": flagged("contact", named["side"], SIDES),
+        "contact_surface": flagged("contact", named["surface"], SURFACES),
+        "static_force": ("contact", static, label("static_force", contacts.several)),
         "march_steps": (("step", "step_column"), march.steps),
         "march_events": (("event", "event_column"), march.events),
         "march_peaks": (("peak", "peak_column"), march.peaks),
         "march_state": (("state",), march.state),
     }
-    special, more = wagon_tables(record) if isinstance(record, WagonRecord) else _wheelset_tables(record)
+    special, more = record._kind.tables(record._lowered, march)
     tables |= special
     attributes: dict[str, Any] = {
         "format": FORMAT,
@@ -80,7 +62,7 @@ def save(record: Record, path: Path) -> None:
     }
     parts = [events, peaks, xr.Dataset(tables)]
     if "program_damper" in tables:
-        parts.append(damper.flagged(record.damper_events))
+        parts.append(damper.stored_events(record.damper_events))
     data = xr.merge(parts, combine_attrs="override").assign_attrs(attributes)
     for name, value in record.energy.data_vars.items():
         data[f"energy_{name}"] = value
@@ -90,26 +72,6 @@ def save(record: Record, path: Path) -> None:
         raise InputError(
             str(path), "output", f"a place that cannot be written ({error.strerror or error})", "a writable path"
         ) from error
-
-
-def _wheelset_tables(record: Record) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the tables and attributes that only the record of a wheelset has."""
-    lowered = record._lowered
-    tables = {
-        "program_pieces": (("piece", "piece_column"), record._march.pieces),
-        "program_numbers": (("number",), lowered.program.numbers),
-        "units": (("unit",), np.array(_units(lowered))),
-    }
-    if len(lowered.program.law):
-        tables["program_law"] = (("law_piece", "law_column"), lowered.program.law)
-    if len(lowered.program.damper):
-        tables["program_damper"] = (("damper_entry",), lowered.program.damper)
-        tables["march_stops"] = (("damper_event", "stop_column"), record._march.stops)
-    return tables, {"loop": [lowered.table.loop, lowered.table.loop_join]}
-
-
-def _units(lowered: Lowered) -> list[float]:
-    return [lowered.length, lowered.time, lowered.force, lowered.static_force, lowered.contact_constant]
 
 
 def _scenario_text(scenario: Scenario) -> str:
@@ -174,10 +136,9 @@ def _load_record(path: Path, largest: float) -> Any:
         return check_wear(data)
     if data.attrs.get("format") is None or "march_steps" not in data:
         raise InputError("", "", "a file that wheeltapper did not write", RECORD)
-    check_format(data.attrs["format"], FORMAT)
+    version_of(data)
     scenario = _scenario_of(data)
-    record = wagon_record if SEVERAL_BODIES in scenario.needs else _wheelset_record
-    return record(scenario, data)
+    return Record(scenario, method_of(data), *kind_of(scenario).read(scenario, data))
 
 
 def _scenario_of(data: Any) -> Scenario:
@@ -190,22 +151,6 @@ def _scenario_of(data: Any) -> Scenario:
     except (ValueError, RecursionError):
         found = "a Python function, which a file cannot hold" if text.startswith("Scenario(") else repr(text[:60])
         raise InputError("", "scenario", found, "a scenario without a Profile") from None
-
-
-def _wheelset_record(scenario: Scenario, data: Any) -> Record:
-    """Return the record of a wheelset from a file's contents."""
-    from wheeltapper.march.single import March
-
-    program, loop, join = program_of(data)
-    if len(program.law) and YIELDING not in scenario.needs:
-        raise InputError("", "program_law", f"a law beside {type(scenario.contact).__name__}", UNDAMAGED)
-    units = table(data, "units", 5)
-    check("units", units, (units > 1e-30) & (units < 1e30), "positive numbers of any use")
-    length, time, force, static, constant = units.tolist()
-    lowered = Lowered(program, Table(program.pieces, loop, join), length, time, force, static, constant, notes(data))
-    steps, events, peaks, state, stops = march_of(data, program)
-    march = March(choice(data, "status", int, OUTCOMES), steps, events, peaks, state, stops, program.pieces)
-    return Record(scenario, method_of(data), lowered, march)
 
 
 def check_wear(data: Any) -> Any:

@@ -14,16 +14,16 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.march import program as contract
-from wheeltapper.march.program import Program
+from wheeltapper.record.kinds import OUTCOMES
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
+FORMAT = 2
+"""Version of the layout of a record's file. A newer file is refused. Since version 2 a file names its contacts."""
 UNDAMAGED = "a file as wheeltapper wrote it"
 """What a file must be, for messages."""
-LATER = {contract.START_SHIFT: 0.0, contract.LAST_IMPACT: -1.0, contract.LAST_LOSS: -1.0, contract.MEMORY: 0.0}
-"""Numbers of a program that older files lack, and the values that they have for such files."""
 
 
 def check_format(version: Any, newest: int) -> int:
@@ -37,7 +37,9 @@ def check_format(version: Any, newest: int) -> int:
     return number
 
 
-def table(data: xr.Dataset, name: str, *shape: int | Iterable[int] | None, ends: bool = False) -> FloatArray:
+def table(
+    data: xr.Dataset, name: str, *shape: int | Iterable[int] | None, ends: bool = False, anything: bool = False
+) -> FloatArray:
     """Return a variable as numbers.
 
     Parameters
@@ -50,6 +52,8 @@ def table(data: xr.Dataset, name: str, *shape: int | Iterable[int] | None, ends:
         The length of each of its axes, or the lengths that it may have; None: any.
     ends
         Whether it may hold infinities.
+    anything
+        Whether it may also hold NaN.
     """
     if name not in data.variables:
         raise InputError("", name, "nothing", UNDAMAGED)
@@ -63,7 +67,7 @@ def table(data: xr.Dataset, name: str, *shape: int | Iterable[int] | None, ends:
         raise InputError("", name, f"{values.dtype} of shape {values.shape}", f"numbers, {text}")
     numbers = np.ascontiguousarray(values, dtype=float)
     bad = np.isnan(numbers) if ends else ~np.isfinite(numbers)
-    check(name, numbers, ~bad, "no NaN" if ends else "finite numbers")
+    check(name, numbers, ~bad | anything, "no NaN" if ends else "finite numbers")
     return numbers
 
 
@@ -120,6 +124,25 @@ def method_of(data: xr.Dataset) -> str:
     return str(choice(data, "method", str, METHODS))
 
 
+def version_of(data: xr.Dataset) -> int:
+    """Return the version of the layout of a record's file."""
+    return check_format(data.attrs.get("format"), FORMAT)
+
+
+def status_of(data: xr.Dataset) -> int:
+    """Return why the march ended."""
+    return int(choice(data, "status", int, OUTCOMES))
+
+
+def steps_of(data: xr.Dataset, columns: int, begin: int, end: float) -> FloatArray:
+    """Return the steps of a march, at least one; they begin at rising times."""
+    steps = table(data, "march_steps", None, columns)
+    if len(steps) == 0:
+        raise InputError("", "march_steps", "no steps", UNDAMAGED)
+    rising("march_steps", steps[:, begin], end)
+    return steps
+
+
 def check_pieces(name: str, pieces: FloatArray) -> None:
     """Refuse pieces of a path without a length, or whose degrees are beyond their columns."""
     degrees = {contract.DEGREE: 0, contract.FACTOR_DEGREE: -1}
@@ -132,71 +155,3 @@ def check_pieces(name: str, pieces: FloatArray) -> None:
     check(name, pieces[:, contract.STOP], pieces[:, contract.STOP] > pieces[:, contract.START], "pieces with a length")
     others = np.delete(pieces, [contract.START, contract.STOP], axis=1)
     check(name, others, np.isfinite(others), "finite numbers")
-
-
-def program_of(data: xr.Dataset) -> tuple[Program, int, int]:
-    """Return the checked program of one wheel, with the piece with which its path continues, and the joint."""
-    pieces = table(data, "program_pieces", None, (contract.PIECE_COLUMNS, contract.MARKED_COLUMNS), ends=True)
-    law = contract.ELASTIC
-    if "program_law" in data.variables:
-        law = table(data, "program_law", None, contract.LAW_COLUMNS)
-        starts = law[:, contract.LAW_START]
-        check("program_law", starts, np.diff(starts, prepend=-np.inf) > 0.0, "rising starts")
-        check("program_law", law[:, contract.LAW_SCALE], law[:, contract.LAW_SCALE] > 0.0, "positive scales")
-        table(data, "program_pieces", None, contract.MARKED_COLUMNS, ends=True)
-    numbers = table(data, "program_numbers", range(contract.START_SHIFT, contract.NUMBERS + 1), ends=True)
-    numbers = np.append(numbers, [LATER[k] for k in range(len(numbers), contract.NUMBERS)])
-    open_ended = np.isin(np.arange(contract.NUMBERS), (contract.DECK_FROM, contract.DECK_TO))
-    check("program_numbers", numbers, np.isfinite(numbers) | open_ended, "finite numbers")
-    if numbers[contract.ORDER] not in (contract.DEFAULT_ORDER, contract.STRICT_ORDER):
-        raise InputError("", "program_numbers", f"the order {numbers[contract.ORDER]:g}", UNDAMAGED)
-    loop, join = _loop(data, len(pieces))
-    whole("program_numbers", numbers[[contract.LOOP]], loop, loop)
-    check_pieces("program_pieces", pieces)
-    damper = contract.PLAIN
-    if "program_damper" in data.variables:
-        damper = table(data, "program_damper", contract.DAMPER_ENTRIES)
-        check("program_damper", damper, (damper >= 0.0) | (np.arange(len(damper)) == contract.DAMPER_START), "positive")
-    return Program(pieces, numbers, law, damper), loop, join
-
-
-def _loop(data: xr.Dataset, count: int) -> tuple[int, int]:
-    if count == 0:
-        raise InputError("", "program_pieces", "no pieces of a path", UNDAMAGED)
-    try:
-        loop, join = (float(value) for value in data.attrs["loop"])
-    except (KeyError, TypeError, ValueError):
-        raise InputError("", "loop", repr(data.attrs.get("loop", "nothing"))[:80], UNDAMAGED) from None
-    whole("loop", np.array([loop]), 0, count)
-    whole("loop", np.array([join]), contract.SOFT, contract.JUMP)
-    return int(loop), int(join)
-
-
-def march_of(data: xr.Dataset, program: Program) -> tuple[FloatArray, ...]:
-    """Return the checked steps, events, peaks, last state and stops of a wheel's march."""
-    width = contract.ENDED_COLUMNS if len(program.damper) else contract.STEP_COLUMNS
-    steps = table(data, "march_steps", None, width)
-    state = table(data, "march_state", range(contract.LENGTH, width + 1))
-    end = float(state[contract.TIME])
-    check("march_state", state[[contract.TIME]], end > 0.0, "a positive time")
-    if len(steps) == 0:
-        raise InputError("", "march_steps", "no steps", UNDAMAGED)
-    rising("march_steps", steps[:, contract.TIME], end)
-    check("march_steps", steps[:, contract.LENGTH], steps[:, contract.LENGTH] >= 0.0, "lengths of 0 or more")
-    for rows in (steps, state[None]):
-        whole("march_steps", rows[:, contract.PHASE], 0, contract.YIELDING + len(program.law) - 1)
-        whole("march_steps", rows[:, contract.PIECE], 0, len(program.pieces) - 1)
-        whole("march_steps", rows[:, contract.ON_DECK], 0, 1)
-    if len(program.damper):
-        whole("march_steps", steps[:, contract.END_MODE], contract.LOWER, contract.LINKED)
-    events = table(data, "march_events", None, contract.EVENT_COLUMNS)
-    rising("march_events", events[:, contract.EVENT_TIME], end)
-    whole("march_events", events[:, contract.EVENT_KIND], contract.LOSS, contract.YIELD)
-    peaks = table(data, "march_peaks", None, (contract.PEAK_COLUMNS - 1, contract.PEAK_COLUMNS))
-    rising("march_peaks", peaks[:, contract.PEAK_TIME], end)
-    stops = np.empty((0, contract.STOP_COLUMNS))
-    if len(program.damper):
-        stops = table(data, "march_stops", None, contract.STOP_COLUMNS)
-        rising("march_stops", stops[:, contract.STOP_TIME], end)
-        whole("march_stops", stops[:, contract.STOP_KIND], contract.REACHED, contract.LEFT)
-    return steps, events, peaks, state, stops

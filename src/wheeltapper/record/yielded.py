@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import Lowered
 from wheeltapper.lower.plastic import left_after, loading_force, stored_below
@@ -41,9 +42,11 @@ def stored(lowered: Lowered, ends: FloatArray) -> FloatArray:
     return np.asarray(0.4 * ends[..., dense.OUT_FORCE] * (depth - left_after(program.law, depth)))
 
 
-def beyond_law(contact: Any, lowered: Lowered, march: March) -> tuple[Note, ...]:
+def beyond_law(scenario: Scenario, lowered: Lowered, march: March) -> tuple[Note, ...]:
     """Return what the user should know of a march whose contact force goes beyond what the law was stated for."""
-    return beyond_force(contact, lowered, float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * lowered.force)
+    return beyond_force(
+        scenario.contact, lowered, float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)) * lowered.force
+    )
 
 
 def beyond_force(contact: Any, lowered: Lowered, reached: float) -> tuple[Note, ...]:

@@ -33,7 +33,7 @@ from wheeltapper.ground.errors import ComputationError, InputError, shown
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import program as contract
-from wheeltapper.record.record import OUTCOMES
+from wheeltapper.record.kinds import OUTCOMES
 
 FloatArray = NDArray[np.float64]
 

@@ -101,14 +101,16 @@ class Feature:
         """
         if isinstance(of, Trains):
             return self._of_trains(of)
+        from wheeltapper.record.labels import of_wheels
         from wheeltapper.record.record import Record
-        from wheeltapper.record.record_trains import labelled, static_forces, trains_of
+        from wheeltapper.record.record_trains import trains_of
 
         if not isinstance(of, Record):
             raise InputError("", self.name, f"a {type(of).__name__}", "a record: what `wheeltapper.simulate` returns")
-        whole = of.outcome is Outcome.COMPLETED
-        values = self._of_trains(trains_of(of, self.tally)) if whole else np.full(static_forces(of).size, np.nan)
-        return labelled(of, values, {"units": self.unit, "long_name": self.definition})
+        contacts, whole = of._contacts, of.outcome is Outcome.COMPLETED
+        values = self._of_trains(trains_of(of, self.tally)) if whole else np.full(len(contacts.static_force), np.nan)
+        meaning = of_wheels(self.definition) if contacts.several else self.definition
+        return of._per_wheel(values, {"units": self.unit, "long_name": meaning})
 
     def _of_trains(self, trains: Trains) -> Values:
         with np.errstate(invalid="ignore", divide="ignore"):

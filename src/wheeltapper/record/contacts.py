@@ -1,0 +1,81 @@
+"""The contacts of a vehicle: the axis `contact` of all tables of a record, and what it is in public."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.march.program import EVENT_CONTACT
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+SIDES = ("left", "right", "both")
+"""Names of the sides: a wheelset without sides has one contact for both of its wheels."""
+SURFACES = ("tread", "flange")
+"""Names of the parts of a wheel that touch."""
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """The contacts of a vehicle: first the treads, wheel after wheel, then the flanges in the same order.
+
+    Attributes
+    ----------
+    static_force
+        (wheels,) static normal force, N.
+    position
+        (wheels,) x at time zero, m.
+    lanes
+        (contacts,) number of each contact in the rows of its march.
+    sides
+        Number of wheels of a wheelset that have contacts of their own: 1 or 2.
+    """
+
+    static_force: FloatArray
+    position: FloatArray
+    lanes: IntArray
+    sides: int
+
+    @property
+    def several(self) -> bool:
+        """Whether tables have wheelsets and sides in public."""
+        return self.sides > 1
+
+    @property
+    def wheelsets(self) -> int:
+        """Number of wheelsets."""
+        return len(self.position) // self.sides
+
+    @property
+    def labels(self) -> dict[str, NDArray[Any]]:
+        """Wheelset, from 1, side and surface of each contact."""
+        surface, wheel = np.divmod(np.arange(len(self.lanes)), len(self.static_force))
+        names = SIDES if self.several else SIDES[-1:]
+        return {
+            "wheelset": wheel // self.sides + 1,
+            "side": np.array(names)[wheel % self.sides],
+            "surface": np.array(SURFACES)[surface],
+        }
+
+    @property
+    def axes(self) -> dict[str, list[Any]]:
+        """Names of wheelsets and sides where there are several."""
+        if not self.several:
+            return {}
+        return {"wheelset": [*range(1, self.wheelsets + 1)], "side": [*SIDES[: self.sides]]}
+
+    def of(self, rows: FloatArray) -> IntArray:
+        """Return the contact of each event or maximum of a march."""
+        if len(self.lanes) == 1:  # then that column holds something else
+            return np.zeros(len(rows), dtype=np.int64)
+        order = np.argsort(self.lanes)
+        return order[np.searchsorted(self.lanes[order], rows[:, EVENT_CONTACT])]
+
+    def by_wheel(self, values: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
+        """Return values over the wheels (..., wheels) with the dimensions that they have in public."""
+        if not self.several:
+            return (), values[..., 0]
+        return ("wheelset", "side"), values.reshape(*values.shape[:-1], self.wheelsets, self.sides)

@@ -1,0 +1,95 @@
+"""What a record must know of the march behind it, as data: `wheel` and `wagon` each state it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.notes import Note
+from wheeltapper.ground.outcome import Outcome
+from wheeltapper.march import assembly, run
+from wheeltapper.march import program as contract
+from wheeltapper.record import balanced
+from wheeltapper.record.contacts import Contacts
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+Variables = dict[str, tuple[tuple[str, ...], Any]]
+"""Variables of a table by name: their dimensions and their values."""
+
+OUTCOMES = {
+    contract.DONE: Outcome.COMPLETED,
+    contract.FULL: Outcome.OUT_OF_MEMORY,
+    balanced.UNBALANCED: Outcome.UNBALANCED,
+    contract.TOO_MANY_EVENTS: Outcome.EVENT_LIMIT,
+    contract.NOT_FINITE: Outcome.NOT_FINITE,
+    contract.STALLED: Outcome.STALLED,
+    contract.END_OF_PATH: Outcome.END_OF_PATH,
+    assembly.DERAILED: Outcome.DERAILED,
+}
+"""Outcome of each status of a march."""
+
+
+@dataclass(frozen=True, eq=False)
+class Kind:
+    """What a record must know of the march behind it; functions take the lowered scenario and the march that it made.
+
+    Attributes
+    ----------
+    begin, length
+        Columns of a row of steps: its time and its length, in the march's unit.
+    lower
+        From a scenario and a method to the program with its units; a record that cannot fit in memory is refused.
+    teller
+        From a scenario and its program to what the march tells of its progress to.
+    beyond
+        Notes on a march that left the range of the scenario's laws.
+    missing_part
+        The missing share of the exchanged energy.
+    contacts
+        The contacts of a lowered scenario.
+    end
+        The end of the computed time, s.
+    free
+        (steps, contacts) where there is no contact force.
+    sample
+        All variables at rising times (s), in SI units; those of the wheels have the dimension `contact` last.
+    integrate
+        Impulse of each contact in each step, (steps, contacts), N s, and the balance of energy.
+    tables
+        Tables and attributes of a file that contain the program and the rest of the march.
+    read
+        From a file's contents to both; what no march can have written is refused.
+    """
+
+    begin: int
+    length: int
+    lower: Callable[[Scenario, str], Any]
+    teller: Callable[[Scenario, Any], Callable[[float], bool]]
+    beyond: Callable[[Scenario, Any, Any], tuple[Note, ...]]
+    missing_part: Callable[[Scenario, Any, Any], float]
+    contacts: Callable[[Scenario, Any], Contacts]
+    end: Callable[[Any, Any], float]
+    free: Callable[[Contacts, Any], NDArray[np.bool_]]
+    sample: Callable[[Scenario, Any, Any, FloatArray], Variables]
+    integrate: Callable[[Scenario, Any, Any], tuple[FloatArray, xr.Dataset]]
+    tables: Callable[[Any, Any], tuple[dict[str, Any], dict[str, Any]]]
+    read: Callable[[Scenario, xr.Dataset], tuple[Any, Any]]
+
+
+def kind_of(scenario: Scenario) -> Kind:
+    """Return what is known of the march that simulates a scenario."""
+    if run.choose(run.SIMULATE, scenario.needs) is run.WAGON:
+        from wheeltapper.record.wagon import WAGON
+
+        return WAGON
+    from wheeltapper.record.wheel import WHEEL
+
+    return WHEEL

@@ -1,0 +1,347 @@
+"""What a record must know of a wagon's march."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from math import prod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.creep import Fastsim
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.vehicle.body import MOTIONS
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.structure import structure_of
+from wheeltapper.lower.wagon import DECK, LONGEST, Layout, LoweredWagon, layout_of, lower_wagon
+from wheeltapper.march import assembly as asm
+from wheeltapper.march import program, run, telling, wheel_rows
+from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
+from wheeltapper.march.multibody import MultibodyMarch
+from wheeltapper.record import balanced, creep_range, extent, stored, wagon_energy
+from wheeltapper.record.contacts import Contacts
+from wheeltapper.record.kinds import Kind, Variables
+from wheeltapper.record.stored import UNDAMAGED, check, table, whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+TOGETHER = 4
+"""The columns of a body are stored in groups of this size."""
+LARGEST = 1e3
+"""Largest plausible displacement (m, rad) or velocity (m/s, rad/s) in a file; a larger one is damage."""
+TURNS = 1e7
+"""Largest number of times that a closed path may be repeated in a run."""
+ROWS_LIKE_A_WHEELS = "rows_like_a_wheels"
+"""Attribute of files in which events and peaks have the columns that those of one wheel have."""
+OLD_EVENT_COLUMNS, OLD_PEAK_COLUMNS = [0, 1, 3, 2], [0, 2, 3, 1]
+"""Where time, kind, rate and contact of an event, and time, force, corner and contact of a maximum stood before."""
+ROWS = {
+    "normal": wheel_rows.NORMAL, "fx": wheel_rows.FX, "fy": wheel_rows.FY, "mz": wheel_rows.MZ, "g": wheel_rows.ROW_G,
+    "slip_x": wheel_rows.SLIP_X, "slip_y": wheel_rows.SLIP_Y, "slip_turn": wheel_rows.SLIP_TURN,
+    "delta": wheel_rows.ROW_DELTA, "path": wheel_rows.ROW_PATH, "u": wheel_rows.ROW_U,
+}  # fmt: skip
+"""Quantities of a contact that a record reads, and their rows in the kernels' scratch memory."""
+
+
+def _row_bytes(scenario: Scenario) -> float:
+    return 8.0 * (PLACES * (len(scenario.vehicle.names) + 1) + asm.STEP_ELEMENTS)
+
+
+def _lower(scenario: Scenario, method: str) -> LoweredWagon:
+    extent.check_duration(scenario, scenario.duration / LONGEST, _row_bytes(scenario))
+    return lower_wagon(scenario, method)
+
+
+def _teller(scenario: Scenario, lowered: LoweredWagon) -> Callable[[float], bool]:
+    return extent.teller("marching", lowered.time, scenario.duration, telling.WAGON_CHUNK, _row_bytes(scenario))
+
+
+def _contacts(scenario: Scenario, lowered: LoweredWagon) -> Contacts:
+    axles = scenario.vehicle.axles
+    wheelset, side = np.divmod(np.arange(2 * len(axles)), 2)
+    treads = wheelset // HALF * LANES + side * HALF + wheelset % HALF
+    octets = range(0, len(lowered.assembly.kinds), int(lowered.assembly.numbers[asm.TREADS]))
+    return Contacts(
+        lowered.static_force.ravel(), np.repeat([axle.position for axle in axles], 2),
+        np.concatenate([treads + first * LANES for first in octets]), sides=2,
+    )  # fmt: skip
+
+
+def _free(contacts: Contacts, march: MultibodyMarch) -> NDArray[np.bool_]:
+    closed = march.steps[:, [asm.STEP_CLOSED]]
+    return np.asarray(np.floor(closed / 2.0**contacts.lanes) % 2.0 == 0.0)
+
+
+def _sample(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch, times: FloatArray) -> Variables:
+    rows = np.array(list(ROWS.values()), dtype=np.int64)
+    states, rates, found = run.replay(lowered.assembly, march, times, rows)
+    found = np.moveaxis(found[:, :, _contacts(scenario, lowered).lanes], 1, 0)
+    touching = _forces(scenario, dict(zip(ROWS, found, strict=True)))
+    out: Variables = {name: (("time", "contact"), values) for name, values in touching.items()}
+    shape = (len(times), len(lowered.layout.bodies), PLACES)
+    held, changing = (values[:, : lowered.layout.states].reshape(shape) for values in (states, rates))
+    motions = {
+        "displacement": held[:, :, : len(MOTIONS)],
+        "velocity": held[:, :, TO_RATE : TO_RATE + len(MOTIONS)],
+        "acceleration": changing[:, :, TO_RATE : TO_RATE + len(MOTIONS)],
+    }
+    bodies = [name for name in lowered.layout.bodies if name != DECK]
+    out |= {"body": (("body",), bodies), "motion": (("motion",), list(MOTIONS))}
+    out |= {name: (("time", "body", "motion"), values[:, : len(bodies)]) for name, values in motions.items()}
+    if DECK in lowered.layout.bodies:
+        out |= {f"deck_{name}": (("time",), values[:, -1, asm.MOTION_Z]) for name, values in motions.items()}
+    return out
+
+
+def _forces(scenario: Scenario, rows: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return the variables of each wheel (times, wheels) from the rows of all contacts (times, contacts)."""
+    wheels = 2 * len(scenario.vehicle.axles)
+    tread = {name: values[:, :wheels] for name, values in rows.items()}
+    flange = {
+        name: values[:, wheels:] if values.shape[1] > wheels else np.zeros_like(values) for name, values in rows.items()
+    }
+    speed = max(float(scenario.speed), 1e-300)
+    sides = np.tile([1.0, -1.0], wheels // 2)
+    law = scenario.creep
+    rolls = float(law is not None)
+    normal, steep = tread["normal"], np.hypot(1.0, flange["g"])
+    along, across = (tread[name] * (normal > 0.0) * rolls for name in ("fx", "fy"))
+    on_flange = flange["normal"] > 0.0
+    flange_along, flange_across = (flange[name] * on_flange * rolls for name in ("fx", "fy"))
+    sideways = flange_across / steep - sides * flange["g"] * flange["normal"]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        limit = normal * (1.0 if law is None else law.friction)
+        used = np.where(normal > 0.0, np.hypot(along, across) / limit, 0.0)
+    return {
+        "normal_force": normal,
+        "longitudinal_force": along + flange_along,
+        "lateral_force": across - sides * tread["g"] * normal + sideways,
+        "lateral_creep_force": across,
+        "flange_force": flange["normal"] * steep,
+        "spin_moment": tread["mz"] * (normal > 0.0) * rolls,
+        "longitudinal_creepage": tread["slip_x"] * rolls / speed,
+        "lateral_creepage": tread["slip_y"] * rolls / speed,
+        "spin_creepage": tread["slip_turn"] * rolls / speed,
+        "friction_use": used,
+        "indentation": tread["delta"],
+        "constraint": tread["path"],
+        "lateral_shift": tread["u"],
+    }
+
+
+def _integrate(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[FloatArray, xr.Dataset]:
+    works = wagon_energy.works(lowered, march, scenario)
+    impulses = works[1][:, _contacts(scenario, lowered).lanes]
+    return impulses, wagon_energy.balance(lowered, march, works, scenario)
+
+
+def _tables(lowered: LoweredWagon, march: MultibodyMarch) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the tables and attributes of a file that contain the assembly and the states."""
+    parts = lowered.assembly._asdict()
+    out = {
+        "assembly": (("assembly_entry",), np.concatenate([np.ravel(part).astype(float) for part in parts.values()])),
+        "march_states": (("step", "state"), march.states),
+    }
+    attributes = {
+        "assembly_parts": json.dumps([[name, part.shape, part.dtype.kind] for name, part in parts.items()]),
+        "contact_constant": lowered.contact_constant,
+        "end": march.end,
+        ROWS_LIKE_A_WHEELS: 1,
+        "evaluations": march.evaluations,
+    }
+    return out, attributes
+
+
+def _read(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredWagon, MultibodyMarch]:
+    """Return the assembly and the march from a file's contents; refuse contents that no march can have written."""
+    structure = structure_of(scenario.vehicle)
+    layout = layout_of(scenario, structure)
+    assembly = _assembly(data)
+    _check_assembly(assembly, scenario, layout)
+    axles = len(scenario.vehicle.axles)
+    shape = (axles, 2) if stored.version_of(data) == 1 else ((2 * axles, 4 * axles),)  # later with those of flanges
+    static = table(data, "static_force", *shape).ravel()[: 2 * axles].reshape(axles, 2)
+    check("static_force", static, static > 0.0, "positive forces")
+    constant = stored.attribute(data, "contact_constant", float)
+    lowered = LoweredWagon(assembly, layout, structure, static, constant, stored.notes(data))
+    return lowered, _march_of(data, assembly, scenario)
+
+
+def _assembly(data: xr.Dataset) -> Assembly:
+    """Return the assembly from the array that holds all of its parts."""
+    held = table(data, "assembly", None, ends=True)
+    at, parts = 0, dict[str, Any]()
+    for entry in stored.attribute(data, "assembly_parts", list):
+        try:
+            name, shape, kind = entry
+            size = prod(shape)
+            fits = name not in parts and min(shape, default=0) >= 0 and at + size <= len(held) and kind in "fi"
+        except (TypeError, ValueError):
+            fits = False
+        if not fits:
+            raise InputError("", "assembly_parts", repr(entry)[:80], UNDAMAGED)
+        part = held[at : at + size].reshape(shape)
+        if kind == "i":
+            whole(f"assembly, {name}", part, -(2**31), 2**31)
+            part = part.astype(np.int64)
+        parts[name], at = np.ascontiguousarray(part), at + size
+    if tuple(parts) != Assembly._fields or at != len(held):
+        raise InputError("", "assembly_parts", f"{len(parts)} parts with {at} numbers", UNDAMAGED)
+    return Assembly(**parts)
+
+
+def _check_assembly(A: Assembly, scenario: Scenario, layout: Layout) -> None:
+    """Refuse an assembly that does not belong to this scenario, or has an index out of range."""
+    treads = -(-len(scenario.vehicle.axles) // HALF)
+    octets, bodies, states, elements = len(A.kinds), len(layout.bodies), len(A.start), len(A.element_inside)
+    shapes = {
+        "numbers": (asm.ASSEMBLY_NUMBERS,), "scales": (states,), "lanes": (octets, asm.LANE_COLUMNS, LANES),
+        "cells": (octets // treads, A.cells.shape[1] if A.cells.ndim == 4 else 0, asm.TABLES, asm.TABLE_TERMS),
+        "saturation": (asm.SATURATION_CELLS, asm.TABLE_TERMS), "pieces": (len(A.pieces), program.PIECE_COLUMNS),
+        "columns": (LANES * len(A.sources),), "force_columns": (LANES * len(A.force_sources),),
+        "mobility": (bodies * LANES,), "loads": (bodies * LANES,), "element_weight": (len(A.element_index),),
+        "corners": (len(A.corners), 2), "element_inside": (elements, 2),
+    }  # fmt: skip
+    for name, shape in shapes.items():
+        held: NDArray[np.float64] = getattr(A, name)
+        if held.shape != shape or (0 in held.shape[:1] and name in ("cells", "pieces")):
+            raise InputError("", f"assembly, {name}", f"the shape {held.shape}", f"{shape}; {UNDAMAGED}")
+        if name not in ("lanes", "pieces"):
+            check(f"assembly, {name}", held, np.isfinite(held), "finite numbers")
+    inside = states - layout.states
+    if inside < 0 or inside % LANES or octets not in (treads, 2 * treads) or A.cells.shape[1] == 0:
+        raise InputError("", "assembly", f"{states} states and {octets} octets of contacts", UNDAMAGED)
+    kinds = np.repeat([asm.TREAD, asm.FLANGE], treads)[:octets]
+    check("assembly, kinds", A.kinds, A.kinds == kinds, "treads, then flanges")
+    check("assembly, start", A.start, np.abs(A.start) < LARGEST, f"states below {LARGEST:g}")
+    _check_numbers(A, scenario, layout, treads)
+    stored.check_pieces("assembly, pieces", A.pieces)
+    _check_lanes(A, scenario, bodies, treads)
+    _spans("spans", A.spans, bodies, len(A.sources), TOGETHER)
+    _spans("force_spans", A.force_spans, bodies, len(A.force_sources), TOGETHER)
+    whole("assembly, sources", A.sources, 0, states - 1)
+    whole("assembly, force_sources", A.force_sources, 0, bodies * LANES - 1)
+    _check_elements(A, layout.states)
+
+
+def _check_numbers(A: Assembly, scenario: Scenario, layout: Layout, treads: int) -> None:
+    """Refuse counts and choices that differ from those of the scenario."""
+    creep = scenario.creep
+    chosen = asm.NO_CREEP if creep is None else asm.CURVE
+    cells, strips = 0, 0
+    if isinstance(creep, Fastsim):
+        chosen, cells, strips = asm.STRIPS, creep.cells, creep.strips
+    expected = {
+        asm.SPEED: scenario.speed, asm.RUN_END: scenario.duration, asm.TREADS: treads,
+        asm.DECK: len(layout.bodies) - 1 if layout.bodies[-1] not in scenario.vehicle.names else -1,
+        asm.CREEP: chosen, asm.STRIP_CELLS: cells, asm.STRIP_COUNT: strips,
+    }  # fmt: skip
+    for place, value in expected.items():
+        check("assembly, numbers", A.numbers[[place]], A.numbers[place] == value, f"{value:g}, as in the scenario")
+    whole("assembly, numbers", A.numbers[[asm.STRIP_BOUND, asm.QUASI_STATIC]], 0, 1)
+    positive = A.numbers[[asm.CELLS_PER_M, asm.STATIC_INDENTATION, asm.PULSE]]
+    check("assembly, numbers", positive, positive > 0.0, "positive numbers")
+
+
+def _check_lanes(A: Assembly, scenario: Scenario, bodies: int, treads: int) -> None:
+    """Refuse lanes without a wheel, or with a body or path that does not exist."""
+    names = "assembly, lanes"
+    wheels = np.zeros((treads, 2, HALF))
+    for k in range(len(scenario.vehicle.axles)):
+        wheels[k // HALF, :, k % HALF] = 1.0, -1.0
+    sides = A.lanes[:, asm.SIDE]
+    check(names, sides, sides == np.tile(wheels.reshape(treads, LANES), (len(A.lanes) // treads, 1)), "wheels")
+    whole(names, A.lanes[:, asm.BODY], 0, bodies - 1)
+    last = len(A.pieces) - 1
+    whole(names, A.lanes[:, [asm.FIRST_PIECE, asm.LAST_PIECE]], 0, last)
+    whole(names, A.lanes[:, asm.PATH_LOOP], 0, last + 1)
+    whole(names, A.lanes[:, asm.PATH_LOOP_JOIN], program.SOFT, program.JUMP)
+    check(names, A.lanes, ~np.isnan(A.lanes), "no NaN")
+    check(names, A.lanes[:, asm.NOMINAL], np.isfinite(A.lanes[:, asm.NOMINAL]), "finite radii")
+    there = A.lanes[:, :, :].transpose(0, 2, 1)[sides != 0.0]
+    loop = there[:, asm.PATH_LOOP].astype(int)
+    stop = A.pieces[there[:, asm.LAST_PIECE].astype(int), program.STOP]
+    again = loop <= there[:, asm.LAST_PIECE]
+    back = A.pieces[np.minimum(loop, last), program.START]
+    reach = scenario.speed * scenario.duration
+    goes_on = np.where(again, TURNS * (stop - back) >= reach, stop >= reach * (1.0 - 1e-9))
+    check(names, loop.astype(float), goes_on, "paths that go on to the end of the run")
+
+
+def _spans(name: str, spans: IntArray, count: int, total: int, step: int = 1) -> None:
+    """Refuse spans that do not divide the whole array."""
+    good = len(spans) == count + 1 and spans[0] == 0 and spans[-1] == total
+    if not good or (np.diff(spans) < 0).any() or (spans % step).any():
+        raise InputError("", f"assembly, {name}", f"{spans.tolist()}"[:80], f"rising from 0 to {total}; {UNDAMAGED}")
+
+
+def _check_elements(A: Assembly, own: int) -> None:
+    """Refuse nonlinear elements that act on no motion, or whose characteristic does not rise through zero."""
+    elements = len(A.element_inside)
+    _spans("element_spans", A.element_spans, elements, len(A.element_index))
+    _spans("element_corners", A.element_corners, elements, len(A.corners))
+    whole("assembly, element_index", A.element_index, 0, len(A.start) - 1)
+    whole("assembly, element_inside", A.element_inside[:, 0], -1, len(A.start) - 1)
+    within = np.repeat(A.element_inside[:, 0], np.diff(A.element_spans))
+    motion = (A.element_index < own) & (A.element_index % PLACES < LANES)
+    check("assembly, element_index", A.element_index, motion | (A.element_index == within), "displacements")
+    for first, end in zip(A.element_corners, A.element_corners[1:], strict=False):
+        places = A.corners[first:end, 0]
+        far = len(places) > 1 and (np.diff(places) > 0.0).all() and places[0] < -LARGEST and places[-1] > LARGEST
+        check("assembly, corners", places, bool(far), f"rising corners from below -{LARGEST:g} to above {LARGEST:g}")
+
+
+def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMarch:
+    """Return the march."""
+    status = stored.status_of(data)
+    end = stored.attribute(data, "end", float)
+    check("end", np.array([end]), 0.0 < end <= scenario.duration * (1.0 + 1e-9), "a time within the run")
+    elements, octets = len(A.element_inside), len(A.kinds)
+    steps = stored.steps_of(data, asm.STEP_ELEMENTS + elements, asm.STEP_TIME, end)
+    begins, lengths = steps[:, asm.STEP_TIME], steps[:, asm.STEP_LENGTH]
+    follows = np.abs(begins + lengths - np.append(begins[1:], end)) <= 1e-9 * end
+    check("march_steps", lengths, follows & (lengths > 0.0), "steps that follow each other")
+    whole("march_steps", steps[:, asm.STEP_CLOSED], 0, 2.0 ** (octets * LANES) - 1)
+    most = np.diff(A.element_corners) - 2
+    for element in range(elements):
+        whole("march_steps", steps[:, asm.STEP_ELEMENTS + element], 0, most[element])
+    broken = status in (program.NOT_FINITE, balanced.UNBALANCED)  # such states are no damage of the file
+    states = table(data, "march_states", len(steps), len(A.start))
+    state = table(data, "march_state", len(A.start), anything=status == program.NOT_FINITE)
+    check("march_states", states, broken | (np.abs(states) < LARGEST), f"states below {LARGEST:g}")
+    check("march_state", state, broken | (np.abs(state) < LARGEST), f"states below {LARGEST:g}")
+    events, peaks = (table(data, f"march_{name}", None, 4) for name in ("events", "peaks"))
+    if ROWS_LIKE_A_WHEELS not in data.attrs:  # earlier versions had the columns in another order
+        events, peaks = events[:, OLD_EVENT_COLUMNS], peaks[:, OLD_PEAK_COLUMNS]
+    wheels = np.flatnonzero(A.lanes[:, asm.SIDE].ravel())
+    for name, rows in (("march_events", events), ("march_peaks", peaks)):
+        contact = rows[:, program.EVENT_CONTACT]
+        check(name, contact, np.isin(contact, wheels), "contacts of wheels")
+        for wheel in wheels:  # within a step, the maxima are sorted by wheel
+            stored.rising(name, rows[contact == wheel, program.EVENT_TIME], end)
+    whole("march_events", events[:, program.EVENT_KIND], program.LOSS, program.IMPACT)
+    evaluations = stored.attribute(data, "evaluations", int)
+    return MultibodyMarch(status, steps, states, events, peaks, end, state, evaluations)
+
+
+WAGON = Kind(
+    begin=asm.STEP_TIME,
+    length=asm.STEP_LENGTH,
+    lower=_lower,
+    teller=_teller,
+    beyond=creep_range.beyond_spin,
+    missing_part=lambda scenario, lowered, march: wagon_energy.missing_part(lowered, march, scenario),
+    contacts=_contacts,
+    end=lambda lowered, march: march.end,
+    free=_free,
+    sample=_sample,
+    integrate=_integrate,
+    tables=_tables,
+    read=_read,
+)
+"""Contacts of the treads of all wheels, and of the flanges if they can touch; SI units; the motions of all bodies."""
