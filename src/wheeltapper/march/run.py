@@ -300,6 +300,27 @@ def balance(program: Program, pieces: FloatArray, steps: FloatArray, after: Floa
     balance_kernel(pieces, program.numbers, law, damper, steps, after, sums)
 
 
+def probe(assembly: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the rates of a vehicle's states at time zero, (many, states), and the contacts in the last of them."""
+    from wheeltapper.march import multibody
+
+    return multibody.probe(assembly, states)
+
+
+def replay(assembly: Assembly, found: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
+    """Return a vehicle's states, their rates, and some rows of its contacts, at rising times."""
+    from wheeltapper.march import replay
+
+    return replay.replay(assembly, found, times, rows)
+
+
+def works(assembly: Assembly, found: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
+    """Return works, impulses and elastic energies of each step of a vehicle's march."""
+    from wheeltapper.march import replay
+
+    return replay.works(assembly, found, damping, places)
+
+
 # -- many cells, and derivatives --------------------------------------------------------------------------------------
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.wagon import DECK, LoweredWagon
+from wheeltapper.march import run
 from wheeltapper.march.assembly import TO_RATE
 
 if TYPE_CHECKING:
@@ -49,15 +50,13 @@ def missing_part(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenari
 
 def works(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario) -> tuple[FloatArray, ...]:
     """Return works (steps, POWERS_KEPT), impulses (steps, lanes) and elastic energies (steps, 2) of some steps."""
-    from wheeltapper.march import replay
-
     structure, layout = lowered.structure, lowered.layout
     count = len(layout.motions)
     damping = np.zeros((count, count))
     damping[: len(structure.motions), : len(structure.motions)] = structure.damping
     if DECK in layout.bodies:
         damping[-1, -1] = scenario.track.damping
-    return replay.works(lowered.assembly, march, damping, layout.places)
+    return run.works(lowered.assembly, march, damping, layout.places)
 
 
 def _energies(lowered: LoweredWagon, states: FloatArray, scenario: Scenario) -> tuple[FloatArray, FloatArray]:

@@ -16,7 +16,7 @@ from wheeltapper.ground.outcome import Outcome
 from wheeltapper.ground.progress import report, watched
 from wheeltapper.lower.wagon import DECK, LoweredWagon
 from wheeltapper.march import assembly as asm
-from wheeltapper.march import program
+from wheeltapper.march import program, run
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE
 from wheeltapper.record.labels import EVENT_KINDS, WAGON, dataset
 from wheeltapper.record.record import OUTCOMES, Record
@@ -175,11 +175,10 @@ class WagonRecord(Record):
         import xarray as xr
 
         from wheeltapper.march import wheel_rows
-        from wheeltapper.march.replay import replay
 
         order = np.argsort(wanted, kind="stable")
         names = {name: getattr(wheel_rows, row) for name, row in ROWS.items()}
-        states, rates, found = replay(
+        states, rates, found = run.replay(
             self._lowered.assembly, self._march, wanted[order], np.array(list(names.values()), dtype=np.int64)
         )
         back = np.argsort(order, kind="stable")
