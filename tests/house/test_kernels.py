@@ -13,6 +13,8 @@ import wheeltapper.march
 FOLDER = Path(wheeltapper.march.__path__[0])
 WRITTEN_OUT = {"plain_power.py"}
 """Straight-line code over the first coefficients of series, where the index is the coefficient's order."""
+LISTED = {"balance.py", "power.py"}
+"""Modules that still list the names they import, one a line."""
 SOURCES = sorted(path for path in FOLDER.glob("*.py") if not path.name.startswith("unrolled"))
 
 
@@ -45,6 +47,17 @@ def test_kernels_index_by_names(path):
 def test_bare_indices_are_found():
     (kernel,) = kernels("@kernel\ndef f(S, rows):\n    S[2] = rows[1, TIME] + rows.shape[0] + S[COUNT + 1]\n")
     assert [what for _, what in bare(kernel)] == ["S[2]", "rows[1, TIME]"]
+    (kernel,) = kernels("@kernel\ndef f(S, rows):\n    S[layout.STATE + contract.TIME] = rows[contract.END, 0]\n")
+    assert [what for _, what in bare(kernel)] == ["rows[contract.END, 0]"]
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.name)
+def test_names_of_the_march_are_imported_in_one_line_or_qualified(path):
+    if path.name in LISTED:
+        return
+    imports = [node for node in ast.parse(path.read_text()).body if isinstance(node, ast.ImportFrom)]
+    long = [node.module for node in imports if node.end_lineno > node.lineno]
+    assert [name for name in long if name.startswith("wheeltapper.march")] == []
 
 
 def test_a_name_of_the_march_has_one_value():

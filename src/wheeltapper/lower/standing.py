@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.table import blank
 from wheeltapper.march import assembly as asm
+from wheeltapper.march import run
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
-from wheeltapper.march.multibody import probe
 from wheeltapper.march.program import PIECE_COLUMNS, STOP
 from wheeltapper.march.wheel_rows import NORMAL, ROW_PATH
 
@@ -28,7 +28,7 @@ def jacobian(assembly: Assembly, state: FloatArray, unknown: NDArray[np.int64], 
     for i, (place, step) in enumerate(zip(unknown, steps, strict=True)):
         moved[2 * i, place] += step
         moved[2 * i + 1, place] -= step
-    found, _ = probe(assembly, moved)
+    found, _ = run.probe(assembly, moved)
     return np.asarray(((found[0::2] - found[1::2]) / (2.0 * steps[:, None])).T)
 
 
@@ -62,7 +62,7 @@ def normal_forces(assembly: Assembly, state: FloatArray, wheelsets: int) -> Floa
 
 def _of_treads(assembly: Assembly, state: FloatArray, row: int, wheelsets: int) -> FloatArray:
     """Return a row of the treads' contacts in a state at time zero, (wheelsets, 2): left, right."""
-    _, wheels = probe(assembly, state[None])
+    _, wheels = run.probe(assembly, state[None])
     octets = int(assembly.numbers[asm.TREADS])
     lanes = wheels[:octets, row : row + LANES].reshape(octets, 2, HALF)
     return np.asarray(np.swapaxes(lanes, 1, 2).reshape(-1, 2)[:wheelsets])
@@ -112,7 +112,7 @@ def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance
     steps = np.full(len(chosen), 1e-3 * indentation)
     steps[chosen % PLACES >= TO_RATE] = 1e-4
     for _ in range(60):
-        rate = probe(assembly, state[None])[0][0, zero]
+        rate = run.probe(assembly, state[None])[0][0, zero]
         change = basis @ np.linalg.lstsq(jacobian(assembly, state, chosen, steps)[zero] @ basis, -rate, rcond=1e-9)[0]
         largest = np.abs(change).max()
         change *= min(1.0, 1e-3 / max(largest, 1e-300))

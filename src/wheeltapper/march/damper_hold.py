@@ -1,18 +1,26 @@
-"""A damper with an end of its own: what holds the end, and where on a step's series a stop is met or left.
+"""A damper whose end can move: what holds the end, and where in a step the end meets or leaves a stop.
 
-play   the end z stays within the half-gap g of the wheel, |y - z| <= g; held at its upper stop, y - z = g, it moves
-       with the wheel as long as this moves outwards, v > 0 (the lower stop is the mirror image); free, it rests
-bush   e is its deflection: the end moves with e·B/G of the bush's force on the damper; a stop holds while e > 0
+The damper's force acts on the wheel as far as something holds the damper's other end. There are two kinds of ends:
 
-meets   y - z = ±g while the end is free                    leaves   v = 0 (a rigid end) or e = 0 (a bush) while held
+play   The end has a gap about the wheel, of half-width g. Free, it rests at its place z. Where y - z = g, it meets its
+       upper stop. There it moves with the wheel as long as the wheel moves outwards, v > 0. The lower stop is the
+       mirror image, y - z = -g and v < 0.
+bush   A spring holds the end; its deflection is e. The end moves as the bush's force moves the damper, with e·B/G. A
+       stop holds as long as the bush presses on it, e > 0.
 
-for each step: the series of the mode that holds -> does the end meet or leave a stop right here? then of the other mode
-               -> its length; cut where a stop is met or left -> all else as in single.py
+So the end meets a stop where y - z = ±g while it is free, and leaves a stop where v = 0 (a rigid end) or e = 0 (a bush)
+while it is held. For each step:
+1. Compute the series of the step with what holds the end now.
+2. If the end meets or leaves a stop at the step's very start, log that, and compute the series anew with what holds
+   the end then.
+3. Find the step's length. Cut the step where the end meets or leaves a stop inside it. All else is as in single.py.
 
-An event is only ever taken at the start of the step behind it, from the state and where its series head: so it makes no
-difference whether it coincides with a loss, an impact or a breakpoint, or begins a run. A touch without a crossing is
-no event, nor is one that goes beyond the stop by less than the march is exact: on a stiff rail a wheel that is free
-comes back, period after period, to the very place where it left a stop.
+An end meets or leaves a stop only at the start of a step; the state there, and where its series head, decide. So it
+makes no difference whether this coincides with a loss of contact, an impact or a breakpoint, or is at the march's
+start. To touch a stop without crossing it is no event. Nor is it one to cross a stop by less than the march is exact:
+on a stiff rail a free wheel comes back in each period to the very place where it left a stop.
+
+`damper` (DAMPER_ENTRIES,) describes the damper. `stops` is the table of the stops that were met or left.
 """
 
 from __future__ import annotations
@@ -22,40 +30,8 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.damper_series import contact_with_end, flight_reach_with_end, flight_with_end, held
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import (
-    BUSH,
-    COUNT,
-    FLIGHT_ORDER,
-    STATE,
-    STOPS,
-    TREND,
-    WHEEL_V,
-    WHEEL_Y,
-    T,
-    U,
-    W,
-    Y,
-    Z,
-)
-from wheeltapper.march.program import (
-    DAMPER_BUSH,
-    DAMPER_PLAY,
-    DAMPER_START,
-    END_DEFLECTION,
-    END_MODE,
-    END_PLACE,
-    ENDED_COLUMNS,
-    FREE,
-    LEFT,
-    LINKED,
-    ON_DECK,
-    REACHED,
-    STOP_KIND,
-    STOP_SIDE,
-    STOP_TIME,
-    TIME,
-    FloatArray,
-)
+from wheeltapper.march.layout import BUSH, COUNT, FLIGHT_ORDER, STATE, STOPS, TREND, WHEEL_V, WHEEL_Y, T, U, W, Y, Z
+from wheeltapper.march.program import ON_DECK, TIME, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
 from wheeltapper.march.series import path_at
 from wheeltapper.march.step import contact_reach
@@ -100,9 +76,9 @@ def _hardly(row: int, side: float, order: int, length: float, tolerance: float, 
 @kernel
 def _log_stop(kind: int, side: float, stops: FloatArray, S: FloatArray) -> None:
     row = int(S[COUNT + STOPS])
-    stops[row, STOP_TIME] = S[STATE + TIME]
-    stops[row, STOP_KIND] = kind
-    stops[row, STOP_SIDE] = side
+    stops[row, contract.STOP_TIME] = S[STATE + TIME]
+    stops[row, contract.STOP_KIND] = kind
+    stops[row, contract.STOP_SIDE] = side
     S[COUNT + STOPS] += 1.0
 
 
@@ -111,25 +87,25 @@ def _changes_hold(
     damper: FloatArray, y: int, order: int, length: float, tolerance: float, stops: FloatArray, S: FloatArray
 ) -> bool:
     """Let the end meet or leave a stop where the step begins at one; return whether it did. Row y: the wheel's."""
-    mode = S[STATE + END_MODE]
-    if mode == LINKED:
+    mode = S[STATE + contract.END_MODE]
+    if mode == contract.LINKED:
         return False
-    if mode == FREE:
+    if mode == contract.FREE:
         for side in (1.0, -1.0):
-            beyond = side * (S[y] - S[STATE + END_PLACE]) - damper[DAMPER_PLAY]
+            beyond = side * (S[y] - S[STATE + contract.END_PLACE]) - damper[contract.DAMPER_PLAY]
             meets = beyond > -SAME_PLACE and side * _heading(y, order, length, S) > 0.0
             if meets and not _hardly(y, side, order, length, tolerance, S):
-                S[STATE + END_MODE] = side
-                S[STATE + END_DEFLECTION] = 0.0
-                _log_stop(REACHED, side, stops, S)
+                S[STATE + contract.END_MODE] = side
+                S[STATE + contract.END_DEFLECTION] = 0.0
+                _log_stop(contract.REACHED, side, stops, S)
                 return True
         return False
-    if mode * S[STATE + END_DEFLECTION] > SAME_PLACE or mode * _heading(y, order, length, S) >= 0.0:
+    if mode * S[STATE + contract.END_DEFLECTION] > SAME_PLACE or mode * _heading(y, order, length, S) >= 0.0:
         return False
-    S[STATE + END_PLACE] = S[y] - mode * damper[DAMPER_PLAY]
-    S[STATE + END_MODE] = FREE
-    S[STATE + END_DEFLECTION] = 0.0
-    _log_stop(LEFT, mode, stops, S)
+    S[STATE + contract.END_PLACE] = S[y] - mode * damper[contract.DAMPER_PLAY]
+    S[STATE + contract.END_MODE] = contract.FREE
+    S[STATE + contract.END_DEFLECTION] = 0.0
+    _log_stop(contract.LEFT, mode, stops, S)
     return True
 
 
@@ -148,19 +124,20 @@ def _root(row: int, gain: float, offset: float, direction: float, order: int, le
 @kernel
 def _changes_at(damper: FloatArray, y: int, v: int, order: int, length: float, S: FloatArray) -> float:
     """Return where in the step the end meets or leaves a stop; NONE where it does not."""
-    mode = S[STATE + END_MODE]
-    if mode == LINKED:
+    mode = S[STATE + contract.END_MODE]
+    if mode == contract.LINKED:
         return NONE
-    if mode != FREE:
-        return _root(BUSH if damper[DAMPER_BUSH] > 0.0 else v, mode, 0.0, -1.0, order, length, S)
+    if mode != contract.FREE:
+        return _root(BUSH if damper[contract.DAMPER_BUSH] > 0.0 else v, mode, 0.0, -1.0, order, length, S)
     swing = 0.0
     for k in range(order, 0, -1):
         swing = (swing + abs(S[y + k])) * length
-    if abs(S[y] - S[STATE + END_PLACE]) + swing < damper[DAMPER_PLAY]:
+    if abs(S[y] - S[STATE + contract.END_PLACE]) + swing < damper[contract.DAMPER_PLAY]:
         return NONE
     found = NONE
     for side in (1.0, -1.0):
-        root = _root(y, side, side * S[STATE + END_PLACE] + damper[DAMPER_PLAY], 1.0, order, length, S)
+        gap = side * S[STATE + contract.END_PLACE] + damper[contract.DAMPER_PLAY]
+        root = _root(y, side, gap, 1.0, order, length, S)
         if root != NONE:
             found = length = root
     return found
@@ -182,14 +159,14 @@ def _moves(order: int, s: float, S: FloatArray) -> tuple[float, float]:
 @kernel
 def _sharpened(damper: FloatArray, order: int, root: float, length: float, S: FloatArray) -> float:
     """Return the root of a contact step by the state instead of the truncated rows of y and v."""
-    mode = S[STATE + END_MODE]
-    if mode != FREE and damper[DAMPER_BUSH] > 0.0:
+    mode = S[STATE + contract.END_MODE]
+    if mode != contract.FREE and damper[contract.DAMPER_BUSH] > 0.0:
         return root
     for _ in range(2):
         y, v = _moves(order, root, S)
-        if mode == FREE:
-            off = y - S[STATE + END_PLACE]
-            missing = off - damper[DAMPER_PLAY] * (1.0 if off > 0.0 else -1.0)
+        if mode == contract.FREE:
+            off = y - S[STATE + contract.END_PLACE]
+            missing = off - damper[contract.DAMPER_PLAY] * (1.0 if off > 0.0 else -1.0)
             slope = evaluate_derivative(S, WHEEL_Y, order, root)
         else:
             missing = v
@@ -202,8 +179,8 @@ def _sharpened(damper: FloatArray, order: int, root: float, length: float, S: Fl
 @kernel
 def stretch(damper: FloatArray, order: int, length: float, S: FloatArray) -> None:
     """Carry the bush's deflection to the step's end."""
-    if damper[DAMPER_BUSH] > 0.0 and S[STATE + END_MODE] != FREE:
-        S[STATE + END_DEFLECTION] = evaluate(S, BUSH, order, length)
+    if damper[contract.DAMPER_BUSH] > 0.0 and S[STATE + contract.END_MODE] != contract.FREE:
+        S[STATE + contract.END_DEFLECTION] = evaluate(S, BUSH, order, length)
 
 
 @kernel
@@ -215,7 +192,7 @@ def _reach(numbers: FloatArray, damper: FloatArray, S: FloatArray) -> float:
     """
     order = int(numbers[contract.ORDER])
     goal = np.log2(numbers[contract.TOLERANCE])
-    G, soft, rate = held(S[STATE + END_MODE], damper)
+    G, soft, rate = held(S[STATE + contract.END_MODE], damper)
     length = contact_reach(numbers, numbers[contract.STIFFNESS] + G + soft + rate, S)
     u, w = U + order - 2, W + order - 2
     earlier = goal * (order - 3) / (order - 1) + FORGIVEN
@@ -232,12 +209,11 @@ def held_contact_reach(
     numbers: FloatArray, damper: FloatArray, stops: FloatArray, S: FloatArray
 ) -> tuple[float, bool]:  # fmt: skip
     """Put the series of a contact step in S; return its length, and whether a stop is met or left at its end."""
-    order = int(numbers[contract.ORDER])
+    order, tolerance = int(numbers[contract.ORDER]), numbers[contract.TOLERANCE]
     length = 0.0
     for switched in range(MOST_SWITCHES + 1):
-        contact_with_end(numbers, order, damper, S[STATE : STATE + ENDED_COLUMNS], S)
+        contact_with_end(numbers, order, damper, S[STATE : STATE + contract.ENDED_COLUMNS], S)
         length = _reach(numbers, damper, S)
-        tolerance = numbers[contract.TOLERANCE]
         if switched == MOST_SWITCHES or not _changes_hold(damper, WHEEL_Y, order, length, tolerance, stops, S):
             break
     root = _changes_at(damper, WHEEL_Y, WHEEL_V, order, length, S)
@@ -249,11 +225,10 @@ def held_flight_reach(
     numbers: FloatArray, damper: FloatArray, until: float, stops: FloatArray, S: FloatArray
 ) -> float:  # fmt: skip
     """Put the series of a step without contact force in S; return its length in time, at most `until`."""
-    reach = 0.0
+    reach, tolerance = 0.0, numbers[contract.TOLERANCE]
     for switched in range(MOST_SWITCHES + 1):
-        flight_with_end(numbers, damper, S[STATE : STATE + ENDED_COLUMNS], S)
-        reach = min(until, flight_reach_with_end(numbers, damper, S[STATE : STATE + ENDED_COLUMNS]))
-        tolerance = numbers[contract.TOLERANCE]
+        flight_with_end(numbers, damper, S[STATE : STATE + contract.ENDED_COLUMNS], S)
+        reach = min(until, flight_reach_with_end(numbers, damper, S[STATE : STATE + contract.ENDED_COLUMNS]))
         if switched == MOST_SWITCHES or not _changes_hold(damper, U, FLIGHT_ORDER, reach, tolerance, stops, S):
             break
     root = _changes_at(damper, U, W, FLIGHT_ORDER, reach, S)
@@ -263,12 +238,12 @@ def held_flight_reach(
 @kernel
 def damper_pull(damper: FloatArray, v: float, S: FloatArray) -> float:
     """Return the force with which damper and end hold back a wheel that moves at v (scaled)."""
-    G, soft, _ = held(S[STATE + END_MODE], damper)
-    return float(G * v + soft * S[STATE + END_DEFLECTION])
+    G, soft, _ = held(S[STATE + contract.END_MODE], damper)
+    return float(G * v + soft * S[STATE + contract.END_DEFLECTION])
 
 
 def start_end(numbers: FloatArray, damper: FloatArray, S: FloatArray) -> None:
     """Put the damper's end where in the gap it is said to be, about the wheel at the start."""
-    play, share = damper[DAMPER_PLAY], damper[DAMPER_START]
-    S[STATE + END_MODE] = FREE if play > 0.0 else LINKED
-    S[STATE + END_PLACE] = numbers[contract.START_HEIGHT] + share * play
+    play, share = damper[contract.DAMPER_PLAY], damper[contract.DAMPER_START]
+    S[STATE + contract.END_MODE] = contract.FREE if play > 0.0 else contract.LINKED
+    S[STATE + contract.END_PLACE] = numbers[contract.START_HEIGHT] + share * play

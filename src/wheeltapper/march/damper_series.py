@@ -1,12 +1,12 @@
-"""Taylor series of one step with a damper whose end moves on its own: with play, or with a bush in series.
+"""Taylor series of one step of a wheel whose damper has an end that moves: with play, or with a bush in series.
 
-The wheel's displacement y and velocity v have rows of their own in contact too: events of the end are their roots. With
-e the deflection of the bush, and all else as in series.py:
+Displacement y and velocity v of the wheel have rows of their own, in contact too: where the end meets or leaves a stop
+is a root of one of them. With the deflection e of the bush, and all else as in series.py, a contact step in s follows
 
     y' = u·v     v' = u·a     a = N - 1 - K·y - G·v - B·e     e' = u·(v - β·e)     w' = u·(y_k'' + A - a)
 
-In flight the same with u = 1, N = 0. G (a rigid end) or B and β (a bush) are those of what holds the end; while it is
-free, all are zero. The numbers' own DAMPING is zero.
+A step in flight is the same in time, with u = 1 and N = 0. G is the damping where the end is rigid, B and β are the
+constants of a bush. While the end is free, all three are zero. The DAMPING among the numbers is zero in such a program.
 """
 
 from __future__ import annotations
@@ -15,66 +15,23 @@ from math import cos, sin
 
 import numpy as np
 
+from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.flight import flight_series
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import (
-    ACC,
-    BUSH,
-    BUSH_RATE,
-    CLEAR,
-    COMP,
-    COSINES,
-    FLIGHT_ORDER,
-    HERE_AMP_COS,
-    HERE_AMP_SIN,
-    HERE_DEGREE,
-    HERE_FACTOR,
-    HERE_FACTOR_DEGREE,
-    HERE_OMEGA,
-    HERE_PHASE0,
-    HERE_POLY,
-    HORNER,
-    HORNER_FACTOR,
-    SINES,
-    WHEEL_A,
-    WHEEL_V,
-    WHEEL_Y,
-    WORK,
-    F,
-    N,
-    Q,
-    R,
-    T,
-    U,
-    W,
-    Y,
-    Z,
-)  # fmt: skip
-from wheeltapper.march.program import (
-    DAMPER_BUSH,
-    DAMPER_DAMPING,
-    DECK_V,
-    DECK_Y,
-    END_DEFLECTION,
-    END_MODE,
-    FREE,
-    ON_DECK,
-    A,
-    B,
-    FloatArray,
-)
-from wheeltapper.march.series import _next_horner, _start_horner, path_at
+from wheeltapper.march.layout import F, N, Q, R, T, U, W, Y, Z
+from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, A, B, FloatArray
+from wheeltapper.march.series import _next_horner, _start_horner, rail_at
 
 
 @kernel
 def held(mode: float, damper: FloatArray) -> tuple[float, float, float]:
     """Return G of a rigid end, B and β of a bush, as far as something holds the end."""
-    if mode == FREE:
+    if mode == contract.FREE:
         return 0.0, 0.0, 0.0
-    if damper[DAMPER_BUSH] > 0.0:
-        return 0.0, damper[DAMPER_BUSH], damper[DAMPER_BUSH] / damper[DAMPER_DAMPING]
-    return damper[DAMPER_DAMPING], 0.0, 0.0
+    if damper[contract.DAMPER_BUSH] > 0.0:
+        return 0.0, damper[contract.DAMPER_BUSH], damper[contract.DAMPER_BUSH] / damper[contract.DAMPER_DAMPING]
+    return damper[contract.DAMPER_DAMPING], 0.0, 0.0
 
 
 @kernel
@@ -89,32 +46,29 @@ def _product(a: int, b: int, n: int, S: FloatArray) -> float:
 @kernel
 def _bending(S: FloatArray) -> int:
     """Put the polynomial part of y_k'' in row COMP; return its degree."""
-    degree = int(S[HERE_DEGREE])
+    degree = int(S[layout.HERE_DEGREE])
     if degree < 2:
-        S[COMP] = 0.0
+        S[layout.COMP] = 0.0
         return 0
     for k in range(degree - 1):
-        S[COMP + k] = (k + 2) * (k + 1) * S[HERE_POLY + k + 2]
+        S[layout.COMP + k] = (k + 2) * (k + 1) * S[layout.HERE_POLY + k + 2]
     return degree - 2
 
 
 @kernel
 def _start(state: FloatArray, S: FloatArray) -> None:
     """Set order zero of all rows from the state at the step's start."""
-    height, velocity, _ = path_at(0.0, S)
-    if state[ON_DECK] != 0.0:
-        height += state[DECK_Y]
-        velocity += state[DECK_V]
+    height, velocity = rail_at(0.0, state, S)
     S[T] = 0.0
     S[U] = state[A]
     S[W] = state[B]
     S[Y] = state[DECK_Y]
     S[Z] = state[DECK_V]
-    S[WHEEL_Y] = height - state[A] * state[A]
-    S[WHEEL_V] = velocity - state[B]
-    S[BUSH] = state[END_DEFLECTION]
-    S[SINES] = sin(S[HERE_PHASE0])
-    S[COSINES] = cos(S[HERE_PHASE0])
+    S[layout.WHEEL_Y] = height - state[A] * state[A]
+    S[layout.WHEEL_V] = velocity - state[B]
+    S[layout.BUSH] = state[contract.END_DEFLECTION]
+    S[layout.SINES] = sin(S[layout.HERE_PHASE0])
+    S[layout.COSINES] = cos(S[layout.HERE_PHASE0])
 
 
 @kernel
@@ -123,11 +77,11 @@ def _contact_force(numbers: FloatArray, n: int, S: FloatArray) -> float:
     S[Q + n] = _product(U, U, n, S)
     S[R + n] = numbers[contract.QUADRATIC] * S[Q + n] + numbers[contract.CUBIC] * _product(Q, U, n, S)
     S[F + n] = S[R + n]
-    degree = int(S[HERE_FACTOR_DEGREE])
+    degree = int(S[layout.HERE_FACTOR_DEGREE])
     if degree >= 0:
         if n > 0:
-            _next_horner(n, degree, HORNER_FACTOR, S)
-        S[F + n] = _product(HORNER_FACTOR, R, n, S)
+            _next_horner(n, degree, layout.HORNER_FACTOR, S)
+        S[F + n] = _product(layout.HORNER_FACTOR, R, n, S)
     S[N + n] = S[F + n]
     if numbers[contract.HYSTERESIS] != 0.0:
         S[N + n] += numbers[contract.HYSTERESIS] * _product(F, W, n, S)
@@ -139,27 +93,29 @@ def contact_with_end(numbers: FloatArray, order: int, damper: FloatArray, state:
     """Fill the rows of one contact step up to `order` from a state (or a row of steps), N up to one order less."""
     K = numbers[contract.STIFFNESS]
     mass = numbers[contract.DECK_MASS]
-    G, soft, rate = held(state[END_MODE], damper)
+    G, soft, rate = held(state[contract.END_MODE], damper)
     on_deck = state[ON_DECK] != 0.0
-    omega = S[HERE_OMEGA]
+    omega = S[layout.HERE_OMEGA]
     degree = _bending(S)
     _start(state, S)
-    _start_horner(COMP, degree, HORNER, S)
-    if S[HERE_FACTOR_DEGREE] >= 0.0:
-        _start_horner(HERE_FACTOR, int(S[HERE_FACTOR_DEGREE]), HORNER_FACTOR, S)
+    _start_horner(layout.COMP, degree, layout.HORNER, S)
+    if S[layout.HERE_FACTOR_DEGREE] >= 0.0:
+        _start_horner(layout.HERE_FACTOR, int(S[layout.HERE_FACTOR_DEGREE]), layout.HORNER_FACTOR, S)
     for n in range(order):
         part = 1.0 / (n + 1)
         force = _contact_force(numbers, n, S)
         if n > 0:
-            _next_horner(n, degree, HORNER, S)
-        S[WHEEL_A + n] = force - K * S[WHEEL_Y + n] - G * S[WHEEL_V + n] - soft * S[BUSH + n]
+            _next_horner(n, degree, layout.HORNER, S)
+        S[layout.WHEEL_A + n] = force - K * S[layout.WHEEL_Y + n] - G * S[layout.WHEEL_V + n]
+        S[layout.WHEEL_A + n] -= soft * S[layout.BUSH + n]
         if n == 0:
-            S[WHEEL_A] -= 1.0
-        S[WORK + n] = S[HORNER + n] - S[WHEEL_A + n]
+            S[layout.WHEEL_A] -= 1.0
+        S[layout.WORK + n] = S[layout.HORNER + n] - S[layout.WHEEL_A + n]
         if omega != 0.0:
-            S[WORK + n] -= omega * omega * (S[HERE_AMP_SIN] * S[SINES + n] + S[HERE_AMP_COS] * S[COSINES + n])
-            S[SINES + n + 1] = omega * part * _product(U, COSINES, n, S)
-            S[COSINES + n + 1] = -omega * part * _product(U, SINES, n, S)
+            wave = S[layout.HERE_AMP_SIN] * S[layout.SINES + n] + S[layout.HERE_AMP_COS] * S[layout.COSINES + n]
+            S[layout.WORK + n] -= omega * omega * wave
+            S[layout.SINES + n + 1] = omega * part * _product(U, layout.COSINES, n, S)
+            S[layout.COSINES + n + 1] = -omega * part * _product(U, layout.SINES, n, S)
         S[Y + n + 1] = 0.0
         S[Z + n + 1] = 0.0
         if mass > 0.0:
@@ -168,46 +124,46 @@ def contact_with_end(numbers: FloatArray, order: int, damper: FloatArray, state:
                 pull -= force
                 if n == 0:
                     pull += numbers[contract.PRESTRESS]
-            S[ACC + n] = pull / mass
+            S[layout.ACC + n] = pull / mass
             if on_deck:
-                S[WORK + n] += S[ACC + n]
+                S[layout.WORK + n] += S[layout.ACC + n]
             S[Y + n + 1] = part * _product(U, Z, n, S)
-            S[Z + n + 1] = part * _product(U, ACC, n, S)
-        S[BUSH + n + 1] = 0.0
+            S[Z + n + 1] = part * _product(U, layout.ACC, n, S)
+        S[layout.BUSH + n + 1] = 0.0
         if soft > 0.0:
-            S[BUSH_RATE + n] = S[WHEEL_V + n] - rate * S[BUSH + n]
-            S[BUSH + n + 1] = part * _product(U, BUSH_RATE, n, S)
+            S[layout.BUSH_RATE + n] = S[layout.WHEEL_V + n] - rate * S[layout.BUSH + n]
+            S[layout.BUSH + n + 1] = part * _product(U, layout.BUSH_RATE, n, S)
         S[T + n + 1] = part * S[U + n]
         S[U + n + 1] = 0.5 * part * S[W + n]
-        S[W + n + 1] = part * _product(U, WORK, n, S)
-        S[WHEEL_Y + n + 1] = part * _product(U, WHEEL_V, n, S)
-        S[WHEEL_V + n + 1] = part * _product(U, WHEEL_A, n, S)
+        S[W + n + 1] = part * _product(U, layout.WORK, n, S)
+        S[layout.WHEEL_Y + n + 1] = part * _product(U, layout.WHEEL_V, n, S)
+        S[layout.WHEEL_V + n + 1] = part * _product(U, layout.WHEEL_A, n, S)
 
 
 @kernel
 def flight_with_end(numbers: FloatArray, damper: FloatArray, state: FloatArray, S: FloatArray) -> None:
     """Fill U (y), W (v), CLEAR, BUSH and, with a deck, Y and Z, as series in time from a state (or a row of steps)."""
     on_deck = state[ON_DECK] != 0.0
-    flight_series(numbers, FLIGHT_ORDER, state[A], state[B], state[DECK_Y], state[DECK_V], on_deck, S)
-    G, soft, rate = held(state[END_MODE], damper)
-    S[BUSH] = state[END_DEFLECTION]
+    flight_series(numbers, layout.FLIGHT_ORDER, state[A], state[B], state[DECK_Y], state[DECK_V], on_deck, S)
+    G, soft, rate = held(state[contract.END_MODE], damper)
+    S[layout.BUSH] = state[contract.END_DEFLECTION]
     if G == 0.0 and soft == 0.0:
         return
-    for n in range(FLIGHT_ORDER):
+    for n in range(layout.FLIGHT_ORDER):
         part = 1.0 / (n + 1)
-        pull = numbers[contract.STIFFNESS] * S[U + n] + G * S[W + n] + soft * S[BUSH + n]
+        pull = numbers[contract.STIFFNESS] * S[U + n] + G * S[W + n] + soft * S[layout.BUSH + n]
         if n == 0:
             pull += 1.0
         S[U + n + 1] = part * S[W + n]
         S[W + n + 1] = -part * pull
-        S[BUSH + n + 1] = part * (S[W + n] - rate * S[BUSH + n]) if soft > 0.0 else 0.0
-        S[CLEAR + n + 1] = S[F + n + 1] - S[U + n + 1]
+        S[layout.BUSH + n + 1] = part * (S[W + n] - rate * S[layout.BUSH + n]) if soft > 0.0 else 0.0
+        S[layout.CLEAR + n + 1] = S[F + n + 1] - S[U + n + 1]
         if on_deck:
-            S[CLEAR + n + 1] += S[Y + n + 1]
+            S[layout.CLEAR + n + 1] += S[Y + n + 1]
 
 
 @kernel
 def flight_reach_with_end(numbers: FloatArray, damper: FloatArray, state: FloatArray) -> float:
     """Return the time over which those series of wheel and bush are exact to rounding."""
-    G, soft, rate = held(state[END_MODE], damper)
+    G, soft, rate = held(state[contract.END_MODE], damper)
     return 2.0 / max(np.sqrt(numbers[contract.STIFFNESS]) + G + np.sqrt(soft) + rate, 1e-3)

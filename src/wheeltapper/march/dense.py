@@ -1,7 +1,11 @@
-"""Any time of a march, exactly: the series of the step that holds it is computed once more and evaluated.
+"""The motion at any time of a march, and the integrals of its energy.
 
-Also the energy's integrals, by Gauss quadrature on the same series (analytic in the step's own variable). `law` and
-`damper` are None where single.py says.
+A march keeps the state at the start of each step. Here the series of a step is computed once more from that state, and
+evaluated at the times asked for: to the accuracy of the march itself. The energy's integrals over a step are Gauss
+sums over the same series; they converge fast, because the motion is analytic in the step's own variable.
+
+`steps` are the rows of a march. Quantities of the motion are written to the columns OUT_WHEEL_Y and on, those of a
+damper's own end to the columns behind them. `law` and `damper` are None where single.py says.
 """
 
 from __future__ import annotations
@@ -9,60 +13,22 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march import series
 from wheeltapper.march.damper_series import contact_with_end, flight_with_end, held
 from wheeltapper.march.events import force as contact_force
 from wheeltapper.march.events import touches
 from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import BUSH, FLIGHT_ORDER, SCRATCH, T, U, W, Y, Z
-from wheeltapper.march.program import (
-    BONDED,
-    DAMPER_DAMPING,
-    DAMPER_PLAY,
-    DECK_V,
-    DECK_Y,
-    END_MODE,
-    END_PLACE,
-    FREE,
-    LENGTH,
-    ON_DECK,
-    PHASE,
-    PIECE,
-    SHIFT,
-    TIME,
-    YIELDING,
-    A,
-    B,
-    FloatArray,
-)
+from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
-from wheeltapper.march.series import (
-    NO_PIECE,
-    contact_series,
-    enter_law,
-    factor_at,
-    localise,
-    localise_marks,
-    path_at,
-    residual_at,
-)
 from wheeltapper.march.step import time_to
 
 # Columns of the dense output.
 (
-    OUT_WHEEL_Y,
-    OUT_WHEEL_V,
-    OUT_WHEEL_A,
-    OUT_FORCE,
-    OUT_DELTA,
-    OUT_DELTA_V,
-    OUT_PATH_Y,
-    OUT_PATH_V,
-    OUT_DECK_Y,
-    OUT_DECK_V,
-    OUT_DECK_A,
-    OUT_RESIDUAL,
-) = range(12)
+    OUT_WHEEL_Y, OUT_WHEEL_V, OUT_WHEEL_A, OUT_FORCE, OUT_DELTA, OUT_DELTA_V, OUT_PATH_Y, OUT_PATH_V, OUT_DECK_Y,
+    OUT_DECK_V, OUT_DECK_A, OUT_RESIDUAL,
+) = range(12)  # fmt: skip
 OUT_COLUMNS = 12
 # Columns that follow where the damper has an end of its own: its displacement, and the damper's force on the wheel.
 OUT_END_Y, OUT_DAMPER_FORCE = range(OUT_COLUMNS, OUT_COLUMNS + 2)
@@ -82,10 +48,7 @@ def prepare(
     """Compute the series of a step; return True for one in s."""
     on_deck = step[ON_DECK] != 0.0
     in_s = touches(step[PHASE])
-    localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
-    if law is not None:
-        localise_marks(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
-        enter_law(int(step[PHASE]) - YIELDING if step[PHASE] >= YIELDING else NO_PIECE, law, S)
+    series.enter(pieces, numbers, law, step, S)
     if damper is not None:
         if in_s:
             contact_with_end(numbers, int(numbers[contract.ORDER]), damper, step, S)
@@ -93,8 +56,8 @@ def prepare(
             flight_with_end(numbers, damper, step, S)
     elif in_s:
         order = int(numbers[contract.ORDER])
-        contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
-    elif step[PHASE] == BONDED:
+        series.contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
+    elif step[PHASE] == contract.BONDED:
         bonded_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
     else:
         flight_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
@@ -115,7 +78,7 @@ def fill(
     second = evaluate(S, W, order, x)
     deck_y = evaluate(S, Y, order, x) if deck else 0.0
     deck_v = evaluate(S, Z, order, x) if deck else 0.0
-    height, velocity, _ = path_at(after, S)
+    height, velocity, _ = series.path_at(after, S)
     lift = deck_y if on_deck else 0.0
     lift_v = deck_v if on_deck else 0.0
     force = 0.0
@@ -130,8 +93,8 @@ def fill(
         v = second
         delta = height + lift - y
         rate = velocity + lift_v - v
-        if step[PHASE] == BONDED:
-            factor, _ = factor_at(after, S)
+        if step[PHASE] == contract.BONDED:
+            factor, _ = series.factor_at(after, S)
             force = factor * delta
     out[OUT_WHEEL_Y] = y
     out[OUT_WHEEL_V] = v
@@ -143,13 +106,8 @@ def fill(
     out[OUT_PATH_V] = velocity
     out[OUT_DECK_Y] = deck_y
     out[OUT_DECK_V] = deck_v
-    out[OUT_RESIDUAL] = residual_at(after, S)
-    out[OUT_DECK_A] = 0.0
-    if deck:
-        pull = -numbers[contract.DECK_STIFFNESS] * deck_y - numbers[contract.DECK_DAMPING] * deck_v
-        if on_deck:
-            pull += numbers[contract.PRESTRESS] - force
-        out[OUT_DECK_A] = pull / numbers[contract.DECK_MASS]
+    out[OUT_RESIDUAL] = series.residual_at(after, S)
+    out[OUT_DECK_A] = series.deck_acceleration(numbers, deck_y, deck_v, on_deck, force)
     if damper is not None:
         _fill_end(damper, step, order, x, S, out)
     return after
@@ -158,14 +116,14 @@ def fill(
 @kernel
 def _fill_end(damper: FloatArray, step: FloatArray, order: int, x: float, S: FloatArray, out: FloatArray) -> None:
     """Write what the damper's end does, and what its force does to the wheel."""
-    mode = step[END_MODE]
-    if mode == FREE:
-        out[OUT_END_Y] = step[END_PLACE]
+    mode = step[contract.END_MODE]
+    if mode == contract.FREE:
+        out[OUT_END_Y] = step[contract.END_PLACE]
         out[OUT_DAMPER_FORCE] = 0.0
         return
     G, soft, _ = held(mode, damper)
     deflection = evaluate(S, BUSH, order, x) if soft > 0.0 else 0.0
-    out[OUT_END_Y] = out[OUT_WHEEL_Y] - deflection - mode * damper[DAMPER_PLAY]
+    out[OUT_END_Y] = out[OUT_WHEEL_Y] - deflection - mode * damper[contract.DAMPER_PLAY]
     out[OUT_DAMPER_FORCE] = -G * out[OUT_WHEEL_V] - soft * deflection
     out[OUT_WHEEL_A] += out[OUT_DAMPER_FORCE]
 
@@ -243,17 +201,17 @@ def integrals(
                 weight *= evaluate(S, U, order, x)
             lost = numbers[contract.DAMPING] * point[OUT_WHEEL_V] ** 2
             if damper is not None:
-                lost += point[OUT_DAMPER_FORCE] ** 2 / damper[DAMPER_DAMPING]
+                lost += point[OUT_DAMPER_FORCE] ** 2 / damper[contract.DAMPER_DAMPING]
             total[LOST_SUSPENSION] += weight * lost
             total[LOST_DECK] += weight * numbers[contract.DECK_DAMPING] * point[OUT_DECK_V] ** 2
             total[WORK_PATH] += weight * point[OUT_FORCE] * point[OUT_PATH_V]
             total[IMPULSE] += weight * point[OUT_FORCE]
             if contact:
                 total[CONTACT_TIME] += weight
-            if step[PHASE] >= YIELDING:
+            if step[PHASE] >= contract.YIELDING:
                 total[LOST_CONTACT] += weight * point[OUT_FORCE] * point[OUT_DELTA_V]
             elif contact:
-                factor, rate = factor_at(after, S)
+                factor, rate = series.factor_at(after, S)
                 delta = point[OUT_DELTA]
                 stored = numbers[contract.QUADRATIC] * delta**2 / 2.0 + numbers[contract.CUBIC] * delta**2.5 / 2.5
                 total[WORK_FACTOR] += weight * rate * stored

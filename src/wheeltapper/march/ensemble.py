@@ -19,19 +19,7 @@ from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
 from wheeltapper.march.pool import AIRBORNE, CELL_END, CELL_STATUS, USED_EVENTS, USED_PEAKS, gather_kernel, pool_of
-from wheeltapper.march.program import (
-    ENOUGH,
-    EVENT_COLUMNS,
-    FULL,
-    PEAK_COLUMNS,
-    PHASE,
-    STEP_COLUMNS,
-    STRICT_ORDER,
-    TIME,
-    A,
-    FloatArray,
-    IntArray,
-)
+from wheeltapper.march.program import PHASE, TIME, A, FloatArray, IntArray
 from wheeltapper.march.single import march_kernel, start_kernel
 from wheeltapper.march.tally import CONTACTS, HIGHEST, STILL_OPEN, TALLY, tally_kernel
 
@@ -51,7 +39,7 @@ class Cells(NamedTuple):
     @property
     def strict(self) -> bool | None:
         """True or None: the type by which a kernel is compiled for the method."""
-        return True if np.any(self.numbers[:1, contract.ORDER] == STRICT_ORDER) else None
+        return True if np.any(self.numbers[:1, contract.ORDER] == contract.STRICT_ORDER) else None
 
     def part(self, block: slice) -> Cells:
         """Return some of the cells."""
@@ -59,7 +47,7 @@ class Cells(NamedTuple):
 
 
 class Marched(NamedTuple):
-    """Events and peaks of many cells, one cell after the other, in scaled units."""
+    """Events and peaks of many cells, one cell after the other, in scaled units: what a march writes to, and leaves."""
 
     status: IntArray  # (cells,)
     end: FloatArray  # (cells,): time at which the march ended
@@ -72,6 +60,34 @@ class Marched(NamedTuple):
     # impulse of the contact that its n-th impact begins; NaN where that outlasts the run.
     highest: FloatArray | None = None
     impulses: FloatArray | None = None
+
+    def larger(self) -> Marched:
+        """Return tables with room for twice the events."""
+        return self._replace(**doubled(self, ("events", "peaks", "impulses"), np.nan))
+
+    def cut(self, tally: bool) -> Marched:
+        """Return the rows in use, and the tally only where one was kept."""
+        events, peaks = (int(ends.max(initial=0)) for ends in (self.event_ends, self.peak_ends))
+        used = (("events", events), ("peaks", peaks), ("impulses", events))
+        found = self._replace(**{name: getattr(self, name)[:rows].copy() for name, rows in used})
+        return found if tally else found._replace(highest=None, impulses=None)
+
+
+def room_for(cells: int) -> Marched:
+    """Return tables with room for some events of each cell."""
+    rows = 16 * cells + 64
+    return Marched(
+        np.zeros(cells, dtype=np.int64), np.zeros(cells),
+        np.empty((rows, contract.EVENT_COLUMNS)), np.empty((rows, contract.PEAK_COLUMNS)),
+        np.zeros(cells, dtype=np.int64), np.zeros(cells, dtype=np.int64),
+        np.zeros(cells), np.zeros(cells), np.full(rows, np.nan),
+    )  # fmt: skip
+
+
+def doubled(tables: Any, names: tuple[str, ...], value: float) -> dict[str, Any]:
+    """Return some of the tables, by name, each with as many rows of a value behind it."""
+    held = {name: getattr(tables, name) for name in names}
+    return {name: np.concatenate([table, np.full_like(table, value)]) for name, table in held.items()}
 
 
 @kernel
@@ -93,16 +109,16 @@ def ensemble_kernel(
         airborne[cell] = 1.0 if is_free(S[STATE + PHASE]) else 0.0
         tally[:] = 0.0
         tally[HIGHEST] = S[STATE + A] if is_free(S[STATE + PHASE]) else -np.inf
-        why = FULL
-        while why == FULL:
+        why = contract.FULL
+        while why == contract.FULL:
             why = march_kernel(table, numbers[cell], None, None, steps, events[event:], peaks[peak:], None, S, strict)
             if tallied:
                 tally_kernel(table, numbers[cell], steps, int(S[COUNT]), tally, impulses[event:], scratch, point)
-            if why == FULL and S[COUNT] + 1 <= steps.shape[0]:
+            if why == contract.FULL and S[COUNT] + 1 <= steps.shape[0]:
                 return cell
             S[COUNT] = 0.0
         highest[cell] = tally[HIGHEST] if tallied else np.nan
-        if tallied and why != ENOUGH and tally[STILL_OPEN] != 0.0:
+        if tallied and why != contract.ENOUGH and tally[STILL_OPEN] != 0.0:
             impulses[event + int(tally[CONTACTS]) - 1] = np.nan  # this contact outlasts the run
         status[cell] = why
         end[cell] = S[STATE + TIME]
@@ -114,59 +130,23 @@ def ensemble_kernel(
     return cell
 
 
-class _Tables(NamedTuple):
-    """What one thread writes to while it marches a block."""
-
-    status: IntArray
-    end: FloatArray
-    events: FloatArray
-    peaks: FloatArray
-    event_ends: IntArray
-    peak_ends: IntArray
-    airborne: FloatArray
-    highest: FloatArray
-    impulses: FloatArray
-
-    @staticmethod
-    def of(cells: int) -> _Tables:
-        """Return tables with room for some events of each cell."""
-        rows = 16 * cells + 64
-        return _Tables(
-            np.zeros(cells, dtype=np.int64), np.zeros(cells),
-            np.empty((rows, EVENT_COLUMNS)), np.empty((rows, PEAK_COLUMNS)),
-            np.zeros(cells, dtype=np.int64), np.zeros(cells, dtype=np.int64),
-            np.zeros(cells), np.zeros(cells), np.full(rows, np.nan),
-        )  # fmt: skip
-
-    def larger(self) -> _Tables:
-        """Return tables with room for twice the events."""
-        names = ("events", "peaks", "impulses")
-        held = {name: getattr(self, name) for name in names}
-        return self._replace(**{n: np.concatenate([table, np.full_like(table, np.nan)]) for n, table in held.items()})
-
-
-def _arguments(cells: Cells, cell: int, tables: _Tables, work: tuple[FloatArray, FloatArray], tally: bool) -> Any:
+def _arguments(cells: Cells, cell: int, tables: Marched, work: tuple[FloatArray, FloatArray], tally: bool) -> Any:
     return (*cells, cell, *tables, *work, tally, cells.strict)
 
 
 def _work() -> tuple[FloatArray, FloatArray]:
-    return np.empty((STEP_ROWS, STEP_COLUMNS)), np.zeros(SCRATCH)
+    return np.empty((STEP_ROWS, contract.STEP_COLUMNS)), np.zeros(SCRATCH)
 
 
 def march_one_by_one(cells: Cells, tally: bool = False) -> Marched:
     """March some cells in this thread, one after the other."""
     total = len(cells.first)
-    tables, work, cell = _Tables.of(total), _work(), 0
+    tables, work, cell = room_for(total), _work(), 0
     while cell < total:
         cell = ensemble_kernel(*_arguments(cells, cell, tables, work, tally))
         if cell < total:
             tables = tables.larger()
-    events, peaks = (int(ends.max(initial=0)) for ends in (tables.event_ends, tables.peak_ends))
-    found = Marched(
-        tables.status, tables.end, tables.events[:events].copy(), tables.peaks[:peaks].copy(), tables.event_ends,
-        tables.peak_ends, tables.airborne,
-    )  # fmt: skip
-    return found._replace(highest=tables.highest, impulses=tables.impulses[:events].copy()) if tally else found
+    return tables.cut(tally)
 
 
 def _in_lanes(cells: Cells, tally: bool) -> bool:
@@ -182,8 +162,8 @@ def march_in_lanes(cells: Cells) -> Marched:
     while not lanes_kernel(pool):
         pool = pool.larger()
     event_ends, peak_ends = np.empty(total, dtype=np.int64), np.empty(total, dtype=np.int64)
-    events = np.empty((int(pool.used[USED_EVENTS]), EVENT_COLUMNS))
-    peaks = np.empty((int(pool.used[USED_PEAKS]), PEAK_COLUMNS))
+    events = np.empty((int(pool.used[USED_EVENTS]), contract.EVENT_COLUMNS))
+    peaks = np.empty((int(pool.used[USED_PEAKS]), contract.PEAK_COLUMNS))
     gather_kernel(pool.events, len(events), event_ends, events)
     gather_kernel(pool.peaks, len(peaks), peak_ends, peaks)
     status, end, airborne = (pool.rows[:, column].copy() for column in (CELL_STATUS, CELL_END, AIRBORNE))
@@ -199,7 +179,7 @@ def is_ready(cells: Cells, tally: bool) -> bool:
     """Return False if marching these cells begins with compiling."""
     if _in_lanes(cells, tally):
         return is_compiled(lanes_kernel, (pool_of(*cells.part(slice(0, 1))),))
-    return is_compiled(ensemble_kernel, _arguments(cells, 0, _Tables.of(0), _work(), tally))
+    return is_compiled(ensemble_kernel, _arguments(cells, 0, room_for(0), _work(), tally))
 
 
 def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None], tally: bool = False) -> None:

@@ -1,4 +1,9 @@
-"""Losses, impacts, force maxima and breakpoints: recording them, and entering the next phase."""
+"""Losses of contact, impacts, force maxima and breakpoints: logging them, and entering the phase that follows.
+
+A kernel here that takes `S` finds the state in it from STATE on. `mark` are the entries of S from MARK on: how the
+contact force has gone since its last maximum. `counts` are the entries from COUNT on: how many rows of each table are
+in use, and how many impacts there have been.
+"""
 
 from __future__ import annotations
 
@@ -6,92 +11,52 @@ from math import sqrt
 
 import numpy as np
 
+from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import inlined_kernel, kernel
-from wheeltapper.march.layout import (
-    COUNT,
-    EVENTS,
-    HERE_LAW_TERMS,
-    IMPACTS,
-    MARK,
-    PEAKS,
-    SEEN,
-    STATE,
-    UNTIL_IMPACT,
-    UNTIL_LOSS,
-    N,
-    T,
-    U,
-    W,
-)
-from wheeltapper.march.program import (
-    BONDED,
-    CONTACT,
-    DECK_V,
-    DECK_Y,
-    END_OF_PATH,
-    FLIGHT,
-    IMPACT,
-    JUMP,
-    LENGTH,
-    LOSS,
-    ON_DECK,
-    PHASE,
-    PIECE,
-    RELEASED,
-    RUNNING,
-    SHIFT,
-    SOFT,
-    TIME,
-    YIELDING,
-    A,
-    B,
-    FloatArray,
-)
+from wheeltapper.march.layout import COUNT, MARK, STATE, N, T, U, W
+from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, first_root
-from wheeltapper.march.series import factor_at, law_at, localise, path_at, residual_at
+from wheeltapper.march.series import factor_at, law_at, localise, path_at, rail_at, residual_at
 
 GRAZE = 1e-9
-EXTREMES_APART = 1e-9  # two extremes closer than this part of a step are one, found again by rounding
+"""Indentation rate (scaled) below which a wheel without indentation rests: u = w = 0 is a rest point in s."""
 LEAP = 1e-6
+"""Value of u (scaled) to which such a wheel is moved, along its acceleration, where that presses it on the rail."""
+EXTREMES_APART = 1e-9
+"""Two extremes of the force closer than this part of a step are one that was found again by rounding."""
 QUIET = 1e-13
-
+"""Rate of the force (scaled) that is rounding."""
 STANDS_OUT = 1e-9
 """Smallest height of a force maximum above its surroundings on both sides (scaled), over one plus the force. The steps
 of the default method are exact to some 1e-10: a lower maximum may be rounding."""
 
-# How the force has gone since its last maximum, from MARK on: whether the present state stands at a breakpoint; whether
-# a maximum waits for the force to fall, its time, force, whether it is at a breakpoint, and how many impacts came
-# before; else the lowest force since the last one.
+# Entries of `mark`. AT_BREAK: the present state is at a breakpoint. WAITS: a maximum was found and is logged as soon as
+# the force falls; TOP_TIME, TOP_FORCE: its time and force; TOP_CORNER: it is at a breakpoint; TOP_IMPACTS: impacts
+# before it. LOWEST: where no maximum waits, the lowest force since the last one.
 AT_BREAK, WAITS, TOP_TIME, TOP_FORCE, TOP_CORNER, TOP_IMPACTS, LOWEST = range(7)
 
 
 @kernel
 def is_free(phase: float) -> bool:
     """Return True for the phases without contact force."""
-    return bool(phase == FLIGHT or phase == RELEASED)
+    return bool(phase == contract.FLIGHT or phase == contract.RELEASED)
 
 
 @kernel
 def touches(phase: float) -> bool:
     """Return True for the phases in which a step runs in s, the variable of the regularised contact."""
-    return bool(phase == CONTACT or phase >= YIELDING)
+    return bool(phase == contract.CONTACT or phase >= contract.YIELDING)
 
 
 @kernel
 def force(numbers: FloatArray, after: float, u: float, w: float, S: FloatArray) -> float:
     """Return the contact force at indentation u² and rate w, by the law that holds."""
-    if S[HERE_LAW_TERMS] != 0.0:
+    if S[layout.HERE_LAW_TERMS] != 0.0:
         return max(law_at(u * u + residual_at(after, S), S), 0.0)
     factor, _ = factor_at(after, S)
-    return max(
-        factor
-        * u
-        * u
-        * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
-        * (1.0 + numbers[contract.HYSTERESIS] * w),
-        0.0,
-    )
+    elastic = factor * u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
+    return max(elastic * (1.0 + numbers[contract.HYSTERESIS] * w), 0.0)
 
 
 @kernel
@@ -107,18 +72,18 @@ def log_step(length: float, steps: FloatArray, S: FloatArray) -> None:
 @kernel
 def log_event(time: float, kind: int, rate: float, cause: float, events: FloatArray, counts: FloatArray) -> None:
     """Write an event in its row; `counts` are the entries of the scratch array from COUNT on."""
-    row = int(counts[EVENTS])
+    row = int(counts[layout.EVENTS])
     events[row, contract.EVENT_TIME] = time
     events[row, contract.EVENT_KIND] = kind
     events[row, contract.EVENT_RATE] = rate
     events[row, contract.EVENT_CAUSE] = cause
-    counts[EVENTS] += 1
-    if kind == IMPACT:
-        counts[IMPACTS] += 1
-        if counts[IMPACTS] == counts[UNTIL_IMPACT]:
-            counts[SEEN] = 1.0
-    elif kind == LOSS and counts[IMPACTS] == counts[UNTIL_LOSS]:
-        counts[SEEN] = 1.0
+    counts[layout.EVENTS] += 1
+    if kind == contract.IMPACT:
+        counts[layout.IMPACTS] += 1
+        if counts[layout.IMPACTS] == counts[layout.UNTIL_IMPACT]:
+            counts[layout.SEEN] = 1.0
+    elif kind == contract.LOSS and counts[layout.IMPACTS] == counts[layout.UNTIL_LOSS]:
+        counts[layout.SEEN] = 1.0
 
 
 @kernel
@@ -144,14 +109,14 @@ def follow(time: float, force: float, corner: float, peaks: FloatArray, mark: Fl
         mark[TOP_TIME] = time
         mark[TOP_FORCE] = force
         mark[TOP_CORNER] = corner
-        mark[TOP_IMPACTS] = counts[IMPACTS]
-    elif force < mark[TOP_FORCE] - least and counts[PEAKS] < peaks.shape[0]:
-        row = int(counts[PEAKS])
+        mark[TOP_IMPACTS] = counts[layout.IMPACTS]
+    elif force < mark[TOP_FORCE] - least and counts[layout.PEAKS] < peaks.shape[0]:
+        row = int(counts[layout.PEAKS])
         peaks[row, contract.PEAK_TIME] = mark[TOP_TIME]
         peaks[row, contract.PEAK_FORCE] = mark[TOP_FORCE]
         peaks[row, contract.PEAK_CORNER] = mark[TOP_CORNER]
         peaks[row, contract.PEAK_IMPACT] = mark[TOP_IMPACTS]
-        counts[PEAKS] += 1
+        counts[layout.PEAKS] += 1
         mark[WAITS] = 0.0
         mark[LOWEST] = force
 
@@ -221,11 +186,11 @@ def piece_end(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
 @kernel
 def take_contact(numbers: FloatArray, delta: float, rate: float, S: FloatArray) -> None:
     """Enter contact with an indentation and its rate."""
-    S[STATE + PHASE] = CONTACT
+    S[STATE + PHASE] = contract.CONTACT
     S[STATE + A] = sqrt(max(delta, 0.0))
     S[STATE + B] = rate
     if numbers[contract.HYSTERESIS] * rate < -1.0 and delta > 0.0:
-        S[STATE + PHASE] = RELEASED
+        S[STATE + PHASE] = contract.RELEASED
 
 
 @kernel
@@ -234,41 +199,35 @@ def free_acceleration(numbers: FloatArray, y: float, v: float, S: FloatArray) ->
     _, _, a = path_at(0.0, S)
     a += 1.0 + numbers[contract.STIFFNESS] * y + numbers[contract.DAMPING] * v
     if S[STATE + ON_DECK] != 0.0:
-        a += (
-            numbers[contract.PRESTRESS]
-            - numbers[contract.DECK_STIFFNESS] * S[STATE + DECK_Y]
-            - numbers[contract.DECK_DAMPING] * S[STATE + DECK_V]
-        ) / (numbers[contract.DECK_MASS])
+        pull = numbers[contract.PRESTRESS] - numbers[contract.DECK_STIFFNESS] * S[STATE + DECK_Y]
+        a += (pull - numbers[contract.DECK_DAMPING] * S[STATE + DECK_V]) / numbers[contract.DECK_MASS]
     return a
 
 
 @kernel
 def place(numbers: FloatArray, y: float, v: float, was: int, cause: float, events: FloatArray, S: FloatArray) -> None:  # fmt: skip
     """Choose the phase from displacement and velocity at a start or a breakpoint, and record a change of it."""
-    height, velocity, _ = path_at(0.0, S)
-    if S[STATE + ON_DECK] != 0.0:
-        height += S[STATE + DECK_Y]
-        velocity += S[STATE + DECK_V]
+    height, velocity = rail_at(0.0, S[STATE:], S)
     delta = height - y
     rate = velocity - v
     if numbers[contract.BILATERAL] != 0.0:
-        S[STATE + PHASE] = BONDED
+        S[STATE + PHASE] = contract.BONDED
         S[STATE + A] = y
         S[STATE + B] = v
         return
     touching = delta > 0.0
     if delta == 0.0:
         touching = rate > 0.0 or (rate == 0.0 and free_acceleration(numbers, y, v, S) > 0.0)
-    S[STATE + PHASE] = FLIGHT
+    S[STATE + PHASE] = contract.FLIGHT
     if touching:
         take_contact(numbers, delta, rate, S)
     if is_free(S[STATE + PHASE]):
         S[STATE + A] = y
         S[STATE + B] = v
-        if was == CONTACT:
-            log_event(S[STATE + TIME], LOSS, rate, cause, events, S[COUNT:])
+        if was == contract.CONTACT:
+            log_event(S[STATE + TIME], contract.LOSS, rate, cause, events, S[COUNT:])
     elif is_free(was):
-        log_event(S[STATE + TIME], IMPACT, rate, cause, events, S[COUNT:])
+        log_event(S[STATE + TIME], contract.IMPACT, rate, cause, events, S[COUNT:])
 
 
 @kernel
@@ -276,13 +235,10 @@ def cross_break(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: 
     """Go over the breakpoint(s) at the present time; `local` belongs to the piece behind, time zero is now."""
     time = S[STATE + TIME]
     phase = int(S[STATE + PHASE])
-    height, velocity, _ = path_at(0.0, S)
-    if S[STATE + ON_DECK] != 0.0:
-        height += S[STATE + DECK_Y]
-        velocity += S[STATE + DECK_V]
+    height, velocity = rail_at(0.0, S[STATE:], S)
     y = S[STATE + A]
     v = S[STATE + B]
-    if phase == CONTACT:
+    if phase == contract.CONTACT:
         y = height - S[STATE + A] * S[STATE + A]
         v = velocity - S[STATE + B]
     hard = False
@@ -290,9 +246,9 @@ def cross_break(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: 
     while piece_end(pieces, numbers, S) <= time * (1.0 + 4e-16):
         join = next_piece(pieces, numbers, S)
         if join < 0:
-            return END_OF_PATH
-        hard = hard or join != SOFT
-        jumped = jumped or join == JUMP
+            return contract.END_OF_PATH
+        hard = hard or join != contract.SOFT
+        jumped = jumped or join == contract.JUMP
     on_deck = numbers[contract.DECK_FROM] <= time < numbers[contract.DECK_TO]
     if numbers[contract.DECK_MASS] > 0.0 and on_deck != (S[STATE + ON_DECK] != 0.0):
         S[STATE + ON_DECK] = 1.0 if on_deck else 0.0
@@ -300,17 +256,17 @@ def cross_break(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: 
         jumped = True
     localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
     if not hard:
-        return RUNNING
-    if phase == CONTACT and not jumped:  # a kink: the indentation itself is kept to the last digit
+        return contract.RUNNING
+    if phase == contract.CONTACT and not jumped:  # a kink: the indentation itself is kept to the last digit
         _, after, _ = path_at(0.0, S)
         if S[STATE + ON_DECK] != 0.0:
             after += S[STATE + DECK_V]
         S[STATE + B] = after - v
         if numbers[contract.HYSTERESIS] * S[STATE + B] < -1.0 and S[STATE + A] > 0.0:
-            log_event(time, LOSS, S[STATE + B], 1.0, events, S[COUNT:])
-            S[STATE + PHASE] = RELEASED
+            log_event(time, contract.LOSS, S[STATE + B], 1.0, events, S[COUNT:])
+            S[STATE + PHASE] = contract.RELEASED
             S[STATE + A] = y
             S[STATE + B] = v
-        return RUNNING
+        return contract.RUNNING
     place(numbers, y, v, phase, 1.0, events, S)
-    return RUNNING
+    return contract.RUNNING

@@ -6,40 +6,25 @@ from math import cos, sin
 
 import numpy as np
 
+from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import (
-    CLEAR,
-    HERE_AMP_COS,
-    HERE_AMP_SIN,
-    HERE_DEGREE,
-    HERE_FACTOR,
-    HERE_FACTOR_DEGREE,
-    HERE_OMEGA,
-    HERE_PHASE0,
-    HERE_POLY,
-    F,
-    N,
-    U,
-    W,
-    Y,
-    Z,
-)
+from wheeltapper.march.layout import F, N, U, W, Y, Z
 from wheeltapper.march.program import FloatArray
 
 
 @kernel
 def path_series(order: int, S: FloatArray) -> None:
     """Put the path's own series in time in row F."""
-    degree = int(S[HERE_DEGREE])
+    degree = int(S[layout.HERE_DEGREE])
     for k in range(order + 1):
-        S[F + k] = S[HERE_POLY + k] if k <= degree else 0.0
-    omega = S[HERE_OMEGA]
+        S[F + k] = S[layout.HERE_POLY + k] if k <= degree else 0.0
+    omega = S[layout.HERE_OMEGA]
     if omega != 0.0:
-        s = sin(S[HERE_PHASE0])
-        c = cos(S[HERE_PHASE0])
-        h = S[HERE_AMP_SIN] * s + S[HERE_AMP_COS] * c
-        d = S[HERE_AMP_SIN] * c - S[HERE_AMP_COS] * s
+        s = sin(S[layout.HERE_PHASE0])
+        c = cos(S[layout.HERE_PHASE0])
+        h = S[layout.HERE_AMP_SIN] * s + S[layout.HERE_AMP_COS] * c
+        d = S[layout.HERE_AMP_SIN] * c - S[layout.HERE_AMP_COS] * s
         for k in range(order + 1):
             S[F + k] += h
             part = omega * (1.0 / (k + 1))
@@ -71,7 +56,7 @@ def flight_series(
     path_series(order, S)
     _free_series(numbers[contract.STIFFNESS], numbers[contract.DAMPING], -1.0, y, v, U, W, order, S)
     for n in range(order + 1):
-        S[CLEAR + n] = S[F + n] - S[U + n]
+        S[layout.CLEAR + n] = S[F + n] - S[U + n]
     mass = numbers[contract.DECK_MASS]
     if mass > 0.0:
         load = numbers[contract.PRESTRESS] / mass if on_deck else 0.0
@@ -81,7 +66,7 @@ def flight_series(
         )  # fmt: skip
         if on_deck:
             for n in range(order + 1):
-                S[CLEAR + n] += S[Y + n]
+                S[layout.CLEAR + n] += S[Y + n]
 
 
 @kernel
@@ -90,19 +75,19 @@ def bonded_series(
 ) -> None:
     """Fill the same rows in a bilateral contact, and N = factor·(y_k + Y - y), tension included."""
     deck = numbers[contract.DECK_MASS] > 0.0
-    fdegree = int(S[HERE_FACTOR_DEGREE])
+    fdegree = int(S[layout.HERE_FACTOR_DEGREE])
     path_series(order, S)
     S[U] = y
     S[W] = v
     S[Y] = deck_y
     S[Z] = deck_v
     for n in range(order + 1):
-        S[CLEAR + n] = S[F + n] - S[U + n] + (S[Y + n] if on_deck else 0.0)
-        force = S[CLEAR + n]
+        S[layout.CLEAR + n] = S[F + n] - S[U + n] + (S[Y + n] if on_deck else 0.0)
+        force = S[layout.CLEAR + n]
         if fdegree >= 0:
             force = 0.0
             for j in range(min(n, fdegree) + 1):
-                force += S[HERE_FACTOR + j] * S[CLEAR + n - j]
+                force += S[layout.HERE_FACTOR + j] * S[layout.CLEAR + n - j]
         S[N + n] = force
         if n == order:
             break
@@ -123,12 +108,10 @@ def bonded_series(
 @kernel
 def flight_reach(numbers: FloatArray, S: FloatArray) -> float:
     """Return the time over which the flight series of order FLIGHT_ORDER is exact to rounding."""
-    rate = np.sqrt(numbers[contract.STIFFNESS]) + numbers[contract.DAMPING] + abs(S[HERE_OMEGA])
+    rate = np.sqrt(numbers[contract.STIFFNESS]) + numbers[contract.DAMPING] + abs(S[layout.HERE_OMEGA])
     if numbers[contract.DECK_MASS] > 0.0:
-        rate += (
-            np.sqrt(numbers[contract.DECK_STIFFNESS] / numbers[contract.DECK_MASS])
-            + numbers[contract.DECK_DAMPING] / numbers[contract.DECK_MASS]
-        )
+        deck = np.sqrt(numbers[contract.DECK_STIFFNESS] / numbers[contract.DECK_MASS])
+        rate += deck + numbers[contract.DECK_DAMPING] / numbers[contract.DECK_MASS]
     if numbers[contract.BILATERAL] != 0.0:
         rate += 1.0
         if numbers[contract.DECK_MASS] > 0.0:

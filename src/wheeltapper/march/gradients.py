@@ -7,25 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.dense import OUT_COLUMNS
-from wheeltapper.march.ensemble import Cells, Marched
+from wheeltapper.march.ensemble import Cells, Marched, doubled, room_for
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
-from wheeltapper.march.program import (
-    ENOUGH,
-    EVENT_COLUMNS,
-    FULL,
-    LENGTH,
-    PEAK_COLUMNS,
-    PHASE,
-    STEP_COLUMNS,
-    TIME,
-    FloatArray,
-    IntArray,
-    Program,
-)
+from wheeltapper.march.program import LENGTH, PHASE, TIME, FloatArray, IntArray, Program
 from wheeltapper.march.single import March, march, march_kernel, start_kernel
 from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, STILL_OPEN, TALLY, tally_kernel
 from wheeltapper.march.tangent import tangent_kernel
@@ -57,15 +46,25 @@ class Tangents(NamedTuple):
     highest: FloatArray | None = None
     impulses: FloatArray | None = None
 
+    def larger(self) -> Tangents:
+        """Return tables with room for twice the events."""
+        return self._replace(**doubled(self, ("events", "peaks", "impulses"), 0.0))
+
+    def cut(self, events: int, peaks: int, tally: bool) -> Tangents:
+        """Return the rows in use, and the tally only where one was kept."""
+        used = (("events", events), ("peaks", peaks), ("impulses", events))
+        found = self._replace(**{name: getattr(self, name)[:rows] for name, rows in used})
+        return found if tally else found._replace(highest=None, impulses=None)
+
 
 @kernel
 def gradient_kernel(
     pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatArray, turns: FloatArray, bends: FloatArray,
-    table: IntArray, cell: int, status: IntArray, end: FloatArray, airborne: FloatArray, events: FloatArray,
-    peaks: FloatArray, of_events: FloatArray, of_peaks: FloatArray, event_ends: IntArray, peak_ends: IntArray,
-    gentlest: FloatArray, amplification: FloatArray, highest: FloatArray, impulses: FloatArray, of_highest: FloatArray,
-    of_impulses: FloatArray, steps: FloatArray, S: FloatArray, D: FloatArray, strict: bool | None,
-    tallied: bool | None,
+    table: IntArray, cell: int, status: IntArray, end: FloatArray, events: FloatArray, peaks: FloatArray,
+    event_ends: IntArray, peak_ends: IntArray, airborne: FloatArray, highest: FloatArray, impulses: FloatArray,
+    of_events: FloatArray, of_peaks: FloatArray, gentlest: FloatArray, amplification: FloatArray,
+    of_highest: FloatArray, of_impulses: FloatArray, steps: FloatArray, S: FloatArray, D: FloatArray,
+    strict: bool | None, tallied: bool | None,
 ) -> int:  # fmt: skip
     """March the cells from `cell` on, with tangents; return the first that finds no room, or their number."""
     event = event_ends[cell - 1] if cell > 0 else 0
@@ -83,7 +82,7 @@ def gradient_kernel(
         start_kernel(own, numbers[cell], events[event:], S)
         airborne[cell] = 1.0 if is_free(S[STATE + PHASE]) else 0.0
         why = march_kernel(own, numbers[cell], None, None, steps, events[event:], peaks[peak:], None, S, strict)
-        if why == FULL:
+        if why == contract.FULL:
             return cell
         status[cell] = why
         end[cell] = S[STATE + TIME]
@@ -96,7 +95,7 @@ def gradient_kernel(
             tally[HIGHEST] = -np.inf
             of_impulses[event : event + new_events] = np.nan
             tally_kernel(own, numbers[cell], steps, rows, tally, impulses[event:], S, point)
-            if why != ENOUGH and tally[STILL_OPEN] != 0.0:
+            if why != contract.ENOUGH and tally[STILL_OPEN] != 0.0:
                 impulses[event + int(tally[CONTACTS]) - 1] = np.nan
             highest[cell] = tally[HIGHEST]
         gentlest[cell] = tangent_kernel(
@@ -118,76 +117,41 @@ def gradient_kernel(
     return cell
 
 
-class _Tables(NamedTuple):
-    status: IntArray
-    end: FloatArray
-    airborne: FloatArray
-    events: FloatArray
-    peaks: FloatArray
-    of_events: FloatArray
-    of_peaks: FloatArray
-    event_ends: IntArray
-    peak_ends: IntArray
-    gentlest: FloatArray
-    amplification: FloatArray
-    highest: FloatArray
-    impulses: FloatArray
-    of_highest: FloatArray
-    of_impulses: FloatArray
-    steps: FloatArray
-
-    @staticmethod
-    def of(cells: int, rows: int, steps: int) -> _Tables:
-        whole = (np.zeros(cells, dtype=np.int64) for _ in range(3))
-        real = (np.zeros(cells) for _ in range(5))
-        status, event_ends, peak_ends = whole
-        end, airborne, gentlest, amplification, highest = real
-        return _Tables(
-            status, end, airborne, np.empty((rows, EVENT_COLUMNS)), np.empty((rows, PEAK_COLUMNS)),
-            np.zeros((rows, 2, LANES)), np.zeros((rows, 2, LANES)), event_ends, peak_ends, gentlest, amplification,
-            highest, np.full(rows, np.nan), np.zeros((cells, LANES)), np.zeros((rows, LANES)),
-            np.empty((steps, STEP_COLUMNS)),
-        )  # fmt: skip
-
-    def larger(self) -> _Tables:
-        """Return tables with twice the room; what is in them goes along."""
-        longer = {
-            name: np.concatenate([getattr(self, name), np.zeros_like(getattr(self, name))])
-            for name in ("events", "peaks", "of_events", "of_peaks", "impulses", "of_impulses", "steps")
-        }
-        return self._replace(**longer)
+def _room_for(cells: int) -> Tangents:
+    """Return tables beside those of the march."""
+    rows = 16 * cells + 64
+    return Tangents(
+        np.zeros((rows, 2, LANES)), np.zeros((rows, 2, LANES)), np.zeros(cells), np.zeros(cells),
+        np.zeros((cells, LANES)), np.zeros((rows, LANES)),
+    )  # fmt: skip
 
 
-def _arguments(cells: Cells, turns: Turns, cell: int, tables: _Tables, tally: bool) -> tuple[Any, ...]:
-    work = (np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)), cells.strict, True if tally else None)
-    return (*cells, turns.numbers, turns.bends, turns.table, cell, *tables, *work)
+def _arguments(
+    cells: Cells, turns: Turns, cell: int, tables: Marched, tangents: Tangents, steps: FloatArray, tally: bool
+) -> tuple[Any, ...]:
+    work = (steps, np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)), cells.strict, True if tally else None)
+    return (*cells, *turns, cell, *tables, *tangents, *work)
+
+
+def _steps(rows: int) -> FloatArray:
+    return np.empty((rows, contract.STEP_COLUMNS))
 
 
 def is_ready(cells: Cells, turns: Turns, tally: bool) -> bool:
     """Return False if marching these cells with tangents begins with compiling."""
-    return is_compiled(gradient_kernel, _arguments(cells, turns, 0, _Tables.of(0, 1, 1), tally))
+    return is_compiled(gradient_kernel, _arguments(cells, turns, 0, room_for(0), _room_for(0), _steps(0), tally))
 
 
 def march_block(cells: Cells, turns: Turns, tally: bool = False) -> tuple[Marched, Tangents]:
     """March some cells in this thread, with tangents; with `tally`, find impulses and highest positions too."""
     total = len(cells.first)
-    tables, cell = _Tables.of(total, 16 * total + 64, 1024), 0
+    tables, tangents, rows, cell = room_for(total), _room_for(total), 1024, 0
     while cell < total:
-        cell = gradient_kernel(*_arguments(cells, turns, cell, tables, tally))
+        cell = gradient_kernel(*_arguments(cells, turns, cell, tables, tangents, _steps(rows), tally))
         if cell < total:
-            tables = tables.larger()
-    events, peaks = int(tables.event_ends[-1]), int(tables.peak_ends[-1])
-    marched = Marched(
-        tables.status, tables.end, tables.events[:events], tables.peaks[:peaks], tables.event_ends, tables.peak_ends,
-        tables.airborne,
-    )  # fmt: skip
-    found = Tangents(tables.of_events[:events], tables.of_peaks[:peaks], tables.gentlest, tables.amplification)
-    if not tally:
-        return marched, found
-    return (
-        marched._replace(highest=tables.highest, impulses=tables.impulses[:events]),
-        found._replace(highest=tables.of_highest, impulses=tables.of_impulses[:events]),
-    )
+            tables, tangents, rows = tables.larger(), tangents.larger(), 2 * rows
+    marched = tables.cut(tally)
+    return marched, tangents.cut(len(marched.events), len(marched.peaks), tally)
 
 
 def sampled(

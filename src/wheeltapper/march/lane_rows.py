@@ -17,23 +17,9 @@ def _rows(first: int, *lengths: int) -> list[int]:
 # A step's start: contact has (u, w), flight (y, v). Then the cell's suspension and path: load 1 + K·level and level,
 # the factors of sine and cosine in the forcing and in the height, the path's phase in turns RATE·time - OFFSET.
 (
-    LANE_TIME,
-    LANE_U0,
-    LANE_W0,
-    LANE_K,
-    LANE_G,
-    LANE_LOAD,
-    LANE_LEVEL,
-    LANE_GAIN_SIN,
-    LANE_GAIN_COS,
-    LANE_AMP_SIN,
-    LANE_AMP_COS,
-    LANE_OMEGA,
-    LANE_RATE,
-    LANE_OFFSET,
-    LANE_UNTIL,
-    LANE_GOAL,
-) = range(0, 16 * LANES, LANES)
+    LANE_TIME, LANE_U0, LANE_W0, LANE_K, LANE_G, LANE_LOAD, LANE_LEVEL, LANE_GAIN_SIN, LANE_GAIN_COS, LANE_AMP_SIN,
+    LANE_AMP_COS, LANE_OMEGA, LANE_RATE, LANE_OFFSET, LANE_UNTIL, LANE_GOAL,
+) = range(0, 16 * LANES, LANES)  # fmt: skip
 # The same of one cell, one after the other from K on, as its row holds them.
 (
     CELL_K, CELL_G, CELL_LOAD, CELL_LEVEL, CELL_GAIN_SIN, CELL_GAIN_COS, CELL_AMP_SIN, CELL_AMP_COS, CELL_OMEGA,

@@ -15,284 +15,229 @@ A cell's motion does not depend on its company: every lane does the same arithme
 
 from __future__ import annotations
 
+from wheeltapper.march import lane_rows as at
+from wheeltapper.march import pool as cells
+from wheeltapper.march import unrolled_lanes
 from wheeltapper.march.apart import cross, go_apart
 from wheeltapper.march.events import AT_BREAK, GRAZE
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.lane_rows import (
-    LANE_CALM,
-    LANE_CHANGES,
-    LANE_DONE,
-    LANE_FRESH,
-    LANE_GO,
-    LANE_LENGTH,
-    LANE_OMEGA,
-    LANE_SIGN,
-    LANE_T_END,
-    LANE_T_ROOT,
-    LANE_TIME,
-    LANE_U0,
-    LANE_U_END,
-    LANE_U_ROOT,
-    LANE_UNTIL,
-    LANE_W0,
-    LANE_W_END,
-    LANE_W_ROOT,
-    LANE_X,
-    LANES,
-)
 from wheeltapper.march.layout import OPENED
-from wheeltapper.march.pool import (
-    APART,
-    CELL_MARKS,
-    COAST,
-    COUNTS,
-    CROSS,
-    FLAT,
-    FLY,
-    OPEN,
-    ROOM,
-    TURN,
-    USED_EVENTS,
-    USED_PEAKS,
-    WAITING,
-    WAVE,
-    Pool,
-    fill,
-    fill_all,
-    keep,
-    note,
-    pop,
-    push,
-    track,
-)
 from wheeltapper.march.program import CONTACT, FLIGHT, IMPACT, LOSS, PHASE, FloatArray
-from wheeltapper.march.unrolled_lanes import (
-    contact_root_12,
-    flight_22,
-    flight_end_22,
-    lanes_flat_12,
-    lanes_wave_12,
-    leave,
-    scan_12,
-    scan_22,
-    seek_time_12,
-    seek_u_12,
-    seek_w_12,
-    sharpen_12,
-    sharpen_22,
-)
 
 
 @kernel
 def _step(kind: int, L: FloatArray) -> None:
     """Make one contact step in all lanes."""
-    if kind == FLAT:
-        lanes_flat_12(L)
+    if kind == cells.FLAT:
+        unrolled_lanes.lanes_flat_12(L)
     else:
-        lanes_wave_12(L)
+        unrolled_lanes.lanes_wave_12(L)
 
 
 @kernel
 def _is_everywhere(row: int, L: FloatArray) -> bool:
     """Return True where a row of zeros and ones holds ones only."""
     total = 0.0
-    for i in range(LANES):
+    for i in range(at.LANES):
         total += L[row + i]
-    return total == LANES
+    return total == at.LANES
 
 
 @kernel
-def _coast(kind: int, drain: bool, pool: Pool) -> None:
+def _coast(kind: int, drain: bool, pool: cells.Pool) -> None:
     """Let cells in contact step until a lane stays empty; with `drain`, until all are."""
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
-    busy = fill_all(COAST + kind, queue, rows, L, held)
+    busy = cells.fill_all(cells.COAST + kind, queue, rows, L, held)
     while busy > 0:
         _step(kind, L)
-        if _is_everywhere(LANE_GO, L):
+        if _is_everywhere(at.LANE_GO, L):
             continue
         before = busy
-        for i in range(LANES):
+        for i in range(at.LANES):
             cell = held[i]
-            if cell < 0 or L[LANE_GO + i] != 0.0:
+            if cell < 0 or L[at.LANE_GO + i] != 0.0:
                 continue
-            keep(i, cell, rows, L)
-            if not L[LANE_U_END + i] > 0.0:
-                push(cell, OPEN + kind, queue)
-            elif L[LANE_CALM + i] == 0.0:
-                push(cell, TURN + kind, queue)
+            cells.keep(i, cell, rows, L)
+            if not L[at.LANE_U_END + i] > 0.0:
+                cells.push(cell, cells.OPEN + kind, queue)
+            elif L[at.LANE_CALM + i] == 0.0:
+                cells.push(cell, cells.TURN + kind, queue)
             else:
-                push(cell, CROSS + kind, queue)
-            held[i] = pop(COAST + kind, queue)
-            fill(i, held[i], rows, L)
+                cells.push(cell, cells.CROSS + kind, queue)
+            held[i] = cells.pop(cells.COAST + kind, queue)
+            cells.fill(i, held[i], rows, L)
             if held[i] < 0:
                 busy -= 1
         if busy < before and not drain:
-            for i in range(LANES):
+            for i in range(at.LANES):
                 if held[i] >= 0:
-                    keep(i, held[i], rows, L)
-                    push(held[i], COAST + kind, queue)
+                    cells.keep(i, held[i], rows, L)
+                    cells.push(held[i], cells.COAST + kind, queue)
             return
 
 
 @kernel
 def _find_12(L: FloatArray) -> None:
     """Find the root in (0, 1) of each polynomial of degree 12 that has just one there."""
-    scan_12(L)
-    while not _is_everywhere(LANE_DONE, L):
-        sharpen_12(L)
+    unrolled_lanes.scan_12(L)
+    while not _is_everywhere(at.LANE_DONE, L):
+        unrolled_lanes.sharpen_12(L)
 
 
 @kernel
 def _find_22(L: FloatArray) -> None:
     """Find the root in (0, 1) of each polynomial of degree 22 that has just one there."""
-    scan_22(L)
-    while not _is_everywhere(LANE_DONE, L):
-        sharpen_22(L)
+    unrolled_lanes.scan_22(L)
+    while not _is_everywhere(at.LANE_DONE, L):
+        unrolled_lanes.sharpen_22(L)
 
 
 @kernel
-def _turn(kind: int, pool: Pool) -> None:
+def _turn(kind: int, pool: cells.Pool) -> None:
     """Make one contact step with at most one zero of w in it."""
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
-    filled = fill_all(TURN + kind, queue, rows, L, held)
+    filled = cells.fill_all(cells.TURN + kind, queue, rows, L, held)
     _step(kind, L)
-    seek_w_12(L)
+    unrolled_lanes.seek_w_12(L)
     _find_12(L)
-    contact_root_12(L)
+    unrolled_lanes.contact_root_12(L)
     for i in range(filled):
         cell = held[i]
-        turns, falls = L[LANE_CHANGES + i], L[LANE_SIGN + i] > 0.0
-        ends = L[LANE_TIME + i] + L[LANE_T_END + i]
-        if not ends < L[LANE_UNTIL + i] or turns > 1.0 or (turns == 1.0 and not falls and not L[LANE_U_ROOT + i] > 0.0):
-            push(cell, APART, queue)
+        turns, falls = L[at.LANE_CHANGES + i], L[at.LANE_SIGN + i] > 0.0
+        ends = L[at.LANE_TIME + i] + L[at.LANE_T_END + i]
+        rests = turns == 1.0 and not falls and not L[at.LANE_U_ROOT + i] > 0.0
+        if not ends < L[at.LANE_UNTIL + i] or turns > 1.0 or rests:
+            cells.push(cell, cells.APART, queue)
             continue
         if turns == 1.0:
-            u = L[LANE_U_ROOT + i]
-            track(cell, L[LANE_TIME + i] + L[LANE_T_ROOT + i], u * u * u, 0.0, pool)
-        L[LANE_TIME + i] = ends
-        L[LANE_U0 + i] = L[LANE_U_END + i]
-        L[LANE_W0 + i] = L[LANE_W_END + i]
-        keep(i, cell, rows, L)
-        push(cell, COAST + kind, queue)
+            u = L[at.LANE_U_ROOT + i]
+            cells.track(cell, L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i], u * u * u, 0.0, pool)
+        L[at.LANE_TIME + i] = ends
+        L[at.LANE_U0 + i] = L[at.LANE_U_END + i]
+        L[at.LANE_W0 + i] = L[at.LANE_W_END + i]
+        cells.keep(i, cell, rows, L)
+        cells.push(cell, cells.COAST + kind, queue)
 
 
 @kernel
-def _open(kind: int, pool: Pool) -> None:
+def _open(kind: int, pool: cells.Pool) -> None:
     """Make one contact step up to the loss in it."""
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
-    filled = fill_all(OPEN + kind, queue, rows, L, held)
+    filled = cells.fill_all(cells.OPEN + kind, queue, rows, L, held)
     _step(kind, L)
-    seek_u_12(L)
+    unrolled_lanes.seek_u_12(L)
     _find_12(L)
-    contact_root_12(L)
-    for i in range(LANES):
-        alone = L[LANE_CHANGES + i] == 1.0 and L[LANE_CALM + i] != 0.0 and L[LANE_W0 + i] < 0.0 < L[LANE_U0 + i]
-        L[LANE_GO + i] = 1.0 if alone and L[LANE_TIME + i] + L[LANE_T_ROOT + i] < L[LANE_UNTIL + i] else 0.0
-    leave(L)
+    unrolled_lanes.contact_root_12(L)
+    for i in range(at.LANES):
+        alone = L[at.LANE_CHANGES + i] == 1.0 and L[at.LANE_CALM + i] != 0.0
+        opens = alone and L[at.LANE_W0 + i] < 0.0 < L[at.LANE_U0 + i]
+        in_time = L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i] < L[at.LANE_UNTIL + i]
+        L[at.LANE_GO + i] = 1.0 if opens and in_time else 0.0
+    unrolled_lanes.leave(L)
     for i in range(filled):
         cell = held[i]
-        if L[LANE_GO + i] == 0.0:
-            push(cell, APART, queue)
+        if L[at.LANE_GO + i] == 0.0:
+            cells.push(cell, cells.APART, queue)
             continue
-        keep(i, cell, rows, L)
+        cells.keep(i, cell, rows, L)
         rows[cell, PHASE] = FLIGHT
-        rows[cell, COUNTS + OPENED] = 1.0
-        track(cell, L[LANE_TIME + i], 0.0, 0.0, pool)
-        if note(cell, L[LANE_TIME + i], LOSS, L[LANE_W_ROOT + i], pool):
-            push(cell, FLY, queue)
+        rows[cell, cells.COUNTS + OPENED] = 1.0
+        cells.track(cell, L[at.LANE_TIME + i], 0.0, 0.0, pool)
+        if cells.note(cell, L[at.LANE_TIME + i], LOSS, L[at.LANE_W_ROOT + i], pool):
+            cells.push(cell, cells.FLY, queue)
 
 
 @kernel
-def _break(kind: int, pool: Pool) -> None:
+def _break(kind: int, pool: cells.Pool) -> None:
     """Make one contact step, without an event, up to the breakpoint in it, and go over that."""
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
-    filled = fill_all(CROSS + kind, queue, rows, L, held)
+    filled = cells.fill_all(cells.CROSS + kind, queue, rows, L, held)
     _step(kind, L)
-    seek_time_12(L)
+    unrolled_lanes.seek_time_12(L)
     _find_12(L)
-    contact_root_12(L)
+    unrolled_lanes.contact_root_12(L)
     for i in range(filled):
         cell = held[i]
-        if L[LANE_CHANGES + i] != 1.0:
-            push(cell, APART, queue)
+        if L[at.LANE_CHANGES + i] != 1.0:
+            cells.push(cell, cells.APART, queue)
             continue
-        u, w = L[LANE_U_ROOT + i], L[LANE_W_ROOT + i]
-        L[LANE_TIME + i] = L[LANE_UNTIL + i]
-        L[LANE_U0 + i] = u
-        L[LANE_W0 + i] = w
-        keep(i, cell, rows, L)
-        track(cell, L[LANE_UNTIL + i], u * u * u, 1.0, pool)
-        rows[cell, CELL_MARKS + AT_BREAK] = 1.0
+        u, w = L[at.LANE_U_ROOT + i], L[at.LANE_W_ROOT + i]
+        L[at.LANE_TIME + i] = L[at.LANE_UNTIL + i]
+        L[at.LANE_U0 + i] = u
+        L[at.LANE_W0 + i] = w
+        cells.keep(i, cell, rows, L)
+        cells.track(cell, L[at.LANE_UNTIL + i], u * u * u, 1.0, pool)
+        rows[cell, cells.CELL_MARKS + AT_BREAK] = 1.0
         cross(cell, pool)
 
 
 @kernel
-def _fly(pool: Pool) -> None:
+def _fly(pool: cells.Pool) -> None:
     """Make one step in flight, up to the impact or the breakpoint in it."""
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
-    filled = fill_all(FLY, queue, rows, L, held)
-    for i in range(LANES):
-        L[LANE_FRESH + i] = 1.0 if i >= filled else rows[held[i], COUNTS + OPENED]
-    flight_22(L)
+    filled = cells.fill_all(cells.FLY, queue, rows, L, held)
+    for i in range(at.LANES):
+        L[at.LANE_FRESH + i] = 1.0 if i >= filled else rows[held[i], cells.COUNTS + OPENED]
+    unrolled_lanes.flight_22(L)
     _find_22(L)
-    for i in range(LANES):
-        L[LANE_T_ROOT + i] = L[LANE_LENGTH + i]
-        if L[LANE_CHANGES + i] == 1.0:
-            L[LANE_T_ROOT + i] *= L[LANE_X + i]
-    flight_end_22(L)
+    for i in range(at.LANES):
+        L[at.LANE_T_ROOT + i] = L[at.LANE_LENGTH + i]
+        if L[at.LANE_CHANGES + i] == 1.0:
+            L[at.LANE_T_ROOT + i] *= L[at.LANE_X + i]
+    unrolled_lanes.flight_end_22(L)
     for i in range(filled):
         cell = held[i]
-        lands = L[LANE_CHANGES + i] == 1.0
-        time = L[LANE_TIME + i] + L[LANE_T_ROOT + i]
-        at_break = not time < L[LANE_UNTIL + i]
-        plain = L[LANE_LENGTH + i] > 0.0 and L[LANE_SIGN + i] < 0.0 and L[LANE_CHANGES + i] <= 1.0
+        lands = L[at.LANE_CHANGES + i] == 1.0
+        time = L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i]
+        at_break = not time < L[at.LANE_UNTIL + i]
+        plain = L[at.LANE_LENGTH + i] > 0.0 and L[at.LANE_SIGN + i] < 0.0 and L[at.LANE_CHANGES + i] <= 1.0
         if not plain or (lands and at_break):
-            push(cell, APART, queue)
+            cells.push(cell, cells.APART, queue)
             continue
-        L[LANE_TIME + i] = L[LANE_UNTIL + i] if at_break else time
-        L[LANE_U0 + i] = 0.0 if lands else L[LANE_U_END + i]
-        L[LANE_W0 + i] = L[LANE_W_ROOT + i] if lands else L[LANE_W_END + i]
-        keep(i, cell, rows, L)
-        rows[cell, COUNTS + OPENED] = 0.0
+        L[at.LANE_TIME + i] = L[at.LANE_UNTIL + i] if at_break else time
+        L[at.LANE_U0 + i] = 0.0 if lands else L[at.LANE_U_END + i]
+        L[at.LANE_W0 + i] = L[at.LANE_W_ROOT + i] if lands else L[at.LANE_W_END + i]
+        cells.keep(i, cell, rows, L)
+        rows[cell, cells.COUNTS + OPENED] = 0.0
         if at_break:
-            rows[cell, CELL_MARKS + AT_BREAK] = 1.0
+            rows[cell, cells.CELL_MARKS + AT_BREAK] = 1.0
             cross(cell, pool)
         elif not lands:
-            push(cell, FLY, queue)
+            cells.push(cell, cells.FLY, queue)
         else:
             rows[cell, PHASE] = CONTACT
-            rate = L[LANE_W_ROOT + i]
-            if note(cell, time, IMPACT, rate, pool):
-                kind = FLAT if L[LANE_OMEGA + i] == 0.0 else WAVE
-                push(cell, COAST + kind if rate >= GRAZE else APART, queue)
+            rate = L[at.LANE_W_ROOT + i]
+            if cells.note(cell, time, IMPACT, rate, pool):
+                kind = cells.FLAT if L[at.LANE_OMEGA + i] == 0.0 else cells.WAVE
+                cells.push(cell, cells.COAST + kind if rate >= GRAZE else cells.APART, queue)
 
 
 @kernel
-def lanes_kernel(pool: Pool) -> bool:
+def lanes_kernel(pool: cells.Pool) -> bool:
     """March all cells of order DEFAULT_ORDER to their ends; return False when their events need more room."""
-    queue = pool.queue
+    queue, used = pool.queue, pool.used
     while True:
-        if pool.used[USED_EVENTS] + ROOM > len(pool.events) or pool.used[USED_PEAKS] + ROOM > len(pool.peaks):
+        if max(used[cells.USED_EVENTS] - len(pool.events), used[cells.USED_PEAKS] - len(pool.peaks)) + cells.ROOM > 0:
             return False
-        if queue[APART, WAITING] > 0:
+        if queue[cells.APART, cells.WAITING] > 0:
             if not go_apart(pool):
                 return False
             continue
         fullest = 0
-        for which in range(1, APART):
-            if queue[which, WAITING] > queue[fullest, WAITING]:
+        for which in range(1, cells.APART):
+            if queue[which, cells.WAITING] > queue[fullest, cells.WAITING]:
                 fullest = which
-        if queue[fullest, WAITING] == 0:
+        if queue[fullest, cells.WAITING] == 0:
             return True
-        drain = queue[fullest, WAITING] < LANES
+        drain = queue[fullest, cells.WAITING] < at.LANES
         kind = fullest & 1
-        if fullest == FLY:
+        if fullest == cells.FLY:
             _fly(pool)
-        elif fullest >= CROSS:
+        elif fullest >= cells.CROSS:
             _break(kind, pool)
-        elif fullest >= OPEN:
+        elif fullest >= cells.OPEN:
             _open(kind, pool)
-        elif fullest >= TURN:
+        elif fullest >= cells.TURN:
             _turn(kind, pool)
         else:
             _coast(kind, drain, pool)

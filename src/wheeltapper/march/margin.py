@@ -19,25 +19,7 @@ from wheeltapper.march.events import is_free
 from wheeltapper.march.flight import flight_series
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import CLEAR, COUNT, EVENTS, FLIGHT_ORDER, SCRATCH, TREND, U, W
-from wheeltapper.march.program import (
-    CONTACT,
-    DECK_V,
-    DECK_Y,
-    EVENT_COLUMNS,
-    FULL,
-    LENGTH,
-    LOSS,
-    ON_DECK,
-    PEAK_COLUMNS,
-    PHASE,
-    PIECE,
-    SHIFT,
-    STEP_COLUMNS,
-    TIME,
-    A,
-    B,
-    FloatArray,
-)
+from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, first_root
 from wheeltapper.march.series import contact_series, localise
 from wheeltapper.march.single import march_kernel, start_kernel
@@ -92,14 +74,14 @@ def margin_kernel(
         numbers = cells.numbers[cell]
         start_kernel(table, numbers, events, S)
         why = march_kernel(table, numbers, None, None, steps, events, peaks, None, S, strict)
-        if why == FULL:
+        if why == contract.FULL:
             return cell
         rows = int(S[COUNT])
         since = 0.0
         lost = np.inf
         found = 0
         for i in range(int(S[COUNT + EVENTS])):
-            if events[i, contract.EVENT_KIND] == LOSS:
+            if events[i, contract.EVENT_KIND] == contract.LOSS:
                 found += 1
                 if found == losses:
                     lost = events[i, contract.EVENT_TIME]
@@ -107,7 +89,7 @@ def margin_kernel(
                 since = events[i, contract.EVENT_TIME]
         margin = np.inf
         for i in range(rows):
-            if found < losses and steps[i, PHASE] == CONTACT and steps[i, TIME] > since:
+            if found < losses and steps[i, PHASE] == contract.CONTACT and steps[i, TIME] > since:
                 margin = min(margin, _held(table, numbers, steps[i], S))
             elif found >= losses and is_free(steps[i, PHASE]) and steps[i, TIME] >= lost:
                 margin = min(margin, _lost(table, numbers, steps[i], S))
@@ -117,7 +99,8 @@ def margin_kernel(
 
 
 def _arguments(cells: Cells, cell: int, losses: int, margins: FloatArray, rows: int) -> tuple[Any, ...]:
-    tables = (np.empty((rows, STEP_COLUMNS)), np.empty((rows, EVENT_COLUMNS)), np.empty((rows, PEAK_COLUMNS)))
+    columns = (contract.STEP_COLUMNS, contract.EVENT_COLUMNS, contract.PEAK_COLUMNS)
+    tables = (np.empty((rows, many)) for many in columns)
     return (cells, cell, losses, margins, *tables, np.zeros(SCRATCH), cells.strict)
 
 

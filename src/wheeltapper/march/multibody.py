@@ -15,52 +15,15 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.march import assembly as asm
-from wheeltapper.march import telling
-from wheeltapper.march.assembly import (
-    DERAILED,
-    LANES,
-    STEP_CLOSED,
-    STEP_ELEMENTS,
-    STEP_LENGTH,
-    STEP_TIME,
-    Assembly,
-    flattened,
-)
+from wheeltapper.march import passing, searching, telling
+from wheeltapper.march.assembly import LANES
 from wheeltapper.march.crossing import Span
 from wheeltapper.march.kernel import is_compiled, kernel
-from wheeltapper.march.passing import (
-    ANEW,
-    FIRST_STEP,
-    NEXT_LENGTH,
-    RATES_USED,
-    RUN_CARRIED,
-    RUN_EVENTS,
-    RUN_IDLE,
-    RUN_PEAKS,
-    RUN_STEPS,
-    RUN_TIME,
-    awaken,
-    closed_contacts,
-    next_break,
-    pass_breaks,
-    start_kernel,
-    switch_contacts,
-)
 from wheeltapper.march.program import DONE, FULL, NOT_FINITE, SOFT, STALLED, TOO_MANY_EVENTS, FloatArray, IntArray
 from wheeltapper.march.rates import rates, touch
-from wheeltapper.march.searching import (
-    KEPT,
-    first_event,
-    keep,
-    log_corners,
-    log_maxima,
-    mark_changes,
-    mark_maxima,
-    time_to_change,
-)
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, error
-from wheeltapper.march.wheel_rows import DELTA_RATE, OCTET_ROWS, ON, ROW_DELTA, ROW_U, SIDES
+from wheeltapper.march.wheel_rows import DELTA_RATE, OCTET_ROWS, ROW_DELTA, ROW_U
 
 SAME = 1e-12
 """Distance to their change, in static indentations, below which contacts change together with another one."""
@@ -118,38 +81,32 @@ def march_kernel(
     tolerance, end = data[asm.STEP_TOLERANCE], data[asm.RUN_END]
     lanes = kept.shape[1]
     while True:
-        t = S[RUN_TIME]
+        t = S[passing.RUN_TIME]
         if t >= end:
             return DONE
-        if (
-            max(
-                S[RUN_STEPS] + 2.0 - len(steps),
-                S[RUN_EVENTS] + lanes - len(events),
-                S[RUN_PEAKS] + 2.0 * lanes - len(peaks),
-            )
-            > 0.0
-        ):
+        missing = max(S[passing.RUN_EVENTS] + lanes - len(events), S[passing.RUN_PEAKS] + 2.0 * lanes - len(peaks))
+        if max(missing, S[passing.RUN_STEPS] + 2.0 - len(steps)) > 0.0:
             return FULL
-        if S[RUN_EVENTS] >= data[asm.MOST_EVENTS]:
+        if S[passing.RUN_EVENTS] >= data[asm.MOST_EVENTS]:
             return TOO_MANY_EVENTS
-        if awaken(data, wheels):
-            S[ANEW] = 1.0
-        if S[ANEW] != 0.0:
+        if passing.awaken(data, wheels):
+            S[passing.ANEW] = 1.0
+        if S[passing.ANEW] != 0.0:
             rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE])
-            S[RATES_USED] += 1.0
-            S[ANEW] = 0.0
-        keep(wheels, kept)
+            S[passing.RATES_USED] += 1.0
+            S[passing.ANEW] = 0.0
+        searching.keep(wheels, kept)
         # -- a step whose error is small enough
-        until = next_break(data, t, wheels)
-        h = min(S[NEXT_LENGTH], data[asm.LONGEST_STEP])
-        h = min(h, BEYOND * time_to_change(BEYOND * h, wheels, K[FIRST_STAGE]))
+        until = passing.next_break(data, t, wheels)
+        h = min(S[passing.NEXT_LENGTH], data[asm.LONGEST_STEP])
+        h = min(h, BEYOND * searching.time_to_change(BEYOND * h, wheels, K[FIRST_STAGE]))
         growth = GROW
         while True:
             stops = t + 1.01 * h >= until
             if stops:
                 h = until - t
             make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
-            S[RATES_USED] += STAGES - 1.0
+            S[passing.RATES_USED] += STAGES - 1.0
             wrong = error(h, P, K, scales) / tolerance
             if wrong <= 1.0:
                 break
@@ -158,38 +115,39 @@ def march_kernel(
             if h < 1e-14 * max(t, 1e-3):
                 return STALLED if _is_finite(w) else NOT_FINITE
         if not stops or growth == 1.0:
-            S[NEXT_LENGTH] = h * min(max(SAFETY * max(wrong, 1e-12) ** (-1.0 / DOP853_ORDER), SHRINK), growth)
+            S[passing.NEXT_LENGTH] = h * min(max(SAFETY * max(wrong, 1e-12) ** (-1.0 / DOP853_ORDER), SHRINK), growth)
         rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES])
-        S[RATES_USED] += 1.0
+        S[passing.RATES_USED] += 1.0
         # -- the first event in it
         contact, element, passed = -1, -1, -1
-        is_dense = mark_changes(h, data, plan, y, wheels, pieces, kept)
+        is_dense = searching.mark_changes(h, data, plan, y, wheels, pieces, kept)
         if is_dense:
             dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
-            S[RATES_USED] += DENSE_STAGES - STAGES - 1.0
-            at, contact, element, passed = first_event(y, pieces, kept, Span(t, h, data, plan, w, F, spare, wheels))
+            S[passing.RATES_USED] += DENSE_STAGES - STAGES - 1.0
+            span = Span(t, h, data, plan, w, F, spare, wheels)
+            at, contact, element, passed = searching.first_event(y, pieces, kept, span)
             if at <= 1.0:
                 stops = False
                 h *= at
                 make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
                 rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES])
-                S[RATES_USED] += STAGES
+                S[passing.RATES_USED] += STAGES
                 is_dense = False
             else:
                 touch(t + h, data, plan, y, wheels)
         # -- the maxima of normal forces in it
-        if mark_maxima(h, contact, wheels, kept):
+        if searching.mark_maxima(h, contact, wheels, kept):
             if not is_dense:
                 dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
-                S[RATES_USED] += DENSE_STAGES - STAGES - 1.0
-            log_maxima(kept, Span(t, h, data, plan, w, F, spare, wheels), peaks, S)
+                S[passing.RATES_USED] += DENSE_STAGES - STAGES - 1.0
+            searching.log_maxima(kept, Span(t, h, data, plan, w, F, spare, wheels), peaks, S)
             touch(t + h, data, plan, y, wheels)
         # -- keep it
-        row = int(S[RUN_STEPS])
-        S[RUN_STEPS] += 1.0
-        steps[row, STEP_TIME] = t
-        steps[row, STEP_CLOSED] = closed_contacts(wheels)
-        steps[row, STEP_ELEMENTS:] = pieces
+        row = int(S[passing.RUN_STEPS])
+        S[passing.RUN_STEPS] += 1.0
+        steps[row, asm.STEP_TIME] = t
+        steps[row, asm.STEP_CLOSED] = passing.closed_contacts(wheels)
+        steps[row, asm.STEP_ELEMENTS :] = pieces
         states[row] = w
         now = until if stops else t + h
         if contact >= 0:  # the rest of the way to δ = 0, along the tangent
@@ -201,33 +159,33 @@ def march_kernel(
                     y[i] += rest * K[STAGES, i]
                 touch(now, data, plan, y, wheels)
             wheels[contact // LANES, ROW_DELTA + place] = 0.0
-        steps[row, STEP_LENGTH] = now - t
-        S[RUN_IDLE] = S[RUN_IDLE] + 1.0 if now <= t else 0.0
-        if S[RUN_IDLE] > 100.0:
+        steps[row, asm.STEP_LENGTH] = now - t
+        S[passing.RUN_IDLE] = S[passing.RUN_IDLE] + 1.0 if now <= t else 0.0
+        if S[passing.RUN_IDLE] > 100.0:
             return STALLED
-        S[RUN_TIME] = now
+        S[passing.RUN_TIME] = now
         w[:] = y
         K[FIRST_STAGE] = K[STAGES]
         # -- go on
         if contact >= 0:
-            switch_contacts(now, SAME * data[asm.STATIC_INDENTATION], wheels, events, S)
-            S[ANEW] = 1.0
+            passing.switch_contacts(now, SAME * data[asm.STATIC_INDENTATION], wheels, events, S)
+            S[passing.ANEW] = 1.0
         if element >= 0:
             pieces[element] = passed - 1.0 if passed == pieces[element] else passed
-            S[ANEW] = 1.0
+            S[passing.ANEW] = 1.0
         if stops and now < end:
-            keep(wheels, kept)
-            hardest = pass_breaks(now, data, plan, wheels)
+            searching.keep(wheels, kept)
+            hardest = passing.pass_breaks(now, data, plan, wheels)
             touch(now, data, plan, w, wheels)
             if hardest != SOFT:
-                switch_contacts(now, SAME * data[asm.STATIC_INDENTATION], wheels, events, S)
+                passing.switch_contacts(now, SAME * data[asm.STATIC_INDENTATION], wheels, events, S)
                 touch(now, data, plan, w, wheels)  # a contact that a jump has closed presses at once
-                log_corners(now, data[asm.PULSE], wheels, kept, peaks, S)
-                S[ANEW] = 1.0
-        if S[ANEW] != 0.0:
-            S[NEXT_LENGTH] = FIRST_STEP * data[asm.PULSE]
+                searching.log_corners(now, data[asm.PULSE], wheels, kept, peaks, S)
+                S[passing.ANEW] = 1.0
+        if S[passing.ANEW] != 0.0:
+            S[passing.NEXT_LENGTH] = passing.FIRST_STEP * data[asm.PULSE]
         if _is_off(data, wheels):
-            return DERAILED
+            return asm.DERAILED
 
 
 @kernel
@@ -237,13 +195,11 @@ def probe_kernel(
 ) -> None:  # fmt: skip
     """Write the rates of states at time zero, (many, states), with all contacts that overlap closed."""
     w = np.empty_like(start)
-    S = np.empty(RUN_CARRIED)
-    start_kernel(data, plan, start, w, wheels, pieces, S)
+    S = np.empty(passing.RUN_CARRIED)
+    passing.start_kernel(data, plan, start, w, wheels, pieces, S)
     for row in range(states.shape[0]):
         touch(0.0, data, plan, states[row], wheels)
-        for o in range(wheels.shape[0]):
-            for i in range(LANES):
-                wheels[o, ON + i] = 1.0 if wheels[o, SIDES + i] != 0.0 and wheels[o, ROW_DELTA + i] > 0.0 else 0.0
+        passing.close_contacts(wheels)
         rates(0.0, data, plan, states[row], wheels, pieces, Q, out[row])
 
 
@@ -261,56 +217,49 @@ class MultibodyMarch(NamedTuple):
     """Number of computations of the rates."""
 
 
-def work_for(A: Assembly, rows: int = 1024) -> Work:
+def work_for(A: asm.Assembly, rows: int = 1024) -> Work:
     """Return room for the first steps."""
     n, octets, elements = len(A.start), len(A.kinds), len(A.element_inside)
     return Work(
-        np.zeros(n), np.zeros((octets, OCTET_ROWS)), np.zeros(elements), np.zeros((rows, STEP_ELEMENTS + elements)),
+        np.zeros(n), np.zeros((octets, OCTET_ROWS)), np.zeros(elements), np.zeros((rows, asm.STEP_ELEMENTS + elements)),
         np.empty((rows, n)), np.empty((rows, 4)), np.empty((rows, 4)), np.zeros((DENSE_STAGES, n)),
-        np.zeros((POWERS, n)), np.zeros(len(A.loads)), np.zeros((KEPT, octets * LANES)), np.zeros(RUN_CARRIED),
+        np.zeros((POWERS, n)), np.zeros(len(A.loads)), np.zeros((searching.KEPT, octets * LANES)),
+        np.zeros(passing.RUN_CARRIED),
     )  # fmt: skip
 
 
-def is_ready(A: Assembly) -> bool:
+def is_ready(A: asm.Assembly) -> bool:
     """Return False if marching begins with compiling."""
     floats, plan, table = np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros((1, 1))
     work = Work(floats, table, floats, *(table,) * 6, floats, table, floats)
     return is_compiled(march_kernel, (floats, plan, floats, *work))
 
 
-def probe(A: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+def probe(A: asm.Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the rates of states at time zero, (many, states), with all contacts that overlap closed.
 
     Also the contacts (octets, ROWS) in the last state.
     """
     work, out = work_for(A, 1), np.empty_like(states)
-    probe_kernel(*flattened(A), A.start, work.wheels, work.pieces, work.Q, np.ascontiguousarray(states), out)
+    probe_kernel(*asm.flattened(A), A.start, work.wheels, work.pieces, work.Q, np.ascontiguousarray(states), out)
     return out, work.wheels
 
 
-def _grown(table: FloatArray, used: float) -> FloatArray:
-    """Return the table, twice as long if it is half full."""
-    if used < 0.5 * len(table):
-        return table
-    larger = np.zeros((2 * len(table), table.shape[1]))
-    larger[: len(table)] = table
-    return larger
-
-
-def march(A: Assembly, tell: telling.Tell = telling.untold) -> MultibodyMarch:
+def march(A: asm.Assembly, tell: telling.Tell = telling.untold) -> MultibodyMarch:
     """March a vehicle from its start to its end."""
-    flat, work = flattened(A), work_for(A)
-    start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
+    flat, work = asm.flattened(A), work_for(A)
+    passing.start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
     while True:
-        room = work.steps[: int(work.S[RUN_STEPS]) + telling.WAGON_CHUNK]
+        room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
         status = march_kernel(*flat, A.scales, *work._replace(steps=room))
-        steps, events, peaks = work.S[[RUN_STEPS, RUN_EVENTS, RUN_PEAKS]].astype(int)
-        if status != FULL or tell(float(work.S[RUN_TIME])):
+        steps, events, peaks = work.S[[passing.RUN_STEPS, passing.RUN_EVENTS, passing.RUN_PEAKS]].astype(int)
+        if status != FULL or tell(float(work.S[passing.RUN_TIME])):
             return MultibodyMarch(
                 status, work.steps[:steps], work.states[:steps], work.events[:events], work.peaks[:peaks],
-                float(work.S[RUN_TIME]), work.w, int(work.S[RATES_USED]),
+                float(work.S[passing.RUN_TIME]), work.w, int(work.S[passing.RATES_USED]),
             )  # fmt: skip
+        lanes = work.kept.shape[1]
         work = work._replace(
-            steps=_grown(work.steps, steps), states=_grown(work.states, steps), events=_grown(work.events, events),
-            peaks=_grown(work.peaks, peaks),
+            steps=telling.grown(work.steps, steps), states=telling.grown(work.states, steps),
+            events=telling.grown(work.events, events, lanes), peaks=telling.grown(work.peaks, peaks, 2 * lanes),
         )  # fmt: skip

@@ -3,44 +3,14 @@
 from __future__ import annotations
 
 from wheeltapper.march import assembly as asm
+from wheeltapper.march import program as contract
+from wheeltapper.march import wheel_rows as wheel
 from wheeltapper.march.assembly import LANES
 from wheeltapper.march.crossing import corner_at
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.program import (
-    EVENT_CONTACT,
-    EVENT_KIND,
-    EVENT_RATE,
-    EVENT_TIME,
-    IMPACT,
-    JOIN,
-    JUMP,
-    LOSS,
-    PEAK_CONTACT,
-    PEAK_CORNER,
-    PEAK_FORCE,
-    PEAK_TIME,
-    PIECE_COLUMNS,
-    START,
-    STOP,
-    FloatArray,
-    IntArray,
-)
+from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rates import deflection, touch
 from wheeltapper.march.wheel_paths import set_piece
-from wheeltapper.march.wheel_rows import (
-    AWAKE,
-    CELL,
-    CURVE_CELL,
-    DELTA_RATE,
-    ON,
-    ROW_DELTA,
-    ROW_ON_DECK,
-    ROW_PIECE,
-    ROW_SHIFT,
-    ROW_U,
-    ROW_UNTIL,
-    SIDES,
-)
 
 # Variables that are kept between calls.
 RUN_TIME, NEXT_LENGTH, ANEW, RUN_STEPS, RUN_EVENTS, RUN_PEAKS, RATES_USED, RUN_IDLE = range(8)
@@ -58,11 +28,11 @@ def awaken(data: FloatArray, wheels: FloatArray) -> bool:
         near = 0.0
         for i in range(LANES):
             tread = wheels[o - treads]
-            if tread[SIDES + i] != 0.0 and tread[ROW_U + i] > data[asm.FLANGE_FROM]:
+            if tread[wheel.SIDES + i] != 0.0 and tread[wheel.ROW_U + i] > data[asm.FLANGE_FROM]:
                 near = 1.0
-        if near != 0.0 and wheels[o, AWAKE] == 0.0:
+        if near != 0.0 and wheels[o, wheel.AWAKE] == 0.0:
             begins = True
-        wheels[o, AWAKE] = near
+        wheels[o, wheel.AWAKE] = near
     return begins
 
 
@@ -71,19 +41,19 @@ def switch_contacts(t: float, near: float, wheels: FloatArray, events: FloatArra
     """Open and close all contacts that are at their change, by the sign of the indentation's rate."""
     for o in range(wheels.shape[0]):
         L = wheels[o]
-        if L[AWAKE] == 0.0:
+        if L[wheel.AWAKE] == 0.0:
             continue
         for i in range(LANES):
-            if L[SIDES + i] == 0.0:
+            if L[wheel.SIDES + i] == 0.0:
                 continue
-            delta = L[ROW_DELTA + i]
-            rate = L[DELTA_RATE + i]
-            if L[ON + i] != 0.0 and (delta < -near or (delta <= near and rate < 0.0)):
-                L[ON + i] = 0.0
-                _log_event(t, LOSS, o * LANES + i, rate, events, S)
-            elif L[ON + i] == 0.0 and (delta > near or (delta >= -near and rate > 0.0)):
-                L[ON + i] = 1.0
-                _log_event(t, IMPACT, o * LANES + i, rate, events, S)
+            delta = L[wheel.ROW_DELTA + i]
+            rate = L[wheel.DELTA_RATE + i]
+            if L[wheel.ON + i] != 0.0 and (delta < -near or (delta <= near and rate < 0.0)):
+                L[wheel.ON + i] = 0.0
+                _log_event(t, contract.LOSS, o * LANES + i, rate, events, S)
+            elif L[wheel.ON + i] == 0.0 and (delta > near or (delta >= -near and rate > 0.0)):
+                L[wheel.ON + i] = 1.0
+                _log_event(t, contract.IMPACT, o * LANES + i, rate, events, S)
 
 
 @kernel
@@ -92,9 +62,9 @@ def next_break(data: FloatArray, t: float, wheels: FloatArray) -> float:
     until = data[asm.RUN_END]
     for o in range(wheels.shape[0]):
         for i in range(LANES):
-            if wheels[o, SIDES + i] == 0.0:
+            if wheels[o, wheel.SIDES + i] == 0.0:
                 continue
-            until = min(until, wheels[o, ROW_UNTIL + i])
+            until = min(until, wheels[o, wheel.ROW_UNTIL + i])
             for column in (asm.WHEEL_DECK_FROM, asm.WHEEL_DECK_TO):
                 when = wheels[o, column * LANES + i]
                 if when > t:
@@ -110,58 +80,51 @@ def pass_breaks(t: float, data: FloatArray, plan: IntArray, wheels: FloatArray) 
     for o in range(wheels.shape[0]):
         L = wheels[o]
         for i in range(LANES):
-            if L[SIDES + i] == 0.0:
+            if L[wheel.SIDES + i] == 0.0:
                 continue
-            while L[ROW_UNTIL + i] <= t:
-                piece = int(L[ROW_PIECE + i])
+            while L[wheel.ROW_UNTIL + i] <= t:
+                piece = int(L[wheel.ROW_PIECE + i])
                 if piece < L[asm.LAST_PIECE * LANES + i]:
-                    L[ROW_PIECE + i] = piece + 1
-                    hardest = max(hardest, data[pieces + (piece + 1) * PIECE_COLUMNS + JOIN])
+                    L[wheel.ROW_PIECE + i] = piece + 1
+                    hardest = max(hardest, data[pieces + (piece + 1) * contract.PIECE_COLUMNS + contract.JOIN])
                 else:
                     back = int(L[asm.PATH_LOOP * LANES + i])
-                    ended = data[pieces + piece * PIECE_COLUMNS + STOP]
-                    L[ROW_SHIFT + i] += ended - data[pieces + back * PIECE_COLUMNS + START]
-                    L[ROW_PIECE + i] = back
+                    ended = data[pieces + piece * contract.PIECE_COLUMNS + contract.STOP]
+                    L[wheel.ROW_SHIFT + i] += ended - data[pieces + back * contract.PIECE_COLUMNS + contract.START]
+                    L[wheel.ROW_PIECE + i] = back
                     hardest = max(hardest, L[asm.PATH_LOOP_JOIN * LANES + i])
                 set_piece(i, data, plan, L)
             inside = L[asm.WHEEL_DECK_FROM * LANES + i] <= t < L[asm.WHEEL_DECK_TO * LANES + i]
-            if inside != (L[ROW_ON_DECK + i] != 0.0):
-                hardest = JUMP
-            L[ROW_ON_DECK + i] = 1.0 if inside else 0.0
+            if inside != (L[wheel.ROW_ON_DECK + i] != 0.0):
+                hardest = contract.JUMP
+            L[wheel.ROW_ON_DECK + i] = 1.0 if inside else 0.0
     return hardest
 
 
 @kernel
 def start_kernel(
-    data: FloatArray,
-    plan: IntArray,
-    start: FloatArray,
-    w: FloatArray,
-    wheels: FloatArray,
-    pieces: FloatArray,
+    data: FloatArray, plan: IntArray, start: FloatArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray,
     S: FloatArray,
-) -> None:
+) -> None:  # fmt: skip
     """Set everything at time zero."""
     S[:] = 0.0
     S[NEXT_LENGTH] = FIRST_STEP * data[asm.PULSE]
     w[:] = start
     wheels[:] = 0.0
     for o in range(wheels.shape[0]):
-        wheels[o, AWAKE] = 1.0
+        wheels[o, wheel.AWAKE] = 1.0
         for column in range(asm.LANE_COLUMNS):
             for i in range(LANES):
                 at = plan[asm.AT_LANES] + (o * asm.LANE_COLUMNS + column) * LANES + i
                 wheels[o, column * LANES + i] = data[at]
         for i in range(LANES):
-            wheels[o, ROW_PIECE + i] = wheels[o, asm.FIRST_PIECE * LANES + i]
-            wheels[o, CELL + i] = -1.0
-            wheels[o, CURVE_CELL + i] = -1.0
+            wheels[o, wheel.ROW_PIECE + i] = wheels[o, asm.FIRST_PIECE * LANES + i]
+            wheels[o, wheel.CELL + i] = -1.0
+            wheels[o, wheel.CURVE_CELL + i] = -1.0
             set_piece(i, data, plan, wheels[o])
     pass_breaks(0.0, data, plan, wheels)
     touch(0.0, data, plan, w, wheels)
-    for o in range(wheels.shape[0]):
-        for i in range(LANES):
-            wheels[o, ON + i] = 1.0 if wheels[o, SIDES + i] != 0.0 and wheels[o, ROW_DELTA + i] > 0.0 else 0.0
+    close_contacts(wheels)
     for element in range(pieces.shape[0]):
         firsts = plan[asm.AT_ELEMENT_CORNERS] + element
         last = plan[firsts + 1] - plan[firsts] - 2
@@ -173,13 +136,22 @@ def start_kernel(
 
 
 @kernel
+def close_contacts(wheels: FloatArray) -> None:
+    """Close all contacts that overlap, and open all others."""
+    for o in range(wheels.shape[0]):
+        L = wheels[o]
+        for i in range(LANES):
+            L[wheel.ON + i] = 1.0 if L[wheel.SIDES + i] != 0.0 and L[wheel.ROW_DELTA + i] > 0.0 else 0.0
+
+
+@kernel
 def closed_contacts(wheels: FloatArray) -> float:
     """Return the closed contacts as a number, one bit each."""
     total = 0.0
     bit = 1.0
     for o in range(wheels.shape[0]):
         for i in range(LANES):
-            total += bit * wheels[o, ON + i]
+            total += bit * wheels[o, wheel.ON + i]
             bit *= 2.0
     return total
 
@@ -188,10 +160,10 @@ def closed_contacts(wheels: FloatArray) -> float:
 def _log_event(t: float, kind: int, lane: int, rate: float, events: FloatArray, S: FloatArray) -> None:
     """Log a loss of contact or an impact."""
     row = int(S[RUN_EVENTS])
-    events[row, EVENT_TIME] = t
-    events[row, EVENT_KIND] = kind
-    events[row, EVENT_CONTACT] = lane
-    events[row, EVENT_RATE] = rate
+    events[row, contract.EVENT_TIME] = t
+    events[row, contract.EVENT_KIND] = kind
+    events[row, contract.EVENT_CONTACT] = lane
+    events[row, contract.EVENT_RATE] = rate
     S[RUN_EVENTS] += 1.0
 
 
@@ -199,8 +171,8 @@ def _log_event(t: float, kind: int, lane: int, rate: float, events: FloatArray, 
 def log_peak(t: float, lane: int, force: float, corner: float, peaks: FloatArray, S: FloatArray) -> None:
     """Log a maximum of a normal force."""
     row = int(S[RUN_PEAKS])
-    peaks[row, PEAK_TIME] = t
-    peaks[row, PEAK_CONTACT] = lane
-    peaks[row, PEAK_FORCE] = force
-    peaks[row, PEAK_CORNER] = corner
+    peaks[row, contract.PEAK_TIME] = t
+    peaks[row, contract.PEAK_CONTACT] = lane
+    peaks[row, contract.PEAK_FORCE] = force
+    peaks[row, contract.PEAK_CORNER] = corner
     S[RUN_PEAKS] += 1.0

@@ -6,33 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wheeltapper.march import lane_rows as at
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import follow, log_event
 from wheeltapper.march.kernel import inlined_kernel, kernel
-from wheeltapper.march.lane_rows import (
-    LANE_ENTRIES,
-    LANE_GOAL,
-    LANE_K,
-    LANE_LOAD,
-    LANE_TIME,
-    LANE_U0,
-    LANE_UNTIL,
-    LANE_W0,
-    LANES,
-)
 from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE
-from wheeltapper.march.program import (
-    ENOUGH,
-    EVENT_COLUMNS,
-    PEAK_COLUMNS,
-    STEP_COLUMNS,
-    TIME,
-    TOO_MANY_EVENTS,
-    A,
-    B,
-    FloatArray,
-    IntArray,
-)
+from wheeltapper.march.program import TIME, A, B, FloatArray, IntArray
 
 STEP_ROWS = 64
 ROOM = 16
@@ -49,12 +28,12 @@ USED_EVENTS, USED_PEAKS, VISITS = range(3)
 
 # A cell's row: state and counts as in the scratch array from STATE on, the rows of `L` from K on, and how it ended.
 LOCAL = int(SCRATCH - STATE)
-LOCALS = (LANE_GOAL - LANE_K) // LANES + 1
+LOCALS = (at.LANE_GOAL - at.LANE_K) // at.LANES + 1
 CELL_STATUS, CELL_END, AIRBORNE = range(LOCAL + LOCALS, LOCAL + LOCALS + 3)
 COLUMNS = AIRBORNE + 1
 CELL_MARKS, COUNTS = int(MARK - STATE), int(COUNT - STATE)
 # Tables of events and peaks have one more column: the cell.
-EVENT_CELL, PEAK_CELL = EVENT_COLUMNS, PEAK_COLUMNS
+EVENT_CELL, PEAK_CELL = contract.EVENT_COLUMNS, contract.PEAK_COLUMNS
 
 
 class Pool(NamedTuple):
@@ -85,9 +64,9 @@ def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatA
     room = 8 * cells + 4 * ROOM
     return Pool(
         pieces, first, many, numbers, np.zeros((cells, COLUMNS)), np.zeros((QUEUES, 1 + cells), dtype=np.int64),
-        np.empty((room, EVENT_COLUMNS + 1)), np.empty((room, PEAK_COLUMNS + 1)), np.zeros(VISITS + 1, dtype=np.int64),
-        np.empty((STEP_ROWS, STEP_COLUMNS)), np.zeros(SCRATCH), np.zeros(LANE_ENTRIES),
-        np.full(LANES, -1, dtype=np.int64),
+        np.empty((room, EVENT_CELL + 1)), np.empty((room, PEAK_CELL + 1)), np.zeros(VISITS + 1, dtype=np.int64),
+        np.empty((STEP_ROWS, contract.STEP_COLUMNS)), np.zeros(SCRATCH), np.zeros(at.LANE_ENTRIES),
+        np.full(at.LANES, -1, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -111,25 +90,25 @@ def pop(which: int, queue: IntArray) -> int:
 def fill(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
     """Put a cell in a lane; an empty lane, -1, rests in equilibrium."""
     if cell >= 0:
-        L[LANE_TIME + i] = rows[cell, TIME]
-        L[LANE_U0 + i] = rows[cell, A]
-        L[LANE_W0 + i] = rows[cell, B]
+        L[at.LANE_TIME + i] = rows[cell, TIME]
+        L[at.LANE_U0 + i] = rows[cell, A]
+        L[at.LANE_W0 + i] = rows[cell, B]
         for k in range(LOCALS):
-            L[LANE_K + LANES * k + i] = rows[cell, LOCAL + k]
+            L[at.LANE_K + at.LANES * k + i] = rows[cell, LOCAL + k]
         return
     for k in range(3 + LOCALS):
-        L[LANES * k + i] = 0.0
-    L[LANE_U0 + i] = 1.0
-    L[LANE_LOAD + i] = 1.0
-    L[LANE_UNTIL + i] = np.inf
-    L[LANE_GOAL + i] = -20.0
+        L[at.LANES * k + i] = 0.0
+    L[at.LANE_U0 + i] = 1.0
+    L[at.LANE_LOAD + i] = 1.0
+    L[at.LANE_UNTIL + i] = np.inf
+    L[at.LANE_GOAL + i] = -20.0
 
 
 @kernel
 def fill_all(which: int, queue: IntArray, rows: FloatArray, L: FloatArray, held: IntArray) -> int:
     """Put the next cells of a queue in the lanes; return how many there are."""
     filled = 0
-    for i in range(LANES):
+    for i in range(at.LANES):
         held[i] = pop(which, queue)
         fill(i, held[i], rows, L)
         if held[i] >= 0:
@@ -140,9 +119,9 @@ def fill_all(which: int, queue: IntArray, rows: FloatArray, L: FloatArray, held:
 @kernel
 def keep(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
     """Remember time and motion of a lane's cell."""
-    rows[cell, TIME] = L[LANE_TIME + i]
-    rows[cell, A] = L[LANE_U0 + i]
-    rows[cell, B] = L[LANE_W0 + i]
+    rows[cell, TIME] = L[at.LANE_TIME + i]
+    rows[cell, A] = L[at.LANE_U0 + i]
+    rows[cell, B] = L[at.LANE_W0 + i]
 
 
 @kernel
@@ -185,7 +164,7 @@ def note(cell: int, time: float, which: int, rate: float, pool: Pool) -> bool:
     own(cell, 1, 0, pool)
     if counts[SEEN] == 0.0 and counts[EVENTS] < pool.numbers[cell, contract.EVENT_LIMIT]:
         return True
-    finish(cell, ENOUGH if counts[SEEN] != 0.0 else TOO_MANY_EVENTS, time, pool.rows)
+    finish(cell, contract.ENOUGH if counts[SEEN] != 0.0 else contract.TOO_MANY_EVENTS, time, pool.rows)
     return False
 
 

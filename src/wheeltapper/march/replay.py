@@ -8,18 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import assembly as asm
-from wheeltapper.march.assembly import (
-    FLANGE,
-    LANES,
-    PLACES,
-    STEP_CLOSED,
-    STEP_ELEMENTS,
-    STEP_LENGTH,
-    STEP_TIME,
-    TO_RATE,
-    Assembly,
-    flattened,
-)
+from wheeltapper.march import wheel_rows as wheel
+from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
 from wheeltapper.march.dense import BEGINS, FINISHES
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, work_for
@@ -28,32 +18,6 @@ from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.rates import deflection, rates, touch
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, between
-from wheeltapper.march.wheel_rows import (
-    ARM,
-    BULGE,
-    BULGE_RATE,
-    FX,
-    FY,
-    MZ,
-    NORMAL,
-    ON,
-    PATH_RATE,
-    ROLLING,
-    ROOT_C,
-    ROOT_C_RATE,
-    ROW_DELTA,
-    ROW_G,
-    ROW_ON_DECK,
-    SIDES,
-    SLIP_TURN,
-    SLIP_X,
-    SLIP_Y,
-    VROLL,
-    VX,
-    VY,
-    VYAW,
-    VZ,
-)
 
 # Columns of the powers.
 LOAD_POWER, PATH_POWER, SHAPE_POWER, DAMPER_POWER, FRICTION_POWER, DRIVE_POWER, STAND_IN_POWER = range(7)
@@ -69,14 +33,14 @@ def _enter(
     spare: FloatArray,
 ) -> None:  # fmt: skip
     """Make one step again, with its dense solution."""
-    t, h = steps[row, STEP_TIME], steps[row, STEP_LENGTH]
-    closed = steps[row, STEP_CLOSED]
+    t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
+    closed = steps[row, asm.STEP_CLOSED]
     for o in range(wheels.shape[0]):
         for i in range(LANES):
-            wheels[o, ON + i] = closed % 2.0
+            wheels[o, wheel.ON + i] = closed % 2.0
             closed = np.floor(closed / 2.0)
     for element in range(pieces.shape[0]):
-        pieces[element] = steps[row, STEP_ELEMENTS + element]
+        pieces[element] = steps[row, asm.STEP_ELEMENTS + element]
     w[:] = states[row]
     touch(t, data, plan, w, wheels)
     awaken(data, wheels)
@@ -100,13 +64,13 @@ def replay_kernel(
     row = -1
     entered = -1
     for k in range(times.shape[0]):
-        while row + 1 < steps.shape[0] and (row < 0 or steps[row + 1, STEP_TIME] <= times[k]):
+        while row + 1 < steps.shape[0] and (row < 0 or steps[row + 1, asm.STEP_TIME] <= times[k]):
             row += 1
-            pass_breaks(steps[row, STEP_TIME], data, plan, wheels)
+            pass_breaks(steps[row, asm.STEP_TIME], data, plan, wheels)
         if entered != row:
             _enter(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
             entered = row
-        t, h = steps[row, STEP_TIME], steps[row, STEP_LENGTH]
+        t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
         between(min((times[k] - t) / h, 1.0), w, F, spare)
         rates(times[k], data, plan, spare, wheels, pieces, Q, out_rates[k])
         out[k] = spare
@@ -139,30 +103,33 @@ def _powers(
     on_deck = 0.0
     for o in range(wheels.shape[0]):
         L = wheels[o]
-        inclined = plan[plan[asm.AT_KINDS] + o] == FLANGE
+        inclined = plan[plan[asm.AT_KINDS] + o] == asm.FLANGE
         for i in range(LANES):
-            on_deck += L[ROW_ON_DECK + i]
-            if L[SIDES + i] == 0.0 or L[NORMAL + i] == 0.0:
+            on_deck += L[wheel.ROW_ON_DECK + i]
+            if L[wheel.SIDES + i] == 0.0 or L[wheel.NORMAL + i] == 0.0:
                 continue
-            side, n = L[SIDES + i], L[NORMAL + i]
-            path_rate = L[PATH_RATE + i]
+            side, n = L[wheel.SIDES + i], L[wheel.NORMAL + i]
+            path_rate = L[wheel.PATH_RATE + i]
             if deck >= 0:
-                path_rate -= L[ROW_ON_DECK + i] * w[deck * PLACES + asm.MOTION_Z + TO_RATE]
+                path_rate -= L[wheel.ROW_ON_DECK + i] * w[deck * PLACES + asm.MOTION_Z + TO_RATE]
             out[PATH_POWER] += n * path_rate
-            growth = L[BULGE_RATE + i] / L[BULGE + i] + L[ROOT_C_RATE + i] / L[ROOT_C + i]
-            out[SHAPE_POWER] += 1.2 * n * L[ROW_DELTA + i] * growth
+            growth = L[wheel.BULGE_RATE + i] / L[wheel.BULGE + i] + L[wheel.ROOT_C_RATE + i] / L[wheel.ROOT_C + i]
+            out[SHAPE_POWER] += 1.2 * n * L[wheel.ROW_DELTA + i] * growth
             if data[asm.CREEP] == asm.NO_CREEP:
                 continue
-            slip = L[FX + i] * L[SLIP_X + i] + L[FY + i] * L[SLIP_Y + i] + L[MZ + i] * L[SLIP_TURN + i]
-            fy, fz = L[FY + i], 0.0
+            slip = L[wheel.FX + i] * L[wheel.SLIP_X + i] + L[wheel.FY + i] * L[wheel.SLIP_Y + i]
+            slip += L[wheel.MZ + i] * L[wheel.SLIP_TURN + i]
+            fy, fz = L[wheel.FY + i], 0.0
             if inclined:
-                climb = side * L[ROW_G + i]
+                climb = side * L[wheel.ROW_G + i]
                 fy /= np.sqrt(1.0 + climb * climb)
                 fz = climb * fy
             at = int(L[asm.BODY * LANES + i]) * PLACES + TO_RATE
-            given = L[FX + i] * (L[VX + i] - side * L[ARM + i] * L[VYAW + i] - L[ROLLING + i] * w[at + asm.PITCH])
-            given += fy * (L[VY + i] + L[ROLLING + i] * L[VROLL + i]) + L[MZ + i] * L[VYAW + i]
-            given += fz * (L[VZ + i] + side * L[ARM + i] * L[VROLL + i])
+            along = L[wheel.VX + i] - side * L[wheel.ARM + i] * L[wheel.VYAW + i]
+            given = L[wheel.FX + i] * (along - L[wheel.ROLLING + i] * w[at + asm.PITCH])
+            across = L[wheel.VY + i] + L[wheel.ROLLING + i] * L[wheel.VROLL + i]
+            given += fy * across + L[wheel.MZ + i] * L[wheel.VYAW + i]
+            given += fz * (L[wheel.VZ + i] + side * L[wheel.ARM + i] * L[wheel.VROLL + i])
             out[FRICTION_POWER] -= slip
             out[DRIVE_POWER] += given - slip
     if deck >= 0 and on_deck > 0.0:
@@ -175,7 +142,7 @@ def _elastic(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray
     total = 0.0
     for o in range(wheels.shape[0]):
         for i in range(LANES):
-            total += 0.4 * wheels[o, NORMAL + i] * wheels[o, ROW_DELTA + i]
+            total += 0.4 * wheels[o, wheel.NORMAL + i] * wheels[o, wheel.ROW_DELTA + i]
     for element in range(pieces.shape[0]):
         here = deflection(element, data, plan, w)
         at = plan[asm.AT_ELEMENT_CORNERS] + element
@@ -216,7 +183,7 @@ def energy_kernel(
     works[:] = 0.0
     impulses[:] = 0.0
     for row in range(steps.shape[0]):
-        t, h = steps[row, STEP_TIME], steps[row, STEP_LENGTH]
+        t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
         pass_breaks(t, data, plan, wheels)
         _enter(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
         touch(t, data, plan, w, wheels)
@@ -231,30 +198,30 @@ def energy_kernel(
                 works[row, j] += weights[k] * h * power[j]
             for o in range(wheels.shape[0]):
                 for i in range(LANES):
-                    impulses[row, o * LANES + i] += weights[k] * h * wheels[o, NORMAL + i]
+                    impulses[row, o * LANES + i] += weights[k] * h * wheels[o, wheel.NORMAL + i]
 
 
-def replay(A: Assembly, march: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
+def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntArray) -> tuple[FloatArray, ...]:
     """Return states and rates (times, states) and some rows of the contacts (times, rows, lanes) at rising times."""
     work = work_for(A, 1)
     out = np.empty((len(times), len(A.start)))
     out_rates = np.empty_like(out)
     out_wheels = np.empty((len(times), len(rows), work.wheels.shape[0] * LANES))
     replay_kernel(
-        *flattened(A), A.start, march.steps, march.states, times, rows, work.wheels, work.pieces, work.Q, out,
+        *asm.flattened(A), A.start, march.steps, march.states, times, rows, work.wheels, work.pieces, work.Q, out,
         out_rates, out_wheels,
     )  # fmt: skip
     return out, out_rates, out_wheels
 
 
-def works(A: Assembly, march: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
+def works(A: asm.Assembly, march: MultibodyMarch, damping: FloatArray, places: IntArray) -> tuple[FloatArray, ...]:
     """Return what `energy_kernel` writes."""
     nodes, weights = np.polynomial.legendre.leggauss(WORK_NODES)
     work = work_for(A, 1)
     count = len(march.steps)
     done = np.zeros((count, POWERS_KEPT)), np.zeros((count, work.wheels.shape[0] * LANES)), np.zeros((count, 2))
     energy_kernel(
-        *flattened(A), A.start, march.steps, march.states, damping, places, 0.5 * (nodes + 1.0), 0.5 * weights,
+        *asm.flattened(A), A.start, march.steps, march.states, damping, places, 0.5 * (nodes + 1.0), 0.5 * weights,
         work.wheels, work.pieces, work.Q, *done,
     )  # fmt: skip
     return done

@@ -24,12 +24,8 @@ NOISE = 1e-13
 TOUCH = 1e-10
 NEGLIGIBLE = 1e-18
 ROOT_DEGREE = 23
-INVERSE_BINOMIAL = np.array(
-    [
-        [1.0 / comb(n, k) if k <= n else 0.0 for k in range(n + 1)] + [0.0] * (ROOT_DEGREE - n)
-        for n in range(ROOT_DEGREE + 1)
-    ]
-)
+_ORDERS = range(ROOT_DEGREE + 1)
+INVERSE_BINOMIAL = np.array([[1.0 / comb(n, k) if k <= n else 0.0 for k in _ORDERS] for n in _ORDERS])
 
 
 @kernel

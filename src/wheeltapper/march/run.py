@@ -327,6 +327,13 @@ def balance(program: Program, pieces: FloatArray, steps: FloatArray, after: Floa
     balance_kernel(pieces, program.numbers, law, damper, steps, after, sums)
 
 
+def probe(assembly: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the rates of a vehicle's states at time zero, (many, states), and the contacts in the last of them."""
+    from wheeltapper.march import multibody
+
+    return multibody.probe(assembly, states)
+
+
 # -- many cells, and derivatives --------------------------------------------------------------------------------------
 
 

@@ -16,48 +16,11 @@ from __future__ import annotations
 
 from math import cos, sin
 
+from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import (
-    ACC,
-    COMP,
-    COSINES,
-    DEPTH,
-    HERE_AMP_COS,
-    HERE_AMP_SIN,
-    HERE_BEARS,
-    HERE_BEARS_DEGREE,
-    HERE_DEGREE,
-    HERE_FACTOR,
-    HERE_FACTOR_DEGREE,
-    HERE_LAW,
-    HERE_LAW_CENTRE,
-    HERE_LAW_SCALE,
-    HERE_LAW_TERMS,
-    HERE_OMEGA,
-    HERE_PHASE0,
-    HERE_POLY,
-    HERE_RESIDUAL,
-    HERE_RESIDUAL_DEGREE,
-    HORNER,
-    HORNER_BEARS,
-    HORNER_FACTOR,
-    HORNER_LAW,
-    HORNER_RESIDUAL,
-    SINES,
-    WIDTH,
-    WORK,
-    F,
-    N,
-    Q,
-    R,
-    T,
-    U,
-    W,
-    Y,
-    Z,
-)  # fmt: skip
-from wheeltapper.march.program import FloatArray
+from wheeltapper.march.layout import F, N, Q, R, T, U, W, Y, Z
+from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, PHASE, PIECE, SHIFT, TIME, FloatArray
 
 NO_PIECE = -1
 """Stands for a piece of the plastic law where the contact is elastic."""
@@ -86,22 +49,22 @@ def localise(pieces: FloatArray, numbers: FloatArray, piece: int, shift: float, 
     lift = numbers[contract.LIFT]
     degree = int(pieces[piece, contract.DEGREE])
     factor_degree = int(pieces[piece, contract.FACTOR_DEGREE])
-    S[HERE_DEGREE] = degree
-    S[HERE_FACTOR_DEGREE] = factor_degree
+    S[layout.HERE_DEGREE] = degree
+    S[layout.HERE_FACTOR_DEGREE] = factor_degree
     wavenumber = pieces[piece, contract.WAVENUMBER]
-    S[HERE_AMP_SIN] = pieces[piece, contract.SINE] * lift
-    S[HERE_AMP_COS] = pieces[piece, contract.COSINE] * lift
-    S[HERE_OMEGA] = wavenumber * numbers[contract.PACE]
-    S[HERE_PHASE0] = wavenumber * away
+    S[layout.HERE_AMP_SIN] = pieces[piece, contract.SINE] * lift
+    S[layout.HERE_AMP_COS] = pieces[piece, contract.COSINE] * lift
+    S[layout.HERE_OMEGA] = wavenumber * numbers[contract.PACE]
+    S[layout.HERE_PHASE0] = wavenumber * away
     if degree == 0 and factor_degree < 0:
-        S[HERE_POLY] = pieces[piece, contract.COEFFICIENT] * lift
+        S[layout.HERE_POLY] = pieces[piece, contract.COEFFICIENT] * lift
         return
     scale = pieces[piece, contract.SCALE]
     at = away / scale
     rate = numbers[contract.PACE] / scale
-    taylor_shift(pieces, piece, contract.COEFFICIENT, degree, at, rate, lift, HERE_POLY, S)
+    taylor_shift(pieces, piece, contract.COEFFICIENT, degree, at, rate, lift, layout.HERE_POLY, S)
     if factor_degree >= 0:
-        taylor_shift(pieces, piece, contract.FACTOR, factor_degree, at, rate, 1.0, HERE_FACTOR, S)
+        taylor_shift(pieces, piece, contract.FACTOR, factor_degree, at, rate, 1.0, layout.HERE_FACTOR, S)
 
 
 @kernel
@@ -114,9 +77,9 @@ def localise_marks(
     rate = numbers[contract.PACE] / scale
     lift = numbers[contract.LIFT]
     degree, bears = int(pieces[piece, contract.RESIDUAL_DEGREE]), int(pieces[piece, contract.BEARS_DEGREE])
-    S[HERE_RESIDUAL_DEGREE], S[HERE_BEARS_DEGREE] = degree, bears
-    taylor_shift(pieces, piece, contract.RESIDUAL, degree, at, rate, lift, HERE_RESIDUAL, S)
-    taylor_shift(pieces, piece, contract.BEARS, bears, at, rate, lift, HERE_BEARS, S)
+    S[layout.HERE_RESIDUAL_DEGREE], S[layout.HERE_BEARS_DEGREE] = degree, bears
+    taylor_shift(pieces, piece, contract.RESIDUAL, degree, at, rate, lift, layout.HERE_RESIDUAL, S)
+    taylor_shift(pieces, piece, contract.BEARS, bears, at, rate, lift, layout.HERE_BEARS, S)
 
 
 @kernel
@@ -131,95 +94,127 @@ def mark_at(after: float, degree: int, first: int, S: FloatArray) -> float:
 @kernel
 def residual_at(after: float, S: FloatArray) -> float:
     """Return the residual indentation of the surface as it is at a time after the step's start."""
-    return mark_at(after, HERE_RESIDUAL_DEGREE, HERE_RESIDUAL, S)
+    return mark_at(after, layout.HERE_RESIDUAL_DEGREE, layout.HERE_RESIDUAL, S)
 
 
 @kernel
 def borne_at(after: float, S: FloatArray) -> float:
     """Return the indentation at which the surface as it is yields at a time after the step's start."""
-    return mark_at(after, HERE_BEARS_DEGREE, HERE_BEARS, S)
+    return mark_at(after, layout.HERE_BEARS_DEGREE, layout.HERE_BEARS, S)
 
 
 @kernel
 def borne_series(order: int, S: FloatArray) -> None:
     """Compose the indentation at which the surface yields with t(s), in row HORNER_BEARS."""
-    degree = int(S[HERE_BEARS_DEGREE])
-    _start_horner(HERE_BEARS, degree, HORNER_BEARS, S)
+    degree = int(S[layout.HERE_BEARS_DEGREE])
+    _start_horner(layout.HERE_BEARS, degree, layout.HORNER_BEARS, S)
     for n in range(1, order):
-        _next_horner(n, degree, HORNER_BEARS, S)
+        _next_horner(n, degree, layout.HORNER_BEARS, S)
 
 
 @kernel
 def enter_law(piece: int, law: FloatArray, S: FloatArray) -> None:
     """Let a piece of the plastic law hold; NO_PIECE: the elastic law."""
     if piece == NO_PIECE:
-        S[HERE_LAW_TERMS] = 0.0
+        S[layout.HERE_LAW_TERMS] = 0.0
         return
-    S[HERE_LAW_CENTRE] = law[piece, contract.LAW_CENTRE]
-    S[HERE_LAW_SCALE] = law[piece, contract.LAW_SCALE]
+    S[layout.HERE_LAW_CENTRE] = law[piece, contract.LAW_CENTRE]
+    S[layout.HERE_LAW_SCALE] = law[piece, contract.LAW_SCALE]
     terms = 1
     for k in range(contract.TERMS):
-        S[HERE_LAW + k] = law[piece, contract.LAW_FORCE + k]
-        if S[HERE_LAW + k] != 0.0:
+        S[layout.HERE_LAW + k] = law[piece, contract.LAW_FORCE + k]
+        if S[layout.HERE_LAW + k] != 0.0:
             terms = k + 1
-    S[HERE_LAW_TERMS] = terms
+    S[layout.HERE_LAW_TERMS] = terms
+
+
+@kernel
+def enter(pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, state: FloatArray, S: FloatArray) -> None:
+    """Put the piece and the law of a state (or of a row of steps) in S, as functions of the time from there on."""
+    localise(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
+    if law is not None:
+        localise_marks(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
+        phase = state[PHASE]
+        enter_law(int(phase) - contract.YIELDING if phase >= contract.YIELDING else NO_PIECE, law, S)
 
 
 @kernel
 def law_at(depth: float, S: FloatArray) -> float:
     """Return the force of the plastic law that holds at an indentation of the virgin surface."""
-    x = (depth - S[HERE_LAW_CENTRE]) / S[HERE_LAW_SCALE]
+    x = (depth - S[layout.HERE_LAW_CENTRE]) / S[layout.HERE_LAW_SCALE]
     value = 0.0
-    for k in range(int(S[HERE_LAW_TERMS]) - 1, -1, -1):
-        value = value * x + S[HERE_LAW + k]
+    for k in range(int(S[layout.HERE_LAW_TERMS]) - 1, -1, -1):
+        value = value * x + S[layout.HERE_LAW + k]
     return value
 
 
 @kernel
 def path_at(after: float, S: FloatArray) -> tuple[float, float, float]:
     """Return the path's height, velocity and acceleration (scaled) at a time after the step's start."""
-    degree = int(S[HERE_DEGREE])
-    y = S[HERE_POLY + degree]
+    degree = int(S[layout.HERE_DEGREE])
+    y = S[layout.HERE_POLY + degree]
     v = 0.0
     a = 0.0
     for k in range(degree - 1, -1, -1):
         a = a * after + 2.0 * v
         v = v * after + y
-        y = y * after + S[HERE_POLY + k]
-    omega = S[HERE_OMEGA]
+        y = y * after + S[layout.HERE_POLY + k]
+    omega = S[layout.HERE_OMEGA]
     if omega != 0.0:
-        phase = S[HERE_PHASE0] + omega * after
+        phase = S[layout.HERE_PHASE0] + omega * after
         s = sin(phase)
         c = cos(phase)
-        h = S[HERE_AMP_SIN] * s + S[HERE_AMP_COS] * c
+        h = S[layout.HERE_AMP_SIN] * s + S[layout.HERE_AMP_COS] * c
         y += h
-        v += omega * (S[HERE_AMP_SIN] * c - S[HERE_AMP_COS] * s)
+        v += omega * (S[layout.HERE_AMP_SIN] * c - S[layout.HERE_AMP_COS] * s)
         a -= omega * omega * h
     return y, v, a
 
 
 @kernel
+def rail_at(after: float, state: FloatArray, S: FloatArray) -> tuple[float, float]:
+    """Return height and velocity of the rail under the wheel, on the deck too; the state has the deck's motion then."""
+    height, velocity, _ = path_at(after, S)
+    if state[ON_DECK] != 0.0:
+        height += state[DECK_Y]
+        velocity += state[DECK_V]
+    return height, velocity
+
+
+@kernel
+def deck_acceleration(numbers: FloatArray, y: float, v: float, on_deck: bool, force: float) -> float:
+    """Return the acceleration of the deck from its motion and the contact force; zero without a deck."""
+    mass = numbers[contract.DECK_MASS]
+    if mass == 0.0:
+        return 0.0
+    pull = -numbers[contract.DECK_STIFFNESS] * y - numbers[contract.DECK_DAMPING] * v
+    if on_deck:
+        pull += numbers[contract.PRESTRESS] - force
+    return pull / mass
+
+
+@kernel
 def factor_at(after: float, S: FloatArray) -> tuple[float, float]:
     """Return the factor on the contact force and its rate at a time after the step's start."""
-    degree = int(S[HERE_FACTOR_DEGREE])
+    degree = int(S[layout.HERE_FACTOR_DEGREE])
     if degree < 0:
         return 1.0, 0.0
-    value = S[HERE_FACTOR + degree]
+    value = S[layout.HERE_FACTOR + degree]
     rate = 0.0
     for k in range(degree - 1, -1, -1):
         rate = rate * after + value
-        value = value * after + S[HERE_FACTOR + k]
+        value = value * after + S[layout.HERE_FACTOR + k]
     return value, rate
 
 
 @kernel
 def harmonic_forcing(numbers: FloatArray, S: FloatArray) -> tuple[float, float]:
     """Return the factors of sine and cosine in F = 1 + K·y_k + G·y_k' + y_k''."""
-    omega = S[HERE_OMEGA]
+    omega = S[layout.HERE_OMEGA]
     stiff = numbers[contract.STIFFNESS] - omega * omega
     drag = numbers[contract.DAMPING] * omega
-    a = S[HERE_AMP_SIN]
-    b = S[HERE_AMP_COS]
+    a = S[layout.HERE_AMP_SIN]
+    b = S[layout.HERE_AMP_COS]
     return stiff * a - drag * b, stiff * b + drag * a
 
 
@@ -228,16 +223,16 @@ def _forcing(numbers: FloatArray, S: FloatArray) -> int:
     """Put the polynomial part of F = 1 + K·y_k + G·y_k' + y_k'' in row COMP; return its degree."""
     K = numbers[contract.STIFFNESS]
     G = numbers[contract.DAMPING]
-    degree = int(S[HERE_DEGREE])
+    degree = int(S[layout.HERE_DEGREE])
     for k in range(degree + 1):
-        S[COMP + k] = K * S[HERE_POLY + k]
+        S[layout.COMP + k] = K * S[layout.HERE_POLY + k]
         if k + 1 <= degree:
-            S[COMP + k] += G * (k + 1) * S[HERE_POLY + k + 1]
+            S[layout.COMP + k] += G * (k + 1) * S[layout.HERE_POLY + k + 1]
         if k + 2 <= degree:
-            S[COMP + k] += (k + 2) * (k + 1) * S[HERE_POLY + k + 2]
-    S[COMP] += 1.0
+            S[layout.COMP + k] += (k + 2) * (k + 1) * S[layout.HERE_POLY + k + 2]
+    S[layout.COMP] += 1.0
     if K == 0.0 and G == 0.0:
-        while degree > 0 and S[COMP + degree] == 0.0:
+        while degree > 0 and S[layout.COMP + degree] == 0.0:
             degree -= 1
     return degree
 
@@ -246,40 +241,40 @@ def _forcing(numbers: FloatArray, S: FloatArray) -> int:
 def _start_horner(first: int, degree: int, rows: int, S: FloatArray) -> None:
     """Set order zero of the nested series of the polynomial S[first + k] composed with t(s), t(0) = 0."""
     for k in range(degree + 1):
-        S[rows + k * WIDTH] = S[first + k]
+        S[rows + k * layout.WIDTH] = S[first + k]
 
 
 @kernel
 def _next_horner(n: int, degree: int, rows: int, S: FloatArray) -> None:
     """Advance the nested series to order n: R^k_n = Σ_{j=1..n} t_j·R^{k+1}_{n-j}."""
-    S[rows + degree * WIDTH + n] = 0.0
+    S[rows + degree * layout.WIDTH + n] = 0.0
     for k in range(degree - 1, -1, -1):
         total = 0.0
         for j in range(1, n + 1):
-            total += S[T + j] * S[rows + (k + 1) * WIDTH + n - j]
-        S[rows + k * WIDTH + n] = total
+            total += S[T + j] * S[rows + (k + 1) * layout.WIDTH + n - j]
+        S[rows + k * layout.WIDTH + n] = total
 
 
 @kernel
 def next_law_term(n: int, S: FloatArray) -> float:
     """Advance the series of the plastic law at u² + residual (u² in row Q, its argument in row DEPTH) to order n."""
-    degree = int(S[HERE_RESIDUAL_DEGREE])
+    degree = int(S[layout.HERE_RESIDUAL_DEGREE])
     if n == 0:
-        _start_horner(HERE_RESIDUAL, degree, HORNER_RESIDUAL, S)
+        _start_horner(layout.HERE_RESIDUAL, degree, layout.HORNER_RESIDUAL, S)
     else:
-        _next_horner(n, degree, HORNER_RESIDUAL, S)
-    S[DEPTH + n] = S[Q + n] + S[HORNER_RESIDUAL + n]
+        _next_horner(n, degree, layout.HORNER_RESIDUAL, S)
+    S[layout.DEPTH + n] = S[Q + n] + S[layout.HORNER_RESIDUAL + n]
     if n == 0:
-        S[DEPTH] -= S[HERE_LAW_CENTRE]
-    S[DEPTH + n] /= S[HERE_LAW_SCALE]
-    last = int(S[HERE_LAW_TERMS]) - 1
+        S[layout.DEPTH] -= S[layout.HERE_LAW_CENTRE]
+    S[layout.DEPTH + n] /= S[layout.HERE_LAW_SCALE]
+    last = int(S[layout.HERE_LAW_TERMS]) - 1
     for k in range(last, -1, -1):
-        total = S[HERE_LAW + k] if n == 0 else 0.0
+        total = S[layout.HERE_LAW + k] if n == 0 else 0.0
         if k < last:
             for j in range(n + 1):
-                total += S[DEPTH + j] * S[HORNER_LAW + (k + 1) * WIDTH + n - j]
-        S[HORNER_LAW + k * WIDTH + n] = total
-    return S[HORNER_LAW + n]
+                total += S[layout.DEPTH + j] * S[layout.HORNER_LAW + (k + 1) * layout.WIDTH + n - j]
+        S[layout.HORNER_LAW + k * layout.WIDTH + n] = total
+    return S[layout.HORNER_LAW + n]
 
 
 @kernel
@@ -295,21 +290,21 @@ def contact_series(
     deck = numbers[contract.DECK_MASS] > 0.0
     degree = _forcing(numbers, S)
     gain_sin, gain_cos = harmonic_forcing(numbers, S)
-    wavy = S[HERE_OMEGA] != 0.0
-    omega = S[HERE_OMEGA]
-    yields = S[HERE_LAW_TERMS] != 0.0
-    fdegree = int(S[HERE_FACTOR_DEGREE])
+    wavy = S[layout.HERE_OMEGA] != 0.0
+    omega = S[layout.HERE_OMEGA]
+    yields = S[layout.HERE_LAW_TERMS] != 0.0
+    fdegree = int(S[layout.HERE_FACTOR_DEGREE])
     S[T] = 0.0
     S[U] = u
     S[W] = w
     S[Y] = y
     S[Z] = z
-    _start_horner(COMP, degree, HORNER, S)
+    _start_horner(layout.COMP, degree, layout.HORNER, S)
     if fdegree >= 0:
-        _start_horner(HERE_FACTOR, fdegree, HORNER_FACTOR, S)
+        _start_horner(layout.HERE_FACTOR, fdegree, layout.HORNER_FACTOR, S)
     if wavy:
-        S[SINES] = sin(S[HERE_PHASE0])
-        S[COSINES] = cos(S[HERE_PHASE0])
+        S[layout.SINES] = sin(S[layout.HERE_PHASE0])
+        S[layout.COSINES] = cos(S[layout.HERE_PHASE0])
     for n in range(order):
         q = 0.0
         for j in range(n + 1):
@@ -320,18 +315,18 @@ def contact_series(
             r += S[Q + j] * S[U + n - j]
         S[R + n] = next_law_term(n, S) if yields else quadratic * q + cubic * r
         if n > 0:
-            _next_horner(n, degree, HORNER, S)
-        f = S[HORNER + n]
+            _next_horner(n, degree, layout.HORNER, S)
+        f = S[layout.HORNER + n]
         if wavy:
-            f += gain_sin * S[SINES + n] + gain_cos * S[COSINES + n]
+            f += gain_sin * S[layout.SINES + n] + gain_cos * S[layout.COSINES + n]
         force = S[R + n]
         if fdegree >= 0:
             if n > 0:
-                _next_horner(n, fdegree, HORNER_FACTOR, S)
+                _next_horner(n, fdegree, layout.HORNER_FACTOR, S)
             if not yields:
                 force = 0.0
                 for j in range(n + 1):
-                    force += S[HORNER_FACTOR + j] * S[R + n - j]
+                    force += S[layout.HORNER_FACTOR + j] * S[R + n - j]
         S[F + n] = force
         if eta != 0.0:
             for j in range(n + 1):
@@ -345,15 +340,15 @@ def contact_series(
                 if n == 0:
                     acceleration += numbers[contract.PRESTRESS]
             acceleration /= numbers[contract.DECK_MASS]
-        S[ACC + n] = acceleration
+        S[layout.ACC + n] = acceleration
         if on_deck:
             f += acceleration + K * (S[Y + n] - q) + G * (S[Z + n] - S[W + n]) - force
         else:
             f += -K * q - G * S[W + n] - force
-        S[WORK + n] = f
+        S[layout.WORK + n] = f
         w_next = 0.0
         for j in range(n + 1):
-            w_next += S[U + j] * S[WORK + n - j]
+            w_next += S[U + j] * S[layout.WORK + n - j]
         S[T + n + 1] = S[U + n] / (n + 1)
         S[U + n + 1] = 0.5 * S[W + n] / (n + 1)
         S[W + n + 1] = w_next / (n + 1)
@@ -362,7 +357,7 @@ def contact_series(
             z_next = 0.0
             for j in range(n + 1):
                 y_next += S[U + j] * S[Z + n - j]
-                z_next += S[U + j] * S[ACC + n - j]
+                z_next += S[U + j] * S[layout.ACC + n - j]
             S[Y + n + 1] = y_next / (n + 1)
             S[Z + n + 1] = z_next / (n + 1)
         else:
@@ -372,7 +367,7 @@ def contact_series(
             s_next = 0.0
             c_next = 0.0
             for j in range(n + 1):
-                s_next += S[U + j] * S[COSINES + n - j]
-                c_next += S[U + j] * S[SINES + n - j]
-            S[SINES + n + 1] = omega * s_next / (n + 1)
-            S[COSINES + n + 1] = -omega * c_next / (n + 1)
+                s_next += S[U + j] * S[layout.COSINES + n - j]
+                c_next += S[U + j] * S[layout.SINES + n - j]
+            S[layout.SINES + n + 1] = omega * s_next / (n + 1)
+            S[layout.COSINES + n + 1] = -omega * c_next / (n + 1)

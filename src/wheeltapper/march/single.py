@@ -1,19 +1,34 @@
 """The march of one wheel on a stiff rail or on a deck, from event to event.
 
-phase CONTACT       step in s from (u, w, Y, Z); ends at the tolerance, at a breakpoint, or where u = 0 (loss)
-phase YIELDING + k  the same, but on piece k of a plastic law (yielding.py)
-phase FLIGHT        step in t from (y, v, Y, Z); ends at a breakpoint or at the first touch (impact)
-phase RELEASED      still indented, but Hunt-Crossley's force would pull: a loss as any other, until it would push again
-                    (an impact); where the indentation ends before that, the flight goes on as FLIGHT
-phase BONDED        bilateral contact: linear, no events
+The state says the phase of the motion, the time, two numbers A and B of the wheel's motion, the deck's motion, and the
+piece of the path under the wheel. The phase tells what A and B are, in which variable a step is a series, and what may
+end the step beside its length:
 
-until the end:
-series of the step -> its end and what ends it -> the force's extremes before that end -> row of the step
-go to the end; at a loss or an impact change phase, at a breakpoint go to the next piece and carry
-displacement and velocity over it (the indentation takes the path's jump, its rate the path's kink)
+phase CONTACT       A = u, the root of the indentation, and B = w, its rate. Steps in s, a variable in which the motion
+                    stays smooth where the indentation vanishes (series.py). Ends at a breakpoint of the path, or where
+                    u = 0: a loss of contact.
+phase YIELDING + k  The same, but the force is that of piece k of a plastic law (yielding.py).
+phase FLIGHT        A = y, B = v: displacement and velocity. Steps in time. Ends at a breakpoint, or at the first touch:
+                    an impact.
+phase RELEASED      The wheel still indents the rail, but Hunt and Crossley's force would pull, so there is none. The
+                    phase begins with a loss of contact, and ends with an impact where the force would push again. Where
+                    the indentation ends first, the phase FLIGHT follows without an event.
+phase BONDED        A bilateral contact: A = y, B = v. Steps in time. The motion is linear and has no events.
 
-`law` is None where the contact does not yield, `damper` and `stops` are None where the wheel holds the damper's end,
-`strict` is None for the default order. Numba compiles each combination that is used, without the branches of the others.
+Until the end of the march:
+1. Compute the series of the step, the step's length, and what ends it.
+2. Log the maxima of the contact force that lie before that end, and the step.
+3. Go to the end. At a loss or an impact change the phase. At a breakpoint go to the next piece of the path. Wheel and
+   deck keep displacement and velocity: the indentation takes the jump of the path, its rate the kink.
+
+Arrays of the kernels (columns in program.py): `pieces` holds the path, one piece a row; `numbers` all that is one number
+for the whole march; `steps`, `events`, `peaks` and `stops` are tables that a march fills: a row for each step, each
+loss or impact, each force maximum, each stop that the damper's end meets or leaves. `S` is scratch memory (layout.py):
+the series of the present step, the state from STATE on, the counts of the tables from COUNT on.
+
+`law` is None where the contact does not yield. `damper` and `stops` are None where the wheel itself holds the damper's
+end. `strict` is None for the default order of the series. Numba compiles each combination of types that is used, and
+leaves out the branches of the others.
 """
 
 from __future__ import annotations
@@ -23,108 +38,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wheeltapper.march import events as event
+from wheeltapper.march import layout, step, telling
 from wheeltapper.march import program as contract
-from wheeltapper.march import telling
 from wheeltapper.march.damper_hold import damper_pull, held_contact_reach, held_flight_reach, start_end, stretch
-from wheeltapper.march.events import (
-    AT_BREAK,
-    GRAZE,
-    LEAP,
-    cross_break,
-    follow,
-    follow_inside,
-    follow_on,
-    follow_to_break,
-    force,
-    forget,
-    free_acceleration,
-    is_free,
-    log_event,
-    log_step,
-    next_piece,
-    piece_end,
-    place,
-    take_contact,
-    touches,
-)
 from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import is_compiled, kernel
-from wheeltapper.march.layout import (
-    CLEAR,
-    COUNT,
-    EVENTS,
-    FLIGHT_ORDER,
-    HERE_LAW_TERMS,
-    IDLE,
-    MARK,
-    OPENED,
-    PEAKS,
-    PIECES,
-    SCRATCH,
-    SEEN,
-    STATE,
-    STEPS,
-    STOPS,
-    TREND,
-    UNTIL_IMPACT,
-    UNTIL_LOSS,
-    N,
-    T,
-    U,
-    W,
-    Y,
-    Z,
-)
-from wheeltapper.march.program import (
-    CONTACT,
-    DECK_V,
-    DECK_Y,
-    DONE,
-    END_DEFLECTION,
-    ENDED_COLUMNS,
-    ENOUGH,
-    EVENT_COLUMNS,
-    FLIGHT,
-    FULL,
-    IMPACT,
-    LENGTH,
-    LOSS,
-    NO_STOPS,
-    NOT_FINITE,
-    ON_DECK,
-    PEAK_COLUMNS,
-    PHASE,
-    PIECE,
-    RELEASED,
-    RUNNING,
-    SHIFT,
-    STALLED,
-    STEP_COLUMNS,
-    STOP_COLUMNS,
-    STRICT_ORDER,
-    TIME,
-    TOO_MANY_EVENTS,
-    YIELDING,
-    A,
-    B,
-    FloatArray,
-    Program,
-)
+from wheeltapper.march.layout import COUNT, FLIGHT_ORDER, MARK, STATE, N, T, U, W, Y, Z
+from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
-from wheeltapper.march.series import NO_PIECE, enter_law, localise, localise_marks, path_at
-from wheeltapper.march.step import (
-    BREAK,
-    GRIPS,
-    NOTHING,
-    OPENS,
-    RELEASES,
-    contact_advance,
-    contact_end,
-    flight_end,
-    is_bad,
-    may_turn,
-    trend_series,
-)
+from wheeltapper.march.series import NO_PIECE, enter_law, localise, localise_marks, path_at, rail_at
 from wheeltapper.march.yielding import change_law, choose_law, yielding_reach
 
 
@@ -134,31 +57,31 @@ def conclude(numbers: FloatArray, until: float, length: float, after: float, u: 
     order = int(numbers[contract.ORDER])
     time = S[STATE + TIME]
     if turns or trend != W:
-        follow_inside(numbers, time, order, trend, degree, length, False, peaks, S)
-    log_step(length, steps, S)
+        event.follow_inside(numbers, time, order, trend, degree, length, False, peaks, S)
+    event.log_step(length, steps, S)
     y = 0.0
     z = 0.0
     if numbers[contract.DECK_MASS] > 0.0:
         y = evaluate(S, Y, order, length)
         z = evaluate(S, Z, order, length)
-    S[STATE + TIME] = until if what == BREAK else time + after
+    S[STATE + TIME] = until if what == step.BREAK else time + after
     S[STATE + DECK_Y] = y
     S[STATE + DECK_V] = z
     S[STATE + A] = u
     S[STATE + B] = w
-    if what == BREAK:
-        follow_to_break(until, force(numbers, after, u, w, S), peaks, S)
+    if what == step.BREAK:
+        event.follow_to_break(until, event.force(numbers, after, u, w, S), peaks, S)
         S[STATE + A] = max(u, 0.0)
-    elif what == OPENS or what == RELEASES:
+    elif what == step.OPENS or what == step.RELEASES:
         height, velocity, _ = path_at(after, S)
         if S[STATE + ON_DECK] != 0.0:
             height += y
             velocity += z
-        if what == OPENS:
+        if what == step.OPENS:
             u = 0.0
-        follow(S[STATE + TIME], 0.0, 0.0, peaks, S[MARK:], S[COUNT:])
-        log_event(S[STATE + TIME], LOSS, w, 0.0, events, S[COUNT:])
-        S[STATE + PHASE] = FLIGHT if what == OPENS else RELEASED
+        event.follow(S[STATE + TIME], 0.0, 0.0, peaks, S[MARK:], S[COUNT:])
+        event.log_event(S[STATE + TIME], contract.LOSS, w, 0.0, events, S[COUNT:])
+        S[STATE + PHASE] = contract.FLIGHT if what == step.OPENS else contract.RELEASED
         S[STATE + A] = height - u * u
         S[STATE + B] = velocity - w
 
@@ -172,29 +95,29 @@ def _contact_step(
     """Step in contact until something ends a step other than its length; return what."""
     order = int(numbers[contract.ORDER])
     bounded = False
-    ends, follows = NOTHING, NO_PIECE
+    ends, follows = step.NOTHING, NO_PIECE
     if law is not None:
         choose_law(numbers, law, events, S)
-    follow_on(force(numbers, 0.0, S[STATE + A], S[STATE + B], S), peaks, S)
+    event.follow_on(event.force(numbers, 0.0, S[STATE + A], S[STATE + B], S), peaks, S)
     if law is not None:
         length, ends, follows = yielding_reach(numbers, law, S)
     if damper is not None and stops is not None:
         length, bounded = held_contact_reach(numbers, damper, stops, S)
     if law is None and damper is None:
-        length, t, u, w, turns = contact_advance(numbers, strict, until, steps.shape[0] - 1, steps, S)
+        length, t, u, w, turns = step.contact_advance(numbers, strict, until, steps.shape[0] - 1, steps, S)
     else:
         t, u, w = evaluate(S, T, order, length), evaluate(S, U, order, length), evaluate(S, W, order, length)
-        turns = may_turn(order, length, w, S)
-    if law is not None and numbers[contract.MEMORY] != 0.0 and S[HERE_LAW_TERMS] != 0.0:
+        turns = step.may_turn(order, length, w, S)
+    if law is not None and numbers[contract.MEMORY] != 0.0 and S[layout.HERE_LAW_TERMS] != 0.0:
         turns = False  # such a step ends where the rate is zero
-    length, what, after, u, w = contact_end(numbers, order, until - S[STATE + TIME], length, t, u, w, turns, S)
-    trend, degree = trend_series(numbers, order, S)
+    length, what, after, u, w = step.contact_end(numbers, order, until - S[STATE + TIME], length, t, u, w, turns, S)
+    trend, degree = step.trend_series(numbers, order, S)
     conclude(numbers, until, length, after, u, w, what, trend, degree, turns, steps, events, peaks, S)
     if damper is not None:
         stretch(damper, order, length, S)
-        if what == NOTHING and bounded and numbers[contract.HYSTERESIS] != 0.0:
-            S[MARK + AT_BREAK] = 1.0  # the force's own rate may jump with the damper's force
-    if law is not None and what == NOTHING and ends != NOTHING:
+        if what == step.NOTHING and bounded and numbers[contract.HYSTERESIS] != 0.0:
+            S[MARK + event.AT_BREAK] = 1.0  # the force's own rate may jump with the damper's force
+    if law is not None and what == step.NOTHING and ends != step.NOTHING:
         change_law(pieces, numbers, law, ends, follows, length, after, events, peaks, S)
         return ends
     return what
@@ -203,22 +126,19 @@ def _contact_step(
 @kernel
 def arrive(numbers: FloatArray, what: int, length: float, events: FloatArray, S: FloatArray) -> None:
     """Enter the phase behind a step without contact force that ended in an event after `length`."""
-    if what == OPENS:  # the loss was where the force ended, before the indentation
-        S[STATE + PHASE] = FLIGHT
+    if what == step.OPENS:  # the loss was where the force ended, before the indentation
+        S[STATE + PHASE] = contract.FLIGHT
         return
-    height, velocity, _ = path_at(length, S)
-    if S[STATE + ON_DECK] != 0.0:
-        height += S[STATE + DECK_Y]
-        velocity += S[STATE + DECK_V]
+    height, velocity = rail_at(length, S[STATE:], S)
     rate = velocity - S[STATE + B]
-    if what == GRIPS:
+    if what == step.GRIPS:
         rate = -1.0 / numbers[contract.HYSTERESIS]
-        S[STATE + PHASE] = CONTACT
+        S[STATE + PHASE] = contract.CONTACT
         S[STATE + A] = sqrt(max(height - S[STATE + A], 0.0))
         S[STATE + B] = rate
     else:
-        take_contact(numbers, 0.0, rate, S)
-    log_event(S[STATE + TIME], IMPACT, rate, 0.0, events, S[COUNT:])
+        event.take_contact(numbers, 0.0, rate, S)
+    event.log_event(S[STATE + TIME], contract.IMPACT, rate, 0.0, events, S[COUNT:])
 
 
 @kernel
@@ -229,7 +149,7 @@ def _flight_step(
     """Make one step in flight, released or bonded; return what ended it."""
     time = S[STATE + TIME]
     reach = until - time
-    released = S[STATE + PHASE] == RELEASED
+    released = S[STATE + PHASE] == contract.RELEASED
     on_deck = S[STATE + ON_DECK] != 0.0
     bonded = numbers[contract.BILATERAL] != 0.0
     y, v, deck_y, deck_v = S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V]
@@ -239,19 +159,19 @@ def _flight_step(
         bonded_series(numbers, FLIGHT_ORDER, y, v, deck_y, deck_v, on_deck, S)
     else:
         flight_series(numbers, FLIGHT_ORDER, y, v, deck_y, deck_v, on_deck, S)
-    if S[COUNT + OPENED] != 0.0:  # this flight begins where the indentation is zero
-        S[CLEAR] = 0.0
-    length, what = flight_end(numbers, released, reach, S)
-    if damper is not None and what == BREAK and reach < until - time:
-        what = NOTHING
-    follow_on(S[N] if bonded else 0.0, peaks, S)
+    if S[COUNT + layout.OPENED] != 0.0:  # this flight begins where the indentation is zero
+        S[layout.CLEAR] = 0.0
+    length, what = step.flight_end(numbers, released, reach, S)
+    if damper is not None and what == step.BREAK and reach < until - time:
+        what = step.NOTHING
+    event.follow_on(S[N] if bonded else 0.0, peaks, S)
     if bonded:
         for k in range(FLIGHT_ORDER):
-            S[TREND + k] = (k + 1) * S[N + k + 1]
-        follow_inside(numbers, time, FLIGHT_ORDER, TREND, FLIGHT_ORDER - 1, length, True, peaks, S)
-    if what == BREAK:
-        follow_to_break(until, evaluate(S, N, FLIGHT_ORDER, length) if bonded else 0.0, peaks, S)
-    log_step(length, steps, S)
+            S[layout.TREND + k] = (k + 1) * S[N + k + 1]
+        event.follow_inside(numbers, time, FLIGHT_ORDER, layout.TREND, FLIGHT_ORDER - 1, length, True, peaks, S)
+    if what == step.BREAK:
+        event.follow_to_break(until, evaluate(S, N, FLIGHT_ORDER, length) if bonded else 0.0, peaks, S)
+    event.log_step(length, steps, S)
     if damper is not None:
         stretch(damper, FLIGHT_ORDER, length, S)
     y = evaluate(S, U, FLIGHT_ORDER, length)
@@ -259,12 +179,12 @@ def _flight_step(
     if numbers[contract.DECK_MASS] > 0.0:
         deck_y = evaluate(S, Y, FLIGHT_ORDER, length)
         deck_v = evaluate(S, Z, FLIGHT_ORDER, length)
-    S[STATE + TIME] = until if what == BREAK else time + length
+    S[STATE + TIME] = until if what == step.BREAK else time + length
     S[STATE + DECK_Y] = deck_y
     S[STATE + DECK_V] = deck_v
     S[STATE + A] = y
     S[STATE + B] = v
-    if what != NOTHING and what != BREAK:
+    if what != step.NOTHING and what != step.BREAK:
         arrive(numbers, what, length, events, S)
     return what
 
@@ -272,7 +192,7 @@ def _flight_step(
 @kernel
 def next_break(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
     """Return when the present piece, the wheel's way to or over the deck, or the march ends."""
-    until = min(piece_end(pieces, numbers, S), numbers[contract.END])
+    until = min(event.piece_end(pieces, numbers, S), numbers[contract.END])
     if numbers[contract.DECK_MASS] > 0.0:
         if S[STATE + TIME] < numbers[contract.DECK_FROM]:
             until = min(until, numbers[contract.DECK_FROM])
@@ -284,24 +204,21 @@ def next_break(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
 @kernel
 def _rest(numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -> None:
     """Leave the rest point u = w = 0 of the regularised system along the motion that it starts, if it starts one."""
-    y, v, _ = path_at(0.0, S)
-    if S[STATE + ON_DECK] != 0.0:
-        y += S[STATE + DECK_Y]
-        v += S[STATE + DECK_V]
+    y, v = rail_at(0.0, S[STATE:], S)
     v -= S[STATE + B]
-    a = free_acceleration(numbers, y, v, S)
+    a = event.free_acceleration(numbers, y, v, S)
     if damper is not None:
         a += damper_pull(damper, v, S)
     if a > 0.0:
-        S[STATE + A] = LEAP
-        S[STATE + B] = LEAP * sqrt(2.0 * a)
-        S[STATE + TIME] += LEAP * sqrt(2.0 / a)
-        S[COUNT + OPENED] = 0.0
+        S[STATE + A] = event.LEAP
+        S[STATE + B] = event.LEAP * sqrt(2.0 * a)
+        S[STATE + TIME] += event.LEAP * sqrt(2.0 / a)
+        S[COUNT + layout.OPENED] = 0.0
     else:
-        S[STATE + PHASE] = FLIGHT
+        S[STATE + PHASE] = contract.FLIGHT
         S[STATE + A] = y
         S[STATE + B] = v
-        S[COUNT + OPENED] = 1.0
+        S[COUNT + layout.OPENED] = 1.0
 
 
 @kernel
@@ -309,12 +226,12 @@ def _cross_break(pieces: FloatArray, numbers: FloatArray, law: FloatArray | None
     """Go over the breakpoint(s) at the present time; a contact that yields goes on with its piece of the law."""
     localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
     if law is None:
-        return cross_break(pieces, numbers, events, S)
+        return event.cross_break(pieces, numbers, events, S)
     phase = S[STATE + PHASE]
-    if phase >= YIELDING:
-        S[STATE + PHASE] = CONTACT
-    status = cross_break(pieces, numbers, events, S)
-    if phase >= YIELDING and S[STATE + PHASE] == CONTACT:
+    if phase >= contract.YIELDING:
+        S[STATE + PHASE] = contract.CONTACT
+    status = event.cross_break(pieces, numbers, events, S)
+    if phase >= contract.YIELDING and S[STATE + PHASE] == contract.CONTACT:
         S[STATE + PHASE] = phase
     return status
 
@@ -330,45 +247,45 @@ def advance_kernel(
     """
     if (
         S[COUNT] + 1 > steps.shape[0]
-        or S[COUNT + EVENTS] + 4 > events.shape[0]
-        or S[COUNT + PEAKS] + 8 > peaks.shape[0]
+        or S[COUNT + layout.EVENTS] + 4 > events.shape[0]
+        or S[COUNT + layout.PEAKS] + 8 > peaks.shape[0]
     ):
-        return FULL
-    if law is not None and S[COUNT + PIECES] + 1 > pieces.shape[0]:
-        return FULL
-    if stops is not None and S[COUNT + STOPS] + 4 > stops.shape[0]:
-        return FULL
-    if S[COUNT + SEEN] != 0.0:
-        if is_free(S[STATE + PHASE]):
-            follow_on(0.0, peaks, S)
-        return ENOUGH
-    if S[COUNT + EVENTS] + S[COUNT + STOPS] >= numbers[contract.EVENT_LIMIT]:
-        return TOO_MANY_EVENTS
+        return contract.FULL
+    if law is not None and S[COUNT + layout.PIECES] + 1 > pieces.shape[0]:
+        return contract.FULL
+    if stops is not None and S[COUNT + layout.STOPS] + 4 > stops.shape[0]:
+        return contract.FULL
+    if S[COUNT + layout.SEEN] != 0.0:
+        if event.is_free(S[STATE + PHASE]):
+            event.follow_on(0.0, peaks, S)
+        return contract.ENOUGH
+    if S[COUNT + layout.EVENTS] + S[COUNT + layout.STOPS] >= numbers[contract.EVENT_LIMIT]:
+        return contract.TOO_MANY_EVENTS
     time = S[STATE + TIME]
     until = next_break(pieces, numbers, S)
     localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
     if law is not None:
         localise_marks(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
         enter_law(NO_PIECE, law, S)
-    in_contact = touches(S[STATE + PHASE])
-    if in_contact and S[STATE + A] == 0.0 and abs(S[STATE + B]) < GRAZE:
+    in_contact = event.touches(S[STATE + PHASE])
+    if in_contact and S[STATE + A] == 0.0 and abs(S[STATE + B]) < event.GRAZE:
         _rest(numbers, damper, S)
-        return RUNNING
+        return contract.RUNNING
     if in_contact:
         what = _contact_step(pieces, numbers, law, damper, until, steps, events, peaks, stops, S, strict)
     else:
         what = _flight_step(numbers, damper, until, steps, events, peaks, stops, S)
-    S[COUNT + OPENED] = 1.0 if what == OPENS else 0.0
+    S[COUNT + layout.OPENED] = 1.0 if what == step.OPENS else 0.0
     state = S[STATE + TIME] + S[STATE + A] + S[STATE + B] + S[STATE + DECK_Y] + S[STATE + DECK_V]
-    if is_bad(state + S[STATE + END_DEFLECTION]):
-        return NOT_FINITE
-    S[COUNT + IDLE] = S[COUNT + IDLE] + 1.0 if S[STATE + TIME] <= time else 0.0
-    if S[COUNT + IDLE] > 1000:
-        return STALLED
-    if what != BREAK:
-        return RUNNING
+    if step.is_bad(state + S[STATE + contract.END_DEFLECTION]):
+        return contract.NOT_FINITE
+    S[COUNT + layout.IDLE] = S[COUNT + layout.IDLE] + 1.0 if S[STATE + TIME] <= time else 0.0
+    if S[COUNT + layout.IDLE] > 1000:
+        return contract.STALLED
+    if what != step.BREAK:
+        return contract.RUNNING
     if S[STATE + TIME] >= numbers[contract.END]:
-        return DONE
+        return contract.DONE
     return _cross_break(pieces, numbers, law, events, S)
 
 
@@ -378,8 +295,8 @@ def march_kernel(
     events: FloatArray, peaks: FloatArray, stops: FloatArray | None, S: FloatArray, strict: bool | None,
 ) -> int:  # fmt: skip
     """March from the state in S until the end, or until a table is full; return why it stopped. May be called again."""
-    status = RUNNING
-    while status == RUNNING:
+    status = contract.RUNNING
+    while status == contract.RUNNING:
         status = advance_kernel(pieces, numbers, law, damper, steps, events, peaks, stops, S, strict)
     return status
 
@@ -387,14 +304,14 @@ def march_kernel(
 @kernel
 def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Set the state at time zero from the start's displacement and velocity."""
-    forget(S)
+    event.forget(S)
     S[STATE : STATE + LENGTH] = 0.0
     S[STATE + SHIFT] = numbers[contract.START_SHIFT]
-    S[COUNT : COUNT + STOPS + 1] = 0.0
-    S[COUNT + UNTIL_IMPACT] = numbers[contract.LAST_IMPACT]
-    S[COUNT + UNTIL_LOSS] = numbers[contract.LAST_LOSS]
-    while piece_end(pieces, numbers, S) <= 0.0:
-        if next_piece(pieces, numbers, S) < 0:
+    S[COUNT : COUNT + layout.STOPS + 1] = 0.0
+    S[COUNT + layout.UNTIL_IMPACT] = numbers[contract.LAST_IMPACT]
+    S[COUNT + layout.UNTIL_LOSS] = numbers[contract.LAST_LOSS]
+    while event.piece_end(pieces, numbers, S) <= 0.0:
+        if event.next_piece(pieces, numbers, S) < 0:
             break
     S[STATE + ON_DECK] = (
         1.0
@@ -402,7 +319,7 @@ def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S:
         else 0.0
     )
     localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], 0.0, S)
-    place(numbers, numbers[contract.START_HEIGHT], numbers[contract.START_VELOCITY], -1, 0.0, events, S)
+    event.place(numbers, numbers[contract.START_HEIGHT], numbers[contract.START_VELOCITY], -1, 0.0, events, S)
 
 
 class March(NamedTuple):
@@ -418,7 +335,7 @@ class March(NamedTuple):
 
 
 class _Tables(NamedTuple):
-    """What a march writes to."""
+    """What a march writes to; USED are the counts of their rows, in the same order."""
 
     steps: FloatArray
     events: FloatArray
@@ -427,66 +344,59 @@ class _Tables(NamedTuple):
     pieces: FloatArray
 
     @staticmethod
-    def of(program: Program) -> _Tables:
+    def of(program: contract.Program) -> _Tables:
         """Return room for a first few thousand steps and their events; a spot that remembers adds pieces."""
-        ended = len(program.damper) > 0
-        pieces = program.pieces
+        columns, stops, pieces = contract.STEP_COLUMNS, None, program.pieces
+        if len(program.damper):
+            columns, stops = contract.ENDED_COLUMNS, np.empty((256, contract.STOP_COLUMNS))
         if program.numbers[contract.MEMORY] != 0.0:
             pieces = np.vstack([pieces, np.zeros((64, pieces.shape[1]))])
-        return _Tables(
-            np.empty((8192, ENDED_COLUMNS if ended else STEP_COLUMNS)), np.empty((256, EVENT_COLUMNS)),
-            np.empty((256, PEAK_COLUMNS)), np.empty((256, STOP_COLUMNS)) if ended else None,
-            pieces,
-        )  # fmt: skip
+        events, peaks = np.empty((256, contract.EVENT_COLUMNS)), np.empty((256, contract.PEAK_COLUMNS))
+        return _Tables(np.empty((8192, columns)), events, peaks, stops, pieces)
 
     def larger(self, work: FloatArray) -> _Tables:
         """Return the tables, those twice as long that are three quarters full."""
-        steps, events, peaks = (int(work[COUNT + count]) for count in (STEPS, EVENTS, PEAKS))
-        stops = None if self.stops is None else _grown(self.stops, work[COUNT + STOPS])
-        remembered = work[COUNT + PIECES]  # 0 without a spot that remembers: its path ends or loops at its last piece
-        pieces = _grown(self.pieces, remembered) if remembered else self.pieces
-        return _Tables(
-            _grown(self.steps, steps), _grown(self.events, events), _grown(self.peaks, peaks), stops, pieces
+        longer: Any = (
+            None if table is None else telling.grown(table, rows)
+            for table, rows in zip(self, work[COUNT + USED], strict=True)
         )  # fmt: skip
+        return _Tables(*longer)
 
 
-def _grown(table: FloatArray, used: float) -> FloatArray:
-    if used < 0.75 * len(table) and used + 16 < len(table):
-        return table
-    larger = np.empty((2 * len(table), table.shape[1]))
-    larger[: len(table)] = table
-    return larger
+USED = np.array([layout.STEPS, layout.EVENTS, layout.PEAKS, layout.STOPS, layout.PIECES])
+"""The last is zero without a spot that remembers: then the path ends, or loops, at its last piece."""
 
 
-def _arguments(program: Program, tables: _Tables, room: FloatArray, work: FloatArray) -> tuple[Any, ...]:
-    strict = True if program.numbers[contract.ORDER] == STRICT_ORDER else None
+def _arguments(program: contract.Program, tables: _Tables, room: FloatArray, work: FloatArray) -> tuple[Any, ...]:
+    strict = True if program.numbers[contract.ORDER] == contract.STRICT_ORDER else None
     tables = tables._replace(steps=room)
     return tables.pieces, program.numbers, *program.law_and_damper, *tables[:-1], work, strict
 
 
-def is_ready(program: Program) -> bool:
+def is_ready(program: contract.Program) -> bool:
     """Return False where marching this program begins with compiling its kernel."""
     tables = _Tables.of(program)
-    return is_compiled(march_kernel, _arguments(program, tables, tables.steps, np.zeros(SCRATCH)))
+    return is_compiled(march_kernel, _arguments(program, tables, tables.steps, np.zeros(layout.SCRATCH)))
 
 
-def march(program: Program, tell: telling.Tell = telling.untold) -> March:
+def march(program: contract.Program, tell: telling.Tell = telling.untold) -> March:
     """March a program from its start to its end."""
-    tables, work = _Tables.of(program), np.zeros(SCRATCH)
+    tables, work = _Tables.of(program), np.zeros(layout.SCRATCH)
     start_kernel(program.pieces, program.numbers, tables.events, work)
     if program.numbers[contract.MEMORY] != 0.0:
-        work[COUNT + PIECES] = len(program.pieces)
+        work[COUNT + layout.PIECES] = len(program.pieces)
     if len(program.damper):
         start_end(program.numbers, program.damper, work)
     while True:
-        room = tables.steps[: int(work[COUNT + STEPS]) + telling.CHUNK]
+        room = tables.steps[: int(work[COUNT + layout.STEPS]) + telling.CHUNK]
         status = march_kernel(*_arguments(program, tables, room, work))
-        if status != FULL or tell(work[STATE + TIME]):
+        if status != contract.FULL or tell(work[STATE + TIME]):
             break
         tables = tables.larger(work)
-    steps, events, peaks, stops, pieces = (int(work[COUNT + count]) for count in (STEPS, EVENTS, PEAKS, STOPS, PIECES))
+    used = work[COUNT + USED].astype(int)
+    used[-1] = max(used[-1], len(program.pieces))
+    steps, events, peaks, stops, pieces = (
+        contract.NO_STOPS if table is None else table[:rows] for table, rows in zip(tables, used, strict=True)
+    )
     state = work[STATE : STATE + tables.steps.shape[1]].copy()
-    return March(
-        status, tables.steps[:steps], tables.events[:events], tables.peaks[:peaks], state,
-        NO_STOPS if tables.stops is None else tables.stops[:stops], tables.pieces[: max(pieces, len(program.pieces))],
-    )  # fmt: skip
+    return March(status, steps, events, peaks, state, stops, pieces)

@@ -4,27 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.flight import flight_reach
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import (
-    CLEAR,
-    FLIGHT_ORDER,
-    HERE_DEGREE,
-    HERE_FACTOR_DEGREE,
-    HERE_LAW_TERMS,
-    HERE_OMEGA,
-    HERE_POLY,
-    HERE_RESIDUAL_DEGREE,
-    STATE,
-    TREND,
-    N,
-    T,
-    U,
-    W,
-    Y,
-    Z,
-)  # fmt: skip
+from wheeltapper.march.layout import STATE, N, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
 from wheeltapper.march.series import contact_series, harmonic_forcing
@@ -76,17 +60,18 @@ def contact_reach(numbers: FloatArray, suspension: float, S: FloatArray) -> floa
 
 
 @kernel
+def is_plain_hertz(numbers: FloatArray) -> bool:
+    """Return True for a contact after Hertz without hysteresis on a stiff rail."""
+    stiff_rail = numbers[contract.DECK_MASS] == 0.0 and numbers[contract.HYSTERESIS] == 0.0
+    return bool(stiff_rail and numbers[contract.QUADRATIC] == 0.0 and numbers[contract.CUBIC] == 1.0)
+
+
+@kernel
 def is_written_out(numbers: FloatArray, S: FloatArray) -> bool:
     """Return True where unrolled.py and the lanes know the contact, and nothing but accuracy limits its steps."""
-    return bool(
-        numbers[contract.DECK_MASS] == 0.0
-        and numbers[contract.HYSTERESIS] == 0.0
-        and numbers[contract.QUADRATIC] == 0.0
-        and numbers[contract.CUBIC] == 1.0
-        and numbers[contract.STIFFNESS] + numbers[contract.DAMPING] <= SLOW
-        and S[HERE_DEGREE] == 0.0
-        and S[HERE_FACTOR_DEGREE] < 0.0
-    )
+    level = S[layout.HERE_DEGREE] == 0.0 and S[layout.HERE_FACTOR_DEGREE] < 0.0
+    slow = numbers[contract.STIFFNESS] + numbers[contract.DAMPING] <= SLOW
+    return bool(is_plain_hertz(numbers) and slow and level)
 
 
 @kernel
@@ -112,9 +97,9 @@ def contact_advance(
     if is_written_out(numbers, S):
         K = numbers[contract.STIFFNESS]
         G = numbers[contract.DAMPING]
-        load = 1.0 + K * S[HERE_POLY]
+        load = 1.0 + K * S[layout.HERE_POLY]
         goal = np.log2(numbers[contract.TOLERANCE])
-        omega = S[HERE_OMEGA]
+        omega = S[layout.HERE_OMEGA]
         gain_sin, gain_cos = harmonic_forcing(numbers, S)
         if strict is None:
             if omega == 0.0:
@@ -174,10 +159,10 @@ def contact_end(
     eta = numbers[contract.HYSTERESIS]
     if eta > 0.0:
         for k in range(order + 1):
-            S[TREND + k] = eta * S[W + k]
-        S[TREND] += 1.0
-        root, _ = first_root(S, TREND, order, 0.0, length, -1.0, 0.0)
-        if S[TREND] <= 0.0 and S[TREND + 1] < 0.0:
+            S[layout.TREND + k] = eta * S[W + k]
+        S[layout.TREND] += 1.0
+        root, _ = first_root(S, layout.TREND, order, 0.0, length, -1.0, 0.0)
+        if S[layout.TREND] <= 0.0 and S[layout.TREND + 1] < 0.0:
             root = 0.0  # it began at the root, within rounding
         if root != NONE:
             length = root
@@ -197,12 +182,12 @@ def contact_end(
 @kernel
 def trend_series(numbers: FloatArray, order: int, S: FloatArray) -> tuple[int, int]:
     """Return the row and degree of a polynomial with the sign of the contact force's rate."""
-    changes = S[HERE_RESIDUAL_DEGREE] if S[HERE_LAW_TERMS] != 0.0 else S[HERE_FACTOR_DEGREE]
+    changes = S[layout.HERE_RESIDUAL_DEGREE] if S[layout.HERE_LAW_TERMS] != 0.0 else S[layout.HERE_FACTOR_DEGREE]
     if numbers[contract.HYSTERESIS] == 0.0 and changes <= 0.0:
         return W, order
     for k in range(order - 1):
-        S[TREND + k] = (k + 1) * S[N + k + 1]
-    return TREND, order - 2
+        S[layout.TREND + k] = (k + 1) * S[N + k + 1]
+    return layout.TREND, order - 2
 
 
 @kernel
@@ -216,21 +201,21 @@ def flight_end(numbers: FloatArray, released: bool, until: float, S: FloatArray)
     if numbers[contract.BILATERAL] != 0.0:
         return length, what
     if released:
-        root, _ = first_root(S, CLEAR, FLIGHT_ORDER, 0.0, length, -1.0, 0.0)
+        root, _ = first_root(S, layout.CLEAR, layout.FLIGHT_ORDER, 0.0, length, -1.0, 0.0)
         if root != NONE:
             length = root
             what = OPENS
-        for k in range(FLIGHT_ORDER):
-            S[TREND + k] = (k + 1) * S[CLEAR + k + 1]
-        S[TREND] += 1.0 / numbers[contract.HYSTERESIS]
-        root, _ = first_root(S, TREND, FLIGHT_ORDER - 1, 0.0, length, 1.0, 0.0)
-        if S[TREND] >= 0.0 and S[TREND + 1] > 0.0:
+        for k in range(layout.FLIGHT_ORDER):
+            S[layout.TREND + k] = (k + 1) * S[layout.CLEAR + k + 1]
+        S[layout.TREND] += 1.0 / numbers[contract.HYSTERESIS]
+        root, _ = first_root(S, layout.TREND, layout.FLIGHT_ORDER - 1, 0.0, length, 1.0, 0.0)
+        if S[layout.TREND] >= 0.0 and S[layout.TREND + 1] > 0.0:
             root = 0.0
         if root != NONE:
             length = root
             what = GRIPS
     else:
-        root, _ = first_root(S, CLEAR, FLIGHT_ORDER, 0.0, length, 1.0, 0.0)
+        root, _ = first_root(S, layout.CLEAR, layout.FLIGHT_ORDER, 0.0, length, 1.0, 0.0)
         if root != NONE:
             length = root
             what = LANDS

@@ -17,78 +17,17 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march import tangent_events, tangent_path
 from wheeltapper.march.events import is_free
 from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import (
-    FLIGHT_ORDER,
-    HERE_DEGREE,
-    HERE_FACTOR_DEGREE,
-    HERE_OMEGA,
-    N,
-    T,
-    U,
-    W,
-    Y,
-    Z,
-)  # fmt: skip
-from wheeltapper.march.program import (
-    BONDED,
-    CONTACT,
-    DECK_V,
-    DECK_Y,
-    DEFAULT_ORDER,
-    LENGTH,
-    ON_DECK,
-    PHASE,
-    PIECE,
-    RELEASED,
-    SHIFT,
-    TIME,
-    A,
-    B,
-    FloatArray,
-    IntArray,
-)
+from wheeltapper.march.layout import FLIGHT_ORDER, HERE_DEGREE, HERE_FACTOR_DEGREE, HERE_OMEGA, N, T, U, W, Y, Z
+from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import contact_series, localise
-from wheeltapper.march.tangent_events import (
-    AFTER,
-    FIRST,
-    FOURTH,
-    PUSH,
-    SECOND,
-    THIRD,
-    break_moves,
-    closest,
-    corner_force,
-    enter_contact,
-    force_jump,
-    force_turns_on_or_off,
-    land,
-    leapt_force,
-    leave_contact,
-    motion_at_end,
-)
-from wheeltapper.march.tangent_path import (
-    CARRIED,
-    DA,
-    DB,
-    DBREAK,
-    DSHIFT,
-    DT,
-    DW,
-    DY,
-    DZ,
-    LANES,
-    OF_DECK_HEIGHT,
-    OF_DECK_VELOCITY,
-    OF_HEIGHT,
-    OF_SIZE,
-    OF_TIME,
-    OF_VELOCITY,
-    localise_tangent,
-)
+from wheeltapper.march.step import is_plain_hertz
+from wheeltapper.march.tangent_events import AFTER, FIRST, FOURTH, PUSH, SECOND, THIRD
+from wheeltapper.march.tangent_path import CARRIED, DA, DB, DBREAK, DSHIFT, DT, DW, DY, DZ, LANES, localise_tangent
 from wheeltapper.march.tangent_peaks import is_inside, peaks_inside
 from wheeltapper.march.tangent_plain import is_plain, plain_peak, plain_tangents
 from wheeltapper.march.tangent_samples import sample_tangents
@@ -109,7 +48,7 @@ def _flight_tangents(
     D: FloatArray,
 ) -> None:  # fmt: skip
     """Carry the tangents over a localised step without regularised contact; write the motion at its end."""
-    bonded = step[PHASE] == BONDED
+    bonded = step[PHASE] == contract.BONDED
     on_deck = step[ON_DECK] != 0.0
     x = step[LENGTH]
     if bonded:
@@ -157,7 +96,7 @@ def _contact_tangents(
 
 @kernel
 def tangent_kernel(
-    pieces: FloatArray, bends: FloatArray, base: int, table: IntArray, numbers: FloatArray, turns: FloatArray,
+    pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray,
     start: FloatArray, steps: FloatArray, last: FloatArray, events: FloatArray, peaks: FloatArray,
     of_events: FloatArray, of_peaks: FloatArray, of_end: FloatArray, highest_time: float, of_highest: FloatArray,
     of_impulses: FloatArray, times: FloatArray, samples: FloatArray, S: FloatArray, D: FloatArray,
@@ -182,28 +121,21 @@ def tangent_kernel(
     level = False
     leapt = -1  # the maximum to which the force has just jumped up
     piece = -1.0
-    simple = (
-        numbers[contract.DECK_MASS] == 0.0
-        and numbers[contract.HYSTERESIS] == 0.0
-        and numbers[contract.QUADRATIC] == 0.0
-        and numbers[contract.CUBIC] == 1.0
-        and numbers[contract.ORDER] == DEFAULT_ORDER
-        and tallied is None
-        and len(times) == 0
-    )
+    simple = is_plain_hertz(numbers) and numbers[contract.ORDER] == contract.DEFAULT_ORDER
+    simple = simple and tallied is None and len(times) == 0
     sample = 0
     flew = False
     opened = False
     contacts = 0
     highest = False
     for lane in range(LANES):
-        carried[DA, lane] = turns[contract.START_HEIGHT, lane] + start[OF_HEIGHT, lane]
-        carried[DB, lane] = turns[contract.START_VELOCITY, lane] + start[OF_VELOCITY, lane]
+        carried[DA, lane] = turns[contract.START_HEIGHT, lane] + start[tangent_path.OF_HEIGHT, lane]
+        carried[DB, lane] = turns[contract.START_VELOCITY, lane] + start[tangent_path.OF_VELOCITY, lane]
         carried[DSHIFT, lane] = turns[contract.START_SHIFT, lane]
     for i in range(len(steps)):
         step = steps[i]
         after = steps[i + 1] if i + 1 < len(steps) else last
-        contact = step[PHASE] == CONTACT
+        contact = step[PHASE] == contract.CONTACT
         on_deck = step[ON_DECK] != 0.0
         if i == 0 and step[TIME] > 0.0:
             gentlest = 0.0  # it began at u = w = 0, and left that by a small leap
@@ -213,13 +145,13 @@ def tangent_kernel(
             localise_tangent(pieces, bends, base, table, numbers, turns, step, carried, S, D)
             level = S[HERE_DEGREE] == 0.0 and S[HERE_FACTOR_DEGREE] < 0.0 and S[HERE_OMEGA] == 0.0
             piece = step[PIECE]
-        if contact and not begun and not enter_contact(step, carried, S, D):
+        if contact and not begun and not tangent_events.enter_contact(step, carried, S, D):
             gentlest = 0.0
         if i == 0 and contact:
             gentlest = min(gentlest, max(step[A], abs(step[B])))
         restarted = contact and not begun
         if leapt >= 0:
-            leapt_force(numbers, turns, step, carried, S, D, of_peaks[leapt])
+            tangent_events.leapt_force(numbers, turns, step, carried, S, D, of_peaks[leapt])
             leapt = -1
         begun = contact
         if tallied is not None:
@@ -239,12 +171,14 @@ def tangent_kernel(
                 peak += 1
             plain_tangents(numbers, turns, step, step[LENGTH], carried, end, S, D, L)
             if _turns_near(step, end):
-                contact_series(numbers, DEFAULT_ORDER, step[A], step[B], 0.0, 0.0, False, S)
-                gentlest = min(gentlest, closest(step, DEFAULT_ORDER, end[FIRST], end[SECOND], S))
+                contact_series(numbers, contract.DEFAULT_ORDER, step[A], step[B], 0.0, 0.0, False, S)
+                near = tangent_events.closest(step, contract.DEFAULT_ORDER, end[FIRST], end[SECOND], S)
+                gentlest = min(gentlest, near)
         else:
             _contact_tangents(numbers, turns, step, carried, end, S, D)
             if _turns_near(step, end):
-                gentlest = min(gentlest, closest(step, int(numbers[contract.ORDER]), end[FIRST], end[SECOND], S))
+                near = tangent_events.closest(step, int(numbers[contract.ORDER]), end[FIRST], end[SECOND], S)
+                gentlest = min(gentlest, near)
             peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
         sample = sample_tangents(
             numbers, step, after[TIME] if i + 1 < len(steps) else np.inf, sample, times, samples, S, D
@@ -264,7 +198,7 @@ def tangent_kernel(
             carried[:] = np.nan
         if (
             contact
-            and after[PHASE] == CONTACT
+            and after[PHASE] == contract.CONTACT
             and after[PIECE] == step[PIECE]
             and after[SHIFT] == step[SHIFT]
             and after[ON_DECK] == step[ON_DECK]
@@ -272,49 +206,52 @@ def tangent_kernel(
         ):
             continue
         begun = False
-        motion_at_end(numbers, step, end, S, here)
-        break_moves(bends, base, table, numbers, turns, step, after, carried)
+        tangent_events.motion_at_end(numbers, step, end, S, here)
+        tangent_events.break_moves(bends, base, table, numbers, turns, step, after, carried)
         if contact:
-            leave_contact(here, end, on_deck, carried, S, D)
+            tangent_events.leave_contact(here, end, on_deck, carried, S, D)
             if tallied is not None and opened:
                 of_impulses[contacts - 1] += here[PUSH] * (carried[DBREAK] - carried[DT])
         while peak < len(peaks) and peaks[peak, contract.PEAK_TIME] <= after[TIME]:
             for lane in range(LANES):  # a maximum at a breakpoint: its force along the moving breakpoint
-                of_peaks[peak, OF_TIME, lane] = carried[DBREAK, lane]
-                of_peaks[peak, OF_SIZE, lane] = corner_force(numbers, turns, step, end, here, carried, lane, S, D)
+                of_peaks[peak, tangent_path.OF_TIME, lane] = carried[DBREAK, lane]
+                size = tangent_events.corner_force(numbers, turns, step, end, here, carried, lane, S, D)
+                of_peaks[peak, tangent_path.OF_SIZE, lane] = size
             if (contact or is_free(step[PHASE])) and peaks[peak, contract.PEAK_FORCE] > here[PUSH] * (1.0 + 1e-9):
                 leapt = peak
             peak += 1
         for lane in range(LANES):
-            of_end[OF_HEIGHT, lane] = carried[DA, lane]
-            of_end[OF_VELOCITY, lane] = carried[DB, lane]
-            of_end[OF_DECK_HEIGHT, lane] = carried[DY, lane]
-            of_end[OF_DECK_VELOCITY, lane] = carried[DZ, lane]
+            of_end[tangent_path.OF_HEIGHT, lane] = carried[DA, lane]
+            of_end[tangent_path.OF_VELOCITY, lane] = carried[DB, lane]
+            of_end[tangent_path.OF_DECK_HEIGHT, lane] = carried[DY, lane]
+            of_end[tangent_path.OF_DECK_VELOCITY, lane] = carried[DZ, lane]
         landed = False
         while event < len(events) and events[event, contract.EVENT_TIME] <= after[TIME]:
             broke = events[event, contract.EVENT_CAUSE] != 0.0
-            if not broke and (step[PHASE] == RELEASED or after[PHASE] == RELEASED):
-                bend = force_turns_on_or_off(numbers, turns, here, carried, on_deck, end[AFTER], of_events[event], S, D)
+            if not broke and (step[PHASE] == contract.RELEASED or after[PHASE] == contract.RELEASED):
+                bend = tangent_events.force_turns_on_or_off(
+                    numbers, turns, here, carried, on_deck, end[AFTER], of_events[event], S, D
+                )
                 gentlest = min(gentlest, bend)
                 event += 1
                 continue
             gentlest = min(gentlest, abs(events[event, contract.EVENT_RATE]))
             landed = not broke and events[event, contract.EVENT_KIND] == contract.IMPACT
             if landed:
-                land(here, carried, on_deck, end[AFTER], S, D)
+                tangent_events.land(here, carried, on_deck, end[AFTER], S, D)
                 begun = True
             for lane in range(LANES):
-                of_events[event, OF_TIME, lane] = carried[DBREAK, lane] if broke else carried[DT, lane]
+                of_events[event, tangent_path.OF_TIME, lane] = carried[DBREAK, lane] if broke else carried[DT, lane]
                 if broke or not (landed or contact):
-                    of_events[event, OF_SIZE, lane] = np.nan
+                    of_events[event, tangent_path.OF_SIZE, lane] = np.nan
                 else:
-                    of_events[event, OF_SIZE, lane] = carried[DB, lane] if landed else carried[DW, lane]
+                    of_events[event, tangent_path.OF_SIZE, lane] = carried[DB, lane] if landed else carried[DW, lane]
             event += 1
         if after[PIECE] == step[PIECE] and after[ON_DECK] == step[ON_DECK]:
             continue
         level = False
         if not landed and i + 1 < len(steps):
-            force_jump(pieces, numbers, after, here, carried, S)
+            tangent_events.force_jump(pieces, numbers, after, here, carried, S)
     return gentlest
 
 

@@ -5,46 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march import tangent_path
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import U, W
-from wheeltapper.march.program import (
-    BONDED,
-    CONTACT,
-    DECK_V,
-    DECK_Y,
-    LENGTH,
-    ON_DECK,
-    PHASE,
-    PIECE,
-    SHIFT,
-    TIME,
-    A,
-    B,
-    FloatArray,
-    IntArray,
-)
+from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, first_root
-from wheeltapper.march.series import (
-    factor_at,
-    localise,
-    path_at,
-)
-from wheeltapper.march.tangent_path import (
-    DA,
-    DB,
-    DBREAK,
-    DSHIFT,
-    DT,
-    DU,
-    DW,
-    DY,
-    DZ,
-    LANES,
-    OF_SIZE,
-    OF_TIME,
-    factor_tangent,
-    path_tangent,
-)
+from wheeltapper.march.series import deck_acceleration, factor_at, localise, path_at
+from wheeltapper.march.tangent_path import DA, DB, DBREAK, DSHIFT, DT, DU, DW, DY, DZ, LANES, factor_tangent
 
 # The motion at a step's end, in its own variables.
 AFTER, FIRST, SECOND, THIRD, FOURTH = range(5)
@@ -59,7 +26,6 @@ AFTER, FIRST, SECOND, THIRD, FOURTH = range(5)
 def motion_at_end(numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatArray, here: FloatArray) -> None:
     """Write the motion at the end of a step, localised in S, from PATH_HEIGHT to PUSH."""
     on_deck = step[ON_DECK] != 0.0
-    mass = numbers[contract.DECK_MASS]
     height, velocity, bend = path_at(end[AFTER], S)
     factor, _ = factor_at(end[AFTER], S)
     lift = end[THIRD] if on_deck else 0.0
@@ -67,20 +33,14 @@ def motion_at_end(numbers: FloatArray, step: FloatArray, end: FloatArray, S: Flo
     y = end[FIRST]
     v = end[SECOND]
     force = 0.0
-    if step[PHASE] == CONTACT:
+    if step[PHASE] == contract.CONTACT:
         u = end[FIRST]
         y = height + lift - u * u
         v = velocity + lift_rate - end[SECOND]
         law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
         force = max(factor * law * (1.0 + numbers[contract.HYSTERESIS] * end[SECOND]), 0.0)
-    elif step[PHASE] == BONDED:
+    elif step[PHASE] == contract.BONDED:
         force = factor * (height + lift - y)
-    pull = 0.0
-    if mass > 0.0:
-        pull = -numbers[contract.DECK_STIFFNESS] * end[THIRD] - numbers[contract.DECK_DAMPING] * end[FOURTH]
-        if on_deck:
-            pull += numbers[contract.PRESTRESS] - force
-        pull /= mass
     here[PATH_HEIGHT] = height
     here[PATH_VELOCITY] = velocity
     here[PATH_BEND] = bend
@@ -89,7 +49,7 @@ def motion_at_end(numbers: FloatArray, step: FloatArray, end: FloatArray, S: Flo
     here[WHEEL_BEND] = -1.0 - numbers[contract.STIFFNESS] * y - numbers[contract.DAMPING] * v + force
     here[DECK_HEIGHT] = end[THIRD]
     here[DECK_VELOCITY] = end[FOURTH]
-    here[DECK_BEND] = pull
+    here[DECK_BEND] = deck_acceleration(numbers, end[THIRD], end[FOURTH], on_deck, force)
     here[PUSH] = force
 
 
@@ -102,7 +62,7 @@ def enter_contact(step: FloatArray, carried: FloatArray, S: FloatArray, D: Float
     u = step[A]
     on_deck = step[ON_DECK] != 0.0
     for lane in range(LANES):
-        height, velocity = path_tangent(0.0, lane, S, D)
+        height, velocity = tangent_path.path_tangent(0.0, lane, S, D)
         delta = height - carried[DA, lane] + (carried[DY, lane] if on_deck else 0.0)
         carried[DB, lane] = velocity - carried[DB, lane] + (carried[DZ, lane] if on_deck else 0.0)
         carried[DT, lane] = 0.0
@@ -116,7 +76,7 @@ def land(here: FloatArray, carried: FloatArray, on_deck: bool, after: float, S: 
     rate = here[PATH_VELOCITY] - here[WHEEL_VELOCITY] + (here[DECK_VELOCITY] if on_deck else 0.0)
     bend = here[PATH_BEND] - here[WHEEL_BEND] + (here[DECK_BEND] if on_deck else 0.0)
     for lane in range(LANES):
-        height, velocity = path_tangent(after, lane, S, D)
+        height, velocity = tangent_path.path_tangent(after, lane, S, D)
         gap = height - carried[DA, lane] + (carried[DY, lane] if on_deck else 0.0)
         sway = velocity - carried[DB, lane] + (carried[DZ, lane] if on_deck else 0.0)
         delay = -gap / rate
@@ -139,11 +99,11 @@ def force_turns_on_or_off(
     """
     bend = here[PATH_BEND] - here[WHEEL_BEND] + (here[DECK_BEND] if on_deck else 0.0)
     for lane in range(LANES):
-        _, velocity = path_tangent(after, lane, S, D)
+        _, velocity = tangent_path.path_tangent(after, lane, S, D)
         sway = velocity - carried[DB, lane] + (carried[DZ, lane] if on_deck else 0.0)
         moved = turns[contract.HYSTERESIS, lane] / numbers[contract.HYSTERESIS] ** 2
-        of_event[OF_TIME, lane] = (moved - sway) / bend
-        of_event[OF_SIZE, lane] = moved
+        of_event[tangent_path.OF_TIME, lane] = (moved - sway) / bend
+        of_event[tangent_path.OF_SIZE, lane] = moved
     return abs(bend)
 
 
@@ -166,7 +126,7 @@ def leave_contact(
     """Turn the tangents at the end of a contact step, at fixed s, into those at fixed time."""
     for lane in range(LANES):
         dt = carried[DT, lane]
-        height, velocity = path_tangent(end[AFTER], lane, S, D)
+        height, velocity = tangent_path.path_tangent(end[AFTER], lane, S, D)
         y = height + here[PATH_VELOCITY] * dt - 2.0 * end[FIRST] * carried[DA, lane]
         v = velocity + here[PATH_BEND] * dt - carried[DB, lane]
         if on_deck:
@@ -182,7 +142,7 @@ def leave_contact(
 
 @kernel
 def break_moves(
-    bends: FloatArray, base: int, table: IntArray, numbers: FloatArray, turns: FloatArray, step: FloatArray,
+    bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray, step: FloatArray,
     after: FloatArray, carried: FloatArray,
 ) -> None:  # fmt: skip
     """Write the derivatives of the time of the breakpoint between two steps, and of the table's shift."""
@@ -212,7 +172,7 @@ def corner_force(
     carried: FloatArray, lane: int, S: FloatArray, D: FloatArray,
 ) -> float:  # fmt: skip
     """Return the derivative of the force at a breakpoint, along its motion; NaN where no contact was before it."""
-    if step[PHASE] != CONTACT:
+    if step[PHASE] != contract.CONTACT:
         return np.nan
     after, u, w = end[AFTER], end[FIRST], end[SECOND]
     factor, rate = factor_at(after, S)
@@ -236,8 +196,8 @@ def leapt_force(
 ) -> None:  # fmt: skip
     """Write the derivative of a force that has jumped up at a breakpoint, along its motion, from the step behind it."""
     u, w = step[A], step[B]
-    if step[PHASE] != CONTACT or not u > 0.0:
-        of_peak[OF_SIZE, :] = np.nan
+    if step[PHASE] != contract.CONTACT or not u > 0.0:
+        of_peak[tangent_path.OF_SIZE, :] = np.nan
         return
     on_deck = step[ON_DECK] != 0.0
     height, velocity, bend = path_at(0.0, S)
@@ -259,7 +219,7 @@ def leapt_force(
         dt = carried[DBREAK, lane]
         change = factor * stiff * (u * carried[DA, lane] + 0.5 * w * dt) * grip
         change += factor * law * (eta * (carried[DB, lane] + bend * dt) + turns[contract.HYSTERESIS, lane] * w)
-        of_peak[OF_SIZE, lane] = change + (factor_tangent(0.0, lane, S, D) + rate * dt) * law * grip
+        of_peak[tangent_path.OF_SIZE, lane] = change + (factor_tangent(0.0, lane, S, D) + rate * dt) * law * grip
 
 
 @kernel
@@ -272,20 +232,13 @@ def force_jump(
     factor, _ = factor_at(0.0, S)
     on_deck = after[ON_DECK] != 0.0
     force = 0.0
-    if after[PHASE] == CONTACT:
+    if after[PHASE] == contract.CONTACT:
         law = after[A] * after[A] * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * after[A])
         force = max(factor * law * (1.0 + numbers[contract.HYSTERESIS] * after[B]), 0.0)
-    elif after[PHASE] == BONDED:
+    elif after[PHASE] == contract.BONDED:
         height, _, _ = path_at(0.0, S)
         force = factor * (height + (after[DECK_Y] if on_deck else 0.0) - after[A])
-    mass = numbers[contract.DECK_MASS]
-    pull = 0.0
-    if mass > 0.0:
-        pull = -numbers[contract.DECK_STIFFNESS] * here[DECK_HEIGHT]
-        pull -= numbers[contract.DECK_DAMPING] * here[DECK_VELOCITY]
-        if on_deck:
-            pull += numbers[contract.PRESTRESS] - force
-        pull /= mass
+    pull = deck_acceleration(numbers, here[DECK_HEIGHT], here[DECK_VELOCITY], on_deck, force)
     leap = here[PUSH] - force
     if abs(leap) <= 1e-11 * (1.0 + abs(force)):
         leap = 0.0

@@ -7,29 +7,11 @@ from __future__ import annotations
 
 from math import cos, sin
 
+from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import (
-    HERE_AMP_COS,
-    HERE_AMP_SIN,
-    HERE_DEGREE,
-    HERE_FACTOR,
-    HERE_FACTOR_DEGREE,
-    HERE_OMEGA,
-    HERE_PHASE0,
-    HERE_POLY,
-    WORK,
-)  # fmt: skip
-from wheeltapper.march.program import (
-    PIECE,
-    SHIFT,
-    TIME,
-    FloatArray,
-    IntArray,
-)
-from wheeltapper.march.series import (
-    taylor_shift,
-)
+from wheeltapper.march.program import PIECE, SHIFT, TIME, FloatArray, IntArray
+from wheeltapper.march.series import taylor_shift
 
 LANES = 8
 """Number of directions that are carried at a time."""
@@ -67,26 +49,26 @@ def localise_tangent(
         d_away = turns[contract.PACE, lane] * time - carried[DSHIFT, lane]
         d_lift = turns[contract.LIFT, lane]
         d_wavenumber = 0.0
-        D[HERE_AMP_SIN, lane] = row[contract.SINE] * d_lift
-        D[HERE_AMP_COS, lane] = row[contract.COSINE] * d_lift
+        D[layout.HERE_AMP_SIN, lane] = row[contract.SINE] * d_lift
+        D[layout.HERE_AMP_COS, lane] = row[contract.COSINE] * d_lift
         if bent:
             bend = bends[table[lane], base + piece]
             d_away -= bend[contract.CENTRE]
             d_wavenumber = bend[contract.WAVENUMBER]
-            D[HERE_AMP_SIN, lane] += bend[contract.SINE] * lift
-            D[HERE_AMP_COS, lane] += bend[contract.COSINE] * lift
-        D[HERE_OMEGA, lane] = d_wavenumber * pace + wavenumber * turns[contract.PACE, lane]
-        D[HERE_PHASE0, lane] = d_wavenumber * away + wavenumber * d_away
-        D[WORK, lane] = d_away / row[contract.SCALE]
+            D[layout.HERE_AMP_SIN, lane] += bend[contract.SINE] * lift
+            D[layout.HERE_AMP_COS, lane] += bend[contract.COSINE] * lift
+        D[layout.HERE_OMEGA, lane] = d_wavenumber * pace + wavenumber * turns[contract.PACE, lane]
+        D[layout.HERE_PHASE0, lane] = d_wavenumber * away + wavenumber * d_away
+        D[layout.WORK, lane] = d_away / row[contract.SCALE]
     scale = row[contract.SCALE]
     for part in range(2):
         last = degree if part == 0 else fdegree
         if last < 0:
             continue
         source = contract.COEFFICIENT if part == 0 else contract.FACTOR
-        target = HERE_POLY if part == 0 else HERE_FACTOR
+        target = layout.HERE_POLY if part == 0 else layout.HERE_FACTOR
         gain = lift if part == 0 else 1.0
-        taylor_shift(pieces, piece, source, last, away / scale, 1.0, 1.0, WORK, S)
+        taylor_shift(pieces, piece, source, last, away / scale, 1.0, 1.0, layout.WORK, S)
         for lane in range(LANES):
             d_gain = turns[contract.LIFT, lane] if part == 0 else 0.0
             rate = pace / scale
@@ -94,49 +76,49 @@ def localise_tangent(
             power = 1.0
             d_power = 0.0
             for k in range(last + 1):
-                c = S[WORK + k]
-                d_c = (k + 1) * S[WORK + k + 1] * D[WORK, lane] if k < last else 0.0
+                c = S[layout.WORK + k]
+                d_c = (k + 1) * S[layout.WORK + k + 1] * D[layout.WORK, lane] if k < last else 0.0
                 D[target + k, lane] = d_gain * power * c + gain * (d_power * c + power * d_c)
                 d_power = d_power * rate + power * d_rate
                 power *= rate
         for lane in range(LANES):
             if table[lane] < 0:
                 continue
-            taylor_shift(bends[table[lane]], base + piece, source, last, away / scale, 1.0, 1.0, WORK, S)
+            taylor_shift(bends[table[lane]], base + piece, source, last, away / scale, 1.0, 1.0, layout.WORK, S)
             power = gain
             for k in range(last + 1):
-                D[target + k, lane] += power * S[WORK + k]
+                D[target + k, lane] += power * S[layout.WORK + k]
                 power *= pace / scale
 
 
 @kernel
 def path_tangent(after: float, lane: int, S: FloatArray, D: FloatArray) -> tuple[float, float]:
     """Return the derivatives, at fixed time, of the path's height and velocity at a time after the step's start."""
-    degree = int(S[HERE_DEGREE])
-    y = D[HERE_POLY + degree, lane]
+    degree = int(S[layout.HERE_DEGREE])
+    y = D[layout.HERE_POLY + degree, lane]
     v = 0.0
     for k in range(degree - 1, -1, -1):
         v = v * after + y
-        y = y * after + D[HERE_POLY + k, lane]
-    omega = S[HERE_OMEGA]
+        y = y * after + D[layout.HERE_POLY + k, lane]
+    omega = S[layout.HERE_OMEGA]
     if omega != 0.0:
-        phase = S[HERE_PHASE0] + omega * after
-        d_phase = D[HERE_PHASE0, lane] + D[HERE_OMEGA, lane] * after
+        phase = S[layout.HERE_PHASE0] + omega * after
+        d_phase = D[layout.HERE_PHASE0, lane] + D[layout.HERE_OMEGA, lane] * after
         s = sin(phase)
         c = cos(phase)
-        across = S[HERE_AMP_SIN] * c - S[HERE_AMP_COS] * s
-        y += D[HERE_AMP_SIN, lane] * s + D[HERE_AMP_COS, lane] * c + across * d_phase
-        v += D[HERE_OMEGA, lane] * across
-        v += omega * (D[HERE_AMP_SIN, lane] * c - D[HERE_AMP_COS, lane] * s)
-        v -= omega * (S[HERE_AMP_SIN] * s + S[HERE_AMP_COS] * c) * d_phase
+        across = S[layout.HERE_AMP_SIN] * c - S[layout.HERE_AMP_COS] * s
+        y += D[layout.HERE_AMP_SIN, lane] * s + D[layout.HERE_AMP_COS, lane] * c + across * d_phase
+        v += D[layout.HERE_OMEGA, lane] * across
+        v += omega * (D[layout.HERE_AMP_SIN, lane] * c - D[layout.HERE_AMP_COS, lane] * s)
+        v -= omega * (S[layout.HERE_AMP_SIN] * s + S[layout.HERE_AMP_COS] * c) * d_phase
     return y, v
 
 
 @kernel
 def factor_tangent(after: float, lane: int, S: FloatArray, D: FloatArray) -> float:
     """Return the derivative, at fixed time, of the factor on the contact force."""
-    degree = int(S[HERE_FACTOR_DEGREE])
+    degree = int(S[layout.HERE_FACTOR_DEGREE])
     value = 0.0
     for k in range(degree, -1, -1):
-        value = value * after + D[HERE_FACTOR + k, lane]
+        value = value * after + D[layout.HERE_FACTOR + k, lane]
     return value

@@ -4,18 +4,10 @@ from __future__ import annotations
 
 from math import cos, sin
 
+from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import (
-    HERE_AMP_COS,
-    HERE_AMP_SIN,
-    HERE_DEGREE,
-    HERE_FACTOR_DEGREE,
-    HERE_OMEGA,
-    HERE_PHASE0,
-    HERE_POLY,
-    W,
-)
+from wheeltapper.march.layout import W
 from wheeltapper.march.program import LENGTH, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate_derivative
 from wheeltapper.march.series import contact_series
@@ -28,9 +20,9 @@ from wheeltapper.march.unrolled_tangent import tangent_flat_12, tangent_wave_12
 @kernel
 def is_plain(S: FloatArray) -> bool:
     """Return True where the present path is level or one wave of some amplitude, and the contact's factor one."""
-    if S[HERE_DEGREE] != 0.0 or S[HERE_FACTOR_DEGREE] >= 0.0:
+    if S[layout.HERE_DEGREE] != 0.0 or S[layout.HERE_FACTOR_DEGREE] >= 0.0:
         return False
-    return S[HERE_OMEGA] == 0.0 or S[HERE_AMP_SIN] != 0.0 or S[HERE_AMP_COS] != 0.0
+    return S[layout.HERE_OMEGA] == 0.0 or S[layout.HERE_AMP_SIN] != 0.0 or S[layout.HERE_AMP_COS] != 0.0
 
 
 @kernel
@@ -41,39 +33,39 @@ def plain_tangents(
     """Carry the tangents over a contact step up to x, where the contact is plain and the path level or one wave."""
     K = numbers[contract.STIFFNESS]
     G = numbers[contract.DAMPING]
-    level = S[HERE_POLY]
-    omega = S[HERE_OMEGA]
+    level = S[layout.HERE_POLY]
+    omega = S[layout.HERE_OMEGA]
     for lane in range(LANES):
         L[lane] = carried[DT, lane]
         L[LANES + lane] = carried[DA, lane]
         L[2 * LANES + lane] = carried[DB, lane]
         L[3 * LANES + lane] = turns[contract.STIFFNESS, lane]
         L[4 * LANES + lane] = turns[contract.DAMPING, lane]
-        L[5 * LANES + lane] = turns[contract.STIFFNESS, lane] * level + K * D[HERE_POLY, lane]
+        L[5 * LANES + lane] = turns[contract.STIFFNESS, lane] * level + K * D[layout.HERE_POLY, lane]
     if omega == 0.0:
         t, u, w = tangent_flat_12(K, G, 1.0 + K * level, step[A], step[B], x, L)
     else:
-        a = S[HERE_AMP_SIN]
-        b = S[HERE_AMP_COS]
+        a = S[layout.HERE_AMP_SIN]
+        b = S[layout.HERE_AMP_COS]
         stiff = K - omega * omega
         gain_sin = stiff * a - G * omega * b
         gain_cos = stiff * b + G * omega * a
-        s = sin(S[HERE_PHASE0])
-        c = cos(S[HERE_PHASE0])
+        s = sin(S[layout.HERE_PHASE0])
+        c = cos(S[layout.HERE_PHASE0])
         along = gain_sin * s + gain_cos * c
         across = gain_sin * c - gain_cos * s
         size = gain_sin * gain_sin + gain_cos * gain_cos
         for lane in range(LANES):
-            d_omega = D[HERE_OMEGA, lane]
-            d_a = D[HERE_AMP_SIN, lane]
-            d_b = D[HERE_AMP_COS, lane]
+            d_omega = D[layout.HERE_OMEGA, lane]
+            d_a = D[layout.HERE_AMP_SIN, lane]
+            d_b = D[layout.HERE_AMP_COS, lane]
             d_stiff = turns[contract.STIFFNESS, lane] - 2.0 * omega * d_omega
             d_drag = turns[contract.DAMPING, lane] * omega + G * d_omega
             d_sin = d_stiff * a + stiff * d_a - d_drag * b - G * omega * d_b
             d_cos = d_stiff * b + stiff * d_b + d_drag * a + G * omega * d_a
             L[6 * LANES + lane] = (d_sin * gain_sin + d_cos * gain_cos) / size
             turn = (d_cos * gain_sin - d_sin * gain_cos) / size
-            L[7 * LANES + lane] = (D[HERE_PHASE0, lane] + turn) / omega
+            L[7 * LANES + lane] = (D[layout.HERE_PHASE0, lane] + turn) / omega
             L[8 * LANES + lane] = d_omega / omega
         t, u, w = tangent_wave_12(K, G, 1.0 + K * level, along, omega * across, omega * omega, step[A], step[B], x, L)
     for lane in range(LANES):

@@ -11,7 +11,7 @@ from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import FLIGHT_ORDER, HERE_FACTOR_DEGREE, N, T, U, W, Y, Z
 from wheeltapper.march.program import BONDED, CONTACT, LENGTH, ON_DECK, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate, evaluate_derivative
-from wheeltapper.march.series import path_at
+from wheeltapper.march.series import deck_acceleration, path_at
 from wheeltapper.march.step import time_to
 from wheeltapper.march.tangent_path import LANES, path_tangent
 from wheeltapper.march.tangent_series import at
@@ -28,18 +28,10 @@ SAMPLED = FIRST_LANE + LANES
 def _accelerations(numbers: FloatArray, on_deck: bool, point: FloatArray) -> tuple[float, float]:
     """Return the accelerations of deck and wheel from their motion and the force."""
     wheel = -1.0 + point[FORCE, VALUE]
-    wheel -= (
-        numbers[contract.STIFFNESS] * point[SAMPLED_WHEEL_Y, VALUE]
-        + numbers[contract.DAMPING] * point[SAMPLED_WHEEL_V, VALUE]
-    )
-    mass = numbers[contract.DECK_MASS]
-    if mass == 0.0:
-        return 0.0, wheel
-    deck = -numbers[contract.DECK_STIFFNESS] * point[SAMPLED_DECK_Y, VALUE]
-    deck -= numbers[contract.DECK_DAMPING] * point[SAMPLED_DECK_V, VALUE]
-    if on_deck:
-        deck += numbers[contract.PRESTRESS] - point[FORCE, VALUE]
-    return deck / mass, wheel
+    y, v = point[SAMPLED_WHEEL_Y, VALUE], point[SAMPLED_WHEEL_V, VALUE]
+    wheel -= numbers[contract.STIFFNESS] * y + numbers[contract.DAMPING] * v
+    deck_y, deck_v = point[SAMPLED_DECK_Y, VALUE], point[SAMPLED_DECK_V, VALUE]
+    return deck_acceleration(numbers, deck_y, deck_v, on_deck, point[FORCE, VALUE]), wheel
 
 
 @kernel
@@ -67,10 +59,8 @@ def _in_contact(
     point[SAMPLED_DECK_Y, VALUE], point[SAMPLED_DECK_V, VALUE] = lift, sway
     point[SAMPLED_WHEEL_Y, VALUE] = height - u * u + (lift if on_deck else 0.0)
     point[SAMPLED_WHEEL_V, VALUE] = velocity - w + (sway if on_deck else 0.0)
-    point[SAMPLED_DECK_Y, RATE], point[SAMPLED_WHEEL_Y, RATE] = (
-        point[SAMPLED_DECK_V, VALUE],
-        point[SAMPLED_WHEEL_V, VALUE],
-    )
+    point[SAMPLED_DECK_Y, RATE] = point[SAMPLED_DECK_V, VALUE]
+    point[SAMPLED_WHEEL_Y, RATE] = point[SAMPLED_WHEEL_V, VALUE]
     point[SAMPLED_DECK_V, RATE], point[SAMPLED_WHEEL_V, RATE] = _accelerations(numbers, on_deck, point)
     parting = bend - point[SAMPLED_WHEEL_V, RATE] + (point[SAMPLED_DECK_V, RATE] if on_deck else 0.0)  # w'
     for lane in range(LANES):
@@ -85,9 +75,8 @@ def _in_contact(
         point[SAMPLED_DECK_Y, to] = at(D, Y, order, x, lane) - sway * d_t
         point[SAMPLED_DECK_V, to] = at(D, Z, order, x, lane) - point[SAMPLED_DECK_V, RATE] * d_t
         d_height, d_velocity = path_tangent(after, lane, S, D)
-        point[SAMPLED_WHEEL_Y, to] = (
-            d_height - (2.0 * u * d_u - w * d_t) + (point[SAMPLED_DECK_Y, to] if on_deck else 0.0)
-        )
+        raised = point[SAMPLED_DECK_Y, to] if on_deck else 0.0
+        point[SAMPLED_WHEEL_Y, to] = d_height - (2.0 * u * d_u - w * d_t) + raised
         point[SAMPLED_WHEEL_V, to] = d_velocity - d_w + (point[SAMPLED_DECK_V, to] if on_deck else 0.0)
         point[SAMPLED_WHEEL_V, to] += parting * d_t
 
@@ -107,10 +96,8 @@ def _out_of_contact(
     point[SAMPLED_DECK_V, VALUE] = evaluate(S, Z, order, x) if deck else 0.0
     point[SAMPLED_WHEEL_Y, VALUE] = evaluate(S, U, order, x)
     point[SAMPLED_WHEEL_V, VALUE] = evaluate(S, W, order, x)
-    point[SAMPLED_DECK_Y, RATE], point[SAMPLED_WHEEL_Y, RATE] = (
-        point[SAMPLED_DECK_V, VALUE],
-        point[SAMPLED_WHEEL_V, VALUE],
-    )
+    point[SAMPLED_DECK_Y, RATE] = point[SAMPLED_DECK_V, VALUE]
+    point[SAMPLED_WHEEL_Y, RATE] = point[SAMPLED_WHEEL_V, VALUE]
     point[SAMPLED_DECK_V, RATE], point[SAMPLED_WHEEL_V, RATE] = _accelerations(numbers, step[ON_DECK] != 0.0, point)
     for lane in range(LANES):
         to = FIRST_LANE + lane

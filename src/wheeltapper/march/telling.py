@@ -1,8 +1,12 @@
-"""Progress of a march: its kernel returns after some steps, reports, and continues."""
+"""Progress of a march: its kernel returns after some steps or where a table is full, reports, and continues."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+
+import numpy as np
+
+from wheeltapper.march.program import FloatArray
 
 CHUNK = 20_000
 """Steps of a wheelset's march after which its kernel returns, so that progress is reported; this takes far less than
@@ -16,3 +20,10 @@ Tell = Callable[[float], bool]
 def untold(reached: float) -> bool:
     """Report nothing, and continue."""
     return False
+
+
+def grown(table: FloatArray, used: float, room: float = 0.0) -> FloatArray:
+    """Return a table, twice as long if three quarters of its rows are used or fewer than `room` are free."""
+    if used < 0.75 * len(table) and used + room <= len(table):
+        return table
+    return np.concatenate([table, np.empty_like(table)])

@@ -1,12 +1,23 @@
-"""Contact steps of a contact that may yield: which piece of the law holds, and where it ends.
+"""Steps of a contact that may yield: which piece of the plastic law holds, and where in the step it ends.
 
-phase CONTACT      elastic: N = factor·u³, u² the indentation of the surface as it is; ends also where the surface
-                   yields, at the largest indentation that it has borne, or of a virgin one where the law begins
-phase YIELDING + k piece k of the plastic law: N = law(u² + r), r the residual indentation that the surface has
+The force of the contact follows one of two laws. The phase says which:
 
-rolling   every contact is at another place: the same curve is gone back in unloading (the paper, section 2)
-memory    all contacts are at one spot: where the indentation is largest, a new piece begins, with the residual
-          indentation and the larger radius of what was loaded last; its surface lies deeper by that residual
+phase CONTACT       The contact is elastic: N = factor·u³, where u² is the indentation of the surface as it is. Beside
+                    the ends of every contact step, the step ends where the surface begins to yield. A virgin surface
+                    yields where the plastic law begins; any other one at the largest indentation that it has borne.
+phase YIELDING + k  The contact yields: N = law(u² + r) by piece k of the plastic law. The law is one of the
+                    indentation of the virgin surface: u² of the surface as it is, and the residual indentation r that
+                    earlier contacts have left.
+
+What happens in unloading depends on `numbers[MEMORY]`:
+
+0, a rolling wheel       Every contact is at another place of the rail. In unloading the force goes back along the same
+                         curve (the paper, section 2).
+1, a wheel on one spot   All contacts are at the same place. Where the indentation is largest, a new piece of the path
+                         begins. It has the residual indentation, and the larger radius, that the last loading has
+                         left. Its surface lies deeper by that residual indentation.
+
+`law` has the pieces of the plastic law as rows (LAW_COLUMNS of program.py). The other arrays are those of single.py.
 """
 
 from __future__ import annotations
@@ -15,53 +26,14 @@ from math import sqrt
 
 import numpy as np
 
+from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import follow, log_event
 from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import (
-    COUNT,
-    DEPTH,
-    HERE_BEARS,
-    HERE_BEARS_DEGREE,
-    HERE_LAW_CENTRE,
-    HERE_LAW_SCALE,
-    HERE_LAW_TERMS,
-    HERE_RESIDUAL,
-    HERE_RESIDUAL_DEGREE,
-    HORNER_BEARS,
-    MARK,
-    PIECES,
-    STATE,
-    TREND,
-    Q,
-    T,
-    U,
-    W,
-)
-from wheeltapper.march.program import (
-    CONTACT,
-    DECK_V,
-    DECK_Y,
-    ON_DECK,
-    PHASE,
-    PIECE,
-    TIME,
-    YIELD,
-    YIELDING,
-    A,
-    B,
-    FloatArray,
-)
+from wheeltapper.march.layout import COUNT, MARK, STATE, Q, T, U, W
+from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, PHASE, PIECE, TIME, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
-from wheeltapper.march.series import (
-    NO_PIECE,
-    borne_at,
-    borne_series,
-    contact_series,
-    enter_law,
-    law_at,
-    residual_at,
-)
+from wheeltapper.march.series import NO_PIECE, borne_at, borne_series, contact_series, enter_law, law_at, residual_at
 from wheeltapper.march.step import NOTHING, contact_reach
 
 YIELDS, GOES_ON, UNLOADS = 6, 7, 8
@@ -89,7 +61,7 @@ def choose_law(numbers: FloatArray, law: FloatArray, events: FloatArray, S: Floa
     near = SAME_DEPTH * square
     depth = square + residual_at(0.0, S)
     beyond = square - borne_at(0.0, S)
-    piece = int(S[STATE + PHASE]) - YIELDING
+    piece = int(S[STATE + PHASE]) - contract.YIELDING
     if piece >= 0:
         ends = law[piece + 1, contract.LAW_START] if piece + 1 < law.shape[0] else np.inf
         if not law[piece, contract.LAW_START] - near <= depth <= ends + near:
@@ -98,10 +70,10 @@ def choose_law(numbers: FloatArray, law: FloatArray, events: FloatArray, S: Floa
             piece = NO_PIECE
     elif beyond > (numbers[contract.TOLERANCE] * square if numbers[contract.MEMORY] != 0.0 else near):
         piece = piece_of(depth, law)
-        log_event(S[STATE + TIME], YIELD, S[STATE + B], 0.0, events, S[COUNT:])
+        log_event(S[STATE + TIME], contract.YIELD, S[STATE + B], 0.0, events, S[COUNT:])
     piece = max(piece, NO_PIECE)
     enter_law(piece, law, S)
-    S[STATE + PHASE] = YIELDING + piece if piece >= 0 else CONTACT
+    S[STATE + PHASE] = contract.YIELDING + piece if piece >= 0 else contract.CONTACT
 
 
 @kernel
@@ -110,9 +82,9 @@ def _root(order: int, length: float, direction: float, size: float, S: FloatArra
 
     `size` is that of what TREND is the difference of.
     """
-    if abs(S[TREND]) < SAME_DEPTH * size:
-        S[TREND] = 0.0
-    root, _ = first_root(S, TREND, order, 0.0, length, direction, SAME_DEPTH * size)
+    if abs(S[layout.TREND]) < SAME_DEPTH * size:
+        S[layout.TREND] = 0.0
+    root, _ = first_root(S, layout.TREND, order, 0.0, length, direction, SAME_DEPTH * size)
     return root
 
 
@@ -122,23 +94,23 @@ def _reaches(square: float, order: int, length: float, direction: float, S: Floa
     if square <= 0.0:
         return NONE
     for k in range(order + 1):
-        S[TREND + k] = S[U + k]
-    S[TREND] -= sqrt(square)
+        S[layout.TREND + k] = S[U + k]
+    S[layout.TREND] -= sqrt(square)
     return _root(order, length, direction, S[U], S)
 
 
 @kernel
 def _meets_yield(order: int, length: float, direction: float, S: FloatArray) -> float:
     """Return where in the step the surface begins to yield (direction 1) or to unload (-1); NONE where it does not."""
-    if S[HERE_BEARS_DEGREE] == 0.0:
-        return _reaches(S[HERE_BEARS], order, length, direction, S)
+    if S[layout.HERE_BEARS_DEGREE] == 0.0:
+        return _reaches(S[layout.HERE_BEARS], order, length, direction, S)
     borne_series(order, S)
     for k in range(order):
-        S[TREND + k] = S[Q + k] - S[HORNER_BEARS + k]
+        S[layout.TREND + k] = S[Q + k] - S[layout.HORNER_BEARS + k]
     root = _root(order - 1, length, direction, S[Q], S)
     if root == NONE:
         return NONE
-    slope = evaluate_derivative(S, TREND, order - 1, root)
+    slope = evaluate_derivative(S, layout.TREND, order - 1, root)
     for _ in range(3 if slope != 0.0 else 0):  # u and t are known to one order more than u²
         square = evaluate(S, U, order, root) ** 2
         root = min(max(root - (square - borne_at(evaluate(S, T, order, root), S)) / slope, 0.0), length)
@@ -148,12 +120,12 @@ def _meets_yield(order: int, length: float, direction: float, S: FloatArray) -> 
 @kernel
 def _meets_border(depth: float, order: int, length: float, direction: float, S: FloatArray) -> float:
     """Return where in a yielding step the virgin surface's indentation goes through a value; NONE where it does not."""
-    if S[HERE_RESIDUAL_DEGREE] == 0.0:
-        return _reaches(depth - S[HERE_RESIDUAL], order, length, direction, S)
+    if S[layout.HERE_RESIDUAL_DEGREE] == 0.0:
+        return _reaches(depth - S[layout.HERE_RESIDUAL], order, length, direction, S)
     for k in range(order):
-        S[TREND + k] = S[DEPTH + k]
-    S[TREND] -= (depth - S[HERE_LAW_CENTRE]) / S[HERE_LAW_SCALE]
-    return _root(order - 1, length, direction, depth / S[HERE_LAW_SCALE], S)
+        S[layout.TREND + k] = S[layout.DEPTH + k]
+    S[layout.TREND] -= (depth - S[layout.HERE_LAW_CENTRE]) / S[layout.HERE_LAW_SCALE]
+    return _root(order - 1, length, direction, depth / S[layout.HERE_LAW_SCALE], S)
 
 
 @kernel
@@ -164,15 +136,15 @@ def _may_yield(order: int, length: float, S: FloatArray) -> bool:
         largest = (largest + abs(S[U + k])) * length
     after = evaluate(S, T, order, length)
     change = 0.0
-    for k in range(int(S[HERE_BEARS_DEGREE]), 0, -1):
-        change = (change + abs(S[HERE_BEARS + k])) * after
-    return bool((S[U] + largest) ** 2 > S[HERE_BEARS] - change)
+    for k in range(int(S[layout.HERE_BEARS_DEGREE]), 0, -1):
+        change = (change + abs(S[layout.HERE_BEARS + k])) * after
+    return bool((S[U] + largest) ** 2 > S[layout.HERE_BEARS] - change)
 
 
 @kernel
 def _yielding_end(law: FloatArray, order: int, length: float, memory: bool, S: FloatArray) -> tuple[float, int, int]:
     """Return where the piece of the law that holds ends in a step, what ends it, and which piece follows."""
-    piece = int(S[STATE + PHASE]) - YIELDING
+    piece = int(S[STATE + PHASE]) - contract.YIELDING
     end, what, follows = length, NOTHING, piece
     if piece + 1 < law.shape[0]:
         root = _meets_border(law[piece + 1, contract.LAW_START], order, end, 1.0, S)
@@ -198,13 +170,13 @@ def _yielding_end(law: FloatArray, order: int, length: float, memory: bool, S: F
 @kernel
 def _remember(pieces: FloatArray, numbers: FloatArray, law: FloatArray, ends_at_rest: bool, S: FloatArray) -> None:
     """Begin a piece for the spot as it is left by what it carries now; its surface is what is left of it."""
-    here, row = int(S[STATE + PIECE]), int(S[COUNT + PIECES])
+    here, row = int(S[STATE + PIECE]), int(S[COUNT + layout.PIECES])
     before = residual_at(0.0, S)
     depth = S[STATE + A] * S[STATE + A] + before
-    x = (depth - S[HERE_LAW_CENTRE]) / S[HERE_LAW_SCALE]
+    x = (depth - S[layout.HERE_LAW_CENTRE]) / S[layout.HERE_LAW_SCALE]
     residual = 0.0
     for k in range(contract.TERMS - 1, -1, -1):
-        residual = residual * x + law[int(S[STATE + PHASE]) - YIELDING, contract.LAW_RESIDUAL + k]
+        residual = residual * x + law[int(S[STATE + PHASE]) - contract.YIELDING, contract.LAW_RESIDUAL + k]
     square = depth - residual
     for column in range(pieces.shape[1]):
         pieces[row, column] = pieces[here, column]
@@ -213,9 +185,9 @@ def _remember(pieces: FloatArray, numbers: FloatArray, law: FloatArray, ends_at_
     pieces[row, contract.BEARS] = square / numbers[contract.LIFT]
     pieces[row, contract.FACTOR_DEGREE] = 0.0
     pieces[row, contract.FACTOR] = law_at(depth, S) / square**1.5
-    S[COUNT + PIECES] += 1.0
+    S[COUNT + layout.PIECES] += 1.0
     S[STATE + PIECE] = row
-    S[STATE + PHASE] = CONTACT
+    S[STATE + PHASE] = contract.CONTACT
     S[STATE + A] = sqrt(square)
     if ends_at_rest:
         S[STATE + B] = 0.0
@@ -230,7 +202,7 @@ def yielding_reach(numbers: FloatArray, law: FloatArray, S: FloatArray) -> tuple
         numbers, order, S[STATE + A], S[STATE + B], S[STATE + DECK_Y], S[STATE + DECK_V], S[STATE + ON_DECK] != 0.0, S
     )
     length = contact_reach(numbers, numbers[contract.STIFFNESS] + numbers[contract.DAMPING], S)
-    if S[HERE_LAW_TERMS] != 0.0:
+    if S[layout.HERE_LAW_TERMS] != 0.0:
         return _yielding_end(law, order, length, memory, S)
     if _may_yield(order, length, S):
         root = _meets_yield(order, length, 1.0, S)
@@ -253,6 +225,6 @@ def change_law(
         _remember(pieces, numbers, law, length > 0.0, S)
         return
     if ends == YIELDS:
-        log_event(S[STATE + TIME], YIELD, S[STATE + B], 0.0, events, S[COUNT:])
+        log_event(S[STATE + TIME], contract.YIELD, S[STATE + B], 0.0, events, S[COUNT:])
         follows = piece_of(depth, law)
-    S[STATE + PHASE] = YIELDING + follows if follows >= 0 else CONTACT
+    S[STATE + PHASE] = contract.YIELDING + follows if follows >= 0 else contract.CONTACT
