@@ -12,7 +12,7 @@ Deck     M·Ÿ = -Σ(N - N0) - K·Y - C_d·Ẏ over the wheels that are on it: N
 Damper   F = c·ẏ; with play only at a stop and outwards; with a bush F = k_b·(y - z) = c·ż
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import asin, ceil, inf, pi, sqrt
 
@@ -136,7 +136,6 @@ class Recorded:
     truth: Passage
     clean: np.ndarray
     late: float = 0.0
-    notes: dict = field(default_factory=dict)
 
 
 # -- the path of the centre -------------------------------------------------------------------------------------------
@@ -562,7 +561,7 @@ def recorded(passage, sensor, duration, random, wrongs=Wrongs(), step=STEP):
 # -- what is drawn ----------------------------------------------------------------------------------------------------
 
 
-def faulty(wheelset, fault, size, place, bush=inf):
+def faulty(wheelset, fault, size, place):
     """Return a wheelset with a fault of some size.
 
     Sizes: mass of the bogie that moves with a broken spring, kg; damping or mass over the healthy one; half the play,

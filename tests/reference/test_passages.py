@@ -8,7 +8,7 @@ import pytest
 
 import wheeltapper as wt
 from tests import passages
-from tests.passages import GRID, STEP, Passage, Sensor, Wheelset, Wrongs, acceleration, faulty, recorded, shown
+from tests.passages import GRID, STEP, Passage, Sensor, Wheelset, Wrongs, acceleration, drawn, faulty, recorded, shown
 from wheeltapper.ask.diagnosis import public
 
 NOISE = Sensor().spread
@@ -82,6 +82,19 @@ def test_two_programs_agree_on_a_passage(name):
     rms, largest = off(CASES[name])
     assert rms < 1e-3
     assert largest < 1e-2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "fault", ["healthy", "broken spring", "lost damper", "mass deviation", "free play", "soft bush", "wheel flat"]
+)
+def test_two_programs_agree_on_drawn_passages(fault):
+    stated = Passage(deck_start=0.3, deck_length=5.0, bump_start=1.5)
+    for seed in range(6):
+        passage, _, place = drawn(stated, fault, np.random.default_rng([seed]))
+        rms, _ = off(passage, np.arange(0.0, 5.4 / passage.speed, 5e-5))
+        over_the_bump = fault == "wheel flat" and abs(place - 1.525) < 0.1
+        assert rms < (0.4 if over_the_bump else 2e-3)
 
 
 @pytest.mark.parametrize("name", ["healthy", "play", "bush", "flat", "long flat"])
