@@ -14,6 +14,7 @@ from wheeltapper.ask.diagnosis.performance import Performance
 from wheeltapper.ask.marks import Marks
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
+from wheeltapper.faces.panels import RED, legend_above
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.arguments import as_count, as_list, as_path
@@ -130,6 +131,8 @@ def _drawn(record: Record) -> Figure:
         axes[2].set_ylabel("deck acceleration [m/s²]")
     for axis in axes:
         shade_losses(axis, record)
+    for axis in axes[:2]:
+        legend_above(axis)
     axes[-1].set_xlabel("time [ms]")
     figure.suptitle(str(record), fontsize=9)
     return figure
@@ -156,16 +159,14 @@ def _draw_motion(axis: Axes, history: Any) -> None:
     axis.plot(time, 1e6 * history.constraint, color="0.5", label="path over the irregularity")
     axis.plot(time, 1e6 * history.wheel_displacement, label="wheel's centre")
     axis.set_ylabel("displacement [µm]")
-    axis.legend(loc="upper right", ncols=2)
 
 
 def _draw_force(axis: Axes, record: Record, history: Any) -> None:
     axis.plot(1e3 * history.time, history.normal_force / 1e3)
     axis.axhline(record.static_force / 1e3, color="0.5", linewidth=0.8, linestyle="--", label="static")
     impacts = record.events.time.values[record.events.kind.values == "impact"]  # quicker than all of `impacts`
-    axis.plot(1e3 * impacts, np.zeros_like(impacts), "v", markersize=4, color="C1", label="impact")
+    axis.plot(1e3 * impacts, np.zeros_like(impacts), "v", markersize=4, color=RED, label="impact")
     axis.set_ylabel("normal force [kN]")
-    axis.legend(loc="upper right", ncols=2)
 
 
 def shade_losses(axis: Axes, record: Record) -> None:
@@ -177,4 +178,4 @@ def shade_losses(axis: Axes, record: Record) -> None:
     if len(starts):  # one collection: a span for each loss takes a minute to make where there are thousands
         spans = list(zip(1e3 * starts, 1e3 * lengths, strict=True))
         over = axis.get_xaxis_transform()
-        axis.broken_barh(spans, (0.0, 1.0), transform=over, color="C1", alpha=0.12, linewidth=0)
+        axis.broken_barh(spans, (0.0, 1.0), transform=over, color=RED, alpha=0.12, linewidth=0, label="out of contact")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import wheeltapper as wt
+from wheeltapper.faces.panels import legend_above
 from wheeltapper.faces.paper.plastic import AT_RESONANCE, BEYOND_RESONANCE, WAVELENGTH, corrugated
 from wheeltapper.faces.paper.setting import STATIC
 
@@ -37,8 +38,10 @@ def _laws(axis: Axes) -> None:
         linestyle=":",
         label="Hertz",
     )
-    axis.set(xlabel="indentation over that at yield", ylabel="force over that at yield")
-    axis.legend(fontsize=8)
+    axis.plot([], [], "k-", label="loading")
+    axis.plot([], [], "k--", label="unloading")
+    axis.set(xlabel="indentation over that at yield", ylabel="force over that at yield", title="the laws")
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=4, fontsize=8)
 
 
 def _profile(axis: Axes, speed: float, passes: int, hardening: float) -> None:
@@ -47,8 +50,8 @@ def _profile(axis: Axes, speed: float, passes: int, hardening: float) -> None:
     shown = worn.sel(position=slice(1.5, 1.5 + 6 * WAVELENGTH))
     for index, label in ((0, "virgin"), (-1, f"after {passes} wheels" if passes > 1 else "after a wheel")):
         axis.plot(1e3 * shown.position, 1e6 * shown.height[index], label=label)
-    axis.set(xlabel="position [mm]", ylabel="height [µm]", title=f"{speed:g} m/s")
-    axis.legend(loc="lower right", fontsize=8)
+    axis.set(xlabel="position [mm]", ylabel="height [µm]", title=f"the rail, {speed:g} m/s")
+    legend_above(axis)
 
 
 def plastic(figure: Figure) -> None:
@@ -58,11 +61,12 @@ def plastic(figure: Figure) -> None:
     _laws(laws)
     _profile(beyond, BEYOND_RESONANCE, 100, 0.0)
     _profile(at, AT_RESONANCE, 1, 1.0)
-    for hardening, label in ((1.0, "hardening"), (0.0, "none")):
+    for hardening, label in ((1.0, "hardening"), (0.0, "no hardening")):
         worn = wt.wear_in(corrugated(AT_RESONANCE), 30, hardening=hardening)
         forces.plot(worn["pass"], worn.largest_force / STATIC, label=label)
-    forces.set(xlabel="wheel", ylabel="largest N/N₀", title=f"{AT_RESONANCE:g} m/s", ylim=(0.0, None))
-    forces.legend()
+    forces.set(xlabel="wheel", ylabel="largest N/N₀", title=f"each wheel, {AT_RESONANCE:g} m/s", ylim=(0.0, None))
+    legend_above(forces)
+    figure.suptitle("C44: plastic deformation of a corrugated rail, 50 µm, 5 cm")
 
 
 DRAW: dict[str, Callable[[Figure], None]] = {"plastic": plastic}
