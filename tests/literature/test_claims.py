@@ -83,7 +83,7 @@ def test_a_claim_that_is_contradicted_says_by_what(capsys):
     out = capsys.readouterr().out
     assert "– contradicted by: inertia and spring subtract" in out
     assert "REFUTES  ... over M·ω² + K: 0.3147" in out
-    assert ", expected 1 ± 0.05; the paper: section 3" in out
+    assert ", expected 0.95 to 1.05; the paper: section 3" in out
 
 
 def test_the_command_writes_table_and_figures(tmp_path, capsys):

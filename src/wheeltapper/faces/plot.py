@@ -9,18 +9,21 @@ import numpy as np
 
 from wheeltapper.ask.diagnosis.design import Design
 from wheeltapper.ask.diagnosis.finding import Finding
+from wheeltapper.ask.diagnosis.force import Force
 from wheeltapper.ask.diagnosis.imitation_map import TITLE as IMITATION
 from wheeltapper.ask.diagnosis.performance import Performance
 from wheeltapper.ask.marks import Marks
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
 from wheeltapper.faces.panels import RED, legend_above
+from wheeltapper.faces.results import draw_comfort, draw_force, draw_modes, draw_recording, draw_records
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.arguments import as_count, as_list, as_path
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.record.labels import CHART_TITLE, WEAR_TITLE
 from wheeltapper.record.record import Record
+from wheeltapper.record.recording import Recording
 from wheeltapper.record.wagon_record import WagonRecord
 
 if TYPE_CHECKING:
@@ -35,14 +38,14 @@ SAMPLES = 6_000
 
 
 def plot(
-    what: Record | Marks | Finding | Design | Performance | xr.Dataset,
+    what: Record | list[Record] | Recording | Force | Marks | Finding | Design | Performance | xr.Dataset,
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
     against: Record | None = None,
     wheelset: int = 1,
 ) -> Figure:
-    """Draw a record, a chart, marks, the evolution of a rail, a finding, or a site's performance or design.
+    """Draw a result: a record or several, a chart, a recording, a finding, modes and the like.
 
     A record: path and wheel, normal force with losses shaded and impacts marked, and the deck if there is one. The
     record of a wagon: normal forces of all wheels, and the acceleration of the car body. A chart of two varied fields:
@@ -52,7 +55,9 @@ def plot(
     Parameters
     ----------
     what
-        Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site` or `load`.
+        Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site`, `modes`, `comfort`,
+        `reconstructed`, `read_recording` or `load`; or a list of records of a wheelset, whose forces are drawn over
+        each other.
     path
         Path of the picture; None: it is only returned.
     features
@@ -82,6 +87,7 @@ def plot(
         raise InputError("", "against", shown(against), "a Record")
     wheelset = as_count(wheelset, "wheelset")
     title = getattr(what, "attrs", {}).get("title")
+    variables = set(getattr(what, "data_vars", ()))
     for name, given in (("features", features), ("border", border)):
         if given is not None and title != CHART_TITLE:
             raise InputError("", name, shown(given), "None, unless `what` is a chart")
@@ -100,6 +106,16 @@ def plot(
             figure = draw_design(what)
         elif isinstance(what, Performance):
             figure = draw_performance(what)
+        elif isinstance(what, Recording):
+            figure = draw_recording(what)
+        elif isinstance(what, Force):
+            figure = draw_force(what)
+        elif isinstance(what, list | tuple):
+            figure = draw_records(what)
+        elif {"damping_ratio", "shape"} <= variables:
+            figure = draw_modes(what)
+        elif {"mean_comfort", "continuous_comfort"} <= variables:
+            figure = draw_comfort(what)
         elif title == WEAR_TITLE:
             figure = draw_wear(what)
         elif title == IMITATION:

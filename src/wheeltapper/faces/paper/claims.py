@@ -111,7 +111,7 @@ class Measure:
         if self.high == inf:
             return f"at least {self.low:g}"
         middle, half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
-        close = half <= 0.05 * abs(middle)
+        close = half <= 0.02 * abs(middle)
         return f"{middle:.6g} ± {half:.2g}" if close else f"{self.low:.6g} to {self.high:.6g}"
 
     @property

@@ -79,6 +79,7 @@ def broken_spring() -> Iterator[Measure]:
 def _draw(figure: Figure) -> None:
     """Draw the evidence for a broken spring."""
     evidence(figure, finding("broken spring"))
+    figure.suptitle("C41: a computed passage with a broken spring, diagnosed")
 
 
 DRAW: dict[str, Callable[[Figure], None]] = {"diagnosis": _draw}

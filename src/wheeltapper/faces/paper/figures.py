@@ -153,7 +153,7 @@ def fig7(figure: Figure) -> None:
             axes[1, column].set(ylabel="")
     handles, names = axes[0, 1].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=3)
-    figure.suptitle("Fig. 7 (C27 to C35): corrugation 50 µm, 5 cm, c = 8 kN s/m")
+    figure.suptitle("Fig. 7 (C27 to C35, C40): corrugation 50 µm, 5 cm, c = 8 kN s/m")
 
 
 @_figure("stiffness")

@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LAWS = (wt.contact.Thornton(), wt.contact.Stronge(), wt.contact.JacksonGreen(), wt.contact.KogutEtsion())
+LAWS = {
+    "Thornton": wt.contact.Thornton(), "Stronge": wt.contact.Stronge(),
+    "Jackson and Green": wt.contact.JacksonGreen(), "Kogut and Etsion": wt.contact.KogutEtsion(),
+}  # fmt: skip
 LARGEST = 3.0
 """Largest indentation over that at yield in the picture of the laws."""
 
@@ -24,12 +27,12 @@ LARGEST = 3.0
 def _laws(axis: Axes) -> None:
     """Draw loading and unloading of the laws, over force and indentation at yield."""
     elastic = np.linspace(0.0, 1.0, 60)
-    for law in LAWS:
+    for name, law in LAWS.items():
         loaded = np.linspace(1.0, LARGEST, 200)
         top, left = float(law.loading(LARGEST)), float(law.residual(LARGEST))
         back = np.linspace(left, LARGEST, 200)
         (line,) = axis.plot(np.append(elastic, loaded), np.append(elastic**1.5, law.loading(loaded)))
-        line.set_label(type(law).__name__)
+        line.set_label(name)
         axis.plot(back, top * ((back - left) / (LARGEST - left)) ** 1.5, color=line.get_color(), linestyle="--")
     axis.plot(
         np.linspace(0.0, LARGEST, 200),
@@ -61,12 +64,12 @@ def plastic(figure: Figure) -> None:
     _laws(laws)
     _profile(beyond, BEYOND_RESONANCE, 100, 0.0)
     _profile(at, AT_RESONANCE, 1, 1.0)
-    for hardening, label in ((1.0, "hardening"), (0.0, "no hardening")):
+    for hardening, label in ((1.0, "hardening"), (0.0, "no hardening, until they run away")):
         worn = wt.wear_in(corrugated(AT_RESONANCE), 30, hardening=hardening)
-        forces.plot(worn["pass"], worn.largest_force / STATIC, label=label)
-    forces.set(xlabel="wheel", ylabel="largest N/N₀", title=f"each wheel, {AT_RESONANCE:g} m/s", ylim=(0.0, None))
+        forces.plot(worn["pass"], worn.largest_force / STATIC, "o-", markersize=3, label=label)
+    forces.set(xlabel="wheel", ylabel="largest N/N₀", title=f"at {AT_RESONANCE:g} m/s", ylim=(0.0, None))
     legend_above(forces)
-    figure.suptitle("C44: plastic deformation of a corrugated rail, 50 µm, 5 cm")
+    figure.suptitle("C44, C48, C49: plastic deformation of a corrugated rail, 50 µm, 5 cm")
 
 
 DRAW: dict[str, Callable[[Figure], None]] = {"plastic": plastic}
