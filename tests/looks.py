@@ -40,8 +40,9 @@ def _labels(axis):
     if not x and any(tick.get_text() for tick in axis.get_xticklabels()):
         x = next((one.get_xlabel() for one in axis.figure.axes if one.get_xlabel()), "")
     y = axis.get_ylabel() or next((one.get_ylabel() for one in axis.figure.axes if one.get_ylabel()), "")
-    named = any(re.search(r"[a-z]", tick.get_text()) for tick in axis.get_yticklabels())
-    for text, needed in ((x, True), (y, not named)):
+    beside = axis.get_shared_y_axes().get_siblings(axis)
+    named = any(re.search(r"[a-z]", tick.get_text()) for one in beside for tick in one.get_yticklabels())
+    for text, needed in ((x, axis.get_label() != "<colorbar>"), (y, not named)):
         if needed and not text:
             yield "an axis has no label"
         elif needed and not re.search(r"\[[^\]]+\]", text) and not NO_UNIT.search(text):

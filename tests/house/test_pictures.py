@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.colors import to_hex
 
 import wheeltapper as wt
 from tests.looks import flaws
@@ -68,7 +69,7 @@ def test_a_map_and_a_cloud():
     figure = wt.plot(chart)
     assert flaws(figure) == []
     numbers = [text for text in figure.axes[0].texts if text.get_text()]
-    assert {text.get_color() for text in numbers} == {"black"}
+    assert {to_hex(text.get_color()) for text in numbers} == {"#000000"}
     assert 1.0 < float(numbers[0].get_text()) < 20.0  # ms
     cloud = wt.sweep(BUMP, {"vehicle.mass": ["1 t", "2 t"], "speed": [8, 10]}, PAIR[:1], samples=8)
     assert flaws(wt.plot(cloud)) == []
@@ -97,7 +98,9 @@ def test_a_finding_and_its_recording_and_force(site, recording):
 
 
 def test_how_well_a_site_tells_faults(site):
-    found = wt.assess(site, {"wheel flat": (0.002, 0.02), "broken spring": None}, count=6, healthy=6, workers=1)
+    found = wt.diagnosis.assess(
+        site, {"wheel flat": (0.002, 0.02), "broken spring": None}, count=6, healthy=6, workers=1
+    )
     figure = wt.plot(found)
     assert flaws(figure) == []
     assert figure.axes[1].get_xlabel() == "size [mm]"

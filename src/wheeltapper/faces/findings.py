@@ -13,7 +13,7 @@ from wheeltapper.ask.diagnosis.faults import fault_named
 from wheeltapper.ask.diagnosis.finding import NOT_EXPLAINED, Finding
 from wheeltapper.ask.diagnosis.identify import onset
 from wheeltapper.ask.diagnosis.performance import FaultPerformance, Performance
-from wheeltapper.faces.panels import BLUE, RED, in_unit, legend_above, with_unit
+from wheeltapper.faces.panels import BLUE, RED, in_unit, legend_above, with_unit, words
 from wheeltapper.lower.build import courses_of, path_table
 from wheeltapper.lower.numbers import METHODS
 
@@ -114,12 +114,12 @@ def _detection(axis: Axes, name: str, found: FaultPerformance) -> None:
     hits = np.array([passage.named for passage in found.passages])
     axis.plot(factor * sizes, np.where(hits, 1.02, -0.02), "|", color="0.5", label="passages, named or not")
     x = np.linspace(float(sizes.min()), float(sizes.max()), 200)
-    for words, pod in (("hit/miss", found.hit_miss), ("signal response", found.signal_response)):
+    for by, pod in (("hit/miss", found.hit_miss), ("signal response", found.signal_response)):
         if pod is None:
             continue
-        label = f"{words}: a90 {_reached(pod.a90, factor)}, a90/95 {_reached(pod.a90_95, factor)}"
+        label = f"{by}: a90 {_reached(pod.a90, factor)}, a90/95 {_reached(pod.a90_95, factor)}"
         (line,) = axis.plot(factor * x, pod.at(x), label=label)
-        axis.plot(factor * x, pod.lower(x), color=line.get_color(), linestyle=":", label=f"{words}: 95 % lower bound")
+        axis.plot(factor * x, pod.lower(x), color=line.get_color(), linestyle=":", label=f"{by}: 95 % lower bound")
     axis.set(xlabel=with_unit("size", unit), ylabel="probability of detection", title=name, ylim=(-0.05, 1.05))
     _legend_below(axis)
 
@@ -180,5 +180,8 @@ def draw_design(design: Design) -> Figure:
         axis.set(xlabel=label, ylabel=design.criterion, yscale="log")
     handles, names = figure.axes[-1].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=6, fontsize=8)
-    figure.suptitle("\n".join(textwrap.wrap(str(design), 130)), fontsize=8)
+    said = str(design)
+    for path in design.information.paths:
+        said = said.replace(path, words(path))
+    figure.suptitle("\n".join(textwrap.wrap(said, 130)), fontsize=8)
     return figure

@@ -82,7 +82,7 @@ def draw_comfort(comfort: xr.Dataset) -> Figure:
         axis.plot(comfort.block, block, "o-", markersize=4, label=str(name))
     axis.set(xlabel="end of the block [s]", ylabel="weighted acceleration [m/s²]", ylim=(0.0, None))
     legend_above(axis)
-    figure.suptitle(f"comfort, {comfort.attrs['body']}: N_MV = {float(comfort.mean_comfort):.3g}")
+    figure.suptitle(f"comfort, {comfort.attrs['body']}: mean comfort (EN 12299) {float(comfort.mean_comfort):.3g}")
     return figure
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 WIDE, THIN = {"linewidth": 3.0, "alpha": 0.4}, {"linewidth": 1.0}
 """Lines of the virgin and the worn rail, which may lie on each other."""
+EACH: dict[str, Any] = {"marker": "o", "markersize": 3}
+"""Lines over passes, of which there may be few."""
 NOISE = 1e-3
 """Smallest amplitude, over the largest one, whose growth is drawn; below it there is only rounding and leakage."""
 PARTS = {"elastic": "elastic", "shakedown": "shakes down", "ratcheting": "ratchets"}
@@ -49,19 +51,19 @@ def draw_wear(wear: xr.Dataset) -> Figure:
     growth.set_title("waves of at least a thousandth of the highest one")
     force, share = axes[2]
     number = wear["pass"]
-    force.plot(number, wear.largest_force / wear.attrs["static_force"])
+    force.plot(number, wear.largest_force / wear.attrs["static_force"], **EACH)
     force.set(xlabel="pass", ylabel="largest force over static")
     work = force.twinx()
-    work.plot(number, wear.plastic_work, color=RED, linestyle="--")
+    work.plot(number, wear.plastic_work, color=RED, linestyle="--", **EACH)
     work.set_ylabel("plastic work [J], dashed")
     share.stackplot(number, *(100.0 * wear[name] for name in PARTS), labels=list(PARTS.values()))
     share.set(xlabel="pass", ylabel="share of the length [%]", ylim=(0.0, 100.0))
     legend_above(share)
     impacts, strongest = axes[3]
-    impacts.plot(number, wear.impacts_per_metre)
+    impacts.plot(number, wear.impacts_per_metre, **EACH)
     impacts.set(xlabel="pass", ylabel="impacts [1/m]", ylim=(0.0, None))
     loudest = wear.amplitude.isel(wavelength=int(first.amplitude.values.argmax()))
-    strongest.plot(wear.kept, 1e6 * loudest)
+    strongest.plot(wear.kept, 1e6 * loudest, **EACH)
     strongest.set(xlabel="passes made", ylabel=f"amplitude at {1e3 * float(loudest.wavelength):.3g} mm [µm]")
     for axis in figure.axes:
         if axis not in (spectrum, growth):
