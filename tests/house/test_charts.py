@@ -20,9 +20,9 @@ OVER = {"vehicle.damping": np.linspace(2e4, 8e4, 7), "vehicle.mass": np.linspace
 def test_a_map_has_level_curves_arrows_and_its_specificity():
     chart = wt.sweep(BUMP, OVER, PAIR, gradient=True)
     axis = wt.plot(chart, features=["impact_interval"]).axes[0]
-    assert axis.get_xlabel() == "vehicle.damping / (5e+04 N s/m)"
-    assert axis.get_ylabel() == "vehicle.mass / (1500 kg)"
-    assert "off vehicle.mass" in axis.get_title()
+    assert axis.get_xlabel() == "damping of vehicle over 50 kN s/m"
+    assert axis.get_ylabel() == "mass of vehicle over 1500 kg"
+    assert "off the mass of vehicle" in axis.get_title(loc="left")
     (arrows,) = [artist for artist in axis.collections if type(artist).__name__ == "Quiver"]
     assert np.all(np.abs(arrows.V) > np.abs(arrows.U))  # nearly along the axis of the mass
     assert len(wt.plot(chart).axes) == 2

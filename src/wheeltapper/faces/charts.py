@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.faces.panels import BLUE, RED, in_unit, legend_above, with_unit, words
 from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 ARROWS = 12
 """Approximate number of gradient arrows along each axis."""
+WITHOUT = "no value, or no reliable gradient"
 
 
 def features_of(chart: xr.Dataset) -> list[str]:
@@ -50,9 +52,11 @@ def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str]) -> None:
             )
 
 
-def _unit(chart: xr.Dataset, name: str) -> str:
-    unit = chart[name].attrs.get("units", "")
-    return f" [{unit}]" if unit else ""
+def _read(chart: xr.Dataset, name: str) -> tuple[FloatArray, str]:
+    """Return the values of a feature or a field in a unit that reads well, and its label."""
+    values = np.asarray(chart[name].values, dtype=float)
+    factor, unit = in_unit(values, chart[name].attrs.get("units", ""))
+    return factor * values, with_unit(words(name), unit)
 
 
 def _nominal(chart: xr.Dataset, path: str) -> float | None:
@@ -71,9 +75,9 @@ def _scale(chart: xr.Dataset, path: str) -> tuple[FloatArray, float, str]:
     values = np.asarray(chart[path].values, dtype=float)
     nominal = _nominal(chart, path)
     if nominal is None:
-        return values, 1.0, f"{path}{_unit(chart, path)}"
-    value = f"{nominal:.4g} {chart[path].attrs.get('units', '')}".strip()
-    return values / nominal, nominal, f"{path} / ({value})"
+        return values, 1.0, with_unit(words(path), chart[path].attrs.get("units", ""))
+    factor, unit = in_unit(nominal, chart[path].attrs.get("units", ""))
+    return values / nominal, nominal, f"{words(path)} over {factor * nominal:.4g} {unit}".rstrip()
 
 
 def _masked(chart: xr.Dataset, name: str) -> NDArray[np.bool_]:
@@ -88,19 +92,21 @@ def draw_map(axis: Axes, chart: xr.Dataset, name: str) -> None:
     second, first = (str(dimension) for dimension in chart[name].dims)
     x, x_unit, x_label = _scale(chart, second)
     y, y_unit, y_label = _scale(chart, first)
-    values = chart[name].values.T
+    values, title = _read(chart, name)
+    values = values.T
     if min(values.shape) < 2:
         raise InputError("", "chart", f"a map of {values.shape[1]} x {values.shape[0]} cells", "at least 2 x 2")
     known = np.isfinite(values)
     if np.count_nonzero(known) > 3 and np.ptp(values[known]) > 0.0:
         levels = np.quantile(values[known], np.linspace(0.02, 0.98, 12))
-        curves = axis.contour(x, y, np.ma.array(values, mask=~known), levels=np.unique(levels))
-        axis.clabel(curves, fontsize=7, fmt=lambda level: f"{level:.4g}")
+        curves = axis.contour(x, y, np.ma.array(values, mask=~known), levels=np.unique(levels), colors=BLUE)
+        numbers = axis.clabel(curves, fontsize=7, fmt=lambda level: f"{level:.4g}", colors="black")
+        for number in numbers:
+            number.set(zorder=6, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})
     masked = _masked(chart, name).T
     if masked.any():
         axis.contourf(x, y, masked.astype(float), levels=[0.5, 1.5], colors="none", hatches=["////"])
     axis.set(xlabel=x_label, ylabel=y_label)
-    title = f"{name}{_unit(chart, name)}"
     if f"{name}_gradient" in chart and {second, first} <= set(chart.parameter.values.tolist()):
         slopes = [chart[f"{name}_gradient"].sel(parameter=path).values.T for path in (second, first)]
         _draw_arrows(axis, x, y, slopes[0] * x_unit, slopes[1] * y_unit, masked)
@@ -114,7 +120,9 @@ def _draw_arrows(axis: Axes, x: FloatArray, y: FloatArray, dx: FloatArray, dy: F
     size = np.where(masked, np.nan, np.hypot(dx, dy))
     with np.errstate(invalid="ignore", divide="ignore"):
         u, v = (dx / size)[rows, columns], (dy / size)[rows, columns]
-    axis.quiver(x[columns], y[rows], u, v, color="C1", width=0.003, scale=ARROWS * 2.2, pivot="mid")
+    axis.quiver(
+        x[columns], y[rows], u, v, color=RED, alpha=0.6, width=0.003, scale=ARROWS * 2.2, pivot="mid", zorder=1
+    )  # fmt: skip
 
 
 def _specificity(chart: xr.Dataset, name: str, paths: tuple[str, str]) -> str:
@@ -126,26 +134,34 @@ def _specificity(chart: xr.Dataset, name: str, paths: tuple[str, str]) -> str:
         return ""
     angles = chart[f"{name}_angle"].sel({path: here[path] for path in paths}, method="nearest")
     best = str(angles.parameter.values[int(np.nanargmin(angles.values))]) if np.isfinite(angles.values).any() else ""
-    return f"{float(np.nanmin(angles.values)):.1f}° off {best} at the scenario's own values" if best else ""
+    return f"{float(np.nanmin(angles.values)):.1f}° off the {words(best)} at the scenario's own values" if best else ""
 
 
 def _draw_line(axis: Axes, chart: xr.Dataset, name: str) -> None:
     path = str(chart[name].dims[0])
-    axis.plot(chart[path], chart[name])
-    for value in chart[path].values[_masked(chart, name)]:
-        axis.axvline(value, color="0.85", linewidth=2, zorder=0)
-    axis.set(xlabel=f"{path}{_unit(chart, path)}", ylabel=f"{name}{_unit(chart, name)}")
+    x, x_label = _read(chart, path)
+    values, label = _read(chart, name)
+    axis.plot(x, values)
+    axis.set(xlabel=x_label, ylabel=label)
+    masked = _masked(chart, name)
+    for number, value in enumerate(x[masked]):
+        axis.axvline(value, color="0.85", linewidth=2, zorder=0, label=None if number else WITHOUT)
+    if masked.any():
+        legend_above(axis)
 
 
 def _draw_cloud(axis: Axes, chart: xr.Dataset, name: str) -> None:
     paths = [str(coordinate) for coordinate in chart.coords if chart[coordinate].dims == ("cell",)][:2]
+    values, label = _read(chart, name)
+    x, x_label = _read(chart, paths[0])
     if len(paths) == 1:
-        axis.plot(chart[paths[0]], chart[name], ".")
-        axis.set(xlabel=f"{paths[0]}{_unit(chart, paths[0])}", ylabel=f"{name}{_unit(chart, name)}")
+        axis.plot(x, values, ".")
+        axis.set(xlabel=x_label, ylabel=label)
         return
-    dots = axis.scatter(chart[paths[0]], chart[paths[1]], c=chart[name], s=8)
-    axis.figure.colorbar(dots, ax=axis, label=f"{name}{_unit(chart, name)}")
-    axis.set(xlabel=f"{paths[0]}{_unit(chart, paths[0])}", ylabel=f"{paths[1]}{_unit(chart, paths[1])}")
+    y, y_label = _read(chart, paths[1])
+    dots = axis.scatter(x, y, c=values, s=8)
+    axis.figure.colorbar(dots, ax=axis, label=label)
+    axis.set(xlabel=x_label, ylabel=y_label)
 
 
 def draw_border(figure: Figure, chart: xr.Dataset, border: xr.Dataset) -> None:

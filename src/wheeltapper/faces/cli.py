@@ -219,7 +219,7 @@ def wear(
 
 @app.command
 def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None) -> int:
-    """Measure the claims of the paper, each PASS or FAIL with its number.
+    """Measure the claims of the paper: confirmed, within limits, or contradicted.
 
     Parameters
     ----------

@@ -9,11 +9,14 @@ import numpy as np
 
 from wheeltapper.ask.diagnosis.design import Design
 from wheeltapper.ask.diagnosis.finding import Finding
+from wheeltapper.ask.diagnosis.force import Force
 from wheeltapper.ask.diagnosis.imitation_map import TITLE as IMITATION
 from wheeltapper.ask.diagnosis.performance import Performance
 from wheeltapper.ask.marks import Marks
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
+from wheeltapper.faces.panels import RED, legend_above
+from wheeltapper.faces.results import draw_comfort, draw_force, draw_modes, draw_recording, draw_records
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon, sampled
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.arguments import as_count, as_list, as_path
@@ -21,6 +24,7 @@ from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.record.labels import CHART_TITLE, WEAR_TITLE
 from wheeltapper.record.record import Record
+from wheeltapper.record.recording import Recording
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,14 +36,14 @@ STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 
 
 def plot(
-    what: Record | Marks | Finding | Design | Performance | xr.Dataset,
+    what: Record | list[Record] | Recording | Force | Marks | Finding | Design | Performance | xr.Dataset,
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
     against: Record | None = None,
     wheelset: int = 1,
 ) -> Figure:
-    """Draw a record, a chart, marks, the evolution of a rail, a finding, or a site's performance or design.
+    """Draw a result: a record or several, a chart, a recording, a finding, modes and the like.
 
     A record: path and wheel, normal force with losses shaded and impacts marked, and the deck if there is one. The
     record of a wagon: normal forces of all wheels, and the acceleration of the car body. A chart of two varied fields:
@@ -49,7 +53,9 @@ def plot(
     Parameters
     ----------
     what
-        Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site` or `load`.
+        Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site`, `modes`, `comfort`,
+        `reconstructed`, `read_recording` or `load`; or a list of records of a wheelset, whose forces are drawn over
+        each other.
     path
         Path of the picture; None: it is only returned.
     features
@@ -79,6 +85,7 @@ def plot(
         raise InputError("", "against", shown(against), "a Record")
     wheelset = as_count(wheelset, "wheelset")
     title = getattr(what, "attrs", {}).get("title")
+    variables = set(getattr(what, "data_vars", ()))
     for name, given in (("features", features), ("border", border)):
         if given is not None and title != CHART_TITLE:
             raise InputError("", name, shown(given), "None, unless `what` is a chart")
@@ -97,6 +104,16 @@ def plot(
             figure = draw_design(what)
         elif isinstance(what, Performance):
             figure = draw_performance(what)
+        elif isinstance(what, Recording):
+            figure = draw_recording(what)
+        elif isinstance(what, Force):
+            figure = draw_force(what)
+        elif isinstance(what, list | tuple):
+            figure = draw_records(what)
+        elif {"damping_ratio", "shape"} <= variables:
+            figure = draw_modes(what)
+        elif {"mean_comfort", "continuous_comfort"} <= variables:
+            figure = draw_comfort(what)
         elif title == WEAR_TITLE:
             figure = draw_wear(what)
         elif title == IMITATION:
@@ -128,6 +145,8 @@ def _drawn(record: Record) -> Figure:
         axes[2].set_ylabel("deck acceleration [m/s²]")
     for axis in axes:
         shade_losses(axis, record)
+    for axis in axes[:2]:
+        legend_above(axis)
     axes[-1].set_xlabel("time [ms]")
     figure.suptitle(str(record), fontsize=9)
     return figure
@@ -148,16 +167,14 @@ def _draw_motion(axis: Axes, history: Any) -> None:
     axis.plot(time, 1e6 * history.constraint, color="0.5", label="path over the irregularity")
     axis.plot(time, 1e6 * history.wheel_displacement, label="wheel's centre")
     axis.set_ylabel("displacement [µm]")
-    axis.legend(loc="upper right", ncols=2)
 
 
 def _draw_force(axis: Axes, record: Record, history: Any) -> None:
     axis.plot(1e3 * history.time, history.normal_force / 1e3)
     axis.axhline(record.static_force / 1e3, color="0.5", linewidth=0.8, linestyle="--", label="static")
     impacts = record.events.time.values[record.events.kind.values == "impact"]  # quicker than all of `impacts`
-    axis.plot(1e3 * impacts, np.zeros_like(impacts), "v", markersize=4, color="C1", label="impact")
+    axis.plot(1e3 * impacts, np.zeros_like(impacts), "v", markersize=4, color=RED, label="impact")
     axis.set_ylabel("normal force [kN]")
-    axis.legend(loc="upper right", ncols=2)
 
 
 def shade_losses(axis: Axes, record: Record) -> None:
@@ -169,4 +186,4 @@ def shade_losses(axis: Axes, record: Record) -> None:
     if len(starts):  # one collection: a span for each loss takes a minute to make where there are thousands
         spans = list(zip(1e3 * starts, 1e3 * lengths, strict=True))
         over = axis.get_xaxis_transform()
-        axis.broken_barh(spans, (0.0, 1.0), transform=over, color="C1", alpha=0.12, linewidth=0)
+        axis.broken_barh(spans, (0.0, 1.0), transform=over, color=RED, alpha=0.12, linewidth=0, label="out of contact")

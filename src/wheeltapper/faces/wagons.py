@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wheeltapper.ask.reduced import compare
+from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.record.record import Record
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 SAMPLES = 6_000
 """Number of points of a drawn history."""
-STYLES = {"left": {"color": "C0"}, "right": {"color": "C1", "linestyle": "--"}}
+STYLES = {"left": {"color": BLUE}, "right": {"color": RED, "linestyle": "--"}}
 
 
 def sampled(record: Record) -> Any:
@@ -34,16 +35,21 @@ def draw_wagon(record: Record) -> Figure:
     wheelsets = history.wheelset.values
     figure = Figure(figsize=(8.0, 1.7 * (len(wheelsets) + 1)))
     axes = figure.subplots(len(wheelsets) + 1, 1, sharex=True)
+    forces = history.normal_force.values / 1e3
+    low, high = float(forces.min()), float(forces.max())
+    room = max(0.05 * (high - low), 0.01 * abs(high))  # forces at rest are lines, and no noise that looks like an event
     for axis, wheelset in zip(axes[:-1], wheelsets, strict=True):
         for side, style in STYLES.items():
             force = history.normal_force.sel(wheelset=wheelset, side=side)
             axis.plot(1e3 * history.time, force / 1e3, label=side, linewidth=0.9, **style)
         axis.ticklabel_format(useOffset=False)
-        axis.set_ylabel(f"N of wheelset {wheelset} [kN]")
-    axes[0].legend(loc="upper right", ncols=2)
+        axis.set(ylabel="N [kN]", ylim=(low - room, high + room))
+        axis.set_title(f"wheelset {wheelset}")
+    legend_above(axes[0])
     body = str(history.body.values[0])
-    axes[-1].plot(1e3 * history.time, history.acceleration.sel(body=body, motion="z"), color="C2")
-    axes[-1].set(xlabel="time [ms]", ylabel=f"{body} [m/s²]")
+    axes[-1].plot(1e3 * history.time, history.acceleration.sel(body=body, motion="z"), color=GREEN)
+    axes[-1].set(xlabel="time [ms]", ylabel="upwards [m/s²]")
+    axes[-1].set_title(f"acceleration of the {body}")
     figure.align_ylabels(axes)
     figure.suptitle(str(record), fontsize=9)
     return figure
@@ -65,20 +71,21 @@ def draw_comparison(record: Record, other: Record, wheelset: int) -> Figure:
     both = history.normal_force.sel(wheelset=wheelset).sum("side")
     forces.plot(1e3 * history.time, both / 1e3, label=f"wheelset {wheelset} of the wagon")
     core = sampled(other)
-    forces.plot(1e3 * core.time, core.normal_force / 1e3, "--", color="C1", label="core model")
+    forces.plot(1e3 * core.time, core.normal_force / 1e3, "--", color=RED, label="core model")
     forces.set_ylabel("normal force of both wheels [kN]")
-    forces.legend(loc="upper right", ncols=2)
+    legend_above(forces)
     _draw_differences(differences, found)
     figure.suptitle(_said(found), fontsize=9)
     return figure
 
 
 def _draw_differences(axis: Axes, found: Any) -> None:
-    axis.plot(1e3 * found.peak_time, 100.0 * (found.peak_ratio - 1.0), "o", markersize=3, label="peaks [%]")
-    axis.set(xlabel="time [ms]", ylabel="peak force, difference [%]")
+    axis.plot(1e3 * found.peak_time, 100.0 * (found.peak_ratio - 1.0), "o", markersize=3, color=BLUE)
+    axis.set(xlabel="time [ms]")
+    axis.set_ylabel("peaks, difference [%]", color=BLUE)
     delays = axis.twinx()
-    delays.plot(1e3 * found.event_time, 1e6 * found.event_delay, "s", markersize=3, color="C1", label="events [µs]")
-    delays.set_ylabel("events, delay [µs]", color="C1")
+    delays.plot(1e3 * found.event_time, 1e6 * found.event_delay, "s", markersize=3, color=RED)
+    delays.set_ylabel("events, delay [µs]", color=RED)
 
 
 def _said(found: Any) -> str:

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wheeltapper.ask.marks import Marks
+from wheeltapper.faces.panels import RED, legend_above
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+WIDE, THIN = {"linewidth": 3.0, "alpha": 0.4}, {"linewidth": 1.0}
+"""Lines of the virgin and the worn rail, which may lie on each other."""
+EACH: dict[str, Any] = {"marker": "o", "markersize": 3}
+"""Lines over passes, of which there may be few."""
+NOISE = 1e-3
+"""Smallest amplitude, over the largest one, whose growth is drawn; below it there is only rounding and leakage."""
 PARTS = {"elastic": "elastic", "shakedown": "shakes down", "ratcheting": "ratchets"}
 
 
@@ -23,39 +30,44 @@ def draw_wear(wear: xr.Dataset) -> Figure:
     axes = figure.subplots(4, 2)
     first, last = wear.isel(kept=0), wear.isel(kept=-1)
     profile, marks = axes[0]
-    for one, words in ((first, "virgin"), (last, f"after {int(last.kept)} passes")):
-        profile.plot(1e3 * one.position, 1e6 * one.height, label=words)
+    states = ((first, "virgin", WIDE), (last, f"after {int(last.kept)} passes", THIN))
+    for one, words, line in states:
+        profile.plot(1e3 * one.position, 1e6 * one.height, label=words, **line)
     profile.set(xlabel="position [mm]", ylabel="height [µm]")
-    profile.margins(y=0.2)
-    profile.legend(loc="upper right", ncols=2)
+    legend_above(profile)
     marks.plot(1e3 * last.position, 1e6 * last.permanent_indentation)
     marks.set(xlabel="position [mm]", ylabel="permanent indentation [µm]")
     spectrum, growth = axes[1]
-    for one, words in ((first, "virgin"), (last, f"after {int(last.kept)} passes")):
-        spectrum.loglog(1e3 * one.wavelength, 1e6 * np.maximum(one.amplitude, 1e-12), label=words)
+    for one, words, line in states:
+        spectrum.loglog(1e3 * one.wavelength, 1e6 * np.maximum(one.amplitude, 1e-12), label=words, **line)
     spectrum.set(xlabel="wavelength [mm]", ylabel="amplitude [µm]")
-    spectrum.legend()
+    legend_above(spectrum)
     if wear.sizes["kept"] > 1:
-        whole = np.log(last.amplitude / first.amplitude) / float(last.kept)
-        growth.semilogx(1e3 * wear.wavelength, whole)
+        real = first.amplitude > NOISE * float(first.amplitude.max())
+        rate = np.log(last.amplitude / first.amplitude) / float(last.kept)
+        growth.semilogx(1e3 * wear.wavelength, rate.where(real), "o-", markersize=3)
     growth.axhline(0.0, color="0.5", linewidth=0.8)
-    growth.set(xlabel="wavelength [mm]", ylabel="mean growth rate per pass")
+    growth.set(xlim=spectrum.get_xlim(), xlabel="wavelength [mm]", ylabel="mean growth rate [1/pass]")
+    growth.set_title("waves of at least a thousandth of the highest one")
     force, share = axes[2]
     number = wear["pass"]
-    force.plot(number, wear.largest_force / wear.attrs["static_force"])
+    force.plot(number, wear.largest_force / wear.attrs["static_force"], **EACH)
     force.set(xlabel="pass", ylabel="largest force over static")
     work = force.twinx()
-    work.plot(number, wear.plastic_work, color="C1", linestyle="--")
+    work.plot(number, wear.plastic_work, color=RED, linestyle="--", **EACH)
     work.set_ylabel("plastic work [J], dashed")
     share.stackplot(number, *(100.0 * wear[name] for name in PARTS), labels=list(PARTS.values()))
     share.set(xlabel="pass", ylabel="share of the length [%]", ylim=(0.0, 100.0))
-    share.legend(loc="lower right", frameon=True)
+    legend_above(share)
     impacts, strongest = axes[3]
-    impacts.plot(number, wear.impacts_per_metre)
-    impacts.set(xlabel="pass", ylabel="impacts per metre", ylim=(0.0, None))
+    impacts.plot(number, wear.impacts_per_metre, **EACH)
+    impacts.set(xlabel="pass", ylabel="impacts [1/m]", ylim=(0.0, None))
     loudest = wear.amplitude.isel(wavelength=int(first.amplitude.values.argmax()))
-    strongest.plot(wear.kept, 1e6 * loudest)
+    strongest.plot(wear.kept, 1e6 * loudest, **EACH)
     strongest.set(xlabel="passes made", ylabel=f"amplitude at {1e3 * float(loudest.wavelength):.3g} mm [µm]")
+    for axis in figure.axes:
+        if axis not in (spectrum, growth):
+            axis.ticklabel_format(useOffset=False)
     figure.suptitle(f"{int(wear.sizes['pass'])} passes: {wear.attrs['ended']}", fontsize=9)
     return figure
 

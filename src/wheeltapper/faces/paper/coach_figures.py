@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import wheeltapper as wt
+from wheeltapper.faces.panels import legend_above
 from wheeltapper.faces.paper import coach_setting as setting
 from wheeltapper.faces.paper.coach import BOGIE, ONE_SIDED, car_body, right_rail
 from wheeltapper.faces.paper.coach_setting import COACH, HEIGHT, LATER, MEETS, STATIC, WAGONS, body, force, step
@@ -30,11 +31,6 @@ def _millis(history: Any, zero: float = 0.0) -> Any:
     return 1e3 * (history.time.values - zero)
 
 
-def _legend(axis: Axes) -> None:
-    """Put the legend above the right half of an axis, where there is no curve."""
-    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, fontsize=8, borderaxespad=0.0)
-
-
 def fig4(figure: Figure) -> None:
     """Draw normal and lateral forces of both wheelsets of a bogie that meets the step, one after the other."""
     figure.set_size_inches(11, 8)
@@ -53,9 +49,9 @@ def fig4(figure: Figure) -> None:
                 normal.set(ylabel="N/N₀")
                 lateral.set(ylabel="T [kN], left +")
             for axis in (normal, lateral):
-                _legend(axis)
+                legend_above(axis)
         axes[3, column].set(xlabel="time [ms]")
-    figure.suptitle("Fig. 4: step of 0.1 mm on both rails, 5 m/s, damping-free; front wheelset, then rear one")
+    figure.suptitle("Fig. 4 (C14 to C20, C47): step of 0.1 mm on both rails, 5 m/s, damping-free")
 
 
 def fig5(figure: Figure) -> None:
@@ -68,9 +64,9 @@ def fig5(figure: Figure) -> None:
         axis.plot(_millis(history), -15.0 * history.deck_acceleration, "--", label="2: −M·ÿ$_M$ [kN]")
         axis.set_title(f"{name} wagon", loc="left")
         axis.set(ylabel="force [kN]")
-        _legend(axis)
+        legend_above(axis)
     axis.set(xlabel="time [ms]")
-    figure.suptitle("Fig. 5: flats of 0.1 mm on a wheelset of the coach, 5 m/s, deck of 15 t and 5 Hz under it")
+    figure.suptitle("Fig. 5 (C22): flats of 0.1 mm on a wheelset of the coach, 5 m/s, deck of 15 t and 5 Hz under it")
 
 
 def fig6(figure: Figure) -> None:
@@ -85,9 +81,9 @@ def fig6(figure: Figure) -> None:
             axis.axvline(meets, color="0.5", linestyle=":")
         axis.set_title(f"step {sign} by 0.1 mm", loc="left")
         axis.set(ylabel="acceleration [mm/s²]")
-        _legend(axis)
+        legend_above(axis)
     axis.set(xlabel="time [s]")
-    figure.suptitle("Fig. 6: centre of the car body, 5 m/s; dotted: a wheelset of the front bogie meets the step")
+    figure.suptitle("Fig. 6 (C25, C26): car body's centre, 5 m/s; dotted: a wheelset of the front bogie meets the step")
 
 
 def fig7(figure: Figure) -> None:
@@ -105,36 +101,45 @@ def fig7(figure: Figure) -> None:
         path = history.constraint.sel(wheelset=4, side="right")
         top, bottom = axes[:, column]
         top.plot(time, 1e6 * path, color="0.5", linewidth=3.0, alpha=0.5, label="1: irregularity")
-        top.plot(time, 1e6 * (height - rest), label="2: wheelset")
+        top.plot(time, 1e6 * (height - rest), label="2: wheelset, from rest")
         bottom.plot(time, force(history, 4), label="3: N/N₀")
         top.set_title(f"{speed:g} m/s: {words}", loc="left")
         bottom.set(xlabel="time after its start [ms]")
     axes[0, 0].set(ylabel="displacement [µm]")
     axes[1, 0].set(ylabel="N/N₀ of one wheel")
-    axes[0, 1].legend(loc="upper left", fontsize=8)
-    figure.suptitle("Fig. 7: rear wheelset of the original wagon, corrugation 50 µm, 5 cm on both rails")
+    lines = [*axes[0, 0].lines, *axes[1, 0].lines]
+    figure.legend(lines, [str(line.get_label()) for line in lines], loc="outside lower center", ncols=3)
+    figure.suptitle("Fig. 7 (C28, C29, C33): rear wheelset of the original wagon, corrugation 50 µm, 5 cm")
 
 
 def fig8(figure: Figure) -> None:
     """Draw the rear wheelset's motion, and the bogie frame's above it, before and after it meets the corrugation."""
-    figure.set_size_inches(8, 8)
-    top, middle, bottom = figure.subplots(3, 1)
+    figure.set_size_inches(9, 10)
+    causes, drawn, close, early = figure.subplots(4, 1)
     record, own = setting.both_of_the_rear_bogie(18.0)
     history = _history(record, 0.0, record.end)
-    moved = body(history, "wheelset 4")
-    frame = body(history, "bogie 2") + 1.28 * body(history, "bogie 2", "pitch")
-    moved, frame = 1e6 * (moved - moved[0]), 1e6 * (frame - frame[0])
-    before = history.time.values < own
-    top.plot(_millis(history), moved, label="rear wheelset")
-    top.plot(_millis(history), frame, label="bogie frame above it")
-    middle.plot(_millis(history), moved, label="rear wheelset")
-    middle.set(ylim=(-200.0, 200.0), ylabel="displacement [µm]")
-    bottom.plot(_millis(history)[before], moved[before], label="rear wheelset, before its own start")
-    bottom.set(xlabel="time [ms]")
-    for axis in (top, middle, bottom):
-        axis.axvline(1e3 * own, color="0.5", linestyle=":")
-        _legend(axis)
-    figure.suptitle("Fig. 8: corrugation 50 µm, 5 cm, 18 m/s, rear bogie of the damping-free wagon")
+    time, before = _millis(history), history.time.values < own
+    parts = {name: 1e6 * moved for name, moved in setting.rear_bogie(history).items()}
+    styles = {name: {"color": f"C{number}", "linewidth": 0.9} for number, name in enumerate(parts)}
+    rear = "rear wheelset"
+    for name, moved in parts.items():
+        if name != rear:
+            causes.plot(time, moved / 1e3, label=name, **styles[name])
+    for name in ("frame above the rear wheelset", rear):
+        drawn.plot(time, parts[name] / 1e3, label=name, **styles[name])
+    close.plot(time, parts[rear], label=rear, **styles[rear])
+    early.plot(time[before], parts[rear][before], label=rear, **styles[rear])
+    for axis, words, unit in (
+        (causes, "what swings the frame: the front wheelset's bounces", "mm"), (drawn, "as the paper draws it", "mm"),
+        (close, "the rear wheelset", "µm"), (early, "the rear wheelset before its own start", "µm"),
+    ):  # fmt: skip
+        axis.axvline(1e3 * setting.WAVELENGTH / 18.0, color="0.5", linestyle="--", label="front wheelset meets it")
+        if axis is not early:
+            axis.axvline(1e3 * own, color="0.5", linestyle=":", label="rear wheelset meets it")
+        axis.set(ylabel=f"height [{unit}]", title=words)
+        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8)
+    early.set(xlabel="time [ms]")
+    figure.suptitle("Fig. 8 (C36, C36b): corrugation 50 µm, 5 cm, 18 m/s, rear bogie of the damping-free wagon")
 
 
 def _one_sided(figure: Figure, draw: Callable[[Axes, Any, Any, str], None], unit: str, words: str) -> None:
@@ -148,7 +153,7 @@ def _one_sided(figure: Figure, draw: Callable[[Axes, Any, Any, str], None], unit
             draw(axis, _millis(history, start), history, side)
         axis.set_title(f"damping-free wagon{', no creep' * (name == 'no creep')}", loc="left")
         axis.set(ylabel=unit)
-    _legend(axes[0])
+    legend_above(axes[0])
     axes[1].set(xlabel="time after the start [ms]")
     figure.suptitle(f"{words}: rear wheelset, corrugation 50 µm, 5 cm on the right rail, 36 m/s")
 
@@ -159,7 +164,7 @@ def fig9(figure: Figure) -> None:
     def draw(axis: Axes, time: Any, history: Any, side: str) -> None:
         axis.plot(time, force(history, 4, side), label=side, linewidth=0.8 if side == "right" else 1.4)
 
-    _one_sided(figure, draw, "N/N₀", "Fig. 9")
+    _one_sided(figure, draw, "N/N₀", "Fig. 9 (C37)")
 
 
 def fig10(figure: Figure) -> None:
@@ -169,7 +174,7 @@ def fig10(figure: Figure) -> None:
         height = setting.centres(history)[side]
         axis.plot(time, 1e6 * (height - height[0]), label=side)
 
-    _one_sided(figure, draw, "displacement [µm]", "Fig. 10")
+    _one_sided(figure, draw, "displacement [µm]", "Fig. 10 (C38, C39)")
 
 
 def onesided(figure: Figure) -> None:
@@ -181,9 +186,9 @@ def onesided(figure: Figure) -> None:
             axis.plot(1e3 * (time - MEETS), height, ".", label=words)
         axis.set_title(f"{name} wagon", loc="left")
         axis.set(ylabel="maxima of N/N₀, right")
-        _legend(axis)
+        legend_above(axis)
     axis.set(xlabel="time after the step [ms]")
-    figure.suptitle("Step up by 0.1 mm, 5 m/s")
+    figure.suptitle("C46: step up by 0.1 mm, 5 m/s")
 
 
 DRAW: dict[str, Callable[[Figure], None]] = {

@@ -29,6 +29,8 @@ AMPLITUDE, WAVELENGTH = 50e-6, 0.05
 """The corrugation of Figs 7 to 10, m."""
 REAR = -21.56
 """Position of the rear wheelset of the rear bogie at time zero, m."""
+HALF_BASE = 1.28
+"""Half the distance of a bogie's wheelsets, m."""
 ARM = 0.75
 """Half the distance of the wheels' centres, m."""
 
@@ -134,6 +136,18 @@ def centres(history: Any, wheelset: int = 4) -> dict[str, FloatArray]:
     """Return the heights of the centres of a wheelset's wheels, m."""
     middle, turn = (body(history, f"wheelset {wheelset}", motion) for motion in ("z", "roll"))
     return {"left": middle + ARM * turn, "right": middle - ARM * turn}
+
+
+def rear_bogie(history: Any) -> dict[str, FloatArray]:
+    """Return the upward motions of the rear bogie's parts from where they stood at first, m."""
+    middle, turn = body(history, "bogie 2"), HALF_BASE * body(history, "bogie 2", "pitch")
+    parts = {
+        "front wheelset": body(history, "wheelset 3"),
+        "frame above the front wheelset": middle - turn,
+        "frame above the rear wheelset": middle + turn,
+        "rear wheelset": body(history, "wheelset 4"),
+    }
+    return {name: moved - moved[0] for name, moved in parts.items()}
 
 
 def times(begin: float, end: float, rate: float = 2e5) -> FloatArray:

@@ -10,6 +10,7 @@ import numpy as np
 
 import wheeltapper as wt
 from wheeltapper.faces.charts import draw_map
+from wheeltapper.faces.panels import legend_above
 from wheeltapper.faces.paper import (
     coach_figures,
     corrugation,
@@ -69,7 +70,8 @@ def _force(axis: Axes, record: wt.Record, label: str | None = None, **style: Any
 def _motion(axis: Axes, record: wt.Record) -> None:
     history = _times(record)
     axis.plot(1e3 * history.time, 1e6 * history.constraint, color="0.5", label="constraint $y_{Ck}$")
-    axis.plot(1e3 * history.time, 1e6 * history.wheel_displacement, label="wheel $y_C$")
+    moved = history.wheel_displacement - history.wheel_displacement[0]
+    axis.plot(1e3 * history.time, 1e6 * moved, label="wheel $y_C$, from rest")
     axis.set(xlabel="time [ms]", ylabel="displacement [µm]")
 
 
@@ -85,8 +87,9 @@ def fig2(figure: Figure) -> None:
     shade_losses(top, heavy)
     shade_losses(middle, heavy)
     shade_losses(bottom, light)
-    top.legend(loc="upper right", ncols=2)
-    top.set(title=f"Fig. 2a: bump 0.2 mm, 5 cm, 9 m/s, c = 50 kN s/m: {impacts(heavy)} impacts", xlabel="")
+    legend_above(top)
+    top.set(title=f"c = 50 kN s/m: {impacts(heavy)} impacts", xlabel="")
+    figure.suptitle("Fig. 2a (C01, C02): bump 0.2 mm, 5 cm, 9 m/s")
     middle.set(xlabel="")
     bottom.set(title=f"c = 8 kN s/m: {impacts(light)} impacts in 0.2 s")
 
@@ -98,9 +101,10 @@ def fig4(figure: Figure) -> None:
     top, bottom = figure.subplots(2, 1)
     for height, name in ((1e-4, "up"), (-1e-4, "down")):
         _force(top, step(height, 0.0, 0.06), f"step {name}")
-    top.set(title="Fig. 4: step of 0.1 mm at x = 5 cm, 5 m/s, c = 0")
-    top.legend()
-    speeds = np.geomspace(0.5, 40.0, 36)
+    top.set(title="step of 0.1 mm at x = 5 cm, 5 m/s, c = 0")
+    legend_above(top)
+    figure.suptitle("Fig. 4 (C17 to C21): steps, and the largest force over speed")
+    speeds = np.geomspace(0.5, 40.0, 240)
     runs: dict[str, Callable[[float, float], wt.Record]] = {
         "step up": lambda v, end: step(1e-4, 8e3, end, v),
         "step down": lambda v, end: step(-1e-4, 8e3, end, v),
@@ -109,7 +113,7 @@ def fig4(figure: Figure) -> None:
     for name, run in runs.items():
         bottom.semilogx(speeds, [largest(run(float(v), 0.06 / float(v) + 0.1)) for v in speeds], label=name)
     bottom.set(xlabel="speed [m/s]", ylabel="largest N/N₀", title="c = 8 kN s/m")
-    bottom.legend()
+    legend_above(bottom)
 
 
 @_figure("fig5")
@@ -123,8 +127,8 @@ def fig5(figure: Figure) -> None:
     _force(top, record, "N on the deck")
     mirrored = 1.0 - 15_000.0 * history.deck_acceleration / record.static_force
     top.plot(1e3 * history.time, mirrored, "--", label="1 − M·ÿ$_M$/N₀")
-    top.set(title="Fig. 5: flat of 0.1 mm, 5 m/s, deck 15 t at 5 Hz")
-    top.legend(ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.2))
+    figure.suptitle("Fig. 5 (C22, C23): flat of 0.1 mm, 5 m/s, deck 15 t at 5 Hz")
+    legend_above(top)
     force = (history.normal_force - record.static_force) / 1e3
     bottom.plot(force, -history.deck_acceleration, linewidth=0.7)
     bottom.set(xlabel="N − N₀ [kN]", ylabel="−ÿ$_M$ [m/s²]")
@@ -147,8 +151,9 @@ def fig7(figure: Figure) -> None:
         if column:
             axes[0, column].set(ylabel="")
             axes[1, column].set(ylabel="")
-    axes[0, 0].legend(loc="lower left")
-    figure.suptitle("Fig. 7: corrugation 50 µm, 5 cm, c = 8 kN s/m")
+    handles, names = axes[0, 1].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=3)
+    figure.suptitle("Fig. 7 (C27 to C35, C40): corrugation 50 µm, 5 cm, c = 8 kN s/m")
 
 
 @_figure("stiffness")
@@ -157,30 +162,36 @@ def stiffness(figure: Figure) -> None:
     axis = figure.subplots()
     for k, line in ((0.0, "-"), (2.44e6, "--"), (2.44e7, ":")):
         _force(axis, bump(5e4, 0.1, vehicle={"stiffness": k}), f"k = {k / 1e6:g} MN/m", linestyle=line)
-    axis.set(title="Bump, c = 50 kN s/m: insensitive to the suspension's stiffness")
-    axis.legend()
+    figure.suptitle("C08: bump, c = 50 kN s/m: insensitive to the suspension's stiffness")
+    legend_above(axis)
 
 
 @_figure("deck")
 def dynamic_deck(figure: Figure) -> None:
     """Draw the deck's dynamic stiffness; impacts and largest force over its mass."""
-    figure.set_size_inches(8, 8)
-    top, bottom = figure.subplots(2, 1)
+    figure.set_size_inches(8, 10)
+    top, middle, bottom = figure.subplots(3, 1)
     frequency = np.linspace(20.0, 300.0, 400)
     top.semilogy(frequency, np.abs(1e9 - 1500.0 * (2 * np.pi * frequency) ** 2), label="|K − M·ω²|")
     points = [60.0, 100.0, 180.0, 240.0]
     top.plot(points, [deck.dynamic_stiffness(1500.0, 1e9, f) for f in points], "o", label="measured")
-    top.axhline(2.919e9, color="0.5", linestyle=":", label="as printed in the paper for 180 Hz")
-    top.set(xlabel="frequency [Hz]", ylabel="dynamic stiffness [N/m]", title="Deck 1500 kg, 1 GN/m")
-    top.legend()
-    masses = np.geomspace(150.0, 15_000.0, 24)
+    printed = [deck.printed_stiffness(1500.0, 1e9, float(f)) for f in frequency]
+    top.plot(frequency, printed, color="0.5", linestyle=":", label="M·ω² + K, as printed")
+    top.set(xlabel="frequency [Hz]", ylabel="dynamic stiffness [N/m]", title="deck 1500 kg, 1 GN/m")
+    legend_above(top)
+    masses = np.geomspace(150.0, 15_000.0, 300)
     records = [bump(5e4, 0.25, track=deck.tuned(float(m), 10.0)) for m in masses]
     flats = [largest(flat(8e3, 0.25, track=deck.tuned(float(m), 10.0))) for m in masses]
-    bottom.semilogx(masses, [largest(r) for r in records], label="largest N/N₀, bump")
-    bottom.semilogx(masses, flats, label="largest N/N₀, flat at 5 m/s")
-    bottom.semilogx(masses, [impacts(r) / 10 for r in records], "--", label="impacts/10, bump")
-    bottom.set(xlabel="mass of the deck, tuned to 10 Hz [kg]")
-    bottom.legend()
+    middle.semilogx(masses, [largest(r) for r in records], label="bump")
+    middle.semilogx(masses, flats, label="flat at 5 m/s")
+    middle.set(ylabel="largest N/N₀", title="deck at 10 Hz")
+    bottom.step(masses, [impacts(r) for r in records], where="mid", label="bump")
+    bottom.axhline(impacts(bump(5e4, 0.25)), color="0.5", linestyle="--", label="on stiff track")
+    bottom.set(xscale="log", ylabel="impacts in 0.25 s", title="deck at 10 Hz")
+    for axis in (middle, bottom):
+        axis.set(xlabel="mass of the deck [kg]")
+        legend_above(axis)
+    figure.suptitle("C09 to C11, C48, C49: the deck's dynamic stiffness, and what the wheel does on it")
 
 
 @_figure("missed")
@@ -193,8 +204,8 @@ def lost(figure: Figure) -> None:
         axis.semilogx(1e6 * sizes, [naive.losses(method(record, float(h))) for h in sizes], "o-", label=name)
     axis.axhline(losses(record), color="0.5", linestyle="--", label="located")
     axis.set(xlabel="step [µs]", ylabel="losses of contact found in 0.2 s")
-    axis.set(title="Corrugation 50 µm, 5 cm, 36 m/s: losses of 0.04 to 0.24 ms")
-    axis.legend()
+    figure.suptitle("C12, C13: corrugation 50 µm, 5 cm, 36 m/s, with losses of 0.04 to 0.24 ms")
+    legend_above(axis)
 
 
 @_figure("parametric")
@@ -204,17 +215,18 @@ def parametric(figure: Figure) -> None:
     top, bottom = figure.subplots(2, 1)
     _force(top, bump(2e4, 0.06), "displacement alone")
     _force(top, bump(2e4, 0.06, contact=law.FOLLOWING), "and curvature")
-    top.set(title="Bump, c = 20 kN s/m: the contact constant follows the curvature", xlabel="")
-    top.legend()
-    _force(bottom, law.parametric_alone(2e4, 0.1), "curvature alone", color="C2")
-    bottom.set(title="Corrugation 50 µm, 5 cm, 9 m/s, as a change of the contact's stiffness only")
+    top.set(title="bump, c = 20 kN s/m", xlabel="")
+    legend_above(top)
+    _force(bottom, law.parametric_alone(2e4, 0.1), color="C2")
+    bottom.set(title="corrugation 50 µm, 5 cm, 9 m/s, as a change of the contact's stiffness only")
+    figure.suptitle("C24: the contact constant follows the curvature of the irregularity")
 
 
 @_figure("law")
 def contact_law(figure: Figure) -> None:
     """Draw the frequency of free vibration over its largest force, for three laws."""
     axis = figure.subplots()
-    ratios = np.linspace(1.05, 10.0, 60)
+    ratios = np.linspace(1.05, 10.0, 180)
     linear = 1.5 * (CONSTANT**2 * STATIC) ** (1 / 3)
     for name, contact in (
         ("linear, pulls", wt.Linear(stiffness=linear, bilateral=True)),
@@ -225,7 +237,8 @@ def contact_law(figure: Figure) -> None:
     axis.axvline(2.5, color="0.5", linestyle=":", label="first loss, Hertz")
     axis.axvline(2.0, color="0.8", linestyle=":", label="first loss, linear")
     axis.set(xlabel="largest force over static", ylabel="frequency over linear frequency")
-    axis.legend()
+    legend_above(axis)
+    figure.suptitle("C43: free vibration: that the contact cannot pull matters more than that it is not linear")
 
 
 @_figure("spectra")
@@ -237,24 +250,27 @@ def spectra(figure: Figure) -> None:
         frequency, amplitude = corrugation.spectrum(record, name)
         axis.semilogy(frequency, 1e6 * amplitude, label=label)
     axis.set(xlim=(0.0, 600.0), ylim=(1e-3, None), xlabel="frequency [Hz]", ylabel="amplitude [µm]")
-    axis.set(title="Corrugation 50 µm, 5 cm, 9 m/s, bouncing")
-    axis.legend()
+    figure.suptitle("C45: corrugation 50 µm, 5 cm, 9 m/s, bouncing")
+    legend_above(axis)
 
 
-def _level_curves(figure: Figure, feature: str) -> None:
-    """Draw one feature around both nominal cases."""
-    figure.set_size_inches(10.0, 4.6)
+def _level_curves(figure: Figure, feature: str, said: str) -> None:
+    """Draw one feature around both nominal cases, over the paper's axes."""
+    figure.set_size_inches(11.0, 5.2)
     cases = (("bump 0.2 mm x 50 mm, 9 m/s", maps.bump_scene()), ("dip 0.101 mm x 40.3 mm, 5.57 m/s", maps.dip_scene()))
     for axis, (name, nominal) in zip(figure.subplots(1, 2), cases, strict=True):
         draw_map(axis, maps.chart_around(nominal, 81), feature)
-        axis.set_title(f"{name}\n{axis.get_title()}", fontsize=8)
+        axis.set_title(f"{name}: {axis.get_title(loc='left')}", fontsize=8)
+        c, m = nominal.vehicle.damping, nominal.vehicle.mass
+        axis.set(xlabel=f"c/c₀, c₀ = {c / 1e3:g} kN s/m", ylabel=f"m/m₀, m₀ = {m:g} kg")
+    figure.suptitle(said)
 
 
 @_figure("fig2b")
 def _draw_interval(figure: Figure) -> None:
-    _level_curves(figure, "impact_interval")
+    _level_curves(figure, "impact_interval", "Fig. 2b (C03, C04): interval of impacts; arrows: its gradient")
 
 
 @_figure("fig2c")
 def _draw_ratio(figure: Figure) -> None:
-    _level_curves(figure, "force_ratio")
+    _level_curves(figure, "force_ratio", "Fig. 2c (C05 to C07): ratio of the largest forces; arrows: its gradient")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import wheeltapper as wt
+from wheeltapper.faces.panels import legend_above
 from wheeltapper.faces.paper.plastic import AT_RESONANCE, BEYOND_RESONANCE, WAVELENGTH, corrugated
 from wheeltapper.faces.paper.setting import STATIC
 
@@ -15,7 +16,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LAWS = (wt.contact.Thornton(), wt.contact.Stronge(), wt.contact.JacksonGreen(), wt.contact.KogutEtsion())
+LAWS = {
+    "Thornton": wt.contact.Thornton(), "Stronge": wt.contact.Stronge(),
+    "Jackson and Green": wt.contact.JacksonGreen(), "Kogut and Etsion": wt.contact.KogutEtsion(),
+}  # fmt: skip
 LARGEST = 3.0
 """Largest indentation over that at yield in the picture of the laws."""
 
@@ -23,12 +27,12 @@ LARGEST = 3.0
 def _laws(axis: Axes) -> None:
     """Draw loading and unloading of the laws, over force and indentation at yield."""
     elastic = np.linspace(0.0, 1.0, 60)
-    for law in LAWS:
+    for name, law in LAWS.items():
         loaded = np.linspace(1.0, LARGEST, 200)
         top, left = float(law.loading(LARGEST)), float(law.residual(LARGEST))
         back = np.linspace(left, LARGEST, 200)
         (line,) = axis.plot(np.append(elastic, loaded), np.append(elastic**1.5, law.loading(loaded)))
-        line.set_label(type(law).__name__)
+        line.set_label(name)
         axis.plot(back, top * ((back - left) / (LARGEST - left)) ** 1.5, color=line.get_color(), linestyle="--")
     axis.plot(
         np.linspace(0.0, LARGEST, 200),
@@ -37,8 +41,10 @@ def _laws(axis: Axes) -> None:
         linestyle=":",
         label="Hertz",
     )
-    axis.set(xlabel="indentation over that at yield", ylabel="force over that at yield")
-    axis.legend(fontsize=8)
+    axis.plot([], [], "k-", label="loading")
+    axis.plot([], [], "k--", label="unloading")
+    axis.set(xlabel="indentation over that at yield", ylabel="force over that at yield", title="the laws")
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=4, fontsize=8)
 
 
 def _profile(axis: Axes, speed: float, passes: int, hardening: float) -> None:
@@ -47,8 +53,8 @@ def _profile(axis: Axes, speed: float, passes: int, hardening: float) -> None:
     shown = worn.sel(position=slice(1.5, 1.5 + 6 * WAVELENGTH))
     for index, label in ((0, "virgin"), (-1, f"after {passes} wheels" if passes > 1 else "after a wheel")):
         axis.plot(1e3 * shown.position, 1e6 * shown.height[index], label=label)
-    axis.set(xlabel="position [mm]", ylabel="height [µm]", title=f"{speed:g} m/s")
-    axis.legend(loc="lower right", fontsize=8)
+    axis.set(xlabel="position [mm]", ylabel="height [µm]", title=f"the rail, {speed:g} m/s")
+    legend_above(axis)
 
 
 def plastic(figure: Figure) -> None:
@@ -58,11 +64,12 @@ def plastic(figure: Figure) -> None:
     _laws(laws)
     _profile(beyond, BEYOND_RESONANCE, 100, 0.0)
     _profile(at, AT_RESONANCE, 1, 1.0)
-    for hardening, label in ((1.0, "hardening"), (0.0, "none")):
+    for hardening, label in ((1.0, "hardening"), (0.0, "no hardening, until they run away")):
         worn = wt.wear_in(corrugated(AT_RESONANCE), 30, hardening=hardening)
-        forces.plot(worn["pass"], worn.largest_force / STATIC, label=label)
-    forces.set(xlabel="wheel", ylabel="largest N/N₀", title=f"{AT_RESONANCE:g} m/s", ylim=(0.0, None))
-    forces.legend()
+        forces.plot(worn["pass"], worn.largest_force / STATIC, "o-", markersize=3, label=label)
+    forces.set(xlabel="wheel", ylabel="largest N/N₀", title=f"at {AT_RESONANCE:g} m/s", ylim=(0.0, None))
+    legend_above(forces)
+    figure.suptitle("C44, C48, C49: plastic deformation of a corrugated rail, 50 µm, 5 cm")
 
 
 DRAW: dict[str, Callable[[Figure], None]] = {"plastic": plastic}

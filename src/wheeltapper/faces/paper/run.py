@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import csv
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from wheeltapper.faces.paper import coach, corrugation, deck, diagnosis, law, maps, missed, plastic, single
-from wheeltapper.faces.paper.claims import CLAIMS, Claim
+from wheeltapper.faces.paper.claims import CLAIMS, Claim, Kind, Measure, Verdict, judged
 from wheeltapper.ground.errors import InputError, suggested
 from wheeltapper.ground.progress import report
 
@@ -33,7 +34,7 @@ def run(
     output: Path | None = None,
     say: Callable[[str], None] = print,
 ) -> int:
-    """Measure claims; return 0 if all hold and 1 otherwise.
+    """Measure claims; return 0 if all measures hold and 1 otherwise.
 
     Parameters
     ----------
@@ -45,34 +46,58 @@ def run(
         Called with each line.
     """
     claims = chosen(which)
-    rows = []
-    failed: set[str] = set()
+    found: list[tuple[Claim, Verdict, list[Measure]]] = []
     for done, claim in enumerate(claims):
         report("claims", done, len(claims))
-        say(f"{claim.number} ({claim.figure}): {claim.sentence}")
-        for measure in claim.measure():
-            verdict = "PASS" if measure.holds else "FAIL"
-            say(f"  {verdict}  {measure.quantity}: {measure.value:.6g}, expected {measure.expected}")
-            rows.append((claim.number, claim.figure, measure.quantity, measure.value, measure.expected, verdict))
-            if not measure.holds:
-                failed.add(claim.number)
-    said = f"; failed: {', '.join(sorted(failed))}" if failed else ""
-    say(f"{len(claims) - len(failed)} of {len(claims)} claims hold{said}")
+        measures = list(claim.measure())
+        found.append((claim, judged(measures), measures))
+        say(_line(claim, found[-1][1]))
+        for measure in measures:
+            say(f"  {measure}")
+    say(summary([verdict for _, verdict, _ in found], [one for *_, measures in found for one in measures]))
+    failed = [claim.number for claim, verdict, _ in found if verdict is Verdict.FAILED]
+    if failed:
+        say(f"failed: {', '.join(failed)}")
     if output is not None:
-        for path in _written(claims, rows, output):
+        for path in _written(found, output):
             say(f"written: {path}")
     return 1 if failed else 0
 
 
-def _written(claims: list[Claim], rows: list[tuple[str, str, str, float, str, str]], output: Path) -> Iterator[Path]:
+def _line(claim: Claim, verdict: Verdict) -> str:
+    """Return a claim's line: its sentence, the verdict, and what limits or contradicts it."""
+    but = {Verdict.LIMITED: ": ", Verdict.CONTRADICTED: " by: "}.get(verdict)
+    return f"{claim.number} ({claim.figure}): {claim.sentence} – {verdict}{but + claim.but if but else ''}"
+
+
+def summary(verdicts: list[Verdict], measures: list[Measure]) -> str:
+    """Return how many claims have which verdict, and how many measures which source."""
+    of_claims, of_measures = Counter(verdicts), Counter(one.source.kind for one in measures)
+    said = ", ".join(f"{of_claims[one]} {one}" for one in Verdict if of_claims[one] or one is not Verdict.FAILED)
+    sources = ", ".join(f"{of_measures[kind]} {words}" for kind, words in SOURCES.items())
+    return f"{len(verdicts)} claims: {said}; of the {len(measures)} measures {sources}"
+
+
+SOURCES = {
+    Kind.PAPER: "are from the paper", Kind.ANALYSIS: "from analysis", Kind.PROGRAM: "from an independent program",
+    Kind.PINNED: "pinned",
+}  # fmt: skip
+
+
+def _written(found: list[tuple[Claim, Verdict, list[Measure]]], output: Path) -> Iterator[Path]:
     """Write the table of measures and the figures; yield each file."""
     from wheeltapper.faces.paper.figures import draw
 
     table = output / "claims.csv"
     with table.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(("claim", "figure", "quantity", "value", "expected", "verdict"))
-        writer.writerows(rows)
+        writer.writerow(
+            ("claim", "figure", "verdict", "quantity", "value", "low", "high", "source", "where", "why", "result")
+        )
+        for claim, verdict, measures in found:
+            for one in measures:
+                bounds = (one.value, one.low, one.high, one.source.kind, one.source.where, one.why, one.mark)
+                writer.writerow((claim.number, claim.figure, verdict, one.quantity, *bounds))
     yield table
-    for name in sorted({claim.figure for claim in claims}):
+    for name in sorted({claim.figure for claim, *_ in found}):
         yield draw(name, output)

@@ -1,0 +1,48 @@
+"""What pictures share: legends beside the data, units that read well, and fields in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+BLUE, RED, GREEN = "#1f4e79", "#c0392b", "#2e7d32"
+"""The first colours of the style sheet; "C0" would be another colour once the sheet is no longer in use."""
+PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+PREFIXED = ("N", "s", "m", "J", "Pa", "N/m", "N s/m")
+"""Units that take a prefix. Masses stay in kg, speeds in m/s."""
+
+
+def legend_above(axis: Axes, columns: int = 3) -> None:
+    """Put the legend above the right half of an axis, beside the title, where there is no data."""
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, fontsize=8, borderaxespad=0.1)
+
+
+def in_unit(values: Any, unit: str) -> tuple[float, str]:
+    """Return the factor and the unit, with its prefix, in which the middle of the values is 1 to 1000."""
+    sizes = np.abs(np.asarray(values, dtype=float))
+    sizes = sizes[np.isfinite(sizes) & (sizes > 0.0)]
+    if unit not in PREFIXED or not len(sizes):
+        return 1.0, unit
+    middle = float(np.median(sizes))
+    size, prefix = next(((size, prefix) for size, prefix in PREFIXES if middle >= 0.999 * size), PREFIXES[-1])
+    return 1.0 / size, prefix + unit
+
+
+def words(path: str) -> str:
+    """Return a field's path in words: "irregularity.0.height" is the height of irregularity 1."""
+    found: list[str] = []
+    for part in path.split("."):
+        if part.isdigit() and found:
+            found[-1] += f" {int(part) + 1}"
+        else:
+            found.append(part.replace("_", " "))
+    return " of ".join(reversed(found))
+
+
+def with_unit(name: str, unit: str) -> str:
+    """Return a label: the name, and its unit in brackets if it has one."""
+    return f"{name} [{unit}]" if unit else name

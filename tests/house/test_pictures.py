@@ -1,0 +1,140 @@
+"""Each kind of picture can be read: labels with units, legends beside the data, nothing cut off."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_hex
+
+import wheeltapper as wt
+from tests.looks import flaws
+
+from .test_charts import BUMP, OVER, PAIR
+
+COACH = {"vehicle": wt.Wagon.erri_b176(), "speed": 5.0, "duration": 0.05}
+STEP = wt.Step(height=1e-4, position=0.05)
+PLASTIC = {"contact": wt.contact.Thornton(constant=1.405e11, yield_force=2.1e5, rail_share=0.5)}
+
+
+@pytest.fixture(scope="module")
+def site():
+    return wt.load("examples/site.toml")
+
+
+@pytest.fixture(scope="module")
+def recording(site):
+    (found,) = wt.synthesise(site, fault="broken spring", seed=2)
+    return found
+
+
+def test_a_record_shows_what_its_shades_mean():
+    figure = wt.plot(wt.simulate(BUMP))
+    assert flaws(figure) == []
+    for axis in figure.axes:
+        assert "out of contact" in [text.get_text() for text in axis.get_legend().get_texts()]
+
+
+def test_colours_do_not_depend_on_the_style_at_the_time_of_saving():
+    figure = wt.plot(wt.simulate(BUMP))
+    marks = [line for line in figure.axes[1].get_lines() if line.get_label() == "impact"]
+    assert not str(marks[0].get_color()).startswith("C")
+
+
+def test_a_wagons_wheelsets_share_one_scale_and_its_body_has_a_direction():
+    figure = wt.plot(wt.simulate(wt.Scenario(irregularity={"wheelset 1": STEP}, **COACH)))
+    assert flaws(figure) == []
+    assert len({axis.get_ylim() for axis in figure.axes[:4]}) == 1
+    assert "upwards" in figure.axes[-1].get_ylabel()
+    still = wt.plot(wt.simulate(wt.Scenario(**COACH)))
+    low, high = still.axes[0].get_ylim()
+    assert high - low > 0.01 * high  # rounding does not look like an event
+
+
+def test_a_wagon_beside_its_core_model():
+    scenario = wt.Scenario(irregularity=STEP, **COACH)
+    assert flaws(wt.plot(wt.simulate(scenario), against=wt.simulate(wt.reduced(scenario)))) == []
+
+
+def test_a_sweep_of_one_field_has_units_that_read_well_and_explains_its_bars():
+    chart = wt.sweep(BUMP, {"speed": np.linspace(3.0, 9.0, 60)}, ["largest_force", "impact_interval"], gradient=True)
+    figure = wt.plot(chart)
+    assert flaws(figure) == []
+    assert figure.axes[0].get_ylabel() == "largest force [kN]"
+    assert figure.axes[1].get_ylabel() == "impact interval [ms]"
+    (said,) = figure.axes[1].get_legend().get_texts()
+    assert said.get_text() == "no value, or no reliable gradient"
+
+
+def test_a_map_and_a_cloud():
+    chart = wt.sweep(BUMP, OVER, PAIR, gradient=True)
+    figure = wt.plot(chart)
+    assert flaws(figure) == []
+    numbers = [text for text in figure.axes[0].texts if text.get_text()]
+    assert {to_hex(text.get_color()) for text in numbers} == {"#000000"}
+    assert 1.0 < float(numbers[0].get_text()) < 20.0  # ms
+    cloud = wt.sweep(BUMP, {"vehicle.mass": ["1 t", "2 t"], "speed": [8, 10]}, PAIR[:1], samples=8)
+    assert flaws(wt.plot(cloud)) == []
+
+
+def test_wear_has_no_offset_and_no_growth_of_noise():
+    shape = wt.Corrugation(amplitude=-5e-5, wavelength=0.05, start=0.01)
+    rough = BUMP.replaced({"irregularity": shape, "speed": 36.0, "duration": 0.03, "vehicle.damping": 8e3} | PLASTIC)
+    worn = wt.wear_in(rough, 3)
+    figure = wt.plot(worn)
+    assert flaws(figure) == []
+    (growth,) = [axis for axis in figure.axes if "growth" in axis.get_ylabel()]
+    drawn = np.isfinite(growth.get_lines()[0].get_ydata())
+    first = worn.amplitude.isel(kept=0).values
+    assert (first[drawn] > 1e-3 * first.max()).all()
+    assert flaws(wt.plot(wt.wear.marks(wt.simulate(BUMP.replaced(PLASTIC))))) == []
+
+
+def test_a_finding_and_its_recording_and_force(site, recording):
+    figure = wt.plot(wt.diagnose(recording, site))
+    assert flaws(figure) == []
+    verdicts = figure.axes[-1]
+    assert max(bar.get_height() for bar in verdicts.patches) < 0.25 * abs(np.diff(verdicts.get_ylim()).item())
+    assert flaws(wt.plot(recording)) == []
+    assert flaws(wt.plot(wt.diagnosis.reconstructed(recording, site))) == []
+
+
+def test_how_well_a_site_tells_faults(site):
+    found = wt.diagnosis.assess(
+        site, {"wheel flat": (0.002, 0.02), "broken spring": None}, count=6, healthy=6, workers=1
+    )
+    figure = wt.plot(found)
+    assert flaws(figure) == []
+    assert figure.axes[1].get_xlabel() == "size [mm]"
+    widths = [line.get_linewidth() for line in figure.axes[0].get_lines()]
+    assert len(set(widths)) == len(widths)  # curves that coincide are seen
+
+
+def test_the_imitation_of_decks(site):
+    shown = wt.diagnosis.imitation_map(site, np.geomspace(2e3, 2e4, 20), np.geomspace(2e6, 2e7, 20), [50.0, 180.0])
+    figure = wt.plot(shown)
+    assert flaws(figure) == []
+    assert "error" in figure.get_suptitle()
+
+
+@pytest.mark.slow
+def test_a_design_marks_what_it_chose(site):
+    figure = wt.plot(wt.design_site(site, budget=40, speeds=(9.0,)))
+    assert flaws(figure) == []
+    for axis in figure.axes[1:]:
+        assert "chosen" in [str(line.get_label()) for line in axis.get_lines()]
+
+
+def test_modes_comfort_and_several_records():
+    assert flaws(wt.plot(wt.modes(wt.Scenario(**COACH)))) == []
+    blocks = {"continuous_comfort": (("axis", "block"), np.ones((3, 2))), "mean_comfort": 1.5}
+    axes = {"axis": ["longitudinal", "lateral", "vertical"], "block": [5.0, 10.0]}
+    assert flaws(wt.plot(xr.Dataset(blocks, axes, {"body": "car body"}))) == []
+    records = [wt.simulate(BUMP.replaced({"vehicle.damping": damping})) for damping in (2e4, 5e4)]
+    figure = wt.plot(records)
+    assert flaws(figure) == []
+    assert len(figure.axes[0].get_lines()) == 2
+
+
+@pytest.mark.parametrize("what", [[], [3]])
+def test_a_list_of_other_things_is_refused(what):
+    with pytest.raises(wt.InputError, match="allowed"):
+        wt.plot(what)
