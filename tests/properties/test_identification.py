@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.fitting import covariance_of, departure, fitted, solve
-from wheeltapper.ask.diagnosis.force import noise_of
-from wheeltapper.ask.diagnosis.identify import beliefs, identify, onset
-from wheeltapper.ask.diagnosis.problem import Problem
-from wheeltapper.ask.diagnosis.synthetic import synthesise
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.force.reconstruction import noise_of
+from wheeltapper.diagnosis.inference.fitting import covariance_of, departure, fitted, solve
+from wheeltapper.diagnosis.inference.identify import beliefs, identify, onset
+from wheeltapper.diagnosis.inference.problem import Problem
+from wheeltapper.diagnosis.site.synthetic import synthesise
 
 UNKNOWN = ("vehicle.mass", "vehicle.damping")
 KNOWN = {"speed": 0.01, "vehicle.load": 0.05, "vehicle.stiffness": 0.2}

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheeltapper.ask.diagnosis.design import Design
-from wheeltapper.ask.diagnosis.finding import NOT_EXPLAINED, Finding
-from wheeltapper.ask.diagnosis.identify import onset
-from wheeltapper.ask.diagnosis.performance import FaultPerformance, Performance
+from wheeltapper.diagnosis.finding import NOT_EXPLAINED, Finding
+from wheeltapper.diagnosis.inference.identify import onset
+from wheeltapper.diagnosis.performance import FaultPerformance, Performance
+from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.lower.build import courses_of, path_table
 from wheeltapper.lower.numbers import METHODS
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.finding import Finding
+from wheeltapper.diagnosis.finding import Finding
 from wheeltapper.faces.findings import evidence
 from wheeltapper.faces.paper.claims import Measure, absolute, claim, relative, within
 from wheeltapper.faces.paper.setting import bump, scene
