@@ -15,7 +15,7 @@ from wheeltapper.ask.motion import motion_at
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Start
-from wheeltapper.diagnosis.faults import imbalance
+from wheeltapper.diagnosis.faults.imbalance import imbalance
 from wheeltapper.diagnosis.inference.problem import slopes_of
 from wheeltapper.diagnosis.site.neighbours import superposed, together
 from wheeltapper.ground.needs import Need

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from wheeltapper.diagnosis.detection.roc import roc as roc
     from wheeltapper.diagnosis.detection.signal_response import noise_threshold as noise_threshold
     from wheeltapper.diagnosis.detection.signal_response import signal_response as signal_response
-    from wheeltapper.diagnosis.faults import CATALOGUE as CATALOGUE
-    from wheeltapper.diagnosis.faults import Fault as Fault
+    from wheeltapper.diagnosis.faults.base import CATALOGUE as CATALOGUE
+    from wheeltapper.diagnosis.faults.base import Fault as Fault
     from wheeltapper.diagnosis.finding import Finding as Finding
     from wheeltapper.diagnosis.folder import diagnose_all as diagnose_all
     from wheeltapper.diagnosis.force.imitation_map import imitation_map as imitation_map
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from wheeltapper.record.recording import Recording as Recording
 
 _HOMES = {
-    "CATALOGUE": "diagnosis.faults",
-    "Fault": "diagnosis.faults",
+    "CATALOGUE": "diagnosis.faults.base",
+    "Fault": "diagnosis.faults.base",
     "Finding": "diagnosis.finding",
     "Condition": "diagnosis.site.neighbours",
     "Neighbour": "diagnosis.site.neighbours",

@@ -21,6 +21,8 @@ from typing import Any, NamedTuple
 
 from wheeltapper.describe.scenario import toml_table
 from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.faults.base import CATALOGUE
+from wheeltapper.diagnosis.finding import NOT_EXPLAINED
 from wheeltapper.ground.arguments import as_names, as_path
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import to_si
@@ -40,11 +42,8 @@ CHOICES = {
 COUNTRIES = 'names of countries, as ("SE", "EU")'
 LENGTHS = ("diameter_above", "diameter_up_to")
 """Fields of a rule that hold a length, m; a rule applies only to wheels with diameters between them."""
-FLATS = ("wheel flat", "rounded flat")
-"""Verdicts whose size is the length of a flat, m."""
-ONE_WHEEL = (*FLATS, "out of round", "not explained")
-"""Verdicts for which the whole dynamic force is assigned to one of the two wheels. The fault is then in one wheel, or
-its place is unknown, and this is the largest force that one wheel can have had."""
+OF_FAULTS = ("flat_length", "out_of_roundness")
+"""Quantities that the size of a fault gives; all others are forces."""
 
 
 @dataclass(frozen=True)
@@ -149,9 +148,14 @@ class Alarm(NamedTuple):
 
 
 def wheel_forces(entry: Mapping[str, Any], wheels: int = 2) -> tuple[float, float]:
-    """Return static and largest force of one wheel, N, from those of the wheelset; NaN without a wheel."""
+    """Return static and largest force of one wheel, N, from those of the wheelset; NaN without a wheel.
+
+    The whole dynamic force is assigned to one of the two wheels if the fault is in a wheel, or unknown: this is the
+    largest force that one wheel can have had.
+    """
     static, peak = _forces(entry)
-    if entry.get("verdict") in ONE_WHEEL:
+    fault = CATALOGUE.get(str(entry.get("verdict")))
+    if entry.get("verdict") == NOT_EXPLAINED or (fault is not None and fault.part == "wheel"):
         return static / wheels, static / wheels + (peak - static)
     return static / wheels, peak / wheels
 
@@ -172,14 +176,12 @@ def compared(entry: Mapping[str, Any], rule: Rule, site: Site) -> float:
     rule, site
         The rule, and the site of the finding, which states the wheels.
     """
-    verdict, size = entry.get("verdict"), _number(entry.get("size"))
+    fault, size = CATALOGUE.get(str(entry.get("verdict"))), _number(entry.get("size"))
     vehicle = site.passage.vehicle
     if not rule.diameter_above < 2.0 * float(vehicle.radius) <= rule.diameter_up_to:
         return nan
-    if rule.quantity == "flat_length":
-        return size if verdict in FLATS else nan
-    if rule.quantity == "out_of_roundness":
-        return 2.0 * size if verdict == "out of round" else nan
+    if rule.quantity in OF_FAULTS:
+        return nan if fault is None else fault.alarms.get(rule.quantity, nan) * size
     static, peak = _forces(entry) if rule.per == "axle" else wheel_forces(entry, vehicle.wheels)
     if rule.quantity == "peak_force":
         return peak

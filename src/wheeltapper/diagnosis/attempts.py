@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import cache, partial
 from math import sqrt
 from typing import NamedTuple
 
@@ -10,18 +11,11 @@ import numpy as np
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.case import EXPLAINED, Case, well
-from wheeltapper.diagnosis.faults import PLAIN
+from wheeltapper.diagnosis.faults.base import DAMPING, MASS, Fault
+from wheeltapper.diagnosis.faults.flat import Flat, flat_starts, same_edge_starts
 from wheeltapper.diagnosis.inference.fitting import WINDOWS, Fit, solve
 from wheeltapper.diagnosis.inference.identify import beliefs
-from wheeltapper.diagnosis.inference.search import (
-    damper_starts,
-    departs_at,
-    flat_starts,
-    harmonic_starts,
-    near,
-    resembling,
-    same_edge_starts,
-)
+from wheeltapper.diagnosis.inference.search import NEAR, departs_at, near, ranked
 from wheeltapper.lower.fields import Fields
 
 SPEEDS = 0.05
@@ -41,10 +35,9 @@ LASTING = 0.03
 """Time after the onset, s. If the fit of mass, damping and load explains less than this, it has explained little: other
 families of faults than flats are then tried first. If it explains more, but nothing explains the whole recording, a
 note says for how long."""
-PATIENTLY = 3
-"""Number of orders of a wheel out of round that are fitted again with patience, after hasty fits of all of them."""
-FLATS, DAMPER_ENDS = ("wheel flat", "rounded flat"), ("free play", "soft bush")
-"""Names of the faults that are fitted together: the flats, and the faults of the damper's end."""
+PATIENTLY, NEAREST = 3, 4
+"""Of a fault that is fitted alone, number of starts that are fitted again with patience, after hasty fits of all. Of
+faults that are ranked together, number of the nearest starts that are fitted, besides the nearest of each."""
 
 
 class Strike(NamedTuple):
@@ -83,43 +76,44 @@ def try_flats_again(case: Case) -> None:
 
 def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
     """Fit flats that strike at a given time; until then one of the given healthy models holds."""
-    made = {name: case.faults[name].made for name in FLATS if name in case.faults}
-    if not made:
+    flats = [fault for fault in case.faults.values() if isinstance(fault, Flat)]
+    if not flats:
         return
     case.struck = struck > case.begins + LASTING
     healthy = case.problem(case.passage, {})
     for round_ in (0, 1) if len(models) == 1 else (0,):
         patient = struck < case.begins + LASTING and not round_  # what comes before hardly determines speed
-        starts = flat_starts(healthy, models, struck, made, round_)
+        starts = flat_starts(healthy, models, struck, flats, round_)
         longest, before = _first_explaining(case, starts, struck, patient), None
         while longest is not None and longest is not before and len(models) == 1 and not _clear(longest[1]):
-            name, fit = before = longest
+            flat, fit = before = longest
             since = fit.held if np.isfinite(fit.held) else struck
-            others = ((name, start) for start in same_edge_starts(healthy, fit.scenario, name, since, made))
+            others = ((flat, start) for start in same_edge_starts(healthy, fit.scenario, flat, since))
             longest = _first_explaining(case, others, since, False, longest)
         if well(case.best):
             break
-    for name in made:
-        if name in case.fits and case.fits[name].reduced <= EXPLAINED:
-            for other in made.keys() - {name}:
-                alike = resembling(case.fits[name].scenario, name, other, made)
-                if case.fit(other, alike, struck, patient=False).held > struck:
-                    case.fit(other, alike, struck)
+    for flat in flats:
+        if flat.name in case.fits and case.fits[flat.name].reduced <= EXPLAINED:
+            for other in flats:
+                if other is not flat:
+                    alike = other.resembling(case.fits[flat.name].scenario, flat)
+                    if case.fit(other, alike, struck, patient=False).held > struck:
+                        case.fit(other, alike, struck)
             break
 
 
 def _first_explaining(
     case: Case,
-    starts: Iterable[tuple[str, Scenario]],
+    starts: Iterable[tuple[Flat, Scenario]],
     struck: float,
     patient: bool,
-    longest: tuple[str, Fit] | None = None,
-) -> tuple[str, Fit] | None:
-    """Fit starting models until a fit is clear; return the fit that explains the longest part, with its name."""
-    for name, start in starts:
-        found = case.fit(name, start, struck - EARLIER, patient)
+    longest: tuple[Flat, Fit] | None = None,
+) -> tuple[Flat, Fit] | None:
+    """Fit starting models until a fit is clear; return the fit that explains the longest part, with its kind."""
+    for flat, start in starts:
+        found = case.fit(flat, start, struck - EARLIER, patient)
         if longest is None or (found.held, -found.reduced) > (longest[1].held, -longest[1].reduced):
-            longest = name, found
+            longest = flat, found
         if _clear(found):
             break
     return longest
@@ -146,7 +140,7 @@ def strike_of(case: Case) -> Strike | None:
         struck = departs_at(healthy, model, case.begins) if model is not None else np.nan
         return None if model is None or not struck < case.begins + WINDOWS[0] else Strike(struck, [model], False)
     struck = departs_at(healthy, plain.scenario, plain.held)
-    stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
+    stated = {path: float(Fields(case.passage)(path)) for path in (MASS, DAMPING)}
     if not np.isfinite(struck):
         return None
     model, end = _up_to(case, plain.scenario.replaced(stated), struck)
@@ -168,42 +162,66 @@ def _up_to(case: Case, start: Scenario, end: float) -> tuple[Scenario | None, fl
         end = earlier
 
 
-Starts = Callable[[], list[tuple[str, Scenario]]]
-"""A function that returns names of faults and starting models with these faults; it computes them when called."""
+class Throughout(NamedTuple):
+    """Faults that act throughout a recording and are fitted together, and the models from which their fits start."""
+
+    faults: list[Fault]
+    starts: Callable[[], list[tuple[Fault, Scenario]]]  # which computes them when first called
+
+    @property
+    def alone(self) -> bool:
+        """Whether it is a fault that finds its starting models itself."""
+        return self.faults[0].alone
 
 
-def damper_end_starts(case: Case) -> list[tuple[str, Scenario]]:
-    """Return starting models with free play or a bush: the nearest of each kind first."""
-    names = [name for name in DAMPER_ENDS if name in case.faults]
-    if not names:
-        return []
-    loose = case.problem(case.passage, beliefs(case.stated, PLAIN[:2]))
+def throughout(case: Case) -> list[Throughout]:
+    """Return the faults that act throughout, those that are ranked together first."""
+    acting = [fault for fault in case.faults.values() if fault.acts == "throughout"]
+    if case.early:  # the wheel itself is the cause
+        acting = [fault for fault in acting if fault.part == "wheel"]
+    ranked_together = [fault for fault in acting if not fault.alone]
+    groups = [ranked_together] if ranked_together else []
+    groups += [[fault] for fault in acting if fault.alone]
+    return [Throughout(group, cache(partial(_starts, case, group))) for group in groups]
+
+
+def _starts(case: Case, faults: list[Fault]) -> list[tuple[Fault, Scenario]]:
+    if faults[0].alone:
+        problem = case.problem(case.passage, beliefs(case.stated))
+        return [(faults[0], start) for start in faults[0].starts(problem, case.begins)]
+    return _ranked_starts(case, faults)
+
+
+def _ranked_starts(case: Case, faults: list[Fault]) -> list[tuple[Fault, Scenario]]:
+    """Return faulty passages in the order of their misfit to the recording's beginning.
+
+    The best one of each fault comes before all others, because the faults look similar at the beginning.
+    """
+    healthy = (MASS, DAMPING)
+    loose = case.problem(case.passage, beliefs(case.stated, healthy))
     at, _ = near(loose, case.begins)
-    stated = {path: float(Fields(case.passage)(path)) for path in PLAIN[:2]}
-    model = loose.scenario(at).replaced(stated)
-    family = case.problem(model, {})
-    return [*damper_starts(family, model, case.begins, {name: case.faults[name].made for name in names})]
+    model = loose.scenario(at).replaced({path: float(Fields(case.passage)(path)) for path in healthy})
+    kinds = {start: fault for fault in faults for start in fault.tried(model)}
+    order = ranked(case.problem(model, {}), kinds, case.begins, case.begins + NEAR[-1])
+    first = [start for i, start in enumerate(order) if kinds[start] not in {kinds[nearer] for nearer in order[:i]}]
+    return [(kinds[start], start) for start in [*first, *(one for one in order[:NEAREST] if one not in first)]]
 
 
-def try_damper_ends(case: Case, starts: Starts, patient: bool) -> None:
-    """Fit dampers with free play or a bush; without patience, only the nearest of each."""
-    each = len({name for name, _ in starts()})
-    for name, start in starts() if patient else starts()[:each]:
-        if not (patient and well(case.best)):
-            case.fit(name, start, case.begins, patient)
+def try_hastily(case: Case, group: Throughout) -> None:
+    """Fit faults without patience: of those that are ranked together only the nearest of each, whatever it explains."""
+    each = 0 if group.alone else len({fault.name for fault, _ in group.starts()})
+    _fit_starts(case, group, group.starts() if group.alone else group.starts()[:each], each, False)
 
 
-def out_of_round_starts(case: Case) -> list[tuple[str, Scenario]]:
-    """Return starting models of wheels that are out of round, those of the most likely orders first."""
-    if "out of round" not in case.faults:
-        return []
-    starts = harmonic_starts(case.problem(case.passage, beliefs(case.stated)), case.begins)
-    return [("out of round", start) for start in starts]
+def try_patiently(case: Case, group: Throughout) -> None:
+    """Fit faults with patience until one explains the recording; of a fault that is alone, from the first starts."""
+    _fit_starts(case, group, group.starts()[:PATIENTLY] if group.alone else group.starts(), 0, True)
 
 
-def try_harmonics(case: Case, starts: Starts, patient: bool) -> None:
-    """Fit wheels that are out of round; with patience, only the first PATIENTLY orders."""
-    for name, start in starts()[:PATIENTLY] if patient else starts():
-        case.fit(name, start, case.begins - EARLIER, patient)
-        if well(case.best):
+def _fit_starts(
+    case: Case, group: Throughout, starts: list[tuple[Fault, Scenario]], always: int, patient: bool
+) -> None:
+    for number, (fault, start) in enumerate(starts):
+        if number >= always and well(case.best):
             return
+        case.fit(fault, start, case.begins - (EARLIER if fault.part == "wheel" else 0.0), patient)

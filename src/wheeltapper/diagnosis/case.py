@@ -9,7 +9,7 @@ import numpy as np
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
-from wheeltapper.diagnosis.faults import CATALOGUE, LOAD, Fault, fault_named
+from wheeltapper.diagnosis.faults.base import CATALOGUE, LOAD, Fault, fault_named
 from wheeltapper.diagnosis.inference.fitting import Fit, solve
 from wheeltapper.diagnosis.inference.identify import LOUD, beliefs, onset
 from wheeltapper.diagnosis.inference.problem import Prior, Problem, values_of
@@ -102,10 +102,10 @@ class Case:
         """True if one of the fits explains the recording."""
         return self.best is not None and self.best.reduced <= EXPLAINED
 
-    def fit(self, name: str, start: Scenario, begins: float, patient: bool = True) -> Fit:
+    def fit(self, fault: Fault, start: Scenario, begins: float, patient: bool = True) -> Fit:
         """Fit a fault from a starting model; keep the fit if it is the best one of this fault."""
-        priors = beliefs(self.stated) | self.faults[name].believed(self.passage)
-        found = solve(self.problem(start, priors), begins, patient)
+        priors = beliefs(self.stated) | fault.believed(self.passage)
+        found, name = solve(self.problem(start, priors), begins, patient), fault.name
         if name not in self.fits or found.evidence > self.fits[name].evidence:
             self.fits[name], self.evidence[name] = found, found.evidence
         return found

@@ -2,8 +2,8 @@
 
 plain   One fit with mass, damping and load free serves all faults that change only these; their priors distinguish
         them.
-others  If that does not explain the recording, other families are fitted until one does: flats about a strike, dampers
-        with free play or a bush, wheels out of round, and flats whose strike is hard to locate.
+others  If that does not explain the recording, other families are fitted until one does: flats about a strike, faults
+        that act throughout the recording, and flats whose strike is hard to locate.
 
 See docs/theory/diagnosis.rst, sections 8.6 and 8.7.
 """
@@ -11,7 +11,7 @@ See docs/theory/diagnosis.rst, sections 8.6 and 8.7.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,17 +21,16 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.attempts import (
     LASTING,
-    damper_end_starts,
-    out_of_round_starts,
     strike_at_onset,
     strike_of,
-    try_damper_ends,
+    throughout,
     try_flats,
     try_flats_again,
-    try_harmonics,
+    try_hastily,
+    try_patiently,
 )
 from wheeltapper.diagnosis.case import EXPLAINED, Case, feels_load, well
-from wheeltapper.diagnosis.faults import CATALOGUE, LOAD, PLAIN, Fault
+from wheeltapper.diagnosis.faults.base import CATALOGUE, DAMPING, LOAD, MASS, PLAIN, Fault
 from wheeltapper.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
 from wheeltapper.diagnosis.inference.fitting import Fit, keeps_step, solve
 from wheeltapper.diagnosis.inference.identify import beliefs, estimate_of, recorded_at
@@ -63,9 +62,6 @@ after the onset and before the first impact: it determines the speed alone."""
 VAGUE = 0.3
 """Standard deviation of the logarithm of a field. Above it the likelihood is taken as normal in the field itself
 instead of its logarithm, and the size of a fault is given as an interval without a value."""
-NOTHING = 3.0
-"""If the damping is less than this many of its standard deviations above zero, free play so wide that the stops are not
-reached explains the recording as well as a lost damper."""
 FAR = 10.0
 """Largest χ² per degree of freedom at which the parameters of the nearest model are given. Beyond it the model is about
 three standard deviations of the noise away from the samples, and intervals that allow for noise alone are
@@ -119,21 +115,22 @@ def diagnose(
 def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
     """Return the fits of other families in the order in which they are tried.
 
-    Free play, a bush and a wheel out of round act from the beginning. If mass and damping explain little, these are
-    therefore fitted first: hastily, and later with patience.
+    If mass and damping explain little, faults that act throughout are fitted before flats: hastily, and later with
+    patience. If they explain much, faults that find their starts themselves get no patience: their best starts are
+    clear then.
     """
     if well(case.best):
         return ()
     strike = strike_at_onset(case) if case.early else strike_of(case)
-    flats = partial(try_flats, strike=strike)
-    dampers, wheels = (cache(partial(starts, case)) for starts in (damper_end_starts, out_of_round_starts))
-    ends, ends_again = (partial(try_damper_ends, starts=dampers, patient=patient) for patient in (False, True))
-    waves, waves_again = (partial(try_harmonics, starts=wheels, patient=patient) for patient in (False, True))
+    flats, groups = partial(try_flats, strike=strike), throughout(case)
+    hasty, patient = ([partial(fit, group=group) for group in groups] for fit in (try_hastily, try_patiently))
     if case.early:
-        return waves, waves_again, flats
+        return *hasty, *patient, flats
     if case.fits["plain"].held < case.begins + LASTING and not (strike and strike.sure):
-        return ends, waves, _try_plain_elsewhere, flats, ends_again, waves_again, try_flats_again
-    return flats, ends, ends_again, waves, try_flats_again
+        return *hasty, _try_plain_elsewhere, flats, *patient, try_flats_again
+    each = zip(groups, hasty, patient, strict=True)
+    turns = [fit for group, first, again in each for fit in ((first,) if group.alone else (first, again))]
+    return flats, *turns, try_flats_again
 
 
 def _wheel(recording: Recording, noise: float) -> bool:
@@ -164,7 +161,7 @@ def _try_plain_elsewhere(case: Case) -> None:
     """Fit mass, damping and load from other starting values, ranked by the beginning of the recording."""
     begun, share = case.loaded, 2.5 * case.site.uncertainty.get("speed", 0.0)
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
-    others = [begun, *(CATALOGUE[name].passage(begun) for name in ("broken spring", "lost damper"))]
+    others = [begun, *(fault.passage(begun) for fault in CATALOGUE.values() if fault.far)]
     tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
     problem = case.problem(case.passage, beliefs(case.stated, _unknown(case)))
     nearest = ranked(problem, tried, case.begins - 0.001, case.begins + BEGINNING)
@@ -197,7 +194,7 @@ def _try_plain_again(case: Case) -> None:
 
 
 def _unknown(case: Case) -> tuple[str, ...]:
-    told = PLAIN if feels_load(case.passage) else tuple(path for path in PLAIN if path != LOAD)
+    told = [path for path in PLAIN if path != LOAD or feels_load(case.passage)]
     return tuple(path for path in told if float(Fields(case.passage)(path)) > 0.0)
 
 
@@ -255,8 +252,7 @@ def _concluded(case: Case) -> Finding:
     verdict = best if fit.reduced <= EXPLAINED else NOT_EXPLAINED
     estimate = estimate_of(fit, case.noise)
     alike = tuple(name for name, p in probabilities.items() if name != best and p >= ALIKE * probabilities[best])
-    if verdict == "lost damper" and "free play" in case.faults and estimate.deviation(PLAIN[1]) > 1.0 / NOTHING:
-        alike = (*alike, "free play")  # play so wide that the stops are not reached
+    alike += tuple(name for name, fault in case.faults.items() if name not in alike and fault.also(verdict, estimate))
     size, interval = _size_of(case, verdict, fit)
     forces, seen = _motion(case, fit)
     if verdict == NOT_EXPLAINED:
@@ -292,9 +288,7 @@ def _size_of(case: Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, fl
     if not fault.plain:
         return value if estimate.deviation(path) < VAGUE else np.nan, (low, high)
     held = float(Fields(case.passage)(path))
-    if fault.unit:  # what is added
-        return value - held, (low - held, high - held)
-    return value / held, (low / held, high / held)
+    return fault.size_of(value, held), (fault.size_of(low, held), fault.size_of(high, held))
 
 
 def _notes(case: Case) -> tuple[str, ...]:
@@ -311,7 +305,7 @@ def _notes(case: Case) -> tuple[str, ...]:
     if not case.explained and plain.held > case.begins + LASTING:
         fields = Fields(plain.scenario)
         notes.append(
-            f"up to {1e3 * plain.held:.0f} ms a mass of {float(fields(PLAIN[0])):.4g} kg and a damping of "
-            f"{1e-3 * float(fields(PLAIN[1])):.4g} kN s/m explain it"
+            f"up to {1e3 * plain.held:.0f} ms a mass of {float(fields(MASS)):.4g} kg and a damping of "
+            f"{1e-3 * float(fields(DAMPING)):.4g} kN s/m explain it"
         )
     return tuple(notes)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wheeltapper.ask.trajectory import derivable
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
-from wheeltapper.diagnosis.faults import CATALOGUE
+from wheeltapper.diagnosis.faults.base import CATALOGUE, DAMPING, MASS, PLAIN
 from wheeltapper.diagnosis.inference.combinations import Combination, Combinations, combinations
 from wheeltapper.diagnosis.inference.identify import Estimate
 from wheeltapper.diagnosis.inference.information import information
@@ -28,18 +28,10 @@ FORMAT = 1
 """Version of the layout of a finding's JSON."""
 KIP = 4448.2216152605
 """One kip (1000 pounds-force), N."""
-ASKED = ("vehicle.mass", "vehicle.damping")
+ASKED = (MASS, DAMPING)
 """Fields among which, together with the uncertain ones, combinations are looked for."""
 MOST = 3
 """Largest number of known combinations that the paragraph lists."""
-NAMES = {
-    "vehicle.mass": ("unsprung mass", "kg", 1.0),
-    "vehicle.damping": ("damping", "kN s/m", 1e-3),
-    "vehicle.load": ("load", "kN", 1e-3),
-    "vehicle.damper_play": ("half the damper's play", "um", 1e6),
-    "vehicle.bush_stiffness": ("bush", "kN/mm", 1e-6),
-}
-"""How the fields of a finding are printed: name, unit, and the factor from SI to that unit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +106,7 @@ class Finding:
     def combinations(self) -> Combinations | None:
         """What this passage cannot determine, and the products of powers that it determines best.
 
-        The information matrix decides both. The information matrix decides both. None without a model, or if the model
+        The information matrix decides both. None without a model, or if the model
         has no exact derivatives.
         """
         if self.model is None or not derivable(self.model):
@@ -229,7 +221,8 @@ class Finding:
     def _values(self) -> str:
         assert self.estimate is not None
         parts = []
-        for path, (words, unit, factor) in NAMES.items():
+        fields = {**PLAIN, **{path: told for fault in CATALOGUE.values() for path, told in fault.fields.items()}}
+        for path, (words, unit, factor) in fields.items():
             if path in self.estimate.paths:
                 ends = [factor * end for end in self.estimate.interval(path)]
                 parts.append(f"{words} {_range(factor * self.estimate[path], ends[0], ends[1], unit)}")

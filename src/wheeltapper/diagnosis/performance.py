@@ -19,7 +19,7 @@ from wheeltapper.diagnosis.detection.hit_miss import hit_miss
 from wheeltapper.diagnosis.detection.roc import FalseCalls, Roc, false_calls, roc
 from wheeltapper.diagnosis.detection.signal_response import signal_response
 from wheeltapper.diagnosis.diagnose import diagnose
-from wheeltapper.diagnosis.faults import fault_named
+from wheeltapper.diagnosis.faults.base import Sizes, fault_named
 from wheeltapper.diagnosis.finding import HEALTHY, NO_WHEEL
 from wheeltapper.diagnosis.kept import digest_of
 from wheeltapper.diagnosis.processes import Lost, ProcessError, in_processes
@@ -30,7 +30,6 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, report, watched
 
 FloatArray = NDArray[np.float64]
-Sizes = float | tuple[float, float] | None
 
 LOWEST = -1e9
 """Score of a fault that was not compared in a passage: below every other score."""
@@ -208,13 +207,6 @@ def assess(
     return Performance(site, sound, false_calls(called, len(sound)), told, ceiling)
 
 
-USUAL: dict[str, Sizes] = {
-    "broken spring": None, "lost damper": None, "weak damper": None, "mass deviation": None, "free play": None,
-    "wheel flat": (0.002, 0.02),
-}  # fmt: skip
-"""Faults that are computed if none are named, with their sizes. None is the usual size; a pair is a range from which
-each passage's size is drawn."""
-
 _Task = tuple[str, Sizes, int, int]
 
 
@@ -222,7 +214,7 @@ def _with_sizes(site: Site, faults: Mapping[str, Sizes] | Sequence[str] | None) 
     """Return the faults to compute with their sizes; by default the usual ones that the site's wheelsets can have."""
     if faults is None:
         possible = faults_of(site.passage)[0]
-        return {name: size for name, size in USUAL.items() if name in possible}
+        return {name: fault.usual_range for name, fault in possible.items() if fault.assessed}
     what = "names of faults, or their sizes by name"
     if isinstance(faults, Mapping):
         sizes = as_table(faults, "faults", what)

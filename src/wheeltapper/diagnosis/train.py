@@ -13,9 +13,9 @@ import numpy as np
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.describe.track.stiff import StiffTrack
-from wheeltapper.diagnosis.alarms import FLATS, Alarm, Rule, alarms_of, in_countries, read_rules, wheel_forces
+from wheeltapper.diagnosis.alarms import Alarm, Rule, alarms_of, in_countries, read_rules, wheel_forces
 from wheeltapper.diagnosis.diagnose import diagnose
-from wheeltapper.diagnosis.faults import CATALOGUE, fault_named
+from wheeltapper.diagnosis.faults.base import CATALOGUE
 from wheeltapper.diagnosis.finding import HEALTHY, KIP, NOT_EXPLAINED, Finding
 from wheeltapper.diagnosis.folder import undiagnosed
 from wheeltapper.diagnosis.processes import Lost, in_processes
@@ -243,10 +243,10 @@ def _entry(found: Mapping[str, Any] | Finding, site: Site, ratio: float) -> dict
 
 def _model(entry: Mapping[str, Any], site: Site) -> Scenario | None:
     """Return the best model from a finding's JSON; None if the JSON does not determine it."""
-    if entry["verdict"] not in FLATS:
+    if entry["verdict"] not in CATALOGUE:
         return None
     values = {path: one["value"] for path, one in entry.get("estimates", {}).items()}
-    return fault_named(entry["verdict"]).passage(site.passage).replaced({"speed": entry["speed"], **values})
+    return CATALOGUE[entry["verdict"]].model(site.passage, {"speed": entry["speed"], **values})
 
 
 def _level_force(entry: Mapping[str, Any], model: Scenario | None, site: Site, ratio: float) -> float:

@@ -34,7 +34,7 @@ from wheeltapper.march import run
 from wheeltapper.record.simulate import simulate
 
 if TYPE_CHECKING:
-    from wheeltapper.diagnosis.faults import Fault
+    from wheeltapper.diagnosis.faults.base import Fault
 
 FloatArray = NDArray[np.float64]
 
@@ -69,7 +69,7 @@ class Condition:
 
     def drawn(self, random: np.random.Generator) -> tuple[Fault | None, float | None, float | None]:
         """Return the fault, its size and its place."""
-        from wheeltapper.diagnosis.faults import as_place, fault_named  # it needs what needs this
+        from wheeltapper.diagnosis.faults.base import as_place, fault_named  # it needs what needs this
 
         if self.fault is None:
             for name, value in (("size", self.size), ("place", self.place)):
