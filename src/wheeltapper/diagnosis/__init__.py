@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from wheeltapper.diagnosis.inference.combinations import combinations as combinations
     from wheeltapper.diagnosis.inference.identify import identify as identify
     from wheeltapper.diagnosis.inference.information import information as information
+    from wheeltapper.diagnosis.inference.problem import Prior as Prior
     from wheeltapper.diagnosis.performance import assess as assess
     from wheeltapper.diagnosis.site.neighbours import Condition as Condition
     from wheeltapper.diagnosis.site.neighbours import Neighbour as Neighbour
@@ -38,6 +39,7 @@ _HOMES = {
     "Finding": "diagnosis.finding",
     "Condition": "diagnosis.site.neighbours",
     "Neighbour": "diagnosis.site.neighbours",
+    "Prior": "diagnosis.inference.problem",
     "Recording": "record.recording",
     "Sensor": "describe.sensor",
     "Site": "describe.site",

@@ -183,6 +183,17 @@ def fault_named(name: str) -> Fault:
     return CATALOGUE[name]
 
 
+def listed() -> str:
+    """Return a table, in reStructuredText, of all faults: name, meaning, and what the size is with its usual value."""
+    rows = [".. list-table::", "   :widths: 18 52 30", "   :header-rows: 1", ""]
+    cells = [
+        (one.name, one.meaning, f"{one.size} ({f'{one.usual:g} {one.unit}'.strip()})") for one in CATALOGUE.values()
+    ]
+    for name, meaning, size in [("fault", "meaning", "size (usual)"), *cells]:
+        rows += [f"   * - {name}", f"     - {meaning}", f"     - {size}"]
+    return "\n".join([*rows, ""])
+
+
 def as_place(given: Any) -> float:
     """Return where on a wheel's circumference a fault is."""
     place = to_si(given, "number", "place")
