@@ -141,10 +141,10 @@ def test_a_fit_that_says_it_has_converged_stands_in_the_minimum(seed):
 
 def test_a_model_departs_where_a_difference_is_more_than_noise():
     off = np.random.default_rng(1).normal(0.0, 0.1, 4000)
-    assert departure(off, 0.1, 20e3, 500) == 4000
+    assert departure(off, 0.1, 20, 500) == 4000
     off[2500:] += 1.0
-    assert departure(off, 0.1, 20e3, 500) == 2500
-    assert departure(off, 0.1, 20e3, 3000) == 3000
+    assert departure(off, 0.1, 20, 500) == 2500
+    assert departure(off, 0.1, 20, 3000) == 3000
     off[1000] += 3.0  # one sample alone, of thirty deviations: over a millisecond that is much, too
-    assert departure(off, 0.1, 20e3, 500) == 1000
-    assert departure(np.zeros(5), 0.1, 20e3, 0) == 5
+    assert departure(off, 0.1, 20, 500) == 1000
+    assert departure(np.zeros(5), 0.1, 20, 0) == 5

@@ -21,20 +21,21 @@ from wheeltapper.lower.fields import Fields
 SPEEDS = 0.05
 """Spacing of the starting speeds, over the stated speed. It is used where a flat strikes at the onset, so that nothing
 has determined the speed before."""
-FIRM, FIRST = 0.01, (0.009, 0.007, 0.005, 0.003, 0.0015)
-"""Times after the onset, s. If the fit of mass, damping and load explains less than FIRM, it does not show what came
-before a strike. A healthy wheelset is then fitted up to each of the times FIRST, until one of these fits succeeds."""
-EARLIER = 0.008
-"""Time from the start of the fit windows to the strike of a wheel's fault, s. The shortest window, 11 ms, then ends 3
-ms after the strike."""
+FIRM, FIRST = 1.8, (1.62, 1.26, 0.9, 0.54, 0.27)
+"""Contact periods after the onset. If the fit of mass, damping and load explains less than FIRM, not even the first
+impact, it does not show what came before a strike. A healthy wheelset is then fitted up to each of the times FIRST,
+until one of these fits succeeds."""
+EARLIER = 1.44
+"""Contact periods from the start of the fit windows to the strike of a wheel's fault. The shortest window then ends
+half a period after the strike: it holds the impact of the strike and nothing that follows from it."""
 CLEARLY, SHORTER = 4.0, 0.25
 """A fit is clear if χ² per degree of freedom exceeds one by at most CLEARLY standard deviations of that ratio, which is
 √(2/degrees of freedom) for normal noise. If a healthy fit up to a strike is not clear, the time from the onset to its
 end is multiplied by SHORTER."""
-LASTING = 0.03
-"""Time after the onset, s. If the fit of mass, damping and load explains less than this, it has explained little: other
-families of faults than flats are then tried first. If it explains more, but nothing explains the whole recording, a
-note says for how long."""
+LASTING = 5.4
+"""Contact periods after the onset: three impacts at the example's site. If the fit of mass, damping and load explains
+less than this, it has explained little: other families of faults than flats are then tried first. If it explains more,
+but nothing explains the whole recording, a note says for how long."""
 PATIENTLY, NEAREST = 3, 4
 """Of a fault that is fitted alone, number of starts that are fitted again with patience, after hasty fits of all. Of
 faults that are ranked together, number of the nearest starts that are fitted, besides the nearest of each."""
@@ -66,7 +67,7 @@ def try_flats_again(case: Case) -> None:
         try_flats(case, strike_at_onset(case))
         return
     held = min(plain.held, case.recording.times[-1]) - case.begins
-    spans = (max(FIRM, SHORTER**power * held) for power in (1, 2, 3))
+    spans = (max(FIRM * case.scale.period, SHORTER**power * held) for power in (1, 2, 3))
     begun = (_up_to(case, case.passage, case.begins + span)[0] for span in spans)
     model = next((model for model in begun if model is not None), None)
     struck = np.nan if model is None else departs_at(case.problem(case.passage, {}), model, case.begins)
@@ -79,10 +80,10 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
     flats = [fault for fault in case.faults.values() if isinstance(fault, Flat)]
     if not flats:
         return
-    case.struck = struck > case.begins + LASTING
+    case.struck = struck > case.after(LASTING)
     healthy = case.problem(case.passage, {})
     for round_ in (0, 1) if len(models) == 1 else (0,):
-        patient = struck < case.begins + LASTING and not round_  # what comes before hardly determines speed
+        patient = struck < case.after(LASTING) and not round_  # what comes before hardly determines speed
         starts = flat_starts(healthy, models, struck, flats, round_)
         longest, before = _first_explaining(case, starts, struck, patient), None
         while longest is not None and longest is not before and len(models) == 1 and not _clear(longest[1]):
@@ -111,7 +112,7 @@ def _first_explaining(
 ) -> tuple[Flat, Fit] | None:
     """Fit starting models until a fit is clear; return the fit that explains the longest part, with its kind."""
     for flat, start in starts:
-        found = case.fit(flat, start, struck - EARLIER, patient)
+        found = case.fit(flat, start, struck - EARLIER * case.scale.period, patient)
         if longest is None or (found.held, -found.reduced) > (longest[1].held, -longest[1].reduced):
             longest = flat, found
         if _clear(found):
@@ -134,11 +135,11 @@ def strike_at_onset(case: Case) -> Strike:
 def strike_of(case: Case) -> Strike | None:
     """Return the strike of a wheelset that is healthy before it; None if no healthy model explains that part."""
     plain, healthy = case.fits["plain"], case.problem(case.passage, {})
-    if plain.held < case.begins + FIRM:
-        begun = (_up_to(case, case.passage, case.begins + window)[0] for window in FIRST)
+    if plain.held < case.after(FIRM):
+        begun = (_up_to(case, case.passage, case.after(window))[0] for window in FIRST)
         model = next((model for model in begun if model is not None), None)
         struck = departs_at(healthy, model, case.begins) if model is not None else np.nan
-        return None if model is None or not struck < case.begins + WINDOWS[0] else Strike(struck, [model], False)
+        return None if model is None or not struck < case.after(WINDOWS[0]) else Strike(struck, [model], False)
     struck = departs_at(healthy, plain.scenario, plain.held)
     stated = {path: float(Fields(case.passage)(path)) for path in (MASS, DAMPING)}
     if not np.isfinite(struck):
@@ -157,7 +158,7 @@ def _up_to(case: Case, start: Scenario, end: float) -> tuple[Scenario | None, fl
         if np.isfinite(whole.held):
             return None, end
         earlier = case.begins + SHORTER * (end - case.begins)
-        if _clear(whole) or earlier < case.begins + WINDOWS[0]:
+        if _clear(whole) or earlier < case.after(WINDOWS[0]):
             return whole.scenario, end
         end = earlier
 
@@ -201,8 +202,8 @@ def _ranked_starts(case: Case, faults: list[Fault]) -> list[tuple[Fault, Scenari
     loose = case.problem(case.passage, beliefs(case.stated, healthy))
     at, _ = near(loose, case.begins)
     model = loose.scenario(at).replaced({path: float(Fields(case.passage)(path)) for path in healthy})
-    kinds = {start: fault for fault in faults for start in fault.tried(model)}
-    order = ranked(case.problem(model, {}), kinds, case.begins, case.begins + NEAR[-1])
+    kinds = {start: fault for fault in faults for start in fault.tried(model, case.scale)}
+    order = ranked(case.problem(model, {}), kinds, case.begins, case.after(NEAR[-1]))
     first = [start for i, start in enumerate(order) if kinds[start] not in {kinds[nearer] for nearer in order[:i]}]
     return [(kinds[start], start) for start in [*first, *(one for one in order[:NEAREST] if one not in first)]]
 
@@ -224,4 +225,4 @@ def _fit_starts(
     for number, (fault, start) in enumerate(starts):
         if number >= always and well(case.best):
             return
-        case.fit(fault, start, case.begins - (EARLIER if fault.part == "wheel" else 0.0), patient)
+        case.fit(fault, start, case.after(-EARLIER if fault.part == "wheel" else 0.0), patient)

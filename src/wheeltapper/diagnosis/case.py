@@ -13,6 +13,7 @@ from wheeltapper.diagnosis.faults.base import CATALOGUE, LOAD, Fault, fault_name
 from wheeltapper.diagnosis.inference.fitting import Fit, solve
 from wheeltapper.diagnosis.inference.identify import LOUD, beliefs, onset
 from wheeltapper.diagnosis.inference.problem import Prior, Problem, values_of
+from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.arguments import as_list
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import BILATERAL
@@ -32,10 +33,11 @@ SURE = 3.0
 """Largest deviation of the speed from the stated one that is considered plausible, in standard deviations. The onset
 determines the speed only if the standard deviation of the speed moves the onset by at least this many samples."""
 
-FLIGHTS, PLATEAU = 0.06, 97.0
+FLIGHTS, PLATEAU = 10.8, 97.0
 """The static force is estimated from flights, in which the deck's acceleration is N0/M. They are looked for in the
-first FLIGHTS seconds after the onset. The acceleration in flight is taken as the PLATEAU-th percentile of the samples
-there: nearly the largest, but insensitive to a few outliers."""
+first FLIGHTS contact periods after the onset, eight impacts at the example's site: later ones are lower. The
+acceleration in flight is taken as the PLATEAU-th percentile of the samples there: nearly the largest, but insensitive
+to a few outliers."""
 
 
 class Case:
@@ -46,15 +48,20 @@ class Case:
         stated = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
         self.stated = site.model_copy(update={"passage": stated})
         self.faults, self.left_out = faults_of(site.passage, faults)
+        self.scale = Scale(site.passage)
         self.begins = onset(recording, noise)
         self.passage = self._timed()
         self.fits: dict[str, Fit] = {}
         self.evidence: dict[str, float] = {}
         self.struck = False  # a late strike of a healthy wheelset: only a flat can be the cause
 
+    def after(self, periods: float) -> float:
+        """Return the time, s after the trigger, that lies so many contact periods after the onset."""
+        return self.begins + periods * self.scale.period
+
     def problem(self, start: Scenario, priors: dict[str, Prior]) -> Problem:
         """Return the problem of fitting a family of models to the recording, from a starting model."""
-        return Problem(self.recording, self.site.sensor, self.noise, start, priors)
+        return Problem(self.recording, self.site.sensor, self.noise, start, priors, self.scale)
 
     @property
     def best(self) -> Fit | None:
@@ -84,10 +91,10 @@ class Case:
     @cached_property
     def loaded(self) -> Scenario:
         """The passage with the load that the flights show: in flight the acceleration of the deck is N0/M."""
-        passage, times = self.passage, self.recording.times
-        part = (times >= self.begins) & (times < self.begins + FLIGHTS) & np.isfinite(self.recording.samples)
-        early = times[times < self.begins + FLIGHTS]
-        stated = values_of(passage.replaced({"duration": self.begins + FLIGHTS}), early)
+        passage, times, until = self.passage, self.recording.times, self.after(FLIGHTS)
+        part = (times >= self.begins) & (times < until) & np.isfinite(self.recording.samples)
+        early = times[times < until]
+        stated = values_of(passage.replaced({"duration": until}), early)
         load, weight = float(passage.vehicle.load), float(passage.vehicle.weight)
         lost = self.recording.clipped & (self.recording.samples > 0.0)
         if stated is None or load <= 0.0 or lost[part].mean() > 1.0 - PLATEAU / 100.0:

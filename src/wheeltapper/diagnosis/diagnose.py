@@ -50,15 +50,16 @@ FAULTY = 0.1
 ALIKE = 0.05
 """Another fault is listed as not excluded if its posterior probability is at least this share of that of the
 verdict."""
-BASIN = 0.02
-"""Time after the onset, s. A fit of mass, damping and load that explains more than this is near the right minimum, and
-no other starting values are tried."""
-BEGINNING, SPEEDS, STARTS = 0.014, 0.025, 4
-"""Other starting values of mass, damping, load and speed are ranked by the first BEGINNING seconds after the onset.
+BASIN = 3.6
+"""Contact periods after the onset: two impacts at the example's site. A fit of mass, damping and load that explains
+more than this is near the right minimum, and no other starting values are tried."""
+BEGINNING, SPEEDS, STARTS = (-0.18, 2.52), 0.025, 4
+"""Other starting values of mass, damping, load and speed are ranked by the recording from just before the onset to the
+first impact's end, in contact periods after the onset.
 Neighbouring speeds differ by about the share SPEEDS. The best STARTS of them are fitted."""
-SOONER = 0.006
-"""Time by which the windows of the second fit begin before the onset, s. Its shortest window, 11 ms, then ends 5 ms
-after the onset and before the first impact: it determines the speed alone."""
+SOONER = 1.08
+"""Contact periods by which the windows of the second fit begin before the onset. Its shortest window then ends 0.9
+periods after the onset and before the first impact: it determines the speed alone."""
 VAGUE = 0.3
 """Standard deviation of the logarithm of a field. Above it the likelihood is taken as normal in the field itself
 instead of its logarithm, and the size of a fault is given as an interval without a value."""
@@ -126,7 +127,7 @@ def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
     hasty, patient = ([partial(fit, group=group) for group in groups] for fit in (try_hastily, try_patiently))
     if case.early:
         return *hasty, *patient, flats
-    if case.fits["plain"].held < case.begins + LASTING and not (strike and strike.sure):
+    if case.fits["plain"].held < case.after(LASTING) and not (strike and strike.sure):
         return *hasty, _try_plain_elsewhere, flats, *patient, try_flats_again
     each = zip(groups, hasty, patient, strict=True)
     turns = [fit for group, first, again in each for fit in ((first,) if group.alone else (first, again))]
@@ -154,7 +155,7 @@ def _nothing(recording: Recording, site: Site, noise: float) -> Finding:
 def _try_plain(case: Case) -> None:
     """Fit mass, damping and load; compute the evidence of health and of the plain faults."""
     begun = case.loaded
-    _fit_plain(case, ((begun, begins) for begins in (case.begins, case.begins - SOONER)))
+    _fit_plain(case, ((begun, begins) for begins in (case.begins, case.after(-SOONER))))
 
 
 def _try_plain_elsewhere(case: Case) -> None:
@@ -164,7 +165,7 @@ def _try_plain_elsewhere(case: Case) -> None:
     others = [begun, *(fault.passage(begun) for fault in CATALOGUE.values() if fault.far)]
     tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
     problem = case.problem(case.passage, beliefs(case.stated, _unknown(case)))
-    nearest = ranked(problem, tried, case.begins - 0.001, case.begins + BEGINNING)
+    nearest = ranked(problem, tried, *map(case.after, BEGINNING))
     _fit_plain(case, ((start, case.begins) for start in nearest[:STARTS]))
 
 
@@ -172,7 +173,7 @@ def _fit_plain(case: Case, starts: Iterable[tuple[Scenario, float]]) -> None:
     """Fit from starting models, each with the time at which its windows begin, until one fit is good enough."""
     priors, found = beliefs(case.stated, _unknown(case)), case.fits.get("plain")
     for start, begins in starts:
-        if found is not None and (found.reduced <= EXPLAINED or found.held > case.begins + BASIN or case.early):
+        if found is not None and (found.reduced <= EXPLAINED or found.held > case.after(BASIN) or case.early):
             break
         trial = solve(case.problem(start, priors), begins)
         if found is None or (trial.held, -trial.chi_squared) > (found.held, -found.chi_squared):
@@ -302,7 +303,7 @@ def _notes(case: Case) -> tuple[str, ...]:
     plain = case.fits["plain"]
     if not plain.converged and plain.reduced <= EXPLAINED:
         notes.append("the fit has not settled")
-    if not case.explained and plain.held > case.begins + LASTING:
+    if not case.explained and plain.held > case.after(LASTING):
         fields = Fields(plain.scenario)
         notes.append(
             f"up to {1e3 * plain.held:.0f} ms a mass of {float(fields(MASS)):.4g} kg and a damping of "

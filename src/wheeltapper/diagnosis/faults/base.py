@@ -21,6 +21,7 @@ from wheeltapper.record.arguments import as_scenario
 
 if TYPE_CHECKING:
     from wheeltapper.diagnosis.inference.identify import Estimate
+    from wheeltapper.diagnosis.scale import Scale
 
 ROOM = __name__.rpartition(".")[0]
 """The room in which faults are registered, wherever they are defined."""
@@ -135,8 +136,8 @@ class Fault:
         """Return its size from the values of its field in the faulty and in the healthy passage."""
         return value
 
-    def tried(self, model: Scenario) -> list[Scenario]:
-        """Return the passages from which fits may start, made from a healthy model."""
+    def tried(self, model: Scenario, scale: Scale) -> list[Scenario]:
+        """Return the passages from which fits may start, made from a healthy model; `scale` is that of the site."""
         return [self.passage(model)]
 
     def starts(self, problem: Problem, begins: float) -> list[Scenario]:

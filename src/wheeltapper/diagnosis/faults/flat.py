@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import pi
 from typing import ClassVar
 
@@ -15,22 +15,25 @@ from wheeltapper.diagnosis.inference.problem import Prior, Problem
 from wheeltapper.diagnosis.inference.search import ranked
 from wheeltapper.record.simulate import simulate
 
+STEP = 1.0 / 460.0
+"""Unit of lengths of flats, over the radius of the wheel: a millimetre at 460 mm."""
 LENGTHS = (
-    tuple(1e-3 * length for length in (8, 12, 17, 24, 33, 45, 62, 86)),
-    tuple(1e-3 * length for length in (7, 10, 14, 18, 23, 28, 34, 40, 47, 54, 62, 70, 79, 88, 98)),
+    (8, 12, 17, 24, 33, 45, 62, 86),
+    (7, 10, 14, 18, 23, 28, 34, 40, 47, 54, 62, 70, 79, 88, 98),
 )
-"""Lengths of fresh flats that are tried, m: in the first round, and finer in the second."""
-EDGES = ((0.0, 0.002, 0.005), (0.0, 0.001, 0.002, 0.0035, 0.005, 0.007))
-"""Distances from the edge of the flat to the place of the strike, m, in the first and in the second round. They are
-used where the wheel has rolled onto the flat, so that the strike is near its edge."""
-LANDED, LANDING = ((0.15, 0.5, 0.85), (0.02, 0.3, 0.4, 0.6, 0.7, 0.98)), 1e-3
+"""Lengths of fresh flats that are tried, in STEPs of the radius: in the first round, and finer in the second. The
+ratio of neighbours is 1.4 and 1.2: a fit of a flat reaches its neighbours."""
+EDGES = ((0, 2, 5), (0, 1, 2, 3.5, 5, 7))
+"""Distances from the edge of the flat to the place of the strike, in STEPs of the radius, in the first and in the
+second round. They are used where the wheel has rolled onto the flat, so that the strike is near its edge."""
+LANDED, LANDING = ((0.15, 0.5, 0.85), (0.02, 0.3, 0.4, 0.6, 0.7, 0.98)), 0.18
 """The same distances over the length of the flat, where the wheel has landed on it. It has landed if its last impact
-was at most LANDING seconds before the strike."""
+began at most LANDING contact periods before the strike, so that the two are one."""
 TRIED = 6
 """Largest number of starting values from one ranking that are fitted."""
-BEFORE, AFTER = 0.002, 0.004
-"""Starting values are ranked by the recording from BEFORE seconds before a strike to AFTER seconds after it. With 20 ms
-instead of these 6 ms, four of 24 flats were not found (decision 15)."""
+ABOUT = (-0.36, 0.72)
+"""Starting values are ranked by the recording from shortly before a strike to the end of its impact, in contact periods
+after the strike. With 3.6 periods instead of these 1.08, four of 24 flats were not found (decision 15)."""
 
 
 class Flat(Fault, abstract=True):
@@ -87,12 +90,12 @@ def flat_starts(
 ) -> Iterator[tuple[Flat, Scenario]]:
     """Yield flats and models with them, in the order of their misfit about a strike; round 1 is finer."""
     since = struck - simulate(models[0].replaced({"duration": struck})).impacts.time.values
-    landed = bool(np.any(since < LANDING))
+    landed = bool(np.any(since < LANDING * problem.scale.period))
     offsets = (LANDED if landed else EDGES)[round_]
-    lengths = LENGTHS[round_] if len(models) == 1 else LENGTHS[round_][1::2]
-    edges = [(length, edge * length if landed else edge) for length in lengths for edge in offsets]
+    lengths, step = LENGTHS[round_] if len(models) == 1 else LENGTHS[round_][1::2], STEP * problem.scale.radius
+    edges = [(step * length, edge * step * (length if landed else 1.0)) for length in lengths for edge in offsets]
     kinds = {flat.at_edge(model, struck, *edge): flat for flat in flats for model in models for edge in edges}
-    for start in ranked(problem, kinds, struck - BEFORE, struck + AFTER)[:TRIED]:
+    for start in _nearest(problem, kinds, struck):
         yield kinds[start], start
 
 
@@ -102,7 +105,12 @@ def same_edge_starts(problem: Problem, found: Scenario, flat: Flat, struck: floa
     A wheel that lands near one edge of a flat does not reveal the other edge before its next turn.
     """
     item = found.irregularities[-1]
-    longer = [length / flat.like - item.length for length in LENGTHS[1]]
+    longer = [STEP * problem.scale.radius * length / flat.like - item.length for length in LENGTHS[1]]
     sides = [(more, 0.5 * side * more) for more in longer for side in (-1, 1)]
     tried = [flat.instead(found, item.length + more, item.position + aside) for more, aside in sides]
-    yield from ranked(problem, tried, struck - BEFORE, struck + AFTER)[:TRIED]
+    yield from _nearest(problem, tried, struck)
+
+
+def _nearest(problem: Problem, models: Iterable[Scenario], struck: float) -> list[Scenario]:
+    """Return the models that are most similar to the recording about a strike."""
+    return ranked(problem, models, *(struck + periods * problem.scale.period for periods in ABOUT))[:TRIED]

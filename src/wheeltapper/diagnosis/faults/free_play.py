@@ -11,11 +11,12 @@ from wheeltapper.diagnosis.inference.problem import Prior
 
 if TYPE_CHECKING:
     from wheeltapper.diagnosis.inference.identify import Estimate
+    from wheeltapper.diagnosis.scale import Scale
 
 PLAY, START = "vehicle.damper_play", "vehicle.damper_play_start"
-PLAYS, PLACES = (1.2e-5, 2.5e-5, 5e-5, 1e-4, 2e-4), (0.2, 0.5, 0.8)
-"""Half the free play that is tried, m, and positions of the end between its stops at the start, 0 to 1. With more play
-the end does not reach its stops."""
+PLAYS, PLACES = (0.06, 0.125, 0.25, 0.5, 1.0), (0.2, 0.5, 0.8)
+"""Half the free play that is tried, over the height of the site's irregularity, and positions of the end between its
+stops at the start, 0 to 1. With more play the end does not reach its stops, because the wheel moves no further."""
 NOTHING = 3.0
 """If the damping is less than this many of its standard deviations above zero, free play so wide that the stops are not
 reached explains the recording as well as a lost damper."""
@@ -38,9 +39,10 @@ class FreePlay(Fault):
         """Return the priors of play and start."""
         return {PLAY: Prior(6e-5, 1.2, "lognormal"), START: Prior(0.0, 1.0, "uniform")}
 
-    def tried(self, model: Scenario) -> list[Scenario]:
+    def tried(self, model: Scenario, scale: Scale) -> list[Scenario]:
         """Return passages with several widths and starts."""
-        return [self.made(model, play, place) for play in PLAYS for place in PLACES]
+        high = scale.height or self.usual / PLAYS[2]  # on a level rail only the wheel itself moves
+        return [self.made(model, play * high, place) for play in PLAYS for place in PLACES]
 
     def also(self, verdict: str, estimate: Estimate) -> bool:
         """Return True for a lost damper without any damping: the play may be so wide that no stop is reached."""

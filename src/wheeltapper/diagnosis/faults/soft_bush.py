@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from math import pi
 from typing import ClassVar
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.faults.base import Fault
 from wheeltapper.diagnosis.inference.problem import Prior
+from wheeltapper.diagnosis.scale import Scale
 
 BUSH = "vehicle.bush_stiffness"
-BUSHES = (1e6, 4e6, 1.6e7, 6e7)
-"""Stiffnesses of a bush that are tried, N/m."""
+CORNERS = (0.0177, 0.0707, 0.283, 1.06)
+"""Frequencies k/(2π·c) up to which the damper acts that are tried, times the contact period: above the last one the
+bush is too stiff to be felt while the wheel bounces, below the first one the damper is lost."""
 
 
 class SoftBush(Fault):
@@ -29,6 +32,7 @@ class SoftBush(Fault):
         """Return the prior of the stiffness."""
         return {BUSH: Prior(1e7, 1.2, "lognormal")}
 
-    def tried(self, model: Scenario) -> list[Scenario]:
+    def tried(self, model: Scenario, scale: Scale) -> list[Scenario]:
         """Return passages with several stiffnesses."""
-        return [self.made(model, bush, 0.5) for bush in BUSHES]
+        unit = 2.0 * pi * float(scale.passage.vehicle.damping) / scale.period
+        return [self.made(model, corner * unit, 0.5) for corner in CORNERS if unit > 0.0]

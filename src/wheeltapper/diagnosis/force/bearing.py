@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-FLIGHT = 1e-3
-"""Shortest flight that is used as a condition on the drift, s."""
-PIECE = 3e-3
-"""Longest piece of a flight whose mean gives one condition, s. The drift is taken as constant within it."""
+FLIGHT = 0.18
+"""Shortest flight that is used as a condition on the drift, in contact periods: a third of the time that an impact
+lasts, so that no zero between two of its samples is taken for one."""
+PIECE = 0.54
+"""Longest piece of a flight whose mean gives one condition, in contact periods. The drift is taken as constant within
+it, which is about as long as an impact."""
 NEAR_ZERO = 0.02
 """Largest contact force in flight, over the static force. Three standard errors of noise and drift are added to it."""
 HIGHEST = 0.5
@@ -27,14 +29,15 @@ MOST = 100
 """Largest number of flights that are used. Each one costs a pass over all times."""
 TIE = 1e-3
 """Standard error of the condition "no force in flight", over the static force. It allows for errors of the model."""
-MEAN = 0.025
-"""Length of the windows in which the mean contact force is compared with the static force, s."""
+MEAN = 4.5
+"""Length of the windows in which the mean contact force is compared with the static force, in contact periods: a few
+impacts with their flights."""
 OF_SWING, OF_STATIC = 0.1, 2e-3
 """Standard error of the mean force in a window: OF_SWING times the standard deviation of the force in it plus OF_STATIC
 times the static force. The mean is the less certain, the more the force varies."""
-SLOWEST = 6.0
-"""Lowest natural angular frequency of the deck, rad/s, that is assumed for its unknown initial motion. It bounds that
-motion where the bearing is soft."""
+SLOWEST = 1.0 / 30.0
+"""Lowest natural angular frequency of the deck, rad per contact period, that is assumed for its unknown initial motion.
+It bounds that motion where the bearing is soft."""
 MOST_TIMES = 20_000
 """Largest number of times at which the drift is computed; between them it is interpolated linearly."""
 WINDOWS = 100
@@ -48,8 +51,13 @@ class Bearing(NamedTuple):
     stiffness: float  # N/m
     damping: float  # N·s/m
     interval: float  # s
+    period: float  # s, of the wheel on its contact
     noise: float  # m/s²: standard deviation of a sample
     at_rest: bool  # before the first sample
+
+    def samples(self, periods: float) -> int:
+        """Return the number of samples in so many contact periods."""
+        return round(periods * self.period / self.interval)
 
 
 class Term(NamedTuple):
@@ -87,7 +95,7 @@ class Drift:
         k, c = bearing.stiffness, bearing.damping
         variance = bearing.noise**2 * bearing.interval * (k**2 * time**3 / 3.0 + k * c * time**2 + c**2 * time)
         self._start = 0.0 if bearing.at_rest else static**2
-        self._impedance = bearing.mass * max(k, bearing.mass * SLOWEST**2)
+        self._impedance = bearing.mass * max(k, bearing.mass * (SLOWEST / bearing.period) ** 2)
         variance = variance + self._start * (1.0 + (k * time + c) ** 2 / self._impedance)
         self.mean, self.variance = np.zeros(len(time)), variance
         self._rows: list[FloatArray] = []
@@ -136,7 +144,7 @@ def term(bearing: Bearing, g: FloatArray, deviation: float, trim: int, static: f
     drift = Drift(bearing, time[::every], static)
     for tie in _means(bearing, total, static):
         drift.take(tie)
-    shortest, after, flights = max(int(FLIGHT / bearing.interval), 3), 0, 0
+    shortest, after, flights = max(bearing.samples(FLIGHT), 3), 0, 0
     while True:
         mean, variance = (np.interp(time, time[::every], found) for found in (drift.mean, drift.variance))
         level = NEAR_ZERO * static + 3.0 * np.sqrt(deviation**2 + variance)
@@ -160,7 +168,7 @@ def _integrated(bearing: Bearing, a: FloatArray) -> FloatArray:
 def _means(bearing: Bearing, total: FloatArray, static: float) -> list[Tie]:
     """Return the conditions that the mean force over windows gives."""
     count = len(total)
-    size = min(max(int(MEAN / bearing.interval), count // WINDOWS, 2), count)
+    size = min(max(bearing.samples(MEAN), count // WINDOWS, 2), count)
     ties = []
     for start in range(0, count - size + 1, size):
         window = total[start : start + size]
@@ -181,7 +189,7 @@ def _first_flight(near_zero: NDArray[np.bool_], trim: int, shortest: int, after:
 def _flight(bearing: Bearing, total: FloatArray, start: int, end: int, static: float) -> list[Tie]:
     """Return the conditions that a flight gives, one for each piece."""
     noise, ties = (bearing.mass * bearing.noise) ** 2, []
-    for piece in np.array_split(np.arange(start, end), int(np.ceil((end - start) * bearing.interval / PIECE))):
+    for piece in np.array_split(np.arange(start, end), -(-(end - start) // max(bearing.samples(PIECE), 1))):
         variance = noise / len(piece) + (TIE * static) ** 2
         ties.append(Tie(bearing.interval * float(piece.mean()), -float(total[piece].mean()), variance))
     return ties

@@ -17,6 +17,7 @@ from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.diagnosis.detection.roc import numbers
 from wheeltapper.diagnosis.force import bearing as force_bearing
 from wheeltapper.diagnosis.force import smooth as force_smooth
+from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.arguments import as_recording
@@ -32,6 +33,8 @@ LOUD = 60.0
 """Ratio of signal to noise, dB, from which on the method `auto` does not smooth."""
 CONTACT = 100.0
 """Frequency of a wheel that bounces on the rail, Hz. At this frequency `auto` judges what the bearing contributes."""
+EARLY = 36.0
+"""Contact periods in which `auto` compares signal and noise: those in which a wheel bounces most."""
 NEGLIGIBLE = 0.003
 """Relative error of the force at that frequency below which `auto` neglects the force of the bearing."""
 SHORTEST = 16
@@ -86,6 +89,7 @@ class _Setting(NamedTuple):
     noise: float  # m/s², of a sample
     static: float  # N
     cutoff: float  # Hz, to 1 % of the modulus
+    period: float  # s, of the wheel on its contact
 
 
 class _Found(NamedTuple):
@@ -122,8 +126,9 @@ def reconstructed(recording: Recording | str | Path, site: Site | str | Path, me
 
         The last two leave out missing samples. Of a clipped sample they use that the true value lies beyond it.
 
-        "auto": the smoother if samples are missing or clipped, or if the signal's rms in the first 0.2 s is less than
-        60 dB above the noise. Otherwise inertia if the bearing contributes less than 0.3 % at 100 Hz, else bearing.
+        "auto": the smoother if samples are missing or clipped, or if the signal's rms in the first 36 contact periods
+        is less than 60 dB above the noise. Otherwise inertia if the bearing contributes less than 0.3 % at 100 Hz, else
+        bearing.
 
     Raises
     ------
@@ -255,7 +260,7 @@ def _smoothed(setting: _Setting, method: str) -> force_smooth.Smooth:
         if method == "tikhonov":
             smooth = force_smooth.by_discrepancy(problem, noise)
         else:
-            smooth = force_smooth.by_likelihood(problem, noise, rate)
+            smooth = force_smooth.by_likelihood(problem, noise, rate * setting.period)
         short = setting.recording.clipped & ~is_used & (smooth.values * np.sign(measured) < np.abs(measured))
         if not np.any(short):
             return smooth
@@ -267,7 +272,13 @@ def _term(setting: _Setting, g: FloatArray, deviation: float, width: float) -> t
     deck, recording = setting.deck, setting.recording
     at_rest = recording.start <= 0.0
     bearing = force_bearing.Bearing(
-        float(deck.mass), float(deck.stiffness), float(deck.damping), 1.0 / recording.rate, setting.noise, at_rest
+        float(deck.mass),
+        float(deck.stiffness),
+        float(deck.damping),
+        1.0 / recording.rate,
+        setting.period,
+        setting.noise,
+        at_rest,
     )
     trim = max(FASTEST, int(np.ceil(AROUND * width)))
     term = force_bearing.term(bearing, g, deviation, trim, setting.static)
@@ -288,7 +299,8 @@ def _setting(recording: Recording, site: Site, good: BoolArray) -> tuple[_Settin
     if sensor.cutoff is not None:
         cutoff = min(cutoff, sensor.cutoff * ((1.0 - RIGHT) ** -2 - 1.0) ** (0.5 / sensor.order))
     static = float(lower(site.passage, "default").static_force)
-    setting = _Setting(recording, deck, g, good, noise_of(recording, sensor), static, float(cutoff))
+    period = Scale(site.passage).period
+    setting = _Setting(recording, deck, g, good, noise_of(recording, sensor), static, float(cutoff), period)
     return setting, _flaws(recording)
 
 
@@ -314,7 +326,7 @@ def _recorded(recording: Recording) -> Force:
 
 def _chosen(setting: _Setting) -> tuple[str, str]:
     """Return the method that is chosen automatically, and the reason."""
-    early = setting.is_good & (setting.recording.times <= 0.2)
+    early = setting.is_good & (setting.recording.times <= EARLY * setting.period)
     a = setting.g[early if np.any(early) else setting.is_good] / setting.deck.mass
     signal = float(np.sqrt(np.mean(a**2)))
     ratio = np.inf if setting.noise == 0.0 else 20.0 * log10(max(signal, 1e-300) / setting.noise)

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-WINDOW = 0.015
-"""Time over which the local intensity of the noise that drives the force is averaged, s."""
+WINDOW = 2.7
+"""Contact periods over which the local intensity of the noise that drives the force is averaged: an impact and the
+flights beside it."""
 QUIETEST = 1e-4
 """Lowest local intensity, over its mean. Without a lower bound a quiet part would be smoothed without limit."""
 WIDEST = 80.0
@@ -130,11 +131,14 @@ def by_discrepancy(problem: Problem, noise: float) -> Smooth:
     return _estimate(problem, brentq(problem.discrepancy, low, high, args=(noise,), xtol=0.02), noise)
 
 
-def by_likelihood(problem: Problem, noise: float, rate: float) -> Smooth:
-    """Return the smoother's estimate: mean intensity by maximum likelihood, its variation from the force found."""
+def by_likelihood(problem: Problem, noise: float, period: float) -> Smooth:
+    """Return the smoother's estimate: mean intensity by maximum likelihood, its variation from the force found.
+
+    `period` is that of the wheel on its contact, in samples.
+    """
     from scipy.optimize import minimize_scalar
 
-    width = max(int(WINDOW * rate), 1)
+    width = max(round(WINDOW * period), 1)
     for _ in range(2):
         found = minimize_scalar(
             problem.surprise, bounds=problem.bounds(), args=(noise,), method="bounded", options={"xatol": 0.05}

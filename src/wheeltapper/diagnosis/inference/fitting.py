@@ -22,9 +22,11 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.inference.problem import Prior, Problem
 
 FloatArray = NDArray[np.float64]
-WINDOWS = (0.011, 0.016, 0.022, 0.030, 0.040, 0.055, 0.075, 0.1, 0.14, 0.2, 0.3, 0.45, 0.65, 1.0, 1.5, 2.2, 3.3, 5.0)
-"""Ends of the fit windows, s after the onset. Each is 1.3 to 1.6 times as long as the one before. The last window of a
-fit is the whole recording."""
+WINDOWS = (1.98, 2.88, 3.96, 5.4, 7.2, 9.9, 13.5, 18, 25.2, 36, 54, 81, 117, 180, 270, 396, 594, 900)
+"""Ends of the fit windows, contact periods after the onset. The first one holds the push of the irregularity, the
+flight and the first impact. Each is 1.3 to 1.6 times as long as the one before: so much less
+an error of the shorter window's fit may bring model and recording out of step. The last window of a fit is the whole
+recording."""
 IN_STEP = 0.6
 """Model and recording are similar over a part of the recording if the rms of their difference is at most this share of
 the rms of the recording, apart from noise. A window is extended as long as they are similar."""
@@ -60,12 +62,13 @@ HOLDS = 2.0
 whole recording, because fits of windows need not have converged."""
 PATIENCE = 2
 """How often in a patient fit a shorter window is tried after a long one was not explained. A hasty fit tries none."""
-LONG, PROGRESS = 0.05, 0.02
-"""A fit that has explained at least LONG seconds after the onset is not given up at the next window. It goes on in
-short windows, each longer than the one before by at least the share PROGRESS."""
-DEPARTS, OVER = 5.0, 1e-3
-"""A model departs from the recording where the rms of their difference over OVER seconds first exceeds DEPARTS standard
-deviations of the noise."""
+LONG, PROGRESS = 9.0, 0.02
+"""A fit that has explained at least LONG contact periods after the onset, six impacts at the example's site, is near
+the right minimum and is not given up at the next window. It goes on in short windows, each longer than the one before
+by at least the share PROGRESS."""
+DEPARTS, OVER = 5.0, 0.18
+"""A model departs from the recording where the rms of their difference over OVER contact periods first exceeds DEPARTS
+standard deviations of the noise. Within so short a part of an impact a difference has not changed its sign."""
 STUCK = 0.9
 """The noise that is assumed in a window is lowered step by step to the true noise. If lowering it leaves more than this
 share of the mean square of the residual, the fit is stuck, and the window is not explained."""
@@ -117,7 +120,7 @@ def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
     A family that does not explain a window explains no longer one either. The fit then ends with the last window that
     it explains, or goes on from there in short windows. A fit that is not patient ends earlier.
     """
-    times, counts = problem.times, _counts(problem.times, begins)
+    times, counts = problem.times, _counts(problem, begins)
     at, window, longest = np.zeros(len(problem.paths)), -1, len(counts)
     patience, careful = PATIENCE if patient else 0, False
     steps = STEPS if patient else HASTY_STEPS
@@ -129,7 +132,7 @@ def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
         elif chosen > window + 1 and patience:
             longest, patience = (window + 1 + chosen) // 2 + 1, patience - 1
             continue
-        elif careful or window < 0 or times[counts[window] - 1] < begins + LONG:
+        elif careful or window < 0 or times[counts[window] - 1] < begins + LONG * problem.scale.period:
             break
         else:
             careful = True
@@ -156,7 +159,7 @@ def _small_step(problem: Problem, at: FloatArray, begins: float, first: int, las
         return None
     held = float(problem.times[first - 1]) - begins
     least = min(int(np.searchsorted(problem.times, begins + (1.0 + PROGRESS) * held)), last)
-    return max(departure(found, problem.noise, problem.recording.rate, first), least)
+    return max(departure(found, problem.noise, width_of(problem), first), least)
 
 
 def _alike(problem: Problem, found: FloatArray, first: int, last: int) -> bool:
@@ -165,9 +168,13 @@ def _alike(problem: Problem, found: FloatArray, first: int, last: int) -> bool:
     return off <= IN_STEP**2 * loud + 4.0 * problem.noise**2 * (last - first)
 
 
-def departure(off: FloatArray, noise: float, rate: float, first: int) -> int:
+def width_of(problem: Problem) -> int:
+    """Return the number of samples over which a difference is compared with noise."""
+    return max(round(OVER * problem.scale.period * problem.recording.rate), 1)
+
+
+def departure(off: FloatArray, noise: float, width: int, first: int) -> int:
     """Return the first sample, from `first` on, at which a difference exceeds noise; their number if none does."""
-    width = max(int(OVER * rate), 1)
     total = np.concatenate([[0.0], np.cumsum(off**2)])
     loud = np.flatnonzero((total[width:] - total[:-width])[first:] > width * (DEPARTS * noise) ** 2)
     if not len(loud):
@@ -179,13 +186,14 @@ def departure(off: FloatArray, noise: float, rate: float, first: int) -> int:
 
 def keeps_step(problem: Problem, begins: float) -> bool:
     """Return True if the starting model is similar to the whole recording."""
-    counts = _counts(problem.times, begins)
+    counts = _counts(problem, begins)
     return _next_window(problem, np.zeros(len(problem.paths)), counts, -1)[0] == len(counts) - 1
 
 
-def _counts(times: FloatArray, begins: float) -> list[int]:
+def _counts(problem: Problem, begins: float) -> list[int]:
     """Return the number of samples in each window; the last window has all."""
-    ends = [begins + window for window in WINDOWS if begins + window < times[-1]]
+    times, ends = problem.times, [begins + window * problem.scale.period for window in WINDOWS]
+    ends = [end for end in ends if end < times[-1]]
     return [*dict.fromkeys(int(np.searchsorted(times, end)) for end in ends), len(times)]
 
 
@@ -381,7 +389,7 @@ def summary(problem: Problem, at: FloatArray, converged: bool, used: int, held: 
     misfit = float((residual[:count] ** 2).sum())
     values = problem.values(at)
     with np.errstate(divide="ignore"):
-        per = np.where(problem.linear, problem.scale / values, 1.0)
+        per = np.where(problem.linear, problem.widths / values, 1.0)
     return Fit(
         problem.paths, values, covariance * np.outer(per, per), total, misfit, freedom, evidence, converged,
         problem.scenario(at), held,

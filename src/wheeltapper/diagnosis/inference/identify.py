@@ -15,6 +15,7 @@ from wheeltapper.describe.site import Site, as_site
 from wheeltapper.diagnosis.force.reconstruction import noise_of
 from wheeltapper.diagnosis.inference.fitting import Fit, solve
 from wheeltapper.diagnosis.inference.problem import Prior, Problem, number_at
+from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.arguments import as_between, as_names, as_quantity, as_table, check_choice
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, report, watched
@@ -165,7 +166,8 @@ def identify(
     asked = as_names(unknown, "unknown", "paths of fields")
     with watched(progress, "fitting"):
         report("fitting", 0.0, 0.0)
-        found = solve(Problem(recording, site.sensor, spread, model, beliefs(site, asked)), onset(recording, spread))
+        problem = Problem(recording, site.sensor, spread, model, beliefs(site, asked), Scale(site.passage))
+        found = solve(problem, onset(recording, spread))
         return estimate_of(found, spread)
 
 

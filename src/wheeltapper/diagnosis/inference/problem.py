@@ -13,6 +13,7 @@ from wheeltapper.ask.trajectory import derivable, trajectory
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.diagnosis.inference.sensing import drifted, filtered
+from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import program as contract
@@ -105,16 +106,20 @@ class Problem:
         The model to start from.
     priors
         The parameters and their priors, by path.
+    scale
+        In which windows are measured; by default that of the model to start from.
     """
 
     def __init__(
-        self, recording: Recording, sensor: Sensor, noise: float, start: Scenario, priors: Mapping[str, Prior]
-    ) -> None:
+        self, recording: Recording, sensor: Sensor, noise: float, start: Scenario, priors: Mapping[str, Prior],
+        scale: Scale | None = None,
+    ) -> None:  # fmt: skip
+        self.scale = scale or Scale(start)
         self.recording, self.sensor, self.noise, self.start = recording, sensor, noise, start
         self.paths, self.priors = tuple(priors), tuple(priors.values())
         self.first = np.array([float(Fields(start)(path)) for path in self.paths])
         self.linear = np.array([prior.kind == "uniform" for prior in self.priors], dtype=bool)
-        self.scale = np.where(self.linear, [prior.deviation for prior in self.priors], 1.0)
+        self.widths = np.where(self.linear, [prior.deviation for prior in self.priors], 1.0)
         if np.any((self.first <= 0.0) & ~self.linear):
             path = self.paths[int(np.argmax((self.first <= 0.0) & ~self.linear))]
             raise InputError("", path, f"{float(Fields(start)(path)):g}", "a positive value to start from")
@@ -127,13 +132,13 @@ class Problem:
 
     def until(self, time: float) -> Problem:
         """Return the same problem with the recording up to a time only, s after the trigger."""
-        part = self.recording.until(time)
-        return Problem(part, self.sensor, self.noise, self.start, dict(zip(self.paths, self.priors, strict=True)))
+        part, priors = self.recording.until(time), dict(zip(self.paths, self.priors, strict=True))
+        return Problem(part, self.sensor, self.noise, self.start, priors, self.scale)
 
     def values(self, at: FloatArray) -> FloatArray:
         """Return the values of the parameters at some coordinates, which are zero at the start."""
         near = np.where(self.linear, 0.0, at)
-        return np.asarray(np.where(self.linear, self.first + self.scale * at, self.first * np.exp(near)))
+        return np.asarray(np.where(self.linear, self.first + self.widths * at, self.first * np.exp(near)))
 
     def scenario(self, at: FloatArray) -> Scenario:
         """Return the model at some coordinates."""
@@ -145,7 +150,7 @@ class Problem:
     def within(self, at: FloatArray) -> FloatArray:
         """Return the nearest coordinates that uniform priors allow."""
         centre = np.array([prior.centre for prior in self.priors])
-        middle = (centre - self.first) / self.scale
+        middle = (centre - self.first) / self.widths
         return np.where(self.linear, np.clip(at, middle - 1.0, middle + 1.0), at)
 
     def shown(self, model: Scenario, count: int, first: int = 0) -> FloatArray | None:
@@ -181,7 +186,7 @@ class Problem:
             found = slopes_of(self._until(self.scenario(at), count), self.paths, self.times[:count])
             if found is None:
                 return None
-            per = np.where(self.linear, self.scale, self.values(at))
+            per = np.where(self.linear, self.widths, self.values(at))
             shown = np.array([filtered(row, self.sensor) for row in found]).reshape(len(per), count)
             self._slopes = at.copy(), np.where(self._residuals[2][:count], shown * per[:, None], 0.0).T
         return self._slopes[1][:count]

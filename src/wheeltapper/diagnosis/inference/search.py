@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.diagnosis.inference.fitting import INFLATED, STEPS, departure, fitted, rms
+from wheeltapper.diagnosis.inference.fitting import INFLATED, STEPS, departure, fitted, rms, width_of
 from wheeltapper.diagnosis.inference.problem import Problem
 
 FloatArray = NDArray[np.float64]
 
-NEAR = (0.011, 0.022, 0.04)
-"""Ends of the windows, s after the onset, in which a healthy wheelset is fitted to a recording that it does not
-explain."""
+NEAR = (1.98, 3.96, 7.2)
+"""Ends of the windows, contact periods after the onset, in which a healthy wheelset is fitted to a recording that it
+does not explain: up to the first, the second and the fifth impact at the example's site."""
 LOOSELY = 2.0
 """Ratio of the noise that this fit assumes to the rms of the residual. It is above one so that the priors hold the
 healthy wheelset although it does not explain the recording."""
@@ -28,7 +28,7 @@ def departs_at(problem: Problem, model: Scenario, since: float) -> float:
     if found is None:
         return since
     off = np.where(problem.there & ~problem.recording.clipped, found - problem.samples, 0.0)
-    first = departure(off, problem.noise, problem.recording.rate, int(np.searchsorted(times, since)))
+    first = departure(off, problem.noise, width_of(problem), int(np.searchsorted(times, since)))
     return float(times[first]) if first < len(times) else np.nan
 
 
@@ -56,7 +56,7 @@ def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
     """
     at, count = np.zeros(len(problem.paths)), 0
     for window in NEAR:
-        count = int(np.searchsorted(problem.times, begins + window))
+        count = int(np.searchsorted(problem.times, begins + window * problem.scale.period))
         noise = LOOSELY * max(rms(problem.residuals(at, count)), INFLATED * problem.noise)
         at, _ = fitted(problem, at, count, noise, STEPS)
     return at, count
