@@ -180,17 +180,14 @@ def throughout(case: Case) -> list[Throughout]:
     acting = [fault for fault in case.faults.values() if fault.acts == "throughout"]
     if case.early:  # the wheel itself is the cause
         acting = [fault for fault in acting if fault.part == "wheel"]
-    ranked_together = [fault for fault in acting if not fault.alone]
-    groups = [ranked_together] if ranked_together else []
-    groups += [[fault] for fault in acting if fault.alone]
-    return [Throughout(group, cache(partial(_starts, case, group))) for group in groups]
+    together = [fault for fault in acting if not fault.alone]
+    groups = [Throughout(together, cache(partial(_ranked_starts, case, together)))] if together else []
+    return groups + [Throughout([one], cache(partial(_own_starts, case, one))) for one in acting if one.alone]
 
 
-def _starts(case: Case, faults: list[Fault]) -> list[tuple[Fault, Scenario]]:
-    if faults[0].alone:
-        problem = case.problem(case.passage, beliefs(case.stated))
-        return [(faults[0], start) for start in faults[0].starts(problem, case.begins)]
-    return _ranked_starts(case, faults)
+def _own_starts(case: Case, fault: Fault) -> list[tuple[Fault, Scenario]]:
+    problem = case.problem(case.passage, beliefs(case.stated))
+    return [(fault, start) for start in fault.starts(problem, case.begins)]
 
 
 def _ranked_starts(case: Case, faults: list[Fault]) -> list[tuple[Fault, Scenario]]:
@@ -211,17 +208,16 @@ def _ranked_starts(case: Case, faults: list[Fault]) -> list[tuple[Fault, Scenari
 def try_hastily(case: Case, group: Throughout) -> None:
     """Fit faults without patience: of those that are ranked together only the nearest of each, whatever it explains."""
     each = 0 if group.alone else len({fault.name for fault, _ in group.starts()})
-    _fit_starts(case, group, group.starts() if group.alone else group.starts()[:each], each, False)
+    _fit_starts(case, group.starts() if group.alone else group.starts()[:each], each, patient=False)
 
 
 def try_patiently(case: Case, group: Throughout) -> None:
     """Fit faults with patience until one explains the recording; of a fault that is alone, from the first starts."""
-    _fit_starts(case, group, group.starts()[:PATIENTLY] if group.alone else group.starts(), 0, True)
+    _fit_starts(case, group.starts()[:PATIENTLY] if group.alone else group.starts(), 0, patient=True)
 
 
-def _fit_starts(
-    case: Case, group: Throughout, starts: list[tuple[Fault, Scenario]], always: int, patient: bool
-) -> None:
+def _fit_starts(case: Case, starts: list[tuple[Fault, Scenario]], always: int, patient: bool) -> None:
+    """Fit faults until one explains the recording, but the first `always` of them in any case."""
     for number, (fault, start) in enumerate(starts):
         if number >= always and well(case.best):
             return
