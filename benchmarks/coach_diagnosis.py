@@ -22,14 +22,14 @@ from machine import surroundings
 from options import parser_of
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.diagnose import diagnose
-from wheeltapper.ask.diagnosis.fitting import Problem, solve
-from wheeltapper.ask.diagnosis.identify import beliefs, onset
-from wheeltapper.ask.diagnosis.neighbours import Condition
-from wheeltapper.ask.diagnosis.synthetic import synthesise
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.diagnose import diagnose
+from wheeltapper.diagnosis.inference.fitting import Problem, solve
+from wheeltapper.diagnosis.inference.identify import beliefs, onset
+from wheeltapper.diagnosis.site.neighbours import Condition
+from wheeltapper.diagnosis.site.synthetic import synthesise
 from wheeltapper.record.recording import Recording
 
 RATE, SPEED, DURATION, SHARE = 20e3, 9.0, 0.2111, 0.01

@@ -14,9 +14,9 @@ from identification import KNOWN, LEVELS, UNKNOWN, site
 from options import parser_of
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.design import Design
-from wheeltapper.ask.diagnosis.information import information
-from wheeltapper.ask.diagnosis.layout import laid_out
+from wheeltapper.diagnosis.inference.information import information
+from wheeltapper.diagnosis.site.design import Design
+from wheeltapper.diagnosis.site.layout import laid_out
 
 SPEEDS = (6.0, 9.0, 12.0)
 CALIBRATED = {"irregularity.0.height": 0.005, "contact.constant": 0.02, "vehicle.radius": 0.002, "track.mass": 0.003}

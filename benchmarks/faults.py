@@ -11,7 +11,7 @@ import numpy as np
 from options import parser_of
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.performance import Sizes
+from wheeltapper.diagnosis.performance import Sizes
 
 PLAIN: dict[str, tuple[str, Sizes, float]] = {
     "broken spring": ("broken spring", None, 0.999),

@@ -15,10 +15,10 @@ import numpy as np
 from options import parser_of
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.fitting import covariance_of
-from wheeltapper.ask.diagnosis.identify import beliefs, identify
-from wheeltapper.ask.diagnosis.problem import Problem
-from wheeltapper.ask.diagnosis.processes import in_processes
+from wheeltapper.diagnosis.inference.fitting import covariance_of
+from wheeltapper.diagnosis.inference.identify import beliefs, identify
+from wheeltapper.diagnosis.inference.problem import Problem
+from wheeltapper.diagnosis.processes import in_processes
 
 UNKNOWN = ("vehicle.mass", "vehicle.damping")
 TRUE = (1500.0, 5e4)

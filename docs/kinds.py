@@ -1,4 +1,4 @@
-"""The directive ``.. kinds:: irregularities``: what a room of the front door offers to be made, from the registry."""
+"""The directives ``.. kinds:: irregularities`` and ``.. faults::``: what a room offers, from the registry."""
 
 from docutils import nodes
 from sphinx.application import Sphinx
@@ -6,6 +6,7 @@ from sphinx.util.docutils import SphinxDirective
 
 import wheeltapper as wt
 from wheeltapper.describe.manual import listed
+from wheeltapper.diagnosis.faults import base
 
 
 class Kinds(SphinxDirective):
@@ -15,6 +16,12 @@ class Kinds(SphinxDirective):
         return self.parse_text_to_nodes(listed(getattr(wt, self.arguments[0]).__name__))
 
 
+class Faults(SphinxDirective):
+    def run(self) -> list[nodes.Node]:
+        return self.parse_text_to_nodes(base.listed())
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     app.add_directive("kinds", Kinds)
+    app.add_directive("faults", Faults)
     return {"parallel_read_safe": True}

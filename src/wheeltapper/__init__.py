@@ -10,13 +10,10 @@ from wheeltapper._version import __version__
 from wheeltapper.ground import progress as _progress
 
 if TYPE_CHECKING:
+    from wheeltapper import diagnosis as diagnosis
     from wheeltapper.ask import stability as stability
     from wheeltapper.ask import wear as wear
     from wheeltapper.ask.border import border as border
-    from wheeltapper.ask.diagnosis import public
-    from wheeltapper.ask.diagnosis.design import design_site as design_site
-    from wheeltapper.ask.diagnosis.diagnose import diagnose as diagnose
-    from wheeltapper.ask.diagnosis.synthetic import synthesise as synthesise
     from wheeltapper.ask.modes import modes as modes
     from wheeltapper.ask.reduced import reduced as reduced
     from wheeltapper.ask.sweep import gradient as gradient
@@ -40,6 +37,9 @@ if TYPE_CHECKING:
     from wheeltapper.describe.track.stiff import StiffTrack as StiffTrack
     from wheeltapper.describe.vehicle.wagon import Wagon as Wagon
     from wheeltapper.describe.vehicle.wheelset import Wheelset as Wheelset
+    from wheeltapper.diagnosis.diagnose import diagnose as diagnose
+    from wheeltapper.diagnosis.site.design import design_site as design_site
+    from wheeltapper.diagnosis.site.synthetic import synthesise as synthesise
     from wheeltapper.faces.plot import plot as plot
     from wheeltapper.ground.errors import InputError as InputError
     from wheeltapper.record import features as features
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from wheeltapper.record.simulate import simulate as simulate
     from wheeltapper.record.store import load as load
 
-    diagnosis, irregularities, profiles, tracks, vehicles = public, irregularity, profile, track, vehicle
+    irregularities, profiles, tracks, vehicles = irregularity, profile, track, vehicle
 
 _HOMES = {
     "Corrugation": "describe.irregularity.corrugation",
@@ -69,8 +69,8 @@ _HOMES = {
     "WheelFlat": "describe.irregularity.flat",
     "Wheelset": "describe.vehicle.wheelset",
     "border": "ask.border",
-    "design_site": "ask.diagnosis.design",
-    "diagnose": "ask.diagnosis.diagnose",
+    "design_site": "diagnosis.site.design",
+    "diagnose": "diagnosis.diagnose",
     "gradient": "ask.sweep",
     "load": "record.store",
     "modes": "ask.modes",
@@ -79,14 +79,14 @@ _HOMES = {
     "reduced": "ask.reduced",
     "simulate": "record.simulate",
     "sweep": "ask.sweep",
-    "synthesise": "ask.diagnosis.synthetic",
+    "synthesise": "diagnosis.site.synthetic",
     "wear_in": "ask.wear",
 }
 
 _ROOMS = {
     "contact": "describe.contact",
     "creep": "describe.creep",
-    "diagnosis": "ask.diagnosis.public",
+    "diagnosis": "diagnosis",
     "features": "record.features",
     "irregularities": "describe.irregularity",
     "profiles": "describe.profile",

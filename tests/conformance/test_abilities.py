@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.faults import imbalance
-from wheeltapper.ask.diagnosis.neighbours import superposed, together
-from wheeltapper.ask.diagnosis.problem import slopes_of
 from wheeltapper.ask.motion import motion_at
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Start
+from wheeltapper.diagnosis.faults.imbalance import imbalance
+from wheeltapper.diagnosis.inference.problem import slopes_of
+from wheeltapper.diagnosis.site.neighbours import superposed, together
 from wheeltapper.ground.needs import Need
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.march import run

@@ -49,7 +49,7 @@ def raising(shared, task):
 
 
 def one_diagnosed(site, task):
-    from wheeltapper.ask.diagnosis import folder
+    from wheeltapper.diagnosis import folder
 
     return die() if "kill" in task[0].name else folder._one(site, task)
 

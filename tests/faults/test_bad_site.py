@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.public import write_recording
+from wheeltapper.diagnosis import write_recording
 from wheeltapper.faces.cli import main
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -92,8 +92,8 @@ def test_options_take_one_or_several_values_and_may_be_repeated(tmp_path, monkey
         asked.update(parameters=parameters, speeds=speeds, shapes=rail["shapes"])
         raise wt.InputError("", "stop", "here", "")
 
-    monkeypatch.setattr("wheeltapper.ask.diagnosis.performance.assess", measured)
-    monkeypatch.setattr("wheeltapper.ask.diagnosis.design.design_site", designed)
+    monkeypatch.setattr("wheeltapper.diagnosis.performance.assess", measured)
+    monkeypatch.setattr("wheeltapper.diagnosis.site.design.design_site", designed)
     refused(capsys, "assess", SITE, "--faults", "broken spring", "wheel flat=0.01:0.02", "--faults", "lost damper=0.1")
     assert asked["faults"] == {"broken spring": None, "wheel flat": (0.01, 0.02), "lost damper": 0.1}
     refused(
@@ -129,7 +129,7 @@ def test_what_is_mistaken_for_something_else_is_named(arguments, said, tmp_path,
 
 
 def test_ctrl_c_keeps_what_assess_has_computed(tmp_path, monkeypatch, capsys):
-    from wheeltapper.ask.diagnosis import performance
+    from wheeltapper.diagnosis import performance
 
     calls = []
 
@@ -158,7 +158,7 @@ def test_ctrl_c_keeps_what_assess_has_computed(tmp_path, monkeypatch, capsys):
 
 @pytest.mark.parametrize("judged", [0, 12])
 def test_ctrl_c_keeps_the_best_rail_that_was_found(judged, tmp_path, monkeypatch, capsys):
-    from wheeltapper.ask.diagnosis.design_search import Judge
+    from wheeltapper.diagnosis.site.design_search import Judge
 
     whole, calls = Judge.eased, []
 
@@ -182,7 +182,7 @@ def test_ctrl_c_keeps_the_best_rail_that_was_found(judged, tmp_path, monkeypatch
 
 SLEEPING = """
 import sys, time
-from wheeltapper.ask.diagnosis.processes import in_processes
+from wheeltapper.diagnosis.processes import in_processes
 if __name__ == "__main__":
     print("begun", flush=True)
     try:

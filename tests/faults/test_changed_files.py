@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.folder import diagnose_all
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
+from wheeltapper.diagnosis.folder import diagnose_all
 from wheeltapper.faces.cli import main
 from wheeltapper.lower.patches import geometry_of, patch_tables
 

@@ -15,7 +15,7 @@ import xarray as xr
 from scipy.io import savemat, wavfile
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.folder import NOT_DIAGNOSED, diagnose_all
+from wheeltapper.diagnosis.folder import NOT_DIAGNOSED, diagnose_all
 from wheeltapper.faces.cli import main
 from wheeltapper.record import reading_apart
 from wheeltapper.record.read_recording import read_recording, write_recording
@@ -214,7 +214,7 @@ def test_a_folder_is_diagnosed_but_for_the_files_that_cannot_be_read(tmp_path, c
 def test_an_error_of_a_diagnosis_is_its_files_own(tmp_path, monkeypatch):
     path = tmp_path / "a.csv"
     write_recording(Recording(SAMPLES, RATE), path)
-    monkeypatch.setattr("wheeltapper.ask.diagnosis.folder.diagnose", lambda *_: 1 / 0)
+    monkeypatch.setattr("wheeltapper.diagnosis.folder.diagnose", lambda *_: 1 / 0)
     (entry,) = diagnose_all([path], wt.load("examples/site.toml"), workers=1)
     assert entry["verdict"] == NOT_DIAGNOSED
     assert entry["paragraph"] == f"{path}: found ZeroDivisionError: division by zero"

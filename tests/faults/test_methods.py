@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.design import Design
-from wheeltapper.ask.diagnosis.design_search import Candidate
-from wheeltapper.ask.diagnosis.identify import Estimate
-from wheeltapper.ask.diagnosis.layout import Feature, Layout
-from wheeltapper.ask.diagnosis.neighbours import Condition
+from wheeltapper.diagnosis.inference.identify import Estimate
+from wheeltapper.diagnosis.site.design import Design
+from wheeltapper.diagnosis.site.design_search import Candidate
+from wheeltapper.diagnosis.site.layout import Feature, Layout
+from wheeltapper.diagnosis.site.neighbours import Condition
 
 D = wt.diagnosis
 SITE = Path(__file__).parents[2] / "examples" / "site.toml"

@@ -14,9 +14,9 @@ import wheeltapper as wt
 from tests.faults import tasks
 from tests.faults.test_stores import files, written
 from wheeltapper.ask import spec
-from wheeltapper.ask.diagnosis import folder, performance, processes, train
-from wheeltapper.ask.diagnosis.processes import Lost, ProcessError, in_processes
 from wheeltapper.ask.fill import fill
+from wheeltapper.diagnosis import folder, performance, processes, train
+from wheeltapper.diagnosis.processes import Lost, ProcessError, in_processes
 from wheeltapper.faces.cli import main
 from wheeltapper.ground.progress import reporting
 

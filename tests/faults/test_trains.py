@@ -5,11 +5,11 @@ from math import nan
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.alarms import read_rules
-from wheeltapper.ask.diagnosis.neighbours import Condition, Neighbour, felt
-from wheeltapper.ask.diagnosis.synthetic import synthesise, synthesise_train
-from wheeltapper.ask.diagnosis.train import diagnose_train, train_of
 from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.alarms import read_rules
+from wheeltapper.diagnosis.site.neighbours import Condition, Neighbour, felt
+from wheeltapper.diagnosis.site.synthetic import synthesise, synthesise_train
+from wheeltapper.diagnosis.train import diagnose_train, train_of
 from wheeltapper.ground.errors import InputError
 
 RULE = {"name": '"a"', "quantity": '"peak_force"', "limit": '"350 kN"', "level": '"stop"'}

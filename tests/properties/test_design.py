@@ -9,15 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.combinations import STATIC_LOAD, combinations
-from wheeltapper.ask.diagnosis.design import design_site
-from wheeltapper.ask.diagnosis.information import information
-from wheeltapper.ask.diagnosis.layout import Family, Feature, Layout, laid_out
-from wheeltapper.ask.diagnosis.passages import Passages
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.scenario import write_toml
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.inference.combinations import STATIC_LOAD, combinations
+from wheeltapper.diagnosis.inference.information import information
+from wheeltapper.diagnosis.inference.passages import Passages
+from wheeltapper.diagnosis.site.design import design_site
+from wheeltapper.diagnosis.site.layout import Family, Feature, Layout, laid_out
 
 MASS, DAMPING, CONSTANT, SPRING = "vehicle.mass", "vehicle.damping", "contact.constant", "vehicle.stiffness"
 KNOWN = {"speed": 0.01, "vehicle.load": 0.05}

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis import processes
-from wheeltapper.ask.diagnosis.public import CATALOGUE, Condition, Recording, Site, diagnose_all, write_recording
+from wheeltapper.diagnosis import CATALOGUE, Condition, Recording, Site, diagnose_all, processes, write_recording
 
 SITE = wt.load("examples/site.toml")
 SHORT = Site.model_validate(SITE.model_dump() | {"passage": SITE.passage.replaced({"duration": 0.2})})
@@ -184,7 +183,7 @@ def test_a_folder_is_diagnosed_and_goes_on(tmp_path, monkeypatch):
     computed = []
     whole = processes.in_processes
     monkeypatch.setattr(
-        "wheeltapper.ask.diagnosis.folder.in_processes",
+        "wheeltapper.diagnosis.folder.in_processes",
         lambda function, site, tasks, workers: computed.extend(tasks) or whole(function, site, tasks, workers),
     )
     again = diagnose_all(files, SHORT, output=tmp_path / "found", workers=1)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.neighbours import alone, felt
-from wheeltapper.ask.diagnosis.train import healthy_ratio
 from wheeltapper.ask.motion import motion_at
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.site.neighbours import alone, felt
+from wheeltapper.diagnosis.train import healthy_ratio
 
 C = 1.405e11
 MODELS = {
@@ -195,7 +195,7 @@ def test_faults_of_a_yielding_site_are_told():
 def test_the_usual_faults_are_those_that_a_site_can_have(monkeypatch):
     asked = []
     monkeypatch.setattr(
-        "wheeltapper.ask.diagnosis.performance.in_processes",
+        "wheeltapper.diagnosis.performance.in_processes",
         lambda _, site, tasks, workers: asked.extend(tasks) or (done for done in ()),
     )
     with pytest.raises(KeyError):  # nothing was computed

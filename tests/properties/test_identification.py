@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.fitting import covariance_of, departure, fitted, solve
-from wheeltapper.ask.diagnosis.force import noise_of
-from wheeltapper.ask.diagnosis.identify import beliefs, identify, onset
-from wheeltapper.ask.diagnosis.problem import Problem
-from wheeltapper.ask.diagnosis.synthetic import synthesise
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.force.reconstruction import noise_of
+from wheeltapper.diagnosis.inference.fitting import covariance_of, departure, fitted, solve
+from wheeltapper.diagnosis.inference.identify import beliefs, identify, onset
+from wheeltapper.diagnosis.inference.problem import Problem
+from wheeltapper.diagnosis.site.synthetic import synthesise
 
 UNKNOWN = ("vehicle.mass", "vehicle.damping")
 KNOWN = {"speed": 0.01, "vehicle.load": 0.05, "vehicle.stiffness": 0.2}
@@ -141,10 +141,10 @@ def test_a_fit_that_says_it_has_converged_stands_in_the_minimum(seed):
 
 def test_a_model_departs_where_a_difference_is_more_than_noise():
     off = np.random.default_rng(1).normal(0.0, 0.1, 4000)
-    assert departure(off, 0.1, 20e3, 500) == 4000
+    assert departure(off, 0.1, 20, 500) == 4000
     off[2500:] += 1.0
-    assert departure(off, 0.1, 20e3, 500) == 2500
-    assert departure(off, 0.1, 20e3, 3000) == 3000
+    assert departure(off, 0.1, 20, 500) == 2500
+    assert departure(off, 0.1, 20, 3000) == 3000
     off[1000] += 3.0  # one sample alone, of thirty deviations: over a millisecond that is much, too
-    assert departure(off, 0.1, 20e3, 500) == 1000
-    assert departure(np.zeros(5), 0.1, 20e3, 0) == 5
+    assert departure(off, 0.1, 20, 500) == 1000
+    assert departure(np.zeros(5), 0.1, 20, 0) == 5

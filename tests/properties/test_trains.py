@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.alarms import VERIFY, Rule, alarms_of, compared, read_rules, wheel_forces
-from wheeltapper.ask.diagnosis.diagnose import diagnose
-from wheeltapper.ask.diagnosis.neighbours import Condition, Neighbour, alone, felt
-from wheeltapper.ask.diagnosis.synthetic import COACH, synthesise, synthesise_train
-from wheeltapper.ask.diagnosis.train import diagnose_train, train_of
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.alarms import VERIFY, Rule, alarms_of, compared, read_rules, wheel_forces
+from wheeltapper.diagnosis.diagnose import diagnose
+from wheeltapper.diagnosis.site.neighbours import Condition, Neighbour, alone, felt
+from wheeltapper.diagnosis.site.synthetic import COACH, synthesise, synthesise_train
+from wheeltapper.diagnosis.train import diagnose_train, train_of
 
 KNOWN = {"speed": 0.01, "vehicle.load": 0.05, "contact.constant": 0.05, "irregularity.0.height": 0.05}
 LONG = wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)

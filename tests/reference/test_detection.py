@@ -10,9 +10,9 @@ import statsmodels.api as sm
 from scipy.optimize import brentq, minimize, minimize_scalar
 from scipy.stats import beta, binom, logistic, norm
 
-from wheeltapper.ask.diagnosis.hit_miss import hit_miss
-from wheeltapper.ask.diagnosis.roc import false_calls, roc
-from wheeltapper.ask.diagnosis.signal_response import noise_threshold, signal_response
+from wheeltapper.diagnosis.detection.hit_miss import hit_miss
+from wheeltapper.diagnosis.detection.roc import false_calls, roc
+from wheeltapper.diagnosis.detection.signal_response import noise_threshold, signal_response
 from wheeltapper.ground.errors import InputError
 
 REPLICATES = 1000

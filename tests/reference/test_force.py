@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.force import imitation, noise_of, reconstructed
-from wheeltapper.ask.diagnosis.synthetic import synthesise
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.force.reconstruction import imitation, noise_of, reconstructed
+from wheeltapper.diagnosis.site.synthetic import synthesise
 from wheeltapper.record.recording import Recording
 
 RATE = 20_000.0

@@ -9,7 +9,6 @@ import pytest
 import wheeltapper as wt
 from tests import passages
 from tests.passages import GRID, STEP, Passage, Sensor, Wheelset, Wrongs, acceleration, drawn, faulty, recorded, shown
-from wheeltapper.ask.diagnosis import public
 
 NOISE = Sensor().spread
 TIMES = np.arange(6001) / 20e3
@@ -74,7 +73,9 @@ def test_the_defaults_are_the_numbers_of_the_example():
     stated, end = scenario(Passage(), 0.4), site.passage.duration
     assert stated.replaced({"duration": end}) == site.passage
     sensor = Sensor()
-    assert public.Sensor(rate=sensor.rate, noise=sensor.noise, range=sensor.range, bits=sensor.bits) == site.sensor
+    assert (
+        wt.diagnosis.Sensor(rate=sensor.rate, noise=sensor.noise, range=sensor.range, bits=sensor.bits) == site.sensor
+    )
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -122,7 +123,7 @@ def test_two_wheelsets_move_one_deck():
     passage = Passage(neighbours=(follower,), bump_start=0.3)
     site = wt.load("examples/site.toml")
     moved = site.passage.replaced({"irregularity.0.start": 0.3, "duration": 0.3})
-    site = public.Site(passage=moved, sensor=public.Sensor(rate=20e3))
+    site = wt.diagnosis.Site(passage=moved, sensor=wt.diagnosis.Sensor(rate=20e3))
     (other,) = wt.synthesise(site, vary=False, neighbour=-1.5, progress=False)
     own = acceleration(passage, other.times)
     rms = np.sqrt(np.mean((own - other.samples) ** 2))
@@ -131,8 +132,8 @@ def test_two_wheelsets_move_one_deck():
 
 def test_a_sensor_s_filter_is_the_one_of_the_package():
     site = wt.load("examples/site.toml")
-    behind = public.Sensor(rate=20e3, cutoff=2e3)
-    site = public.Site(passage=site.passage.replaced({"duration": 0.1}), sensor=behind)
+    behind = wt.diagnosis.Sensor(rate=20e3, cutoff=2e3)
+    site = wt.diagnosis.Site(passage=site.passage.replaced({"duration": 0.1}), sensor=behind)
     (other,) = wt.synthesise(site, vary=False, progress=False)
     own = shown(Passage(), Sensor(cutoff=2e3), other.times)
     assert np.sqrt(np.mean((own - other.samples) ** 2)) < 0.05 * NOISE

@@ -13,7 +13,7 @@ from wheeltapper.faces.exits import DONE, NOT_FINISHED, PICTURES, check_target, 
 from wheeltapper.ground.errors import InputError
 
 if TYPE_CHECKING:
-    from wheeltapper.ask.diagnosis.finding import Finding
+    from wheeltapper.diagnosis.finding import Finding
 
 RECORDINGS = (".csv", ".txt", ".tsv", ".gz", ".wav", ".mat", ".npy", ".npz", ".nc", ".tdms", ".mf4", ".mdf")
 """Suffixes of files in a folder that are taken as recordings."""
@@ -64,9 +64,9 @@ def diagnose(
     speed
         Measured speed of the wheelset.
     """
-    from wheeltapper.ask.diagnosis.folder import NOT_DIAGNOSED, NOT_READ, diagnose_all
-    from wheeltapper.ask.diagnosis.processes import ProcessError
     from wheeltapper.describe.site import Site
+    from wheeltapper.diagnosis.folder import NOT_DIAGNOSED, NOT_READ, diagnose_all
+    from wheeltapper.diagnosis.processes import ProcessError
 
     files = _files(recordings)
     place = Site.from_toml(site)
@@ -120,7 +120,7 @@ def _counts(found: list[dict[str, Any]]) -> str:
 
 
 def _train(found: list[dict[str, Any]], site: Any, rules: Path | None, output: Path | None) -> None:
-    from wheeltapper.ask.diagnosis.train import train_of
+    from wheeltapper.diagnosis.train import train_of
 
     told = train_of(found, site, rules=rules)
     print(told)
@@ -138,7 +138,7 @@ def draw_all(finding: Finding, target: Path) -> None:
 
 def draw_faulty(finding: Finding, target: Path) -> None:
     """Write the figure of a finding beside its JSON, unless the wheelset is healthy."""
-    from wheeltapper.ask.diagnosis.finding import HEALTHY
+    from wheeltapper.diagnosis.finding import HEALTHY
 
     if finding.verdict != HEALTHY:
         draw_all(finding, target)
@@ -181,9 +181,9 @@ def assess(
         check_target("--output", output, (".json",))
     if plot is not None:
         check_target("--plot", plot, PICTURES)
-    from wheeltapper.ask.diagnosis.performance import assess as measure
-    from wheeltapper.ask.diagnosis.processes import ProcessError
     from wheeltapper.describe.site import Site
+    from wheeltapper.diagnosis.performance import assess as measure
+    from wheeltapper.diagnosis.processes import ProcessError
 
     place = Site.from_toml(site)
     kept = None if output is None else output.with_suffix(".jsonl")
@@ -290,9 +290,9 @@ def design(
         check_target("--plot", plot, PICTURES)
     for option, values in (("--parameters", parameters), ("--speeds", speeds), ("--shapes", shapes)):
         _check_given(option, values)
-    from wheeltapper.ask.diagnosis.design import Interrupted, design_site
     from wheeltapper.describe.scenario import write_toml
     from wheeltapper.describe.site import Site
+    from wheeltapper.diagnosis.site.design import Interrupted, design_site
 
     place = Site.from_toml(site)
     try:

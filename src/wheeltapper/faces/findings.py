@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheeltapper.ask.diagnosis.design import Design
-from wheeltapper.ask.diagnosis.faults import fault_named
-from wheeltapper.ask.diagnosis.finding import NOT_EXPLAINED, Finding
-from wheeltapper.ask.diagnosis.identify import onset
-from wheeltapper.ask.diagnosis.performance import FaultPerformance, Performance
+from wheeltapper.diagnosis.faults.base import fault_named
+from wheeltapper.diagnosis.finding import NOT_EXPLAINED, Finding
+from wheeltapper.diagnosis.inference.identify import onset
+from wheeltapper.diagnosis.performance import FaultPerformance, Performance
+from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.faces.panels import BLUE, RED, in_unit, legend_above, with_unit, words
 from wheeltapper.lower.build import courses_of, path_table
 from wheeltapper.lower.numbers import METHODS

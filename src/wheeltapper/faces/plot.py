@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wheeltapper.ask.diagnosis.design import Design
-from wheeltapper.ask.diagnosis.finding import Finding
-from wheeltapper.ask.diagnosis.force import Force
-from wheeltapper.ask.diagnosis.imitation_map import TITLE as IMITATION
-from wheeltapper.ask.diagnosis.performance import Performance
 from wheeltapper.ask.marks import Marks
+from wheeltapper.diagnosis.finding import Finding
+from wheeltapper.diagnosis.force.imitation_map import TITLE as IMITATION
+from wheeltapper.diagnosis.force.reconstruction import Force
+from wheeltapper.diagnosis.performance import Performance
+from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
 from wheeltapper.faces.panels import RED, legend_above

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wheeltapper.ask.diagnosis.force import Force
+from wheeltapper.diagnosis.force.reconstruction import Force
 from wheeltapper.faces.panels import BLUE, RED, legend_above
 from wheeltapper.ground.errors import InputError, shown
 from wheeltapper.ground.needs import SEVERAL_BODIES

@@ -115,6 +115,12 @@ def units_of(value: Fields) -> Units:
     return Units(length, np.sqrt(mass * length / weight), weight, weight, constant)
 
 
+def static_stiffness(value: Fields) -> Numbers:
+    """Return dN/dδ of the contact under the weight on it, N/m."""
+    units = units_of(value)
+    return np.asarray((1.0 if isinstance(value.scenario.contact, Linear) else 1.5) * units.force / units.length)
+
+
 def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers, Units]:
     """Return the numbers of each cell's program, (cells, NUMBERS), and its units; of a damper's own end nothing."""
     units = units_of(value)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import wheeltapper as wt
-from wheeltapper.ask.diagnosis.finding import Finding
+from wheeltapper.diagnosis.finding import Finding
 from wheeltapper.faces.findings import evidence
 from wheeltapper.faces.paper.claims import PINNED, Measure, analysis, claim, said
 from wheeltapper.faces.paper.setting import CONSTANT, STATIC_INDENTATION, bump, scene

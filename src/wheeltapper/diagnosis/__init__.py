@@ -1,0 +1,77 @@
+"""Diagnosis of wheelsets that bounce over a site: sites and recordings, findings, performance, design."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from wheeltapper.describe.sensor import Sensor as Sensor
+    from wheeltapper.describe.site import Site as Site
+    from wheeltapper.diagnosis.alarms import read_rules as read_rules
+    from wheeltapper.diagnosis.detection.hit_miss import hit_miss as hit_miss
+    from wheeltapper.diagnosis.detection.roc import false_calls as false_calls
+    from wheeltapper.diagnosis.detection.roc import roc as roc
+    from wheeltapper.diagnosis.detection.signal_response import noise_threshold as noise_threshold
+    from wheeltapper.diagnosis.detection.signal_response import signal_response as signal_response
+    from wheeltapper.diagnosis.faults.base import CATALOGUE as CATALOGUE
+    from wheeltapper.diagnosis.faults.base import Fault as Fault
+    from wheeltapper.diagnosis.finding import Finding as Finding
+    from wheeltapper.diagnosis.folder import diagnose_all as diagnose_all
+    from wheeltapper.diagnosis.force.imitation_map import imitation_map as imitation_map
+    from wheeltapper.diagnosis.force.reconstruction import imitation as imitation
+    from wheeltapper.diagnosis.force.reconstruction import reconstructed as reconstructed
+    from wheeltapper.diagnosis.inference.combinations import combinations as combinations
+    from wheeltapper.diagnosis.inference.identify import identify as identify
+    from wheeltapper.diagnosis.inference.information import information as information
+    from wheeltapper.diagnosis.inference.problem import Prior as Prior
+    from wheeltapper.diagnosis.performance import assess as assess
+    from wheeltapper.diagnosis.site.neighbours import Condition as Condition
+    from wheeltapper.diagnosis.site.neighbours import Neighbour as Neighbour
+    from wheeltapper.diagnosis.site.synthetic import synthesise_train as synthesise_train
+    from wheeltapper.diagnosis.train import diagnose_train as diagnose_train
+    from wheeltapper.record.read_recording import write_recording as write_recording
+    from wheeltapper.record.recording import Recording as Recording
+
+_HOMES = {
+    "CATALOGUE": "diagnosis.faults.base",
+    "Fault": "diagnosis.faults.base",
+    "Finding": "diagnosis.finding",
+    "Condition": "diagnosis.site.neighbours",
+    "Neighbour": "diagnosis.site.neighbours",
+    "Prior": "diagnosis.inference.problem",
+    "Recording": "record.recording",
+    "Sensor": "describe.sensor",
+    "Site": "describe.site",
+    "assess": "diagnosis.performance",
+    "combinations": "diagnosis.inference.combinations",
+    "diagnose_all": "diagnosis.folder",
+    "diagnose_train": "diagnosis.train",
+    "false_calls": "diagnosis.detection.roc",
+    "hit_miss": "diagnosis.detection.hit_miss",
+    "identify": "diagnosis.inference.identify",
+    "imitation": "diagnosis.force.reconstruction",
+    "imitation_map": "diagnosis.force.imitation_map",
+    "information": "diagnosis.inference.information",
+    "noise_threshold": "diagnosis.detection.signal_response",
+    "read_rules": "diagnosis.alarms",
+    "reconstructed": "diagnosis.force.reconstruction",
+    "roc": "diagnosis.detection.roc",
+    "signal_response": "diagnosis.detection.signal_response",
+    "synthesise_train": "diagnosis.site.synthetic",
+    "write_recording": "record.read_recording",
+}
+"""Public names of the room, and the module that holds each."""
+
+__all__ = [*_HOMES]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a name when it is first used."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"wheeltapper.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,224 @@
+"""Fits of the faults that change more than mass, damping and load, each from its own starting models."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import cache, partial
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.diagnosis.case import EXPLAINED, Case, well
+from wheeltapper.diagnosis.faults.base import DAMPING, MASS, Fault
+from wheeltapper.diagnosis.faults.flat import Flat, flat_starts, same_edge_starts
+from wheeltapper.diagnosis.inference.fitting import WINDOWS, Fit, solve
+from wheeltapper.diagnosis.inference.identify import beliefs
+from wheeltapper.diagnosis.inference.search import NEAR, departs_at, near, ranked
+from wheeltapper.lower.fields import Fields
+
+SPEEDS = 0.05
+"""Spacing of the starting speeds, over the stated speed. It is used where a flat strikes at the onset, so that nothing
+has determined the speed before."""
+FIRM, FIRST = 1.8, (1.62, 1.26, 0.9, 0.54, 0.27)
+"""Contact periods after the onset. If the fit of mass, damping and load explains less than FIRM, not even the first
+impact, it does not show what came before a strike. A healthy wheelset is then fitted up to each of the times FIRST,
+until one of these fits succeeds."""
+EARLIER = 1.44
+"""Contact periods from the start of the fit windows to the strike of a wheel's fault. The shortest window then ends
+half a period after the strike: it holds the impact of the strike and nothing that follows from it."""
+CLEARLY, SHORTER = 4.0, 0.25
+"""A fit is clear if χ² per degree of freedom exceeds one by at most CLEARLY standard deviations of that ratio, which is
+√(2/degrees of freedom) for normal noise. If a healthy fit up to a strike is not clear, the time from the onset to its
+end is multiplied by SHORTER."""
+LASTING = 5.4
+"""Contact periods after the onset: three impacts at the example's site. If the fit of mass, damping and load explains
+less than this, it has explained little: other families of faults than flats are then tried first. If it explains more,
+but nothing explains the whole recording, a note says for how long."""
+PATIENTLY, NEAREST = 3, 4
+"""Of a fault that is fitted alone, number of starts that are fitted again with patience, after hasty fits of all. Of
+faults that are ranked together, number of the nearest starts that are fitted, besides the nearest of each."""
+
+
+class Strike(NamedTuple):
+    """A strike: its time, s after the trigger, and models of a healthy wheelset that explain the recording before it.
+
+    It is `sure` if a healthy wheelset explains everything before it, and that is not little.
+    """
+
+    time: float
+    models: list[Scenario]
+    sure: bool
+
+
+def try_flats(case: Case, strike: Strike | None) -> None:
+    """Fit flats to a recording with a strike that mass, damping and load do not explain."""
+    if strike is not None:
+        _fit_flats(case, strike.time, strike.models)
+
+
+def try_flats_again(case: Case) -> None:
+    """Fit flats that strike together with the site's irregularity, or whose first effect is small."""
+    plain = case.fits["plain"]
+    if case.early:
+        return
+    if plain.held <= case.begins:
+        try_flats(case, strike_at_onset(case))
+        return
+    held = min(plain.held, case.recording.times[-1]) - case.begins
+    spans = (max(FIRM * case.scale.period, SHORTER**power * held) for power in (1, 2, 3))
+    begun = (_up_to(case, case.passage, case.begins + span)[0] for span in spans)
+    model = next((model for model in begun if model is not None), None)
+    struck = np.nan if model is None else departs_at(case.problem(case.passage, {}), model, case.begins)
+    if model is not None and np.isfinite(struck):
+        _fit_flats(case, struck, [model])
+
+
+def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
+    """Fit flats that strike at a given time; until then one of the given healthy models holds."""
+    flats = [fault for fault in case.faults.values() if isinstance(fault, Flat)]
+    if not flats:
+        return
+    case.struck = struck > case.after(LASTING)
+    healthy = case.problem(case.passage, {})
+    for round_ in (0, 1) if len(models) == 1 else (0,):
+        patient = struck < case.after(LASTING) and not round_  # what comes before hardly determines speed
+        starts = flat_starts(healthy, models, struck, flats, round_)
+        longest, before = _first_explaining(case, starts, struck, patient), None
+        while longest is not None and longest is not before and len(models) == 1 and not _clear(longest[1]):
+            flat, fit = before = longest
+            since = fit.held if np.isfinite(fit.held) else struck
+            others = ((flat, start) for start in same_edge_starts(healthy, fit.scenario, flat, since))
+            longest = _first_explaining(case, others, since, False, longest)
+        if well(case.best):
+            break
+    for flat in flats:
+        if flat.name in case.fits and case.fits[flat.name].reduced <= EXPLAINED:
+            for other in flats:
+                if other is not flat:
+                    alike = other.resembling(case.fits[flat.name].scenario, flat)
+                    if case.fit(other, alike, struck, patient=False).held > struck:
+                        case.fit(other, alike, struck)
+            break
+
+
+def _first_explaining(
+    case: Case,
+    starts: Iterable[tuple[Flat, Scenario]],
+    struck: float,
+    patient: bool,
+    longest: tuple[Flat, Fit] | None = None,
+) -> tuple[Flat, Fit] | None:
+    """Fit starting models until a fit is clear; return the fit that explains the longest part, with its kind."""
+    for flat, start in starts:
+        found = case.fit(flat, start, struck - EARLIER * case.scale.period, patient)
+        if longest is None or (found.held, -found.reduced) > (longest[1].held, -longest[1].reduced):
+            longest = flat, found
+        if _clear(found):
+            break
+    return longest
+
+
+def _clear(fit: Fit) -> bool:
+    """Return True if a fit leaves no more than the stated noise; a neighbouring minimum would leave more."""
+    return fit.reduced <= 1.0 + CLEARLY * sqrt(2.0 / max(fit.freedom, 1))
+
+
+def strike_at_onset(case: Case) -> Strike:
+    """Return a strike at the onset, with healthy models of several speeds: nothing has determined the speed yet."""
+    share = 2.0 * case.site.uncertainty.get("speed", 0.0)
+    speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
+    return Strike(case.begins, [case.passage.replaced({"speed": speed}) for speed in speeds.tolist()], False)
+
+
+def strike_of(case: Case) -> Strike | None:
+    """Return the strike of a wheelset that is healthy before it; None if no healthy model explains that part."""
+    plain, healthy = case.fits["plain"], case.problem(case.passage, {})
+    if plain.held < case.after(FIRM):
+        begun = (_up_to(case, case.passage, case.after(window))[0] for window in FIRST)
+        model = next((model for model in begun if model is not None), None)
+        struck = departs_at(healthy, model, case.begins) if model is not None else np.nan
+        return None if model is None or not struck < case.after(WINDOWS[0]) else Strike(struck, [model], False)
+    struck = departs_at(healthy, plain.scenario, plain.held)
+    stated = {path: float(Fields(case.passage)(path)) for path in (MASS, DAMPING)}
+    if not np.isfinite(struck):
+        return None
+    model, end = _up_to(case, plain.scenario.replaced(stated), struck)
+    return None if model is None else Strike(struck, [model], end == struck)
+
+
+def _up_to(case: Case, start: Scenario, end: float) -> tuple[Scenario | None, float]:
+    """Return the healthy model that explains the recording up to `end`, and the time up to which it does.
+
+    That time is earlier if the first effect of a flat is small, so that the strike was noticed late.
+    """
+    while True:
+        whole = solve(case.problem(start, beliefs(case.stated)).until(end), case.begins)
+        if np.isfinite(whole.held):
+            return None, end
+        earlier = case.begins + SHORTER * (end - case.begins)
+        if _clear(whole) or earlier < case.after(WINDOWS[0]):
+            return whole.scenario, end
+        end = earlier
+
+
+class Throughout(NamedTuple):
+    """Faults that act throughout a recording and are fitted together, and the models from which their fits start."""
+
+    faults: list[Fault]
+    starts: Callable[[], list[tuple[Fault, Scenario]]]  # which computes them when first called
+
+    @property
+    def alone(self) -> bool:
+        """Whether it is a fault that finds its starting models itself."""
+        return self.faults[0].alone
+
+
+def throughout(case: Case) -> list[Throughout]:
+    """Return the faults that act throughout, those that are ranked together first."""
+    acting = [fault for fault in case.faults.values() if fault.acts == "throughout"]
+    if case.early:  # the wheel itself is the cause
+        acting = [fault for fault in acting if fault.part == "wheel"]
+    together = [fault for fault in acting if not fault.alone]
+    groups = [Throughout(together, cache(partial(_ranked_starts, case, together)))] if together else []
+    return groups + [Throughout([one], cache(partial(_own_starts, case, one))) for one in acting if one.alone]
+
+
+def _own_starts(case: Case, fault: Fault) -> list[tuple[Fault, Scenario]]:
+    problem = case.problem(case.passage, beliefs(case.stated))
+    return [(fault, start) for start in fault.starts(problem, case.begins)]
+
+
+def _ranked_starts(case: Case, faults: list[Fault]) -> list[tuple[Fault, Scenario]]:
+    """Return faulty passages in the order of their misfit to the recording's beginning.
+
+    The best one of each fault comes before all others, because the faults look similar at the beginning.
+    """
+    healthy = (MASS, DAMPING)
+    loose = case.problem(case.passage, beliefs(case.stated, healthy))
+    at, _ = near(loose, case.begins)
+    model = loose.scenario(at).replaced({path: float(Fields(case.passage)(path)) for path in healthy})
+    kinds = {start: fault for fault in faults for start in fault.tried(model, case.scale)}
+    order = ranked(case.problem(model, {}), kinds, case.begins, case.after(NEAR[-1]))
+    first = [start for i, start in enumerate(order) if kinds[start] not in {kinds[nearer] for nearer in order[:i]}]
+    return [(kinds[start], start) for start in [*first, *(one for one in order[:NEAREST] if one not in first)]]
+
+
+def try_hastily(case: Case, group: Throughout) -> None:
+    """Fit faults without patience: of those that are ranked together only the nearest of each, whatever it explains."""
+    each = 0 if group.alone else len({fault.name for fault, _ in group.starts()})
+    _fit_starts(case, group.starts() if group.alone else group.starts()[:each], each, patient=False)
+
+
+def try_patiently(case: Case, group: Throughout) -> None:
+    """Fit faults with patience until one explains the recording; of a fault that is alone, from the first starts."""
+    _fit_starts(case, group.starts()[:PATIENTLY] if group.alone else group.starts(), 0, patient=True)
+
+
+def _fit_starts(case: Case, starts: list[tuple[Fault, Scenario]], always: int, patient: bool) -> None:
+    """Fit faults until one explains the recording, but the first `always` of them in any case."""
+    for number, (fault, start) in enumerate(starts):
+        if number >= always and well(case.best):
+            return
+        case.fit(fault, start, case.after(-EARLIER if fault.part == "wheel" else 0.0), patient)

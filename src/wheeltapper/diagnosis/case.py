@@ -1,0 +1,151 @@
+"""One recording at one site, and the fits that were made of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.faults.base import CATALOGUE, LOAD, Fault, fault_named
+from wheeltapper.diagnosis.inference.fitting import Fit, solve
+from wheeltapper.diagnosis.inference.identify import LOUD, beliefs, onset
+from wheeltapper.diagnosis.inference.problem import Prior, Problem, values_of
+from wheeltapper.diagnosis.scale import Scale
+from wheeltapper.ground.arguments import as_list
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import BILATERAL
+from wheeltapper.march import run
+from wheeltapper.record.recording import Recording
+
+EXPLAINED = 1.3
+"""Largest χ² per degree of freedom at which a model explains a recording. If the best model has more, the verdict is
+"not explained"."""
+WELL = 1.1
+"""Largest χ² per degree of freedom at which the search for other faults ends. It is above one because the stated noise
+may be wrong by 5 % (1.05² = 1.1). At a higher limit a similar fault might be taken for the true one."""
+EARLY = 3.0
+"""Standard deviations of the noise. If the model of the fastest plausible healthy wheelset stays below this up to the
+onset, the irregularity of the site cannot have caused the onset: the wheel itself has."""
+SURE = 3.0
+"""Largest deviation of the speed from the stated one that is considered plausible, in standard deviations. The onset
+determines the speed only if the standard deviation of the speed moves the onset by at least this many samples."""
+
+FLIGHTS, PLATEAU = 10.8, 97.0
+"""The static force is estimated from flights, in which the deck's acceleration is N0/M. They are looked for in the
+first FLIGHTS contact periods after the onset, eight impacts at the example's site: later ones are lower. The
+acceleration in flight is taken as the PLATEAU-th percentile of the samples there: nearly the largest, but insensitive
+to a few outliers."""
+
+
+class Case:
+    """One recording at one site, and the fits that were made of it."""
+
+    def __init__(self, recording: Recording, site: Site, faults: Sequence[str] | None, noise: float) -> None:
+        self.recording, self.site, self.noise = recording, site, noise
+        stated = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
+        self.stated = site.model_copy(update={"passage": stated})
+        self.faults, self.left_out = faults_of(site.passage, faults)
+        self.scale = Scale(site.passage)
+        self.begins = onset(recording, noise)
+        self.passage = self._timed()
+        self.fits: dict[str, Fit] = {}
+        self.evidence: dict[str, float] = {}
+        self.struck = False  # a late strike of a healthy wheelset: only a flat can be the cause
+
+    def after(self, periods: float) -> float:
+        """Return the time, s after the trigger, that lies so many contact periods after the onset."""
+        return self.begins + periods * self.scale.period
+
+    def problem(self, start: Scenario, priors: dict[str, Prior]) -> Problem:
+        """Return the problem of fitting a family of models to the recording, from a starting model."""
+        return Problem(self.recording, self.site.sensor, self.noise, start, priors, self.scale)
+
+    @property
+    def best(self) -> Fit | None:
+        """The fit with the smallest χ² per degree of freedom."""
+        return min(self.fits.values(), key=lambda fit: fit.reduced, default=None)
+
+    @cached_property
+    def early(self) -> bool:
+        """True if the deck moves before the site's irregularity can move it: the wheel itself is the cause."""
+        stated = self.stated.passage
+        fastest = stated.replaced({"speed": stated.speed * (1.0 + SURE * self.site.uncertainty.get("speed", 0.0))})
+        count = int(np.searchsorted(self.recording.times, self.begins)) + 1
+        found = self.problem(fastest, {}).shown(fastest, count)
+        return found is not None and bool(np.abs(found).max() < EARLY * self.noise)
+
+    def _timed(self) -> Scenario:
+        """Return the stated passage, at the speed that follows from the onset if that is more precise."""
+        stated, share = self.stated.passage, self.site.uncertainty.get("speed", 0.0)
+        if self.early or share * self.begins * self.recording.rate < SURE:
+            return stated
+        count = int(np.searchsorted(self.recording.times, self.begins * (1.0 + SURE * share)))
+        found = self.problem(stated, {}).shown(stated, count)
+        loud = np.empty(0) if found is None else np.flatnonzero(np.abs(found) > LOUD * self.noise)
+        ratio = self.recording.times[loud[0]] / self.begins if len(loud) else np.inf
+        return stated.replaced({"speed": stated.speed * ratio}) if abs(ratio - 1.0) <= SURE * share else stated
+
+    @cached_property
+    def loaded(self) -> Scenario:
+        """The passage with the load that the flights show: in flight the acceleration of the deck is N0/M."""
+        passage, times, until = self.passage, self.recording.times, self.after(FLIGHTS)
+        part = (times >= self.begins) & (times < until) & np.isfinite(self.recording.samples)
+        early = times[times < until]
+        stated = values_of(passage.replaced({"duration": until}), early)
+        load, weight = float(passage.vehicle.load), float(passage.vehicle.weight)
+        lost = self.recording.clipped & (self.recording.samples > 0.0)
+        if stated is None or load <= 0.0 or lost[part].mean() > 1.0 - PLATEAU / 100.0:
+            return passage
+        both = self.recording.samples[part], stated[part[: len(stated)]]
+        levels = [np.percentile(values, PLATEAU) for values in both]
+        ratio = float(np.clip(levels[0] / levels[1], 0.5, 2.0)) if levels[1] > 0.0 else 1.0
+        return passage.replaced({LOAD: max(load + (ratio - 1.0) * weight, 0.2 * load)})
+
+    @property
+    def explained(self) -> bool:
+        """True if one of the fits explains the recording."""
+        return self.best is not None and self.best.reduced <= EXPLAINED
+
+    def fit(self, fault: Fault, start: Scenario, begins: float, patient: bool = True) -> Fit:
+        """Fit a fault from a starting model; keep the fit if it is the best one of this fault."""
+        priors = beliefs(self.stated) | fault.believed(self.passage)
+        found, name = solve(self.problem(start, priors), begins, patient), fault.name
+        if name not in self.fits or found.evidence > self.fits[name].evidence:
+            self.fits[name], self.evidence[name] = found, found.evidence
+        return found
+
+
+def feels_load(passage: Scenario) -> bool:
+    """Return True if the recording depends on the load: on a bilateral contact all is linear, and it does not."""
+    return BILATERAL not in passage.needs
+
+
+def faults_of(passage: Scenario, names: Sequence[str] | None = None) -> tuple[dict[str, Fault], dict[str, str]]:
+    """Return the faults, by name, that a passage can have, and the reasons why it cannot have others.
+
+    Without names all faults of the catalogue are taken. A fault that is named, but that the passage cannot have, is
+    refused.
+    """
+    faults, left_out = {}, {}
+    for name in CATALOGUE if names is None else as_list(names, "faults", "names of faults"):
+        fault = fault_named(name)
+        try:
+            faulty = fault.passage(passage)
+            run.choose(run.DIAGNOSE, faulty.needs)
+            if fault.path == LOAD and not feels_load(passage):
+                raise InputError("", LOAD, "a bilateral contact, on which motions are the same under any load", "")
+        except InputError as error:
+            if names is not None:
+                raise InputError("", "faults", f"{name!r}: {error.found}", error.allowed) from error
+            left_out[name] = error.found
+        else:
+            faults[name] = fault
+    return faults, left_out
+
+
+def well(fit: Fit | None) -> bool:
+    """Return True if a fit leaves hardly more than noise, so that no other fault need be fitted."""
+    return fit is not None and fit.reduced <= WELL

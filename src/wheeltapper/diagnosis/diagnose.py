@@ -1,0 +1,312 @@
+"""From one recording to a finding: which fault explains it, how large it is, and what else would explain it as well.
+
+plain   One fit with mass, damping and load free serves all faults that change only these; their priors distinguish
+        them.
+others  If that does not explain the recording, other families are fitted until one does: flats about a strike, faults
+        that act throughout the recording, and flats whose strike is hard to locate.
+
+See docs/theory/diagnosis.rst, sections 8.6 and 8.7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis.attempts import (
+    LASTING,
+    strike_at_onset,
+    strike_of,
+    throughout,
+    try_flats,
+    try_flats_again,
+    try_hastily,
+    try_patiently,
+)
+from wheeltapper.diagnosis.case import EXPLAINED, Case, feels_load, well
+from wheeltapper.diagnosis.faults.base import CATALOGUE, DAMPING, LOAD, MASS, PLAIN, Fault
+from wheeltapper.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
+from wheeltapper.diagnosis.inference.fitting import Fit, keeps_step, solve
+from wheeltapper.diagnosis.inference.identify import beliefs, estimate_of, recorded_at
+from wheeltapper.diagnosis.inference.search import ranked
+from wheeltapper.diagnosis.inference.sensing import drifted, filtered
+from wheeltapper.diagnosis.measured import Forces, measured
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, report, watched
+from wheeltapper.lower.fields import Fields
+from wheeltapper.record.recording import Recording
+from wheeltapper.record.simulate import simulate
+
+FloatArray = NDArray[np.float64]
+
+FAULTY = 0.1
+"""Prior probability that a wheelset has a fault. It is divided equally among the faults of the catalogue."""
+ALIKE = 0.05
+"""Another fault is listed as not excluded if its posterior probability is at least this share of that of the
+verdict."""
+BASIN = 3.6
+"""Contact periods after the onset: two impacts at the example's site. A fit of mass, damping and load that explains
+more than this is near the right minimum, and no other starting values are tried."""
+BEGINNING, SPEEDS, STARTS = (-0.18, 2.52), 0.025, 4
+"""Other starting values of mass, damping, load and speed are ranked by the recording from just before the onset to the
+first impact's end, in contact periods after the onset.
+Neighbouring speeds differ by about the share SPEEDS. The best STARTS of them are fitted."""
+SOONER = 1.08
+"""Contact periods by which the windows of the second fit begin before the onset. Its shortest window then ends 0.9
+periods after the onset and before the first impact: it determines the speed alone."""
+VAGUE = 0.3
+"""Standard deviation of the logarithm of a field. Above it the likelihood is taken as normal in the field itself
+instead of its logarithm, and the size of a fault is given as an interval without a value."""
+FAR = 10.0
+"""Largest χ² per degree of freedom at which the parameters of the nearest model are given. Beyond it the model is about
+three standard deviations of the noise away from the samples, and intervals that allow for noise alone are
+meaningless."""
+
+
+def diagnose(
+    recording: Recording | str | Path, site: Site | str | Path, *, faults: Sequence[str] | None = None,
+    noise: float | None = None, progress: Progress = True,
+) -> Finding:  # fmt: skip
+    """Find what is wrong with a wheelset from the recording of its passage.
+
+    Parameters
+    ----------
+    recording
+        The deck's acceleration, or the path of its file.
+    site
+        The site of the recording, with the uncertainties of the site and of a healthy wheelset; or the path of its TOML
+        file.
+    faults
+        Names of the catalogue's faults to compare; by default all.
+    noise
+        Standard deviation of the samples' noise, m/s². By default it is that of the sensor, or it is estimated from the
+        recording. The misfit that the site states is added to it.
+    progress
+        As for `wheeltapper.simulate`.
+
+    Raises
+    ------
+    InputError
+        If the recording is no acceleration, too short, or of another sample rate than the site's sensor has.
+    """
+    recording, site, spread = recorded_at(recording, site, noise)
+    spread = float(np.hypot(spread, site.misfit * np.sqrt(np.nanmean(recording.samples**2))))
+    if not spread > 0.0:
+        raise InputError(recording.source, "sensor.noise", "samples without noise", "a sensor with its noise stated")
+    case = Case(recording, site, faults, spread)
+    if not _wheel(recording, spread):
+        return _nothing(recording, site, spread)
+    with watched(progress, "fitting"):
+        report("fitting", 0.0, 0.0)
+        _try_plain(case)
+        for attempt in _attempts(case):
+            if not well(case.best) and not case.struck:
+                attempt(case)
+        if case.explained and not well(case.fits["plain"]):
+            _try_plain_again(case)
+        return _concluded(case)
+
+
+def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
+    """Return the fits of other families in the order in which they are tried.
+
+    If mass and damping explain little, faults that act throughout are fitted before flats: hastily, and later with
+    patience. If they explain much, faults that find their starts themselves get no patience: their best starts are
+    clear then.
+    """
+    if well(case.best):
+        return ()
+    strike = strike_at_onset(case) if case.early else strike_of(case)
+    flats, groups = partial(try_flats, strike=strike), throughout(case)
+    hasty, patient = ([partial(fit, group=group) for group in groups] for fit in (try_hastily, try_patiently))
+    if case.early:
+        return *hasty, *patient, flats
+    if case.fits["plain"].held < case.after(LASTING) and not (strike and strike.sure):
+        return *hasty, _try_plain_elsewhere, flats, *patient, try_flats_again
+    each = zip(groups, hasty, patient, strict=True)
+    turns = [fit for group, first, again in each for fit in ((first,) if group.alone else (first, again))]
+    return flats, *turns, try_flats_again
+
+
+def _wheel(recording: Recording, noise: float) -> bool:
+    """Return True if enough samples exceed the noise for a wheel to have passed."""
+    loud = np.abs(np.nan_to_num(recording.samples)) > 6.0 * noise
+    return bool(loud.sum() >= 8)
+
+
+def _nothing(recording: Recording, site: Site, noise: float) -> Finding:
+    largest = float(np.nanmax(np.abs(recording.samples)))
+    note = f"the largest sample is {largest:.3g} m/s², {largest / noise:.2g} deviations of the noise"
+    nan = np.nan
+    return Finding(
+        NO_WHEEL, {}, None, nan, nan, (nan, nan), (), nan, nan, nan, 0, (note, *recording.notes), recording, site, noise
+    )  # fmt: skip
+
+
+# -- faults that change mass, damping and load only -------------------------------------------------------------------
+
+
+def _try_plain(case: Case) -> None:
+    """Fit mass, damping and load; compute the evidence of health and of the plain faults."""
+    begun = case.loaded
+    _fit_plain(case, ((begun, begins) for begins in (case.begins, case.after(-SOONER))))
+
+
+def _try_plain_elsewhere(case: Case) -> None:
+    """Fit mass, damping and load from other starting values, ranked by the beginning of the recording."""
+    begun, share = case.loaded, 2.5 * case.site.uncertainty.get("speed", 0.0)
+    speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
+    others = [begun, *(fault.passage(begun) for fault in CATALOGUE.values() if fault.far)]
+    tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
+    problem = case.problem(case.passage, beliefs(case.stated, _unknown(case)))
+    nearest = ranked(problem, tried, *map(case.after, BEGINNING))
+    _fit_plain(case, ((start, case.begins) for start in nearest[:STARTS]))
+
+
+def _fit_plain(case: Case, starts: Iterable[tuple[Scenario, float]]) -> None:
+    """Fit from starting models, each with the time at which its windows begin, until one fit is good enough."""
+    priors, found = beliefs(case.stated, _unknown(case)), case.fits.get("plain")
+    for start, begins in starts:
+        if found is not None and (found.reduced <= EXPLAINED or found.held > case.after(BASIN) or case.early):
+            break
+        trial = solve(case.problem(start, priors), begins)
+        if found is None or (trial.held, -trial.chi_squared) > (found.held, -found.chi_squared):
+            found = trial
+    assert found is not None
+    _weigh_plain(case, found)
+
+
+def _try_plain_again(case: Case) -> None:
+    """Start the plain fit from the result of another family, so that no fault of negligible size is named."""
+    assert case.best is not None
+    priors = beliefs(case.stated, _unknown(case))
+    values = {path: float(Fields(case.best.scenario)(path)) for path in priors}
+    problem = case.problem(case.passage.replaced(values), priors)
+    if keeps_step(problem, case.begins):
+        trial = solve(problem, case.begins, patient=False)
+        if trial.reduced <= EXPLAINED:
+            _weigh_plain(case, trial)
+
+
+def _unknown(case: Case) -> tuple[str, ...]:
+    told = [path for path in PLAIN if path != LOAD or feels_load(case.passage)]
+    return tuple(path for path in told if float(Fields(case.passage)(path)) > 0.0)
+
+
+def _weigh_plain(case: Case, found: Fit) -> None:
+    """Compute the evidence of health and of the plain faults from one fit and their priors."""
+    unknown = _unknown(case)
+    case.fits["plain"] = found
+    for name in (HEALTHY, *(name for name, fault in case.faults.items() if fault.plain and fault.path in unknown)):
+        case.evidence[name] = found.evidence + _believed(case, case.faults.get(name), found, unknown)
+
+
+def _believed(case: Case, fault: Fault | None, found: Fit, unknown: tuple[str, ...]) -> float:
+    """Return the logarithm of the marginal likelihood of a fault over the plain fields, relative to the fit.
+
+    The likelihood is normal in the logarithms of the fields. For a field that is nearly zero (a lost damper) it is
+    normal in the field itself.
+    """
+    passage = case.passage if fault is None else fault.passage(case.passage)
+    believed = {} if fault is None else fault.believed(case.passage)
+    many = len(unknown)
+    if not np.all(np.isfinite(found.covariance)):
+        return 0.0  # the recording does not determine some field
+    vague = np.sqrt(np.diag(found.covariance)[:many]) > VAGUE
+    away, scales, variances = np.empty(many), np.ones(many), np.empty(many)
+    for i, path in enumerate(unknown):
+        prior, value, stated = believed.get(path), found.values[i], float(Fields(case.passage)(path))
+        centre = prior.centre if prior else float(Fields(passage)(path))
+        share = prior.deviation if prior else case.site.uncertainty.get(path, 0.0)
+        away[i] = (value - centre) / stated if vague[i] else np.log(value / centre)
+        scales[i] = value / stated if vague[i] else 1.0
+        variances[i] = (share * (centre / stated if vague[i] else 1.0)) ** 2
+    return _normal(away, found.covariance[:many, :many] * np.outer(scales, scales) + np.diag(variances))
+
+
+def _normal(away: FloatArray, covariance: FloatArray) -> float:
+    """Return the logarithm of a normal density."""
+    size = float(np.linalg.slogdet(2.0 * np.pi * covariance)[1])
+    return -0.5 * (size + float(away @ np.linalg.solve(covariance, away)))
+
+
+# -- the verdict ------------------------------------------------------------------------------------------------------
+
+
+def _concluded(case: Case) -> Finding:
+    each = FAULTY / len(CATALOGUE)
+    weights = {
+        name: evidence + np.log(1.0 - FAULTY if name == HEALTHY else each) for name, evidence in case.evidence.items()
+    }
+    top = max(weights.values())
+    whole = {name: float(np.exp(weight - top)) for name, weight in weights.items()}
+    total = sum(whole.values())
+    probabilities = {name: value / total for name, value in sorted(whole.items(), key=lambda item: -item[1])}
+    best = next(iter(probabilities))
+    fit = case.fits.get(best, case.fits["plain"])
+    verdict = best if fit.reduced <= EXPLAINED else NOT_EXPLAINED
+    estimate = estimate_of(fit, case.noise)
+    alike = tuple(name for name, p in probabilities.items() if name != best and p >= ALIKE * probabilities[best])
+    alike += tuple(name for name, fault in case.faults.items() if name not in alike and fault.also(verdict, estimate))
+    size, interval = _size_of(case, verdict, fit)
+    forces, seen = _motion(case, fit)
+    if verdict == NOT_EXPLAINED:
+        forces, alike = measured(case), ()
+    return Finding(
+        verdict, probabilities, estimate if fit.reduced <= FAR else None, fit.reduced, size, interval, alike,
+        forces.speed, forces.static, forces.largest, forces.impacts,
+        (*case.recording.notes, *_notes(case), *forces.notes), case.recording, case.site, case.noise, weights,
+        forces.source, seen,
+    )  # fmt: skip
+
+
+def _motion(case: Case, fit: Fit) -> tuple[Forces, FloatArray]:
+    """Return the forces of the best model, and the acceleration that the sensor shows of it."""
+    times, sensor = case.recording.times, case.site.sensor
+    record = simulate(fit.scenario.replaced({"duration": float(times[-1])}))
+    shown = drifted(filtered(record.at(times).deck_acceleration.values, sensor), times, sensor)
+    largest = float(record.peaks.normal_force.max()) if record.peaks.sizes["peak"] else record.static_force
+    impacts = record.impacts.sizes["impact"]
+    return Forces(float(fit.scenario.speed), record.static_force, largest, impacts, "model", record.notes), shown
+
+
+def _size_of(case: Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, float]]:
+    nan = (np.nan, (np.nan, np.nan))
+    if verdict not in case.faults:
+        return nan
+    fault = case.faults[verdict]
+    path = fault.path.replace(".-1.", f".{len(case.passage.irregularity)}.")
+    estimate = estimate_of(fit, case.noise)
+    if path not in estimate.paths:
+        return nan
+    value, (low, high) = estimate[path], estimate.interval(path)
+    if not fault.plain:
+        return value if estimate.deviation(path) < VAGUE else np.nan, (low, high)
+    held = float(Fields(case.passage)(path))
+    return fault.size_of(value, held), (fault.size_of(low, held), fault.size_of(high, held))
+
+
+def _notes(case: Case) -> tuple[str, ...]:
+    notes = [
+        f"not compared: {', '.join(name for name in case.left_out if case.left_out[name] == why)} ({why})"
+        for why in dict.fromkeys(case.left_out.values())
+    ]
+    clipped = int(case.recording.clipped.sum())
+    if clipped:
+        notes.append(f"{clipped} clipped samples count as bounds")
+    plain = case.fits["plain"]
+    if not plain.converged and plain.reduced <= EXPLAINED:
+        notes.append("the fit has not settled")
+    if not case.explained and plain.held > case.after(LASTING):
+        fields = Fields(plain.scenario)
+        notes.append(
+            f"up to {1e3 * plain.held:.0f} ms a mass of {float(fields(MASS)):.4g} kg and a damping of "
+            f"{1e-3 * float(fields(DAMPING)):.4g} kN s/m explain it"
+        )
+    return tuple(notes)

@@ -1,0 +1,1 @@
+"""The contact force behind the acceleration of a deck."""

@@ -1,0 +1,407 @@
+"""Nonlinear least squares of an exact model on one recording, over windows that grow.
+
+window  The present model is similar to the recording up to some time. The fit covers this window; then the window
+        grows.
+noise   The noise that is assumed in a window is at least the rms of the residual at its start. Far from the solution
+        the priors therefore dominate, and near it the samples.
+step    A step of Levenberg and Marquardt, from the QR factorisation of the Jacobian: its condition may reach 1e8. If a
+        step reduced the sum of squares as predicted, the next one uses the same derivatives.
+
+See docs/theory/diagnosis.rst, section 8.5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.diagnosis.inference.problem import Prior, Problem
+
+FloatArray = NDArray[np.float64]
+WINDOWS = (1.98, 2.88, 3.96, 5.4, 7.2, 9.9, 13.5, 18, 25.2, 36, 54, 81, 117, 180, 270, 396, 594, 900)
+"""Ends of the fit windows, contact periods after the onset. The first one holds the push of the irregularity, the
+flight and the first impact. Each is 1.3 to 1.6 times as long as the one before: so much less
+an error of the shorter window's fit may bring model and recording out of step. The last window of a fit is the whole
+recording."""
+IN_STEP = 0.6
+"""Model and recording are similar over a part of the recording if the rms of their difference is at most this share of
+the rms of the recording, apart from noise. A window is extended as long as they are similar."""
+INFLATED = 20.0
+"""Largest ratio of the standard deviation of the noise that a fit assumes in a window to the true one. A larger assumed
+noise gives the priors more weight while the model is far from the recording."""
+SETTLED, NEAR = 0.05, 0.3
+"""Length of the undamped step in standard deviations of the parameters, as the largest over all parameters. Below
+SETTLED a fit has converged. In a window that is not the last one a fit may end already below NEAR."""
+STEPS, HASTY_STEPS, LAST_STEPS = 6, 4, 30
+"""Largest number of steps in a window: of a patient fit, of a hasty one, and in the last window. Failed trials count,
+too; twice as many trials are allowed as steps."""
+REACH = 0.5
+"""Largest change of any coordinate in one step. Coordinates are logarithms: no parameter changes by more than a factor
+of 1.65 at once."""
+DAMPING = 1e-5
+"""Levenberg–Marquardt damping of the first step in a window, for a Jacobian whose columns have the length one. It falls
+by a factor of 0.03 after a success and grows by 30 after a failure."""
+AS_FORETOLD = 0.03
+"""A step uses the derivatives of the step before if that one reduced the sum of squares as predicted, up to this share
+of the reduction. This saves computing them again."""
+NEARLY = 0.9
+"""The fit of a window that is not the last one ends if a step leaves more than this share of the sum of squares: it has
+nearly stopped improving, and a longer window says more."""
+AHEAD = 2
+"""Number of windows over which model and recording are compared at first. Most models differ from the recording within
+these, and the longer windows then need not be computed."""
+BLOCK = 256
+"""Rows in one block of the QR factorisation. Linear algebra libraries start no threads for such small blocks; threads
+cost far more here than they save (decision 15)."""
+HOLDS = 2.0
+"""Largest χ² per sample, with the true noise, at which a model explains a window. It is looser than the limit for a
+whole recording, because fits of windows need not have converged."""
+PATIENCE = 2
+"""How often in a patient fit a shorter window is tried after a long one was not explained. A hasty fit tries none."""
+LONG, PROGRESS = 9.0, 0.02
+"""A fit that has explained at least LONG contact periods after the onset, six impacts at the example's site, is near
+the right minimum and is not given up at the next window. It goes on in short windows, each longer than the one before
+by at least the share PROGRESS."""
+DEPARTS, OVER = 5.0, 0.18
+"""A model departs from the recording where the rms of their difference over OVER contact periods first exceeds DEPARTS
+standard deviations of the noise. Within so short a part of an impact a difference has not changed its sign."""
+STUCK = 0.9
+"""The noise that is assumed in a window is lowered step by step to the true noise. If lowering it leaves more than this
+share of the mean square of the residual, the fit is stuck, and the window is not explained."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Result of a fit.
+
+    Attributes
+    ----------
+    paths, values, covariance
+        The parameters, their values, and the covariance (parameters, parameters) of their logarithms. If only the
+        beginning of the recording is explained, the covariance is that of this part.
+    chi_squared, misfit
+        Sum of squared residuals over their variances, with the terms of the priors and without them. Infinite if the
+        model cannot be computed.
+    freedom
+        Degrees of freedom: number of samples that are not missing, less the number of parameters without a prior.
+    evidence
+        Logarithm of the marginal likelihood of the model, by Laplace's approximation, up to a constant that all models
+        share.
+    converged, scenario
+        Whether the fit has converged, and the best model.
+    held
+        Time up to which the model explains the recording, s after the trigger; infinite if it explains all of it.
+    """
+
+    paths: tuple[str, ...]
+    values: FloatArray
+    covariance: FloatArray
+    chi_squared: float
+    misfit: float
+    freedom: int
+    evidence: float
+    converged: bool
+    scenario: Scenario
+    held: float = np.inf
+
+    @property
+    def reduced(self) -> float:
+        """χ² per degree of freedom."""
+        return self.chi_squared / max(self.freedom, 1)
+
+
+def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
+    """Fit a family of models to a recording whose fit windows begin at `begins`, s after the trigger.
+
+    A family that does not explain a window explains no longer one either. The fit then ends with the last window that
+    it explains, or goes on from there in short windows. A fit that is not patient ends earlier.
+    """
+    times, counts = problem.times, _counts(problem, begins)
+    at, window, longest = np.zeros(len(problem.paths)), -1, len(counts)
+    patience, careful = PATIENCE if patient else 0, False
+    steps = STEPS if patient else HASTY_STEPS
+    while window + 1 < len(counts):
+        chosen, noise = _next_window(problem, at, counts[:longest], window)
+        trial = _explaining(problem, at, counts[chosen], noise, steps)
+        if trial is not None:
+            at, window, longest = trial, chosen, len(counts)
+        elif chosen > window + 1 and patience:
+            longest, patience = (window + 1 + chosen) // 2 + 1, patience - 1
+            continue
+        elif careful or window < 0 or times[counts[window] - 1] < begins + LONG * problem.scale.period:
+            break
+        else:
+            careful = True
+        if careful and window + 1 < len(counts):
+            end = _small_step(problem, at, begins, counts[window], counts[window + 1])
+            if end is None:
+                break
+            counts[window + 1 : window + 1] = [end] if end < counts[window + 1] else []
+            longest = window + 2
+    if window + 1 < len(counts):
+        held = float(times[counts[window] - 1]) if window >= 0 else begins
+        return summary(problem, at, False, counts[max(window, 0)], held)
+    at, converged = fitted(problem, at, counts[-1], problem.noise, LAST_STEPS)
+    return summary(problem, at, converged, counts[-1])
+
+
+def _small_step(problem: Problem, at: FloatArray, begins: float, first: int, last: int) -> int | None:
+    """Return the end of the next short window, as a number of samples, after the `first` samples, which are explained.
+
+    It lies where the model departs from the recording, or a little beyond. None if the model cannot be computed.
+    """
+    found = problem.residuals(at, last)
+    if found is None:
+        return None
+    held = float(problem.times[first - 1]) - begins
+    least = min(int(np.searchsorted(problem.times, begins + (1.0 + PROGRESS) * held)), last)
+    return max(departure(found, problem.noise, width_of(problem), first), least)
+
+
+def _alike(problem: Problem, found: FloatArray, first: int, last: int) -> bool:
+    """Return True if the residuals between two samples are small against the recording."""
+    off, loud = (float((values[first:last] ** 2).sum()) for values in (found, problem.samples * problem.there))
+    return off <= IN_STEP**2 * loud + 4.0 * problem.noise**2 * (last - first)
+
+
+def width_of(problem: Problem) -> int:
+    """Return the number of samples over which a difference is compared with noise."""
+    return max(round(OVER * problem.scale.period * problem.recording.rate), 1)
+
+
+def departure(off: FloatArray, noise: float, width: int, first: int) -> int:
+    """Return the first sample, from `first` on, at which a difference exceeds noise; their number if none does."""
+    total = np.concatenate([[0.0], np.cumsum(off**2)])
+    loud = np.flatnonzero((total[width:] - total[:-width])[first:] > width * (DEPARTS * noise) ** 2)
+    if not len(loud):
+        return len(off)
+    start = first + int(loud[0])
+    beyond = np.flatnonzero(np.abs(off[start : start + width]) > DEPARTS * noise)
+    return start + (int(beyond[0]) if len(beyond) else 0)
+
+
+def keeps_step(problem: Problem, begins: float) -> bool:
+    """Return True if the starting model is similar to the whole recording."""
+    counts = _counts(problem, begins)
+    return _next_window(problem, np.zeros(len(problem.paths)), counts, -1)[0] == len(counts) - 1
+
+
+def _counts(problem: Problem, begins: float) -> list[int]:
+    """Return the number of samples in each window; the last window has all."""
+    times, ends = problem.times, [begins + window * problem.scale.period for window in WINDOWS]
+    ends = [end for end in ends if end < times[-1]]
+    return [*dict.fromkeys(int(np.searchsorted(times, end)) for end in ends), len(times)]
+
+
+def _explaining(problem: Problem, at: FloatArray, count: int, noise: float, steps: int) -> FloatArray | None:
+    """Return coordinates with which the model explains a window; None if it does not explain it."""
+    before = np.inf
+    while True:
+        at, _ = fitted(problem, at, count, noise, steps)
+        found = problem.residuals(at, count)
+        if found is None:
+            return None
+        left = float((found**2).mean())
+        if left <= HOLDS * problem.noise**2:
+            return at
+        if noise == problem.noise or left > noise**2 or left > STUCK * before:
+            return None
+        noise, before = max(problem.noise, 0.1 * noise), left
+
+
+def _next_window(problem: Problem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
+    """Return the longest next window in which the model is similar to the recording, and its assumed noise."""
+    first = window + 1
+    chosen, noise = _in_step(problem, at, counts[: first + AHEAD], window)
+    if first + AHEAD < len(counts) and chosen == first + AHEAD - 1:
+        return _in_step(problem, at, counts, window)
+    return chosen, noise
+
+
+def rms(residual: FloatArray | None) -> float:
+    """Return the root of the mean square; zero for None."""
+    return 0.0 if residual is None else float(np.sqrt((residual**2).mean()))
+
+
+def _in_step(problem: Problem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
+    """Return the longest of these windows in which the model is similar to the recording, and its assumed noise."""
+    found = problem.residuals(at, counts[-1])
+    first = window + 1
+    if found is None:
+        return first, problem.noise * INFLATED
+    chosen = first
+    before = counts[window] if window >= 0 else 0
+    for number in range(first, len(counts)):
+        if not _alike(problem, found, before, counts[number]):
+            break
+        chosen, before = number, counts[number]
+    spread = rms(found[: counts[chosen]])
+    return chosen, float(np.clip(spread, problem.noise, INFLATED * problem.noise))
+
+
+class _Step(NamedTuple):
+    """A linearised problem: R of the scaled Jacobian, target, Jacobian, residual, scales, standard deviations."""
+
+    factor: FloatArray
+    target: FloatArray
+    jacobian: FloatArray
+    residual: FloatArray
+    size: FloatArray
+    deviation: FloatArray  # of the scaled coordinates
+
+    @staticmethod
+    def at(residual: FloatArray, jacobian: FloatArray) -> _Step:
+        size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
+        many = jacobian.shape[1]
+        triangle = triangle_of(np.column_stack([jacobian / size, residual]))
+        factor = triangle[:many, :many]
+        return _Step(factor, -triangle[:many, -1], jacobian, residual, size, np.sqrt(np.diag(_inverse(factor))))
+
+    def along(self, target: FloatArray, damping: float) -> FloatArray:
+        """Return the damped step towards a target, in scaled coordinates."""
+        many = len(self.size)
+        rows = np.vstack([self.factor, np.sqrt(damping) * np.eye(many)])
+        return np.asarray(np.linalg.lstsq(rows, np.append(target, np.zeros(many)), rcond=None)[0])
+
+    def far(self) -> float:
+        """Return the largest ratio, over the coordinates, of the undamped step to the standard deviation."""
+        return float(np.max(np.abs(self.along(self.target, 0.0)) / self.deviation))
+
+    def curved(self, step: FloatArray, there: FloatArray, damping: float) -> FloatArray:
+        """Return a step with geodesic acceleration, from the residuals at the end of the straight step."""
+        return np.asarray(step - self.along(self._projected(there - self._foretold(step)), damping))
+
+    def _foretold(self, step: FloatArray) -> FloatArray:
+        return np.asarray(self.residual + self.jacobian @ (step / self.size))
+
+    def _projected(self, residual: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.lstsq(self.factor.T, (self.jacobian / self.size).T @ residual, rcond=None)[0])
+
+    def holds(self, step: FloatArray, there: FloatArray) -> bool:
+        """Return True if a step has reduced the sum of squares as the linear model predicts."""
+        before, foretold = (float(residual @ residual) for residual in (self.residual, self._foretold(step)))
+        return abs(float(there @ there) - foretold) <= AS_FORETOLD * (before - foretold)
+
+    def again(self, residual: FloatArray) -> _Step:
+        """Return the same linearisation at other residuals."""
+        return self._replace(residual=residual, target=-self._projected(residual))
+
+
+def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: int) -> tuple[FloatArray, bool]:
+    """Return the coordinates of least squares over one window, and whether the fit has converged.
+
+    With fewer steps than LAST_STEPS it also ends near the minimum, or when the sum of squares hardly falls any more.
+    """
+    if not len(at):
+        return at, True  # there is no parameter
+    residual, damping, tries = problem.weighed(at, count, noise), DAMPING, 2 * steps
+    linear, held = None, False  # held: the derivatives are those from the start of the last step
+    while tries > 0 and residual is not None:
+        linear = linear or _linearised(problem, at, residual, count, noise)
+        if linear is None:
+            return at, False
+        before, step = float(residual @ residual), linear.along(linear.target, damping)
+        far = linear.far()
+        settled = far < SETTLED
+        tries -= 1
+        trial, there = _tried(problem, at, step / linear.size, count, noise)
+        if there is not None and there @ there > before and not settled and not held:
+            tries -= 1
+            bent = linear.curved(step, there, damping)
+            trial, there = _tried(problem, at, bent / linear.size, count, noise)
+        if there is not None and there @ there <= before:
+            at, residual, damping = trial, there, max(0.03 * damping, 1e-12)
+            if settled or (steps < LAST_STEPS and (far < NEAR or there @ there > NEARLY * before)):
+                return at, settled
+            held = linear.holds(step, there)
+            linear = linear.again(there) if held else None
+        elif held:
+            linear, held = None, False
+        elif settled:
+            return at, True
+        else:
+            damping *= 30.0
+    return at, False
+
+
+def _linearised(problem: Problem, at: FloatArray, residual: FloatArray, count: int, noise: float) -> _Step | None:
+    """Return a problem linearised at some coordinates; None if it has no derivatives there."""
+    jacobian = problem.jacobian(at, count, noise)
+    linear = None if jacobian is None else _Step.at(residual, jacobian)
+    return linear if linear is not None and np.all(np.isfinite(linear.factor)) else None
+
+
+def _tried(
+    problem: Problem, at: FloatArray, step: FloatArray, count: int, noise: float
+) -> tuple[FloatArray, FloatArray | None]:
+    """Return the coordinates at the end of a step, and the residuals there."""
+    trial = problem.within(at + np.clip(step, -REACH, REACH))
+    return trial, problem.weighed(trial, count, noise)
+
+
+def triangle_of(matrix: FloatArray) -> FloatArray:
+    """Return R of the QR factorisation of a tall matrix, block by block, because small blocks start no threads."""
+    rows, columns = matrix.shape
+    blocks = max(-(-rows // BLOCK), 1)
+    padded = np.zeros((blocks * BLOCK, columns))
+    padded[:rows] = matrix
+    each = np.linalg.qr(padded.reshape(blocks, BLOCK, columns), mode="r")
+    return np.asarray(np.linalg.qr(np.asarray(each).reshape(-1, columns), mode="r"))
+
+
+def _inverse(factor: FloatArray) -> FloatArray:
+    """Return the inverse of RᵀR, from the singular values of R."""
+    if not np.all(np.isfinite(factor)):
+        return np.full(factor.shape, np.inf)
+    _, singular, rows = np.linalg.svd(factor)
+    scaled = rows.T / np.maximum(singular, 1e-14 * singular[0])
+    return np.asarray(scaled @ scaled.T)
+
+
+def covariance_of(jacobian: FloatArray) -> FloatArray:
+    """Return the inverse of JᵀJ."""
+    if not jacobian.shape[1]:
+        return np.empty((0, 0))
+    size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # one without effect has infinite variance
+        return np.asarray(_inverse(triangle_of(jacobian / size)) / np.outer(size, size))
+
+
+def summary(problem: Problem, at: FloatArray, converged: bool, used: int, held: float = np.inf) -> Fit:
+    """Return the result of a fit at some coordinates, to which the first `used` samples have led."""
+    many, count = len(problem.paths), len(problem.times)
+    residual, jacobian = problem.weighed(at, count, problem.noise), problem.jacobian(at, used, problem.noise)
+    freedom = int(problem.there.sum()) - sum(prior.kind == "flat" for prior in problem.priors)
+    if residual is None or jacobian is None:
+        nothing = np.full((many, many), np.inf)
+        return Fit(
+            problem.paths, problem.first, nothing, np.inf, np.inf, freedom, -np.inf, False, problem.start
+        )  # fmt: skip
+    covariance = covariance_of(jacobian)
+    total = float((residual**2).sum())
+    evidence = -0.5 * total + _of_priors(problem.priors)
+    if np.all(np.isfinite(covariance)):
+        evidence += 0.5 * float(np.linalg.slogdet(2.0 * np.pi * covariance)[1])
+    misfit = float((residual[:count] ** 2).sum())
+    values = problem.values(at)
+    with np.errstate(divide="ignore"):
+        per = np.where(problem.linear, problem.widths / values, 1.0)
+    return Fit(
+        problem.paths, values, covariance * np.outer(per, per), total, misfit, freedom, evidence, converged,
+        problem.scenario(at), held,
+    )  # fmt: skip
+
+
+def _of_priors(priors: tuple[Prior, ...]) -> float:
+    """Return the logarithm of the largest values of the prior densities over the coordinates."""
+    total = 0.0
+    for prior in priors:
+        if prior.kind == "uniform":
+            total -= np.log(2.0)
+        elif prior.kind != "flat":
+            total -= np.log(np.sqrt(2.0 * np.pi) * prior.deviation)
+    return float(total)

@@ -1,0 +1,179 @@
+"""Estimation of the parameters of a passage from its recording, with their uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.site import Site, as_site
+from wheeltapper.diagnosis.force.reconstruction import noise_of
+from wheeltapper.diagnosis.inference.fitting import Fit, solve
+from wheeltapper.diagnosis.inference.problem import Prior, Problem, number_at
+from wheeltapper.diagnosis.scale import Scale
+from wheeltapper.ground.arguments import as_between, as_names, as_quantity, as_table, check_choice
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.progress import Progress, report, watched
+from wheeltapper.lower.fields import Fields
+from wheeltapper.record.arguments import as_recording
+from wheeltapper.record.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+SHORTEST = 32
+"""Smallest number of samples that are not missing; a recording with fewer is refused."""
+LOUD = 6.0
+"""Standard deviations of the noise. The onset is the first sample whose magnitude exceeds this; noise alone does so
+once in 5e8 samples."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimated parameters of a passage.
+
+    Attributes
+    ----------
+    paths, values
+        The fields that were found, in SI units.
+    covariance
+        (parameters, parameters) of the values' logarithms.
+    chi_squared, freedom
+        χ²: sum of squared residuals over their variances, priors included. Degrees of freedom: number of samples less
+        the number of parameters without a prior.
+    converged
+        Whether the fit has converged.
+    scenario
+        The best model.
+    noise
+        Standard deviation of the samples' noise that was assumed, m/s².
+    """
+
+    paths: tuple[str, ...]
+    values: FloatArray
+    covariance: FloatArray
+    chi_squared: float
+    freedom: int
+    converged: bool
+    scenario: Scenario
+    noise: float
+
+    @property
+    def reduced(self) -> float:
+        """χ² per degree of freedom: near one if the model explains the recording."""
+        return self.chi_squared / max(self.freedom, 1)
+
+    def __getitem__(self, path: str) -> float:
+        return float(self.values[self._index(path)])
+
+    def _index(self, path: str) -> int:
+        check_choice(path, "path", self.paths)
+        return self.paths.index(path)
+
+    def deviation(self, path: str) -> float:
+        """Return the relative standard deviation of a value."""
+        i = self._index(path)
+        return float(np.sqrt(self.covariance[i, i]))
+
+    def correlation(self, path: str, other: str) -> float:
+        """Return the correlation of the errors of two values."""
+        i, j = self._index(path), self._index(other)
+        return float(self.covariance[i, j] / np.sqrt(self.covariance[i, i] * self.covariance[j, j]))
+
+    def interval(self, path: str, level: float = 0.9) -> tuple[float, float]:
+        """Return the interval that holds the true value with this probability."""
+        from scipy.special import ndtri
+
+        half = float(ndtri(0.5 + 0.5 * as_between(level, "level", 0.0, 1.0))) * self.deviation(path)
+        return self[path] * float(np.exp(-half)), self[path] * float(np.exp(half))
+
+
+def onset(recording: Recording, noise: float) -> float:
+    """Return when the acceleration first exceeds the noise, s after the trigger; the start if it never does."""
+    loud = np.flatnonzero(np.abs(np.nan_to_num(recording.samples)) > LOUD * noise)
+    return float(recording.times[loud[0]]) if len(loud) else recording.start
+
+
+def beliefs(site: Site, unknown: tuple[str, ...] = ()) -> dict[str, Prior]:
+    """Return the priors: flat ones of the unknown fields, normal ones of the uncertain fields of the site."""
+    out = {path: Prior(number_at(site.passage, path)) for path in unknown}
+    for path, share in site.uncertainty.items():
+        if share > 0.0 and path not in out:
+            out[path] = Prior(float(Fields(site.passage)(path)), share, "normal")
+    return out
+
+
+def recorded_at(recording: Any, site: Any, noise: Any) -> tuple[Recording, Site, float]:
+    """Return a recording, its site and the standard deviation of its samples' noise, m/s².
+
+    Refuse anything else, and a recording that the site's sensor cannot have made.
+    """
+    recording, site = as_recording(recording), as_site(site)
+    if recording.quantity != "deck acceleration":
+        raise InputError(recording.source, "quantity", repr(recording.quantity), "'deck acceleration'")
+    good = int(np.isfinite(recording.samples).sum())
+    if good < SHORTEST:
+        raise InputError(recording.source, "samples", f"{good} of them", f"at least {SHORTEST}")
+    if abs(recording.rate / site.sensor.rate - 1.0) > 1e-6:
+        raise InputError(
+            recording.source,
+            "rate",
+            f"{recording.rate:g} Hz",
+            f"{site.sensor.rate:g} Hz, the rate of the site's sensor",
+        )
+    stated = None if noise is None else as_quantity(noise, "noise", "acceleration")
+    return recording, site, stated or noise_of(recording, site.sensor)
+
+
+def identify(
+    recording: Recording | str | Path,
+    site: Site | str | Path,
+    unknown: Sequence[str] = ("vehicle.mass", "vehicle.damping"),
+    *,
+    start: Mapping[str, float] | None = None,
+    noise: float | None = None,
+    progress: Progress = True,
+) -> Estimate:
+    """Estimate the parameters of a passage from its recording.
+
+    Parameters
+    ----------
+    recording
+        The deck's acceleration, or the path of its file.
+    site
+        The site of the recording, or the path of its TOML file. Its uncertain fields are estimated, too, with the
+        stated uncertainty as prior.
+    unknown
+        Paths of the fields that are estimated without a prior.
+    start
+        Starting values by path, instead of the site's.
+    noise
+        Standard deviation of the samples' noise, m/s²; by default the sensor's, or what the recording shows.
+    progress
+        As for `wheeltapper.simulate`.
+
+    Raises
+    ------
+    InputError
+        If the site's sensor cannot have made the recording, or an unknown field holds no number.
+    """
+    recording, site, spread = recorded_at(recording, site, noise)
+    model = site.passage.replaced(as_table(start, "start", "values by path, or None"))
+    asked = as_names(unknown, "unknown", "paths of fields")
+    with watched(progress, "fitting"):
+        report("fitting", 0.0, 0.0)
+        problem = Problem(recording, site.sensor, spread, model, beliefs(site, asked), Scale(site.passage))
+        found = solve(problem, onset(recording, spread))
+        return estimate_of(found, spread)
+
+
+def estimate_of(found: Fit, noise: float) -> Estimate:
+    """Return the result of a fit."""
+    return Estimate(
+        found.paths, found.values, found.covariance, found.chi_squared, found.freedom, found.converged, found.scenario,
+        noise,
+    )  # fmt: skip

@@ -1,0 +1,230 @@
+"""One recording against one family of models: priors, residuals, and derivatives of the residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.motion import motion_at
+from wheeltapper.ask.trajectory import derivable, trajectory
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.sensor import Sensor
+from wheeltapper.diagnosis.inference.sensing import drifted, filtered
+from wheeltapper.diagnosis.scale import Scale
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.fields import Fields
+from wheeltapper.march import program as contract
+from wheeltapper.record.recording import Recording
+
+FloatArray = NDArray[np.float64]
+FORGOTTEN = 20.0
+"""Periods of the cutoff frequency. Samples are computed from this long before the first one wanted; the initial state
+of the sensor's filter then has no effect."""
+DIFFERENCE, BETWEEN = 3e-7, ("vehicle.damper_play_start",)
+"""Relative step of difference quotients, for motions without exact derivatives. In the fields BETWEEN, whose values lie
+between -1 and 1, the step is absolute and points towards zero, so that it stays within these bounds."""
+
+
+class Prior(NamedTuple):
+    """Prior distribution of a parameter.
+
+    normal: centre and relative standard deviation. lognormal: centre and standard deviation of the logarithm. uniform:
+    between centre - deviation and centre + deviation. flat: the parameter is positive, and nothing else is known.
+    """
+
+    centre: float
+    deviation: float = np.inf
+    kind: Literal["flat", "normal", "lognormal", "uniform"] = "flat"
+
+
+def number_at(scenario: Scenario, path: str) -> float:
+    """Return the number at a path; refuse a path without one."""
+    try:
+        value = Fields(scenario)(path)
+    except (AttributeError, IndexError, TypeError, ValueError):
+        scenario.replaced({path: None})  # its message names the fields that exist
+        value = None
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError("", path, "no number there", "paths of fields that hold a number")
+    return float(value)
+
+
+def values_of(scenario: Scenario, times: FloatArray) -> FloatArray | None:
+    """Return the deck's acceleration at some times, m/s²; None if the model cannot be computed."""
+    try:
+        with np.errstate(invalid="ignore"):  # a trial may ask for a contact beyond the radius of the wheel
+            found = motion_at(scenario, times)
+    except (InputError, ValueError):
+        return None
+    return _whole(found.status, found.deck_acceleration)
+
+
+def slopes_of(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> FloatArray | None:
+    """Return the derivatives (parameters, times) of the deck's acceleration; None if the model cannot be computed.
+
+    They are exact if the motion has exact derivatives. Otherwise they are difference quotients: for a damper whose end
+    can move, and for a plastic contact.
+    """
+    if not derivable(scenario):
+        return _differences(scenario, paths, times)
+    try:
+        with np.errstate(invalid="ignore"):
+            found = trajectory(scenario, paths, times)
+    except (InputError, ValueError):
+        return None
+    return None if _whole(found.status, found.deck_acceleration) is None else found.of_deck_acceleration
+
+
+def _differences(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> FloatArray | None:
+    here, out = values_of(scenario, times), np.empty((len(paths), len(times)))
+    for row, path in zip(out, paths, strict=True):
+        value = float(Fields(scenario)(path))
+        step = DIFFERENCE * (abs(value) if path not in BETWEEN else -1.0 if value > 0.0 else 1.0)
+        there = values_of(scenario.replaced({path: value + step}), times)
+        if here is None or there is None:
+            return None
+        row[:] = (there - here) / step
+    return out
+
+
+def _whole(status: int, acceleration: FloatArray) -> FloatArray | None:
+    there = status in (contract.DONE, contract.ENOUGH) and bool(np.all(np.isfinite(acceleration)))
+    return acceleration if there else None
+
+
+class Problem:
+    """The residuals of one recording against one family of models, and their derivatives by the coordinates.
+
+    Parameters
+    ----------
+    recording, sensor, noise
+        The samples, the sensor that recorded them, and the standard deviation of their noise, m/s².
+    start
+        The model to start from.
+    priors
+        The parameters and their priors, by path.
+    scale
+        In which windows are measured; by default that of the model to start from.
+    """
+
+    def __init__(
+        self, recording: Recording, sensor: Sensor, noise: float, start: Scenario, priors: Mapping[str, Prior],
+        scale: Scale | None = None,
+    ) -> None:  # fmt: skip
+        self.scale = scale or Scale(start)
+        self.recording, self.sensor, self.noise, self.start = recording, sensor, noise, start
+        self.paths, self.priors = tuple(priors), tuple(priors.values())
+        self.first = np.array([float(Fields(start)(path)) for path in self.paths])
+        self.linear = np.array([prior.kind == "uniform" for prior in self.priors], dtype=bool)
+        self.widths = np.where(self.linear, [prior.deviation for prior in self.priors], 1.0)
+        if np.any((self.first <= 0.0) & ~self.linear):
+            path = self.paths[int(np.argmax((self.first <= 0.0) & ~self.linear))]
+            raise InputError("", path, f"{float(Fields(start)(path)):g}", "a positive value to start from")
+        self.times = recording.times
+        self.samples = np.nan_to_num(recording.samples)
+        self.there = np.isfinite(recording.samples)
+        self._model: tuple[FloatArray, Scenario] | None = None
+        self._residuals: tuple[FloatArray, FloatArray, NDArray[np.bool_]] | None = None  # third: which count
+        self._slopes: tuple[FloatArray, FloatArray] | None = None
+
+    def until(self, time: float) -> Problem:
+        """Return the same problem with the recording up to a time only, s after the trigger."""
+        part, priors = self.recording.until(time), dict(zip(self.paths, self.priors, strict=True))
+        return Problem(part, self.sensor, self.noise, self.start, priors, self.scale)
+
+    def values(self, at: FloatArray) -> FloatArray:
+        """Return the values of the parameters at some coordinates, which are zero at the start."""
+        near = np.where(self.linear, 0.0, at)
+        return np.asarray(np.where(self.linear, self.first + self.widths * at, self.first * np.exp(near)))
+
+    def scenario(self, at: FloatArray) -> Scenario:
+        """Return the model at some coordinates."""
+        if self._model is None or not np.array_equal(self._model[0], at):
+            values = dict(zip(self.paths, self.values(at).tolist(), strict=True))
+            self._model = at.copy(), self.start.replaced(values)
+        return self._model[1]
+
+    def within(self, at: FloatArray) -> FloatArray:
+        """Return the nearest coordinates that uniform priors allow."""
+        centre = np.array([prior.centre for prior in self.priors])
+        middle = (centre - self.first) / self.widths
+        return np.where(self.linear, np.clip(at, middle - 1.0, middle + 1.0), at)
+
+    def shown(self, model: Scenario, count: int, first: int = 0) -> FloatArray | None:
+        """Return the samples from `first` to before `count` that a model gives; None if it cannot be computed."""
+        if not count:
+            return np.empty(0)
+        begin = max(first - int(FORGOTTEN * self.recording.rate / (self.sensor.cutoff or np.inf)), 0)
+        times = self.times[begin:count]
+        found = values_of(self._until(model, count), times)
+        return None if found is None else drifted(filtered(found, self.sensor), times, self.sensor)[first - begin :]
+
+    def residuals(self, at: FloatArray, count: int) -> FloatArray | None:
+        """Return model less recording for the first `count` samples, m/s²; None if the model cannot be computed."""
+        if self._residuals is None or _lacks(*self._residuals[:2], at, count):
+            model = self._modelled(at)
+            found = None if model is None else self.shown(model, count)
+            if found is None:
+                return None
+            off, samples = found - self.samples[:count], self.samples[:count]
+            beyond = self.recording.clipped[:count] & (off * np.sign(samples) > 0.0)
+            counts = self.there[:count] & ~beyond  # a clipped sample is only a bound
+            self._residuals = at.copy(), np.where(counts, off, 0.0), counts
+        return self._residuals[1][:count]
+
+    def slopes(self, at: FloatArray, count: int) -> FloatArray | None:
+        """Return the derivatives (samples, parameters) of the residuals; None if the model cannot be computed."""
+        if not count:
+            return np.empty((0, len(self.paths)))
+        if self.residuals(at, count) is None:
+            return None
+        assert self._residuals is not None
+        if self._slopes is None or _lacks(*self._slopes, at, count):
+            found = slopes_of(self._until(self.scenario(at), count), self.paths, self.times[:count])
+            if found is None:
+                return None
+            per = np.where(self.linear, self.widths, self.values(at))
+            shown = np.array([filtered(row, self.sensor) for row in found]).reshape(len(per), count)
+            self._slopes = at.copy(), np.where(self._residuals[2][:count], shown * per[:, None], 0.0).T
+        return self._slopes[1][:count]
+
+    def _modelled(self, at: FloatArray) -> Scenario | None:
+        try:
+            return self.scenario(at)
+        except (InputError, ValueError):
+            return None
+
+    def _until(self, model: Scenario, count: int) -> Scenario:
+        return model.replaced({"duration": float(self.times[count - 1] + 0.5 / self.recording.rate)})
+
+    def prior_residuals(self, at: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the scaled deviations of the parameters from the centres of their priors, and derivatives."""
+        out, slopes = [], []
+        for prior, value in zip(self.priors, self.values(at).tolist(), strict=True):
+            if prior.kind == "normal":
+                out.append((value / prior.centre - 1.0) / prior.deviation)
+                slopes.append(value / prior.centre / prior.deviation)
+            elif prior.kind == "lognormal":
+                out.append(np.log(value / prior.centre) / prior.deviation)
+                slopes.append(1.0 / prior.deviation)
+            else:
+                out.append(0.0)
+                slopes.append(0.0)
+        return np.array(out), np.diag(slopes)
+
+    def weighed(self, at: FloatArray, count: int, noise: float) -> FloatArray | None:
+        """Return all residuals over their standard deviations: those of the samples, then those of the priors."""
+        found = self.residuals(at, count)
+        return None if found is None else np.concatenate([found / noise, self.prior_residuals(at)[0]])
+
+    def jacobian(self, at: FloatArray, count: int, noise: float) -> FloatArray | None:
+        """Return the derivatives of the weighted residuals."""
+        found = self.slopes(at, count)
+        return None if found is None else np.vstack([found / noise, self.prior_residuals(at)[1]])
+
+
+def _lacks(known_at: FloatArray, known: FloatArray, at: FloatArray, count: int) -> bool:
+    return len(known) < count or not np.array_equal(known_at, at)

@@ -1,0 +1,339 @@
+"""Diagnosis of a train: the findings of all axles as one table and one JSON, compared with alarm rules."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.site import Site, as_site
+from wheeltapper.describe.track.stiff import StiffTrack
+from wheeltapper.diagnosis.alarms import Alarm, Rule, alarms_of, in_countries, read_rules, wheel_forces
+from wheeltapper.diagnosis.diagnose import diagnose
+from wheeltapper.diagnosis.faults.base import CATALOGUE
+from wheeltapper.diagnosis.finding import HEALTHY, KIP, NOT_EXPLAINED, Finding
+from wheeltapper.diagnosis.folder import undiagnosed
+from wheeltapper.diagnosis.processes import Lost, in_processes
+from wheeltapper.ground.arguments import as_count, as_list, check_text
+from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.progress import Progress, report, watched
+from wheeltapper.record.arguments import as_recordings
+from wheeltapper.record.recording import Recording
+from wheeltapper.record.simulate import simulate
+
+FORMAT = 1
+"""Version of the layout of a train's JSON."""
+Rules = str | Path | Sequence[Rule] | None
+COLUMNS = (
+    ("axle", "axle", "d"), ("speed_kmh", "km/h", ".1f"), ("static_kn", "static kN", ".1f"),
+    ("peak_kn", "peak kN", ".1f"), ("peak_kips", "peak kips", ".1f"), ("dynamic_ratio", "peak/static", ".2f"),
+    ("dynamic_increment", "(peak-static)/static", ".2f"),
+    ("level_kn", "level kN", ".1f"), ("forces_from", "forces from", "s"), ("verdict", "verdict", "s"),
+    ("probability", "probability", ".3f"), ("size", "size", "s"), ("alarms", "alarms", "s"),
+)  # fmt: skip
+"""Columns of the table: key, heading, and the format of the values."""
+FEWEST = 6
+"""Largest number of alarms of one axle that are printed in full; the rest are counted."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrainFinding:
+    """Findings of all wheelsets of a train.
+
+    Attributes
+    ----------
+    axles
+        Result of `Finding.to_dict` for each wheelset, beginning with the leading one. `level_force` is added: the
+        largest force of its model on level track, N; None if no model explains the recording.
+    site
+        Site of the recordings.
+    rules, alarms
+        The rules that were compared, and the alarms that were raised.
+    name, date
+        Name of the train, and date of its passage, as given.
+    healthy_ratio
+        Ratio of the largest to the static force of the site's stated healthy wheelset, which bounces over the site's
+        irregularity.
+    findings
+        The findings themselves, if they were given.
+    """
+
+    axles: tuple[dict[str, Any], ...]
+    site: Site
+    rules: tuple[Rule, ...]
+    alarms: tuple[Alarm, ...]
+    name: str = ""
+    date: str = ""
+    healthy_ratio: float = np.nan
+    findings: tuple[Finding, ...] = ()
+
+    def alarms_at(self, axle: int) -> tuple[Alarm, ...]:
+        """Return the alarms of one wheelset, numbered from 1."""
+        axle = as_count(axle, "axle", 1, len(self.axles))
+        return tuple(alarm for alarm in self.alarms if alarm.axle == axle)
+
+    def table(self) -> list[dict[str, Any]]:
+        """Return one row per wheelset; None stands for values that do not exist.
+
+        Keys: axle, speed_kmh, static_kn, peak_kn, peak_kips, dynamic_ratio (peak over static), dynamic_increment
+        ((peak - static) over static), level_kn (peak on level track), forces_from ("model" or "recording"), verdict,
+        probability, size (as text), alarms (names of the rules). Forces are those of the wheelset, in kN and in kips.
+        """
+        return [self._row(number, entry) for number, entry in enumerate(self.axles, 1)]
+
+    def _row(self, number: int, entry: Mapping[str, Any]) -> dict[str, Any]:
+        static, peak, speed = (entry.get(name) for name in ("static_force", "largest_force", "speed"))
+        ratio = peak / static if static and peak is not None else None
+        verdict = str(entry["verdict"])
+        return {
+            "axle": number,
+            "speed_kmh": None if speed is None else 3.6 * speed,
+            "static_kn": None if static is None else 1e-3 * static,
+            "peak_kn": None if peak is None else 1e-3 * peak,
+            "peak_kips": None if peak is None else peak / KIP,
+            "dynamic_ratio": ratio,
+            "dynamic_increment": None if ratio is None else ratio - 1.0,
+            "level_kn": None if entry.get("level_force") is None else 1e-3 * entry["level_force"],
+            "forces_from": entry.get("forces_from"),
+            "verdict": verdict,
+            "probability": entry.get("probabilities", {}).get(verdict),
+            "size": _size(entry),
+            "alarms": [alarm.rule.name for alarm in self.alarms_at(number)],
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything for one JSON; in SI units."""
+        wheels = self.site.passage.vehicle.wheels
+        axles = []
+        for row, entry in zip(self.table(), self.axles, strict=True):
+            more = {name: row[name] for name in ("dynamic_ratio", "dynamic_increment")}
+            largest = wheel_forces(entry, wheels)[1]
+            alarms = [alarm.to_dict() for alarm in self.alarms_at(row["axle"])]
+            own = {"axle": row["axle"], **entry, **more, "largest_wheel_force": _finite(largest), "alarms": alarms}
+            axles.append(own)
+        return {
+            "format": FORMAT,
+            "train": self.name,
+            "date": self.date,
+            "site": self.site.name,
+            "healthy_dynamic_ratio": _finite(self.healthy_ratio),
+            "axles": axles,
+            "rules": [rule.to_dict() for rule in self.rules],
+            "notes": list(self._notes()),
+        }
+
+    def __str__(self) -> str:
+        """Return the table, the alarms and notes about them."""
+        head = ", ".join(part for part in (self.name, self.date, self.site.name) if part)
+        faulty = [str(row["axle"]) for row in self.table() if row["verdict"] != HEALTHY]
+        count = f"{len(self.axles)} axles, " + (f"not healthy: {', '.join(faulty)}" if faulty else "all healthy")
+        lines = [f"{head}: {count}" if head else count, *_aligned(self.table())]
+        for axle in range(1, len(self.axles) + 1):
+            alarms = self.alarms_at(axle)
+            lines += [str(alarm) for alarm in alarms[:FEWEST]]
+            if len(alarms) > FEWEST:
+                lines.append(f"axle {axle}: and {len(alarms) - FEWEST} more alarms")
+        return "\n".join([*lines, *self._notes()])
+
+    def _notes(self) -> tuple[str, ...]:
+        notes = ["peaks and ratios are those of the wheelset, over this site's irregularity"]
+        if np.isfinite(self.healthy_ratio):
+            notes[0] += f", where a healthy wheelset as stated has {self.healthy_ratio:.2f} times its static force"
+        notes.append("level: the largest force of the best model on level, rigid track; alarms compare this one")
+        if any(entry["verdict"] == NOT_EXPLAINED for entry in self.axles):
+            notes.append(
+                "not explained: no model gives a force on level track; forces are from the recording, alarms compare "
+                "the peak with what the site's irregularity adds, and the speed is the measured or stated one"
+            )
+        if any(alarm.rule.per == "wheel" and "length" not in alarm.rule.quantity for alarm in self.alarms):
+            notes.append(
+                "alarms per wheel: half of the wheelset's force, or all of its dynamic part on one wheel where the "
+                "fault is in a wheel or unknown"
+            )
+        if self.alarms:
+            notes.append("alarm rules are to compare with; each says: verify current edition")
+        return tuple(notes)
+
+
+def _size(entry: Mapping[str, Any]) -> str:
+    size, unit = entry.get("size"), entry.get("size_unit", "")
+    interval = [end for end in entry.get("size_interval_90", ()) if end is not None]
+    return " to ".join(_with_unit(value, unit) for value in (interval if size is None else [size]))
+
+
+def _with_unit(size: float, unit: str) -> str:
+    if unit == "m":
+        return f"{1e3 * size:.4g} mm" if abs(size) >= 1e-3 else f"{1e6 * size:.4g} um"
+    return f"{size:.4g} {unit}".strip()
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _aligned(rows: list[dict[str, Any]]) -> list[str]:
+    """Return a table as lines of text: numbers aligned to the right, words to the left."""
+
+    def said(value: Any, form: str) -> str:
+        if value is None:
+            return "-"
+        return ", ".join(value) if isinstance(value, list) else format(value, form)
+
+    cells = [
+        [heading for _, heading, _ in COLUMNS],
+        *([said(row[key], form) for key, _, form in COLUMNS] for row in rows),
+    ]
+    widths = [max(len(line[i]) for line in cells) for i in range(len(COLUMNS))]
+    left = [form == "s" for _, _, form in COLUMNS]
+    return [
+        "  ".join(
+            cell.ljust(width) if words else cell.rjust(width)
+            for cell, width, words in zip(line, widths, left, strict=True)
+        ).rstrip()
+        for line in cells
+    ]  # fmt: skip
+
+
+def train_of(
+    found: Sequence[Mapping[str, Any] | Finding],
+    site: Site,
+    *,
+    rules: Rules = None,
+    countries: Sequence[str] | None = None,
+    name: str = "",
+    date: str = "",
+) -> TrainFinding:
+    """Combine the findings of a train's wheelsets.
+
+    Parameters
+    ----------
+    found
+        Findings of the wheelsets, beginning with the leading one, or the results of their `to_dict`.
+    site
+        Site of the recordings.
+    rules
+        Alarm rules, or a file of them; by default those of the package.
+    countries
+        Take only rules that name one of these, such as ("SE", "EU").
+    name, date
+        Name of the train, and date of its passage; both are only repeated in the result.
+    """
+    if not found:
+        raise InputError("", "recordings", "none", "one for each wheelset of the train")
+    findings = tuple(one for one in found if isinstance(one, Finding))
+    ratio = healthy_ratio(site)
+    entries = tuple(_entry(one, site, ratio) for one in found)
+    chosen = _rules(rules, countries)
+    return TrainFinding(
+        entries, site, chosen, alarms_of(entries, chosen, site), name, date, ratio,
+        findings if len(findings) == len(entries) else (),
+    )  # fmt: skip
+
+
+def _entry(found: Mapping[str, Any] | Finding, site: Site, ratio: float) -> dict[str, Any]:
+    entry = found.to_dict() if isinstance(found, Finding) else dict(found)
+    model = found.model if isinstance(found, Finding) else _model(entry, site)
+    return {**entry, "level_force": _finite(_level_force(entry, model, site, ratio))}
+
+
+def _model(entry: Mapping[str, Any], site: Site) -> Scenario | None:
+    """Return the best model from a finding's JSON; None if the JSON does not determine it."""
+    if entry["verdict"] not in CATALOGUE:
+        return None
+    values = {path: one["value"] for path, one in entry.get("estimates", {}).items()}
+    return CATALOGUE[entry["verdict"]].model(site.passage, {"speed": entry["speed"], **values})
+
+
+def _level_force(entry: Mapping[str, Any], model: Scenario | None, site: Site, ratio: float) -> float:
+    """Return a wheelset's largest force on level, rigid track, N; NaN without a wheel or an explanation.
+
+    For a fault of the wheel without a model, it is the static force plus the excess over a healthy wheelset's force on
+    the site's irregularity.
+    """
+    static, peak = entry.get("static_force"), entry.get("largest_force")
+    verdict = entry["verdict"]
+    if static is None or peak is None or verdict == NOT_EXPLAINED:
+        return np.nan
+    if verdict == HEALTHY or (verdict in CATALOGUE and CATALOGUE[verdict].part != "wheel"):
+        return float(static)
+    if model is None:
+        return float(static + max(peak - ratio * static, 0.0))
+    own = model.irregularities[len(site.passage.irregularities) :]
+    turns = 2.0 * 2.0 * np.pi * float(model.vehicle.radius) / float(model.speed)
+    level = model.replaced({"irregularity": own, "track": StiffTrack(), "duration": turns})
+    return float(simulate(level).peaks.normal_force.values.max(initial=static))
+
+
+def _rules(given: Rules, countries: Sequence[str] | None) -> tuple[Rule, ...]:
+    if given is None or isinstance(given, str | Path):
+        return read_rules(given, countries)
+    what = "Rules, or the path of their TOML file"
+    rules = as_list(given, "rules", what)
+    wrong = next((one for one in rules if not isinstance(one, Rule)), None)
+    if wrong is not None:
+        raise InputError("", "rules", shown(wrong), what)
+    return in_countries(rules, countries)
+
+
+def healthy_ratio(site: Site) -> float:
+    """Return the ratio of the largest to the static force of the site's stated healthy wheelset."""
+    record = simulate(site.passage)
+    return float(record.peaks.normal_force.values.max(initial=record.static_force) / record.static_force)
+
+
+def diagnose_train(
+    recordings: Sequence[Recording | str | Path],
+    site: Site | str | Path,
+    *,
+    rules: Rules = None,
+    countries: Sequence[str] | None = None,
+    faults: Sequence[str] | None = None,
+    noise: float | None = None,
+    name: str = "",
+    date: str = "",
+    workers: int | None = 1,
+    progress: Progress = True,
+) -> TrainFinding:
+    """Diagnose the wheelsets of a train.
+
+    Parameters
+    ----------
+    recordings
+        One recording of each wheelset, or the path of its file, beginning with the leading one.
+    site
+        Where they were made, or the path of its TOML file.
+    rules, countries, name, date
+        As for `train_of`.
+    faults, noise
+        As for `diagnose`.
+    workers
+        Processes; None: one per core. A wheelset whose process dies twice has the verdict "not diagnosed".
+    progress
+        As for `wheeltapper.simulate`.
+    """
+    site, asked, chosen = as_site(site), as_recordings(recordings), _rules(rules, countries)
+    check_text(name, "name")
+    check_text(date, "date")
+    compared = None if faults is None else tuple(as_list(faults, "faults", "names of faults"))
+    found: dict[int, Finding | Lost] = {}
+    with (
+        watched(progress, "wheelsets"),
+        closing(in_processes(_diagnosed, (site, compared, noise), asked, workers)) as done,
+    ):
+        for number, finding in done:
+            found[number] = finding
+            report("wheelsets", len(found), len(asked))
+    ordered = [
+        undiagnosed(asked[i].source, str(one)) if isinstance(one := found[i], Lost) else one for i in range(len(asked))
+    ]
+    return train_of(ordered, site, rules=chosen, name=name, date=date)
+
+
+def _diagnosed(shared: tuple[Site, tuple[str, ...] | None, float | None], recording: Recording) -> Finding:
+    site, faults, noise = shared
+    return diagnose(recording, site, faults=faults, noise=noise)
