@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 import wheeltapper as wt
 from wheeltapper.lower import wagon
 from wheeltapper.march import multibody, passing, rates
-from wheeltapper.march.assembly import flattened
+from wheeltapper.march.assembly import flattened_assembly
 from wheeltapper.march.wheel_rows import AWAKE, ON, ROW_DELTA
 
 REPEATS = 7
@@ -69,7 +69,7 @@ def peer() -> str:
         began = time.perf_counter()
         march = multibody.march(assembly)
         ours = min(ours, time.perf_counter() - began)
-    data, plan = flattened(assembly)
+    data, plan = flattened_assembly(assembly)
     work = multibody.work_for(assembly, 1)
     passing.start_kernel(data, plan, assembly.start, work.w, work.wheels, work.pieces, work.S)
     work.wheels[1:, AWAKE] = 0.0
@@ -82,7 +82,7 @@ def peer() -> str:
 
     def gap(lane: int) -> Any:
         def event(t: float, w: Any) -> float:
-            rates.touch(t, data, plan, w, work.wheels)
+            rates.contact_forces(t, data, plan, w, work.wheels)
             return float(work.wheels[0, ROW_DELTA + lane])
 
         return event

@@ -26,8 +26,8 @@ from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.diagnose import diagnose
-from wheeltapper.diagnosis.inference.fitting import Problem, solve
-from wheeltapper.diagnosis.inference.identify import beliefs, onset
+from wheeltapper.diagnosis.inference.fitting import FitProblem, fit_over_windows
+from wheeltapper.diagnosis.inference.identify import onset, priors_of
 from wheeltapper.diagnosis.site.neighbours import Condition
 from wheeltapper.diagnosis.site.synthetic import synthesise
 from wheeltapper.record.recording import Recording
@@ -155,8 +155,8 @@ def left_over(scene: wt.Scenario, wheelset: int) -> Left:
     recording, best = recorded(samples, SHARE * rms, 0), None
     for factor in INFLATED:
         noise = factor * SHARE * rms
-        problem = Problem(recording, site.sensor, noise, site.passage, beliefs(site, UNKNOWN))
-        fit = solve(problem, onset(recording, noise))
+        problem = FitProblem(recording, site.sensor, noise, site.passage, priors_of(site, UNKNOWN))
+        fit = fit_over_windows(problem, onset(recording, noise))
         model = trajectory(fit.scenario.replaced({"duration": DURATION}), (), TIMES).deck_acceleration
         share = float(np.std(model - samples) / rms)
         if best is None or share < best.share:
@@ -273,8 +273,8 @@ def at_first(recordings: list[Recording], site: Site, noise: float) -> str:
     vehicle, found = site.passage.vehicle, []
     bare = Site(passage=site.passage, sensor=site.sensor, uncertainty=KNOWN)
     for recording in recordings:
-        fit = solve(
-            Problem(recording, site.sensor, noise, site.passage, beliefs(bare, UNKNOWN)), onset(recording, noise)
+        fit = fit_over_windows(
+            FitProblem(recording, site.sensor, noise, site.passage, priors_of(bare, UNKNOWN)), onset(recording, noise)
         )
         over = fit.values[:2] / np.array([vehicle.mass, vehicle.damping])
         found.append([*over, min(fit.held, DURATION)])

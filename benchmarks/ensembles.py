@@ -19,8 +19,8 @@ from options import parser_of
 from own import scenario
 from problems import CASES, Case, FloatArray
 
-from wheeltapper.lower.many import Many
-from wheeltapper.march.blocks import cores
+from wheeltapper.lower.many import LoweredCells
+from wheeltapper.march.blocks import core_count
 from wheeltapper.march.ensemble import Cells, Marched, march_all, march_in_lanes, march_one_by_one
 from wheeltapper.march.program import EVENT_KIND, IMPACT, PEAK_CORNER, PEAK_FORCE
 
@@ -77,8 +77,8 @@ def impacts(marched: Marched) -> list[int]:
 
 def accuracy(case: Case, values: dict[str, FloatArray]) -> Accuracy:
     """Compare the lanes with the strict method."""
-    ours = march_in_lanes(Many(scenario(case), values).cells)
-    strict = march_one_by_one(Many(scenario(case), values, "strict").cells)
+    ours = march_in_lanes(LoweredCells(scenario(case), values).cells)
+    strict = march_one_by_one(LoweredCells(scenario(case), values, "strict").cells)
     pairs = list(zip(forces(ours), forces(strict), strict=True))
     counts = zip(impacts(ours), impacts(strict), strict=True)
     alike = [a == b and len(f) == len(g) for (a, b), (f, g) in zip(counts, pairs, strict=True)]
@@ -90,12 +90,12 @@ def accuracy(case: Case, values: dict[str, FloatArray]) -> Accuracy:
 def repeated(case: Case, trajectories: int, cells: int) -> Cells:
     """Return the trajectories of an ensemble, again and again."""
     values = {path: np.tile(value, cells // trajectories) for path, value in spread(case, trajectories).items()}
-    return Many(scenario(case), values).cells
+    return LoweredCells(scenario(case), values).cells
 
 
 def run(case: Case, cells: int, rounds: int) -> dict[str, Any]:
     """Measure an ensemble, print it, and return it as plain data."""
-    trajectories, threads = TRAJECTORIES[case.name], cores()
+    trajectories, threads = TRAJECTORIES[case.name], core_count()
     found = accuracy(case, spread(case, trajectories))
     many = repeated(case, trajectories, cells)
     ways = {

@@ -16,8 +16,8 @@ from options import parser_of
 
 import wheeltapper as wt
 from wheeltapper.diagnosis.inference.fitting import covariance_of
-from wheeltapper.diagnosis.inference.identify import beliefs, identify
-from wheeltapper.diagnosis.inference.problem import Problem
+from wheeltapper.diagnosis.inference.identify import identify, priors_of
+from wheeltapper.diagnosis.inference.problem import FitProblem
 from wheeltapper.diagnosis.processes import in_processes
 
 UNKNOWN = ("vehicle.mass", "vehicle.damping")
@@ -56,7 +56,7 @@ def one(where: wt.diagnosis.Site, seed: int) -> dict[str, Any]:
     begun = perf_counter()
     found = identify(recording, where)
     took = perf_counter() - begun
-    truth = Problem(recording, where.sensor, SIGMA, recording.truth["scenario"], beliefs(where, UNKNOWN))
+    truth = FitProblem(recording, where.sensor, SIGMA, recording.truth["scenario"], priors_of(where, UNKNOWN))
     whole = truth.jacobian(np.zeros(len(truth.paths)), len(recording.samples), SIGMA)
     assert whole is not None
     errors = [np.log(found[path] / true) for path, true in zip(UNKNOWN, TRUE, strict=True)]

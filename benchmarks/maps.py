@@ -28,9 +28,9 @@ from problems import CASES, Case, FloatArray, IntArray, Outcome, largest_end_err
 from workers import Code, Workers
 
 import wheeltapper as wt
-from wheeltapper.lower.many import Many
+from wheeltapper.lower.many import LoweredCells
 from wheeltapper.march import program as contract
-from wheeltapper.march.blocks import cores
+from wheeltapper.march.blocks import core_count
 from wheeltapper.march.ensemble import Marched, march_all
 
 CASE = CASES["bump"]
@@ -93,9 +93,9 @@ class Map:
         chart = wt.sweep(self.base, some, FEATURES, zipped=True, method="strict")
         return np.stack([chart.impact_interval.values, chart.force_ratio.values])
 
-    def lowered(self) -> Many:
+    def lowered(self) -> LoweredCells:
         """Return all cells ready to march up to the third landing."""
-        many = Many(self.base, self.values)
+        many = LoweredCells(self.base, self.values)
         many.cells.numbers[:, contract.LAST_IMPACT] = LANDINGS
         return many
 
@@ -141,7 +141,7 @@ def last_of_all(chart: Map) -> float:
     def keep(block: slice, marched: Marched) -> None:
         ends[block] = marched.end
 
-    march_all(many.cells, cores(), keep)
+    march_all(many.cells, core_count(), keep)
     return float((ends * many.units.time).max())
 
 
@@ -181,7 +181,7 @@ def entries(chart: Map, samples: int, workers: Workers) -> list[Entry]:
 
 def measure(chart: Map, peers: Sequence[Entry], workers: Workers, rounds: int) -> tuple[float, float]:
     """Time all codes, one after the other in each round; return the times of our bare kernel and of `wt.sweep`."""
-    cells, threads = chart.lowered().cells, cores()
+    cells, threads = chart.lowered().cells, core_count()
     kernel, whole = [], []
     for _ in range(rounds):
         kernel.append(shortest(lambda: march_all(cells, threads, lambda block, marched: None), CALLS))
@@ -202,7 +202,9 @@ def matches(own: Point, peers: Sequence[Entry], cells: int) -> list[Match]:
 
 def show(side: int, kernel: float, own: Point, peers: Sequence[Entry], found: Sequence[Match]) -> None:
     """Print what was measured."""
-    print(f"\nmap of {side} x {side} cells, two features, stopped at the third landing; {cores()} threads or processes")
+    print(
+        f"\nmap of {side} x {side} cells, two features, stopped at the third landing; {core_count()} threads or workers"
+    )
     print(f"  {'code':16}{'setting':>10}{'time, s':>12}{'over ours':>11}{'error':>11}   cells computed")
     print(f"  {'bare kernel':16}{'default':>10}{kernel:12.3f}{kernel / own.time:11.2f}{'':14}all")
     print(f"  {'wt.sweep':16}{'default':>10}{own.time:12.3f}{1:11.2f}{own.error:11.1e}   all")
@@ -231,7 +233,7 @@ def row(entry: Entry, cells: int) -> dict[str, Any]:
 
 def run(side: int, samples: int, rounds: int) -> dict[str, Any]:
     """Measure the map, print it, and return it as plain data."""
-    chart, workers = Map(side), Workers(cores())
+    chart, workers = Map(side), Workers(core_count())
     peers = entries(chart, samples, workers)
     chosen = spread(chart.cells, samples * MORE)
     error = largest_difference(chart.sweep()[:, chosen], chart.strict(chosen))
@@ -240,7 +242,7 @@ def run(side: int, samples: int, rounds: int) -> dict[str, Any]:
     own = Point(error, sweep)
     found = matches(own, peers, chart.cells)
     show(side, kernel, own, peers, found)
-    ours = {"cells": chart.cells, "threads": cores(), "kernel": kernel, "sweep": sweep, "error": error}
+    ours = {"cells": chart.cells, "threads": core_count(), "kernel": kernel, "sweep": sweep, "error": error}
     return ours | {"rows": [row(e, chart.cells) for e in peers], "ratios": [vars(m) for m in found]}
 
 

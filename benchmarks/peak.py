@@ -27,7 +27,7 @@ from options import parser_of
 from problems import CASES, FloatArray
 
 from wheeltapper.march import unrolled_lanes
-from wheeltapper.march.blocks import cores
+from wheeltapper.march.blocks import core_count
 from wheeltapper.march.ensemble import Cells, march_all, march_in_lanes
 from wheeltapper.march.kernel import FASTMATH
 from wheeltapper.march.lane_rows import (
@@ -228,7 +228,7 @@ def bumps(cells: int, steps: dict[str, Step], best: float, rounds: int) -> Whole
 def charted(side: int, steps: dict[str, Step], best: float, rounds: int) -> Whole:
     """Measure the feature map in lanes on all cores."""
     cells = Map(side).lowered().cells
-    took = shortest(lambda: march_all(cells, cores(), lambda block, marched: None), rounds)
+    took = shortest(lambda: march_all(cells, core_count(), lambda block, marched: None), rounds)
     return Whole(spent(cells, spread(side * side, SAMPLED), steps), took / side**2, best)
 
 
@@ -256,7 +256,7 @@ def run(side: int, cells: int, rounds: int) -> dict[str, Any]:
     if platform.machine() not in ("x86_64", "AMD64"):
         print("\nfraction of the peak: operations are counted in x86 machine code only")
         return {}
-    threads = cores()
+    threads = core_count()
     peaks = {n: {width: peak(width, n, rounds) for width in (4, 8)} for n in sorted({1, threads})}
     best, together = max(peaks[1].values()), max(peaks[threads].values())
     steps = {name: step_of(name, rounds) for name in STEPS}

@@ -5,7 +5,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 import wheeltapper as wt
-from wheeltapper.describe.manual import listed
+from wheeltapper.describe.manual import room_table
 from wheeltapper.diagnosis.faults import base
 
 
@@ -13,7 +13,7 @@ class Kinds(SphinxDirective):
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        return self.parse_text_to_nodes(listed(getattr(wt, self.arguments[0]).__name__))
+        return self.parse_text_to_nodes(room_table(getattr(wt, self.arguments[0]).__name__))
 
 
 class Faults(SphinxDirective):

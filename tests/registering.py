@@ -3,16 +3,16 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from wheeltapper.describe.registry import PACKAGE, everything, forget
+from wheeltapper.describe.registry import PACKAGE, all_registered, unregister
 
 
 @contextmanager
 def undone() -> Iterator[None]:
     """Forget at the end whatever was registered inside by others than the package, whose rooms are searched late."""
-    before = everything()
+    before = all_registered()
     try:
         yield
     finally:
-        for name, thing in everything().items():
+        for name, thing in all_registered().items():
             if name not in before and not thing.__module__.startswith(PACKAGE):
-                forget(thing)
+                unregister(thing)

@@ -103,13 +103,13 @@ __all__ = [
 ]
 
 
-def _bar() -> AbstractContextManager[None]:
-    from wheeltapper.faces.progress import bar
+def _progress_bar() -> AbstractContextManager[None]:
+    from wheeltapper.faces.progress import progress_bar
 
-    return bar()
+    return progress_bar()
 
 
-_progress.bar = _bar
+_progress.bar = _progress_bar
 
 
 def __getattr__(name: str) -> Any:

@@ -45,7 +45,7 @@ class DummyPlastic(ElasticPlastic):
 
     def pressure(self) -> float:
         """Return 1.60·Y."""
-        return 1.6 * self._strength()
+        return 1.6 * self._yield_strength()
 
     def loading(self, indentation: Any) -> Any:
         """Return N/N_Y at D ≥ 1."""

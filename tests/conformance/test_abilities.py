@@ -17,7 +17,7 @@ from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Start
 from wheeltapper.diagnosis.faults.imbalance import imbalance
 from wheeltapper.diagnosis.inference.problem import slopes_of
-from wheeltapper.diagnosis.site.neighbours import superposed, together
+from wheeltapper.diagnosis.site.neighbours import coupled_motion, superposed
 from wheeltapper.ground.needs import Need
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.march import run
@@ -89,7 +89,7 @@ def every_cell():
 
 def is_answered(cell):
     asked = needs(cell[2:])
-    return all(run.fastest(one, asked) is not None for one in (run.SIMULATE, run.QUESTIONS[cell.question]))
+    return all(run.fastest_march(one, asked) is not None for one in (run.SIMULATE, run.QUESTIONS[cell.question]))
 
 
 def pairwise(cells):
@@ -233,7 +233,7 @@ QUESTIONS = {
     "trajectory": derivatives,
     "diagnose": diagnose,
     "information": information,
-    "coupled=True": neighbours(together),
+    "coupled=True": neighbours(coupled_motion),
     "coupled=False": neighbours(superposed),
     "wear_in": wear_in,
     "marks": marks,
@@ -254,7 +254,9 @@ def check_refused(cell):
         [run.SIMULATE, run.DIAGNOSE] if cell.question == "information" else [run.SIMULATE]
     )  # as what is asked is made
     rooms = [*before, run.QUESTIONS[cell.question]]
-    expected = next(run.refusal(room, needs(cell[2:])) for room in rooms if run.fastest(room, needs(cell[2:])) is None)
+    expected = next(
+        run.refusal(room, needs(cell[2:])) for room in rooms if run.fastest_march(room, needs(cell[2:])) is None
+    )
     with pytest.raises(wt.InputError) as caught:
         asked(cell)
     found = caught.value
@@ -298,8 +300,8 @@ def test_whatever_is_covered_can_be_simulated():
         for marcher in question.marchers:
             for need in question.covered_by(marcher):
                 together = marcher.requires | question.requires | {need}
-                assert question.lacking(marcher, together) == ()
-                assert run.fastest(run.SIMULATE, together) is not None, (question.name, need.name)
+                assert question.missing_needs(marcher, together) == ()
+                assert run.fastest_march(run.SIMULATE, together) is not None, (question.name, need.name)
 
 
 def test_a_need_that_no_march_has_heard_of_is_refused_by_its_own_words():

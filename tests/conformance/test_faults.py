@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.describe.registry import forget
+from wheeltapper.describe.registry import unregister
 from wheeltapper.describe.scenario import write_toml
 from wheeltapper.diagnosis import CATALOGUE, Fault, Prior, diagnose_train, read_rules
 from wheeltapper.diagnosis.alarms import OF_FAULTS
@@ -40,7 +40,7 @@ def stiff_spring():
             return {STIFFNESS: Prior(20.0 * passage.vehicle.stiffness, 1.0, "lognormal")}
 
     yield StiffSpring
-    forget(StiffSpring)
+    unregister(StiffSpring)
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
@@ -100,7 +100,7 @@ def test_a_new_fault_is_in_the_manual_and_assessed_on_the_command_line(stiff_spr
 
 def test_a_forgotten_fault_is_gone(stiff_spring):
     assert "stiff spring" in CATALOGUE
-    forget(stiff_spring)
+    unregister(stiff_spring)
     assert "stiff spring" not in CATALOGUE
     with pytest.raises(wt.InputError, match="'stiff spring'"):
         wt.synthesise(SHORT, fault="stiff spring")

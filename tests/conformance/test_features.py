@@ -6,7 +6,7 @@ That a record has it as a map's cell does is shown in tests/properties/test_feat
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.describe.registry import registered
+from wheeltapper.describe.registry import registered_in
 
 BUMP = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
@@ -19,7 +19,7 @@ BUMP = wt.Scenario(
 
 
 def features():
-    return {name: make() for name, make in registered("wheeltapper.record.features").items()}
+    return {name: make() for name, make in registered_in("wheeltapper.record.features").items()}
 
 
 FEATURES = features()

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import wheeltapper as wt
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
-from wheeltapper.describe.registry import choices
+from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.lower.plastic import law_rows, left_after, loading_force, stored_below
 from wheeltapper.record.simulate import ModelWarning
 
@@ -22,7 +22,7 @@ N0 = LOAD + MASS * 9.81
 
 
 def laws():
-    return {kind.__name__: kind for kind in choices(ElasticPlastic)}
+    return {kind.__name__: kind for kind in makeable_nouns(ElasticPlastic)}
 
 
 LAWS = laws()

@@ -11,9 +11,9 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.describe import registry
 from wheeltapper.describe.irregularity.base import Irregularity
-from wheeltapper.describe.manual import listed
-from wheeltapper.describe.noun import kinds
-from wheeltapper.describe.registry import forget
+from wheeltapper.describe.manual import room_table
+from wheeltapper.describe.noun import nouns_by_name
+from wheeltapper.describe.registry import unregister
 from wheeltapper.describe.schema import json_schema
 
 from ..registering import undone
@@ -60,7 +60,7 @@ def dummies():
     with undone():
         module = importlib.import_module("tests.conformance.dummies")
         for kind in (*module.RUN[:-1], *module.DESCRIBED):
-            registry.register(kind, registry.home(kind))
+            registry.register(kind, registry.room_of(kind))
         wt.features.feature(module.dummy_feature)
         yield module
 
@@ -92,7 +92,7 @@ def test_a_registered_noun_is_found_by_scenario_file_and_schema(name, dummies, t
     kind = getattr(dummies, name)
     scene = wt.Scenario(**described(name))
     assert type(held(name, scene)) is kind
-    assert kinds()[name] is kind
+    assert nouns_by_name()[name] is kind
     scene.to_toml(tmp_path / "scene.toml")
     assert wt.Scenario.from_toml(tmp_path / "scene.toml") == scene
     schema = json_schema()
@@ -124,17 +124,17 @@ def test_what_is_registered_is_in_its_room_in_the_guides_list_and_in_its_suite(n
     assert getattr(room, name) is getattr(dummies, name)
     assert name in dir(room)
     assert name in room.__all__
-    assert f"``{name}(" in listed(room.__name__)
+    assert f"``{name}(" in room_table(room.__name__)
     assert in_suite(name)
 
 
 @pytest.mark.parametrize("name", DUMMIES)
 def test_what_is_forgotten_is_gone(name, dummies):
-    forget(getattr(dummies, name))
+    unregister(getattr(dummies, name))
     room = getattr(wt, DUMMIES[name][0])
     assert not hasattr(room, name)
-    assert name not in [*dir(room), *kinds(), *json_schema()["$defs"]]
-    assert name not in listed(room.__name__)
+    assert name not in [*dir(room), *nouns_by_name(), *json_schema()["$defs"]]
+    assert name not in room_table(room.__name__)
     assert not in_suite(name)
     with pytest.raises(wt.InputError, match=rf"found '{name}'; allowed: "):
         wt.features.named(name) if name == "dummy_feature" else wt.Scenario(**described(name))
@@ -224,7 +224,7 @@ def test_a_name_that_is_taken_is_refused_and_a_cell_that_runs_again_is_not():
         with pytest.raises(wt.InputError, match=r"^Step: found a second Step, beside that of wheeltapper"):
             type("Step", (Irregularity,), {"__module__": "mine"})
         first, second = (type("Mine", (Irregularity,), {"__module__": "mine"}) for _ in range(2))
-        assert kinds()["Mine"] is second
+        assert nouns_by_name()["Mine"] is second
         assert wt.Scenario(**SCENE | {"irregularity": first()}).irregularity == (first(),)
         with pytest.raises(wt.InputError, match="beside that of mine"):
             type("Mine", (Irregularity,), {"__module__": "another"})

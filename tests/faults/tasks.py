@@ -51,7 +51,7 @@ def raising(shared, task):
 def one_diagnosed(site, task):
     from wheeltapper.diagnosis import folder
 
-    return die() if "kill" in task[0].name else folder._one(site, task)
+    return die() if "kill" in task[0].name else folder._diagnose_file(site, task)
 
 
 def refusing(finding, path):

@@ -354,11 +354,11 @@ def test_rates_and_times_may_have_units():
 
 
 def test_features_may_be_given_by_name():
-    from wheeltapper.ask.study import study
+    from wheeltapper.ask.study import study_of
 
-    by_name = study(scene(), GRID, ["force_ratio", {"type": "impulse", "impact": 2, "name": "second"}])
+    by_name = study_of(scene(), GRID, ["force_ratio", {"type": "impulse", "impact": 2, "name": "second"}])
     assert [feature.name for feature in by_name.features] == ["force_ratio", "second"]
-    assert study(scene(), GRID, "force_ratio").features[0].definition == asked()[0].definition
+    assert study_of(scene(), GRID, "force_ratio").features[0].definition == asked()[0].definition
     with pytest.raises(wt.InputError, match="did you mean 'force_ratio'"):
         wt.sweep(scene(), GRID, ["force_rati"])
 

@@ -134,7 +134,7 @@ def test_ctrl_c_keeps_what_assess_has_computed(tmp_path, monkeypatch, capsys):
     calls = []
 
     def whole(site, task):
-        return performance.Passage(task[0], task[2], 1.1, "healthy", False, 0.0, {"suspension": 0.0}, 1.1)
+        return performance.DiagnosedPassage(task[0], task[2], 1.1, "healthy", False, 0.0, {"suspension": 0.0}, 1.1)
 
     def stopped(site, task):
         calls.append(task)
@@ -142,7 +142,7 @@ def test_ctrl_c_keeps_what_assess_has_computed(tmp_path, monkeypatch, capsys):
             raise KeyboardInterrupt
         return whole(site, task)
 
-    monkeypatch.setattr(performance, "_passage", stopped)
+    monkeypatch.setattr(performance, "_diagnosed_passage", stopped)
     arguments = ["assess", str(SITE), "--faults", "mass deviation", "--count", "2", "--workers", "1"]
     assert main([*arguments, "-o", str(tmp_path / "found.json")]) == 3
     error = capsys.readouterr().err
@@ -151,7 +151,7 @@ def test_ctrl_c_keeps_what_assess_has_computed(tmp_path, monkeypatch, capsys):
     calls[:] = [None, None]
     assert main(arguments) == 3
     assert "interrupted; nothing was kept" in capsys.readouterr().err
-    monkeypatch.setattr(performance, "_passage", whole)
+    monkeypatch.setattr(performance, "_diagnosed_passage", whole)
     assert main([*arguments, "-o", str(tmp_path / "found.json")]) == 0
     assert len((tmp_path / "found.jsonl").read_text().splitlines()) == 4
 
@@ -160,7 +160,7 @@ def test_ctrl_c_keeps_what_assess_has_computed(tmp_path, monkeypatch, capsys):
 def test_ctrl_c_keeps_the_best_rail_that_was_found(judged, tmp_path, monkeypatch, capsys):
     from wheeltapper.diagnosis.site.design_search import Judge
 
-    whole, calls = Judge.eased, []
+    whole, calls = Judge.lowered_to_limit, []
 
     def stopped(self, *arguments):
         if len(calls) == judged:
@@ -168,7 +168,7 @@ def test_ctrl_c_keeps_the_best_rail_that_was_found(judged, tmp_path, monkeypatch
         calls.append(arguments)
         return whole(self, *arguments)
 
-    monkeypatch.setattr(Judge, "eased", stopped)
+    monkeypatch.setattr(Judge, "lowered_to_limit", stopped)
     target = tmp_path / "designed.toml"
     assert main(["design", str(SITE), "-o", str(target), "--budget", "100"]) == 3
     error = capsys.readouterr().err

@@ -10,14 +10,14 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.irregularity.base import Irregularity
-from wheeltapper.describe.noun import kinds
-from wheeltapper.describe.registry import choices
+from wheeltapper.describe.noun import nouns_by_name
+from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.vehicle.base import Vehicle
 
 
 def listed(family):
-    return ", ".join(repr(kind.__name__) for kind in choices(family))
+    return ", ".join(repr(kind.__name__) for kind in makeable_nouns(family))
 
 
 V = wt.vehicles
@@ -98,7 +98,7 @@ def test_a_constructor_complains_in_one_line(kind, fields, said):
     assert str(validated.value) == str(caught.value)
 
 
-@pytest.mark.parametrize("kind", kinds().values(), ids=kinds())
+@pytest.mark.parametrize("kind", nouns_by_name().values(), ids=nouns_by_name())
 def test_every_noun_refuses_unknown_names_and_values_without_one(kind):
     with pytest.raises(wt.InputError, match=r"^no_such: found the unknown name 'no_such'; allowed:"):
         kind(no_such=1)
@@ -189,9 +189,11 @@ def test_a_wrong_quantity_is_refused_in_one_line(field, given, parts):
 
 
 def test_quantities_are_taken_where_values_vary():
-    from wheeltapper.ask.study import study
+    from wheeltapper.ask.study import study_of
 
     scene = wt.Scenario(**SCENE)
-    axes = study(scene, {"speed": [Q(18, "km/h"), "36 km/h"], "vehicle.mass": Q([1.5, 1.6], "t")}, "force_ratio").axes
+    axes = study_of(
+        scene, {"speed": [Q(18, "km/h"), "36 km/h"], "vehicle.mass": Q([1.5, 1.6], "t")}, "force_ratio"
+    ).axes
     assert [axis.values.tolist() for axis in axes] == [[5.0, 10.0], [1500.0, 1600.0]]
     assert scene.replaced({"vehicle.mass": Q(1.6, "t")}).vehicle.mass == 1600.0

@@ -35,7 +35,7 @@ def test_a_wagon_s_duration_that_cannot_fit_is_refused():
 
 
 def test_the_duration_that_is_allowed_is_that_which_fits(monkeypatch):
-    monkeypatch.setattr(memory, "available", lambda: 1e6)
+    monkeypatch.setattr(memory, "available_bytes", lambda: 1e6)
     with pytest.raises(wt.InputError) as told:
         wt.simulate(wheelset(duration=100.0))
     fits = float(str(told.value).split("up to about ")[1].split(" s")[0])
@@ -50,7 +50,7 @@ def test_more_samples_than_fit_are_refused():
 
 def test_more_samples_at_given_times_than_fit_are_refused(monkeypatch):
     record = wt.simulate(wheelset())
-    monkeypatch.setattr(memory, "available", lambda: 1e5)
+    monkeypatch.setattr(memory, "available_bytes", lambda: 1e5)
     with pytest.raises(wt.InputError, match="times: found"):
         record.at(np.linspace(0.0, 0.05, 1000))
 
@@ -100,7 +100,7 @@ def test_what_a_listener_raises_ends_runs_side_by_side():
 
 def test_a_scenario_that_is_refused_ends_those_beside_it(monkeypatch):
     begun = []
-    monkeypatch.setattr(simulating, "_simulated", lambda scenario, _: begun.append(scenario) or 1 / 0)
+    monkeypatch.setattr(simulating, "_simulated_scenario", lambda scenario, _: begun.append(scenario) or 1 / 0)
     with pytest.raises(ZeroDivisionError):
         wt.simulate([wheelset() for _ in range(1000)], threads=1)
     assert len(begun) < 1000

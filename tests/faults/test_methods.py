@@ -11,7 +11,7 @@ import wheeltapper as wt
 from wheeltapper.diagnosis.inference.identify import Estimate
 from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.diagnosis.site.design_search import Candidate
-from wheeltapper.diagnosis.site.layout import Feature, Layout
+from wheeltapper.diagnosis.site.layout import Layout, RailFeature
 from wheeltapper.diagnosis.site.neighbours import Condition
 
 D = wt.diagnosis
@@ -48,7 +48,7 @@ def information():
 
 @cache
 def design():
-    layout = Layout((Feature("bump", 1e-3, 0.1, 0.05),), {})
+    layout = Layout((RailFeature("bump", 1e-3, 0.1, 0.05),), {})
     one = Candidate("designed", layout, 1.0, 1.0, 2e5, 0.1)
     return Design(site(), information(), "determinant", one, one, one, one, (one,))
 

@@ -14,7 +14,7 @@ import wheeltapper as wt
 from tests.faults import tasks
 from tests.faults.test_stores import files, written
 from wheeltapper.ask import spec
-from wheeltapper.ask.fill import fill
+from wheeltapper.ask.fill import fill_store
 from wheeltapper.diagnosis import folder, performance, processes, train
 from wheeltapper.diagnosis.processes import Lost, ProcessError, in_processes
 from wheeltapper.faces.cli import main
@@ -125,7 +125,7 @@ def test_a_recording_that_kills_its_process_is_one_row(killed, tmp_path, monkeyp
     command += ["2" if killed else "1", "--output", str(tmp_path / "found")]
     with monkeypatch.context() as during:
         if killed:
-            during.setattr(folder, "_one", tasks.one_diagnosed)
+            during.setattr(folder, "_diagnose_file", tasks.one_diagnosed)
         else:
             during.setattr(folder, "in_processes", second_is_lost)
         assert main(command) == 3
@@ -160,9 +160,9 @@ def computed(monkeypatch):
 
     def passage(site, task):
         asked.append((task[0], task[2]))
-        return performance.Passage(task[0], task[2], 1.1, "healthy", False, 0.0, {"suspension": 0.0}, 1.1)
+        return performance.DiagnosedPassage(task[0], task[2], 1.1, "healthy", False, 0.0, {"suspension": 0.0}, 1.1)
 
-    monkeypatch.setattr(performance, "_passage", passage)
+    monkeypatch.setattr(performance, "_diagnosed_passage", passage)
     return asked
 
 
@@ -296,9 +296,9 @@ def test_a_design_that_a_callback_stops_says_so():
 
 
 def test_a_store_that_a_callback_stops_goes_on(tmp_path):
-    study = spec.read(written(tmp_path))
+    study = spec.read_study(written(tmp_path))
     with pytest.raises(MyOwnError, match=r"^2$"), reporting(raised_after([]), say=lambda line: None):
-        fill(tmp_path / "a.zarr", study)
-    fill(tmp_path / "a.zarr", study, resume=True)
-    fill(tmp_path / "b.zarr", study)
+        fill_store(tmp_path / "a.zarr", study)
+    fill_store(tmp_path / "a.zarr", study, resume=True)
+    fill_store(tmp_path / "b.zarr", study)
     assert files(tmp_path / "a.zarr") == files(tmp_path / "b.zarr")

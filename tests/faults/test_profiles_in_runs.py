@@ -36,12 +36,12 @@ def test_a_steep_rise_that_is_smooth_is_followed_and_found_in_few_pieces(width):
     table = lower(run_over(lambda x: 1e-4 * np.tanh((x - 0.2) / width), rolling="point"), "strict").table
     assert len(table.rows) < 1000
     x = np.linspace(0.15, 0.25, 4001)
-    assert np.abs(table.height(x) - 1e-4 * np.tanh((x - 0.2) / width)).max() < 1e-15
+    assert np.abs(table.height_at(x) - 1e-4 * np.tanh((x - 0.2) / width)).max() < 1e-15
 
 
 def test_a_kink_that_is_not_declared_is_followed_and_told():
     lowered = lower(run_over(lambda x: -1e-3 * np.abs(x - 0.3), rolling="point"))
-    assert abs(float(lowered.table.height(np.array([0.3]))[0])) < 1e-11
+    assert abs(float(lowered.table.height_at(np.array([0.3]))[0])) < 1e-11
     assert any("not smooth at x = 0.3 m" in note for note in lowered.notes)
 
 

@@ -90,7 +90,7 @@ def test_each_surface_of_a_wheel_is_a_contact_of_its_own(tmp_path):
     assert list(contacts.labels["side"]) == ["left", "right", "left", "right"]
     rows = np.zeros((4, contract.EVENT_COLUMNS))
     rows[:, contract.EVENT_CONTACT] = contacts.lanes[::-1]
-    np.testing.assert_array_equal(contacts.of(rows), [3, 2, 1, 0])
+    np.testing.assert_array_equal(contacts.contact_of_rows(rows), [3, 2, 1, 0])
     record.save(tmp_path / "a.nc")
     np.testing.assert_array_equal(wt.load(tmp_path / "a.nc").static_forces, record.static_forces)
 

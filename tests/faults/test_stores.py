@@ -372,7 +372,7 @@ def test_twenty_kills_of_workers_and_drivers_leave_the_same_bits(tmp_path):
 
 
 def test_compiling_happens_in_a_process_of_its_own(tmp_path, monkeypatch, capsys):
-    asked = stores.Store(tmp_path / "x.zarr", spec.read(written(tmp_path)))
+    asked = stores.Store(tmp_path / "x.zarr", spec.read_study(written(tmp_path)))
     calls = []
     monkeypatch.setattr("wheeltapper.ask.cells.is_ready", lambda study: False)
     monkeypatch.setattr(filling.subprocess, "run", lambda *a, **k: calls.append((a, k)) or ran)

@@ -46,7 +46,7 @@ def replaced(path, value):
 
 def complaint(study, store):
     try:
-        Store(store, spec.read(study))
+        Store(store, spec.read_study(study))
     except wt.InputError as error:
         return error
     return None
@@ -101,5 +101,5 @@ def test_what_does_not_fit_in_memory_is_refused_with_the_number(tmp_path):
     study = STUDY | {"gradient": False, "over": {"speed": {"from": 1, "to": 2, "count": 10**12}}}
     (tmp_path / "study.toml").write_text(tomli_w.dumps(study))
     with pytest.raises(wt.InputError, match=r"over.speed: found 1e\+12 values, 24 TB"):
-        Store(tmp_path / "map.zarr", spec.read(tmp_path / "study.toml"))
-    assert 1e8 < memory.available() < 1e15
+        Store(tmp_path / "map.zarr", spec.read_study(tmp_path / "study.toml"))
+    assert 1e8 < memory.available_bytes() < 1e15

@@ -7,7 +7,7 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.alarms import read_rules
-from wheeltapper.diagnosis.site.neighbours import Condition, Neighbour, felt
+from wheeltapper.diagnosis.site.neighbours import Condition, Neighbour, deck_motion
 from wheeltapper.diagnosis.site.synthetic import synthesise, synthesise_train
 from wheeltapper.diagnosis.train import diagnose_train, train_of
 from wheeltapper.ground.errors import InputError
@@ -130,8 +130,10 @@ def test_wrong_wishes_for_trains(axles, arguments, parts):
 def test_a_train_without_axles_and_neighbours_that_cannot_be_coupled():
     refused(lambda: diagnose_train([], site()), "recordings", "none")
     own = site().passage
-    refused(lambda: felt(own, [(2.5, own.replaced({"contact": wt.Linear(stiffness=1e9)}))]), "contact", "coupled")
+    refused(
+        lambda: deck_motion(own, [(2.5, own.replaced({"contact": wt.Linear(stiffness=1e9)}))]), "contact", "coupled"
+    )
     played = own.replaced({"vehicle.damper_play": 5e-5})
-    refused(lambda: felt(own, [(2.5, played)]), "vehicle.damper_play", "play of the damper", "coupled=False")
+    refused(lambda: deck_motion(own, [(2.5, played)]), "vehicle.damper_play", "play of the damper", "coupled=False")
     with pytest.raises(InputError):
         Neighbour(spacing=nan)

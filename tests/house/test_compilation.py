@@ -75,8 +75,8 @@ def test_an_edited_kernel_is_compiled_again(tmp_path):
         assert again[name] == pytest.approx(first[name], rel=1e-13)
     events = tmp_path / "wheeltapper" / "march" / "events.py"  # a callee of the kernel that is called, in another file
     text = events.read_text(encoding="utf-8")
-    assert text.count("follow(time + after, size, ") == 1
-    events.write_text(text.replace("follow(time + after, size, ", "follow(time + after, 2.0 * size, "))
+    assert text.count("follow_force(time + after, size, ") == 1
+    events.write_text(text.replace("follow_force(time + after, size, ", "follow_force(time + after, 2.0 * size, "))
     edited, said = answer(**place)
     assert "compiling" in said
     assert edited["times"] == pytest.approx(first["times"])

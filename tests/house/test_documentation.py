@@ -10,8 +10,8 @@ from typing import NamedTuple
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask.spec import meant, read
-from wheeltapper.describe.manual import listed
+from wheeltapper.ask.spec import described_study, read_study
+from wheeltapper.describe.manual import room_table
 
 from ..registering import undone
 
@@ -83,7 +83,7 @@ def test_the_scenarios_and_studies_of_the_page_load(page: Path, tmp_path: Path) 
         path = tmp_path / f"line_{block.line}.toml"
         path.write_text(block.code, encoding="utf-8")
         if "[over]" in block.code:
-            assert meant(read(path)).cells > 1
+            assert described_study(read_study(path)).cell_count > 1
         else:
             assert isinstance(wt.load(path), wt.Scenario)
 
@@ -147,13 +147,13 @@ def test_the_guide_lists_what_each_room_offers_to_be_made() -> None:
     rooms = {match for page in PAGES for match in LIST.findall(page.read_text(encoding="utf-8"))}
     assert rooms == {"contact", "creep", "features", "irregularities", "profiles", "tracks", "vehicles"}
     for room in rooms:
-        rows = listed(getattr(wt, room).__name__)
+        rows = room_table(getattr(wt, room).__name__)
         assert rows.count("   * - ``") >= 2
         assert rows.count("   * - ``") == rows.count("     - ")
-    assert "``Step(height, position, …)``\n     - A sudden change of the rail's height: " in listed(
+    assert "``Step(height, position, …)``\n     - A sudden change of the rail's height: " in room_table(
         wt.irregularities.__name__
     )
-    assert "``impulse(impact=1)``\n     - the impulse of the contact force" in listed(wt.features.__name__)
+    assert "``impulse(impact=1)``\n     - the impulse of the contact force" in room_table(wt.features.__name__)
 
 
 def test_every_decision_is_listed() -> None:

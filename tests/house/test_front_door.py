@@ -10,7 +10,7 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.describe.irregularity.base import Irregularity
-from wheeltapper.describe.registry import choices
+from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.describe.track.base import Track
 
 ROOT = Path(__file__).parents[2]
@@ -113,7 +113,7 @@ def test_a_room_offers_its_public_names_only(name: str) -> None:
 
 def test_every_irregularity_and_every_track_that_a_scenario_takes_is_in_its_room() -> None:
     for room, family in ((wt.irregularities, Irregularity), (wt.tracks, Track)):
-        for kind in choices(family):
+        for kind in makeable_nouns(family):
             assert getattr(room, kind.__name__) is kind
             assert kind.__name__ in dir(room)
 

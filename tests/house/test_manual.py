@@ -6,21 +6,21 @@ import pydoc
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.describe.manual import HEADING, described
-from wheeltapper.describe.noun import Noun, kinds
-from wheeltapper.describe.registry import choices
+from wheeltapper.describe.manual import HEADING, field_descriptions
+from wheeltapper.describe.noun import Noun, nouns_by_name
+from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.schema import json_schema
 from wheeltapper.describe.site import Site
 from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.vehicle.base import Vehicle
 
-KINDS = {name: kind for name, kind in kinds().items() if kind.__module__.startswith("wheeltapper.")}
+KINDS = {name: kind for name, kind in nouns_by_name().items() if kind.__module__.startswith("wheeltapper.")}
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
 def test_every_field_is_described_in_the_docstring(kind: type[Noun]) -> None:
-    words = described(kind)
+    words = field_descriptions(kind)
     assert [name for name in kind.model_fields if len(words.get(name, "")) < 2] == []
     assert set(words) == set(kind.model_fields)
     assert (kind.__doc__ or "").count(HEADING) == bool(kind.model_fields)
@@ -39,7 +39,7 @@ def test_signatures_read_as_one_would_write_them() -> None:
     page = pydoc.render_doc(wt.Wheelset, renderer=pydoc.plaintext)
     assert "mass: float | str, load: float | str = 0.0" in page
     assert "bush_stiffness: float | str | None = None" in page
-    vehicles, tracks = (" | ".join(kind.__name__ for kind in choices(family)) for family in (Vehicle, Track))
+    vehicles, tracks = (" | ".join(kind.__name__ for kind in makeable_nouns(family)) for family in (Vehicle, Track))
     assert {"Wagon", "Wheelset"} <= set(vehicles.split(" | "))
     assert f"vehicle: {vehicles}, track: {tracks} = StiffTrack()" in str(inspect.signature(Scenario))
     assert "rolling: Literal['circle', 'point'] = 'circle'" in str(inspect.signature(Scenario))

@@ -12,7 +12,7 @@ import pytest
 
 from wheeltapper.faces import progress as bars
 from wheeltapper.ground import progress
-from wheeltapper.ground.progress import report, say, watched
+from wheeltapper.ground.progress import progress_shown, report, say
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def terminal(capsys, monkeypatch):
 
 
 def work(seconds, **asked):
-    with watched(asked.get("progress", True)):
+    with progress_shown(asked.get("progress", True)):
         for part in range(4):
             report("marching", part, 4.0)
             time.sleep(seconds / 4)
@@ -59,16 +59,16 @@ def test_who_wants_no_bar_gets_none(terminal, capsys):
 
 
 def test_work_that_reports_nothing_shows_that_it_goes_on(terminal, capsys):
-    with watched(True):
+    with progress_shown(True):
         time.sleep(0.4)
     assert "working" in capsys.readouterr().err
 
 
 def test_counted_work_shows_its_count_and_lines_beside_the_bar_are_as_they_were_said(terminal, capsys):
-    with watched(True):
+    with progress_shown(True):
         for done in range(5):
             report("passes", done, 4)
-            with watched(True):
+            with progress_shown(True):
                 report("marching", 1.0, 2.0)  # inner work does not take the bar over
             time.sleep(0.1)
         say("compiling [x] its kernels")
@@ -112,7 +112,7 @@ SCRIPT = """
 import time
 from multiprocessing import get_context
 from wheeltapper.faces import progress as bars
-from wheeltapper.ground.progress import watched
+from wheeltapper.ground.progress import progress_shown
 from test_progress_bar import work
 
 bars.PATIENCE = 0.05
@@ -121,7 +121,7 @@ if __name__ == "__main__":
     process.start()
     process.join()
     assert process.exitcode == 0
-    with watched(True):
+    with progress_shown(True):
         time.sleep(0.6)
         print("below")
 """

@@ -16,7 +16,7 @@ from wheeltapper.faces.cli import main
 from wheeltapper.faces.paper.claims import PINNED, Claim, Kind, Verdict, analysis, judged, said
 from wheeltapper.faces.paper.figures import DRAW
 from wheeltapper.faces.paper.missed import WITHOUT_EVENTS
-from wheeltapper.faces.paper.run import CLAIMS, run
+from wheeltapper.faces.paper.run import CLAIMS, measure_claims
 from wheeltapper.faces.paper.single import DIGITS, RESTARTED
 
 LONG = {"C15"}
@@ -68,7 +68,7 @@ def test_bounds_are_said_in_words(measure, expected):
 
 def test_claims_are_said_one_by_one():
     lines = []
-    assert run(["C40", "C20"], say=lines.append) == 0
+    assert measure_claims(["C40", "C20"], say=lines.append) == 0
     assert lines[0].endswith("(fig4): the sign of the step decides the peak – not stated in the paper")
     assert lines[3].endswith("lies near 180 Hz – confirmed")
     assert [line.split()[0] for line in lines] == ["C20", "PASS", "PASS", "C40", *["PASS"] * 4, "2"]

@@ -72,7 +72,7 @@ def test_the_power_of_many_states_is_that_of_each(name):
         works = []
         for state, signs in ((step, 1.0), (after, (-1.0) ** np.arange(power.SHORT))):
             localise(pieces, numbers, int(state[contract.PIECE]), state[contract.SHIFT], state[contract.TIME], S)
-            power.power(numbers, None, state, S, out)
+            power.write_power(numbers, None, state, S, out)
             weights = power.SHORT_RULE * signs * step[contract.LENGTH] ** np.arange(1, power.SHORT + 1)
             terms = [out[first : first + power.SHORT] for first in (power.PATH_WORK, power.CONTACT_WORK, power.LOST)]
             works.append(terms @ weights)
@@ -115,7 +115,7 @@ def test_a_march_by_other_numbers_than_its_record_is_found_out(name):
         lowered = type(record._lowered)(**(vars(record._lowered) | {"program": program}))
         missing = balanced.missing_part(lowered, record._march)
         assert missing > balanced.LIMIT
-        status, notes = balanced.judged(contract.DONE, missing)
+        status, notes = balanced.judged_balance(contract.DONE, missing)
         assert status == balanced.UNBALANCED
         assert "work and energy differ" in notes[0]
 
@@ -163,5 +163,5 @@ def test_a_run_whose_energy_does_not_balance_is_not_completed(monkeypatch, tmp_p
 
 
 def test_what_is_lost_beyond_numbers_is_no_balance():
-    assert balanced.judged(contract.DONE, float("nan"))[0] == balanced.UNBALANCED
-    assert balanced.judged(contract.TOO_MANY_EVENTS, 1.0) == (contract.TOO_MANY_EVENTS, ())
+    assert balanced.judged_balance(contract.DONE, float("nan"))[0] == balanced.UNBALANCED
+    assert balanced.judged_balance(contract.TOO_MANY_EVENTS, 1.0) == (contract.TOO_MANY_EVENTS, ())

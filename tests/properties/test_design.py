@@ -17,7 +17,7 @@ from wheeltapper.diagnosis.inference.combinations import STATIC_LOAD, combinatio
 from wheeltapper.diagnosis.inference.information import information
 from wheeltapper.diagnosis.inference.passages import Passages
 from wheeltapper.diagnosis.site.design import design_site
-from wheeltapper.diagnosis.site.layout import Family, Feature, Layout, laid_out
+from wheeltapper.diagnosis.site.layout import Family, Layout, RailFeature, laid_out
 
 MASS, DAMPING, CONSTANT, SPRING = "vehicle.mass", "vehicle.damping", "contact.constant", "vehicle.stiffness"
 KNOWN = {"speed": 0.01, "vehicle.load": 0.05}
@@ -162,13 +162,13 @@ def test_passages_at_several_speeds_are_those_at_each():
     )
     times = np.arange(1500) / 1e4
     passages = Passages(scenario, np.array([6.0, 11.0]), paths)
-    for speed, one, force in zip((6.0, 11.0), passages.at(times), passages.largest_forces, strict=True):
+    for speed, one, force in zip((6.0, 11.0), passages.motions_at(times), passages.largest_forces, strict=True):
         alone = trajectory(scenario.replaced({"speed": speed}), paths, times)
         np.testing.assert_allclose(one.deck_acceleration, alone.deck_acceleration, rtol=0, atol=1e-9)
         scale = np.abs(alone.of_deck_acceleration).max(axis=1)[:, None]
         np.testing.assert_allclose(one.slopes / scale, alone.of_deck_acceleration / scale, rtol=0, atol=1e-8)
         assert force == pytest.approx(alone.largest_force, rel=1e-10)
-    assert 0.05 < passages.hardest < 0.6
+    assert 0.05 < passages.place_of_largest_force < 0.6
 
 
 def test_passages_together_tell_more_than_each():
@@ -249,17 +249,17 @@ FAMILY = Family(
 
 
 @settings(max_examples=200, deadline=None)
-@given(st.lists(st.floats(0.0, 1.0), min_size=FAMILY.size, max_size=FAMILY.size), st.booleans())
+@given(st.lists(st.floats(0.0, 1.0), min_size=FAMILY.coordinate_count, max_size=FAMILY.coordinate_count), st.booleans())
 def test_layouts_keep_their_bounds_and_have_coordinates(at, alike):
     family = Family(**{**vars(FAMILY), "alike": alike, "shapes": ("bump",)}) if alike else FAMILY
-    layout = family.layout(np.array(at[: family.size]))
+    layout = family.layout_at(np.array(at[: family.coordinate_count]))
     assert len(layout.features) == 3
     assert layout.total_length <= 2.0 + 1e-9
     for one, other in zip(layout.features[:-1], layout.features[1:], strict=True):
         assert other.start - one.start >= max(0.02, one.length) - 1e-12
         assert not alike or (one.height, one.length, one.shape) == (other.height, other.length, other.shape)
     assert all(1e-5 * 0.999 <= one.height <= 4e-3 * 1.001 for one in layout.features)
-    again = family.layout(family.coordinates(layout))
+    again = family.layout_at(family.coordinates_of(layout))
     assert again.fields == pytest.approx(layout.fields)
     for one, other in zip(layout.features, again.features, strict=True):
         assert other.shape == one.shape
@@ -267,7 +267,7 @@ def test_layouts_keep_their_bounds_and_have_coordinates(at, alike):
 
 
 def test_layouts_are_known_as_well_as_the_first_feature_of_the_site():
-    two = Layout((Feature("dip", 1e-4, 0.04, 0.05), Feature("step up", 2e-4, 0.0, 0.5)), {"track.mass": 8e3})
+    two = Layout((RailFeature("dip", 1e-4, 0.04, 0.05), RailFeature("step up", 2e-4, 0.0, 0.5)), {"track.mass": 8e3})
     made = laid_out(site(ALL), two, 0.5)
     assert made.passage.irregularities == (
         wt.CosineBump(height=-1e-4, length=0.04, start=0.05), wt.Step(height=2e-4, position=0.5),

@@ -8,7 +8,7 @@ from wheeltapper.ask.motion import motion_at
 from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
-from wheeltapper.diagnosis.site.neighbours import alone, felt
+from wheeltapper.diagnosis.site.neighbours import deck_motion, motion_under_one_wheelset
 from wheeltapper.diagnosis.train import healthy_ratio
 
 C = 1.405e11
@@ -137,10 +137,10 @@ def test_a_neighbour_is_felt_as_it_is_or_refused(name):
         name, duration=0.05, track=wt.FloatingDeck(mass=15e3, stiffness=1.5e7, damping=5e4, start=-0.05, length=2)
     )
     times = np.arange(0.0, 0.05, 1e-4)
-    both = answered(name, UNCOUPLED, lambda: felt(own, [(-2.56, own)]).at(times))
-    by_itself = alone(own).at(times)
+    both = answered(name, UNCOUPLED, lambda: deck_motion(own, [(-2.56, own)]).at(times))
+    by_itself = motion_under_one_wheelset(own).at(times)
     if both is None:
-        both = felt(own, [(-2.56, own)], coupled=False).at(times)
+        both = deck_motion(own, [(-2.56, own)], coupled=False).at(times)
     np.testing.assert_allclose(both, by_itself, rtol=0, atol=1e-4 * np.abs(by_itself).max())
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.describe.registry import registered
+from wheeltapper.describe.registry import registered_in
 
 BUMP = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
@@ -15,7 +15,7 @@ BUMP = wt.Scenario(
     duration=0.12,
 )
 FEATURES = [
-    *(make() for make in registered("wheeltapper.record.features").values()),
+    *(make() for make in registered_in("wheeltapper.record.features").values()),
     wt.features.largest_force(over_static=True),
     wt.features.impact_interval(2, 3, between="peaks").renamed("of_peaks"),
     wt.features.force_ratio(1, 30).renamed("too_late"),

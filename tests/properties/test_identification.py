@@ -9,9 +9,9 @@ import wheeltapper as wt
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.force.reconstruction import noise_of
-from wheeltapper.diagnosis.inference.fitting import covariance_of, departure, fitted, solve
-from wheeltapper.diagnosis.inference.identify import beliefs, identify, onset
-from wheeltapper.diagnosis.inference.problem import Problem
+from wheeltapper.diagnosis.inference.fitting import covariance_of, departure_sample, fit_over_windows, fit_window
+from wheeltapper.diagnosis.inference.identify import identify, onset, priors_of
+from wheeltapper.diagnosis.inference.problem import FitProblem
 from wheeltapper.diagnosis.site.synthetic import synthesise
 
 UNKNOWN = ("vehicle.mass", "vehicle.damping")
@@ -45,7 +45,7 @@ def site(level="calibrated", **changes):
 def bound(recording, where):
     """Return the least standard deviations of ln m and ln c, with the priors, at the truth."""
     truth = recording.truth["scenario"]
-    problem = Problem(recording, where.sensor, SIGMA, truth, beliefs(where, UNKNOWN))
+    problem = FitProblem(recording, where.sensor, SIGMA, truth, priors_of(where, UNKNOWN))
     jacobian = problem.jacobian(np.zeros(len(problem.paths)), len(recording.samples), SIGMA)
     return np.sqrt(np.diag(covariance_of(jacobian)))[:2]
 
@@ -129,22 +129,22 @@ def test_a_fit_that_says_it_has_converged_stands_in_the_minimum(seed):
     where = site("all")
     (recording,) = synthesise(where, seed=seed)
     spread = noise_of(recording, where.sensor)
-    problem = Problem(recording, where.sensor, spread, where.passage, beliefs(where, UNKNOWN))
-    fit = solve(problem, onset(recording, spread))
+    problem = FitProblem(recording, where.sensor, spread, where.passage, priors_of(where, UNKNOWN))
+    fit = fit_over_windows(problem, onset(recording, spread))
     assert fit.converged
-    again = Problem(recording, where.sensor, spread, fit.scenario, beliefs(where, UNKNOWN))
+    again = FitProblem(recording, where.sensor, spread, fit.scenario, priors_of(where, UNKNOWN))
     at = np.zeros(len(again.paths))
     for _ in range(3):
-        at, _ = fitted(again, at, len(recording.samples), spread, steps=30)
+        at, _ = fit_window(again, at, len(recording.samples), spread, steps=30)
     assert np.all(np.abs(at) < 0.1 * np.sqrt(np.diag(fit.covariance)))
 
 
 def test_a_model_departs_where_a_difference_is_more_than_noise():
     off = np.random.default_rng(1).normal(0.0, 0.1, 4000)
-    assert departure(off, 0.1, 20, 500) == 4000
+    assert departure_sample(off, 0.1, 20, 500) == 4000
     off[2500:] += 1.0
-    assert departure(off, 0.1, 20, 500) == 2500
-    assert departure(off, 0.1, 20, 3000) == 3000
+    assert departure_sample(off, 0.1, 20, 500) == 2500
+    assert departure_sample(off, 0.1, 20, 3000) == 3000
     off[1000] += 3.0  # one sample alone, of thirty deviations: over a millisecond that is much, too
-    assert departure(off, 0.1, 20, 500) == 1000
-    assert departure(np.zeros(5), 0.1, 20, 0) == 5
+    assert departure_sample(off, 0.1, 20, 500) == 1000
+    assert departure_sample(np.zeros(5), 0.1, 20, 0) == 5

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.lower.many import Many
+from wheeltapper.lower.many import LoweredCells
 from wheeltapper.march import program as contract
 from wheeltapper.march.apart import start_lanes
 from wheeltapper.march.ensemble import march_in_lanes, march_one_by_one
@@ -49,7 +49,7 @@ def cells(scene, count=37, seed=1, **last):
         "vehicle.damping": draw.uniform(1e4, 1.2e5, count),
         "speed": draw.uniform(3, 20, count),
     }
-    made = Many(scene, changed).cells
+    made = LoweredCells(scene, changed).cells
     for column, value in last.items():
         made.numbers[:, getattr(contract, column)] = value
     return made

@@ -48,7 +48,7 @@ def test_a_profile_of_a_million_points_is_marched_whole(rolling):
     assert len(lowered.program.pieces) >= 990_000
     if rolling == "point":
         knots = np.arange(5, 980_000, 997)
-        heights = lowered.table.height(1e-3 * knots)
+        heights = lowered.table.height_at(1e-3 * knots)
         np.testing.assert_allclose(heights, np.array(scenario.irregularities[0].heights)[knots], rtol=0, atol=1e-15)
     result = march(lowered.program)
     assert result.status == DONE

@@ -5,7 +5,7 @@ import pickle
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ground.notes import Note, Shared, shared
+from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.record.simulate import ModelWarning, warn_of
 
 HOLLOW = wt.CosineBump(height="-0.4 mm", length="20 mm", start="30 mm")
@@ -30,9 +30,9 @@ def test_a_note_warns_by_what_it_is_and_not_by_its_words():
 
 def test_other_words_and_another_process_leave_a_note_what_it_is():
     note = Note("too deep", "depth", 3.0, doubtful=True)
-    for other in (note.reworded("much too deep"), pickle.loads(pickle.dumps(note)), Shared(note, 4).told(9)):
+    for other in (note.reworded("much too deep"), pickle.loads(pickle.dumps(note)), Shared(note, 4).sentence_of(9)):
         assert (other.cause, other.severity, other.doubtful) == ("depth", 3.0, True)
-    assert shared([Shared(Note("deep", "depth", 1.0), 2), Shared(note, 4)]) == (Shared(note, 6),)
+    assert shared_notes([Shared(Note("deep", "depth", 1.0), 2), Shared(note, 4)]) == (Shared(note, 6),)
 
 
 @pytest.mark.parametrize(

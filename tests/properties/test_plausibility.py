@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.describe.noun import kinds
+from wheeltapper.describe.noun import nouns_by_name
 from wheeltapper.ground.quantities import UNITS, si_unit
-from wheeltapper.lower.plausible import USUAL, implausible
+from wheeltapper.lower.plausible import USUAL, implausible_notes
 from wheeltapper.record.simulate import ModelWarning
 
 ROOT = Path(__file__).parents[2]
@@ -51,7 +51,7 @@ def wheelset(**changes):
     ],
 )
 def test_an_implausible_number_is_doubted_in_one_note(changes, parts):
-    notes = implausible(scene(**changes))
+    notes = implausible_notes(scene(**changes))
     assert len(notes) == 1
     assert "\n" not in notes[0]
     for part in (*parts, "is implausible: usual are"):
@@ -63,7 +63,7 @@ def test_the_parts_of_a_wagon_are_doubted_by_name():
     light = wagon.bodies[0].model_copy(update={"mass": 32.0 / 32.0})
     spring = wagon.elements[0].model_copy(update={"stiffness": (0.0, 0.0, 1e20)})
     wagon = wagon.model_copy(update={"bodies": (light, *wagon.bodies[1:])}).with_element(spring)
-    notes = implausible(wt.Scenario(vehicle=wagon, irregularity={"left": [BUMP]}, speed=20, duration=1))
+    notes = implausible_notes(wt.Scenario(vehicle=wagon, irregularity={"left": [BUMP]}, speed=20, duration=1))
     assert [note.partition(" = ")[0] for note in notes] == [
         "vehicle.bodies.car body.mass",
         f"vehicle.elements.{spring.name}.stiffness",
@@ -92,7 +92,7 @@ def wave(size, **given):
     ],
 )
 def test_heights_given_one_by_one_are_doubted_by_their_span(irregularity, noun):
-    (note,) = implausible(scene(irregularity=irregularity))
+    (note,) = implausible_notes(scene(irregularity=irregularity))
     assert note.startswith(f"the span of {noun}'s heights = 0.")
     assert 'm is implausible: usual are 0.01 to 10 mm; did you mean "0.' in note
     assert note.endswith(' mm"?')
@@ -109,7 +109,7 @@ def test_heights_given_one_by_one_are_doubted_by_their_span(irregularity, noun):
     ],
 )
 def test_rough_rails_and_wheels_are_not_doubted(irregularity):
-    assert implausible(scene(irregularity=irregularity)) == ()
+    assert implausible_notes(scene(irregularity=irregularity)) == ()
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_a_stop_is_doubted_in_one_note(corners, told):
     given = {"deflection": (0.0, 0.025, 0.03), "force": (0.0, 0.0, 25e3)} | corners
     stop = wt.vehicles.Stop(name="stop", between=("car body", "ground"), at=(0, 0, 1), along="z", **given)
     wagon = wt.Wagon.erri_b176().with_element(stop)
-    notes = implausible(wt.Scenario(vehicle=wagon, speed=20, duration=1))
+    notes = implausible_notes(wt.Scenario(vehicle=wagon, speed=20, duration=1))
     assert len(notes) == (told is not None)
     assert told is None or notes[0].startswith("vehicle.elements.stop" + told)
 
@@ -154,12 +154,12 @@ def test_examples_and_the_coach_are_plausible():
         wt.Scenario(vehicle=wt.Wagon.erri_b176(series_springs=series), speed=55, duration=60)
         for series in (True, False)
     ]
-    assert [note for scenario in scenarios for note in implausible(scenario)] == []
+    assert [note for scenario in scenarios for note in implausible_notes(scenario)] == []
 
 
 def test_the_table_names_fields_that_exist_and_usual_numbers_are_plausible():
     for kind, fields in USUAL.items():
-        assert set(fields) <= set(kinds()[kind].model_fields)
+        assert set(fields) <= set(nouns_by_name()[kind].model_fields)
         for usual in fields.values():
             assert usual.unit in UNITS[usual.dimension]
             assert si_unit(usual.dimension)

@@ -39,12 +39,12 @@ def test_what_a_listener_raises_ends_the_work_and_the_context():
 
 def test_a_verb_that_counts_is_heard_only_with_what_it_counts():
     told = []
-    with progress.watched(lambda *one: told.append(one), "passes"):
+    with progress.progress_shown(lambda *one: told.append(one), "passes"):
         progress.report("fitting", 0, 0)
         progress.report("passes", 1, 3)
-        with progress.watched(True, "passes"):  # a verb that works for it
+        with progress.progress_shown(True, "passes"):  # a verb that works for it
             progress.report("passes", 5, 9)
-        with progress.watched(False):
+        with progress.progress_shown(False):
             progress.report("passes", 6, 9)
     assert told == [("passes", 1, 3)]
 
@@ -53,10 +53,10 @@ def test_parts_of_a_count_are_counted_in_the_whole():
     told = []
     with progress.reporting(lambda *one: told.append(one)):
         for begin in (0, 4):
-            with progress.part(begin, 8):
-                add = progress.counting("cells", 4)
+            with progress.counted_from(begin, 8):
+                add = progress.progress_counter("cells", 4)
                 add(1)
                 add(3)
     assert told == [("cells", done, 8) for done in (1, 4, 5, 8)]
-    with progress.part(0, 8):
-        progress.counting("cells", 4)(1)  # nobody listens
+    with progress.counted_from(0, 8):
+        progress.progress_counter("cells", 4)(1)  # nobody listens

@@ -10,9 +10,9 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
-from wheeltapper.diagnosis.alarms import VERIFY, Rule, alarms_of, compared, read_rules, wheel_forces
+from wheeltapper.diagnosis.alarms import VERIFY, Rule, alarms_of, compared_value, read_rules, wheel_forces
 from wheeltapper.diagnosis.diagnose import diagnose
-from wheeltapper.diagnosis.site.neighbours import Condition, Neighbour, alone, felt
+from wheeltapper.diagnosis.site.neighbours import Condition, Neighbour, deck_motion, motion_under_one_wheelset
 from wheeltapper.diagnosis.site.synthetic import COACH, synthesise, synthesise_train
 from wheeltapper.diagnosis.train import diagnose_train, train_of
 
@@ -46,19 +46,19 @@ def rms(values):
 def test_superposition_adds_the_neighbours_passage_shifted_by_spacing_over_speed(spacing):
     own = site().passage
     other = own.replaced({"vehicle.mass": 1600.0})
-    both = felt(own, [(spacing, other)], coupled=False).at(TIMES)
+    both = deck_motion(own, [(spacing, other)], coupled=False).at(TIMES)
     longer = other.replaced({"duration": 0.2111 + max(spacing, 0.0) / 9.0})
     shifted = TIMES + spacing / 9.0
     alone_there = wt.simulate(longer).at(np.maximum(shifted, 0.0)).deck_acceleration.values
     added = np.where(shifted >= 0.0, alone_there, 0.0)
-    np.testing.assert_allclose(both - alone(own).at(TIMES), added, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(both - motion_under_one_wheelset(own).at(TIMES), added, rtol=0, atol=1e-8)
     assert rms(added) > 0.1
 
 
 @pytest.mark.parametrize("bush", [None, 1e7])
 def test_a_neighbour_that_is_not_on_the_deck_changes_nothing(bush):
     own = site(SHORT).passage.replaced({"vehicle.bush_stiffness": bush})
-    both, by_itself = felt(own, [(-2.56, own)]).at(TIMES), alone(own).at(TIMES)
+    both, by_itself = deck_motion(own, [(-2.56, own)]).at(TIMES), motion_under_one_wheelset(own).at(TIMES)
     np.testing.assert_allclose(both, by_itself, rtol=0, atol=1e-4 * rms(by_itself))
 
 
@@ -68,7 +68,7 @@ def test_superposition_is_the_limit_of_a_heavy_deck_and_far_off_on_the_reference
         deck = wt.FloatingDeck(mass=15e3 * heavier, stiffness=1.5e7 * heavier, damping=5e4 * heavier)
         own = site(deck).passage
         near = TIMES[:500]
-        coupled, added = (felt(own, [(2.5, own)], kind).at(near) for kind in (True, False))
+        coupled, added = (deck_motion(own, [(2.5, own)], kind).at(near) for kind in (True, False))
         off[heavier] = rms(coupled - added) / rms(added)
     assert off[100.0] < 0.012
     assert off[10.0] < 0.05
@@ -90,9 +90,13 @@ def test_a_flat_neighbour_has_struck_before_the_wheelset_of_interest_comes():
     own = site().passage
     flat = wt.WheelFlat(length=0.03, position=1.0)
     other = own.replaced({"irregularity": (*own.irregularity, flat)})
-    assert rms(felt(own, [(-0.5, other)]).at(TIMES[:200]) - felt(own, [(-0.5, own)]).at(TIMES[:200])) < 1e-6
+    assert (
+        rms(deck_motion(own, [(-0.5, other)]).at(TIMES[:200]) - deck_motion(own, [(-0.5, own)]).at(TIMES[:200])) < 1e-6
+    )
     struck = other.replaced({"irregularity.1.position": 2.6})  # one turn, 2.89 m, before that it is at -0.29 m
-    assert rms(felt(own, [(-0.5, struck)]).at(TIMES[:600]) - felt(own, [(-0.5, own)]).at(TIMES[:600])) > 0.1
+    assert (
+        rms(deck_motion(own, [(-0.5, struck)]).at(TIMES[:600]) - deck_motion(own, [(-0.5, own)]).at(TIMES[:600])) > 0.1
+    )
 
 
 # -- drawn recordings -------------------------------------------------------------------------------------------------
@@ -276,7 +280,7 @@ def rule(quantity, limit, **more):
     ],
 )
 def test_what_is_compared(given, of, value):
-    assert compared(given, of, site()) == pytest.approx(value, nan_ok=True)
+    assert compared_value(given, of, site()) == pytest.approx(value, nan_ok=True)
 
 
 @pytest.mark.parametrize(("when", "at_the_limit"), [("reached", True), ("exceeded", False)])

@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 
 import wheeltapper as wt
-from wheeltapper.ask.passes import Line, Scatter
+from wheeltapper.ask.passes import RailLine, Scatter
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.plastic import dissipated_by, left_after, loading_force
 from wheeltapper.march import program as contract
@@ -143,8 +143,8 @@ def test_the_parts_of_the_rail_and_the_notes_say_what_happened():
 
 
 def over(line, surface, number=0):
-    speed, load, start = line._drawn(number)
-    program, length, time = line._program(surface, speed, load, start)
+    speed, load, start = line._drawn_pass(number)
+    program, length, time = line._pass_program(surface, speed, load, start)
     march = single.march(program)
     return program._replace(pieces=march.pieces), march, length, time
 
@@ -157,14 +157,14 @@ def looked_at(program, march, times):
 
 @pytest.mark.parametrize("law", ["Thornton", "Stronge", "JacksonGreen", "KogutEtsion"])
 def test_a_hardened_rail_yields_where_it_has_borne_and_the_force_is_continuous_there(law):
-    line = Line(scene(speed=9.0, law=law), Scatter(), 4, "strict")
-    surface, first = line.passed(line.virgin, 0)
+    line = RailLine(scene(speed=9.0, law=law), Scatter(), 4, "strict")
+    surface, first = line.after_pass(line.virgin, 0)
     program, march, length, _ = over(line, surface)
     yields = march.events[march.events[:, contract.EVENT_KIND] == contract.YIELD, contract.EVENT_TIME]
     assert len(yields) > 5
     before, after = looked_at(program, march, yields - 1e-9), looked_at(program, march, yields + 1e-9)
     x = program.numbers[contract.PACE] * yields
-    bore = surface.at(surface.spline(surface.borne, surface.onset), x) / length
+    bore = surface.spline_at(surface.mean_spline(surface.borne, surface.onset), x) / length
     depth = before[:, OUT_DELTA] + before[:, OUT_RESIDUAL]
     np.testing.assert_allclose(depth, bore, rtol=1e-6)
     hardened = bore > 1.001 * line.onset / length
@@ -172,7 +172,7 @@ def test_a_hardened_rail_yields_where_it_has_borne_and_the_force_is_continuous_t
     near = 1e-3 if law == "KogutEtsion" else 2e-4  # its force bends sharply just above yield
     np.testing.assert_allclose(after[hardened, OUT_FORCE], before[hardened, OUT_FORCE], rtol=near)
     np.testing.assert_allclose(before[hardened, OUT_FORCE], loading_force(program.law, bore[hardened]), rtol=near)
-    _, second = line.passed(surface, 1)
+    _, second = line.after_pass(surface, 1)
     assert abs(second.plastic_work) < 0.5 * abs(first.plastic_work)
     assert first.plastic_work > 0.0 or law == "Stronge"
 

@@ -64,7 +64,9 @@ def test_the_seventeen_vertical_modes_on_the_rails():
     stiffness = structure.stiffness.copy()
     for number in range(1, 5):
         for side in (1, -1):
-            row = structure.row(f"wheelset {number}", "z") + side * arm * structure.row(f"wheelset {number}", "roll")
+            row = structure.motion_row(f"wheelset {number}", "z") + side * arm * structure.motion_row(
+                f"wheelset {number}", "roll"
+            )
             stiffness += contact * np.outer(row, row)
     np.testing.assert_allclose(frequencies(structure.mass, stiffness), expected, rtol=1e-8)
 

@@ -15,7 +15,9 @@ def test_with_five_micrometres_it_is_the_elastic_programs_geometry():
     elastic = {0.5: 0.397, 1.0: 0.604, 2.0: 0.797, 3.0: 0.989, 4.0: 1.230}  # CONTACT, case, 10 kN
     for shift, expected in elastic.items():
         assert 1e3 * radius_difference(SMOOTH, 1e-3 * shift) == pytest.approx(expected, rel=0.01)
-    without_roll = [1e3 * (SMOOTH.at("radius", y) - SMOOTH.at("radius", -y)) for y in (5e-4, 1e-3, 2e-3, 3e-3)]
+    without_roll = [
+        1e3 * (SMOOTH.table_at("radius", y) - SMOOTH.table_at("radius", -y)) for y in (5e-4, 1e-3, 2e-3, 3e-3)
+    ]
     np.testing.assert_allclose(without_roll, [0.392, 0.601, 0.790, 0.975], atol=1.5e-3)
 
 
@@ -35,7 +37,7 @@ def test_with_little_smoothing_it_is_the_rigid_geometry():
 def test_the_tables_belong_together():
     # The envelope theorem: the wheel rises with the mean slope of its profile where it touches.
     shift, lift, radius = SMOOTH.shift, SMOOTH.lift, SMOOTH.radius
-    assert SMOOTH.at("lift", 0.0) == pytest.approx(0.0, abs=1e-15)
+    assert SMOOTH.table_at("lift", 0.0) == pytest.approx(0.0, abs=1e-15)
     step = 1e-6
     for u in (-3e-3, -1e-3, 1e-3, 3e-3):
         near = contact_geometry(s1002, rail_60e1, shifts=np.array([u - step, u, u + step]))

@@ -71,7 +71,7 @@ def test_its_path_is_the_maximum_over_all_contacts(scan):
         best = u[np.argmax(course.value(x + u) - u**2 / (0.49 + np.sqrt(0.49**2 - u**2)))]
         fine = best + np.linspace(-4e-7, 4e-7, 201)
         height = (course.value(x + fine) - fine**2 / (0.49 + np.sqrt(0.49**2 - fine**2))).max()
-        assert table.height(np.array([x]))[0] == pytest.approx(height, abs=1e-14)
+        assert table.height_at(np.array([x]))[0] == pytest.approx(height, abs=1e-14)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import wheeltapper as wt
 from tests.cases import rows
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march.assembly import TO_RATE
-from wheeltapper.march.multibody import probe
+from wheeltapper.march.multibody import start_rates
 from wheeltapper.march.wheel_rows import FX, FY, NORMAL, ROLLING, ROW_G, SLIP_TURN, SLIP_X, SLIP_Y
 
 SPEED, FORCE = 10.0, 10e3
@@ -33,7 +33,7 @@ def rolling():
     def contacts(y, yaw, z, roll, spin):
         state = np.zeros((1, len(assembly.start)))
         state[0, [Y, Z, ROLL, YAW, PITCH_RATE]] = y, z, roll, yaw, spin
-        return probe(assembly, state)[1][0]
+        return start_rates(assembly, state)[1][0]
 
     def at(y, yaw, roll):
         def missing(x):

@@ -152,8 +152,8 @@ def test_a_loosely_held_wheelset_sways_as_its_conicity_says():
 
     geometry = geometry_of(wt.profiles.WheelRail(), 0.46, 0.3)
     step = 1e-4
-    slope = (geometry.at("radius", step) - geometry.at("radius", -step)) / (2 * step)
-    arm = geometry.at("place", 0.0)
+    slope = (geometry.table_at("radius", step) - geometry.table_at("radius", -step)) / (2 * step)
+    arm = geometry.table_at("place", 0.0)
     # the wheelset also rolls: u = y + R·roll, roll = 2·h'·y/(2·arm)
     assert slope == pytest.approx(0.239, rel=0.02)
     klingel = 2 * np.pi * np.sqrt(0.46 * arm / slope)
@@ -187,9 +187,9 @@ def test_the_reduced_model_is_a_good_one(wheelset):
     assert core.vehicle.mass == 1500.0
     assert core.vehicle.damping == pytest.approx(8e3)
     assert core.irregularity[0].position == pytest.approx(0.05)
-    from wheeltapper.ask.reduced import compare
+    from wheeltapper.ask.reduced import compare_responses
 
-    found = compare(wt.simulate(coach), wt.simulate(core), wheelset)
+    found = compare_responses(wt.simulate(coach), wt.simulate(core), wheelset)
     assert found.sizes["peak"] >= 7
     np.testing.assert_allclose(found.peak_ratio, 1.0, atol=5e-3)
     np.testing.assert_allclose(found.interval_ratio.values[:-1], 1.0, atol=5e-3)

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.study import field_at, study, unit_of
+from wheeltapper.ask.study import field_at, study_of, unit_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count
-from wheeltapper.ground.errors import InputError, shown
-from wheeltapper.ground.progress import Progress, watched
+from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.progress import Progress, progress_shown
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.blocks import cores
+from wheeltapper.march.blocks import core_count
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.features import first_loss
 from wheeltapper.record.simulate import say_that_it_compiles
@@ -71,18 +71,18 @@ def border(
     """
     scenario = as_scenario(scenario)
     if not isinstance(over, Mapping) or len(over) != 2:
-        found = f"{len(over)} fields" if isinstance(over, Mapping) else shown(over)
+        found = f"{len(over)} fields" if isinstance(over, Mapping) else value_text(over)
         raise InputError("", "over", found, "two fields, each with lowest and highest value")
     losses, resolution = as_count(losses, "losses"), as_count(resolution, "resolution", 2)
-    held = cores() if threads is None else as_count(threads, "threads")
-    ends = study(scenario, over, [first_loss()], zipped=True, method=method, question=run.BORDER).axes
+    held = core_count() if threads is None else as_count(threads, "threads")
+    ends = study_of(scenario, over, [first_loss()], zipped=True, method=method, question=run.BORDER).axes
     for axis in ends:
         if len(axis.values) != 2 or not axis.values[0] < axis.values[1]:
             raise InputError("", axis.path, f"{len(axis.values)} values", "lowest and highest value")
     plane = _Plane(scenario, (ends[0].path, ends[1].path), losses, method, held)
     x, y = (np.linspace(axis.values[0], axis.values[1], resolution + 1) for axis in ends)
-    with watched(progress):
-        return plane.dataset(plane.curves(x, y))
+    with progress_shown(progress):
+        return plane.curves_dataset(plane.border_curves(x, y))
 
 
 class _Plane:
@@ -96,16 +96,16 @@ class _Plane:
 
     def margin(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the margin in m at each pair of values."""
-        from wheeltapper.lower.many import Many
+        from wheeltapper.lower.many import LoweredCells
 
-        many = Many(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
+        many = LoweredCells(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
         many.cells.numbers[:, contract.LAST_IMPACT] = self.losses
         if not run.margins_are_ready(many.cells):
             say_that_it_compiles()
         found = run.margins(many.cells, self.losses, self.threads)
         return np.asarray((found * many.units.length).reshape(x.shape))
 
-    def curves(self, x: FloatArray, y: FloatArray) -> list[FloatArray]:
+    def border_curves(self, x: FloatArray, y: FloatArray) -> list[FloatArray]:
         """Return the curves as arrays (points, 2): those of the grid, each point moved to the root on its line."""
         import contourpy
 
@@ -115,10 +115,10 @@ class _Plane:
         rough: Any = generator.lines(0.0)
         if not rough:
             return []
-        exact = self._moved(np.vstack(rough), x, y)
+        exact = self._roots_on_lines(np.vstack(rough), x, y)
         return np.split(exact, np.cumsum([len(line) for line in rough])[:-1])
 
-    def _moved(self, points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    def _roots_on_lines(self, points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the root on the segment of a grid line on which each point lies."""
         from scipy.optimize import elementwise
 
@@ -133,17 +133,17 @@ class _Plane:
             nearest = np.abs(points[chosen, other][:, None] - grid).argmin(axis=1)
             low[chosen, other] = high[chosen, other] = grid[nearest]
 
-        def at(t: FloatArray, x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: FloatArray) -> FloatArray:
+        def points_at(t: FloatArray, x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: FloatArray) -> FloatArray:
             return self.margin(x0 + t * (x1 - x0), y0 + t * (y1 - y0))
 
         segments = (low[:, 0], low[:, 1], high[:, 0], high[:, 1])
         found = elementwise.find_root(
-            at, (np.zeros(len(points)), np.ones(len(points))), args=segments,
+            points_at, (np.zeros(len(points)), np.ones(len(points))), args=segments,
             tolerances={"xatol": 1e-9, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0},
         )  # fmt: skip
         return np.asarray(low + np.asarray(found.x)[:, None] * (high - low))
 
-    def dataset(self, curves: list[FloatArray]) -> xr.Dataset:
+    def curves_dataset(self, curves: list[FloatArray]) -> xr.Dataset:
         """Return curves as a dataset."""
         import xarray as xr
 

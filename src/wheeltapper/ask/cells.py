@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.notes import Note, Shared, shared
-from wheeltapper.ground.progress import counting, part, report
+from wheeltapper.ground.notes import Note, Shared, shared_notes
+from wheeltapper.ground.progress import counted_from, progress_counter, report
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.record.simulate import say_that_it_compiles, warn
+from wheeltapper.record.simulate import say_that_it_compiles, warn_caller
 
 if TYPE_CHECKING:
-    from wheeltapper.lower.many import Many
+    from wheeltapper.lower.many import LoweredCells
     from wheeltapper.march.ensemble import Marched
 
 FloatArray = NDArray[np.float64]
@@ -44,7 +44,7 @@ TRUST = ("exact", "grazing", "near_chaotic")
 
 
 @dataclass(frozen=True)
-class Computed:
+class ComputedCells:
     """Results of some cells.
 
     Attributes
@@ -73,7 +73,7 @@ class Computed:
     notes: tuple[Shared, ...]
     refusals: tuple[InputError, ...] = ()
 
-    def check(self) -> None:
+    def check_refusals(self) -> None:
         """Raise an error if no cell could be computed; warn if some could not."""
         if not self.refusals:
             return
@@ -81,72 +81,82 @@ class Computed:
         if refused == len(self.status):
             raise self.refusals[0]
         what = f"{refused} of {len(self.status)} cells cannot be computed; the first: {self.refusals[0]}"
-        warn(what)
+        warn_caller(what)
 
     @staticmethod
-    def joined(parts: list[Computed]) -> Computed:
+    def joined_parts(parts: list[ComputedCells]) -> ComputedCells:
         """Return several parts as one, in order."""
-        notes = shared(note for part in parts for note in part.notes)
+        notes = shared_notes(note for part in parts for note in part.notes)
 
-        def whole(name: str) -> FloatArray:
+        def joined_field(name: str) -> FloatArray:
             return np.concatenate([getattr(part, name) for part in parts], axis=-1)
 
-        status, trust = whole("status").astype(np.int64), whole("trust").astype(np.int64)
+        status, trust = joined_field("status").astype(np.int64), joined_field("trust").astype(np.int64)
         refusals = tuple(error for part in parts for error in part.refusals)[:MOST_REFUSALS]
-        return Computed(whole("values"), status, whole("gradient"), trust, whole("amplification"), notes, refusals)
+        return ComputedCells(
+            joined_field("values"),
+            status,
+            joined_field("gradient"),
+            trust,
+            joined_field("amplification"),
+            notes,
+            refusals,
+        )
 
     @staticmethod
-    def refused(asked: Study, *why: InputError) -> Computed:
+    def refused_cell(asked: Study, *why: InputError) -> ComputedCells:
         """Return one cell that cannot be computed."""
         features, parameters = len(asked.features), len(asked.gradient)
-        return Computed(
+        return ComputedCells(
             np.full((features, 1), np.nan), np.array([REFUSED]), np.full((features, parameters, 1), np.nan),
             np.array([EXACT]), np.full(1, np.nan),
             tuple(Shared(Note(f"cannot be computed: {error}", "refused"), 1) for error in why), why,
         )  # fmt: skip
 
 
-def compute(asked: Study, changed: dict[str, FloatArray], threads: int) -> Computed:
+def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) -> ComputedCells:
     """Compute some cells of a study: those in which the varied fields have the given values."""
-    from wheeltapper.lower.many import Many
+    from wheeltapper.lower.many import LoweredCells
 
     cells = len(next(iter(changed.values())))
 
-    def some(*bounds: int) -> list[Computed]:
+    def compute_range(*bounds: int) -> list[ComputedCells]:
         parts = []
         for a, b in pairwise(bounds):
-            with part(a, cells):
-                parts.append(compute(asked, {path: values[a:b] for path, values in changed.items()}, threads))
+            with counted_from(a, cells):
+                parts.append(compute_cells(asked, {path: values[a:b] for path, values in changed.items()}, threads))
         return parts
 
     if cells > SLAB:
-        return Computed.joined(some(*range(0, cells, SLAB), cells))
+        return ComputedCells.joined_parts(compute_range(*range(0, cells, SLAB), cells))
     try:
-        many = Many(asked.scenario, changed, asked.method)
+        many = LoweredCells(asked.scenario, changed, asked.method)
         _set_end(asked, many.cells.numbers)
-        found = _sloped(asked, many, threads) if asked.gradient else _marched(asked, many, threads)
+        found = _computed_gradients(asked, many, threads) if asked.gradient else _computed_values(asked, many, threads)
         if asked.check:
             _check_energy(many, found.status)
         return found
     except InputError as error:
         if cells == 1:
-            return Computed.refused(asked, error)
-    return Computed.joined(some(0, cells // 2, cells))  # halving ends with single cells that are refused
+            return ComputedCells.refused_cell(asked, error)
+    return ComputedCells.joined_parts(
+        compute_range(0, cells // 2, cells)
+    )  # halving ends with single cells that are refused
 
 
 def is_ready(asked: Study) -> bool:
     """Return False if computing this study begins with compiling."""
     from wheeltapper.ask import sensitivity
-    from wheeltapper.lower.many import Many
+    from wheeltapper.lower.many import LoweredCells
 
-    first = asked.changed(tuple(slice(0, 1) for _ in asked.shape))
+    first = asked.changed_values(tuple(slice(0, 1) for _ in asked.shape))
     try:
-        many = Many(asked.scenario, first, asked.method)
+        many = LoweredCells(asked.scenario, first, asked.method)
     except InputError:
         return True  # not known yet; the first chunk will compile
     if asked.gradient:
-        return sensitivity.is_ready(many, asked.gradient, asked.tally)
-    return run.cells_are_ready(many.cells, asked.tally)
+        return sensitivity.is_ready(many, asked.gradient, asked.needs_tally)
+    return run.cells_are_ready(many.cells, asked.needs_tally)
 
 
 def _set_end(asked: Study, numbers: FloatArray) -> None:
@@ -163,28 +173,28 @@ def _set_end(asked: Study, numbers: FloatArray) -> None:
         numbers[:, contract.LAST_LOSS] = loss
 
 
-def _marched(asked: Study, many: Many, threads: int) -> Computed:
+def _computed_values(asked: Study, many: LoweredCells, threads: int) -> ComputedCells:
     from wheeltapper.record.trains import Trains
 
-    if not run.cells_are_ready(many.cells, asked.tally):
+    if not run.cells_are_ready(many.cells, asked.needs_tally):
         say_that_it_compiles()
     total = len(many.cells.first)
     values, status = np.empty((len(asked.features), total)), np.empty(total, dtype=np.int64)
 
-    def read(block: slice, marched: Marched) -> None:
+    def read_block(block: slice, marched: Marched) -> None:
         trains = Trains(marched, many.units.part(block))
         for row, feature in zip(values, asked.features, strict=True):
             row[block] = feature(trains)
         status[block] = _OF_MARCH[marched.status]
         count(block.stop - block.start)
 
-    count = counting("cells", total)
-    run.march_cells(many.cells, threads, read, asked.tally)
+    count = progress_counter("cells", total)
+    run.march_cells(many.cells, threads, read_block, asked.needs_tally)
     empty = np.empty((len(asked.features), 0, total))
-    return Computed(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)
+    return ComputedCells(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)
 
 
-def _check_energy(many: Many, status: IntArray) -> None:
+def _check_energy(many: LoweredCells, status: IntArray) -> None:
     """Mark the complete cells whose work and energy do not balance."""
     from wheeltapper.record import balanced
 
@@ -196,12 +206,12 @@ def _check_energy(many: Many, status: IntArray) -> None:
             status[cell] = UNBALANCED
 
 
-def _sloped(asked: Study, many: Many, threads: int) -> Computed:
-    from wheeltapper.ask.sensitivity import slopes
+def _computed_gradients(asked: Study, many: LoweredCells, threads: int) -> ComputedCells:
+    from wheeltapper.ask.sensitivity import feature_slopes
     from wheeltapper.march.tangent import GRAZING as GENTLE
 
-    found = slopes(many, asked.gradient, asked.features, threads)
+    found = feature_slopes(many, asked.gradient, asked.features, threads)
     trust = np.where(
         found.gentlest < GENTLE, GRAZING, np.where(found.amplification > asked.chaos_limit, NEAR_CHAOTIC, EXACT)
     )
-    return Computed(found.values, _OF_MARCH[found.status], found.gradient, trust, found.amplification, many.notes)
+    return ComputedCells(found.values, _OF_MARCH[found.status], found.gradient, trust, found.amplification, many.notes)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper._version import __version__
-from wheeltapper.ask.cells import STATUS, TRUST, Computed
+from wheeltapper.ask.cells import STATUS, TRUST, ComputedCells
 from wheeltapper.ask.study import Study, unit_of
 from wheeltapper.record.chart_store import FORMAT
 from wheeltapper.record.labels import CHART_TITLE
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 
-def chart(asked: Study, found: Computed) -> xr.Dataset:
+def chart_dataset(asked: Study, found: ComputedCells) -> xr.Dataset:
     """Return computed cells as a labelled dataset."""
     import xarray as xr
 
@@ -34,25 +34,27 @@ def chart(asked: Study, found: Computed) -> xr.Dataset:
         )
         for feature, column in zip(asked.features, found.values, strict=True)
     }  # fmt: skip
-    data["status"] = (dimensions, found.status.astype(np.int8).reshape(asked.shape), flags(STATUS))
+    data["status"] = (dimensions, found.status.astype(np.int8).reshape(asked.shape), flag_attributes(STATUS))
     if asked.gradient:
         named["parameter"] = ("parameter", np.array(asked.gradient))
-        data |= _gradient(asked, found, dimensions)
-    return xr.Dataset(data, named, attributes(asked, tuple(note.told(asked.cells) for note in found.notes)))
+        data |= _gradient_variables(asked, found, dimensions)
+    return xr.Dataset(
+        data, named, chart_attributes(asked, tuple(note.sentence_of(asked.cell_count) for note in found.notes))
+    )
 
 
-def flags(meanings: tuple[str, ...]) -> dict[str, Any]:
+def flag_attributes(meanings: tuple[str, ...]) -> dict[str, Any]:
     """Return the attributes of a variable whose values are positions in a list of words (CF conventions)."""
     return {"flag_values": np.arange(len(meanings), dtype=np.int8), "flag_meanings": " ".join(meanings)}
 
 
-def _gradient(asked: Study, found: Computed, dimensions: tuple[str, ...]) -> dict[str, Any]:
+def _gradient_variables(asked: Study, found: ComputedCells, dimensions: tuple[str, ...]) -> dict[str, Any]:
     shape, parameters = asked.shape, len(asked.gradient)
     along = ("parameter", *dimensions)
-    held = np.stack([asked.values(path) for path in asked.gradient])
+    held = np.stack([asked.field_values(path) for path in asked.gradient])
     elastic = {}
     data: dict[str, Any] = {
-        "gradient_status": (dimensions, found.trust.astype(np.int8).reshape(shape), flags(TRUST)),
+        "gradient_status": (dimensions, found.trust.astype(np.int8).reshape(shape), flag_attributes(TRUST)),
         "amplification": (
             dimensions, found.amplification.reshape(shape),
             {"units": "", "long_name": "how much a change of the start has grown when the last feature is known"},
@@ -77,18 +79,18 @@ def _gradient(asked: Study, found: Computed, dimensions: tuple[str, ...]) -> dic
         )  # fmt: skip
         if parameters > 1:
             data[f"{feature.name}_angle"] = (
-                along, _angles(elastic[feature.name]).reshape(parameters, *shape),
+                along, _axis_angles(elastic[feature.name]).reshape(parameters, *shape),
                 {"units": "deg", "long_name": f"angle of the elasticities to a parameter's axis: {feature.definition}"},
             )  # fmt: skip
     if len(elastic) > 1 and parameters > 1:
         data["condition"] = (
-            dimensions, _condition(np.stack(list(elastic.values()))).reshape(shape),
+            dimensions, _condition_number(np.stack(list(elastic.values()))).reshape(shape),
             {"units": "", "long_name": "condition number of the elasticities of all features by all parameters"},
         )  # fmt: skip
     return data
 
 
-def _angles(elasticity: FloatArray) -> FloatArray:
+def _axis_angles(elasticity: FloatArray) -> FloatArray:
     """Return the angle in degrees to each parameter's axis, (parameters, cells)."""
     size = np.sqrt((elasticity**2).sum(axis=0))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -96,7 +98,7 @@ def _angles(elasticity: FloatArray) -> FloatArray:
         return np.asarray(np.degrees(np.arctan2(across, np.abs(elasticity))))
 
 
-def _condition(elasticity: FloatArray) -> FloatArray:
+def _condition_number(elasticity: FloatArray) -> FloatArray:
     """Return the condition number of each cell's matrix, features by parameters."""
     matrices = np.moveaxis(elasticity, -1, 0)
     known = np.isfinite(matrices).all(axis=(1, 2))
@@ -108,7 +110,7 @@ def _condition(elasticity: FloatArray) -> FloatArray:
     return out
 
 
-def attributes(asked: Study, notes: tuple[str, ...]) -> dict[str, Any]:
+def chart_attributes(asked: Study, notes: tuple[str, ...]) -> dict[str, Any]:
     """Return what a chart says of its origin."""
     import numba
 

@@ -15,9 +15,9 @@ from typing import Any
 
 from wheeltapper.ask.store import Store, locked
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.notes import Shared, shared
-from wheeltapper.ground.progress import report, say, watched
-from wheeltapper.march.blocks import cores
+from wheeltapper.ground.notes import Shared, shared_notes
+from wheeltapper.ground.progress import progress_shown, report, say
+from wheeltapper.march.blocks import core_count
 from wheeltapper.record.simulate import say_that_it_compiles
 
 Place = tuple[int, ...]
@@ -48,7 +48,7 @@ class ClusterError(RuntimeError):
     """The workers or their scheduler broke down; the chunks that they wrote are kept."""
 
 
-def fill(
+def fill_store(
     path: Path, spec: dict[str, Any], *, resume: bool = False, workers: int = 0, scheduler: str | None = None,
     threads: int | None = None,
 ) -> list[str]:  # fmt: skip
@@ -59,7 +59,7 @@ def fill(
     path
         The store's folder, new unless `resume`.
     spec
-        Result of `spec.read`.
+        Result of `spec.read_study`.
     resume
         Continue a store that exists: only missing chunks are computed.
     workers, scheduler
@@ -78,35 +78,35 @@ def fill(
             store.mend()
         else:
             store.create()
-        todo = store.missing()
+        todo = store.missing_chunks()
         compile_apart(store)
-        of = store.study.cells
-        done = of - sum(_cells(store, place) for place in todo)
+        of = store.study.cell_count
+        done = of - sum(_cell_count(store, place) for place in todo)
         failed = []
         noted: tuple[Shared, ...] = ()
         report("cells", done, of)
         try:
-            for place, cells, wrong, notes in _filled(store, todo, workers, scheduler, threads or cores()):
-                noted = shared((*noted, *notes))
+            for place, cells, wrong, notes in _filled_here(store, todo, workers, scheduler, threads or core_count()):
+                noted = shared_notes((*noted, *notes))
                 if wrong:
-                    failed.append(f"{store.describe(place)}: {wrong}")
+                    failed.append(f"{store.chunk_ranges(place)}: {wrong}")
                 else:
                     done += cells
                 report("cells", done, of)
         finally:
             for note in noted:
-                say(f"note: {note.told(of)}")
+                say(f"note: {note.sentence_of(of)}")
     return failed
 
 
-def _cells(store: Store, place: Place) -> int:
-    return prod(part.stop - part.start for part in store.block(place))
+def _cell_count(store: Store, place: Place) -> int:
+    return prod(part.stop - part.start for part in store.chunk_cells(place))
 
 
-def _filled(store: Store, todo: list[Place], workers: int, scheduler: str | None, threads: int) -> Iterator[Done]:
+def _filled_here(store: Store, todo: list[Place], workers: int, scheduler: str | None, threads: int) -> Iterator[Done]:
     if not (workers or scheduler):
         for place in todo:
-            yield _written(store, place, threads)
+            yield _computed_chunk(store, place, threads)
         return
     try:
         yield from _on_cluster(store, todo, workers, scheduler)
@@ -120,11 +120,11 @@ def _on_cluster(store: Store, todo: list[Place], workers: int, scheduler: str | 
     distributed: Any = import_module("distributed")
     if scheduler:
         with distributed.Client(scheduler) as client:
-            yield from _on(client, store, todo)
+            yield from _filled_on_cluster(client, store, todo)
         return
     dask: Any = import_module("dask")
     with dask.config.set(LOCAL), _local_cluster(workers) as cluster, distributed.Client(cluster) as client:
-        yield from _on(client, store, todo)
+        yield from _filled_on_cluster(client, store, todo)
 
 
 def _local_cluster(workers: int) -> Any:
@@ -137,10 +137,10 @@ def _local_cluster(workers: int) -> Any:
     return distributed.LocalCluster(n_workers=workers, **settings)
 
 
-def _written(store: Store, place: Place, threads: int) -> Done:
+def _computed_chunk(store: Store, place: Place, threads: int) -> Done:
     """Compute one chunk in this process. Errors of the computation are returned; errors of the disk are raised."""
     try:
-        with watched(False):  # cells are counted in the whole store
+        with progress_shown(False):  # cells are counted in the whole store
             cells, notes = store.write(place, threads)
     except OSError:
         raise
@@ -149,19 +149,19 @@ def _written(store: Store, place: Place, threads: int) -> Done:
     return place, cells, "", notes
 
 
-def task(path: str, text: str, place: Place) -> Done:
+def worker_chunk(path: str, text: str, place: Place) -> Done:
     """Compute one chunk on a worker."""
-    return _written(_opened(path, text), place, 1)
+    return _computed_chunk(_opened_store(path, text), place, 1)
 
 
 @lru_cache(maxsize=4)
-def _opened(path: str, text: str) -> Store:
+def _opened_store(path: str, text: str) -> Store:
     store = Store(Path(path), json.loads(text))
     compile_apart(store)  # a worker may be on another machine than the driver
     return store
 
 
-def _on(client: Any, store: Store, todo: list[Place]) -> Iterator[Done]:
+def _filled_on_cluster(client: Any, store: Store, todo: list[Place]) -> Iterator[Done]:
     """Compute chunks on a cluster, a few more at a time than it has threads.
 
     When a worker dies, all its chunks are lost. Each is tried again alone, which shows the one that caused it.
@@ -174,15 +174,15 @@ def _on(client: Any, store: Store, todo: list[Place]) -> Iterator[Done]:
     pending: dict[Any, Place] = {}
     room = 3 * max(1, sum(client.nthreads().values()))
 
-    def submit(place: Place) -> None:
-        pending[client.submit(task, str(store.path.resolve()), text, place, pure=False, retries=0)] = place
+    def submit_chunk(place: Place) -> None:
+        pending[client.submit(worker_chunk, str(store.path.resolve()), text, place, pure=False, retries=0)] = place
 
     while waiting or suspects or pending:
         while waiting and len(pending) < room:
-            submit(waiting.pop())
+            submit_chunk(waiting.pop())
         if not pending:
-            submit(suspects.pop())
-        for future in _finished(client, list(pending)):
+            submit_chunk(suspects.pop())
+        for future in _wait_for_chunk(client, list(pending)):
             place = pending.pop(future)
             try:
                 error = future.exception(timeout=PATIENCE)
@@ -201,7 +201,7 @@ def _on(client: Any, store: Store, todo: list[Place]) -> Iterator[Done]:
                 yield place, 0, f"{type(error).__name__}: {error}", ()
 
 
-def _finished(client: Any, pending: list[Any]) -> Iterable[Any]:
+def _wait_for_chunk(client: Any, pending: list[Any]) -> Iterable[Any]:
     """Wait until at least one chunk is finished, as long as there is a worker."""
     distributed: Any = import_module("distributed")
     alone = 0.0
@@ -236,10 +236,12 @@ def compile_apart(store: Store) -> None:
 
 def compile_here(spec: dict[str, Any]) -> None:
     """Compile the kernels that a study needs, and leave them in the cache."""
-    from wheeltapper.ask.cells import compute
-    from wheeltapper.ask.spec import meant
+    from wheeltapper.ask.cells import compute_cells
+    from wheeltapper.ask.spec import described_study
 
-    asked = meant(spec)
-    compute(
-        asked, {path: values[:1] for path, values in asked.changed(tuple(slice(0, 1) for _ in asked.shape)).items()}, 1
+    asked = described_study(spec)
+    compute_cells(
+        asked,
+        {path: values[:1] for path, values in asked.changed_values(tuple(slice(0, 1) for _ in asked.shape)).items()},
+        1,
     )

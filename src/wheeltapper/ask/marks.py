@@ -81,15 +81,15 @@ def marks(record: Record) -> Marks:
     semi_axis = patch_semi_axis(contact, scenario.vehicle, record.static_force)
     onset = float(law[0, contract.LAW_START] * unit)
     length, turn = float(scenario.speed * record.end), 2.0 * pi * float(scenario.vehicle.radius)
-    virgin = Surface.virgin(length, semi_axis, onset, SAMPLES)
-    depth = _depths(record, virgin.spacing)
+    virgin = Surface.virgin_surface(length, semi_axis, onset, SAMPLES)
+    depth = _depth_function(record, virgin.sample_spacing)
 
-    def left(borne: FloatArray, interval: float) -> FloatArray:
+    def left_marks(borne: FloatArray, interval: float) -> FloatArray:
         surface = Surface(np.full_like(borne, onset), np.zeros_like(borne), interval, onset, SAMPLES)
-        return surface.after(0, borne, law, unit, 1.0).settled()
+        return surface.after_yielding(0, borne, law, unit, 1.0).settled_indentation()
 
-    x = virgin.positions[virgin.positions <= length]
-    both = left(np.maximum(depth(virgin.positions), onset), virgin.interval)[: len(x)]
+    x = virgin.sample_positions[virgin.sample_positions <= length]
+    both = left_marks(np.maximum(depth(virgin.sample_positions), onset), virgin.interval)[: len(x)]
     intervals = round(turn / virgin.interval)
     interval = turn / intervals
     arc = (np.arange(intervals * SAMPLES) + 0.5) * interval / SAMPLES
@@ -97,7 +97,7 @@ def marks(record: Record) -> Marks:
     for revolution in range(int(length // turn) + 1):
         around = np.maximum(around, depth(arc + revolution * turn))
     wrapped = WRAPPED * SAMPLES
-    ring = left(np.concatenate([around[-wrapped:], around, around[:wrapped]]), interval)[wrapped:-wrapped]
+    ring = left_marks(np.concatenate([around[-wrapped:], around, around[:wrapped]]), interval)[wrapped:-wrapped]
     share = contact.share_of_rail
     return Marks(
         Measured(positions=tuple(x.tolist()), heights=tuple((-share * both).tolist()), beyond="flat"),
@@ -107,29 +107,29 @@ def marks(record: Record) -> Marks:
     )
 
 
-def _depths(record: Record, spacing: float) -> Callable[[FloatArray], FloatArray]:
+def _depth_function(record: Record, spacing: float) -> Callable[[FloatArray], FloatArray]:
     """Return the indentation of the virgin surface, m, over places along the rail, m; zero where nothing touched it."""
     scenario = record.scenario
     speed, end = float(scenario.speed), float(scenario.speed * record.end)
 
-    def at(places: FloatArray) -> FloatArray:
+    def depth_at(places: FloatArray) -> FloatArray:
         inside = (places >= 0.0) & (places <= end)
         out = np.zeros_like(places)
         out[inside] = record.at(np.minimum(places[inside] / speed, record.end)).indentation.values
         return out
 
     if scenario.rolling == "point":
-        return at
+        return depth_at
     centres = np.linspace(0.0, end, int(np.ceil(end / spacing * FINER)) + 1)
-    depths, slope = at(centres), record._lowered.table.slope(centres)
+    depths, slope = depth_at(centres), record._lowered.table.slope(centres)
     touched = centres + float(scenario.vehicle.radius) * slope / np.hypot(1.0, slope)
 
-    def below(places: FloatArray) -> FloatArray:
+    def depth_below(places: FloatArray) -> FloatArray:
         after = np.clip(np.searchsorted(touched, places), 1, len(touched) - 1)
         is_bridged = touched[after] - touched[after - 1] > spacing
         return np.where(is_bridged, 0.0, np.interp(places, touched, depths, left=0.0, right=0.0))
 
-    return below
+    return depth_below
 
 
 def _table(x: FloatArray, both: FloatArray, share: float) -> xr.Dataset:

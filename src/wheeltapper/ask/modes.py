@@ -33,7 +33,7 @@ STILL = 1e-3
 
 
 @dataclass(frozen=True)
-class Linear:
+class LinearSystem:
     """Rates of small deviations x from the steady run: x' = matrix·x."""
 
     matrix: FloatArray
@@ -43,15 +43,15 @@ class Linear:
     mass: FloatArray
 
 
-def linearised(lowered: LoweredWagon, fixed: tuple[str, ...] = ()) -> Linear:
+def linear_system(lowered: LoweredWagon, fixed: tuple[str, ...] = ()) -> LinearSystem:
     """Return the linear equations of a lowered wagon about its start; bodies in `fixed` do not move."""
     assembly, layout, structure = lowered.assembly, lowered.layout, lowered.structure
-    places = layout.places
+    places = layout.displacement_places
     masses = np.append(structure.mass, np.ones(len(places) - len(structure.mass)))
     moves = assembly.mobility[places // PLACES * LANES + places % PLACES] != 0.0
     moves &= np.array([body not in fixed for body, _ in layout.motions])
     spins = np.array([motion == "pitch" and body.startswith("wheelset ") for body, motion in layout.motions])
-    inside = np.arange(layout.states, layout.states + int((assembly.element_inside[:, 0] >= 0).sum()))
+    inside = np.arange(layout.state_count, layout.state_count + int((assembly.element_inside[:, 0] >= 0).sum()))
     with_place = moves & ~spins
     states = np.concatenate([places[with_place], places[moves] + TO_RATE, inside])
     indentation = assembly.numbers[asm.STATIC_INDENTATION]
@@ -62,7 +62,7 @@ def linearised(lowered: LoweredWagon, fixed: tuple[str, ...] = ()) -> Linear:
     rows[with_place] = np.arange(with_place.sum())
     rate_rows = np.full(len(places), -1)
     rate_rows[moves] = with_place.sum() + np.arange(moves.sum())
-    return Linear(matrix, layout.motions, rows, rate_rows, masses)
+    return LinearSystem(matrix, layout.motions, rows, rate_rows, masses)
 
 
 def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> xr.Dataset:
@@ -94,7 +94,7 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
     run.choose(run.MODES, scenario.needs)
     lowered = lower_wagon(scenario.replaced({"irregularity": None}))
     fixed = tuple(f"wheelset {i + 1}" for i in range(len(scenario.vehicle.axles))) if fixed_wheelsets else ()
-    linear = linearised(lowered, fixed)
+    linear = linear_system(lowered, fixed)
     values, vectors = np.linalg.eig(linear.matrix)
     keep = (np.abs(values) > STILL) & (values.imag >= 0.0)
     values, vectors = values[keep], vectors[:, keep]
@@ -108,8 +108,8 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
             at = bodies.index(body), MOTIONS.index(motion)
             shapes[(slice(None), *at)] = vectors[row] / values
             energies[(slice(None), *at)] = mass * np.abs(vectors[row]) ** 2
-    shapes = np.array([_normalised(shape) for shape in shapes]).reshape(shapes.shape)
-    names = [_name(shape, energy, bodies) for shape, energy in zip(shapes, energies, strict=True)]
+    shapes = np.array([_normalised_shape(shape) for shape in shapes]).reshape(shapes.shape)
+    names = [_mode_name(shape, energy, bodies) for shape, energy in zip(shapes, energies, strict=True)]
     axes = {"mode": np.arange(1, len(values) + 1), "body": bodies, "motion": list(MOTIONS)}
     size = np.abs(values)
     return xr.Dataset(
@@ -124,12 +124,12 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
     )
 
 
-def _normalised(shape: ComplexArray) -> ComplexArray:
+def _normalised_shape(shape: ComplexArray) -> ComplexArray:
     largest = shape.flat[int(np.argmax(np.abs(shape)))]
     return shape if largest == 0.0 else np.asarray(shape / largest)
 
 
-def _name(shape: ComplexArray, energy: FloatArray, bodies: list[str]) -> str:
+def _mode_name(shape: ComplexArray, energy: FloatArray, bodies: list[str]) -> str:
     """Return the name of a mode: the bodies and the motion with most of its kinetic energy."""
     groups = [re.sub(r" \d+$", "", body) for body in bodies]
     shares = {
@@ -146,10 +146,10 @@ def _name(shape: ComplexArray, energy: FloatArray, bodies: list[str]) -> str:
     name = f"{group} {WORDS[MOTIONS[motion]]}"
     if len(members) == 1:
         return name
-    return f"{name}, {_pattern(shape[members, motion])}"
+    return f"{name}, {_relative_motion(shape[members, motion])}"
 
 
-def _pattern(moved: ComplexArray) -> str:
+def _relative_motion(moved: ComplexArray) -> str:
     """Return how bodies of one kind move relative to each other: in phase or not."""
     largest = moved[int(np.argmax(np.abs(moved)))]
     signs = np.sign((moved * np.conj(largest)).real) * (np.abs(moved) > 0.1 * np.abs(largest))

@@ -60,7 +60,7 @@ class Scatter:
     seed: int = 0
 
 
-class Pass(NamedTuple):
+class PassResult(NamedTuple):
     """Results of one pass."""
 
     status: int
@@ -76,7 +76,7 @@ class Pass(NamedTuple):
     ratcheting: float
 
 
-class Line:
+class RailLine:
     """A rail over which the same scenario passes again and again.
 
     Parameters
@@ -102,25 +102,25 @@ class Line:
             raise InputError("", "scatter.start", f"{scatter.start:g} m", f"less than the run of {self.length:g} m")
         self.onset = float(lowered.program.law[0, contract.LAW_START] * lowered.length)
         self.semi_axis = patch_semi_axis(scenario.contact, scenario.vehicle, lowered.static_force)
-        self.virgin = Surface.virgin(self.length, self.semi_axis, self.onset, per_interval)
+        self.virgin = Surface.virgin_surface(self.length, self.semi_axis, self.onset, per_interval)
         self._path = MarkedPath(lowered.table, self.virgin, self.length)
-        self._samples = self.virgin.positions[self.virgin.positions < self.length]
-        self.base = lowered.table.height(self._samples)
+        self._samples = self.virgin.sample_positions[self.virgin.sample_positions < self.length]
+        self.base = lowered.table.height_at(self._samples)
 
     @property
-    def positions(self) -> FloatArray:
+    def sample_positions(self) -> FloatArray:
         """Where the samples lie on the run, m."""
         return self._samples
 
-    def profile(self, surface: Surface) -> FloatArray:
+    def rail_heights(self, surface: Surface) -> FloatArray:
         """Return the height of the rail at the samples, m."""
-        return np.asarray(self.base - self.contact.share_of_rail * surface.settled()[: len(self._samples)])
+        return np.asarray(self.base - self.contact.share_of_rail * surface.settled_indentation()[: len(self._samples)])
 
     def beyond_law(self, reached: float) -> tuple[str, ...]:
         """Return notes if a contact force, N, is beyond the range of the law."""
         return beyond_force(self.contact, self.lowered, reached)
 
-    def _drawn(self, number: int) -> tuple[float, float, float]:
+    def _drawn_pass(self, number: int) -> tuple[float, float, float]:
         """Return speed, load and start of a pass."""
         held, vehicle = self.scatter, self.scenario.vehicle
         if not (held.speed or held.load or held.start):
@@ -132,7 +132,7 @@ class Line:
             float(held.start * normal.random()),
         )  # fmt: skip
 
-    def _program(self, surface: Surface, speed: float, load: float, start: float) -> tuple[Program, float, float]:
+    def _pass_program(self, surface: Surface, speed: float, load: float, start: float) -> tuple[Program, float, float]:
         """Return the program of a pass over the surface, and its units of length (m) and time (s)."""
         lowered = self.lowered
         numbers, length, time, law = lowered.program.numbers.copy(), lowered.length, lowered.time, lowered.program.law
@@ -147,7 +147,7 @@ class Line:
             if numbers[contract.DECK_MASS] > 0.0:
                 resting = static_depth(law, numbers[contract.STIFFNESS], 0.0)
                 numbers[contract.PRESTRESS] = float(loading_force(law, np.asarray(resting)))
-        pieces = self._path.pieces(surface, law, length, self.contact.share_of_rail)
+        pieces = self._path.pieces_over(surface, law, length, self.contact.share_of_rail)
         numbers[contract.LOOP] = len(pieces)
         numbers[contract.START_SHIFT] = -start
         numbers[contract.END] = (self.length - start) / speed / time
@@ -161,31 +161,31 @@ class Line:
             numbers[contract.START_HEIGHT] = height - depth
         return Program(pieces, numbers, law), length, time
 
-    def passed(self, surface: Surface, number: int) -> tuple[Surface, Pass]:
+    def after_pass(self, surface: Surface, number: int) -> tuple[Surface, PassResult]:
         """Return the surface after pass `number`, and the results of that pass."""
         from wheeltapper.march.dense import OUT_DELTA, OUT_FORCE, OUT_RESIDUAL
 
-        speed, load, start = self._drawn(number)
-        program, length, time = self._program(surface, speed, load, start)
+        speed, load, start = self._drawn_pass(number)
+        program, length, time = self._pass_program(surface, speed, load, start)
         march = run.march(program)
         force = self.scenario.vehicle.mass * length / time**2
         first = int(np.searchsorted(self._samples, start))
         times = (self._samples[first:] - start) / speed / time
         out = run.sample(program, march, times)
         depths = (np.maximum(out[:, OUT_DELTA], 0.0) + out[:, OUT_RESIDUAL]) * length
-        reached = surface.reached(first, depths)
+        reached = surface.yield_reached(first, depths)
         before = surface.borne[first : first + len(reached)]
         grown = reached > before
         dissipated = dissipated_by(program.law, reached[grown] / length)
         dissipated -= dissipated_by(program.law, before[grown] / length)
-        work = float(dissipated.sum()) * force * length * surface.spacing / (2.0 * self.semi_axis)
+        work = float(dissipated.sum()) * force * length * surface.sample_spacing / (2.0 * self.semi_axis)
         limit = program.law[0, contract.LAW_START] ** 1.5
         elastic = float(np.mean(out[:, OUT_FORCE] <= limit))
         beyond = float(np.mean(out[:, OUT_FORCE] > SHAKEDOWN * limit))
         largest = max(float(march.peaks[:, contract.PEAK_FORCE].max(initial=0.0)), float(out[:, OUT_FORCE].max()))
-        told = Pass(
+        told = PassResult(
             march.status, speed, load, start, largest * force,
             int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum()), self.length - start, work, elastic,
             1.0 - elastic - beyond, beyond,
         )  # fmt: skip
-        return surface.after(first, reached, program.law, length, self.scatter.hardening), told
+        return surface.after_yielding(first, reached, program.law, length, self.scatter.hardening), told

@@ -78,7 +78,7 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
     contact = Hertz(constant=constant, curvature=scenario.contact.follows_curvature)
     return Scenario(
         vehicle=vehicle,
-        track=_track(scenario, wheelset, axle.position),
+        track=_met_track(scenario, wheelset, axle.position),
         contact=contact,
         irregularity=tuple(item.moved(-axle.position) for item in items),
         rolling=scenario.rolling,
@@ -87,7 +87,7 @@ def reduced(scenario: Scenario | str | Path, wheelset: int = 1) -> Scenario:
     )
 
 
-def _track(scenario: Scenario, wheelset: int, position: float) -> Any:
+def _met_track(scenario: Scenario, wheelset: int, position: float) -> Any:
     """Return the track that the wheelset meets."""
     from wheeltapper.describe.track.stiff import StiffTrack
 
@@ -98,7 +98,7 @@ def _track(scenario: Scenario, wheelset: int, position: float) -> Any:
     return deck.model_copy(update={"wheelset": None, "start": start})
 
 
-def compare(record: Record, other: Record, wheelset: int = 1) -> xr.Dataset:
+def compare_responses(record: Record, other: Record, wheelset: int = 1) -> xr.Dataset:
     """Return the differences between the response of one wheelset of a wagon and that of a core model.
 
     Parameters
@@ -119,20 +119,20 @@ def compare(record: Record, other: Record, wheelset: int = 1) -> xr.Dataset:
     """
     import xarray as xr
 
-    def mine(table: xr.Dataset) -> xr.Dataset:
+    def own_peaks(table: xr.Dataset) -> xr.Dataset:
         chosen = (table.wheelset.values == wheelset) & (table.side.values == "left")
         return table.isel({next(iter(table.sizes)): chosen})
 
-    peaks, events, impacts = mine(record.peaks), mine(record.events), mine(record.impacts)
+    peaks, events, impacts = own_peaks(record.peaks), own_peaks(record.events), own_peaks(record.impacts)
 
-    def both(one: Any, two: Any) -> tuple[FloatArray, FloatArray]:
+    def common_part(one: Any, two: Any) -> tuple[FloatArray, FloatArray]:
         count = min(len(one), len(two))
         return np.asarray(one.values[:count]), np.asarray(two.values[:count])
 
-    time, time_other = both(peaks.time, other.peaks.time)
-    force, force_other = both(2.0 * peaks.normal_force, other.peaks.normal_force)
-    event, event_other = both(events.time, other.events.time)
-    interval, interval_other = both(impacts.interval, other.impacts.interval)
+    time, time_other = common_part(peaks.time, other.peaks.time)
+    force, force_other = common_part(2.0 * peaks.normal_force, other.peaks.normal_force)
+    event, event_other = common_part(events.time, other.events.time)
+    interval, interval_other = common_part(impacts.interval, other.impacts.interval)
     seconds = {"units": "s"}
     return xr.Dataset(
         {

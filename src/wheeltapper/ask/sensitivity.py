@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ground.progress import counting
-from wheeltapper.lower.many import EPSILON, Direction, Many
+from wheeltapper.ground.progress import progress_counter
+from wheeltapper.lower.many import EPSILON, Direction, LoweredCells
 from wheeltapper.lower.table import used_degree
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
@@ -18,14 +18,14 @@ from wheeltapper.record.simulate import say_that_it_compiles
 
 if TYPE_CHECKING:
     from wheeltapper.march.ensemble import Cells, Marched
-    from wheeltapper.march.gradients import Tangents, Turns
+    from wheeltapper.march.gradients import CellTangents, Tangents
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Slopes:
+class FeatureSlopes:
     """Features and their derivatives in many cells.
 
     Attributes
@@ -49,26 +49,30 @@ class Slopes:
     amplification: FloatArray
 
 
-def slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int) -> Slopes:
+def feature_slopes(
+    many: LoweredCells, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int
+) -> FeatureSlopes:
     """Compute features and their derivatives with respect to some of the changed fields of `many`."""
     from wheeltapper.march.gradients import PARAMETERS
 
     groups = [parameters[i : i + PARAMETERS] for i in range(0, len(parameters), PARAMETERS)]
-    parts = [_slopes(many, group, features, threads) for group in groups]
+    parts = [_slopes_of_block(many, group, features, threads) for group in groups]
     gradient = np.concatenate([part.gradient for part in parts], axis=1)
-    return Slopes(parts[0].values, gradient, parts[0].status, parts[0].gentlest, parts[0].amplification)
+    return FeatureSlopes(parts[0].values, gradient, parts[0].status, parts[0].gentlest, parts[0].amplification)
 
 
-def is_ready(many: Many, parameters: tuple[str, ...], tally: bool) -> bool:
+def is_ready(many: LoweredCells, parameters: tuple[str, ...], tally: bool) -> bool:
     """Return False if the gradients of these cells begin with compiling."""
     from wheeltapper.march.gradients import PARAMETERS
 
-    return run.tangents_are_ready(*turns_of(many, [many.along(path) for path in parameters[:PARAMETERS]]), tally)
+    return run.tangents_are_ready(
+        *turns_of(many, [many.direction_along(path) for path in parameters[:PARAMETERS]]), tally
+    )
 
 
-def turns_of(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
+def turns_of(many: LoweredCells, directions: list[Direction]) -> tuple[Cells, CellTangents]:
     """Return the cells, and their derivatives along some directions."""
-    from wheeltapper.march.gradients import Turns
+    from wheeltapper.march.gradients import CellTangents
     from wheeltapper.march.tangent_path import LANES
 
     cells = len(many.cells.first)
@@ -87,31 +91,37 @@ def turns_of(many: Many, directions: list[Direction]) -> tuple[Cells, Turns]:
             used = used_degree(held, 1e-15 * float(np.abs(held).max()))
             pieces[:, degree] = np.where(pieces[:, degree] < 0, -1, np.maximum(pieces[:, degree], used))
     bent_all = np.array(bends) if bends else np.zeros((1, 1, contract.PIECE_COLUMNS))
-    return many.cells._replace(pieces=pieces), Turns(numbers, bent_all, table)
+    return many.cells._replace(pieces=pieces), CellTangents(numbers, bent_all, table)
 
 
-def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int) -> Slopes:
+def _slopes_of_block(
+    many: LoweredCells, parameters: tuple[str, ...], features: tuple[Feature, ...], threads: int
+) -> FeatureSlopes:
     from wheeltapper.record.trains import Trains
 
-    directions = [many.along(path) for path in parameters]
+    directions = [many.direction_along(path) for path in parameters]
     cells, turns = turns_of(many, directions)
     tally = any(feature.tally for feature in features)
     if not run.tangents_are_ready(cells, turns, tally):
         say_that_it_compiles()
     total = len(many.cells.first)
-    out = Slopes(
+    out = FeatureSlopes(
         np.empty((len(features), total)), np.empty((len(features), len(parameters), total)),
         np.empty(total, dtype=np.int64), np.empty(total), np.empty(total),
     )  # fmt: skip
 
-    def read(block: slice, marched: Marched, tangents: Tangents) -> None:
+    def read_block(block: slice, marched: Marched, tangents: Tangents) -> None:
         out.status[block], out.gentlest[block] = marched.status, tangents.gentlest
         out.amplification[block] = tangents.amplification
         for lane, direction in enumerate(directions):
             rates = _Rates.along(tangents, lane)
             units = direction.units.part(block)
-            trains = Trains(_tilted(marched, rates.known(0.0), direction, block), units)
-            other = Trains(_tilted(marched, rates.known(1.0), direction, block), units) if rates.has_gaps else None
+            trains = Trains(_with_imaginary_rates(marched, rates.known(0.0), direction, block), units)
+            other = (
+                Trains(_with_imaginary_rates(marched, rates.known(1.0), direction, block), units)
+                if rates.has_gaps
+                else None
+            )
             for row, feature in enumerate(features):
                 values = feature(trains)
                 out.values[row, block] = values.real
@@ -124,8 +134,8 @@ def _slopes(many: Many, parameters: tuple[str, ...], features: tuple[Feature, ..
                 out.gradient[row, lane, block] = np.where(unknown, np.nan, values.imag / EPSILON)
         count(block.stop - block.start)
 
-    count = counting("cells", total)
-    run.tangents(cells, turns, threads, read, tally)
+    count = progress_counter("cells", total)
+    run.tangents(cells, turns, threads, read_block, tally)
     return out
 
 
@@ -158,7 +168,7 @@ class _Rates(NamedTuple):
         return _Rates(*(np.where(np.isnan(rates), fill, rates) for rates, fill in zip(self, fills, strict=True)))
 
 
-def _tilted(marched: Marched, rates: _Rates, direction: Direction, block: slice) -> Marched:
+def _with_imaginary_rates(marched: Marched, rates: _Rates, direction: Direction, block: slice) -> Marched:
     """Return the results of a march with their derivatives along one direction as imaginary parts."""
     from wheeltapper.march.tangent_path import OF_SIZE, OF_TIME
 

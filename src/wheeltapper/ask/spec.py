@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from wheeltapper.ask.study import Study, study
+from wheeltapper.ask.study import Study, study_of
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, WheelRail
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.describe.table.content import digest
@@ -35,7 +35,7 @@ SPACING: dict[str, Callable[..., Any]] = {"linear": np.linspace, "log": np.geoms
 """Ways to space values between two ends, by name."""
 
 
-def read(path: Path) -> dict[str, Any]:
+def read_study(path: Path) -> dict[str, Any]:
     """Read a study's file; a scenario that it names is read too, relative to it."""
     data = toml_table(path, "a study")
     unknown = [name for name in data if name not in FIELDS]
@@ -52,11 +52,11 @@ def read(path: Path) -> dict[str, Any]:
         scenario = Scenario.from_toml(path.parent / of)
     else:
         scenario = Scenario.of(relative_paths(of, path.parent), str(path))
-    held = {"contents": found} if (found := contents(scenario)) else {}
+    held = {"contents": found} if (found := file_digests(scenario)) else {}
     return data | {"scenario": scenario.model_dump(mode="json")} | held
 
 
-def contents(scenario: Scenario) -> dict[str, str]:
+def file_digests(scenario: Scenario) -> dict[str, str]:
     """Return digests of the files that a scenario names; kept results are valid only while these do not change."""
     items = [getattr(item, "of", item) for item in scenario.irregularities]
     names = [item.path for item in items if getattr(item, "path", None) is not None]
@@ -65,27 +65,27 @@ def contents(scenario: Scenario) -> dict[str, str]:
     return {str(name): digest(Path(name)) for name in names}
 
 
-def meant(spec: dict[str, Any]) -> Study:
+def described_study(spec: dict[str, Any]) -> Study:
     """Return the study that a specification describes."""
     options = {name: value for name, value in spec.items() if name not in NOT_OPTIONS}
     features = spec["features"] if isinstance(spec["features"], list) else [spec["features"]]
-    over = {path: _values(path, values) for path, values in _flat(spec["over"]).items()}
-    return study(Scenario.of(spec["scenario"]), over, [named(what) for what in features], **options)
+    over = {path: _listed_values(path, values) for path, values in _flattened_tables(spec["over"]).items()}
+    return study_of(Scenario.of(spec["scenario"]), over, [named(what) for what in features], **options)
 
 
-def _flat(table: Any, prefix: str = "") -> dict[str, Any]:
+def _flattened_tables(table: Any, prefix: str = "") -> dict[str, Any]:
     """Return nested tables as paths: vehicle.mass may be quoted or not."""
     out: dict[str, Any] = {}
     for name, value in table.items():
         path = f"{prefix}{name}"
         if isinstance(value, dict) and "from" not in value:
-            out |= _flat(value, f"{path}.")
+            out |= _flattened_tables(value, f"{path}.")
         else:
             out[path] = value
     return out
 
 
-def _values(path: str, values: Any) -> Any:
+def _listed_values(path: str, values: Any) -> Any:
     """Return a list as it is, and a range {from, to, count, spacing} as its values."""
     if isinstance(values, list):
         return values

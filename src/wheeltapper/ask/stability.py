@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from wheeltapper.ask.modes import STILL, linearised, modes
+from wheeltapper.ask.modes import STILL, linear_system, modes
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_between, as_quantity
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.progress import Progress, report, watched
+from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.wagon import lower_wagon
 from wheeltapper.march import run
 from wheeltapper.record.arguments import as_scenario
-from wheeltapper.record.simulate import warn
+from wheeltapper.record.simulate import warn_caller
 
 __all__ = ["critical_speed"]
 
@@ -71,19 +71,19 @@ def critical_speed(
         raise InputError("", "lowest, highest", f"{lowest:g} m/s and {highest:g} m/s", "speeds above zero that rise")
     level = scenario.replaced({"irregularity": None})
 
-    def growth(speed: float) -> float:
-        linear = linearised(lower_wagon(level.replaced({"speed": float(speed)})))
+    def growth_rate(speed: float) -> float:
+        linear = linear_system(lower_wagon(level.replaced({"speed": float(speed)})))
         values: Any = np.linalg.eigvals(linear.matrix)
         size = np.abs(values)
         return float((values.real - ROUNDING * np.maximum(size, 1.0))[size > STILL].max())
 
     speeds = np.linspace(lowest, highest, ceil((highest - lowest) / STEP) + 1)
-    with watched(progress, "speeds in m/s"):
-        _check_slowest(level.replaced({"speed": float(lowest)}), growth(lowest))
+    with progress_shown(progress, "speeds in m/s"):
+        _check_slowest(level.replaced({"speed": float(lowest)}), growth_rate(lowest))
         for slower, faster in zip(speeds[:-1], speeds[1:], strict=True):
             report("speeds in m/s", float(slower), float(highest))
-            if growth(faster) > 0.0:
-                return float(brentq(growth, slower, faster, rtol=tolerance))
+            if growth_rate(faster) > 0.0:
+                return float(brentq(growth_rate, slower, faster, rtol=tolerance))
         return float("inf")
 
 
@@ -92,15 +92,17 @@ def _check_slowest(scenario: Scenario, growth: float) -> None:
     found = modes(scenario)
     ratios = found.damping_ratio.values
 
-    def told(mode: int) -> str:
+    def mode_text(mode: int) -> str:
         return f"'{found.name.values[mode]}' at {float(found.frequency[mode]):.3g} Hz"
 
     if growth > 0.0:
         raise InputError(
-            "", "vehicle", f"a mode that grows already at {scenario.speed:g} m/s, {told(int(np.argmin(ratios)))}",
+            "", "vehicle", f"a mode that grows already at {scenario.speed:g} m/s, {mode_text(int(np.argmin(ratios)))}",
             "a wagon that runs stably at the lowest speed searched (`lowest`)",
         )  # fmt: skip
     undamped = np.flatnonzero(np.abs(ratios) <= ROUNDING)
     if len(undamped):
         more = f" and {len(undamped) - 1} more" if len(undamped) > 1 else ""
-        warn(f"undamped: {told(int(undamped[0]))}{more}; what neither grows nor decays is not counted as hunting")
+        warn_caller(
+            f"undamped: {mode_text(int(undamped[0]))}{more}; what neither grows nor decays is not counted as hunting"
+        )

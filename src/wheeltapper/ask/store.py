@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 
 from wheeltapper._version import __version__
-from wheeltapper.ask.cells import Computed, compute
-from wheeltapper.ask.chart import attributes, chart
-from wheeltapper.ask.spec import meant
+from wheeltapper.ask.cells import ComputedCells, compute_cells
+from wheeltapper.ask.chart import chart_attributes, chart_dataset
+from wheeltapper.ask.spec import described_study
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
-from wheeltapper.record.chart_store import FORMAT, MISSING, THERE, places, state_of
+from wheeltapper.record.chart_store import FORMAT, MISSING, THERE, chunk_places, state_of
 from wheeltapper.record.labels import CHART_TITLE
 
 EVERY_CHUNK = {"array.write_empty_chunks": True}
@@ -62,10 +62,12 @@ class Store:
 
     def __init__(self, path: Path, spec: dict[str, Any]) -> None:
         self.path, self.spec = path, spec
-        self.study: Study = meant(spec)
+        self.study: Study = described_study(spec)
         self._sizes = chunk_shape(self.study.shape, int(spec.get("chunk", CHUNK)))
         together = prod(self._sizes)
-        check_room("chunk", f"{together:.4g} cells", 8.0 * self.study.numbers(together), "fewer cells in a chunk")
+        check_room(
+            "chunk", f"{together:.4g} cells", 8.0 * self.study.numbers_in_memory(together), "fewer cells in a chunk"
+        )
         chunks = prod(-(-n // size) for n, size in zip(self.study.shape, self._sizes, strict=True))
         if chunks > MOST_CHUNKS:
             raise InputError(
@@ -73,7 +75,7 @@ class Store:
                 f"at most {MOST_CHUNKS} chunks: more cells in each, or fewer in all",
             )  # fmt: skip
 
-    def block(self, place: tuple[int, ...]) -> Block:
+    def chunk_cells(self, place: tuple[int, ...]) -> Block:
         """Return the cells of a chunk."""
         both = zip(place, self._sizes, self.study.shape, strict=True)
         return tuple(slice(i * size, min((i + 1) * size, length)) for i, size, length in both)
@@ -98,10 +100,10 @@ class Store:
 
         codecs = (ZstdCodec(), Crc32cCodec())
         one = tuple(slice(0, 1) for _ in self.study.shape)
-        template = chart(self._part(one), Computed.refused(self.study))
+        template = chart_dataset(self._block_study(one), ComputedCells.refused_cell(self.study))
         shape, sizes = self.study.shape, self._sizes
         parameters = len(self.study.gradient)
-        group = zarr.create_group(path, attributes=self._attributes())
+        group = zarr.create_group(path, attributes=self._store_attributes())
         for name, variable in template.variables.items():
             whole = template[str(name)].dims
             if str(name) in template.coords:
@@ -114,7 +116,7 @@ class Store:
                 dtype=variable.dtype,
                 fill_value=MISSING if variable.dtype == np.int8 else np.nan,
                 dimension_names=[str(dimension) for dimension in whole],
-                attributes=_plain(variable.attrs),
+                attributes=_plain_value(variable.attrs),
                 compressors=codecs,
             )
         for axis in self.study.axes:
@@ -136,14 +138,14 @@ class Store:
             )
         zarr.consolidate_metadata(path)
 
-    def _part(self, block: Block) -> Study:
+    def _block_study(self, block: Block) -> Study:
         """Return the study of one block of the cells."""
         cut = block if self.study.grid else block * len(self.study.axes)
         axes = tuple(replace(axis, values=axis.values[part]) for axis, part in zip(self.study.axes, cut, strict=True))
         return replace(self.study, axes=axes)
 
-    def _attributes(self) -> dict[str, Any]:
-        held = attributes(self.study, ())
+    def _store_attributes(self) -> dict[str, Any]:
+        held = chart_attributes(self.study, ())
         held.pop("notes")
         beside = [] if self.study.grid else [axis.path for axis in self.study.axes]
         return held | {"study": json.dumps(self.spec, sort_keys=True), "coordinates": " ".join(beside)}
@@ -155,7 +157,7 @@ class Store:
         try:
             group = zarr.open_group(self.path, mode="r", use_consolidated=False)
             held = dict(group.attrs)
-            for name in self._expected():
+            for name in self._expected_attributes():
                 if name not in group:
                     raise KeyError(name)
         except (OSError, KeyError, ValueError, TypeError, zarr.errors.BaseZarrError) as error:
@@ -186,7 +188,7 @@ class Store:
                 f"version {__version__}",
             )
 
-    def _expected(self) -> list[str]:
+    def _expected_attributes(self) -> list[str]:
         return ["status", *(feature.name for feature in self.study.features), *(axis.path for axis in self.study.axes)]
 
     def mend(self) -> None:
@@ -204,20 +206,20 @@ class Store:
                 array: Any = group[name]
                 array[:] = values
 
-    def missing(self) -> list[tuple[int, ...]]:
+    def missing_chunks(self) -> list[tuple[int, ...]]:
         """Return the places of the chunks that are not complete."""
         import zarr
 
         group = zarr.open_group(self.path, mode="r", use_consolidated=False)
         known = {"parameter", *(axis.path for axis in self.study.axes)}
-        along = {str(name): self._along(array) for name, array in group.arrays() if name not in known}
+        along = {str(name): self._parameter_place(array) for name, array in group.arrays() if name not in known}
         return [
             place
-            for place in places(group["status"])
+            for place in chunk_places(group["status"])
             if any(state_of(self.path, group, name, (*first, *place)) != THERE for name, first in along.items())
         ]
 
-    def _along(self, array: Any) -> tuple[int, ...]:
+    def _parameter_place(self, array: Any) -> tuple[int, ...]:
         """Return the first part of the place of a chunk: the place over the parameters, if there are any."""
         return (0,) * (len(array.shape) - len(self.study.shape))
 
@@ -225,9 +227,9 @@ class Store:
         """Compute a chunk and write it, status last; return its number of cells, and notes."""
         import zarr
 
-        block = self.block(place)
-        found = compute(self.study, self.study.changed(block), threads)
-        part = chart(self._part(block), found)
+        block = self.chunk_cells(place)
+        found = compute_cells(self.study, self.study.changed_values(block), threads)
+        part = chart_dataset(self._block_study(block), found)
         names = [str(name) for name in part.data_vars if name != "status"]
         with zarr.config.set(EVERY_CHUNK):
             group = zarr.open_group(self.path, mode="r+")
@@ -237,15 +239,15 @@ class Store:
                 array[(slice(None), *block) if along else block] = part[name].values
         return len(found.status), found.notes
 
-    def describe(self, place: tuple[int, ...]) -> str:
+    def chunk_ranges(self, place: tuple[int, ...]) -> str:
         """Return the ranges of the varied fields in a chunk."""
-        changed = self.study.changed(self.block(place))
+        changed = self.study.changed_values(self.chunk_cells(place))
         return ", ".join(
             f"{axis.path} {changed[axis.path].min():g} to {changed[axis.path].max():g}" for axis in self.study.axes
         )
 
 
-def _plain(attrs: dict[str, Any]) -> dict[str, Any]:
+def _plain_value(attrs: dict[str, Any]) -> dict[str, Any]:
     return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in attrs.items()}
 
 
@@ -254,7 +256,7 @@ def locked(path: Path) -> Iterator[None]:
     """Lock a store or a file for one process; a second one is refused. The lock ends with the process."""
     lock = path.with_name(path.name + ".lock")
     with lock.open("a+") as file:
-        if not _held(file, lock):
+        if not _held_lock(file, lock):
             raise InputError(str(path), "--output", "a file that another process is filling", "one process at a time")
         try:
             yield
@@ -262,7 +264,7 @@ def locked(path: Path) -> Iterator[None]:
             lock.unlink(missing_ok=True)
 
 
-def _held(file: Any, lock: Path) -> bool:
+def _held_lock(file: Any, lock: Path) -> bool:
     try:
         if os.name == "nt":
             import msvcrt

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list, as_quantity, check_choice, check_flag
-from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.memory import check_room
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import run
@@ -85,22 +85,22 @@ class Study:
         return tuple(len(axis.values) for axis in self.axes) if self.grid else (len(self.axes[0].values),)
 
     @property
-    def cells(self) -> int:
+    def cell_count(self) -> int:
         """Number of all cells."""
         return prod(self.shape)
 
-    def numbers(self, cells: int) -> int:
+    def numbers_in_memory(self, cells: int) -> int:
         """Return the number of numbers in memory while `cells` cells are computed together."""
         features, parameters, fields = len(self.features), len(self.gradient), len(self.axes) + len(self.gradient)
         found = features * (1 + parameters) + 3  # and status, trust, amplification; twice, because parts are joined
         return cells * (2 * found + 2 * fields + 2 * features * parameters)
 
     @property
-    def tally(self) -> bool:
+    def needs_tally(self) -> bool:
         """Whether a feature needs more than events and force maxima."""
         return any(feature.tally for feature in self.features)
 
-    def changed(self, block: tuple[slice, ...] | None = None) -> dict[str, FloatArray]:
+    def changed_values(self, block: tuple[slice, ...] | None = None) -> dict[str, FloatArray]:
         """Return the value of each varied field in all cells, or in a block of them, in C order.
 
         Fields of the gradient are included even if they do not vary.
@@ -115,9 +115,9 @@ class Study:
         held = {path: np.full(many, Fields(self.scenario)(path)) for path in self.gradient if path not in varied}
         return varied | held
 
-    def values(self, path: str) -> FloatArray:
+    def field_values(self, path: str) -> FloatArray:
         """Return a field's value in every cell."""
-        return self.changed()[path]
+        return self.changed_values()[path]
 
 
 def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
@@ -132,7 +132,7 @@ def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
     value: Any = scenario
     name = ""
     if not isinstance(path, str):
-        raise InputError("", shown(path), "no path", 'a path of a field, as "vehicle.damping"')
+        raise InputError("", value_text(path), "no path", 'a path of a field, as "vehicle.damping"')
     for part in path.split("."):
         holder, name = (value, part) if isinstance(value, Noun) else (holder, name)
         if isinstance(value, Noun) and part in type(value).model_fields:
@@ -142,7 +142,7 @@ def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
         else:
             items = value if isinstance(value, tuple) else ()
             known = type(value).model_fields if isinstance(value, Noun) else range(len(items))
-            allowed = suggested(part, map(str, known)) or "nothing here"
+            allowed = with_suggestion(part, map(str, known)) or "nothing here"
             raise InputError("", path, f"no such field {part!r}", allowed)
     if isinstance(value, bool) or not isinstance(value, float):
         what = "nothing set" if value is None else f"{value!r}, which is no continuous number"
@@ -156,24 +156,28 @@ def unit_of(scenario: Scenario, path: str) -> str:
 
     holder, name = field_at(scenario, path)
     field = type(holder).model_fields[name]
-    texts = [_description(field), *(_description(part) for part in _metadata(field.annotation))]
+    texts = [_path_description(field), *(_path_description(part) for part in _annotations(field.annotation))]
     return next((unit for text in texts if (unit := si_unit(text.partition(":")[0]))), "")
 
 
-def _metadata(annotation: Any) -> list[Any]:
+def _annotations(annotation: Any) -> list[Any]:
     """Return the annotations of the types inside a type: the Length in tuple[Length, ...] | None."""
-    inside = [part for argument in get_args(annotation) for part in _metadata(argument)]
+    inside = [part for argument in get_args(annotation) for part in _annotations(argument)]
     return [*getattr(annotation, "__metadata__", ()), *inside]
 
 
-def _description(field: Any) -> str:
+def _path_description(field: Any) -> str:
     schema = getattr(field, "json_schema_extra", None)
     return str(schema.get("description", "")) if isinstance(schema, dict) else ""
 
 
-def _axis(question: run.Question, scenario: Scenario, path: str, values: Any) -> Axis:
+def _study_axis(question: run.Question, scenario: Scenario, path: str, values: Any) -> Axis:
     unit = unit_of(scenario, path)
-    array = values if isinstance(values, np.ndarray) and values.dtype.kind in "fiu" else _listed(scenario, path, values)
+    array = (
+        values
+        if isinstance(values, np.ndarray) and values.dtype.kind in "fiu"
+        else _values_in_si(scenario, path, values)
+    )
     array = np.atleast_1d(array).astype(float)
     if not array.size:
         raise InputError("", path, "no values", "at least one value")
@@ -184,13 +188,13 @@ def _axis(question: run.Question, scenario: Scenario, path: str, values: Any) ->
     return Axis(path, array, unit)
 
 
-def _listed(scenario: Scenario, path: str, values: Any) -> FloatArray:
+def _values_in_si(scenario: Scenario, path: str, values: Any) -> FloatArray:
     """Return numbers, or strings with a unit, as numbers."""
     listed = list(values) if hasattr(values, "__iter__") and not isinstance(values, str) else [values]
-    return np.array([_number(scenario, path, value) for value in listed])
+    return np.array([_value_in_si(scenario, path, value) for value in listed])
 
 
-def _number(scenario: Scenario, path: str, value: Any) -> float:
+def _value_in_si(scenario: Scenario, path: str, value: Any) -> float:
     """Return a value in SI units: a number as it is, anything else as the field itself reads it."""
     if isinstance(value, Real) and not isinstance(value, bool):
         return float(value)
@@ -210,7 +214,7 @@ def check_along(question: run.Question, scenario: Scenario, paths: Sequence[str]
             run.choose(question, scenario.replaced({path: BESIDE}).needs, path)
 
 
-def study(
+def study_of(
     scenario: Scenario, over: Mapping[str, Any], features: Asked, *,
     gradient: bool | Sequence[str] = False, zipped: bool = False, samples: int | None = None,
     sampling: Sampling = "sobol", seed: int = 0, method: str = "default", chaos_limit: float = CHAOS_LIMIT,
@@ -224,14 +228,14 @@ def study(
     check_choice(sampling, "sampling", get_args(Sampling))
     seed, chaos_limit = as_count(seed, "seed", 0), as_quantity(chaos_limit, "chaos_limit", "number")
     if not isinstance(over, Mapping) or not over:
-        found = "nothing" if isinstance(over, Mapping) else shown(over)
+        found = "nothing" if isinstance(over, Mapping) else value_text(over)
         raise InputError("", "over", found, 'at least one field of the scenario with its values, as {"speed": [5, 6]}')
     asked = as_features(features)
     _check_names([feature.name for feature in asked], over)
     by = tuple(over) if gradient is True else tuple(as_list(gradient or (), "gradient", "True, or paths of fields"))
-    axes = tuple(_axis(question, scenario, path, values) for path, values in over.items())
+    axes = tuple(_study_axis(question, scenario, path, values) for path, values in over.items())
     if samples is not None:
-        axes = _sampled(axes, samples, sampling, seed)
+        axes = _sampled_axes(axes, samples, sampling, seed)
     side_by_side = zipped or samples is not None
     lengths = {axis.path: len(axis.values) for axis in axes}
     if side_by_side and len(set(lengths.values())) > 1:
@@ -261,7 +265,7 @@ def _check_names(names: Sequence[str], over: Mapping[str, Any]) -> None:
             raise InputError("", "features", f"the name {name!r}", "a name that begins with a letter, without slashes")
 
 
-def _sampled(axes: tuple[Axis, ...], samples: int, sampling: Sampling, seed: int) -> tuple[Axis, ...]:
+def _sampled_axes(axes: tuple[Axis, ...], samples: int, sampling: Sampling, seed: int) -> tuple[Axis, ...]:
     from scipy.stats import qmc
 
     samples = as_count(samples, "samples")

@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wheeltapper.ask.cells import compute
-from wheeltapper.ask.chart import chart
-from wheeltapper.ask.study import CHAOS_LIMIT, Asked, Sampling, field_at, study
+from wheeltapper.ask.cells import compute_cells
+from wheeltapper.ask.chart import chart_dataset
+from wheeltapper.ask.study import CHAOS_LIMIT, Asked, Sampling, field_at, study_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list
 from wheeltapper.ground.memory import check_room
-from wheeltapper.ground.progress import Progress, watched
+from wheeltapper.ground.progress import Progress, progress_shown
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import run
-from wheeltapper.march.blocks import cores
+from wheeltapper.march.blocks import core_count
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.simulate import warn_of
 
@@ -86,20 +86,20 @@ def sweep(
         If a path names no continuous field, or no cell can be computed. If only some cannot, their status is "refused",
         and a `ModelWarning` states the first reason.
     """
-    asked = study(
+    asked = study_of(
         as_scenario(scenario), over, features, gradient=gradient, zipped=zipped, samples=samples, sampling=sampling,
         seed=seed, method=method, chaos_limit=chaos_limit, check=check,
     )  # fmt: skip
     check_room(
-        "over", f"{asked.cells:.4g} cells", 8.0 * asked.numbers(asked.cells),
+        "over", f"{asked.cell_count:.4g} cells", 8.0 * asked.numbers_in_memory(asked.cell_count),
         "fewer cells, or `wheeltapper sweep`, which keeps a few chunks at a time,",
     )  # fmt: skip
-    held = cores() if threads is None else as_count(threads, "threads")
-    with watched(progress, "cells"):
-        found = compute(asked, asked.changed(), held)
-    found.check()
-    warn_of(note.told(asked.cells) for note in found.notes)
-    return chart(asked, found)
+    held = core_count() if threads is None else as_count(threads, "threads")
+    with progress_shown(progress, "cells"):
+        found = compute_cells(asked, asked.changed_values(), held)
+    found.check_refusals()
+    warn_of(note.sentence_of(asked.cell_count) for note in found.notes)
+    return chart_dataset(asked, found)
 
 
 def gradient(
@@ -141,14 +141,14 @@ def gradient(
     for path in parameters:
         field_at(scenario, path)
     here = {path: [float(Fields(scenario)(path))] for path in parameters}
-    asked = study(
+    asked = study_of(
         scenario, here, features, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit,
         question=run.GRADIENT,
     )  # fmt: skip
-    computed = compute(asked, asked.changed(), 1)
-    computed.check()
-    warn_of(note.told(1) for note in computed.notes)
-    found = chart(asked, computed).isel(cell=0)
+    computed = compute_cells(asked, asked.changed_values(), 1)
+    computed.check_refusals()
+    warn_of(note.sentence_of(1) for note in computed.notes)
+    found = chart_dataset(asked, computed).isel(cell=0)
     return found.drop_vars([name for name in found.coords if name != "parameter"]).assign_coords(
         value=("parameter", np.array([here[path][0] for path in parameters]))
     )

@@ -15,7 +15,7 @@ from wheeltapper.ask.sensitivity import turns_of
 from wheeltapper.ask.study import check_along
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
-from wheeltapper.lower.many import EPSILON, Many
+from wheeltapper.lower.many import EPSILON, LoweredCells
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.program import Program
@@ -35,9 +35,9 @@ class Trajectory(NamedTuple):
     impacts: int
 
 
-def derivable(scenario: Scenario) -> bool:
+def is_derivable(scenario: Scenario) -> bool:
     """Return True where a scenario's motion has exact derivatives."""
-    return run.fastest(run.TRAJECTORY, scenario.needs) is not None
+    return run.fastest_march(run.TRAJECTORY, scenario.needs) is not None
 
 
 def trajectory(
@@ -73,12 +73,12 @@ def trajectory(
     )
 
     here = {path: np.array([float(Fields(scenario)(path))]) for path in parameters}
-    many = Many(scenario, here or {"speed": np.array([float(scenario.speed)])}, method, table_at_hand)
+    many = LoweredCells(scenario, here or {"speed": np.array([float(scenario.speed)])}, method, table_at_hand)
     units = many.units
     scaled = times / units.time.item()
     march, values, tangents = None, np.empty(0), []
     for first in range(0, max(len(parameters), 1), LANES):
-        directions = [many.along(path) for path in parameters[first : first + LANES]]
+        directions = [many.direction_along(path) for path in parameters[first : first + LANES]]
         cells, turns = turns_of(many, directions)
         program = Program(cells.pieces, cells.numbers[0])
         march, samples = run.sample_tangents(program, turns.numbers[0], turns.bends, turns.table, scaled)

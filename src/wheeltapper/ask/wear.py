@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 
 from wheeltapper._version import __version__
 from wheeltapper.ask.marks import Marks, marks
-from wheeltapper.ask.passes import Line, Pass, Scatter
-from wheeltapper.ask.spec import contents
-from wheeltapper.ask.wear_files import beside_of, held, unwritable
+from wheeltapper.ask.passes import PassResult, RailLine, Scatter
+from wheeltapper.ask.spec import file_digests
+from wheeltapper.ask.wear_files import beside_of, locked_file, unwritable_error
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_path, as_quantity, as_table, with_older
-from wheeltapper.ground.errors import InputError, suggested
-from wheeltapper.ground.progress import Progress, counting, watched
+from wheeltapper.ground.errors import InputError, with_suggestion
+from wheeltapper.ground.progress import Progress, progress_counter, progress_shown
 from wheeltapper.lower.marks import Surface
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.blocks import cores
+from wheeltapper.march.blocks import core_count
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.checksum import CHECKSUM, checksum, is_damaged
 from wheeltapper.record.kinds import OUTCOMES
@@ -60,7 +60,7 @@ PER_PASS: dict[str, tuple[str, str]] = {
 """Variables of the result that have one value per pass: unit and meaning."""
 
 
-class Older(TypedDict, total=False):
+class OlderScatter(TypedDict, total=False):
     """What `scatter` has replaced."""
 
     speed_scatter: float
@@ -68,7 +68,7 @@ class Older(TypedDict, total=False):
     start_scatter: float
 
 
-class Options(Older, total=False):
+class Options(OlderScatter, total=False):
     """Options of `wear_in`."""
 
     hardening: float
@@ -99,7 +99,7 @@ def wear_in(
     store: str | Path | None = None,
     threads: int | None = None,
     progress: Progress = True,
-    **older: Unpack[Older],
+    **older: Unpack[OlderScatter],
 ) -> xr.Dataset | list[xr.Dataset]:
     """Let many wheels pass over a rail; each pass starts with the surface that the last one left.
 
@@ -155,30 +155,30 @@ def wear_in(
     check_method(method)
     given = as_table(scatter, "scatter", f"a table over {', '.join(SCATTER)}")
     given = with_older(given, older, {f"{name}_scatter": name for name in SCATTER}, "scatter")
-    options = _scatter(hardening, given, seed)
+    options = _checked_scatter(hardening, given, seed)
     if isinstance(scenario, Scenario | str | Path):
         file = None if store is None else as_path(store, "store", "a path with the suffix .nc")
-        with held(file), watched(progress, "passes"):
-            return _Evolution(as_scenario(scenario), options, every, samples, method, file).until(passes)
+        with locked_file(file), progress_shown(progress, "passes"):
+            return _Evolution(as_scenario(scenario), options, every, samples, method, file).continue_until(passes)
     if store is not None:
         raise InputError("", "store", str(store), "none with several scenarios, or a call for each with its own")
     scenarios = as_scenarios(scenario)
     with (
-        watched(progress, "passes"),
-        ThreadPoolExecutor(cores() if threads is None else as_count(threads, "threads")) as pool,
+        progress_shown(progress, "passes"),
+        ThreadPoolExecutor(core_count() if threads is None else as_count(threads, "threads")) as pool,
     ):
-        count = counting("passes", passes * len(scenarios))
+        count = progress_counter("passes", passes * len(scenarios))
         evolutions = pool.map(lambda one: _Evolution(one, options, every, samples, method, None), scenarios)
-        return list(pool.map(lambda one: one.until(passes, count), evolutions))
+        return list(pool.map(lambda one: one.continue_until(passes, count), evolutions))
 
 
-def _scatter(hardening: Any, scatter: dict[str, Any], seed: Any) -> Scatter:
+def _checked_scatter(hardening: Any, scatter: dict[str, Any], seed: Any) -> Scatter:
     hardening = as_quantity(hardening, "hardening", "number", positive=False)
     if hardening > 1.0:
         raise InputError("", "hardening", f"{hardening:g}", "0 to 1")
     for name in scatter:
         if name not in SCATTER:
-            raise InputError("", f"scatter.{name}", f"the unknown name {name!r}", suggested(name, SCATTER))
+            raise InputError("", f"scatter.{name}", f"the unknown name {name!r}", with_suggestion(name, SCATTER))
     spread = {
         name: as_quantity(scatter.get(name, 0.0), f"scatter.{name}", dimension, positive=False)
         for name, dimension in SCATTER.items()
@@ -192,7 +192,7 @@ class _Evolution:
     def __init__(
         self, scenario: Scenario, options: Scatter, every: int, samples: int, method: str, store: Path | None
     ) -> None:
-        self._line = Line(scenario, options, samples, method)
+        self._line = RailLine(scenario, options, samples, method)
         warn_of(self._line.lowered.notes)
         self._every, self._store = every, store
         self._request = json.dumps(
@@ -203,28 +203,28 @@ class _Evolution:
                 "samples": samples,
                 "method": method,
             }
-            | ({"contents": named} if (named := contents(scenario)) else {})
+            | ({"contents": named} if (named := file_digests(scenario)) else {})
         )
         self._state = self._line.virgin, 0  # surface and number of passes, set at once
-        self._passes: list[Pass] = []
-        self._snapshots: dict[int, FloatArray] = {0: self._surface.left}
+        self._passes: list[PassResult] = []
+        self._snapshots: dict[int, FloatArray] = {0: self._present_surface.left}
         self._ended = ""
         if store is not None and store.exists():
-            self._read(store)
+            self._read_file(store)
 
     @property
-    def _surface(self) -> Surface:
+    def _present_surface(self) -> Surface:
         return self._state[0]
 
     @property
-    def _told(self) -> list[Pass]:
+    def _pass_results(self) -> list[PassResult]:
         return self._passes[: self._state[1]]
 
     @property
-    def _kept(self) -> dict[int, FloatArray]:
+    def _kept_profiles(self) -> dict[int, FloatArray]:
         return {number: left for number, left in self._snapshots.items() if number <= self._state[1]}
 
-    def until(self, passes: int, count: Callable[[int], None] | None = None) -> xr.Dataset:
+    def continue_until(self, passes: int, count: Callable[[int], None] | None = None) -> xr.Dataset:
         """Let so many wheels pass, all in all, each told to `count`; return the evolution."""
         if passes < self._state[1]:
             done = self._state[1]
@@ -233,10 +233,10 @@ class _Evolution:
         if not run.is_ready(self._line.lowered.program):
             say_that_it_compiles()
         saved = time.monotonic()
-        count = count or counting("passes", passes, self._state[1])
+        count = count or progress_counter("passes", passes, self._state[1])
         try:
             while self._state[1] < passes and not self._ended:
-                surface, told = self._line.passed(*self._state)
+                surface, told = self._line.after_pass(*self._state)
                 done = self._state[1] + 1
                 self._passes[done - 1 :] = [told]
                 if done % self._every == 0:
@@ -245,14 +245,14 @@ class _Evolution:
                 self._ended = self._why_it_ends(told)
                 count(1)
                 if self._store is not None and time.monotonic() - saved > SAVE_AFTER:
-                    self._write(self._store)
+                    self._write_file(self._store)
                     saved = time.monotonic()
         finally:
             if self._store is not None:
-                self._write(self._store)
+                self._write_file(self._store)
         return self.dataset()
 
-    def _why_it_ends(self, told: Pass) -> str:
+    def _why_it_ends(self, told: PassResult) -> str:
         """Return the reason why the evolution ends with this pass; "" if it goes on."""
         number, ratio = self._state[1], told.largest_force / self._line.lowered.static_force
         if told.status != contract.DONE:
@@ -270,13 +270,13 @@ class _Evolution:
         """Return the evolution so far."""
         import xarray as xr
 
-        line, told = self._line, self._told
-        kept = self._kept | {len(told): self._surface.left}
+        line, told = self._line, self._pass_results
+        kept = self._kept_profiles | {len(told): self._present_surface.left}
         numbers = np.array(sorted(kept))
-        x = line.positions
-        surfaces = [replace(self._surface, left=kept[n]) for n in numbers]
-        heights = np.array([line.profile(surface) for surface in surfaces])
-        left = np.array([surface.settled()[: len(x)] for surface in surfaces])
+        x = line.sample_positions
+        surfaces = [replace(self._present_surface, left=kept[n]) for n in numbers]
+        heights = np.array([line.rail_heights(surface) for surface in surfaces])
+        left = np.array([surface.settled_indentation()[: len(x)] for surface in surfaces])
         wavelength, amplitude = spectrum(x, heights, 2.0 * line.semi_axis)
         growth = np.full_like(amplitude, np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -307,9 +307,9 @@ class _Evolution:
             "position": ("position", x, {"units": "m", "long_name": "position along the rail"}),
             "wavelength": ("wavelength", wavelength, {"units": "m", "long_name": "wavelength"}),
         }
-        return xr.Dataset(variables, coordinates, self._attributes())
+        return xr.Dataset(variables, coordinates, self._evolution_attributes())
 
-    def _attributes(self) -> dict[str, Any]:
+    def _evolution_attributes(self) -> dict[str, Any]:
         line = self._line
         return {
             "title": WEAR_TITLE,
@@ -321,7 +321,7 @@ class _Evolution:
             "ended": self._ended or "all passes made",
             "notes": json.dumps([
                 *line.lowered.notes,
-                *line.beyond_law(max((one.largest_force for one in self._told), default=0.0)),
+                *line.beyond_law(max((one.largest_force for one in self._pass_results), default=0.0)),
                 f"marks are averaged over the contact patch, {2e3 * line.semi_axis:.2f} mm long: shorter ones are not "
                 "resolved",
             ]),
@@ -329,15 +329,18 @@ class _Evolution:
 
     # -- files --------------------------------------------------------------------------------------------------------
 
-    def _write(self, path: Path) -> None:
+    def _write_file(self, path: Path) -> None:
         data = self.dataset()
-        data["state_borne"] = ("sample", self._surface.borne)
-        data["state_left"] = ("sample", self._surface.left)
-        data["state_kept"] = (("kept_state", "sample"), np.array([self._kept[n] for n in sorted(self._kept)]))
-        data["state_kept_passes"] = ("kept_state", np.array(sorted(self._kept)))
+        data["state_borne"] = ("sample", self._present_surface.borne)
+        data["state_left"] = ("sample", self._present_surface.left)
+        data["state_kept"] = (
+            ("kept_state", "sample"),
+            np.array([self._kept_profiles[n] for n in sorted(self._kept_profiles)]),
+        )
+        data["state_kept_passes"] = ("kept_state", np.array(sorted(self._kept_profiles)))
         data["state_told"] = (
             ("pass", "told"),
-            np.array([list(one) for one in self._told], dtype=float).reshape(-1, len(Pass._fields)),
+            np.array([list(one) for one in self._pass_results], dtype=float).reshape(-1, len(PassResult._fields)),
         )
         data.attrs[CHECKSUM] = checksum(data)
         beside = beside_of(path)
@@ -346,9 +349,9 @@ class _Evolution:
             beside.replace(path)
         except OSError as error:
             beside.unlink(missing_ok=True)
-            raise unwritable(path, error) from error
+            raise unwritable_error(path, error) from error
 
-    def _read(self, path: Path) -> None:
+    def _read_file(self, path: Path) -> None:
         import xarray as xr
 
         try:
@@ -366,14 +369,14 @@ class _Evolution:
                 str(path), "store", "an evolution of another scenario, or with other options",
                 "the same scenario and options, or a new name",
             )  # fmt: skip
-        surface = replace(self._surface, borne=data.state_borne.values, left=data.state_left.values)
+        surface = replace(self._present_surface, borne=data.state_borne.values, left=data.state_left.values)
         self._snapshots = dict(
             zip((int(n) for n in data.state_kept_passes.values), data.state_kept.values, strict=True)
         )
-        names = zip(Pass._fields, data.state_told.values.T, strict=True)
+        names = zip(PassResult._fields, data.state_told.values.T, strict=True)
         whole = {"status", "impacts"}
         columns = [values.astype(int) if name in whole else values for name, values in names]
-        self._passes = [Pass(*values) for values in zip(*(column.tolist() for column in columns), strict=True)]
+        self._passes = [PassResult(*values) for values in zip(*(column.tolist() for column in columns), strict=True)]
         self._state = surface, len(self._passes)
         ended = str(data.attrs["ended"])
         self._ended = "" if ended == "all passes made" else ended

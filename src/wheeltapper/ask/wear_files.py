@@ -11,7 +11,7 @@ from wheeltapper.ground.errors import InputError
 
 
 @contextmanager
-def held(file: Path | None) -> Iterator[None]:
+def locked_file(file: Path | None) -> Iterator[None]:
     """Lock an evolution's file for this process, and remove temporary files of a killed one."""
     if file is None:
         yield
@@ -22,7 +22,7 @@ def held(file: Path | None) -> Iterator[None]:
         try:
             stack.enter_context(locked(file))
         except OSError as error:
-            raise unwritable(file, error) from error
+            raise unwritable_error(file, error) from error
         beside_of(file).unlink(missing_ok=True)
         yield
 
@@ -32,7 +32,7 @@ def beside_of(file: Path) -> Path:
     return file.with_name(f".{file.name}.partial")
 
 
-def unwritable(file: Path, error: OSError) -> InputError:
+def unwritable_error(file: Path, error: OSError) -> InputError:
     """Return the error of a file that cannot be written."""
     what = f"a place that cannot be written ({error.strerror or error})"
     return InputError(str(file), "store", what, "a writable path")

@@ -9,7 +9,7 @@ from pydantic import Discriminator, GetCoreSchemaHandler, GetJsonSchemaHandler, 
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
-from wheeltapper.describe.registry import choices, is_abstract
+from wheeltapper.describe.registry import is_abstract, makeable_nouns
 
 
 class OneOf:
@@ -24,25 +24,25 @@ class OneOf:
     def __init__(self, family: type[Any]) -> None:
         self.family = family
 
-    def read(self, value: Any) -> Any:
+    def read_noun(self, value: Any) -> Any:
         """Return the noun that is given, or that a table describes."""
         if isinstance(value, self.family) and not is_abstract(type(value)):
             return value
-        return _union(choices(self.family)).validator.validate_python(value)
+        return _union_of_nouns(makeable_nouns(self.family)).validator.validate_python(value)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read)
+        return core_schema.no_info_plain_validator_function(self.read_noun)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return handler(_union(choices(self.family)).core_schema)
+        return handler(_union_of_nouns(makeable_nouns(self.family)).core_schema)
 
 
-def _kind(value: Any) -> str | None:
+def _type_tag(value: Any) -> str | None:
     return value.get("type") if isinstance(value, dict) else type(value).__name__
 
 
 @lru_cache(maxsize=32)
-def _union(kinds: tuple[type[Any], ...]) -> TypeAdapter[Any]:
+def _union_of_nouns(kinds: tuple[type[Any], ...]) -> TypeAdapter[Any]:
     """Return what makes one of these nouns from a table."""
     union: Any = Union[tuple(Annotated[kind, Tag(kind.__name__)] for kind in kinds)]  # noqa: UP007 - of a tuple
-    return TypeAdapter(Annotated[union, Discriminator(_kind)])
+    return TypeAdapter(Annotated[union, Discriminator(_type_tag)])

@@ -8,14 +8,14 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 
-from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 
 TAGS = {"all", "places", "literal['equilibrium']"}
 """Parts of the locations in pydantic's messages that are neither fields nor names of nouns."""
 Location = tuple[int | str, ...]
 
 
-def explained(error: ValidationError, root: Any, kinds: Mapping[str, Any]) -> InputError:
+def one_line_error(error: ValidationError, root: Any, kinds: Mapping[str, Any]) -> InputError:
     """Return pydantic's first error as one clear message.
 
     Parameters
@@ -35,7 +35,7 @@ def explained(error: ValidationError, root: Any, kinds: Mapping[str, Any]) -> In
     match first["type"]:
         case "extra_forbidden":
             name = str(location[-1])
-            allowed = suggested(name, _fields_at(location, root, kinds)) or "no fields"
+            allowed = with_suggestion(name, _fields_at(location, root, kinds)) or "no fields"
             return InputError("", field, f"the unknown name {name!r}", allowed)
         case "missing":
             return InputError("", field, "nothing", "a value, which is required here")
@@ -52,21 +52,24 @@ def explained(error: ValidationError, root: Any, kinds: Mapping[str, Any]) -> In
             return InputError("", field, f"{context['actual_length']} values", f"{some} {bound}")
         case "literal_error" if isinstance(given, str):
             names = re.findall("'([^']*)'", context["expected"])
-            return InputError("", field, shown(given), suggested(given, names, context["expected"]))
+            return InputError("", field, value_text(given), with_suggestion(given, names, context["expected"]))
         case "model_type" | "model_attributes_type":
-            return InputError("", field, shown(given), f"{context['class_name']}, or a table of its fields")
+            return InputError("", field, value_text(given), f"{context['class_name']}, or a table of its fields")
         case "tuple_type" | "dict_type":
-            return InputError("", field, shown(given), "a list" if first["type"] == "tuple_type" else "a table")
-    return InputError("", field, shown(given), re.sub(r"^(Input should be |\w+ should have )", "", first["msg"]))
+            return InputError("", field, value_text(given), "a list" if first["type"] == "tuple_type" else "a table")
+    return InputError("", field, value_text(given), re.sub(r"^(Input should be |\w+ should have )", "", first["msg"]))
 
 
 def _of_another_kind(field: str, given: Any, context: dict[str, Any]) -> InputError:
     expected = str(context["expected_tags"])
     if not isinstance(given, dict):
-        return InputError("", field, shown(given), expected)
+        return InputError("", field, value_text(given), expected)
     kind = str(given["type"])
     return InputError(
-        "", f"{field}.type", shown(given["type"]), suggested(kind, re.findall("'([^']*)'", expected), expected)
+        "",
+        f"{field}.type",
+        value_text(given["type"]),
+        with_suggestion(kind, re.findall("'([^']*)'", expected), expected),
     )
 
 

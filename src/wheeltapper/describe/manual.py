@@ -13,24 +13,25 @@ from pydantic import BaseModel, BeforeValidator
 from pydantic_core import PydanticUndefined
 
 from wheeltapper.describe.choice import OneOf
-from wheeltapper.describe.registry import choices, is_abstract, registered
+from wheeltapper.describe.registry import is_abstract, makeable_nouns, registered_in
 
 HEADING = "Parameters\n----------\n"
 
 
-class _Words(str):
+class _ReadableType(str):
     """The readable form of a type; signatures print it without quotes."""
 
     __slots__ = ()
     __repr__ = str.__str__
 
 
-def signature(kind: type[BaseModel]) -> Signature:
+def readable_signature(kind: type[BaseModel]) -> Signature:
     """Return the fields with their allowed values."""
     return Signature(
         [
             Parameter(
-                name, Parameter.KEYWORD_ONLY, annotation=_Words(_type(field.annotation, field.metadata)),
+                name, Parameter.KEYWORD_ONLY,
+                annotation=_ReadableType(_readable_type(field.annotation, field.metadata)),
                 default=Parameter.empty if field.is_required() else field.get_default(call_default_factory=True),
             )
             for name, field in kind.model_fields.items()
@@ -38,21 +39,21 @@ def signature(kind: type[BaseModel]) -> Signature:
     )  # fmt: skip
 
 
-def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
+def _readable_type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
     """Return the allowed values of a field, without the details of reading and checking."""
     family = next((one.family for one in metadata if isinstance(one, OneOf)), None)
     if family is not None:
-        return " | ".join(kind.__name__ for kind in choices(family))
+        return " | ".join(kind.__name__ for kind in makeable_nouns(family))
     given = [one.json_schema_input_type for one in metadata if isinstance(one, BeforeValidator)]
     if given and given[0] is not PydanticUndefined:
         return str(given[0])
     origin, inside = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
-        return _type(inside[0], inside[1:])
+        return _readable_type(inside[0], inside[1:])
     if origin in (Union, UnionType):
-        return " | ".join(_type(one) for one in inside)
+        return " | ".join(_readable_type(one) for one in inside)
     if origin in (tuple, dict):
-        return f"{origin.__name__}[{', '.join(_type(one) for one in inside)}]"
+        return f"{origin.__name__}[{', '.join(_readable_type(one) for one in inside)}]"
     if annotation in (..., NoneType):
         return "..." if annotation is ... else "None"
     return (
@@ -62,18 +63,18 @@ def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
     )
 
 
-def listed(room: str) -> str:
+def room_table(room: str) -> str:
     """Return a table, in reStructuredText, of what can be made in a room: how it is written, and what it is."""
     rows = [".. list-table::", "   :widths: 45 55", ""]
-    for name, thing in registered(room).items():
+    for name, thing in registered_in(room).items():
         if not is_abstract(thing):
             first = " ".join((inspect.getdoc(thing) or "").partition("\n\n")[0].split()).removeprefix("Return ")
             words = re.sub(r"([*|\\])", r"\\\1", first).replace("`", "``")
-            rows += [f"   * - ``{name}({_arguments(thing)})``", f"     - {words}"]
+            rows += [f"   * - ``{name}({_required_arguments(thing)})``", f"     - {words}"]
     return "\n".join([*rows, ""])
 
 
-def _arguments(thing: Any) -> str:
+def _required_arguments(thing: Any) -> str:
     """Return the fields of a noun that must be given, or the arguments of a function with their defaults."""
     fields = inspect.signature(thing).parameters.values()
     if not inspect.isclass(thing):
@@ -82,26 +83,26 @@ def _arguments(thing: Any) -> str:
     return ", ".join([*required, *(["…"] if len(required) < len(fields) else [])])
 
 
-def described(kind: type[BaseModel]) -> dict[str, str]:
+def field_descriptions(kind: type[BaseModel]) -> dict[str, str]:
     """Return the descriptions of the fields in the docstring of a noun."""
-    return {name: " ".join(words.split()) for names, words in _entries(kind) for name in names}
+    return {name: " ".join(words.split()) for names, words in _parameter_entries(kind) for name in names}
 
 
-def completed(kind: type[BaseModel]) -> str:
+def completed_docstring(kind: type[BaseModel]) -> str:
     """Return the docstring of a noun, with its inherited fields, which help() would not show."""
-    own = _entries(kind)
+    own = _parameter_entries(kind)
     known = {name for names, _ in own for name in names}
     inherited = [
         ([name for name in names if name not in known], words)
         for base in kind.__bases__
-        for names, words in _entries(base)
+        for names, words in _parameter_entries(base)
     ]
     text = inspect.cleandoc(kind.__doc__ or "").partition(HEADING)[0].rstrip()
     section = "\n".join(f"{', '.join(names)}\n{words}" for names, words in inherited + own if names)
     return f"{text}\n\n{HEADING}{section}" if section else text
 
 
-def _entries(kind: type) -> list[tuple[list[str], str]]:
+def _parameter_entries(kind: type) -> list[tuple[list[str], str]]:
     """Return the entries of a docstring's section "Parameters": names, and the text below them."""
     section = inspect.cleandoc(kind.__doc__ or "").partition(HEADING)[2]
     entries = (entry.partition("\n") for entry in re.split(r"\n(?=\S)", section) if entry)

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_serializer, model_validator
 
-from wheeltapper.describe.complaint import explained
-from wheeltapper.describe.manual import completed, signature
-from wheeltapper.describe.registry import everything, home, register
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.describe.complaint import one_line_error
+from wheeltapper.describe.manual import completed_docstring, readable_signature
+from wheeltapper.describe.registry import all_registered, register, room_of
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import NOTHING, Need
 from wheeltapper.ground.quantities import to_si
 
@@ -22,7 +22,7 @@ else:
     ModelMetaclass = type(BaseModel)  # pydantic does not export it
 
 
-class Kind(ModelMetaclass):
+class NounMeta(ModelMetaclass):
     """The metaclass of nouns: their errors have one line, and nothing of pydantic's internals is shown.
 
     Errors are worded here, and not in `__init__`, because pydantic makes inner nouns without calling their classes.
@@ -33,29 +33,29 @@ class Kind(ModelMetaclass):
         """Make a noun."""
         if nameless:
             names = ", ".join(cls.model_fields) or "none"  # type: ignore[attr-defined]
-            raise InputError("", "", f"{shown(nameless[0])} without a name", f"values with names: {names}")
+            raise InputError("", "", f"{value_text(nameless[0])} without a name", f"values with names: {names}")
         try:
             return super().__call__(**fields)
         except ValidationError as error:
-            raise explained(error, cls, kinds()) from None
+            raise one_line_error(error, cls, nouns_by_name()) from None
 
     def __dir__(cls) -> list[str]:  # noqa: N805
         return sorted(name for name in {*super().__dir__()} - {*vars(BaseModel)} if not name.startswith("_"))
 
 
-def kinds() -> dict[str, type[Noun]]:
+def nouns_by_name() -> dict[str, type[Noun]]:
     """Return all nouns by name."""
-    return {name: kind for name, kind in everything().items() if isinstance(kind, type) and issubclass(kind, Noun)}
+    return {name: kind for name, kind in all_registered().items() if isinstance(kind, type) and issubclass(kind, Noun)}
 
 
 class _Signature:
     """A noun's signature, made when it is asked for: what a field takes may be registered later than the noun."""
 
     def __get__(self, noun: Any, kind: type[Noun]) -> Signature:
-        return signature(kind)
+        return readable_signature(kind)
 
 
-class Noun(BaseModel, metaclass=Kind):
+class Noun(BaseModel, metaclass=NounMeta):
     """A frozen description: equal by value, hashable, picklable, printable; unknown names are refused.
 
     A class statement registers a kind of noun. With `abstract=True` it is a family, of which others are made.
@@ -69,8 +69,8 @@ class Noun(BaseModel, metaclass=Kind):
     @classmethod
     def __pydantic_init_subclass__(cls, *, abstract: bool = False, **options: Any) -> None:
         cls.__signature__ = _Signature()  # type: ignore[assignment]
-        cls.__doc__ = completed(cls)
-        register(cls, home(cls), abstract=abstract)
+        cls.__doc__ = completed_docstring(cls)
+        register(cls, room_of(cls), abstract=abstract)
 
     @classmethod
     def model_validate(cls, obj: Any, **options: Any) -> Self:
@@ -78,7 +78,7 @@ class Noun(BaseModel, metaclass=Kind):
         try:
             return super().model_validate(obj, **options)
         except ValidationError as error:
-            raise explained(error, cls, kinds()) from None
+            raise one_line_error(error, cls, nouns_by_name()) from None
 
     if not TYPE_CHECKING:  # type checkers know from `frozen` that no field may be set
 
@@ -115,17 +115,17 @@ class Noun(BaseModel, metaclass=Kind):
         return all(getattr(self, name) == getattr(other, name) for name in type(self).model_fields)
 
 
-def _reader(dimension: str) -> Callable[[Any], float]:
-    def read(value: Any) -> float:
+def _quantity_reader(dimension: str) -> Callable[[Any], float]:
+    def read_quantity(value: Any) -> float:
         number = to_si(value, dimension)
         if not isfinite(number):
-            raise InputError("", "", shown(value), f"a finite {dimension}")
+            raise InputError("", "", value_text(value), f"a finite {dimension}")
         return number
 
-    return read
+    return read_quantity
 
 
-def quantity(dimension: str, **bounds: Any) -> Any:
+def quantity_type(dimension: str, **bounds: Any) -> Any:
     """Return the annotated type of a quantity: a float in SI units, or a string with a unit."""
     schema: dict[str, Any] = {
         "type": ["number", "string"],
@@ -133,31 +133,31 @@ def quantity(dimension: str, **bounds: Any) -> Any:
     }
     return Annotated[
         float,
-        BeforeValidator(_reader(dimension), json_schema_input_type=float | str),
+        BeforeValidator(_quantity_reader(dimension), json_schema_input_type=float | str),
         Field(json_schema_extra=schema, **bounds),
     ]
 
 
-Length = quantity("length")
-PositiveLength = quantity("length", gt=0)
-Mass = quantity("mass", gt=0)
-Force = quantity("force")
-PositiveForce = quantity("force", gt=0)
-Stiffness = quantity("stiffness", ge=0)
-PositiveStiffness = quantity("stiffness", gt=0)
-Damping = quantity("damping", ge=0)
-Speed = quantity("speed")
-Duration = quantity("time", gt=0)
-Pressure = quantity("pressure", gt=0)
-HertzConstant = quantity("Hertz constant", gt=0)
-Acceleration = quantity("acceleration", ge=0)
-PositiveAcceleration = quantity("acceleration", gt=0)
-Angle = quantity("angle")
-TimePerLength = quantity("time per length", ge=0)
-Inertia = quantity("moment of inertia", gt=0)
-AngularStiffness = quantity("angular stiffness", ge=0)
-Friction = quantity("number", gt=0)
-Share = quantity("number", ge=0)
-Frequency = quantity("frequency", gt=0)
-NoiseDensity = quantity("acceleration noise density", ge=0)
-SignedAcceleration = quantity("acceleration")
+Length = quantity_type("length")
+PositiveLength = quantity_type("length", gt=0)
+Mass = quantity_type("mass", gt=0)
+Force = quantity_type("force")
+PositiveForce = quantity_type("force", gt=0)
+Stiffness = quantity_type("stiffness", ge=0)
+PositiveStiffness = quantity_type("stiffness", gt=0)
+Damping = quantity_type("damping", ge=0)
+Speed = quantity_type("speed")
+Duration = quantity_type("time", gt=0)
+Pressure = quantity_type("pressure", gt=0)
+HertzConstant = quantity_type("Hertz constant", gt=0)
+Acceleration = quantity_type("acceleration", ge=0)
+PositiveAcceleration = quantity_type("acceleration", gt=0)
+Angle = quantity_type("angle")
+TimePerLength = quantity_type("time per length", ge=0)
+Inertia = quantity_type("moment of inertia", gt=0)
+AngularStiffness = quantity_type("angular stiffness", ge=0)
+Friction = quantity_type("number", gt=0)
+Share = quantity_type("number", ge=0)
+Frequency = quantity_type("frequency", gt=0)
+NoiseDensity = quantity_type("acceleration noise density", ge=0)
+SignedAcceleration = quantity_type("acceleration")

@@ -27,13 +27,13 @@ class Placement(dict[str, tuple[Any, ...]]):
         """Return the irregularities that one wheel meets; wheelsets count from 1."""
         found: list[Any] = []
         for where, items in self.items():
-            number, held = read(where)
+            number, held = parsed_place(where)
             if number in (None, wheelset) and held in ("both", side):
                 found += items
         return tuple(found)
 
 
-def read(where: str) -> tuple[int | None, str]:
+def parsed_place(where: str) -> tuple[int | None, str]:
     """Return the wheelset (None: all of them) and the side of a place."""
     match = PLACE.fullmatch(where.strip())
     if match is None or not where.strip():
@@ -48,6 +48,6 @@ def check_places(irregularity: Any, wheelsets: int) -> None:
     if not isinstance(irregularity, Placement):
         return
     for where in irregularity:
-        number, _ = read(where)
+        number, _ = parsed_place(where)
         if number is not None and number > wheelsets:
             raise InputError("", "irregularity", f"the place {where!r}", f"wheelsets 1 to {wheelsets}")

@@ -23,13 +23,13 @@ _held: dict[str, dict[str, Any]] = {}
 _abstract: set[Any] = set()
 """Nouns that only others are made of."""
 _choices: dict[Any, tuple[type[Any], ...]] = {}
-"""What `choices` has found since the last registration."""
+"""What `makeable_nouns` has found since the last registration."""
 _rooms: list[str] = []
 _searched: set[str] = set()
 """Rooms whose modules are all imported."""
 
 
-def home(kind: type[Any]) -> str:
+def room_of(kind: type[Any]) -> str:
     """Return the room of a noun's class: of one defined elsewhere, that of its nearest ancestor in the package."""
     modules = (base.__module__ for base in kind.__mro__)
     return next(module for module in modules if module.startswith(PACKAGE)).rpartition(".")[0]
@@ -47,9 +47,9 @@ def register(thing: Any, room: str, *, abstract: bool = False) -> None:
     """
     name = thing.__name__
     if not thing.__module__.startswith(room):
-        search(room)
+        import_room(room)
     before = _held.setdefault(room, {}).setdefault(name, thing)
-    if _origin(before) != _origin(thing):
+    if _origin_of(before) != _origin_of(thing):
         raise InputError("", name, f"a second {name}, beside that of {before.__module__}", "a name that is not taken")
     _held[room][name] = thing
     if abstract:
@@ -57,12 +57,12 @@ def register(thing: Any, room: str, *, abstract: bool = False) -> None:
     _choices.clear()
 
 
-def _origin(thing: Any) -> str:
+def _origin_of(thing: Any) -> str:
     """Return where something was defined; a script that runs again in a worker process is the same script."""
     return str(thing.__module__).replace("__mp_main__", "__main__")
 
 
-def forget(thing: Any) -> None:
+def unregister(thing: Any) -> None:
     """Undo a registration."""
     name = thing.__name__
     for held in _held.values():
@@ -77,37 +77,37 @@ def is_abstract(kind: type[Any]) -> bool:
     return kind in _abstract
 
 
-def search(room: str) -> None:
+def import_room(room: str) -> None:
     """Import all modules of a room, once."""
     if room not in _searched:
-        for name in modules(room):
+        for name in module_names(room):
             import_module(f"{room}.{name}")
         _searched.add(room)
 
 
 @cache
-def modules(room: str) -> tuple[str, ...]:
+def module_names(room: str) -> tuple[str, ...]:
     """Return the names of a room's modules."""
     return tuple(sorted(module.name for module in pkgutil.iter_modules(import_module(room).__path__)))
 
 
-def registered(room: str) -> dict[str, Any]:
+def registered_in(room: str) -> dict[str, Any]:
     """Return what is registered in a room, by name and sorted by it."""
-    search(room)
+    import_room(room)
     return dict(sorted(_held.get(room, {}).items()))
 
 
-def everything() -> dict[str, Any]:
+def all_registered() -> dict[str, Any]:
     """Return what is registered in all rooms that were entered, and outside of rooms."""
     for room in _rooms:
-        search(room)
+        import_room(room)
     return {name: thing for held in _held.values() for name, thing in held.items()}
 
 
-def choices(family: type[Any]) -> tuple[type[Any], ...]:
+def makeable_nouns(family: type[Any]) -> tuple[type[Any], ...]:
     """Return all nouns of a family that can be made, sorted by their names."""
     if family not in _choices:
-        kinds = registered(home(family)).values()
+        kinds = registered_in(room_of(family)).values()
         _choices[family] = tuple(kind for kind in kinds if issubclass(kind, family) and not is_abstract(kind))
     return _choices[family]
 
@@ -119,20 +119,20 @@ def room(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """
     _rooms.append(package)
 
-    def offered() -> dict[str, Any]:
-        out = registered(package)
-        for name in modules(package):
+    def offered_by_name() -> dict[str, Any]:
+        out = registered_in(package)
+        for name in module_names(package):
             module = sys.modules[f"{package}.{name}"]
             out |= {word: getattr(module, word) for word in getattr(module, "__all__", ())}
         return out
 
-    def get(name: str) -> Any:
+    def offered_object(name: str) -> Any:
         if name == "__all__":
-            return sorted(offered())
-        if not name.startswith("_") and name not in modules(package):  # a module is imported by who asks for it
-            found = offered()
+            return sorted(offered_by_name())
+        if not name.startswith("_") and name not in module_names(package):  # a module is imported by who asks for it
+            found = offered_by_name()
             if name in found:
                 return found[name]
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
-    return get, lambda: sorted(offered())
+    return offered_object, lambda: sorted(offered_by_name())

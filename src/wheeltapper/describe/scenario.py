@@ -14,15 +14,15 @@ from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.contact.hertz import Hertz
 from wheeltapper.describe.creep.base import CreepLaw
 from wheeltapper.describe.irregularity.base import Irregularity
-from wheeltapper.describe.noun import Duration, Length, Noun, Speed, kinds
+from wheeltapper.describe.noun import Duration, Length, Noun, Speed, nouns_by_name
 from wheeltapper.describe.placement import Placement, check_places
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Profiles, WheelRail
 from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.track.stiff import StiffTrack
 from wheeltapper.describe.vehicle.base import Vehicle
-from wheeltapper.describe.vehicle.wagon import Wagon, made
+from wheeltapper.describe.vehicle.wagon import Wagon, wagon_for
 from wheeltapper.ground.arguments import as_path
-from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.needs import IRREGULARITY, MEMORY, NOTHING, POINT, PROFILES, START, YIELDING, Need
 from wheeltapper.march import run
 
@@ -51,15 +51,15 @@ class Start(Noun):
         return frozenset({START})
 
 
-def _listed(value: Any) -> Any:
+def _as_tuple(value: Any) -> Any:
     if value is None:
         return ()
     if isinstance(value, dict) and "type" not in value:
-        return {where: _listed(items) for where, items in value.items()}
+        return {where: _as_tuple(items) for where, items in value.items()}
     return value if isinstance(value, list | tuple) else [value]
 
 
-def _form(value: Any) -> str:
+def _irregularity_form(value: Any) -> str:
     return "places" if isinstance(value, dict) else "all"
 
 
@@ -91,7 +91,7 @@ class Scenario(Noun):
         "equilibrium": static indentation on the path at x = 0, velocity zero; or displacement and velocity.
     """
 
-    vehicle: Annotated[Any, OneOf(Vehicle), AfterValidator(made)]
+    vehicle: Annotated[Any, OneOf(Vehicle), AfterValidator(wagon_for)]
     track: Annotated[Any, OneOf(Track)] = StiffTrack()
     contact: Annotated[Any, OneOf(Contact)] = Hertz()
     creep: Annotated[CreepLaw, OneOf(CreepLaw)] | None = None
@@ -99,8 +99,8 @@ class Scenario(Noun):
     irregularity: Annotated[
         Annotated[tuple[AnyIrregularity, ...], Tag("all")]
         | Annotated[dict[str, tuple[AnyIrregularity, ...]], AfterValidator(Placement), Tag("places")],
-        Discriminator(_form),
-        BeforeValidator(_listed),
+        Discriminator(_irregularity_form),
+        BeforeValidator(_as_tuple),
     ] = ()
     rolling: Literal["circle", "point"] = "circle"
     speed: Speed
@@ -108,7 +108,7 @@ class Scenario(Noun):
     start: Literal["equilibrium"] | Start = "equilibrium"
 
     @model_validator(mode="after")
-    def _possible(self) -> Scenario:
+    def _check_combination(self) -> Scenario:
         if self.speed < 0:
             raise InputError("", "speed", f"{self.speed:g} m/s", "0 m/s or more")
         if self.speed == 0 and self.irregularity:
@@ -176,13 +176,13 @@ class Scenario(Noun):
     def replaced(self, changes: dict[str, Any]) -> Scenario:
         """Return a changed copy; keys are paths such as "vehicle.mass" or "irregularity.0.height"."""
         if not isinstance(changes, dict) or not all(isinstance(path, str) for path in changes):
-            raise InputError("", "changes", shown(changes), 'paths with their values, as {"vehicle.mass": 1600}')
+            raise InputError("", "changes", value_text(changes), 'paths with their values, as {"vehicle.mass": 1600}')
         values: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields}
         for path, value in changes.items():
             head, *rest = path.split(".")
             if head not in values:
-                raise InputError("", path, "no such field", suggested(head, list(values)))
-            values[head] = _changed(values[head], rest, value, path)
+                raise InputError("", path, "no such field", with_suggestion(head, list(values)))
+            values[head] = _changed_table(values[head], rest, value, path)
         return Scenario.model_validate(values)
 
     @classmethod
@@ -252,34 +252,34 @@ def toml_table(path: Path, what: str) -> dict[str, Any]:
     return data
 
 
-def _changed(value: Any, rest: list[str], new: Any, path: str) -> Any:
+def _changed_table(value: Any, rest: list[str], new: Any, path: str) -> Any:
     if not rest:
         return new
     head, *deeper = rest
     if isinstance(value, tuple):
-        i = _index(value, head)
+        i = _item_index(value, head)
         if i is not None:
-            changed = _changed(value[i], deeper, new, path)
+            changed = _changed_table(value[i], deeper, new, path)
             return (*value[:i], *(() if changed is None else (changed,)), *value[i + 1 :])
     if isinstance(value, Placement) and head in value:
-        return dict(value) | {head: _changed(value[head], deeper, new, path)}
+        return dict(value) | {head: _changed_table(value[head], deeper, new, path)}
     if isinstance(value, dict):  # already changed in another field
-        kind: Any = kinds().get(str(value.get("type")))
+        kind: Any = nouns_by_name().get(str(value.get("type")))
         names = [*value] if kind is None else list(kind.model_fields)
         if head in names:
-            return value | {head: _changed(value.get(head), deeper, new, path)}
-        raise InputError("", path, f"no such field {head!r}", suggested(head, names))
+            return value | {head: _changed_table(value.get(head), deeper, new, path)}
+        raise InputError("", path, f"no such field {head!r}", with_suggestion(head, names))
     if isinstance(value, Noun) and head in type(value).model_fields:
         given = {name: getattr(value, name) for name in value.model_fields_set}
-        given[head] = _changed(getattr(value, head), deeper, new, path)
+        given[head] = _changed_table(getattr(value, head), deeper, new, path)
         return {"type": type(value).__name__} | given
     names = list(type(value).model_fields) if isinstance(value, Noun) else []
     if isinstance(value, tuple):
         names = [getattr(item, "name", str(i)) for i, item in enumerate(value)]
-    raise InputError("", path, f"no such field {head!r}", suggested(head, names) or "nothing in it")
+    raise InputError("", path, f"no such field {head!r}", with_suggestion(head, names) or "nothing in it")
 
 
-def _index(items: tuple[Any, ...], key: str) -> int | None:
+def _item_index(items: tuple[Any, ...], key: str) -> int | None:
     """Return the position of an item of a list: by its number from 0, by its name, or as "wheelset 1" and so on."""
     if key.isdigit():
         return int(key) if int(key) < len(items) else None

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from wheeltapper.describe.manual import HEADING, described
+from wheeltapper.describe.manual import HEADING, field_descriptions
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 
@@ -25,7 +25,7 @@ class _WithType(GenerateJsonSchema):
         if name not in UNTYPED:
             out["required"] = ["type", *out.get("required", [])]
         out["description"] = out["description"].partition(HEADING)[0].strip()
-        for field, words in described(schema["cls"]).items():
+        for field, words in field_descriptions(schema["cls"]).items():
             held = out["properties"][field]
             held["description"] = f"{words} ({held['description']})" if "description" in held else words
         return out

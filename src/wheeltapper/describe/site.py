@@ -43,11 +43,11 @@ class Site(Noun):
 
     @field_validator("uncertainty", mode="after")
     @classmethod
-    def _sorted(cls, value: dict[str, float]) -> dict[str, float]:
+    def _sorted_uncertainty(cls, value: dict[str, float]) -> dict[str, float]:
         return dict(sorted(value.items()))
 
     @model_validator(mode="after")
-    def _weighs(self) -> Site:
+    def _check_passage(self) -> Site:
         try:
             run.choose(run.DIAGNOSE, self.passage.needs)
         except InputError as error:

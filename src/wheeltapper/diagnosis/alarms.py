@@ -96,7 +96,7 @@ class Rule:
     verify: str = VERIFY
 
     @property
-    def said(self) -> str:
+    def limit_text(self) -> str:
         """The limit as text."""
         if self.quantity == "peak_force":
             return f"{self.limit / 1e3:.4g} kN ({self.limit / to_si('1 kip', 'force'):.4g} kips) per {self.per}"
@@ -136,12 +136,12 @@ class Alarm(NamedTuple):
         }  # fmt: skip
 
     def __str__(self) -> str:
-        value = Rule("", self.rule.quantity, self.value, "", per=self.rule.per).said
+        value = Rule("", self.rule.quantity, self.value, "", per=self.rule.per).limit_text
         word = "at least" if self.rule.when == "reached" else "more than"
         measured = " from the recording" if self.forces_from == "recording" else ""
         edition = f", {self.rule.edition}" if self.rule.edition else ""
         text = f"axle {self.axle}: {self.rule.level}: {self.rule.quantity.replace('_', ' ')} {value}{measured}"
-        return f"{text}, {word} {self.rule.said}; {self.rule.name}{edition}; {self.rule.verify}"
+        return f"{text}, {word} {self.rule.limit_text}; {self.rule.name}{edition}; {self.rule.verify}"
 
 
 # -- what is compared -------------------------------------------------------------------------------------------------
@@ -153,20 +153,22 @@ def wheel_forces(entry: Mapping[str, Any], wheels: int = 2) -> tuple[float, floa
     The whole dynamic force is assigned to one of the two wheels if the fault is in a wheel, or unknown: this is the
     largest force that one wheel can have had.
     """
-    static, peak = _forces(entry)
+    static, peak = _wheelset_forces(entry)
     fault = CATALOGUE.get(str(entry.get("verdict")))
     if entry.get("verdict") == NOT_EXPLAINED or (fault is not None and fault.part == "wheel"):
         return static / wheels, static / wheels + (peak - static)
     return static / wheels, peak / wheels
 
 
-def _forces(entry: Mapping[str, Any]) -> tuple[float, float]:
+def _wheelset_forces(entry: Mapping[str, Any]) -> tuple[float, float]:
     """Return static and largest force of the wheelset, N; the latter on level track if the entry states it."""
     level = entry.get("level_force")
-    return _number(entry.get("static_force")), _number(entry.get("largest_force") if level is None else level)
+    return _number_or_nan(entry.get("static_force")), _number_or_nan(
+        entry.get("largest_force") if level is None else level
+    )
 
 
-def compared(entry: Mapping[str, Any], rule: Rule, site: Site) -> float:
+def compared_value(entry: Mapping[str, Any], rule: Rule, site: Site) -> float:
     """Return the value that a rule limits, in SI units; NaN if the entry has none.
 
     Parameters
@@ -176,13 +178,13 @@ def compared(entry: Mapping[str, Any], rule: Rule, site: Site) -> float:
     rule, site
         The rule, and the site of the finding, which states the wheels.
     """
-    fault, size = CATALOGUE.get(str(entry.get("verdict"))), _number(entry.get("size"))
+    fault, size = CATALOGUE.get(str(entry.get("verdict"))), _number_or_nan(entry.get("size"))
     vehicle = site.passage.vehicle
     if not rule.diameter_above < 2.0 * float(vehicle.radius) <= rule.diameter_up_to:
         return nan
     if rule.quantity in OF_FAULTS:
         return nan if fault is None else fault.alarms.get(rule.quantity, nan) * size
-    static, peak = _forces(entry) if rule.per == "axle" else wheel_forces(entry, vehicle.wheels)
+    static, peak = _wheelset_forces(entry) if rule.per == "axle" else wheel_forces(entry, vehicle.wheels)
     if rule.quantity == "peak_force":
         return peak
     return peak / static - (rule.quantity == "dynamic_increment")
@@ -192,13 +194,13 @@ def alarms_of(entries: Sequence[Mapping[str, Any]], rules: Sequence[Rule], site:
     """Return all alarms of the wheelsets, beginning with the leading one."""
     out = []
     for axle, entry in enumerate(entries, 1):
-        values = [(rule, compared(entry, rule, site)) for rule in rules]
+        values = [(rule, compared_value(entry, rule, site)) for rule in rules]
         source = str(entry.get("forces_from") or "model")
         out += [Alarm(axle, rule, value, source) for rule, value in values if rule.raised_by(value)]
     return tuple(out)
 
 
-def _number(value: Any) -> float:
+def _number_or_nan(value: Any) -> float:
     return nan if value is None else float(value)
 
 
@@ -231,7 +233,7 @@ def read_rules(path: str | Path | None = None, countries: Sequence[str] | None =
         raise InputError(
             source, "rule", "none" if not table else repr(table)[:80], "tables [[rule]], one for each rule"
         )
-    rules = tuple(_rule(entry, f"rule.{number}", source) for number, entry in enumerate(table, 1))
+    rules = tuple(_checked_rule(entry, f"rule.{number}", source) for number, entry in enumerate(table, 1))
     names = [rule.name for rule in rules]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
@@ -247,7 +249,7 @@ def in_countries(rules: Sequence[Rule], countries: Sequence[str] | None) -> tupl
     return tuple(rule for rule in rules if rule.is_in(names))
 
 
-def _rule(entry: dict[str, Any], where: str, source: str) -> Rule:
+def _checked_rule(entry: dict[str, Any], where: str, source: str) -> Rule:
     known = [field.name for field in fields(Rule)]
     for name in entry:
         if name not in known:
@@ -259,10 +261,10 @@ def _rule(entry: dict[str, Any], where: str, source: str) -> Rule:
     for name, choices in CHOICES.items():
         if name in values and values[name] not in choices:
             raise InputError(source, f"{where}.{name}", repr(values[name]), ", ".join(choices))
-    values["limit"] = _positive(values["limit"], QUANTITIES[values["quantity"]], f"{where}.limit", source)
+    values["limit"] = _positive_number(values["limit"], QUANTITIES[values["quantity"]], f"{where}.limit", source)
     for name in LENGTHS:
         if name in values:
-            values[name] = _positive(values[name], "length", f"{where}.{name}", source)
+            values[name] = _positive_number(values[name], "length", f"{where}.{name}", source)
     if isinstance(values.get("date"), date):
         values["date"] = values["date"].isoformat()
     for name, value in values.items():
@@ -271,7 +273,7 @@ def _rule(entry: dict[str, Any], where: str, source: str) -> Rule:
     return Rule(**values)
 
 
-def _positive(value: Any, dimension: str, where: str, source: str) -> float:
+def _positive_number(value: Any, dimension: str, where: str, source: str) -> float:
     try:
         number = to_si(value, dimension)
     except ValueError as error:

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.diagnosis.case import EXPLAINED, Case, well
+from wheeltapper.diagnosis.case import EXPLAINED, Case, is_well_explained
 from wheeltapper.diagnosis.faults.base import DAMPING, MASS, Fault
 from wheeltapper.diagnosis.faults.flat import Flat, flat_starts, same_edge_starts
-from wheeltapper.diagnosis.inference.fitting import WINDOWS, Fit, solve
-from wheeltapper.diagnosis.inference.identify import beliefs
+from wheeltapper.diagnosis.inference.fitting import WINDOWS, Fit, fit_over_windows
+from wheeltapper.diagnosis.inference.identify import priors_of
 from wheeltapper.diagnosis.inference.search import NEAR, departs_at, near, ranked
 from wheeltapper.lower.fields import Fields
 
@@ -61,7 +61,7 @@ def try_flats(case: Case, strike: Strike | None) -> None:
 def try_flats_again(case: Case) -> None:
     """Fit flats that strike together with the site's irregularity, or whose first effect is small."""
     plain = case.fits["plain"]
-    if case.early:
+    if case.moves_too_early:
         return
     if plain.held <= case.begins:
         try_flats(case, strike_at_onset(case))
@@ -70,7 +70,7 @@ def try_flats_again(case: Case) -> None:
     spans = (max(FIRM * case.scale.period, SHORTER**power * held) for power in (1, 2, 3))
     begun = (_up_to(case, case.passage, case.begins + span)[0] for span in spans)
     model = next((model for model in begun if model is not None), None)
-    struck = np.nan if model is None else departs_at(case.problem(case.passage, {}), model, case.begins)
+    struck = np.nan if model is None else departs_at(case.fit_problem(case.passage, {}), model, case.begins)
     if model is not None and np.isfinite(struck):
         _fit_flats(case, struck, [model])
 
@@ -81,25 +81,25 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
     if not flats:
         return
     case.struck = struck > case.after(LASTING)
-    healthy = case.problem(case.passage, {})
+    healthy = case.fit_problem(case.passage, {})
     for round_ in (0, 1) if len(models) == 1 else (0,):
         patient = struck < case.after(LASTING) and not round_  # what comes before hardly determines speed
         starts = flat_starts(healthy, models, struck, flats, round_)
         longest, before = _first_explaining(case, starts, struck, patient), None
-        while longest is not None and longest is not before and len(models) == 1 and not _clear(longest[1]):
+        while longest is not None and longest is not before and len(models) == 1 and not _is_clear(longest[1]):
             flat, fit = before = longest
             since = fit.held if np.isfinite(fit.held) else struck
             others = ((flat, start) for start in same_edge_starts(healthy, fit.scenario, flat, since))
             longest = _first_explaining(case, others, since, False, longest)
-        if well(case.best):
+        if is_well_explained(case.best_fit):
             break
     for flat in flats:
         if flat.name in case.fits and case.fits[flat.name].reduced <= EXPLAINED:
             for other in flats:
                 if other is not flat:
                     alike = other.resembling(case.fits[flat.name].scenario, flat)
-                    if case.fit(other, alike, struck, patient=False).held > struck:
-                        case.fit(other, alike, struck)
+                    if case.fit_fault(other, alike, struck, patient=False).held > struck:
+                        case.fit_fault(other, alike, struck)
             break
 
 
@@ -112,15 +112,15 @@ def _first_explaining(
 ) -> tuple[Flat, Fit] | None:
     """Fit starting models until a fit is clear; return the fit that explains the longest part, with its kind."""
     for flat, start in starts:
-        found = case.fit(flat, start, struck - EARLIER * case.scale.period, patient)
+        found = case.fit_fault(flat, start, struck - EARLIER * case.scale.period, patient)
         if longest is None or (found.held, -found.reduced) > (longest[1].held, -longest[1].reduced):
             longest = flat, found
-        if _clear(found):
+        if _is_clear(found):
             break
     return longest
 
 
-def _clear(fit: Fit) -> bool:
+def _is_clear(fit: Fit) -> bool:
     """Return True if a fit leaves no more than the stated noise; a neighbouring minimum would leave more."""
     return fit.reduced <= 1.0 + CLEARLY * sqrt(2.0 / max(fit.freedom, 1))
 
@@ -134,7 +134,7 @@ def strike_at_onset(case: Case) -> Strike:
 
 def strike_of(case: Case) -> Strike | None:
     """Return the strike of a wheelset that is healthy before it; None if no healthy model explains that part."""
-    plain, healthy = case.fits["plain"], case.problem(case.passage, {})
+    plain, healthy = case.fits["plain"], case.fit_problem(case.passage, {})
     if plain.held < case.after(FIRM):
         begun = (_up_to(case, case.passage, case.after(window))[0] for window in FIRST)
         model = next((model for model in begun if model is not None), None)
@@ -154,11 +154,11 @@ def _up_to(case: Case, start: Scenario, end: float) -> tuple[Scenario | None, fl
     That time is earlier if the first effect of a flat is small, so that the strike was noticed late.
     """
     while True:
-        whole = solve(case.problem(start, beliefs(case.stated)).until(end), case.begins)
+        whole = fit_over_windows(case.fit_problem(start, priors_of(case.stated)).until(end), case.begins)
         if np.isfinite(whole.held):
             return None, end
         earlier = case.begins + SHORTER * (end - case.begins)
-        if _clear(whole) or earlier < case.after(WINDOWS[0]):
+        if _is_clear(whole) or earlier < case.after(WINDOWS[0]):
             return whole.scenario, end
         end = earlier
 
@@ -178,7 +178,7 @@ class Throughout(NamedTuple):
 def throughout(case: Case) -> list[Throughout]:
     """Return the faults that act throughout, those that are ranked together first."""
     acting = [fault for fault in case.faults.values() if fault.acts == "throughout"]
-    if case.early:  # the wheel itself is the cause
+    if case.moves_too_early:  # the wheel itself is the cause
         acting = [fault for fault in acting if fault.part == "wheel"]
     together = [fault for fault in acting if not fault.alone]
     groups = [Throughout(together, cache(partial(_ranked_starts, case, together)))] if together else []
@@ -186,7 +186,7 @@ def throughout(case: Case) -> list[Throughout]:
 
 
 def _own_starts(case: Case, fault: Fault) -> list[tuple[Fault, Scenario]]:
-    problem = case.problem(case.passage, beliefs(case.stated))
+    problem = case.fit_problem(case.passage, priors_of(case.stated))
     return [(fault, start) for start in fault.starts(problem, case.begins)]
 
 
@@ -196,11 +196,11 @@ def _ranked_starts(case: Case, faults: list[Fault]) -> list[tuple[Fault, Scenari
     The best one of each fault comes before all others, because the faults look similar at the beginning.
     """
     healthy = (MASS, DAMPING)
-    loose = case.problem(case.passage, beliefs(case.stated, healthy))
+    loose = case.fit_problem(case.passage, priors_of(case.stated, healthy))
     at, _ = near(loose, case.begins)
-    model = loose.scenario(at).replaced({path: float(Fields(case.passage)(path)) for path in healthy})
+    model = loose.model_at(at).replaced({path: float(Fields(case.passage)(path)) for path in healthy})
     kinds = {start: fault for fault in faults for start in fault.tried(model, case.scale)}
-    order = ranked(case.problem(model, {}), kinds, case.begins, case.after(NEAR[-1]))
+    order = ranked(case.fit_problem(model, {}), kinds, case.begins, case.after(NEAR[-1]))
     first = [start for i, start in enumerate(order) if kinds[start] not in {kinds[nearer] for nearer in order[:i]}]
     return [(kinds[start], start) for start in [*first, *(one for one in order[:NEAREST] if one not in first)]]
 
@@ -219,6 +219,6 @@ def try_patiently(case: Case, group: Throughout) -> None:
 def _fit_starts(case: Case, starts: list[tuple[Fault, Scenario]], always: int, patient: bool) -> None:
     """Fit faults until one explains the recording, but the first `always` of them in any case."""
     for number, (fault, start) in enumerate(starts):
-        if number >= always and well(case.best):
+        if number >= always and is_well_explained(case.best_fit):
             return
-        case.fit(fault, start, case.after(-EARLIER if fault.part == "wheel" else 0.0), patient)
+        case.fit_fault(fault, start, case.after(-EARLIER if fault.part == "wheel" else 0.0), patient)

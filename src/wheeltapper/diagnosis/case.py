@@ -10,9 +10,9 @@ import numpy as np
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.faults.base import CATALOGUE, LOAD, Fault, fault_named
-from wheeltapper.diagnosis.inference.fitting import Fit, solve
-from wheeltapper.diagnosis.inference.identify import LOUD, beliefs, onset
-from wheeltapper.diagnosis.inference.problem import Prior, Problem, values_of
+from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows
+from wheeltapper.diagnosis.inference.identify import LOUD, onset, priors_of
+from wheeltapper.diagnosis.inference.problem import FitProblem, Prior, values_of
 from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.arguments import as_list
 from wheeltapper.ground.errors import InputError
@@ -50,7 +50,7 @@ class Case:
         self.faults, self.left_out = faults_of(site.passage, faults)
         self.scale = Scale(site.passage)
         self.begins = onset(recording, noise)
-        self.passage = self._timed()
+        self.passage = self._passage_at_onset_speed()
         self.fits: dict[str, Fit] = {}
         self.evidence: dict[str, float] = {}
         self.struck = False  # a late strike of a healthy wheelset: only a flat can be the cause
@@ -59,37 +59,37 @@ class Case:
         """Return the time, s after the trigger, that lies so many contact periods after the onset."""
         return self.begins + periods * self.scale.period
 
-    def problem(self, start: Scenario, priors: dict[str, Prior]) -> Problem:
+    def fit_problem(self, start: Scenario, priors: dict[str, Prior]) -> FitProblem:
         """Return the problem of fitting a family of models to the recording, from a starting model."""
-        return Problem(self.recording, self.site.sensor, self.noise, start, priors, self.scale)
+        return FitProblem(self.recording, self.site.sensor, self.noise, start, priors, self.scale)
 
     @property
-    def best(self) -> Fit | None:
+    def best_fit(self) -> Fit | None:
         """The fit with the smallest χ² per degree of freedom."""
         return min(self.fits.values(), key=lambda fit: fit.reduced, default=None)
 
     @cached_property
-    def early(self) -> bool:
+    def moves_too_early(self) -> bool:
         """True if the deck moves before the site's irregularity can move it: the wheel itself is the cause."""
         stated = self.stated.passage
         fastest = stated.replaced({"speed": stated.speed * (1.0 + SURE * self.site.uncertainty.get("speed", 0.0))})
         count = int(np.searchsorted(self.recording.times, self.begins)) + 1
-        found = self.problem(fastest, {}).shown(fastest, count)
+        found = self.fit_problem(fastest, {}).model_samples(fastest, count)
         return found is not None and bool(np.abs(found).max() < EARLY * self.noise)
 
-    def _timed(self) -> Scenario:
+    def _passage_at_onset_speed(self) -> Scenario:
         """Return the stated passage, at the speed that follows from the onset if that is more precise."""
         stated, share = self.stated.passage, self.site.uncertainty.get("speed", 0.0)
-        if self.early or share * self.begins * self.recording.rate < SURE:
+        if self.moves_too_early or share * self.begins * self.recording.rate < SURE:
             return stated
         count = int(np.searchsorted(self.recording.times, self.begins * (1.0 + SURE * share)))
-        found = self.problem(stated, {}).shown(stated, count)
+        found = self.fit_problem(stated, {}).model_samples(stated, count)
         loud = np.empty(0) if found is None else np.flatnonzero(np.abs(found) > LOUD * self.noise)
         ratio = self.recording.times[loud[0]] / self.begins if len(loud) else np.inf
         return stated.replaced({"speed": stated.speed * ratio}) if abs(ratio - 1.0) <= SURE * share else stated
 
     @cached_property
-    def loaded(self) -> Scenario:
+    def passage_with_measured_load(self) -> Scenario:
         """The passage with the load that the flights show: in flight the acceleration of the deck is N0/M."""
         passage, times, until = self.passage, self.recording.times, self.after(FLIGHTS)
         part = (times >= self.begins) & (times < until) & np.isfinite(self.recording.samples)
@@ -105,14 +105,14 @@ class Case:
         return passage.replaced({LOAD: max(load + (ratio - 1.0) * weight, 0.2 * load)})
 
     @property
-    def explained(self) -> bool:
+    def is_explained(self) -> bool:
         """True if one of the fits explains the recording."""
-        return self.best is not None and self.best.reduced <= EXPLAINED
+        return self.best_fit is not None and self.best_fit.reduced <= EXPLAINED
 
-    def fit(self, fault: Fault, start: Scenario, begins: float, patient: bool = True) -> Fit:
+    def fit_fault(self, fault: Fault, start: Scenario, begins: float, patient: bool = True) -> Fit:
         """Fit a fault from a starting model; keep the fit if it is the best one of this fault."""
-        priors = beliefs(self.stated) | fault.believed(self.passage)
-        found, name = solve(self.problem(start, priors), begins, patient), fault.name
+        priors = priors_of(self.stated) | fault.believed(self.passage)
+        found, name = fit_over_windows(self.fit_problem(start, priors), begins, patient), fault.name
         if name not in self.fits or found.evidence > self.fits[name].evidence:
             self.fits[name], self.evidence[name] = found, found.evidence
         return found
@@ -146,6 +146,6 @@ def faults_of(passage: Scenario, names: Sequence[str] | None = None) -> tuple[di
     return faults, left_out
 
 
-def well(fit: Fit | None) -> bool:
+def is_well_explained(fit: Fit | None) -> bool:
     """Return True if a fit leaves hardly more than noise, so that no other fault need be fitted."""
     return fit is not None and fit.reduced <= WELL

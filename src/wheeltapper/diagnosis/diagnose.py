@@ -29,16 +29,16 @@ from wheeltapper.diagnosis.attempts import (
     try_hastily,
     try_patiently,
 )
-from wheeltapper.diagnosis.case import EXPLAINED, Case, feels_load, well
+from wheeltapper.diagnosis.case import EXPLAINED, Case, feels_load, is_well_explained
 from wheeltapper.diagnosis.faults.base import CATALOGUE, DAMPING, LOAD, MASS, PLAIN, Fault
 from wheeltapper.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
-from wheeltapper.diagnosis.inference.fitting import Fit, keeps_step, solve
-from wheeltapper.diagnosis.inference.identify import beliefs, estimate_of, recorded_at
+from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows, keeps_step
+from wheeltapper.diagnosis.inference.identify import estimate_of, priors_of, recorded_at
 from wheeltapper.diagnosis.inference.search import ranked
 from wheeltapper.diagnosis.inference.sensing import drifted, filtered
-from wheeltapper.diagnosis.measured import Forces, measured
+from wheeltapper.diagnosis.measured import Forces, measured_forces
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.progress import Progress, report, watched
+from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
 from wheeltapper.record.simulate import simulate
@@ -100,32 +100,32 @@ def diagnose(
     if not spread > 0.0:
         raise InputError(recording.source, "sensor.noise", "samples without noise", "a sensor with its noise stated")
     case = Case(recording, site, faults, spread)
-    if not _wheel(recording, spread):
-        return _nothing(recording, site, spread)
-    with watched(progress, "fitting"):
+    if not _has_wheel(recording, spread):
+        return _no_wheel_finding(recording, site, spread)
+    with progress_shown(progress, "fitting"):
         report("fitting", 0.0, 0.0)
         _try_plain(case)
-        for attempt in _attempts(case):
-            if not well(case.best) and not case.struck:
+        for attempt in _attempts_in_order(case):
+            if not is_well_explained(case.best_fit) and not case.struck:
                 attempt(case)
-        if case.explained and not well(case.fits["plain"]):
+        if case.is_explained and not is_well_explained(case.fits["plain"]):
             _try_plain_again(case)
-        return _concluded(case)
+        return _finding_of(case)
 
 
-def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
+def _attempts_in_order(case: Case) -> tuple[Callable[[Case], None], ...]:
     """Return the fits of other families in the order in which they are tried.
 
     If mass and damping explain little, faults that act throughout are fitted before flats: hastily, and later with
     patience. If they explain much, faults that find their starts themselves get no patience: their best starts are
     clear then.
     """
-    if well(case.best):
+    if is_well_explained(case.best_fit):
         return ()
-    strike = strike_at_onset(case) if case.early else strike_of(case)
+    strike = strike_at_onset(case) if case.moves_too_early else strike_of(case)
     flats, groups = partial(try_flats, strike=strike), throughout(case)
     hasty, patient = ([partial(fit, group=group) for group in groups] for fit in (try_hastily, try_patiently))
-    if case.early:
+    if case.moves_too_early:
         return *hasty, *patient, flats
     if case.fits["plain"].held < case.after(LASTING) and not (strike and strike.sure):
         return *hasty, _try_plain_elsewhere, flats, *patient, try_flats_again
@@ -134,13 +134,13 @@ def _attempts(case: Case) -> tuple[Callable[[Case], None], ...]:
     return flats, *turns, try_flats_again
 
 
-def _wheel(recording: Recording, noise: float) -> bool:
+def _has_wheel(recording: Recording, noise: float) -> bool:
     """Return True if enough samples exceed the noise for a wheel to have passed."""
     loud = np.abs(np.nan_to_num(recording.samples)) > 6.0 * noise
     return bool(loud.sum() >= 8)
 
 
-def _nothing(recording: Recording, site: Site, noise: float) -> Finding:
+def _no_wheel_finding(recording: Recording, site: Site, noise: float) -> Finding:
     largest = float(np.nanmax(np.abs(recording.samples)))
     note = f"the largest sample is {largest:.3g} m/s², {largest / noise:.2g} deviations of the noise"
     nan = np.nan
@@ -154,28 +154,28 @@ def _nothing(recording: Recording, site: Site, noise: float) -> Finding:
 
 def _try_plain(case: Case) -> None:
     """Fit mass, damping and load; compute the evidence of health and of the plain faults."""
-    begun = case.loaded
+    begun = case.passage_with_measured_load
     _fit_plain(case, ((begun, begins) for begins in (case.begins, case.after(-SOONER))))
 
 
 def _try_plain_elsewhere(case: Case) -> None:
     """Fit mass, damping and load from other starting values, ranked by the beginning of the recording."""
-    begun, share = case.loaded, 2.5 * case.site.uncertainty.get("speed", 0.0)
+    begun, share = case.passage_with_measured_load, 2.5 * case.site.uncertainty.get("speed", 0.0)
     speeds = float(case.passage.speed) * np.linspace(1.0 - share, 1.0 + share, 2 * int(share / SPEEDS) + 1)
     others = [begun, *(fault.passage(begun) for fault in CATALOGUE.values() if fault.far)]
     tried = [other.replaced({"speed": speed}) for other in others for speed in speeds.tolist()]
-    problem = case.problem(case.passage, beliefs(case.stated, _unknown(case)))
+    problem = case.fit_problem(case.passage, priors_of(case.stated, _plain_paths(case)))
     nearest = ranked(problem, tried, *map(case.after, BEGINNING))
     _fit_plain(case, ((start, case.begins) for start in nearest[:STARTS]))
 
 
 def _fit_plain(case: Case, starts: Iterable[tuple[Scenario, float]]) -> None:
     """Fit from starting models, each with the time at which its windows begin, until one fit is good enough."""
-    priors, found = beliefs(case.stated, _unknown(case)), case.fits.get("plain")
+    priors, found = priors_of(case.stated, _plain_paths(case)), case.fits.get("plain")
     for start, begins in starts:
-        if found is not None and (found.reduced <= EXPLAINED or found.held > case.after(BASIN) or case.early):
+        if found is not None and (found.reduced <= EXPLAINED or found.held > case.after(BASIN) or case.moves_too_early):
             break
-        trial = solve(case.problem(start, priors), begins)
+        trial = fit_over_windows(case.fit_problem(start, priors), begins)
         if found is None or (trial.held, -trial.chi_squared) > (found.held, -found.chi_squared):
             found = trial
     assert found is not None
@@ -184,30 +184,30 @@ def _fit_plain(case: Case, starts: Iterable[tuple[Scenario, float]]) -> None:
 
 def _try_plain_again(case: Case) -> None:
     """Start the plain fit from the result of another family, so that no fault of negligible size is named."""
-    assert case.best is not None
-    priors = beliefs(case.stated, _unknown(case))
-    values = {path: float(Fields(case.best.scenario)(path)) for path in priors}
-    problem = case.problem(case.passage.replaced(values), priors)
+    assert case.best_fit is not None
+    priors = priors_of(case.stated, _plain_paths(case))
+    values = {path: float(Fields(case.best_fit.scenario)(path)) for path in priors}
+    problem = case.fit_problem(case.passage.replaced(values), priors)
     if keeps_step(problem, case.begins):
-        trial = solve(problem, case.begins, patient=False)
+        trial = fit_over_windows(problem, case.begins, patient=False)
         if trial.reduced <= EXPLAINED:
             _weigh_plain(case, trial)
 
 
-def _unknown(case: Case) -> tuple[str, ...]:
+def _plain_paths(case: Case) -> tuple[str, ...]:
     told = [path for path in PLAIN if path != LOAD or feels_load(case.passage)]
     return tuple(path for path in told if float(Fields(case.passage)(path)) > 0.0)
 
 
 def _weigh_plain(case: Case, found: Fit) -> None:
     """Compute the evidence of health and of the plain faults from one fit and their priors."""
-    unknown = _unknown(case)
+    unknown = _plain_paths(case)
     case.fits["plain"] = found
     for name in (HEALTHY, *(name for name, fault in case.faults.items() if fault.plain and fault.path in unknown)):
-        case.evidence[name] = found.evidence + _believed(case, case.faults.get(name), found, unknown)
+        case.evidence[name] = found.evidence + _log_marginal_likelihood(case, case.faults.get(name), found, unknown)
 
 
-def _believed(case: Case, fault: Fault | None, found: Fit, unknown: tuple[str, ...]) -> float:
+def _log_marginal_likelihood(case: Case, fault: Fault | None, found: Fit, unknown: tuple[str, ...]) -> float:
     """Return the logarithm of the marginal likelihood of a fault over the plain fields, relative to the fit.
 
     The likelihood is normal in the logarithms of the fields. For a field that is nearly zero (a lost damper) it is
@@ -227,10 +227,10 @@ def _believed(case: Case, fault: Fault | None, found: Fit, unknown: tuple[str, .
         away[i] = (value - centre) / stated if vague[i] else np.log(value / centre)
         scales[i] = value / stated if vague[i] else 1.0
         variances[i] = (share * (centre / stated if vague[i] else 1.0)) ** 2
-    return _normal(away, found.covariance[:many, :many] * np.outer(scales, scales) + np.diag(variances))
+    return _log_normal_density(away, found.covariance[:many, :many] * np.outer(scales, scales) + np.diag(variances))
 
 
-def _normal(away: FloatArray, covariance: FloatArray) -> float:
+def _log_normal_density(away: FloatArray, covariance: FloatArray) -> float:
     """Return the logarithm of a normal density."""
     size = float(np.linalg.slogdet(2.0 * np.pi * covariance)[1])
     return -0.5 * (size + float(away @ np.linalg.solve(covariance, away)))
@@ -239,7 +239,7 @@ def _normal(away: FloatArray, covariance: FloatArray) -> float:
 # -- the verdict ------------------------------------------------------------------------------------------------------
 
 
-def _concluded(case: Case) -> Finding:
+def _finding_of(case: Case) -> Finding:
     each = FAULTY / len(CATALOGUE)
     weights = {
         name: evidence + np.log(1.0 - FAULTY if name == HEALTHY else each) for name, evidence in case.evidence.items()
@@ -255,18 +255,18 @@ def _concluded(case: Case) -> Finding:
     alike = tuple(name for name, p in probabilities.items() if name != best and p >= ALIKE * probabilities[best])
     alike += tuple(name for name, fault in case.faults.items() if name not in alike and fault.also(verdict, estimate))
     size, interval = _size_of(case, verdict, fit)
-    forces, seen = _motion(case, fit)
+    forces, seen = _model_forces(case, fit)
     if verdict == NOT_EXPLAINED:
-        forces, alike = measured(case), ()
+        forces, alike = measured_forces(case), ()
     return Finding(
         verdict, probabilities, estimate if fit.reduced <= FAR else None, fit.reduced, size, interval, alike,
         forces.speed, forces.static, forces.largest, forces.impacts,
-        (*case.recording.notes, *_notes(case), *forces.notes), case.recording, case.site, case.noise, weights,
+        (*case.recording.notes, *_finding_notes(case), *forces.notes), case.recording, case.site, case.noise, weights,
         forces.source, seen,
     )  # fmt: skip
 
 
-def _motion(case: Case, fit: Fit) -> tuple[Forces, FloatArray]:
+def _model_forces(case: Case, fit: Fit) -> tuple[Forces, FloatArray]:
     """Return the forces of the best model, and the acceleration that the sensor shows of it."""
     times, sensor = case.recording.times, case.site.sensor
     record = simulate(fit.scenario.replaced({"duration": float(times[-1])}))
@@ -292,7 +292,7 @@ def _size_of(case: Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, fl
     return fault.size_of(value, held), (fault.size_of(low, held), fault.size_of(high, held))
 
 
-def _notes(case: Case) -> tuple[str, ...]:
+def _finding_notes(case: Case) -> tuple[str, ...]:
     notes = [
         f"not compared: {', '.join(name for name in case.left_out if case.left_out[name] == why)} ({why})"
         for why in dict.fromkeys(case.left_out.values())
@@ -303,7 +303,7 @@ def _notes(case: Case) -> tuple[str, ...]:
     plain = case.fits["plain"]
     if not plain.converged and plain.reduced <= EXPLAINED:
         notes.append("the fit has not settled")
-    if not case.explained and plain.held > case.after(LASTING):
+    if not case.is_explained and plain.held > case.after(LASTING):
         fields = Fields(plain.scenario)
         notes.append(
             f"up to {1e3 * plain.held:.0f} ms a mass of {float(fields(MASS)):.4g} kg and a damping of "

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.trajectory import derivable
+from wheeltapper.ask.trajectory import is_derivable
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.faults.base import CATALOGUE, DAMPING, MASS, PLAIN
@@ -109,7 +109,7 @@ class Finding:
         The information matrix decides both. None without a model, or if the model
         has no exact derivatives.
         """
-        if self.model is None or not derivable(self.model):
+        if self.model is None or not is_derivable(self.model):
             return None
         named = tuple(path for path in ASKED if float(Fields(self.model)(path)) > 0.0)
         here = self.site.model_copy(update={"passage": self.model})
@@ -142,7 +142,7 @@ class Finding:
         if self.estimate is not None:
             for path in self.estimate.paths:
                 low, high = self.estimate.interval(path)
-                values[path] = {"value": self.estimate[path], "interval_90": [_number(low), _number(high)]}
+                values[path] = {"value": self.estimate[path], "interval_90": [_or_none(low), _or_none(high)]}
         return {
             "format": FORMAT,
             "source": self.recording.source,
@@ -150,47 +150,51 @@ class Finding:
             "verdict": self.verdict,
             "probabilities": dict(self.probabilities),
             "alike": list(self.alike),
-            "size": _number(self.size),
-            "size_interval_90": [_number(end) for end in self.interval],
+            "size": _or_none(self.size),
+            "size_interval_90": [_or_none(end) for end in self.interval],
             "size_unit": CATALOGUE[self.verdict].unit if self.verdict in CATALOGUE else "",
-            "chi_squared_reduced": _number(self.reduced),
+            "chi_squared_reduced": _or_none(self.reduced),
             "noise": self.noise,
-            "speed": _number(self.speed),
-            "static_force": _number(self.static_force),
-            "largest_force": _number(self.largest_force),
+            "speed": _or_none(self.speed),
+            "static_force": _or_none(self.static_force),
+            "largest_force": _or_none(self.largest_force),
             "forces_from": self.forces_from or None,
             "impacts": self.impacts,
             "estimates": values,
-            "combinations": self._combinations(),
+            "combinations": self._combinations_table(),
             "notes": list(self.notes),
         }
 
     def __str__(self) -> str:
         """Return one paragraph."""
-        said = [f"{self.recording.source or 'recording'}: {self._headline()}."]
+        said = [f"{self.recording.source or 'recording'}: {self._headline_text()}."]
         if self.verdict in CATALOGUE:
             fault = CATALOGUE[self.verdict]
-            said.append(f"{_capital(fault.meaning)}.")
+            said.append(f"{_capitalised(fault.meaning)}.")
             if np.isfinite(self.size):
-                said.append(f"{_capital(fault.size)}: {_range(self.size, *self.interval, fault.unit)}.")
+                said.append(f"{_capitalised(fault.size)}: {_range_text(self.size, *self.interval, fault.unit)}.")
             elif np.all(np.isfinite(self.interval)):
-                ends = " to ".join(_range(end, np.nan, np.nan, fault.unit) for end in self.interval)
-                said.append(f"{_capital(fault.size)} hardly determined by this recording: {ends} (90 %).")
+                ends = " to ".join(_range_text(end, np.nan, np.nan, fault.unit) for end in self.interval)
+                said.append(f"{_capitalised(fault.size)} hardly determined by this recording: {ends} (90 %).")
         if self.verdict != NO_WHEEL:
             said += self._model_and_forces()
         if self.alike:
             said.append(f"This recording does not exclude: {', '.join(self.alike)}.")
-        said += [f"{_capital(note)}." for note in self.notes]
+        said += [f"{_capitalised(note)}." for note in self.notes]
         return " ".join(said)
 
     def _model_and_forces(self) -> list[str]:
         """Return sentences on the forces, the parameters, and how well a model explains the recording."""
         explained = self.verdict != NOT_EXPLAINED
-        said = [] if self.estimate is None else [self._values() if explained else f"Nearest model: {self._values()}"]
+        said = (
+            []
+            if self.estimate is None
+            else [self._values_text() if explained else f"Nearest model: {self._values_text()}"]
+        )
         start = "Static force" if explained else "From the recording: static force"
         end = f"; {self.impacts} impacts after losses of contact" if explained else " as measured or stated"
         said.append(
-            f"{start} {_force(self.static_force)}, largest {_force(self.largest_force)}, "
+            f"{start} {_force_text(self.static_force)}, largest {_force_text(self.largest_force)}, "
             f"{self.dynamic_ratio:.2f} times the static one, at {3.6 * self.speed:.1f} km/h{end}."
         )
         if self.combinations is not None:
@@ -201,53 +205,53 @@ class Finding:
         said.append(f"The {'best' if explained else 'nearest'} model leaves χ² = {self.reduced:.3g} per sample{far}.")
         return said
 
-    def _combinations(self) -> dict[str, list[dict[str, Any]]]:
+    def _combinations_table(self) -> dict[str, list[dict[str, Any]]]:
         told = self.combinations
         if told is None:
             return {}
         return {
-            "not_known": [_told(one) for one in told.unknown],
-            "known": [_told(one) for one in told.known],
+            "not_known": [_combination_table(one) for one in told.unknown],
+            "known": [_combination_table(one) for one in told.known],
         }
 
-    def _headline(self) -> str:
+    def _headline_text(self) -> str:
         if self.verdict == NO_WHEEL:
             return "no wheel: nothing rises from the noise"
         if self.verdict == NOT_EXPLAINED:
             best = max(self.probabilities, key=self.probabilities.__getitem__, default="none")
             return f"not explained: neither a healthy wheelset nor a fault of the catalogue fits (nearest: {best})"
-        return f"{self.verdict} (probability {_percent(self.probabilities[self.verdict])})"
+        return f"{self.verdict} (probability {_percent_text(self.probabilities[self.verdict])})"
 
-    def _values(self) -> str:
+    def _values_text(self) -> str:
         assert self.estimate is not None
         parts = []
         fields = {**PLAIN, **{path: told for fault in CATALOGUE.values() for path, told in fault.fields.items()}}
         for path, (words, unit, factor) in fields.items():
             if path in self.estimate.paths:
                 ends = [factor * end for end in self.estimate.interval(path)]
-                parts.append(f"{words} {_range(factor * self.estimate[path], ends[0], ends[1], unit)}")
-        return f"{_capital(', '.join(parts))}." if parts else "Mass and damping as stated."
+                parts.append(f"{words} {_range_text(factor * self.estimate[path], ends[0], ends[1], unit)}")
+        return f"{_capitalised(', '.join(parts))}." if parts else "Mass and damping as stated."
 
 
-def _told(one: Combination) -> dict[str, Any]:
-    return {"exponents": one.exponents, "deviation": _number(one.deviation), "reason": one.reason}
+def _combination_table(one: Combination) -> dict[str, Any]:
+    return {"exponents": one.exponents, "deviation": _or_none(one.deviation), "reason": one.reason}
 
 
-def _number(value: float) -> float | None:
+def _or_none(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _percent(probability: float) -> str:
+def _percent_text(probability: float) -> str:
     if 0.0005 < probability < 0.9995:
         return f"{100.0 * probability:.1f} %"
     return ">99.9 %" if probability > 0.5 else "<0.1 %"
 
 
-def _force(force: float) -> str:
+def _force_text(force: float) -> str:
     return f"{force / 1e3:.1f} kN ({force / KIP:.1f} kips)"
 
 
-def _range(value: float, low: float, high: float, unit: str) -> str:
+def _range_text(value: float, low: float, high: float, unit: str) -> str:
     said = {"m": (1e3, "mm"), "": (1.0, "")}.get(unit, (1.0, unit))
     factor, unit = said
     if unit == "mm" and abs(value) < 1e-3:
@@ -256,5 +260,5 @@ def _range(value: float, low: float, high: float, unit: str) -> str:
     return f"{text} (90 %: {factor * low:.4g} to {factor * high:.4g})" if np.isfinite(low + high) else text
 
 
-def _capital(text: str) -> str:
+def _capitalised(text: str) -> str:
     return text[:1].upper() + text[1:]

@@ -16,8 +16,8 @@ from wheeltapper.diagnosis.finding import Finding
 from wheeltapper.diagnosis.kept import digest_of
 from wheeltapper.diagnosis.processes import Lost, ProcessError, in_processes
 from wheeltapper.ground.arguments import as_list, as_path, as_table, check_flag, check_function
-from wheeltapper.ground.errors import InputError, shown, suggested
-from wheeltapper.ground.progress import Progress, report, watched
+from wheeltapper.ground.errors import InputError, value_text, with_suggestion
+from wheeltapper.ground.progress import Progress, progress_shown, report
 
 NOT_READ = "not read"
 """Verdict on a file that cannot be read or holds no recording of this site. Its entry says why."""
@@ -71,29 +71,31 @@ def diagnose_all(
         check_function(after, "after", "a function of a finding and its JSON's path, or None")
     what = "paths of recordings"
     site, paths = as_site(site), [as_path(file, "files", what) for file in as_list(files, "files", what)]
-    folder = None if output is None else _folder(as_path(output, "output", "the path of a folder"), paths)
-    reading = {"apart": True} | _reading(reading)
+    folder = None if output is None else _output_folder(as_path(output, "output", "the path of a folder"), paths)
+    reading = {"apart": True} | _reading_arguments(reading)
     check_flag(raising, "raising")
-    places = _places(folder, paths, site, reading)
-    found = {i: kept for i, place in enumerate(places) if place is not None and (kept := place.kept()) is not None}
+    places = _entry_files(folder, paths, site, reading)
+    found = {
+        i: kept for i, place in enumerate(places) if place is not None and (kept := place.kept_entry()) is not None
+    }
     waiting = [i for i in range(len(paths)) if i not in found]
     tasks = [(paths[i], places[i], reading, after, raising) for i in waiting]
-    with watched(progress, "recordings"), closing(in_processes(_one, site, tasks, workers)) as done:
+    with progress_shown(progress, "recordings"), closing(in_processes(_diagnose_file, site, tasks, workers)) as done:
         report("recordings", len(found), len(paths))
         for number, result in done:
             i = waiting[number]
             if isinstance(result, Lost):
                 if raising:
                     raise ProcessError(f"{paths[i]}: {result}")
-                result = undiagnosed(str(paths[i]), str(result))
+                result = undiagnosed_entry(str(paths[i]), str(result))
                 if (place := places[i]) is not None:
-                    place.keep(result)
+                    place.keep_entry(result)
             found[i] = result
             report("recordings", len(found), len(paths))
     return [found[i] for i in range(len(paths))]
 
 
-def _reading(given: Mapping[str, Any] | None) -> dict[str, Any]:
+def _reading_arguments(given: Mapping[str, Any] | None) -> dict[str, Any]:
     """Return arguments of `read_recording`."""
     from wheeltapper.record.read_recording import read_recording
 
@@ -101,14 +103,14 @@ def _reading(given: Mapping[str, Any] | None) -> dict[str, Any]:
     reading = as_table(given, "reading", f"a table of {', '.join(known)}")
     for name in reading:
         if name not in known:
-            raise InputError("", "reading", shown(name), suggested(name, known))
+            raise InputError("", "reading", value_text(name), with_suggestion(name, known))
     return reading
 
 
-_Task = tuple[Path, "_Place | None", dict[str, Any], After | None, bool]
+_Task = tuple[Path, "_EntryFile | None", dict[str, Any], After | None, bool]
 
 
-def _one(site: Site, task: _Task) -> dict[str, Any]:
+def _diagnose_file(site: Site, task: _Task) -> dict[str, Any]:
     from wheeltapper.record.read_recording import read_recording
 
     path, place, reading, after, raising = task
@@ -122,15 +124,15 @@ def _one(site: Site, task: _Task) -> dict[str, Any]:
         if isinstance(error, InputError):
             entry = {"source": str(path), "verdict": NOT_READ, "paragraph": " ".join(str(error).split())}
         else:
-            entry = undiagnosed(str(path), f"found {type(error).__name__}: {error}")
+            entry = undiagnosed_entry(str(path), f"found {type(error).__name__}: {error}")
     if place is not None:
-        place.keep(entry)
+        place.keep_entry(entry)
         if after is not None and finding is not None:
             after(finding, place.target)
     return entry
 
 
-def undiagnosed(source: str, reason: str) -> dict[str, Any]:
+def undiagnosed_entry(source: str, reason: str) -> dict[str, Any]:
     """Return the entry of a recording whose diagnosis did not come to its end."""
     return {
         "source": source,
@@ -142,7 +144,7 @@ def undiagnosed(source: str, reason: str) -> dict[str, Any]:
 # -- what is kept -----------------------------------------------------------------------------------------------------
 
 
-def _folder(folder: Path, paths: list[Path]) -> Path:
+def _output_folder(folder: Path, paths: list[Path]) -> Path:
     for name, count in Counter(path.name for path in paths).most_common(1):
         if count > 1:
             what = f"{count} files with the name {name}"
@@ -156,13 +158,13 @@ def _folder(folder: Path, paths: list[Path]) -> Path:
     return folder
 
 
-class _Place(NamedTuple):
+class _EntryFile(NamedTuple):
     """Where the entry of a file is kept, and what it depends on."""
 
     target: Path
     mark: dict[str, Any]
 
-    def kept(self) -> dict[str, Any] | None:
+    def kept_entry(self) -> dict[str, Any] | None:
         """Return the entry that is there, if it still holds."""
         try:
             entry = json.loads(self.target.read_text(encoding="utf-8"))
@@ -170,7 +172,7 @@ class _Place(NamedTuple):
             return None
         return entry if isinstance(entry, dict) and entry.pop("of", None) == self.mark else None
 
-    def keep(self, entry: dict[str, Any]) -> None:
+    def keep_entry(self, entry: dict[str, Any]) -> None:
         """Write an entry whole or not at all; what was not diagnosed is tried again the next time."""
         whole = entry | {"of": None if entry["verdict"] == NOT_DIAGNOSED else self.mark}
         aside = self.target.with_suffix(".part")
@@ -178,14 +180,16 @@ class _Place(NamedTuple):
         aside.replace(self.target)
 
 
-def _places(folder: Path | None, paths: list[Path], site: Site, reading: dict[str, Any]) -> list[_Place | None]:
+def _entry_files(
+    folder: Path | None, paths: list[Path], site: Site, reading: dict[str, Any]
+) -> list[_EntryFile | None]:
     if folder is None:
         return [None] * len(paths)
     digest = digest_of(site, reading)
-    return [_Place(folder / f"{path.name}.json", {"site": digest} | _state(path)) for path in paths]
+    return [_EntryFile(folder / f"{path.name}.json", {"site": digest} | _size_and_time(path)) for path in paths]
 
 
-def _state(path: Path) -> dict[str, int]:
+def _size_and_time(path: Path) -> dict[str, int]:
     try:
         seen = path.stat()
     except OSError:

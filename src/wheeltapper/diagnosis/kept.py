@@ -9,7 +9,7 @@ from typing import Any
 from pydantic_core import PydanticSerializationError
 
 from wheeltapper._version import __version__
-from wheeltapper.ask.spec import contents
+from wheeltapper.ask.spec import file_digests
 from wheeltapper.describe.site import Site
 from wheeltapper.ground.errors import InputError
 
@@ -17,7 +17,7 @@ from wheeltapper.ground.errors import InputError
 def digest_of(site: Site, *more: Any) -> str:
     """Return a digest of this program, a site, the files that it names, and what else a result depends on."""
     try:
-        told = [__version__, site.model_dump(mode="json"), contents(site.passage), *more]
+        told = [__version__, site.model_dump(mode="json"), file_digests(site.passage), *more]
     except PydanticSerializationError as error:
         raise InputError(
             "", "output", "a site with a Profile, a Python function that nobody can compare the next time",

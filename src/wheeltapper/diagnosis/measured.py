@@ -22,13 +22,13 @@ class Forces(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def measured(case: Case) -> Forces:
+def measured_forces(case: Case) -> Forces:
     """Return the forces in a recording: the static force from flights, the largest one from the reconstructed force.
 
     If nearly all samples are clipped, the force cannot be reconstructed. The largest force is then at least what the
     deck's inertia shows, N0 - M·a.
     """
-    recording, passage = case.recording, case.loaded
+    recording, passage = case.recording, case.passage_with_measured_load
     static = float(passage.vehicle.weight)
     notes = []
     try:

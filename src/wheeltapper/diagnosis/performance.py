@@ -27,7 +27,7 @@ from wheeltapper.diagnosis.site.neighbours import ends_of
 from wheeltapper.diagnosis.site.synthetic import synthesise
 from wheeltapper.ground.arguments import as_count, as_names, as_path, as_table
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.progress import Progress, report, watched
+from wheeltapper.ground.progress import Progress, progress_shown, report
 
 FloatArray = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ ALLOWED = 0.01
 """Rate of false calls at which the JSON gives the detection rate."""
 
 
-class Passage(NamedTuple):
+class DiagnosedPassage(NamedTuple):
     """One computed passage, diagnosed."""
 
     label: str
@@ -74,7 +74,7 @@ class FaultPerformance:
     hit_miss: Detection | None
     signal_response: Detection | None
     reason: str
-    passages: tuple[Passage, ...]
+    passages: tuple[DiagnosedPassage, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ class Performance:
     """
 
     site: Site
-    healthy: tuple[Passage, ...]
+    healthy: tuple[DiagnosedPassage, ...]
     false_calls: FalseCalls
     faults: dict[str, FaultPerformance]
     ceiling: float
@@ -107,7 +107,7 @@ class Performance:
             "false_calls_per_1000": self.false_calls.per_thousand,
             "false_calls_per_1000_interval_95": [self.false_calls.lower, self.false_calls.upper],
             "ceiling": self.ceiling,
-            "faults": {name: _told(found) for name, found in self.faults.items()},
+            "faults": {name: _performance_table(found) for name, found in self.faults.items()},
         }
 
     def __str__(self) -> str:
@@ -121,7 +121,8 @@ class Performance:
         for name, found in self.faults.items():
             pod = found.hit_miss
             sizes = [
-                _shown(value) for value in (found.size_error, *((pod.a90, pod.a90_95) if pod else (np.nan, np.nan)))
+                _number_text(value)
+                for value in (found.size_error, *((pod.a90, pod.a90_95) if pod else (np.nan, np.nan)))
             ]
             lines.append(
                 f"{name:16} {len(found.passages):8d} {found.roc.auc:8.4f} {found.called:8.3f} {found.named:8.3f} "
@@ -179,12 +180,12 @@ def assess(
     tasks = [(name, size, number, seed) for name, size in faults.items() for number in range(count)]
     tasks += [(HEALTHY, None, number, seed) for number in range(healthy)]
     digest = "" if output is None else digest_of(site)
-    kept = _kept(output, digest)
-    found = {i: kept[_key(task)] for i, task in enumerate(tasks) if _key(task) in kept}
+    kept = _kept_passages(output, digest)
+    found = {i: kept[_task_key(task)] for i, task in enumerate(tasks) if _task_key(task) in kept}
     waiting = [i for i in range(len(tasks)) if i not in found]
     lost: list[str] = []
     waits = [tasks[i] for i in waiting]
-    with watched(progress, "passages"), closing(in_processes(_passage, site, waits, workers)) as done:
+    with progress_shown(progress, "passages"), closing(in_processes(_diagnosed_passage, site, waits, workers)) as done:
         report("passages", len(found), len(tasks))
         for number, result in done:
             i = waiting[number]
@@ -192,15 +193,15 @@ def assess(
                 lost.append(f"{tasks[i][0]} {tasks[i][2]}: {result}")
                 continue
             found[i] = result
-            _keep(output, digest, tasks[i], result)
+            _keep_passage(output, digest, tasks[i], result)
             report("passages", len(found), len(tasks))
     if lost:
         raise ProcessError(f"{len(lost)} of {len(tasks)} passages were not computed; {lost[0]}")
     passages = [found[i] for i in range(len(tasks))]
     sound = tuple(p for p in passages if p.label == HEALTHY)
-    ceiling = _ceiling(site)
+    ceiling = _recorded_circumference(site)
     told = {
-        name: _fault(name, size, tuple(p for p in passages if p.label == name), sound, ceiling)
+        name: _fault_performance(name, size, tuple(p for p in passages if p.label == name), sound, ceiling)
         for name, size in faults.items()
     }
     called = sum(p.verdict not in (HEALTHY, NO_WHEEL) for p in sound)
@@ -227,7 +228,7 @@ def _with_sizes(site: Site, faults: Mapping[str, Sizes] | Sequence[str] | None) 
     return {name: tuple(size) if isinstance(size, list) else size for name, size in sizes.items()}
 
 
-def _passage(site: Site, task: _Task) -> Passage:
+def _diagnosed_passage(site: Site, task: _Task) -> DiagnosedPassage:
     """Compute and diagnose one passage."""
     name, size, number, seed = task
     own = int(np.random.SeedSequence([seed, *name.encode(), number]).generate_state(1)[0])
@@ -244,11 +245,11 @@ def _passage(site: Site, task: _Task) -> Passage:
         named = finding.verdict != HEALTHY and finding.part == part
     true = float(recording.truth.get("size") or np.nan)
     same = finding.size if finding.verdict == fault else np.nan
-    return Passage(name, number, true, finding.verdict, named, score, scores, same)
+    return DiagnosedPassage(name, number, true, finding.verdict, named, score, scores, same)
 
 
-def _fault(
-    name: str, size: Sizes, passages: tuple[Passage, ...], sound: tuple[Passage, ...], ceiling: float
+def _fault_performance(
+    name: str, size: Sizes, passages: tuple[DiagnosedPassage, ...], sound: tuple[DiagnosedPassage, ...], ceiling: float
 ) -> FaultPerformance:
     part = fault_named(name).part
     curve = roc([p.scores.get(part, LOWEST) for p in sound], [p.score for p in passages])
@@ -279,7 +280,7 @@ def _fault(
     )
 
 
-def _ceiling(site: Site) -> float:
+def _recorded_circumference(site: Site) -> float:
     """Return the share of the circumference that rolls over the deck during the recording."""
     passage = site.passage
     end = float(passage.speed * passage.duration)
@@ -289,37 +290,37 @@ def _ceiling(site: Site) -> float:
     return float(min(max(last - first, 0.0) / (2.0 * np.pi * passage.vehicle.radius), 1.0))
 
 
-def _told(found: FaultPerformance) -> dict[str, Any]:
+def _performance_table(found: FaultPerformance) -> dict[str, Any]:
     out: dict[str, Any] = {
         "passages": len(found.passages), "auc": found.roc.auc, "auc_interval_95": list(found.roc.interval()),
         "detected_at_1_percent_false_calls": found.roc.rate_at(ALLOWED), "called": found.called, "named": found.named,
-        "rms_size_error": _number(found.size_error), "reason": found.reason,
+        "rms_size_error": _or_none(found.size_error), "reason": found.reason,
     }  # fmt: skip
     for kind in ("hit_miss", "signal_response"):
         pod = getattr(found, kind)
         if pod is not None:
-            out[kind] = {"a50": _number(pod.a50), "a90": _number(pod.a90), "a90_95": _number(pod.a90_95)}
+            out[kind] = {"a50": _or_none(pod.a50), "a90": _or_none(pod.a90), "a90_95": _or_none(pod.a90_95)}
     return out
 
 
-def _number(value: float) -> float | None:
+def _or_none(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _shown(value: float) -> str:
+def _number_text(value: float) -> str:
     return "" if np.isnan(value) else f"{value:.3g}"
 
 
 # -- what is kept -----------------------------------------------------------------------------------------------------
 
 
-def _key(task: _Task) -> str:
+def _task_key(task: _Task) -> str:
     return json.dumps(task)
 
 
-def _kept(output: Path | None, digest: str) -> dict[str, Passage]:
+def _kept_passages(output: Path | None, digest: str) -> dict[str, DiagnosedPassage]:
     """Return the results that a file holds, of the site with a digest."""
-    out: dict[str, Passage] = {}
+    out: dict[str, DiagnosedPassage] = {}
     if output is None or not output.exists():
         return out
     written = output.read_bytes()
@@ -327,7 +328,7 @@ def _kept(output: Path | None, digest: str) -> dict[str, Passage]:
         try:
             entry = json.loads(line)
             if entry["site"] == digest:
-                out[entry["task"]] = Passage(**entry["passage"])
+                out[entry["task"]] = DiagnosedPassage(**entry["passage"])
         except (ValueError, TypeError, KeyError):
             continue  # the last line, if the program was stopped while writing it
     if written and not written.endswith(b"\n"):  # else the next result would be lost with that line
@@ -336,9 +337,9 @@ def _kept(output: Path | None, digest: str) -> dict[str, Passage]:
     return out
 
 
-def _keep(output: Path | None, digest: str, task: _Task, passage: Passage) -> None:
+def _keep_passage(output: Path | None, digest: str, task: _Task, passage: DiagnosedPassage) -> None:
     if output is None:
         return
-    entry = {"site": digest, "task": _key(task), "passage": passage._asdict()}
+    entry = {"site": digest, "task": _task_key(task), "passage": passage._asdict()}
     with output.open("a", encoding="utf-8") as file:
         file.write(json.dumps(entry) + "\n")

@@ -76,19 +76,19 @@ def in_processes(
         for number, task in enumerate(tasks):
             yield number, function(shared, task)
         return
-    work, again = _packed((function, shared)), list[int]()
+    work, again = _pickled((function, shared)), list[int]()
     with _single_threaded():
-        with closing(_computed(work, list(enumerate(tasks)), many)) as found:
+        with closing(_results_of_tasks(work, list(enumerate(tasks)), many)) as found:
             for number, result in found:
                 if isinstance(result, Lost):
                     again.append(number)
                 else:
                     yield number, result
-        with closing(_computed(work, [(number, tasks[number]) for number in again], 1)) as found:
+        with closing(_results_of_tasks(work, [(number, tasks[number]) for number in again], 1)) as found:
             yield from found
 
 
-def _computed(work: bytes, tasks: list[tuple[int, Any]], many: int) -> Generator[tuple[int, Any], None, None]:
+def _results_of_tasks(work: bytes, tasks: list[tuple[int, Any]], many: int) -> Generator[tuple[int, Any], None, None]:
     """Yield what `many` processes find, or `Lost` where one died; a new process takes its place."""
     waiting, left, stillborn = deque(tasks), len(tasks), 0
     workers: dict[Any, _Worker] = {}
@@ -99,7 +99,7 @@ def _computed(work: bytes, tasks: list[tuple[int, Any]], many: int) -> Generator
                 workers[worker.connection] = worker
             for connection in wait(list(workers)):
                 worker = workers[connection]
-                number, answer = worker.number, worker.answer()
+                number, answer = worker.number, worker.receive_result()
                 if isinstance(answer, Lost):
                     del workers[connection]
                     stillborn += not worker.ready
@@ -111,13 +111,13 @@ def _computed(work: bytes, tasks: list[tuple[int, Any]], many: int) -> Generator
                             )
                 else:
                     stillborn = 0
-                    worker.take(waiting)
+                    worker.start_task(waiting)
                 if number is not None:
                     left -= 1
                     yield number, answer
     finally:
         for worker in workers.values():
-            worker.end()
+            worker.end_process()
 
 
 class _Worker:
@@ -129,44 +129,44 @@ class _Worker:
         self.ready = False
         self.number: int | None = None
         self._work = work
-        self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        with _deaf():
+        self._process = context.Process(target=_serve_tasks, args=(theirs,), daemon=True)
+        with _interrupts_blocked():
             self._process.start()
         theirs.close()  # else the connection would outlive the process, and its death go unheard
 
-    def answer(self) -> Any:
+    def receive_result(self) -> Any:
         """Return the result of the task, or that it is lost since the process died; the first answer means nothing."""
         try:
             found, error = self.connection.recv()
         except (EOFError, OSError):
             self._process.join(LINGERING)  # it may be about to end by itself, which tells more
-            return Lost(how_it_ended(self.end()))
+            return Lost(how_it_ended(self.end_process()))
         if error is not None:
             raise error
         if not self.ready:
             self.ready = True
-            self._tell(self._work)
+            self._send_bytes(self._work)
         return found
 
-    def take(self, waiting: deque[tuple[int, Any]]) -> None:
+    def start_task(self, waiting: deque[tuple[int, Any]]) -> None:
         """Begin with the next task, if there is one."""
         self.number, task = waiting.popleft() if waiting else (None, None)
         if self.number is not None:
-            self._tell(_packed(task))
+            self._send_bytes(_pickled(task))
 
-    def end(self) -> int:
+    def end_process(self) -> int:
         """End the process at once; return its exit code."""
         self._process.kill()
         self._process.join()
         self.connection.close()
         return self._process.exitcode or 0
 
-    def _tell(self, packed: bytes) -> None:
+    def _send_bytes(self, packed: bytes) -> None:
         with suppress(OSError):  # of a process that has just died; the next answer says so
             self.connection.send_bytes(packed)
 
 
-def _packed(what: Any) -> bytes:
+def _pickled(what: Any) -> bytes:
     try:
         return pickle.dumps(what)
     except Exception as error:
@@ -174,19 +174,19 @@ def _packed(what: Any) -> bytes:
         raise InputError("", "workers", " ".join(found.split()), "1, or nothing but functions of modules") from error
 
 
-def _serve(connection: Connection) -> None:
+def _serve_tasks(connection: Connection) -> None:
     """Compute tasks, one after the other, until nobody asks any more."""
     with suppress(EOFError, OSError):
         connection.send((None, None))
         work = connection.recv_bytes()
         while True:
-            connection.send(_outcome(work, connection.recv_bytes()))
+            connection.send(_result_or_error(work, connection.recv_bytes()))
 
 
 _loaded = lru_cache(maxsize=1)(pickle.loads)
 
 
-def _outcome(work: bytes, task: bytes) -> tuple[Any, BaseException | None]:
+def _result_or_error(work: bytes, task: bytes) -> tuple[Any, BaseException | None]:
     """Return a result, or what was raised, as something that can be sent."""
     try:
         function, shared = _loaded(work)
@@ -202,7 +202,7 @@ def _outcome(work: bytes, task: bytes) -> tuple[Any, BaseException | None]:
 
 
 @contextmanager
-def _deaf() -> Iterator[None]:
+def _interrupts_blocked() -> Iterator[None]:
     """Let processes that start here ignore Ctrl-C; the process that started them reacts, and ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield

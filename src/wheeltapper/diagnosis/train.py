@@ -17,11 +17,11 @@ from wheeltapper.diagnosis.alarms import Alarm, Rule, alarms_of, in_countries, r
 from wheeltapper.diagnosis.diagnose import diagnose
 from wheeltapper.diagnosis.faults.base import CATALOGUE
 from wheeltapper.diagnosis.finding import HEALTHY, KIP, NOT_EXPLAINED, Finding
-from wheeltapper.diagnosis.folder import undiagnosed
+from wheeltapper.diagnosis.folder import undiagnosed_entry
 from wheeltapper.diagnosis.processes import Lost, in_processes
 from wheeltapper.ground.arguments import as_count, as_list, check_text
-from wheeltapper.ground.errors import InputError, shown
-from wheeltapper.ground.progress import Progress, report, watched
+from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.record.arguments import as_recordings
 from wheeltapper.record.recording import Recording
 from wheeltapper.record.simulate import simulate
@@ -84,9 +84,9 @@ class TrainFinding:
         ((peak - static) over static), level_kn (peak on level track), forces_from ("model" or "recording"), verdict,
         probability, size (as text), alarms (names of the rules). Forces are those of the wheelset, in kN and in kips.
         """
-        return [self._row(number, entry) for number, entry in enumerate(self.axles, 1)]
+        return [self._axle_row(number, entry) for number, entry in enumerate(self.axles, 1)]
 
-    def _row(self, number: int, entry: Mapping[str, Any]) -> dict[str, Any]:
+    def _axle_row(self, number: int, entry: Mapping[str, Any]) -> dict[str, Any]:
         static, peak, speed = (entry.get(name) for name in ("static_force", "largest_force", "speed"))
         ratio = peak / static if static and peak is not None else None
         verdict = str(entry["verdict"])
@@ -102,7 +102,7 @@ class TrainFinding:
             "forces_from": entry.get("forces_from"),
             "verdict": verdict,
             "probability": entry.get("probabilities", {}).get(verdict),
-            "size": _size(entry),
+            "size": _size_text(entry),
             "alarms": [alarm.rule.name for alarm in self.alarms_at(number)],
         }
 
@@ -114,17 +114,17 @@ class TrainFinding:
             more = {name: row[name] for name in ("dynamic_ratio", "dynamic_increment")}
             largest = wheel_forces(entry, wheels)[1]
             alarms = [alarm.to_dict() for alarm in self.alarms_at(row["axle"])]
-            own = {"axle": row["axle"], **entry, **more, "largest_wheel_force": _finite(largest), "alarms": alarms}
+            own = {"axle": row["axle"], **entry, **more, "largest_wheel_force": _or_none(largest), "alarms": alarms}
             axles.append(own)
         return {
             "format": FORMAT,
             "train": self.name,
             "date": self.date,
             "site": self.site.name,
-            "healthy_dynamic_ratio": _finite(self.healthy_ratio),
+            "healthy_dynamic_ratio": _or_none(self.healthy_ratio),
             "axles": axles,
             "rules": [rule.to_dict() for rule in self.rules],
-            "notes": list(self._notes()),
+            "notes": list(self._train_notes()),
         }
 
     def __str__(self) -> str:
@@ -132,15 +132,15 @@ class TrainFinding:
         head = ", ".join(part for part in (self.name, self.date, self.site.name) if part)
         faulty = [str(row["axle"]) for row in self.table() if row["verdict"] != HEALTHY]
         count = f"{len(self.axles)} axles, " + (f"not healthy: {', '.join(faulty)}" if faulty else "all healthy")
-        lines = [f"{head}: {count}" if head else count, *_aligned(self.table())]
+        lines = [f"{head}: {count}" if head else count, *_aligned_lines(self.table())]
         for axle in range(1, len(self.axles) + 1):
             alarms = self.alarms_at(axle)
             lines += [str(alarm) for alarm in alarms[:FEWEST]]
             if len(alarms) > FEWEST:
                 lines.append(f"axle {axle}: and {len(alarms) - FEWEST} more alarms")
-        return "\n".join([*lines, *self._notes()])
+        return "\n".join([*lines, *self._train_notes()])
 
-    def _notes(self) -> tuple[str, ...]:
+    def _train_notes(self) -> tuple[str, ...]:
         notes = ["peaks and ratios are those of the wheelset, over this site's irregularity"]
         if np.isfinite(self.healthy_ratio):
             notes[0] += f", where a healthy wheelset as stated has {self.healthy_ratio:.2f} times its static force"
@@ -160,7 +160,7 @@ class TrainFinding:
         return tuple(notes)
 
 
-def _size(entry: Mapping[str, Any]) -> str:
+def _size_text(entry: Mapping[str, Any]) -> str:
     size, unit = entry.get("size"), entry.get("size_unit", "")
     interval = [end for end in entry.get("size_interval_90", ()) if end is not None]
     return " to ".join(_with_unit(value, unit) for value in (interval if size is None else [size]))
@@ -172,21 +172,21 @@ def _with_unit(size: float, unit: str) -> str:
     return f"{size:.4g} {unit}".strip()
 
 
-def _finite(value: float) -> float | None:
+def _or_none(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _aligned(rows: list[dict[str, Any]]) -> list[str]:
+def _aligned_lines(rows: list[dict[str, Any]]) -> list[str]:
     """Return a table as lines of text: numbers aligned to the right, words to the left."""
 
-    def said(value: Any, form: str) -> str:
+    def cell_text(value: Any, form: str) -> str:
         if value is None:
             return "-"
         return ", ".join(value) if isinstance(value, list) else format(value, form)
 
     cells = [
         [heading for _, heading, _ in COLUMNS],
-        *([said(row[key], form) for key, _, form in COLUMNS] for row in rows),
+        *([cell_text(row[key], form) for key, _, form in COLUMNS] for row in rows),
     ]
     widths = [max(len(line[i]) for line in cells) for i in range(len(COLUMNS))]
     left = [form == "s" for _, _, form in COLUMNS]
@@ -227,21 +227,21 @@ def train_of(
         raise InputError("", "recordings", "none", "one for each wheelset of the train")
     findings = tuple(one for one in found if isinstance(one, Finding))
     ratio = healthy_ratio(site)
-    entries = tuple(_entry(one, site, ratio) for one in found)
-    chosen = _rules(rules, countries)
+    entries = tuple(_train_entry(one, site, ratio) for one in found)
+    chosen = _checked_rules(rules, countries)
     return TrainFinding(
         entries, site, chosen, alarms_of(entries, chosen, site), name, date, ratio,
         findings if len(findings) == len(entries) else (),
     )  # fmt: skip
 
 
-def _entry(found: Mapping[str, Any] | Finding, site: Site, ratio: float) -> dict[str, Any]:
+def _train_entry(found: Mapping[str, Any] | Finding, site: Site, ratio: float) -> dict[str, Any]:
     entry = found.to_dict() if isinstance(found, Finding) else dict(found)
-    model = found.model if isinstance(found, Finding) else _model(entry, site)
-    return {**entry, "level_force": _finite(_level_force(entry, model, site, ratio))}
+    model = found.model if isinstance(found, Finding) else _model_from_json(entry, site)
+    return {**entry, "level_force": _or_none(_level_force(entry, model, site, ratio))}
 
 
-def _model(entry: Mapping[str, Any], site: Site) -> Scenario | None:
+def _model_from_json(entry: Mapping[str, Any], site: Site) -> Scenario | None:
     """Return the best model from a finding's JSON; None if the JSON does not determine it."""
     if entry["verdict"] not in CATALOGUE:
         return None
@@ -269,14 +269,14 @@ def _level_force(entry: Mapping[str, Any], model: Scenario | None, site: Site, r
     return float(simulate(level).peaks.normal_force.values.max(initial=static))
 
 
-def _rules(given: Rules, countries: Sequence[str] | None) -> tuple[Rule, ...]:
+def _checked_rules(given: Rules, countries: Sequence[str] | None) -> tuple[Rule, ...]:
     if given is None or isinstance(given, str | Path):
         return read_rules(given, countries)
     what = "Rules, or the path of their TOML file"
     rules = as_list(given, "rules", what)
     wrong = next((one for one in rules if not isinstance(one, Rule)), None)
     if wrong is not None:
-        raise InputError("", "rules", shown(wrong), what)
+        raise InputError("", "rules", value_text(wrong), what)
     return in_countries(rules, countries)
 
 
@@ -316,24 +316,25 @@ def diagnose_train(
     progress
         As for `wheeltapper.simulate`.
     """
-    site, asked, chosen = as_site(site), as_recordings(recordings), _rules(rules, countries)
+    site, asked, chosen = as_site(site), as_recordings(recordings), _checked_rules(rules, countries)
     check_text(name, "name")
     check_text(date, "date")
     compared = None if faults is None else tuple(as_list(faults, "faults", "names of faults"))
     found: dict[int, Finding | Lost] = {}
     with (
-        watched(progress, "wheelsets"),
-        closing(in_processes(_diagnosed, (site, compared, noise), asked, workers)) as done,
+        progress_shown(progress, "wheelsets"),
+        closing(in_processes(_diagnosed_recording, (site, compared, noise), asked, workers)) as done,
     ):
         for number, finding in done:
             found[number] = finding
             report("wheelsets", len(found), len(asked))
     ordered = [
-        undiagnosed(asked[i].source, str(one)) if isinstance(one := found[i], Lost) else one for i in range(len(asked))
+        undiagnosed_entry(asked[i].source, str(one)) if isinstance(one := found[i], Lost) else one
+        for i in range(len(asked))
     ]
     return train_of(ordered, site, rules=chosen, name=name, date=date)
 
 
-def _diagnosed(shared: tuple[Site, tuple[str, ...] | None, float | None], recording: Recording) -> Finding:
+def _diagnosed_recording(shared: tuple[Site, tuple[str, ...] | None, float | None], recording: Recording) -> Finding:
     site, faults, noise = shared
     return diagnose(recording, site, faults=faults, noise=noise)

@@ -59,7 +59,7 @@ def _read(chart: xr.Dataset, name: str) -> tuple[FloatArray, str]:
     return factor * values, with_unit(words(name), unit)
 
 
-def _nominal(chart: xr.Dataset, path: str) -> float | None:
+def _nominal_value(chart: xr.Dataset, path: str) -> float | None:
     """Return the value of the chart's scenario at a path; None if it is zero or unknown."""
     try:
         value: Any = json.loads(chart.attrs["scenario"])
@@ -70,17 +70,17 @@ def _nominal(chart: xr.Dataset, path: str) -> float | None:
         return None
 
 
-def _scale(chart: xr.Dataset, path: str) -> tuple[FloatArray, float, str]:
+def _scaled_field(chart: xr.Dataset, path: str) -> tuple[FloatArray, float, str]:
     """Return a field's values over the value of the scenario, that value, and the axis label."""
     values = np.asarray(chart[path].values, dtype=float)
-    nominal = _nominal(chart, path)
+    nominal = _nominal_value(chart, path)
     if nominal is None:
         return values, 1.0, with_unit(words(path), chart[path].attrs.get("units", ""))
     factor, unit = in_unit(nominal, chart[path].attrs.get("units", ""))
     return values / nominal, nominal, f"{words(path)} over {factor * nominal:.4g} {unit}".rstrip()
 
 
-def _masked(chart: xr.Dataset, name: str) -> NDArray[np.bool_]:
+def _is_masked(chart: xr.Dataset, name: str) -> NDArray[np.bool_]:
     masked = np.isnan(chart[name].values)
     if "gradient_status" in chart:
         masked |= chart.gradient_status.values != 0
@@ -90,8 +90,8 @@ def _masked(chart: xr.Dataset, name: str) -> NDArray[np.bool_]:
 def draw_map(axis: Axes, chart: xr.Dataset, name: str) -> None:
     """Draw level curves of one feature over two fields, with gradient arrows, masked cells hatched."""
     second, first = (str(dimension) for dimension in chart[name].dims)
-    x, x_unit, x_label = _scale(chart, second)
-    y, y_unit, y_label = _scale(chart, first)
+    x, x_unit, x_label = _scaled_field(chart, second)
+    y, y_unit, y_label = _scaled_field(chart, first)
     values, title = _read(chart, name)
     values = values.T
     if min(values.shape) < 2:
@@ -103,14 +103,14 @@ def draw_map(axis: Axes, chart: xr.Dataset, name: str) -> None:
         numbers = axis.clabel(curves, fontsize=7, fmt=lambda level: f"{level:.4g}", colors="black")
         for number in numbers:
             number.set(zorder=6, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})
-    masked = _masked(chart, name).T
+    masked = _is_masked(chart, name).T
     if masked.any():
         axis.contourf(x, y, masked.astype(float), levels=[0.5, 1.5], colors="none", hatches=["////"])
     axis.set(xlabel=x_label, ylabel=y_label)
     if f"{name}_gradient" in chart and {second, first} <= set(chart.parameter.values.tolist()):
         slopes = [chart[f"{name}_gradient"].sel(parameter=path).values.T for path in (second, first)]
         _draw_arrows(axis, x, y, slopes[0] * x_unit, slopes[1] * y_unit, masked)
-        title += "\n" + _specificity(chart, name, (second, first))
+        title += "\n" + _specificity_text(chart, name, (second, first))
     axis.set_title(title, fontsize=9)
 
 
@@ -125,11 +125,11 @@ def _draw_arrows(axis: Axes, x: FloatArray, y: FloatArray, dx: FloatArray, dy: F
     )  # fmt: skip
 
 
-def _specificity(chart: xr.Dataset, name: str, paths: tuple[str, str]) -> str:
+def _specificity_text(chart: xr.Dataset, name: str, paths: tuple[str, str]) -> str:
     """Return the angle of the feature to its nearest axis at the cell nearest to the scenario's values."""
     if f"{name}_angle" not in chart:
         return ""
-    here = {path: _nominal(chart, path) for path in paths}
+    here = {path: _nominal_value(chart, path) for path in paths}
     if any(value is None for value in here.values()):
         return ""
     angles = chart[f"{name}_angle"].sel({path: here[path] for path in paths}, method="nearest")
@@ -143,7 +143,7 @@ def _draw_line(axis: Axes, chart: xr.Dataset, name: str) -> None:
     values, label = _read(chart, name)
     axis.plot(x, values)
     axis.set(xlabel=x_label, ylabel=label)
-    masked = _masked(chart, name)
+    masked = _is_masked(chart, name)
     for number, value in enumerate(x[masked]):
         axis.axvline(value, color="0.85", linewidth=2, zorder=0, label=None if number else WITHOUT)
     if masked.any():
@@ -170,7 +170,7 @@ def draw_border(figure: Figure, chart: xr.Dataset, border: xr.Dataset) -> None:
     if len(dimensions) != 2 or not set(dimensions) <= set(border.data_vars):
         raise InputError("", "border", f"a border over {sorted(map(str, border.data_vars))}", f"one over {dimensions}")
     second, first = dimensions
-    x, y = (border[path].values / _scale(chart, path)[1] for path in (second, first))
+    x, y = (border[path].values / _scaled_field(chart, path)[1] for path in (second, first))
     for axis in figure.axes:
         for line in np.unique(border.line.values):
             here = border.line.values == line

@@ -58,10 +58,10 @@ def run(
     for option, target, suffixes in (("--output", output, (".nc",)), ("--plot", plot, PICTURES)):
         if target is not None:
             check_target(option, target, suffixes)
-    from wheeltapper.faces.running import simulated, told_as_json, told_as_lines
+    from wheeltapper.faces.running import simulated_file, told_as_json, told_as_lines
     from wheeltapper.ground.outcome import Outcome
 
-    found = simulated(file, method)
+    found = simulated_file(file, method)
     if not as_json:
         print(told_as_lines(found))
     if output is not None:
@@ -115,14 +115,14 @@ def sweep(
     as_count(workers, "--workers", 0)
     if threads is not None:
         as_count(threads, "--threads")
-    from wheeltapper.ask.fill import ClusterError, fill
-    from wheeltapper.ask.spec import read
-    from wheeltapper.ground.progress import watched
+    from wheeltapper.ask.fill import ClusterError, fill_store
+    from wheeltapper.ask.spec import read_study
+    from wheeltapper.ground.progress import progress_shown
 
     try:
-        spec = read(study)
-        with watched(True, "cells"):
-            failed = fill(output, spec, resume=resume, workers=workers, scheduler=scheduler, threads=threads)
+        spec = read_study(study)
+        with progress_shown(True, "cells"):
+            failed = fill_store(output, spec, resume=resume, workers=workers, scheduler=scheduler, threads=threads)
     except InputError as error:
         raise error.at(str(study)) from error
     except KeyboardInterrupt:
@@ -230,17 +230,17 @@ def paper(*which: str, output: Annotated[Path | None, Parameter(name=["--output"
     """
     import warnings
 
-    from wheeltapper.faces.paper.run import chosen, run
-    from wheeltapper.ground.progress import watched
+    from wheeltapper.faces.paper.run import chosen_claims, measure_claims
+    from wheeltapper.ground.progress import progress_shown
     from wheeltapper.record.simulate import ModelWarning
 
     names = list(which) or ["all"]
-    chosen(names)
+    chosen_claims(names)
     if output is not None:
         make_folder(output)
-    with warnings.catch_warnings(), watched(True, "claims"):
+    with warnings.catch_warnings(), progress_shown(True, "claims"):
         warnings.simplefilter("ignore", ModelWarning)  # the point follower of the paper, on purpose
-        return run(names, output)
+        return measure_claims(names, output)
 
 
 @app.command

@@ -68,7 +68,7 @@ def diagnose(
     from wheeltapper.diagnosis.folder import NOT_DIAGNOSED, NOT_READ, diagnose_all
     from wheeltapper.diagnosis.processes import ProcessError
 
-    files = _files(recordings)
+    files = _recording_files(recordings)
     place = Site.from_toml(site)
     given = {"unit": unit, "rate": rate, "column": column, "speed": speed}
     reading = {name: value for name, value in given.items() if value is not None}
@@ -87,15 +87,15 @@ def diagnose(
     for entry in found if not train else []:
         print(entry["paragraph"])
     if train:
-        _train(found, place, rules, output)
+        _write_train(found, place, rules, output)
     elif len(found) > 1:
-        print(_counts(found))
+        print(_verdict_counts(found))
     if output is not None:
         print(f"findings: {output}")
     return NOT_FINISHED if any(entry["verdict"] in (NOT_READ, NOT_DIAGNOSED) for entry in found) else DONE
 
 
-def _files(recordings: tuple[Path, ...]) -> list[Path]:
+def _recording_files(recordings: tuple[Path, ...]) -> list[Path]:
     """Return the files, and those in folders, in order."""
     out: list[Path] = []
     for place in recordings:
@@ -113,13 +113,13 @@ def _files(recordings: tuple[Path, ...]) -> list[Path]:
     return out
 
 
-def _counts(found: list[dict[str, Any]]) -> str:
+def _verdict_counts(found: list[dict[str, Any]]) -> str:
     verdicts = [entry["verdict"] for entry in found]
     counts = sorted({name: verdicts.count(name) for name in verdicts}.items(), key=lambda item: -item[1])
     return f"{len(found)} recordings: " + ", ".join(f"{count} {name}" for name, count in counts)
 
 
-def _train(found: list[dict[str, Any]], site: Any, rules: Path | None, output: Path | None) -> None:
+def _write_train(found: list[dict[str, Any]], site: Any, rules: Path | None, output: Path | None) -> None:
     from wheeltapper.diagnosis.train import train_of
 
     told = train_of(found, site, rules=rules)
@@ -187,7 +187,7 @@ def assess(
 
     place = Site.from_toml(site)
     kept = None if output is None else output.with_suffix(".jsonl")
-    chosen = _faults(faults)
+    chosen = _parsed_faults(faults)
     try:
         found = measure(place, chosen, count=count, healthy=healthy, seed=seed, output=kept, workers=workers)
     except (KeyboardInterrupt, OSError, ProcessError) as stop:
@@ -207,14 +207,14 @@ def assess(
     return DONE
 
 
-def _faults(texts: tuple[str, ...] | None) -> dict[str, Any] | None:
+def _parsed_faults(texts: tuple[str, ...] | None) -> dict[str, Any] | None:
     """Return the given faults and sizes; None: the usual ones."""
     if texts is None:
         return None
     _check_given("--faults", texts)
     chosen: dict[str, Any] = {}
     for text in texts:
-        name, size = _fault(text)
+        name, size = _parsed_fault(text)
         if chosen.get(name, size) != size:
             raise InputError("", "--faults", f"{name!r} with two different sizes", "each fault once")
         chosen[name] = size
@@ -227,7 +227,7 @@ def _check_given(option: str, values: tuple[Any, ...]) -> None:
         raise InputError("", option, "nothing", "one or more values")
 
 
-def _fault(text: str) -> tuple[str, Any]:
+def _parsed_fault(text: str) -> tuple[str, Any]:
     """Return the name and the size, or range of sizes, from NAME=SIZE or NAME=LOW:HIGH."""
     name, mark, size = text.partition("=")
     if not mark:

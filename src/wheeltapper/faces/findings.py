@@ -37,18 +37,18 @@ def draw_finding(finding: Finding) -> Figure:
     from matplotlib.figure import Figure
 
     figure = Figure()
-    evidence(figure, finding)
+    draw_evidence(figure, finding)
     return figure
 
 
-def evidence(figure: Figure, finding: Finding) -> None:
+def draw_evidence(figure: Figure, finding: Finding) -> None:
     """Draw a finding into a figure."""
     figure.set_size_inches(9.0, 9.0)
     whole, close, left, verdicts = figure.subplots(4, 1, height_ratios=(2, 2, 1.4, 1.4))
     recording = finding.recording
-    _acceleration(whole, finding, recording.start, float(recording.times[-1]))
+    _draw_acceleration(whole, finding, recording.start, float(recording.times[-1]))
     begins = onset(recording, finding.noise)
-    _acceleration(close, finding, begins - 0.001, min(begins + CLOSE, float(recording.times[-1])))
+    _draw_acceleration(close, finding, begins - 0.001, min(begins + CLOSE, float(recording.times[-1])))
     legend_above(whole)
     whole.set_title("the recording")
     close.set(xlabel="time after the trigger [ms]")
@@ -66,7 +66,7 @@ def evidence(figure: Figure, finding: Finding) -> None:
     figure.suptitle(f"{Path(finding.recording.source).name}: {finding.verdict}", fontsize=10)
 
 
-def _acceleration(axis: Axes, finding: Finding, start: float, end: float) -> None:
+def _draw_acceleration(axis: Axes, finding: Finding, start: float, end: float) -> None:
     recording = finding.recording
     part = (recording.times >= start) & (recording.times <= end)
     times = 1e3 * recording.times[part]
@@ -96,7 +96,7 @@ def draw_performance(performance: Performance) -> Figure:
     axes[0].set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03))
     _legend_below(axes[0])
     for axis, (name, found) in zip(axes[1:], with_size.items(), strict=True):
-        _detection(axis, name, found)
+        _draw_detection(axis, name, found)
     return figure
 
 
@@ -108,7 +108,7 @@ def _reached(size: float, factor: float) -> str:
     return f"{factor * size:.3g}" if np.isfinite(size) else "not reached"
 
 
-def _detection(axis: Axes, name: str, found: FaultPerformance) -> None:
+def _draw_detection(axis: Axes, name: str, found: FaultPerformance) -> None:
     sizes = np.array([passage.size for passage in found.passages])
     factor, unit = in_unit(sizes, fault_named(name).unit)
     hits = np.array([passage.named for passage in found.passages])
@@ -159,7 +159,7 @@ def draw_design(design: Design) -> Figure:
     end = max(one.start + one.length for one in design.best.layout.features) + 0.1
     x = np.linspace(0.0, end, 4001)
     height, _ = path_table(courses_of(passage), end, METHODS["default"], "point", passage.vehicle.radius, None)
-    rail.plot(x, 1e3 * height.height(x))
+    rail.plot(x, 1e3 * height.height_at(x))
     rail.set(xlabel="position [m]", ylabel="rail [mm]")
     chart = design.chart()
     worse = "worst_interval" if design.criterion == "worst interval" else "determinant"

@@ -35,22 +35,22 @@ def interruptible() -> Iterator[None]:
         return
     heard, left = threading.Event(), threading.Event()
 
-    def hear(number: int, frame: FrameType | None) -> None:
+    def on_signal(number: int, frame: FrameType | None) -> None:
         heard.set()
-        if _compiles(frame):  # the compiler has no results to keep, and loses exceptions
-            _end()
+        if _is_compiling(frame):  # the compiler has no results to keep, and loses exceptions
+            _end_process()
         signal.default_int_handler(number, frame)
 
-    def watch() -> None:
+    def watch_signals() -> None:
         while byte := reader.recv(1):  # the number of the signal; empty when the other end is closed
             if byte[0] == signal.SIGINT and not (heard.wait(GRACE) and left.wait(CLEARING)):
-                _end()
+                _end_process()
 
     reader, writer = socket.socketpair()
     writer.setblocking(False)
-    held = signal.signal(signal.SIGINT, hear)
+    held = signal.signal(signal.SIGINT, on_signal)
     wake = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
-    watcher = threading.Thread(target=watch, daemon=True)
+    watcher = threading.Thread(target=watch_signals, daemon=True)
     watcher.start()
     try:
         yield
@@ -63,7 +63,7 @@ def interruptible() -> Iterator[None]:
         reader.close()
 
 
-def _compiles(frame: FrameType | None) -> bool:
+def _is_compiling(frame: FrameType | None) -> bool:
     """Return True if a frame, or one of its callers, belongs to the compiler of the kernels."""
     while frame is not None:
         if str(frame.f_globals.get("__name__")).startswith(COMPILERS):
@@ -72,7 +72,7 @@ def _compiles(frame: FrameType | None) -> bool:
     return False
 
 
-def _end() -> None:
+def _end_process() -> None:
     if sys.stderr.isatty():
         sys.stderr.write(f"{SHOW_CURSOR}\n")
     sys.stderr.write("wheeltapper: interrupted\n")

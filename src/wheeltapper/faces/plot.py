@@ -17,10 +17,10 @@ from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
 from wheeltapper.faces.panels import RED, legend_above
 from wheeltapper.faces.results import draw_comfort, draw_force, draw_modes, draw_recording, draw_records
-from wheeltapper.faces.wagons import draw_comparison, draw_wagon, sampled
+from wheeltapper.faces.wagons import draw_comparison, draw_wagon, history_with_events
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.arguments import as_count, as_list, as_path
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.record.labels import CHART_TITLE, WEAR_TITLE
 from wheeltapper.record.record import Record
@@ -80,22 +80,22 @@ def plot(
         if not features:
             raise InputError("", "features", "none", "names of the chart's features, or None for all")
     if border is not None and "line" not in getattr(border, "data_vars", ()):
-        raise InputError("", "border", shown(border), "what `wheeltapper.border` returned")
+        raise InputError("", "border", value_text(border), "what `wheeltapper.border` returned")
     if against is not None and not isinstance(against, Record):
-        raise InputError("", "against", shown(against), "a Record")
+        raise InputError("", "against", value_text(against), "a Record")
     wheelset = as_count(wheelset, "wheelset")
     title = getattr(what, "attrs", {}).get("title")
     variables = set(getattr(what, "data_vars", ()))
     for name, given in (("features", features), ("border", border)):
         if given is not None and title != CHART_TITLE:
-            raise InputError("", name, shown(given), "None, unless `what` is a chart")
+            raise InputError("", name, value_text(given), "None, unless `what` is a chart")
     with matplotlib.style.context(STYLE):
         if isinstance(what, Record) and SEVERAL_BODIES in what.scenario.needs:
             figure = draw_wagon(what) if against is None else draw_comparison(what, against, wheelset)
         elif against is not None:
             raise InputError("", "against", "a record to draw over", "None, unless `what` is the record of a wagon")
         elif isinstance(what, Record):
-            figure = _drawn(what)
+            figure = _drawn_figure(what)
         elif isinstance(what, Marks):
             figure = draw_marks(what)
         elif isinstance(what, Finding):
@@ -125,16 +125,18 @@ def plot(
             if border is not None:
                 draw_border(figure, what, border)
         else:
-            raise InputError("", "what", shown(what), "a Record, a chart, an evolution, marks, a finding or the like")
+            raise InputError(
+                "", "what", value_text(what), "a Record, a chart, an evolution, marks, a finding or the like"
+            )
         if path is not None:
             save(figure, path)
     return figure
 
 
-def _drawn(record: Record) -> Figure:
+def _drawn_figure(record: Record) -> Figure:
     from matplotlib.figure import Figure
 
-    history = sampled(record)
+    history = history_with_events(record)
     has_deck = "deck_acceleration" in history
     figure = Figure(figsize=(8.0, 7.5 if has_deck else 6.0))
     axes = figure.subplots(3 if has_deck else 2, 1, sharex=True)

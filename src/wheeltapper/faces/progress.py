@@ -62,7 +62,7 @@ class _Bar:
 
 
 @contextmanager
-def bar() -> Iterator[None]:
+def progress_bar() -> Iterator[None]:
     """Show how far the work inside is, as it reports it, and the lines that it says."""
     from rich.console import Console
 
@@ -70,11 +70,11 @@ def bar() -> Iterator[None]:
     console = Console(stderr=True, force_terminal=True, force_jupyter=False)
     shows = _Bar(console)
 
-    def say(line: str) -> None:
+    def say_line(line: str) -> None:
         console.print(f"wheeltapper: {line}", markup=False, highlight=False, soft_wrap=True)
 
     try:
-        with reporting(shows.show, say):
+        with reporting(shows.show, say_line):
             yield
     finally:
         shows.close()

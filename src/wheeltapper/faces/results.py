@@ -9,7 +9,7 @@ import numpy as np
 
 from wheeltapper.diagnosis.force.reconstruction import Force
 from wheeltapper.faces.panels import BLUE, RED, legend_above
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.record.record import Record
 from wheeltapper.record.recording import Recording
@@ -94,7 +94,7 @@ def draw_records(records: Sequence[Any]) -> Figure:
     figure.set_size_inches(10.0, 4.5 + 0.2 * len(records))
     for number, record in enumerate(records):
         if not isinstance(record, Record) or SEVERAL_BODIES in record.scenario.needs:
-            raise InputError("", f"what.{number}", shown(record), "the record of a wheelset")
+            raise InputError("", f"what.{number}", value_text(record), "the record of a wheelset")
         times = np.unique(np.concatenate([np.linspace(0.0, record.end, 4000), record.peaks.time.values]))
         history = record.at(times)
         axis.plot(1e3 * history.time, history.normal_force / 1e3, linewidth=0.9, label=f"{number}: {record}")

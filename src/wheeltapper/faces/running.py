@@ -21,7 +21,7 @@ from wheeltapper.record.simulate import simulate
 
 
 @dataclass(frozen=True)
-class Run:
+class RunResult:
     """A record, its file, and the warnings of its simulation."""
 
     file: Path
@@ -31,7 +31,7 @@ class Run:
     seconds: float
 
 
-def simulated(file: Path, method: str) -> Run:
+def simulated_file(file: Path, method: str) -> RunResult:
     """Simulate the scenario in a file; warnings go to stderr."""
     check_method(method)
     scenario = Scenario.from_toml(file)
@@ -45,15 +45,15 @@ def simulated(file: Path, method: str) -> Run:
     said = tuple(dict.fromkeys(str(warning.message) for warning in caught))
     for line in said:
         print(f"warning: {line}", file=sys.stderr)
-    return Run(file, record, method, said, time.perf_counter() - begin)
+    return RunResult(file, record, method, said, time.perf_counter() - begin)
 
 
-def told_as_lines(run: Run) -> str:
+def told_as_lines(run: RunResult) -> str:
     """Return the record's line and its notes."""
     return "\n".join([str(run.record), *(f"note: {note}" for note in run.record.notes)])
 
 
-def told_as_json(run: Run, written: dict[str, Path | None]) -> str:
+def told_as_json(run: RunResult, written: dict[str, Path | None]) -> str:
     """Return the results and the written files as one JSON object in SI units; null: no such value."""
     record = run.record
     kinds = record.events.kind.values

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wheeltapper.ask.reduced import compare
+from wheeltapper.ask.reduced import compare_responses
 from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import SEVERAL_BODIES
@@ -21,7 +21,7 @@ SAMPLES = 6_000
 STYLES = {"left": {"color": BLUE}, "right": {"color": RED, "linestyle": "--"}}
 
 
-def sampled(record: Record) -> Any:
+def history_with_events(record: Record) -> Any:
     """Return the history at uniform times, with every event and peak in it."""
     times = np.linspace(0.0, record.end, SAMPLES)
     return record.at(np.unique(np.concatenate([times, record.events.time.values, record.peaks.time.values])))
@@ -31,7 +31,7 @@ def draw_wagon(record: Record) -> Figure:
     """Draw the normal forces of all wheels, and the vertical acceleration of the first body."""
     from matplotlib.figure import Figure
 
-    history = sampled(record)
+    history = history_with_events(record)
     wheelsets = history.wheelset.values
     figure = Figure(figsize=(8.0, 1.7 * (len(wheelsets) + 1)))
     axes = figure.subplots(len(wheelsets) + 1, 1, sharex=True)
@@ -64,18 +64,18 @@ def draw_comparison(record: Record, other: Record, wheelset: int) -> Figure:
     count = len(record.scenario.vehicle.axles)
     if not 1 <= wheelset <= count:
         raise InputError("", "wheelset", str(wheelset), f"1 to {count}")
-    found = compare(record, other, wheelset)
+    found = compare_responses(record, other, wheelset)
     figure = Figure(figsize=(8.0, 6.5))
     forces, differences = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    history = sampled(record)
+    history = history_with_events(record)
     both = history.normal_force.sel(wheelset=wheelset).sum("side")
     forces.plot(1e3 * history.time, both / 1e3, label=f"wheelset {wheelset} of the wagon")
-    core = sampled(other)
+    core = history_with_events(other)
     forces.plot(1e3 * core.time, core.normal_force / 1e3, "--", color=RED, label="core model")
     forces.set_ylabel("normal force of both wheels [kN]")
     legend_above(forces)
     _draw_differences(differences, found)
-    figure.suptitle(_said(found), fontsize=9)
+    figure.suptitle(_differences_text(found), fontsize=9)
     return figure
 
 
@@ -88,13 +88,13 @@ def _draw_differences(axis: Axes, found: Any) -> None:
     delays.set_ylabel("events, delay [µs]", color=RED)
 
 
-def _said(found: Any) -> str:
+def _differences_text(found: Any) -> str:
     """Return the largest differences as a sentence."""
 
-    def largest(values: Any) -> float:
+    def largest_difference(values: Any) -> float:
         return float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else float("nan")
 
-    peaks = f"{100.0 * largest(found.peak_ratio.values - 1.0):.2g} %"
-    intervals = f"{100.0 * largest(found.interval_ratio.values - 1.0):.2g} %"
-    events = f"{1e6 * largest(found.event_delay.values):.2g} µs"
+    peaks = f"{100.0 * largest_difference(found.peak_ratio.values - 1.0):.2g} %"
+    intervals = f"{100.0 * largest_difference(found.interval_ratio.values - 1.0):.2g} %"
+    events = f"{1e6 * largest_difference(found.event_delay.values):.2g} µs"
     return f"largest differences: peaks {peaks}, intervals {intervals}, events {events}"

@@ -11,13 +11,13 @@ LONGEST = 80
 """Largest number of characters of a found value that a message shows."""
 
 
-def shown(value: object) -> str:
+def value_text(value: object) -> str:
     """Return a value as a message shows it: on one line, and not too long."""
     text = " ".join(line.strip() for line in repr(value).splitlines())
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
 
 
-def suggested(name: str, names: Iterable[str], listed: str | None = None) -> str:
+def with_suggestion(name: str, names: Iterable[str], listed: str | None = None) -> str:
     """Return the allowed names (or `listed`, their text) with the one that was probably meant."""
     names = list(names)
     close = difflib.get_close_matches(name, names, n=1)

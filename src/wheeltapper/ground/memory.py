@@ -16,7 +16,7 @@ GROUPS = (
 """Files in which Linux states the limit of a container's memory, and its present use."""
 
 
-def available() -> float:
+def available_bytes() -> float:
     """Return the available bytes; infinite if the system does not state them."""
     left = _of_machine()
     for limit, use in GROUPS:
@@ -40,7 +40,7 @@ def _of_machine() -> float:
         return inf
 
 
-def size(count: float) -> str:
+def size_text(count: float) -> str:
     """Return a number of bytes with a unit, such as "3.2 GB"."""
     for unit in ("B", "kB", "MB", "GB", "TB"):
         if count < 1000.0:
@@ -63,9 +63,9 @@ def check_room(field: str, found: str, needed: float, fits: str | Callable[[floa
     fits
         What is possible instead, or a function that returns it for the share of the request that fits.
     """
-    there = available()
+    there = available_bytes()
     if needed > there:
         allowed = fits if isinstance(fits, str) else fits(there / needed)
         raise InputError(
-            "", field, f"{found}, {size(needed)}", f"{allowed} here, where {size(there)} of memory are free"
+            "", field, f"{found}, {size_text(needed)}", f"{allowed} here, where {size_text(there)} of memory are free"
         )

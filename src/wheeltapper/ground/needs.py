@@ -52,6 +52,6 @@ NOTHING: frozenset[Need] = frozenset()
 _RANKS = {need: rank for rank, need in enumerate(VOCABULARY)}
 
 
-def rank(need: Need) -> tuple[int, str]:
+def rank_of(need: Need) -> tuple[int, str]:
     """Return where a need stands among all; one that nobody has heard of stands last."""
     return _RANKS.get(need, len(_RANKS)), need.name

@@ -36,7 +36,7 @@ class Note(str):
         return Note(text, self.cause, self.severity, doubtful=self.doubtful)
 
 
-def few(places: Sequence[float]) -> str:
+def first_places(places: Sequence[float]) -> str:
     """Return the first three places, and how many there are beside them."""
     more = f" and {len(places) - 3} more" if len(places) > 3 else ""
     return ", ".join(f"{x:.6g}" for x in places[:3]) + more
@@ -57,14 +57,14 @@ class Shared:
     note: Note
     cells: int
 
-    def told(self, total: int) -> Note:
+    def sentence_of(self, total: int) -> Note:
         """Return the note as a sentence about `total` cells."""
         if total == 1:
             return self.note
         return self.note.reworded(f"{self.note} (the worst of {self.cells} such cells of {total})")
 
 
-def shared(notes: Iterable[Shared]) -> tuple[Shared, ...]:
+def shared_notes(notes: Iterable[Shared]) -> tuple[Shared, ...]:
     """Return one note for each cause: the most severe (the first of equals), with the number of cells of all."""
     by_cause: dict[str, Shared] = {}
     for one in notes:

@@ -15,7 +15,7 @@ Progress = bool | Report
 """What verbs take as `progress`: True, a bar where someone watches; False, nothing; or a function, see `reporting`."""
 
 
-def _print(line: str) -> None:
+def _print_line(line: str) -> None:
     print(f"wheeltapper: {line}", file=sys.stderr)
 
 
@@ -30,7 +30,7 @@ bar: Callable[[], AbstractContextManager[None]] | None = None
 
 
 @contextmanager
-def reporting(report: Report, say: Say = _print) -> Iterator[None]:
+def reporting(report: Report, say: Say = _print_line) -> Iterator[None]:
     """Call `report` and `say` for the reports of the work inside this context; the innermost context listens.
 
     Parameters
@@ -54,7 +54,7 @@ def reporting(report: Report, say: Say = _print) -> Iterator[None]:
 
 
 @contextmanager
-def watched(progress: Progress, of: str = "") -> Iterator[None]:
+def progress_shown(progress: Progress, of: str = "") -> Iterator[None]:
     """Let the user see how far a verb is that works inside this context.
 
     A verb that works for another one is not heard: the outer one tells how far the whole is.
@@ -72,22 +72,22 @@ def watched(progress: Progress, of: str = "") -> Iterator[None]:
         If it is none of these.
     """
     heard = _listener.get()
-    say = _print if heard is None else heard.say
+    say = _print_line if heard is None else heard.say
     context: AbstractContextManager[None] = nullcontext()
     if callable(progress):
         context = reporting(progress, say)
     elif not isinstance(progress, bool):
-        _refuse(progress)
+        _refuse_progress(progress)
     elif heard is not None or not progress:
-        context = reporting(_unheard, say)
+        context = reporting(_ignore_report, say)
     elif bar is not None and _someone_watches():
         context = bar()
-    with context, _only(of):
+    with context, _reports_of_one(of):
         yield
 
 
 @contextmanager
-def _only(of: str) -> Iterator[None]:
+def _reports_of_one(of: str) -> Iterator[None]:
     """Let only reports of one thing be heard."""
     listener = _listener.get()
     if listener is None or not of:
@@ -97,14 +97,14 @@ def _only(of: str) -> Iterator[None]:
         yield
 
 
-def _refuse(progress: object) -> None:
-    from wheeltapper.ground.errors import InputError, shown
+def _refuse_progress(progress: object) -> None:
+    from wheeltapper.ground.errors import InputError, value_text
 
     what = "True, False, or a function of what is done, how much of it, and how much there is"
-    raise InputError("", "progress", shown(progress), what)
+    raise InputError("", "progress", value_text(progress), what)
 
 
-def _unheard(what: str, done: float, total: float) -> None:
+def _ignore_report(what: str, done: float, total: float) -> None:
     """Hear nothing."""
 
 
@@ -115,22 +115,22 @@ def report(what: str, done: float, total: float) -> None:
         listener.report(what, done, total)
 
 
-def counting(what: str, total: int, done: int = 0) -> Callable[[int], None]:
+def progress_counter(what: str, total: int, done: int = 0) -> Callable[[int], None]:
     """Return what adds to the number of things done, from any thread, and tells whoever listens in this one."""
     listener, lock = _listener.get(), threading.Lock()
 
-    def add(more: int) -> None:
+    def add_done(more: int) -> None:
         nonlocal done
         with lock:
             done += more
             if listener is not None:
                 listener.report(what, done, total)
 
-    return add
+    return add_done
 
 
 @contextmanager
-def part(before: int, total: int) -> Iterator[None]:
+def counted_from(before: int, total: int) -> Iterator[None]:
     """Let what is counted inside go on from what was done before, out of a larger total."""
     outer = _listener.get()
     if outer is None:
@@ -143,7 +143,7 @@ def part(before: int, total: int) -> Iterator[None]:
 def say(line: str) -> None:
     """Show the user a line at once: by the listener, else on stderr."""
     listener = _listener.get()
-    (listener.say if listener is not None else _print)(line)
+    (listener.say if listener is not None else _print_line)(line)
 
 
 def _someone_watches() -> bool:

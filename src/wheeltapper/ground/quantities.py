@@ -7,7 +7,7 @@ from decimal import Decimal
 from numbers import Real
 from typing import Any
 
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of gravity, m/s²; the unit g."""
@@ -15,36 +15,38 @@ STANDARD_GRAVITY = 9.80665
 PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 
 
-def _scaled(unit: str, prefixes: str, suffix: str = "") -> dict[str, float]:
+def _prefixed_units(unit: str, prefixes: str, suffix: str = "") -> dict[str, float]:
     return {f"{p}{unit}{suffix}": PREFIXES[p] for p in prefixes} | {f"{unit}{suffix}": 1.0}
 
 
 _PER_LENGTH = {
-    f"{force}/{length}": a / b for force, a in _scaled("N", "kMG").items() for length, b in (("m", 1.0), ("mm", 1e-3))
+    f"{force}/{length}": a / b
+    for force, a in _prefixed_units("N", "kMG").items()
+    for length, b in (("m", 1.0), ("mm", 1e-3))
 }
 _DAMPING = {
     f"{force}{join}s/{length}": a / b
-    for force, a in _scaled("N", "kM").items()
+    for force, a in _prefixed_units("N", "kM").items()
     for join in (" ", "*", "·", "")
     for length, b in (("m", 1.0), ("mm", 1e-3))
 }
 
 UNITS: dict[str, dict[str, float]] = {
-    "length": _scaled("m", "nuµμmck") | {"inch": 0.0254, "in": 0.0254},
+    "length": _prefixed_units("m", "nuµμmck") | {"inch": 0.0254, "in": 0.0254},
     "mass": {"kg": 1.0, "t": 1e3, "g": 1e-3, "lb": 0.45359237},
-    "force": _scaled("N", "kM") | {"kip": 4448.2216152605, "lbf": 4.4482216152605},
+    "force": _prefixed_units("N", "kM") | {"kip": 4448.2216152605, "lbf": 4.4482216152605},
     "stiffness": _PER_LENGTH,
     "damping": _DAMPING,
     "speed": {"m/s": 1.0, "km/h": 1 / 3.6, "mm/s": 1e-3, "mph": 0.44704, "kmh": 1 / 3.6, "kph": 1 / 3.6},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "h": 3600.0},
-    "pressure": _scaled("Pa", "kMG") | {"N/mm^2": 1e6, "N/m^2": 1.0},
+    "pressure": _prefixed_units("Pa", "kMG") | {"N/mm^2": 1e6, "N/m^2": 1.0},
     "Hertz constant": {"N/m^1.5": 1.0, "N/mm^1.5": 10**4.5, "kN/mm^1.5": 10**7.5, "N/m^(3/2)": 1.0},
     "acceleration": {"m/s^2": 1.0, "m/s2": 1.0, "g": STANDARD_GRAVITY},
     "angle": {"rad": 1.0, "deg": 0.017453292519943295, "°": 0.017453292519943295, "mrad": 1e-3},
     "curvature": {"1/m": 1.0, "1/mm": 1e3, "1/km": 1e-3},
     "time per length": {"s/m": 1.0, "s/mm": 1e3},
     "moment of inertia": {"kg m^2": 1.0, "kg m2": 1.0, "t m^2": 1e3},
-    "angular stiffness": _scaled("N", "kM", " m/rad") | _scaled("N", "kM", "m/rad"),
+    "angular stiffness": _prefixed_units("N", "kM", " m/rad") | _prefixed_units("N", "kM", "m/rad"),
     "number": {"": 1.0, "%": 0.01},
     "frequency": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
     "acceleration noise density": {"m/s^2/sqrt(Hz)": 1.0, "ug/sqrt(Hz)": 9.80665e-6, "µg/√Hz": 9.80665e-6},
@@ -90,13 +92,13 @@ def to_si(value: object, dimension: str, field: str = "") -> float:
             return float(value)
     except OverflowError:  # an integer beyond the range of floats
         pass
-    raise InputError("", field, shown(str(given) if has_unit(given) else given), _allowed(dimension))
+    raise InputError("", field, value_text(str(given) if has_unit(given) else given), _allowed_units(dimension))
 
 
 def _from_text(text: str, dimension: str, field: str) -> float:
     match = _TEXT.fullmatch(text)
     if match is None:
-        raise InputError("", field, shown(text), _allowed(dimension))
+        raise InputError("", field, value_text(text), _allowed_units(dimension))
     unit = match[2]
     if unit == "":
         return float(match[1])
@@ -105,18 +107,20 @@ def _from_text(text: str, dimension: str, field: str) -> float:
     if dimension == "force" and unit in UNITS["mass"]:
         weight = float(match[1]) * UNITS["mass"][unit] * STANDARD_GRAVITY
         raise InputError(
-            "", field, f"{shown(text)}, a mass where a force is needed",
+            "", field, f"{value_text(text)}, a mass where a force is needed",
             f"N, kN, kip …: {text.strip()} weigh {weight / 1e3:.6g} kN (times {STANDARD_GRAVITY} m/s²)",
         )  # fmt: skip
     if any(unit in table for table in UNITS.values()):
-        raise InputError("", field, f"{shown(text)}, which is not {_with_article(dimension)}", _allowed(dimension))
+        raise InputError(
+            "", field, f"{value_text(text)}, which is not {_with_article(dimension)}", _allowed_units(dimension)
+        )
     import pint
 
     try:
         quantity = pint.UnitRegistry().Quantity(float(match[1]), unit)
     except Exception as error:  # errors of pint, of Python's tokenizer, and others that an odd text causes
         raise InputError(
-            "", field, f"{shown(text)}, whose unit is not one of {dimension}", _allowed(dimension)
+            "", field, f"{value_text(text)}, whose unit is not one of {dimension}", _allowed_units(dimension)
         ) from error
     return float(in_si(quantity, dimension, field, text))
 
@@ -131,8 +135,10 @@ def in_si(quantity: Any, dimension: str, field: str, text: str = "") -> Any:
     try:
         return quantity.to(PINT[dimension] or "dimensionless").magnitude
     except (AttributeError, TypeError, ValueError) as error:  # the base of pint's errors, without importing pint
-        found = shown(text or str(quantity))
-        raise InputError("", field, f"{found}, whose unit is not one of {dimension}", _allowed(dimension)) from error
+        found = value_text(text or str(quantity))
+        raise InputError(
+            "", field, f"{found}, whose unit is not one of {dimension}", _allowed_units(dimension)
+        ) from error
 
 
 def si_unit(dimension: str) -> str:
@@ -145,7 +151,7 @@ def unit_factor(unit: str, dimension: str) -> float:
     return to_si(f"1 {unit}", dimension)
 
 
-def _allowed(dimension: str) -> str:
+def _allowed_units(dimension: str) -> str:
     units = [unit for unit in UNITS[dimension] if unit][:6]
     return f"{_with_article(dimension)} as a number in SI units or with a unit such as {', '.join(units)}"
 

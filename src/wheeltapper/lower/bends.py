@@ -21,10 +21,10 @@ from wheeltapper.lower.ellipse import FactorSlopes
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.first_order import WEIGHTS
 from wheeltapper.lower.fit import DEGREE, FROM_LOBATTO, LOBATTO
-from wheeltapper.lower.point import Placed, cells, harmonic_row, harmonics
-from wheeltapper.lower.rolling import Rolled
+from wheeltapper.lower.point import PlacedStretch, common_harmonics, course_cells, harmonic_row
+from wheeltapper.lower.rolling import RolledPath
 from wheeltapper.lower.surface import value_at
-from wheeltapper.lower.table import Table, row_slopes, row_tangents
+from wheeltapper.lower.table import PathTable, row_slopes, row_tangents
 from wheeltapper.march import program as contract
 
 FloatArray = NDArray[np.float64]
@@ -46,70 +46,72 @@ class Courses:
             items = scenario.irregularities
             if path.startswith("irregularity."):
                 _, index, *rest = path.split(".")
-                items = tuple(_moved(item, rest, value) if i == int(index) else item for i, item in enumerate(items))
+                items = tuple(
+                    _with_field(item, rest, value) if i == int(index) else item for i, item in enumerate(items)
+                )
             self._near[k] = [item.course(value if path == "vehicle.radius" else radius) for item in items]
         self.base = base or [item.course(radius) for item in scenario.irregularities]
         self._place = {id(s): (i, j) for i, course in enumerate(self.base) for j, s in enumerate(course.stretches)}
 
-    def moved(self, placed: Placed, k: int) -> Placed:
+    def stretch_away(self, placed: PlacedStretch, k: int) -> PlacedStretch:
         """Return a stretch of the scenario that is k steps away."""
         i, j = self._place[id(placed.stretch)]
         period, near = self.base[i].period, self._near[k][i]
         turns = round(placed.shift / period) if period else 0
         stretch = near.stretches[j]
         shift = turns * (near.period or 0.0)
-        return Placed(stretch, shift, stretch.start + shift, stretch.end + shift)
+        return PlacedStretch(stretch, shift, stretch.start + shift, stretch.end + shift)
 
-    def difference(self, of: Callable[[int], Any]) -> Any:
+    def central_difference(self, of: Callable[[int], Any]) -> Any:
         """Return the derivative of a function that is given at some steps."""
         return sum(weight * (of(k) - of(-k)) for k, weight in WEIGHTS.items()) / self.step
 
-    def tangent(self, present: list[Placed], which: str, x: FloatArray) -> FloatArray:
+    def tangent_of_sum(self, present: list[PlacedStretch], which: str, x: FloatArray) -> FloatArray:
         """Return the derivative of the sum of some stretches, at fixed x."""
 
-        def part(placed: Placed) -> FloatArray:
-            return np.asarray(self.difference(lambda k: getattr(self.moved(placed, k), which)(x)))
+        def stretch_tangent(placed: PlacedStretch) -> FloatArray:
+            return np.asarray(self.central_difference(lambda k: getattr(self.stretch_away(placed, k), which)(x)))
 
-        return np.asarray(sum((part(p) for p in present if self._changes(p)), np.zeros_like(x)))
+        return np.asarray(sum((stretch_tangent(p) for p in present if self._border_jumps(p)), np.zeros_like(x)))
 
-    def _changes(self, placed: Placed) -> bool:
+    def _border_jumps(self, placed: PlacedStretch) -> bool:
         i, _ = self._place[id(placed.stretch)]
         return bool(self._near[1][i] != self.base[i])
 
-    def border(self, present: list[Placed], x: float) -> float:
+    def border_tangent(self, present: list[PlacedStretch], x: float) -> float:
         """Return the derivative of the border at x, at which one of these stretches begins."""
         for p in present:
             if isfinite(p.stretch.start) and abs(p.stretch.start + p.shift - x) < 1e-9 * (1.0 + abs(x)):
-                return self._start(p)
+                return self._start_tangent(p)
         return 0.0
 
-    def _start(self, placed: Placed) -> float:
-        return float(self.difference(lambda k: self.moved(placed, k).start))
+    def _start_tangent(self, placed: PlacedStretch) -> float:
+        return float(self.central_difference(lambda k: self.stretch_away(placed, k).start))
 
-    def period(self) -> float:
+    def period_tangent(self) -> float:
         """Return the derivative of the period of the only repeating course."""
         i = next(i for i, course in enumerate(self.base) if course.period is not None)
-        return float(self.difference(lambda k: self._near[k][i].period))
+        return float(self.central_difference(lambda k: self._near[k][i].period))
 
 
-def _moved(value: Any, rest: list[str], new: float) -> Any:
+def _with_field(value: Any, rest: list[str], new: float) -> Any:
     if not rest:
         return new
     head, *deeper = rest
     if head.isdigit():
         i = int(head)
-        return (*value[:i], _moved(value[i], deeper, new), *value[i + 1 :])
-    return value.model_copy(update={head: _moved(getattr(value, head), deeper, new)})
+        return (*value[:i], _with_field(value[i], deeper, new), *value[i + 1 :])
+    return value.model_copy(update={head: _with_field(getattr(value, head), deeper, new)})
 
 
-def _nodes(rows: FloatArray) -> FloatArray:
+def _tangent_nodes(rows: FloatArray) -> FloatArray:
     """Return (rows, nodes): the places at which the tangent of each piece is computed."""
     start = rows[:, contract.START]
     stop = np.where(np.isfinite(rows[:, contract.STOP]), rows[:, contract.STOP], start + 1e-3)
     return 0.5 * (start + stop)[:, None] + 0.5 * (stop - start)[:, None] * LOBATTO
 
 
-def _written(rows: FloatArray, nodes: FloatArray, values: FloatArray, source: int, out: FloatArray) -> None:
+def _write_polynomials(rows: FloatArray, nodes: FloatArray, values: FloatArray, source: int, out: FloatArray) -> None:
     """Write polynomials through the nodes, in the variable of each row."""
     ends = nodes[:, [-1, 0]]
     middle, half = ends.mean(axis=1), 0.5 * (ends[:, 1] - ends[:, 0])
@@ -128,7 +130,7 @@ def _written(rows: FloatArray, nodes: FloatArray, values: FloatArray, source: in
         out[i, source : source + DEGREE + 1] = line.convert(domain=own, window=[-1, 1]).coef[: DEGREE + 1]
 
 
-def bend(scenario: Scenario, path: str, table: Table) -> FloatArray:
+def table_tangent(scenario: Scenario, path: str, table: PathTable) -> FloatArray:
     """Return the derivatives of a table's pieces with respect to a field that shapes the path.
 
     Parameters
@@ -145,14 +147,14 @@ def bend(scenario: Scenario, path: str, table: Table) -> FloatArray:
     factor_slopes = ellipse.factor_slopes(scenario.contact, scenario.vehicle, path)
     rows = table.rows
     out = np.zeros_like(rows)
-    nodes = _nodes(rows)
+    nodes = _tangent_nodes(rows)
     if rolled is None:
         _bend_point(changing, rows, nodes, factor_slopes, out)
     else:
         _bend_circle(scenario, path, changing, rolled, rows, nodes, factor_slopes, out)
     _move_kinks(rows, out)
     if table.loop < len(rows):
-        out[-1, contract.STOP] = out[table.loop, contract.START] + changing.period()
+        out[-1, contract.STOP] = out[table.loop, contract.START] + changing.period_tangent()
     return out
 
 
@@ -161,55 +163,55 @@ def _bend_point(
 ) -> None:
     middle = nodes[:, len(LOBATTO) // 2]
     last = float(nodes.max())
-    for a, b, present in cells(changing.base, 0.0, last):
+    for a, b, present in course_cells(changing.base, 0.0, last):
         mine = np.flatnonzero((middle >= a) & (middle < b))
         if not len(mine):
             continue
         if rows[mine[0], contract.JOIN] == contract.JUMP:
-            out[mine[0], contract.START] = changing.border(present, a)
-        exact = harmonics(present)
+            out[mine[0], contract.START] = changing.border_tangent(present, a)
+        exact = common_harmonics(present)
         if exact is not None and len(mine) == 1 and factor_slopes is None:
             _bend_wave(changing, rows[mine[0]], present, out[mine[0]])
             continue
         x = nodes[mine].ravel()
-        values = changing.tangent(present, "value", x).reshape(nodes[mine].shape)
+        values = changing.tangent_of_sum(present, "value", x).reshape(nodes[mine].shape)
         part = out[mine]
-        _written(rows[mine], nodes[mine], values, contract.COEFFICIENT, part)
+        _write_polynomials(rows[mine], nodes[mine], values, contract.COEFFICIENT, part)
         if factor_slopes is not None:
-            bends = changing.tangent(present, "curvature", x)
+            bends = changing.tangent_of_sum(present, "curvature", x)
             curvature = sum((p.curvature(x) for p in present), np.zeros_like(x))
             along, direct = factor_slopes(curvature)
             values = (along * bends + direct).reshape(nodes[mine].shape)
-            _written(rows[mine], nodes[mine], values, contract.FACTOR, part)
+            _write_polynomials(rows[mine], nodes[mine], values, contract.FACTOR, part)
         out[mine] = part
 
 
-def _bend_wave(changing: Courses, row: FloatArray, present: list[Placed], out: FloatArray) -> None:
+def _bend_wave(changing: Courses, row: FloatArray, present: list[PlacedStretch], out: FloatArray) -> None:
     """Write the derivatives of an exact wave: offset, amplitudes and wavenumber, about a fixed centre."""
     columns = [contract.COEFFICIENT, contract.SINE, contract.COSINE, contract.WAVENUMBER]
 
-    def moved(k: int) -> FloatArray:
-        form = harmonics([changing.moved(p, k) for p in present])
+    def derivative_of(k: int) -> FloatArray:
+        form = common_harmonics([changing.stretch_away(p, k) for p in present])
         assert form is not None
         return np.asarray(harmonic_row(row[contract.CENTRE], row[contract.STOP], *form)[0, columns])
 
-    out[columns] = changing.difference(moved)
+    out[columns] = changing.central_difference(derivative_of)
 
 
 def _bend_circle(
-    scenario: Scenario, path: str, changing: Courses, rolled: Rolled, rows: FloatArray, nodes: FloatArray,
+    scenario: Scenario, path: str, changing: Courses, rolled: RolledPath, rows: FloatArray, nodes: FloatArray,
     factor_slopes: FactorSlopes | None, out: FloatArray,
 ) -> None:  # fmt: skip
     radius = float(scenario.vehicle.radius)
     envelope, profile = rolled.envelope, rolled.envelope.profile
-    present = [placed for _, _, placed in cells(rolled.courses, profile.start, profile.end)]
+    present = [placed for _, _, placed in course_cells(rolled.courses, profile.start, profile.end)]
     middle = nodes[:, len(LOBATTO) // 2]
     starts = np.array([run.start for run in envelope.runs])
     run_of = np.clip(np.searchsorted(starts, middle, side="right") - 1, 0, len(starts) - 1)
     owner = np.array([run.branch for run in envelope.runs])[run_of]
     x = nodes.ravel()
     owners = np.repeat(owner, nodes.shape[1])
-    s = envelope.contact(x, owners)
+    s = envelope.contact_points(x, owners)
     values = np.zeros_like(x)
     factors = np.zeros_like(x)
     for branch in np.unique(owner):
@@ -219,7 +221,7 @@ def _bend_circle(
             values[mine] = _corner_tangent(changing, profile, present, held.corner, x[mine])
             continue
         stretches = present[held.cell]
-        values[mine] = changing.tangent(stretches, "value", s[mine])
+        values[mine] = changing.tangent_of_sum(stretches, "value", s[mine])
         if factor_slopes is not None:
             factors[mine] = _factor_tangent(
                 changing, profile, stretches, held.cell, s[mine], x[mine], factor_slopes, path
@@ -229,46 +231,48 @@ def _bend_circle(
         values += radius / np.sqrt(radius**2 - u**2) - 1.0
     for a, b, direct in rolled.raised:
         inside = (x >= a) & (x < b)
-        values[inside] += changing.tangent(direct, "value", np.full(np.count_nonzero(inside), 0.5 * (a + b)))
+        values[inside] += changing.tangent_of_sum(direct, "value", np.full(np.count_nonzero(inside), 0.5 * (a + b)))
         at_start = np.flatnonzero((rows[:, contract.START] == a) & (rows[:, contract.JOIN] == contract.JUMP))
-        out[at_start, contract.START] = changing.border(direct, a)
-    _written(rows, nodes, values.reshape(nodes.shape), contract.COEFFICIENT, out)
+        out[at_start, contract.START] = changing.border_tangent(direct, a)
+    _write_polynomials(rows, nodes, values.reshape(nodes.shape), contract.COEFFICIENT, out)
     if factor_slopes is not None:
         bent = rows[:, contract.FACTOR_DEGREE] >= 0
         part = out[bent]
-        _written(rows[bent], nodes[bent], factors.reshape(nodes.shape)[bent], contract.FACTOR, part)
+        _write_polynomials(rows[bent], nodes[bent], factors.reshape(nodes.shape)[bent], contract.FACTOR, part)
         out[bent] = part
 
 
 def _corner_tangent(
-    changing: Courses, profile: Any, present: list[list[Placed]], corner: int, x: FloatArray
+    changing: Courses, profile: Any, present: list[list[PlacedStretch]], corner: int, x: FloatArray
 ) -> FloatArray:
     """Return the derivative of the path of a wheel that rolls about a corner, which may move."""
     held = profile.corners[corner]
     left, right = present[corner], present[corner + 1]
     at = np.array([held.position])
     side = max((left, right), key=lambda part: sum(value_at(p.value, held.position) for p in part))
-    moves = changing.border(right, held.position)
-    rises = float(changing.tangent(side, "value", at)[0]) + moves * sum(value_at(p.slope, held.position) for p in side)
-    return np.asarray(rises - moves * profile.lean(held.position - x))
+    moves = changing.border_tangent(right, held.position)
+    rises = float(changing.tangent_of_sum(side, "value", at)[0]) + moves * sum(
+        value_at(p.slope, held.position) for p in side
+    )
+    return np.asarray(rises - moves * profile.circle_slope(held.position - x))
 
 
 def _factor_tangent(
-    changing: Courses, profile: Any, present: list[Placed], cell: int, s: FloatArray, x: FloatArray,
+    changing: Courses, profile: Any, present: list[PlacedStretch], cell: int, s: FloatArray, x: FloatArray,
     factor_slopes: FactorSlopes, path: str,
 ) -> FloatArray:  # fmt: skip
     """Return the derivative of the factor at a fixed place of the wheel, whose point of contact moves."""
     u = s - x
     root = np.sqrt(profile.radius**2 - u**2)
     curvature = profile.cells[cell].curvature(s)
-    push = changing.tangent(present, "slope", s)
+    push = changing.tangent_of_sum(present, "slope", s)
     if path == "vehicle.radius":
         push = push + u * profile.radius / root**3
     wander = push / (profile.radius**2 / root**3 - curvature)
     near = 1e-5
     sharper = (profile.cells[cell].curvature(s + near) - profile.cells[cell].curvature(s - near)) / (2 * near)
     along, direct = factor_slopes(curvature)
-    return np.asarray(along * (changing.tangent(present, "curvature", s) + sharper * wander) + direct)
+    return np.asarray(along * (changing.tangent_of_sum(present, "curvature", s) + sharper * wander) + direct)
 
 
 def _move_kinks(rows: FloatArray, out: FloatArray) -> None:

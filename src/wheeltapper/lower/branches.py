@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.surface import Profile
+from wheeltapper.lower.surface import RolledProfile
 from wheeltapper.march import contact_points
 
 FloatArray = NDArray[np.float64]
@@ -54,7 +54,7 @@ class Branch:
 
 
 @dataclass
-class Run:
+class BranchRun:
     """A part of the path that lies on one branch."""
 
     branch: int
@@ -64,12 +64,12 @@ class Run:
     end: float = np.inf
 
 
-def _spacing(profile: Profile, window: float, length: float) -> float:
+def _sample_spacing(profile: RolledProfile, window: float, length: float) -> float:
     wanted = min(FINEST, max(window, 1e-6) / 25, length / 16)
     return max(wanted, min(1e-5, length / 16), (profile.end - profile.start) / MOST_SAMPLES)
 
 
-def _cell_samples(profile: Profile, index: int, window: float) -> FloatArray:
+def _cell_samples(profile: RolledProfile, index: int, window: float) -> FloatArray:
     cell = profile.cells[index]
     start, end = max(cell.start, profile.start), min(cell.end, profile.end)
     if cell.flat:
@@ -77,10 +77,10 @@ def _cell_samples(profile: Profile, index: int, window: float) -> FloatArray:
     if len(cell.knots):
         knots = np.concatenate([[start], cell.knots[(cell.knots > start) & (cell.knots < end)], [end]])
         return np.append((knots[:-1, None] + np.diff(knots)[:, None] * np.arange(4) / 4).ravel(), end)
-    return np.linspace(start, end, int(np.ceil((end - start) / _spacing(profile, window, end - start))) + 1)
+    return np.linspace(start, end, int(np.ceil((end - start) / _sample_spacing(profile, window, end - start))) + 1)
 
 
-def _with_folds(profile: Profile, s: FloatArray, cell: IntArray) -> tuple[FloatArray, IntArray, list[slice]]:
+def _with_folds(profile: RolledProfile, s: FloatArray, cell: IntArray) -> tuple[FloatArray, IntArray, list[slice]]:
     """Return samples and their cells with the folds of x0(s) put in, and the parts of them in which x0 rises."""
     rises, inside = profile.is_outer(s, cell), cell[1:] == cell[:-1]
     turns = np.flatnonzero((rises[1:] != rises[:-1]) & inside)
@@ -108,12 +108,14 @@ def _off_cubic() -> FloatArray:
 OFF_CUBIC = _off_cubic()
 
 
-def _within(ahead: FloatArray, beyond: FloatArray, window: float) -> NDArray[np.bool_]:
+def _may_touch_within(ahead: FloatArray, beyond: FloatArray, window: float) -> NDArray[np.bool_]:
     """Return between which neighbours, by how far the contact is ahead of the wheel, it may be inside the window."""
     return (np.minimum(np.abs(ahead), np.abs(beyond)) <= MARGIN * window) | (ahead * beyond < 0.0)
 
 
-def _resolved(profile: Profile, s: FloatArray, cell: IntArray, window: float) -> tuple[FloatArray, IntArray]:
+def _refined_samples(
+    profile: RolledProfile, s: FloatArray, cell: IntArray, window: float
+) -> tuple[FloatArray, IntArray]:
     """Return samples with more of them where the profile varies faster than they tell.
 
     Where the wheel cannot touch it is enough to see its waves.
@@ -128,12 +130,12 @@ def _resolved(profile: Profile, s: FloatArray, cell: IntArray, window: float) ->
     added, owners, count = [s], [cell], 0
     while len(left):
         at = left[:, None] + (right - left)[:, None] * TRIED
-        heights = profile.each(at.ravel(), np.repeat(owner, len(TRIED)), "value").reshape(at.shape)
+        heights = profile.property_at(at.ravel(), np.repeat(owner, len(TRIED)), "value").reshape(at.shape)
         off, sagitta = np.abs(heights @ OFF_CUBIC), (right - left) ** 2 / profile.radius
         coarse = np.flatnonzero((off > UNRESOLVED * sagitta) & (right - left > NARROWEST))
         bow = np.abs(heights - heights[:, :1] - np.diff(heights[:, [0, -1]]) * TRIED)[coarse].max(axis=1, initial=0.0)
-        ahead, beyond = (end - profile.touching(end, owner[coarse]) for end in (left[coarse], right[coarse]))
-        coarse = coarse[(off[coarse] > UNRESOLVED * (sagitta[coarse] + bow)) | _within(ahead, beyond, window)]
+        ahead, beyond = (end - profile.wheel_places(end, owner[coarse]) for end in (left[coarse], right[coarse]))
+        coarse = coarse[(off[coarse] > UNRESOLVED * (sagitta[coarse] + bow)) | _may_touch_within(ahead, beyond, window)]
         edges = np.linspace(left[coarse], right[coarse], 5, axis=1)
         left, right, owner = edges[:, :-1].ravel(), edges[:, 1:].ravel(), np.repeat(owner[coarse], 4)
         added.append(edges[:, 1:-1].ravel())
@@ -147,14 +149,16 @@ def _resolved(profile: Profile, s: FloatArray, cell: IntArray, window: float) ->
     return s[order], cell[order]
 
 
-def find(profile: Profile, window: float) -> list[Branch]:
+def find_branches(profile: RolledProfile, window: float) -> list[Branch]:
     """Return all branches of a profile."""
     bent = [i for i, cell in enumerate(profile.cells) if cell.chord != profile.radius]  # else touched all at once
     each = [_cell_samples(profile, index, window) for index in bent]
-    s, cell = _resolved(profile, np.concatenate(each), np.repeat(bent, [len(samples) for samples in each]), window)
+    s, cell = _refined_samples(
+        profile, np.concatenate(each), np.repeat(bent, [len(samples) for samples in each]), window
+    )
     s, cell, rising = _with_folds(profile, s, cell)
-    x = profile.touching(s, cell)
-    near = _within((s - x)[:-1], (s - x)[1:], window)  # elsewhere the wheel would lie in the profile
+    x = profile.wheel_places(s, cell)
+    near = _may_touch_within((s - x)[:-1], (s - x)[1:], window)  # elsewhere the wheel would lie in the profile
     out = []
     for part in rising:
         reach = part.start + np.flatnonzero(near[part.start : part.stop - 1])
@@ -167,7 +171,9 @@ def find(profile: Profile, window: float) -> list[Branch]:
     for index, corner in enumerate(profile.corners):
         if corner.juts_out:
             reach = min(MARGIN * window, 0.999 * profile.radius)
-            u = np.linspace(min(profile.offset(corner.before), reach), max(profile.offset(corner.after), -reach), 33)
+            u = np.linspace(
+                min(profile.touch_offset(corner.before), reach), max(profile.touch_offset(corner.after), -reach), 33
+            )
             out.append(Branch(-1, index, corner.position - u, np.full(len(u), corner.position)))
     return out
 
@@ -175,37 +181,37 @@ def find(profile: Profile, window: float) -> list[Branch]:
 class Envelope:
     """The upper envelope of the branches."""
 
-    def __init__(self, profile: Profile, window: float) -> None:
+    def __init__(self, profile: RolledProfile, window: float) -> None:
         self.profile = profile
-        self.branches = find(profile, window)
+        self.branches = find_branches(profile, window)
         self._x, self._s = (np.concatenate(part) for part in zip(*((b.x, b.s) for b in self.branches), strict=True))
         self._first = np.cumsum([0, *(len(b.x) for b in self.branches)])
         self.cells = np.array([b.cell for b in self.branches])
         self.corners = np.array([b.corner for b in self.branches])
         self._flat = np.array([b.corner < 0 and profile.cells[b.cell].flat for b in self.branches])
-        self.runs = self._won(self._grid(window))
+        self.runs = self._highest_runs(self._grid_places(window))
 
-    def contact(self, x: FloatArray, owner: IntArray) -> FloatArray:
+    def contact_points(self, x: FloatArray, owner: IntArray) -> FloatArray:
         """Return the contact for each place of the wheel on the given branch; beyond it, the branch's nearer end."""
         s, lo, hi = np.empty_like(x), np.empty_like(x), np.empty_like(x)
-        contact_points.bracket(self._x, self._s, self._first, owner, x, s, lo, hi)
+        contact_points.bracket_contacts(self._x, self._s, self._first, owner, x, s, lo, hi)
         bent = np.flatnonzero((self.corners[owner] < 0) & ~self._flat[owner])
         if len(bent):
-            s[bent] = self.profile.sharpen(x[bent], s[bent], lo[bent], hi[bent], self.cells[owner[bent]])
+            s[bent] = self.profile.sharpened_contact(x[bent], s[bent], lo[bent], hi[bent], self.cells[owner[bent]])
         return s
 
-    def height(self, x: FloatArray, s: FloatArray, owner: IntArray) -> FloatArray:
+    def centre_height(self, x: FloatArray, s: FloatArray, owner: IntArray) -> FloatArray:
         """Return the height of the wheel's centre, less its radius, at x if it touches at s."""
-        out = self.profile.drop(s - x)
+        out = self.profile.circle_drop(s - x)
         corner = self.corners[owner]
         smooth = np.flatnonzero(corner < 0)
-        out[smooth] += self.profile.each(s[smooth], self.cells[owner[smooth]], "value")
+        out[smooth] += self.profile.property_at(s[smooth], self.cells[owner[smooth]], "value")
         about = np.flatnonzero(corner >= 0)
         if len(about):
             out[about] += np.array([c.height for c in self.profile.corners])[corner[about]]
         return out
 
-    def _grid(self, window: float) -> FloatArray:
+    def _grid_places(self, window: float) -> FloatArray:
         """Return places that lie in every interval between ends of branches, densely where branches overlap."""
         starts = np.sort([b.x[0] for b in self.branches])
         ends = np.sort([b.x[-1] for b in self.branches])
@@ -214,11 +220,11 @@ class Envelope:
         covered = np.searchsorted(starts, middle) - np.searchsorted(ends, middle)
         parts = [middle]
         for a, b in zip(edges[:-1][covered > 1], edges[1:][covered > 1], strict=True):
-            count = int(np.ceil((b - a) / _spacing(self.profile, window, b - a)))
+            count = int(np.ceil((b - a) / _sample_spacing(self.profile, window, b - a)))
             parts.append(a + (b - a) * (np.arange(count) + 0.5) / count)
         return np.unique(np.concatenate(parts))
 
-    def _won(self, grid: FloatArray) -> list[Run]:
+    def _highest_runs(self, grid: FloatArray) -> list[BranchRun]:
         """Return the runs: the highest branch over each part of the path, as the grid shows it.
 
         Raises
@@ -237,10 +243,10 @@ class Envelope:
             if first == last:
                 continue
             x = grid[first:last]
-            height = self.height(x, np.interp(x, branch.x, branch.s), np.full(len(x), index))
+            height = self.centre_height(x, np.interp(x, branch.x, branch.s), np.full(len(x), index))
             higher = height > best[first:last]
             best[first:last][higher] = height[higher]
             winner[first:last][higher] = index
         touched = np.flatnonzero(winner >= 0)
         parts = np.split(touched, np.flatnonzero(np.diff(winner[touched])) + 1)
-        return [Run(int(winner[p[0]]), float(grid[p[0]]), float(grid[p[-1]])) for p in parts]
+        return [BranchRun(int(winner[p[0]]), float(grid[p[0]]), float(grid[p[-1]])) for p in parts]

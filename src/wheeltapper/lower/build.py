@@ -19,11 +19,11 @@ from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.fit import Factor
 from wheeltapper.lower.numbers import METHODS, Method, Placing, numbers_of
 from wheeltapper.lower.plastic import yielding_program
-from wheeltapper.lower.plausible import implausible
+from wheeltapper.lower.plausible import implausible_notes
 from wheeltapper.lower.point import point_table
 from wheeltapper.lower.rolling import circle_table
 from wheeltapper.lower.sampled import over_the_run, pieces_note
-from wheeltapper.lower.table import Table
+from wheeltapper.lower.table import PathTable
 from wheeltapper.march import program as contract
 from wheeltapper.march.program import Program
 
@@ -52,7 +52,7 @@ class Lowered:
     """
 
     program: Program
-    table: Table
+    table: PathTable
     length: float
     time: float
     force: float
@@ -66,7 +66,7 @@ def courses_of(scenario: Scenario) -> list[Course]:
     return [item.course(scenario.vehicle.radius) for item in scenario.irregularities]
 
 
-def table_of(scenario: Scenario, end: float, method: Method) -> tuple[Table, list[Note]]:
+def table_of(scenario: Scenario, end: float, method: Method) -> tuple[PathTable, list[Note]]:
     """Return the path of the wheel's centre up to x = end (m), and notes on it for the user."""
     of = ellipse.factor_function(scenario.contact, scenario.vehicle)
     return path_table(courses_of(scenario), end, method, scenario.rolling, scenario.vehicle.radius, of)
@@ -75,7 +75,7 @@ def table_of(scenario: Scenario, end: float, method: Method) -> tuple[Table, lis
 def path_table(
     courses: list[Course], end: float, method: Method, rolling: str, radius: float,
     factor: Callable[[FloatArray], FloatArray] | None,
-) -> tuple[Table, list[Note]]:  # fmt: skip
+) -> tuple[PathTable, list[Note]]:  # fmt: skip
     """Return the path of a wheel's centre over the sum of the courses up to x = end (m), and notes on it.
 
     `factor` gives the factor on the contact force from the second derivative of the irregularity.
@@ -87,7 +87,7 @@ def path_table(
     followed = None if factor is None else Factor(factor, _curvature_noise(courses, end))
     if rolling == "point":
         table = point_table(courses, end, height, method.fit, followed)
-        notes = sharp_dip(*curvatures(courses, end)[1], radius)
+        notes = sharp_dip(*curvature_range(courses, end)[1], radius)
     else:
         table, notes = circle_table(courses, end, height, method.fit, radius, followed)
     halves = table.rows[:, contract.SCALE]
@@ -113,7 +113,7 @@ def _curvature_noise(courses: list[Course], end: float) -> float:
     return total
 
 
-def curvatures(courses: list[Course], end: float) -> tuple[tuple[float, float], tuple[float, float]]:
+def curvature_range(courses: list[Course], end: float) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return lowest and highest curvature (1/m) of the courses' sum up to x = end, each with its place, m."""
     x = np.linspace(0.0, end, 20_001)
     curvature = sum((course.curvature(x) for course in courses), np.zeros_like(x))
@@ -132,7 +132,7 @@ def sharp_dip(curvature: float, x: float, radius: float) -> list[Note]:
     return [Note(text, SHARP_DIP, curvature * radius, doubtful=True)]
 
 
-def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[Note]] | None = None) -> Lowered:
+def lower(scenario: Scenario, method: str = "default", path: tuple[PathTable, list[Note]] | None = None) -> Lowered:
     """Lower a scenario with one wheelset to a program.
 
     Parameters
@@ -147,14 +147,16 @@ def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[N
     needs, chosen = scenario.needs, METHODS[method]
     table, notes = path or table_of(scenario, float(scenario.speed * scenario.duration), chosen)
     here = np.zeros(1)
-    placing = Placing(np.ones(1), np.ones(1), np.zeros(1), table.height(here), table.factor(here))
+    placing = Placing(np.ones(1), np.ones(1), np.zeros(1), table.height_at(here), table.factor_at(here))
     numbers, units = numbers_of(Fields(scenario), placing, chosen)
     numbers[:, contract.LOOP] = table.loop
     numbers[:, contract.LOOP_JOIN] = table.loop_join
     program = Program(table.rows, numbers[0])
     static_force = units.static_force.item()
     if YIELDING in needs:
-        program, static_force = yielding_program(scenario, scenario.contact, program, units, table.height(here).item())
+        program, static_force = yielding_program(
+            scenario, scenario.contact, program, units, table.height_at(here).item()
+        )
         if MEMORY in needs and scenario.contact.warning:
             notes = [*notes, Note(scenario.contact.warning, doubtful=True)]
     if DAMPER_END in needs:
@@ -167,5 +169,5 @@ def lower(scenario: Scenario, method: str = "default", path: tuple[Table, list[N
         force=units.force.item(),
         static_force=static_force,
         contact_constant=units.contact_constant.item(),
-        notes=(*implausible(scenario), *notes),
+        notes=(*implausible_notes(scenario), *notes),
     )

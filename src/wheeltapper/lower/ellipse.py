@@ -32,7 +32,7 @@ KNOWN, INTERPOLANT = 12.0, 48
 interpolant is a Chebyshev polynomial of degree INTERPOLANT, exact to 1e-9."""
 
 
-def _integrals(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _elliptic_integrals(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return K, E and D = (K - E)/e² for p = 1 - e² = (b/a)²; near the circle D comes from its series."""
     from scipy.special import ellipe, ellipkm1  # imported here, because a given constant does not need it
 
@@ -49,22 +49,22 @@ def _integrals(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return k, e, d
 
 
-def _ratio(p: FloatArray) -> FloatArray:
+def _curvature_ratio(p: FloatArray) -> FloatArray:
     """Return the ratio (≥ 1) of the principal curvatures whose ellipse has (b/a)² = p."""
-    k, _, d = _integrals(p)
+    k, _, d = _elliptic_integrals(p)
     # [(1/p)·E - K]/(K - E) with E = K - e²·D is (K - D)/(p·D): free of cancellation
     return np.asarray((k - d) / (p * d))
 
 
-def _solved(target: FloatArray) -> FloatArray:
+def _solved_log_ratio(target: FloatArray) -> FloatArray:
     """Return ln (b/a)² for the logarithm of a ratio of curvatures, by Newton's method."""
     lo, hi = np.full_like(target, -40.0), np.zeros_like(target)
     z = np.clip(-4.0 / 3.0 * target, -39.0, 0.0)  # z = ln p; near the circle and far from it b/a ~ ratio^(-2/3)
     for _ in range(100):
-        f = np.log(_ratio(np.exp(z))) - target
+        f = np.log(_curvature_ratio(np.exp(z))) - target
         lo, hi = np.where(f > 0, z, lo), np.where(f > 0, hi, z)
         h = 1e-6
-        slope = (np.log(_ratio(np.exp(np.minimum(z + h, 0.0)))) - np.log(_ratio(np.exp(z - h)))) / (
+        slope = (np.log(_curvature_ratio(np.exp(np.minimum(z + h, 0.0)))) - np.log(_curvature_ratio(np.exp(z - h)))) / (
             np.minimum(z + h, 0.0) - (z - h)
         )
         new = z - f / slope
@@ -77,9 +77,9 @@ def _solved(target: FloatArray) -> FloatArray:
 
 
 @cache
-def _near() -> tuple[np.polynomial.Chebyshev, np.polynomial.Chebyshev]:
-    """Return an interpolant of `_solved` up to KNOWN, and its derivative."""
-    line = np.polynomial.Chebyshev.interpolate(_solved, INTERPOLANT, domain=[0.0, KNOWN])
+def _log_ratio_interpolant() -> tuple[np.polynomial.Chebyshev, np.polynomial.Chebyshev]:
+    """Return an interpolant of `_solved_log_ratio` up to KNOWN, and its derivative."""
+    line = np.polynomial.Chebyshev.interpolate(_solved_log_ratio, INTERPOLANT, domain=[0.0, KNOWN])
     return line, line.deriv()
 
 
@@ -87,14 +87,14 @@ def axis_ratio_squared(curvature_ratio: ArrayLike) -> FloatArray:
     """Return (b/a)² of the contact ellipse for a ratio ≥ 1 of the principal relative curvatures."""
     target = np.log(np.atleast_1d(np.asarray(curvature_ratio, dtype=float)))
     if target.size < INTERPOLANT:
-        return np.asarray(np.exp(_solved(target)))
-    line, slope = _near()
+        return np.asarray(np.exp(_solved_log_ratio(target)))
+    line, slope = _log_ratio_interpolant()
     known = np.minimum(target, KNOWN)
     z = np.minimum(line(known), 0.0)
-    z -= (np.log(_ratio(np.exp(z))) - known) * slope(known)  # from 1e-9 to rounding
+    z -= (np.log(_curvature_ratio(np.exp(z))) - known) * slope(known)  # from 1e-9 to rounding
     beyond = target > KNOWN
     if np.any(beyond):
-        z[beyond] = _solved(target[beyond])
+        z[beyond] = _solved_log_ratio(target[beyond])
     return np.asarray(np.exp(np.minimum(z, 0.0)))
 
 
@@ -135,7 +135,7 @@ def contact_constant(
     across = 0.5 / rail
     small, large = np.minimum(along, across), np.maximum(along, across)
     p = axis_ratio_squared((large / small).ravel()).reshape(along.shape)
-    k, _, d = _integrals(p)
+    k, _, d = _elliptic_integrals(p)
     modulus = young / (2.0 * (1.0 - contraction**2))
     # a³ = 3·N·D/(2π·A·E*), δ = 3·N·K/(2π·a·E*)  =>  C = δ^-1.5·N
     return np.asarray((2 * np.pi * modulus / (3 * k)) ** 1.5 * np.sqrt(3 * d / (2 * np.pi * small * modulus)))
@@ -153,7 +153,7 @@ def semi_axes(along: FloatArray, across: FloatArray, youngs_modulus: float, pois
     """
     small, large = np.minimum(along, across), np.maximum(along, across)
     p = axis_ratio_squared(large / small)
-    _, _, d = _integrals(p)
+    _, _, d = _elliptic_integrals(p)
     modulus = youngs_modulus / (2.0 * (1.0 - poisson**2))
     longer = np.cbrt(3.0 * d / (2.0 * np.pi * small * modulus))
     shorter = longer * np.sqrt(p)
@@ -171,10 +171,10 @@ def factor_function(contact: Contact, vehicle: Wheelset) -> Callable[[FloatArray
         return None
     smooth = _per_wheel(contact, vehicle, np.zeros(1))[0]
 
-    def factor(second_derivative: FloatArray) -> FloatArray:
+    def factor_at(second_derivative: FloatArray) -> FloatArray:
         return np.asarray(_per_wheel(contact, vehicle, -np.asarray(second_derivative)) / smooth)
 
-    return factor
+    return factor_at
 
 
 def factor_slopes(contact: Contact, vehicle: Wheelset, path: str) -> FactorSlopes | None:
@@ -182,7 +182,7 @@ def factor_slopes(contact: Contact, vehicle: Wheelset, path: str) -> FactorSlope
     if factor_function(contact, vehicle) is None:
         return None
 
-    def at(k: int, curvature: FloatArray) -> FloatArray:
+    def factor(k: int, curvature: FloatArray) -> FloatArray:
         changed = vehicle, contact
         if path == "vehicle.radius":
             changed = vehicle.model_copy(update={"radius": vehicle.radius * (1.0 + k * STEP)}), contact
@@ -192,13 +192,18 @@ def factor_slopes(contact: Contact, vehicle: Wheelset, path: str) -> FactorSlope
         assert of is not None
         return of(curvature)
 
-    def slopes(curvature: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def slopes_at(curvature: FloatArray) -> tuple[FloatArray, FloatArray]:
         wide = STEP / vehicle.radius
-        along = sum(w * (at(0, curvature + k * wide) - at(0, curvature - k * wide)) for k, w in WEIGHTS.items()) / wide
+        along = (
+            sum(w * (factor(0, curvature + k * wide) - factor(0, curvature - k * wide)) for k, w in WEIGHTS.items())
+            / wide
+        )
         held = {"vehicle.radius": vehicle.radius, "contact.rail_radius": getattr(contact, "rail_radius", 1.0)}
         if path not in held:
             return np.asarray(along), np.zeros_like(curvature)
-        direct = sum(w * (at(k, curvature) - at(-k, curvature)) for k, w in WEIGHTS.items()) / (STEP * held[path])
+        direct = sum(w * (factor(k, curvature) - factor(-k, curvature)) for k, w in WEIGHTS.items()) / (
+            STEP * held[path]
+        )
         return np.asarray(along), np.asarray(direct)
 
-    return slopes
+    return slopes_at

@@ -28,8 +28,8 @@ def first_order(function: Callable[..., NDArray[Any]], *arguments: Any) -> NDArr
     relative: Any = sum(np.abs(b / a) for a, b in zip(real, tilt, strict=True) if np.any(b))
     size = STEP / np.where(relative == 0.0, 1.0, relative)
 
-    def at(k: int) -> NDArray[Any]:
+    def value_at_step(k: int) -> NDArray[Any]:
         return np.asarray(function(*(a + k * size * b for a, b in zip(real, tilt, strict=True))))
 
-    slope = sum(weight * (at(k) - at(-k)) for k, weight in WEIGHTS.items()) / size
+    slope = sum(weight * (value_at_step(k) - value_at_step(-k)) for k, weight in WEIGHTS.items()) / size
     return np.asarray(function(*real) + 1j * slope)

@@ -27,7 +27,7 @@ NARROWEST = 1e-8
 """Half-width of an interval, m, below which it is not cut further: no wheel is affected by what lies inside."""
 
 
-def _conditions() -> FloatArray:
+def _condition_matrix() -> FloatArray:
     """Return the matrix from monomial coefficients to end values, end slopes and inner values on [-1, 1]."""
     powers = np.arange(DEGREE + 1)
     ends = np.array([-1.0, 1.0])
@@ -36,7 +36,7 @@ def _conditions() -> FloatArray:
     return np.vstack([values, slopes, INNER[:, None] ** powers])
 
 
-TO_MONOMIALS = np.linalg.inv(_conditions())
+TO_MONOMIALS = np.linalg.inv(_condition_matrix())
 NODES = np.concatenate([[-1.0, 1.0], INNER, CHECK])
 """Places, on [-1, 1], at which a function is sampled: the ends, the inner places, and those of the check."""
 LOBATTO = np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
@@ -56,7 +56,7 @@ more than that many pieces."""
 
 
 @dataclass(frozen=True)
-class Sampled:
+class SampledFunction:
     """A function at some places: values, slopes (if neighbours must meet in slope), and scatter of the values."""
 
     values: FloatArray
@@ -71,17 +71,17 @@ class Factor:
     of: Function
     noise: float
 
-    def sampled(self, curvature: FloatArray) -> Sampled:
+    def sampled_factor(self, curvature: FloatArray) -> SampledFunction:
         """Return the factor at these curvatures, to be fitted."""
         values = self.of(curvature)
-        return Sampled(values, None, np.abs(self.of(curvature - self.noise) - values) if self.noise else None)
+        return SampledFunction(values, None, np.abs(self.of(curvature - self.noise) - values) if self.noise else None)
 
 
-Sample = Callable[[FloatArray, IntArray], list[Sampled]]
+Sample = Callable[[FloatArray, IntArray], list[SampledFunction]]
 """A function from places, and the owner of each place, to the sampled functions that are fitted."""
 
 
-def _noise(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
+def _rounding_error(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
     """Return the error of a value from rounding of x and of the value itself; no fit can be better."""
     half = np.maximum(0.5 * (right - left), 1e-300)  # an interval without width has halves without width
     rise = (np.abs(coefficients) * np.arange(DEGREE + 1)).sum(axis=1) / half
@@ -89,7 +89,7 @@ def _noise(coefficients: FloatArray, left: FloatArray, right: FloatArray) -> Flo
     return np.asarray(4e-16 * (place * rise + np.abs(coefficients).sum(axis=1)))
 
 
-def _fitted(
+def _fitted_pieces(
     sample: Sample, left: FloatArray, right: FloatArray, owner: IntArray, tolerances: list[float], before: FloatArray
 ) -> tuple[list[FloatArray], IntArray, FloatArray]:
     """Return coefficients of each function on each interval, the number of parts to cut it into, and its error.
@@ -119,7 +119,7 @@ def _fitted(
         error = np.abs(np.polynomial.polynomial.polyval(CHECK, coefficients.T) - checked).max(axis=1)
         coefficients[:, :1] += level
         scatter = 0.0 if one.scatter is None else one.scatter.reshape(places.shape).max(axis=1)
-        excess = np.maximum(excess, error / (tolerance + scatter + _noise(coefficients, left, right)))
+        excess = np.maximum(excess, error / (tolerance + scatter + _rounding_error(coefficients, left, right)))
         rows.append(coefficients)
     halvings = np.log2(np.clip(excess, 1.0, 1e12)) / (DEGREE + 1)
     rounding = (excess <= ROUNDING) & (excess > 0.5 * before)
@@ -127,7 +127,7 @@ def _fitted(
     return rows, np.where(good, 1, 2 ** np.maximum(halvings.astype(np.int64), 1)), excess
 
 
-def _cut(ends: FloatArray, parts: IntArray) -> FloatArray:
+def _cut_intervals(ends: FloatArray, parts: IntArray) -> FloatArray:
     """Return each interval cut into `parts` equal parts, which share their ends."""
     owner = np.repeat(np.arange(len(ends)), parts)
     number = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
@@ -176,11 +176,13 @@ def fit(
                 "heights that are smooth between their breakpoints, or a shorter run",
             )  # fmt: skip
         levels = max((AT_ONCE // len(ends) + 1).bit_length() - 1, 1)
-        pieces = _halved(ends, levels)
+        pieces = _halved_intervals(ends, levels)
         owners = np.repeat(owned, pieces.shape[1])
         wider = np.repeat(before, pieces.shape[1])
-        rows, parts, excess = _fitted(sample, pieces[..., 0].ravel(), pieces[..., 1].ravel(), owners, tolerances, wider)
-        good, later = _chosen(parts.reshape(pieces.shape[:2]), levels)
+        rows, parts, excess = _fitted_pieces(
+            sample, pieces[..., 0].ravel(), pieces[..., 1].ravel(), owners, tolerances, wider
+        )
+        good, later = _good_and_later(parts.reshape(pieces.shape[:2]), levels)
         pieces = pieces.reshape(-1, 2)
         done.append(pieces[good])
         fitted += len(done[-1])
@@ -189,30 +191,32 @@ def fit(
             kept.append(coefficients[good])
         if later.any():
             cut = parts[later]
-            waiting.append((_cut(pieces[later], cut), np.repeat(owners[later], cut), np.repeat(excess[later], cut)))
+            waiting.append(
+                (_cut_intervals(pieces[later], cut), np.repeat(owners[later], cut), np.repeat(excess[later], cut))
+            )
     pieces = np.vstack(done) if done else np.empty((0, 2))
     order = np.argsort(pieces[:, 0])
     return pieces[order, 0], pieces[order, 1], [np.vstack(kept)[order] if kept else np.empty((0, 9)) for kept in found]
 
 
 @lru_cache
-def _fractions(levels: int) -> tuple[FloatArray, FloatArray]:
+def _fraction_ends(levels: int) -> tuple[FloatArray, FloatArray]:
     """Return the ends of an interval, of its halves, of their halves and so on."""
     first = [np.arange(2**level) / 2**level for level in range(levels)]
     last = [np.arange(1, 2**level + 1) / 2**level for level in range(levels)]
     return np.concatenate(first), np.concatenate(last)
 
 
-def _halved(ends: FloatArray, levels: int) -> FloatArray:
+def _halved_intervals(ends: FloatArray, levels: int) -> FloatArray:
     """Return each interval, its halves, their halves and so on: (intervals, pieces, 2)."""
-    first, last = _fractions(levels)
+    first, last = _fraction_ends(levels)
     left, right = ends[:, :1], ends[:, 1:]
     out = left[..., None] + (right - left)[..., None] * np.column_stack([first, last])
     out[:, last == 1.0, 1] = right  # exactly
     return np.asarray(out)
 
 
-def _chosen(parts: IntArray, levels: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _good_and_later(parts: IntArray, levels: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return which pieces are good and which are cut further, from the number of parts for each piece."""
     chosen = np.zeros(parts.shape, dtype=bool)
     chosen[:, 0] = True

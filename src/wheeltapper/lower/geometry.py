@@ -69,7 +69,7 @@ class Geometry:
     radius: FloatArray
     curvature: FloatArray
 
-    def at(self, name: str, shift: float) -> float:
+    def table_at(self, name: str, shift: float) -> float:
         """Return one of the tables, interpolated between its nodes.
 
         Raises
@@ -131,14 +131,14 @@ def contact_geometry(
     border = flange_border(wheel)
     tread, flange = (border, FRONT), (BACK, border)
     part = tread if surface == "tread" else flange
-    rows = [_touch(wheel, part, s, below, datum + u, radius, smoothing) for u in shifts]
-    centre = _touch(wheel, tread, s, below, datum, radius, smoothing)[0]
+    rows = [_contact_of_part(wheel, part, s, below, datum + u, radius, smoothing) for u in shifts]
+    centre = _contact_of_part(wheel, tread, s, below, datum, radius, smoothing)[0]
     found = np.array(rows).T
-    lift, where, rolling, curvature = found if surface == "tread" else _beside(np.asarray(shifts), found)
+    lift, where, rolling, curvature = found if surface == "tread" else _extended_beside(np.asarray(shifts), found)
     return Geometry(np.asarray(shifts, dtype=float), lift - centre, where, rolling, np.minimum(curvature, SHARPEST))
 
 
-def _beside(shifts: FloatArray, rows: FloatArray) -> FloatArray:
+def _extended_beside(shifts: FloatArray, rows: FloatArray) -> FloatArray:
     """Return the rows, completed for shifts at which this part of the wheel is beside the rail and cannot touch.
 
     There the height continues with the slope at the first shift at which it can touch.
@@ -164,7 +164,7 @@ def flange_border(wheel: Shape) -> float:
     return float(y[steep[-1] + 1]) if len(steep) else BACK
 
 
-def _touch(
+def _contact_of_part(
     wheel: Shape, part: tuple[float, float], s: FloatArray, below: FloatArray, datum: float, radius: float,
     smoothing: float,
 ) -> tuple[float, float, float, float]:  # fmt: skip
@@ -188,8 +188,8 @@ def resting_roll(geometry: Geometry, shift: float, radius: float) -> float:
     roll = 0.0
     for _ in range(50):
         left = shift + radius * roll
-        arms = geometry.at("place", left) + geometry.at("place", -left)
-        new = (geometry.at("lift", left) - geometry.at("lift", -left)) / arms
+        arms = geometry.table_at("place", left) + geometry.table_at("place", -left)
+        new = (geometry.table_at("lift", left) - geometry.table_at("lift", -left)) / arms
         if abs(new - roll) < 1e-12:
             break
         roll = new
@@ -205,4 +205,4 @@ def radius_difference(geometry: Geometry, shift: float, radius: float = 0.46) ->
         If the shift lies beyond the tables of the geometry.
     """
     left = shift + radius * resting_roll(geometry, shift, radius)
-    return geometry.at("radius", left) - geometry.at("radius", -left)
+    return geometry.table_at("radius", left) - geometry.table_at("radius", -left)

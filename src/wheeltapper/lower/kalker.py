@@ -32,25 +32,25 @@ class Coefficients(NamedTuple):
 
 
 @cache
-def table() -> tuple[FloatArray, FloatArray, FloatArray]:
+def coefficient_table() -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return Poisson's ratios, ratios a/b in rising order, and the coefficients, (ratios of Poisson, ratios, 4)."""
     text = (files(__package__) / "kalker.csv").read_text(encoding="utf-8")
     lines = [line.split(",") for line in text.splitlines() if not line.startswith("#")][1:]
 
-    def ratio(entry: str) -> float:
+    def parsed_ratio(entry: str) -> float:
         return 1.0 / float(entry[2:]) if entry.startswith("1/") else float(entry)
 
     poisson = sorted({float(line[0]) for line in lines})
-    held = {(float(line[0]), ratio(line[1])): [float(entry) for entry in line[2:]] for line in lines}
+    held = {(float(line[0]), parsed_ratio(line[1])): [float(entry) for entry in line[2:]] for line in lines}
     ratios = sorted({place for _, place in held})
     return np.array(poisson), np.array(ratios), np.array([[held[nu, place] for place in ratios] for nu in poisson])
 
 
 @cache
-def _splines() -> object:
+def _table_splines() -> object:
     from scipy.interpolate import PchipInterpolator
 
-    _, ratios, values = table()
+    _, ratios, values = coefficient_table()
     return PchipInterpolator(np.log(ratios), np.log(values), axis=1)
 
 
@@ -70,23 +70,23 @@ def coefficients(a: float, b: float, poisson: float) -> Coefficients:
     """
     ratio = a / b
     if ratio < SLENDER * (1 - 1e-12):
-        return _short(ratio, poisson)
+        return _thin_along(ratio, poisson)
     if ratio > (1 + 1e-12) / SLENDER:
-        return _long(1.0 / ratio, poisson)
-    at = np.exp(_splines()(log(ratio)))  # type: ignore[operator]
-    nodes = table()[0]
+        return _thin_across(1.0 / ratio, poisson)
+    at = np.exp(_table_splines()(log(ratio)))  # type: ignore[operator]
+    nodes = coefficient_table()[0]
     weights = [np.prod([(poisson - other) / (node - other) for other in nodes if other != node]) for node in nodes]
     return Coefficients(*(float(value) for value in np.array(weights) @ at))
 
 
-def _short(g: float, nu: float) -> Coefficients:
+def _thin_along(g: float, nu: float) -> Coefficients:
     """Return the coefficients of an ellipse that is thin along the rolling, g = a/b."""
     big = log(16.0 / g**2)
     spin = pi * sqrt(g) / (3.0 * (1.0 - nu)) * (1.0 + nu * (0.5 * big + log(4.0) - 5.0))
     return Coefficients(pi**2 / (4.0 * (1.0 - nu)), pi**2 / 4.0, spin, pi**2 / (16.0 * (1.0 - nu) * g))
 
 
-def _long(g: float, nu: float) -> Coefficients:
+def _thin_across(g: float, nu: float) -> Coefficients:
     """Return the coefficients of an ellipse that is thin across the rolling, g = b/a."""
     big = log(16.0 / g**2)
     across, along = (1.0 - nu) * big + 2.0 * nu, big - 2.0 * nu

@@ -26,11 +26,11 @@ def check_known(scenario: Scenario) -> None:
     for field, kinds in KNOWN.items():
         noun = getattr(scenario, field)
         if not isinstance(noun, kinds):
-            raise _refused(field, noun, " or ".join(kind.__name__ for kind in kinds))
+            raise _not_lowered_error(field, noun, " or ".join(kind.__name__ for kind in kinds))
     law = scenario.creep
     if law is not None and not isinstance(law, Fastsim) and not hasattr(law, "saturation"):
-        raise _refused("creep", law, "Fastsim, or a law with a method `saturation`")
+        raise _not_lowered_error("creep", law, "Fastsim, or a law with a method `saturation`")
 
 
-def _refused(field: str, noun: object, allowed: str) -> InputError:
+def _not_lowered_error(field: str, noun: object, allowed: str) -> InputError:
     return InputError("", field, f"{type(noun).__name__}, of which nothing is lowered", allowed)

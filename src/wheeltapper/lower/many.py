@@ -19,21 +19,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.notes import Note, Shared, shared
-from wheeltapper.lower.bends import bend
-from wheeltapper.lower.build import SHARP_DIP, courses_of, curvatures, sharp_dip, table_of
+from wheeltapper.ground.notes import Note, Shared, shared_notes
+from wheeltapper.lower.bends import table_tangent
+from wheeltapper.lower.build import SHARP_DIP, courses_of, curvature_range, sharp_dip, table_of
 from wheeltapper.lower.ellipse import factor_function
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.numbers import METHODS, Method, Numbers, Placing, Units, numbers_of
 from wheeltapper.lower.plausible import implausible_cells
-from wheeltapper.lower.table import Table
+from wheeltapper.lower.table import PathTable
 from wheeltapper.march import program as contract
 from wheeltapper.march.ensemble import Cells
 from wheeltapper.march.program import Program
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-Tabled = Callable[[Scenario, float, Method], tuple[Table, list[Note]]]
+Tabled = Callable[[Scenario, float, Method], tuple[PathTable, list[Note]]]
 EPSILON = 1e-30
 """Imaginary step of complex-step derivatives. It is so small that its square vanishes beside any real part."""
 
@@ -50,11 +50,11 @@ def _shapes_the_path(scenario: Scenario, path: str) -> bool:
 
 
 @dataclass(frozen=True)
-class _Shaped:
+class _TabledScenario:
     """A table, and its scenario."""
 
     scenario: Scenario
-    table: Table
+    table: PathTable
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Direction:
     bend: FloatArray | None
 
 
-class Many:
+class LoweredCells:
     """Cells of a scenario, lowered together.
 
     Parameters
@@ -96,17 +96,17 @@ class Many:
     ) -> None:
         self.scenario, self.changed, self._tabled = scenario, changed, tabled
         self._method = METHODS[method]
-        self._kinds, self._reference = self._similarity()
+        self._kinds, self._reference = self._similar_fields()
         self._shaping = [path for path in changed if path not in self._kinds and _shapes_the_path(scenario, path)]
         self._shaped, self._owner, self._said = self._lowered_tables()
         tables = [shaped.table for shaped in self._shaped]
-        numbers, units = numbers_of(self._value, self._placing(self._value), self._method)
+        numbers, units = numbers_of(self._field_value, self._cell_placing(self._field_value), self._method)
         self._first = np.cumsum([0, *(len(table.rows) for table in tables)])
         numbers[:, contract.LOOP] = np.array([table.loop for table in tables])[self._owner]
         numbers[:, contract.LOOP_JOIN] = np.array([table.loop_join for table in tables])[self._owner]
         rows = np.vstack([table.rows for table in tables])
         self.cells = Cells(rows, self._first[:-1][self._owner], np.diff(self._first)[self._owner], numbers)
-        self.units = self._spread(units)
+        self.units = self._spread_units(units)
 
     def program(self, cell: int) -> Program:
         """Return the program of one cell."""
@@ -114,13 +114,13 @@ class Many:
         return Program(self.cells.pieces[first : first + many], self.cells.numbers[cell])
 
     @cached_property
-    def _value(self) -> Fields:
+    def _field_value(self) -> Fields:
         return Fields(self.scenario, self.changed)
 
-    def _spread(self, units: Units) -> Units:
-        return Units(**{name: np.broadcast_to(held, self._value.cells) for name, held in vars(units).items()})
+    def _spread_units(self, units: Units) -> Units:
+        return Units(**{name: np.broadcast_to(held, self._field_value.cells) for name, held in vars(units).items()})
 
-    def _similarity(self) -> tuple[dict[str, str], dict[str, float]]:
+    def _similar_fields(self) -> tuple[dict[str, str], dict[str, float]]:
         """Return the changed fields that scale, stretch or move the whole path, and their values in the table."""
         scenario, changed = self.scenario, self.changed
         fields: dict[str, str] = (
@@ -136,12 +136,14 @@ class Many:
             elif kind == "rate" and path in changed and place is not None:
                 reference[path] = float(changed[path][0])
         if place is not None and (place in changed or any(kinds[path] == "rate" for path in reference)):
-            _, rate, _ = self._scaled(kinds, reference, Fields(scenario, changed))
+            _, rate, _ = self._scaled_use(kinds, reference, Fields(scenario, changed))
             reference[place] = float(np.max(Fields(scenario, changed)(place) * rate))
         return {path: kinds[path] for path in reference}, reference
 
     @staticmethod
-    def _scaled(kinds: dict[str, str], reference: dict[str, float], value: Fields) -> tuple[Numbers, Numbers, Numbers]:
+    def _scaled_use(
+        kinds: dict[str, str], reference: dict[str, float], value: Fields
+    ) -> tuple[Numbers, Numbers, Numbers]:
         """Return lift, rate and offset of each cell's use of the table: y(x) = lift·table(rate·x + offset)."""
         lift, rate, offset = np.ones(value.cells), np.ones(value.cells), np.zeros(value.cells)
         for path, held in reference.items():
@@ -155,30 +157,30 @@ class Many:
         return lift, rate, offset
 
     @cached_property
-    def _ends(self) -> FloatArray:
+    def _run_ends(self) -> FloatArray:
         """Where each cell's run ends on its table, m."""
-        value = self._value
-        _, rate, offset = self._scaled(self._kinds, self._reference, value)
+        value = self._field_value
+        _, rate, offset = self._scaled_use(self._kinds, self._reference, value)
         return np.broadcast_to(np.asarray(value("speed") * value("duration")) * rate + offset, value.cells)
 
-    def _lowered_tables(self) -> tuple[list[_Shaped], IntArray, list[list[Note]]]:
-        value, scenario = self._value, self.scenario
+    def _lowered_tables(self) -> tuple[list[_TabledScenario], IntArray, list[list[Note]]]:
+        value, scenario = self._field_value, self.scenario
         if self._shaping:
             columns = np.column_stack([self.changed[path] for path in self._shaping])
             variants, owner = np.unique(columns, axis=0, return_inverse=True)
             owner = owner.ravel()
         else:
             variants, owner = np.zeros((1, 0)), np.zeros(value.cells, dtype=np.int64)
-        made, notes = list[_Shaped](), list[list[Note]]()
+        made, notes = list[_TabledScenario](), list[list[Note]]()
         for index, variant in enumerate(variants):
             values = self._reference | dict(zip(self._shaping, variant.tolist(), strict=True))
             held = Fields(scenario)
             changes: dict[str, Any] = {path: value for path, value in values.items() if value != held(path)}
             shaped = scenario.replaced(changes) if changes else scenario
-            end = float(self._ends[owner == index].max())
+            end = float(self._run_ends[owner == index].max())
             shaped.check_extent(end)
             table, said = self._tabled(shaped, end, self._method)
-            made.append(_Shaped(shaped, table))
+            made.append(_TabledScenario(shaped, table))
             notes.append(said)
         return made, owner, notes
 
@@ -188,19 +190,19 @@ class Many:
         counts = np.bincount(self._owner, minlength=len(self._shaped))
         notes = [Shared(note, int(cells)) for said, cells in zip(self._said, counts, strict=True) for note in said]
         told = [note for note in notes if note.note.cause != SHARP_DIP] + self._sharp_dips()
-        return shared((*implausible_cells(self.scenario, self.changed, self._value.cells), *told))
+        return shared_notes((*implausible_cells(self.scenario, self.changed, self._field_value.cells), *told))
 
     def _sharp_dips(self) -> list[Shared]:
         """Return notes on dips that no wheel can follow; cells with the same table may differ in them."""
         if self.scenario.rolling != "point":
             return []
-        value = self._value
+        value = self._field_value
         lift, rate, offset = (
-            np.broadcast_to(held, value.cells) for held in self._scaled(self._kinds, self._reference, value)
+            np.broadcast_to(held, value.cells) for held in self._scaled_use(self._kinds, self._reference, value)
         )
         found = np.array(
             [
-                curvatures(courses_of(shaped.scenario), float(self._ends[self._owner == index].max()))
+                curvature_range(courses_of(shaped.scenario), float(self._run_ends[self._owner == index].max()))
                 for index, shaped in enumerate(self._shaped)
             ]
         )[self._owner, (lift > 0.0).astype(int)]  # a negative lift turns crests into dips
@@ -210,36 +212,36 @@ class Many:
         met = int((curvature * radius > 1.0).sum())
         return [Shared(note, met) for note in sharp_dip(float(curvature[worst]), float(place), float(radius[worst]))]
 
-    def _placing(self, value: Fields) -> Placing:
-        lift, rate, offset = self._scaled(self._kinds, self._reference, value)
+    def _cell_placing(self, value: Fields) -> Placing:
+        lift, rate, offset = self._scaled_use(self._kinds, self._reference, value)
         height, factor = np.zeros(value.cells, dtype=offset.dtype), np.ones(value.cells, dtype=offset.dtype)
         for index, shaped in enumerate(self._shaped):
             mine = np.flatnonzero(self._owner == index)
             x = offset[mine].real
             x = x[:1] if np.all(x == x[0]) else x
-            height[mine], factor[mine] = shaped.table.height(x), shaped.table.factor(x)
+            height[mine], factor[mine] = shaped.table.height_at(x), shaped.table.factor_at(x)
             if np.iscomplexobj(offset):
-                height[mine] += 1j * shaped.table.slope(x) * offset[mine].imag
+                height[mine] += 1j * shaped.table.slope_at(x) * offset[mine].imag
         return Placing(lift, rate, offset, height, factor)
 
-    def _raised(self, placing: Placing, bends: list[FloatArray]) -> Placing:
+    def _bent_placing(self, placing: Placing, bends: list[FloatArray]) -> Placing:
         """Return the placing, with the effect of changed tables on height and factor at x = 0."""
         height, factor = placing.height + 0j, placing.factor + 0j
         for index, (shaped, bent) in enumerate(zip(self._shaped, bends, strict=True)):
             mine = np.flatnonzero(self._owner == index)
             x = np.real(placing.offset[mine])
-            height[mine] += 1j * EPSILON * shaped.table.tangent(bent, x, contract.COEFFICIENT)
-            factor[mine] += 1j * EPSILON * shaped.table.tangent(bent, x, contract.FACTOR)
+            height[mine] += 1j * EPSILON * shaped.table.tangent_at(bent, x, contract.COEFFICIENT)
+            factor[mine] += 1j * EPSILON * shaped.table.tangent_at(bent, x, contract.FACTOR)
         return replace(placing, height=height, factor=factor)
 
-    def along(self, path: str) -> Direction:
+    def direction_along(self, path: str) -> Direction:
         """Return the derivatives of the cells with respect to one of the changed fields."""
         value = Fields(self.scenario, self.changed | {path: self.changed[path] + 1j * EPSILON})
-        placing = self._placing(value)
+        placing = self._cell_placing(value)
         bent = None
         if path in self._shaping:
-            each = [bend(shaped.scenario, path, shaped.table) for shaped in self._shaped]
-            placing = self._raised(placing, each)
+            each = [table_tangent(shaped.scenario, path, shaped.table) for shaped in self._shaped]
+            placing = self._bent_placing(placing, each)
             bent = np.vstack(each)
         numbers, units = numbers_of(value, placing, self._method)
-        return Direction(numbers.imag / EPSILON, self._spread(units), bent)
+        return Direction(numbers.imag / EPSILON, self._spread_units(units), bent)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.plastic import left_after, loading_force
-from wheeltapper.lower.table import Table, row_values
+from wheeltapper.lower.table import PathTable, row_values
 from wheeltapper.march import program as contract
 
 FloatArray = NDArray[np.float64]
@@ -60,29 +60,29 @@ class Surface:
     per_interval: int
 
     @classmethod
-    def virgin(cls, length: float, semi_axis: float, onset: float, per_interval: int) -> Surface:
+    def virgin_surface(cls, length: float, semi_axis: float, onset: float, per_interval: int) -> Surface:
         """Return a virgin surface of at least this length (m), for patches with this semi-axis (m)."""
         interval = semi_axis / SEMI_AXIS
         samples = int(np.ceil(length / interval)) * per_interval
         return cls(np.full(samples, onset), np.zeros(samples), interval, onset, per_interval)
 
     @property
-    def spacing(self) -> float:
+    def sample_spacing(self) -> float:
         """Spacing of the samples, m."""
         return self.interval / self.per_interval
 
     @property
-    def positions(self) -> FloatArray:
+    def sample_positions(self) -> FloatArray:
         """Places of the samples, m."""
-        return np.asarray((np.arange(len(self.borne)) + 0.5) * self.spacing, dtype=np.float64)
+        return np.asarray((np.arange(len(self.borne)) + 0.5) * self.sample_spacing, dtype=np.float64)
 
     @property
-    def breaks(self) -> FloatArray:
+    def spline_breaks(self) -> FloatArray:
         """Borders of the intervals on which the splines are polynomials, m."""
         count = len(self.borne) // self.per_interval
         return np.asarray((np.arange(-BEFORE, count + BEFORE) + 0.5) * self.interval, dtype=np.float64)
 
-    def spline(self, samples: FloatArray, outside: float) -> FloatArray:
+    def mean_spline(self, samples: FloatArray, outside: float) -> FloatArray:
         """Return the splines of the means, (breaks - 1, 4): powers of the place in each interval, from 0 to 1."""
         means = samples.reshape(-1, self.per_interval).mean(axis=1)
         padded = np.concatenate([np.full(3, outside), means, np.full(3, outside)])
@@ -92,20 +92,22 @@ class Surface:
         """Return the interval in which each place (m) lies; outside the splines it is negative or too large."""
         return np.asarray(np.floor(x / self.interval - 0.5).astype(np.int64) + BEFORE)
 
-    def at(self, splines: FloatArray, x: FloatArray) -> FloatArray:
+    def spline_at(self, splines: FloatArray, x: FloatArray) -> FloatArray:
         """Return splines at places, m."""
         piece = np.clip(self.interval_of(x), 0, len(splines) - 1)
         share = x / self.interval - 0.5 + BEFORE - piece
         c = splines[piece].T
         return np.asarray(c[0] + share * (c[1] + share * (c[2] + share * c[3])), dtype=np.float64)
 
-    def reached(self, first: int, depths: FloatArray) -> FloatArray:
+    def yield_reached(self, first: int, depths: FloatArray) -> FloatArray:
         """Return the new yield indentation of the samples from `first` on, m, under given indentations."""
         behind = slice(first, first + len(depths))
-        bore = self.at(self.spline(self.borne, self.onset), self.positions[behind])
+        bore = self.spline_at(self.mean_spline(self.borne, self.onset), self.sample_positions[behind])
         return np.asarray(self.borne[behind] + np.maximum(depths - bore, 0.0))
 
-    def after(self, first: int, reached: FloatArray, law: FloatArray, unit: float, hardening: float) -> Surface:
+    def after_yielding(
+        self, first: int, reached: FloatArray, law: FloatArray, unit: float, hardening: float
+    ) -> Surface:
         """Return the surface after its samples have yielded.
 
         Parameters
@@ -123,9 +125,9 @@ class Surface:
         borne[behind] = np.maximum(borne[behind], self.onset + hardening * (reached - self.onset))
         return replace(self, borne=borne, left=left)
 
-    def settled(self) -> FloatArray:
+    def settled_indentation(self) -> FloatArray:
         """Return the permanent indentation at the samples, averaged over the patch as the wheels meet it, m."""
-        return self.at(self.spline(self.left, 0.0), self.positions)
+        return self.spline_at(self.mean_spline(self.left, 0.0), self.sample_positions)
 
 
 class MarkedPath:
@@ -141,9 +143,11 @@ class MarkedPath:
         Position up to which the path is needed, m.
     """
 
-    def __init__(self, table: Table, surface: Surface, end: float) -> None:
-        base = _unrolled(table, end)
-        borders = np.unique(np.concatenate([[base[0, contract.START]], base[1:, contract.START], surface.breaks]))
+    def __init__(self, table: PathTable, surface: Surface, end: float) -> None:
+        base = _unrolled_pieces(table, end)
+        borders = np.unique(
+            np.concatenate([[base[0, contract.START]], base[1:, contract.START], surface.spline_breaks])
+        )
         borders = borders[(borders >= base[0, contract.START]) & (borders < base[-1, contract.STOP])]
         near = np.diff(borders, prepend=-np.inf) > 1e-12
         borders = borders[near]
@@ -151,10 +155,10 @@ class MarkedPath:
         owner = np.clip(np.searchsorted(base[:, contract.START], borders + 1e-12, side="right") - 1, 0, len(base) - 1)
         middle = np.where(np.isfinite(stops), 0.5 * (borders + stops), borders)
         self._interval = surface.interval_of(middle)
-        self._inside = (self._interval >= 0) & (self._interval < len(surface.breaks) - 1)
+        self._inside = (self._interval >= 0) & (self._interval < len(surface.spline_breaks) - 1)
         centre = np.asarray((self._interval - BEFORE + 0.5) * surface.interval, dtype=np.float64)
         rows = np.zeros((len(borders), contract.MARKED_COLUMNS))
-        rows[:, : contract.PIECE_COLUMNS] = _recentred(base[owner], centre, surface.interval)
+        rows[:, : contract.PIECE_COLUMNS] = _recentred_pieces(base[owner], centre, surface.interval)
         rows[:, contract.START], rows[:, contract.STOP] = borders, stops
         rows[:, contract.JOIN] = np.where(
             borders == base[owner, contract.START], base[owner, contract.JOIN], contract.SOFT
@@ -162,7 +166,7 @@ class MarkedPath:
         rows[:, contract.BEARS] = surface.onset
         self._rows = rows
 
-    def pieces(self, surface: Surface, law: FloatArray, unit: float, share: float) -> FloatArray:
+    def pieces_over(self, surface: Surface, law: FloatArray, unit: float, share: float) -> FloatArray:
         """Return the pieces over a given state of the surface.
 
         Parameters
@@ -176,14 +180,14 @@ class MarkedPath:
         """
         rows = self._rows.copy()
         inside = np.flatnonzero(self._inside)
-        left = surface.spline(surface.left, 0.0)[self._interval[inside]]
+        left = surface.mean_spline(surface.left, 0.0)[self._interval[inside]]
         marked = np.any(left != 0.0, axis=1)
         deeper = inside[marked]
         rows[deeper, contract.COEFFICIENT : contract.COEFFICIENT + 4] -= share * left[marked]
         rows[deeper, contract.DEGREE] = np.maximum(rows[deeper, contract.DEGREE], 3.0)
         residual = left_after(law, surface.borne / unit) * unit
-        r = surface.spline(residual, 0.0)[self._interval[inside]]
-        b = surface.spline(surface.borne, surface.onset)[self._interval[inside]]
+        r = surface.mean_spline(residual, 0.0)[self._interval[inside]]
+        b = surface.mean_spline(surface.borne, surface.onset)[self._interval[inside]]
         hardened = np.any(r != 0.0, axis=1)
         marked, r, b = inside[hardened], r[hardened], b[hardened]
         rows[marked, contract.RESIDUAL : contract.RESIDUAL + 4] = r
@@ -211,7 +215,7 @@ def marks_at(row: FloatArray, x: float) -> tuple[float, float, float]:
     return residual, bears, factor if row[contract.FACTOR_DEGREE] >= 0 else 1.0
 
 
-def _unrolled(table: Table, end: float) -> FloatArray:
+def _unrolled_pieces(table: PathTable, end: float) -> FloatArray:
     """Return the pieces of a path with its periods written out up to a place."""
     if not table.period:
         return table.rows
@@ -226,7 +230,7 @@ def _unrolled(table: Table, end: float) -> FloatArray:
     return np.vstack(out)
 
 
-def _recentred(rows: FloatArray, centre: FloatArray, scale: float) -> FloatArray:
+def _recentred_pieces(rows: FloatArray, centre: FloatArray, scale: float) -> FloatArray:
     """Return the same pieces as functions of (x - centre)/scale."""
     out = rows.copy()
     away = centre - rows[:, contract.CENTRE]

@@ -93,7 +93,7 @@ def _contact_constant(value: Fields) -> Numbers:
     return np.asarray(first_order(ellipse.contact_constant, *(value(name) for name in names)) * wheels)
 
 
-def _hysteresis(value: Fields) -> Numbers:
+def _hysteresis_factor(value: Fields) -> Numbers:
     """Return χ in s/m."""
     contact = value.scenario.contact
     if not isinstance(contact, Hertz):
@@ -146,12 +146,12 @@ def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers
     if isinstance(value.scenario.contact, Linear):
         columns[contract.BILATERAL] = float(value.scenario.contact.bilateral)
     else:
-        columns[contract.HYSTERESIS] = _hysteresis(value) * length / time
+        columns[contract.HYSTERESIS] = _hysteresis_factor(value) * length / time
     law = (float(linear), float(not linear))
     static = static_indentation(1.0, columns[contract.STIFFNESS], law, 0.0)
     prestress = law[0] * static + law[1] * static**1.5
     if isinstance(value.scenario.track, FloatingDeck):
-        columns |= _deck(value, time, mass) | {contract.PRESTRESS: prestress}
+        columns |= _deck_numbers(value, time, mass) | {contract.PRESTRESS: prestress}
     start = value.scenario.start
     if start == "equilibrium":
         height = placing.lift * placing.height / length
@@ -169,7 +169,7 @@ def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers
     return numbers, Units(length, time, units.force, prestress * units.force, units.contact_constant)
 
 
-def _deck(value: Fields, time: Numbers, mass: Any) -> dict[int, Any]:
+def _deck_numbers(value: Fields, time: Numbers, mass: Any) -> dict[int, Any]:
     deck = value.scenario.track
     columns = {
         contract.DECK_MASS: value("track.mass") / mass,
@@ -181,13 +181,13 @@ def _deck(value: Fields, time: Numbers, mass: Any) -> dict[int, Any]:
         return columns
     pace = value("speed") * time
     start = np.asarray(value("track.start"))
-    columns[contract.DECK_FROM] = _reached(start, pace)
+    columns[contract.DECK_FROM] = _arrival_time(start, pace)
     if deck.length is not None:
-        columns[contract.DECK_TO] = _reached(start + value("track.length"), pace)
+        columns[contract.DECK_TO] = _arrival_time(start + value("track.length"), pace)
     return columns
 
 
-def _reached(position: Numbers, pace: Numbers) -> Numbers:
+def _arrival_time(position: Numbers, pace: Numbers) -> Numbers:
     """Return the time at which a position is reached; ±infinity if the wheel does not roll."""
     with np.errstate(divide="ignore", invalid="ignore"):
         rolled = position / pace

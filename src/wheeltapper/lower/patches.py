@@ -32,17 +32,17 @@ def geometry_of(profiles: WheelRail | Cones, radius: float, crown: float, surfac
 
     `crown` is the transverse radius of rails that cones roll on, m.
     """
-    return _geometry(profiles, _contents(profiles), radius, crown, surface)
+    return _cached_geometry(profiles, _profile_digests(profiles), radius, crown, surface)
 
 
-def _contents(profiles: WheelRail | Cones) -> tuple[str, ...]:
+def _profile_digests(profiles: WheelRail | Cones) -> tuple[str, ...]:
     """Return digests of the files of profiles, because a file may change under the same name."""
     names = () if isinstance(profiles, Cones) else (profiles.wheel, profiles.rail)
     return tuple(digest(Path(name)) for name in names if name not in BUILT_IN)
 
 
 @lru_cache(maxsize=16)
-def _geometry(
+def _cached_geometry(
     profiles: WheelRail | Cones, contents: tuple[str, ...], radius: float, crown: float, surface: Surface
 ) -> Geometry:
     u = np.linspace(-WIDTH, WIDTH, NODES)
@@ -67,7 +67,7 @@ def flange_from(profiles: WheelRail, radius: float) -> float:
         If the flanges touch their rails while the wheelset is in the middle.
     """
     tread, flange = (geometry_of(profiles, radius, 0.0, surface) for surface in ("tread", "flange"))
-    if flange.at("lift", 0.0) >= tread.at("lift", 0.0):
+    if flange.table_at("lift", 0.0) >= tread.table_at("lift", 0.0):
         found = f"{profiles.gauge:g} m with flanges {profiles.flange_backs:g} m apart, too narrow"
         raise InputError("", "profiles.gauge", found, "a gauge in which the flanges have room between the rails")
     near = np.flatnonzero(flange.lift > tread.lift - 1e-3)
@@ -80,14 +80,14 @@ def patch_tables(profiles: WheelRail | Cones, contact: Hertz, radius: float, sur
     On a flange, which is steep, indentations and forces are components along z. The ellipse and the force of Hertz
     refer to the inclined plane of contact.
     """
-    return _patch_tables(profiles, _contents(profiles), contact, radius, surface)
+    return _patch_tables(profiles, _profile_digests(profiles), contact, radius, surface)
 
 
 @lru_cache(maxsize=16)
 def _patch_tables(
     profiles: WheelRail | Cones, contents: tuple[str, ...], contact: Hertz, radius: float, surface: Surface
 ) -> FloatArray:
-    geometry = _geometry(profiles, contents, radius, contact.rail_radius, surface)
+    geometry = _cached_geometry(profiles, contents, radius, contact.rail_radius, surface)
     young, poisson = contact.youngs_modulus, contact.poisson
     cosine = np.ones_like(geometry.shift)
     if surface == "flange":

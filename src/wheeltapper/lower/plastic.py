@@ -75,13 +75,13 @@ def loading_force(law: FloatArray, depth: FloatArray) -> FloatArray:
     """Return the loading force of a virgin surface at indentations ≥ 0, in the law's units."""
     depth = np.asarray(depth, dtype=float)
     elastic = np.maximum(depth, 0.0) ** 1.5
-    return np.where(depth <= law[0, contract.LAW_START], elastic, _evaluated(law, depth, contract.LAW_FORCE))
+    return np.where(depth <= law[0, contract.LAW_START], elastic, _evaluated_columns(law, depth, contract.LAW_FORCE))
 
 
 def left_after(law: FloatArray, depth: FloatArray) -> FloatArray:
     """Return the residual indentation after unloading from indentations, in the law's units."""
     depth = np.asarray(depth, dtype=float)
-    return np.where(depth <= law[0, contract.LAW_START], 0.0, _evaluated(law, depth, contract.LAW_RESIDUAL))
+    return np.where(depth <= law[0, contract.LAW_START], 0.0, _evaluated_columns(law, depth, contract.LAW_RESIDUAL))
 
 
 def stored_below(law: FloatArray, depth: FloatArray) -> FloatArray:
@@ -91,19 +91,19 @@ def stored_below(law: FloatArray, depth: FloatArray) -> FloatArray:
     powers = np.arange(1, contract.TERMS + 1)
     terms = law[:, contract.LAW_FORCE : contract.LAW_FORCE + contract.TERMS] / powers
 
-    def integral(rows: IntArray, x: FloatArray) -> FloatArray:
+    def force_integral(rows: IntArray, x: FloatArray) -> FloatArray:
         share = (x - law[rows, contract.LAW_CENTRE]) / scale[rows]
         return np.asarray(scale[rows] * (terms[rows] * share[..., None] ** powers).sum(axis=-1))
 
     each = np.arange(len(law))
-    whole = integral(each[:-1], starts[1:]) - integral(each[:-1], starts[:-1])
+    whole = force_integral(each[:-1], starts[1:]) - force_integral(each[:-1], starts[:-1])
     below = 0.4 * starts[0] ** 2.5 + np.append(0.0, np.cumsum(whole))
     rows = np.clip(np.searchsorted(starts, depth, side="right") - 1, 0, len(law) - 1)
-    yielding = below[rows] + integral(rows, depth) - integral(rows, starts[rows])
+    yielding = below[rows] + force_integral(rows, depth) - force_integral(rows, starts[rows])
     return np.where(depth <= starts[0], 0.4 * np.maximum(depth, 0.0) ** 2.5, yielding)
 
 
-def _loaded(rows: FloatArray, law: FloatArray, depth: float, length: float) -> None:
+def _loaded_pieces(rows: FloatArray, law: FloatArray, depth: float, length: float) -> None:
     """Convert the pieces of a virgin spot to those of one that was indented before (scaled; `length` is the unit)."""
     residual = float(left_after(law, np.asarray(depth)))
     rows[:, contract.COEFFICIENT] -= residual * length
@@ -113,7 +113,7 @@ def _loaded(rows: FloatArray, law: FloatArray, depth: float, length: float) -> N
     rows[:, contract.FACTOR] = float(loading_force(law, np.asarray(depth))) / (depth - residual) ** 1.5
 
 
-def _evaluated(law: FloatArray, depth: FloatArray, column: int) -> FloatArray:
+def _evaluated_columns(law: FloatArray, depth: FloatArray, column: int) -> FloatArray:
     """Return the polynomials that begin at a column, each evaluated in its piece."""
     starts = law[:, contract.LAW_START]
     rows = law[np.clip(np.searchsorted(starts, depth, side="right") - 1, 0, len(law) - 1)]
@@ -153,15 +153,15 @@ def static_depth(
     """
     from scipy.optimize import brentq
 
-    def missing(depth: float) -> float:
+    def missing_force(depth: float) -> float:
         elastic = residual != 0.0 and depth <= bears
         force = factor * depth**1.5 if elastic else float(loading_force(law, np.asarray(depth + residual)))
         return 1.0 + stiffness * (height - depth) - force
 
     high = 1.0
-    while missing(high) > 0.0:
+    while missing_force(high) > 0.0:
         high *= 2.0
-    return float(brentq(missing, 0.0, high, xtol=1e-15, rtol=1e-14))
+    return float(brentq(missing_force, 0.0, high, xtol=1e-15, rtol=1e-14))
 
 
 def yielding_program(
@@ -195,5 +195,5 @@ def yielding_program(
         depth = static_depth(law, stiffness, at_start)
         numbers[contract.START_HEIGHT] = at_start - depth
         if scenario.speed == 0.0 and depth > onset / length:
-            _loaded(marked, law, depth, length)
+            _loaded_pieces(marked, law, depth, length)
     return Program(marked, numbers, law), static * force

@@ -129,12 +129,13 @@ USUAL: dict[str, dict[str, Usual]] = {
 literature and on laboratory rigs lie within them."""
 
 
-def implausible(scenario: Scenario) -> tuple[Note, ...]:
+def implausible_notes(scenario: Scenario) -> tuple[Note, ...]:
     """Return one note for each field of a scenario whose number is implausible: what it is, and what is usual."""
     return tuple(
-        _note(path, value, usual)
-        for where, noun in _nouns(scenario)
-        for path, value, usual in (*_doubted(where, noun), *_wide(where, noun, scenario.speed * scenario.duration))
+        _range_note(path, value, usual)
+        for where, noun in _judged_nouns(scenario)
+        for path, value,
+        usual in (*_doubtful_numbers(where, noun), *_implausible_span(where, noun, scenario.speed * scenario.duration))
     )  # fmt: skip
 
 
@@ -151,8 +152,8 @@ def implausible_cells(scenario: Scenario, changed: Mapping[str, FloatArray], cel
         Number of cells.
     """
     held = {re.sub(r"\.\d+$", "", path): path for path in changed}  # of several numbers in a field, each is judged
-    notes = [Shared(note, cells) for note in implausible(scenario) if note.cause not in map(_cause, held)]
-    nouns = dict(_nouns(scenario))
+    notes = [Shared(note, cells) for note in implausible_notes(scenario) if note.cause not in map(_cause_text, held)]
+    nouns = dict(_judged_nouns(scenario))
     for name, path in held.items():
         where, _, field = name.rpartition(".")
         usual = USUAL.get(type(nouns.get(where)).__name__, {}).get(field)
@@ -162,11 +163,11 @@ def implausible_cells(scenario: Scenario, changed: Mapping[str, FloatArray], cel
         doubted = [value for value in changed[path].tolist() if not _is_plausible(value, usual)]
         if doubted:
             worst = max(doubted, key=lambda value: abs(log(max(abs(value), 1e-300) / middle)))
-            notes.append(Shared(_note(path, worst, usual), len(doubted)))
+            notes.append(Shared(_range_note(path, worst, usual), len(doubted)))
     return tuple(notes)
 
 
-def _nouns(scenario: Scenario) -> Iterator[tuple[str, Noun]]:
+def _judged_nouns(scenario: Scenario) -> Iterator[tuple[str, Noun]]:
     """Return the nouns of a scenario whose numbers are judged, with their paths."""
     yield "", scenario
     yield "vehicle", scenario.vehicle
@@ -189,7 +190,7 @@ def _and_what_it_repeats(where: str, item: Irregularity) -> Iterator[tuple[str, 
         yield from _and_what_it_repeats(f"{where}.of", item.of)
 
 
-def _doubted(where: str, noun: Noun) -> Iterator[tuple[str, float, Usual]]:
+def _doubtful_numbers(where: str, noun: Noun) -> Iterator[tuple[str, float, Usual]]:
     """Return the fields of a noun that hold an implausible number, with the first of these."""
     for field, usual in USUAL.get(type(noun).__name__, {}).items():
         given = getattr(noun, field)
@@ -199,7 +200,7 @@ def _doubted(where: str, noun: Noun) -> Iterator[tuple[str, float, Usual]]:
             yield (f"{where}.{field}" if where else field), value, usual
 
 
-def _wide(where: str, noun: Noun, end: float) -> Iterator[tuple[str, float, Usual]]:
+def _implausible_span(where: str, noun: Noun, end: float) -> Iterator[tuple[str, float, Usual]]:
     """Return the span of samples, or of a user's function up to x = `end`, m, where it is implausible."""
     if isinstance(noun, Measured) or (isinstance(noun, OutOfRound) and not noun.orders):
         span = float(np.ptp(noun.samples[1]))
@@ -218,20 +219,20 @@ def _is_plausible(value: float, usual: Usual) -> bool:
     return size < NOTHING * usual.least or usual.least <= size <= usual.most
 
 
-def _note(path: str, value: float, usual: Usual) -> Note:
+def _range_note(path: str, value: float, usual: Usual) -> Note:
     si = si_unit(usual.dimension)
     low, high = usual.usual
-    meant = _meant(abs(value), usual)
+    meant = _meant_unit(abs(value), usual)
     hint = f'; did you mean "{value:.6g} {meant}"?' if meant else ""
     text = f"{path} = {value:.6g} {si} is implausible: usual are {low:g} to {high:g} {usual.unit}{hint}"
-    return Note(text, _cause(path), doubtful=True)
+    return Note(text, _cause_text(path), doubtful=True)
 
 
-def _cause(path: str) -> str:
+def _cause_text(path: str) -> str:
     return f"implausible {path}"
 
 
-def _meant(value: float, usual: Usual) -> str:
+def _meant_unit(value: float, usual: Usual) -> str:
     """Return the metric unit with which a number would be usual; "" if there is none."""
     units = UNITS[usual.dimension]
     low, high = (bound * units[usual.unit] for bound in usual.usual)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials, Stretch
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.fit import Factor, Function, Sampled, fit
-from wheeltapper.lower.table import Table, assemble, blank, polynomial_rows, set_factor
+from wheeltapper.lower.fit import Factor, Function, SampledFunction, fit
+from wheeltapper.lower.table import PathTable, assemble, blank_rows, polynomial_rows, set_factor
 from wheeltapper.march import program as contract
 
 FloatArray = NDArray[np.float64]
@@ -24,7 +24,7 @@ SLIVER = 1e-12
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedStretch:
     """A stretch of a course, moved by whole periods."""
 
     stretch: Stretch
@@ -45,13 +45,13 @@ class Placed:
         return np.asarray(self.stretch.curvature(x - self.shift))
 
 
-def unrolled(course: Course, start: float, end: float) -> list[Placed]:
+def unrolled_stretches(course: Course, start: float, end: float) -> list[PlacedStretch]:
     """Return the stretches of a course within [start, end]; its periods are written out."""
     if course.period is None:
-        placed = [Placed(s, 0.0, s.start, s.end) for s in course.stretches]
+        placed = [PlacedStretch(s, 0.0, s.start, s.end) for s in course.stretches]
         return [p for p in placed if p.end > start and p.start < end]
     period, origin = course.period, course.repeats_from
-    lead = [Placed(s, 0.0, s.start, min(s.end, origin)) for s in course.stretches if s.start < origin]
+    lead = [PlacedStretch(s, 0.0, s.start, min(s.end, origin)) for s in course.stretches if s.start < origin]
     if np.isneginf(origin):
         lead, origin = [], 0.0
     first = int(np.floor((max(start, origin) - origin) / period)) if start > origin or not lead else 0
@@ -67,14 +67,16 @@ def unrolled(course: Course, start: float, end: float) -> list[Placed]:
             f"up to {MOST_BORDERS:g} of them: a shorter or slower run",
         )  # fmt: skip
     out = lead + [
-        Placed(s, k * period, a + k * period, b + k * period) for k in range(first, last + 1) for s, a, b in inside
+        PlacedStretch(s, k * period, a + k * period, b + k * period)
+        for k in range(first, last + 1)
+        for s, a, b in inside
     ]
     return [p for p in out if p.end > start and p.start < end and p.end > p.start]
 
 
-def cells(courses: list[Course], start: float, end: float) -> list[tuple[float, float, list[Placed]]]:
+def course_cells(courses: list[Course], start: float, end: float) -> list[tuple[float, float, list[PlacedStretch]]]:
     """Return the intervals between all borders in [start, end], each with its stretches."""
-    lists = [unrolled(course, start, end) for course in courses]
+    lists = [unrolled_stretches(course, start, end) for course in courses]
     borders = np.unique([b for placed in lists for p in placed for b in (p.start, p.end) if start < b < end])
     inner = borders[(borders - start > SLIVER) & (end - borders > SLIVER)]  # repeated borders agree up to rounding only
     edges = [start, *inner[np.diff(inner, prepend=-inf) > SLIVER].tolist(), end]
@@ -90,19 +92,19 @@ def cells(courses: list[Course], start: float, end: float) -> list[tuple[float, 
     return out
 
 
-def total(present: list[Placed], which: str) -> Function:
+def sum_function(present: list[PlacedStretch], which: str) -> Function:
     """Return the sum of one property of the stretches as a function."""
     forms = [p.stretch.exact for p in present]
     uneven = [p for p, form in zip(present, forms, strict=True) if not (isinstance(form, Harmonic) and form.level)]
     level = sum(form.offset for form in forms if isinstance(form, Harmonic) and form.level) if which == "value" else 0.0
 
-    def function(x: FloatArray) -> FloatArray:
+    def summed_at(x: FloatArray) -> FloatArray:
         return np.asarray(sum((getattr(p, which)(x) for p in uneven), np.full_like(x, level)))
 
-    return function
+    return summed_at
 
 
-def harmonics(present: list[Placed]) -> tuple[float, list[tuple[Harmonic, float]]] | None:
+def common_harmonics(present: list[PlacedStretch]) -> tuple[float, list[tuple[Harmonic, float]]] | None:
     """Return offset and waves (with their shifts) if all stretches are exact harmonics of at most one wavenumber."""
     offset, waves = 0.0, []
     for p in present:
@@ -119,7 +121,7 @@ def harmonics(present: list[Placed]) -> tuple[float, list[tuple[Harmonic, float]
 
 def harmonic_row(start: float, end: float, offset: float, waves: list[tuple[Harmonic, float]]) -> FloatArray:
     """Return the piece of an offset and waves of one wavenumber."""
-    row = blank(1)
+    row = blank_rows(1)
     centre = start if np.isfinite(start) else 0.0
     row[0, [contract.START, contract.STOP, contract.CENTRE, contract.COEFFICIENT]] = start, end, centre, offset
     add_waves(row, waves)
@@ -136,7 +138,7 @@ def add_waves(rows: FloatArray, waves: list[tuple[Harmonic, float]]) -> None:
 
 
 def _polynomial_rows(
-    placed: Placed, start: float, end: float, others: tuple[float, list[tuple[Harmonic, float]]], height: float
+    placed: PlacedStretch, start: float, end: float, others: tuple[float, list[tuple[Harmonic, float]]], height: float
 ) -> FloatArray:
     """Return the exact pieces of a stretch that is polynomial, cut to [start, end], plus offset and waves."""
     offset, waves = others
@@ -157,29 +159,29 @@ def _polynomial_rows(
     return rows
 
 
-def _is_polynomial(present: list[Placed]) -> bool:
+def _is_polynomial(present: list[PlacedStretch]) -> bool:
     others = [p for p in present if not isinstance(p.stretch.exact, Polynomials)]
-    return len(others) == len(present) - 1 and harmonics(others) is not None
+    return len(others) == len(present) - 1 and common_harmonics(others) is not None
 
 
 def _cell_rows(
-    cell: tuple[float, float, list[Placed]], height: float, tolerance: float, factor: Factor | None
+    cell: tuple[float, float, list[PlacedStretch]], height: float, tolerance: float, factor: Factor | None
 ) -> FloatArray:
     """Return the pieces of one cell; `factor` gives the factor on the contact force from the profile's curvature."""
     start, end, present = cell
-    exact = harmonics(present)
+    exact = common_harmonics(present)
     bent = factor is not None and not (exact is not None and not exact[1])
     if exact is not None and not bent:
         return harmonic_row(start, end, *exact)
     if _is_polynomial(present) and not bent:
         form = next(p for p in present if isinstance(p.stretch.exact, Polynomials))
-        others = harmonics([p for p in present if p is not form])
+        others = common_harmonics([p for p in present if p is not form])
         return _polynomial_rows(form, start, end, others or (0.0, []), height)
-    value, slope, curvature = (total(present, name) for name in ("value", "slope", "curvature"))
+    value, slope, curvature = (sum_function(present, name) for name in ("value", "slope", "curvature"))
 
-    def sample(x: FloatArray, _: IntArray) -> list[Sampled]:
-        path = [Sampled(value(x), slope(x))]
-        return [*path, factor.sampled(curvature(x))] if bent and factor is not None else path
+    def sample(x: FloatArray, _: IntArray) -> list[SampledFunction]:
+        path = [SampledFunction(value(x), slope(x))]
+        return [*path, factor.sampled_factor(curvature(x))] if bent and factor is not None else path
 
     tolerances = [tolerance * height, tolerance] if bent else [tolerance * height]
     left, right, fitted = fit(sample, np.array([[start, end]]), np.zeros(1, dtype=np.int64), tolerances)
@@ -189,7 +191,7 @@ def _cell_rows(
     return rows
 
 
-def unwound(course: Course) -> Course:
+def without_wave_period(course: Course) -> Course:
     """Return a course without its period if it is one endless wave; then it needs no loop and has no borders."""
     last = course.stretches[-1]
     one_wave = isinstance(last.exact, Harmonic) and last.start <= course.repeats_from
@@ -198,7 +200,7 @@ def unwound(course: Course) -> Course:
 
 def point_table(
     courses: list[Course], end: float, height: float, tolerance: float, factor: Factor | None = None
-) -> Table:
+) -> PathTable:
     """Return the path of a wheel whose centre follows the courses' sum from x = 0 to x = end.
 
     Parameters
@@ -213,7 +215,7 @@ def point_table(
         The factor on the contact force; None for one.
     """
     if factor is None:
-        courses = [unwound(course) for course in courses]
+        courses = [without_wave_period(course) for course in courses]
     repeating = [c for c in courses if c.period is not None]
     loop = None
     stop = end
@@ -223,7 +225,7 @@ def point_table(
         period = course.period or 0.0
         if origin + 2 * period < end:
             stop, loop = origin + period, origin
-    found = [_cell_rows(cell, height, tolerance, factor) for cell in cells(courses, 0.0, stop)]
+    found = [_cell_rows(cell, height, tolerance, factor) for cell in course_cells(courses, 0.0, stop)]
     rows = np.vstack(found)
     if loop is None:
         rows[-1, contract.STOP] = inf

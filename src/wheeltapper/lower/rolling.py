@@ -23,12 +23,12 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Course, Harmonic, Polynomials
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.notes import Note, few
-from wheeltapper.lower.branches import Envelope, Run
-from wheeltapper.lower.fit import Factor, Sampled, fit
-from wheeltapper.lower.point import cells, total, unwound
-from wheeltapper.lower.surface import Profile, value_at
-from wheeltapper.lower.table import Table, assemble, blank, polynomial_rows, set_factor
+from wheeltapper.ground.notes import Note, first_places
+from wheeltapper.lower.branches import BranchRun, Envelope
+from wheeltapper.lower.fit import Factor, SampledFunction, fit
+from wheeltapper.lower.point import course_cells, sum_function, without_wave_period
+from wheeltapper.lower.surface import RolledProfile, value_at
+from wheeltapper.lower.table import PathTable, assemble, blank_rows, polynomial_rows, set_factor
 from wheeltapper.march import program as contract
 
 FloatArray = NDArray[np.float64]
@@ -40,7 +40,9 @@ ROUNDING = 1e-15
 touches the bottom in one point only, which is no run."""
 
 
-def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray, right: FloatArray) -> FloatArray:
+def _branch_crossings(
+    envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray, right: FloatArray
+) -> FloatArray:
     """Return the place at which the first branch of each pair ceases to be the higher one: Newton's method, bracketed.
 
     The brackets come from samples of rough height, within the range that both branches cover. If they contain no change
@@ -48,28 +50,28 @@ def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray
     """
     first, second = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
 
-    def above(x: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:
+    def height_difference(x: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:
         a, b = first[which], second[which]
-        sa, sb = envelope.contact(x, a), envelope.contact(x, b)
-        lean = envelope.profile.lean
-        return envelope.height(x, sa, a) - envelope.height(x, sb, b), lean(sa - x) - lean(sb - x)
+        sa, sb = envelope.contact_points(x, a), envelope.contact_points(x, b)
+        lean = envelope.profile.circle_slope
+        return envelope.centre_height(x, sa, a) - envelope.centre_height(x, sb, b), lean(sa - x) - lean(sb - x)
 
     everyone = np.arange(len(first))
     reach = np.array([(b.x[0], b.x[-1]) for b in envelope.branches])
     start, end = np.maximum(reach[first, 0], reach[second, 0]), np.minimum(reach[first, 1], reach[second, 1])
     left, right = np.clip(left, start, end), np.clip(right, start, end)
-    early, late = above(left, everyone)[0] <= 0.0, above(right, everyone)[0] >= 0.0
+    early, late = height_difference(left, everyone)[0] <= 0.0, height_difference(right, everyone)[0] >= 0.0
     left, right = (
         np.where(early, start, np.where(late, right, left)),
         np.where(late, end, np.where(early, left, right)),
     )
     x = 0.5 * (left + right)
-    early, late = above(left, everyone)[0] <= 0.0, above(right, everyone)[0] >= 0.0
+    early, late = height_difference(left, everyone)[0] <= 0.0, height_difference(right, everyone)[0] >= 0.0
     x[late], x[early] = right[late], left[early]
     active, has_left = np.flatnonzero(~early & ~late), np.zeros(len(x), dtype=bool)
     while len(active):
         here = x[active]
-        height, slope = above(here, active)
+        height, slope = height_difference(here, active)
         left[active] = np.where(height > 0.0, here, left[active])
         right[active] = np.where(height > 0.0, right[active], here)
         new = here - height / np.where(slope == 0.0, -1.0, slope)
@@ -85,7 +87,7 @@ def _meetings(envelope: Envelope, pairs: list[tuple[int, int]], left: FloatArray
     return x
 
 
-def _soft_change(envelope: Envelope, a: Run, b: Run) -> tuple[float, float] | None:
+def _soft_change(envelope: Envelope, a: BranchRun, b: BranchRun) -> tuple[float, float] | None:
     """Return the range in which the wheel rolls about the border of two runs; None if the contact jumps there."""
     profile = envelope.profile
     before, after = envelope.branches[a.branch], envelope.branches[b.branch]
@@ -98,7 +100,7 @@ def _soft_change(envelope: Envelope, a: Run, b: Run) -> tuple[float, float] | No
     if border < 0:
         return None
     corner = profile.corners[border]
-    left, right = (corner.position - profile.offset(slope) for slope in (corner.before, corner.after))
+    left, right = (corner.position - profile.touch_offset(slope) for slope in (corner.before, corner.after))
     if after.corner >= 0:
         right = left
     elif before.corner >= 0:
@@ -111,7 +113,7 @@ def _soft_change(envelope: Envelope, a: Run, b: Run) -> tuple[float, float] | No
     return (left, right) if a.last - room <= left <= right <= b.first + room else None
 
 
-def _join(envelope: Envelope) -> list[float]:
+def _join_runs(envelope: Envelope) -> list[float]:
     """Set the ends of all runs; return the places of two-point contact. Arcs too short for the samples are inserted."""
     arcs = {b.corner: i for i, b in enumerate(envelope.branches) if b.corner >= 0}
     runs = [envelope.runs[0]]
@@ -125,12 +127,12 @@ def _join(envelope: Envelope) -> list[float]:
             a.end, b.start = change
             if b.start > a.end:
                 arc = arcs[envelope.branches[a.branch].cell]
-                runs.append(Run(arc, a.end, b.start, a.end, b.start))
+                runs.append(BranchRun(arc, a.end, b.start, a.end, b.start))
         runs.append(b)
     if leaps:
         sides = [(runs[i - 1], runs[i]) for i in leaps]
         left, right = np.array([(a.last, b.first) for a, b in sides]).T
-        kinks = _meetings(envelope, [(a.branch, b.branch) for a, b in sides], left, right)
+        kinks = _branch_crossings(envelope, [(a.branch, b.branch) for a, b in sides], left, right)
         for (a, b), x in zip(sides, kinks.tolist(), strict=True):
             a.end = b.start = x
     for dot, after in zip(runs[1:-1], runs[2:], strict=True):
@@ -140,7 +142,7 @@ def _join(envelope: Envelope) -> list[float]:
     return [runs[i].start for i in leaps]
 
 
-def _knot_images(envelope: Envelope, run: Run, start: float, end: float) -> FloatArray:
+def _knot_images(envelope: Envelope, run: BranchRun, start: float, end: float) -> FloatArray:
     """Return the wheel's places at which the contact passes a knot of a piecewise profile."""
     branch, profile = envelope.branches[run.branch], envelope.profile
     if branch.corner >= 0 or not len(profile.cells[branch.cell].knots):
@@ -154,7 +156,9 @@ def _knot_images(envelope: Envelope, run: Run, start: float, end: float) -> Floa
     return x[np.diff(x, prepend=-inf) > 0.0]
 
 
-def _rows(envelope: Envelope, cuts: FloatArray, tolerance: float, height: float, factor: Factor | None) -> FloatArray:
+def _run_pieces(
+    envelope: Envelope, cuts: FloatArray, tolerance: float, height: float, factor: Factor | None
+) -> FloatArray:
     """Return the pieces of all runs between the first and the last cut; no piece crosses a cut."""
     level: list[FloatArray] = []
     intervals: dict[bool, list[tuple[FloatArray, int]]] = {True: [], False: []}  # in a cell, about a corner
@@ -165,7 +169,7 @@ def _rows(envelope: Envelope, cuts: FloatArray, tolerance: float, height: float,
             continue
         edges = np.concatenate([[start], cuts[(cuts > start) & (cuts < end)], [end]])
         if branch.corner < 0 and envelope.profile.cells[branch.cell].flat:
-            row = blank(len(edges) - 1)
+            row = blank_rows(len(edges) - 1)
             row[:, contract.START], row[:, contract.STOP] = edges[:-1], edges[1:]
             row[:, contract.CENTRE] = edges[:-1]
             row[:, contract.COEFFICIENT] = value_at(envelope.profile.cells[branch.cell].value, 0.5 * (start + end))
@@ -174,12 +178,12 @@ def _rows(envelope: Envelope, cuts: FloatArray, tolerance: float, height: float,
         edges = np.union1d(edges, _knot_images(envelope, run, start, end))
         intervals[branch.corner < 0].append((edges, run.branch))
 
-    def sample(x: FloatArray, owner: IntArray, bent: bool) -> list[Sampled]:
-        s = envelope.contact(x, owner)
-        path = [Sampled(envelope.height(x, s, owner), envelope.profile.lean(s - x))]
+    def sample(x: FloatArray, owner: IntArray, bent: bool) -> list[SampledFunction]:
+        s = envelope.contact_points(x, owner)
+        path = [SampledFunction(envelope.centre_height(x, s, owner), envelope.profile.circle_slope(s - x))]
         if factor is None or not bent:
             return path
-        return [*path, factor.sampled(envelope.profile.each(s, envelope.cells[owner], "curvature"))]
+        return [*path, factor.sampled_factor(envelope.profile.property_at(s, envelope.cells[owner], "curvature"))]
 
     out = level
     for in_cell, listed in intervals.items():
@@ -198,7 +202,7 @@ def _rows(envelope: Envelope, cuts: FloatArray, tolerance: float, height: float,
     return rows[np.argsort(rows[:, contract.START], kind="stable")]
 
 
-class Rolled:
+class RolledPath:
     """A circle that has rolled over courses up to x = `end`.
 
     Attributes
@@ -215,19 +219,19 @@ class Rolled:
     def __init__(self, courses: list[Course], end: float, radius: float, height: float) -> None:
         self.all = courses
         rolled = [course for course in courses if not course.followed]
-        window = _window(rolled, end, radius)
-        self.stop, self.loop = _repetition(courses, end, window)
-        self.courses = rolled if self.loop is not None else [unwound(course) for course in rolled]
-        profile = Profile(self.courses, -2 * window, self.stop + 2 * window, radius, height)
+        window = _touch_range(rolled, end, radius)
+        self.stop, self.loop = _known_end_and_loop(courses, end, window)
+        self.courses = rolled if self.loop is not None else [without_wave_period(course) for course in rolled]
+        profile = RolledProfile(self.courses, -2 * window, self.stop + 2 * window, radius, height)
         self.envelope = Envelope(profile, window)
-        self.kinks = _join(self.envelope)
+        self.kinks = _join_runs(self.envelope)
         direct = [course for course in courses if course.followed]
-        self.raised = cells(direct, 0.0, self.stop) if direct else []
+        self.raised = course_cells(direct, 0.0, self.stop) if direct else []
 
 
 def circle_table(
     courses: list[Course], end: float, height: float, tolerance: float, radius: float, factor: Factor | None = None
-) -> tuple[Table, list[Note]]:
+) -> tuple[PathTable, list[Note]]:
     """Return the path of the centre of a rolling circle from x = 0 to x = end, and notes on two-point contact.
 
     Parameters
@@ -247,14 +251,14 @@ def circle_table(
         from wheeltapper.lower.point import point_table
 
         return point_table(courses, end, height, tolerance, factor), []
-    rolled = Rolled(courses, end, radius, height)
+    rolled = RolledPath(courses, end, radius, height)
     envelope, stop, loop = rolled.envelope, rolled.stop, rolled.loop
     cuts = np.unique([0.0, *([loop] if loop is not None else []), *(a for a, _, _ in rolled.raised), stop])
-    rows = _rows(envelope, cuts, tolerance, height, factor)
+    rows = _run_pieces(envelope, cuts, tolerance, height, factor)
     for a, b, present in rolled.raised:
         inside = (rows[:, contract.START] >= a) & (rows[:, contract.START] < b)
-        rows[inside, contract.COEFFICIENT] += value_at(total(present, "value"), 0.5 * (a + b))
-    notes = _notes(envelope, [k for k in rolled.kinks if 0.0 <= k <= stop], factor is not None, stop)
+        rows[inside, contract.COEFFICIENT] += value_at(sum_function(present, "value"), 0.5 * (a + b))
+    notes = _two_point_notes(envelope, [k for k in rolled.kinks if 0.0 <= k <= stop], factor is not None, stop)
     if loop is None:
         rows[-1, contract.STOP] = inf if rows[-1, contract.DEGREE] == 0 else stop * (1 + 1e-9) + 1e-9
         return replace(assemble(rows, height), origin=rolled), notes
@@ -262,7 +266,7 @@ def circle_table(
     return replace(assemble(rows, height, index), origin=rolled), notes
 
 
-def _range(course: Course, start: float, end: float) -> float:
+def _height_range(course: Course, start: float, end: float) -> float:
     """Return the range of the heights of a course between two places, slightly overestimated."""
     values = []
     for stretch in course.stretches:
@@ -282,7 +286,7 @@ def _range(course: Course, start: float, end: float) -> float:
     return max(values) - min(values)
 
 
-def _window(courses: list[Course], end: float, radius: float) -> float:
+def _touch_range(courses: list[Course], end: float, radius: float) -> float:
     """Return how far ahead the wheel can touch: half the chord at the depth of the profile's range of heights."""
     depth = 0.0
     for course in courses:
@@ -290,7 +294,7 @@ def _window(courses: list[Course], end: float, radius: float) -> float:
         if course.period is not None:
             origin = course.repeats_from if np.isfinite(course.repeats_from) else 0.0
             first, last = min(origin, 0.0), max(origin, 0.0) + course.period
-        depth += 1.05 * _range(course, first, last)
+        depth += 1.05 * _height_range(course, first, last)
         depth += 1e-3 * course.height
     if depth >= 0.5 * radius:
         raise InputError(
@@ -299,7 +303,7 @@ def _window(courses: list[Course], end: float, radius: float) -> float:
     return sqrt(2 * radius * depth - depth**2)
 
 
-def _repetition(courses: list[Course], end: float, window: float) -> tuple[float, float | None]:
+def _known_end_and_loop(courses: list[Course], end: float, window: float) -> tuple[float, float | None]:
     """Return the necessary end of the path, and the place from which on it repeats (None if it does not)."""
     if len(courses) != 1 or courses[0].period is None:
         return end, None
@@ -310,15 +314,15 @@ def _repetition(courses: list[Course], end: float, window: float) -> tuple[float
     return origin + period, origin
 
 
-def _notes(envelope: Envelope, kinks: list[float], varies: bool, stop: float) -> list[Note]:
+def _two_point_notes(envelope: Envelope, kinks: list[float], varies: bool, stop: float) -> list[Note]:
     notes: list[Note] = []
     if kinks:
-        where = f"at x = {few(kinks)} m ({len(kinks)} in {stop:.6g} m)"
+        where = f"at x = {first_places(kinks)} m ({len(kinks)} in {stop:.6g} m)"
         text = f"the wheel touches at two points at once {where}: kinks of the path"
         notes.append(Note(text, "two points", len(kinks)))
     corners = {envelope.branches[r.branch].corner for r in envelope.runs if r.end > 0 and r.start < stop} - {-1}
     edges = sorted(envelope.profile.corners[corner].position for corner in corners)
     if edges and varies:
-        text = f"at edges (x = {few(edges)} m) the smooth surface's contact constant holds"
+        text = f"at edges (x = {first_places(edges)} m) the smooth surface's contact constant holds"
         notes.append(Note(text, "edges", len(edges)))
     return notes

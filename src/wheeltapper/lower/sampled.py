@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Course, Stretch
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.notes import Note, few
+from wheeltapper.ground.notes import Note, first_places
 from wheeltapper.lower.fit import NARROWEST
 
 FloatArray = NDArray[np.float64]
@@ -90,5 +90,5 @@ def pieces_note(courses: list[Course], starts: FloatArray, halves: FloatArray) -
     cut = np.unique(np.round(starts[halves < NARROWEST], 6))
     if not len(cut) or not any(course.sampled for course in courses):
         return []
-    where = f"at x = {few(cut.tolist())} m"
+    where = f"at x = {first_places(cut.tolist())} m"
     return [Note(f"the function is not smooth {where}: its path is cut to pieces there (breakpoints avoid that)")]

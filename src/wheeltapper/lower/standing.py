@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ground.errors import InputError
-from wheeltapper.lower.table import blank
+from wheeltapper.lower.table import blank_rows
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import run
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
@@ -16,7 +16,7 @@ from wheeltapper.march.program import PIECE_COLUMNS, STOP
 from wheeltapper.march.wheel_rows import NORMAL, ROW_PATH
 
 if TYPE_CHECKING:
-    from wheeltapper.lower.wagon import Layout
+    from wheeltapper.lower.wagon import StateLayout
 
 FloatArray = NDArray[np.float64]
 _ENDLESS = np.where(np.arange(PIECE_COLUMNS) == STOP, np.inf, 0.0)
@@ -32,18 +32,20 @@ def jacobian(assembly: Assembly, state: FloatArray, unknown: NDArray[np.int64], 
     return np.asarray(((found[0::2] - found[1::2]) / (2.0 * steps[:, None])).T)
 
 
-def unknowns(layout: Layout, assembly: Assembly, free: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def unknown_states(
+    layout: StateLayout, assembly: Assembly, free: FloatArray
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the unknown states of a steady run, and the rates that have to be zero."""
-    places = layout.places
+    places = layout.displacement_places
     moving = np.any(free != 0.0, axis=1)
     spins = np.array([motion == "pitch" and body.startswith("wheelset ") for body, motion in layout.motions])
     chosen = np.where(spins, places + TO_RATE, places)
-    inside = np.arange(layout.states, len(assembly.start))
+    inside = np.arange(layout.state_count, len(assembly.start))
     used = inside[: int((assembly.element_inside[:, 0] >= 0).sum())]
     return np.concatenate([chosen[moving], used]), np.concatenate([places[moving] + TO_RATE, used])
 
 
-def level(assembly: Assembly, layout: Layout) -> Assembly:
+def level_assembly(assembly: Assembly, layout: StateLayout) -> Assembly:
     """Return the assembly on level rails and off the deck, with a start state."""
     lanes = assembly.lanes.copy()
     lanes[:, [asm.FIRST_PIECE, asm.LAST_PIECE]] = 0.0
@@ -51,8 +53,8 @@ def level(assembly: Assembly, layout: Layout) -> Assembly:
     lanes[:, [asm.WHEEL_DECK_FROM, asm.WHEEL_DECK_TO]] = np.inf
     start = np.zeros_like(assembly.start)
     upright = np.array([motion == "z" and body != "deck" for body, motion in layout.motions])
-    start[layout.places[upright]] = -assembly.numbers[asm.STATIC_INDENTATION]
-    return assembly._replace(lanes=lanes, pieces=blank(1) + _ENDLESS, start=start)
+    start[layout.displacement_places[upright]] = -assembly.numbers[asm.STATIC_INDENTATION]
+    return assembly._replace(lanes=lanes, pieces=blank_rows(1) + _ENDLESS, start=start)
 
 
 def normal_forces(assembly: Assembly, state: FloatArray, wheelsets: int) -> FloatArray:
@@ -69,7 +71,7 @@ def _of_treads(assembly: Assembly, state: FloatArray, row: int, wheelsets: int) 
 
 
 def standing_on(
-    assembly: Assembly, layout: Layout, mobility: FloatArray, positions: tuple[float, ...]
+    assembly: Assembly, layout: StateLayout, mobility: FloatArray, positions: tuple[float, ...]
 ) -> FloatArray:  # fmt: skip
     """Return the state of a steady run on the rails under the wheels at time zero; wheelsets begin at `positions`, m.
 
@@ -79,7 +81,7 @@ def standing_on(
         If none is found, although there is one on level rails: an irregularity under a wheel prevents it.
     """
     try:
-        return standing(assembly, layout, mobility)
+        return steady_state(assembly, layout, mobility)
     except InputError as error:
         heights = _of_treads(assembly, assembly.start, ROW_PATH, len(positions))
         wheelset, side = (int(i) for i in np.unravel_index(np.argmax(np.abs(heights)), heights.shape))
@@ -92,7 +94,7 @@ def standing_on(
         ) from error  # fmt: skip
 
 
-def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance: float = 1e-11) -> FloatArray:
+def steady_state(assembly: Assembly, layout: StateLayout, mobility: FloatArray, tolerance: float = 1e-11) -> FloatArray:
     """Return the state of a steady run.
 
     Raises
@@ -101,7 +103,7 @@ def standing(assembly: Assembly, layout: Layout, mobility: FloatArray, tolerance
         If none is found: the vehicle does not stand on its wheels.
     """
     indentation = assembly.numbers[asm.STATIC_INDENTATION]
-    chosen, zero = unknowns(layout, assembly, mobility)
+    chosen, zero = unknown_states(layout, assembly, mobility)
     moving = np.any(mobility != 0.0, axis=1)
     # accelerations that the ties allow: the range of the mobility
     values, vectors = np.linalg.eigh(mobility[np.ix_(moving, moving)])

@@ -22,7 +22,7 @@ AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
-class Series:
+class SeriesDamper:
     """A damper in series with a spring, in one direction: it extends by p, p' = f/c, with the force f of the spring.
 
     The deflection of the spring is `row`·q - p. Within half the free play to both sides the force is zero.
@@ -69,12 +69,12 @@ class Structure:
     mass: FloatArray
     damping: FloatArray
     stiffness: FloatArray
-    series: tuple[Series, ...]
+    series: tuple[SeriesDamper, ...]
     characteristics: tuple[Characteristic, ...]
     ties: FloatArray
     gravity: FloatArray
 
-    def row(self, body: str, motion: str) -> FloatArray:
+    def motion_row(self, body: str, motion: str) -> FloatArray:
         """Return the row that selects one motion of a body; zero if the motion is held."""
         out = np.zeros(len(self.motions))
         if (body, motion) in self.motions:
@@ -82,7 +82,7 @@ class Structure:
         return out
 
 
-class _Places:
+class _BodyPlaces:
     """Positions of the bodies of a wagon, and the motion of points fixed to them."""
 
     def __init__(self, wagon: Wagon) -> None:
@@ -96,7 +96,7 @@ class _Places:
             self.masses[name] = (axle.mass, axle.inertia)
         self.motions = tuple((name, motion) for name in wagon.names for motion in MOTIONS if motion not in held[name])
 
-    def point(self, body: str, at: FloatArray) -> FloatArray:
+    def point_rows(self, body: str, at: FloatArray) -> FloatArray:
         """Return the rows of x, y, z of a point fixed to a body, (3, n)."""
         out = np.zeros((3, len(self.motions)))
         if body == GROUND:
@@ -109,7 +109,7 @@ class _Places:
             out[:, column] = turned[motion] if motion in turned else np.eye(3)[AXES.index(motion)]
         return out
 
-    def turn(self, body: str) -> FloatArray:
+    def rotation_rows(self, body: str) -> FloatArray:
         """Return the rows of roll, pitch and yaw of a body, (3, n)."""
         out = np.zeros((3, len(self.motions)))
         for column, (name, motion) in enumerate(self.motions):
@@ -117,13 +117,13 @@ class _Places:
                 out[MOTIONS.index(motion) - 3, column] = 1.0
         return out
 
-    def apart(self, element: Element) -> FloatArray:
+    def deflection_rows(self, element: Element) -> FloatArray:
         """Return the rows of the displacement of an element's first end relative to its second, (3, n)."""
         at = np.array(element.at)
         first, second = element.between
-        return self.point(first, at) - self.point(second, at)
+        return self.point_rows(first, at) - self.point_rows(second, at)
 
-    def mass(self) -> FloatArray:
+    def motion_masses(self) -> FloatArray:
         """Return the mass or moment of inertia of each motion."""
         out = []
         for name, motion in self.motions:
@@ -134,15 +134,15 @@ class _Places:
 
 def structure_of(wagon: Wagon) -> Structure:
     """Return the equations of motion of a wagon without its contacts."""
-    places = _Places(wagon)
+    places = _BodyPlaces(wagon)
     count = len(places.motions)
     stiffness, damping = np.zeros((count, count)), np.zeros((count, count))
     series, characteristics, ties = [], [], [np.zeros((0, count))]
     for element in wagon.elements:
-        rows = places.apart(element)
+        rows = places.deflection_rows(element)
         if isinstance(element, Spring):
             first, second = element.between
-            turns = places.turn(first) - places.turn(second)
+            turns = places.rotation_rows(first) - places.rotation_rows(second)
             stiffness += rows.T @ np.diag(element.stiffness) @ rows + turns.T @ np.diag(element.bending) @ turns
         elif isinstance(element, Damper) and element.series_stiffness is None:
             damping += rows.T @ np.diag(element.damping) @ rows
@@ -151,7 +151,7 @@ def structure_of(wagon: Wagon) -> Structure:
             for axis, row, value in zip(AXES, rows, element.damping, strict=True):
                 if value > 0.0:
                     name, stiff = f"{element.name} {axis}", element.series_stiffness
-                    series.append(Series(name, row, value, stiff, element.free_play))
+                    series.append(SeriesDamper(name, row, value, stiff, element.free_play))
         elif isinstance(element, Stop):
             row = rows[AXES.index(element.along)]
             characteristics.append(
@@ -162,7 +162,7 @@ def structure_of(wagon: Wagon) -> Structure:
         else:
             what = f"a {type(element).__name__}, of which nothing is lowered"
             raise InputError("", f"vehicle.elements.{element.name}", what, "Spring, Damper, Stop or Link")
-    mass = places.mass()
+    mass = places.motion_masses()
     upright = np.array([motion == "z" for _, motion in places.motions])
     weights = np.where(upright, -mass * wagon.gravity, 0.0)
     for name, axle in zip(places.wheelsets, wagon.axles, strict=True):

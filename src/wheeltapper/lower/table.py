@@ -13,7 +13,7 @@ from wheeltapper.march import program as contract
 FloatArray = NDArray[np.float64]
 
 
-def blank(count: int) -> FloatArray:
+def blank_rows(count: int) -> FloatArray:
     """Return rows for pieces with the height zero and the factor one on the contact force."""
     rows = np.zeros((count, contract.PIECE_COLUMNS))
     rows[:, contract.SCALE] = 1.0
@@ -23,7 +23,7 @@ def blank(count: int) -> FloatArray:
 
 def polynomial_rows(left: FloatArray, right: FloatArray, coefficients: FloatArray, negligible: float) -> FloatArray:
     """Return rows for polynomials in ξ = (x - middle)/half-width, without trailing coefficients below `negligible`."""
-    rows = blank(len(left))
+    rows = blank_rows(len(left))
     rows[:, contract.START] = left
     rows[:, contract.STOP] = right
     rows[:, contract.CENTRE] = 0.5 * (left + right)
@@ -47,7 +47,7 @@ def set_factor(rows: FloatArray, coefficients: FloatArray) -> None:
     rows[:, contract.FACTOR_DEGREE] = used_degree(coefficients, 1e-17)
 
 
-def _powers(rows: FloatArray, x: FloatArray, first: int) -> FloatArray:
+def _highest_powers(rows: FloatArray, x: FloatArray, first: int) -> FloatArray:
     xi = (x - rows[:, contract.CENTRE]) / rows[:, contract.SCALE]
     total = np.zeros_like(xi)
     for k in range(contract.MAX_DEGREE, -1, -1):
@@ -59,7 +59,7 @@ def row_values(rows: FloatArray, x: FloatArray) -> FloatArray:
     """Return the height, m, of each row's piece at the x of that row."""
     phase = rows[:, contract.WAVENUMBER] * (x - rows[:, contract.CENTRE])
     wave = rows[:, contract.SINE] * np.sin(phase) + rows[:, contract.COSINE] * np.cos(phase)
-    return _powers(rows, x, contract.COEFFICIENT) + wave
+    return _highest_powers(rows, x, contract.COEFFICIENT) + wave
 
 
 def row_slopes(rows: FloatArray, x: FloatArray) -> FloatArray:
@@ -92,7 +92,7 @@ def row_tangents(rows: FloatArray, bent: FloatArray, x: FloatArray, source: int)
     return np.asarray(total + waves + across * bent[:, contract.WAVENUMBER] * away)
 
 
-def _joins(before: FloatArray, after: FloatArray, height: float, steepest: float) -> FloatArray:
+def _row_joints(before: FloatArray, after: FloatArray, height: float, steepest: float) -> FloatArray:
     """Return the joint at which each row of `after` follows its row of `before`."""
     end, start = before[:, contract.STOP], after[:, contract.START]
     rounding = 1e-15 * np.where(np.isfinite(start), np.abs(start), 0.0) * steepest
@@ -102,7 +102,7 @@ def _joins(before: FloatArray, after: FloatArray, height: float, steepest: float
 
 
 @dataclass(frozen=True)
-class Table:
+class PathTable:
     """Pieces in order, their joints, and the piece with which the table continues after its end.
 
     `origin` is the path to which the table was fitted, if it can still be evaluated.
@@ -114,7 +114,7 @@ class Table:
     origin: Any = field(default=None, repr=False, compare=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Table, (self.rows, self.loop, self.loop_join)  # the origin may contain a user's functions
+        return PathTable, (self.rows, self.loop, self.loop_join)  # the origin may contain a user's functions
 
     @property
     def period(self) -> float:
@@ -123,7 +123,7 @@ class Table:
             return 0.0
         return float(self.rows[-1, contract.STOP] - self.rows[self.loop, contract.START])
 
-    def _located(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _located_rows(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         x = np.asarray(x, dtype=float)
         if self.period:
             first = self.rows[self.loop, contract.START]
@@ -131,33 +131,33 @@ class Table:
         index = np.clip(np.searchsorted(self.rows[:, contract.START], x, side="right") - 1, 0, len(self.rows) - 1)
         return self.rows[index], x
 
-    def height(self, x: FloatArray) -> FloatArray:
+    def height_at(self, x: FloatArray) -> FloatArray:
         """Return the path's height in m at x."""
-        rows, x = self._located(np.ravel(x))
+        rows, x = self._located_rows(np.ravel(x))
         return row_values(rows, x)
 
-    def slope(self, x: FloatArray) -> FloatArray:
+    def slope_at(self, x: FloatArray) -> FloatArray:
         """Return the path's slope at x; at a kink, the slope after it."""
-        rows, x = self._located(np.ravel(x))
+        rows, x = self._located_rows(np.ravel(x))
         return row_slopes(rows, x)
 
-    def factor(self, x: FloatArray) -> FloatArray:
+    def factor_at(self, x: FloatArray) -> FloatArray:
         """Return the factor on the contact force at x."""
-        rows, x = self._located(np.ravel(x))
-        return np.where(rows[:, contract.FACTOR_DEGREE] < 0, 1.0, _powers(rows, x, contract.FACTOR))
+        rows, x = self._located_rows(np.ravel(x))
+        return np.where(rows[:, contract.FACTOR_DEGREE] < 0, 1.0, _highest_powers(rows, x, contract.FACTOR))
 
-    def tangent(self, bent: FloatArray, x: FloatArray, source: int) -> FloatArray:
+    def tangent_at(self, bent: FloatArray, x: FloatArray, source: int) -> FloatArray:
         """Return the derivative at x of the height (source COEFFICIENT) or of the factor, from those of the rows."""
         index = np.clip(np.searchsorted(self.rows[:, contract.START], x, side="right") - 1, 0, len(self.rows) - 1)
         return row_tangents(self.rows[index], bent[index], x, source)
 
-    def kinks(self) -> FloatArray:
+    def kink_positions(self) -> FloatArray:
         """Return the positions in m of the kinks and jumps of the first round."""
         hard = self.rows[:, contract.JOIN] != contract.SOFT
         return np.asarray(self.rows[hard, contract.START])
 
 
-def assemble(rows: FloatArray, height: float, loop: int | None = None) -> Table:
+def assemble(rows: FloatArray, height: float, loop: int | None = None) -> PathTable:
     """Return the table of these pieces; their joints follow from values and slopes at the borders."""
     rows = rows.copy()
     ends = np.where(np.isinf(rows[:, contract.STOP]), rows[:, contract.START], rows[:, contract.STOP])
@@ -168,7 +168,7 @@ def assemble(rows: FloatArray, height: float, loop: int | None = None) -> Table:
         1e-300,
     )
     height = max(height, 1e-300)
-    rows[1:, contract.JOIN] = _joins(rows[:-1], rows[1:], height, steepest)
+    rows[1:, contract.JOIN] = _row_joints(rows[:-1], rows[1:], height, steepest)
     if loop is None:
-        return Table(rows, len(rows), contract.SOFT)
-    return Table(rows, loop, int(_joins(rows[-1:], rows[loop : loop + 1], height, steepest)[0]))
+        return PathTable(rows, len(rows), contract.SOFT)
+    return PathTable(rows, loop, int(_row_joints(rows[-1:], rows[loop : loop + 1], height, steepest)[0]))

@@ -30,13 +30,13 @@ from wheeltapper.lower.patches import (
     patch_tables,
     saturation_cells,
 )
-from wheeltapper.lower.plausible import implausible
-from wheeltapper.lower.standing import level, normal_forces, standing, standing_on
+from wheeltapper.lower.plausible import implausible_notes
+from wheeltapper.lower.standing import level_assembly, normal_forces, standing_on, steady_state
 from wheeltapper.lower.structure import Structure, structure_of
-from wheeltapper.lower.table import Table
+from wheeltapper.lower.table import PathTable
 from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
-from wheeltapper.march.columns import packed
+from wheeltapper.march.columns import packed_columns
 from wheeltapper.march.fastsim import ELLIPTIC, PARABOLIC
 
 FloatArray = NDArray[np.float64]
@@ -55,19 +55,19 @@ DECK = "deck"
 
 
 @dataclass(frozen=True)
-class Layout:
+class StateLayout:
     """Positions of the bodies of a wagon, and of its deck, in the state."""
 
     bodies: tuple[str, ...]
     motions: tuple[tuple[str, str], ...]
 
     @property
-    def places(self) -> NDArray[np.int64]:
+    def displacement_places(self) -> NDArray[np.int64]:
         """Index in the state of each motion's displacement."""
         return np.array([self.bodies.index(body) * PLACES + MOTIONS.index(motion) for body, motion in self.motions])
 
     @property
-    def states(self) -> int:
+    def state_count(self) -> int:
         """Number of states of the bodies."""
         return len(self.bodies) * PLACES
 
@@ -87,7 +87,7 @@ class LoweredWagon:
     """
 
     assembly: Assembly
-    layout: Layout
+    layout: StateLayout
     structure: Structure
     static_force: FloatArray
     contact_constant: float
@@ -133,7 +133,7 @@ def static_loads(structure: Structure, wagon: Wagon) -> FloatArray:
     return loads
 
 
-def _mobility(structure: Structure, held: NDArray[np.bool_]) -> FloatArray:
+def _mobility_matrix(structure: Structure, held: NDArray[np.bool_]) -> FloatArray:
     """Return accelerations from forces, with the ties and the held motions at rest."""
     count = len(structure.motions)
     ties = np.vstack([structure.ties, np.eye(count)[held]])
@@ -144,7 +144,9 @@ def _mobility(structure: Structure, held: NDArray[np.bool_]) -> FloatArray:
     return np.asarray(free @ np.linalg.inv(free.T @ (structure.mass[:, None] * free)) @ free.T)
 
 
-def _columns(matrix: FloatArray, target: IntArray, source: IntArray, layout: Layout) -> tuple[Any, Any, FloatArray]:
+def _sparse_columns(
+    matrix: FloatArray, target: IntArray, source: IntArray, layout: StateLayout
+) -> tuple[Any, Any, FloatArray]:
     """Return the nonzero part of a matrix as columns of eight rows, by bodies.
 
     `target` are the positions of the rows, in bodies of LANES rows; `source` those of the factors.
@@ -157,14 +159,14 @@ def _columns(matrix: FloatArray, target: IntArray, source: IntArray, layout: Lay
             column = np.zeros(LANES)
             column[target[rows] % LANES] = matrix[rows, j]
             columns.append((int(source[j]), column))
-        places, filled = packed(columns)
+        places, filled = packed_columns(columns)
         index += places
         held += filled
         spans.append(len(index))
     return np.array(spans, dtype=np.int64), np.array(index, dtype=np.int64), np.concatenate([np.zeros(0), *held])
 
 
-def _elements(structure: Structure, layout: Layout) -> tuple[dict[str, Any], int]:
+def _element_arrays(structure: Structure, layout: StateLayout) -> tuple[dict[str, Any], int]:
     """Return the arrays of nonlinear and series elements, and the number of states inside the latter."""
     spans, index, weight, corner_spans, corners, inside = [0], [], [], [0], [], []
     count = 0
@@ -177,12 +179,12 @@ def _elements(structure: Structure, layout: Layout) -> tuple[dict[str, Any], int
         rows.append((item.row, *spring, item.damping))
     for row, deflection, force, damping in rows:
         used = np.flatnonzero(row)
-        index += list(layout.places[used])
+        index += list(layout.displacement_places[used])
         weight += list(row[used])
         if damping is not None:
-            index.append(layout.states + count)
+            index.append(layout.state_count + count)
             weight.append(-1.0)
-            inside.append((layout.states + count, damping))
+            inside.append((layout.state_count + count, damping))
             count += 1
         else:
             inside.append((-1, 1.0))
@@ -205,12 +207,12 @@ def _both_sides(deflection: FloatArray, force: FloatArray) -> list[tuple[float, 
     return [(-float(d), -float(f)) for d, f in reversed(positive)] + [(float(d), float(f)) for d, f in positive]
 
 
-def layout_of(scenario: Scenario, structure: Structure) -> Layout:
+def layout_of(scenario: Scenario, structure: Structure) -> StateLayout:
     """Return the layout of the state of a scenario."""
     names = scenario.vehicle.names
     if not isinstance(scenario.track, FloatingDeck):
-        return Layout(names, structure.motions)
-    return Layout((*names, DECK), (*structure.motions, (DECK, "z")))
+        return StateLayout(names, structure.motions)
+    return StateLayout((*names, DECK), (*structure.motions, (DECK, "z")))
 
 
 def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
@@ -222,7 +224,7 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     structure = structure_of(wagon)
     loads = static_loads(structure, wagon)
     wheelsets = [f"wheelset {i + 1}" for i in range(len(wagon.axles))]
-    per_wheelset = np.array([-loads @ structure.row(name, "z") for name in wheelsets])
+    per_wheelset = np.array([-loads @ structure.motion_row(name, "z") for name in wheelsets])
     if np.any(per_wheelset <= 0.0):
         worst = int(np.argmin(per_wheelset))
         raise InputError(
@@ -231,20 +233,22 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     deck = isinstance(scenario.track, FloatingDeck)
     spinning = scenario.creep is not None and scenario.creep.wheel_spin == "full"
     held = np.array([motion == "pitch" and body in wheelsets and not spinning for body, motion in structure.motions])
-    mobility = _mobility(structure, held)
+    mobility = _mobility_matrix(structure, held)
     layout = layout_of(scenario, structure)
     stiffness, damping, resting = structure.stiffness, structure.damping, loads
     if deck:
         mobility, stiffness, damping, resting = _with_deck(scenario.track, mobility, stiffness, damping, loads)
     motion = np.hstack([-mobility @ stiffness, -mobility @ damping])
-    rows = layout.places // PLACES * LANES + layout.places % PLACES
-    spans, sources, columns = _columns(motion, rows, np.append(layout.places, layout.places + TO_RATE), layout)
+    rows = layout.displacement_places // PLACES * LANES + layout.displacement_places % PLACES
+    spans, sources, columns = _sparse_columns(
+        motion, rows, np.append(layout.displacement_places, layout.displacement_places + TO_RATE), layout
+    )
     others = mobility - np.diag(np.diag(mobility))
-    force_spans, force_sources, force_columns = _columns(others, rows, rows, layout)
+    force_spans, force_sources, force_columns = _sparse_columns(others, rows, rows, layout)
     own = np.zeros(len(layout.bodies) * LANES)
     own[rows] = np.diag(mobility)
-    elements, inside = _elements(structure, layout)
-    lanes, pieces, notes = _lanes(scenario, layout, wheelsets, chosen)
+    elements, inside = _element_arrays(structure, layout)
+    lanes, pieces, notes = _tread_lanes(scenario, layout, wheelsets, chosen)
     held_loads = np.zeros((len(layout.bodies), LANES))
     for value, (body, name) in zip(resting, layout.motions, strict=True):
         held_loads[layout.bodies.index(body), MOTIONS.index(name)] = value
@@ -255,28 +259,28 @@ def lower_wagon(scenario: Scenario, method: str = "default") -> LoweredWagon:
     cells = np.array([cells_of(shifts, patch) for patch in patches])
     middle = float(patches[0][asm.ROOT_CONSTANT, len(shifts) // 2] ** 3)
     force = 0.5 * float(per_wheelset.max())
-    numbers = _numbers(scenario, TOLERANCES[method], force, middle, layout)
+    numbers = _assembly_numbers(scenario, TOLERANCES[method], force, middle, layout)
     numbers[asm.TREADS] = len(lanes)
     if len(surfaces) > 1:
         numbers[asm.FLANGE_FROM] = flange_from(scenario.profiles, radius)
         lanes = np.concatenate([lanes, lanes])
     kinds = np.repeat(np.arange(len(surfaces)), len(lanes) // len(surfaces))
     indentation, pulse = numbers[asm.STATIC_INDENTATION], numbers[asm.PULSE]
-    states = layout.states + LANES * -(-inside // LANES)
+    states = layout.state_count + LANES * -(-inside // LANES)
     assembly = Assembly(
-        numbers=numbers, scales=_scales(structure, layout, states, indentation, pulse), lanes=lanes, kinds=kinds,
-        cells=cells, saturation=_saturation(scenario), pieces=pieces, spans=spans,
+        numbers=numbers, scales=_error_scales(structure, layout, states, indentation, pulse), lanes=lanes, kinds=kinds,
+        cells=cells, saturation=_saturation_curve(scenario), pieces=pieces, spans=spans,
         sources=sources, columns=columns, mobility=own, force_spans=force_spans, force_sources=force_sources,
         force_columns=force_columns, loads=held_loads.ravel(), start=np.zeros(states), **elements,
     )  # fmt: skip
-    even = level(assembly, layout)
-    resting_state = standing(even, layout, mobility)
+    even = level_assembly(assembly, layout)
+    resting_state = steady_state(even, layout, mobility)
     static = normal_forces(even, resting_state, len(wheelsets))
     numbers[asm.DECK_PRESTRESS] = static[_deck_wheelset(scenario)].sum()
     positions = tuple(axle.position for axle in wagon.axles)
     start = standing_on(assembly._replace(start=resting_state), layout, mobility, positions)
     assembly = assembly._replace(start=start)
-    return LoweredWagon(assembly, layout, structure, static, middle, (*implausible(scenario), *notes))
+    return LoweredWagon(assembly, layout, structure, static, middle, (*implausible_notes(scenario), *notes))
 
 
 def _with_deck(
@@ -293,7 +297,9 @@ def _with_deck(
     return (*out, np.append(loads, 0.0))
 
 
-def _numbers(scenario: Scenario, tolerance: float, force: float, constant: float, layout: Layout) -> FloatArray:
+def _assembly_numbers(
+    scenario: Scenario, tolerance: float, force: float, constant: float, layout: StateLayout
+) -> FloatArray:
     wagon, creep = scenario.vehicle, scenario.creep
     indentation = (force / constant) ** (2 / 3)
     lightest = min(axle.mass for axle in wagon.axles)
@@ -321,28 +327,32 @@ def _numbers(scenario: Scenario, tolerance: float, force: float, constant: float
     return out
 
 
-def _scales(structure: Structure, layout: Layout, states: int, indentation: float, pulse: float) -> FloatArray:
+def _error_scales(
+    structure: Structure, layout: StateLayout, states: int, indentation: float, pulse: float
+) -> FloatArray:
     """Return the reciprocal error scale of each state: the indentation for lengths, that over an arm for angles."""
     out = np.zeros(states)
     heavy = {
         body: mass for (body, motion), mass in zip(structure.motions, structure.mass, strict=True) if motion == "z"
     }
-    for place, (body, motion), mass in zip(layout.places, layout.motions, np.append(structure.mass, 1.0), strict=False):
+    for place, (body, motion), mass in zip(
+        layout.displacement_places, layout.motions, np.append(structure.mass, 1.0), strict=False
+    ):
         arm = np.sqrt(mass / heavy[body]) if motion in MOTIONS[3:] and body in heavy else 1.0
         out[place] = arm / indentation
         out[place + TO_RATE] = out[place] * pulse
-    out[layout.states :] = 1.0 / indentation
+    out[layout.state_count :] = 1.0 / indentation
     return out
 
 
-def _saturation(scenario: Scenario) -> FloatArray:
+def _saturation_curve(scenario: Scenario) -> FloatArray:
     creep = scenario.creep
     if creep is None or isinstance(creep, Fastsim):
         return np.zeros((asm.SATURATION_CELLS, asm.TABLE_TERMS))
     return saturation_cells(creep)
 
 
-def _factor(scenario: Scenario, radius: float) -> Any:
+def _root_constant_factor(scenario: Scenario, radius: float) -> Any:
     """Return the factor on C^(1/3) as a function of the irregularity's second derivative; None if C is constant."""
     contact = scenario.contact
     if not contact.follows_curvature:
@@ -350,15 +360,15 @@ def _factor(scenario: Scenario, radius: float) -> Any:
     geometry = geometry_of(scenario.profiles, radius, contact.rail_radius)
     crown = 0.5 / geometry.curvature[len(geometry.shift) // 2]
 
-    def constant(kappa: FloatArray) -> FloatArray:
+    def constant_at(kappa: FloatArray) -> FloatArray:
         return contact_constant(radius, crown, contact.youngs_modulus, contact.poisson, kappa)
 
-    smooth = constant(np.zeros(1))[0]
-    return lambda second: np.cbrt(constant(-np.asarray(second)) / smooth)
+    smooth = constant_at(np.zeros(1))[0]
+    return lambda second: np.cbrt(constant_at(-np.asarray(second)) / smooth)
 
 
-def _lanes(
-    scenario: Scenario, layout: Layout, wheelsets: list[str], method: Method
+def _tread_lanes(
+    scenario: Scenario, layout: StateLayout, wheelsets: list[str], method: Method
 ) -> tuple[FloatArray, FloatArray, tuple[Note, ...]]:
     """Return the lanes of the treads' contacts, all paths, and notes on them."""
     wagon = scenario.vehicle
@@ -366,7 +376,7 @@ def _lanes(
     lanes = np.zeros((octets, asm.LANE_COLUMNS, LANES))
     pieces: list[FloatArray] = []
     count = 0
-    held: dict[Any, tuple[Table, int]] = {}
+    held: dict[Any, tuple[PathTable, int]] = {}
     notes: list[Note] = []
     end = float(scenario.speed * scenario.duration)
     for number, (name, axle) in enumerate(zip(wheelsets, wagon.axles, strict=True), 1):
@@ -376,7 +386,7 @@ def _lanes(
             if key not in held:
                 courses = [item.course(axle.radius).moved(-axle.position) for item in items]
                 table, said = path_table(
-                    courses, end, method, scenario.rolling, axle.radius, _factor(scenario, axle.radius)
+                    courses, end, method, scenario.rolling, axle.radius, _root_constant_factor(scenario, axle.radius)
                 )
                 held[key] = table, count
                 pieces.append(table.rows)
@@ -385,12 +395,12 @@ def _lanes(
                 notes += [note.reworded(f"{where}: {note}") for note in said]
             table, first = held[key]
             octet, lane = (number - 1) // HALF, (number - 1) % HALF + (0 if side == "left" else HALF)
-            lanes[octet, :, lane] = _lane(sign, axle.radius, layout.bodies.index(name), table, first)
+            lanes[octet, :, lane] = _wheel_lane(sign, axle.radius, layout.bodies.index(name), table, first)
             lanes[octet, [asm.WHEEL_DECK_FROM, asm.WHEEL_DECK_TO], lane] = _on_deck(scenario, number, axle.position)
     return lanes, np.vstack(pieces), tuple(notes)
 
 
-def _lane(sign: float, radius: float, body: int, table: Table, first: int) -> list[float]:
+def _wheel_lane(sign: float, radius: float, body: int, table: PathTable, first: int) -> list[float]:
     out = [0.0] * asm.LANE_COLUMNS
     out[asm.SIDE], out[asm.NOMINAL], out[asm.BODY] = sign, radius, body
     out[asm.FIRST_PIECE], out[asm.LAST_PIECE] = first, first + len(table.rows) - 1

@@ -18,7 +18,7 @@ from wheeltapper.march.step import is_written_out
 
 
 @kernel
-def join(cell: int, pool: cells.Pool) -> bool:
+def join_queue(cell: int, pool: cells.Pool) -> bool:
     """Put the cell in S in the queue of its next step, if lanes can take it; else return False."""
     S, numbers = pool.S, pool.numbers[cell]
     if (
@@ -35,7 +35,7 @@ def join(cell: int, pool: cells.Pool) -> bool:
     corner = S[MARK + AT_BREAK]
     S[MARK + AT_BREAK] = 0.0
     cells.put_back(cell, pool.rows, S)
-    cells.track(cell, S[STATE + TIME], 0.0 if flying else u * u * u, corner, pool)
+    cells.track_force(cell, S[STATE + TIME], 0.0 if flying else u * u * u, corner, pool)
     row = pool.rows[cell, cells.LOCAL :]
     table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
     piece = table[int(S[STATE + PIECE])]
@@ -60,20 +60,20 @@ def join(cell: int, pool: cells.Pool) -> bool:
 
 
 @kernel
-def cross(cell: int, pool: cells.Pool) -> None:
+def cross_breakpoint(cell: int, pool: cells.Pool) -> None:
     """Take a cell across the breakpoint that it has reached, or end its march there."""
     S, numbers = pool.S, pool.numbers[cell]
-    cells.take(cell, pool.rows, S)
+    cells.load_cell(cell, pool.rows, S)
     why = DONE
     if S[STATE + TIME] < numbers[contract.END]:
         table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
         localise(table, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
         event = int(S[COUNT + layout.EVENTS])
         why = cross_break(table, numbers, pool.events[pool.used[cells.USED_EVENTS] - event :], S)
-        cells.own(cell, int(S[COUNT + layout.EVENTS]) - event, 0, pool)
+        cells.claim_rows(cell, int(S[COUNT + layout.EVENTS]) - event, 0, pool)
     if why != RUNNING:
-        cells.finish(cell, why, S[STATE + TIME], pool.rows)
-    elif not join(cell, pool):
+        cells.finish_cell(cell, why, S[STATE + TIME], pool.rows)
+    elif not join_queue(cell, pool):
         cells.put_back(cell, pool.rows, S)
         cells.push(cell, cells.APART, pool.queue)
 
@@ -87,22 +87,22 @@ def go_apart(pool: cells.Pool) -> bool:
     table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
     numbers = pool.numbers[cell]
     S = pool.S
-    cells.take(cell, rows, S)
+    cells.load_cell(cell, rows, S)
     while True:
         S[COUNT] = 0.0
         event, peak = int(S[COUNT + layout.EVENTS]), int(S[COUNT + layout.PEAKS])
         events = pool.events[pool.used[cells.USED_EVENTS] - event :]
         peaks = pool.peaks[pool.used[cells.USED_PEAKS] - peak : len(pool.peaks) - 1]  # a corner may need one row more
         why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S, None)
-        cells.own(cell, int(S[COUNT + layout.EVENTS]) - event, int(S[COUNT + layout.PEAKS]) - peak, pool)
+        cells.claim_rows(cell, int(S[COUNT + layout.EVENTS]) - event, int(S[COUNT + layout.PEAKS]) - peak, pool)
         if why == FULL:
             cells.put_back(cell, rows, S)
             cells.push(cell, cells.APART, queue)
             return False
         if why != RUNNING:
-            cells.finish(cell, why, S[STATE + TIME], rows)
+            cells.finish_cell(cell, why, S[STATE + TIME], rows)
             return True
-        if join(cell, pool):
+        if join_queue(cell, pool):
             return True
 
 
@@ -114,5 +114,5 @@ def start_lanes(pool: cells.Pool) -> None:
         start_kernel(table, pool.numbers[cell], pool.events, pool.S)
         pool.rows[cell, cells.AIRBORNE] = 1.0 if is_free(pool.S[STATE + PHASE]) else 0.0
         cells.put_back(cell, pool.rows, pool.S)
-        if not join(cell, pool):
+        if not join_queue(cell, pool):
             cells.push(cell, cells.APART, pool.queue)

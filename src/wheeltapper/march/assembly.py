@@ -139,14 +139,14 @@ class Assembly(NamedTuple):
 HEADER = 21
 
 
-class Flat(NamedTuple):
+class FlatAssembly(NamedTuple):
     """An assembly as two arrays: `data` begins with the numbers, `plan` with where everything is."""
 
     data: FloatArray
     plan: IntArray
 
 
-def flattened(assembly: Assembly) -> Flat:
+def flattened_assembly(assembly: Assembly) -> FlatAssembly:
     """Return an assembly as the kernels read it."""
     data: list[FloatArray] = [assembly.numbers]
     header = np.zeros(HEADER, dtype=np.int64)
@@ -174,4 +174,4 @@ def flattened(assembly: Assembly) -> Flat:
         header[place] = start
     header[CELLS_EACH] = assembly.cells.shape[1]
     header[BODIES] = len(assembly.spans) - 1
-    return Flat(np.concatenate(data), np.concatenate(plan))
+    return FlatAssembly(np.concatenate(data), np.concatenate(plan))

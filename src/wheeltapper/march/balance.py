@@ -20,7 +20,7 @@ import numpy as np
 
 from wheeltapper.march import plain_power as plain
 from wheeltapper.march import program as contract
-from wheeltapper.march.events import touches
+from wheeltapper.march.events import is_contact_phase
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import SCRATCH
 from wheeltapper.march.power import (
@@ -32,7 +32,7 @@ from wheeltapper.march.power import (
     POWER_TERMS,
     SHORT,
     SHORT_RULE,
-    power,
+    write_power,
 )
 from wheeltapper.march.program import (
     CONTACT,
@@ -62,7 +62,9 @@ ROUNDING = 1e-10
 
 
 @kernel
-def _enter(pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, state: FloatArray, S: FloatArray) -> None:
+def _enter_piece(
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, state: FloatArray, S: FloatArray
+) -> None:
     """Put the piece and the law of a state in S, as functions of the time from there on."""
     localise(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
     if law is not None:
@@ -71,7 +73,7 @@ def _enter(pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, stat
 
 
 @kernel
-def _base(state: FloatArray, S: FloatArray) -> tuple[float, float]:
+def _rail_motion(state: FloatArray, S: FloatArray) -> tuple[float, float]:
     """Return displacement and velocity of the rail under the wheel in a state whose piece stands in S."""
     height, velocity, _ = path_at(0.0, S)
     if state[ON_DECK] != 0.0:
@@ -81,11 +83,11 @@ def _base(state: FloatArray, S: FloatArray) -> tuple[float, float]:
 
 
 @kernel
-def _wheel(state: FloatArray, S: FloatArray) -> tuple[float, float]:
+def _wheel_motion(state: FloatArray, S: FloatArray) -> tuple[float, float]:
     """Return displacement and velocity of the wheel in a state whose piece stands in S."""
-    if not touches(state[PHASE]):
+    if not is_contact_phase(state[PHASE]):
         return state[A], state[B]
-    height, velocity = _base(state, S)
+    height, velocity = _rail_motion(state, S)
     return height - state[A] * state[A], velocity - state[B]
 
 
@@ -93,8 +95,8 @@ def _wheel(state: FloatArray, S: FloatArray) -> tuple[float, float]:
 def _put_wheel(y: float, v: float, state: FloatArray, S: FloatArray) -> None:
     """Write displacement and velocity of the wheel into a state whose piece stands in S, as its phase has them."""
     state[A], state[B] = y, v
-    if touches(state[PHASE]):
-        height, velocity = _base(state, S)
+    if is_contact_phase(state[PHASE]):
+        height, velocity = _rail_motion(state, S)
         depth = height - y
         state[A] = sqrt(depth) if depth > ROUNDING * (1.0 + abs(y)) else 0.0
         state[B] = velocity - v
@@ -131,13 +133,13 @@ def _long_sum(h: float, k: int, begins: FloatArray, ends: FloatArray) -> float:
 
 
 @inlined_kernel
-def _add(
+def _add_step(
     numbers: FloatArray, step: FloatArray, after: FloatArray, y: float, v: float, end_y: float, end_v: float,
     begins: FloatArray, ends: FloatArray, sums: FloatArray,
 ) -> None:  # fmt: skip
     """Add one step to the sums, with the wheel's motion and the power at its start and at its end."""
     h = step[LENGTH]
-    if touches(step[PHASE]):
+    if is_contact_phase(step[PHASE]):
         worked = _short_sum(h, PATH_WORK, begins, ends)
         gained = _short_sum(h, CONTACT_WORK, begins, ends)
         lost = _short_sum(h, LOST, begins, ends)
@@ -165,13 +167,13 @@ def _goes_on(step: FloatArray, after: FloatArray) -> bool:
 
 
 @kernel
-def _leave(
+def _write_end_state(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, step: FloatArray, after: FloatArray, S: FloatArray,
     end: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
     """Write the state after a step as that step left it into `end`; return the wheel's motion there."""
-    _enter(pieces, numbers, law, after, S)
-    y, v = _wheel(after, S)
+    _enter_piece(pieces, numbers, law, after, S)
+    y, v = _wheel_motion(after, S)
     for k in range(len(end)):
         end[k] = after[k]
     for column in (PHASE, PIECE, SHIFT, ON_DECK):
@@ -179,7 +181,7 @@ def _leave(
     if len(step) == ENDED_COLUMNS and after[END_MODE] != step[END_MODE]:
         end[END_MODE] = step[END_MODE]
         end[END_DEFLECTION] = 0.0  # nothing is let go before its force is gone
-    _enter(pieces, numbers, law, end, S)
+    _enter_piece(pieces, numbers, law, end, S)
     _put_wheel(y, v, end, S)
     return y, v
 
@@ -235,20 +237,20 @@ def balance_kernel(
         i += 1
         after = steps[i] if i < len(steps) else last
         if elastic:
-            _leave(pieces, numbers, law, step, after, S, end)
+            _write_end_state(pieces, numbers, law, step, after, S, end)
             _add_contact(pieces, numbers, steps[first:i], end, L, sums)
             same = False
             continue
         if not same:
-            _enter(pieces, numbers, law, step, S)
-            y, v = power(numbers, damper, step, S, begins)
+            _enter_piece(pieces, numbers, law, step, S)
+            y, v = write_power(numbers, damper, step, S, begins)
         same = _goes_on(step, after)
         if same:
-            _enter(pieces, numbers, law, after, S)
-            end_y, end_v = power(numbers, damper, after, S, ends)
+            _enter_piece(pieces, numbers, law, after, S)
+            end_y, end_v = write_power(numbers, damper, after, S, ends)
         else:
-            end_y, end_v = _leave(pieces, numbers, law, step, after, S, end)
-            power(numbers, damper, end, S, ends)
-        _add(numbers, step, after, y, v, end_y, end_v, begins, ends, sums)
+            end_y, end_v = _write_end_state(pieces, numbers, law, step, after, S, end)
+            write_power(numbers, damper, end, S, ends)
+        _add_step(numbers, step, after, y, v, end_y, end_v, begins, ends, sums)
         begins, ends = ends, begins
         y, v = end_y, end_v

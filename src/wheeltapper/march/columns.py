@@ -37,16 +37,16 @@ def add_columns(
     out[at : at + ROWS] += held.T @ x[plan[index + first : index + last]]
 
 
-def _generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+def _generate_sum(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     data, columns, plan, index, first, last, x, out, at = arguments
     kinds = signature.args
 
-    def start(number: int, value: Any) -> Any:
+    def start_sums(number: int, value: Any) -> Any:
         return arrayobj.make_array(kinds[number])(context, builder, value).data
 
-    weights = builder.gep(start(0, data), [columns])
-    places = builder.gep(start(2, plan), [index])
-    values = start(6, x)
+    weights = builder.gep(start_sums(0, data), [columns])
+    places = builder.gep(start_sums(2, plan), [index])
+    values = start_sums(6, x)
     sums = [cgutils.alloca_once_value(builder, ir.Constant(VECTOR, [0.0] * ROWS)) for _ in range(TOGETHER)]
     size = first.type
     with cgutils.for_range_slice(builder, first, last, ir.Constant(size, TOGETHER)) as (column, _):
@@ -60,7 +60,7 @@ def _generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
             product = builder.fmul(weight, spread, flags=FUSED)
             builder.store(builder.fadd(product, builder.load(total), flags=FUSED), total)
     one, two, three, four = (builder.load(total) for total in sums)
-    target = builder.bitcast(builder.gep(start(7, out), [at]), VECTOR.as_pointer())
+    target = builder.bitcast(builder.gep(start_sums(7, out), [at]), VECTOR.as_pointer())
     whole = builder.fadd(builder.fadd(one, two), builder.fadd(three, four))
     builder.store(builder.fadd(builder.load(target, align=8), whole), target, align=8)
     return context.get_dummy_value()
@@ -71,18 +71,22 @@ def _add_columns(
     _: Any, data: Any, columns: Any, plan: Any, index: Any, first: Any, last: Any, x: Any, out: Any, at: Any
 ) -> Any:
     size = types.intp
-    return types.void(data, size, plan, size, size, size, x, out, size), _generate
+    return types.void(data, size, plan, size, size, size, x, out, size), _generate_sum
 
 
 @overload(add_columns, inline="always")
-def _compiled(data: Any, columns: Any, plan: Any, index: Any, first: Any, last: Any, x: Any, out: Any, at: Any) -> Any:
-    def call(data: Any, columns: Any, plan: Any, index: Any, first: Any, last: Any, x: Any, out: Any, at: Any) -> None:
+def _compiled_sum(
+    data: Any, columns: Any, plan: Any, index: Any, first: Any, last: Any, x: Any, out: Any, at: Any
+) -> Any:
+    def call_sum(
+        data: Any, columns: Any, plan: Any, index: Any, first: Any, last: Any, x: Any, out: Any, at: Any
+    ) -> None:
         _add_columns(data, columns, plan, index, first, last, x, out, at)  # type: ignore[call-arg]
 
-    return call
+    return call_sum
 
 
-def packed(columns: list[tuple[int, FloatArray]]) -> tuple[list[int], list[FloatArray]]:
+def packed_columns(columns: list[tuple[int, FloatArray]]) -> tuple[list[int], list[FloatArray]]:
     """Return indices and columns of eight, filled up with zeros to a multiple of four."""
     missing = -len(columns) % TOGETHER
     filled = [*columns, *[(0, np.zeros(ROWS))] * missing]

@@ -26,7 +26,7 @@ circle."""
 
 
 @plain_kernel
-def _derivatives(terms: FloatArray, s: float) -> tuple[float, float, float]:
+def _term_derivatives(terms: FloatArray, s: float) -> tuple[float, float, float]:
     """Return value, slope and curvature of the sum of some terms."""
     value, slope, curvature = 0.0, 0.0, 0.0
     for i in range(len(terms)):
@@ -55,11 +55,11 @@ def evaluate(terms: FloatArray, first: IntArray, cell: IntArray, s: FloatArray, 
     """Write the value (order 0), slope (1) or curvature (2) of the profile at s, each in the given cell."""
     for i in range(len(s)):
         c = cell[i]
-        out[i] = _derivatives(terms[first[c] : first[c + 1]], s[i])[order]
+        out[i] = _term_derivatives(terms[first[c] : first[c + 1]], s[i])[order]
 
 
 @plain_kernel
-def bracket(
+def bracket_contacts(
     places: FloatArray, contacts: FloatArray, first: IntArray, owner: IntArray, x: FloatArray, s: FloatArray,
     low: FloatArray, high: FloatArray,
 ) -> None:  # fmt: skip
@@ -83,7 +83,7 @@ def bracket(
 
 
 @plain_kernel
-def touch(
+def refine_contacts(
     terms: FloatArray, first: IntArray, cell: IntArray, radius: float, x: FloatArray, low: FloatArray,
     high: FloatArray, s: FloatArray,
 ) -> None:  # fmt: skip
@@ -96,7 +96,7 @@ def touch(
         lo, hi = low[i], high[i]
         for _ in range(NEWTON_STEPS):
             at = there
-            _, slope, curvature = _derivatives(here, at)
+            _, slope, curvature = _term_derivatives(here, at)
             u = at - x[i]
             root = sqrt(radius * radius - u * u)
             gap = slope - u / root

@@ -13,7 +13,7 @@ from wheeltapper.march import assembly as asm
 from wheeltapper.march.assembly import LANES
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.rates import deflection, touch
+from wheeltapper.march.rates import contact_forces, deflection
 from wheeltapper.march.unrolled_dop853 import between
 from wheeltapper.march.wheel_rows import ROW_DELTA
 
@@ -37,7 +37,7 @@ class Span(NamedTuple):
 
 
 @kernel
-def suspicious(h: float, d0: float, r0: float, d1: float, r1: float) -> bool:
+def may_cross(h: float, d0: float, r0: float, d1: float, r1: float) -> bool:
     """Return True if the cubic through both ends of a step is negative, or comes near zero."""
     if d1 < 0.0 or r0 >= 0.0 or r1 <= 0.0:
         return d1 < 0.0
@@ -55,7 +55,7 @@ def suspicious(h: float, d0: float, r0: float, d1: float, r1: float) -> bool:
 def at_place(x: float, lane: int, row: int, span: Span) -> float:
     """Return a quantity (a row of `wheels`) of one contact at a place of the step, 0 to 1."""
     between(x, span.w, span.F, span.spare)
-    touch(span.t + x * span.h, span.data, span.plan, span.spare, span.wheels)
+    contact_forces(span.t + x * span.h, span.data, span.plan, span.spare, span.wheels)
     return span.wheels[lane // LANES, row + lane % LANES]
 
 
@@ -99,7 +99,7 @@ def find_fall(
 
 
 @kernel
-def _away(x: float, lane: int, sign: float, span: Span) -> float:
+def _place_away(x: float, lane: int, sign: float, span: Span) -> float:
     """Return a place before x at which the contact has moved away from its last change; x itself if none is found."""
     place = x
     for _ in range(40):
@@ -110,7 +110,7 @@ def _away(x: float, lane: int, sign: float, span: Span) -> float:
 
 
 @kernel
-def _lowest(middle: float, lane: int, sign: float, span: Span) -> float:
+def _negative_place(middle: float, lane: int, sign: float, span: Span) -> float:
     """Return a place about `middle` at which sign·δ is negative, by golden sections; 2 where it is not."""
     left, right = max(middle - 1.0 / CROSSING_NODES, 0.0), min(middle + 1.0 / CROSSING_NODES, 1.0)
     for _ in range(40):
@@ -139,14 +139,14 @@ def first_change(lane: int, sign: float, span: Span) -> float:
             break
         before, f_before = x, f
     if f_best >= 0.0:
-        best = _lowest(best, lane, sign, span)
+        best = _negative_place(best, lane, sign, span)
         if best > 1.0:
             return 2.0
         before = min(before, max(best - 1.0 / CROSSING_NODES, 0.0))
         f_best = sign * at_place(best, lane, ROW_DELTA, span)
         f_before = sign * at_place(before, lane, ROW_DELTA, span)
     if f_before <= 0.0:  # it changed at the start of the step, or has just begun to move away
-        before = _away(best, lane, sign, span)
+        before = _place_away(best, lane, sign, span)
         if before == best:
             return best
         f_before = sign * at_place(before, lane, ROW_DELTA, span)

@@ -28,7 +28,7 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.damper_series import contact_with_end, flight_reach_with_end, flight_with_end, held
+from wheeltapper.march.damper_series import contact_with_end, flight_reach_with_end, flight_with_end, held_coefficients
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import BUSH, COUNT, FLIGHT_ORDER, STATE, STOPS, TREND, WHEEL_V, WHEEL_Y, T, U, W, Y, Z
 from wheeltapper.march.program import ON_DECK, TIME, FloatArray
@@ -50,7 +50,7 @@ HARDLY_BEYOND = 1e-3
 
 
 @kernel
-def _heading(row: int, order: int, length: float, S: FloatArray) -> float:
+def _series_direction(row: int, order: int, length: float, S: FloatArray) -> float:
     """Return where a series heads from its start, 1 or -1; 0 where it stays within rounding."""
     power = 1.0
     for k in range(1, order + 1):
@@ -62,7 +62,7 @@ def _heading(row: int, order: int, length: float, S: FloatArray) -> float:
 
 
 @kernel
-def _hardly(row: int, side: float, order: int, length: float, tolerance: float, S: FloatArray) -> bool:
+def _turns_back_at_once(row: int, side: float, order: int, length: float, tolerance: float, S: FloatArray) -> bool:
     """Return True where a series that heads to that side turns back after next to nothing, and is back in the step."""
     rise, fall = side * S[row + 1], -side * S[row + 2]
     if rise * length < HEADS or fall <= 0.0 or rise >= fall * length:
@@ -93,14 +93,14 @@ def _changes_hold(
     if mode == contract.FREE:
         for side in (1.0, -1.0):
             beyond = side * (S[y] - S[STATE + contract.END_PLACE]) - damper[contract.DAMPER_PLAY]
-            meets = beyond > -SAME_PLACE and side * _heading(y, order, length, S) > 0.0
-            if meets and not _hardly(y, side, order, length, tolerance, S):
+            meets = beyond > -SAME_PLACE and side * _series_direction(y, order, length, S) > 0.0
+            if meets and not _turns_back_at_once(y, side, order, length, tolerance, S):
                 S[STATE + contract.END_MODE] = side
                 S[STATE + contract.END_DEFLECTION] = 0.0
                 _log_stop(contract.REACHED, side, stops, S)
                 return True
         return False
-    if mode * S[STATE + contract.END_DEFLECTION] > SAME_PLACE or mode * _heading(y, order, length, S) >= 0.0:
+    if mode * S[STATE + contract.END_DEFLECTION] > SAME_PLACE or mode * _series_direction(y, order, length, S) >= 0.0:
         return False
     S[STATE + contract.END_PLACE] = S[y] - mode * damper[contract.DAMPER_PLAY]
     S[STATE + contract.END_MODE] = contract.FREE
@@ -110,7 +110,9 @@ def _changes_hold(
 
 
 @kernel
-def _root(row: int, gain: float, offset: float, direction: float, order: int, length: float, S: FloatArray) -> float:
+def _first_directed_root(
+    row: int, gain: float, offset: float, direction: float, order: int, length: float, S: FloatArray
+) -> float:
     """Return the first root of gain·row - offset in the step in that direction; one at its start does not count."""
     for k in range(order + 1):
         S[TREND + k] = gain * S[row + k]
@@ -128,7 +130,9 @@ def _changes_at(damper: FloatArray, y: int, v: int, order: int, length: float, S
     if mode == contract.LINKED:
         return NONE
     if mode != contract.FREE:
-        return _root(BUSH if damper[contract.DAMPER_BUSH] > 0.0 else v, mode, 0.0, -1.0, order, length, S)
+        return _first_directed_root(
+            BUSH if damper[contract.DAMPER_BUSH] > 0.0 else v, mode, 0.0, -1.0, order, length, S
+        )
     swing = 0.0
     for k in range(order, 0, -1):
         swing = (swing + abs(S[y + k])) * length
@@ -137,14 +141,14 @@ def _changes_at(damper: FloatArray, y: int, v: int, order: int, length: float, S
     found = NONE
     for side in (1.0, -1.0):
         gap = side * S[STATE + contract.END_PLACE] + damper[contract.DAMPER_PLAY]
-        root = _root(y, side, gap, 1.0, order, length, S)
+        root = _first_directed_root(y, side, gap, 1.0, order, length, S)
         if root != NONE:
             found = length = root
     return found
 
 
 @kernel
-def _moves(order: int, s: float, S: FloatArray) -> tuple[float, float]:
+def _wheel_motion(order: int, s: float, S: FloatArray) -> tuple[float, float]:
     """Return the wheel's displacement and velocity in a contact step as the state at its end will have them."""
     y, v, _ = path_at(evaluate(S, T, order, s), S)
     u = evaluate(S, U, order, s)
@@ -157,13 +161,13 @@ def _moves(order: int, s: float, S: FloatArray) -> tuple[float, float]:
 
 
 @kernel
-def _sharpened(damper: FloatArray, order: int, root: float, length: float, S: FloatArray) -> float:
+def _refined_root(damper: FloatArray, order: int, root: float, length: float, S: FloatArray) -> float:
     """Return the root of a contact step by the state instead of the truncated rows of y and v."""
     mode = S[STATE + contract.END_MODE]
     if mode != contract.FREE and damper[contract.DAMPER_BUSH] > 0.0:
         return root
     for _ in range(2):
-        y, v = _moves(order, root, S)
+        y, v = _wheel_motion(order, root, S)
         if mode == contract.FREE:
             off = y - S[STATE + contract.END_PLACE]
             missing = off - damper[contract.DAMPER_PLAY] * (1.0 if off > 0.0 else -1.0)
@@ -177,14 +181,14 @@ def _sharpened(damper: FloatArray, order: int, root: float, length: float, S: Fl
 
 
 @kernel
-def stretch(damper: FloatArray, order: int, length: float, S: FloatArray) -> None:
+def carry_end(damper: FloatArray, order: int, length: float, S: FloatArray) -> None:
     """Carry the bush's deflection to the step's end."""
     if damper[contract.DAMPER_BUSH] > 0.0 and S[STATE + contract.END_MODE] != contract.FREE:
         S[STATE + contract.END_DEFLECTION] = evaluate(S, BUSH, order, length)
 
 
 @kernel
-def _reach(numbers: FloatArray, damper: FloatArray, S: FloatArray) -> float:
+def _step_to_tolerance(numbers: FloatArray, damper: FloatArray, S: FloatArray) -> float:
     """Return the step in s at which the last terms of the series, of the bush's too, reach the tolerance.
 
     A step that leaves a stop begins where the wheel turns. On a stiff rail all is then symmetric in s, the last two
@@ -192,7 +196,7 @@ def _reach(numbers: FloatArray, damper: FloatArray, S: FloatArray) -> float:
     """
     order = int(numbers[contract.ORDER])
     goal = np.log2(numbers[contract.TOLERANCE])
-    G, soft, rate = held(S[STATE + contract.END_MODE], damper)
+    G, soft, rate = held_coefficients(S[STATE + contract.END_MODE], damper)
     length = contact_reach(numbers, numbers[contract.STIFFNESS] + G + soft + rate, S)
     u, w = U + order - 2, W + order - 2
     earlier = goal * (order - 3) / (order - 1) + FORGIVEN
@@ -213,11 +217,11 @@ def held_contact_reach(
     length = 0.0
     for switched in range(MOST_SWITCHES + 1):
         contact_with_end(numbers, order, damper, S[STATE : STATE + contract.ENDED_COLUMNS], S)
-        length = _reach(numbers, damper, S)
+        length = _step_to_tolerance(numbers, damper, S)
         if switched == MOST_SWITCHES or not _changes_hold(damper, WHEEL_Y, order, length, tolerance, stops, S):
             break
     root = _changes_at(damper, WHEEL_Y, WHEEL_V, order, length, S)
-    return (length, False) if root == NONE else (_sharpened(damper, order, root, length, S), True)
+    return (length, False) if root == NONE else (_refined_root(damper, order, root, length, S), True)
 
 
 @kernel
@@ -238,7 +242,7 @@ def held_flight_reach(
 @kernel
 def damper_pull(damper: FloatArray, v: float, S: FloatArray) -> float:
     """Return the force with which damper and end hold back a wheel that moves at v (scaled)."""
-    G, soft, _ = held(S[STATE + contract.END_MODE], damper)
+    G, soft, _ = held_coefficients(S[STATE + contract.END_MODE], damper)
     return float(G * v + soft * S[STATE + contract.END_DEFLECTION])
 
 

@@ -25,7 +25,7 @@ from wheeltapper.march.series import _next_horner, _start_horner, rail_at
 
 
 @kernel
-def held(mode: float, damper: FloatArray) -> tuple[float, float, float]:
+def held_coefficients(mode: float, damper: FloatArray) -> tuple[float, float, float]:
     """Return G of a rigid end, B and β of a bush, as far as something holds the end."""
     if mode == contract.FREE:
         return 0.0, 0.0, 0.0
@@ -35,7 +35,7 @@ def held(mode: float, damper: FloatArray) -> tuple[float, float, float]:
 
 
 @kernel
-def _product(a: int, b: int, n: int, S: FloatArray) -> float:
+def _product_coefficient(a: int, b: int, n: int, S: FloatArray) -> float:
     """Return coefficient n of the product of two rows."""
     total = 0.0
     for j in range(n + 1):
@@ -44,7 +44,7 @@ def _product(a: int, b: int, n: int, S: FloatArray) -> float:
 
 
 @kernel
-def _bending(S: FloatArray) -> int:
+def _path_acceleration(S: FloatArray) -> int:
     """Put the polynomial part of y_k'' in row COMP; return its degree."""
     degree = int(S[layout.HERE_DEGREE])
     if degree < 2:
@@ -56,7 +56,7 @@ def _bending(S: FloatArray) -> int:
 
 
 @kernel
-def _start(state: FloatArray, S: FloatArray) -> None:
+def _set_order_zero(state: FloatArray, S: FloatArray) -> None:
     """Set order zero of all rows from the state at the step's start."""
     height, velocity = rail_at(0.0, state, S)
     S[T] = 0.0
@@ -74,17 +74,17 @@ def _start(state: FloatArray, S: FloatArray) -> None:
 @kernel
 def _contact_force(numbers: FloatArray, n: int, S: FloatArray) -> float:
     """Advance the rows of the contact force to order n."""
-    S[Q + n] = _product(U, U, n, S)
-    S[R + n] = numbers[contract.QUADRATIC] * S[Q + n] + numbers[contract.CUBIC] * _product(Q, U, n, S)
+    S[Q + n] = _product_coefficient(U, U, n, S)
+    S[R + n] = numbers[contract.QUADRATIC] * S[Q + n] + numbers[contract.CUBIC] * _product_coefficient(Q, U, n, S)
     S[F + n] = S[R + n]
     degree = int(S[layout.HERE_FACTOR_DEGREE])
     if degree >= 0:
         if n > 0:
             _next_horner(n, degree, layout.HORNER_FACTOR, S)
-        S[F + n] = _product(layout.HORNER_FACTOR, R, n, S)
+        S[F + n] = _product_coefficient(layout.HORNER_FACTOR, R, n, S)
     S[N + n] = S[F + n]
     if numbers[contract.HYSTERESIS] != 0.0:
-        S[N + n] += numbers[contract.HYSTERESIS] * _product(F, W, n, S)
+        S[N + n] += numbers[contract.HYSTERESIS] * _product_coefficient(F, W, n, S)
     return S[N + n]
 
 
@@ -93,11 +93,11 @@ def contact_with_end(numbers: FloatArray, order: int, damper: FloatArray, state:
     """Fill the rows of one contact step up to `order` from a state (or a row of steps), N up to one order less."""
     K = numbers[contract.STIFFNESS]
     mass = numbers[contract.DECK_MASS]
-    G, soft, rate = held(state[contract.END_MODE], damper)
+    G, soft, rate = held_coefficients(state[contract.END_MODE], damper)
     on_deck = state[ON_DECK] != 0.0
     omega = S[layout.HERE_OMEGA]
-    degree = _bending(S)
-    _start(state, S)
+    degree = _path_acceleration(S)
+    _set_order_zero(state, S)
     _start_horner(layout.COMP, degree, layout.HORNER, S)
     if S[layout.HERE_FACTOR_DEGREE] >= 0.0:
         _start_horner(layout.HERE_FACTOR, int(S[layout.HERE_FACTOR_DEGREE]), layout.HORNER_FACTOR, S)
@@ -114,8 +114,8 @@ def contact_with_end(numbers: FloatArray, order: int, damper: FloatArray, state:
         if omega != 0.0:
             wave = S[layout.HERE_AMP_SIN] * S[layout.SINES + n] + S[layout.HERE_AMP_COS] * S[layout.COSINES + n]
             S[layout.WORK + n] -= omega * omega * wave
-            S[layout.SINES + n + 1] = omega * part * _product(U, layout.COSINES, n, S)
-            S[layout.COSINES + n + 1] = -omega * part * _product(U, layout.SINES, n, S)
+            S[layout.SINES + n + 1] = omega * part * _product_coefficient(U, layout.COSINES, n, S)
+            S[layout.COSINES + n + 1] = -omega * part * _product_coefficient(U, layout.SINES, n, S)
         S[Y + n + 1] = 0.0
         S[Z + n + 1] = 0.0
         if mass > 0.0:
@@ -127,17 +127,17 @@ def contact_with_end(numbers: FloatArray, order: int, damper: FloatArray, state:
             S[layout.ACC + n] = pull / mass
             if on_deck:
                 S[layout.WORK + n] += S[layout.ACC + n]
-            S[Y + n + 1] = part * _product(U, Z, n, S)
-            S[Z + n + 1] = part * _product(U, layout.ACC, n, S)
+            S[Y + n + 1] = part * _product_coefficient(U, Z, n, S)
+            S[Z + n + 1] = part * _product_coefficient(U, layout.ACC, n, S)
         S[layout.BUSH + n + 1] = 0.0
         if soft > 0.0:
             S[layout.BUSH_RATE + n] = S[layout.WHEEL_V + n] - rate * S[layout.BUSH + n]
-            S[layout.BUSH + n + 1] = part * _product(U, layout.BUSH_RATE, n, S)
+            S[layout.BUSH + n + 1] = part * _product_coefficient(U, layout.BUSH_RATE, n, S)
         S[T + n + 1] = part * S[U + n]
         S[U + n + 1] = 0.5 * part * S[W + n]
-        S[W + n + 1] = part * _product(U, layout.WORK, n, S)
-        S[layout.WHEEL_Y + n + 1] = part * _product(U, layout.WHEEL_V, n, S)
-        S[layout.WHEEL_V + n + 1] = part * _product(U, layout.WHEEL_A, n, S)
+        S[W + n + 1] = part * _product_coefficient(U, layout.WORK, n, S)
+        S[layout.WHEEL_Y + n + 1] = part * _product_coefficient(U, layout.WHEEL_V, n, S)
+        S[layout.WHEEL_V + n + 1] = part * _product_coefficient(U, layout.WHEEL_A, n, S)
 
 
 @kernel
@@ -145,7 +145,7 @@ def flight_with_end(numbers: FloatArray, damper: FloatArray, state: FloatArray, 
     """Fill U (y), W (v), CLEAR, BUSH and, with a deck, Y and Z, as series in time from a state (or a row of steps)."""
     on_deck = state[ON_DECK] != 0.0
     flight_series(numbers, layout.FLIGHT_ORDER, state[A], state[B], state[DECK_Y], state[DECK_V], on_deck, S)
-    G, soft, rate = held(state[contract.END_MODE], damper)
+    G, soft, rate = held_coefficients(state[contract.END_MODE], damper)
     S[layout.BUSH] = state[contract.END_DEFLECTION]
     if G == 0.0 and soft == 0.0:
         return
@@ -165,5 +165,5 @@ def flight_with_end(numbers: FloatArray, damper: FloatArray, state: FloatArray, 
 @kernel
 def flight_reach_with_end(numbers: FloatArray, damper: FloatArray, state: FloatArray) -> float:
     """Return the time over which those series of wheel and bush are exact to rounding."""
-    G, soft, rate = held(state[contract.END_MODE], damper)
+    G, soft, rate = held_coefficients(state[contract.END_MODE], damper)
     return 2.0 / max(np.sqrt(numbers[contract.STIFFNESS]) + G + np.sqrt(soft) + rate, 1e-3)

@@ -14,9 +14,9 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march import series
-from wheeltapper.march.damper_series import contact_with_end, flight_with_end, held
+from wheeltapper.march.damper_series import contact_with_end, flight_with_end, held_coefficients
 from wheeltapper.march.events import force as contact_force
-from wheeltapper.march.events import touches
+from wheeltapper.march.events import is_contact_phase
 from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import BUSH, FLIGHT_ORDER, SCRATCH, T, U, W, Y, Z
@@ -41,14 +41,14 @@ BEGINS, FINISHES = range(2)
 
 
 @kernel
-def prepare(
+def prepare_step(
     pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, damper: FloatArray | None, step: FloatArray,
     S: FloatArray,
 ) -> bool:  # fmt: skip
     """Compute the series of a step; return True for one in s."""
     on_deck = step[ON_DECK] != 0.0
-    in_s = touches(step[PHASE])
-    series.enter(pieces, numbers, law, step, S)
+    in_s = is_contact_phase(step[PHASE])
+    series.enter_piece(pieces, numbers, law, step, S)
     if damper is not None:
         if in_s:
             contact_with_end(numbers, int(numbers[contract.ORDER]), damper, step, S)
@@ -65,12 +65,12 @@ def prepare(
 
 
 @kernel
-def fill(
+def fill_row(
     numbers: FloatArray, damper: FloatArray | None, step: FloatArray, x: float, S: FloatArray, out: FloatArray
 ) -> float:  # fmt: skip
     """Write all quantities at x of the prepared step's own variable; return the time after the step's start."""
     on_deck = step[ON_DECK] != 0.0
-    contact = touches(step[PHASE])
+    contact = is_contact_phase(step[PHASE])
     deck = numbers[contract.DECK_MASS] > 0.0
     order = int(numbers[contract.ORDER]) if contact else FLIGHT_ORDER
     after = evaluate(S, T, order, x) if contact else x
@@ -121,7 +121,7 @@ def _fill_end(damper: FloatArray, step: FloatArray, order: int, x: float, S: Flo
         out[OUT_END_Y] = step[contract.END_PLACE]
         out[OUT_DAMPER_FORCE] = 0.0
         return
-    G, soft, _ = held(mode, damper)
+    G, soft, _ = held_coefficients(mode, damper)
     deflection = evaluate(S, BUSH, order, x) if soft > 0.0 else 0.0
     out[OUT_END_Y] = out[OUT_WHEEL_Y] - deflection - mode * damper[contract.DAMPER_PLAY]
     out[OUT_DAMPER_FORCE] = -G * out[OUT_WHEEL_V] - soft * deflection
@@ -129,7 +129,7 @@ def _fill_end(damper: FloatArray, step: FloatArray, order: int, x: float, S: Flo
 
 
 @kernel
-def _place(order: int, x: float, s_max: float, time: float, S: FloatArray) -> float:
+def _place_at_time(order: int, x: float, s_max: float, time: float, S: FloatArray) -> float:
     """Return s in (0, s_max] with t(s) = time, from a guess."""
     for _ in range(8):
         u = evaluate(S, U, order, x)
@@ -158,9 +158,9 @@ def dense(
         while row + 1 < len(steps) and steps[row + 1, TIME] <= times[i]:
             row += 1
         step = steps[row]
-        contact = touches(step[PHASE])
+        contact = is_contact_phase(step[PHASE])
         if row != present:
-            prepare(pieces, numbers, law, damper, step, S)
+            prepare_step(pieces, numbers, law, damper, step, S)
             whole = evaluate(S, T, order, step[LENGTH]) if contact else step[LENGTH]
             present = row
             x = 0.5 * step[LENGTH]
@@ -170,8 +170,8 @@ def dense(
         elif after >= whole:
             x = step[LENGTH]
         else:
-            x = _place(order, x, step[LENGTH], after, S) if after > 0.0 else 0.0
-        fill(numbers, damper, step, x, S, out[i])
+            x = _place_at_time(order, x, step[LENGTH], after, S) if after > 0.0 else 0.0
+        fill_row(numbers, damper, step, x, S, out[i])
 
 
 @kernel
@@ -188,14 +188,14 @@ def integrals(
     order = int(numbers[contract.ORDER])
     for i in range(len(steps)):
         step = steps[i]
-        contact = prepare(pieces, numbers, law, damper, step, S)
-        fill(numbers, damper, step, 0.0, S, ends[i, BEGINS])
-        fill(numbers, damper, step, step[LENGTH], S, ends[i, FINISHES])
+        contact = prepare_step(pieces, numbers, law, damper, step, S)
+        fill_row(numbers, damper, step, 0.0, S, ends[i, BEGINS])
+        fill_row(numbers, damper, step, step[LENGTH], S, ends[i, FINISHES])
         total = out[i]
         total[:] = 0.0
         for j in range(len(nodes)):
             x = nodes[j] * step[LENGTH]
-            after = fill(numbers, damper, step, x, S, point)
+            after = fill_row(numbers, damper, step, x, S, point)
             weight = weights[j] * step[LENGTH]
             if contact:
                 weight *= evaluate(S, U, order, x)

@@ -63,9 +63,9 @@ class Marched(NamedTuple):
 
     def larger(self) -> Marched:
         """Return tables with room for twice the events."""
-        return self._replace(**doubled(self, ("events", "peaks", "impulses"), np.nan))
+        return self._replace(**doubled_tables(self, ("events", "peaks", "impulses"), np.nan))
 
-    def cut(self, tally: bool) -> Marched:
+    def without_room(self, tally: bool) -> Marched:
         """Return the rows in use, and the tally only where one was kept."""
         events, peaks = (int(ends.max(initial=0)) for ends in (self.event_ends, self.peak_ends))
         used = (("events", events), ("peaks", peaks), ("impulses", events))
@@ -84,7 +84,7 @@ def room_for(cells: int) -> Marched:
     )  # fmt: skip
 
 
-def doubled(tables: Any, names: tuple[str, ...], value: float) -> dict[str, Any]:
+def doubled_tables(tables: Any, names: tuple[str, ...], value: float) -> dict[str, Any]:
     """Return some of the tables, by name, each with as many rows of a value behind it."""
     held = {name: getattr(tables, name) for name in names}
     return {name: np.concatenate([table, np.full_like(table, value)]) for name, table in held.items()}
@@ -134,19 +134,19 @@ def _arguments(cells: Cells, cell: int, tables: Marched, work: tuple[FloatArray,
     return (*cells, cell, *tables, *work, tally, cells.strict)
 
 
-def _work() -> tuple[FloatArray, FloatArray]:
+def _work_arrays() -> tuple[FloatArray, FloatArray]:
     return np.empty((STEP_ROWS, contract.STEP_COLUMNS)), np.zeros(SCRATCH)
 
 
 def march_one_by_one(cells: Cells, tally: bool = False) -> Marched:
     """March some cells in this thread, one after the other."""
     total = len(cells.first)
-    tables, work, cell = room_for(total), _work(), 0
+    tables, work, cell = room_for(total), _work_arrays(), 0
     while cell < total:
         cell = ensemble_kernel(*_arguments(cells, cell, tables, work, tally))
         if cell < total:
             tables = tables.larger()
-    return tables.cut(tally)
+    return tables.without_room(tally)
 
 
 def _in_lanes(cells: Cells, tally: bool) -> bool:
@@ -179,14 +179,14 @@ def is_ready(cells: Cells, tally: bool) -> bool:
     """Return False if marching these cells begins with compiling."""
     if _in_lanes(cells, tally):
         return is_compiled(lanes_kernel, (pool_of(*cells.part(slice(0, 1))),))
-    return is_compiled(ensemble_kernel, _arguments(cells, 0, room_for(0), _work(), tally))
+    return is_compiled(ensemble_kernel, _arguments(cells, 0, room_for(0), _work_arrays(), tally))
 
 
 def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None], tally: bool = False) -> None:
     """March all cells, block by block, and pass each block to `read`; the threads do both."""
 
-    def one(block: slice) -> None:
+    def march_and_read(block: slice) -> None:
         read(block, march_block(cells.part(block), tally))
 
     size = min(max(len(cells.first) // (4 * threads), SMALLEST_BLOCK), LARGEST_BLOCK)
-    in_blocks(len(cells.first), size, threads, one)
+    in_blocks(len(cells.first), size, threads, march_and_read)

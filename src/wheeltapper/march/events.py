@@ -44,7 +44,7 @@ def is_free(phase: float) -> bool:
 
 
 @kernel
-def touches(phase: float) -> bool:
+def is_contact_phase(phase: float) -> bool:
     """Return True for the phases in which a step runs in s, the variable of the regularised contact."""
     return bool(phase == contract.CONTACT or phase >= contract.YIELDING)
 
@@ -87,7 +87,7 @@ def log_event(time: float, kind: int, rate: float, cause: float, events: FloatAr
 
 
 @kernel
-def forget(S: FloatArray) -> None:
+def reset_force_trend(S: FloatArray) -> None:
     """Begin to follow the force of another march."""
     S[MARK + AT_BREAK] = 0.0
     S[MARK + WAITS] = 0.0
@@ -95,7 +95,9 @@ def forget(S: FloatArray) -> None:
 
 
 @inlined_kernel
-def follow(time: float, force: float, corner: float, peaks: FloatArray, mark: FloatArray, counts: FloatArray) -> None:
+def follow_force(
+    time: float, force: float, corner: float, peaks: FloatArray, mark: FloatArray, counts: FloatArray
+) -> None:
     """Take the force's next value; log the maximum before it as soon as the force has fallen from it.
 
     Between two values given here the force is monotone: they are its extremes, and those at breakpoints and ends.
@@ -124,14 +126,14 @@ def follow(time: float, force: float, corner: float, peaks: FloatArray, mark: Fl
 @inlined_kernel
 def follow_on(force: float, peaks: FloatArray, S: FloatArray) -> None:
     """Take the force at the present state, where a step begins."""
-    follow(S[STATE + TIME], force, S[MARK + AT_BREAK], peaks, S[MARK:], S[COUNT:])
+    follow_force(S[STATE + TIME], force, S[MARK + AT_BREAK], peaks, S[MARK:], S[COUNT:])
     S[MARK + AT_BREAK] = 0.0
 
 
 @inlined_kernel
 def follow_to_break(until: float, force: float, peaks: FloatArray, S: FloatArray) -> None:
     """Take the force just before a breakpoint."""
-    follow(until, force, 1.0, peaks, S[MARK:], S[COUNT:])
+    follow_force(until, force, 1.0, peaks, S[MARK:], S[COUNT:])
     S[MARK + AT_BREAK] = 1.0
 
 
@@ -154,7 +156,7 @@ def follow_inside(numbers: FloatArray, time: float, order: int, trend: int, degr
         else:
             after = evaluate(S, T, order, root)
             size = force(numbers, after, evaluate(S, U, order, root), evaluate(S, W, order, root), S)
-        follow(time + after, size, 0.0, peaks, S[MARK:], S[COUNT:])
+        follow_force(time + after, size, 0.0, peaks, S[MARK:], S[COUNT:])
         start = root + EXTREMES_APART * length
         direction = -direction
 
@@ -205,7 +207,7 @@ def free_acceleration(numbers: FloatArray, y: float, v: float, S: FloatArray) ->
 
 
 @kernel
-def place(numbers: FloatArray, y: float, v: float, was: int, cause: float, events: FloatArray, S: FloatArray) -> None:  # fmt: skip
+def choose_phase(numbers: FloatArray, y: float, v: float, was: int, cause: float, events: FloatArray, S: FloatArray) -> None:  # fmt: skip
     """Choose the phase from displacement and velocity at a start or a breakpoint, and record a change of it."""
     height, velocity = rail_at(0.0, S[STATE:], S)
     delta = height - y
@@ -268,5 +270,5 @@ def cross_break(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: 
             S[STATE + A] = y
             S[STATE + B] = v
         return contract.RUNNING
-    place(numbers, y, v, phase, 1.0, events, S)
+    choose_phase(numbers, y, v, phase, 1.0, events, S)
     return contract.RUNNING

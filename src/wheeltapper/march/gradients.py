@@ -10,7 +10,7 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.dense import OUT_COLUMNS
-from wheeltapper.march.ensemble import Cells, Marched, doubled, room_for
+from wheeltapper.march.ensemble import Cells, Marched, doubled_tables, room_for
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
@@ -27,7 +27,7 @@ BY_HEIGHT, BY_VELOCITY = PARAMETERS, PARAMETERS + 1
 GRADIENT_BLOCK = 1024
 
 
-class Turns(NamedTuple):
+class CellTangents(NamedTuple):
     """Derivatives of cells with respect to up to PARAMETERS parameters."""
 
     numbers: FloatArray  # (cells, NUMBERS, LANES)
@@ -48,9 +48,9 @@ class Tangents(NamedTuple):
 
     def larger(self) -> Tangents:
         """Return tables with room for twice the events."""
-        return self._replace(**doubled(self, ("events", "peaks", "impulses"), 0.0))
+        return self._replace(**doubled_tables(self, ("events", "peaks", "impulses"), 0.0))
 
-    def cut(self, events: int, peaks: int, tally: bool) -> Tangents:
+    def without_room(self, events: int, peaks: int, tally: bool) -> Tangents:
         """Return the rows in use, and the tally only where one was kept."""
         used = (("events", events), ("peaks", peaks), ("impulses", events))
         found = self._replace(**{name: getattr(self, name)[:rows] for name, rows in used})
@@ -127,39 +127,39 @@ def _room_for(cells: int) -> Tangents:
 
 
 def _arguments(
-    cells: Cells, turns: Turns, cell: int, tables: Marched, tangents: Tangents, steps: FloatArray, tally: bool
+    cells: Cells, turns: CellTangents, cell: int, tables: Marched, tangents: Tangents, steps: FloatArray, tally: bool
 ) -> tuple[Any, ...]:
     work = (steps, np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)), cells.strict, True if tally else None)
     return (*cells, *turns, cell, *tables, *tangents, *work)
 
 
-def _steps(rows: int) -> FloatArray:
+def _empty_steps(rows: int) -> FloatArray:
     return np.empty((rows, contract.STEP_COLUMNS))
 
 
-def is_ready(cells: Cells, turns: Turns, tally: bool) -> bool:
+def is_ready(cells: Cells, turns: CellTangents, tally: bool) -> bool:
     """Return False if marching these cells with tangents begins with compiling."""
-    return is_compiled(gradient_kernel, _arguments(cells, turns, 0, room_for(0), _room_for(0), _steps(0), tally))
+    return is_compiled(gradient_kernel, _arguments(cells, turns, 0, room_for(0), _room_for(0), _empty_steps(0), tally))
 
 
-def march_block(cells: Cells, turns: Turns, tally: bool = False) -> tuple[Marched, Tangents]:
+def march_block(cells: Cells, turns: CellTangents, tally: bool = False) -> tuple[Marched, Tangents]:
     """March some cells in this thread, with tangents; with `tally`, find impulses and highest positions too."""
     total = len(cells.first)
     tables, tangents, rows, cell = room_for(total), _room_for(total), 1024, 0
     while cell < total:
-        cell = gradient_kernel(*_arguments(cells, turns, cell, tables, tangents, _steps(rows), tally))
+        cell = gradient_kernel(*_arguments(cells, turns, cell, tables, tangents, _empty_steps(rows), tally))
         if cell < total:
             tables, tangents, rows = tables.larger(), tangents.larger(), 2 * rows
-    marched = tables.cut(tally)
-    return marched, tangents.cut(len(marched.events), len(marched.peaks), tally)
+    marched = tables.without_room(tally)
+    return marched, tangents.without_room(len(marched.events), len(marched.peaks), tally)
 
 
-def sampled(
+def sampled_tangents(
     program: Program, turns: FloatArray, bends: FloatArray, table: IntArray, times: FloatArray
 ) -> tuple[March, FloatArray]:
     """March a program; return also its motion and derivatives at rising times (scaled), (times, QUANTITIES, SAMPLED).
 
-    `turns` (NUMBERS, LANES), `bends` and `table` are those of one cell of `Turns`.
+    `turns` (NUMBERS, LANES), `bends` and `table` are those of one cell of `CellTangents`.
     """
     found = march(program)
     within = times[times <= found.state[TIME]]
@@ -175,11 +175,17 @@ def sampled(
 
 
 def march_all(
-    cells: Cells, turns: Turns, threads: int, read: Callable[[slice, Marched, Tangents], None], tally: bool = False
+    cells: Cells,
+    turns: CellTangents,
+    threads: int,
+    read: Callable[[slice, Marched, Tangents], None],
+    tally: bool = False,
 ) -> None:
     """March all cells with tangents, block by block, and pass each block to `read`; the threads do both."""
 
-    def one(block: slice) -> None:
-        read(block, *march_block(cells.part(block), Turns(turns.numbers[block], turns.bends, turns.table), tally))
+    def march_and_read(block: slice) -> None:
+        read(
+            block, *march_block(cells.part(block), CellTangents(turns.numbers[block], turns.bends, turns.table), tally)
+        )
 
-    in_blocks(len(cells.first), GRADIENT_BLOCK, threads, one)
+    in_blocks(len(cells.first), GRADIENT_BLOCK, threads, march_and_read)

@@ -63,11 +63,11 @@ class _ForThisProcess(_Stamped, caching.UserWideCacheLocator):
     """If nothing else can be written: a temporary folder of this process."""
 
     def get_cache_path(self) -> str:
-        return temporary()
+        return temporary_folder()
 
 
 @cache
-def temporary() -> str:
+def temporary_folder() -> str:
     """Return a folder that is removed when the process ends."""
     folder = tempfile.TemporaryDirectory(prefix="wheeltapper-")
     atexit.register(folder.cleanup)

@@ -6,7 +6,7 @@ LANES = 8
 CONTACT_ORDER, FLIGHT_ORDER = 12, 22
 
 
-def _rows(first: int, *lengths: int) -> list[int]:
+def _row_starts(first: int, *lengths: int) -> list[int]:
     """Return the starts of series with the given numbers of rows, and the end of the last one."""
     starts = [first]
     for length in lengths:
@@ -33,6 +33,6 @@ LANE_X, LANE_LOW, LANE_HIGH, LANE_SIGN, LANE_CHANGES, LANE_DONE, LANE_T_ROOT, LA
     range(22 * LANES, 32 * LANES, LANES)
 )
 # Series: u and w of a contact step, y and v of a flight, and the polynomial whose root is sought.
-LANE_U, LANE_W, LANE_Y, LANE_V, LANE_POLYNOMIAL, LANE_ENTRIES = _rows(
+LANE_U, LANE_W, LANE_Y, LANE_V, LANE_POLYNOMIAL, LANE_ENTRIES = _row_starts(
     32 * LANES, CONTACT_ORDER + 1, CONTACT_ORDER + 1, FLIGHT_ORDER + 1, FLIGHT_ORDER + 1, FLIGHT_ORDER + 1
 )

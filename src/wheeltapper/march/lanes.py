@@ -18,7 +18,7 @@ from __future__ import annotations
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march import pool as cells
 from wheeltapper.march import unrolled_lanes
-from wheeltapper.march.apart import cross, go_apart
+from wheeltapper.march.apart import cross_breakpoint, go_apart
 from wheeltapper.march.events import AT_BREAK, GRAZE
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import OPENED
@@ -26,7 +26,7 @@ from wheeltapper.march.program import CONTACT, FLIGHT, IMPACT, LOSS, PHASE, Floa
 
 
 @kernel
-def _step(kind: int, L: FloatArray) -> None:
+def _step_lanes(kind: int, L: FloatArray) -> None:
     """Make one contact step in all lanes."""
     if kind == cells.FLAT:
         unrolled_lanes.lanes_flat_12(L)
@@ -44,12 +44,12 @@ def _is_everywhere(row: int, L: FloatArray) -> bool:
 
 
 @kernel
-def _coast(kind: int, drain: bool, pool: cells.Pool) -> None:
+def _step_until_event(kind: int, drain: bool, pool: cells.Pool) -> None:
     """Let cells in contact step until a lane stays empty; with `drain`, until all are."""
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
     busy = cells.fill_all(cells.COAST + kind, queue, rows, L, held)
     while busy > 0:
-        _step(kind, L)
+        _step_lanes(kind, L)
         if _is_everywhere(at.LANE_GO, L):
             continue
         before = busy
@@ -57,7 +57,7 @@ def _coast(kind: int, drain: bool, pool: cells.Pool) -> None:
             cell = held[i]
             if cell < 0 or L[at.LANE_GO + i] != 0.0:
                 continue
-            cells.keep(i, cell, rows, L)
+            cells.keep_lane(i, cell, rows, L)
             if not L[at.LANE_U_END + i] > 0.0:
                 cells.push(cell, cells.OPEN + kind, queue)
             elif L[at.LANE_CALM + i] == 0.0:
@@ -65,13 +65,13 @@ def _coast(kind: int, drain: bool, pool: cells.Pool) -> None:
             else:
                 cells.push(cell, cells.CROSS + kind, queue)
             held[i] = cells.pop(cells.COAST + kind, queue)
-            cells.fill(i, held[i], rows, L)
+            cells.fill_lane(i, held[i], rows, L)
             if held[i] < 0:
                 busy -= 1
         if busy < before and not drain:
             for i in range(at.LANES):
                 if held[i] >= 0:
-                    cells.keep(i, held[i], rows, L)
+                    cells.keep_lane(i, held[i], rows, L)
                     cells.push(held[i], cells.COAST + kind, queue)
             return
 
@@ -93,11 +93,11 @@ def _find_22(L: FloatArray) -> None:
 
 
 @kernel
-def _turn(kind: int, pool: cells.Pool) -> None:
+def _step_with_extremum(kind: int, pool: cells.Pool) -> None:
     """Make one contact step with at most one zero of w in it."""
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
     filled = cells.fill_all(cells.TURN + kind, queue, rows, L, held)
-    _step(kind, L)
+    _step_lanes(kind, L)
     unrolled_lanes.seek_w_12(L)
     _find_12(L)
     unrolled_lanes.contact_root_12(L)
@@ -111,20 +111,20 @@ def _turn(kind: int, pool: cells.Pool) -> None:
             continue
         if turns == 1.0:
             u = L[at.LANE_U_ROOT + i]
-            cells.track(cell, L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i], u * u * u, 0.0, pool)
+            cells.track_force(cell, L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i], u * u * u, 0.0, pool)
         L[at.LANE_TIME + i] = ends
         L[at.LANE_U0 + i] = L[at.LANE_U_END + i]
         L[at.LANE_W0 + i] = L[at.LANE_W_END + i]
-        cells.keep(i, cell, rows, L)
+        cells.keep_lane(i, cell, rows, L)
         cells.push(cell, cells.COAST + kind, queue)
 
 
 @kernel
-def _open(kind: int, pool: cells.Pool) -> None:
+def _step_to_loss(kind: int, pool: cells.Pool) -> None:
     """Make one contact step up to the loss in it."""
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
     filled = cells.fill_all(cells.OPEN + kind, queue, rows, L, held)
-    _step(kind, L)
+    _step_lanes(kind, L)
     unrolled_lanes.seek_u_12(L)
     _find_12(L)
     unrolled_lanes.contact_root_12(L)
@@ -139,20 +139,20 @@ def _open(kind: int, pool: cells.Pool) -> None:
         if L[at.LANE_GO + i] == 0.0:
             cells.push(cell, cells.APART, queue)
             continue
-        cells.keep(i, cell, rows, L)
+        cells.keep_lane(i, cell, rows, L)
         rows[cell, PHASE] = FLIGHT
         rows[cell, cells.COUNTS + OPENED] = 1.0
-        cells.track(cell, L[at.LANE_TIME + i], 0.0, 0.0, pool)
-        if cells.note(cell, L[at.LANE_TIME + i], LOSS, L[at.LANE_W_ROOT + i], pool):
+        cells.track_force(cell, L[at.LANE_TIME + i], 0.0, 0.0, pool)
+        if cells.note_event(cell, L[at.LANE_TIME + i], LOSS, L[at.LANE_W_ROOT + i], pool):
             cells.push(cell, cells.FLY, queue)
 
 
 @kernel
-def _break(kind: int, pool: cells.Pool) -> None:
+def _step_to_breakpoint(kind: int, pool: cells.Pool) -> None:
     """Make one contact step, without an event, up to the breakpoint in it, and go over that."""
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
     filled = cells.fill_all(cells.CROSS + kind, queue, rows, L, held)
-    _step(kind, L)
+    _step_lanes(kind, L)
     unrolled_lanes.seek_time_12(L)
     _find_12(L)
     unrolled_lanes.contact_root_12(L)
@@ -165,14 +165,14 @@ def _break(kind: int, pool: cells.Pool) -> None:
         L[at.LANE_TIME + i] = L[at.LANE_UNTIL + i]
         L[at.LANE_U0 + i] = u
         L[at.LANE_W0 + i] = w
-        cells.keep(i, cell, rows, L)
-        cells.track(cell, L[at.LANE_UNTIL + i], u * u * u, 1.0, pool)
+        cells.keep_lane(i, cell, rows, L)
+        cells.track_force(cell, L[at.LANE_UNTIL + i], u * u * u, 1.0, pool)
         rows[cell, cells.CELL_MARKS + AT_BREAK] = 1.0
-        cross(cell, pool)
+        cross_breakpoint(cell, pool)
 
 
 @kernel
-def _fly(pool: cells.Pool) -> None:
+def _step_in_flight(pool: cells.Pool) -> None:
     """Make one step in flight, up to the impact or the breakpoint in it."""
     L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
     filled = cells.fill_all(cells.FLY, queue, rows, L, held)
@@ -197,17 +197,17 @@ def _fly(pool: cells.Pool) -> None:
         L[at.LANE_TIME + i] = L[at.LANE_UNTIL + i] if at_break else time
         L[at.LANE_U0 + i] = 0.0 if lands else L[at.LANE_U_END + i]
         L[at.LANE_W0 + i] = L[at.LANE_W_ROOT + i] if lands else L[at.LANE_W_END + i]
-        cells.keep(i, cell, rows, L)
+        cells.keep_lane(i, cell, rows, L)
         rows[cell, cells.COUNTS + OPENED] = 0.0
         if at_break:
             rows[cell, cells.CELL_MARKS + AT_BREAK] = 1.0
-            cross(cell, pool)
+            cross_breakpoint(cell, pool)
         elif not lands:
             cells.push(cell, cells.FLY, queue)
         else:
             rows[cell, PHASE] = CONTACT
             rate = L[at.LANE_W_ROOT + i]
-            if cells.note(cell, time, IMPACT, rate, pool):
+            if cells.note_event(cell, time, IMPACT, rate, pool):
                 kind = cells.FLAT if L[at.LANE_OMEGA + i] == 0.0 else cells.WAVE
                 cells.push(cell, cells.COAST + kind if rate >= GRAZE else cells.APART, queue)
 
@@ -232,12 +232,12 @@ def lanes_kernel(pool: cells.Pool) -> bool:
         drain = queue[fullest, cells.WAITING] < at.LANES
         kind = fullest & 1
         if fullest == cells.FLY:
-            _fly(pool)
+            _step_in_flight(pool)
         elif fullest >= cells.CROSS:
-            _break(kind, pool)
+            _step_to_breakpoint(kind, pool)
         elif fullest >= cells.OPEN:
-            _open(kind, pool)
+            _step_to_loss(kind, pool)
         elif fullest >= cells.TURN:
-            _turn(kind, pool)
+            _step_with_extremum(kind, pool)
         else:
-            _coast(kind, drain, pool)
+            _step_until_event(kind, drain, pool)

@@ -28,7 +28,7 @@ MARGIN_BLOCK = 64
 
 
 @kernel
-def _lowest(row: int, order: int, length: float, S: FloatArray) -> float:
+def _smallest_value(row: int, order: int, length: float, S: FloatArray) -> float:
     """Return the smallest value of a series over a step."""
     lowest = min(S[row], evaluate(S, row, order, length))
     for k in range(order):
@@ -38,29 +38,29 @@ def _lowest(row: int, order: int, length: float, S: FloatArray) -> float:
 
 
 @kernel
-def _held(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
+def _contact_margin(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
     """Return the margin of a contact step."""
     order = int(numbers[contract.ORDER])
     localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
     contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
-    u = max(_lowest(U, order, step[LENGTH], S), 0.0)
+    u = max(_smallest_value(U, order, step[LENGTH], S), 0.0)
     eta = numbers[contract.HYSTERESIS]
-    return u * u if eta == 0.0 else min(u * u, 1.0 + eta * _lowest(W, order, step[LENGTH], S))
+    return u * u if eta == 0.0 else min(u * u, 1.0 + eta * _smallest_value(W, order, step[LENGTH], S))
 
 
 @kernel
-def _lost(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
+def _flight_margin(pieces: FloatArray, numbers: FloatArray, step: FloatArray, S: FloatArray) -> float:
     """Return the margin of a step without contact force, a negative number."""
     order = int(FLIGHT_ORDER)
     localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
     flight_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
-    lowest = _lowest(CLEAR, order, step[LENGTH], S)
+    lowest = _smallest_value(CLEAR, order, step[LENGTH], S)
     eta = numbers[contract.HYSTERESIS]
     if eta == 0.0:
         return lowest
     for k in range(order):
         S[CLEAR + k] = eta * (k + 1) * S[CLEAR + k + 1]
-    return min(lowest, 1.0 + _lowest(CLEAR, order - 1, step[LENGTH], S))
+    return min(lowest, 1.0 + _smallest_value(CLEAR, order - 1, step[LENGTH], S))
 
 
 @kernel
@@ -90,9 +90,9 @@ def margin_kernel(
         margin = np.inf
         for i in range(rows):
             if found < losses and steps[i, PHASE] == contract.CONTACT and steps[i, TIME] > since:
-                margin = min(margin, _held(table, numbers, steps[i], S))
+                margin = min(margin, _contact_margin(table, numbers, steps[i], S))
             elif found >= losses and is_free(steps[i, PHASE]) and steps[i, TIME] >= lost:
-                margin = min(margin, _lost(table, numbers, steps[i], S))
+                margin = min(margin, _flight_margin(table, numbers, steps[i], S))
         margins[cell] = margin if np.isfinite(margin) else np.nan
         cell += 1
     return cell
@@ -114,12 +114,12 @@ def margins_of(cells: Cells, losses: int, threads: int) -> FloatArray:
     total = len(cells.first)
     margins = np.empty(total)
 
-    def one(block: slice) -> None:
+    def march_and_read(block: slice) -> None:
         part = cells.part(block)
         cell, rows = 0, 2048
         while cell < len(part.first):
             cell = margin_kernel(*_arguments(part, cell, losses, margins[block], rows))
             rows *= 2
 
-    in_blocks(total, MARGIN_BLOCK, threads, one)
+    in_blocks(total, MARGIN_BLOCK, threads, march_and_read)
     return margins

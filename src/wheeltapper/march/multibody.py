@@ -20,7 +20,7 @@ from wheeltapper.march.assembly import LANES
 from wheeltapper.march.crossing import Span
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.program import DONE, FULL, NOT_FINITE, SOFT, STALLED, TOO_MANY_EVENTS, FloatArray, IntArray
-from wheeltapper.march.rates import rates, touch
+from wheeltapper.march.rates import contact_forces, rates
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, error
 from wheeltapper.march.wheel_rows import DELTA_RATE, OCTET_ROWS, ROW_DELTA, ROW_U
@@ -89,13 +89,13 @@ def march_kernel(
             return FULL
         if S[passing.RUN_EVENTS] >= data[asm.MOST_EVENTS]:
             return TOO_MANY_EVENTS
-        if passing.awaken(data, wheels):
+        if passing.enable_flanges(data, wheels):
             S[passing.ANEW] = 1.0
         if S[passing.ANEW] != 0.0:
             rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE])
             S[passing.RATES_USED] += 1.0
             S[passing.ANEW] = 0.0
-        searching.keep(wheels, kept)
+        searching.keep_contacts(wheels, kept)
         # -- a step whose error is small enough
         until = passing.next_break(data, t, wheels)
         h = min(S[passing.NEXT_LENGTH], data[asm.LONGEST_STEP])
@@ -134,14 +134,14 @@ def march_kernel(
                 S[passing.RATES_USED] += STAGES
                 is_dense = False
             else:
-                touch(t + h, data, plan, y, wheels)
+                contact_forces(t + h, data, plan, y, wheels)
         # -- the maxima of normal forces in it
         if searching.mark_maxima(h, contact, wheels, kept):
             if not is_dense:
                 dense_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
                 S[passing.RATES_USED] += DENSE_STAGES - STAGES - 1.0
             searching.log_maxima(kept, Span(t, h, data, plan, w, F, spare, wheels), peaks, S)
-            touch(t + h, data, plan, y, wheels)
+            contact_forces(t + h, data, plan, y, wheels)
         # -- keep it
         row = int(S[passing.RUN_STEPS])
         S[passing.RUN_STEPS] += 1.0
@@ -157,7 +157,7 @@ def march_kernel(
                 now += rest
                 for i in range(n):
                     y[i] += rest * K[STAGES, i]
-                touch(now, data, plan, y, wheels)
+                contact_forces(now, data, plan, y, wheels)
             wheels[contact // LANES, ROW_DELTA + place] = 0.0
         steps[row, asm.STEP_LENGTH] = now - t
         S[passing.RUN_IDLE] = S[passing.RUN_IDLE] + 1.0 if now <= t else 0.0
@@ -174,12 +174,12 @@ def march_kernel(
             pieces[element] = passed - 1.0 if passed == pieces[element] else passed
             S[passing.ANEW] = 1.0
         if stops and now < end:
-            searching.keep(wheels, kept)
+            searching.keep_contacts(wheels, kept)
             hardest = passing.pass_breaks(now, data, plan, wheels)
-            touch(now, data, plan, w, wheels)
+            contact_forces(now, data, plan, w, wheels)
             if hardest != SOFT:
                 passing.switch_contacts(now, SAME * data[asm.STATIC_INDENTATION], wheels, events, S)
-                touch(now, data, plan, w, wheels)  # a contact that a jump has closed presses at once
+                contact_forces(now, data, plan, w, wheels)  # a contact that a jump has closed presses at once
                 searching.log_corners(now, data[asm.PULSE], wheels, kept, peaks, S)
                 S[passing.ANEW] = 1.0
         if S[passing.ANEW] != 0.0:
@@ -198,7 +198,7 @@ def probe_kernel(
     S = np.empty(passing.RUN_CARRIED)
     passing.start_kernel(data, plan, start, w, wheels, pieces, S)
     for row in range(states.shape[0]):
-        touch(0.0, data, plan, states[row], wheels)
+        contact_forces(0.0, data, plan, states[row], wheels)
         passing.close_contacts(wheels)
         rates(0.0, data, plan, states[row], wheels, pieces, Q, out[row])
 
@@ -235,19 +235,21 @@ def is_ready(A: asm.Assembly) -> bool:
     return is_compiled(march_kernel, (floats, plan, floats, *work))
 
 
-def probe(A: asm.Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+def start_rates(A: asm.Assembly, states: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the rates of states at time zero, (many, states), with all contacts that overlap closed.
 
     Also the contacts (octets, ROWS) in the last state.
     """
     work, out = work_for(A, 1), np.empty_like(states)
-    probe_kernel(*asm.flattened(A), A.start, work.wheels, work.pieces, work.Q, np.ascontiguousarray(states), out)
+    probe_kernel(
+        *asm.flattened_assembly(A), A.start, work.wheels, work.pieces, work.Q, np.ascontiguousarray(states), out
+    )
     return out, work.wheels
 
 
-def march(A: asm.Assembly, tell: telling.Tell = telling.untold) -> MultibodyMarch:
+def march(A: asm.Assembly, tell: telling.Tell = telling.report_nothing) -> MultibodyMarch:
     """March a vehicle from its start to its end."""
-    flat, work = asm.flattened(A), work_for(A)
+    flat, work = asm.flattened_assembly(A), work_for(A)
     passing.start_kernel(*flat, A.start, work.w, work.wheels, work.pieces, work.S)
     while True:
         room = work.steps[: int(work.S[passing.RUN_STEPS]) + telling.WAGON_CHUNK]
@@ -260,6 +262,7 @@ def march(A: asm.Assembly, tell: telling.Tell = telling.untold) -> MultibodyMarc
             )  # fmt: skip
         lanes = work.kept.shape[1]
         work = work._replace(
-            steps=telling.grown(work.steps, steps), states=telling.grown(work.states, steps),
-            events=telling.grown(work.events, events, lanes), peaks=telling.grown(work.peaks, peaks, 2 * lanes),
+            steps=telling.grown_table(work.steps, steps), states=telling.grown_table(work.states, steps),
+            events=telling.grown_table(work.events, events, lanes),
+            peaks=telling.grown_table(work.peaks, peaks, 2 * lanes),
         )  # fmt: skip

@@ -9,7 +9,7 @@ from wheeltapper.march.assembly import LANES
 from wheeltapper.march.crossing import corner_at
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.rates import deflection, touch
+from wheeltapper.march.rates import contact_forces, deflection
 from wheeltapper.march.wheel_paths import set_piece
 
 # Variables that are kept between calls.
@@ -20,7 +20,7 @@ FIRST_STEP = 0.03
 
 
 @kernel
-def awaken(data: FloatArray, wheels: FloatArray) -> bool:
+def enable_flanges(data: FloatArray, wheels: FloatArray) -> bool:
     """Enable the flanges that may touch, by the shift of their treads; return True if any are newly enabled."""
     begins = False
     treads = int(data[asm.TREADS])
@@ -123,7 +123,7 @@ def start_kernel(
             wheels[o, wheel.CURVE_CELL + i] = -1.0
             set_piece(i, data, plan, wheels[o])
     pass_breaks(0.0, data, plan, wheels)
-    touch(0.0, data, plan, w, wheels)
+    contact_forces(0.0, data, plan, w, wheels)
     close_contacts(wheels)
     for element in range(pieces.shape[0]):
         firsts = plan[asm.AT_ELEMENT_CORNERS] + element

@@ -8,7 +8,7 @@ import numpy as np
 
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march import program as contract
-from wheeltapper.march.events import follow, log_event
+from wheeltapper.march.events import follow_force, log_event
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE
 from wheeltapper.march.program import TIME, A, B, FloatArray, IntArray
@@ -87,7 +87,7 @@ def pop(which: int, queue: IntArray) -> int:
 
 
 @kernel
-def fill(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
+def fill_lane(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
     """Put a cell in a lane; an empty lane, -1, rests in equilibrium."""
     if cell >= 0:
         L[at.LANE_TIME + i] = rows[cell, TIME]
@@ -110,14 +110,14 @@ def fill_all(which: int, queue: IntArray, rows: FloatArray, L: FloatArray, held:
     filled = 0
     for i in range(at.LANES):
         held[i] = pop(which, queue)
-        fill(i, held[i], rows, L)
+        fill_lane(i, held[i], rows, L)
         if held[i] >= 0:
             filled += 1
     return filled
 
 
 @kernel
-def keep(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
+def keep_lane(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
     """Remember time and motion of a lane's cell."""
     rows[cell, TIME] = L[at.LANE_TIME + i]
     rows[cell, A] = L[at.LANE_U0 + i]
@@ -125,7 +125,7 @@ def keep(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
 
 
 @kernel
-def take(cell: int, rows: FloatArray, S: FloatArray) -> None:
+def load_cell(cell: int, rows: FloatArray, S: FloatArray) -> None:
     """Put a cell's state and counts in the scratch array."""
     for k in range(LOCAL):
         S[STATE + k] = rows[cell, k]
@@ -139,7 +139,7 @@ def put_back(cell: int, rows: FloatArray, S: FloatArray) -> None:
 
 
 @inlined_kernel
-def own(cell: int, events: int, peaks: int, pool: Pool) -> None:
+def claim_rows(cell: int, events: int, peaks: int, pool: Pool) -> None:
     """Claim the newest events and peaks for a cell."""
     for _ in range(events):
         pool.events[pool.used[USED_EVENTS], EVENT_CELL] = cell
@@ -150,31 +150,33 @@ def own(cell: int, events: int, peaks: int, pool: Pool) -> None:
 
 
 @kernel
-def finish(cell: int, why: int, time: float, rows: FloatArray) -> None:
+def finish_cell(cell: int, why: int, time: float, rows: FloatArray) -> None:
     """Note the status and the end of a cell's march."""
     rows[cell, CELL_STATUS] = why
     rows[cell, CELL_END] = time
 
 
 @kernel
-def note(cell: int, time: float, which: int, rate: float, pool: Pool) -> bool:
+def note_event(cell: int, time: float, which: int, rate: float, pool: Pool) -> bool:
     """Record an event; return whether the cell goes on."""
     counts = pool.rows[cell, COUNTS:LOCAL]
     log_event(time, which, rate, 0.0, pool.events[pool.used[USED_EVENTS] - int(counts[EVENTS]) :], counts)
-    own(cell, 1, 0, pool)
+    claim_rows(cell, 1, 0, pool)
     if counts[SEEN] == 0.0 and counts[EVENTS] < pool.numbers[cell, contract.EVENT_LIMIT]:
         return True
-    finish(cell, contract.ENOUGH if counts[SEEN] != 0.0 else contract.TOO_MANY_EVENTS, time, pool.rows)
+    finish_cell(cell, contract.ENOUGH if counts[SEEN] != 0.0 else contract.TOO_MANY_EVENTS, time, pool.rows)
     return False
 
 
 @inlined_kernel
-def track(cell: int, time: float, force: float, corner: float, pool: Pool) -> None:
+def track_force(cell: int, time: float, force: float, corner: float, pool: Pool) -> None:
     """Take the next value of a cell's contact force."""
     counts = pool.rows[cell, COUNTS:LOCAL]
     known = int(counts[PEAKS])
-    follow(time, force, corner, pool.peaks[pool.used[USED_PEAKS] - known :], pool.rows[cell, CELL_MARKS:COUNTS], counts)
-    own(cell, 0, int(counts[PEAKS]) - known, pool)
+    follow_force(
+        time, force, corner, pool.peaks[pool.used[USED_PEAKS] - known :], pool.rows[cell, CELL_MARKS:COUNTS], counts
+    )
+    claim_rows(cell, 0, int(counts[PEAKS]) - known, pool)
 
 
 @kernel

@@ -12,8 +12,8 @@ from math import factorial
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.damper_series import contact_with_end, flight_with_end, held
-from wheeltapper.march.events import touches
+from wheeltapper.march.damper_series import contact_with_end, flight_with_end, held_coefficients
+from wheeltapper.march.events import is_contact_phase
 from wheeltapper.march.flight import bonded_series, flight_series, path_series
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import (
@@ -45,7 +45,7 @@ PATH_POWERS = 5
 """Powers of the path in time beyond this do not reach the terms of a contact."""
 
 
-def _rule(terms: int) -> FloatArray:
+def _hermite_weights(terms: int) -> FloatArray:
     """Return the weights of Hermite's rule for the series at the start; for that at the end, signs alternate."""
     k = terms - 1
     return np.array([
@@ -54,13 +54,13 @@ def _rule(terms: int) -> FloatArray:
     ])  # fmt: skip
 
 
-SHORT_RULE, LONG_RULE = _rule(SHORT), _rule(LONG)
+SHORT_RULE, LONG_RULE = _hermite_weights(SHORT), _hermite_weights(LONG)
 # Rows of S that are free once the series of a contact are known: the path's velocity, N·u, D and what is lost.
 PATH_V, PUSHED, BRAKED, SPENT = CLEAR, TREND, COMP, WORK
 
 
 @kernel
-def _times(a: int, b: int, S: FloatArray, out: FloatArray, first: int) -> None:
+def _multiply_series(a: int, b: int, S: FloatArray, out: FloatArray, first: int) -> None:
     """Write the product of two rows of S, SHORT terms, from out[first] on."""
     out[first] = S[a] * S[b]
     out[first + 1] = S[a] * S[b + 1] + S[a + 1] * S[b]
@@ -100,12 +100,12 @@ def _contact_motion(numbers: FloatArray, damper: FloatArray | None, state: Float
 
 
 @kernel
-def _brake(numbers: FloatArray, damper: FloatArray | None, state: FloatArray) -> tuple[float, float]:
+def _damping_at_end(numbers: FloatArray, damper: FloatArray | None, state: FloatArray) -> tuple[float, float]:
     """Return G and B of what holds the damper's end."""
     if damper is None:
         return numbers[contract.DAMPING], 0.0
     else:  # noqa: RET505 - Numba prunes whole branches only
-        G, soft, _ = held(state[END_MODE], damper)
+        G, soft, _ = held_coefficients(state[END_MODE], damper)
         return G, soft
 
 
@@ -115,19 +115,19 @@ def _contact_power(
 ) -> tuple[float, float]:
     """Write the power in a contact; return the wheel's motion."""
     y = _contact_motion(numbers, damper, state, S)
-    _times(N, U, S, S, PUSHED)
-    _times(PUSHED, PATH_V, S, out, PATH_WORK)
-    _times(PUSHED, W, S, out, CONTACT_WORK)
-    G, soft = _brake(numbers, damper, state)
+    _multiply_series(N, U, S, S, PUSHED)
+    _multiply_series(PUSHED, PATH_V, S, out, PATH_WORK)
+    _multiply_series(PUSHED, W, S, out, CONTACT_WORK)
+    G, soft = _damping_at_end(numbers, damper, state)
     for n in range(SHORT):
         S[BRAKED + n] = G * S[WHEEL_V + n] + soft * S[BUSH + n]
-    _times(BRAKED, WHEEL_V, S, S, SPENT)
+    _multiply_series(BRAKED, WHEEL_V, S, S, SPENT)
     bearing = numbers[contract.DECK_DAMPING]
     if bearing > 0.0:
-        _times(Z, Z, S, S, BRAKED)
+        _multiply_series(Z, Z, S, S, BRAKED)
         for n in range(SHORT):
             S[SPENT + n] += bearing * S[BRAKED + n]
-    _times(SPENT, U, S, out, LOST)
+    _multiply_series(SPENT, U, S, out, LOST)
     return y, S[WHEEL_V]
 
 
@@ -143,7 +143,7 @@ def _free_power(
         bonded_series(numbers, LONG, state[A], state[B], state[DECK_Y], state[DECK_V], on_deck, S)
     else:
         flight_series(numbers, LONG, state[A], state[B], state[DECK_Y], state[DECK_V], on_deck, S)
-    G, soft = _brake(numbers, damper, state)
+    G, soft = _damping_at_end(numbers, damper, state)
     bearing = numbers[contract.DECK_DAMPING]
     out[:] = 0.0
     for n in range(LONG):
@@ -160,14 +160,14 @@ def _free_power(
 
 
 @kernel
-def power(
+def write_power(
     numbers: FloatArray, damper: FloatArray | None, state: FloatArray, S: FloatArray, out: FloatArray
 ) -> tuple[float, float]:
     """Write the power in a state whose piece stands in S into `out` (POWER_TERMS,); return the wheel's motion.
 
     `damper` is None where the wheel holds its end: its type tells the compiler which series to leave out.
     """
-    if touches(state[PHASE]):
+    if is_contact_phase(state[PHASE]):
         return _contact_power(numbers, damper, state, S, out)
     _free_power(numbers, damper, state, S, out)
     return state[A], state[B]

@@ -12,16 +12,16 @@ from wheeltapper.march.columns import add_columns
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.wheel_rows import AWAKE, ROW_ON_DECK, VPITCH
-from wheeltapper.march.wheels import meet, push, rub
+from wheeltapper.march.wheels import add_body_forces, creep_forces, paths_and_forces
 
 
 @kernel
-def touch(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray) -> None:
+def contact_forces(t: float, data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray) -> None:
     """Compute indentations and normal forces of all contacts that are awake."""
     for o in range(wheels.shape[0]):
         L = wheels[o]
         if L[AWAKE] != 0.0:
-            meet(t, data, plan, plan[plan[asm.AT_KINDS] + o], w, L)
+            paths_and_forces(t, data, plan, plan[plan[asm.AT_KINDS] + o], w, L)
 
 
 @kernel
@@ -37,7 +37,9 @@ def deflection(element: int, data: FloatArray, plan: IntArray, w: FloatArray) ->
 
 
 @kernel
-def _pull(data: FloatArray, plan: IntArray, w: FloatArray, pieces: FloatArray, Q: FloatArray, out: FloatArray) -> None:
+def _add_element_forces(
+    data: FloatArray, plan: IntArray, w: FloatArray, pieces: FloatArray, Q: FloatArray, out: FloatArray
+) -> None:
     """Add the forces of the nonlinear elements, each on its present piece, and the rates inside series elements."""
     for element in range(pieces.shape[0]):
         corner = plan[plan[asm.AT_ELEMENT_CORNERS] + element] + int(pieces[element])
@@ -59,7 +61,7 @@ def _pull(data: FloatArray, plan: IntArray, w: FloatArray, pieces: FloatArray, Q
 
 
 @kernel
-def _accelerate(data: FloatArray, plan: IntArray, w: FloatArray, Q: FloatArray, out: FloatArray) -> None:
+def _body_rates(data: FloatArray, plan: IntArray, w: FloatArray, Q: FloatArray, out: FloatArray) -> None:
     """Write the rates of the bodies' displacements and velocities."""
     mobility = plan[asm.AT_MOBILITY]
     columns, index = plan[asm.AT_COLUMNS], plan[asm.AT_INDEX]
@@ -94,13 +96,13 @@ def rates(
         if L[AWAKE] == 0.0:
             continue
         kind = plan[plan[asm.AT_KINDS] + o]
-        meet(t, data, plan, kind, w, L)
+        paths_and_forces(t, data, plan, kind, w, L)
         inclined = kind == FLANGE
         if inclined and data[asm.QUASI_STATIC] != 0.0:
             for i in range(LANES):
                 L[VPITCH + i] = wheels[o - treads, VPITCH + i]
-        rub(data, plan, inclined, L)
-        push(inclined, deck, L, Q)
+        creep_forces(data, plan, inclined, L)
+        add_body_forces(inclined, deck, L, Q)
         if deck >= 0:
             for i in range(HALF):
                 on_deck += L[ROW_ON_DECK + i]
@@ -108,5 +110,5 @@ def rates(
         Q[deck * LANES + asm.MOTION_Z] += data[asm.DECK_PRESTRESS]
     for i in range(Q.shape[0] * (PLACES // LANES), out.shape[0]):
         out[i] = 0.0
-    _pull(data, plan, w, pieces, Q, out)
-    _accelerate(data, plan, w, Q, out)
+    _add_element_forces(data, plan, w, pieces, Q, out)
+    _body_rates(data, plan, w, Q, out)

@@ -13,9 +13,9 @@ from wheeltapper.march.assembly import LANES, PLACES, TO_RATE
 from wheeltapper.march.dense import BEGINS, FINISHES
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.multibody import MultibodyMarch, work_for
-from wheeltapper.march.passing import RUN_CARRIED, awaken, pass_breaks, start_kernel
+from wheeltapper.march.passing import RUN_CARRIED, enable_flanges, pass_breaks, start_kernel
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.rates import deflection, rates, touch
+from wheeltapper.march.rates import contact_forces, deflection, rates
 from wheeltapper.march.stepping import FIRST_STAGE, dense_step, make_step
 from wheeltapper.march.unrolled_dop853 import DENSE_STAGES, POWERS, STAGES, between
 
@@ -27,7 +27,7 @@ WORK_NODES = 6
 
 
 @kernel
-def _enter(
+def _repeat_step(
     row: int, steps: FloatArray, states: FloatArray, data: FloatArray, plan: IntArray, w: FloatArray, y: FloatArray,
     wheels: FloatArray, pieces: FloatArray, Q: FloatArray, K: FloatArray, P: FloatArray, F: FloatArray,
     spare: FloatArray,
@@ -42,8 +42,8 @@ def _enter(
     for element in range(pieces.shape[0]):
         pieces[element] = steps[row, asm.STEP_ELEMENTS + element]
     w[:] = states[row]
-    touch(t, data, plan, w, wheels)
-    awaken(data, wheels)
+    contact_forces(t, data, plan, w, wheels)
+    enable_flanges(data, wheels)
     rates(t, data, plan, w, wheels, pieces, Q, K[FIRST_STAGE])
     make_step(t, h, data, plan, w, y, wheels, pieces, Q, K, P)
     rates(t + h, data, plan, y, wheels, pieces, Q, K[STAGES])
@@ -68,7 +68,7 @@ def replay_kernel(
             row += 1
             pass_breaks(steps[row, asm.STEP_TIME], data, plan, wheels)
         if entered != row:
-            _enter(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
+            _repeat_step(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
             entered = row
         t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
         between(min((times[k] - t) / h, 1.0), w, F, spare)
@@ -81,7 +81,7 @@ def replay_kernel(
 
 
 @kernel
-def _powers(
+def _write_powers(
     data: FloatArray, plan: IntArray, damping: FloatArray, places: IntArray, w: FloatArray, wheels: FloatArray,
     pieces: FloatArray, rate: FloatArray, out: FloatArray,
 ) -> None:  # fmt: skip
@@ -137,7 +137,7 @@ def _powers(
 
 
 @kernel
-def _elastic(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray) -> float:
+def _elastic_energy(data: FloatArray, plan: IntArray, w: FloatArray, wheels: FloatArray, pieces: FloatArray) -> float:
     """Return the elastic energy of contacts and nonlinear elements in a state that was just computed."""
     total = 0.0
     for o in range(wheels.shape[0]):
@@ -185,15 +185,15 @@ def energy_kernel(
     for row in range(steps.shape[0]):
         t, h = steps[row, asm.STEP_TIME], steps[row, asm.STEP_LENGTH]
         pass_breaks(t, data, plan, wheels)
-        _enter(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
-        touch(t, data, plan, w, wheels)
-        elastic[row, BEGINS] = _elastic(data, plan, w, wheels, pieces)
-        touch(t + h, data, plan, y, wheels)
-        elastic[row, FINISHES] = _elastic(data, plan, y, wheels, pieces)
+        _repeat_step(row, steps, states, data, plan, w, y, wheels, pieces, Q, K, P, F, spare)
+        contact_forces(t, data, plan, w, wheels)
+        elastic[row, BEGINS] = _elastic_energy(data, plan, w, wheels, pieces)
+        contact_forces(t + h, data, plan, y, wheels)
+        elastic[row, FINISHES] = _elastic_energy(data, plan, y, wheels, pieces)
         for k in range(nodes.shape[0]):
             between(nodes[k], w, F, spare)
             rates(t + nodes[k] * h, data, plan, spare, wheels, pieces, Q, rate)
-            _powers(data, plan, damping, places, spare, wheels, pieces, rate, power)
+            _write_powers(data, plan, damping, places, spare, wheels, pieces, rate, power)
             for j in range(POWERS_KEPT):
                 works[row, j] += weights[k] * h * power[j]
             for o in range(wheels.shape[0]):
@@ -208,8 +208,8 @@ def replay(A: asm.Assembly, march: MultibodyMarch, times: FloatArray, rows: IntA
     out_rates = np.empty_like(out)
     out_wheels = np.empty((len(times), len(rows), work.wheels.shape[0] * LANES))
     replay_kernel(
-        *asm.flattened(A), A.start, march.steps, march.states, times, rows, work.wheels, work.pieces, work.Q, out,
-        out_rates, out_wheels,
+        *asm.flattened_assembly(A), A.start, march.steps, march.states, times, rows, work.wheels, work.pieces, work.Q,
+        out, out_rates, out_wheels,
     )  # fmt: skip
     return out, out_rates, out_wheels
 
@@ -221,7 +221,7 @@ def works(A: asm.Assembly, march: MultibodyMarch, damping: FloatArray, places: I
     count = len(march.steps)
     done = np.zeros((count, POWERS_KEPT)), np.zeros((count, work.wheels.shape[0] * LANES)), np.zeros((count, 2))
     energy_kernel(
-        *asm.flattened(A), A.start, march.steps, march.states, damping, places, 0.5 * (nodes + 1.0), 0.5 * weights,
-        work.wheels, work.pieces, work.Q, *done,
+        *asm.flattened_assembly(A), A.start, march.steps, march.states, damping, places, 0.5 * (nodes + 1.0),
+        0.5 * weights, work.wheels, work.pieces, work.Q, *done,
     )  # fmt: skip
     return done

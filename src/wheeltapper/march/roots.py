@@ -91,7 +91,7 @@ def _sign_changes(S: FloatArray, n: int) -> tuple[int, float, float, float]:
 
 
 @kernel
-def _sharpen(S: FloatArray, at: int, n: int, lo: float, hi: float, x: float, sign: float) -> float:
+def _only_root(S: FloatArray, at: int, n: int, lo: float, hi: float, x: float, sign: float) -> float:
     """Return the only root of the polynomial in (lo, hi), from a guess; `sign` is its sign just after lo."""
     for _ in range(200):
         value = S[at + n]
@@ -137,7 +137,7 @@ def first_root(
         start = evaluate(S, at, n, lo)
         end = evaluate(S, at, n, hi)
         if start * direction < -floor and end * direction > 0.0:
-            return _sharpen(S, at, n, lo, hi, lo + (hi - lo) * start / (start - end), -direction), False
+            return _only_root(S, at, n, lo, hi, lo + (hi - lo) * start / (start - end), -direction), False
         return NONE, False
     power = 1.0
     degree = 0
@@ -161,7 +161,7 @@ def first_root(
         if before * first < 0.0 and first * direction > 0.0:
             return left * hi, True  # the root lies exactly where two intervals meet
         if changes % 2 == 1 and first * direction < 0.0:
-            root = _sharpen(S, SCALED, degree, left, left + width, left + place * width, first)
+            root = _only_root(S, SCALED, degree, left, left + width, left + place * width, first)
             return root * hi, width < whole
         # Nothing (or the other direction, or a touch) here: go right, with the widest dyadic interval that fits.
         before = last if last != 0.0 else before

@@ -33,11 +33,11 @@ from wheeltapper.ground.needs import (
     START,
     YIELDING,
     Need,
-    rank,
+    rank_of,
 )
 from wheeltapper.march.assembly import Assembly
 from wheeltapper.march.program import FloatArray, IntArray, Program
-from wheeltapper.march.telling import Tell, untold
+from wheeltapper.march.telling import Tell, report_nothing
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -115,10 +115,10 @@ class Question:
         """Return what a march covers of this question."""
         return marcher.covers - self.lacks
 
-    def lacking(self, marcher: Marcher, needs: frozenset[Need]) -> tuple[Need, ...]:
+    def missing_needs(self, marcher: Marcher, needs: frozenset[Need]) -> tuple[Need, ...]:
         """Return what keeps a march from answering: needs that it does not cover, and what is required and missing."""
         wrong = (needs - self.covered_by(marcher)) | ((marcher.requires | self.requires) - needs)
-        return tuple(sorted(wrong, key=rank))
+        return tuple(sorted(wrong, key=rank_of))
 
 
 _SITE, _SPOT = frozenset({DECK, IRREGULARITY}), frozenset({MEMORY})
@@ -162,9 +162,9 @@ QUESTIONS = {
 
 
 @lru_cache(maxsize=1024)
-def fastest(question: Question, needs: frozenset[Need]) -> Marcher | None:
+def fastest_march(question: Question, needs: frozenset[Need]) -> Marcher | None:
     """Return the fastest march that answers a question about what needs so much; None where none does."""
-    return next((marcher for marcher in question.marchers if not question.lacking(marcher, needs)), None)
+    return next((marcher for marcher in question.marchers if not question.missing_needs(marcher, needs)), None)
 
 
 def choose(question: Question, needs: frozenset[Need], field: str = "") -> Marcher:
@@ -184,7 +184,7 @@ def choose(question: Question, needs: frozenset[Need], field: str = "") -> March
     InputError
         If none does: what is not covered, and what would do.
     """
-    found = fastest(question, needs)
+    found = fastest_march(question, needs)
     if found is None:
         raise refusal(question, needs, field)
     return found
@@ -192,35 +192,35 @@ def choose(question: Question, needs: frozenset[Need], field: str = "") -> March
 
 def refusal(question: Question, needs: frozenset[Need], field: str = "") -> InputError:
     """Return why no march answers a question, as one sentence."""
-    lacks = {marcher: question.lacking(marcher, needs) for marcher in question.marchers}
+    lacks = {marcher: question.missing_needs(marcher, needs) for marcher in question.marchers}
     common = set.intersection(*map(set, lacks.values()))
     if common:  # no march has it
-        return _sentence(question, needs, field, min(common, key=rank))
+        return _refusal_sentence(question, needs, field, min(common, key=rank_of))
     # Each march lacks something else: two needs that do not go together, the more easily changed one first.
-    need = min(lacks.values(), key=lambda wrong: (_fields(wrong), -rank(wrong[0])[0]))[0]
-    beside = min((wrong for wrong in lacks.values() if need not in wrong), key=_fields)[0]
-    return _sentence(question, needs, field, need, beside)
+    need = min(lacks.values(), key=lambda wrong: (_field_count(wrong), -rank_of(wrong[0])[0]))[0]
+    beside = min((wrong for wrong in lacks.values() if need not in wrong), key=_field_count)[0]
+    return _refusal_sentence(question, needs, field, need, beside)
 
 
-def _fields(wrong: tuple[Need, ...]) -> int:
+def _field_count(wrong: tuple[Need, ...]) -> int:
     return len({need.field for need in wrong})
 
 
-def _sentence(
+def _refusal_sentence(
     question: Question, needs: frozenset[Need], field: str, need: Need, beside: Need | None = None
 ) -> InputError:
     """Return the refusal of a need, or of its lack, perhaps together with another one."""
-    found, allowed = _both(need, needs)
+    found, allowed = _present_and_otherwise(need, needs)
     if beside is not None:
-        there, instead = _both(beside, needs)
+        there, instead = _present_and_otherwise(beside, needs)
         found, allowed = f"{found} together with {there}", f"{allowed}, or {instead}"
-    takers = [f"`{name}`" for name in question.others if fastest(QUESTIONS[name], needs) is not None]
+    takers = [f"`{name}`" for name in question.others if fastest_march(QUESTIONS[name], needs) is not None]
     if takers and need in needs:
         allowed += f"; {' and '.join(takers)} take{'s' if len(takers) == 1 else ''} it"
     return InputError("", field or need.field, f"{found}, which `{question.name}` does not take", allowed)
 
 
-def _both(need: Need, needs: frozenset[Need]) -> tuple[str, str]:
+def _present_and_otherwise(need: Need, needs: frozenset[Need]) -> tuple[str, str]:
     """Return what stands there, and what would stand there otherwise."""
     return (need.words, need.otherwise) if need in needs else (need.otherwise, need.words)
 
@@ -228,26 +228,26 @@ def _both(need: Need, needs: frozenset[Need]) -> tuple[str, str]:
 # -- from a program to its march --------------------------------------------------------------------------------------
 
 
-def _kernels(program: Program | Assembly) -> Any:
+def _kernel_module(program: Program | Assembly) -> Any:
     """Return the module of the march that takes a program."""
     return import_module(f"wheeltapper.march.{'multibody' if isinstance(program, Assembly) else 'single'}")
 
 
 @overload
-def march(program: Program, tell: Tell = untold) -> March: ...
+def march(program: Program, tell: Tell = report_nothing) -> March: ...
 @overload
-def march(program: Assembly, tell: Tell = untold) -> MultibodyMarch: ...
-def march(program: Program | Assembly, tell: Tell = untold) -> Any:
+def march(program: Assembly, tell: Tell = report_nothing) -> MultibodyMarch: ...
+def march(program: Program | Assembly, tell: Tell = report_nothing) -> Any:
     """March a program from its start to its end."""
-    return _kernels(program).march(program, tell)
+    return _kernel_module(program).march(program, tell)
 
 
 def is_ready(program: Program | Assembly) -> bool:
     """Return False where marching a program begins with compiling."""
-    return bool(_kernels(program).is_ready(program))
+    return bool(_kernel_module(program).is_ready(program))
 
 
-def _columns(program: Program) -> int:
+def _dense_column_count(program: Program) -> int:
     """Return how many columns the dense output of a program has."""
     from wheeltapper.march import dense
 
@@ -258,7 +258,7 @@ def sample(program: Program, found: March, times: FloatArray) -> FloatArray:
     """Return the dense output at rising times (scaled); columns for a damper's own end follow where there is one."""
     from wheeltapper.march.dense import dense
 
-    out = np.empty((len(times), _columns(program)))
+    out = np.empty((len(times), _dense_column_count(program)))
     law, damper = program.law_and_damper
     dense(found.pieces, program.numbers, law, damper, found.steps, times, out)
     return out
@@ -278,7 +278,10 @@ def integrals(program: Program, found: March, nodes: int) -> tuple[FloatArray, F
 
     places, weights = np.polynomial.legendre.leggauss(nodes)
     rule = 0.5 * (places + 1.0), 0.5 * weights
-    out, ends = np.zeros((len(found.steps), dense.INTEGRALS)), np.zeros((len(found.steps), 2, _columns(program)))
+    out, ends = (
+        np.zeros((len(found.steps), dense.INTEGRALS)),
+        np.zeros((len(found.steps), 2, _dense_column_count(program))),
+    )
     dense.integrals(found.pieces, program.numbers, *program.law_and_damper, found.steps, *rule, out, ends)
     return out, ends
 
@@ -331,7 +334,7 @@ def probe(assembly: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArra
     """Return the rates of a vehicle's states at time zero, (many, states), and the contacts in the last of them."""
     from wheeltapper.march import multibody
 
-    return multibody.probe(assembly, states)
+    return multibody.start_rates(assembly, states)
 
 
 # -- many cells, and derivatives --------------------------------------------------------------------------------------
@@ -354,7 +357,7 @@ def cells_are_ready(cells: ensemble.Cells, tally: bool) -> bool:
 
 
 def tangents(
-    cells: ensemble.Cells, turns: gradients.Turns, threads: int,
+    cells: ensemble.Cells, turns: gradients.CellTangents, threads: int,
     read: Callable[[slice, ensemble.Marched, gradients.Tangents], None], tally: bool = False,
 ) -> None:  # fmt: skip
     """March many cells with their derivatives, block by block, and hand each block to `read`."""
@@ -363,7 +366,7 @@ def tangents(
     march_all(cells, turns, threads, read, tally)
 
 
-def tangents_are_ready(cells: ensemble.Cells, turns: gradients.Turns, tally: bool) -> bool:
+def tangents_are_ready(cells: ensemble.Cells, turns: gradients.CellTangents, tally: bool) -> bool:
     """Return False where marching these cells with their derivatives begins with compiling."""
     from wheeltapper.march.gradients import is_ready
 
@@ -374,9 +377,9 @@ def sample_tangents(
     program: Program, turns: FloatArray, bends: FloatArray, table: IntArray, times: FloatArray
 ) -> tuple[March, FloatArray]:
     """March a program; return also its motion and derivatives at rising times (scaled)."""
-    from wheeltapper.march.gradients import sampled
+    from wheeltapper.march.gradients import sampled_tangents
 
-    return sampled(program, turns, bends, table, times)
+    return sampled_tangents(program, turns, bends, table, times)
 
 
 def margins(cells: ensemble.Cells, losses: int, threads: int) -> FloatArray:

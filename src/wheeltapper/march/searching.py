@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import sqrt
 
 from wheeltapper.march.assembly import BODY, LANES, MOTION_Z, PLACES, ROLL, TO_RATE
-from wheeltapper.march.crossing import Span, at_place, corner_ahead, find_corner, find_fall, first_change, suspicious
+from wheeltapper.march.crossing import Span, at_place, corner_ahead, find_corner, find_fall, first_change, may_cross
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.passing import log_peak
 from wheeltapper.march.program import FloatArray, IntArray
@@ -25,7 +25,7 @@ QUIET_FORCE = 1e-7
 
 
 @kernel
-def keep(wheels: FloatArray, kept: FloatArray) -> None:
+def keep_contacts(wheels: FloatArray, kept: FloatArray) -> None:
     """Keep the quantities of the contacts at a step's start; a force that begins to grow has the rate zero."""
     for o in range(wheels.shape[0]):
         L = wheels[o]
@@ -84,7 +84,7 @@ def mark_changes(
             lane = o * LANES + i
             sign = 2.0 * L[ON + i] - 1.0
             before, after = sign * kept[DELTAS, lane], sign * L[ROW_DELTA + i]
-            if suspicious(h, before, sign * kept[DELTA_RATES, lane], after, sign * L[DELTA_RATE + i]):
+            if may_cross(h, before, sign * kept[DELTA_RATES, lane], after, sign * L[DELTA_RATE + i]):
                 kept[MARKS, lane] = 1.0
                 found = True
     for element in range(pieces.shape[0]):

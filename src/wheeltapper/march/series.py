@@ -129,7 +129,9 @@ def enter_law(piece: int, law: FloatArray, S: FloatArray) -> None:
 
 
 @kernel
-def enter(pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, state: FloatArray, S: FloatArray) -> None:
+def enter_piece(
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray | None, state: FloatArray, S: FloatArray
+) -> None:
     """Put the piece and the law of a state (or of a row of steps) in S, as functions of the time from there on."""
     localise(pieces, numbers, int(state[PIECE]), state[SHIFT], state[TIME], S)
     if law is not None:
@@ -219,7 +221,7 @@ def harmonic_forcing(numbers: FloatArray, S: FloatArray) -> tuple[float, float]:
 
 
 @kernel
-def _forcing(numbers: FloatArray, S: FloatArray) -> int:
+def _write_forcing(numbers: FloatArray, S: FloatArray) -> int:
     """Put the polynomial part of F = 1 + K·y_k + G·y_k' + y_k'' in row COMP; return its degree."""
     K = numbers[contract.STIFFNESS]
     G = numbers[contract.DAMPING]
@@ -288,7 +290,7 @@ def contact_series(
     cubic = numbers[contract.CUBIC]
     eta = numbers[contract.HYSTERESIS]
     deck = numbers[contract.DECK_MASS] > 0.0
-    degree = _forcing(numbers, S)
+    degree = _write_forcing(numbers, S)
     gain_sin, gain_cos = harmonic_forcing(numbers, S)
     wavy = S[layout.HERE_OMEGA] != 0.0
     omega = S[layout.HERE_OMEGA]

@@ -41,7 +41,7 @@ import numpy as np
 from wheeltapper.march import events as event
 from wheeltapper.march import layout, step, telling
 from wheeltapper.march import program as contract
-from wheeltapper.march.damper_hold import damper_pull, held_contact_reach, held_flight_reach, start_end, stretch
+from wheeltapper.march.damper_hold import carry_end, damper_pull, held_contact_reach, held_flight_reach, start_end
 from wheeltapper.march.flight import bonded_series, flight_series
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import COUNT, FLIGHT_ORDER, MARK, STATE, N, T, U, W, Y, Z
@@ -52,7 +52,7 @@ from wheeltapper.march.yielding import change_law, choose_law, yielding_reach
 
 
 @kernel
-def conclude(numbers: FloatArray, until: float, length: float, after: float, u: float, w: float, what: int, trend: int, degree: int, turns: bool, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
+def finish_contact_step(numbers: FloatArray, until: float, length: float, after: float, u: float, w: float, what: int, trend: int, degree: int, turns: bool, steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray) -> None:  # fmt: skip
     """Log the contact step whose series are in S, and go to its end; row `trend` has the sign of the force's rate."""
     order = int(numbers[contract.ORDER])
     time = S[STATE + TIME]
@@ -79,7 +79,7 @@ def conclude(numbers: FloatArray, until: float, length: float, after: float, u: 
             velocity += z
         if what == step.OPENS:
             u = 0.0
-        event.follow(S[STATE + TIME], 0.0, 0.0, peaks, S[MARK:], S[COUNT:])
+        event.follow_force(S[STATE + TIME], 0.0, 0.0, peaks, S[MARK:], S[COUNT:])
         event.log_event(S[STATE + TIME], contract.LOSS, w, 0.0, events, S[COUNT:])
         S[STATE + PHASE] = contract.FLIGHT if what == step.OPENS else contract.RELEASED
         S[STATE + A] = height - u * u
@@ -112,9 +112,9 @@ def _contact_step(
         turns = False  # such a step ends where the rate is zero
     length, what, after, u, w = step.contact_end(numbers, order, until - S[STATE + TIME], length, t, u, w, turns, S)
     trend, degree = step.trend_series(numbers, order, S)
-    conclude(numbers, until, length, after, u, w, what, trend, degree, turns, steps, events, peaks, S)
+    finish_contact_step(numbers, until, length, after, u, w, what, trend, degree, turns, steps, events, peaks, S)
     if damper is not None:
-        stretch(damper, order, length, S)
+        carry_end(damper, order, length, S)
         if what == step.NOTHING and bounded and numbers[contract.HYSTERESIS] != 0.0:
             S[MARK + event.AT_BREAK] = 1.0  # the force's own rate may jump with the damper's force
     if law is not None and what == step.NOTHING and ends != step.NOTHING:
@@ -124,7 +124,7 @@ def _contact_step(
 
 
 @kernel
-def arrive(numbers: FloatArray, what: int, length: float, events: FloatArray, S: FloatArray) -> None:
+def enter_phase(numbers: FloatArray, what: int, length: float, events: FloatArray, S: FloatArray) -> None:
     """Enter the phase behind a step without contact force that ended in an event after `length`."""
     if what == step.OPENS:  # the loss was where the force ended, before the indentation
         S[STATE + PHASE] = contract.FLIGHT
@@ -173,7 +173,7 @@ def _flight_step(
         event.follow_to_break(until, evaluate(S, N, FLIGHT_ORDER, length) if bonded else 0.0, peaks, S)
     event.log_step(length, steps, S)
     if damper is not None:
-        stretch(damper, FLIGHT_ORDER, length, S)
+        carry_end(damper, FLIGHT_ORDER, length, S)
     y = evaluate(S, U, FLIGHT_ORDER, length)
     v = evaluate(S, W, FLIGHT_ORDER, length)
     if numbers[contract.DECK_MASS] > 0.0:
@@ -185,7 +185,7 @@ def _flight_step(
     S[STATE + A] = y
     S[STATE + B] = v
     if what != step.NOTHING and what != step.BREAK:
-        arrive(numbers, what, length, events, S)
+        enter_phase(numbers, what, length, events, S)
     return what
 
 
@@ -202,7 +202,7 @@ def next_break(pieces: FloatArray, numbers: FloatArray, S: FloatArray) -> float:
 
 
 @kernel
-def _rest(numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -> None:
+def _leave_rest(numbers: FloatArray, damper: FloatArray | None, S: FloatArray) -> None:
     """Leave the rest point u = w = 0 of the regularised system along the motion that it starts, if it starts one."""
     y, v = rail_at(0.0, S[STATE:], S)
     v -= S[STATE + B]
@@ -267,9 +267,9 @@ def advance_kernel(
     if law is not None:
         localise_marks(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], time, S)
         enter_law(NO_PIECE, law, S)
-    in_contact = event.touches(S[STATE + PHASE])
+    in_contact = event.is_contact_phase(S[STATE + PHASE])
     if in_contact and S[STATE + A] == 0.0 and abs(S[STATE + B]) < event.GRAZE:
-        _rest(numbers, damper, S)
+        _leave_rest(numbers, damper, S)
         return contract.RUNNING
     if in_contact:
         what = _contact_step(pieces, numbers, law, damper, until, steps, events, peaks, stops, S, strict)
@@ -304,7 +304,7 @@ def march_kernel(
 @kernel
 def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Set the state at time zero from the start's displacement and velocity."""
-    event.forget(S)
+    event.reset_force_trend(S)
     S[STATE : STATE + LENGTH] = 0.0
     S[STATE + SHIFT] = numbers[contract.START_SHIFT]
     S[COUNT : COUNT + layout.STOPS + 1] = 0.0
@@ -319,7 +319,7 @@ def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S:
         else 0.0
     )
     localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], 0.0, S)
-    event.place(numbers, numbers[contract.START_HEIGHT], numbers[contract.START_VELOCITY], -1, 0.0, events, S)
+    event.choose_phase(numbers, numbers[contract.START_HEIGHT], numbers[contract.START_VELOCITY], -1, 0.0, events, S)
 
 
 class March(NamedTuple):
@@ -344,7 +344,7 @@ class _Tables(NamedTuple):
     pieces: FloatArray
 
     @staticmethod
-    def of(program: contract.Program) -> _Tables:
+    def empty_tables(program: contract.Program) -> _Tables:
         """Return room for a first few thousand steps and their events; a spot that remembers adds pieces."""
         columns, stops, pieces = contract.STEP_COLUMNS, None, program.pieces
         if len(program.damper):
@@ -357,7 +357,7 @@ class _Tables(NamedTuple):
     def larger(self, work: FloatArray) -> _Tables:
         """Return the tables, those twice as long that are three quarters full."""
         longer: Any = (
-            None if table is None else telling.grown(table, rows)
+            None if table is None else telling.grown_table(table, rows)
             for table, rows in zip(self, work[COUNT + USED], strict=True)
         )  # fmt: skip
         return _Tables(*longer)
@@ -375,13 +375,13 @@ def _arguments(program: contract.Program, tables: _Tables, room: FloatArray, wor
 
 def is_ready(program: contract.Program) -> bool:
     """Return False where marching this program begins with compiling its kernel."""
-    tables = _Tables.of(program)
+    tables = _Tables.empty_tables(program)
     return is_compiled(march_kernel, _arguments(program, tables, tables.steps, np.zeros(layout.SCRATCH)))
 
 
-def march(program: contract.Program, tell: telling.Tell = telling.untold) -> March:
+def march(program: contract.Program, tell: telling.Tell = telling.report_nothing) -> March:
     """March a program from its start to its end."""
-    tables, work = _Tables.of(program), np.zeros(layout.SCRATCH)
+    tables, work = _Tables.empty_tables(program), np.zeros(layout.SCRATCH)
     start_kernel(program.pieces, program.numbers, tables.events, work)
     if program.numbers[contract.MEMORY] != 0.0:
         work[COUNT + layout.PIECES] = len(program.pieces)

@@ -12,7 +12,7 @@ from wheeltapper.march.layout import STATE, N, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, A, B, FloatArray
 from wheeltapper.march.roots import NONE, evaluate, evaluate_derivative, first_root
 from wheeltapper.march.series import contact_series, harmonic_forcing
-from wheeltapper.march.steplength import SLOW, stable, steplength
+from wheeltapper.march.steplength import SLOW, stable_step, steplength
 from wheeltapper.march.unrolled import coast_flat_12, coast_flat_20, coast_wave_12, coast_wave_20
 
 # What ends a step.
@@ -22,7 +22,7 @@ HUGE = 1e200
 
 
 @kernel
-def fastest(numbers: FloatArray, suspension: float, S: FloatArray) -> float:
+def fastest_rate(numbers: FloatArray, suspension: float, S: FloatArray) -> float:
     """Return the rate in s of the fastest part of the motion at a contact step's start; `suspension`: its part in t.
 
     The contact's own stiffness under the wheel does not count: what it does is never small in the series.
@@ -56,7 +56,7 @@ def contact_reach(numbers: FloatArray, suspension: float, S: FloatArray) -> floa
         w_before = max(w_before, abs(S[Z + order - 1]))
     goal = np.log2(numbers[contract.TOLERANCE])
     length = steplength(order, u_before, w_before, u_last, w_last, goal)
-    return stable(order, length, fastest(numbers, suspension, S))
+    return stable_step(order, length, fastest_rate(numbers, suspension, S))
 
 
 @kernel

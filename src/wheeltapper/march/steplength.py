@@ -23,7 +23,7 @@ SLOW = 1.0
 
 
 @kernel
-def _bits(x: float) -> float:
+def _log2_bits(x: float) -> float:
     """Return the bits of a positive number as a number: 2**52·(log2(x) + BIAS), with an error up to 0.05·2**52."""
     return float(np.float64(x).view(np.int64))
 
@@ -32,15 +32,15 @@ def _bits(x: float) -> float:
 def steplength(order: int, u_before: float, w_before: float, u_last: float, w_last: float, goal: float) -> float:
     """Return the step in s at which the terms of u and w of orders `order` - 1 and `order` reach 2**goal."""
     start = UNIT * (goal / (order - 1) + LOG_SAFETY + BIAS)
-    before = _bits(max(w_before, max(u_before, FLOOR)))
-    last = _bits(max(w_last, max(u_last, FLOOR)))
+    before = _log2_bits(max(w_before, max(u_before, FLOOR)))
+    last = _log2_bits(max(w_last, max(u_last, FLOOR)))
     first = start + (UNIT * BIAS - before) / (order - 1)
     second = start + (UNIT * BIAS - last) / order
     return min(LONGEST, float(np.int64(min(first, second)).view(np.float64)))
 
 
 @kernel
-def stable(order: int, length: float, rate: float) -> float:
+def stable_step(order: int, length: float, rate: float) -> float:
     """Return the length of a step, limited by stability if the motion has a part as fast as `rate`."""
     reach = STABLE * order
     return reach / rate if length * rate > reach else length

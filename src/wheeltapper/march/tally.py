@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.dense import OUT_FORCE, OUT_WHEEL_V, OUT_WHEEL_Y, fill, prepare
+from wheeltapper.march.dense import OUT_FORCE, OUT_WHEEL_V, OUT_WHEEL_Y, fill_row, prepare_step
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import U
@@ -26,26 +26,26 @@ TALLY = 5
 
 
 @kernel
-def _rise(height: float, time: float, tally: FloatArray) -> None:
+def _wheel_velocity(height: float, time: float, tally: FloatArray) -> None:
     if height > tally[HIGHEST]:
         tally[HIGHEST] = height
         tally[HIGHEST_TIME] = time
 
 
 @kernel
-def _turn(
+def _note_highest(
     numbers: FloatArray, step: FloatArray, lo: float, hi: float, tally: FloatArray, S: FloatArray, point: FloatArray
 ) -> None:
     """Note the highest position between two places of the prepared step between which the wheel stops rising."""
     after = 0.0
     for _ in range(60):
         middle = 0.5 * (lo + hi)
-        after = fill(numbers, None, step, middle, S, point)
+        after = fill_row(numbers, None, step, middle, S, point)
         if point[OUT_WHEEL_V] > 0.0:
             lo = middle
         else:
             hi = middle
-    _rise(point[OUT_WHEEL_Y], step[TIME] + after, tally)
+    _wheel_velocity(point[OUT_WHEEL_Y], step[TIME] + after, tally)
 
 
 @kernel
@@ -57,7 +57,7 @@ def tally_kernel(
     for i in range(count):
         step = steps[i]
         flying = is_free(step[PHASE])
-        contact = prepare(pieces, numbers, None, None, step, S)
+        contact = prepare_step(pieces, numbers, None, None, step, S)
         if flying:
             tally[STILL_OPEN] = 0.0
         elif tally[FLEW] != 0.0:
@@ -65,21 +65,21 @@ def tally_kernel(
             impulses[int(tally[CONTACTS])] = 0.0
             tally[CONTACTS] += 1.0
         tally[FLEW] = 1.0 if flying else 0.0
-        fill(numbers, None, step, 0.0, S, point)
-        _rise(point[OUT_WHEEL_Y], step[TIME], tally)
+        fill_row(numbers, None, step, 0.0, S, point)
+        _wheel_velocity(point[OUT_WHEEL_Y], step[TIME], tally)
         before = 0.0
         rising = point[OUT_WHEEL_V] > 0.0
         for j in range(len(NODES) + 1):
             x = NODES[j] * step[LENGTH] if j < len(NODES) else step[LENGTH]
-            after = fill(numbers, None, step, x, S, point)
+            after = fill_row(numbers, None, step, x, S, point)
             if j < len(NODES) and tally[STILL_OPEN] != 0.0:
                 weight = WEIGHTS[j] * step[LENGTH]
                 if contact:
                     weight *= evaluate(S, U, int(numbers[contract.ORDER]), x)
                 impulses[int(tally[CONTACTS]) - 1] += weight * point[OUT_FORCE]
-            _rise(point[OUT_WHEEL_Y], step[TIME] + after, tally)
+            _wheel_velocity(point[OUT_WHEEL_Y], step[TIME] + after, tally)
             falling = point[OUT_WHEEL_V] <= 0.0
             if rising and falling:
-                _turn(numbers, step, before, x, tally, S, point)
+                _note_highest(numbers, step, before, x, tally, S, point)
             rising = not falling
             before = x

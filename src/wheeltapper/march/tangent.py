@@ -31,7 +31,7 @@ from wheeltapper.march.tangent_path import CARRIED, DA, DB, DBREAK, DSHIFT, DT, 
 from wheeltapper.march.tangent_peaks import is_inside, peaks_inside
 from wheeltapper.march.tangent_plain import is_plain, plain_peak, plain_tangents
 from wheeltapper.march.tangent_samples import sample_tangents
-from wheeltapper.march.tangent_series import at, contact_tangent, flight_tangent
+from wheeltapper.march.tangent_series import contact_tangent, flight_tangent, sum_at
 from wheeltapper.march.tangent_tally import add_impulse, highest_tangent
 
 GRAZING = 1e-3
@@ -58,11 +58,11 @@ def _flight_tangents(
     flight_tangent(numbers, turns, on_deck, bonded, carried, S, D)
     deck = numbers[contract.DECK_MASS] > 0.0
     for lane in range(LANES):
-        carried[DA, lane] = at(D, U, FLIGHT_ORDER, x, lane)
-        carried[DB, lane] = at(D, W, FLIGHT_ORDER, x, lane)
+        carried[DA, lane] = sum_at(D, U, FLIGHT_ORDER, x, lane)
+        carried[DB, lane] = sum_at(D, W, FLIGHT_ORDER, x, lane)
         if deck:
-            carried[DY, lane] = at(D, Y, FLIGHT_ORDER, x, lane)
-            carried[DZ, lane] = at(D, Z, FLIGHT_ORDER, x, lane)
+            carried[DY, lane] = sum_at(D, Y, FLIGHT_ORDER, x, lane)
+            carried[DZ, lane] = sum_at(D, Z, FLIGHT_ORDER, x, lane)
     end[AFTER] = x
     end[FIRST] = evaluate(S, U, FLIGHT_ORDER, x)
     end[SECOND] = evaluate(S, W, FLIGHT_ORDER, x)
@@ -82,11 +82,11 @@ def _contact_tangents(
     contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
     contact_tangent(numbers, turns, order, on_deck, carried, S, D)
     for lane in range(LANES):
-        carried[DT, lane] = at(D, T, order, x, lane)
-        carried[DA, lane] = at(D, U, order, x, lane)
-        carried[DB, lane] = at(D, W, order, x, lane)
-        carried[DY, lane] = at(D, Y, order, x, lane)
-        carried[DZ, lane] = at(D, Z, order, x, lane)
+        carried[DT, lane] = sum_at(D, T, order, x, lane)
+        carried[DA, lane] = sum_at(D, U, order, x, lane)
+        carried[DB, lane] = sum_at(D, W, order, x, lane)
+        carried[DY, lane] = sum_at(D, Y, order, x, lane)
+        carried[DZ, lane] = sum_at(D, Z, order, x, lane)
     end[AFTER] = evaluate(S, T, order, x)
     end[FIRST] = evaluate(S, U, order, x)
     end[SECOND] = evaluate(S, W, order, x)
@@ -172,12 +172,12 @@ def tangent_kernel(
             plain_tangents(numbers, turns, step, step[LENGTH], carried, end, S, D, L)
             if _turns_near(step, end):
                 contact_series(numbers, contract.DEFAULT_ORDER, step[A], step[B], 0.0, 0.0, False, S)
-                near = tangent_events.closest(step, contract.DEFAULT_ORDER, end[FIRST], end[SECOND], S)
+                near = tangent_events.closest_approach(step, contract.DEFAULT_ORDER, end[FIRST], end[SECOND], S)
                 gentlest = min(gentlest, near)
         else:
             _contact_tangents(numbers, turns, step, carried, end, S, D)
             if _turns_near(step, end):
-                near = tangent_events.closest(step, int(numbers[contract.ORDER]), end[FIRST], end[SECOND], S)
+                near = tangent_events.closest_approach(step, int(numbers[contract.ORDER]), end[FIRST], end[SECOND], S)
                 gentlest = min(gentlest, near)
             peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
         sample = sample_tangents(
@@ -238,7 +238,7 @@ def tangent_kernel(
             gentlest = min(gentlest, abs(events[event, contract.EVENT_RATE]))
             landed = not broke and events[event, contract.EVENT_KIND] == contract.IMPACT
             if landed:
-                tangent_events.land(here, carried, on_deck, end[AFTER], S, D)
+                tangent_events.land_tangents(here, carried, on_deck, end[AFTER], S, D)
                 begun = True
             for lane in range(LANES):
                 of_events[event, tangent_path.OF_TIME, lane] = carried[DBREAK, lane] if broke else carried[DT, lane]

@@ -71,7 +71,9 @@ def enter_contact(step: FloatArray, carried: FloatArray, S: FloatArray, D: Float
 
 
 @kernel
-def land(here: FloatArray, carried: FloatArray, on_deck: bool, after: float, S: FloatArray, D: FloatArray) -> None:
+def land_tangents(
+    here: FloatArray, carried: FloatArray, on_deck: bool, after: float, S: FloatArray, D: FloatArray
+) -> None:
     """Turn tangents at fixed time, before a landing, into those along it; `here` is the motion there."""
     rate = here[PATH_VELOCITY] - here[WHEEL_VELOCITY] + (here[DECK_VELOCITY] if on_deck else 0.0)
     bend = here[PATH_BEND] - here[WHEEL_BEND] + (here[DECK_BEND] if on_deck else 0.0)
@@ -108,7 +110,7 @@ def force_turns_on_or_off(
 
 
 @kernel
-def closest(step: FloatArray, order: int, u: float, w: float, S: FloatArray) -> float:
+def closest_approach(step: FloatArray, order: int, u: float, w: float, S: FloatArray) -> float:
     """Return how near a contact step comes to grazing, u = w = 0, if it turns there: the smallest u in it; else 1.
 
     u and w are those at its end, its series stand in S.

@@ -9,7 +9,7 @@ from wheeltapper.march.program import CONTACT, LENGTH, PHASE, TIME, FloatArray
 from wheeltapper.march.roots import evaluate, evaluate_derivative
 from wheeltapper.march.step import time_to
 from wheeltapper.march.tangent_path import LANES, OF_SIZE, OF_TIME
-from wheeltapper.march.tangent_series import at
+from wheeltapper.march.tangent_series import sum_at
 
 
 @kernel
@@ -34,27 +34,29 @@ def peaks_inside(
         x = time_to(S, order, step[LENGTH], after) if contact else after
         for lane in range(LANES):
             if not contact:
-                of_peaks[peak, OF_SIZE, lane] = at(D, N, order - 1, x, lane)
-                bend = _second(S, N, order, x)
-                of_peaks[peak, OF_TIME, lane] = -_slope(D, N, order - 1, x, lane) / bend
+                of_peaks[peak, OF_SIZE, lane] = sum_at(D, N, order - 1, x, lane)
+                bend = _force_second(S, N, order, x)
+                of_peaks[peak, OF_TIME, lane] = -_force_slope(D, N, order - 1, x, lane) / bend
             elif plain:
                 u = evaluate(S, U, order, x)
                 slope = evaluate_derivative(S, W, order, x)
-                d_u = at(D, U, order, x, lane)
-                d_w = at(D, W, order, x, lane)
+                d_u = sum_at(D, U, order, x, lane)
+                d_w = sum_at(D, W, order, x, lane)
                 of_peaks[peak, OF_SIZE, lane] = (2.0 * quadratic * u + 3.0 * cubic * u * u) * d_u
-                of_peaks[peak, OF_TIME, lane] = at(D, T, order, x, lane) - u * d_w / slope
+                of_peaks[peak, OF_TIME, lane] = sum_at(D, T, order, x, lane) - u * d_w / slope
             else:
                 u = evaluate(S, U, order, x)
-                bend = _second(S, N, order - 1, x)
-                of_peaks[peak, OF_SIZE, lane] = at(D, N, order - 1, x, lane)
-                of_peaks[peak, OF_TIME, lane] = at(D, T, order, x, lane) - u * _slope(D, N, order - 1, x, lane) / bend
+                bend = _force_second(S, N, order - 1, x)
+                of_peaks[peak, OF_SIZE, lane] = sum_at(D, N, order - 1, x, lane)
+                of_peaks[peak, OF_TIME, lane] = (
+                    sum_at(D, T, order, x, lane) - u * _force_slope(D, N, order - 1, x, lane) / bend
+                )
         peak += 1
     return peak
 
 
 @kernel
-def _slope(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
+def _force_slope(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
     total = 0.0
     for k in range(n, 0, -1):
         total = total * x + k * D[row + k, lane]
@@ -62,7 +64,7 @@ def _slope(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
 
 
 @kernel
-def _second(S: FloatArray, row: int, n: int, x: float) -> float:
+def _force_second(S: FloatArray, row: int, n: int, x: float) -> float:
     total = 0.0
     for k in range(n, 1, -1):
         total = total * x + k * (k - 1) * S[row + k]

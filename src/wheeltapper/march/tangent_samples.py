@@ -14,7 +14,7 @@ from wheeltapper.march.roots import evaluate, evaluate_derivative
 from wheeltapper.march.series import deck_acceleration, path_at
 from wheeltapper.march.step import time_to
 from wheeltapper.march.tangent_path import LANES, path_tangent
-from wheeltapper.march.tangent_series import at
+from wheeltapper.march.tangent_series import sum_at
 
 # What is sampled: contact force, the deck's displacement and velocity, the wheel's.
 FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V, SAMPLED_WHEEL_Y, SAMPLED_WHEEL_V = range(5)
@@ -25,7 +25,7 @@ SAMPLED = FIRST_LANE + LANES
 
 
 @kernel
-def _accelerations(numbers: FloatArray, on_deck: bool, point: FloatArray) -> tuple[float, float]:
+def _sample_accelerations(numbers: FloatArray, on_deck: bool, point: FloatArray) -> tuple[float, float]:
     """Return the accelerations of deck and wheel from their motion and the force."""
     wheel = -1.0 + point[FORCE, VALUE]
     y, v = point[SAMPLED_WHEEL_Y, VALUE], point[SAMPLED_WHEEL_V, VALUE]
@@ -61,19 +61,19 @@ def _in_contact(
     point[SAMPLED_WHEEL_V, VALUE] = velocity - w + (sway if on_deck else 0.0)
     point[SAMPLED_DECK_Y, RATE] = point[SAMPLED_DECK_V, VALUE]
     point[SAMPLED_WHEEL_Y, RATE] = point[SAMPLED_WHEEL_V, VALUE]
-    point[SAMPLED_DECK_V, RATE], point[SAMPLED_WHEEL_V, RATE] = _accelerations(numbers, on_deck, point)
+    point[SAMPLED_DECK_V, RATE], point[SAMPLED_WHEEL_V, RATE] = _sample_accelerations(numbers, on_deck, point)
     parting = bend - point[SAMPLED_WHEEL_V, RATE] + (point[SAMPLED_DECK_V, RATE] if on_deck else 0.0)  # w'
     for lane in range(LANES):
-        d_t = at(D, T, order, x, lane)
-        d_u = at(D, U, order, x, lane)
-        d_w = at(D, W, order, x, lane)
+        d_t = sum_at(D, T, order, x, lane)
+        d_u = sum_at(D, U, order, x, lane)
+        d_w = sum_at(D, W, order, x, lane)
         to = FIRST_LANE + lane
         if plain:
             point[FORCE, to] = u * (2.0 * quadratic + 3.0 * cubic * u) * d_u - point[FORCE, RATE] * d_t
         else:
-            point[FORCE, to] = at(D, N, order - 1, x, lane) - point[FORCE, RATE] * d_t
-        point[SAMPLED_DECK_Y, to] = at(D, Y, order, x, lane) - sway * d_t
-        point[SAMPLED_DECK_V, to] = at(D, Z, order, x, lane) - point[SAMPLED_DECK_V, RATE] * d_t
+            point[FORCE, to] = sum_at(D, N, order - 1, x, lane) - point[FORCE, RATE] * d_t
+        point[SAMPLED_DECK_Y, to] = sum_at(D, Y, order, x, lane) - sway * d_t
+        point[SAMPLED_DECK_V, to] = sum_at(D, Z, order, x, lane) - point[SAMPLED_DECK_V, RATE] * d_t
         d_height, d_velocity = path_tangent(after, lane, S, D)
         raised = point[SAMPLED_DECK_Y, to] if on_deck else 0.0
         point[SAMPLED_WHEEL_Y, to] = d_height - (2.0 * u * d_u - w * d_t) + raised
@@ -98,14 +98,16 @@ def _out_of_contact(
     point[SAMPLED_WHEEL_V, VALUE] = evaluate(S, W, order, x)
     point[SAMPLED_DECK_Y, RATE] = point[SAMPLED_DECK_V, VALUE]
     point[SAMPLED_WHEEL_Y, RATE] = point[SAMPLED_WHEEL_V, VALUE]
-    point[SAMPLED_DECK_V, RATE], point[SAMPLED_WHEEL_V, RATE] = _accelerations(numbers, step[ON_DECK] != 0.0, point)
+    point[SAMPLED_DECK_V, RATE], point[SAMPLED_WHEEL_V, RATE] = _sample_accelerations(
+        numbers, step[ON_DECK] != 0.0, point
+    )
     for lane in range(LANES):
         to = FIRST_LANE + lane
-        point[FORCE, to] = at(D, N, order - 1, x, lane) if bonded else 0.0
-        point[SAMPLED_DECK_Y, to] = at(D, Y, order, x, lane) if deck else 0.0
-        point[SAMPLED_DECK_V, to] = at(D, Z, order, x, lane) if deck else 0.0
-        point[SAMPLED_WHEEL_Y, to] = at(D, U, order, x, lane)
-        point[SAMPLED_WHEEL_V, to] = at(D, W, order, x, lane)
+        point[FORCE, to] = sum_at(D, N, order - 1, x, lane) if bonded else 0.0
+        point[SAMPLED_DECK_Y, to] = sum_at(D, Y, order, x, lane) if deck else 0.0
+        point[SAMPLED_DECK_V, to] = sum_at(D, Z, order, x, lane) if deck else 0.0
+        point[SAMPLED_WHEEL_Y, to] = sum_at(D, U, order, x, lane)
+        point[SAMPLED_WHEEL_V, to] = sum_at(D, W, order, x, lane)
 
 
 @kernel

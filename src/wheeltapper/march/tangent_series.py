@@ -15,7 +15,7 @@ from wheeltapper.march.tangent_path import DA, DB, DT, DY, DZ, LANES
 
 
 @kernel
-def at(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
+def sum_at(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
     """Return Σ D[row + k, lane]·x^k, k = 0 … n."""
     total = D[row + n, lane]
     for k in range(n - 1, -1, -1):
@@ -244,12 +244,12 @@ def _bonded_force_tangent(n: int, lane: int, on_deck: bool, S: FloatArray, D: Fl
         force = 0.0
         for j in range(min(n, fdegree) + 1):
             force += S[layout.HERE_FACTOR + j] * D[F + n - j, lane]
-            force += D[layout.HERE_FACTOR + j, lane] * _clearance(n - j, on_deck, S)
+            force += D[layout.HERE_FACTOR + j, lane] * _clearance_tangent(n - j, on_deck, S)
     D[N + n, lane] = force
 
 
 @kernel
-def _clearance(n: int, on_deck: bool, S: FloatArray) -> float:
+def _clearance_tangent(n: int, on_deck: bool, S: FloatArray) -> float:
     return S[F + n] - S[U + n] + (S[Y + n] if on_deck else 0.0)
 
 

@@ -11,7 +11,7 @@ from wheeltapper.march.series import path_at
 from wheeltapper.march.step import time_to
 from wheeltapper.march.tally import NODES, WEIGHTS
 from wheeltapper.march.tangent_path import LANES, path_tangent
-from wheeltapper.march.tangent_series import at
+from wheeltapper.march.tangent_series import sum_at
 
 
 @kernel
@@ -22,7 +22,7 @@ def add_impulse(order: int, length: float, impulse: FloatArray, S: FloatArray, D
         u = evaluate(S, U, order, x)
         force = evaluate(S, N, order - 1, x)
         for lane in range(LANES):
-            change = at(D, N, order - 1, x, lane) * u + force * at(D, U, order, x, lane)
+            change = sum_at(D, N, order - 1, x, lane) * u + force * sum_at(D, U, order, x, lane)
             impulse[lane] += WEIGHTS[j] * length * change
 
 
@@ -34,7 +34,7 @@ def highest_tangent(
     if step[PHASE] != CONTACT:
         x = time - step[TIME]
         for lane in range(LANES):
-            highest[lane] = at(D, U, FLIGHT_ORDER, x, lane)
+            highest[lane] = sum_at(D, U, FLIGHT_ORDER, x, lane)
         return evaluate(S, W, FLIGHT_ORDER, x)
     order = int(numbers[contract.ORDER])
     on_deck = step[ON_DECK] != 0.0
@@ -45,6 +45,8 @@ def highest_tangent(
     v = velocity - evaluate(S, W, order, x) + (evaluate(S, Z, order, x) if on_deck else 0.0)
     for lane in range(LANES):
         height, _ = path_tangent(after, lane, S, D)
-        lift = at(D, Y, order, x, lane) if on_deck else 0.0
-        highest[lane] = height + lift + (velocity - v) * at(D, T, order, x, lane) - 2.0 * u * at(D, U, order, x, lane)
+        lift = sum_at(D, Y, order, x, lane) if on_deck else 0.0
+        highest[lane] = (
+            height + lift + (velocity - v) * sum_at(D, T, order, x, lane) - 2.0 * u * sum_at(D, U, order, x, lane)
+        )
     return v

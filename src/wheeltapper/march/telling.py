@@ -17,12 +17,12 @@ Tell = Callable[[float], bool]
 """Called with the time (of the program) that a march has reached. If it returns True, the march ends as FULL."""
 
 
-def untold(reached: float) -> bool:
+def report_nothing(reached: float) -> bool:
     """Report nothing, and continue."""
     return False
 
 
-def grown(table: FloatArray, used: float, room: float = 0.0) -> FloatArray:
+def grown_table(table: FloatArray, used: float, room: float = 0.0) -> FloatArray:
     """Return a table, twice as long if three quarters of its rows are used or fewer than `room` are free."""
     if used < 0.75 * len(table) and used + room <= len(table):
         return table

@@ -47,7 +47,7 @@ def set_piece(lane: int, data: FloatArray, plan: IntArray, L: FloatArray) -> Non
 
 
 @kernel
-def gather(w: FloatArray, L: FloatArray) -> None:
+def gather_motions(w: FloatArray, L: FloatArray) -> None:
     """Copy the motion of the wheelsets into the lanes."""
     for i in range(HALF):
         at = int(L[asm.BODY * LANES + i]) * asm.PLACES
@@ -57,7 +57,7 @@ def gather(w: FloatArray, L: FloatArray) -> None:
 
 
 @kernel
-def follow(t: float, deck: int, w: FloatArray, L: FloatArray) -> None:
+def evaluate_paths(t: float, deck: int, w: FloatArray, L: FloatArray) -> None:
     """Evaluate the paths at a time: height, velocity, and the factor on C^(1/3)."""
     for i in range(LANES):
         L[wheel.ROW_PATH + i] = L[wheel.ROW_POLY + i]
@@ -65,9 +65,9 @@ def follow(t: float, deck: int, w: FloatArray, L: FloatArray) -> None:
         L[wheel.BULGE + i] = 1.0
         L[wheel.BULGE_RATE + i] = 0.0
     if L[wheel.DEGREE_FLAG] > 0.0:
-        _powers(t, wheel.ROW_POLY, wheel.ROW_PATH, wheel.PATH_RATE, L)
+        _evaluate_polynomials(t, wheel.ROW_POLY, wheel.ROW_PATH, wheel.PATH_RATE, L)
     if L[wheel.FACTOR_FLAG] > 0.0:
-        _powers(t, wheel.FACTORS, wheel.BULGE, wheel.BULGE_RATE, L)
+        _evaluate_polynomials(t, wheel.FACTORS, wheel.BULGE, wheel.BULGE_RATE, L)
     if L[wheel.WAVE_FLAG] > 0.0:
         for i in range(LANES):
             if L[wheel.WAVE_SINE + i] != 0.0 or L[wheel.WAVE_COSINE + i] != 0.0:
@@ -85,7 +85,7 @@ def follow(t: float, deck: int, w: FloatArray, L: FloatArray) -> None:
 
 
 @kernel
-def _powers(t: float, source: int, value: int, rate: int, L: FloatArray) -> None:
+def _evaluate_polynomials(t: float, source: int, value: int, rate: int, L: FloatArray) -> None:
     """Evaluate the lanes' polynomials over time, and their rates."""
     for i in range(LANES):
         place = (t - L[wheel.CENTRE_TIME + i]) * L[wheel.ROW_PACE + i]

@@ -10,32 +10,32 @@ from wheeltapper.march.program import MAX_DEGREE
 _ROWS = iter(range(LANE_COLUMNS * LANES, 400 * LANES, LANES))
 
 
-def _rows(count: int) -> tuple[int, ...]:
+def _next_rows(count: int) -> tuple[int, ...]:
     return tuple(next(_ROWS) for _ in range(count))
 
 
 SIDES, RADII = asm.SIDE * LANES, asm.NOMINAL * LANES
-(ON, ROW_PIECE, ROW_SHIFT, ROW_UNTIL, ROW_ON_DECK, CELL, NEW_CELL, CURVE_CELL) = _rows(8)
+(ON, ROW_PIECE, ROW_SHIFT, ROW_UNTIL, ROW_ON_DECK, CELL, NEW_CELL, CURVE_CELL) = _next_rows(8)
 """Whether the contact may carry force; piece and shift of the path, and the end of the piece; whether the wheel is on
 the deck; the cells of the geometry's tables and of the creep law's curve."""
-(CENTRE_TIME, ROW_PACE, WAVE_SINE, WAVE_COSINE, ROW_OMEGA) = _rows(5)
-(ROW_POLY, *_) = _rows(MAX_DEGREE + 1)
-(FACTORS, *_) = _rows(MAX_DEGREE + 1)
+(CENTRE_TIME, ROW_PACE, WAVE_SINE, WAVE_COSINE, ROW_OMEGA) = _next_rows(5)
+(ROW_POLY, *_) = _next_rows(MAX_DEGREE + 1)
+(FACTORS, *_) = _next_rows(MAX_DEGREE + 1)
 """The present piece over time: polynomials of (t - CENTRE_TIME)·PACE, and a wave."""
-(CELLS, *_) = _rows(TABLES * TABLE_TERMS)
-(CURVES, *_) = _rows(TABLE_TERMS)
+(CELLS, *_) = _next_rows(TABLES * TABLE_TERMS)
+(CURVES, *_) = _next_rows(TABLE_TERMS)
 """The present cells of both."""
-(QY, QZ, QROLL, QYAW, VX, VY, VZ, VROLL, VPITCH, VYAW) = _rows(10)
-(ROW_PATH, PATH_RATE, BULGE, BULGE_RATE) = _rows(4)
+(QY, QZ, QROLL, QYAW, VX, VY, VZ, VROLL, VPITCH, VYAW) = _next_rows(10)
+(ROW_PATH, PATH_RATE, BULGE, BULGE_RATE) = _next_rows(4)
 """Height and velocity of the path, and the factor on C^(1/3)."""
-(ROW_U, U_RATE, ROW_G, SLOPE, ARM, ROLLING, ROW_DELTA, DELTA_RATE, ROOT_C, ROOT_C_RATE) = _rows(10)
-(NORMAL, NORMAL_RATE, CUBE_ROOT) = _rows(3)
+(ROW_U, U_RATE, ROW_G, SLOPE, ARM, ROLLING, ROW_DELTA, DELTA_RATE, ROOT_C, ROOT_C_RATE) = _next_rows(10)
+(NORMAL, NORMAL_RATE, CUBE_ROOT) = _next_rows(3)
 """Normal force N (its component along z), its rate, and N^(1/3)."""
-(STIFF_X, STIFF_Y, STIFF_SPIN, STIFF_TURN, ROW_FLATNESS) = _rows(5)
+(STIFF_X, STIFF_Y, STIFF_SPIN, STIFF_TURN, ROW_FLATNESS) = _next_rows(5)
 """Kalker's coefficients at this force, and b/a."""
-(SLIP_X, SLIP_Y, SLIP_TURN, FX, FY, MZ, SHARE) = _rows(7)
+(SLIP_X, SLIP_Y, SLIP_TURN, FX, FY, MZ, SHARE) = _next_rows(7)
 """Slip velocities, creep forces and moment, and the share of the linear resultant that remains."""
-(UX, UY, TURN_X, TURN_Y, PX, PY, SUM_X, SUM_Y) = _rows(8)
+(UX, UY, TURN_X, TURN_Y, PX, PY, SUM_X, SUM_Y) = _next_rows(8)
 """FASTSIM: scaled slips and spins, the traction where it has come to, and its sum."""
 FLAGS = next(_ROWS)
 DEGREE_FLAG, WAVE_FLAG, FACTOR_FLAG, AWAKE = range(FLAGS, FLAGS + 4)

@@ -23,7 +23,7 @@ from wheeltapper.march.assembly import HALF, LANES
 from wheeltapper.march.fastsim import PARABOLIC, SHARE_ELLIPTIC, SHARE_PARABOLIC, fastsim
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.wheel_paths import follow, gather
+from wheeltapper.march.wheel_paths import evaluate_paths, gather_motions
 
 LAST_CELL = asm.SATURATION_CELLS * (1.0 - 1e-15)
 """Largest position in the creep law's curve, in cells, so that a utilisation of one still lies in the last cell."""
@@ -50,7 +50,7 @@ def _enter_cells(first: float, finer: float, data: FloatArray, cells: int, count
 
 
 @kernel
-def _value(table: int, i: int, p: float, L: FloatArray) -> float:
+def _table_value(table: int, i: int, p: float, L: FloatArray) -> float:
     """Return a table's value at the place p in a lane's cell."""
     c = wheel.CELLS + table * asm.TABLE_TERMS * LANES + i
     low = L[c] + p * (L[c + LANES] + p * L[c + 2 * LANES])
@@ -58,7 +58,7 @@ def _value(table: int, i: int, p: float, L: FloatArray) -> float:
 
 
 @kernel
-def _slope(table: int, i: int, p: float, L: FloatArray) -> float:
+def _table_slope(table: int, i: int, p: float, L: FloatArray) -> float:
     """Return a table's derivative by the place in the cell."""
     c = wheel.CELLS + table * asm.TABLE_TERMS * LANES + i
     low = L[c + LANES] + p * (2.0 * L[c + 2 * LANES] + p * 3.0 * L[c + 3 * LANES])
@@ -66,7 +66,7 @@ def _slope(table: int, i: int, p: float, L: FloatArray) -> float:
 
 
 @kernel
-def approach(first: float, finer: float, data: FloatArray, cells: int, count: int, L: FloatArray) -> None:
+def normal_forces(first: float, finer: float, data: FloatArray, cells: int, count: int, L: FloatArray) -> None:
     """Compute the indentation, the normal force, and their rates."""
     for i in range(LANES):
         L[wheel.ROW_U + i] = L[wheel.SIDES + i] * (L[wheel.QY + i] + L[wheel.RADII + i] * L[wheel.QROLL + i])
@@ -77,14 +77,14 @@ def approach(first: float, finer: float, data: FloatArray, cells: int, count: in
         u = L[wheel.ROW_U + i]
         u_rate = L[wheel.U_RATE + i]
         p = (u - first) * finer - L[wheel.CELL + i]
-        slope = _slope(asm.TABLE_LIFT, i, p, L) * finer
-        arm = _value(asm.TABLE_PLACE, i, p, L) - u
-        g = slope - side * (_slope(asm.TABLE_PLACE, i, p, L) * finer - 1.0) * L[wheel.QROLL + i]
-        lift = _value(asm.TABLE_LIFT, i, p, L)
+        slope = _table_slope(asm.TABLE_LIFT, i, p, L) * finer
+        arm = _table_value(asm.TABLE_PLACE, i, p, L) - u
+        g = slope - side * (_table_slope(asm.TABLE_PLACE, i, p, L) * finer - 1.0) * L[wheel.QROLL + i]
+        lift = _table_value(asm.TABLE_LIFT, i, p, L)
         delta = L[wheel.ROW_PATH + i] + lift - L[wheel.QZ + i] - side * arm * L[wheel.QROLL + i]
         rate = L[wheel.PATH_RATE + i] + g * u_rate - L[wheel.VZ + i] - side * arm * L[wheel.VROLL + i]
-        root_c = _value(asm.ROOT_CONSTANT, i, p, L)
-        root_c_rate = _slope(asm.ROOT_CONSTANT, i, p, L) * finer * u_rate
+        root_c = _table_value(asm.ROOT_CONSTANT, i, p, L)
+        root_c_rate = _table_slope(asm.ROOT_CONSTANT, i, p, L) * finer * u_rate
         c = root_c * L[wheel.BULGE + i]
         root = sqrt(max(delta, 0.0)) * L[wheel.ON + i]
         n = c * root
@@ -102,29 +102,29 @@ def approach(first: float, finer: float, data: FloatArray, cells: int, count: in
 
 
 @kernel
-def meet(t: float, data: FloatArray, plan: IntArray, kind: int, w: FloatArray, L: FloatArray) -> None:
+def paths_and_forces(t: float, data: FloatArray, plan: IntArray, kind: int, w: FloatArray, L: FloatArray) -> None:
     """Compute the paths, the indentations and the normal forces."""
-    gather(w, L)
-    follow(t, int(data[asm.DECK]), w, L)
+    gather_motions(w, L)
+    evaluate_paths(t, int(data[asm.DECK]), w, L)
     count = plan[asm.CELLS_EACH]
     cells = plan[asm.AT_CELLS] + kind * count * asm.TABLES * asm.TABLE_TERMS
-    approach(data[asm.FIRST_SHIFT], data[asm.CELLS_PER_M], data, cells, count, L)
+    normal_forces(data[asm.FIRST_SHIFT], data[asm.CELLS_PER_M], data, cells, count, L)
 
 
 @kernel
-def _stiffen(first: float, finer: float, speed: float, L: FloatArray) -> None:
+def _slip_and_stiffness(first: float, finer: float, speed: float, L: FloatArray) -> None:
     """Compute Kalker's coefficients over the speed, and the slip velocities."""
     for i in range(LANES):
         side = L[wheel.SIDES + i]
         p = (L[wheel.ROW_U + i] - first) * finer - L[wheel.CELL + i]
         n = L[wheel.CUBE_ROOT + i]
         square = n * n / speed
-        L[wheel.STIFF_X + i] = _value(asm.ALONG, i, p, L) * square
-        L[wheel.STIFF_Y + i] = _value(asm.ACROSS, i, p, L) * square
-        L[wheel.STIFF_SPIN + i] = _value(asm.SPIN, i, p, L) * square * n
-        L[wheel.STIFF_TURN + i] = _value(asm.SPIN_MOMENT, i, p, L) * square * n * n
-        L[wheel.ROW_FLATNESS + i] = _value(asm.SLENDER, i, p, L)
-        radius = L[wheel.RADII + i] + _value(asm.TABLE_RADIUS, i, p, L)
+        L[wheel.STIFF_X + i] = _table_value(asm.ALONG, i, p, L) * square
+        L[wheel.STIFF_Y + i] = _table_value(asm.ACROSS, i, p, L) * square
+        L[wheel.STIFF_SPIN + i] = _table_value(asm.SPIN, i, p, L) * square * n
+        L[wheel.STIFF_TURN + i] = _table_value(asm.SPIN_MOMENT, i, p, L) * square * n * n
+        L[wheel.ROW_FLATNESS + i] = _table_value(asm.SLENDER, i, p, L)
+        radius = L[wheel.RADII + i] + _table_value(asm.TABLE_RADIUS, i, p, L)
         spinning = speed / L[wheel.RADII + i]
         L[wheel.ROLLING + i] = radius
         L[wheel.SLIP_X + i] = speed + L[wheel.VX + i] - side * L[wheel.ARM + i] * L[wheel.VYAW + i] - radius * spinning
@@ -147,7 +147,7 @@ def _turn_along(L: FloatArray) -> None:
 
 # Loops that are long enough are not unrolled before they are made vectors of: hence few and long ones below.
 @kernel
-def _linear(inclined: float, friction: float, L: FloatArray) -> float:
+def _linear_forces(inclined: float, friction: float, L: FloatArray) -> float:
     """Compute the linear forces, in the plane of contact if it is inclined (1), and the utilisation of friction.
 
     Return zero if all lanes stay in their cells of the creep law's curve.
@@ -190,7 +190,7 @@ def _enter_curve(data: FloatArray, saturation: int, L: FloatArray) -> None:
 
 
 @kernel
-def _saturate(L: FloatArray) -> None:
+def _limit_by_curve(L: FloatArray) -> None:
     """Limit the linear forces by friction, along the law's curve."""
     for i in range(LANES):
         m = L[wheel.SHARE + i]
@@ -206,7 +206,7 @@ def _saturate(L: FloatArray) -> None:
 
 
 @kernel
-def _slide(friction: float, inclined: float, bound: int, L: FloatArray) -> None:
+def _scale_slips(friction: float, inclined: float, bound: int, L: FloatArray) -> None:
     """Scale the slips for FASTSIM."""
     scale = SHARE_PARABOLIC if bound == PARABOLIC else SHARE_ELLIPTIC
     for i in range(LANES):
@@ -234,28 +234,28 @@ def _sum_strips(cells: int, strips: int, bound: int, L: FloatArray) -> None:
 
 
 @kernel
-def rub(data: FloatArray, plan: IntArray, inclined: bool, L: FloatArray) -> None:
+def creep_forces(data: FloatArray, plan: IntArray, inclined: bool, L: FloatArray) -> None:
     """Compute the creep forces."""
     creep = data[asm.CREEP]
     if creep == asm.NO_CREEP:
         return
-    _stiffen(data[asm.FIRST_SHIFT], data[asm.CELLS_PER_M], data[asm.SPEED], L)
+    _slip_and_stiffness(data[asm.FIRST_SHIFT], data[asm.CELLS_PER_M], data[asm.SPEED], L)
     if data[asm.QUASI_STATIC] != 0.0 and not inclined:
         _turn_along(L)
     friction = data[asm.FRICTION]
-    changed = _linear(1.0 if inclined else 0.0, friction, L)
+    changed = _linear_forces(1.0 if inclined else 0.0, friction, L)
     if creep == asm.CURVE:
         if changed != 0.0:
             _enter_curve(data, plan[asm.AT_SATURATION], L)
-        _saturate(L)
+        _limit_by_curve(L)
     else:
         cells, strips, bound = data[asm.STRIP_CELLS], data[asm.STRIP_COUNT], data[asm.STRIP_BOUND]
-        _slide(friction, 1.0 if inclined else 0.0, int(bound), L)
+        _scale_slips(friction, 1.0 if inclined else 0.0, int(bound), L)
         _sum_strips(int(cells), int(strips), int(bound), L)
 
 
 @kernel
-def push(inclined: bool, deck: int, L: FloatArray, Q: FloatArray) -> None:
+def add_body_forces(inclined: bool, deck: int, L: FloatArray, Q: FloatArray) -> None:
     """Add the contact forces to the forces on the bodies."""
     for i in range(LANES):
         if L[wheel.SIDES + i] == 0.0 or L[wheel.NORMAL + i] == 0.0:

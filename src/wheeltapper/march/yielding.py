@@ -28,7 +28,7 @@ import numpy as np
 
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
-from wheeltapper.march.events import follow, log_event
+from wheeltapper.march.events import follow_force, log_event
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE, Q, T, U, W
 from wheeltapper.march.program import DECK_V, DECK_Y, ON_DECK, PHASE, PIECE, TIME, A, B, FloatArray
@@ -77,7 +77,7 @@ def choose_law(numbers: FloatArray, law: FloatArray, events: FloatArray, S: Floa
 
 
 @kernel
-def _root(order: int, length: float, direction: float, size: float, S: FloatArray) -> float:
+def _first_directed_root(order: int, length: float, direction: float, size: float, S: FloatArray) -> float:
     """Return the first root of row TREND in the step in that direction; a step that begins at one does not count.
 
     `size` is that of what TREND is the difference of.
@@ -89,25 +89,25 @@ def _root(order: int, length: float, direction: float, size: float, S: FloatArra
 
 
 @kernel
-def _reaches(square: float, order: int, length: float, direction: float, S: FloatArray) -> float:
+def _indentation_crossing(square: float, order: int, length: float, direction: float, S: FloatArray) -> float:
     """Return where in the step u² goes through a constant; NONE where it does not."""
     if square <= 0.0:
         return NONE
     for k in range(order + 1):
         S[layout.TREND + k] = S[U + k]
     S[layout.TREND] -= sqrt(square)
-    return _root(order, length, direction, S[U], S)
+    return _first_directed_root(order, length, direction, S[U], S)
 
 
 @kernel
 def _meets_yield(order: int, length: float, direction: float, S: FloatArray) -> float:
     """Return where in the step the surface begins to yield (direction 1) or to unload (-1); NONE where it does not."""
     if S[layout.HERE_BEARS_DEGREE] == 0.0:
-        return _reaches(S[layout.HERE_BEARS], order, length, direction, S)
+        return _indentation_crossing(S[layout.HERE_BEARS], order, length, direction, S)
     borne_series(order, S)
     for k in range(order):
         S[layout.TREND + k] = S[Q + k] - S[layout.HORNER_BEARS + k]
-    root = _root(order - 1, length, direction, S[Q], S)
+    root = _first_directed_root(order - 1, length, direction, S[Q], S)
     if root == NONE:
         return NONE
     slope = evaluate_derivative(S, layout.TREND, order - 1, root)
@@ -121,11 +121,11 @@ def _meets_yield(order: int, length: float, direction: float, S: FloatArray) -> 
 def _meets_border(depth: float, order: int, length: float, direction: float, S: FloatArray) -> float:
     """Return where in a yielding step the virgin surface's indentation goes through a value; NONE where it does not."""
     if S[layout.HERE_RESIDUAL_DEGREE] == 0.0:
-        return _reaches(depth - S[layout.HERE_RESIDUAL], order, length, direction, S)
+        return _indentation_crossing(depth - S[layout.HERE_RESIDUAL], order, length, direction, S)
     for k in range(order):
         S[layout.TREND + k] = S[layout.DEPTH + k]
     S[layout.TREND] -= (depth - S[layout.HERE_LAW_CENTRE]) / S[layout.HERE_LAW_SCALE]
-    return _root(order - 1, length, direction, depth / S[layout.HERE_LAW_SCALE], S)
+    return _first_directed_root(order - 1, length, direction, depth / S[layout.HERE_LAW_SCALE], S)
 
 
 @kernel
@@ -168,7 +168,9 @@ def _yielding_end(law: FloatArray, order: int, length: float, memory: bool, S: F
 
 
 @kernel
-def _remember(pieces: FloatArray, numbers: FloatArray, law: FloatArray, ends_at_rest: bool, S: FloatArray) -> None:
+def _append_memory_piece(
+    pieces: FloatArray, numbers: FloatArray, law: FloatArray, ends_at_rest: bool, S: FloatArray
+) -> None:
     """Begin a piece for the spot as it is left by what it carries now; its surface is what is left of it."""
     here, row = int(S[STATE + PIECE]), int(S[COUNT + layout.PIECES])
     before = residual_at(0.0, S)
@@ -221,8 +223,8 @@ def change_law(
     depth = S[STATE + A] * S[STATE + A] + residual_at(after, S)
     if ends == UNLOADS:
         if length > 0.0:
-            follow(S[STATE + TIME], law_at(depth, S), 0.0, peaks, S[MARK:], S[COUNT:])
-        _remember(pieces, numbers, law, length > 0.0, S)
+            follow_force(S[STATE + TIME], law_at(depth, S), 0.0, peaks, S[MARK:], S[COUNT:])
+        _append_memory_piece(pieces, numbers, law, length > 0.0, S)
         return
     if ends == YIELDS:
         log_event(S[STATE + TIME], contract.YIELD, S[STATE + B], 0.0, events, S[COUNT:])

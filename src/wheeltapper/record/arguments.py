@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_list, as_path, check_choice
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.record.recording import Recording
 
@@ -24,8 +24,8 @@ def as_scenario(given: Any) -> Scenario:
 def as_scenarios(given: Any) -> list[Scenario]:
     """Return scenarios from a list of scenarios and paths."""
     if isinstance(given, dict) or not isinstance(given, Iterable) or hasattr(given, "model_fields_set"):
-        raise InputError("", "scenario", shown(given), "a Scenario, the path of its TOML file, or several of them")
-    return _each(given, "scenario", as_scenario)
+        raise InputError("", "scenario", value_text(given), "a Scenario, the path of its TOML file, or several of them")
+    return _value_of_each(given, "scenario", as_scenario)
 
 
 def as_recording(given: Any) -> Recording:
@@ -42,10 +42,10 @@ def as_recordings(given: Any) -> list[Recording]:
     several = as_list(given, "recordings", "a list of Recordings, or of paths of their files")
     if not several:
         raise InputError("", "recordings", "none", "one for each wheelset of the train")
-    return _each(several, "recordings", as_recording)
+    return _value_of_each(several, "recordings", as_recording)
 
 
-def _each(several: Iterable[Any], field: str, as_one: Callable[[Any], T]) -> list[T]:
+def _value_of_each(several: Iterable[Any], field: str, as_one: Callable[[Any], T]) -> list[T]:
     """Return what each of several stands for; of what is none of a kind, the message names the place."""
     out = []
     for i, one in enumerate(several):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import has_unit, in_si, to_si
 
 
@@ -44,4 +44,4 @@ def as_array(
             return np.asarray(values, dtype=kind)
     except (TypeError, ValueError, OverflowError):
         pass
-    raise InputError("", field, shown(given), allowed)
+    raise InputError("", field, value_text(given), allowed)

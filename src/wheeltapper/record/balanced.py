@@ -49,7 +49,7 @@ def missing_part(program: Program, march: March) -> float:
     return float(missing / exchanged)
 
 
-def judged(status: int, missing: float) -> tuple[int, tuple[Note, ...]]:
+def judged_balance(status: int, missing: float) -> tuple[int, tuple[Note, ...]]:
     """Return the status of a finished march, and notes on its energy for the user."""
     if status != contract.DONE or missing <= NOTABLE:
         return status, ()

@@ -28,7 +28,7 @@ THERE, ABSENT, DAMAGED = range(3)
 Place = tuple[int, ...]
 
 
-def places(array: Any) -> Iterator[Place]:
+def chunk_places(array: Any) -> Iterator[Place]:
     """Return the places of an array's chunks."""
     both = zip(array.shape, array.chunks, strict=True)
     return itertools.product(*(range(-(-length // size)) for length, size in both))
@@ -61,7 +61,7 @@ def load_chart(path: Path) -> xr.Dataset:
     import xarray as xr
     import zarr
 
-    from wheeltapper.record.simulate import warn
+    from wheeltapper.record.simulate import warn_caller
 
     try:
         group = zarr.open_group(path, mode="r", use_consolidated=False)
@@ -72,7 +72,7 @@ def load_chart(path: Path) -> xr.Dataset:
     if held.get("title") != CHART_TITLE or "status" not in arrays:
         raise InputError(str(path), "", "a store that wheeltapper did not write", CHART)
     version = check_format(held.get("format", 0), FORMAT)
-    absent = list(_absent(path, group, arrays, version))
+    absent = list(_absent_blocks(path, group, arrays, version))
     chart: xr.Dataset = xr.open_zarr(path, consolidated=False)
     cells = np.array(chart.status.values)
     for block in absent:
@@ -80,12 +80,12 @@ def load_chart(path: Path) -> xr.Dataset:
     missing = int((cells == MISSING).sum())
     if missing:
         text = f"{path}: {missing} of {cells.size} cells are not computed; wheeltapper sweep --resume computes them"
-        warn(text)
+        warn_caller(text)
     found: xr.Dataset = chart.assign(status=chart.status.copy(data=cells))
     return found
 
 
-def _absent(path: Path, group: Any, arrays: dict[str, Any], version: int) -> Iterator[tuple[slice, ...]]:
+def _absent_blocks(path: Path, group: Any, arrays: dict[str, Any], version: int) -> Iterator[tuple[slice, ...]]:
     """Return the blocks of cells with an absent chunk; refuse a store with a damaged one.
 
     Format 1 left out chunks with nothing but NaN, and axes with nothing but zeros.
@@ -93,15 +93,15 @@ def _absent(path: Path, group: Any, arrays: dict[str, Any], version: int) -> Ite
     along = arrays["status"].metadata.dimension_names
     axes = {*along, *str(group.attrs.get("coordinates", "")).split(), "parameter"}
     for name, array in arrays.items():
-        for place in places(array):
+        for place in chunk_places(array):
             state = state_of(path, group, name, place)
             if state == DAMAGED or (state == ABSENT and name in axes and version > 1):
-                raise _damaged(path, name, place, state)
+                raise _damaged_error(path, name, place, state)
             if state == ABSENT and name not in axes and (version > 1 or name == "status"):
-                yield _block(array, place)[-len(along) :]
+                yield _chunk_values(array, place)[-len(along) :]
 
 
-def _damaged(path: Path, name: str, place: Place, state: int) -> InputError:
+def _damaged_error(path: Path, name: str, place: Place, state: int) -> InputError:
     what = "no" if state == ABSENT else "a damaged"
     return InputError(
         str(path), name, f"{what} chunk {'/'.join(map(str, place))}",
@@ -109,6 +109,6 @@ def _damaged(path: Path, name: str, place: Place, state: int) -> InputError:
     )  # fmt: skip
 
 
-def _block(array: Any, place: Place) -> tuple[slice, ...]:
+def _chunk_values(array: Any, place: Place) -> tuple[slice, ...]:
     """Return the values of an array in a chunk."""
     return tuple(slice(i * size, (i + 1) * size) for i, size in zip(place, array.chunks, strict=True))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper.ground.arguments import as_quantity, check_choice
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.record.arrays import as_array
 from wheeltapper.record.weighting import WEIGHTINGS, as_rate, weighted, weighting
 
@@ -72,7 +72,9 @@ def running_rms(weighted: ArrayLike, rate: float | str, seconds: float | str) ->
     InputError
         For a window of less than one sample.
     """
-    length = _window(as_quantity(rate, "rate", "frequency"), as_quantity(seconds, "seconds", "time", positive=False))
+    length = _window_samples(
+        as_quantity(rate, "rate", "frequency"), as_quantity(seconds, "seconds", "time", positive=False)
+    )
     allowed = "an array of finite samples, time last"
     with np.errstate(over="ignore"):
         squares = np.atleast_1d(as_array(weighted, "weighted", allowed)) ** 2
@@ -126,7 +128,7 @@ def ride_comfort(
         another vertical weighting.
     """
     check_choice(vertical_weighting, "vertical_weighting", VERTICAL_FOR_RAIL)
-    samples, rate = _three(longitudinal, lateral, vertical), as_rate(rate)
+    samples, rate = _three_axes(longitudinal, lateral, vertical), as_rate(rate)
     duration, settling = samples.shape[-1] / rate, as_quantity(settling, "settling", "time", positive=False)
     if not settling < duration:
         raise InputError("", "settling", f"{settling:g} s", f"0 to less than the record's {duration:g} s")
@@ -135,11 +137,11 @@ def ride_comfort(
     iso, rail = (
         np.concatenate([flat, weighted(samples[2:], rate, name)])[:, begin:] for name in ("Wk", vertical_weighting)
     )
-    rms = _rms(iso)
+    rms = _root_mean_square(iso)
     transients = running_rms(iso, rate, TRANSIENT)
     return {
         "weighted_rms": rms,
-        "weighted_rms_rail": _rms(rail),
+        "weighted_rms_rail": _root_mean_square(rail),
         "vibration_total_value": float(np.linalg.norm(np.array(AXIS_FACTORS) * rms)),
         "maximum_transient_vibration": transients.max(axis=-1) if transients.size else np.full(3, np.nan),
         "vibration_dose": ((iso**4).sum(axis=-1) / rate) ** 0.25,
@@ -149,25 +151,25 @@ def ride_comfort(
 
 def _mean_comfort(rail: FloatArray, rate: float) -> dict[str, Any]:
     """Return the numbers of EN 12299 from weighted accelerations (3, samples)."""
-    length = _window(rate, BLOCK)
+    length = _window_samples(rate, BLOCK)
     count = rail.shape[-1] // length
-    blocks = _rms(rail[:, : count * length].reshape(3, count, length))
+    blocks = _root_mean_square(rail[:, : count * length].reshape(3, count, length))
     high = np.percentile(blocks, PERCENTILE, axis=-1) if count else np.full(3, np.nan)
     mean = float(FACTOR * np.linalg.norm(high))
     return {"blocks": count, "continuous_comfort": blocks, "percentile_95": high, "mean_comfort": mean}
 
 
-def _rms(samples: FloatArray) -> FloatArray:
+def _root_mean_square(samples: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.mean(samples**2, axis=-1)))
 
 
-def _window(rate: float, seconds: float) -> int:
+def _window_samples(rate: float, seconds: float) -> int:
     if not 0.5 < rate * seconds < np.inf:
         raise InputError("", "seconds", f"{seconds!r} s at {rate!r} samples per second", "at least one sample")
     return round(rate * seconds)
 
 
-def _three(*axes: ArrayLike) -> FloatArray:
+def _three_axes(*axes: ArrayLike) -> FloatArray:
     allowed = "one row of samples, equally many along each axis"
     held = [as_array(axis, name, allowed, "acceleration") for name, axis in zip(AXES, axes, strict=True)]
     for name, samples in zip(AXES, held, strict=True):
@@ -223,14 +225,14 @@ def comfort(
     allowed = "three numbers in m (x, y, z), or None"
     offset = np.zeros(3) if at is None else as_array(at, "at", allowed, "length")
     if offset.shape != (3,) or not np.isfinite(offset).all():
-        raise InputError("", "at", shown(at), allowed)
+        raise InputError("", "at", value_text(at), allowed)
     if not hasattr(record, "history"):
-        raise InputError("", "record", shown(record), "the record of a wagon")
+        raise InputError("", "record", value_text(record), "the record of a wagon")
     x, y, z = _point_acceleration(record.history(rate), body, offset)
     found = ride_comfort(x, y, z, rate, vertical_weighting=vertical_weighting, settling=settling)
     ends = settling + BLOCK * np.arange(1, found["blocks"] + 1)
     return xr.Dataset(
-        {name: (("axis", "block")[: np.ndim(found[name])], found[name], _labels(name)) for name in RESULTS},
+        {name: (("axis", "block")[: np.ndim(found[name])], found[name], _result_labels(name)) for name in RESULTS},
         coords={
             "axis": ("axis", list(AXES), {"units": "", "long_name": "axis of the body"}),
             "block": ("block", ends, {"units": "s", "long_name": "end of the block"}),
@@ -255,7 +257,7 @@ def _too_short(blocks: int, seconds: float) -> str:
     return f"{'; '.join(said)}; counted here: {seconds:.4g} s" if said else ""
 
 
-def _labels(name: str) -> dict[str, str]:
+def _result_labels(name: str) -> dict[str, str]:
     return dict(zip(("units", "long_name"), RESULTS[name], strict=True))
 
 

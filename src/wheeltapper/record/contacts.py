@@ -40,7 +40,7 @@ class Contacts:
     sides: int
 
     @property
-    def several(self) -> bool:
+    def has_several(self) -> bool:
         """Whether tables have wheelsets and sides in public."""
         return self.sides > 1
 
@@ -53,7 +53,7 @@ class Contacts:
     def labels(self) -> dict[str, NDArray[Any]]:
         """Wheelset, from 1, side and surface of each contact."""
         surface, wheel = np.divmod(np.arange(len(self.lanes)), len(self.static_force))
-        names = SIDES if self.several else SIDES[-1:]
+        names = SIDES if self.has_several else SIDES[-1:]
         return {
             "wheelset": wheel // self.sides + 1,
             "side": np.array(names)[wheel % self.sides],
@@ -61,13 +61,13 @@ class Contacts:
         }
 
     @property
-    def axes(self) -> dict[str, list[Any]]:
+    def axis_names(self) -> dict[str, list[Any]]:
         """Names of wheelsets and sides where there are several."""
-        if not self.several:
+        if not self.has_several:
             return {}
         return {"wheelset": [*range(1, self.wheelsets + 1)], "side": [*SIDES[: self.sides]]}
 
-    def of(self, rows: FloatArray) -> IntArray:
+    def contact_of_rows(self, rows: FloatArray) -> IntArray:
         """Return the contact of each event or maximum of a march."""
         if len(self.lanes) == 1:  # then that column holds something else
             return np.zeros(len(rows), dtype=np.int64)
@@ -76,6 +76,6 @@ class Contacts:
 
     def by_wheel(self, values: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
         """Return values over the wheels (..., wheels) with the dimensions that they have in public."""
-        if not self.several:
+        if not self.has_several:
             return (), values[..., 0]
         return ("wheelset", "side"), values.reshape(*values.shape[:-1], self.wheelsets, self.sides)

@@ -38,12 +38,12 @@ def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch
     limit = law.spin_range
     worst, where = limit, ""
     for number, axle in enumerate(scenario.vehicle.axles, 1):
-        outwards = _shift(lowered, march, f"wheelset {number}", axle.radius)
+        outwards = _tread_shift(lowered, march, f"wheelset {number}", axle.radius)
         for sign, side in ((1.0, "left"), (-1.0, "right")):
             use = spin_use(scenario, law.friction, axle.radius, sign * outwards)
             most = int(np.argmax(use))
             if use[most] > worst:
-                worst, where = float(use[most]), f"on wheelset {number} {side} at t = {_times(march)[most]:.4g} s"
+                worst, where = float(use[most]), f"on wheelset {number} {side} at t = {_step_times(march)[most]:.4g} s"
     found = []
     if where:
         found.append(f"spin by itself would use {worst:.2g} of the friction limit {where}")
@@ -59,13 +59,13 @@ def beyond_spin(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch
     return (Note(text, "spin", worst / limit),)
 
 
-def _times(march: MultibodyMarch) -> FloatArray:
+def _step_times(march: MultibodyMarch) -> FloatArray:
     return np.append(march.steps[:, asm.STEP_TIME], march.end)
 
 
-def _shift(lowered: LoweredWagon, march: MultibodyMarch, body: str, radius: float) -> FloatArray:
+def _tread_shift(lowered: LoweredWagon, march: MultibodyMarch, body: str, radius: float) -> FloatArray:
     """Return the shift of a wheelset's treads to the left, m, at the beginnings of all steps and at the end."""
-    motions, places = lowered.layout.motions, lowered.layout.places
+    motions, places = lowered.layout.motions, lowered.layout.displacement_places
     states = np.vstack([march.states, march.state])
     y, roll = (
         states[:, places[motions.index((body, motion))]] if (body, motion) in motions else 0.0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.lower.build import Lowered
 from wheeltapper.march import program as contract
-from wheeltapper.record.labels import flagged
+from wheeltapper.record.labels import flag_variable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,7 +22,7 @@ SIDES = ("lower", "upper")
 """Names of the two stops."""
 
 
-def stored(lowered: Lowered, ends: FloatArray) -> float:
+def bush_energy(lowered: Lowered, ends: FloatArray) -> float:
     """Return the elastic energy of the bush (scaled), from a row of the dense output."""
     from wheeltapper.march import dense
 
@@ -32,7 +32,7 @@ def stored(lowered: Lowered, ends: FloatArray) -> float:
     return float(0.5 * ends[dense.OUT_DAMPER_FORCE] ** 2 / damper[contract.DAMPER_BUSH])
 
 
-def events(lowered: Lowered, stops: FloatArray) -> xr.Dataset:
+def stop_events(lowered: Lowered, stops: FloatArray) -> xr.Dataset:
     """Return the table of stops that the end meets and leaves."""
     import xarray as xr
 
@@ -55,5 +55,5 @@ def stored_events(table: xr.Dataset) -> xr.Dataset:
     """Return that table as it is in files: names become numbers with their meaning."""
     out = table.rename({name: f"damper_event_{name}" for name in table.data_vars})
     for name, names in (("kind", KINDS), ("side", SIDES)):
-        out[f"damper_event_{name}"] = flagged("damper_event", table[name].values, names)
+        out[f"damper_event_{name}"] = flag_variable("damper_event", table[name].values, names)
     return out

@@ -50,17 +50,17 @@ def integrate(lowered: Lowered, march: March) -> Integrals:
     from wheeltapper.march import dense
 
     columns, ends = run.integrals(lowered.program, march, NODES)
-    elastic = _elastic(lowered, march, ends)
+    elastic = _elastic_energy(lowered, march, ends)
     yields = march.steps[:, contract.PHASE] >= contract.YIELDING
     if np.any(yields):
-        elastic[yields] = yielded.stored(lowered, ends[yields])
+        elastic[yields] = yielded.stored_energy(lowered, ends[yields])
     # An indentation that recovers without force returns no energy: it stays in the material.
     spent = yields | (march.steps[:, contract.PHASE] == contract.RELEASED)
     columns[spent, dense.LOST_CONTACT] -= elastic[spent, 1] - elastic[spent, 0]
     return Integrals(columns, ends, elastic, march.steps[:, contract.ON_DECK] != 0.0)
 
 
-def _elastic(lowered: Lowered, march: March, ends: FloatArray) -> FloatArray:
+def _elastic_energy(lowered: Lowered, march: March, ends: FloatArray) -> FloatArray:
     from wheeltapper.march import dense
 
     numbers, steps = lowered.program.numbers, march.steps
@@ -69,10 +69,10 @@ def _elastic(lowered: Lowered, march: March, ends: FloatArray) -> FloatArray:
     bonded = (steps[:, contract.PHASE] == contract.BONDED)[:, None]
     depth = np.where(touching, np.where(bonded, delta, np.maximum(delta, 0.0)), 0.0)
     law = 0.5 * numbers[contract.QUADRATIC] * depth**2 + 0.4 * numbers[contract.CUBIC] * np.abs(depth) ** 2.5
-    return np.asarray(law * _factors(lowered, march))
+    return np.asarray(law * _step_factors(lowered, march))
 
 
-def _factors(lowered: Lowered, march: March) -> FloatArray:
+def _step_factors(lowered: Lowered, march: March) -> FloatArray:
     """Return the factor on the contact force at both ends of each step, from the piece of that step."""
     rows = march.pieces[march.steps[:, contract.PIECE].astype(int)]
     if np.all(rows[:, contract.FACTOR_DEGREE] < 0):
@@ -96,7 +96,7 @@ def _state_energy(lowered: Lowered, ends: FloatArray) -> tuple[float, float]:
     kinetic = 0.5 * ends[dense.OUT_WHEEL_V] ** 2 + 0.5 * numbers[contract.DECK_MASS] * ends[dense.OUT_DECK_V] ** 2
     springs = numbers[contract.STIFFNESS] * ends[dense.OUT_WHEEL_Y] ** 2
     springs += numbers[contract.DECK_STIFFNESS] * ends[dense.OUT_DECK_Y] ** 2
-    return float(kinetic), float(0.5 * springs) + damper.stored(lowered, ends)
+    return float(kinetic), float(0.5 * springs) + damper.bush_energy(lowered, ends)
 
 
 def balance(lowered: Lowered, integrals: Integrals) -> xr.Dataset:

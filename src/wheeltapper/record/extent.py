@@ -50,15 +50,15 @@ def check_samples(field: str, found: str, count: float, columns: int) -> None:
     )  # fmt: skip
 
 
-def teller(what: str, unit: float, end: float, chunk: int, row_bytes: float) -> Callable[[float], bool]:
+def progress_function(what: str, unit: float, end: float, chunk: int, row_bytes: float) -> Callable[[float], bool]:
     """Return a function for the progress of a march (in `unit` s, of `end` s); it ends the march before memory ends."""
-    most = memory.available() / (TABLES * row_bytes)
+    most = memory.available_bytes() / (TABLES * row_bytes)
     steps = 0
 
-    def tell(reached: float) -> bool:
+    def report_time(reached: float) -> bool:
         nonlocal steps
         steps += chunk
         progress.report(what, min(float(reached) * unit, end), end)
         return steps > most
 
-    return tell
+    return report_time

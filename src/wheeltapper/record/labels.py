@@ -72,7 +72,7 @@ OF_WHEELS = {
 """Meanings that differ where every wheel has contacts of its own."""
 
 
-def label(name: str, several: bool = False) -> dict[str, str]:
+def attributes_of(name: str, several: bool = False) -> dict[str, str]:
     """Return unit and meaning as attributes; `several`: where every wheel has contacts of its own."""
     unit, meaning = LABELS[name]
     return {"units": unit, "long_name": of_wheels(OF_WHEELS.get(name, meaning)) if several else meaning}
@@ -89,11 +89,11 @@ def dataset(
     """Return a labelled dataset of variables with their dimensions; some of them are coordinates."""
     import xarray as xr
 
-    labelled = {name: (*held, label(name, several)) for name, held in variables.items()}
+    labelled = {name: (*held, attributes_of(name, several)) for name, held in variables.items()}
     return xr.Dataset(labelled).set_coords(coordinates)
 
 
-def flagged(dimension: str, values: Any, names: tuple[str, ...]) -> tuple[str, Any, dict[str, Any]]:
+def flag_variable(dimension: str, values: Any, names: tuple[str, ...]) -> tuple[str, Any, dict[str, Any]]:
     """Return names as files hold them: numbers, and what each stands for."""
     numbers = np.array([names.index(value) for value in values], dtype=np.int8)
     return dimension, numbers, {"flag_values": np.arange(len(names), dtype=np.int8), "flag_meanings": " ".join(names)}

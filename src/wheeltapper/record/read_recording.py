@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.table.content import LARGEST
-from wheeltapper.describe.table.units import plain
+from wheeltapper.describe.table.units import plain_unit
 from wheeltapper.ground.arguments import as_path, as_quantity, check_choice, check_flag
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import UNITS, unit_factor
 from wheeltapper.record.reading_apart import read_apart
-from wheeltapper.record.reading_checks import Grid, check_samples, clipping, contradicts, on_grid, size_notes
+from wheeltapper.record.reading_checks import Grid, check_samples, clipped_samples, on_grid, rates_differ, size_notes
 from wheeltapper.record.reading_files import read_file
-from wheeltapper.record.reading_table import TIMES, Column, Table, choose, clipped_column, plain_name
-from wheeltapper.record.reading_units import has_number, meaning
+from wheeltapper.record.reading_table import TIMES, Column, RecordingTable, choose_columns, clipped_column, plain_name
+from wheeltapper.record.reading_units import column_meaning, has_number
 from wheeltapper.record.reading_writing import write_recording
 from wheeltapper.record.recording import QUANTITIES, Quantity, Recording
 
@@ -90,33 +90,33 @@ def read_recording(
             check_choice(quantity, "quantity", QUANTITIES)
         for name, given in (("column", column), ("time", time)):
             if not (given is None or isinstance(given, str | Integral)) or isinstance(given, bool):
-                raise InputError("", name, shown(given), "a name, a header or a number from 0")
+                raise InputError("", name, value_text(given), "a name, a header or a number from 0")
         table = (read_apart if apart else read_file)(path, largest)
         stated = _stated_rate(table.facts.get("rate"), rate)
-        samples, clock = choose(table, column, time, quantity)
-        return _recording(path, table, samples, clock, quantity, unit, stated, speed)
+        samples, clock = choose_columns(table, column, time, quantity)
+        return _checked_recording(path, table, samples, clock, quantity, unit, stated, speed)
     except InputError as error:
         raise error.at(str(path)) from None
 
 
-def _recording(
-    path: Path, table: Table, column: Column, clock: Column | None, quantity: Quantity | None, unit: str | None,
-    stated: float | None, speed: float | str | None,
+def _checked_recording(
+    path: Path, table: RecordingTable, column: Column, clock: Column | None, quantity: Quantity | None,
+    unit: str | None, stated: float | None, speed: float | str | None,
 ) -> Recording:  # fmt: skip
     """Return the checked recording of a column."""
     facts = table.facts
-    own_unit = plain(column.unit or str(facts.get("unit", "")))
-    kind, factor, unit_notes = meaning(own_unit, unit, quantity or _quantity(facts))
+    own_unit = plain_unit(column.unit or str(facts.get("unit", "")))
+    kind, factor, unit_notes = column_meaning(own_unit, unit, quantity or _stated_quantity(facts))
     if table.full_scale and unit is not None and not has_number(unit):
         raise InputError("", "unit", f"{unit!r} for samples whose 1 is full scale", f'the full scale, as "10 {unit}"')
-    grid = _grid(table, column, clock, stated)
-    values, found = check_samples(_placed(np.asarray(column.values, dtype=float), grid, np.nan))
+    grid = _sample_grid(table, column, clock, stated)
+    values, found = check_samples(_placed_values(np.asarray(column.values, dtype=float), grid, np.nan))
     samples = factor * values
     marked = clipped_column(table, column)
-    clipped, ends = (_placed(marked, grid, False), ()) if marked is not None else clipping(samples, kind)
-    written = [str(note) for note in _list(facts.get("notes"))]
+    clipped, ends = (_placed_values(marked, grid, False), ()) if marked is not None else clipped_samples(samples, kind)
+    written = [str(note) for note in _list_or_empty(facts.get("notes"))]
     written += [f"not understood in the file: {text}" for text in facts.get("words", ())]
-    pace, pace_notes = _speed(facts.get("speed"), speed)
+    pace, pace_notes = _speed_and_note(facts.get("speed"), speed)
     notes = (*written, *unit_notes, *grid.notes, *found, *ends, *size_notes(samples, kind), *pace_notes)
     truth = facts.get("truth", {})
     return Recording(
@@ -125,12 +125,12 @@ def _recording(
     )  # fmt: skip
 
 
-def _list(value: object) -> list[Any]:
+def _list_or_empty(value: object) -> list[Any]:
     """Return a list; an empty one for anything else."""
     return value if isinstance(value, list) else []
 
 
-def _quantity(facts: dict[str, Any]) -> Quantity | None:
+def _stated_quantity(facts: dict[str, Any]) -> Quantity | None:
     """Return the quantity that a file states, if it uses the names of this package."""
     return next((q for q in QUANTITIES if q == facts.get("quantity")), None)
 
@@ -140,14 +140,14 @@ def _stated_rate(in_file: float | None, rate: float | str | None) -> float | Non
     if rate is None:
         return in_file
     stated = as_quantity(rate, "rate", "frequency")
-    if in_file is not None and contradicts(stated, in_file):
+    if in_file is not None and rates_differ(stated, in_file):
         raise InputError(
             "", "rate", f"{stated:.9g} Hz, where the file says {in_file:.9g} Hz", "the file's rate, or none"
         )
     return stated if in_file is None else in_file
 
 
-def _grid(table: Table, column: Column, clock: Column | None, stated: float | None) -> Grid:
+def _sample_grid(table: RecordingTable, column: Column, clock: Column | None, stated: float | None) -> Grid:
     """Return the times of the samples as a grid."""
     start = float(table.facts.get("start", 0.0) if column.start is None else column.start)
     if clock is None and column.times is None:
@@ -160,12 +160,12 @@ def _grid(table: Table, column: Column, clock: Column | None, stated: float | No
         return Grid(np.arange(len(column.values)), stated, start)
     times = column.times if clock is None else clock.values
     assert times is not None
-    if clock is not None and clock.loose and clock.unit == "" and _counts(clock):
-        return _counted(times, clock.name, stated, table)
-    unit = plain(clock.unit) if clock is not None else ""
+    if clock is not None and clock.loose and clock.unit == "" and _is_numbering(clock):
+        return _numbered_grid(times, clock.name, stated, table)
+    unit = plain_unit(clock.unit) if clock is not None else ""
     if unit not in ("", *UNITS["time"]):
         raise InputError("", "time", f"a column in {unit!r}", "a column in s, ms, us, min or h")
-    grid = on_grid(times, unit_factor(unit, "time") if unit else 1.0, stated, table.place)
+    grid = on_grid(times, unit_factor(unit, "time") if unit else 1.0, stated, table.row_place)
     notes = list(grid.notes)
     if clock is not None and not unit:
         notes.append(f"the times {clock.name!r} have no unit and are taken in s".replace(" ''", ""))
@@ -174,7 +174,7 @@ def _grid(table: Table, column: Column, clock: Column | None, stated: float | No
     return Grid(grid.numbers, grid.rate, grid.start, tuple(notes))
 
 
-def _counts(clock: Column) -> bool:
+def _is_numbering(clock: Column) -> bool:
     """Return whether a column without unit numbers the samples."""
     if plain_name(clock) in TIMES:
         return False
@@ -183,27 +183,27 @@ def _counts(clock: Column) -> bool:
     return bool(np.median(steps) == 1.0 and (np.rint(values) == values).all())
 
 
-def _counted(values: NDArray[Any], name: str, stated: float | None, table: Table) -> Grid:
+def _numbered_grid(values: NDArray[Any], name: str, stated: float | None, table: RecordingTable) -> Grid:
     """Return the grid that follows from a column with the numbers of the samples."""
     if stated is None:
         found = f"numbers of samples {name!r} and no rate".replace(" ''", "")
         raise InputError("", "rate", found, 'rate="20 kHz", or a column of times with a unit, as "t [s]"')
-    grid = on_grid(values - values[0], 1.0 / stated, stated, table.place)
+    grid = on_grid(values - values[0], 1.0 / stated, stated, table.row_place)
     notes = (f"whole numbers {name!r} are taken as numbers of samples".replace(" ''", ""), *grid.notes)
     return Grid(grid.numbers, stated, float(table.facts.get("start", 0.0)), notes)
 
 
-def _placed(values: NDArray[Any], grid: Grid, filling: float) -> NDArray[Any]:
+def _placed_values(values: NDArray[Any], grid: Grid, filling: float) -> NDArray[Any]:
     """Return values on their grid, and a filling in its gaps."""
     placed = np.full(int(grid.numbers[-1]) + 1 if len(grid.numbers) else 0, filling, dtype=values.dtype)
     placed[grid.numbers] = values
     return placed
 
 
-def _speed(in_file: float | None, speed: float | str | None) -> tuple[float | None, tuple[str, ...]]:
+def _speed_and_note(in_file: float | None, speed: float | str | None) -> tuple[float | None, tuple[str, ...]]:
     """Return the speed in m/s, and a note if the caller's and the file's differ."""
     if speed is None:
         return in_file, ()
     given = as_quantity(speed, "speed", "speed")
-    differs = in_file is not None and contradicts(given, in_file)
+    differs = in_file is not None and rates_differ(given, in_file)
     return given, ((f"speed {given:.6g} m/s as given; the file says {in_file:.6g} m/s",) if differs else ())

@@ -18,7 +18,7 @@ from typing import Any
 
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.reading_files import read_file, reader_of
-from wheeltapper.record.reading_table import Table
+from wheeltapper.record.reading_table import RecordingTable
 from wheeltapper.record.reading_text import read_text
 
 PATIENCE = 60.0
@@ -35,12 +35,12 @@ _ALONE = Lock()
 """Held while the reading process works: it reads one file at a time."""
 
 
-def read_apart(path: Path, largest: float) -> Table:
+def read_apart(path: Path, largest: float) -> RecordingTable:
     """Return the result of `read_file`; text is read in this process, since reading it cannot crash."""
     if reader_of(path) is read_text:
         return read_file(path, largest)
     with _ALONE:
-        process = _process()
+        process = _reading_process()
         assert process.stdin is not None
         assert process.stdout is not None
         late = Timer(PATIENCE, process.kill)
@@ -50,20 +50,20 @@ def read_apart(path: Path, largest: float) -> Table:
             process.stdin.flush()
             answer = pickle.load(process.stdout)
         except (EOFError, OSError, pickle.UnpicklingError):
-            why = _ended(process, late.finished.is_set())
+            why = _end_text(process, late.finished.is_set())
             raise InputError("", "path", f"a file whose reader {why}", "a file that is not damaged") from None
         except BaseException:
-            _ended(process, False)  # it is still busy, and would answer the next request with this file
+            _end_text(process, False)  # it is still busy, and would answer the next request with this file
             raise
         finally:
             late.cancel()
     if isinstance(answer, InputError):
         raise answer
-    assert isinstance(answer, Table)
+    assert isinstance(answer, RecordingTable)
     return answer
 
 
-def _process() -> subprocess.Popen[bytes]:
+def _reading_process() -> subprocess.Popen[bytes]:
     """Return the process that reads for this one; start it if there is none."""
     process = _READERS.get(os.getpid())
     if process is not None and process.poll() is not None:
@@ -79,7 +79,7 @@ def _process() -> subprocess.Popen[bytes]:
     return process
 
 
-def _ended(process: subprocess.Popen[bytes], late: bool) -> str:
+def _end_text(process: subprocess.Popen[bytes], late: bool) -> str:
     """Remove a process; return how it ended."""
     if not late:  # it may be about to end by itself, with a more useful code
         try:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.table.content import check_size
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record.reading_table import CLIPPED, INTERVALS, RATES, Column, Table, rate_fact
+from wheeltapper.record.reading_table import CLIPPED, INTERVALS, RATES, Column, RecordingTable, rate_fact
 from wheeltapper.record.reading_units import name_and_unit
 
 UNIT_NAMES = ("unit", "units")
@@ -32,12 +32,14 @@ CHUNK = 2**18
 """Bytes that are read or unpacked at a time."""
 
 
-def whole(kind: str) -> Callable[[Callable[[Path, float], Table]], Callable[[Path, float], Table]]:
+def refuse_broken_files(
+    kind: str,
+) -> Callable[[Callable[[Path, float], RecordingTable]], Callable[[Path, float], RecordingTable]]:
     """Let a reader refuse a broken file in one line; libraries raise many undocumented errors for such files."""
 
-    def wrapped(reader: Callable[[Path, float], Table]) -> Callable[[Path, float], Table]:
+    def wrapped_reader(reader: Callable[[Path, float], RecordingTable]) -> Callable[[Path, float], RecordingTable]:
         @wraps(reader)
-        def read(path: Path, largest: float) -> Table:
+        def read_checked(path: Path, largest: float) -> RecordingTable:
             check_size(path.stat().st_size, largest)
             try:
                 return reader(path, largest)
@@ -47,13 +49,13 @@ def whole(kind: str) -> Callable[[Callable[[Path, float], Table]], Callable[[Pat
                 text = " ".join(str(error).split())[:120] or type(error).__name__
                 raise InputError("", "path", f"no readable {kind} file ({text})", f"a whole {kind} file") from None
 
-        return read
+        return read_checked
 
-    return wrapped
+    return wrapped_reader
 
 
-@whole("WAV")
-def read_wav(path: Path, largest: float) -> Table:
+@refuse_broken_files("WAV")
+def read_wav(path: Path, largest: float) -> RecordingTable:
     """Return the channels of a WAV file; for integers, 1 is full scale."""
     from scipy.io import wavfile
 
@@ -71,22 +73,22 @@ def read_wav(path: Path, largest: float) -> Table:
         samples = (samples.astype(float) - (128.0 if bits == 8 else 0.0)) / 2.0 ** (bits - 1)
     channels = samples.reshape(len(samples), -1).T
     columns = tuple(Column(f"channel {k}", channel) for k, channel in enumerate(channels))
-    return Table(columns, {"rate": float(rate), "notes": notes}, full_scale=integer)
+    return RecordingTable(columns, {"rate": float(rate), "notes": notes}, full_scale=integer)
 
 
-@whole("numpy")
-def read_npy(path: Path, largest: float) -> Table:
+@refuse_broken_files("numpy")
+def read_npy(path: Path, largest: float) -> RecordingTable:
     """Return a vector, the columns of a matrix, or the fields of a structured array."""
     with path.open("rb") as file:
-        array = _array(file, path.stat().st_size, largest)
+        array = _npy_array(file, path.stat().st_size, largest)
     if array.dtype.names:
         fields = [(name, *name_and_unit(name)) for name in array.dtype.names]
-        return Table(tuple(Column(name, array[key].ravel(), unit) for key, name, unit in fields))
-    return Table(tuple(_spread("", array)))
+        return RecordingTable(tuple(Column(name, array[key].ravel(), unit) for key, name, unit in fields))
+    return RecordingTable(tuple(_array_columns("", array)))
 
 
-@whole("numpy")
-def read_npz(path: Path, largest: float) -> Table:
+@refuse_broken_files("numpy")
+def read_npz(path: Path, largest: float) -> RecordingTable:
     """Return the vectors of an .npz file, and the numbers and texts beside them."""
     import zipfile
 
@@ -97,11 +99,11 @@ def read_npz(path: Path, largest: float) -> Table:
         for member in members:
             if member.filename.endswith(".npy"):
                 file = io.BytesIO(archive.read(member))  # at most the stated size
-                variables[member.filename.removesuffix(".npy")] = _array(file, member.file_size, largest)
+                variables[member.filename.removesuffix(".npy")] = _npy_array(file, member.file_size, largest)
     return _from_variables(variables)
 
 
-def _array(file: Any, size: int, largest: float) -> NDArray[Any]:
+def _npy_array(file: Any, size: int, largest: float) -> NDArray[Any]:
     """Return the array in an .npy file, whose length must be the stated one."""
     form = np.lib.format
     read_header = form.read_array_header_1_0 if form.read_magic(file) == (1, 0) else form.read_array_header_2_0
@@ -115,8 +117,8 @@ def _array(file: Any, size: int, largest: float) -> NDArray[Any]:
     return np.asarray(form.read_array(file, allow_pickle=False))
 
 
-@whole("MATLAB")
-def read_mat(path: Path, largest: float) -> Table:
+@refuse_broken_files("MATLAB")
+def read_mat(path: Path, largest: float) -> RecordingTable:
     """Return the variables of a MATLAB file, up to v7 by scipy, v7.3 by h5py."""
     from scipy.io import loadmat, whosmat
 
@@ -163,13 +165,13 @@ def check_hdf5(path: Path, largest: float) -> None:
     h5py = importlib.import_module("h5py")
     total = 0
 
-    def add(_: str, item: Any) -> None:
+    def add_size(_: str, item: Any) -> None:
         nonlocal total
         if isinstance(item, h5py.Dataset) and item.shape is not None:
             total += math.prod(item.shape) * item.dtype.itemsize
 
     with h5py.File(path, "r") as file:
-        file.visititems(add)
+        file.visititems(add_size)
     check_size(total, largest)
 
 
@@ -187,7 +189,7 @@ def _hdf5_variables(h5py: Any, path: Path) -> dict[str, Any]:
     return variables
 
 
-def _from_variables(variables: Mapping[str, Any]) -> Table:
+def _from_variables(variables: Mapping[str, Any]) -> RecordingTable:
     """Return a table from named arrays: vectors and matrices become columns, single numbers and texts become facts."""
     columns: list[Column] = []
     facts: dict[str, Any] = {}
@@ -199,11 +201,11 @@ def _from_variables(variables: Mapping[str, Any]) -> Table:
         elif array.dtype.kind in "fiu" and array.size == 1:
             _add_number(facts, name, array.ravel()[0])
         elif array.dtype.kind in "fiu" or (array.dtype.kind == "b" and name == CLIPPED):
-            columns += _spread(name, array)
-    return Table(tuple(columns), facts)
+            columns += _array_columns(name, array)
+    return RecordingTable(tuple(columns), facts)
 
 
-def _spread(name: str, array: NDArray[Any]) -> list[Column]:
+def _array_columns(name: str, array: NDArray[Any]) -> list[Column]:
     """Return the columns of a vector or of a matrix, whose longer side is time."""
     if array.dtype.kind not in "fiub" or array.ndim > 2 or array.ndim == 0:
         if name:
@@ -242,8 +244,8 @@ def _add_number(facts: dict[str, Any], name: str, value: Any) -> None:
         facts[name] = float(value)
 
 
-@whole("netCDF-4")
-def read_nc(path: Path, largest: float) -> Table:
+@refuse_broken_files("netCDF-4")
+def read_nc(path: Path, largest: float) -> RecordingTable:
     """Return the vectors of a netCDF file with their units; attributes become facts."""
     import xarray as xr
 
@@ -264,7 +266,7 @@ def read_nc(path: Path, largest: float) -> Table:
     if len(names) == 1:
         for key, value in data[names[0]].attrs.items():
             _add_fact(facts, str(key), value) if str(key).lower() in (*RATES, *INTERVALS) else None
-    return Table(columns, facts)
+    return RecordingTable(columns, facts)
 
 
 def _add_fact(facts: dict[str, Any], name: str, value: Any) -> None:
@@ -275,10 +277,10 @@ def _add_fact(facts: dict[str, Any], name: str, value: Any) -> None:
         _add_text(facts, name, str(array.ravel()[0]))
 
 
-@whole("TDMS")
-def read_tdms(path: Path, largest: float) -> Table:
+@refuse_broken_files("TDMS")
+def read_tdms(path: Path, largest: float) -> RecordingTable:
     """Return the channels of a TDMS file, named "group/channel"."""
-    nptdms = _optional("nptdms", ".tdms")
+    nptdms = _optional_package("nptdms", ".tdms")
     with nptdms.TdmsFile.open(path) as file:
         channels = [channel for group in file.groups() for channel in group.channels() if channel.dtype.kind in "fiu"]
         check_size(sum(len(channel) * channel.dtype.itemsize for channel in channels), largest)
@@ -290,7 +292,7 @@ def read_tdms(path: Path, largest: float) -> Table:
             for channel in channels
             if len(channel)
         )
-    return Table(columns)
+    return RecordingTable(columns)
 
 
 def _tdms_column(name: str, values: NDArray[Any], properties: Mapping[str, Any]) -> Column:
@@ -300,10 +302,10 @@ def _tdms_column(name: str, values: NDArray[Any], properties: Mapping[str, Any])
     return Column(name, values, unit, rate=1.0 / step if step > 0.0 else None, start=start)
 
 
-@whole("MDF")
-def read_mdf(path: Path, largest: float) -> Table:
+@refuse_broken_files("MDF")
+def read_mdf(path: Path, largest: float) -> RecordingTable:
     """Return the channels of an MDF file, each with its own times."""
-    asammdf = _optional("asammdf", path.suffix)
+    asammdf = _optional_package("asammdf", path.suffix)
     columns = []
     with asammdf.MDF(path) as file:
         groups = [group.channel_group for group in file.groups]
@@ -312,10 +314,10 @@ def read_mdf(path: Path, largest: float) -> Table:
             samples = np.asarray(signal.samples)
             if samples.ndim == 1 and samples.dtype.kind in "fiu" and len(samples):
                 columns.append(Column(signal.name, samples, signal.unit or "", times=np.asarray(signal.timestamps)))
-    return Table(tuple(columns))
+    return RecordingTable(tuple(columns))
 
 
-def _optional(package: str, suffix: str) -> Any:
+def _optional_package(package: str, suffix: str) -> Any:
     """Return an optional package."""
     try:
         return importlib.import_module(package)

@@ -50,7 +50,7 @@ class Grid:
     notes: tuple[str, ...] = ()
 
 
-def contradicts(a: float, b: float) -> bool:
+def rates_differ(a: float, b: float) -> bool:
     """Return whether two rates differ by more than 0.1 %."""
     return abs(a - b) > CONTRADICTION * b
 
@@ -79,13 +79,13 @@ def on_grid(values: NDArray[Any], factor: float, stated: float | None, place: Pl
     missing = int(numbers[-1]) + 1 - len(numbers)
     if missing > MISSING * len(numbers):
         raise InputError("", "time", f"{missing} missing samples between {len(numbers)}", "fewer than there are")
-    step = _slope(numbers, times)
-    rounding = _rounding(values) * factor
+    step = _mean_step(numbers, times)
+    rounding = _time_rounding(values) * factor
     notes = _check_steps(numbers, times, usual, rounding, place)
-    if stated is not None and contradicts(1.0 / step, stated):
+    if stated is not None and rates_differ(1.0 / step, stated):
         found = f"{stated:.9g} Hz, where the times rise by {step:.6g} s ({1.0 / step:.9g} Hz)"
         raise InputError("", "rate", found, "the rate of the times within 0.1 %, or none")
-    rate, more = _rate(numbers, times, step, rounding, stated)
+    rate, more = _agreeing_rate(numbers, times, step, rounding, stated)
     return Grid(numbers, rate, float(times[0]), (*notes, *more, *_gap_notes(numbers, times)))
 
 
@@ -103,19 +103,19 @@ def _check_order(times: FloatArray, place: Place) -> None:
         raise InputError("", f"{place(i)}, time", found, "strictly rising times")
 
 
-def _slope(numbers: NDArray[np.int64], times: FloatArray) -> float:
+def _mean_step(numbers: NDArray[np.int64], times: FloatArray) -> float:
     """Return the step of the straight line nearest to the times."""
     n = numbers - numbers.mean()
     return float(n @ (times - times.mean()) / (n @ n))
 
 
-def _deviation(numbers: NDArray[np.int64], times: FloatArray, step: float) -> float:
+def _grid_deviation(numbers: NDArray[np.int64], times: FloatArray, step: float) -> float:
     """Return the largest deviation of times from a grid, s."""
     off = (times - times[0]) - step * numbers
     return float(0.5 * np.ptp(off))
 
 
-def _rounding(values: NDArray[Any]) -> float:
+def _time_rounding(values: NDArray[Any]) -> float:
     """Return the rounding of times, in their unit: the last decimal of those at the end."""
     last = np.abs(np.asarray(values, dtype=float))
     largest = float(last.max())
@@ -138,7 +138,7 @@ def _check_steps(
 ) -> tuple[str, ...]:
     """Refuse jitter, broken gaps and drift; steps that differ by no more than the rounding of the times may."""
     off = np.abs(np.diff(times) / step - np.diff(numbers))
-    deviation = _deviation(numbers, times, _slope(numbers, times))
+    deviation = _grid_deviation(numbers, times, _mean_step(numbers, times))
     worst = int(np.argmax(off))
     if off[worst] > JITTER:
         if rounding <= COARSEST * step and deviation <= 0.6 * rounding:
@@ -155,20 +155,20 @@ def _check_steps(
     return ()
 
 
-def _rate(
+def _agreeing_rate(
     numbers: NDArray[np.int64], times: FloatArray, step: float, rounding: float, stated: float | None
 ) -> tuple[float, tuple[str, ...]]:
     """Return the rate (the stated one or a round one, if the times agree with it), and notes."""
-    best = _deviation(numbers, times, step)
+    best = _grid_deviation(numbers, times, step)
 
-    def agrees(rate: float) -> bool:
-        return rate > 0.0 and _deviation(numbers, times, 1.0 / rate) <= best + max(1e-3 * step, 0.5 * rounding)
+    def agrees_with_times(rate: float) -> bool:
+        return rate > 0.0 and _grid_deviation(numbers, times, 1.0 / rate) <= best + max(1e-3 * step, 0.5 * rounding)
 
     measured = 1.0 / step
-    if stated is not None and agrees(stated):
+    if stated is not None and agrees_with_times(stated):
         return stated, ()
     near = (round(measured, digits) for digits in range(4))
-    rate = next((r for r in near if agrees(r)), measured)
+    rate = next((r for r in near if agrees_with_times(r)), measured)
     if stated is None:
         return rate, ()
     return rate, (f"the rate of the times, {rate:.9g} Hz, is used and not the stated {stated:.9g} Hz",)
@@ -198,7 +198,7 @@ def check_samples(samples: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
     return samples, tuple(notes)
 
 
-def clipping(samples: FloatArray, quantity: Quantity) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+def clipped_samples(samples: FloatArray, quantity: Quantity) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """Return the samples at the ends of the sensor's range, SI units, and notes.
 
     The largest or smallest value is an end of the range if it occurs three times or more in a row; then all samples at
@@ -208,7 +208,7 @@ def clipping(samples: FloatArray, quantity: Quantity) -> tuple[NDArray[np.bool_]
     notes = []
     if np.nanmin(samples) < np.nanmax(samples):
         for name, end in (("largest", np.nanmax(samples)), ("smallest", np.nanmin(samples))):
-            runs = _runs(samples == end)
+            runs = _long_runs(samples == end)
             if not len(runs):
                 continue
             if end == 0.0:
@@ -222,7 +222,7 @@ def clipping(samples: FloatArray, quantity: Quantity) -> tuple[NDArray[np.bool_]
     return marked, tuple(notes)
 
 
-def _runs(there: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _long_runs(there: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return the lengths of the runs of three or more."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], there.astype(np.int8), [0]))))
     lengths = edges[1::2] - edges[::2]

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.reading_arrays import read_mat, read_mdf, read_nc, read_npy, read_npz, read_tdms, read_wav
-from wheeltapper.record.reading_table import Table
+from wheeltapper.record.reading_table import RecordingTable
 from wheeltapper.record.reading_text import read_text
 
-Reader = Callable[[Path, float], Table]
+Reader = Callable[[Path, float], RecordingTable]
 
 READERS: dict[str, Reader] = {
     ".csv": read_text, ".txt": read_text, ".tsv": read_text, ".csv.gz": read_text, ".txt.gz": read_text,
@@ -28,7 +28,7 @@ def reader_of(path: Path) -> Reader:
     return reader
 
 
-def read_file(path: Path, largest: float) -> Table:
+def read_file(path: Path, largest: float) -> RecordingTable:
     """Return the contents of a file; refuse one with more than `largest` unpacked bytes."""
     reader = reader_of(path)
     try:

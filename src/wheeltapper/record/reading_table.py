@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.table.text import listing, named
-from wheeltapper.describe.table.units import is_time, plain
+from wheeltapper.describe.table.text import column_list, column_named
+from wheeltapper.describe.table.units import is_time, plain_unit
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.record.reading_units import DIMENSIONS, quantity_of
@@ -61,7 +61,7 @@ class Column:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class RecordingTable:
     """The columns of a file, and the facts that it states.
 
     Attributes
@@ -84,7 +84,7 @@ class Table:
     full_scale: bool = False
     blank: int | None = None
 
-    def place(self, row: int) -> str:
+    def row_place(self, row: int) -> str:
         """Return the place of a row in the file."""
         return f"line {self.lines[row]}" if self.lines is not None else f"sample {row}"
 
@@ -99,8 +99,8 @@ def rate_fact(key: str, value: object) -> float | None:
     return number if name in RATES else 1.0 / number
 
 
-def choose(
-    table: Table, column: str | int | None, time: str | int | None, quantity: Quantity | None
+def choose_columns(
+    table: RecordingTable, column: str | int | None, time: str | int | None, quantity: Quantity | None
 ) -> tuple[Column, Column | None]:
     """Return the column of samples, and that of times or None.
 
@@ -110,11 +110,11 @@ def choose(
         If a named column does not exist, or several columns are possible.
     """
     columns = [c for c in table.columns if plain_name(c) != CLIPPED]
-    wanted = None if column is None else named(table.columns, "column", column, DIMENSIONS)
-    clock = named(table.columns, "time", time, DIMENSIONS) if time is not None else _clock(columns, wanted)
+    wanted = None if column is None else column_named(table.columns, "column", column, DIMENSIONS)
+    clock = column_named(table.columns, "time", time, DIMENSIONS) if time is not None else _time_column(columns, wanted)
     if clock is not None and clock is wanted:
         raise InputError("", "time", f"the column {time!r} for times and samples", "two columns")
-    samples = wanted if wanted is not None else _samples([c for c in columns if c is not clock], quantity)
+    samples = wanted if wanted is not None else _sample_column([c for c in columns if c is not clock], quantity)
     for each in (samples, clock):
         if each is not None and each.fault:
             raise each.fault
@@ -124,7 +124,7 @@ def choose(
     return samples, clock
 
 
-def clipped_column(table: Table, samples: Column) -> NDArray[np.bool_] | None:
+def clipped_column(table: RecordingTable, samples: Column) -> NDArray[np.bool_] | None:
     """Return the samples that the file itself marks as clipped."""
     for column in table.columns:
         if plain_name(column) == CLIPPED and len(column.values) == len(samples.values):
@@ -139,7 +139,7 @@ def plain_name(column: Column) -> str:
     return column.name.strip().lower()
 
 
-def _clock(columns: list[Column], wanted: Column | None) -> Column | None:
+def _time_column(columns: list[Column], wanted: Column | None) -> Column | None:
     """Return the column of times: by its name, its unit, or as the first one that rises."""
     others = [c for c in columns if c is not wanted]
     called = [c for c in others if plain_name(c) in TIMES and (c.unit == "" or is_time(c.unit))]
@@ -148,23 +148,23 @@ def _clock(columns: list[Column], wanted: Column | None) -> Column | None:
         return sure[0]
     if len(columns) < 2:
         return None
-    return next((c for c in others if c.loose and c.unit == "" and not c.fault and _rises(c.values)), None)
+    return next((c for c in others if c.loose and c.unit == "" and not c.fault and _is_rising(c.values)), None)
 
 
-def _rises(values: NDArray[Any]) -> bool:
+def _is_rising(values: NDArray[Any]) -> bool:
     numbers = np.asarray(values, dtype=float)
     return len(numbers) > 1 and float(np.mean(numbers[1:] > numbers[:-1])) >= RISING
 
 
-def _samples(columns: list[Column], quantity: Quantity | None) -> Column:
+def _sample_column(columns: list[Column], quantity: Quantity | None) -> Column:
     """Return the only column that can be the samples."""
     if not columns:
         raise InputError("", "column", "no column of samples", "a column of an acceleration or a force")
     if len(columns) == 1:
         return columns[0]
-    meant = [(c, quantity_of(plain(c.unit))) for c in columns if c.unit]
+    meant = [(c, quantity_of(plain_unit(c.unit))) for c in columns if c.unit]
     fitting = [c for c, unit in meant if unit is not None and quantity in (None, unit[0])]
     for narrowed in (fitting, [c for c in columns if plain_name(c) == SAMPLES]):
         if len(narrowed) == 1:
             return narrowed[0]
-    raise InputError("", "column", f"{len(columns)} columns that may be meant", f"one of: {listing(columns)}")
+    raise InputError("", "column", f"{len(columns)} columns that may be meant", f"one of: {column_list(columns)}")

@@ -9,11 +9,11 @@ from typing import Any
 
 from wheeltapper.describe.table.dialect import Rows
 from wheeltapper.describe.table.text import read_text_table
-from wheeltapper.describe.table.units import plain
+from wheeltapper.describe.table.units import plain_unit
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import to_si
-from wheeltapper.record.reading_table import INTERVALS, RATES, Column, Table, rate_fact
+from wheeltapper.record.reading_table import INTERVALS, RATES, Column, RecordingTable, rate_fact
 from wheeltapper.record.reading_units import DIMENSIONS, name_and_unit
 
 TEXTS = ("unit", "quantity")
@@ -23,17 +23,17 @@ JSON = ("truth", "notes")
 _FACT = re.compile(r"\s*([^:=;,\t]+?)\s*[:=;,\t]+\s*(.+?)[\s;,]*")
 
 
-def read_text(path: Path, largest: float) -> Table:
+def read_text(path: Path, largest: float) -> RecordingTable:
     """Return the columns of a text file, which may be gzipped.
 
     Comments and lines above the numbers may state rate, unit, quantity or speed ("# rate: 20 kHz").
     """
-    found = read_text_table(path, DIMENSIONS, largest=largest, states=lambda text: _fact(text) is not None)
+    found = read_text_table(path, DIMENSIONS, largest=largest, states=lambda text: _parsed_fact(text) is not None)
     columns = tuple(Column(c.name, c.values, c.unit, loose=True, fault=c.fault) for c in found.columns)
-    return Table(columns, _facts(found.beside), found.lines, blank=found.blank)
+    return RecordingTable(columns, _stated_facts(found.beside), found.lines, blank=found.blank)
 
 
-def _fact(text: str) -> tuple[str, str] | None:
+def _parsed_fact(text: str) -> tuple[str, str] | None:
     """Return the key and the value of a line such as "sample rate [Hz] = 20000"; None if its key is not known."""
     match = _FACT.fullmatch(text)
     if match is None:
@@ -42,17 +42,17 @@ def _fact(text: str) -> tuple[str, str] | None:
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     if key not in (*RATES, *INTERVALS, *TEXTS, *JSON, "speed", "start"):
         return None
-    return key, f"{match[2]} {plain(unit)}" if unit else match[2]
+    return key, f"{match[2]} {plain_unit(unit)}" if unit else match[2]
 
 
-def _facts(lines: Rows) -> dict[str, Any]:
+def _stated_facts(lines: Rows) -> dict[str, Any]:
     """Return what comments and the lines above the numbers state."""
     facts: dict[str, Any] = {}
     for number, text in lines:
-        found = _fact(text)
+        found = _parsed_fact(text)
         if found is None:
             continue
-        name, value = _understood(*found)
+        name, value = _fact_in_si(*found)
         if name == "words":
             facts.setdefault("words", []).append(text[:80])
             continue
@@ -62,7 +62,7 @@ def _facts(lines: Rows) -> dict[str, Any]:
     return facts
 
 
-def _understood(key: str, value: str) -> tuple[str, Any]:
+def _fact_in_si(key: str, value: str) -> tuple[str, Any]:
     """Return the name and the value in SI units of a fact in a file, or "words" if it is not understood."""
     try:
         rate = rate_fact(key, value.strip('"'))

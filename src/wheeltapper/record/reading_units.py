@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 from wheeltapper.describe.table import units
-from wheeltapper.describe.table.units import plain
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.describe.table.units import plain_unit
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import unit_factor
 from wheeltapper.record.recording import QUANTITIES, Quantity
 
@@ -33,7 +33,7 @@ def has_number(unit: str) -> bool:
 def quantity_of(unit: str) -> tuple[Quantity, float] | None:
     """Return the quantity and the SI value of a unit such as "g", "10 g" or "-0.5 kN"; None for any other text."""
     match = _NUMBER.fullmatch(unit.strip())
-    number, text = (float(match[1]), plain(match[2])) if match else (1.0, plain(unit))
+    number, text = (float(match[1]), plain_unit(match[2])) if match else (1.0, plain_unit(unit))
     if text == "mg":  # in files of accelerometers never milligrams
         return "deck acceleration", number * 1e-3 * unit_factor("g", "acceleration")
     if not text or text == "-":
@@ -46,7 +46,9 @@ def quantity_of(unit: str) -> tuple[Quantity, float] | None:
     return None
 
 
-def meaning(in_file: str, unit: str | None, quantity: Quantity | None) -> tuple[Quantity, float, tuple[str, ...]]:
+def column_meaning(
+    in_file: str, unit: str | None, quantity: Quantity | None
+) -> tuple[Quantity, float, tuple[str, ...]]:
     """Return the quantity of a column, the SI value of its 1, and notes.
 
     Parameters
@@ -63,12 +65,12 @@ def meaning(in_file: str, unit: str | None, quantity: Quantity | None) -> tuple[
     InputError
         No unit at all, an unknown one, or two that contradict each other or the quantity.
     """
-    stated = _stated(unit) if unit is not None else None
+    stated = _stated_unit(unit) if unit is not None else None
     own = quantity_of(in_file) if in_file else None
     if stated is None and own is None:
         found = f"the unit {in_file!r}" if in_file else "no unit, in the file or as argument"
         raise InputError("", "unit", found, f'{ALLOWED}; unit="10 g" says that a 1 in the file is 10 g')
-    if stated and own and not _same(stated, own):
+    if stated and own and not _is_same_unit(stated, own):
         raise InputError("", "unit", f"{unit!r}, where the file says {in_file!r}", "the file's unit, or no argument")
     found_quantity, factor = stated or own or ("force", 1.0)
     if quantity not in (None, found_quantity):
@@ -76,16 +78,16 @@ def meaning(in_file: str, unit: str | None, quantity: Quantity | None) -> tuple[
             "", "quantity", f"{quantity!r}, where the unit {unit or in_file!r} is one of {found_quantity}",
             f"{found_quantity!r}, or a column of {quantity}",
         )  # fmt: skip
-    foreign = stated is not None and own is None and plain(in_file) not in ("", "-")
+    foreign = stated is not None and own is None and plain_unit(in_file) not in ("", "-")
     return found_quantity, factor, ((f"1 {in_file} in the file is taken as {unit}",) if foreign else ())
 
 
-def _stated(unit: str) -> tuple[Quantity, float]:
+def _stated_unit(unit: str) -> tuple[Quantity, float]:
     found = quantity_of(unit) if isinstance(unit, str) else None
     if found is None or not 0.0 < abs(found[1]) < float("inf"):
-        raise InputError("", "unit", shown(unit), ALLOWED)
+        raise InputError("", "unit", value_text(unit), ALLOWED)
     return found
 
 
-def _same(a: tuple[Quantity, float], b: tuple[Quantity, float]) -> bool:
+def _is_same_unit(a: tuple[Quantity, float], b: tuple[Quantity, float]) -> bool:
     return a[0] == b[0] and abs(a[1] - b[1]) <= 1e-9 * abs(b[1])

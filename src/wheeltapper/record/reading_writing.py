@@ -62,7 +62,7 @@ def write_recording(recording: Recording | str | Path, path: str | Path) -> Path
     return path
 
 
-def _facts(recording: Recording) -> dict[str, Any]:
+def _recording_facts(recording: Recording) -> dict[str, Any]:
     """Return the facts of a recording, without its samples."""
     facts: dict[str, Any] = {
         "quantity": recording.quantity,
@@ -74,11 +74,11 @@ def _facts(recording: Recording) -> dict[str, Any]:
         facts["speed"] = float(recording.speed)
     facts["source"] = recording.source
     facts["notes"] = json.dumps(list(recording.notes))
-    facts["truth"] = json.dumps(recording.truth, default=_json)
+    facts["truth"] = json.dumps(recording.truth, default=_as_json)
     return facts
 
 
-def _json(value: object) -> object:
+def _as_json(value: object) -> object:
     """Return an array, a model, or any other object in a form that JSON can express."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
@@ -86,11 +86,11 @@ def _json(value: object) -> object:
     return dump(mode="json") if dump else str(value)
 
 
-def _text(recording: Recording) -> str:
+def _text_lines(recording: Recording) -> str:
     si = {"rate": " Hz", "start": " s", "speed": " m/s"}
     lines = io.StringIO()
     lines.write("# wheeltapper recording\n")
-    for name, fact in _facts(recording).items():
+    for name, fact in _recording_facts(recording).items():
         lines.write(f"# {name}: {fact!r}{si[name]}\n" if name in si else f"# {name}: {' '.join(str(fact).split())}\n")
     dimension, unit = QUANTITIES[recording.quantity], SI[recording.quantity]
     lines.write(f"t [s],{dimension} [{unit}],clipped\n")
@@ -100,24 +100,24 @@ def _text(recording: Recording) -> str:
     return lines.getvalue()
 
 
-def _csv(recording: Recording, path: Path) -> None:
-    path.write_text(_text(recording), encoding="utf-8")
+def _write_csv(recording: Recording, path: Path) -> None:
+    path.write_text(_text_lines(recording), encoding="utf-8")
 
 
 def _csv_gz(recording: Recording, path: Path) -> None:
-    path.write_bytes(gzip.compress(_text(recording).encode(), mtime=0))
+    path.write_bytes(gzip.compress(_text_lines(recording).encode(), mtime=0))
 
 
-def _npz(recording: Recording, path: Path) -> None:
-    facts: dict[str, Any] = {name: np.array(fact) for name, fact in _facts(recording).items()}
+def _write_npz(recording: Recording, path: Path) -> None:
+    facts: dict[str, Any] = {name: np.array(fact) for name, fact in _recording_facts(recording).items()}
     with path.open("wb") as file:
         np.savez_compressed(file, samples=recording.samples, clipped=recording.clipped, **facts)
 
 
-def _nc(recording: Recording, path: Path) -> None:
+def _write_netcdf(recording: Recording, path: Path) -> None:
     import xarray as xr
 
-    facts = _facts(recording)
+    facts = _recording_facts(recording)
     samples = ("time", recording.samples, {"units": facts["unit"], "long_name": recording.quantity})
     clipped = ("time", recording.clipped.astype(np.int8), {"long_name": "at the end of the sensor's range"})
     time = ("time", recording.times, {"units": "s", "long_name": "time after the trigger"})
@@ -128,5 +128,5 @@ def _nc(recording: Recording, path: Path) -> None:
 
 
 WRITERS: dict[str, Callable[[Recording, Path], None]] = {
-    ".csv": _csv, ".csv.gz": _csv_gz, ".npz": _npz, ".nc": _nc,
+    ".csv": _write_csv, ".csv.gz": _csv_gz, ".npz": _write_npz, ".nc": _write_netcdf,
 }  # fmt: skip

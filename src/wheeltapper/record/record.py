@@ -13,16 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 from wheeltapper._version import __version__
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_path, as_quantity, check_choice
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.outcome import Outcome
-from wheeltapper.ground.progress import report, watched
+from wheeltapper.ground.progress import progress_shown, report
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record import damper, extent
 from wheeltapper.record.arrays import as_array
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.kinds import OUTCOMES, Variables, kind_of
-from wheeltapper.record.labels import EVENT_KINDS, dataset, label
+from wheeltapper.record.labels import EVENT_KINDS, attributes_of, dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,7 +70,7 @@ class Record:
     @property
     def static_forces(self) -> xr.DataArray:
         """Static contact force of each wheel, N; of a single wheelset one number."""
-        return self._per_wheel(self._contacts.static_force, label("static_force", self._contacts.several))
+        return self._per_wheel(self._contacts.static_force, attributes_of("static_force", self._contacts.has_several))
 
     @property
     def contact_constant(self) -> float:
@@ -96,7 +96,7 @@ class Record:
         return {
             "time": rows[:, contract.EVENT_TIME] * units.time,
             "kind": rows[:, contract.EVENT_KIND].astype(int),
-            "contact": self._contacts.of(rows),
+            "contact": self._contacts.contact_of_rows(rows),
             "indentation_rate": rows[:, contract.EVENT_RATE] * units.length / units.time,
         }
 
@@ -105,25 +105,25 @@ class Record:
         rows, units = self._march.peaks, self._lowered
         return {
             "time": rows[:, contract.PEAK_TIME] * units.time,
-            "contact": self._contacts.of(rows),
+            "contact": self._contacts.contact_of_rows(rows),
             "normal_force": rows[:, contract.PEAK_FORCE] * units.force,
             "corner": rows[:, contract.PEAK_CORNER] == 1.0,
         }
 
     @property
-    def _begins(self) -> FloatArray:
+    def _step_starts(self) -> FloatArray:
         """Time of each step, s."""
         return np.asarray(self._march.steps[:, self._kind.begin] * self._lowered.time)
 
-    def _free(self) -> NDArray[np.bool_]:
+    def _free_steps(self) -> NDArray[np.bool_]:
         """Return (steps, wheels) where a tread has no contact force."""
         return self._kind.free(self._contacts, self._march)[:, : len(self._contacts.static_force)]
 
     # -- tables ---------------------------------------------------------------------------------------------------
 
-    def _table(self, dimension: str, columns: Columns) -> xr.Dataset:
+    def _public_table(self, dimension: str, columns: Columns) -> xr.Dataset:
         """Return a table as it is in public: several contacts have names."""
-        several = self._contacts.several
+        several = self._contacts.has_several
         names = {name: all_of[columns["contact"]] for name, all_of in self._contacts.labels.items()} if several else {}
         return dataset({name: (dimension, held) for name, held in (columns | names).items()}, names, several)
 
@@ -134,12 +134,12 @@ class Record:
         rate, place = held.pop("indentation_rate"), self._contacts.position
         position = self.scenario.speed * held["time"] + place[held["contact"] % len(place)]
         kind = np.array(EVENT_KINDS)[held["kind"]]
-        return self._table("event", held | {"kind": kind, "position": position, "indentation_rate": rate})
+        return self._public_table("event", held | {"kind": kind, "position": position, "indentation_rate": rate})
 
     @cached_property
     def peaks(self) -> xr.Dataset:
         """Maxima of the contact force; `corner` is True if a kink of the input causes the maximum."""
-        return self._table("peak", self._peaks)
+        return self._public_table("peak", self._peaks)
 
     @cached_property
     def impacts(self) -> xr.Dataset:
@@ -153,8 +153,8 @@ class Record:
         each = [self._impacts_of(contact) for contact in range(len(self._contacts.lanes))]
         columns = {name: np.concatenate([one[name] for one in each]) for name in each[0]}
         order = np.argsort(columns["time"], kind="stable")
-        table = self._table("impact", {name: values[order] for name, values in columns.items()})
-        return table if self._contacts.several else table.drop_vars("contact")
+        table = self._public_table("impact", {name: values[order] for name, values in columns.items()})
+        return table if self._contacts.has_several else table.drop_vars("contact")
 
     def _impacts_of(self, contact: int) -> Columns:
         """Return the impacts of one contact."""
@@ -175,16 +175,16 @@ class Record:
             "closing_speed": events["indentation_rate"][hits],
             "peak_force": largest,
             "duration": ends - time,
-            "impulse": self._impulses(contact, time, ends),
+            "impulse": self._impact_impulses(contact, time, ends),
             "interval": np.append(np.diff(time), missing),
             "force_ratio": np.append(largest[:-1] / largest[1:], missing),
         }
 
-    def _impulses(self, contact: int, start: FloatArray, end: FloatArray) -> FloatArray:
+    def _impact_impulses(self, contact: int, start: FloatArray, end: FloatArray) -> FloatArray:
         if len(start) == 0:
             return start
-        total = np.append(0.0, np.cumsum(self._integrals[0][:, contact]))
-        begins, margin = self._begins, 1e-12 * max(self.end, 1e-300)
+        total = np.append(0.0, np.cumsum(self._step_integrals[0][:, contact]))
+        begins, margin = self._step_starts, 1e-12 * max(self.end, 1e-300)
         first = np.searchsorted(begins, start - margin)
         last = np.searchsorted(begins, np.nan_to_num(end) - margin)
         return np.where(np.isnan(end), np.nan, total[last] - total[first])
@@ -193,7 +193,7 @@ class Record:
     def damper_events(self) -> xr.Dataset:
         """Events of a damper with play: its end reaches a stop ("reached") or leaves it ("left"); time, kind, side."""
         run.choose(run.DAMPER_EVENTS, self.scenario.needs)
-        return damper.events(self._lowered, self._march.stops)
+        return damper.stop_events(self._lowered, self._march.stops)
 
     # -- the dense solution -----------------------------------------------------------------------------------------
 
@@ -211,7 +211,7 @@ class Record:
 
     def at(self, times: ArrayLike) -> xr.Dataset:
         """Return all variables at the given times (s, or as "1 ms"), from the series of the solution."""
-        wanted = _seconds(times)
+        wanted = _times_in_seconds(times)
         if len(wanted) and not (np.all(wanted >= 0.0) and np.all(wanted <= self.end * (1 + 1e-12))):
             raise InputError("", "times", f"times from {wanted.min():g} to {wanted.max():g} s", f"0 to {self.end:g} s")
         extent.check_samples("times", "too many", len(wanted), self._sample_columns)
@@ -228,7 +228,7 @@ class Record:
         back = np.argsort(order, kind="stable")
         found = self._kind.sample(self.scenario, self._lowered, self._march, wanted[order])
         variables: Variables = {"time": (("time",), wanted)}
-        variables |= {name: ((name,), names) for name, names in self._contacts.axes.items()}
+        variables |= {name: ((name,), names) for name, names in self._contacts.axis_names.items()}
         for name, (dimensions, values) in found.items():
             over_time = values[back] if dimensions[0] == "time" else values
             if dimensions[-1] == "contact":
@@ -236,46 +236,49 @@ class Record:
                 variables[name] = (*dimensions[:-1], *among), by_wheel
             else:
                 variables[name] = dimensions, over_time
-        return dataset(variables, several=self._contacts.several)
+        return dataset(variables, several=self._contacts.has_several)
 
     def _per_wheel(self, values: FloatArray, attributes: dict[str, str]) -> xr.DataArray:
         """Return one value per wheel as it is in public."""
         import xarray as xr
 
         dimensions, by_wheel = self._contacts.by_wheel(values)
-        return xr.DataArray(by_wheel, self._contacts.axes, dimensions, attrs=attributes)
+        return xr.DataArray(by_wheel, self._contacts.axis_names, dimensions, attrs=attributes)
 
     # -- energy and summary -----------------------------------------------------------------------------------------
 
     @cached_property
-    def _integrals(self) -> tuple[FloatArray, xr.Dataset]:
+    def _step_integrals(self) -> tuple[FloatArray, xr.Dataset]:
         """Impulse of each contact in each step, (steps, contacts), and the balance of energy."""
-        with watched(True), np.errstate(over="ignore", invalid="ignore"):  # of a motion that left the range of numbers
+        with (
+            progress_shown(True),
+            np.errstate(over="ignore", invalid="ignore"),
+        ):  # of a motion that left the range of numbers
             report("integrating over every step", 0.0, 0.0)
             return self._kind.integrate(self.scenario, self._lowered, self._march)
 
     @property
     def energy(self) -> xr.Dataset:
         """Energy balance over the whole run, J: kinetic, elastic, dissipated, works, and the imbalance."""
-        return self._integrals[1]
+        return self._step_integrals[1]
 
     @property
     def time_in_air(self) -> float:
         """Total time without contact force, s; of a wagon the sum over all wheels."""
         lengths = self._march.steps[:, self._kind.length] * self._lowered.time
-        return float(lengths @ self._free().sum(axis=1))
+        return float(lengths @ self._free_steps().sum(axis=1))
 
-    def _summary(self) -> tuple[int, float | None]:
+    def _impacts_and_ratio(self) -> tuple[int, float | None]:
         """Return the number of impacts, and the ratio of the largest to the static force."""
         forces = self._march.peaks[:, contract.PEAK_FORCE] * self._lowered.force
         impacts = int((self._march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
         return impacts, (float(forces.max() / self.static_force) if len(forces) else None)
 
     def __str__(self) -> str:
-        impacts, largest = self._summary()
+        impacts, largest = self._impacts_and_ratio()
         peak = "no force maximum"
         if largest is not None:
-            of = "wheel" if self._contacts.several else "wheelset"
+            of = "wheel" if self._contacts.has_several else "wheelset"
             peak = f"largest force {largest:.3f} of static ({largest * self.static_force / 1e3:.1f} kN per {of})"
         plural = "impact" if impacts == 1 else "impacts"
         state = self.outcome.sentence if self.outcome is not Outcome.COMPLETED else f"completed, {self.end:.6g} s"
@@ -337,10 +340,10 @@ class Record:
         save(self, path)
 
 
-def _seconds(times: Any) -> FloatArray:
+def _times_in_seconds(times: Any) -> FloatArray:
     """Return times as an array in s."""
     allowed = 'times in s, or as "1 ms": one, or a list'
     wanted = np.atleast_1d(as_array(times, "times", allowed, "time"))
     if wanted.ndim != 1:
-        raise InputError("", "times", shown(times), allowed)
+        raise InputError("", "times", value_text(times), allowed)
     return wanted

@@ -42,11 +42,13 @@ def trains_of(record: Record, tally: bool) -> Trains:
         onsets = event_rows[hits & (owner == cell), contract.EVENT_TIME]
         peak_rows[mine, contract.PEAK_IMPACT] = np.searchsorted(onsets, peak_rows[mine, contract.PEAK_TIME], "right")
     marched = Marched(
-        np.full(cells, contract.DONE), np.full(cells, record.end), event_rows, peak_rows, _ends(owner, cells),
-        _ends(of_peak, cells), record._free()[0].astype(float),
+        np.full(cells, contract.DONE), np.full(cells, record.end), event_rows, peak_rows, _end_rows(owner, cells),
+        _end_rows(of_peak, cells), record._free_steps()[0].astype(float),
     )  # fmt: skip
     if tally:
-        marched = marched._replace(highest=_highest(record, cells), impulses=_impulses(record, owner, cells))
+        marched = marched._replace(
+            highest=_highest_position(record, cells), impulses=_impact_impulses(record, owner, cells)
+        )
     one = np.ones(cells)
     return Trains(marched, Units(one, one, one, static, one))
 
@@ -58,11 +60,11 @@ def _by_train(table: Columns, cells: int) -> tuple[IntArray, Columns]:
     return table["contact"][order], {name: values[order] for name, values in table.items()}
 
 
-def _ends(owner: IntArray, cells: int) -> IntArray:
+def _end_rows(owner: IntArray, cells: int) -> IntArray:
     return np.cumsum(np.bincount(owner, minlength=cells))
 
 
-def _impulses(record: Record, owner: IntArray, cells: int) -> FloatArray:
+def _impact_impulses(record: Record, owner: IntArray, cells: int) -> FloatArray:
     """Return the impulse of each train's n-th impact in the n-th of its rows of events."""
     out = np.full(len(owner), np.nan)
     for cell in range(cells):
@@ -71,31 +73,31 @@ def _impulses(record: Record, owner: IntArray, cells: int) -> FloatArray:
     return out
 
 
-def _highest(record: Record, cells: int) -> FloatArray:
+def _highest_position(record: Record, cells: int) -> FloatArray:
     """Return the highest position of each train's wheel, m; for a wagon, that of the centre of its wheelset."""
     from scipy.optimize import elementwise
 
     from wheeltapper.march.tally import NODES
 
-    bounds = np.append(record._begins, record.end)
+    bounds = np.append(record._step_starts, record.end)
     inside = bounds[:-1, None] + np.diff(bounds)[:, None] * np.append(0.0, NODES)
     times = np.minimum(np.append(inside.ravel(), record.end), record.end)
-    height, speed = _motion(record, times)
+    height, speed = _wheelset_motion(record, times)
     out = height.max(axis=0)
     for body in range(height.shape[1]):
         turns = np.flatnonzero((speed[:-1, body] > 0.0) & (speed[1:, body] <= 0.0))
         if not len(turns):
             continue
 
-        def rising(time: FloatArray, body: int = body) -> FloatArray:
-            return _motion(record, time.ravel())[1][:, body].reshape(time.shape)
+        def upward_velocity(time: FloatArray, body: int = body) -> FloatArray:
+            return _wheelset_motion(record, time.ravel())[1][:, body].reshape(time.shape)
 
-        at = elementwise.find_root(rising, (times[turns], times[turns + 1])).x
-        out[body] = max(out[body], _motion(record, at)[0][:, body].max())
+        at = elementwise.find_root(upward_velocity, (times[turns], times[turns + 1])).x
+        out[body] = max(out[body], _wheelset_motion(record, at)[0][:, body].max())
     return np.repeat(out, cells // len(out))
 
 
-def _motion(record: Record, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _wheelset_motion(record: Record, times: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return displacement and velocity, upwards, of the wheelsets at some times, each (times, wheelsets)."""
     found = record.at(times)
     if "body" not in found.coords:

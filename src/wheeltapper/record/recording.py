@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ground.arguments import as_names, as_quantity, as_table, check_choice, check_text
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.record.arrays import as_array
 
@@ -58,8 +58,8 @@ class Recording:
     def __post_init__(self) -> None:
         check_choice(self.quantity, "quantity", QUANTITIES)
         check_text(self.source, "source")
-        samples = _column("samples", self.samples, np.float64, QUANTITIES[self.quantity])
-        clipped = _column("clipped", self.clipped, np.bool_)
+        samples = _per_sample("samples", self.samples, np.float64, QUANTITIES[self.quantity])
+        clipped = _per_sample("clipped", self.clipped, np.bool_)
         if len(clipped) not in (0, len(samples)):
             raise InputError("", "clipped", f"{len(clipped)} of them", f"{len(samples)}, one for each sample")
         held = {
@@ -102,14 +102,14 @@ def as_time(given: Any, field: str) -> float:
     """Return a finite time, s, of either sign."""
     time = to_si(given, "time", field)
     if not np.isfinite(time):
-        raise InputError("", field, shown(given), "a finite time")
+        raise InputError("", field, value_text(given), "a finite time")
     return time
 
 
-def _column(name: str, given: Any, kind: type[np.generic], dimension: str = "number") -> NDArray[Any]:
+def _per_sample(name: str, given: Any, kind: type[np.generic], dimension: str = "number") -> NDArray[Any]:
     """Return one value for each sample."""
     allowed = "a list of values, one for each sample"
     values = as_array(given, name, allowed, dimension, kind)
     if values.ndim != 1:
-        raise InputError("", name, shown(given), allowed)
+        raise InputError("", name, value_text(given), allowed)
     return values

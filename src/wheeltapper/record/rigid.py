@@ -30,7 +30,7 @@ NOTE = Note(
 def rigid_track(record: Record) -> tuple[Note, ...]:
     """Return a note if a kink on a rigid track causes a large force."""
     scenario = record.scenario
-    if DECK in scenario.needs or (record._summary()[1] or 0.0) <= LARGE:
+    if DECK in scenario.needs or (record._impacts_and_ratio()[1] or 0.0) <= LARGE:
         return ()
     vehicle: Any = scenario.vehicle
     radius = vehicle.radius if hasattr(vehicle, "radius") else vehicle.axles[0].radius

@@ -13,9 +13,9 @@ from typing import Literal, overload
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.notes import Note
-from wheeltapper.ground.progress import Progress, report, reporting, say, watched
+from wheeltapper.ground.progress import Progress, progress_shown, report, reporting, say
 from wheeltapper.march import run
-from wheeltapper.march.blocks import cores
+from wheeltapper.march.blocks import core_count
 from wheeltapper.record import balanced
 from wheeltapper.record.arguments import as_scenario, as_scenarios, check_method
 from wheeltapper.record.kinds import kind_of
@@ -39,7 +39,7 @@ def say_that_it_compiles(what: str = "the kernels") -> None:
         say(f"compiling {what} for this machine, once; this takes some seconds")
 
 
-def warn(text: str) -> None:
+def warn_caller(text: str) -> None:
     """Warn whoever called the package, however deep in it this is said."""
     frame, level = inspect.currentframe(), 1
     while frame is not None and str(frame.f_globals.get("__name__", "")).startswith("wheeltapper."):
@@ -51,7 +51,7 @@ def warn_of(notes: Iterable[Note]) -> None:
     """Warn of those notes that put a result's meaning in doubt."""
     for note in notes:
         if note.doubtful:
-            warn(note)
+            warn_caller(note)
 
 
 @overload
@@ -99,10 +99,10 @@ def simulate(
         If a scenario cannot be simulated.
     """
     check_method(method)
-    with watched(progress):
+    with progress_shown(progress):
         if isinstance(scenario, Scenario | str | Path):
-            return _simulated(as_scenario(scenario), method)
-        held = cores() if threads is None else as_count(threads, "threads")
+            return _simulated_scenario(as_scenario(scenario), method)
+        held = core_count() if threads is None else as_count(threads, "threads")
         return _side_by_side(as_scenarios(scenario), method, held)
 
 
@@ -114,17 +114,17 @@ def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[
     """Simulate several scenarios at a time; an error of one, or an interruption, soon ends all."""
     stop = Event()
 
-    def heard(*_: object) -> None:
+    def raise_if_stopped(*_: object) -> None:
         if stop.is_set():
             raise _StoppedError
 
-    def one(scenario: Scenario) -> Record:
-        with reporting(heard):
-            return _simulated(scenario, method)
+    def simulate_one(scenario: Scenario) -> Record:
+        with reporting(raise_if_stopped):
+            return _simulated_scenario(scenario, method)
 
     with ThreadPoolExecutor(threads) as pool:
         try:
-            waiting = [pool.submit(one, scenario) for scenario in scenarios]
+            waiting = [pool.submit(simulate_one, scenario) for scenario in scenarios]
             for done, future in enumerate(as_completed(waiting), 1):
                 future.result()  # what ends this one ends all
                 report("scenarios", done, len(waiting))
@@ -134,7 +134,7 @@ def _side_by_side(scenarios: list[Scenario], method: str, threads: int) -> list[
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _simulated(scenario: Scenario, method: str) -> Record:
+def _simulated_scenario(scenario: Scenario, method: str) -> Record:
     scenario.check_extent()
     marcher, kind = run.choose(run.SIMULATE, scenario.needs), kind_of(scenario)
     report("lowering", 0.0, 0.0)
@@ -148,7 +148,7 @@ def _simulated(scenario: Scenario, method: str) -> Record:
     warn_of(beyond)
     if not run.balance_is_ready(lowered.program):
         say_that_it_compiles("the energy's check")
-    status, missing = balanced.judged(march.status, kind.missing_part(scenario, lowered, march))
+    status, missing = balanced.judged_balance(march.status, kind.missing_part(scenario, lowered, march))
     record = Record(scenario, method, lowered, march._replace(status=status))
     record.notes = (*lowered.notes, *beyond, *missing)
     record.notes += rigid_track(record)

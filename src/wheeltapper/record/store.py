@@ -18,7 +18,7 @@ from wheeltapper.record.chart_store import load_chart
 from wheeltapper.record.checksum import is_damaged
 from wheeltapper.record.contacts import SIDES, SURFACES
 from wheeltapper.record.kinds import kind_of
-from wheeltapper.record.labels import EVENT_KINDS, WEAR_TITLE, flagged, label
+from wheeltapper.record.labels import EVENT_KINDS, WEAR_TITLE, attributes_of, flag_variable
 from wheeltapper.record.reading_arrays import check_hdf5
 from wheeltapper.record.record import Record
 from wheeltapper.record.stored import FORMAT, UNDAMAGED, method_of, notes, rising, table, version_of
@@ -29,19 +29,19 @@ def save(record: Record, path: Path) -> None:
     import xarray as xr
 
     march, contacts = record._march, record._contacts
-    events = record.events.drop_vars(contacts.axes | {"surface": 0}, errors="ignore")
+    events = record.events.drop_vars(contacts.axis_names | {"surface": 0}, errors="ignore")
     events = events.rename(time="event_time", contact="event_contact")
-    events["kind"] = flagged("event", events.kind.values, EVENT_KINDS)
-    peaks = record.peaks.drop_vars(contacts.axes | {"surface": 0}, errors="ignore")
+    events["kind"] = flag_variable("event", events.kind.values, EVENT_KINDS)
+    peaks = record.peaks.drop_vars(contacts.axis_names | {"surface": 0}, errors="ignore")
     peaks = peaks.rename(time="peak_time", contact="peak_contact", normal_force="peak_normal_force")
     peaks["corner"] = peaks.corner.astype(np.int8)
     named = contacts.labels
     static = np.pad(contacts.static_force, (0, len(contacts.lanes) - len(contacts.static_force)))
     tables = {
-        "contact_wheelset": ("contact", named["wheelset"], label("wheelset")),
-        "contact_side": flagged("contact", named["side"], SIDES),
-        "contact_surface": flagged("contact", named["surface"], SURFACES),
-        "static_force": ("contact", static, label("static_force", contacts.several)),
+        "contact_wheelset": ("contact", named["wheelset"], attributes_of("wheelset")),
+        "contact_side": flag_variable("contact", named["side"], SIDES),
+        "contact_surface": flag_variable("contact", named["surface"], SURFACES),
+        "static_force": ("contact", static, attributes_of("static_force", contacts.has_several)),
         "march_steps": (("step", "step_column"), march.steps),
         "march_events": (("event", "event_column"), march.events),
         "march_peaks": (("peak", "peak_column"), march.peaks),

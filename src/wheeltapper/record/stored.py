@@ -79,7 +79,7 @@ def check(name: str, values: NDArray[Any], good: NDArray[np.bool_] | bool, allow
         raise InputError("", name, f"{np.asarray(values)[tuple(place)]:.9g} at {place}", f"{allowed}; {UNDAMAGED}")
 
 
-def whole(name: str, values: NDArray[Any], low: float, high: float) -> None:
+def check_whole(name: str, values: NDArray[Any], low: float, high: float) -> None:
     """Refuse values that are no whole numbers from low to high."""
     good = (np.rint(values) == values) & (values >= low) & (values <= high)
     check(name, np.asarray(values), good, f"whole numbers from {low:g} to {high:g}")
@@ -91,7 +91,7 @@ def rising(name: str, values: FloatArray, end: float) -> None:
     check(name, values, within & (np.diff(values, prepend=0.0) >= 0.0), f"rising times from 0 to {end:.6g}")
 
 
-def attribute(data: xr.Dataset, name: str, kind: type) -> Any:
+def stored_attribute(data: xr.Dataset, name: str, kind: type) -> Any:
     """Return an attribute of a given type; a list is stored as JSON."""
     try:
         value = data.attrs[name]
@@ -107,12 +107,12 @@ def attribute(data: xr.Dataset, name: str, kind: type) -> Any:
 
 def notes(data: xr.Dataset) -> tuple[Note, ...]:
     """Return the notes."""
-    return tuple(Note(str(note)) for note in attribute(data, "notes", list))
+    return tuple(Note(str(note)) for note in stored_attribute(data, "notes", list))
 
 
-def choice(data: xr.Dataset, name: str, kind: type, allowed: Iterable[Any]) -> Any:
+def stored_choice(data: xr.Dataset, name: str, kind: type, allowed: Iterable[Any]) -> Any:
     """Return an attribute that is one of those allowed."""
-    value = attribute(data, name, kind)
+    value = stored_attribute(data, name, kind)
     known = list(allowed)
     if value not in known:
         raise InputError("", name, repr(value)[:80], ", ".join(map(str, known)))
@@ -121,7 +121,7 @@ def choice(data: xr.Dataset, name: str, kind: type, allowed: Iterable[Any]) -> A
 
 def method_of(data: xr.Dataset) -> str:
     """Return the method."""
-    return str(choice(data, "method", str, METHODS))
+    return str(stored_choice(data, "method", str, METHODS))
 
 
 def version_of(data: xr.Dataset) -> int:
@@ -131,7 +131,7 @@ def version_of(data: xr.Dataset) -> int:
 
 def status_of(data: xr.Dataset) -> int:
     """Return why the march ended."""
-    return int(choice(data, "status", int, OUTCOMES))
+    return int(stored_choice(data, "status", int, OUTCOMES))
 
 
 def steps_of(data: xr.Dataset, columns: int, begin: int, end: float) -> FloatArray:
@@ -149,8 +149,8 @@ def check_pieces(name: str, pieces: FloatArray) -> None:
     if pieces.shape[1] == contract.MARKED_COLUMNS:
         degrees |= {contract.RESIDUAL_DEGREE: -1, contract.BEARS_DEGREE: -1}
     for column, low in degrees.items():
-        whole(name, pieces[:, column], low, contract.MAX_DEGREE)
-    whole(name, pieces[:, contract.JOIN], contract.SOFT, contract.JUMP)
+        check_whole(name, pieces[:, column], low, contract.MAX_DEGREE)
+    check_whole(name, pieces[:, contract.JOIN], contract.SOFT, contract.JUMP)
     check(name, pieces[:, contract.SCALE], pieces[:, contract.SCALE] > 0.0, "positive scales")
     check(name, pieces[:, contract.STOP], pieces[:, contract.STOP] > pieces[:, contract.START], "pieces with a length")
     others = np.delete(pieces, [contract.START, contract.STOP], axis=1)

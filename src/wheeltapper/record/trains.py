@@ -20,7 +20,7 @@ IntArray = NDArray[np.int64]
 Values = NDArray[Any]  # floats, or complex numbers whose imaginary parts are derivatives
 
 
-def _begins(*keys: NDArray[Any]) -> IntArray:
+def _group_starts(*keys: NDArray[Any]) -> IntArray:
     """Return the positions in sorted columns at which a new combination of entries begins."""
     if len(keys[0]) == 0:
         return np.zeros(0, dtype=np.int64)
@@ -48,37 +48,37 @@ class Rows:
     columns: dict[str, Values]
 
     @cached_property
-    def count(self) -> IntArray:
+    def row_counts(self) -> IntArray:
         """Number of rows of each cell."""
         return np.diff(self.first)
 
     @cached_property
-    def owner(self) -> IntArray:
+    def row_cells(self) -> IntArray:
         """The cell of each row."""
-        return np.repeat(np.arange(len(self.first) - 1), self.count)
+        return np.repeat(np.arange(len(self.first) - 1), self.row_counts)
 
-    def nth(self, column: str, n: int) -> Values:
+    def nth_entry(self, column: str, n: int) -> Values:
         """Return a column's entry in each cell's n-th row, counted from one; NaN where there are fewer."""
         values = np.append(self.columns[column], np.nan)
-        return values[np.where(self.count >= n, self.first[:-1] + n - 1, -1)]
+        return values[np.where(self.row_counts >= n, self.first[:-1] + n - 1, -1)]
 
-    def last(self, column: str) -> Values:
+    def last_entry(self, column: str) -> Values:
         """Return a column's entry in each cell's last row; NaN where there is none."""
         values = np.append(self.columns[column], np.nan)
-        return values[np.where(self.count > 0, self.first[1:] - 1, -1)]
+        return values[np.where(self.row_counts > 0, self.first[1:] - 1, -1)]
 
-    def largest(self, column: str) -> Values:
+    def largest_entry(self, column: str) -> Values:
         """Return a column's largest entry in each cell; NaN where there is none."""
-        values, owner = self.columns[column], self.owner
-        rows = _largest_of_each(values.real, _begins(owner))
+        values, owner = self.columns[column], self.row_cells
+        rows = _largest_of_each(values.real, _group_starts(owner))
         out = np.full(len(self.first) - 1, np.nan, dtype=values.dtype)
         out[owner[rows]] = values[rows]
         return out
 
-    def total(self, values: Values) -> Values:
+    def total_over_rows(self, values: Values) -> Values:
         """Return the sum of one value per row over each cell's rows."""
         out = np.zeros(len(self.first) - 1, dtype=values.dtype)
-        np.add.at(out, self.owner, values)
+        np.add.at(out, self.row_cells, values)
         return out
 
 
@@ -90,12 +90,12 @@ class Trains:
     units: Units
 
     @property
-    def cells(self) -> int:
+    def cell_count(self) -> int:
         """Number of cells."""
         return len(self.marched.end)
 
     @property
-    def end(self) -> Values:
+    def end_time(self) -> Values:
         """(cells,) end of the computed time of each cell, s."""
         return self.marched.end * self.units.time
 
@@ -105,36 +105,36 @@ class Trains:
         return self.units.static_force
 
     @property
-    def airborne(self) -> NDArray[np.bool_]:
+    def is_airborne_at_start(self) -> NDArray[np.bool_]:
         """(cells,) True where the run began in flight."""
         return np.asarray(self.marched.airborne == 1.0)
 
     @property
-    def highest(self) -> Values:
+    def highest_position(self) -> Values:
         """(cells,) highest displacement of the wheel, m."""
         highest = self.marched.highest
         assert highest is not None
         return highest * self.units.length
 
     @cached_property
-    def whole(self) -> NDArray[np.bool_]:
+    def is_complete(self) -> NDArray[np.bool_]:
         """(cells,) True if the run was computed to its end, or as far as was necessary."""
         return np.asarray((self.marched.status == contract.DONE) | (self.marched.status == contract.ENOUGH))
 
     @cached_property
     def losses(self) -> Rows:
         """Losses of contact: columns `time` (s) and `rate` (of the indentation, m/s)."""
-        return self._events(contract.LOSS)
+        return self._rows_of_kind(contract.LOSS)
 
     @cached_property
     def impacts(self) -> Rows:
         """Impacts: columns `time` (s) and `rate` (of the indentation, m/s)."""
-        return self._events(contract.IMPACT)
+        return self._rows_of_kind(contract.IMPACT)
 
-    def impulse(self, n: int) -> Values:
+    def impact_impulse(self, n: int) -> Values:
         """Return the impulse (N s) of the contact that begins with impact n; NaN if it lasts beyond the run."""
         assert self.marched.impulses is not None
-        held = self.impacts.count >= n
+        held = self.impacts.row_counts >= n
         rows = np.append(0, self.marched.event_ends)[:-1] + n - 1
         values = np.append(self.marched.impulses, np.nan)[np.where(held, rows, -1)]
         return values * self.units.force * self.units.time
@@ -152,7 +152,7 @@ class Trains:
         }
         return Rows(first, columns)
 
-    def _events(self, kind: int) -> Rows:
+    def _rows_of_kind(self, kind: int) -> Rows:
         events, units = self.marched.events, self.units
         among = events[:, contract.EVENT_KIND] == kind
         rows = np.flatnonzero(among)
@@ -169,15 +169,15 @@ class Trains:
         among = self.impact_peaks
         rows = among.columns["impact"] == n
         values = among.columns[column]
-        out = np.full(self.cells, np.nan, dtype=values.dtype)
-        out[among.owner[rows]] = values[rows]
+        out = np.full(self.cell_count, np.nan, dtype=values.dtype)
+        out[among.row_cells[rows]] = values[rows]
         return out
 
     @cached_property
     def impact_peaks(self) -> Rows:
         """Time and force of the largest force after every impact, if there is one."""
         rows = np.flatnonzero(self.peaks.columns["impact"] >= 1)
-        owner, impact = self.peaks.owner[rows], self.peaks.columns["impact"][rows]
-        best = rows[_largest_of_each(self.peaks.columns["force"].real[rows], _begins(owner, impact))]
-        first = np.append(0, np.cumsum(np.bincount(self.peaks.owner[best], minlength=self.cells)))
+        owner, impact = self.peaks.row_cells[rows], self.peaks.columns["impact"][rows]
+        best = rows[_largest_of_each(self.peaks.columns["force"].real[rows], _group_starts(owner, impact))]
+        first = np.append(0, np.cumsum(np.bincount(self.peaks.row_cells[best], minlength=self.cell_count)))
         return Rows(first, {name: self.peaks.columns[name][best] for name in ("time", "force", "impact")})

@@ -15,7 +15,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.structure import structure_of
-from wheeltapper.lower.wagon import DECK, LONGEST, Layout, LoweredWagon, layout_of, lower_wagon
+from wheeltapper.lower.wagon import DECK, LONGEST, LoweredWagon, StateLayout, layout_of, lower_wagon
 from wheeltapper.march import assembly as asm
 from wheeltapper.march import program, run, telling, wheel_rows
 from wheeltapper.march.assembly import HALF, LANES, PLACES, TO_RATE, Assembly
@@ -23,7 +23,7 @@ from wheeltapper.march.multibody import MultibodyMarch
 from wheeltapper.record import balanced, creep_range, extent, stored, wagon_energy
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.kinds import Kind, Variables
-from wheeltapper.record.stored import UNDAMAGED, check, table, whole
+from wheeltapper.record.stored import UNDAMAGED, check, check_whole, table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,7 +58,9 @@ def _lower(scenario: Scenario, method: str) -> LoweredWagon:
 
 
 def _teller(scenario: Scenario, lowered: LoweredWagon) -> Callable[[float], bool]:
-    return extent.teller("marching", lowered.time, scenario.duration, telling.WAGON_CHUNK, _row_bytes(scenario))
+    return extent.progress_function(
+        "marching", lowered.time, scenario.duration, telling.WAGON_CHUNK, _row_bytes(scenario)
+    )
 
 
 def _contacts(scenario: Scenario, lowered: LoweredWagon) -> Contacts:
@@ -81,10 +83,10 @@ def _sample(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch, ti
     rows = np.array(list(ROWS.values()), dtype=np.int64)
     states, rates, found = run.replay(lowered.assembly, march, times, rows)
     found = np.moveaxis(found[:, :, _contacts(scenario, lowered).lanes], 1, 0)
-    touching = _forces(scenario, dict(zip(ROWS, found, strict=True)))
+    touching = _wheel_variables(scenario, dict(zip(ROWS, found, strict=True)))
     out: Variables = {name: (("time", "contact"), values) for name, values in touching.items()}
     shape = (len(times), len(lowered.layout.bodies), PLACES)
-    held, changing = (values[:, : lowered.layout.states].reshape(shape) for values in (states, rates))
+    held, changing = (values[:, : lowered.layout.state_count].reshape(shape) for values in (states, rates))
     motions = {
         "displacement": held[:, :, : len(MOTIONS)],
         "velocity": held[:, :, TO_RATE : TO_RATE + len(MOTIONS)],
@@ -98,7 +100,7 @@ def _sample(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch, ti
     return out
 
 
-def _forces(scenario: Scenario, rows: dict[str, FloatArray]) -> dict[str, FloatArray]:
+def _wheel_variables(scenario: Scenario, rows: dict[str, FloatArray]) -> dict[str, FloatArray]:
     """Return the variables of each wheel (times, wheels) from the rows of all contacts (times, contacts)."""
     wheels = 2 * len(scenario.vehicle.axles)
     tread = {name: values[:, :wheels] for name, values in rows.items()}
@@ -167,7 +169,7 @@ def _read(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredWagon, Multibody
     shape = (axles, 2) if stored.version_of(data) == 1 else ((2 * axles, 4 * axles),)  # later with those of flanges
     static = table(data, "static_force", *shape).ravel()[: 2 * axles].reshape(axles, 2)
     check("static_force", static, static > 0.0, "positive forces")
-    constant = stored.attribute(data, "contact_constant", float)
+    constant = stored.stored_attribute(data, "contact_constant", float)
     lowered = LoweredWagon(assembly, layout, structure, static, constant, stored.notes(data))
     return lowered, _march_of(data, assembly, scenario)
 
@@ -176,7 +178,7 @@ def _assembly(data: xr.Dataset) -> Assembly:
     """Return the assembly from the array that holds all of its parts."""
     held = table(data, "assembly", None, ends=True)
     at, parts = 0, dict[str, Any]()
-    for entry in stored.attribute(data, "assembly_parts", list):
+    for entry in stored.stored_attribute(data, "assembly_parts", list):
         try:
             name, shape, kind = entry
             size = prod(shape)
@@ -187,7 +189,7 @@ def _assembly(data: xr.Dataset) -> Assembly:
             raise InputError("", "assembly_parts", repr(entry)[:80], UNDAMAGED)
         part = held[at : at + size].reshape(shape)
         if kind == "i":
-            whole(f"assembly, {name}", part, -(2**31), 2**31)
+            check_whole(f"assembly, {name}", part, -(2**31), 2**31)
             part = part.astype(np.int64)
         parts[name], at = np.ascontiguousarray(part), at + size
     if tuple(parts) != Assembly._fields or at != len(held):
@@ -195,7 +197,7 @@ def _assembly(data: xr.Dataset) -> Assembly:
     return Assembly(**parts)
 
 
-def _check_assembly(A: Assembly, scenario: Scenario, layout: Layout) -> None:
+def _check_assembly(A: Assembly, scenario: Scenario, layout: StateLayout) -> None:
     """Refuse an assembly that does not belong to this scenario, or has an index out of range."""
     treads = -(-len(scenario.vehicle.axles) // HALF)
     octets, bodies, states, elements = len(A.kinds), len(layout.bodies), len(A.start), len(A.element_inside)
@@ -213,7 +215,7 @@ def _check_assembly(A: Assembly, scenario: Scenario, layout: Layout) -> None:
             raise InputError("", f"assembly, {name}", f"the shape {held.shape}", f"{shape}; {UNDAMAGED}")
         if name not in ("lanes", "pieces"):
             check(f"assembly, {name}", held, np.isfinite(held), "finite numbers")
-    inside = states - layout.states
+    inside = states - layout.state_count
     if inside < 0 or inside % LANES or octets not in (treads, 2 * treads) or A.cells.shape[1] == 0:
         raise InputError("", "assembly", f"{states} states and {octets} octets of contacts", UNDAMAGED)
     kinds = np.repeat([asm.TREAD, asm.FLANGE], treads)[:octets]
@@ -222,14 +224,14 @@ def _check_assembly(A: Assembly, scenario: Scenario, layout: Layout) -> None:
     _check_numbers(A, scenario, layout, treads)
     stored.check_pieces("assembly, pieces", A.pieces)
     _check_lanes(A, scenario, bodies, treads)
-    _spans("spans", A.spans, bodies, len(A.sources), TOGETHER)
-    _spans("force_spans", A.force_spans, bodies, len(A.force_sources), TOGETHER)
-    whole("assembly, sources", A.sources, 0, states - 1)
-    whole("assembly, force_sources", A.force_sources, 0, bodies * LANES - 1)
-    _check_elements(A, layout.states)
+    _check_spans("spans", A.spans, bodies, len(A.sources), TOGETHER)
+    _check_spans("force_spans", A.force_spans, bodies, len(A.force_sources), TOGETHER)
+    check_whole("assembly, sources", A.sources, 0, states - 1)
+    check_whole("assembly, force_sources", A.force_sources, 0, bodies * LANES - 1)
+    _check_elements(A, layout.state_count)
 
 
-def _check_numbers(A: Assembly, scenario: Scenario, layout: Layout, treads: int) -> None:
+def _check_numbers(A: Assembly, scenario: Scenario, layout: StateLayout, treads: int) -> None:
     """Refuse counts and choices that differ from those of the scenario."""
     creep = scenario.creep
     chosen = asm.NO_CREEP if creep is None else asm.CURVE
@@ -243,7 +245,7 @@ def _check_numbers(A: Assembly, scenario: Scenario, layout: Layout, treads: int)
     }  # fmt: skip
     for place, value in expected.items():
         check("assembly, numbers", A.numbers[[place]], A.numbers[place] == value, f"{value:g}, as in the scenario")
-    whole("assembly, numbers", A.numbers[[asm.STRIP_BOUND, asm.QUASI_STATIC]], 0, 1)
+    check_whole("assembly, numbers", A.numbers[[asm.STRIP_BOUND, asm.QUASI_STATIC]], 0, 1)
     positive = A.numbers[[asm.CELLS_PER_M, asm.STATIC_INDENTATION, asm.PULSE]]
     check("assembly, numbers", positive, positive > 0.0, "positive numbers")
 
@@ -256,11 +258,11 @@ def _check_lanes(A: Assembly, scenario: Scenario, bodies: int, treads: int) -> N
         wheels[k // HALF, :, k % HALF] = 1.0, -1.0
     sides = A.lanes[:, asm.SIDE]
     check(names, sides, sides == np.tile(wheels.reshape(treads, LANES), (len(A.lanes) // treads, 1)), "wheels")
-    whole(names, A.lanes[:, asm.BODY], 0, bodies - 1)
+    check_whole(names, A.lanes[:, asm.BODY], 0, bodies - 1)
     last = len(A.pieces) - 1
-    whole(names, A.lanes[:, [asm.FIRST_PIECE, asm.LAST_PIECE]], 0, last)
-    whole(names, A.lanes[:, asm.PATH_LOOP], 0, last + 1)
-    whole(names, A.lanes[:, asm.PATH_LOOP_JOIN], program.SOFT, program.JUMP)
+    check_whole(names, A.lanes[:, [asm.FIRST_PIECE, asm.LAST_PIECE]], 0, last)
+    check_whole(names, A.lanes[:, asm.PATH_LOOP], 0, last + 1)
+    check_whole(names, A.lanes[:, asm.PATH_LOOP_JOIN], program.SOFT, program.JUMP)
     check(names, A.lanes, ~np.isnan(A.lanes), "no NaN")
     check(names, A.lanes[:, asm.NOMINAL], np.isfinite(A.lanes[:, asm.NOMINAL]), "finite radii")
     there = A.lanes[:, :, :].transpose(0, 2, 1)[sides != 0.0]
@@ -273,7 +275,7 @@ def _check_lanes(A: Assembly, scenario: Scenario, bodies: int, treads: int) -> N
     check(names, loop.astype(float), goes_on, "paths that go on to the end of the run")
 
 
-def _spans(name: str, spans: IntArray, count: int, total: int, step: int = 1) -> None:
+def _check_spans(name: str, spans: IntArray, count: int, total: int, step: int = 1) -> None:
     """Refuse spans that do not divide the whole array."""
     good = len(spans) == count + 1 and spans[0] == 0 and spans[-1] == total
     if not good or (np.diff(spans) < 0).any() or (spans % step).any():
@@ -283,10 +285,10 @@ def _spans(name: str, spans: IntArray, count: int, total: int, step: int = 1) ->
 def _check_elements(A: Assembly, own: int) -> None:
     """Refuse nonlinear elements that act on no motion, or whose characteristic does not rise through zero."""
     elements = len(A.element_inside)
-    _spans("element_spans", A.element_spans, elements, len(A.element_index))
-    _spans("element_corners", A.element_corners, elements, len(A.corners))
-    whole("assembly, element_index", A.element_index, 0, len(A.start) - 1)
-    whole("assembly, element_inside", A.element_inside[:, 0], -1, len(A.start) - 1)
+    _check_spans("element_spans", A.element_spans, elements, len(A.element_index))
+    _check_spans("element_corners", A.element_corners, elements, len(A.corners))
+    check_whole("assembly, element_index", A.element_index, 0, len(A.start) - 1)
+    check_whole("assembly, element_inside", A.element_inside[:, 0], -1, len(A.start) - 1)
     within = np.repeat(A.element_inside[:, 0], np.diff(A.element_spans))
     motion = (A.element_index < own) & (A.element_index % PLACES < LANES)
     check("assembly, element_index", A.element_index, motion | (A.element_index == within), "displacements")
@@ -299,17 +301,17 @@ def _check_elements(A: Assembly, own: int) -> None:
 def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMarch:
     """Return the march."""
     status = stored.status_of(data)
-    end = stored.attribute(data, "end", float)
+    end = stored.stored_attribute(data, "end", float)
     check("end", np.array([end]), 0.0 < end <= scenario.duration * (1.0 + 1e-9), "a time within the run")
     elements, octets = len(A.element_inside), len(A.kinds)
     steps = stored.steps_of(data, asm.STEP_ELEMENTS + elements, asm.STEP_TIME, end)
     begins, lengths = steps[:, asm.STEP_TIME], steps[:, asm.STEP_LENGTH]
     follows = np.abs(begins + lengths - np.append(begins[1:], end)) <= 1e-9 * end
     check("march_steps", lengths, follows & (lengths > 0.0), "steps that follow each other")
-    whole("march_steps", steps[:, asm.STEP_CLOSED], 0, 2.0 ** (octets * LANES) - 1)
+    check_whole("march_steps", steps[:, asm.STEP_CLOSED], 0, 2.0 ** (octets * LANES) - 1)
     most = np.diff(A.element_corners) - 2
     for element in range(elements):
-        whole("march_steps", steps[:, asm.STEP_ELEMENTS + element], 0, most[element])
+        check_whole("march_steps", steps[:, asm.STEP_ELEMENTS + element], 0, most[element])
     broken = status in (program.NOT_FINITE, balanced.UNBALANCED)  # such states are no damage of the file
     states = table(data, "march_states", len(steps), len(A.start))
     state = table(data, "march_state", len(A.start), anything=status == program.NOT_FINITE)
@@ -324,8 +326,8 @@ def _march_of(data: xr.Dataset, A: Assembly, scenario: Scenario) -> MultibodyMar
         check(name, contact, np.isin(contact, wheels), "contacts of wheels")
         for wheel in wheels:  # within a step, the maxima are sorted by wheel
             stored.rising(name, rows[contact == wheel, program.EVENT_TIME], end)
-    whole("march_events", events[:, program.EVENT_KIND], program.LOSS, program.IMPACT)
-    evaluations = stored.attribute(data, "evaluations", int)
+    check_whole("march_events", events[:, program.EVENT_KIND], program.LOSS, program.IMPACT)
+    evaluations = stored.stored_attribute(data, "evaluations", int)
     return MultibodyMarch(status, steps, states, events, peaks, end, state, evaluations)
 
 

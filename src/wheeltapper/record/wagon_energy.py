@@ -40,8 +40,8 @@ def missing_part(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenari
     sample = march._replace(steps=march.steps[::EVERY], states=march.states[::EVERY])
     done, _, contacts = works(lowered, sample, scenario)
     states = np.vstack([march.states[1::EVERY], march.state])[: len(sample.states)]
-    kinetic, springs = _energies(lowered, sample.states, scenario)
-    kinetic_after, springs_after = _energies(lowered, states, scenario)
+    kinetic, springs = _stored_energies(lowered, sample.states, scenario)
+    kinetic_after, springs_after = _stored_energies(lowered, states, scenario)
     change = kinetic_after - kinetic + springs_after - springs + contacts[:, 1] - contacts[:, 0]
     missing = float(np.abs(np.cumsum(change - done @ SIGNS)).max())
     exchanged = float(kinetic.max() + contacts.max() + EVERY * np.abs(done).sum())
@@ -56,17 +56,17 @@ def works(lowered: LoweredWagon, march: MultibodyMarch, scenario: Scenario) -> t
     damping[: len(structure.motions), : len(structure.motions)] = structure.damping
     if DECK in layout.bodies:
         damping[-1, -1] = scenario.track.damping
-    return run.works(lowered.assembly, march, damping, layout.places)
+    return run.works(lowered.assembly, march, damping, layout.displacement_places)
 
 
-def _energies(lowered: LoweredWagon, states: FloatArray, scenario: Scenario) -> tuple[FloatArray, FloatArray]:
+def _stored_energies(lowered: LoweredWagon, states: FloatArray, scenario: Scenario) -> tuple[FloatArray, FloatArray]:
     """Return kinetic energy and that of the linear springs, the deck's included, in some states."""
     mass, stiffness = lowered.structure.mass, lowered.structure.stiffness
     if DECK in lowered.layout.bodies:
         mass = np.append(mass, scenario.track.mass)
         stiffness = np.pad(stiffness, (0, 1))
         stiffness[-1, -1] = scenario.track.stiffness
-    q, v = states[:, lowered.layout.places], states[:, lowered.layout.places + TO_RATE]
+    q, v = states[:, lowered.layout.displacement_places], states[:, lowered.layout.displacement_places + TO_RATE]
     return 0.5 * (v**2) @ mass, 0.5 * np.einsum("ti,ij,tj->t", q, stiffness, q)
 
 
@@ -83,7 +83,7 @@ def balance(
     from wheeltapper.march import replay
 
     done, _, contacts = works
-    kinetic, springs = _energies(lowered, np.vstack([march.states, march.state]), scenario)
+    kinetic, springs = _stored_energies(lowered, np.vstack([march.states, march.state]), scenario)
     elastic = springs[-1] - springs[0] + contacts[-1, 1] - contacts[0, 0]
     jumps = float((contacts[1:, 0] - contacts[:-1, 1]).sum())
     total = done.sum(axis=0)

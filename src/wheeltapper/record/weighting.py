@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper.ground.arguments import as_quantity, check_choice
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.record.arrays import as_array
 
 __all__ = ["WEIGHTINGS", "as_rate", "weighted", "weighting"]
@@ -81,11 +81,11 @@ def weighting(name: str, frequency: ArrayLike) -> ComplexArray:
     InputError
         For an unknown name.
     """
-    held = _named(name)
+    held = _weighting_named(name)
     allowed = f"frequencies in Hz up to {HIGHEST:g}"
     frequencies = as_array(frequency, "frequency", allowed, "frequency")
     if not (np.abs(frequencies) <= HIGHEST).all():
-        raise InputError("", "frequency", shown(frequency), allowed)
+        raise InputError("", "frequency", value_text(frequency), allowed)
     p = 1j * frequencies
     (f1, f2), (f3, f4, q4) = BAND, held.transition
     band = (p / f1) ** 2 / _quadratic(p, f1, BUTTERWORTH) / _quadratic(p, f2, BUTTERWORTH)
@@ -129,14 +129,14 @@ def weighted(acceleration: ArrayLike, rate: float | str, name: str) -> FloatArra
     if samples.ndim == 0 or not np.isfinite(samples).all():
         raise InputError("", "acceleration", "no finite samples over time", allowed)
     check_choice(name, "name", WEIGHTINGS)
-    sections, correction = _digital(name, as_rate(rate))
+    sections, correction = _digital_filter(name, as_rate(rate))
     if samples.size == 0:
         return samples.copy()
     return np.asarray(signal.lfilter(correction, [1.0], signal.sosfilt(sections, samples)), dtype=np.float64)
 
 
 @cache
-def _digital(name: str, rate: float) -> tuple[FloatArray, FloatArray]:
+def _digital_filter(name: str, rate: float) -> tuple[FloatArray, FloatArray]:
     """Return the second-order sections and the correction's coefficients of a weighting at a rate.
 
     Poles and zeros s become exp(s/rate), so that the two zeros at s = 0 stay exact. The remaining error is smooth up to
@@ -144,7 +144,7 @@ def _digital(name: str, rate: float) -> tuple[FloatArray, FloatArray]:
     """
     from scipy import signal
 
-    zeros, poles = _roots(_named(name))
+    zeros, poles = _zeros_and_poles(_weighting_named(name))
     sections = signal.zpk2sos(np.exp(zeros / rate), np.exp(poles / rate), 1.0)
     frequency = rate * np.linspace(1e-3, FITTED_UP_TO, FITTED_AT)
     response = signal.freqz_sos(sections, worN=frequency, fs=rate)[1]
@@ -154,18 +154,18 @@ def _digital(name: str, rate: float) -> tuple[FloatArray, FloatArray]:
     return np.asarray(sections), np.asarray(np.linalg.lstsq(system, wanted, rcond=None)[0])
 
 
-def _roots(held: Weighting) -> tuple[ComplexArray, ComplexArray]:
+def _zeros_and_poles(held: Weighting) -> tuple[ComplexArray, ComplexArray]:
     """Return the analogue zeros and poles, rad/s."""
     (f1, f2), (f3, f4, q4) = BAND, held.transition
     zeros = [0j, 0j, complex(-2.0 * np.pi * f3)]
-    poles = [*_pair(f1, BUTTERWORTH), *_pair(f2, BUTTERWORTH), *_pair(f4, q4)]
+    poles = [*_quadratic_roots(f1, BUTTERWORTH), *_quadratic_roots(f2, BUTTERWORTH), *_quadratic_roots(f4, q4)]
     if held.step is not None:
-        zeros += _pair(*held.step[:2])
-        poles += _pair(*held.step[2:])
+        zeros += _quadratic_roots(*held.step[:2])
+        poles += _quadratic_roots(*held.step[2:])
     return np.array(zeros), np.array(poles)
 
 
-def _pair(corner: float, quality: float) -> list[complex]:
+def _quadratic_roots(corner: float, quality: float) -> list[complex]:
     """Return the two roots, rad/s, of a quadratic with a corner frequency (Hz) and a quality factor above 1/2."""
     damping = 0.5 / quality
     root = 2.0 * np.pi * corner * complex(-damping, np.sqrt(1.0 - damping**2))
@@ -176,7 +176,7 @@ def _quadratic(p: ComplexArray, corner: float, quality: float) -> ComplexArray:
     return np.asarray(1.0 + p / (quality * corner) + (p / corner) ** 2)
 
 
-def _named(name: str) -> Weighting:
+def _weighting_named(name: str) -> Weighting:
     check_choice(name, "weighting", WEIGHTINGS)
     return WEIGHTINGS[name]
 

@@ -12,14 +12,14 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import YIELDING
 from wheeltapper.lower.build import Lowered, lower
-from wheeltapper.lower.table import Table
+from wheeltapper.lower.table import PathTable
 from wheeltapper.march import program as contract
 from wheeltapper.march import run, telling
 from wheeltapper.march.program import Program
 from wheeltapper.record import balanced, energy, extent, stored, yielded
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.kinds import Kind, Variables
-from wheeltapper.record.stored import UNDAMAGED, check, table, whole
+from wheeltapper.record.stored import UNDAMAGED, check, check_whole, table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +39,7 @@ def _lower(scenario: Scenario, method: str) -> Lowered:
 
 
 def _teller(scenario: Scenario, lowered: Lowered) -> Callable[[float], bool]:
-    return extent.teller("marching", lowered.time, scenario.duration, telling.CHUNK, extent.ROW_BYTES)
+    return extent.progress_function("marching", lowered.time, scenario.duration, telling.CHUNK, extent.ROW_BYTES)
 
 
 def _sample(scenario: Scenario, lowered: Lowered, march: March, times: FloatArray) -> Variables:
@@ -59,7 +59,7 @@ def _sample(scenario: Scenario, lowered: Lowered, march: March, times: FloatArra
         "constraint": (touching, rows[:, [dense.OUT_PATH_Y]] * length),
     }
     if len(lowered.program.law):
-        out["permanent_indentation"] = touching, yielded.permanent(lowered, rows)[:, None]
+        out["permanent_indentation"] = touching, yielded.permanent_indentation(lowered, rows)[:, None]
     if lowered.program.numbers[contract.DECK_MASS] > 0.0:
         out["deck_displacement"] = along, rows[:, dense.OUT_DECK_Y] * length
         out["deck_velocity"] = along, rows[:, dense.OUT_DECK_V] * speed
@@ -101,7 +101,7 @@ def _read(scenario: Scenario, data: xr.Dataset) -> tuple[Lowered, March]:
     check("units", units, (units > 1e-30) & (units < 1e30), "positive numbers of any use")
     length, time, force, static, constant = units.tolist()
     lowered = Lowered(
-        program, Table(program.pieces, loop, join), length, time, force, static, constant, stored.notes(data)
+        program, PathTable(program.pieces, loop, join), length, time, force, static, constant, stored.notes(data)
     )
     return lowered, _march_of(data, program)
 
@@ -123,7 +123,7 @@ def _program_of(data: xr.Dataset) -> tuple[Program, int, int]:
     if numbers[contract.ORDER] not in (contract.DEFAULT_ORDER, contract.STRICT_ORDER):
         raise InputError("", "program_numbers", f"the order {numbers[contract.ORDER]:g}", UNDAMAGED)
     loop, join = _loop(data, len(pieces))
-    whole("program_numbers", numbers[[contract.LOOP]], loop, loop)
+    check_whole("program_numbers", numbers[[contract.LOOP]], loop, loop)
     stored.check_pieces("program_pieces", pieces)
     damper = contract.PLAIN
     if "program_damper" in data.variables:
@@ -139,8 +139,8 @@ def _loop(data: xr.Dataset, count: int) -> tuple[int, int]:
         loop, join = (float(value) for value in data.attrs["loop"])
     except (KeyError, TypeError, ValueError):
         raise InputError("", "loop", repr(data.attrs.get("loop", "nothing"))[:80], UNDAMAGED) from None
-    whole("loop", np.array([loop]), 0, count)
-    whole("loop", np.array([join]), contract.SOFT, contract.JUMP)
+    check_whole("loop", np.array([loop]), 0, count)
+    check_whole("loop", np.array([join]), contract.SOFT, contract.JUMP)
     return int(loop), int(join)
 
 
@@ -155,18 +155,18 @@ def _march_of(data: xr.Dataset, program: Program) -> March:
     steps = stored.steps_of(data, width, contract.TIME, end)
     check("march_steps", steps[:, contract.LENGTH], steps[:, contract.LENGTH] >= 0.0, "lengths of 0 or more")
     for rows in (steps, state[None]):
-        whole("march_steps", rows[:, contract.PHASE], 0, contract.YIELDING + len(program.law) - 1)
-        whole("march_steps", rows[:, contract.PIECE], 0, len(program.pieces) - 1)
-        whole("march_steps", rows[:, contract.ON_DECK], 0, 1)
+        check_whole("march_steps", rows[:, contract.PHASE], 0, contract.YIELDING + len(program.law) - 1)
+        check_whole("march_steps", rows[:, contract.PIECE], 0, len(program.pieces) - 1)
+        check_whole("march_steps", rows[:, contract.ON_DECK], 0, 1)
     stops = contract.NO_STOPS
     if len(program.damper):
-        whole("march_steps", steps[:, contract.END_MODE], contract.LOWER, contract.LINKED)
+        check_whole("march_steps", steps[:, contract.END_MODE], contract.LOWER, contract.LINKED)
         stops = table(data, "march_stops", None, contract.STOP_COLUMNS)
         stored.rising("march_stops", stops[:, contract.STOP_TIME], end)
-        whole("march_stops", stops[:, contract.STOP_KIND], contract.REACHED, contract.LEFT)
+        check_whole("march_stops", stops[:, contract.STOP_KIND], contract.REACHED, contract.LEFT)
     events = table(data, "march_events", None, contract.EVENT_COLUMNS)
     stored.rising("march_events", events[:, contract.EVENT_TIME], end)
-    whole("march_events", events[:, contract.EVENT_KIND], contract.LOSS, contract.YIELD)
+    check_whole("march_events", events[:, contract.EVENT_KIND], contract.LOSS, contract.YIELD)
     peaks = table(data, "march_peaks", None, (contract.PEAK_COLUMNS - 1, contract.PEAK_COLUMNS))
     stored.rising("march_peaks", peaks[:, contract.PEAK_TIME], end)
     return March(status, steps, events, peaks, state, stops, program.pieces)

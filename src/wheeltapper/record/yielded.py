@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 
-def permanent(lowered: Lowered, rows: FloatArray) -> FloatArray:
+def permanent_indentation(lowered: Lowered, rows: FloatArray) -> FloatArray:
     """Return the residual indentation after unloading, m, from rows of the dense output."""
     from wheeltapper.march import dense
 
@@ -27,7 +27,7 @@ def permanent(lowered: Lowered, rows: FloatArray) -> FloatArray:
     return np.maximum(left_after(lowered.program.law, depth), rows[:, dense.OUT_RESIDUAL]) * lowered.length
 
 
-def stored(lowered: Lowered, ends: FloatArray) -> FloatArray:
+def stored_energy(lowered: Lowered, ends: FloatArray) -> FloatArray:
     """Return the energy (scaled) that a yielding contact returns on unloading, from rows of the dense output.
 
     For a spot with a memory this is the work of unloading. Over virgin rail unloading follows the loading curve, and

@@ -112,7 +112,7 @@ class ElasticPlastic(ElasticContact, abstract=True):
         """Return the largest contact pressure at first yield, Pa, for a given strength or hardness."""
         raise NotImplementedError
 
-    def _strength(self) -> float:
+    def _yield_strength(self) -> float:
         return float(self.yield_strength or (self.softest or 0.0) / PLASTIC_CONSTRAINT)
 
     def yield_indentation(self, constant: float, wheels: int, static_force: float) -> float:

@@ -31,18 +31,18 @@ class JacksonGreen(ElasticPlastic):
     limit: ClassVar[float] = 250.0
 
     @property
-    def _onset(self) -> float:
+    def _onset_factor(self) -> float:
         return 1.295 * float(np.exp(0.736 * self.poisson))
 
     def pressure(self) -> float:
         """Return C_S·Y."""
-        return self._onset * self._strength()
+        return self._onset_factor * self._yield_strength()
 
     def loading(self, indentation: ArrayLike) -> FloatArray:
         """Return N/N_Y at D ≥ 1."""
         d = np.asarray(indentation, dtype=float)
         fading = np.exp(-0.25 * d ** (5.0 / 12.0)) * d**1.5
-        plastic = 4.0 * HARDNESS / self._onset * -np.expm1(-(d ** (5.0 / 9.0)) / 25.0) * d
+        plastic = 4.0 * HARDNESS / self._onset_factor * -np.expm1(-(d ** (5.0 / 9.0)) / 25.0) * d
         return blended(d, ELASTIC_TO, PLASTIC_FROM, d**1.5, fading + plastic)
 
     def residual(self, indentation: ArrayLike) -> FloatArray:

@@ -32,7 +32,7 @@ class KogutEtsion(ElasticPlastic):
 
     def pressure(self) -> float:
         """Return (0.454 + 0.41·ν)·H."""
-        return (0.454 + 0.41 * self.poisson) * PLASTIC_CONSTRAINT * self._strength()
+        return (0.454 + 0.41 * self.poisson) * PLASTIC_CONSTRAINT * self._yield_strength()
 
     def loading(self, indentation: ArrayLike) -> FloatArray:
         """Return N/N_Y at D ≥ 1."""

@@ -23,7 +23,7 @@ class Thornton(ElasticPlastic):
 
     def pressure(self) -> float:
         """Return 1.60·Y."""
-        return FIRST_YIELD * self._strength()
+        return FIRST_YIELD * self._yield_strength()
 
     def loading(self, indentation: ArrayLike) -> FloatArray:
         """Return N/N_Y at D ≥ 1."""

@@ -11,8 +11,8 @@ from pydantic import Field, SerializeAsAny, field_validator, model_validator
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.course import Course, Stretch
 from wheeltapper.describe.noun import PositiveLength
-from wheeltapper.describe.registry import choices
-from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.describe.registry import makeable_nouns
+from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 
 
 class Repeated(Irregularity):
@@ -38,19 +38,19 @@ class Repeated(Irregularity):
 
     @field_validator("of", mode="before")
     @classmethod
-    def _made(cls, value: Any) -> Any:
+    def _checked_repetition(cls, value: Any) -> Any:
         if not isinstance(value, dict):
             return value
-        known = {kind.__name__: kind for kind in choices(Irregularity) if kind.borne == "rail"}
+        known = {kind.__name__: kind for kind in makeable_nouns(Irregularity) if kind.borne == "rail"}
         kind = str(value.get("type"))
         if kind not in known:
-            raise InputError("", "type", repr(kind), suggested(kind, known))
+            raise InputError("", "type", repr(kind), with_suggestion(kind, known))
         return known[kind].model_validate(value)
 
     @model_validator(mode="after")
-    def _fits(self) -> Repeated:
+    def _fits_in_period(self) -> Repeated:
         if not isinstance(self.of, Irregularity) or self.of.borne != "rail":
-            raise InputError("", "of", shown(self.of), "an irregularity of the rail")
+            raise InputError("", "of", value_text(self.of), "an irregularity of the rail")
         course = self.of.course(1.0)
         if course.period is not None:
             raise InputError("", "", "an irregularity that already repeats", "one that does not")

@@ -94,13 +94,13 @@ class Stretch:
     def moved(self, distance: float) -> Stretch:
         """Return the stretch, moved forward."""
 
-        def at(function: Function) -> Function:
+        def shifted(function: Function) -> Function:
             return lambda x: function(x - distance)
 
         exact = None if self.exact is None else self.exact.moved(distance)
         bounds = self.start + distance, self.end + distance
-        scatter = None if self.scatter is None else at(self.scatter)
-        return Stretch(*bounds, at(self.value), at(self.slope), at(self.curvature), exact, scatter)
+        scatter = None if self.scatter is None else shifted(self.scatter)
+        return Stretch(*bounds, shifted(self.value), shifted(self.slope), shifted(self.curvature), exact, scatter)
 
 
 @dataclass(frozen=True)
@@ -130,15 +130,15 @@ class Course:
 
     def value(self, x: NDArray[Any]) -> NDArray[Any]:
         """Return the height in m at x."""
-        return np.asarray(self._each(x, "value"))
+        return np.asarray(self._from_stretches(x, "value"))
 
     def slope(self, x: NDArray[Any]) -> NDArray[Any]:
         """Return the slope at x; at a border, that of the stretch which begins there."""
-        return np.asarray(self._each(x, "slope"))
+        return np.asarray(self._from_stretches(x, "slope"))
 
     def curvature(self, x: NDArray[Any]) -> NDArray[Any]:
         """Return the second derivative in 1/m at x."""
-        return np.asarray(self._each(x, "curvature"))
+        return np.asarray(self._from_stretches(x, "curvature"))
 
     def folded(self, x: NDArray[Any]) -> NDArray[Any]:
         """Return x moved by whole periods into the first period."""
@@ -153,7 +153,7 @@ class Course:
         stretches = tuple(stretch.moved(distance) for stretch in self.stretches)
         return replace(self, stretches=stretches, repeats_from=self.repeats_from + distance)
 
-    def _each(self, x: NDArray[Any], which: str) -> NDArray[Any]:
+    def _from_stretches(self, x: NDArray[Any], which: str) -> NDArray[Any]:
         x = self.folded(np.asarray(x))
         starts = np.array([stretch.start for stretch in self.stretches])
         index = np.searchsorted(starts, x.real, side="right") - 1
@@ -177,17 +177,19 @@ def chord(form: Chord) -> Stretch:
     """Return a stretch that is exactly one chord."""
     middle, below = 0.5 * (form.start + form.end), form.below
 
-    def root(x: NDArray[Any]) -> NDArray[Any]:
+    def half_chord_height(x: NDArray[Any]) -> NDArray[Any]:
         return np.sqrt(form.radius**2 - (x - middle) ** 2)
 
     def value(x: NDArray[Any]) -> NDArray[Any]:
-        return (x - form.start) * (x - form.end) / (below + root(x))  # not as a difference of roots, because d is small
+        return (
+            (x - form.start) * (x - form.end) / (below + half_chord_height(x))
+        )  # not as a difference of roots, because d is small
 
     def slope(x: NDArray[Any]) -> NDArray[Any]:
-        return np.asarray((x - middle) / root(x))
+        return np.asarray((x - middle) / half_chord_height(x))
 
     def curvature(x: NDArray[Any]) -> NDArray[Any]:
-        return form.radius**2 / root(x) ** 3
+        return form.radius**2 / half_chord_height(x) ** 3
 
     return Stretch(form.start, form.end, value, slope, curvature, form)
 

@@ -28,7 +28,7 @@ MOST_KEPT = 200_000
 """Interpolants of one width that are kept: bounds the memory."""
 
 
-class _Found(NamedTuple):
+class _Evaluation(NamedTuple):
     """What interpolants say at some places, their last terms, and which of these are too large, or may be rounding."""
 
     value: FloatArray
@@ -37,7 +37,7 @@ class _Found(NamedTuple):
     calm: NDArray[np.bool_]
 
 
-class _Width:
+class _WidthInterpolants:
     """Interpolants of one half-width about its multiples: a place is never farther than half of it from a middle.
 
     Towards its ends an interpolant's derivatives are hundreds of times noisier than in its inner half.
@@ -45,36 +45,36 @@ class _Width:
 
     def __init__(self, function: Function, start: float, end: float, half: float) -> None:
         self._function, self._first, self._last, self._half = function, start + half, end - half, half
-        self._forget()
+        self._drop_interpolants()
 
-    def _forget(self) -> None:
+    def _drop_interpolants(self) -> None:
         self._keys = np.empty(0, dtype=np.int64)
         self._derivatives = [np.empty((COUNT - order, 0)) for order in (1, 2)]
         self._tail, self._coarse, self._calm = np.empty(0), np.empty(0, dtype=bool), np.empty(0, dtype=bool)
 
-    def evaluate(self, x: FloatArray, order: int) -> _Found:
+    def evaluate(self, x: FloatArray, order: int) -> _Evaluation:
         """Return the first or second derivative at x."""
-        return self._evaluated(x, np.rint(x / self._half).astype(np.int64), order)
+        return self._evaluation_at(x, np.rint(x / self._half).astype(np.int64), order)
 
-    def jump(self, x: FloatArray) -> _Found:
+    def jump_near(self, x: FloatArray) -> _Evaluation:
         """Return by how much the second derivative jumps between the two interpolants next to x."""
         keys = np.floor(x / self._half).astype(np.int64)
         border = np.clip((keys + 0.5) * self._half, self._first, self._last)
-        after, before = self._evaluated(border, keys + 1, 2), self._evaluated(border, keys, 2)
+        after, before = self._evaluation_at(border, keys + 1, 2), self._evaluation_at(border, keys, 2)
         return before._replace(value=np.abs(after.value - before.value))
 
-    def _evaluated(self, x: FloatArray, keys: NDArray[np.int64], order: int) -> _Found:
-        row = self._rows(keys)
-        xi = (x - self._middles(keys)) / self._half
+    def _evaluation_at(self, x: FloatArray, keys: NDArray[np.int64], order: int) -> _Evaluation:
+        row = self._interpolant_rows(keys)
+        xi = (x - self._interpolant_middles(keys)) / self._half
         value: FloatArray = np.asarray(
             chebyshev.chebval(xi, self._derivatives[order - 1][:, row], tensor=False), dtype=np.float64
         )
-        return _Found(value, self._tail[row], self._coarse[row], self._calm[row])
+        return _Evaluation(value, self._tail[row], self._coarse[row], self._calm[row])
 
-    def _middles(self, keys: NDArray[np.int64]) -> FloatArray:
+    def _interpolant_middles(self, keys: NDArray[np.int64]) -> FloatArray:
         return np.clip(keys * self._half, self._first, self._last)
 
-    def _rows(self, keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    def _interpolant_rows(self, keys: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return where the interpolants stand, once those that are missing are made."""
         if len(self._keys):
             row = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
@@ -84,13 +84,13 @@ class _Width:
         else:
             missing = keys
         if len(self._keys) > MOST_KEPT:
-            self._forget()
+            self._drop_interpolants()
             missing = keys
-        self._make(np.unique(missing))
+        self._make_interpolants(np.unique(missing))
         return np.searchsorted(self._keys, keys)
 
-    def _make(self, keys: NDArray[np.int64]) -> None:
-        places = self._middles(keys)[:, None] + self._half * NODES
+    def _make_interpolants(self, keys: NDArray[np.int64]) -> None:
+        places = self._interpolant_middles(keys)[:, None] + self._half * NODES
         coefficients = self._function(places.ravel()).reshape(places.shape) @ TO_CHEBYSHEV.T
         changes = np.abs(coefficients[:, 1:]).max(axis=1)
         allowed = RESOLVED * changes + ROUNDING * np.abs(coefficients[:, 0])
@@ -120,17 +120,19 @@ class Interpolants:
 
     def __init__(self, function: Function, start: float, end: float, half: float) -> None:
         half = min(half, 0.5 * (end - start))
-        self._widths = [_Width(function, start, end, half * 0.25**n) for n in range(MOST_NARROWER + 1)]
+        self._widths = [_WidthInterpolants(function, start, end, half * 0.25**n) for n in range(MOST_NARROWER + 1)]
 
     def derivative(self, x: NDArray[Any], order: int) -> FloatArray:
         """Return the first or second derivative at x."""
-        return self._narrowed(x, lambda width, x: width.evaluate(x, order))
+        return self._narrow_enough(x, lambda width, x: width.evaluate(x, order))
 
     def scatter(self, x: NDArray[Any]) -> FloatArray:
         """Return by how much the second derivative jumps near x."""
-        return self._narrowed(x, _Width.jump)
+        return self._narrow_enough(x, _WidthInterpolants.jump_near)
 
-    def _narrowed(self, x: NDArray[Any], of: Callable[[_Width, FloatArray], _Found]) -> FloatArray:
+    def _narrow_enough(
+        self, x: NDArray[Any], of: Callable[[_WidthInterpolants, FloatArray], _Evaluation]
+    ) -> FloatArray:
         """Return what the interpolants say that are narrow enough."""
         x = np.asarray(x, dtype=float)
         places, out, left = x.ravel(), np.empty(x.size), np.arange(x.size)

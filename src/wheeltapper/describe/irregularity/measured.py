@@ -75,17 +75,17 @@ class Measured(Irregularity):
         """Checked positions and heights in m."""
         if self.path is not None:
             x, y, lines = samples.read_columns(self.path, self.columns)
-            samples.check(x, y, str(self.path), lines, self.allow_gaps)
+            samples.check_samples(x, y, str(self.path), lines, self.allow_gaps)
         else:
             x, y = np.array(self.positions, dtype=float), np.array(self.heights, dtype=float)
-            samples.check(x, y, "", None, self.allow_gaps)
+            samples.check_samples(x, y, "", None, self.allow_gaps)
         return (x if self.start is None else x - x[0] + self.start), y
 
     @cached_property
     def form(self) -> Polynomials:
         """The spline through the samples, or near them."""
         x, y = self.samples
-        return spline.smoothing(x, y, self.noise) if self.noise else spline.interpolating(x, y)
+        return spline.smoothing_spline(x, y, self.noise) if self.noise else spline.interpolating_spline(x, y)
 
     def moved(self, distance: float) -> Measured:
         """Return the same measurement farther along the rail (m)."""
@@ -96,7 +96,7 @@ class Measured(Irregularity):
         """Return the deviation over the rolled distance."""
         _, y = self.samples
         form = self.form
-        part = spline.stretch(form)
+        part = spline.spline_stretch(form)
         ends = form.derivative(form.breaks[[0, -1]], 0)
         height = float(np.ptp(y)) or 1e-9
         parts = (level(-inf, part.start, float(ends[0])), part, level(part.end, inf, float(ends[1])))

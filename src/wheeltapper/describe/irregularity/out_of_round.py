@@ -78,10 +78,10 @@ class OutOfRound(Irregularity):
         """Checked arc or angle, and deviation in m."""
         if self.path is None:
             x, y = np.array(self.places, dtype=float), np.array(self.deviations, dtype=float)
-            samples.check(x, y, "", None, allow_gaps=True)
+            samples.check_samples(x, y, "", None, allow_gaps=True)
             return x, y
         x, y, lines = samples.read_columns(self.path, self.columns, "angle" if self.over == "angle" else "length")
-        samples.check(x, y, str(self.path), lines, allow_gaps=True)
+        samples.check_samples(x, y, str(self.path), lines, allow_gaps=True)
         return x, y
 
     @cached_property
@@ -93,18 +93,20 @@ class OutOfRound(Irregularity):
         """Return the deviation over the rolled distance."""
         turn = 2.0 * pi * radius
         if not self.orders:
-            return self._measured(radius, turn)
+            return self._measured_course(radius, turn)
         if len(self.orders) == 1:
             order, amplitude, phase = self.orders[0], self.amplitudes[0], (self.phases or (0.0,))[0]
             form = Harmonic(0.0, -amplitude * sin(phase), amplitude * cos(phase), order / radius, self.position)
             return Course((harmonic(-inf, inf, form),), abs(amplitude), turn / order)
-        parts = Stretch(-inf, inf, self._sum(radius, 0), self._sum(radius, 1), self._sum(radius, 2))
+        parts = Stretch(
+            -inf, inf, self._harmonic_sum(radius, 0), self._harmonic_sum(radius, 1), self._harmonic_sum(radius, 2)
+        )
         return Course((parts,), sum(abs(a) for a in self.amplitudes), turn)
 
-    def _sum(self, radius: float, derivative: int) -> Any:
+    def _harmonic_sum(self, radius: float, derivative: int) -> Any:
         phases = self.phases or (0.0,) * len(self.orders)
 
-        def function(x: NDArray[Any]) -> NDArray[Any]:
+        def summed_at(x: NDArray[Any]) -> NDArray[Any]:
             out = np.zeros_like(np.asarray(x), dtype=np.result_type(x, float))
             for order, amplitude, phase in zip(self.orders, self.amplitudes, phases, strict=True):
                 k = order / radius
@@ -112,9 +114,9 @@ class OutOfRound(Irregularity):
                 out = out + amplitude * k**derivative * np.cos(argument)
             return out
 
-        return function
+        return summed_at
 
-    def _measured(self, radius: float, turn: float) -> Course:
+    def _measured_course(self, radius: float, turn: float) -> Course:
         x, y = self.samples
         arc = x * radius if self.over == "angle" else x
         if arc[-1] - arc[0] >= turn * (1 + 1e-9):
@@ -124,10 +126,10 @@ class OutOfRound(Irregularity):
         heights = np.append(y, y[0])
         if radius not in self.forms:
             self.forms[radius] = (
-                spline.smoothing(closed, heights, self.noise, True)
+                spline.smoothing_spline(closed, heights, self.noise, True)
                 if self.noise
-                else spline.interpolating(closed, heights, True)
+                else spline.interpolating_spline(closed, heights, True)
             )
-        part = spline.stretch(self.forms[radius])
+        part = spline.spline_stretch(self.forms[radius])
         part = part.moved(-turn * float(np.ceil((part.start + turn) / turn)))  # at least a whole turn before the run
         return Course((level(-inf, part.start), part, level(part.end, inf)), float(np.ptp(y)), turn, part.start)

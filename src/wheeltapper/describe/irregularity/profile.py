@@ -18,11 +18,11 @@ from wheeltapper.describe.noun import Length
 from wheeltapper.ground.errors import InputError
 
 
-def _refused(found: str) -> InputError:
+def _function_error(found: str) -> InputError:
     return InputError("", "function", found, "a function from position in m to height in m, a finite real number each")
 
 
-def _waves(x: NDArray[Any]) -> Any:
+def _example_heights(x: NDArray[Any]) -> Any:
     return 1e-4 * np.sin(20.0 * x) ** 2
 
 
@@ -44,7 +44,7 @@ class Profile(Irregularity):
         Length in m over which the function varies; by default a thousandth of the shortest smooth part, or 1 mm.
     """
 
-    example: ClassVar[dict[str, Any]] = {"function": _waves, "breakpoints": (0.2,)}
+    example: ClassVar[dict[str, Any]] = {"function": _example_heights, "breakpoints": (0.2,)}
     function: Callable[..., Any]
     breakpoints: tuple[Length, ...] = ()
     start: Length | None = None
@@ -56,7 +56,7 @@ class Profile(Irregularity):
         raise ValueError("a Profile holds a Python function and cannot be written to a file; sample it into Measured")
 
     @model_validator(mode="after")
-    def _ordered(self) -> Profile:
+    def _sorted_breakpoints(self) -> Profile:
         edges = [-inf if self.start is None else self.start, *self.breakpoints, inf if self.end is None else self.end]
         if any(b <= a for a, b in zip(edges[:-1], edges[1:], strict=True)):
             raise InputError("", "", f"start, breakpoints, end = {edges}", "rising positions")
@@ -71,7 +71,7 @@ class Profile(Irregularity):
 
     def span(self, start: float, end: float) -> float:
         """Return how much the heights differ from start to end, m, as samples show it."""
-        return float(np.ptp(self._call(np.linspace(start, end, 4097))))
+        return float(np.ptp(self._checked_values(np.linspace(start, end, 4097))))
 
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
@@ -80,7 +80,7 @@ class Profile(Irregularity):
         edges = [first, *self.breakpoints, last]
         smooth = [b - a for a, b in zip(edges[:-1], edges[1:], strict=True)]
         width = self.scale or min(min(smooth) / 1000.0, 1e-3)
-        parts = [self._stretch(a, b, width) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        parts = [self._smooth_stretch(a, b, width) for a, b in zip(edges[:-1], edges[1:], strict=True)]
         if np.isfinite(first):
             parts.insert(0, level(-inf, first))
         if np.isfinite(last):
@@ -90,22 +90,24 @@ class Profile(Irregularity):
             height = self.span(first, last)
         return Course(tuple(parts), height or 1e-6, sampled=True)
 
-    def _call(self, x: NDArray[Any]) -> NDArray[Any]:
+    def _checked_values(self, x: NDArray[Any]) -> NDArray[Any]:
         x = np.asarray(x)
         try:
-            out = self._values(x)
+            out = self._function_values(x)
         except InputError:
             raise
         except Exception as error:
-            raise _refused(f"a function that raises {type(error).__name__}: {error}") from error
+            raise _function_error(f"a function that raises {type(error).__name__}: {error}") from error
         if out.dtype.kind not in ("biufc" if np.iscomplexobj(x) else "biuf"):
-            raise _refused(f"a function that returns {out.ravel()[0]!r}" if out.size else "a function without values")
+            raise _function_error(
+                f"a function that returns {out.ravel()[0]!r}" if out.size else "a function without values"
+            )
         lost = np.flatnonzero(~np.isfinite(out.ravel()))
         if len(lost):
-            raise _refused(f"a function that is {out.ravel()[lost[0]]:g} at x = {x.ravel()[lost[0]].real:.9g} m")
+            raise _function_error(f"a function that is {out.ravel()[lost[0]]:g} at x = {x.ravel()[lost[0]].real:.9g} m")
         return out if out.dtype.kind in "fc" else out.astype(float)
 
-    def _values(self, x: NDArray[Any]) -> NDArray[Any]:
+    def _function_values(self, x: NDArray[Any]) -> NDArray[Any]:
         """Return the values of the function, called with an array, or with one number after the other."""
         try:
             out = np.asarray(self.function(x))
@@ -116,15 +118,15 @@ class Profile(Irregularity):
         each = [np.asarray(self.function(v)) for v in x.ravel()]
         wrong = next((one for one in each if one.shape != ()), None)
         if wrong is not None:
-            raise _refused(f"a function that returns an array of shape {wrong.shape} for one position")
+            raise _function_error(f"a function that returns an array of shape {wrong.shape} for one position")
         return np.array(each).reshape(x.shape)
 
-    def _stretch(self, start: float, end: float, width: float) -> Stretch:
+    def _smooth_stretch(self, start: float, end: float, width: float) -> Stretch:
         first, last = np.nextafter(start, inf), np.nextafter(end, -inf)
 
         def value(x: NDArray[Any]) -> NDArray[Any]:  # at a breakpoint, the function may take the other side's value
-            return self._call(x if np.iscomplexobj(x) else np.clip(x, first, last))
+            return self._checked_values(x if np.iscomplexobj(x) else np.clip(x, first, last))
 
-        inside = Interpolants(self._call, start, end, width)
+        inside = Interpolants(self._checked_values, start, end, width)
         slope, curvature = (partial(inside.derivative, order=order) for order in (1, 2))
         return Stretch(start, end, value, slope, curvature, scatter=inside.scatter)

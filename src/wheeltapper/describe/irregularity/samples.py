@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.table.text import TextColumn, TextTable, listing, named, read_text_table
-from wheeltapper.describe.table.units import plain
+from wheeltapper.describe.table.text import TextColumn, TextTable, column_list, column_named, read_text_table
+from wheeltapper.describe.table.units import plain_unit
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import UNITS
 
@@ -44,21 +44,23 @@ def read_columns(
     """
     try:
         table = read_text_table(path, ("length", "angle"), fewest=2)
-        x, y = _chosen(table.columns, columns)
+        x, y = _chosen_columns(table.columns, columns)
         _check_words(table, x)
-        return *converted(table, (x, place, ""), (y, "length", "")), table.lines.tolist()
+        return *converted_values(table, (x, place, ""), (y, "length", "")), table.lines.tolist()
     except InputError as error:
         raise error.at(str(path)) from None
 
 
-def _chosen(held: tuple[TextColumn, ...], columns: tuple[str | int, str | int] | None) -> tuple[TextColumn, TextColumn]:
+def _chosen_columns(
+    held: tuple[TextColumn, ...], columns: tuple[str | int, str | int] | None
+) -> tuple[TextColumn, TextColumn]:
     """Return the two chosen columns."""
     if columns is None:
         if len(held) != 2:
-            allowed = f"two, or columns = two of: {listing(held)}" if len(held) > 2 else "two: places and heights"
+            allowed = f"two, or columns = two of: {column_list(held)}" if len(held) > 2 else "two: places and heights"
             raise InputError("", "columns", f"{len(held)} columns", allowed)
         return held[0], held[1]
-    first, second = (named(held, "columns", column, ("length", "angle")) for column in columns)
+    first, second = (column_named(held, "columns", column, ("length", "angle")) for column in columns)
     if first is second:
         raise InputError("", "columns", f"{columns[0]!r} for places and heights", "two columns")
     return first, second
@@ -73,7 +75,7 @@ def _check_words(table: TextTable, x: TextColumn) -> None:
             raise InputError("", f"line {number}", found, "units in the header, as in 'x [mm]'")
 
 
-def converted(table: TextTable, *wanted: tuple[TextColumn, str, str]) -> tuple[FloatArray, ...]:
+def converted_values(table: TextTable, *wanted: tuple[TextColumn, str, str]) -> tuple[FloatArray, ...]:
     """Return the values of columns, each for its dimension and in the given unit ("": the SI unit).
 
     Without units in the header the values are in those units already. A unit of one column only is refused.
@@ -89,7 +91,7 @@ def converted(table: TextTable, *wanted: tuple[TextColumn, str, str]) -> tuple[F
             has, lacks = (column, other) if column.unit else (other, column)
             found = f"no unit of {lacks.name!r}, and {has.unit} of {has.name!r}"
             raise InputError("", field, found, "units of both, as in 'x [mm]', or of none")
-        unit = plain(column.unit)
+        unit = plain_unit(column.unit)
         if unit and unit not in UNITS[dimension]:
             found = f"the unit {column.unit!r} of {column.name!r}"
             raise InputError("", field, found, f"a unit of {dimension}: {', '.join(UNITS[dimension])}")
@@ -98,10 +100,10 @@ def converted(table: TextTable, *wanted: tuple[TextColumn, str, str]) -> tuple[F
     return tuple(out)
 
 
-def check(x: FloatArray, y: FloatArray, source: str, lines: list[int] | None, allow_gaps: bool) -> None:
+def check_samples(x: FloatArray, y: FloatArray, source: str, lines: list[int] | None, allow_gaps: bool) -> None:
     """Refuse samples that are too few, not finite, out of order, doubled or with gaps; name the first bad one."""
 
-    def place(i: int) -> str:
+    def sample_place(i: int) -> str:
         return f"{source}, line {lines[i]}" if lines else (f"{source}, sample {i}" if source else f"sample {i}")
 
     if len(x) != len(y):
@@ -111,17 +113,20 @@ def check(x: FloatArray, y: FloatArray, source: str, lines: list[int] | None, al
     for name, values in (("position", x), ("height", y)):
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):
-            raise InputError(place(int(bad[0])), name, str(values[bad[0]]), "a finite number")
+            raise InputError(sample_place(int(bad[0])), name, str(values[bad[0]]), "a finite number")
     spacing = np.diff(x)
     bad = np.flatnonzero(spacing <= 0)
     if len(bad):
         i = int(bad[0]) + 1
         what = "a doubled position" if spacing[i - 1] == 0 else "positions out of order"
-        raise InputError(place(i), "position", f"{what}: {x[i]:.9g} after {x[i - 1]:.9g}", "strictly rising positions")
+        raise InputError(
+            sample_place(i), "position", f"{what}: {x[i]:.9g} after {x[i - 1]:.9g}", "strictly rising positions"
+        )
     wide = np.flatnonzero(spacing > GAP * np.median(spacing))
     if len(wide) and not allow_gaps:
         i = int(wide[0]) + 1
         raise InputError(
-            place(i), "position", f"a gap of {spacing[i - 1]:.6g} (the median spacing is {np.median(spacing):.6g})",
+            sample_place(i), "position",
+            f"a gap of {spacing[i - 1]:.6g} (the median spacing is {np.median(spacing):.6g})",
             "no gap, or allow_gaps = true to bridge it by the spline",
         )  # fmt: skip

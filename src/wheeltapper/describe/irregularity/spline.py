@@ -22,7 +22,7 @@ PENALTIES = (-6.0, 12.0)
 one."""
 
 
-def interpolating(x: FloatArray, y: FloatArray, periodic: bool = False) -> Polynomials:
+def interpolating_spline(x: FloatArray, y: FloatArray, periodic: bool = False) -> Polynomials:
     """Return the cubic spline through the samples (twice continuously differentiable)."""
     from scipy.interpolate import CubicSpline
 
@@ -30,7 +30,7 @@ def interpolating(x: FloatArray, y: FloatArray, periodic: bool = False) -> Polyn
     return Polynomials(np.asarray(spline.x), np.ascontiguousarray(spline.c[::-1].T))
 
 
-def smoothing(x: FloatArray, y: FloatArray, noise: float, periodic: bool = False) -> Polynomials:
+def smoothing_spline(x: FloatArray, y: FloatArray, noise: float, periodic: bool = False) -> Polynomials:
     """Return the cubic smoothing spline whose rms residual equals the noise.
 
     It minimises the squared residuals plus a penalty on ∫ y''² dx (Reinsch 1967), and does not oscillate between
@@ -50,22 +50,22 @@ def smoothing(x: FloatArray, y: FloatArray, noise: float, periodic: bool = False
         height = np.tile(y[:-1], 2 * copies + 1)
         first, last = copies * (len(x) - 1), (copies + 1) * (len(x) - 1) + 1
 
-    def fitted(weight: float) -> Any:
+    def spline_with_penalty(weight: float) -> Any:
         return make_smoothing_spline(position, height, lam=10.0**weight)
 
     def excess(weight: float) -> float:
-        residual = fitted(weight)(position[first:last]) - height[first:last]
+        residual = spline_with_penalty(weight)(position[first:last]) - height[first:last]
         return float(np.sqrt(np.mean(residual**2))) / noise - 1.0
 
     low, high = PENALTIES
     weight = low if excess(low) >= 0.0 else high if excess(high) <= 0.0 else float(brentq(excess, low, high, rtol=1e-6))
-    pieces: Any = PPoly.from_spline(fitted(weight))
+    pieces: Any = PPoly.from_spline(spline_with_penalty(weight))
     start = np.searchsorted(pieces.x, position[first], side="right") - 1
     coefficients = np.ascontiguousarray(pieces.c[::-1].T[start : start + len(x) - 1]) / unit ** np.arange(4)
     return Polynomials(x, coefficients)
 
 
-def stretch(form: Polynomials) -> Stretch:
+def spline_stretch(form: Polynomials) -> Stretch:
     """Return the stretch that a spline covers."""
 
     def derivative(order: int) -> Any:

@@ -37,10 +37,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity import spline
-from wheeltapper.describe.irregularity.samples import converted
+from wheeltapper.describe.irregularity.samples import converted_values
 from wheeltapper.describe.profile.rail_60e1 import rail_60e1
 from wheeltapper.describe.profile.s1002 import FLANGE_BACK, s1002
-from wheeltapper.describe.table.content import content, decoded, numbered
+from wheeltapper.describe.table.content import decoded_text, file_content, numbered_lines
 from wheeltapper.describe.table.text import text_table
 from wheeltapper.ground.errors import InputError
 
@@ -136,26 +136,26 @@ def rail_profile(name_or_path: str) -> Shape:
 def _from_file(path: Path, kind: Kind) -> Shape:
     """Return the function through a file's points; every error names the file."""
     try:
-        outline = _read(path, kind)
+        outline = _file_outline(path, kind)
         _check_size(outline, kind)
-        return _curve(*(_wheel(outline) if kind == "wheel" else _rail(outline)), outline.noise)
+        return _profile_curve(*(_wheel_points(outline) if kind == "wheel" else _rail_points(outline)), outline.noise)
     except InputError as error:
         raise error.at(str(path)) from None
 
 
-def _curve(y: FloatArray, z: FloatArray, noise: float) -> Shape:
+def _profile_curve(y: FloatArray, z: FloatArray, noise: float) -> Shape:
     """Return the spline through, or near, points in the order of y."""
-    form = spline.smoothing(y, z, noise) if noise else spline.interpolating(y, z)
+    form = spline.smoothing_spline(y, z, noise) if noise else spline.interpolating_spline(y, z)
 
-    def shape(places: FloatArray) -> FloatArray:
+    def height_at(places: FloatArray) -> FloatArray:
         places = np.asarray(places, dtype=float)
         inside = (places >= y[0]) & (places <= y[-1])
         return np.where(inside, form.derivative(places, 0), np.nan)
 
-    return shape
+    return height_at
 
 
-def _read(path: Path, kind: Kind) -> Outline:
+def _file_outline(path: Path, kind: Kind) -> Outline:
     """Return the points of a file; its format follows from its suffix, or from its text."""
     suffix = path.suffix.lower()
     own = [name for name, owner in OWNER.items() if owner == kind]
@@ -166,27 +166,27 @@ def _read(path: Path, kind: Kind) -> Outline:
         raise InputError("", kind, "no such file", known)
     if suffix not in (*PLAIN, *OWNER, ".mpt"):
         raise InputError("", kind, f"a file with the suffix {suffix!r}", known)
-    text = decoded(content(path))
-    lines = [(number, line.strip()) for number, line in numbered(text)]
+    text = decoded_text(file_content(path))
+    lines = [(number, line.strip()) for number, line in numbered_lines(text)]
     if suffix in (".prw", ".prr") or re.search(r"^\s*point\.begin", text, re.MULTILINE):
-        return _simpack(lines, kind)
+        return _simpack_outline(lines, kind)
     if suffix not in PLAIN or re.search(r"^(XYPoints|ColumnDef)\s*=", text, re.MULTILINE | re.IGNORECASE):
-        return _miniprof(lines, kind)
+        return _miniprof_outline(lines, kind)
     return _two_columns(lines)
 
 
 def _two_columns(lines: Lines) -> Outline:
     """Return the points of a file with columns y and z, in mm unless its header says otherwise."""
-    return Outline(*_points(lines, two=True))
+    return Outline(*_profile_points(lines, two=True))
 
 
-def _points(lines: Lines, first: int = 0, second: int = 1, two: bool = False) -> FloatArray:
+def _profile_points(lines: Lines, first: int = 0, second: int = 1, two: bool = False) -> FloatArray:
     """Return two columns of rows of numbers, (2, rows), converted to mm if a header states another unit."""
     table = text_table(lines, ("length",), fewest=2)
     if len(table.columns) <= max(first, second) or (two and len(table.columns) > 2):
         found = f"{len(table.columns)} columns"
         raise InputError("", f"line {table.lines[0]}", found, "2" if two else f"at least {max(first, second) + 1}")
-    points = np.array(converted(table, *((table.columns[k], "length", "mm") for k in (first, second))))
+    points = np.array(converted_values(table, *((table.columns[k], "length", "mm") for k in (first, second))))
     bad = np.flatnonzero(~np.isfinite(points).all(axis=0))
     if len(bad):
         found = f"{points[0, bad[0]]:g} and {points[1, bad[0]]:g}"
@@ -199,7 +199,7 @@ def _is_row(text: str) -> bool:
     return re.match(r"[-+]?(\.?\d|nan|inf)", text.strip(), re.IGNORECASE) is not None
 
 
-def _setting(settings: dict[str, str], key: str, default: float) -> float:
+def _header_number(settings: dict[str, str], key: str, default: float) -> float:
     """Return a number from a header; an empty one is the default."""
     text = settings.get(key, "")
     try:
@@ -208,23 +208,23 @@ def _setting(settings: dict[str, str], key: str, default: float) -> float:
         raise InputError("", key, repr(text), "a number") from None
 
 
-def _miniprof(lines: Lines, kind: Kind) -> Outline:
+def _miniprof_outline(lines: Lines, kind: Kind) -> Outline:
     """Return the points of a MiniProf file: a header of KEY=VALUE, a blank line, rows of numbers."""
     begin = next((i for i, (_, text) in enumerate(lines) if not text or _is_row(text)), len(lines))
     pairs = [text.partition("=") for _, text in lines[:begin] if "=" in text and text[0] not in '"#!']
     header = {key.strip().upper(): value.strip() for key, _, value in pairs}
     body = [(number, text) for number, text in lines[begin:] if text]
-    said = _setting(header, "XYPOINTS", 0.0)
+    said = _header_number(header, "XYPOINTS", 0.0)
     if len(body) < said:
         raise InputError("", "XYPoints", f"{len(body)} of {said:g} points", "a file that is not cut off")
     names = [name.strip().upper() for name in header.get("COLUMNDEF", "X,Y").split(",")]
     if "X" not in names or "Y" not in names:
         raise InputError("", "ColumnDef", repr(header["COLUMNDEF"]), "columns X and Y")
     rows = [(number, re.split('["#!%]', text)[0].strip()) for number, text in body]  # some are commented out
-    across, up = _points(rows, names.index("X"), names.index("Y")) if body else np.empty((2, 0))
-    x, z = across + _setting(header, "XOFFSET", 0.0), up + _setting(header, "YOFFSET", 0.0)
+    across, up = _profile_points(rows, names.index("X"), names.index("Y")) if body else np.empty((2, 0))
+    x, z = across + _header_number(header, "XOFFSET", 0.0), up + _header_number(header, "YOFFSET", 0.0)
     if kind == "wheel":
-        y = x - _setting(header, "WHEELDIAMETERTAPERLINE", FLANGE_BACK)
+        y = x - _header_number(header, "WHEELDIAMETERTAPERLINE", FLANGE_BACK)
         return Outline(y, z - _at_datum(y, z))
     return Outline(x[np.argmax(z)] - x, z) if len(x) else Outline(x, z)  # x = 0 is the position of the instrument
 
@@ -236,7 +236,7 @@ def _at_datum(y: FloatArray, z: FloatArray) -> float:
     return float(np.interp(0.0, y[tread], z[tread])) if len(tread) else 0.0
 
 
-def _sections(lines: Lines) -> tuple[dict[str, str], Lines]:
+def _simpack_sections(lines: Lines) -> tuple[dict[str, str], Lines]:
     """Return the settings of a SIMPACK file, as section.key, and the rows of its points."""
     settings: dict[str, str] = {}
     points: Lines = []
@@ -256,31 +256,31 @@ def _sections(lines: Lines) -> tuple[dict[str, str], Lines]:
     return settings, points
 
 
-def _simpack(lines: Lines, kind: Kind) -> Outline:
+def _simpack_outline(lines: Lines, kind: Kind) -> Outline:
     """Return the points of a SIMPACK file, after its settings."""
-    settings, points = _sections(lines)
+    settings, points = _simpack_sections(lines)
 
-    def value(key: str) -> float:
-        return _setting(settings, f"spline.{key}", 0.0)
+    def setting_value(key: str) -> float:
+        return _header_number(settings, f"spline.{key}", 0.0)
 
-    if _setting(settings, "header.type", float(kind == "wheel")) != float(kind == "wheel"):
+    if _header_number(settings, "header.type", float(kind == "wheel")) != float(kind == "wheel"):
         other = "rail" if kind == "wheel" else "wheel"
         raise InputError("", "header.type", f"{settings['header.type']} (a {other})", f"the profile of a {kind}")
-    if value("rotate"):
+    if setting_value("rotate"):
         raise InputError("", "spline.rotate", settings["spline.rotate"], "0; turn the points themselves instead")
-    y, z = _apart(_points(points).T, value("point.dist.min")).T
-    y, z = y + value("shift.y"), z + value("shift.z")
-    if (low := value("bound.y.min")) < (high := value("bound.y.max")):
+    y, z = _thinned_outline(_profile_points(points).T, setting_value("point.dist.min")).T
+    y, z = y + setting_value("shift.y"), z + setting_value("shift.z")
+    if (low := setting_value("bound.y.min")) < (high := setting_value("bound.y.max")):
         y, z = y[(y >= low) & (y <= high)], z[(y >= low) & (y <= high)]
-    if (low := value("bound.z.min")) < (high := value("bound.z.max")):
+    if (low := setting_value("bound.z.min")) < (high := setting_value("bound.z.max")):
         z = np.clip(z, low, high)
-    y, z = (-y if value("mirror.y") else y), (-z if value("mirror.z") else z)
+    y, z = (-y if setting_value("mirror.y") else y), (-z if setting_value("mirror.z") else z)
     scale = 1e3 / _per_metre(settings)
-    noise = float(np.sqrt(_allowance(value("approx.smooth"), points) / max(len(y), 1)))
+    noise = float(np.sqrt(_allowed_squares(setting_value("approx.smooth"), points) / max(len(y), 1)))
     return Outline(scale * y, scale * (z if kind == "wheel" else -z), scale * noise)
 
 
-def _apart(points: FloatArray, distance: float) -> FloatArray:
+def _thinned_outline(points: FloatArray, distance: float) -> FloatArray:
     """Return the points without those nearer than a distance to the last one kept."""
     kept = [points[0]]
     for point in points[1:]:
@@ -291,14 +291,14 @@ def _apart(points: FloatArray, distance: float) -> FloatArray:
 def _per_metre(settings: dict[str, str]) -> float:
     """Return the number of length units of a SIMPACK file per metre; its factor overrides the unit's name."""
     name = settings.get("spline.units.len", "m")
-    factor = _setting(settings, "spline.units.len.f", PER_METRE.get(name, 0.0))
+    factor = _header_number(settings, "spline.units.len.f", PER_METRE.get(name, 0.0))
     if not factor > 0.0:
         found = settings.get("spline.units.len.f") or repr(name)
         raise InputError("", "spline.units.len.f", found, "a positive number of the file's length units per metre")
     return factor
 
 
-def _allowance(squares: float, points: Lines) -> float:
+def _allowed_squares(squares: float, points: Lines) -> float:
     """Return a SIMPACK file's allowed sum of squares; refuse weights, which would change its meaning."""
     if squares < 0.0:
         raise InputError("", "spline.approx.smooth", f"{squares:g}", "0 (through the points) or more")
@@ -323,16 +323,16 @@ def _check_size(outline: Outline, kind: Kind) -> None:
         raise InputError("", f"width of the {kind}", found, f"{low:g} mm to {high:g} mm")
 
 
-def _wheel(outline: Outline) -> tuple[FloatArray, FloatArray]:
+def _wheel_points(outline: Outline) -> tuple[FloatArray, FloatArray]:
     """Return the points of a wheel that are a function of y; refuse an impossible wheel."""
     y, z = outline.y, outline.z
     _check_flange(y, z, float(y[np.argmax(z)]))
     start = int(np.argmin(np.abs(y)))
     if abs(z[start]) > OFF_DATUM:
         raise InputError("", "tread", f"z = {z[start]:.4g} mm at y = 0", f"up to {OFF_DATUM:g} mm; z counts from there")
-    kept_y, kept_z = _outward(y, z, start)
+    kept_y, kept_z = _outward_points(y, z, start)
     if kept_y[0] > y[np.argmax(z)] or np.ptp(kept_y) < WIDTH["wheel"][0]:
-        raise _disorder(kept_y, "from the tread to the flange's tip and to the field side")
+        raise _order_error(kept_y, "from the tread to the flange's tip and to the field side")
     return kept_y, kept_z
 
 
@@ -352,7 +352,7 @@ def _check_flange(y: FloatArray, z: FloatArray, tip: float) -> None:
         raise InputError("", "flange", f"its tip at y = {tip:.4g} mm", allowed)
 
 
-def _rail(outline: Outline) -> tuple[FloatArray, FloatArray]:
+def _rail_points(outline: Outline) -> tuple[FloatArray, FloatArray]:
     """Return the points of a rail that are a function of y, relative to middle and crown; refuse an impossible rail."""
     y, z = outline.y, outline.z
     crown = int(np.argmax(z))
@@ -363,9 +363,9 @@ def _rail(outline: Outline) -> tuple[FloatArray, FloatArray]:
         raise InputError(
             "", "crown", f"at y = {y[crown]:.4g} mm", f"within {OFF_MIDDLE:g} mm of y = 0, the rail's middle"
         )
-    y, z = _outward(y, z - z[crown], crown)
+    y, z = _outward_points(y, z - z[crown], crown)
     if np.ptp(y) < WIDTH["rail"][0]:
-        raise _disorder(y, "from the crown to both sides")
+        raise _order_error(y, "from the crown to both sides")
     crown = int(np.argmax(z))
     if z[0] > -GAUGE_DEPTH:
         turned = "; mirror the file, if its gauge side is at positive y" if z[-1] <= -GAUGE_DEPTH else ""
@@ -376,21 +376,21 @@ def _rail(outline: Outline) -> tuple[FloatArray, FloatArray]:
     return y - (0.5 * (inner + outer) if z[-1] <= -GAUGE_DEPTH else inner + HALF_HEAD), z
 
 
-def _disorder(kept: FloatArray, way: str) -> InputError:
+def _order_error(kept: FloatArray, way: str) -> InputError:
     found = f"points that turn back at y = {kept[0]:.4g} mm or {kept[-1]:.4g} mm"
     return InputError("", "order", found, f"points in order {way}")
 
 
-def _outward(y: FloatArray, z: FloatArray, start: int) -> tuple[FloatArray, FloatArray]:
+def _outward_points(y: FloatArray, z: FloatArray, start: int) -> tuple[FloatArray, FloatArray]:
     """Return the points that lie further out than all before, on either side of the start, in the order of y."""
     rising = y[-1] > y[0]
-    forward = list(_leaving(y, z, range(start, len(y)), 1.0 if rising else -1.0))
-    backward = list(_leaving(y, z, range(start, -1, -1), -1.0 if rising else 1.0))
+    forward = list(_outward_indices(y, z, range(start, len(y)), 1.0 if rising else -1.0))
+    backward = list(_outward_indices(y, z, range(start, -1, -1), -1.0 if rising else 1.0))
     order = backward[:0:-1] + forward if rising else forward[:0:-1] + backward
     return y[order], z[order]
 
 
-def _leaving(y: FloatArray, z: FloatArray, way: range, sign: float) -> Iterator[int]:
+def _outward_indices(y: FloatArray, z: FloatArray, way: range, sign: float) -> Iterator[int]:
     """Yield the indices of points that lie further out than all before them."""
     last = way[0]
     yield last

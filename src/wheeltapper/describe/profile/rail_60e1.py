@@ -27,7 +27,7 @@ BOTTOM = -40.0
 """Height of the lower end of the head, mm."""
 
 
-def _centres(variant: Variant) -> list[tuple[float, float]]:
+def _arc_centres(variant: Variant) -> list[tuple[float, float]]:
     """Return the centres of the three arcs; each joint lies on the line through two of them."""
     centres = [(0.0, -RADII[0])]
     for (radius, following), joint in zip(zip(RADII[:-1], RADII[1:], strict=True), JOINTS[variant], strict=True):
@@ -42,7 +42,7 @@ def _centres(variant: Variant) -> list[tuple[float, float]]:
 def rail_60e1(y: FloatArray, variant: Variant = "public") -> FloatArray:
     """Return z in mm at lateral positions in mm; NaN beside the head."""
     across = np.abs(np.asarray(y, dtype=float))
-    centres = _centres(variant)
+    centres = _arc_centres(variant)
     slope = 1.0 / SIDE
     last_y, last_z = centres[-1]
     side = last_y + RADII[-1] * slope / hypot(1.0, slope), last_z + RADII[-1] / hypot(1.0, slope)

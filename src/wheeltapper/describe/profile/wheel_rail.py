@@ -45,7 +45,7 @@ class WheelRail(Profiles):
     smoothing: PositiveLength = 15e-6
 
     @model_validator(mode="after")
-    def _fits(self) -> WheelRail:
+    def _check_dimensions(self) -> WheelRail:
         if not 0.02 <= self.gauge - self.flange_backs <= 0.12:
             found = f"{self.gauge:g} m with flanges {self.flange_backs:g} m apart"
             raise InputError("", "gauge", found, "20 mm to 120 mm more than between the flanges' backs")

@@ -13,7 +13,7 @@ LARGEST = 1e9
 """Largest size of an unpacked file, bytes, unless the caller allows more."""
 
 
-def content(path: Path, largest: float = LARGEST) -> bytes:
+def file_content(path: Path, largest: float = LARGEST) -> bytes:
     """Return the contents of a file, unpacked if its name ends with .gz.
 
     Raises
@@ -50,7 +50,7 @@ def check_size(count: float, largest: float) -> None:
         raise InputError("", "path", f"a file that holds more than {largest:.4g} bytes unpacked", allowed)
 
 
-def decoded(whole: bytes) -> str:
+def decoded_text(whole: bytes) -> str:
     """Return text, in any encoding that measuring programs use."""
     if whole.startswith((b"\xff\xfe", b"\xfe\xff")):
         text = whole.decode("utf-16", errors="replace")
@@ -64,7 +64,7 @@ def decoded(whole: bytes) -> str:
     return text
 
 
-def numbered(text: str) -> list[tuple[int, str]]:
+def numbered_lines(text: str) -> list[tuple[int, str]]:
     """Return the lines of a text with their numbers, from 1."""
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     return [(i, line.strip(" \xa0\f\x1a")) for i, line in enumerate(lines, start=1)]

@@ -32,7 +32,7 @@ class Dialect:
     separator: str | None
     decimal: str = "."
 
-    def cells(self, text: str) -> list[str]:
+    def line_cells(self, text: str) -> list[str]:
         """Return the cells of a line."""
         if self.separator is None:
             return text.split()
@@ -40,7 +40,7 @@ class Dialect:
             return [cell.strip() for cell in next(csv.reader([text], delimiter=self.separator, skipinitialspace=True))]
         return [cell.strip() for cell in text.split(self.separator)]
 
-    def number(self, cell: str) -> float:
+    def cell_number(self, cell: str) -> float:
         """Return a cell's number; NaN for a missing value; ValueError for anything else."""
         text = cell.strip('" \t').replace("\u2212", "-")
         if text.lower() in NOTHING:
@@ -53,14 +53,14 @@ class Dialect:
     def is_number(self, cell: str) -> bool:
         """Return whether a cell holds a number, or stands for a missing value."""
         try:
-            self.number(cell)
+            self.cell_number(cell)
         except ValueError:
             return False
         return True
 
-    def pattern(self, text: str) -> tuple[bool, ...]:
+    def number_pattern(self, text: str) -> tuple[bool, ...]:
         """Return which cells of a line are numbers; none if less than half are, or all are missing."""
-        cells = self.cells(text)
+        cells = self.line_cells(text)
         found = tuple(self.is_number(cell) for cell in cells)
         there = sum(cell.lower() not in NOTHING for cell, good in zip(cells, found, strict=True) if good)
         return found if there and 2 * sum(found) >= len(found) else ()
@@ -80,16 +80,16 @@ def dialect_of(rows: Rows) -> Dialect:
     held = "".join(texts)
     possible = [d for d in CANDIDATES if (d.separator or "") in held and (d.decimal == "." or "," in held)]
 
-    def fitting(dialect: Dialect) -> tuple[int, int]:
-        patterns = [dialect.pattern(text) for text in texts]
+    def fitting_lines(dialect: Dialect) -> tuple[int, int]:
+        patterns = [dialect.number_pattern(text) for text in texts]
         return sum(all(found) for found in patterns if found), sum(map(bool, patterns))
 
-    return max(possible, key=fitting)
+    return max(possible, key=fitting_lines)
 
 
 def usual_pattern(rows: Rows, dialect: Dialect) -> tuple[bool, ...]:
     """Return which cells are numbers in most lines with numbers; none if no line has any."""
-    found = Counter(dialect.pattern(text) for _, text in rows[:: max(1, len(rows) // SEEN)])
+    found = Counter(dialect.number_pattern(text) for _, text in rows[:: max(1, len(rows) // SEEN)])
     found.pop((), None)
     return max(found, key=lambda pattern: (found[pattern], sum(pattern)), default=())
 
@@ -110,27 +110,31 @@ def check_unambiguous(body: Rows, dialect: Dialect, named: int, fewest: int) -> 
     """
     number, text = body[0]
     if dialect == Dialect(",", "."):
-        width = len(dialect.cells(text.rstrip(", ")))
+        width = len(dialect.line_cells(text.rstrip(", ")))
         halves = width >= 2 * fewest
-        if named != width and not _other(_WHOLE, body, dialect) and (halves or _any(_PADDED, body, dialect)):
+        if (
+            named != width
+            and not _has_other_form(_WHOLE, body, dialect)
+            and (halves or _any_number_matches(_PADDED, body, dialect))
+        ):
             found = f"{text[:60]!r}, whole numbers or decimal commas between commas"
             allowed = "a header with a name for each column, decimal points, or semicolons between the columns"
             raise InputError("", f"line {number}", found, allowed)
-    elif dialect.decimal == "," and not _other(_THOUSANDS, body, dialect, ","):
+    elif dialect.decimal == "," and not _has_other_form(_THOUSANDS, body, dialect, ","):
         found = f"{text[:60]!r}, where commas may stand before decimals or thousands"
         raise InputError("", f"line {number}", found, "another number of decimals, or decimal points")
 
 
-def _numbers(body: Rows, dialect: Dialect) -> Iterable[str]:
-    return (cell for _, text in body for cell in dialect.cells(text) if cell.lower() not in NOTHING)
+def _number_cells(body: Rows, dialect: Dialect) -> Iterable[str]:
+    return (cell for _, text in body for cell in dialect.line_cells(text) if cell.lower() not in NOTHING)
 
 
-def _any(form: re.Pattern[str], body: Rows, dialect: Dialect) -> bool:
-    return any(form.match(cell) for cell in _numbers(body, dialect))
+def _any_number_matches(form: re.Pattern[str], body: Rows, dialect: Dialect) -> bool:
+    return any(form.match(cell) for cell in _number_cells(body, dialect))
 
 
-def _other(form: re.Pattern[str], body: Rows, dialect: Dialect, holding: str = "") -> bool:
+def _has_other_form(form: re.Pattern[str], body: Rows, dialect: Dialect, holding: str = "") -> bool:
     """Return whether a number that holds a mark has another form."""
     return any(
-        not form.fullmatch(cell) for cell in _numbers(body, dialect) if holding in cell and dialect.is_number(cell)
+        not form.fullmatch(cell) for cell in _number_cells(body, dialect) if holding in cell and dialect.is_number(cell)
     )

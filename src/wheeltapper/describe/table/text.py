@@ -15,9 +15,9 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.table.content import LARGEST, content, decoded, numbered
+from wheeltapper.describe.table.content import LARGEST, decoded_text, file_content, numbered_lines
 from wheeltapper.describe.table.dialect import Dialect, Rows, check_unambiguous, dialect_of, usual_pattern
-from wheeltapper.describe.table.units import is_unit, name_and_unit, plain
+from wheeltapper.describe.table.units import is_unit, name_and_unit, plain_unit
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import UNITS
 
@@ -84,7 +84,9 @@ def read_text_table(
     InputError
         If there are no numbers, or they can be read in two ways; without the file's name.
     """
-    return text_table(numbered(decoded(content(path, largest))), dimensions, fewest=fewest, states=states)
+    return text_table(
+        numbered_lines(decoded_text(file_content(path, largest))), dimensions, fewest=fewest, states=states
+    )
 
 
 def text_table(
@@ -97,30 +99,30 @@ def text_table(
         raise InputError("", "samples", "an empty file", "columns of numbers")
     dialect = dialect_of(rows)
     pattern = usual_pattern(rows, dialect)
-    start = _start(rows, dialect, pattern, states)
+    start = _first_number_line(rows, dialect, pattern, states)
     head, body = rows[:start], rows[start:]
     if not pattern or not body:
         found = f"no line of numbers, but {rows[-1][1][:60]!r} in line {rows[-1][0]}"
         raise InputError("", "samples", found, f"columns separated alike, each value {ALLOWED}")
     width = len(pattern)
     before = [c for c in comments if c[0] < body[0][0]]
-    names = _names([row for row in head if not states(row[1])], dialect, width, dimensions)
+    names = _column_names([row for row in head if not states(row[1])], dialect, width, dimensions)
     if not names and before and not states(before[-1][1]):
-        names = _commented(before[-1][1], dialect, width, dimensions)
+        names = _commented_names(before[-1][1], dialect, width, dimensions)
     check_unambiguous(body, dialect, len(names), fewest)
     blank = next((i for i, text in lines if not text and body[0][0] < i < body[-1][0]), None)
-    columns = _columns(body, names, dialect, len(names) or width)
+    columns = _number_columns(body, names, dialect, len(names) or width)
     return TextTable(columns, np.array([i for i, _ in body]), [*comments, *head], blank)
 
 
-def _start(rows: Rows, dialect: Dialect, pattern: tuple[bool, ...], states: Callable[[str], bool]) -> int:
+def _first_number_line(rows: Rows, dialect: Dialect, pattern: tuple[bool, ...], states: Callable[[str], bool]) -> int:
     """Return the first line of numbers: behind the last line of words before the first typical line of numbers.
 
     Lines with some numbers between the two are broken; they are reported and not skipped.
     """
     start = len(rows)
     for k, (_, text) in enumerate(rows):
-        found = dialect.pattern(text)
+        found = dialect.number_pattern(text)
         if not found or states(text):
             start = len(rows)
             continue
@@ -130,13 +132,13 @@ def _start(rows: Rows, dialect: Dialect, pattern: tuple[bool, ...], states: Call
     return start
 
 
-def _names(titles: Rows, dialect: Dialect, width: int, dimensions: tuple[str, ...]) -> Names:
+def _column_names(titles: Rows, dialect: Dialect, width: int, dimensions: tuple[str, ...]) -> Names:
     """Return the names and units of the columns; none if no line above the numbers has them."""
     if not titles:
         return []
     split = [_header_cells(text, dialect, width) for _, text in titles[-2:]]
     if all(is_unit(cell) for cell in split[-1]):
-        units = ["" if plain(unit) == "-" else plain(unit) for unit in split[-1]]
+        units = ["" if plain_unit(unit) == "-" else plain_unit(unit) for unit in split[-1]]
         if len(split) > 1 and len(split[0]) == len(units):
             return [(name_and_unit(name, dimensions)[0], unit) for name, unit in zip(split[0], units, strict=True)]
         if all(any(unit in UNITS[dimension] for dimension in dimensions) for unit in units):
@@ -149,7 +151,7 @@ def _names(titles: Rows, dialect: Dialect, width: int, dimensions: tuple[str, ..
     return [name_and_unit(cell, dimensions) for cell in split[-1]]
 
 
-def _commented(text: str, dialect: Dialect, width: int, dimensions: tuple[str, ...]) -> Names:
+def _commented_names(text: str, dialect: Dialect, width: int, dimensions: tuple[str, ...]) -> Names:
     """Return the names and units of columns in a comment; none if it has no unit."""
     names = [name_and_unit(cell, dimensions) for cell in _header_cells(text, dialect, width)]
     return names if len(names) == width and any(unit for _, unit in names) else []
@@ -158,32 +160,32 @@ def _commented(text: str, dialect: Dialect, width: int, dimensions: tuple[str, .
 def _header_cells(text: str, dialect: Dialect, width: int) -> list[str]:
     """Return the cells of a header; blanks do not separate a unit from its name, nor the words of a single column."""
     if dialect.separator is not None:
-        return [cell.strip('"') for cell in dialect.cells(text)]
+        return [cell.strip('"') for cell in dialect.line_cells(text)]
     if width == 1:
         return [text]
     blanks = r"(?<!\s/)\s+(?![\[(]|/\s)"
     return re.split(blanks, text) if not re.search(r"[;\t,]", text) else re.split(r"\s*[;\t,]\s*", text)
 
 
-def _columns(body: Rows, names: Names, dialect: Dialect, width: int) -> tuple[TextColumn, ...]:
+def _number_columns(body: Rows, names: Names, dialect: Dialect, width: int) -> tuple[TextColumn, ...]:
     """Return the columns of the lines of numbers."""
     named = names or [("", "")] * width
-    table = _regular(body, dialect, width)
+    table = _regular_rows(body, dialect, width)
     if table is not None:
         return tuple(TextColumn(name, unit, table[:, k]) for k, (name, unit) in enumerate(named))
-    rows = [_row(row, dialect, width) for row in body]
+    rows = [_row_cells(row, dialect, width) for row in body]
     columns = []
     for k, (name, unit) in enumerate(named):
         cells = [row[k] for row in rows]
         if name or any(cells):
-            columns.append(TextColumn(name, unit, *_values(cells, body, name, dialect)))
+            columns.append(TextColumn(name, unit, *_column_values(cells, body, name, dialect)))
     return tuple(columns)
 
 
-def _regular(body: Rows, dialect: Dialect, width: int) -> NDArray[np.float64] | None:
+def _regular_rows(body: Rows, dialect: Dialect, width: int) -> NDArray[np.float64] | None:
     """Return the numbers of lines that hold only numbers; None for other lines."""
     texts, mark = [text for _, text in body], dialect.separator
-    if mark and len(dialect.cells(texts[0])) > width and all(text.endswith(mark) for text in texts):
+    if mark and len(dialect.line_cells(texts[0])) > width and all(text.endswith(mark) for text in texts):
         texts = [text.removesuffix(mark) for text in texts]
     if dialect.decimal == ",":
         if mark == "," or any("." in text for text in texts):
@@ -196,10 +198,10 @@ def _regular(body: Rows, dialect: Dialect, width: int) -> NDArray[np.float64] | 
     return table if table.shape[1] == width else None
 
 
-def _row(row: tuple[int, str], dialect: Dialect, width: int) -> list[str]:
+def _row_cells(row: tuple[int, str], dialect: Dialect, width: int) -> list[str]:
     """Return the cells of a line, which may end with a separator."""
     number, text = row
-    cells = dialect.cells(text)
+    cells = dialect.line_cells(text)
     if len(cells) == width + 1 and cells[-1] == "":
         cells.pop()
     if len(cells) != width:
@@ -208,12 +210,14 @@ def _row(row: tuple[int, str], dialect: Dialect, width: int) -> list[str]:
     return cells
 
 
-def _values(cells: list[str], body: Rows, name: str, dialect: Dialect) -> tuple[NDArray[np.float64], InputError | None]:
+def _column_values(
+    cells: list[str], body: Rows, name: str, dialect: Dialect
+) -> tuple[NDArray[np.float64], InputError | None]:
     """Return the numbers of a column, and the error of its first cell without a number."""
     values = np.full(len(cells), np.nan)
     for i, cell in enumerate(cells):
         try:
-            values[i] = dialect.number(cell)
+            values[i] = dialect.cell_number(cell)
         except ValueError:
             field = f"line {body[i][0]}, {name}" if name else f"line {body[i][0]}"
             mark = f"; decimals follow a {'comma' if dialect.decimal == ',' else 'point'}"
@@ -232,7 +236,7 @@ class _Named(Protocol):
 C = TypeVar("C", bound=_Named)
 
 
-def named(columns: Sequence[C], argument: str, name: str | int, dimensions: tuple[str, ...]) -> C:
+def column_named(columns: Sequence[C], argument: str, name: str | int, dimensions: tuple[str, ...]) -> C:
     """Return a column by its name, its header in the file, or its number from 0.
 
     Raises
@@ -252,10 +256,10 @@ def named(columns: Sequence[C], argument: str, name: str | int, dimensions: tupl
     if wanted.isdecimal() and not isinstance(name, bool) and int(wanted) < len(columns):
         return columns[int(wanted)]
     numbers = f"0 to {len(columns) - 1}, or " if wanted.lstrip("+-").isdecimal() else ""
-    raise InputError("", argument, repr(name), f"{numbers}one of: {listing(columns)}")
+    raise InputError("", argument, repr(name), f"{numbers}one of: {column_list(columns)}")
 
 
-def listing(columns: Sequence[_Named]) -> str:
+def column_list(columns: Sequence[_Named]) -> str:
     """Return the names of columns, or their numbers if they have none."""
     names = [c.name or str(i) for i, c in enumerate(columns)]
     return ", ".join(names[:12]) + (" …" if len(names) > 12 else "")

@@ -26,7 +26,7 @@ _UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[\s*(.+?)\s*\]|\(\s*(.+?)\s*\)|\s/\s+\
 _IN_WORDS = re.compile(r"^(.+?)(?:\s+in\s+(\S+)|[\s,:]+(\S{2,}))$")
 
 
-def plain(unit: str) -> str:
+def plain_unit(unit: str) -> str:
     """Return a unit in the spelling of this package: "m/s²" and "m s⁻²" become m/s^2; an unknown one stays."""
     text = unit.strip().strip("[]").strip()
     if text.startswith("(") and text.endswith(")"):
@@ -37,12 +37,12 @@ def plain(unit: str) -> str:
 
 def is_time(unit: str) -> bool:
     """Return whether a unit is a unit of time."""
-    return plain(unit) in UNITS["time"]
+    return plain_unit(unit) in UNITS["time"]
 
 
 def is_unit(unit: str) -> bool:
     """Return whether a unit is known here; "" and "-" are units of a number."""
-    text = plain(unit)
+    text = plain_unit(unit)
     return text in ("", "-") or any(text in table for table in UNITS.values())
 
 
@@ -57,12 +57,12 @@ def name_and_unit(header: str, dimensions: tuple[str, ...]) -> tuple[str, str]:
         return match[1], match[2] or match[3] or match[4]
     for mark in re.finditer("_", text):  # "acc_m_s2": the longest ending that is a unit
         name, unit = text[: mark.start()], text[mark.end() :]
-        if name and _of(unit, dimensions):
+        if name and _known_unit(unit, dimensions):
             return name, unit
     match = _IN_WORDS.fullmatch(text)  # a single letter may be part of a name: "sensor N", "axle g"
     unit = (match[2] or match[3]) if match else ""
-    return (match[1], unit) if match and _of(unit, dimensions) else (text, "")
+    return (match[1], unit) if match and _known_unit(unit, dimensions) else (text, "")
 
 
-def _of(unit: str, dimensions: tuple[str, ...]) -> bool:
-    return any(plain(unit) in UNITS[dimension] for dimension in dimensions)
+def _known_unit(unit: str, dimensions: tuple[str, ...]) -> bool:
+    return any(plain_unit(unit) in UNITS[dimension] for dimension in dimensions)

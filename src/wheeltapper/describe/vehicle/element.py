@@ -104,7 +104,7 @@ class Stop(Element):
     force: tuple[Force, ...] = Field(min_length=2)
 
     @model_validator(mode="after")
-    def _rising(self) -> Stop:
+    def _check_rising(self) -> Stop:
         if len(self.deflection) != len(self.force):
             raise InputError(
                 "", "", f"{len(self.deflection)} deflections and {len(self.force)} forces", "as many of both"

@@ -10,11 +10,11 @@ from pydantic import Field, model_validator
 
 from wheeltapper.describe.choice import OneOf
 from wheeltapper.describe.noun import Acceleration, Mass, PositiveStiffness
-from wheeltapper.describe.registry import choices
+from wheeltapper.describe.registry import makeable_nouns
 from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.body import Axle, Body
 from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Spring, Stop
-from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.needs import SEVERAL_BODIES, Need
 
 AnyElement = Annotated[Element, OneOf(Element)]
@@ -77,24 +77,28 @@ class Wagon(Vehicle):
     def with_element(self, element: Any) -> Wagon:
         """Return the wagon with an added element, or with another one of the same name."""
         if not isinstance(element, Element):
-            raise InputError("", "element", shown(element), ", ".join(kind.__name__ for kind in choices(Element)))
+            raise InputError(
+                "", "element", value_text(element), ", ".join(kind.__name__ for kind in makeable_nouns(Element))
+            )
         if any(element.name == held.name for held in self.elements):
-            return self._with(tuple(element if element.name == held.name else held for held in self.elements))
-        return self._with((*self.elements, element))
+            return self._with_coach_changes(
+                tuple(element if element.name == held.name else held for held in self.elements)
+            )
+        return self._with_coach_changes((*self.elements, element))
 
     def without(self, *names: str) -> Wagon:
         """Return the wagon without some elements."""
         held = [element.name for element in self.elements]
         unknown = [name for name in names if name not in held]
         if unknown:
-            raise InputError("", "elements", f"no element {unknown[0]!r}", suggested(str(unknown[0]), held))
-        return self._with(tuple(element for element in self.elements if element.name not in names))
+            raise InputError("", "elements", f"no element {unknown[0]!r}", with_suggestion(str(unknown[0]), held))
+        return self._with_coach_changes(tuple(element for element in self.elements if element.name not in names))
 
     def without_dampers(self) -> Wagon:
         """Return the wagon without its dampers (the paper's damping-free wagon)."""
         return self.without(*(element.name for element in self.elements if isinstance(element, Damper)))
 
-    def _with(self, elements: tuple[Any, ...]) -> Wagon:
+    def _with_coach_changes(self, elements: tuple[Any, ...]) -> Wagon:
         return Wagon(bodies=self.bodies, axles=self.axles, elements=elements, gravity=self.gravity)
 
     @classmethod
@@ -115,7 +119,7 @@ class Wagon(Vehicle):
         data = tomllib.loads((files(__package__) / "erri_b176.toml").read_text(encoding="utf-8"))
         data["wheelset"]["mass"] = wheelset_mass
         data["primary"]["stiffness"][2] = primary_stiffness
-        return _coach(data, series_springs)
+        return _coach_parts(data, series_springs)
 
 
 class ErriB176(Vehicle):
@@ -149,30 +153,34 @@ class ErriB176(Vehicle):
         return made
 
 
-def made(vehicle: Any) -> Any:
+def wagon_for(vehicle: Any) -> Any:
     """Return the wagon that a vehicle stands for, where it has a method `wagon`."""
     return vehicle.wagon() if hasattr(vehicle, "wagon") else vehicle
 
 
-def _coach(data: dict[str, Any], series_springs: bool) -> Wagon:
+def _coach_parts(data: dict[str, Any], series_springs: bool) -> Wagon:
     """Return a coach on two bogies with two wheelsets each."""
     place = data["geometry"]
     front, spacing, base = -place["semi_wheelbase"], 2 * place["semi_bogie_spacing"], place["semi_wheelbase"]
     pivots = {"bogie 1": front, "bogie 2": front - spacing}
     axles = [pivot + side * base for pivot in pivots.values() for side in (1, -1)]
-    bodies = [_body("car body", data["car_body"], front - spacing / 2, held=("x",))]
-    bodies += [_body(name, data["bogie_frame"], pivot) for name, pivot in pivots.items()]
+    bodies = [_coach_body("car body", data["car_body"], front - spacing / 2, held=("x",))]
+    bodies += [_coach_body(name, data["bogie_frame"], pivot) for name, pivot in pivots.items()]
     elements: list[Any] = []
     for number, x in enumerate(axles, 1):
         between = (f"bogie {(number + 1) // 2}", f"wheelset {number}")
         for side, y in (("left", place["semi_lateral_primary"]), ("right", -place["semi_lateral_primary"])):
             where = {"between": between, "at": (x, y, place["primary_height"])}
-            elements += _suspension(f"primary {{}} {number} {side}", data["primary"], where, (2,), series_springs)
+            elements += _spring_and_damper(
+                f"primary {{}} {number} {side}", data["primary"], where, (2,), series_springs
+            )
     for number, (name, x) in enumerate(pivots.items(), 1):
         between = ("car body", name)
         for side, y in (("left", place["semi_lateral_secondary"]), ("right", -place["semi_lateral_secondary"])):
             where = {"between": between, "at": (x, y, place["secondary_height"])}
-            elements += _suspension(f"secondary {{}} {number} {side}", data["secondary"], where, (1, 2), series_springs)
+            elements += _spring_and_damper(
+                f"secondary {{}} {number} {side}", data["secondary"], where, (1, 2), series_springs
+            )
         middle = (x, 0.0, place["secondary_height"])
         bar = (data["anti_roll_bar"]["bending"], 0.0, 0.0)
         elements.append(Spring(name=f"anti-roll bar {number}", between=between, at=middle, bending=bar))
@@ -193,12 +201,12 @@ def _coach(data: dict[str, Any], series_springs: bool) -> Wagon:
     )
 
 
-def _body(name: str, data: dict[str, Any], x: float, held: tuple[Any, ...] = ()) -> Body:
+def _coach_body(name: str, data: dict[str, Any], x: float, held: tuple[Any, ...] = ()) -> Body:
     position = (x, 0.0, data["height"])
     return Body(name=name, mass=data["mass"], inertia=tuple(data["inertia"]), position=position, held=held)
 
 
-def _suspension(
+def _spring_and_damper(
     name: str, data: dict[str, Any], where: dict[str, Any], soft: tuple[int, ...], series_springs: bool
 ) -> list[Any]:
     """Return a spring and a damper at one place; directions in `soft` may have a spring in series with the damper."""

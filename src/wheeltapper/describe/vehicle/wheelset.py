@@ -80,7 +80,7 @@ class Wheelset(Vehicle):
         return self
 
     @model_validator(mode="after")
-    def _suspended(self) -> Wheelset:
+    def _check_suspension(self) -> Wheelset:
         for name, held, most, unit in (
             ("stiffness", self.stiffness, FASTEST**2 * self.mass, "N/m"),
             ("damping", self.damping, FASTEST * self.mass, "N·s/m"),

@@ -26,7 +26,7 @@ class Index(NamedTuple):
     slope: float
     covariance: FloatArray  # (2, 2); (3, 3) with the ceiling if it was estimated and is below one
 
-    def sought(self, probability: float) -> float:
+    def index_of(self, probability: float) -> float:
         """Return the index of a probability."""
         return quantile(self.link, probability / self.ceiling)
 
@@ -43,7 +43,7 @@ def wald_size(index: Index, probability: float, level: float) -> float:
     """Return the x from which on the lower bound exceeds a probability; infinite if it falls below it again."""
     k2 = quantile("probit", level) ** 2
     (v11, v12), (_, v22) = index.covariance
-    above = index.intercept - index.sought(probability)
+    above = index.intercept - index.index_of(probability)
     a, b, c = index.slope**2 - k2 * v22, above * index.slope - k2 * v12, above**2 - k2 * v11
     if a <= 0.0 or index.slope <= 0.0:
         return inf
@@ -53,7 +53,7 @@ def wald_size(index: Index, probability: float, level: float) -> float:
 
 def delta_lower(index: Index, x: FloatArray, level: float) -> FloatArray:
     """Return the lower confidence bounds of the probability of detection: the larger roots z of `delta_size` = x."""
-    location, spread, ((v11, v12), (_, v22)) = located(index)
+    location, spread, ((v11, v12), (_, v22)) = location_scale(index)
     k2, beyond = quantile("probit", level) ** 2, x - location
     a, b, c = spread**2 - k2 * v22, beyond * spread + k2 * v12, beyond**2 - k2 * v11
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -65,12 +65,12 @@ def delta_lower(index: Index, x: FloatArray, level: float) -> FloatArray:
 
 def delta_size(index: Index, probability: float, level: float) -> float:
     """Return the upper confidence bound of the x with a probability."""
-    location, spread, covariance = located(index)
-    gradient = np.array([1.0, index.sought(probability)])
+    location, spread, covariance = location_scale(index)
+    gradient = np.array([1.0, index.index_of(probability)])
     return float(gradient @ [location, spread] + quantile("probit", level) * sqrt(gradient @ covariance @ gradient))
 
 
-def located(index: Index) -> tuple[float, float, FloatArray]:
+def location_scale(index: Index) -> tuple[float, float, FloatArray]:
     """Return μ and σ in x, and their covariance by the delta method, with the ceiling as in `Index`."""
     by_index = np.eye(len(index.covariance))
     by_index[0, :2] = -1.0 / index.slope, index.intercept / index.slope**2

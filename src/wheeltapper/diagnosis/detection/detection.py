@@ -18,12 +18,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wheeltapper.diagnosis.detection.bounds import delta_lower, delta_size, located, wald_lower, wald_size
-from wheeltapper.diagnosis.detection.fit import Fit
+from wheeltapper.diagnosis.detection.bounds import delta_lower, delta_size, location_scale, wald_lower, wald_size
+from wheeltapper.diagnosis.detection.fit import DetectionFit
 from wheeltapper.diagnosis.detection.likelihood import FloatArray, Link
-from wheeltapper.diagnosis.detection.roc import numbers, samples
+from wheeltapper.diagnosis.detection.roc import finite_samples, number_or_array
 from wheeltapper.ground.arguments import as_between, check_choice
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import to_si
 
 Scale = Literal["log", "linear"]
@@ -88,11 +88,11 @@ class Detection:
     log_likelihood: float
     method: Bounds
     note: str
-    fit: Fit = field(repr=False)
+    fit: DetectionFit = field(repr=False)
 
     def at(self, sizes: ArrayLike) -> FloatArray:
         """Return the probability of detection at sizes, in their shape; NaN if the data do not determine it."""
-        return self.fit.at(self._inner(sizes))
+        return self.fit.probability_at(self._standardised_sizes(sizes))
 
     def lower(self, sizes: ArrayLike, level: float = USUAL) -> FloatArray:
         """Return the lower confidence bound of the probability of detection at sizes.
@@ -113,9 +113,9 @@ class Detection:
             If a size is not finite, or not positive on a log scale, or the level is not between 0.5 and 1.
         """
         level = as_between(level, "level", 0.5, 1.0)
-        x = self._inner(sizes)
+        x = self._standardised_sizes(sizes)
         if self.method == "likelihood ratio":
-            found = np.array([self.fit.least(float(one), level) for one in x.ravel()], dtype=np.float64)
+            found = np.array([self.fit.least_probability(float(one), level) for one in x.ravel()], dtype=np.float64)
             return found.reshape(x.shape)
         if not self.fit.is_regular:
             return np.full(x.shape, np.nan)
@@ -143,15 +143,17 @@ class Detection:
         """
         probability = as_between(probability, "probability", 0.0, 1.0)
         if level is None:
-            return self._outer(self.fit.reached(probability))
+            return self._original_size(self.fit.size_reaching(probability))
         level = as_between(level, "level", 0.5, 1.0)
         if probability >= self.ceiling:
             return inf
         if self.method == "likelihood ratio":
-            return self._outer(self.fit.largest(probability, level))
+            return self._original_size(self.fit.largest_size(probability, level))
         if not self.fit.is_regular:
             return np.nan
-        return self._outer((wald_size if self.method == "wald" else delta_size)(self.fit.index, probability, level))
+        return self._original_size(
+            (wald_size if self.method == "wald" else delta_size)(self.fit.index, probability, level)
+        )
 
     @property
     def a50(self) -> float:
@@ -184,21 +186,21 @@ class Detection:
 
     def ceiling_interval(self, level: float = USUAL) -> tuple[float, float]:
         """Return the confidence interval of the ceiling, by the likelihood ratio; a given ceiling is returned twice."""
-        return self.fit.ceilings(as_between(level, "level", 0.5, 1.0))
+        return self.fit.ceiling_interval(as_between(level, "level", 0.5, 1.0))
 
-    def _inner(self, sizes: ArrayLike) -> FloatArray:
+    def _standardised_sizes(self, sizes: ArrayLike) -> FloatArray:
         """Return sizes in the coordinates of the fit."""
-        t = transformed(numbers(sizes, "sizes", "one size, or a list of them"), self.scale, "sizes")
+        t = on_scale(number_or_array(sizes, "sizes", "one size, or a list of them"), self.scale, "sizes")
         return np.asarray((t - self.fit.centre) / self.fit.width)
 
-    def _outer(self, x: float) -> float:
+    def _original_size(self, x: float) -> float:
         t = self.fit.centre + self.fit.width * x
         with np.errstate(over="ignore"):
             return float(np.exp(t)) if self.scale == "log" else t
 
 
-def described(
-    fit: Fit, *, kind: str, scale: Scale, threshold: float, coefficients: FloatArray, by_theta: FloatArray,
+def detection_of(
+    fit: DetectionFit, *, kind: str, scale: Scale, threshold: float, coefficients: FloatArray, by_theta: FloatArray,
     log_likelihood: float, bounds: Bounds | None, note: str,
 ) -> Detection:  # fmt: skip
     """Return a fit in the terms of the field.
@@ -218,7 +220,7 @@ def described(
     location, spread, of_coefficients = np.nan, inf, np.full(by_theta.shape, np.nan)
     covariance = np.full((2 + fit.is_estimated,) * 2, np.nan)
     if fit.is_regular:
-        middle, slow, found = located(fit.index)
+        middle, slow, found = location_scale(fit.index)
         location, spread = fit.centre + fit.width * middle, fit.width * slow
         unit = np.array([fit.width, fit.width, 1.0])[: len(found)]
         covariance[: len(found), : len(found)] = found * np.outer(unit, unit)
@@ -226,11 +228,11 @@ def described(
         of_coefficients = by_theta @ fit.covariance()[:many, :many] @ by_theta.T
     return Detection(
         kind, fit.likelihood.link, scale, len(fit.sizes), threshold, fit.ceiling, location, spread, covariance,
-        coefficients, of_coefficients, log_likelihood, method, _noted(fit, note), fit,
+        coefficients, of_coefficients, log_likelihood, method, _note_on_fit(fit, note), fit,
     )  # fmt: skip
 
 
-def _noted(fit: Fit, note: str) -> str:
+def _note_on_fit(fit: DetectionFit, note: str) -> str:
     if note or fit.is_regular:
         return note or ("the likeliest ceiling is one, its standard error unknown" if fit.is_at_one else "")
     if fit.step is None:
@@ -238,7 +240,7 @@ def _noted(fit: Fit, note: str) -> str:
     return ""
 
 
-def transformed(sizes: FloatArray, scale: Scale, name: str) -> FloatArray:
+def on_scale(sizes: FloatArray, scale: Scale, name: str) -> FloatArray:
     """Return sizes or signals on their scale."""
     if not np.all(np.isfinite(sizes)):
         raise InputError("", name, f"{int(np.sum(~np.isfinite(sizes)))} values that are not finite", "finite numbers")
@@ -249,9 +251,9 @@ def transformed(sizes: FloatArray, scale: Scale, name: str) -> FloatArray:
     return np.asarray(np.log(sizes))
 
 
-def standardised(sizes: ArrayLike, scale: Scale) -> tuple[FloatArray, float, float]:
+def standardised_sizes(sizes: ArrayLike, scale: Scale) -> tuple[FloatArray, float, float]:
     """Return standardised sizes of specimens, their mean and their standard deviation."""
-    t = transformed(samples(sizes, "sizes"), scale, "sizes")
+    t = on_scale(finite_samples(sizes, "sizes"), scale, "sizes")
     centre, width = float(t.mean()), float(t.std())
     if width <= 1e-12 * max(abs(centre), 1.0):
         raise InputError("", "sizes", f"all {len(t)} equal", "at least two different sizes")
@@ -262,7 +264,7 @@ def as_ceiling(given: float | None, bounds: Bounds | None) -> float | None:
     """Return a ceiling, a probability or None; refuse bounds that do not exist for it."""
     ceiling = None if given is None else to_si(given, "number", "ceiling")
     if ceiling is not None and not 0.0 < ceiling <= 1.0:
-        raise InputError("", "ceiling", shown(given), "more than 0 and at most 1, or None: it is estimated")
+        raise InputError("", "ceiling", value_text(given), "more than 0 and at most 1, or None: it is estimated")
     if bounds is not None:
         check_choice(bounds, "bounds", ("wald", "likelihood ratio", "delta"))
     if ceiling is None and bounds not in (None, "likelihood ratio"):

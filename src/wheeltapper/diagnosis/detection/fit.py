@@ -23,10 +23,10 @@ from wheeltapper.diagnosis.detection.likelihood import (
     Likelihood,
     Peak,
     cdf,
-    everywhere,
-    highest,
+    highest_peak,
     over_ceilings,
     quantile,
+    starts_everywhere,
     with_slopes,
 )
 
@@ -54,7 +54,7 @@ SMALL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class DetectionFit:
     """The maximum-likelihood curve: POD = ceiling·F(θ0 + θ1·x + tail·θ'), x the standardised size.
 
     Attributes
@@ -102,173 +102,181 @@ class Fit:
         return self.is_estimated and self.ceiling > 1.0 - SMALL
 
     @property
-    def vector(self) -> FloatArray:
+    def index_row(self) -> FloatArray:
         """Return the row that gives the index from θ at x = 0."""
         return np.concatenate([[1.0, 0.0], self.tail])
 
     def covariance(self) -> FloatArray:
         """Return the covariance of θ; the last row is the ceiling, if it was estimated and is below one."""
         of_ceiling = self.is_estimated and not self.is_at_one
-        information = self.likelihood.information(self.peak.theta, self._inner(self.ceiling), of_ceiling)
+        information = self.likelihood.information(self.peak.theta, self._data_ceiling(self.ceiling), of_ceiling)
         return np.asarray(np.linalg.inv(information))
 
     @cached_property
     def index(self) -> Index:
         """Return the index F⁻¹(POD/c) over x of a regular fit."""
-        many, covariance = len(self.vector), self.covariance()
+        many, covariance = len(self.index_row), self.covariance()
         across = np.zeros((2, len(covariance)))
-        across[0, :many], across[1, 1] = self.vector, 1.0
+        across[0, :many], across[1, 1] = self.index_row, 1.0
         across = np.vstack([across, np.eye(len(covariance))[many:]])
-        level = float(self.vector @ self.peak.theta)
+        level = float(self.index_row @ self.peak.theta)
         return Index(self.likelihood.link, self.ceiling, level, self.slope, across @ covariance @ across.T)
 
-    def at(self, x: FloatArray) -> FloatArray:
+    def probability_at(self, x: FloatArray) -> FloatArray:
         """Return the probability of detection; NaN if the data do not determine it."""
         if self.step is None:
-            return self.ceiling * cdf(self.likelihood.link, self.vector @ self.peak.theta + self.slope * x)
+            return self.ceiling * cdf(self.likelihood.link, self.index_row @ self.peak.theta + self.slope * x)
         below, above = x <= self.step[0], x >= self.step[1]
         return np.where(below == above, np.nan, np.where(above, self.ceiling, 0.0))
 
-    def reached(self, probability: float) -> float:
+    def size_reaching(self, probability: float) -> float:
         """Return the x at which the curve has a probability; infinite if it never has, NaN if undetermined."""
         if probability >= self.ceiling:
             return inf
         if not self.is_regular:
             return np.nan
         index = quantile(self.likelihood.link, probability / self.ceiling)
-        return (index - float(self.vector @ self.peak.theta)) / self.slope
+        return (index - float(self.index_row @ self.peak.theta)) / self.slope
 
-    def drop(self, level: float) -> float:
+    def likelihood_drop(self, level: float) -> float:
         """Return the largest fall of the log-likelihood within a one-sided bound."""
         from scipy.special import ndtri
 
         return 0.5 * float(ndtri(level)) ** 2 if self.step is None else -log(1.0 - level)
 
-    def excess(self, x: float, probability: float, level: float) -> float:
+    def excess_over_bound(self, x: float, probability: float, level: float) -> float:
         """Return how far a probability at a size lies outside the bound; zero or less if it lies within."""
-        fall = self.peak.value - self._best(x, probability).value
-        return sqrt(max(fall, 0.0)) - sqrt(self.drop(level))
+        fall = self.peak.value - self._best_through(x, probability).value
+        return sqrt(max(fall, 0.0)) - sqrt(self.likelihood_drop(level))
 
-    def largest(self, probability: float, level: float) -> float:
+    def largest_size(self, probability: float, level: float) -> float:
         """Return the largest x at which a probability of detection this low is within the bound."""
         from scipy.optimize import brentq
 
         if self._is_unbounded(probability, level):
             return inf
-        start = self.reached(probability)
+        start = self.size_reaching(probability)
         if np.isnan(start):
-            start = self._proved(probability)
-            if self.excess(start, probability, level) >= 0.0:
+            start = self._least_possible_bound(probability)
+            if self.excess_over_bound(start, probability, level) >= 0.0:
                 return start  # the bound is lower still, where there is no specimen
         reach = 0.5
-        while self.excess(start + reach, probability, level) < 0.0:
+        while self.excess_over_bound(start + reach, probability, level) < 0.0:
             reach *= 2.0
             if reach > FARTHEST:
                 return inf
-        return float(brentq(self.excess, start, start + reach, args=(probability, level), xtol=1e-9, rtol=1e-10))
+        return float(
+            brentq(self.excess_over_bound, start, start + reach, args=(probability, level), xtol=1e-9, rtol=1e-10)
+        )
 
-    def least(self, x: float, level: float) -> float:
+    def least_probability(self, x: float, level: float) -> float:
         """Return the smallest probability of detection at a size that is within the bound."""
         from scipy.optimize import brentq
 
         link = self.likelihood.link
 
-        def excess(index: float) -> float:
-            return self.excess(x, self.ceiling * float(cdf(link, np.array([index]))[0]), level)
+        def excess_at_index(index: float) -> float:
+            return self.excess_over_bound(x, self.ceiling * float(cdf(link, np.array([index]))[0]), level)
 
         low = quantile(link, LEAST)
-        high = min(quantile(link, 1.0 - LEAST), float(self.vector @ self.peak.theta) + self.slope * x)
-        if high <= low or excess(low) <= 0.0:
+        high = min(quantile(link, 1.0 - LEAST), float(self.index_row @ self.peak.theta) + self.slope * x)
+        if high <= low or excess_at_index(low) <= 0.0:
             return 0.0
-        certain = excess(high) >= 0.0  # the curve is above every probability that is distinguished from one
-        index = high if certain else float(brentq(excess, low, high, xtol=1e-9, rtol=1e-10))
+        certain = excess_at_index(high) >= 0.0  # the curve is above every probability that is distinguished from one
+        index = high if certain else float(brentq(excess_at_index, low, high, xtol=1e-9, rtol=1e-10))
         return self.ceiling * float(cdf(link, np.array([index]))[0])
 
-    def ceilings(self, level: float) -> tuple[float, float]:
+    def ceiling_interval(self, level: float) -> tuple[float, float]:
         """Return the confidence interval of the ceiling."""
         from scipy.optimize import brentq
 
         if not self.is_estimated:
             return self.ceiling, self.ceiling
 
-        def excess(ceiling: float) -> float:
+        def excess_at_ceiling(ceiling: float) -> float:
             fall = self.peak.value - self._peak(ceiling).value
-            return sqrt(max(fall, 0.0)) - sqrt(self.drop(0.5 + 0.5 * level))
+            return sqrt(max(fall, 0.0)) - sqrt(self.likelihood_drop(0.5 + 0.5 * level))
 
-        low = 0.0 if excess(LEAST) <= 0.0 else float(brentq(excess, LEAST, self.ceiling, xtol=1e-9))
-        high = 1.0 if self.is_at_one or excess(1.0) <= 0.0 else float(brentq(excess, self.ceiling, 1.0, xtol=1e-9))
+        low = (
+            0.0 if excess_at_ceiling(LEAST) <= 0.0 else float(brentq(excess_at_ceiling, LEAST, self.ceiling, xtol=1e-9))
+        )
+        high = (
+            1.0
+            if self.is_at_one or excess_at_ceiling(1.0) <= 0.0
+            else float(brentq(excess_at_ceiling, self.ceiling, 1.0, xtol=1e-9))
+        )
         return low, high
 
-    def _proved(self, probability: float) -> float:
+    def _least_possible_bound(self, probability: float) -> float:
         """Return the smallest x that can be a bound, if no x of the curve has this probability."""
         if self.step is None:
             return float(self.sizes.min())
         before, after = self.step
         if before < after:
             return after
-        there = float(self.vector @ self.peak.theta) + self.slope * after  # one size has both hits and misses
+        there = float(self.index_row @ self.peak.theta) + self.slope * after  # one size has both hits and misses
         return after + (NEXT if there < quantile(self.likelihood.link, probability / self.ceiling) else -NEXT)
 
     def _is_unbounded(self, probability: float, level: float) -> bool:
         """Return whether it is within the bound that no size is detected with more than this probability."""
         if probability >= self.ceiling:
             return True
-        lost = self.drop(level)
+        lost = self.likelihood_drop(level)
         if self.is_estimated and self.peak.value - self._peak(probability).value <= lost:
             return True
-        return self.peak.value - self._level(probability).value <= lost
+        return self.peak.value - self._best_constant(probability).value <= lost
 
     def _peak(self, ceiling: float) -> Peak:
-        starts = _starts(self.likelihood, self.peak.theta, self.sizes)
-        return highest(self.likelihood, self._inner(ceiling), starts, 1)
+        starts = _ceiling_starts(self.likelihood, self.peak.theta, self.sizes)
+        return highest_peak(self.likelihood, self._data_ceiling(ceiling), starts, 1)
 
-    def _level(self, most: float) -> Peak:
+    def _best_constant(self, most: float) -> Peak:
         """Return the most likely constant curve that is not above this probability."""
-        level, ceiling = self.likelihood.without(1), self._inner(self.ceiling)
-        vector, index = np.delete(self.vector, 1), quantile(self.likelihood.link, most / self.ceiling)
+        level, ceiling = self.likelihood.without(1), self._data_ceiling(self.ceiling)
+        vector, index = np.delete(self.index_row, 1), quantile(self.likelihood.link, most / self.ceiling)
         start = np.delete(self.peak.theta, 1)
-        free = level.climbed(start, ceiling)
+        free = level.maximum_from(start, ceiling)
         if float(vector @ free.theta) <= index:
             return free
-        return level.constrained(vector, index).climbed(start[1:], ceiling)
+        return level.constrained(vector, index).maximum_from(start[1:], ceiling)
 
-    def _best(self, x: float, probability: float) -> Peak:
+    def _best_through(self, x: float, probability: float) -> Peak:
         """Return the most likely growing curve with this probability at this size."""
-        vector, theta = self.vector, self.peak.theta[1:]
+        vector, theta = self.index_row, self.peak.theta[1:]
         vector[1] = x
         starts = with_slopes(theta, 0)
 
-        def peak(ceiling: float, near: FloatArray | None = None) -> Peak:
+        def peak_at(ceiling: float, near: FloatArray | None = None) -> Peak:
             index = quantile(self.likelihood.link, min(probability / ceiling, 1.0 - TINY))
             begins = starts if near is None else near[None, :]
-            return highest(self.likelihood.constrained(vector, index), self._inner(ceiling), begins, 0)
+            return highest_peak(self.likelihood.constrained(vector, index), self._data_ceiling(ceiling), begins, 0)
 
-        return over_ceilings(peak, probability, 1.0) if self.is_estimated else peak(self.ceiling)
+        return over_ceilings(peak_at, probability, 1.0) if self.is_estimated else peak_at(self.ceiling)
 
-    def _inner(self, ceiling: float) -> float:
+    def _data_ceiling(self, ceiling: float) -> float:
         """Return the ceiling that holds for the data."""
         return 1.0 if self.is_seen_only else ceiling
 
 
-def estimated(likelihood: Likelihood, start: FloatArray, sizes: FloatArray, ceiling: float | None) -> Peak:
+def likeliest_peak(likelihood: Likelihood, start: FloatArray, sizes: FloatArray, ceiling: float | None) -> Peak:
     """Return the most likely curve, with a given ceiling or, for None, the most likely one."""
     if ceiling == 1.0:
-        return highest(likelihood, ceiling, start[None, :], 1)
-    starts = _starts(likelihood, start, sizes)
+        return highest_peak(likelihood, ceiling, start[None, :], 1)
+    starts = _ceiling_starts(likelihood, start, sizes)
     if ceiling is not None:
-        return highest(likelihood, float(ceiling), starts, 1)
+        return highest_peak(likelihood, float(ceiling), starts, 1)
     best = over_ceilings(
-        lambda c, near: highest(likelihood, c, starts if near is None else near[None, :], 1), LOWEST, 1.0
+        lambda c, near: highest_peak(likelihood, c, starts if near is None else near[None, :], 1), LOWEST, 1.0
     )
-    level = likelihood.without(1).climbed(np.delete(start, 1), 1.0)
+    level = likelihood.without(1).maximum_from(np.delete(start, 1), 1.0)
     if best.value - level.value < SMALL:  # then the data do not determine the ceiling
         return Peak(level.value, np.insert(level.theta, 1, 0.0), 1.0)
     return best
 
 
-def _starts(likelihood: Likelihood, start: FloatArray, sizes: FloatArray) -> FloatArray:
+def _ceiling_starts(likelihood: Likelihood, start: FloatArray, sizes: FloatArray) -> FloatArray:
     """Return starting points for a ceiling below one: from the signals if there are any, else from a grid."""
-    return with_slopes(start, 1) if len(likelihood.signals) else everywhere(start, sizes)
+    return with_slopes(start, 1) if len(likelihood.signals) else starts_everywhere(start, sizes)
 
 
 def step_of(peak: Peak, likelihood: Likelihood, sizes: FloatArray) -> tuple[float, float] | None:

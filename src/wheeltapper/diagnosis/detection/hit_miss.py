@@ -12,12 +12,12 @@ from wheeltapper.diagnosis.detection.detection import (
     Detection,
     Scale,
     as_ceiling,
-    described,
-    standardised,
+    detection_of,
+    standardised_sizes,
 )
-from wheeltapper.diagnosis.detection.fit import LEAST, Fit, estimated, step_of
+from wheeltapper.diagnosis.detection.fit import LEAST, DetectionFit, likeliest_peak, step_of
 from wheeltapper.diagnosis.detection.likelihood import FloatArray, Likelihood, Link, Peak, quantile
-from wheeltapper.diagnosis.detection.roc import samples
+from wheeltapper.diagnosis.detection.roc import finite_samples
 from wheeltapper.ground.arguments import check_choice
 from wheeltapper.ground.errors import InputError
 
@@ -67,24 +67,24 @@ def hit_miss(
     check_choice(link, "link", ("probit", "logit"))
     check_choice(scale, "scale", ("log", "linear"))
     ceiling = as_ceiling(ceiling, bounds)
-    x, centre, width = standardised(sizes, scale)
-    called = _outcomes(hits, len(x))
+    x, centre, width = standardised_sizes(sizes, scale)
+    called = _checked_outcomes(hits, len(x))
     if ceiling is None and not called.any():
         raise InputError("", "hits", "none", "at least one hit, if the ceiling is to be estimated")
     rows = np.column_stack([np.ones(len(x)), x])
     likelihood = Likelihood(link, rows[called], rows[~called], np.zeros((0, 2)))
-    peak, step = _likeliest(likelihood, x, called, ceiling)
-    fit = Fit(likelihood, peak, np.zeros(0), centre, width, x, peak.ceiling, ceiling is None, step=step)
+    peak, step = _likeliest_curve(likelihood, x, called, ceiling)
+    fit = DetectionFit(likelihood, peak, np.zeros(0), centre, width, x, peak.ceiling, ceiling is None, step=step)
     by_theta = np.array([[1.0, -centre / width], [0.0, 1.0 / width]])
     coefficients = by_theta @ peak.theta if step is None else np.full(2, np.nan)
-    return described(
+    return detection_of(
         fit, kind="hit/miss", scale=scale, threshold=np.nan, coefficients=coefficients, by_theta=by_theta,
-        log_likelihood=peak.value, bounds=bounds, note=_said(fit, scale, int(called.sum())),
+        log_likelihood=peak.value, bounds=bounds, note=_data_note(fit, scale, int(called.sum())),
     )  # fmt: skip
 
 
-def _outcomes(hits: ArrayLike, count: int) -> BoolArray:
-    found = samples(hits, "hits")
+def _checked_outcomes(hits: ArrayLike, count: int) -> BoolArray:
+    found = finite_samples(hits, "hits")
     if len(found) != count:
         raise InputError("", "hits", f"{len(found)} outcomes", f"{count}, one for each size")
     if not np.all((found == 0.0) | (found == 1.0)):
@@ -93,7 +93,7 @@ def _outcomes(hits: ArrayLike, count: int) -> BoolArray:
     return np.asarray(found == 1.0)
 
 
-def _likeliest(
+def _likeliest_curve(
     likelihood: Likelihood, x: FloatArray, called: BoolArray, ceiling: float | None
 ) -> tuple[Peak, tuple[float, float] | None]:
     """Return the most likely curve, and the two sizes of the step if it is one."""
@@ -104,14 +104,14 @@ def _likeliest(
             return Peak(len(x) * log(most), np.array([far, 0.0]), most), (-inf, float(x.min()))
         return Peak(0.0, np.array([-far, 0.0]), most), (float(x.max()), inf)
     start = np.array([quantile(likelihood.link, float(called.mean())), 0.0])
-    peak = estimated(likelihood, start, x, ceiling)
+    peak = likeliest_peak(likelihood, start, x, ceiling)
     last_miss, first_hit = float(x[~called].max()), float(x[called].min())
     if last_miss <= first_hit:
         return peak, (last_miss, first_hit)
     return peak, step_of(peak, likelihood, x)
 
 
-def _said(fit: Fit, scale: Scale, hits: int) -> str:
+def _data_note(fit: DetectionFit, scale: Scale, hits: int) -> str:
     """Return what is unusual in the data."""
     if fit.step is None:
         return ""

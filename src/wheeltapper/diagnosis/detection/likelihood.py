@@ -75,7 +75,7 @@ class Likelihood:
     offset: float = 0.0
 
     @property
-    def size(self) -> int:
+    def parameter_count(self) -> int:
         """Return the number of parameters, without the ceiling."""
         return int(self.hits.shape[1])
 
@@ -91,11 +91,11 @@ class Likelihood:
         hits, misses, signals = (np.delete(rows, column, axis=1) for rows in (self.hits, self.misses, self.signals))
         return Likelihood(self.link, hits, misses, signals, self.offset)
 
-    def value(self, theta: FloatArray, ceiling: float) -> float:
+    def log_likelihood(self, theta: FloatArray, ceiling: float) -> float:
         """Return the log-likelihood; -inf if the standard deviation is not positive."""
-        return float(self.values(theta[None, :], ceiling)[0])
+        return float(self.log_likelihoods(theta[None, :], ceiling)[0])
 
-    def values(self, thetas: FloatArray, ceiling: float) -> FloatArray:
+    def log_likelihoods(self, thetas: FloatArray, ceiling: float) -> FloatArray:
         """Return the log-likelihoods of several parameter vectors, (m, k)."""
         total = np.zeros(len(thetas))
         if len(self.hits):
@@ -109,9 +109,9 @@ class Likelihood:
             total += np.where(h > 0.0, len(self.signals) * scale - 0.5 * (eta**2).sum(axis=1), -inf)
         return total
 
-    def slopes(self, theta: FloatArray, ceiling: float) -> tuple[FloatArray, FloatArray]:
+    def gradient_and_curvature(self, theta: FloatArray, ceiling: float) -> tuple[FloatArray, FloatArray]:
         """Return the gradient, (k,), and minus the second derivatives, (k, k)."""
-        gradient, curvature = np.zeros(self.size), np.zeros((self.size, self.size))
+        gradient, curvature = np.zeros(self.parameter_count), np.zeros((self.parameter_count, self.parameter_count))
         for rows, slopes in ((self.hits, _of_hit), (self.misses, _of_miss)):
             if len(rows):
                 first, second = slopes(self.link, self.offset + rows @ theta, ceiling)
@@ -127,10 +127,14 @@ class Likelihood:
     def information(self, theta: FloatArray, ceiling: float, ceiling_too: bool) -> FloatArray:
         """Return the information on θ and on the ceiling: expected for hit/miss data, observed with signals."""
         if not len(self.signals):
-            return self._expected(theta, ceiling, ceiling_too)
-        return self._observed(theta, ceiling) if ceiling_too else self.slopes(theta, ceiling)[1]
+            return self._expected_information(theta, ceiling, ceiling_too)
+        return (
+            self._observed_information(theta, ceiling)
+            if ceiling_too
+            else self.gradient_and_curvature(theta, ceiling)[1]
+        )
 
-    def _expected(self, theta: FloatArray, ceiling: float, ceiling_too: bool) -> FloatArray:
+    def _expected_information(self, theta: FloatArray, ceiling: float, ceiling_too: bool) -> FloatArray:
         rows = np.vstack([self.hits, self.misses])
         eta = self.offset + rows @ theta
         log_p, log_miss = log(ceiling) + _log_cdf(self.link, eta), _log_miss(self.link, eta, ceiling)
@@ -140,43 +144,43 @@ class Likelihood:
             slopes = np.column_stack([slopes, np.exp(0.5 * (log_p - log_miss)) / ceiling])
         return np.asarray(slopes.T @ slopes)
 
-    def _observed(self, theta: FloatArray, ceiling: float) -> FloatArray:
+    def _observed_information(self, theta: FloatArray, ceiling: float) -> FloatArray:
         eta = self.offset + self.misses @ theta
         log_miss = _log_miss(self.link, eta, ceiling)
         mixed = np.exp(_log_pdf(self.link, eta) - 2.0 * log_miss) @ self.misses
         seen = (len(self.hits) + len(self.signals)) / ceiling**2
         own = seen + float(np.exp(2.0 * (_log_cdf(self.link, eta) - log_miss)).sum())
-        _, curvature = self.slopes(theta, ceiling)
+        _, curvature = self.gradient_and_curvature(theta, ceiling)
         return np.block([[curvature, mixed[:, None]], [mixed[None, :], np.array([[own]])]])
 
-    def climbed(self, theta: FloatArray, ceiling: float) -> Peak:
+    def maximum_from(self, theta: FloatArray, ceiling: float) -> Peak:
         """Return the maximum that Newton's method finds; if it lies at infinity, a point with the same value."""
-        value = self.value(theta, ceiling)
-        for _ in range(STEPS if self.size else 0):
-            gradient, curvature = self.slopes(theta, ceiling)
-            step = _newton(gradient, curvature)
-            eta, moved = self._index(theta), self._index(step, 0.0)
+        value = self.log_likelihood(theta, ceiling)
+        for _ in range(STEPS if self.parameter_count else 0):
+            gradient, curvature = self.gradient_and_curvature(theta, ceiling)
+            step = _newton_step(gradient, curvature)
+            eta, moved = self._largest_index(theta), self._largest_index(step, 0.0)
             step *= min(1.0, max(REACH, eta) / max(moved, 1e-300))
             gain = float(gradient @ step)
             if not gain > GAIN:
                 break
-            trial = self.value(theta + step, ceiling)
+            trial = self.log_likelihood(theta + step, ceiling)
             while not trial > value and gain > GAIN:
                 step, gain = 0.25 * step, 0.25 * gain
-                trial = self.value(theta + step, ceiling)
+                trial = self.log_likelihood(theta + step, ceiling)
             if not trial > value:
                 break
             theta, value = theta + step, trial
         return Peak(value, theta, ceiling)
 
-    def _index(self, theta: FloatArray, offset: float | None = None) -> float:
+    def _largest_index(self, theta: FloatArray, offset: float | None = None) -> float:
         """Return the largest |η|."""
         start = self.offset if offset is None else offset
         groups = [rows for rows in (self.hits, self.misses, self.signals) if len(rows)]
         return max(float(np.abs(start + rows @ theta).max()) for rows in groups)
 
 
-def highest(likelihood: Likelihood, ceiling: float, starts: FloatArray, slope: int) -> Peak:
+def highest_peak(likelihood: Likelihood, ceiling: float, starts: FloatArray, slope: int) -> Peak:
     """Return the highest maximum with a detection that grows with size.
 
     Parameters
@@ -188,12 +192,12 @@ def highest(likelihood: Likelihood, ceiling: float, starts: FloatArray, slope: i
     slope
         Column of the size; its parameter must not be negative.
     """
-    ranked = np.argsort(likelihood.values(starts, ceiling))[::-1]
+    ranked = np.argsort(likelihood.log_likelihoods(starts, ceiling))[::-1]
     begins = starts[ranked[: 1 if ceiling == 1.0 else CLIMBS]]
-    best = max((likelihood.climbed(start, ceiling) for start in begins), key=lambda peak: peak.value)
+    best = max((likelihood.maximum_from(start, ceiling) for start in begins), key=lambda peak: peak.value)
     if best.theta[slope] >= 0.0:
         return best
-    level = likelihood.without(slope).climbed(np.delete(best.theta, slope), ceiling)
+    level = likelihood.without(slope).maximum_from(np.delete(best.theta, slope), ceiling)
     return Peak(level.value, np.insert(level.theta, slope, 0.0), ceiling)
 
 
@@ -204,7 +208,7 @@ def with_slopes(start: FloatArray, slope: int) -> FloatArray:
     return starts
 
 
-def everywhere(start: FloatArray, sizes: FloatArray) -> FloatArray:
+def starts_everywhere(start: FloatArray, sizes: FloatArray) -> FloatArray:
     """Return a starting point, and others whose curves rise at any of the sizes with different slopes, (m, 2)."""
     distinct = np.unique(sizes)
     middles = 0.5 * (distinct[1:] + distinct[:-1])
@@ -226,14 +230,14 @@ def over_ceilings(peak_at: Callable[[float, FloatArray | None], Peak], low: floa
     first = int(np.argmax([peak.value for peak in peaks]))
     best = peaks[first]
 
-    def depth(ceiling: float) -> float:
+    def negative_peak(ceiling: float) -> float:
         nonlocal best
         peak = peak_at(float(ceiling), best.theta)
         best = max(best, peak, key=lambda peak: peak.value)
         return -peak.value
 
     around = (ceilings[max(first - 1, 0)], ceilings[min(first + 1, CEILINGS - 1)])
-    minimize_scalar(depth, bounds=around, method="bounded", options={"xatol": 1e-6})
+    minimize_scalar(negative_peak, bounds=around, method="bounded", options={"xatol": 1e-6})
     return best
 
 
@@ -249,7 +253,7 @@ def cdf(link: Link, eta: FloatArray) -> FloatArray:
     return np.asarray(np.exp(_log_cdf(link, eta)))
 
 
-def _newton(gradient: FloatArray, curvature: FloatArray) -> FloatArray:
+def _newton_step(gradient: FloatArray, curvature: FloatArray) -> FloatArray:
     """Return a step uphill: Newton's, if the function is concave."""
     sizes = np.maximum(np.abs(np.diag(curvature)), 1e-8 * np.abs(gradient) + 1e-100)  # they vanish far from the maximum
     if len(gradient) == 1:
@@ -261,12 +265,12 @@ def _newton(gradient: FloatArray, curvature: FloatArray) -> FloatArray:
 
 def _of_hit(link: Link, eta: FloatArray, ceiling: float) -> Slopes:
     first = np.exp(_log_pdf(link, eta) - _log_cdf(link, eta))
-    return Slopes(first, _bend(link, eta) * first - first**2)
+    return Slopes(first, _log_slope_of_density(link, eta) * first - first**2)
 
 
 def _of_miss(link: Link, eta: FloatArray, ceiling: float) -> Slopes:
     first = -np.exp(log(ceiling) + _log_pdf(link, eta) - _log_miss(link, eta, ceiling))
-    return Slopes(first, _bend(link, eta) * first - first**2)
+    return Slopes(first, _log_slope_of_density(link, eta) * first - first**2)
 
 
 def _log_cdf(link: Link, eta: FloatArray) -> FloatArray:
@@ -287,6 +291,6 @@ def _log_pdf(link: Link, eta: FloatArray) -> FloatArray:
     return _log_cdf(link, eta) + _log_cdf(link, -eta)
 
 
-def _bend(link: Link, eta: FloatArray) -> FloatArray:
+def _log_slope_of_density(link: Link, eta: FloatArray) -> FloatArray:
     """Return F''/F'."""
     return -eta if link == "probit" else -np.tanh(0.5 * eta)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wheeltapper.ground.arguments import as_between, as_count
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import to_si
 
 FloatArray = NDArray[np.float64]
@@ -51,16 +51,16 @@ class Roc:
 
         There is no interpolation between the thresholds that the scores give.
         """
-        return float(self.detection_rate[self._index(false_calls)])
+        return float(self.detection_rate[self._threshold_index(false_calls)])
 
     def threshold_at(self, false_calls: float) -> float:
         """Return the threshold of `rate_at`; infinite if only calling nothing keeps the rate."""
-        return float(self.thresholds[self._index(false_calls)])
+        return float(self.thresholds[self._threshold_index(false_calls)])
 
-    def _index(self, false_calls: float) -> int:
+    def _threshold_index(self, false_calls: float) -> int:
         rate = to_si(false_calls, "number", "false_calls")
         if not 0.0 <= rate <= 1.0:
-            raise InputError("", "false_calls", shown(false_calls), "a rate from 0 to 1")
+            raise InputError("", "false_calls", value_text(false_calls), "a rate from 0 to 1")
         return int(np.searchsorted(self.false_call_rate, rate, side="right")) - 1
 
     def interval(self, level: float = 0.95) -> tuple[float, float]:
@@ -120,16 +120,16 @@ def roc(scores_healthy: ArrayLike, scores_faulty: ArrayLike) -> Roc:
     InputError
         If there is no score of a kind, or one is not finite.
     """
-    healthy, faulty = samples(scores_healthy, "scores_healthy"), samples(scores_faulty, "scores_faulty")
+    healthy, faulty = finite_samples(scores_healthy, "scores_healthy"), finite_samples(scores_faulty, "scores_faulty")
     thresholds = np.unique(np.concatenate([healthy, faulty]))[::-1]
     healthy, faulty = np.sort(healthy), np.sort(faulty)
-    above_healthy, above_faulty = _places(faulty, healthy), 1.0 - _places(healthy, faulty)
+    above_healthy, above_faulty = _exceeded_shares(faulty, healthy), 1.0 - _exceeded_shares(healthy, faulty)
     return Roc(
         np.concatenate([[inf], thresholds]),
-        _called(healthy, thresholds),
-        _called(faulty, thresholds),
+        _called_shares(healthy, thresholds),
+        _called_shares(faulty, thresholds),
         float(above_healthy.mean()),
-        _deviation(above_healthy, above_faulty),
+        _area_deviation(above_healthy, above_faulty),
         len(healthy),
         len(faulty),
     )
@@ -169,17 +169,17 @@ def clopper_pearson(hits: float, trials: int, level: float) -> tuple[float, floa
     return low, high
 
 
-def numbers(values: ArrayLike, name: str, allowed: str) -> FloatArray:
+def number_or_array(values: ArrayLike, name: str, allowed: str) -> FloatArray:
     """Return one number or an array of them."""
     try:
         return np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
-        raise InputError("", name, shown(values), allowed) from error
+        raise InputError("", name, value_text(values), allowed) from error
 
 
-def samples(values: ArrayLike, name: str) -> FloatArray:
+def finite_samples(values: ArrayLike, name: str) -> FloatArray:
     """Return values as an array, (n,), all of them finite and at least one."""
-    found = numbers(values, name, "a list of numbers")
+    found = number_or_array(values, name, "a list of numbers")
     if found.ndim != 1 or len(found) == 0:
         raise InputError("", name, f"shape {found.shape}", "a list of numbers, at least one")
     if not np.all(np.isfinite(found)):
@@ -187,18 +187,18 @@ def samples(values: ArrayLike, name: str) -> FloatArray:
     return found
 
 
-def _called(scores: FloatArray, thresholds: FloatArray) -> FloatArray:
+def _called_shares(scores: FloatArray, thresholds: FloatArray) -> FloatArray:
     """Return the share of the sorted scores that reaches each threshold, after a zero."""
     return np.concatenate([[0.0], (len(scores) - np.searchsorted(scores, thresholds)) / len(scores)])
 
 
-def _places(values: FloatArray, others: FloatArray) -> FloatArray:
+def _exceeded_shares(values: FloatArray, others: FloatArray) -> FloatArray:
     """Return the share of the sorted others that each value exceeds; equal ones count half."""
     both = np.searchsorted(others, values, side="left") + np.searchsorted(others, values, side="right")
     return np.asarray(0.5 * both / len(others))
 
 
-def _deviation(above_healthy: FloatArray, above_faulty: FloatArray) -> float:
+def _area_deviation(above_healthy: FloatArray, above_faulty: FloatArray) -> float:
     if min(len(above_healthy), len(above_faulty)) < 2:
         return float("nan")
     parts = (float(places.var(ddof=1)) / len(places) for places in (above_healthy, above_faulty))

@@ -16,13 +16,13 @@ from wheeltapper.diagnosis.detection.detection import (
     Detection,
     Scale,
     as_ceiling,
-    described,
-    standardised,
-    transformed,
+    detection_of,
+    on_scale,
+    standardised_sizes,
 )
-from wheeltapper.diagnosis.detection.fit import Fit, estimated
+from wheeltapper.diagnosis.detection.fit import DetectionFit, likeliest_peak
 from wheeltapper.diagnosis.detection.likelihood import FloatArray, Likelihood, Peak
-from wheeltapper.diagnosis.detection.roc import samples
+from wheeltapper.diagnosis.detection.roc import finite_samples
 from wheeltapper.ground.arguments import as_between, check_choice, check_flag
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.quantities import to_si
@@ -93,8 +93,8 @@ def signal_response(
     floor = None if floor is None else to_si(floor, "number", "floor")
     saturation = None if saturation is None else to_si(saturation, "number", "saturation")
     _check_ceiling(ceiling, floor, seen_only)
-    x, centre, width = standardised(sizes, scale)
-    y, below, beyond, decided = _censored(signals, threshold, floor, saturation, signal_scale)
+    x, centre, width = standardised_sizes(sizes, scale)
+    y, below, beyond, decided = _censored_signals(signals, threshold, floor, saturation, signal_scale)
     if len(y) != len(x):
         raise InputError("", "signals", f"{len(y)} signals", f"{len(x)}, one for each size")
     known = ~(below | beyond)
@@ -103,15 +103,15 @@ def signal_response(
     if np.ptp(x[known]) < SAME:
         raise InputError("", "signals", "those between the limits of one size only", "two sizes; or use hit_miss")
     middle, spread = float(y[known].mean()), float(y[known].std())
-    start = _line(x[known], (y[known] - middle) / max(spread, 1e-300), spread)
+    start = _line_start(x[known], (y[known] - middle) / max(spread, 1e-300), spread)
     rows = np.column_stack([np.ones(len(x)), x, (middle - y) / spread])
     likelihood = Likelihood("probit", rows[beyond], rows[below], rows[known])
-    inner = estimated(likelihood, start, x, 1.0 if seen_only else ceiling)
+    inner = likeliest_peak(likelihood, start, x, 1.0 if seen_only else ceiling)
     most = ceiling if seen_only and ceiling is not None else inner.ceiling
     tail = np.array([(middle - decided) / spread])
-    fit = Fit(likelihood, inner, tail, centre, width, x, most, ceiling is None, seen_only)
-    coefficients, by_theta = _coefficients(inner, centre, width, middle, spread)
-    return described(
+    fit = DetectionFit(likelihood, inner, tail, centre, width, x, most, ceiling is None, seen_only)
+    coefficients, by_theta = _coefficients_of(inner, centre, width, middle, spread)
+    return detection_of(
         fit, kind="signal response", scale=scale, threshold=threshold, coefficients=coefficients,
         by_theta=by_theta, log_likelihood=inner.value - int(known.sum()) * log(spread), bounds=bounds, note="",
     )  # fmt: skip
@@ -150,14 +150,14 @@ def noise_threshold(
     check_choice(scale, "scale", ("log", "linear"))
     false_call_rate = as_between(false_call_rate, "false_call_rate", 0.0, 1.0)
     level = None if level is None else as_between(level, "level", 0.0, 1.0)
-    found = samples(noise, "noise")
+    found = finite_samples(noise, "noise")
     if method == "exact":
-        return _exact(np.sort(found), false_call_rate, level)
-    value = _gaussian(transformed(found, scale, "noise"), false_call_rate, level)
+        return _exact_threshold(np.sort(found), false_call_rate, level)
+    value = _gaussian_threshold(on_scale(found, scale, "noise"), false_call_rate, level)
     return float(np.exp(value)) if scale == "log" else value
 
 
-def _gaussian(noise: FloatArray, rate: float, level: float | None) -> float:
+def _gaussian_threshold(noise: FloatArray, rate: float, level: float | None) -> float:
     """Return the threshold from mean and standard deviation; with a level, the tolerance limit by non-central t."""
     from scipy.special import nctdtrit, ndtri
 
@@ -170,7 +170,7 @@ def _gaussian(noise: FloatArray, rate: float, level: float | None) -> float:
     return float(noise.mean() + factor * noise.std(ddof=1))
 
 
-def _exact(noise: FloatArray, rate: float, level: float | None) -> float:
+def _exact_threshold(noise: FloatArray, rate: float, level: float | None) -> float:
     """Return the lowest sufficient order statistic; the share beyond the r-th of n has a beta distribution."""
     from scipy.special import bdtr
 
@@ -194,22 +194,22 @@ def _check_ceiling(ceiling: float | None, floor: float | None, seen_only: bool) 
         raise InputError("", "floor", "None", "a floor below which faults that are not seen remain, or seen_only")
 
 
-def _censored(
+def _censored_signals(
     signals: ArrayLike, threshold: float, floor: float | None, saturation: float | None, scale: Scale
 ) -> tuple[FloatArray, BoolArray, BoolArray, float]:
     """Return signals on their scale, cut at their limits; which ones are censored; the threshold."""
-    found = samples(signals, "signals")
+    found = finite_samples(signals, "signals")
     low, high = -np.inf if floor is None else floor, np.inf if saturation is None else saturation
     if not low < high:
         raise InputError("", "saturation", f"{high:g}", f"more than the floor, {low:g}")
     if not low <= threshold <= high:
         raise InputError("", "threshold", f"{threshold:g}", f"from the floor, {low:g}, to saturation, {high:g}")
     limits = np.array([limit for limit in (floor, saturation, threshold) if limit is not None], dtype=np.float64)
-    decided = float(transformed(limits, scale, "floor, saturation or threshold")[-1])
-    return transformed(np.clip(found, low, high), scale, "signals"), found <= low, found >= high, decided
+    decided = float(on_scale(limits, scale, "floor, saturation or threshold")[-1])
+    return on_scale(np.clip(found, low, high), scale, "signals"), found <= low, found >= high, decided
 
 
-def _line(x: FloatArray, y: FloatArray, spread: float) -> FloatArray:
+def _line_start(x: FloatArray, y: FloatArray, spread: float) -> FloatArray:
     """Return the starting point: the line through the uncensored signals."""
     rows = np.column_stack([np.ones(len(x)), x])
     line = np.linalg.lstsq(rows, y, rcond=None)[0]
@@ -219,7 +219,7 @@ def _line(x: FloatArray, y: FloatArray, spread: float) -> FloatArray:
     return np.append(line, 1.0) / deviation
 
 
-def _coefficients(
+def _coefficients_of(
     peak: Peak, centre: float, width: float, middle: float, spread: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return intercept, slope and standard deviation, and their derivatives with respect to θ."""

@@ -12,10 +12,10 @@ from collections.abc import Iterator, Mapping
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from wheeltapper.describe.registry import is_abstract, register, registered
+from wheeltapper.describe.registry import is_abstract, register, registered_in
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.diagnosis.inference.problem import Prior, Problem
-from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
+from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.record.arguments import as_scenario
 
@@ -121,7 +121,7 @@ class Fault:
         """Return a passage with this fault, of its usual size if none is given."""
         size = self.usual if size is None else to_si(size, "number", "size")
         if not isfinite(size):
-            raise InputError("", "size", shown(size), "a finite number")
+            raise InputError("", "size", value_text(size), "a finite number")
         return self.made(as_scenario(healthy), size, as_place(place))
 
     def made(self, passage: Scenario, size: float, place: float) -> Scenario:
@@ -140,7 +140,7 @@ class Fault:
         """Return the passages from which fits may start, made from a healthy model; `scale` is that of the site."""
         return [self.passage(model)]
 
-    def starts(self, problem: Problem, begins: float) -> list[Scenario]:
+    def starts(self, problem: FitProblem, begins: float) -> list[Scenario]:
         """Return the passages from which the fits of a fault that is `alone` start, the most likely first.
 
         `problem` is that of the healthy wheelset, and `begins` the onset, s after the trigger.
@@ -160,7 +160,7 @@ class Catalogue(Mapping[str, Fault]):
     """The faults of a wheelset by name, in the order of their ranks: those of this room, and others defined so far."""
 
     def _kinds(self) -> dict[str, type[Fault]]:
-        kinds = [kind for kind in registered(ROOM).values() if not is_abstract(kind)]
+        kinds = [kind for kind in registered_in(ROOM).values() if not is_abstract(kind)]
         return {kind.name: kind for kind in sorted(kinds, key=lambda kind: kind.rank)}
 
     def __getitem__(self, name: str) -> Fault:
@@ -180,7 +180,7 @@ CATALOGUE = Catalogue()
 def fault_named(name: str) -> Fault:
     """Return a fault of the catalogue."""
     if not isinstance(name, str) or name not in CATALOGUE:
-        raise InputError("", "fault", shown(name), suggested(str(name), CATALOGUE))
+        raise InputError("", "fault", value_text(name), with_suggestion(str(name), CATALOGUE))
     return CATALOGUE[name]
 
 
@@ -199,7 +199,7 @@ def as_place(given: Any) -> float:
     """Return where on a wheel's circumference a fault is."""
     place = to_si(given, "number", "place")
     if not 0.0 <= place <= 1.0:
-        raise InputError("", "place", shown(given), "a share of the wheel's circumference, 0 to 1")
+        raise InputError("", "place", value_text(given), "a share of the wheel's circumference, 0 to 1")
     return place
 
 

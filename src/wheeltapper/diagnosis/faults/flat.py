@@ -11,7 +11,7 @@ import numpy as np
 from wheeltapper.describe.irregularity.flat import WheelFlat
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.faults.base import Fault, with_item
-from wheeltapper.diagnosis.inference.problem import Prior, Problem
+from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
 from wheeltapper.diagnosis.inference.search import ranked
 from wheeltapper.record.simulate import simulate
 
@@ -86,7 +86,7 @@ class Flat(Fault, abstract=True):
 
 
 def flat_starts(
-    problem: Problem, models: Sequence[Scenario], struck: float, flats: Sequence[Flat], round_: int
+    problem: FitProblem, models: Sequence[Scenario], struck: float, flats: Sequence[Flat], round_: int
 ) -> Iterator[tuple[Flat, Scenario]]:
     """Yield flats and models with them, in the order of their misfit about a strike; round 1 is finer."""
     since = struck - simulate(models[0].replaced({"duration": struck})).impacts.time.values
@@ -99,7 +99,7 @@ def flat_starts(
         yield kinds[start], start
 
 
-def same_edge_starts(problem: Problem, found: Scenario, flat: Flat, struck: float) -> Iterator[Scenario]:
+def same_edge_starts(problem: FitProblem, found: Scenario, flat: Flat, struck: float) -> Iterator[Scenario]:
     """Yield passages whose flat shares one edge with the one found, in the order of their misfit about a strike.
 
     A wheel that lands near one edge of a flat does not reveal the other edge before its next turn.
@@ -111,6 +111,6 @@ def same_edge_starts(problem: Problem, found: Scenario, flat: Flat, struck: floa
     yield from _nearest(problem, tried, struck)
 
 
-def _nearest(problem: Problem, models: Iterable[Scenario], struck: float) -> list[Scenario]:
+def _nearest(problem: FitProblem, models: Iterable[Scenario], struck: float) -> list[Scenario]:
     """Return the models that are most similar to the recording about a strike."""
     return ranked(problem, models, *(struck + periods * problem.scale.period for periods in ABOUT))[:TRIED]

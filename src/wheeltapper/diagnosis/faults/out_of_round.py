@@ -13,7 +13,7 @@ from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.faults.base import Fault, with_item
 from wheeltapper.diagnosis.inference.fitting import rms
-from wheeltapper.diagnosis.inference.problem import Prior, Problem
+from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
 from wheeltapper.diagnosis.inference.search import near
 
 FloatArray = NDArray[np.float64]
@@ -47,7 +47,7 @@ class OutOfRoundWheel(Fault):
         half = pi * passage.vehicle.radius
         return {f"{own}.amplitudes.0": Prior(1e-4, 1.0, "lognormal"), f"{own}.position": Prior(half, half, "uniform")}
 
-    def starts(self, problem: Problem, begins: float) -> list[Scenario]:
+    def starts(self, problem: FitProblem, begins: float) -> list[Scenario]:
         """Return passages with harmonics of several orders."""
         return [*harmonic_starts(problem, begins)]
 
@@ -58,7 +58,7 @@ def out_of_round(passage: Scenario, amplitude: float, place: float, order: int =
     return with_item(passage, OutOfRound(orders=(order,), amplitudes=(amplitude,), position=position))
 
 
-def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
+def harmonic_starts(problem: FitProblem, begins: float) -> Iterator[Scenario]:
     """Yield models of a wheel out of round in the order of what they explain to first order, the best first.
 
     `problem` is that of the healthy wheelset. Neighbouring orders hardly differ at the beginning of a recording.
@@ -69,10 +69,10 @@ def harmonic_starts(problem: Problem, begins: float) -> Iterator[Scenario]:
     if found is None:
         return
     noise = max(rms(found), problem.noise)
-    healthy = problem.weighed(at, count, noise), problem.jacobian(at, count, noise)
+    healthy = problem.weighted_residuals(at, count, noise), problem.jacobian(at, count, noise)
     if healthy[0] is None or healthy[1] is None:
         return
-    model, weighed = problem.scenario(at), _Linear(healthy[0], healthy[1], noise)
+    model, weighed = problem.model_at(at), _Linear(healthy[0], healthy[1], noise)
     tried = {order: _harmonic(problem, model, order, count, weighed) for order in ORDERS[::2]}
     best = sorted(tried, key=lambda order: tried[order][0])[:WEIGHED]
     for beside in sorted({order + side for order in best for side in (-1, 1)} & {*ORDERS}):
@@ -90,15 +90,15 @@ class _Linear(NamedTuple):
     noise: float
 
 
-def _harmonic(problem: Problem, model: Scenario, order: int, count: int, healthy: _Linear) -> tuple[float, Scenario]:
+def _harmonic(problem: FitProblem, model: Scenario, order: int, count: int, healthy: _Linear) -> tuple[float, Scenario]:
     """Return the sum of squares that one order leaves to first order, and the model with amplitude and phase."""
     own, radius = len(model.irregularities), float(model.vehicle.radius)
     paths = (f"irregularity.{own}.amplitudes.0", f"irregularity.{own}.position")
     start = out_of_round(model, SMALL, 0.5, order)
     place, half = float(start.irregularities[-1].position), pi * radius
     unknown = {paths[0]: Prior(SMALL), paths[1]: Prior(place, half, "uniform")}
-    family = Problem(problem.recording, problem.sensor, problem.noise, start, unknown)
-    slopes = family.slopes(np.zeros(2), count)
+    family = FitProblem(problem.recording, problem.sensor, problem.noise, start, unknown)
+    slopes = family.residual_slopes(np.zeros(2), count)
     if slopes is None or not np.all(np.isfinite(slopes)):
         return np.inf, start
     rows = np.zeros((len(healthy.residual), 2))

@@ -60,7 +60,7 @@ class Bearing(NamedTuple):
         return round(periods * self.period / self.interval)
 
 
-class Term(NamedTuple):
+class BearingTerm(NamedTuple):
     """K·y + C_d·v over time."""
 
     values: FloatArray  # N
@@ -68,7 +68,7 @@ class Term(NamedTuple):
     flights: int
 
 
-class Tie(NamedTuple):
+class DriftCondition(NamedTuple):
     """A known value of the drift: a condition."""
 
     time: float  # s after the first sample
@@ -100,10 +100,10 @@ class Drift:
         self.mean, self.variance = np.zeros(len(time)), variance
         self._rows: list[FloatArray] = []
 
-    def take(self, tie: Tie) -> None:
+    def condition_on(self, tie: DriftCondition) -> None:
         """Condition the drift on one more known value."""
         i = round(tie.time / float(self._time[1] - self._time[0]))
-        covariance = self._prior(float(self._time[i]))
+        covariance = self._prior_covariance(float(self._time[i]))
         for row in self._rows:
             covariance -= row[i] * row
         total = max(float(covariance[i]), 0.0) + tie.variance
@@ -111,7 +111,7 @@ class Drift:
         self._rows.append(covariance / np.sqrt(total))
         self.variance = np.maximum(self.variance - self._rows[-1] ** 2, 0.0)
 
-    def _prior(self, at: float) -> FloatArray:
+    def _prior_covariance(self, at: float) -> FloatArray:
         """Return the prior covariance with all times, N²: that of integrated white noise, and that of the start."""
         bearing, k, c = self._bearing, self._bearing.stiffness, self._bearing.damping
         here, there = k * at + c, k * self._time + c
@@ -121,7 +121,7 @@ class Drift:
         return np.asarray(bearing.noise**2 * bearing.interval * shape + start)
 
 
-def term(bearing: Bearing, g: FloatArray, deviation: float, trim: int, static: float) -> Term:
+def bearing_term(bearing: Bearing, g: FloatArray, deviation: float, trim: int, static: float) -> BearingTerm:
     """Return the bearing's term.
 
     Parameters
@@ -139,11 +139,11 @@ def term(bearing: Bearing, g: FloatArray, deviation: float, trim: int, static: f
     """
     time: FloatArray = bearing.interval * np.arange(len(g), dtype=np.float64)
     every = 1 + len(g) // MOST_TIMES
-    raw = _integrated(bearing, -g / bearing.mass)
+    raw = _integrated_from_rest(bearing, -g / bearing.mass)
     total = g - raw + static
     drift = Drift(bearing, time[::every], static)
-    for tie in _means(bearing, total, static):
-        drift.take(tie)
+    for tie in _mean_conditions(bearing, total, static):
+        drift.condition_on(tie)
     shortest, after, flights = max(bearing.samples(FLIGHT), 3), 0, 0
     while True:
         mean, variance = (np.interp(time, time[::every], found) for found in (drift.mean, drift.variance))
@@ -151,13 +151,13 @@ def term(bearing: Bearing, g: FloatArray, deviation: float, trim: int, static: f
         near_zero = (np.abs(total + mean) < level) & (level < HIGHEST * static)
         flight = _first_flight(near_zero, trim, shortest, after)
         if flight is None or flights == MOST:
-            return Term(raw - mean, variance, flights)
-        for tie in _flight(bearing, total, *flight, static):
-            drift.take(tie)
+            return BearingTerm(raw - mean, variance, flights)
+        for tie in _flight_conditions(bearing, total, *flight, static):
+            drift.condition_on(tie)
         after, flights = flight[1] + 1, flights + 1
 
 
-def _integrated(bearing: Bearing, a: FloatArray) -> FloatArray:
+def _integrated_from_rest(bearing: Bearing, a: FloatArray) -> FloatArray:
     """Return K·y + C_d·v from rest; the acceleration a is linear between samples."""
     h = bearing.interval
     v = np.append(0.0, np.cumsum(0.5 * h * (a[:-1] + a[1:])))
@@ -165,7 +165,7 @@ def _integrated(bearing: Bearing, a: FloatArray) -> FloatArray:
     return np.asarray(bearing.stiffness * y + bearing.damping * v)
 
 
-def _means(bearing: Bearing, total: FloatArray, static: float) -> list[Tie]:
+def _mean_conditions(bearing: Bearing, total: FloatArray, static: float) -> list[DriftCondition]:
     """Return the conditions that the mean force over windows gives."""
     count = len(total)
     size = min(max(bearing.samples(MEAN), count // WINDOWS, 2), count)
@@ -173,7 +173,9 @@ def _means(bearing: Bearing, total: FloatArray, static: float) -> list[Tie]:
     for start in range(0, count - size + 1, size):
         window = total[start : start + size]
         deviation = OF_SWING * float(window.std()) + OF_STATIC * static
-        ties.append(Tie(bearing.interval * (start + 0.5 * (size - 1)), static - float(window.mean()), deviation**2))
+        ties.append(
+            DriftCondition(bearing.interval * (start + 0.5 * (size - 1)), static - float(window.mean()), deviation**2)
+        )
     return ties
 
 
@@ -186,10 +188,12 @@ def _first_flight(near_zero: NDArray[np.bool_], trim: int, shortest: int, after:
     return None
 
 
-def _flight(bearing: Bearing, total: FloatArray, start: int, end: int, static: float) -> list[Tie]:
+def _flight_conditions(
+    bearing: Bearing, total: FloatArray, start: int, end: int, static: float
+) -> list[DriftCondition]:
     """Return the conditions that a flight gives, one for each piece."""
     noise, ties = (bearing.mass * bearing.noise) ** 2, []
     for piece in np.array_split(np.arange(start, end), -(-(end - start) // max(bearing.samples(PIECE), 1))):
         variance = noise / len(piece) + (TIE * static) ** 2
-        ties.append(Tie(bearing.interval * float(piece.mean()), -float(total[piece].mean()), variance))
+        ties.append(DriftCondition(bearing.interval * float(piece.mean()), -float(total[piece].mean()), variance))
     return ties

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.describe.track.deck import FloatingDeck
-from wheeltapper.diagnosis.detection.roc import numbers
+from wheeltapper.diagnosis.detection.roc import number_or_array
 from wheeltapper.diagnosis.force import bearing as force_bearing
 from wheeltapper.diagnosis.force import smooth as force_smooth
 from wheeltapper.diagnosis.scale import Scale
@@ -79,7 +79,7 @@ class Force:
     notes: tuple[str, ...]
 
 
-class _Setting(NamedTuple):
+class _ForceProblem(NamedTuple):
     """What all methods need."""
 
     recording: Recording
@@ -92,7 +92,7 @@ class _Setting(NamedTuple):
     period: float  # s, of the wheel on its contact
 
 
-class _Found(NamedTuple):
+class _MethodResult(NamedTuple):
     """What a method found."""
 
     force: FloatArray
@@ -142,14 +142,14 @@ def reconstructed(recording: Recording | str | Path, site: Site | str | Path, me
         usable = f"{int(good.sum())} samples that are neither missing nor clipped"
         raise InputError(recording.source, "samples", usable, f"{SHORTEST} or more")
     if recording.quantity == "force":
-        return _recorded(recording)
-    setting, notes = _setting(recording, site, good)
+        return _recorded_force(recording)
+    setting, notes = _force_problem(recording, site, good)
     chosen: str = method
     if method == "auto":
-        chosen, why = _chosen(setting)
+        chosen, why = _chosen_method(setting)
         notes = (*notes, why)
     found = METHODS[chosen](setting)
-    times = recording.times - _delay(site.sensor)
+    times = recording.times - _filter_delay(site.sensor)
     return Force(times, found.force, found.deviation, found.band, chosen, (*notes, *found.notes))
 
 
@@ -171,11 +171,11 @@ def imitation(site: Site | str | Path, frequencies: ArrayLike) -> NDArray[np.com
         If a frequency is not positive.
     """
     site = as_site(site)
-    f = numbers(frequencies, "frequencies", "frequencies in Hz")
+    f = number_or_array(frequencies, "frequencies", "frequencies in Hz")
     if not np.all((f > 0.0) & np.isfinite(f)):
         raise InputError("", "frequencies", f"{np.min(f):g} Hz", "more than 0 Hz")
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(1.0 / _force_over_inertia(_deck(site), f))
+        return np.asarray(1.0 / _force_over_inertia(_site_deck(site), f))
 
 
 def noise_of(recording: Recording, sensor: Sensor) -> float:
@@ -197,49 +197,49 @@ def noise_of(recording: Recording, sensor: Sensor) -> float:
 # -- methods ----------------------------------------------------------------------------------------------------------
 
 
-def _inertia(setting: _Setting) -> _Found:
+def _by_inertia(setting: _ForceProblem) -> _MethodResult:
     deviation = np.full(len(setting.g), setting.deck.mass * setting.noise)
     deviation[setting.recording.clipped] = np.inf
     deviation[np.isnan(setting.g)] = np.nan
-    lowest = _lowest(setting.deck)
+    lowest = _lowest_frequency(setting.deck)
     note = f"the bearing's force is left out: right from {lowest:.3g} Hz on"
-    return _Found(setting.static + setting.g, deviation, (lowest, setting.cutoff), (note,))
+    return _MethodResult(setting.static + setting.g, deviation, (lowest, setting.cutoff), (note,))
 
 
-def _bearing(setting: _Setting) -> _Found:
-    inertia = _inertia(setting)
+def _by_bearing(setting: _ForceProblem) -> _MethodResult:
+    inertia = _by_inertia(setting)
     if np.all(setting.is_good):
         filled, width = setting.g, 0.0
     else:
-        smooth = _smoothed(setting, "smoother")
+        smooth = _smooth_inertia(setting, "smoother")
         filled, width = np.where(setting.is_good, setting.g, smooth.values), smooth.width
-    term, note = _term(setting, filled, setting.deck.mass * setting.noise, width)
+    term, note = _bearing_term(setting, filled, setting.deck.mass * setting.noise, width)
     deviation = np.sqrt(inertia.deviation**2 + term.variance)
-    return _Found(inertia.force - term.values, deviation, (0.0, setting.cutoff), (note,))
+    return _MethodResult(inertia.force - term.values, deviation, (0.0, setting.cutoff), (note,))
 
 
-def _tikhonov(setting: _Setting) -> _Found:
-    return _of_smooth(setting, _smoothed(setting, "tikhonov"))
+def _by_tikhonov(setting: _ForceProblem) -> _MethodResult:
+    return _of_smooth(setting, _smooth_inertia(setting, "tikhonov"))
 
 
-def _smoother(setting: _Setting) -> _Found:
-    return _of_smooth(setting, _smoothed(setting, "smoother"))
+def _by_smoother(setting: _ForceProblem) -> _MethodResult:
+    return _of_smooth(setting, _smooth_inertia(setting, "smoother"))
 
 
-METHODS: dict[str, Callable[[_Setting], _Found]] = {
-    "inertia": _inertia,
-    "bearing": _bearing,
-    "tikhonov": _tikhonov,
-    "smoother": _smoother,
+METHODS: dict[str, Callable[[_ForceProblem], _MethodResult]] = {
+    "inertia": _by_inertia,
+    "bearing": _by_bearing,
+    "tikhonov": _by_tikhonov,
+    "smoother": _by_smoother,
 }
 """The methods of `reconstructed`, by name."""
 
 
-def _of_smooth(setting: _Setting, smooth: force_smooth.Smooth) -> _Found:
+def _of_smooth(setting: _ForceProblem, smooth: force_smooth.SmoothEstimate) -> _MethodResult:
     deviation = float(np.sqrt(np.median(smooth.variance)))
-    term, note = _term(setting, smooth.values, deviation, smooth.width)
+    term, note = _bearing_term(setting, smooth.values, deviation, smooth.width)
     highest = smooth.cutoff(setting.recording.rate, RIGHT)
-    return _Found(
+    return _MethodResult(
         setting.static + smooth.values - term.values,
         np.sqrt(smooth.variance + term.variance),
         (0.0, min(highest, setting.cutoff)),
@@ -247,7 +247,7 @@ def _of_smooth(setting: _Setting, smooth: force_smooth.Smooth) -> _Found:
     )
 
 
-def _smoothed(setting: _Setting, method: str) -> force_smooth.Smooth:
+def _smooth_inertia(setting: _ForceProblem, method: str) -> force_smooth.SmoothEstimate:
     """Return the smooth g. A clipped sample is used only if g would otherwise stay below it."""
     deck, rate = setting.deck, setting.recording.rate
     noise = deck.mass * max(setting.noise, 1e-9 * float(np.abs(setting.g[setting.is_good]).max()), 1e-12)
@@ -256,7 +256,7 @@ def _smoothed(setting: _Setting, method: str) -> force_smooth.Smooth:
     measured, is_used = np.nan_to_num(setting.g), setting.is_good
     while True:
         shape = np.ones(len(measured) - order)
-        problem = force_smooth.Problem(measured, is_used.astype(float), row, shape)
+        problem = force_smooth.SmoothingProblem(measured, is_used.astype(float), row, shape)
         if method == "tikhonov":
             smooth = force_smooth.by_discrepancy(problem, noise)
         else:
@@ -267,7 +267,9 @@ def _smoothed(setting: _Setting, method: str) -> force_smooth.Smooth:
         is_used = is_used | short
 
 
-def _term(setting: _Setting, g: FloatArray, deviation: float, width: float) -> tuple[force_bearing.Term, str]:
+def _bearing_term(
+    setting: _ForceProblem, g: FloatArray, deviation: float, width: float
+) -> tuple[force_bearing.BearingTerm, str]:
     """Return the force of the bearing, and a note on how it was computed."""
     deck, recording = setting.deck, setting.recording
     at_rest = recording.start <= 0.0
@@ -281,7 +283,7 @@ def _term(setting: _Setting, g: FloatArray, deviation: float, width: float) -> t
         at_rest,
     )
     trim = max(FASTEST, int(np.ceil(AROUND * width)))
-    term = force_bearing.term(bearing, g, deviation, trim, setting.static)
+    term = force_bearing.bearing_term(bearing, g, deviation, trim, setting.static)
     start = "from rest" if at_rest else "from an unknown state, as the recording begins after the trigger"
     return term, f"the bearing's force is integrated {start}, and tied in {term.flights} flights"
 
@@ -289,10 +291,10 @@ def _term(setting: _Setting, g: FloatArray, deviation: float, width: float) -> t
 # -- what all methods need --------------------------------------------------------------------------------------------
 
 
-def _setting(recording: Recording, site: Site, good: BoolArray) -> tuple[_Setting, tuple[str, ...]]:
+def _force_problem(recording: Recording, site: Site, good: BoolArray) -> tuple[_ForceProblem, tuple[str, ...]]:
     from wheeltapper.lower.build import lower
 
-    deck, sensor = _deck(site), site.sensor
+    deck, sensor = _site_deck(site), site.sensor
     known = sensor.offset + sensor.drift * recording.times
     g = -deck.mass * (recording.samples - known)
     cutoff = 0.5 * recording.rate
@@ -300,11 +302,11 @@ def _setting(recording: Recording, site: Site, good: BoolArray) -> tuple[_Settin
         cutoff = min(cutoff, sensor.cutoff * ((1.0 - RIGHT) ** -2 - 1.0) ** (0.5 / sensor.order))
     static = float(lower(site.passage, "default").static_force)
     period = Scale(site.passage).period
-    setting = _Setting(recording, deck, g, good, noise_of(recording, sensor), static, float(cutoff), period)
-    return setting, _flaws(recording)
+    setting = _ForceProblem(recording, deck, g, good, noise_of(recording, sensor), static, float(cutoff), period)
+    return setting, _sample_notes(recording)
 
 
-def _flaws(recording: Recording) -> tuple[str, ...]:
+def _sample_notes(recording: Recording) -> tuple[str, ...]:
     clipped, missing = int(recording.clipped.sum()), int(np.isnan(recording.samples).sum())
     notes = (
         (missing, f"{missing} samples are missing"),
@@ -313,18 +315,18 @@ def _flaws(recording: Recording) -> tuple[str, ...]:
     return tuple(note for count, note in notes if count)
 
 
-def _recorded(recording: Recording) -> Force:
+def _recorded_force(recording: Recording) -> Force:
     deviation = np.full(len(recording.samples), noise_of(recording, Sensor()))
     deviation[recording.clipped] = np.inf
     deviation[np.isnan(recording.samples)] = np.nan
     note = "the recording is one of the force, and is passed on as it is"
     return Force(
         recording.times, recording.samples, deviation, (0.0, 0.5 * recording.rate), "recorded",
-        (*_flaws(recording), note),
+        (*_sample_notes(recording), note),
     )  # fmt: skip
 
 
-def _chosen(setting: _Setting) -> tuple[str, str]:
+def _chosen_method(setting: _ForceProblem) -> tuple[str, str]:
     """Return the method that is chosen automatically, and the reason."""
     early = setting.is_good & (setting.recording.times <= EARLY * setting.period)
     a = setting.g[early if np.any(early) else setting.is_good] / setting.deck.mass
@@ -340,7 +342,7 @@ def _chosen(setting: _Setting) -> tuple[str, str]:
     return method, f"{method}: {loud}, and the bearing makes {100 * error:.2g} % at {CONTACT:g} Hz"
 
 
-def _lowest(deck: FloatingDeck) -> float:
+def _lowest_frequency(deck: FloatingDeck) -> float:
     """Return the lowest frequency, Hz, above which inertia gives the modulus of the force to 1 %."""
     f = np.geomspace(1e-2, 1e5, 20_001)
     parts = np.abs(_force_over_inertia(deck, f))
@@ -352,13 +354,13 @@ def _force_over_inertia(deck: FloatingDeck, f: FloatArray) -> NDArray[np.complex
     return np.asarray(1.0 - deck.stiffness / (inertia * 2.0 * pi * f) - 1j * deck.damping / inertia)
 
 
-def _delay(sensor: Sensor) -> float:
+def _filter_delay(sensor: Sensor) -> float:
     """Return the delay, s, of the sensor's Butterworth filter at low frequencies."""
     if sensor.cutoff is None:
         return 0.0
     return float(1.0 / (2.0 * pi * sensor.cutoff * sin(0.5 * pi / sensor.order)))
 
 
-def _deck(site: Site) -> FloatingDeck:
+def _site_deck(site: Site) -> FloatingDeck:
     assert isinstance(site.passage.track, FloatingDeck)
     return site.passage.track

@@ -33,7 +33,7 @@ UNMEASURED, LEAST = 1e-11, 1e-3
 most LEAST. It keeps the matrix regular in long gaps and has no other effect."""
 
 
-class Smooth(NamedTuple):
+class SmoothEstimate(NamedTuple):
     """An estimate of g."""
 
     values: FloatArray  # (n,) N
@@ -47,7 +47,7 @@ class Smooth(NamedTuple):
         return float(rate / np.pi * np.arcsin(min(sine, 1.0)))
 
 
-class Problem(NamedTuple):
+class SmoothingProblem(NamedTuple):
     """Minimise Σ weights·(measured - g)² + λ·Σ (L·g)²/shape."""
 
     measured: FloatArray  # (n,) N; anything where the weight is zero
@@ -60,7 +60,7 @@ class Problem(NamedTuple):
         """Of the differences."""
         return len(self.stencil) - 1
 
-    def bounds(self) -> tuple[float, float]:
+    def weight_bounds(self) -> tuple[float, float]:
         """Return the least and the largest ln λ."""
         return 2.0 * self.order * float(np.log(NARROWEST)), 2.0 * self.order * float(np.log(WIDEST))
 
@@ -69,7 +69,7 @@ class Problem(NamedTuple):
         count = len(g) - self.order
         return np.asarray(sum(c * g[i : i + count] for i, c in enumerate(self.stencil)))
 
-    def factor(self, log_weight: float) -> FloatArray:
+    def cholesky_factor(self, log_weight: float) -> FloatArray:
         """Return the banded Cholesky factor (upper form) of W + λ·Lᵀ·L/shape."""
         from scipy.linalg import cholesky_banded
 
@@ -82,7 +82,7 @@ class Problem(NamedTuple):
         bands[b] += np.where(self.weights > 0.0, self.weights, min(UNMEASURED * float(penalty.max()), LEAST))
         return np.asarray(cholesky_banded(bands, overwrite_ab=True, check_finite=False))
 
-    def solved(self, factor: FloatArray) -> FloatArray:
+    def smoothed(self, factor: FloatArray) -> FloatArray:
         """Return the minimising g."""
         from scipy.linalg import cho_solve_banded
 
@@ -92,10 +92,10 @@ class Problem(NamedTuple):
         """Return the sum of squares of the residual, N²."""
         return float(np.sum(self.weights * (self.measured - g) ** 2))
 
-    def surprise(self, log_weight: float, noise: float) -> float:
+    def negative_log_likelihood(self, log_weight: float, noise: float) -> float:
         """Return minus the logarithm of the likelihood, up to a constant; `noise` is the deviation of g in N."""
-        factor = self.factor(log_weight)
-        g = self.solved(factor)
+        factor = self.cholesky_factor(log_weight)
+        g = self.smoothed(factor)
         misfit = self.residual(g) + np.exp(log_weight) * float(np.sum(self.roughness(g) ** 2 / self.shape))
         determinant = float(np.sum(np.log(factor[-1]))) + 0.5 * float(np.sum(np.log(self.shape)))
         return float(determinant - 0.5 * len(self.shape) * log_weight + 0.5 * misfit / noise**2)
@@ -106,10 +106,10 @@ class Problem(NamedTuple):
         The noise alone leaves its variance times the number of samples less the degrees of freedom of the estimate.
         """
         step = 1e-3
-        factors = [self.factor(log_weight + d) for d in (-step, 0.0, step)]
+        factors = [self.cholesky_factor(log_weight + d) for d in (-step, 0.0, step)]
         logs = [2.0 * float(np.sum(np.log(factor[-1]))) for factor in factors]
         left = max((logs[2] - logs[0]) / (2.0 * step) - (self.order + np.sum(self.weights == 0.0)), 1.0)
-        return float(self.residual(self.solved(factors[1])) / (noise**2 * left) - 1.0)
+        return float(self.residual(self.smoothed(factors[1])) / (noise**2 * left) - 1.0)
 
 
 def stencil(mass: float, stiffness: float, damping: float, interval: float, order: int) -> FloatArray:
@@ -119,19 +119,19 @@ def stencil(mass: float, stiffness: float, damping: float, interval: float, orde
     return second if order == 2 else np.convolve(second, [-1.0, 1.0])
 
 
-def by_discrepancy(problem: Problem, noise: float) -> Smooth:
+def by_discrepancy(problem: SmoothingProblem, noise: float) -> SmoothEstimate:
     """Return Tikhonov's estimate: the smoothest one whose residual is as large as the noise (Morozov's principle)."""
     from scipy.optimize import brentq
 
-    low, high = problem.bounds()
+    low, high = problem.weight_bounds()
     if problem.discrepancy(low, noise) >= 0.0:
-        return _estimate(problem, low, noise)
+        return _estimate_at(problem, low, noise)
     if problem.discrepancy(high, noise) <= 0.0:
-        return _estimate(problem, high, noise)
-    return _estimate(problem, brentq(problem.discrepancy, low, high, args=(noise,), xtol=0.02), noise)
+        return _estimate_at(problem, high, noise)
+    return _estimate_at(problem, brentq(problem.discrepancy, low, high, args=(noise,), xtol=0.02), noise)
 
 
-def by_likelihood(problem: Problem, noise: float, period: float) -> Smooth:
+def by_likelihood(problem: SmoothingProblem, noise: float, period: float) -> SmoothEstimate:
     """Return the smoother's estimate: mean intensity by maximum likelihood, its variation from the force found.
 
     `period` is that of the wheel on its contact, in samples.
@@ -141,17 +141,25 @@ def by_likelihood(problem: Problem, noise: float, period: float) -> Smooth:
     width = max(round(WINDOW * period), 1)
     for _ in range(2):
         found = minimize_scalar(
-            problem.surprise, bounds=problem.bounds(), args=(noise,), method="bounded", options={"xatol": 0.05}
+            problem.negative_log_likelihood,
+            bounds=problem.weight_bounds(),
+            args=(noise,),
+            method="bounded",
+            options={"xatol": 0.05},
         )
-        rough = problem.roughness(problem.solved(problem.factor(found.x))) ** 2
-        problem = problem._replace(shape=_local(rough, width))
+        rough = problem.roughness(problem.smoothed(problem.cholesky_factor(found.x))) ** 2
+        problem = problem._replace(shape=_local_intensity(rough, width))
     found = minimize_scalar(
-        problem.surprise, bounds=problem.bounds(), args=(noise,), method="bounded", options={"xatol": 0.05}
+        problem.negative_log_likelihood,
+        bounds=problem.weight_bounds(),
+        args=(noise,),
+        method="bounded",
+        options={"xatol": 0.05},
     )
-    return _estimate(problem, found.x, noise)
+    return _estimate_at(problem, found.x, noise)
 
 
-def _local(power: FloatArray, width: int) -> FloatArray:
+def _local_intensity(power: FloatArray, width: int) -> FloatArray:
     """Return the running mean over the total mean, at least QUIETEST."""
     from scipy.ndimage import uniform_filter1d
 
@@ -161,13 +169,13 @@ def _local(power: FloatArray, width: int) -> FloatArray:
     return np.maximum(uniform_filter1d(power, width, mode="nearest") / mean, QUIETEST)
 
 
-def _estimate(problem: Problem, log_weight: float, noise: float) -> Smooth:
-    factor = problem.factor(log_weight)
+def _estimate_at(problem: SmoothingProblem, log_weight: float, noise: float) -> SmoothEstimate:
+    factor = problem.cholesky_factor(log_weight)
     width = float(np.exp(log_weight / (2 * problem.order)))
-    return Smooth(problem.solved(factor), noise**2 * _diagonal(factor), width, problem.order)
+    return SmoothEstimate(problem.smoothed(factor), noise**2 * _inverse_diagonal(factor), width, problem.order)
 
 
-def _diagonal(factor: FloatArray) -> FloatArray:
+def _inverse_diagonal(factor: FloatArray) -> FloatArray:
     """Return the diagonal of the inverse, from the banded Cholesky factor of order up to three (Takahashi).
 
     With L's rows over their pivots (p, q, r), row i of the inverse follows from the three below it.

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.diagnosis.inference.information import Information, errors
+from wheeltapper.diagnosis.inference.information import Information, error_vector
 from wheeltapper.ground.arguments import as_quantity
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 
 FloatArray = NDArray[np.float64]
 
@@ -69,7 +69,7 @@ class Combination(NamedTuple):
 
     def __str__(self) -> str:
         product = " · ".join(
-            name if power == 1.0 else f"{name}^{_written(power)}" for name, power in self.exponents.items()
+            name if power == 1.0 else f"{name}^{_power_text(power)}" for name, power in self.exponents.items()
         )
         reason = f" ({self.reason})" if self.reason else ""
         return f"{product}: {100.0 * self.deviation:.2g} %{reason}"
@@ -109,18 +109,18 @@ def combinations(found: Information, passage: int = 0, limit: float = LIMIT) -> 
         Standard deviation of ln s from the recording alone. Directions with a larger one are listed as unknown.
     """
     if not isinstance(found, Information):
-        raise InputError("", "found", shown(found), "what `information` returned")
+        raise InputError("", "found", value_text(found), "what `information` returned")
     rows = found.rows(passage)
     limit = as_quantity(limit, "limit", "number")
-    names, turned = _coordinates(found)
-    laws = _laws(names)
+    names, turned = _named_coordinates(found)
+    laws = _law_exponents(names)
     return Combinations(
-        tuple(_unknown(found.factors[passage] @ turned, names, laws, limit)),
-        tuple(_known(rows @ turned, names, laws)),
+        tuple(_unknown_directions(found.factors[passage] @ turned, names, laws, limit)),
+        tuple(_known_products(rows @ turned, names, laws)),
     )
 
 
-def _coordinates(found: Information) -> tuple[tuple[str, ...], FloatArray]:
+def _named_coordinates(found: Information) -> tuple[tuple[str, ...], FloatArray]:
     """Return the names of the coordinates, with N0 for the load, and the matrix that transforms rows to them."""
     paths, vehicle = found.paths, found.site.passage.vehicle
     turned = np.eye(len(paths))
@@ -132,7 +132,7 @@ def _coordinates(found: Information) -> tuple[tuple[str, ...], FloatArray]:
     return tuple(STATIC_LOAD if path == "vehicle.load" else path for path in paths), turned
 
 
-def _laws(names: tuple[str, ...]) -> dict[str, FloatArray]:
+def _law_exponents(names: tuple[str, ...]) -> dict[str, FloatArray]:
     """Return the exponents of each law, by the name of the law."""
     heights = [name for name in names if name.rpartition(".")[2] in HEIGHTS]
     tables = {
@@ -143,7 +143,7 @@ def _laws(names: tuple[str, ...]) -> dict[str, FloatArray]:
     return {law: np.array([table.get(name, 0.0) for name in names]) for law, table in tables.items()}
 
 
-def _unknown(
+def _unknown_directions(
     rows: FloatArray, names: tuple[str, ...], laws: Mapping[str, FloatArray], limit: float
 ) -> Iterator[Combination]:
     """Find the directions that the recording hardly determines: those of the laws first, then the remaining ones."""
@@ -155,66 +155,70 @@ def _unknown(
         along = weak.T @ (weak @ new)
         size = float(np.linalg.norm(along))
         if size > LIKE * float(np.linalg.norm(new)) > 0.0:
-            yield Combination(_named(exponents, names), _deviation(rows, along), law)
+            yield Combination(_exponents_by_name(exponents, names), _direction_deviation(rows, along), law)
             told = np.vstack([told, along / size])
-            weak = _less(weak, along / size)
+            weak = _orthogonal_part(weak, along / size)
     for direction in weak:
         scaled = direction / direction[np.argmax(np.abs(direction))]
-        yield Combination(_named(np.array([_rounded(x) for x in scaled]), names), _deviation(rows, scaled))
+        yield Combination(
+            _exponents_by_name(np.array([_rounded_power(x) for x in scaled]), names), _direction_deviation(rows, scaled)
+        )
 
 
-def _deviation(rows: FloatArray, along: FloatArray) -> float:
+def _direction_deviation(rows: FloatArray, along: FloatArray) -> float:
     """Return the standard deviation of a step along a direction; infinite if its effect is below rounding."""
     trace = float(np.linalg.norm(rows @ along))
     return 1.0 / trace if trace > 1e-10 * float(np.linalg.norm(rows) * np.linalg.norm(along)) else float("inf")
 
 
-def _less(weak: FloatArray, unit: FloatArray) -> FloatArray:
+def _orthogonal_part(weak: FloatArray, unit: FloatArray) -> FloatArray:
     """Return the part of a space of directions (rows) that is orthogonal to one of them."""
     _, singular, rows = np.linalg.svd(weak - np.outer(weak @ unit, unit), full_matrices=False)
     return np.asarray(rows[singular > 0.5])
 
 
-def _known(rows: FloatArray, names: tuple[str, ...], laws: Mapping[str, FloatArray]) -> Iterator[Combination]:
+def _known_products(rows: FloatArray, names: tuple[str, ...], laws: Mapping[str, FloatArray]) -> Iterator[Combination]:
     """Find independent products of powers of two fields that are far better known than either, best first."""
     linked = list(range(len(names)))
-    for deviation, i, j, exponents in sorted(_pairs(rows), key=lambda pair: pair[0]):
+    for deviation, i, j, exponents in sorted(_pair_products(rows), key=lambda pair: pair[0]):
         if linked[i] != linked[j]:
             linked = [linked[i] if group == linked[j] else group for group in linked]
             kept = [law for law, along in laws.items() if along.any() and abs(float(along @ exponents)) < 1e-9]
-            yield Combination(_named(exponents, names), deviation, f"unchanged by {', '.join(kept)}" if kept else "")
+            yield Combination(
+                _exponents_by_name(exponents, names), deviation, f"unchanged by {', '.join(kept)}" if kept else ""
+            )
 
 
-def _pairs(rows: FloatArray) -> Iterator[tuple[float, int, int, FloatArray]]:
+def _pair_products(rows: FloatArray) -> Iterator[tuple[float, int, int, FloatArray]]:
     """Return the small standard deviations of products of two fields, the two fields, and the exponents."""
     unit = np.eye(rows.shape[1])
-    scatter = np.array([errors(rows, one) for one in unit])
+    scatter = np.array([error_vector(rows, one) for one in unit])
     single = np.linalg.norm(scatter, axis=1)
     for i, j in np.ndindex(rows.shape[1], rows.shape[1]):
-        power = _simplest(-float(scatter[i] @ scatter[j]) / single[j] ** 2)
+        power = _simple_power(-float(scatter[i] @ scatter[j]) / single[j] ** 2)
         if i == j or power == 0.0 or (abs(power) == 1.0 and i < j):
             continue
         exponents = (1.0 if power > 0.0 or i > j else -1.0) * (unit[i] + power * unit[j])
-        deviation = float(np.linalg.norm(errors(rows, exponents)))
+        deviation = float(np.linalg.norm(error_vector(rows, exponents)))
         if deviation < LIMIT and GAIN * deviation < min(single[i], abs(power) * single[j]):
             yield deviation, i, j, exponents
 
 
-def _simplest(power: float) -> float:
+def _simple_power(power: float) -> float:
     """Return the nearest of ±1/3, ±1/2, ±2/3, ±1 and 0; zero beyond ±1: the other field then has the larger power."""
     nearest = min({Fraction(n, d) for d in DENOMINATORS for n in range(-d, d + 1)}, key=lambda f: abs(f - power))
     return float(nearest) if abs(power) < 1.2 else 0.0
 
 
-def _rounded(power: float) -> float:
+def _rounded_power(power: float) -> float:
     nearest = Fraction(power).limit_denominator(DENOMINATORS[-1])
     return float(nearest) if abs(float(nearest) - power) < NEAR else round(power, 2)
 
 
-def _written(power: float) -> str:
+def _power_text(power: float) -> str:
     nearest = Fraction(power).limit_denominator(DENOMINATORS[-1])
     return str(nearest) if abs(float(nearest) - power) < 1e-9 else f"{power:g}"
 
 
-def _named(exponents: FloatArray, names: tuple[str, ...]) -> dict[str, float]:
+def _exponents_by_name(exponents: FloatArray, names: tuple[str, ...]) -> dict[str, float]:
     return {name: float(power) for name, power in zip(names, exponents, strict=True) if power != 0.0}

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.diagnosis.inference.problem import Prior, Problem
+from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
 
 FloatArray = NDArray[np.float64]
 WINDOWS = (1.98, 2.88, 3.96, 5.4, 7.2, 9.9, 13.5, 18, 25.2, 36, 54, 81, 117, 180, 270, 396, 594, 900)
@@ -114,19 +114,19 @@ class Fit:
         return self.chi_squared / max(self.freedom, 1)
 
 
-def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
+def fit_over_windows(problem: FitProblem, begins: float, patient: bool = True) -> Fit:
     """Fit a family of models to a recording whose fit windows begin at `begins`, s after the trigger.
 
     A family that does not explain a window explains no longer one either. The fit then ends with the last window that
     it explains, or goes on from there in short windows. A fit that is not patient ends earlier.
     """
-    times, counts = problem.times, _counts(problem, begins)
+    times, counts = problem.times, _window_counts(problem, begins)
     at, window, longest = np.zeros(len(problem.paths)), -1, len(counts)
     patience, careful = PATIENCE if patient else 0, False
     steps = STEPS if patient else HASTY_STEPS
     while window + 1 < len(counts):
         chosen, noise = _next_window(problem, at, counts[:longest], window)
-        trial = _explaining(problem, at, counts[chosen], noise, steps)
+        trial = _explaining_coordinates(problem, at, counts[chosen], noise, steps)
         if trial is not None:
             at, window, longest = trial, chosen, len(counts)
         elif chosen > window + 1 and patience:
@@ -144,12 +144,12 @@ def solve(problem: Problem, begins: float, patient: bool = True) -> Fit:
             longest = window + 2
     if window + 1 < len(counts):
         held = float(times[counts[window] - 1]) if window >= 0 else begins
-        return summary(problem, at, False, counts[max(window, 0)], held)
-    at, converged = fitted(problem, at, counts[-1], problem.noise, LAST_STEPS)
-    return summary(problem, at, converged, counts[-1])
+        return fit_summary(problem, at, False, counts[max(window, 0)], held)
+    at, converged = fit_window(problem, at, counts[-1], problem.noise, LAST_STEPS)
+    return fit_summary(problem, at, converged, counts[-1])
 
 
-def _small_step(problem: Problem, at: FloatArray, begins: float, first: int, last: int) -> int | None:
+def _small_step(problem: FitProblem, at: FloatArray, begins: float, first: int, last: int) -> int | None:
     """Return the end of the next short window, as a number of samples, after the `first` samples, which are explained.
 
     It lies where the model departs from the recording, or a little beyond. None if the model cannot be computed.
@@ -159,21 +159,21 @@ def _small_step(problem: Problem, at: FloatArray, begins: float, first: int, las
         return None
     held = float(problem.times[first - 1]) - begins
     least = min(int(np.searchsorted(problem.times, begins + (1.0 + PROGRESS) * held)), last)
-    return max(departure(found, problem.noise, width_of(problem), first), least)
+    return max(departure_sample(found, problem.noise, width_of(problem), first), least)
 
 
-def _alike(problem: Problem, found: FloatArray, first: int, last: int) -> bool:
+def _are_similar(problem: FitProblem, found: FloatArray, first: int, last: int) -> bool:
     """Return True if the residuals between two samples are small against the recording."""
     off, loud = (float((values[first:last] ** 2).sum()) for values in (found, problem.samples * problem.there))
     return off <= IN_STEP**2 * loud + 4.0 * problem.noise**2 * (last - first)
 
 
-def width_of(problem: Problem) -> int:
+def width_of(problem: FitProblem) -> int:
     """Return the number of samples over which a difference is compared with noise."""
     return max(round(OVER * problem.scale.period * problem.recording.rate), 1)
 
 
-def departure(off: FloatArray, noise: float, width: int, first: int) -> int:
+def departure_sample(off: FloatArray, noise: float, width: int, first: int) -> int:
     """Return the first sample, from `first` on, at which a difference exceeds noise; their number if none does."""
     total = np.concatenate([[0.0], np.cumsum(off**2)])
     loud = np.flatnonzero((total[width:] - total[:-width])[first:] > width * (DEPARTS * noise) ** 2)
@@ -184,24 +184,26 @@ def departure(off: FloatArray, noise: float, width: int, first: int) -> int:
     return start + (int(beyond[0]) if len(beyond) else 0)
 
 
-def keeps_step(problem: Problem, begins: float) -> bool:
+def keeps_step(problem: FitProblem, begins: float) -> bool:
     """Return True if the starting model is similar to the whole recording."""
-    counts = _counts(problem, begins)
+    counts = _window_counts(problem, begins)
     return _next_window(problem, np.zeros(len(problem.paths)), counts, -1)[0] == len(counts) - 1
 
 
-def _counts(problem: Problem, begins: float) -> list[int]:
+def _window_counts(problem: FitProblem, begins: float) -> list[int]:
     """Return the number of samples in each window; the last window has all."""
     times, ends = problem.times, [begins + window * problem.scale.period for window in WINDOWS]
     ends = [end for end in ends if end < times[-1]]
     return [*dict.fromkeys(int(np.searchsorted(times, end)) for end in ends), len(times)]
 
 
-def _explaining(problem: Problem, at: FloatArray, count: int, noise: float, steps: int) -> FloatArray | None:
+def _explaining_coordinates(
+    problem: FitProblem, at: FloatArray, count: int, noise: float, steps: int
+) -> FloatArray | None:
     """Return coordinates with which the model explains a window; None if it does not explain it."""
     before = np.inf
     while True:
-        at, _ = fitted(problem, at, count, noise, steps)
+        at, _ = fit_window(problem, at, count, noise, steps)
         found = problem.residuals(at, count)
         if found is None:
             return None
@@ -213,7 +215,7 @@ def _explaining(problem: Problem, at: FloatArray, count: int, noise: float, step
         noise, before = max(problem.noise, 0.1 * noise), left
 
 
-def _next_window(problem: Problem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
+def _next_window(problem: FitProblem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
     """Return the longest next window in which the model is similar to the recording, and its assumed noise."""
     first = window + 1
     chosen, noise = _in_step(problem, at, counts[: first + AHEAD], window)
@@ -227,7 +229,7 @@ def rms(residual: FloatArray | None) -> float:
     return 0.0 if residual is None else float(np.sqrt((residual**2).mean()))
 
 
-def _in_step(problem: Problem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
+def _in_step(problem: FitProblem, at: FloatArray, counts: list[int], window: int) -> tuple[int, float]:
     """Return the longest of these windows in which the model is similar to the recording, and its assumed noise."""
     found = problem.residuals(at, counts[-1])
     first = window + 1
@@ -236,14 +238,14 @@ def _in_step(problem: Problem, at: FloatArray, counts: list[int], window: int) -
     chosen = first
     before = counts[window] if window >= 0 else 0
     for number in range(first, len(counts)):
-        if not _alike(problem, found, before, counts[number]):
+        if not _are_similar(problem, found, before, counts[number]):
             break
         chosen, before = number, counts[number]
     spread = rms(found[: counts[chosen]])
     return chosen, float(np.clip(spread, problem.noise, INFLATED * problem.noise))
 
 
-class _Step(NamedTuple):
+class _LinearStep(NamedTuple):
     """A linearised problem: R of the scaled Jacobian, target, Jacobian, residual, scales, standard deviations."""
 
     factor: FloatArray
@@ -254,71 +256,75 @@ class _Step(NamedTuple):
     deviation: FloatArray  # of the scaled coordinates
 
     @staticmethod
-    def at(residual: FloatArray, jacobian: FloatArray) -> _Step:
+    def linearised_at(residual: FloatArray, jacobian: FloatArray) -> _LinearStep:
         size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
         many = jacobian.shape[1]
         triangle = triangle_of(np.column_stack([jacobian / size, residual]))
         factor = triangle[:many, :many]
-        return _Step(factor, -triangle[:many, -1], jacobian, residual, size, np.sqrt(np.diag(_inverse(factor))))
+        return _LinearStep(
+            factor, -triangle[:many, -1], jacobian, residual, size, np.sqrt(np.diag(_inverse_of_square(factor)))
+        )
 
-    def along(self, target: FloatArray, damping: float) -> FloatArray:
+    def damped_step(self, target: FloatArray, damping: float) -> FloatArray:
         """Return the damped step towards a target, in scaled coordinates."""
         many = len(self.size)
         rows = np.vstack([self.factor, np.sqrt(damping) * np.eye(many)])
         return np.asarray(np.linalg.lstsq(rows, np.append(target, np.zeros(many)), rcond=None)[0])
 
-    def far(self) -> float:
+    def step_in_deviations(self) -> float:
         """Return the largest ratio, over the coordinates, of the undamped step to the standard deviation."""
-        return float(np.max(np.abs(self.along(self.target, 0.0)) / self.deviation))
+        return float(np.max(np.abs(self.damped_step(self.target, 0.0)) / self.deviation))
 
-    def curved(self, step: FloatArray, there: FloatArray, damping: float) -> FloatArray:
+    def geodesic_step(self, step: FloatArray, there: FloatArray, damping: float) -> FloatArray:
         """Return a step with geodesic acceleration, from the residuals at the end of the straight step."""
-        return np.asarray(step - self.along(self._projected(there - self._foretold(step)), damping))
+        return np.asarray(
+            step - self.damped_step(self._projected_residual(there - self._predicted_residual(step)), damping)
+        )
 
-    def _foretold(self, step: FloatArray) -> FloatArray:
+    def _predicted_residual(self, step: FloatArray) -> FloatArray:
         return np.asarray(self.residual + self.jacobian @ (step / self.size))
 
-    def _projected(self, residual: FloatArray) -> FloatArray:
+    def _projected_residual(self, residual: FloatArray) -> FloatArray:
         return np.asarray(np.linalg.lstsq(self.factor.T, (self.jacobian / self.size).T @ residual, rcond=None)[0])
 
-    def holds(self, step: FloatArray, there: FloatArray) -> bool:
+    def is_as_predicted(self, step: FloatArray, there: FloatArray) -> bool:
         """Return True if a step has reduced the sum of squares as the linear model predicts."""
-        before, foretold = (float(residual @ residual) for residual in (self.residual, self._foretold(step)))
+        before, foretold = (float(residual @ residual) for residual in (self.residual, self._predicted_residual(step)))
         return abs(float(there @ there) - foretold) <= AS_FORETOLD * (before - foretold)
 
-    def again(self, residual: FloatArray) -> _Step:
+    def with_residual(self, residual: FloatArray) -> _LinearStep:
         """Return the same linearisation at other residuals."""
-        return self._replace(residual=residual, target=-self._projected(residual))
+        return self._replace(residual=residual, target=-self._projected_residual(residual))
 
 
-def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: int) -> tuple[FloatArray, bool]:
+def fit_window(problem: FitProblem, at: FloatArray, count: int, noise: float, steps: int) -> tuple[FloatArray, bool]:
     """Return the coordinates of least squares over one window, and whether the fit has converged.
 
     With fewer steps than LAST_STEPS it also ends near the minimum, or when the sum of squares hardly falls any more.
     """
     if not len(at):
         return at, True  # there is no parameter
-    residual, damping, tries = problem.weighed(at, count, noise), DAMPING, 2 * steps
+    residual, damping, tries = problem.weighted_residuals(at, count, noise), DAMPING, 2 * steps
     linear, held = None, False  # held: the derivatives are those from the start of the last step
     while tries > 0 and residual is not None:
-        linear = linear or _linearised(problem, at, residual, count, noise)
+        linear = linear or _linearised_problem(problem, at, residual, count, noise)
         if linear is None:
             return at, False
-        before, step = float(residual @ residual), linear.along(linear.target, damping)
-        far = linear.far()
+        before, step = float(residual @ residual), linear.damped_step(linear.target, damping)
+        far = linear.step_in_deviations()
         settled = far < SETTLED
         tries -= 1
-        trial, there = _tried(problem, at, step / linear.size, count, noise)
+        trial, there = _trial_of(problem, at, step / linear.size, count, noise)
         if there is not None and there @ there > before and not settled and not held:
             tries -= 1
-            bent = linear.curved(step, there, damping)
-            trial, there = _tried(problem, at, bent / linear.size, count, noise)
+            bent = linear.geodesic_step(step, there, damping)
+            trial, there = _trial_of(problem, at, bent / linear.size, count, noise)
         if there is not None and there @ there <= before:
             at, residual, damping = trial, there, max(0.03 * damping, 1e-12)
             if settled or (steps < LAST_STEPS and (far < NEAR or there @ there > NEARLY * before)):
                 return at, settled
-            held = linear.holds(step, there)
-            linear = linear.again(there) if held else None
+            held = linear.is_as_predicted(step, there)
+            linear = linear.with_residual(there) if held else None
         elif held:
             linear, held = None, False
         elif settled:
@@ -328,19 +334,21 @@ def fitted(problem: Problem, at: FloatArray, count: int, noise: float, steps: in
     return at, False
 
 
-def _linearised(problem: Problem, at: FloatArray, residual: FloatArray, count: int, noise: float) -> _Step | None:
+def _linearised_problem(
+    problem: FitProblem, at: FloatArray, residual: FloatArray, count: int, noise: float
+) -> _LinearStep | None:
     """Return a problem linearised at some coordinates; None if it has no derivatives there."""
     jacobian = problem.jacobian(at, count, noise)
-    linear = None if jacobian is None else _Step.at(residual, jacobian)
+    linear = None if jacobian is None else _LinearStep.linearised_at(residual, jacobian)
     return linear if linear is not None and np.all(np.isfinite(linear.factor)) else None
 
 
-def _tried(
-    problem: Problem, at: FloatArray, step: FloatArray, count: int, noise: float
+def _trial_of(
+    problem: FitProblem, at: FloatArray, step: FloatArray, count: int, noise: float
 ) -> tuple[FloatArray, FloatArray | None]:
     """Return the coordinates at the end of a step, and the residuals there."""
-    trial = problem.within(at + np.clip(step, -REACH, REACH))
-    return trial, problem.weighed(trial, count, noise)
+    trial = problem.within_bounds(at + np.clip(step, -REACH, REACH))
+    return trial, problem.weighted_residuals(trial, count, noise)
 
 
 def triangle_of(matrix: FloatArray) -> FloatArray:
@@ -353,7 +361,7 @@ def triangle_of(matrix: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.qr(np.asarray(each).reshape(-1, columns), mode="r"))
 
 
-def _inverse(factor: FloatArray) -> FloatArray:
+def _inverse_of_square(factor: FloatArray) -> FloatArray:
     """Return the inverse of RᵀR, from the singular values of R."""
     if not np.all(np.isfinite(factor)):
         return np.full(factor.shape, np.inf)
@@ -368,13 +376,13 @@ def covariance_of(jacobian: FloatArray) -> FloatArray:
         return np.empty((0, 0))
     size = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # one without effect has infinite variance
-        return np.asarray(_inverse(triangle_of(jacobian / size)) / np.outer(size, size))
+        return np.asarray(_inverse_of_square(triangle_of(jacobian / size)) / np.outer(size, size))
 
 
-def summary(problem: Problem, at: FloatArray, converged: bool, used: int, held: float = np.inf) -> Fit:
+def fit_summary(problem: FitProblem, at: FloatArray, converged: bool, used: int, held: float = np.inf) -> Fit:
     """Return the result of a fit at some coordinates, to which the first `used` samples have led."""
     many, count = len(problem.paths), len(problem.times)
-    residual, jacobian = problem.weighed(at, count, problem.noise), problem.jacobian(at, used, problem.noise)
+    residual, jacobian = problem.weighted_residuals(at, count, problem.noise), problem.jacobian(at, used, problem.noise)
     freedom = int(problem.there.sum()) - sum(prior.kind == "flat" for prior in problem.priors)
     if residual is None or jacobian is None:
         nothing = np.full((many, many), np.inf)
@@ -387,12 +395,12 @@ def summary(problem: Problem, at: FloatArray, converged: bool, used: int, held: 
     if np.all(np.isfinite(covariance)):
         evidence += 0.5 * float(np.linalg.slogdet(2.0 * np.pi * covariance)[1])
     misfit = float((residual[:count] ** 2).sum())
-    values = problem.values(at)
+    values = problem.parameter_values(at)
     with np.errstate(divide="ignore"):
         per = np.where(problem.linear, problem.widths / values, 1.0)
     return Fit(
         problem.paths, values, covariance * np.outer(per, per), total, misfit, freedom, evidence, converged,
-        problem.scenario(at), held,
+        problem.model_at(at), held,
     )  # fmt: skip
 
 

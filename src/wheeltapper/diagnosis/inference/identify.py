@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.diagnosis.force.reconstruction import noise_of
-from wheeltapper.diagnosis.inference.fitting import Fit, solve
-from wheeltapper.diagnosis.inference.problem import Prior, Problem, number_at
+from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows
+from wheeltapper.diagnosis.inference.problem import FitProblem, Prior, number_at
 from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.arguments import as_between, as_names, as_quantity, as_table, check_choice
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.progress import Progress, report, watched
+from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.arguments import as_recording
 from wheeltapper.record.recording import Recording
@@ -68,20 +68,20 @@ class Estimate:
         return self.chi_squared / max(self.freedom, 1)
 
     def __getitem__(self, path: str) -> float:
-        return float(self.values[self._index(path)])
+        return float(self.values[self._path_index(path)])
 
-    def _index(self, path: str) -> int:
+    def _path_index(self, path: str) -> int:
         check_choice(path, "path", self.paths)
         return self.paths.index(path)
 
     def deviation(self, path: str) -> float:
         """Return the relative standard deviation of a value."""
-        i = self._index(path)
+        i = self._path_index(path)
         return float(np.sqrt(self.covariance[i, i]))
 
     def correlation(self, path: str, other: str) -> float:
         """Return the correlation of the errors of two values."""
-        i, j = self._index(path), self._index(other)
+        i, j = self._path_index(path), self._path_index(other)
         return float(self.covariance[i, j] / np.sqrt(self.covariance[i, i] * self.covariance[j, j]))
 
     def interval(self, path: str, level: float = 0.9) -> tuple[float, float]:
@@ -98,7 +98,7 @@ def onset(recording: Recording, noise: float) -> float:
     return float(recording.times[loud[0]]) if len(loud) else recording.start
 
 
-def beliefs(site: Site, unknown: tuple[str, ...] = ()) -> dict[str, Prior]:
+def priors_of(site: Site, unknown: tuple[str, ...] = ()) -> dict[str, Prior]:
     """Return the priors: flat ones of the unknown fields, normal ones of the uncertain fields of the site."""
     out = {path: Prior(number_at(site.passage, path)) for path in unknown}
     for path, share in site.uncertainty.items():
@@ -164,10 +164,10 @@ def identify(
     recording, site, spread = recorded_at(recording, site, noise)
     model = site.passage.replaced(as_table(start, "start", "values by path, or None"))
     asked = as_names(unknown, "unknown", "paths of fields")
-    with watched(progress, "fitting"):
+    with progress_shown(progress, "fitting"):
         report("fitting", 0.0, 0.0)
-        problem = Problem(recording, site.sensor, spread, model, beliefs(site, asked), Scale(site.passage))
-        found = solve(problem, onset(recording, spread))
+        problem = FitProblem(recording, site.sensor, spread, model, priors_of(site, asked), Scale(site.passage))
+        found = fit_over_windows(problem, onset(recording, spread))
         return estimate_of(found, spread)
 
 

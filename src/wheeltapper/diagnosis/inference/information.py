@@ -25,11 +25,11 @@ from wheeltapper.describe.irregularity.base import PLACES
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site, as_site
-from wheeltapper.diagnosis.inference.passages import Motion, Passages
+from wheeltapper.diagnosis.inference.passages import PassageMotion, Passages
 from wheeltapper.diagnosis.inference.problem import number_at
 from wheeltapper.diagnosis.inference.sensing import filtered
 from wheeltapper.ground.arguments import as_count, as_list, as_names, as_quantities, as_quantity, check_choice
-from wheeltapper.ground.errors import ComputationError, InputError, shown
+from wheeltapper.ground.errors import ComputationError, InputError, value_text
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.fields import Fields
 from wheeltapper.march import program as contract
@@ -87,23 +87,23 @@ class Information:
     @cached_property
     def marginal(self) -> FloatArray:
         """The information (passages, named, named) on the named fields' logarithms, all others being uncertain."""
-        return np.array([rows.T @ rows for rows in self._across])
+        return np.array([rows.T @ rows for rows in self._marginal_rows])
 
     @cached_property
     def determinants(self) -> FloatArray:
         """(passages,) determinants of the marginal information."""
-        return np.array([np.prod(np.diag(triangle(rows))) ** 2 for rows in self._across])
+        return np.array([np.prod(np.diag(qr_triangle(rows))) ** 2 for rows in self._marginal_rows])
 
     @cached_property
-    def _across(self) -> list[FloatArray]:
+    def _marginal_rows(self) -> list[FloatArray]:
         asked = np.arange(len(self.paths)) < self.named
-        return [across(self.rows(i), asked) for i in range(len(self.speeds))]
+        return [marginal_columns(self.rows(i), asked) for i in range(len(self.speeds))]
 
     @cached_property
     def deviations(self) -> FloatArray:
         """(passages, paths) smallest standard deviations of the logarithms; infinite for a field without effect."""
         single = np.eye(len(self.paths), dtype=bool)
-        found = [[across(self.rows(i), one) for one in single] for i in range(len(self.speeds))]
+        found = [[marginal_columns(self.rows(i), one) for one in single] for i in range(len(self.speeds))]
         with np.errstate(divide="ignore"):
             return np.array([[1.0 / np.linalg.norm(rows) for rows in passage] for passage in found])
 
@@ -125,7 +125,7 @@ class Information:
         """Return the correlation of the errors of two fields."""
         unit = np.eye(len(self.paths))
         rows = self.rows(passage)
-        one, two = (errors(rows, unit[self.index(name)]) for name in (path, other))
+        one, two = (error_vector(rows, unit[self.index(name)]) for name in (path, other))
         return float(one @ two / np.sqrt((one @ one) * (two @ two)))
 
     def index(self, path: str) -> int:
@@ -140,10 +140,10 @@ class Information:
         """
         kept = np.array([path != OWN for path in self.paths])
         own = np.diag(self.beliefs)[~kept]
-        stacked = np.vstack([across(np.vstack([factor, own]), kept) for factor in self.factors])
+        stacked = np.vstack([marginal_columns(np.vstack([factor, own]), kept) for factor in self.factors])
         return replace(
             self, paths=tuple(path for path in self.paths if path != OWN), beliefs=self.beliefs[kept],
-            speeds=self.speeds[:1], factors=triangle(stacked)[None],
+            speeds=self.speeds[:1], factors=qr_triangle(stacked)[None],
             largest_force=self.largest_force.max(keepdims=True), signal=np.sqrt((self.signal**2).mean(keepdims=True)),
         )  # fmt: skip
 
@@ -193,9 +193,9 @@ def information(
     trigger, passing = as_trigger(trigger), as_speeds([site.passage.speed] if speeds is None else speeds)
     noise = None if noise is None else as_quantity(noise, "noise", "acceleration", positive=False)
     rate = None if rate is None else as_quantity(rate, "rate", "frequency")
-    plan = Plan.of(site, asked, groups, trigger, noise, rate)
-    passages = plan.passages(site.passage, passing)
-    return plan.information(site, passages)
+    plan = Plan.checked_plan(site, asked, groups, trigger, noise, rate)
+    passages = plan.plan_passages(site.passage, passing)
+    return plan.information_of(site, passages)
 
 
 def as_speeds(given: Any) -> list[float]:
@@ -207,7 +207,7 @@ def as_trigger(given: Any) -> float:
     """Return the standard deviation of a trigger's time, s: zero, positive or infinite."""
     deviation = to_si(given, "time", "trigger")
     if not deviation >= 0.0:
-        raise InputError("", "trigger", shown(given), "0 s or more; infinite where there is no trigger")
+        raise InputError("", "trigger", value_text(given), "0 s or more; infinite where there is no trigger")
     return deviation
 
 
@@ -224,7 +224,7 @@ class Plan:
     spread: float
 
     @staticmethod
-    def of(
+    def checked_plan(
         site: Site, parameters: tuple[str, ...], together: Sequence[Sequence[str]], trigger: float,
         noise: float | None, rate: float | None,
     ) -> Plan:  # fmt: skip
@@ -244,27 +244,29 @@ class Plan:
         beliefs = np.array([0.0 if path in parameters else 1.0 / site.uncertainty[path] for path in paths])
         return Plan(len(parameters), paths, groups, beliefs, sensor, trigger, spread)
 
-    def passages(self, scenario: Scenario, speeds: Sequence[float]) -> Passages:
+    def plan_passages(self, scenario: Scenario, speeds: Sequence[float]) -> Passages:
         """Return the passages, with the derivatives that the plan needs."""
         members = [path for first in self.paths for path in self.groups.get(first, (first,))]
         for path in members:
             if float(Fields(scenario)(path)) == 0.0:
                 raise InputError("", path, "0", "a field that is not zero: its logarithm is the coordinate")
-        fields = dict.fromkeys([*members, *self._places(scenario)])
+        fields = dict.fromkeys([*members, *self._shifted_fields(scenario)])
         return Passages(scenario, np.array(speeds, dtype=float), tuple(fields))
 
-    def _places(self, scenario: Scenario) -> tuple[str, ...]:
-        return _places(scenario) if self.trigger > 0.0 else ()
+    def _shifted_fields(self, scenario: Scenario) -> tuple[str, ...]:
+        return _place_fields(scenario) if self.trigger > 0.0 else ()
 
-    def information(self, site: Site, passages: Passages) -> Information:
+    def information_of(self, site: Site, passages: Passages) -> Information:
         """Return their information."""
         times = np.arange(int(site.passage.duration * self.sensor.rate * (1.0 + 1e-12)) + 1) / self.sensor.rate
-        found = passages.at(times)
+        found = passages.motions_at(times)
         for one in found:
             if one.status not in (contract.DONE, contract.ENOUGH):
                 raise ComputationError(OUTCOMES[one.status])
         factors = [
-            self._triangle(site.passage, speed, dict(zip(passages.parameters, self._seen(one), strict=True)))
+            self._passage_triangle(
+                site.passage, speed, dict(zip(passages.parameters, self._filtered_slopes(one), strict=True))
+            )
             for speed, one in zip(passages.speeds.tolist(), found, strict=True)
         ]
         signal = [float(np.sqrt((one.deck_acceleration**2).mean())) for one in found]
@@ -273,27 +275,29 @@ class Plan:
             np.array(signal),
         )  # fmt: skip
 
-    def _triangle(self, scenario: Scenario, speed: float, slopes: dict[str, FloatArray]) -> FloatArray:
+    def _passage_triangle(self, scenario: Scenario, speed: float, slopes: dict[str, FloatArray]) -> FloatArray:
         """Return R of one passage's samples."""
         held = Fields(scenario)
         groups = [self.groups.get(path, (path,)) for path in self.paths]
         value = {OWN: speed}
         columns = [np.sum([value.get(p, float(held(p))) * slopes[p] for p in group], axis=0) for group in groups]
         if not self.trigger > 0.0:
-            return triangle(np.array(columns).T / self.spread)
-        late = speed * np.sum([slopes[path] for path in self._places(scenario)], axis=0)  # by a shift of the whole rail
+            return qr_triangle(np.array(columns).T / self.spread)
+        late = speed * np.sum(
+            [slopes[path] for path in self._shifted_fields(scenario)], axis=0
+        )  # by a shift of the whole rail
         rows = np.array([*columns, late]).T / self.spread
         asked = np.arange(rows.shape[1]) < len(columns)
-        return triangle(across(np.vstack([rows, ~asked / self.trigger]), asked))
+        return qr_triangle(marginal_columns(np.vstack([rows, ~asked / self.trigger]), asked))
 
-    def _seen(self, found: Motion) -> list[FloatArray]:
+    def _filtered_slopes(self, found: PassageMotion) -> list[FloatArray]:
         """Return the derivatives behind the sensor's filter; zero where samples are clipped."""
         seen = filtered(found.deck_acceleration, self.sensor) + self.sensor.offset
         lost = np.zeros(len(seen), dtype=bool) if self.sensor.range is None else np.abs(seen) >= self.sensor.range
         return [np.where(lost, 0.0, filtered(row, self.sensor)) for row in found.slopes]
 
 
-def _places(scenario: Scenario) -> tuple[str, ...]:
+def _place_fields(scenario: Scenario) -> tuple[str, ...]:
     """Return the fields that shift everything that the wheel meets, as a late trigger does."""
     out = ["track.start"] if scenario.track.start is not None else []
     for i, item in enumerate(scenario.irregularities):
@@ -309,20 +313,20 @@ def _places(scenario: Scenario) -> tuple[str, ...]:
     return tuple(out)
 
 
-def errors(rows: FloatArray, exponents: FloatArray) -> FloatArray:
+def error_vector(rows: FloatArray, exponents: FloatArray) -> FloatArray:
     """Return a vector e; eᵀe is the variance of the logarithm of a product of powers.
 
     Scalar products of two such vectors are covariances. e is huge, but finite, if the rows do not determine the
     product.
     """
-    held = triangle(rows)
+    held = qr_triangle(rows)
     size = np.linalg.norm(held, axis=0)
     size[size == 0.0] = 1.0
     _, singular, turned = np.linalg.svd(held / size)
     return np.asarray(turned @ (exponents / size) / np.maximum(singular, NOTHING * singular[0]))
 
 
-def triangle(rows: FloatArray) -> FloatArray:
+def qr_triangle(rows: FloatArray) -> FloatArray:
     """Return R (columns, columns) of rows, by QR factorisation block by block, in a fiftieth of the time."""
     columns = rows.shape[1]
     blocks = -(-len(rows) // BLOCK)
@@ -332,9 +336,9 @@ def triangle(rows: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.qr(each.reshape(-1, columns), mode="r"))
 
 
-def across(rows: FloatArray, asked: NDArray[np.bool_]) -> FloatArray:
+def marginal_columns(rows: FloatArray, asked: NDArray[np.bool_]) -> FloatArray:
     """Return the asked columns less their projections on the other columns."""
-    held = triangle(rows)
+    held = qr_triangle(rows)
     others, mine = held[:, ~asked], held[:, asked]
     if not others.shape[1]:
         return mine

@@ -13,20 +13,20 @@ from wheeltapper.ask.study import check_along
 from wheeltapper.ask.trajectory import in_si
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
-from wheeltapper.lower.many import EPSILON, Direction, Many
+from wheeltapper.lower.many import EPSILON, Direction, LoweredCells
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.program import Program
 
 if TYPE_CHECKING:
     from wheeltapper.march.ensemble import Cells
-    from wheeltapper.march.gradients import Turns
+    from wheeltapper.march.gradients import CellTangents
     from wheeltapper.march.single import March
 
 FloatArray = NDArray[np.float64]
 
 
-class Motion(NamedTuple):
+class PassageMotion(NamedTuple):
     """One passage at given times, in SI units; NaN beyond the end of its march."""
 
     status: int
@@ -51,7 +51,7 @@ class Passages:
         check_along(run.INFORMATION, scenario, parameters)
         self.speeds, self.parameters = speeds, parameters
         held = {path: np.full(len(speeds), float(Fields(scenario)(path))) for path in parameters}
-        self.many = Many(scenario, held | {"speed": speeds})
+        self.many = LoweredCells(scenario, held | {"speed": speeds})
 
     @cached_property
     def marches(self) -> list[March]:
@@ -65,7 +65,7 @@ class Passages:
         return np.asarray(np.array(peaks) * self.many.units.force)
 
     @property
-    def hardest(self) -> float:
+    def place_of_largest_force(self) -> float:
         """Position of the largest force, m; NaN if the force has no maximum."""
         i = int(np.argmax(self.largest_forces))
         peaks = self.marches[i].peaks
@@ -74,21 +74,21 @@ class Passages:
         time = peaks[np.argmax(peaks[:, contract.PEAK_FORCE]), contract.PEAK_TIME] * self.many.units.time[i]
         return float(time * self.speeds[i])
 
-    def at(self, times: FloatArray) -> list[Motion]:
+    def motions_at(self, times: FloatArray) -> list[PassageMotion]:
         """Return each passage's deck acceleration with its derivatives at rising times, s."""
         from wheeltapper.march.tangent_path import LANES
 
-        directions = [self.many.along(path) for path in self.parameters]
+        directions = [self.many.direction_along(path) for path in self.parameters]
         groups = [directions[i : i + LANES] for i in range(0, max(len(directions), 1), LANES)]
         lowered = [(group, *turns_of(self.many, group)) for group in groups]
         out = []
         for i, march in enumerate(self.marches):
-            parts = [self._sampled(i, times, *each) for each in lowered]
-            out.append(Motion(march.status, parts[0][0], np.concatenate([part[1] for part in parts])))
+            parts = [self._sampled_passage(i, times, *each) for each in lowered]
+            out.append(PassageMotion(march.status, parts[0][0], np.concatenate([part[1] for part in parts])))
         return out
 
-    def _sampled(
-        self, i: int, times: FloatArray, directions: list[Direction], cells: Cells, turns: Turns
+    def _sampled_passage(
+        self, i: int, times: FloatArray, directions: list[Direction], cells: Cells, turns: CellTangents
     ) -> tuple[FloatArray, FloatArray]:
         """Return the deck acceleration (times,) of a passage, and its derivatives (directions, times)."""
         from wheeltapper.march.tangent_samples import (

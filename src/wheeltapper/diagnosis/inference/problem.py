@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.ask.motion import motion_at
-from wheeltapper.ask.trajectory import derivable, trajectory
+from wheeltapper.ask.trajectory import is_derivable, trajectory
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.diagnosis.inference.sensing import drifted, filtered
@@ -59,7 +59,7 @@ def values_of(scenario: Scenario, times: FloatArray) -> FloatArray | None:
             found = motion_at(scenario, times)
     except (InputError, ValueError):
         return None
-    return _whole(found.status, found.deck_acceleration)
+    return _if_complete(found.status, found.deck_acceleration)
 
 
 def slopes_of(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> FloatArray | None:
@@ -68,17 +68,17 @@ def slopes_of(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> 
     They are exact if the motion has exact derivatives. Otherwise they are difference quotients: for a damper whose end
     can move, and for a plastic contact.
     """
-    if not derivable(scenario):
-        return _differences(scenario, paths, times)
+    if not is_derivable(scenario):
+        return _difference_quotients(scenario, paths, times)
     try:
         with np.errstate(invalid="ignore"):
             found = trajectory(scenario, paths, times)
     except (InputError, ValueError):
         return None
-    return None if _whole(found.status, found.deck_acceleration) is None else found.of_deck_acceleration
+    return None if _if_complete(found.status, found.deck_acceleration) is None else found.of_deck_acceleration
 
 
-def _differences(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> FloatArray | None:
+def _difference_quotients(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> FloatArray | None:
     here, out = values_of(scenario, times), np.empty((len(paths), len(times)))
     for row, path in zip(out, paths, strict=True):
         value = float(Fields(scenario)(path))
@@ -90,12 +90,12 @@ def _differences(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) 
     return out
 
 
-def _whole(status: int, acceleration: FloatArray) -> FloatArray | None:
+def _if_complete(status: int, acceleration: FloatArray) -> FloatArray | None:
     there = status in (contract.DONE, contract.ENOUGH) and bool(np.all(np.isfinite(acceleration)))
     return acceleration if there else None
 
 
-class Problem:
+class FitProblem:
     """The residuals of one recording against one family of models, and their derivatives by the coordinates.
 
     Parameters
@@ -130,43 +130,43 @@ class Problem:
         self._residuals: tuple[FloatArray, FloatArray, NDArray[np.bool_]] | None = None  # third: which count
         self._slopes: tuple[FloatArray, FloatArray] | None = None
 
-    def until(self, time: float) -> Problem:
+    def until(self, time: float) -> FitProblem:
         """Return the same problem with the recording up to a time only, s after the trigger."""
         part, priors = self.recording.until(time), dict(zip(self.paths, self.priors, strict=True))
-        return Problem(part, self.sensor, self.noise, self.start, priors, self.scale)
+        return FitProblem(part, self.sensor, self.noise, self.start, priors, self.scale)
 
-    def values(self, at: FloatArray) -> FloatArray:
+    def parameter_values(self, at: FloatArray) -> FloatArray:
         """Return the values of the parameters at some coordinates, which are zero at the start."""
         near = np.where(self.linear, 0.0, at)
         return np.asarray(np.where(self.linear, self.first + self.widths * at, self.first * np.exp(near)))
 
-    def scenario(self, at: FloatArray) -> Scenario:
+    def model_at(self, at: FloatArray) -> Scenario:
         """Return the model at some coordinates."""
         if self._model is None or not np.array_equal(self._model[0], at):
-            values = dict(zip(self.paths, self.values(at).tolist(), strict=True))
+            values = dict(zip(self.paths, self.parameter_values(at).tolist(), strict=True))
             self._model = at.copy(), self.start.replaced(values)
         return self._model[1]
 
-    def within(self, at: FloatArray) -> FloatArray:
+    def within_bounds(self, at: FloatArray) -> FloatArray:
         """Return the nearest coordinates that uniform priors allow."""
         centre = np.array([prior.centre for prior in self.priors])
         middle = (centre - self.first) / self.widths
         return np.where(self.linear, np.clip(at, middle - 1.0, middle + 1.0), at)
 
-    def shown(self, model: Scenario, count: int, first: int = 0) -> FloatArray | None:
+    def model_samples(self, model: Scenario, count: int, first: int = 0) -> FloatArray | None:
         """Return the samples from `first` to before `count` that a model gives; None if it cannot be computed."""
         if not count:
             return np.empty(0)
         begin = max(first - int(FORGOTTEN * self.recording.rate / (self.sensor.cutoff or np.inf)), 0)
         times = self.times[begin:count]
-        found = values_of(self._until(model, count), times)
+        found = values_of(self._model_until(model, count), times)
         return None if found is None else drifted(filtered(found, self.sensor), times, self.sensor)[first - begin :]
 
     def residuals(self, at: FloatArray, count: int) -> FloatArray | None:
         """Return model less recording for the first `count` samples, m/s²; None if the model cannot be computed."""
-        if self._residuals is None or _lacks(*self._residuals[:2], at, count):
-            model = self._modelled(at)
-            found = None if model is None else self.shown(model, count)
+        if self._residuals is None or _is_outdated(*self._residuals[:2], at, count):
+            model = self._model_or_none(at)
+            found = None if model is None else self.model_samples(model, count)
             if found is None:
                 return None
             off, samples = found - self.samples[:count], self.samples[:count]
@@ -175,35 +175,35 @@ class Problem:
             self._residuals = at.copy(), np.where(counts, off, 0.0), counts
         return self._residuals[1][:count]
 
-    def slopes(self, at: FloatArray, count: int) -> FloatArray | None:
+    def residual_slopes(self, at: FloatArray, count: int) -> FloatArray | None:
         """Return the derivatives (samples, parameters) of the residuals; None if the model cannot be computed."""
         if not count:
             return np.empty((0, len(self.paths)))
         if self.residuals(at, count) is None:
             return None
         assert self._residuals is not None
-        if self._slopes is None or _lacks(*self._slopes, at, count):
-            found = slopes_of(self._until(self.scenario(at), count), self.paths, self.times[:count])
+        if self._slopes is None or _is_outdated(*self._slopes, at, count):
+            found = slopes_of(self._model_until(self.model_at(at), count), self.paths, self.times[:count])
             if found is None:
                 return None
-            per = np.where(self.linear, self.widths, self.values(at))
+            per = np.where(self.linear, self.widths, self.parameter_values(at))
             shown = np.array([filtered(row, self.sensor) for row in found]).reshape(len(per), count)
             self._slopes = at.copy(), np.where(self._residuals[2][:count], shown * per[:, None], 0.0).T
         return self._slopes[1][:count]
 
-    def _modelled(self, at: FloatArray) -> Scenario | None:
+    def _model_or_none(self, at: FloatArray) -> Scenario | None:
         try:
-            return self.scenario(at)
+            return self.model_at(at)
         except (InputError, ValueError):
             return None
 
-    def _until(self, model: Scenario, count: int) -> Scenario:
+    def _model_until(self, model: Scenario, count: int) -> Scenario:
         return model.replaced({"duration": float(self.times[count - 1] + 0.5 / self.recording.rate)})
 
     def prior_residuals(self, at: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the scaled deviations of the parameters from the centres of their priors, and derivatives."""
         out, slopes = [], []
-        for prior, value in zip(self.priors, self.values(at).tolist(), strict=True):
+        for prior, value in zip(self.priors, self.parameter_values(at).tolist(), strict=True):
             if prior.kind == "normal":
                 out.append((value / prior.centre - 1.0) / prior.deviation)
                 slopes.append(value / prior.centre / prior.deviation)
@@ -215,16 +215,16 @@ class Problem:
                 slopes.append(0.0)
         return np.array(out), np.diag(slopes)
 
-    def weighed(self, at: FloatArray, count: int, noise: float) -> FloatArray | None:
+    def weighted_residuals(self, at: FloatArray, count: int, noise: float) -> FloatArray | None:
         """Return all residuals over their standard deviations: those of the samples, then those of the priors."""
         found = self.residuals(at, count)
         return None if found is None else np.concatenate([found / noise, self.prior_residuals(at)[0]])
 
     def jacobian(self, at: FloatArray, count: int, noise: float) -> FloatArray | None:
         """Return the derivatives of the weighted residuals."""
-        found = self.slopes(at, count)
+        found = self.residual_slopes(at, count)
         return None if found is None else np.vstack([found / noise, self.prior_residuals(at)[1]])
 
 
-def _lacks(known_at: FloatArray, known: FloatArray, at: FloatArray, count: int) -> bool:
+def _is_outdated(known_at: FloatArray, known: FloatArray, at: FloatArray, count: int) -> bool:
     return len(known) < count or not np.array_equal(known_at, at)

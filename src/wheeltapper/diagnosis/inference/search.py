@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.diagnosis.inference.fitting import INFLATED, STEPS, departure, fitted, rms, width_of
-from wheeltapper.diagnosis.inference.problem import Problem
+from wheeltapper.diagnosis.inference.fitting import INFLATED, STEPS, departure_sample, fit_window, rms, width_of
+from wheeltapper.diagnosis.inference.problem import FitProblem
 
 FloatArray = NDArray[np.float64]
 
@@ -21,35 +21,35 @@ LOOSELY = 2.0
 healthy wheelset although it does not explain the recording."""
 
 
-def departs_at(problem: Problem, model: Scenario, since: float) -> float:
+def departs_at(problem: FitProblem, model: Scenario, since: float) -> float:
     """Return the time at which a recording departs from a model, s after the trigger; NaN if it never does."""
     times = problem.times
-    found = problem.shown(model, len(times))
+    found = problem.model_samples(model, len(times))
     if found is None:
         return since
     off = np.where(problem.there & ~problem.recording.clipped, found - problem.samples, 0.0)
-    first = departure(off, problem.noise, width_of(problem), int(np.searchsorted(times, since)))
+    first = departure_sample(off, problem.noise, width_of(problem), int(np.searchsorted(times, since)))
     return float(times[first]) if first < len(times) else np.nan
 
 
-def misfit(problem: Problem, model: Scenario, start: float, end: float) -> float:
+def misfit(problem: FitProblem, model: Scenario, start: float, end: float) -> float:
     """Return the mean squared difference between a model and the recording between two times."""
     first, last = np.searchsorted(problem.times, [start, end]).tolist()
     last = min(max(last, first + 1), len(problem.times))
-    found = problem.shown(model, last, first)
+    found = problem.model_samples(model, last, first)
     if found is None:
         return np.inf
     off = (found - problem.samples[first:last])[problem.there[first:last]]
     return float((off**2).mean())
 
 
-def ranked(problem: Problem, models: Iterable[Scenario], start: float, end: float) -> list[Scenario]:
+def ranked(problem: FitProblem, models: Iterable[Scenario], start: float, end: float) -> list[Scenario]:
     """Return the models in the order of their misfit to the recording between two times, the best first."""
     off = {model: misfit(problem, model, start, end) for model in models}
     return [model for model in sorted(off, key=lambda one: off[one]) if np.isfinite(off[model])]
 
 
-def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
+def near(problem: FitProblem, begins: float) -> tuple[FloatArray, int]:
     """Return coordinates at which a model is near the beginning of a recording that it does not explain.
 
     Also return the length of that beginning, as a number of samples.
@@ -58,5 +58,5 @@ def near(problem: Problem, begins: float) -> tuple[FloatArray, int]:
     for window in NEAR:
         count = int(np.searchsorted(problem.times, begins + window * problem.scale.period))
         noise = LOOSELY * max(rms(problem.residuals(at, count)), INFLATED * problem.noise)
-        at, _ = fitted(problem, at, count, noise, STEPS)
+        at, _ = fit_window(problem, at, count, noise, STEPS)
     return at, count

@@ -29,12 +29,12 @@ def filtered(samples: FloatArray, sensor: Sensor, finer: int = 1) -> FloatArray:
         return samples[::finer]
     from scipy.signal import butter, sosfilt
 
-    whole = samples if finer == OVERSAMPLED else _between(samples)
+    whole = samples if finer == OVERSAMPLED else _interpolated_samples(samples)
     sections = butter(sensor.order, sensor.cutoff, fs=sensor.rate * OVERSAMPLED, output="sos")
     return np.asarray(sosfilt(sections, whole - whole[0]) + whole[0])[::OVERSAMPLED]
 
 
-def _between(samples: FloatArray) -> FloatArray:
+def _interpolated_samples(samples: FloatArray) -> FloatArray:
     """Return the samples at OVERSAMPLED times the rate, by Lagrange interpolation between the nearest ones."""
     if len(samples) < AROUND:
         return np.repeat(samples, OVERSAMPLED)

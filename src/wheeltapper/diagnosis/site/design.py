@@ -39,8 +39,8 @@ from wheeltapper.ground.arguments import (
     check_flag,
     with_older,
 )
-from wheeltapper.ground.errors import InputError, suggested
-from wheeltapper.ground.progress import Progress, watched
+from wheeltapper.ground.errors import InputError, with_suggestion
+from wheeltapper.ground.progress import Progress, progress_shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,7 +103,7 @@ class Design:
         features = np.full((len(self.candidates), most, 3), np.nan)
         for i, one in enumerate(self.candidates):
             for j, feature in enumerate(one.layout.features):
-                features[i, j] = feature.lift, feature.length, feature.start
+                features[i, j] = feature.signed_height, feature.length, feature.start
         plain = [(one.determinant, one.worst, one.largest_force, one.total_length) for one in self.candidates]
         data: dict[str, Any] = {
             name: ("candidate", column, {"units": unit, "long_name": meaning})
@@ -216,20 +216,20 @@ def design_site(
     given = RAIL | with_older(given, older, {name: name for name in RAIL}, "rail")
     for name in given:
         if name not in RAIL:
-            raise InputError("", f"rail.{name}", f"the unknown name {name!r}", suggested(name, RAIL))
+            raise InputError("", f"rail.{name}", f"the unknown name {name!r}", with_suggestion(name, RAIL))
     given["shapes"] = as_names(given["shapes"], "shapes", "shapes of features")
     largest_force = as_quantity(given.pop("largest_force"), "largest_force", "force")
-    family = Family(**given, fields=varied).checked()
+    family = Family(**given, fields=varied).checked_family()
     plain = ("bump",) if "bump" in family.shapes else family.shapes[:1]
     slowest = min(passing) if passing else family.fields.get("speed", (float(site.passage.speed),))[0]
     judge = Judge(
         site, parameters, passing, criterion, largest_force, one_gauge,
-        as_trigger(trigger), family.heights[0], family.duration(slowest),
+        as_trigger(trigger), family.heights[0], family.recording_duration(slowest),
     )  # fmt: skip
     search = Search(judge, budget)
     try:
-        with watched(progress, "layouts"):
-            return _designed(search, family, plain, seed)
+        with progress_shown(progress, "layouts"):
+            return _design_of(search, family, plain, seed)
     except KeyboardInterrupt as stop:
         raise Interrupted(search.site_so_far) from stop
 
@@ -242,15 +242,15 @@ class Interrupted(KeyboardInterrupt):
         self.site = site
 
 
-def _designed(search: Search, family: Family, plain: tuple[str, ...], seed: int) -> Design:
+def _design_of(search: Search, family: Family, plain: tuple[str, ...], seed: int) -> Design:
     """Return the best of all layouts and those of the comparison, which have the shape `plain`."""
     judge = search.judge
-    single = search.best("single", replace(family, number=1, shapes=plain), [], [seed, 0])
+    single = search.best_layout("single", replace(family, number=1, shapes=plain), [], [seed, 0])
     bumps, bump = replace(family, shapes=plain, alike=True), single.layout.features[0]
     same = replace(bumps, heights=(bump.height, bump.height), lengths=(bump.length, bump.length))
-    repeated = search.best("repeated", same, [single.layout], [seed, 1])
-    alike = search.best("alike", bumps, [single.layout, repeated.layout], [seed, 2])
-    best = search.best("designed", family, [one.layout for one in (single, repeated, alike)], [seed, 3])
+    repeated = search.best_layout("repeated", same, [single.layout], [seed, 1])
+    alike = search.best_layout("alike", bumps, [single.layout, repeated.layout], [seed, 2])
+    best = search.best_layout("designed", family, [one.layout for one in (single, repeated, alike)], [seed, 3])
     return Design(
         judge.site_of(best.layout), judge.information(best.layout), judge.criterion, best, single, repeated, alike,
         tuple(search.candidates),

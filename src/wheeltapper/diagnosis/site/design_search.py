@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.inference.information import Information, Plan, information
-from wheeltapper.diagnosis.site.layout import Family, Feature, Layout, laid_out
+from wheeltapper.diagnosis.site.layout import Family, Layout, RailFeature, laid_out
 from wheeltapper.ground.errors import ComputationError, InputError
 from wheeltapper.ground.progress import report
 
@@ -78,7 +78,7 @@ class Judge:
         """Return the site with a layout."""
         return laid_out(self.site, layout, self.duration)
 
-    def together(self, layout: Layout) -> list[list[str]]:
+    def gauge_groups(self, layout: Layout) -> list[list[str]]:
         """Return the groups of heights that share an error."""
         heights = [f"irregularity.{i}.height" for i in range(len(layout.features))]
         return [heights] if self.one_gauge and "irregularity.0.height" in self.site.uncertainty else []
@@ -86,14 +86,14 @@ class Judge:
     def information(self, layout: Layout) -> Information:
         """Return the information of a layout, at the sensor's rate."""
         return information(
-            self.site_of(layout), self.parameters, self.speeds, together=self.together(layout), trigger=self.trigger
+            self.site_of(layout), self.parameters, self.speeds, together=self.gauge_groups(layout), trigger=self.trigger
         )
 
-    def judged(self, kind: str, layout: Layout, rate: float | None = None) -> Candidate:
+    def judged_layout(self, kind: str, layout: Layout, rate: float | None = None) -> Candidate:
         """Return the judged layout, at some sample rate; its criteria are NaN if its force is too large."""
-        return self._judged(kind, layout, rate)[0]
+        return self._judged_with_place(kind, layout, rate)[0]
 
-    def eased(self, kind: str, layout: Layout, rate: float, alike: bool) -> Candidate:
+    def lowered_to_limit(self, kind: str, layout: Layout, rate: float, alike: bool) -> Candidate:
         """Return the judged layout after lowering it until its force is allowed.
 
         Each time, the feature at the largest force is lowered, or all features if they have to be equal.
@@ -101,24 +101,28 @@ class Judge:
         vehicle = self.site.passage.vehicle
         static, aim = float(vehicle.weight), EASED * self.largest_force
         for _ in range(TRIES):
-            found, hardest = self._judged(kind, layout, rate)
+            found, hardest = self._judged_with_place(kind, layout, rate)
             if np.isfinite(found.worst):
                 break
             share = float(np.clip((aim - static) / (found.largest_force - static), 0.3, 0.97))
             layout = layout.lowered(hardest, share, self.lowest, alike)
         return found
 
-    def _judged(self, kind: str, layout: Layout, rate: float | None) -> tuple[Candidate, float]:
+    def _judged_with_place(self, kind: str, layout: Layout, rate: float | None) -> tuple[Candidate, float]:
         """Return the judged layout, and the position of the largest force, m."""
         site = self.site_of(layout)
-        plan = Plan.of(site, self.parameters, self.together(layout), self.trigger, None, rate)
+        plan = Plan.checked_plan(site, self.parameters, self.gauge_groups(layout), self.trigger, None, rate)
         with np.errstate(invalid="ignore"):  # a search may ask for places beyond the circle
-            passages = plan.passages(site.passage, self.speeds or (float(site.passage.speed),))
+            passages = plan.plan_passages(site.passage, self.speeds or (float(site.passage.speed),))
             force = float(passages.largest_forces.max())
             if force > self.largest_force:
-                return Candidate(kind, layout, np.nan, np.nan, force, layout.total_length), passages.hardest
-            found = plan.information(site, passages)
-        return Candidate(kind, layout, found.determinant, found.worst, force, layout.total_length), passages.hardest
+                return Candidate(
+                    kind, layout, np.nan, np.nan, force, layout.total_length
+                ), passages.place_of_largest_force
+            found = plan.information_of(site, passages)
+        return Candidate(
+            kind, layout, found.determinant, found.worst, force, layout.total_length
+        ), passages.place_of_largest_force
 
     @property
     def search_rate(self) -> float:
@@ -143,35 +147,35 @@ class Search:
     budget: int
     candidates: list[Candidate] = field(default_factory=list)
 
-    def best(self, kind: str, family: Family, known: Sequence[Layout], seed: list[int]) -> Candidate:
+    def best_layout(self, kind: str, family: Family, known: Sequence[Layout], seed: list[int]) -> Candidate:
         """Return the best layout of a family, at the sensor's rate; the known layouts are judged first."""
         random = np.random.default_rng(seed)
         budget = max(int(SHARES[kind] * self.budget), 1)
         mark = len(self.candidates)
-        parts = [] if family.alike or family.number == 1 else self._parts(family, int(PARTS * budget), random)
+        parts = [] if family.alike or family.number == 1 else self._best_features(family, int(PARTS * budget), random)
         for layout in known:
-            self._price(kind, family, family.coordinates(layout))
-        for i, at in enumerate(_spread(max(int(SAMPLED * budget), 1), family.size, random)):
+            self._cost_at(kind, family, family.coordinates_of(layout))
+        for i, at in enumerate(_latin_hypercube(max(int(SAMPLED * budget), 1), family.coordinate_count, random)):
             mixed = parts and i % 4  # every fourth is not combined
             drawn = random.integers(len(parts), size=family.number) if mixed else ()
-            self._price(kind, family, family.joined([parts[j] for j in drawn], at))
-        starts = list(self._distinct(self.candidates[mark:], kind))
+            self._cost_at(kind, family, family.with_feature_sizes([parts[j] for j in drawn], at))
+        starts = list(self._distinct_layouts(self.candidates[mark:], kind))
         rest = budget - (len(self.candidates) - mark)
         for many in CLIMBS:
             starts = sorted(starts, key=self._cost)[:many]
             each = max(rest // len(CLIMBS) // max(len(starts), 1), 1)
-            starts = [self._climbed(kind, family, one, each) for one in starts]
+            starts = [self._improved_layout(kind, family, one, each) for one in starts]
         return self._judged_again([one for one in self.candidates[mark:] if one.kind == kind])
 
-    def _parts(self, family: Family, budget: int, random: np.random.Generator) -> list[Feature]:
+    def _best_features(self, family: Family, budget: int, random: np.random.Generator) -> list[RailFeature]:
         """Return the best single features: one for each shape and each class of lengths (a factor of two)."""
         alone = replace(family, number=1)
         mark = len(self.candidates)
-        for at in _spread(max(budget, 1), alone.size, random):
-            self._price("part", alone, at)
-        return [one.layout.features[0] for one in self._distinct(self.candidates[mark:], "part")]
+        for at in _latin_hypercube(max(budget, 1), alone.coordinate_count, random):
+            self._cost_at("part", alone, at)
+        return [one.layout.features[0] for one in self._distinct_layouts(self.candidates[mark:], "part")]
 
-    def _distinct(self, found: Sequence[Candidate], kind: str) -> Iterator[Candidate]:
+    def _distinct_layouts(self, found: Sequence[Candidate], kind: str) -> Iterator[Candidate]:
         """Return the best layouts, best first: one for each sequence of shapes and rounded lengths."""
         seen = set()
         told = [one for one in found if one.kind == kind and np.isfinite(one.worst)]
@@ -181,24 +185,24 @@ class Search:
                 seen.add(sizes)
                 yield one
 
-    def _climbed(self, kind: str, family: Family, start: Candidate, budget: int) -> Candidate:
+    def _improved_layout(self, kind: str, family: Family, start: Candidate, budget: int) -> Candidate:
         """Return the best layout that the simplex search finds from one of them."""
         from scipy.optimize import minimize
 
-        mark, at = len(self.candidates), family.coordinates(start.layout)
-        simplex = at + np.vstack([np.zeros(family.size), np.diag(np.where(at < 0.5, SIMPLEX, -SIMPLEX))])
+        mark, at = len(self.candidates), family.coordinates_of(start.layout)
+        simplex = at + np.vstack([np.zeros(family.coordinate_count), np.diag(np.where(at < 0.5, SIMPLEX, -SIMPLEX))])
         options: Any = {"maxfev": budget, "initial_simplex": simplex, "xatol": FINE, "fatol": FINE}
         minimize(self._price_of(kind, family), at, method="Nelder-Mead", options=options)
         told = [one for one in self.candidates[mark:] if np.isfinite(one.worst)]
         return min([start, *told], key=self._cost)
 
     def _price_of(self, kind: str, family: Family) -> Callable[[FloatArray], float]:
-        return lambda at: self._price(kind, family, at)
+        return lambda at: self._cost_at(kind, family, at)
 
-    def _price(self, kind: str, family: Family, at: FloatArray) -> float:
+    def _cost_at(self, kind: str, family: Family, at: FloatArray) -> float:
         """Return the cost of a layout, which the search minimises."""
         try:
-            found = self.judge.eased(kind, family.layout(at), self.judge.search_rate, family.alike)
+            found = self.judge.lowered_to_limit(kind, family.layout_at(at), self.judge.search_rate, family.alike)
         except ComputationError:
             return 2.0 * REFUSED
         self.candidates.append(found)
@@ -228,11 +232,11 @@ class Search:
             limit = f"{self.judge.largest_force:g} N, which none of {len(found)} layouts keeps"
             raise InputError("", "largest_force", limit, "a larger one, lower heights, or a larger budget")
         ranked = sorted(told, key=lambda one: self._cost(one))[:JUDGED]
-        again = [self.judge.judged(one.kind, one.layout) for one in ranked]
+        again = [self.judge.judged_layout(one.kind, one.layout) for one in ranked]
         return min(again, key=lambda one: self._cost(one))
 
 
-def _spread(many: int, size: int, random: np.random.Generator) -> FloatArray:
+def _latin_hypercube(many: int, size: int, random: np.random.Generator) -> FloatArray:
     """Return a Latin hypercube: the range of each coordinate has `many` parts, and each part has one point."""
     parts = np.column_stack([random.permutation(many) for _ in range(size)])
     return np.asarray((parts + random.random((many, size))) / many)

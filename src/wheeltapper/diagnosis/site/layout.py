@@ -38,7 +38,7 @@ LISTENING = 0.2
 feature carry information, too."""
 
 
-class Feature(NamedTuple):
+class RailFeature(NamedTuple):
     """One feature of a rail; height and length are magnitudes, m."""
 
     shape: str
@@ -47,7 +47,7 @@ class Feature(NamedTuple):
     start: float
 
     @property
-    def lift(self) -> float:
+    def signed_height(self) -> float:
         """The height with its sign, m."""
         return -self.height if self.shape in FALLING else self.height
 
@@ -55,14 +55,14 @@ class Feature(NamedTuple):
     def irregularity(self) -> Irregularity:
         """The irregularity that describes the feature."""
         if self.shape.startswith("step"):
-            return Step(height=self.lift, position=self.start)
-        return CosineBump(height=self.lift, length=self.length, start=self.start)
+            return Step(height=self.signed_height, position=self.start)
+        return CosineBump(height=self.signed_height, length=self.length, start=self.start)
 
 
 class Layout(NamedTuple):
     """Features, and other fields by path."""
 
-    features: tuple[Feature, ...]
+    features: tuple[RailFeature, ...]
     fields: dict[str, float]
 
     @property
@@ -109,7 +109,7 @@ class Family:
     alike: bool = False
     fields: Mapping[str, Bounds] = field(default_factory=dict)
 
-    def checked(self) -> Family:
+    def checked_family(self) -> Family:
         """Return the family in SI units; refuse wrong bounds."""
         if not self.shapes:
             raise InputError("", "shapes", "none", ", ".join(map(repr, SHAPES)))
@@ -120,97 +120,103 @@ class Family:
         fields = {path: as_bounds(bounds, path, "number") for path, bounds in self.fields.items()}
         number, length = as_count(self.number, "number"), as_quantity(self.total_length, "total_length", "length")
         out = Family(number, self.shapes, heights, lengths, spacing, length, self.alike, fields)
-        if not out._least(number) <= length:
-            raise InputError("", "total_length", f"{length:g}", f"at least {out._least(number):g} m")
+        if not out._least_length(number) <= length:
+            raise InputError("", "total_length", f"{length:g}", f"at least {out._least_length(number):g} m")
         return out
 
     @property
-    def size(self) -> int:
+    def coordinate_count(self) -> int:
         """Number of coordinates."""
         features = 2 + (self.number > 1) if self.alike else 3 * self.number - 1
         return features + len(self.fields)
 
-    def duration(self, slowest: float) -> float:
+    def recording_duration(self, slowest: float) -> float:
         """Return the duration of recordings that suffices for all these layouts at a speed, s."""
         return (FIRST + self.total_length) / slowest + LISTENING
 
-    def layout(self, at: FloatArray) -> Layout:
+    def layout_at(self, at: FloatArray) -> Layout:
         """Return the layout at some coordinates, each between 0 and 1."""
         left = np.clip(at, 0.0, 1.0).tolist()
-        fields = {path: _between(bounds, left.pop()) for path, bounds in [*self.fields.items()][::-1]}
-        shape, height = self._shaped(left.pop(0))
-        features = [Feature(shape, height, self._long(shape, left.pop(0), self.total_length, self.number - 1), FIRST)]
+        fields = {path: _log_interpolated(bounds, left.pop()) for path, bounds in [*self.fields.items()][::-1]}
+        shape, height = self._shape_and_height(left.pop(0))
+        features = [
+            RailFeature(
+                shape, height, self._feature_length(shape, left.pop(0), self.total_length, self.number - 1), FIRST
+            )
+        ]
         share = left.pop(0) if self.alike and left else 0.0
         for rest in range(self.number - 2, -1, -1):
             last = features[-1]
             if not self.alike:
                 share = left.pop(0)
-                shape, height = self._shaped(left.pop(0))
+                shape, height = self._shape_and_height(left.pop(0))
             room = self.total_length - (last.start - FIRST) - max(self.spacing[0], last.length)
-            length = last.length if self.alike else self._long(shape, left.pop(0), room, rest)
-            features.append(Feature(shape, height, length, last.start + self._apart(last, length, share, rest)))
+            length = last.length if self.alike else self._feature_length(shape, left.pop(0), room, rest)
+            features.append(
+                RailFeature(shape, height, length, last.start + self._distance_to_next(last, length, share, rest))
+            )
         return Layout(tuple(features), dict(sorted(fields.items())))
 
-    def coordinates(self, layout: Layout) -> FloatArray:
+    def coordinates_of(self, layout: Layout) -> FloatArray:
         """Return the coordinates of a layout, or of a similar one of this family: missing features are repeated."""
         given = layout.features
         features = (given * self.number)[: self.number]
-        out = [*self._sizes(features[0])]
+        out = [*self._size_coordinates(features[0])]
         for i, one in enumerate(features[1:], 1):
             apart = one.start - features[i - 1].start if i < len(given) else 0.0
-            least, most = self._range(features[i - 1], one.length, self.number - 1 - i)
+            least, most = self._distance_range(features[i - 1], one.length, self.number - 1 - i)
             share = (apart - least) / (most - least) if most > least and apart > 0.0 else 0.5
             if not self.alike:
-                out += [share, *self._sizes(one)]
+                out += [share, *self._size_coordinates(one)]
             elif i == 1:
                 out.append(share)
-        fields = [_share(bounds, layout.fields[path]) for path, bounds in self.fields.items()]
+        fields = [_log_share(bounds, layout.fields[path]) for path, bounds in self.fields.items()]
         return np.clip([*out, *fields], 0.0, 1.0)
 
-    def joined(self, parts: Sequence[Feature], at: FloatArray) -> FloatArray:
+    def with_feature_sizes(self, parts: Sequence[RailFeature], at: FloatArray) -> FloatArray:
         """Return coordinates in which the sizes are those of the given features."""
         out = at.copy()
         for i, part in enumerate(parts):
-            out[3 * i : 3 * i + 2] = self._sizes(part)
+            out[3 * i : 3 * i + 2] = self._size_coordinates(part)
         return out
 
-    def _sizes(self, one: Feature) -> tuple[float, ...]:
+    def _size_coordinates(self, one: RailFeature) -> tuple[float, ...]:
         part = self.shapes.index(one.shape) if one.shape in self.shapes else 0
-        height = (part + np.clip(_share(self.heights, one.height), 0.0, 1.0 - 1e-9)) / len(self.shapes)
-        return float(height), _share(self.lengths, one.length or self.lengths[0])
+        height = (part + np.clip(_log_share(self.heights, one.height), 0.0, 1.0 - 1e-9)) / len(self.shapes)
+        return float(height), _log_share(self.lengths, one.length or self.lengths[0])
 
-    def _shaped(self, share: float) -> tuple[str, float]:
+    def _shape_and_height(self, share: float) -> tuple[str, float]:
         part = min(int(share * len(self.shapes)), len(self.shapes) - 1)
-        return self.shapes[part], _between(self.heights, share * len(self.shapes) - part)
+        return self.shapes[part], _log_interpolated(self.heights, share * len(self.shapes) - part)
 
-    def _least(self, number: int) -> float:
+    def _least_length(self, number: int) -> float:
         """Return the smallest total length of a number of features."""
         return self.lengths[0] + (number - 1) * max(self.spacing[0], self.lengths[0])
 
-    def _long(self, shape: str, share: float, room: float, rest: int) -> float:
+    def _feature_length(self, shape: str, share: float, room: float, rest: int) -> float:
         """Return the length of a feature that starts with `room` left, m, if `rest` more features must follow."""
         if shape.startswith("step"):
             return 0.0
-        most = room - self._least(rest) if rest else room
+        most = room - self._least_length(rest) if rest else room
         if self.alike:
             most = min(room / (rest + 1), room - rest * self.spacing[0])
-        return min(_between(self.lengths, share), most)
+        return min(_log_interpolated(self.lengths, share), most)
 
-    def _apart(self, last: Feature, length: float, share: float, rest: int) -> float:
+    def _distance_to_next(self, last: RailFeature, length: float, share: float, rest: int) -> float:
         """Return the distance to the next feature."""
-        least, most = self._range(last, length, rest)
+        least, most = self._distance_range(last, length, rest)
         return least + share * (most - least)
 
-    def _range(self, last: Feature, length: float, rest: int) -> Bounds:
+    def _distance_range(self, last: RailFeature, length: float, rest: int) -> Bounds:
         """Return the smallest and the largest distance to the next feature, if `rest` more must follow it."""
         room = self.total_length - (last.start - FIRST)
         least = max(self.spacing[0], last.length)
-        behind = max(self.spacing[0], length) + self._least(rest) if rest else length
+        behind = max(self.spacing[0], length) + self._least_length(rest) if rest else length
         most = (room - length) / (rest + 1) if self.alike else room - behind
         return least, max(min(self.spacing[1], most), least)
 
 
-def _between(bounds: Bounds, share: float) -> float:
+def _log_interpolated(bounds: Bounds, share: float) -> float:
     low, high = bounds
     return float(low * (high / low) ** share)
 
@@ -229,6 +235,6 @@ def laid_out(site: Site, layout: Layout, duration: float) -> Site:
     return Site(passage=site.passage.replaced(changes), sensor=site.sensor, uncertainty=known, name=site.name)
 
 
-def _share(bounds: Bounds, value: float) -> float:
+def _log_share(bounds: Bounds, value: float) -> float:
     low, high = bounds
     return float(np.log(value / low) / np.log(high / low)) if high > low else 0.0

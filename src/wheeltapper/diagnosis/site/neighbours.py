@@ -28,7 +28,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.vehicle.body import Axle
 from wheeltapper.describe.vehicle.element import GROUND, Damper, Spring
 from wheeltapper.describe.vehicle.wagon import Wagon
-from wheeltapper.ground.errors import InputError, shown
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.march import run
 from wheeltapper.record.simulate import simulate
@@ -95,7 +95,7 @@ def ends_of(size: Any) -> tuple[float, float]:
     except (TypeError, ValueError):
         low, high = np.nan, np.nan
     if not (np.isfinite(low + high) and low <= high):
-        raise InputError("", "size", shown(size), "a number, or a range (low, high)")
+        raise InputError("", "size", value_text(size), "a number, or a range (low, high)")
     return low, high
 
 
@@ -130,21 +130,21 @@ def neighbours_of(given: float | Neighbour | Sequence[Neighbour] | None) -> tupl
         return (Neighbour(spacing=given),)
     if isinstance(given, Sequence) and all(isinstance(one, Neighbour) for one in given):
         return tuple(given)
-    raise InputError("", "neighbour", shown(given), "a spacing in m, a Neighbour, or several")
+    raise InputError("", "neighbour", value_text(given), "a spacing in m, a Neighbour, or several")
 
 
 Others = Sequence[tuple[float, Scenario]]
 """Spacings (m, positive ahead) and passages, each from its own trigger."""
 
 
-class Felt(NamedTuple):
+class DeckMotion(NamedTuple):
     """Motion of a deck: the end of the known part, s after the trigger, and the acceleration at given times, m/s²."""
 
     end: float
     at: Callable[[FloatArray], FloatArray]
 
 
-def felt(own: Scenario, others: Others = (), coupled: bool = True) -> Felt:
+def deck_motion(own: Scenario, others: Others = (), coupled: bool = True) -> DeckMotion:
     """Return the deck's acceleration after the trigger of one wheelset.
 
     Parameters
@@ -154,40 +154,43 @@ def felt(own: Scenario, others: Others = (), coupled: bool = True) -> Felt:
     others
         The wheelsets that pass with it over the same deck and rail.
     coupled
-        Whether wheelsets react to the motion of the deck due to the others (`together`), or are superposed.
+        Whether wheelsets react to the motion of the deck due to the others (`coupled_motion`), or are superposed.
     """
     if not others:
-        return alone(own)
-    return together(own, others) if coupled else superposed(own, others)
+        return motion_under_one_wheelset(own)
+    return coupled_motion(own, others) if coupled else superposed(own, others)
 
 
-def alone(passage: Scenario, ahead: float = 0.0) -> Felt:
+def motion_under_one_wheelset(passage: Scenario, ahead: float = 0.0) -> DeckMotion:
     """Return the motion of the deck under one wheelset whose trigger was `ahead` earlier, s; zero before it."""
     duration = float(passage.duration) + ahead
     if duration <= 0.0:
-        return Felt(np.inf, np.zeros_like)
+        return DeckMotion(np.inf, np.zeros_like)
     record = simulate(passage.replaced({"duration": duration}))
 
-    def at(times: FloatArray) -> FloatArray:
+    def acceleration_at(times: FloatArray) -> FloatArray:
         out, here = np.zeros(len(times)), times + ahead
         begun = here >= 0.0
         out[begun] = record.at(np.minimum(here[begun], record.end)).deck_acceleration.values
         return out
 
-    return Felt(record.end - ahead, at)
+    return DeckMotion(record.end - ahead, acceleration_at)
 
 
-def superposed(own: Scenario, others: Others) -> Felt:
+def superposed(own: Scenario, others: Others) -> DeckMotion:
     """Return the sum of the motions of the deck under each wheelset alone."""
     for _, passage in [(0.0, own), *others]:
         run.choose(run.SUPERPOSED, passage.needs)
-    parts = [alone(own), *(alone(passage, spacing / float(own.speed)) for spacing, passage in others)]
-    return Felt(
+    parts = [
+        motion_under_one_wheelset(own),
+        *(motion_under_one_wheelset(passage, spacing / float(own.speed)) for spacing, passage in others),
+    ]
+    return DeckMotion(
         min(part.end for part in parts), lambda times: np.asarray(np.sum([part.at(times) for part in parts], axis=0))
     )
 
 
-def together(own: Scenario, others: Others) -> Felt:
+def coupled_motion(own: Scenario, others: Others) -> DeckMotion:
     """Return the motion of the deck under all wheelsets, which influence each other.
 
     It begins in equilibrium when the leading wheelset is at its trigger. On a deck without ends each wheelset has its
@@ -201,10 +204,10 @@ def together(own: Scenario, others: Others) -> Felt:
     begins = ahead / float(own.speed)
     record = simulate(_on_one_deck([(x - ahead, passage) for x, passage in row], begins + float(own.duration)))
 
-    def at(times: FloatArray) -> FloatArray:
+    def acceleration_at(times: FloatArray) -> FloatArray:
         return np.asarray(record.at(np.minimum(times + begins, record.end)).deck_acceleration.values)
 
-    return Felt(record.end - begins, at)
+    return DeckMotion(record.end - begins, acceleration_at)
 
 
 def _on_one_deck(row: list[tuple[float, Scenario]], duration: float) -> Scenario:
@@ -213,14 +216,14 @@ def _on_one_deck(row: list[tuple[float, Scenario]], duration: float) -> Scenario
 
     first = row[0][1]
     lowered = [lower(passage.replaced({"irregularity": None})) for _, passage in row]
-    sunk = _sunk(first, [each.static_force for each in lowered])
+    sunk = _deck_sinkage(first, [each.static_force for each in lowered])
     axles, elements, placed = [], [], {}
     for number, (x, passage) in enumerate(row, 1):
         vehicle = passage.vehicle
         load = float(vehicle.load) + float(vehicle.mass) * (float(vehicle.gravity) - float(first.vehicle.gravity))
         load -= float(vehicle.stiffness) * sunk
         axles.append(Axle(mass=vehicle.mass, inertia=INERTIA, position=x, load=load, radius=vehicle.radius, held=HELD))
-        elements += _suspension(vehicle, number, x)
+        elements += _suspension_elements(vehicle, number, x)
         placed[f"wheelset {number}"] = tuple(
             _turned_back(item, float(vehicle.radius), x) for item in passage.irregularity
         )
@@ -242,7 +245,7 @@ def _turned_back(item: Any, radius: float, x: float) -> Any:
     return item.moved(-turn * ceil(-x / turn)) if item.borne == "wheel" and getattr(item, "repeat", True) else item
 
 
-def _suspension(vehicle: Any, number: int, x: float) -> list[Spring | Damper]:
+def _suspension_elements(vehicle: Any, number: int, x: float) -> list[Spring | Damper]:
     where: dict[str, Any] = {"between": (f"wheelset {number}", GROUND), "at": (x, 0.0, float(vehicle.radius))}
     out: list[Spring | Damper] = [Spring(name=f"spring {number}", stiffness=(0.0, 0.0, vehicle.stiffness), **where)]
     if vehicle.damping > 0.0:
@@ -252,7 +255,7 @@ def _suspension(vehicle: Any, number: int, x: float) -> list[Spring | Damper]:
     return out
 
 
-def _sunk(first: Scenario, static: list[float]) -> float:
+def _deck_sinkage(first: Scenario, static: list[float]) -> float:
     """Return the position of an endless deck under all wheelsets, m; the march prestresses it by the first one's force.
 
     With N_i on the deck and S_i off it, K·y = S_1 - ΣN_i and N_i = S_i + k_i·y, for the N_i of the core model.

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.diagnosis.inference.sensing import OVERSAMPLED, converted, drifted, filtered
-from wheeltapper.diagnosis.site.neighbours import Condition, Neighbour, Others, felt, neighbours_of
+from wheeltapper.diagnosis.site.neighbours import Condition, Neighbour, Others, deck_motion, neighbours_of
 from wheeltapper.ground.arguments import as_count, as_list, as_quantity, as_table, check_flag, check_text
-from wheeltapper.ground.errors import InputError, shown
-from wheeltapper.ground.progress import Progress, report, watched
+from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.ground.quantities import to_si
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
@@ -74,26 +74,26 @@ def synthesise(
     list of Recording
         `truth` holds label, fault, size, place, scenario, neighbours, and the drawn values by path.
     """
-    count, seed, noise = as_count(count, "count"), as_count(seed, "seed", 0), _noise(noise)
+    count, seed, noise = as_count(count, "count"), as_count(seed, "seed", 0), _noise_or_none(noise)
     check_flag(vary, "vary")
     check_flag(coupled, "coupled")
     site = as_site(site)
     stated = site.passage.replaced(as_table(changes, "changes", "values by path, or None"))
-    condition, others = _condition(fault, size, older), neighbours_of(neighbour)
+    condition, others = _condition_of(fault, size, older), neighbours_of(neighbour)
     out = []
-    with watched(progress, "recordings"):
+    with progress_shown(progress, "recordings"):
         for number in range(count):
             random = np.random.default_rng([seed, number])
-            relative = _relative(site, random) if vary else {}
-            passage, truth = _made(stated, condition, relative, random)
+            relative = _relative_deviations(site, random) if vary else {}
+            passage, truth = _drawn_passage(stated, condition, relative, random)
             beside = [
-                _beside(site, other, relative, np.random.default_rng([seed, number, 1 + i]))
+                _neighbour_passage(site, other, relative, np.random.default_rng([seed, number, 1 + i]))
                 for i, other in enumerate(others)
             ]
             truth = {"label": condition.label, **truth}
             if others:
                 truth["neighbours"] = [{"spacing": spacing, "scenario": scene} for spacing, scene in beside]
-            out.append(_recorded(site, passage, beside, random, noise, coupled, truth))
+            out.append(_synthetic_recording(site, passage, beside, random, noise, coupled, truth))
             report("recordings", number + 1, count)
     return out
 
@@ -102,7 +102,7 @@ OLDER = {"place": "place", "label": "name"}
 """Keywords of `synthesise` that `Condition` has replaced, and what they are called there."""
 
 
-def _condition(fault: str | Condition | None, size: Any, older: dict[str, Any]) -> Condition:
+def _condition_of(fault: str | Condition | None, size: Any, older: dict[str, Any]) -> Condition:
     """Return what is wrong with a wheelset, with what was given by older keywords."""
     given: dict[str, Any] = {}
     for name, value in older.items():
@@ -111,7 +111,7 @@ def _condition(fault: str | Condition | None, size: Any, older: dict[str, Any]) 
         warnings.warn(f"{name} is now Condition({OLDER[name]}=...)", DeprecationWarning, stacklevel=3)
         given[OLDER[name]] = value
     if isinstance(fault, Condition) and size is not None:
-        raise InputError("", "size", shown(size), "none beside a Condition, which has its own")
+        raise InputError("", "size", value_text(size), "none beside a Condition, which has its own")
     found = replace(fault, **given) if isinstance(fault, Condition) else Condition(fault, size, **given)
     if found.name is not None:
         check_text(found.name, "name")
@@ -155,35 +155,35 @@ def synthesise_train(
     reach
         Distance, m, beyond which the deck does not feel other wheelsets. Zero: each is alone on the deck.
     """
-    site, seed, noise = as_site(site), as_count(seed, "seed", 0), _noise(noise)
+    site, seed, noise = as_site(site), as_count(seed, "seed", 0), _noise_or_none(noise)
     check_flag(vary, "vary")
     check_flag(coupled, "coupled")
     felt_up_to = to_si(reach, "length", "reach")
     if not felt_up_to >= 0.0:
-        raise InputError("", "reach", shown(reach), "0 m or more; infinite where all are felt")
+        raise InputError("", "reach", value_text(reach), "0 m or more; infinite where all are felt")
     speed = None if speed is None else as_quantity(speed, "speed", "speed")
-    conditions = _conditions(axles, count)
-    places = _positions(positions, len(conditions))
+    conditions = _axle_conditions(axles, count)
+    places = _axle_positions(positions, len(conditions))
     stated = site.passage if speed is None else site.passage.replaced({"speed": speed})
-    shared = _relative(site, np.random.default_rng([seed])) if vary else {}
+    shared = _relative_deviations(site, np.random.default_rng([seed])) if vary else {}
     generators = [np.random.default_rng([seed, i]) for i in range(len(conditions))]
     made = []
     for condition, random in zip(conditions, generators, strict=True):
-        own = _relative(site, random) if vary else {}
+        own = _relative_deviations(site, random) if vary else {}
         relative = {path: own[path] if path.startswith(OWN) else share for path, share in shared.items()}
-        made.append(_made(stated, condition, relative, random))
+        made.append(_drawn_passage(stated, condition, relative, random))
     out = []
-    with watched(progress, "wheelsets"):
+    with progress_shown(progress, "wheelsets"):
         for i, (passage, truth) in enumerate(made):
             near = [j for j in range(len(made)) if j != i and abs(places[j] - places[i]) <= felt_up_to]
             beside = [(places[i] - places[j], made[j][0]) for j in near]
             truth = {"label": conditions[i].label, "axle": i + 1, "position": places[i], **truth}
-            out.append(_recorded(site, passage, beside, generators[i], noise, coupled, truth, speed))
+            out.append(_synthetic_recording(site, passage, beside, generators[i], noise, coupled, truth, speed))
             report("wheelsets", i + 1, len(made))
     return out
 
 
-def _conditions(
+def _axle_conditions(
     axles: Sequence[str | Condition | None] | Mapping[int, str | Condition], count: int | None
 ) -> list[Condition]:
     if isinstance(axles, Mapping):
@@ -201,36 +201,36 @@ def _conditions(
     out = []
     for i, given in enumerate(listed, 1):
         if not (given is None or isinstance(given, str | Condition)):
-            raise InputError("", f"axles.{i}", shown(given), "a fault's name, a Condition, or None")
+            raise InputError("", f"axles.{i}", value_text(given), "a fault's name, a Condition, or None")
         known = given if isinstance(given, Condition) else Condition(None if given in (None, "healthy") else given)
         out.append(known)
     return out
 
 
-def _positions(given: Sequence[float] | None, count: int) -> list[float]:
+def _axle_positions(given: Sequence[float] | None, count: int) -> list[float]:
     if given is None:
         return [COUPLED * (i // len(COACH)) + COACH[i % len(COACH)] for i in range(count)]
     what = f"{count} distances in m that rise from 0"
     listed = as_list(given, "positions", what)
     places = [to_si(place, "length", "positions") for place in listed]
     if len(places) != count or places[0] != 0.0 or not np.all(np.diff(places) > 0.0):
-        raise InputError("", "positions", shown(listed), what)
+        raise InputError("", "positions", value_text(listed), what)
     return places
 
 
-def _noise(given: Any) -> float | None:
+def _noise_or_none(given: Any) -> float | None:
     return None if given is None else as_quantity(given, "noise", "acceleration", positive=False)
 
 
 # -- one passage ------------------------------------------------------------------------------------------------------
 
 
-def _relative(site: Site, random: np.random.Generator) -> dict[str, float]:
+def _relative_deviations(site: Site, random: np.random.Generator) -> dict[str, float]:
     """Return drawn relative deviations of the uncertain fields from the stated values, by path."""
     return {path: share * float(random.standard_normal()) for path, share in site.uncertainty.items()}
 
 
-def _made(
+def _drawn_passage(
     stated: Scenario, condition: Condition, relative: Mapping[str, float], random: np.random.Generator
 ) -> tuple[Scenario, dict[str, Any]]:
     """Return a wheelset's passage, and the true values of it."""
@@ -241,20 +241,20 @@ def _made(
     return scenario, {"fault": condition.fault, "size": size, "place": place, "scenario": scenario, **drawn}
 
 
-def _beside(
+def _neighbour_passage(
     site: Site, other: Neighbour, relative: Mapping[str, float], random: np.random.Generator
 ) -> tuple[float, Scenario]:
     """Return a neighbour's spacing and passage; fields of the site are the same as for the wheelset of interest."""
-    drawn = _relative(site, random)
+    drawn = _relative_deviations(site, random)
     own = {path: drawn[path] if path.startswith(OWN) else share for path, share in relative.items()}
-    return other.spacing, _made(site.passage, other, own, random)[0]
+    return other.spacing, _drawn_passage(site.passage, other, own, random)[0]
 
 
-def _recorded(
+def _synthetic_recording(
     site: Site, passage: Scenario, beside: Others, random: np.random.Generator, noise: float | None, coupled: bool,
     truth: dict[str, Any], speed: float | None = None,
 ) -> Recording:  # fmt: skip
-    sensor, deck = site.sensor, felt(passage, beside, coupled)
+    sensor, deck = site.sensor, deck_motion(passage, beside, coupled)
     count = int(np.floor(deck.end * sensor.rate * (1.0 + 1e-12))) + 1
     times = np.arange(count) / sensor.rate
     if sensor.cutoff is None:

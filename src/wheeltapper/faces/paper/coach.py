@@ -30,7 +30,7 @@ PERCEIVED = 0.015
 @claim("C14", "fig4coach", "mass and damper are a good reduced model: the coach's forces are those of the core model")
 def core_and_coach() -> Iterator[Measure]:
     """Measure the first eight force peaks, over those of the core model, of the coach and its 17 vertical motions."""
-    plane = setting.vertical(FREE)
+    plane = setting.vertical_changes(FREE)
     pinned = {
         ("up", "coach"): 0.3194,
         ("up", "17 degrees"): 0.3209,
@@ -41,7 +41,7 @@ def core_and_coach() -> Iterator[Measure]:
         table = core.step(height, 0.0, 0.08).peaks
         expected = table.normal_force.values[~table.corner.values][:8] / core.STATIC
         for of, changes in (("coach", {"vehicle": FREE}), ("17 degrees", plane)):
-            _, found = setting.peaks(step(height, 0.08, **changes))
+            _, found = setting.wheel_peaks(step(height, 0.08, **changes))
             off = float(np.abs(found[:8] / expected - 1.0).max())
             case = f"step {name}, {of}"
             yield said(
@@ -77,7 +77,7 @@ def front_is_unaffected() -> Iterator[Measure]:
         yield PINNED.relative("largest change of N/N0 in 0.19 s, damping-free", at_first, 0.060763, 1e-2, CLOSE)
         yield said("practically none", UNAFFECTED, "... by 1.2 s, damping-free", change, refutes=True)
         yield PINNED.relative("... by 1.2 s, damping-free", change, 0.143129, 1e-2, CLOSE)
-        heights = (setting.peaks(record)[1] for record in (both, alone))
+        heights = (setting.wheel_peaks(record)[1] for record in (both, alone))
         same = float(np.abs(np.subtract(*heights)).max())
         yield said("practically none", UNAFFECTED, "largest change of its peaks/N0 by 1.2 s, damping-free", same)
         yield PINNED.relative("largest change of its peaks/N0 by 1.2 s, damping-free", same, 0.0048804, 1e-2, CLOSE)
@@ -98,35 +98,35 @@ def wheelsets_are_uncoupled() -> Iterator[Measure]:
 
 def _after_the_edge(record: wt.Record, index: int) -> float:
     """Return the time of an event of the right front wheel, in ms after the edge."""
-    return 1e3 * (float(setting.wheel(record.events).time[index]) - setting.MEETS)
+    return 1e3 * (float(setting.wheel_rows(record.events).time[index]) - setting.MEETS)
 
 
-def _frequency(record: wt.Record) -> float:
-    return 1.0 / float(setting.wheel(record.impacts).interval[1])
+def _impact_frequency(record: wt.Record) -> float:
+    return 1.0 / float(setting.wheel_rows(record.impacts).interval[1])
 
 
 @claim("C17b", "fig4coach", "a step up makes vibro-impacts of about 200 Hz under the coach", SLOWER)
 def step_up() -> Iterator[Measure]:
     """Measure the damping-free coach's response to a step up."""
     record = step(HEIGHT, 0.05)
-    _, heights = setting.peaks(record)
-    yield from bounces(_frequency(record))
+    _, heights = setting.wheel_peaks(record)
+    yield from bounces(_impact_frequency(record))
     yield PINNED.relative("first peak/N0", float(heights[0]), 2.19904)
     yield PINNED.relative("second peak/N0", float(heights[1]), 2.88744)
     yield PINNED.relative("loss after the edge [ms]", _after_the_edge(record, 0), 0.961472)
     yield PINNED.relative("impact after the edge [ms]", _after_the_edge(record, 1), 2.65871)
-    yield PINNED.relative("frequency [Hz]", _frequency(record), 162.896)
+    yield PINNED.relative("frequency [Hz]", _impact_frequency(record), 162.896)
 
 
 @claim("C18b", "fig4coach", "a step down makes vibro-impacts of about 200 Hz under the coach", SLOWER)
 def step_down() -> Iterator[Measure]:
     """Measure the damping-free coach's response to a step down."""
     record = step(-HEIGHT, 0.05)
-    yield from bounces(_frequency(record))
+    yield from bounces(_impact_frequency(record))
     yield PINNED.relative("N_max/N0", largest(record), 2.64118)
     yield PINNED.relative("loss after the edge [ms]", _after_the_edge(record, 0), 6.54870)
     yield PINNED.relative("impact after the edge [ms]", _after_the_edge(record, 1), 7.55937)
-    yield PINNED.relative("frequency [Hz]", _frequency(record), 168.719)
+    yield PINNED.relative("frequency [Hz]", _impact_frequency(record), 168.719)
 
 
 @claim("C19b", "fig4coach", "an ideal jump of the rail gives the coach higher peaks, too")
@@ -221,7 +221,7 @@ def comfort() -> Iterator[Measure]:
         yield PINNED.relative(f"largest [m/s²], {name}, within 1.2 s", highest, two)
     time, alone = car_body(step(HEIGHT, 5.0), 500.0)
     frequencies = np.arange(0.5, 12.0, 0.02)
-    spectrum = np.array([setting.amplitude(time, alone, float(f)) for f in frequencies])
+    spectrum = np.array([setting.amplitude_at(time, alone, float(f)) for f in frequencies])
     for low, high, expected in ((4.0, 12.0, 7.46), (0.5, 4.0, 1.08)):
         inside = (frequencies > low) & (frequencies < high)
         main = float(frequencies[inside][spectrum[inside].argmax()])
@@ -249,7 +249,9 @@ def dampers_are_worse() -> Iterator[Measure]:
 # -- Figs 7 to 10: corrugation ----------------------------------------------------------------------------------------
 
 
-def _fundamentals(speed: float, lasting: float, periods: int, vehicle: wt.Wagon = COACH) -> tuple[complex, complex]:
+def _settled_fundamentals(
+    speed: float, lasting: float, periods: int, vehicle: wt.Wagon = COACH
+) -> tuple[complex, complex]:
     """Return the rear wheelset's settled motion, and its right wheel's force over N0, both over the path."""
     record, _ = setting.corrugation(speed, lasting, vehicle)
     frequency = speed / setting.WAVELENGTH
@@ -266,7 +268,7 @@ def _fundamentals(speed: float, lasting: float, periods: int, vehicle: wt.Wagon 
 @claim("C28b", "fig7coach", "2.25 m/s: the rear wheelset moves in phase with the irregularity, by the same amplitude")
 def in_phase() -> Iterator[Measure]:
     """Measure the settled fundamental of motion and force, with the dampers of the coach."""
-    motion, answer = _fundamentals(2.25, 4.4, 50)
+    motion, answer = _settled_fundamentals(2.25, 4.4, 50)
     yield said("almost identical", "section 5, Fig. 7", "z/a", abs(motion))
     yield LINEAR.relative("z/a", abs(motion), linear_motion(2.25 / setting.WAVELENGTH))
     phase = float(np.angle(motion, deg=True))
@@ -299,7 +301,7 @@ def several_times_static() -> Iterator[Measure]:
 )
 def antiphase() -> Iterator[Measure]:
     """Measure the fundamental of motion and force, and the force's extremes."""
-    motion, answer = _fundamentals(36.0, 0.2, 70)
+    motion, answer = _settled_fundamentals(36.0, 0.2, 70)
     phase = abs(float(np.angle(motion, deg=True)))
     yield said("very small", "section 5: significantly less", "z/a at 720 Hz", abs(motion))
     yield PINNED.relative("z/a at 720 Hz", abs(motion), 0.0635115)
@@ -390,7 +392,7 @@ def right_force_and_left() -> Iterator[Measure]:
             strict=True,
         ):
             yield PINNED.relative(f"{words} N/N0, {name}", float(value), expected)
-        at_right, at_left = (setting.amplitude(at, one, 720.0) for one in (right, left))
+        at_right, at_left = (setting.amplitude_at(at, one, 720.0) for one in (right, left))
         yield PINNED.relative(f"right amplitude at 720 Hz/N0, {name}", at_right, first)
         yield PINNED.relative(f"left amplitude at 720 Hz/N0, {name}", at_left, second)
         yield said(
@@ -413,7 +415,7 @@ def centres_in_phase() -> Iterator[Measure]:
         record, start = right_rail(**ONE_SIDED[name])
         found = []
         for begin, end in ((0.0, 0.02), (0.02, 0.06), (0.06, 0.12)):
-            both = setting.centres(record.at(times(start + begin, min(start + end, record.end))))
+            both = setting.wheel_centre_heights(record.at(times(start + begin, min(start + end, record.end))))
             found.append(float(np.corrcoef(both["left"], both["right"])[0, 1]))
         for window, value, wanted in zip(("0 to 20", "20 to 60", "60 to 120"), found, expected, strict=True):
             yield PINNED.absolute(f"correlation, {window} ms, {name}", value, wanted, 1e-3)
@@ -434,11 +436,11 @@ def centres_move_little() -> Iterator[Measure]:
     for name, expected in pinned.items():
         record, start = right_rail(**ONE_SIDED[name])
         at = times(start + 0.005, record.end)
-        both = setting.centres(record.at(at))
+        both = setting.wheel_centre_heights(record.at(at))
         for side, (first, whole), words in zip(
             ("right", "left"), expected, ("very small", "practically none"), strict=True
         ):
-            amplitude, range_ = setting.amplitude(at, both[side], 720.0), float(np.ptp(both[side]))
+            amplitude, range_ = setting.amplitude_at(at, both[side], 720.0), float(np.ptp(both[side]))
             over = f"{side}, over the irregularity's, {name}"
             yield said(words, "section 5, Fig. 10", f"amplitude at 720 Hz, {over}", amplitude / setting.AMPLITUDE)
             half = 0.5 * range_ / setting.AMPLITUDE

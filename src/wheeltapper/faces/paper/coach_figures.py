@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 SIDES = ("right", "left")
 
 
-def _history(record: wt.Record, begin: float, end: float) -> Any:
+def _history_with_events(record: wt.Record, begin: float, end: float) -> Any:
     """Return the history in a span of time, with every event and peak."""
     found = np.concatenate([np.linspace(begin, end, 4000), record.events.time.values, record.peaks.time.values])
     times = np.unique(found)
     return record.at(times[(times >= begin) & (times <= end)])
 
 
-def _millis(history: Any, zero: float = 0.0) -> Any:
+def _in_milliseconds(history: Any, zero: float = 0.0) -> Any:
     return 1e3 * (history.time.values - zero)
 
 
@@ -37,14 +37,14 @@ def fig4(figure: Figure) -> None:
     axes = figure.subplots(4, 2, sharex="col", sharey="row")
     record = step(HEIGHT, 0.62, under=BOGIE)
     for column, begin in enumerate((0.0, LATER)):
-        history = _history(record, begin, begin + 0.1)
+        history = _history_with_events(record, begin, begin + 0.1)
         for row, (wheelset, letter) in enumerate(((1, "f"), (2, "r"))):
             normal, lateral = axes[row, column], axes[row + 2, column]
             for side, line in zip(SIDES, ("-", "--"), strict=True):
                 name = f"{letter}{side[0].upper()}"
-                normal.plot(_millis(history), force(history, wheelset, side), line, label=f"$N_{{{name}}}$")
+                normal.plot(_in_milliseconds(history), force(history, wheelset, side), line, label=f"$N_{{{name}}}$")
                 across = history.lateral_force.sel(wheelset=wheelset, side=side) / 1e3
-                lateral.plot(_millis(history), across, line, label=f"$T_{{{name}}}$")
+                lateral.plot(_in_milliseconds(history), across, line, label=f"$T_{{{name}}}$")
             if column == 0:
                 normal.set(ylabel="N/N₀")
                 lateral.set(ylabel="T [kN], left +")
@@ -58,10 +58,10 @@ def fig5(figure: Figure) -> None:
     """Draw a flat of the coach's wheelset on the deck: dynamic force, and the deck's acceleration times its mass."""
     figure.set_size_inches(8, 7)
     for axis, (name, wagon) in zip(figure.subplots(2, 1, sharex=True), WAGONS.items(), strict=True):
-        history = _history(setting.flat(0.1, wagon), 0.0, 0.1)
+        history = _history_with_events(setting.flat(0.1, wagon), 0.0, 0.1)
         dynamic = history.normal_force.sel(wheelset=1).sum("side") - 2 * STATIC
-        axis.plot(_millis(history), dynamic / 1e3, label="1: dynamic part of N, both wheels [kN]")
-        axis.plot(_millis(history), -15.0 * history.deck_acceleration, "--", label="2: −M·ÿ$_M$ [kN]")
+        axis.plot(_in_milliseconds(history), dynamic / 1e3, label="1: dynamic part of N, both wheels [kN]")
+        axis.plot(_in_milliseconds(history), -15.0 * history.deck_acceleration, "--", label="2: −M·ÿ$_M$ [kN]")
         axis.set_title(f"{name} wagon", loc="left")
         axis.set(ylabel="force [kN]")
         legend_above(axis)
@@ -95,8 +95,8 @@ def fig7(figure: Figure) -> None:
     ):
         period = setting.WAVELENGTH / speed
         record, start = setting.corrugation(speed, periods * period, COACH)
-        history = _history(record, max(record.end - shown * period, 0.0), record.end)
-        time, height = _millis(history, start), body(history, "wheelset 4")
+        history = _history_with_events(record, max(record.end - shown * period, 0.0), record.end)
+        time, height = _in_milliseconds(history, start), body(history, "wheelset 4")
         rest = body(record.at([0.0]), "wheelset 4")[0]
         path = history.constraint.sel(wheelset=4, side="right")
         top, bottom = axes[:, column]
@@ -117,8 +117,8 @@ def fig8(figure: Figure) -> None:
     figure.set_size_inches(9, 10)
     causes, drawn, close, early = figure.subplots(4, 1)
     record, own = setting.both_of_the_rear_bogie(18.0)
-    history = _history(record, 0.0, record.end)
-    time, before = _millis(history), history.time.values < own
+    history = _history_with_events(record, 0.0, record.end)
+    time, before = _in_milliseconds(history), history.time.values < own
     parts = {name: 1e6 * moved for name, moved in setting.rear_bogie(history).items()}
     styles = {name: {"color": f"C{number}", "linewidth": 0.9} for number, name in enumerate(parts)}
     rear = "rear wheelset"
@@ -148,9 +148,9 @@ def _one_sided(figure: Figure, draw: Callable[[Axes, Any, Any, str], None], unit
     axes = figure.subplots(2, 1, sharex=True, sharey=True)
     for axis, name in zip(axes, ("damping-free", "no creep"), strict=True):
         record, start = right_rail(**ONE_SIDED[name])
-        history = _history(record, 0.0, record.end)
+        history = _history_with_events(record, 0.0, record.end)
         for side in SIDES:
-            draw(axis, _millis(history, start), history, side)
+            draw(axis, _in_milliseconds(history, start), history, side)
         axis.set_title(f"damping-free wagon{', no creep' * (name == 'no creep')}", loc="left")
         axis.set(ylabel=unit)
     legend_above(axes[0])
@@ -171,7 +171,7 @@ def fig10(figure: Figure) -> None:
     """Draw the motions of both wheels' centres."""
 
     def draw(axis: Axes, time: Any, history: Any, side: str) -> None:
-        height = setting.centres(history)[side]
+        height = setting.wheel_centre_heights(history)[side]
         axis.plot(time, 1e6 * (height - height[0]), label=side)
 
     _one_sided(figure, draw, "displacement [µm]", "Fig. 10 (C38, C39)")
@@ -182,7 +182,7 @@ def onesided(figure: Figure) -> None:
     figure.set_size_inches(8, 7)
     for axis, (name, wagon) in zip(figure.subplots(2, 1, sharex=True, sharey=True), WAGONS.items(), strict=True):
         for words, under in (("both rails", "wheelset 1"), ("right rail only", "wheelset 1 right")):
-            time, height = setting.peaks(step(HEIGHT, 0.4, wagon, (under,)))
+            time, height = setting.wheel_peaks(step(HEIGHT, 0.4, wagon, (under,)))
             axis.plot(1e3 * (time - MEETS), height, ".", label=words)
         axis.set_title(f"{name} wagon", loc="left")
         axis.set(ylabel="maxima of N/N₀, right")

@@ -83,7 +83,7 @@ def both_of_the_rear_bogie(speed: float, vehicle: wt.Wagon = FREE) -> tuple[wt.R
     return record, start + lag
 
 
-def vertical(wagon: wt.Wagon) -> dict[str, Any]:
+def vertical_changes(wagon: wt.Wagon) -> dict[str, Any]:
     """Return the changes that restrict a coach to its vertical plane and roll: 17 degrees of freedom, no creep."""
     upright = []
     for element in wagon.elements:
@@ -103,15 +103,15 @@ def vertical(wagon: wt.Wagon) -> dict[str, Any]:
 # -- reading records --------------------------------------------------------------------------------------------------
 
 
-def wheel(table: Any, wheelset: int = 1, side: str = "right") -> Any:
+def wheel_rows(table: Any, wheelset: int = 1, side: str = "right") -> Any:
     """Return the rows of one wheel in a table of events, peaks or impacts."""
     (rows,) = table.sizes
     return table.isel({rows: (table.wheelset.values == wheelset) & (table.side.values == side)})
 
 
-def peaks(record: wt.Record, wheelset: int = 1, side: str = "right") -> tuple[FloatArray, FloatArray]:
+def wheel_peaks(record: wt.Record, wheelset: int = 1, side: str = "right") -> tuple[FloatArray, FloatArray]:
     """Return times and heights, over the static force, of a wheel's force maxima, without those at corners."""
-    table = wheel(record.peaks, wheelset, side)
+    table = wheel_rows(record.peaks, wheelset, side)
     smooth = ~table.corner.values
     return table.time.values[smooth], table.normal_force.values[smooth] / STATIC
 
@@ -132,7 +132,7 @@ def body(history: Any, name: str, motion: str = "z", quantity: str = "displaceme
     return np.asarray(history[quantity].sel(body=name, motion=motion).values)
 
 
-def centres(history: Any, wheelset: int = 4) -> dict[str, FloatArray]:
+def wheel_centre_heights(history: Any, wheelset: int = 4) -> dict[str, FloatArray]:
     """Return the heights of the centres of a wheelset's wheels, m."""
     middle, turn = (body(history, f"wheelset {wheelset}", motion) for motion in ("z", "roll"))
     return {"left": middle + ARM * turn, "right": middle - ARM * turn}
@@ -155,7 +155,7 @@ def times(begin: float, end: float, rate: float = 2e5) -> FloatArray:
     return np.linspace(begin, end, round((end - begin) * rate) + 1)
 
 
-def amplitude(at: FloatArray, values: FloatArray, frequency: float) -> float:
+def amplitude_at(at: FloatArray, values: FloatArray, frequency: float) -> float:
     """Return the amplitude at one frequency, over a Hann window, which suppresses ringing at other frequencies."""
     window = np.hanning(len(at))
     off = values - values.mean()
@@ -167,7 +167,7 @@ def decay_rate(record: wt.Record, span: float, window: float = 0.025) -> float:
 
     A straight line is fitted to the logarithms of the largest one in each window after the step.
     """
-    time, height = peaks(record)
+    time, height = wheel_peaks(record)
     begins = MEETS + window * np.arange(round(span / window))
     highest = [height[(time >= begin) & (time < begin + window)].max() for begin in begins]
     return float(-np.polyfit(begins, np.log(np.array(highest) - 1.0), 1)[0])

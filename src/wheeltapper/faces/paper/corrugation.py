@@ -26,12 +26,12 @@ SIGNS = {"+": AMPLITUDE, "−": -AMPLITUDE}
 CHAOTIC = "chaotic: rounding grows to this size within 60 periods"
 
 
-def period(speed: float) -> float:
+def wavelength_time(speed: float) -> float:
     """Return the time of one wavelength, s."""
     return WAVELENGTH / speed
 
 
-def settled(record: wt.Record, periods: int, of: float, samples: int = 64) -> NDArray[np.float64]:
+def settled_times(record: wt.Record, periods: int, of: float, samples: int = 64) -> NDArray[np.float64]:
     """Return times over the last whole periods of a record, evenly spread."""
     return np.asarray(record.end - of * np.arange(periods * samples, 0, -1) / samples)
 
@@ -45,7 +45,7 @@ def linear_motion(frequency: float) -> float:
 LINEAR = analysis("k_H/(k_H + k − m·ω²) of the linear contact k_H")
 
 
-def _late(record: wt.Record, after: float) -> float:
+def _late_response(record: wt.Record, after: float) -> float:
     peaks = record.peaks
     return float(peaks.normal_force.values[peaks.time.values > after].max()) / STATIC
 
@@ -59,10 +59,10 @@ def path_is_nearly_the_irregularity() -> Iterator[Measure]:
     second = {}
     for amplitude in (AMPLITUDE, AMPLITUDE / 2):
         shape = wt.Corrugation(amplitude=amplitude, wavelength=WAVELENGTH, start=0.0)
-        record = wt.simulate(scene(shape, 2e4, 9.0, 4 * period(9.0)))
-        times = settled(record, 1, period(9.0), 4096)
+        record = wt.simulate(scene(shape, 2e4, 9.0, 4 * wavelength_time(9.0)))
+        times = settled_times(record, 1, wavelength_time(9.0), 4096)
         path = record.at(times).constraint.values
-        first, second[amplitude] = (abs(harmonic(times, path, n / period(9.0))) / amplitude for n in (1, 2))
+        first, second[amplitude] = (abs(harmonic(times, path, n / wavelength_time(9.0))) / amplitude for n in (1, 2))
         if amplitude == AMPLITUDE:
             yield said("almost identical", "section 5", "fundamental over amplitude", first)
             yield PINNED.relative("fundamental over amplitude", first, 0.983601)
@@ -73,11 +73,11 @@ def path_is_nearly_the_irregularity() -> Iterator[Measure]:
     small = "the leading order in the amplitude; 50 µm is not small"
     yield analysis("∝ a²").relative("... and over that of half the amplitude", doubled, 2.0, 5e-2, small)
     shape = wt.Corrugation(amplitude=-AMPLITUDE, wavelength=WAVELENGTH, start=0.0)
-    record = wt.simulate(scene(shape, 2e4, 2.25, 60 * period(2.25)))
-    circle = _late(record, 40 * period(2.25))
+    record = wt.simulate(scene(shape, 2e4, 2.25, 60 * wavelength_time(2.25)))
+    circle = _late_response(record, 40 * wavelength_time(2.25))
     yield PINNED.relative("late N_max/N0 at 2.25 m/s, on the path", circle, 1.34663)
-    record = sine(-AMPLITUDE, 2e4, 2.25, 60 * period(2.25))
-    point = _late(record, 40 * period(2.25))
+    record = sine(-AMPLITUDE, 2e4, 2.25, 60 * wavelength_time(2.25))
+    point = _late_response(record, 40 * wavelength_time(2.25))
     yield PINNED.relative("late N_max/N0 at 2.25 m/s, on the irregularity itself", point, 1.05909)
     yield said("almost identical", "section 5", "late N_max on the path, over that", circle / point, refutes=True)
 
@@ -86,9 +86,9 @@ def path_is_nearly_the_irregularity() -> Iterator[Measure]:
 def in_phase() -> Iterator[Measure]:
     """Measure the settled fundamental of motion and force."""
     for damping in (8e3, 2e4):
-        record = sine(-AMPLITUDE, damping, 2.25, 400 * period(2.25))
-        times = settled(record, 50, period(2.25), 512)
-        history, frequency = record.at(times), 1.0 / period(2.25)
+        record = sine(-AMPLITUDE, damping, 2.25, 400 * wavelength_time(2.25))
+        times = settled_times(record, 50, wavelength_time(2.25), 512)
+        history, frequency = record.at(times), 1.0 / wavelength_time(2.25)
         path, motion, force = (
             harmonic(times, history[name].values, frequency)
             for name in ("constraint", "wheel_displacement", "normal_force")
@@ -118,9 +118,9 @@ def several_times_static() -> Iterator[Measure]:
     later = {("+", 0.0): (10.0, 12.0), ("+", 8e3): (10.0, 12.0), ("−", 0.0): (14.0, 17.0)}
     for sign, amplitude in SIGNS.items():
         for damping in (0.0, 8e3, 2e4):
-            record = sine(amplitude, damping, 9.0, 60 * period(9.0))
+            record = sine(amplitude, damping, 9.0, 60 * wavelength_time(9.0))
             peaks = record.peaks
-            found = float(peaks.normal_force.values[peaks.time.values < 10 * period(9.0)].max()) / STATIC
+            found = float(peaks.normal_force.values[peaks.time.values < 10 * wavelength_time(9.0)].max()) / STATIC
             case = f"{sign}a, c = {damping:g}"
             yield said("several times", "section 5, Fig. 7", f"N_max/N0 in 10 periods, {case}", found)
             yield PINNED.relative(f"N_max/N0 in 10 periods, {case}", found, early[sign, damping])
@@ -140,7 +140,7 @@ def lifts_off() -> Iterator[Measure]:
     expected = {"+": (0.496893, 0.497775, 0.499107), "−": (0.857453, 0.858448, 0.859949)}
     for sign, amplitude in SIGNS.items():
         for damping, pinned in zip((0.0, 8e3, 2e4), expected[sign], strict=True):
-            first = float(sine(amplitude, damping, 9.0, 2 * period(9.0)).events.time[0]) / period(9.0)
+            first = float(sine(amplitude, damping, 9.0, 2 * wavelength_time(9.0)).events.time[0]) / wavelength_time(9.0)
             yield PINNED.relative(f"first loss/T, {sign}a, c = {damping:g}", first, pinned)
             over = f"first loss over half a period, {sign}a, c = {damping:g}"
             yield said("lower", "section 5", over, 2.0 * first, refutes=sign == "−")
@@ -155,7 +155,7 @@ def rises() -> Iterator[Measure]:
     expected = {"+": (1.69, 1.33, 0.267058), "−": (2.48, 0.274765, 0.242203)}
     for sign, amplitude in SIGNS.items():
         for damping, height in zip((0.0, 8e3, 2e4), expected[sign], strict=True):
-            record = sine(amplitude, damping, 9.0, 60 * period(9.0))
+            record = sine(amplitude, damping, 9.0, 60 * wavelength_time(9.0))
             highest = 1e3 * float(record.history(2e5).wheel_displacement.values.max())
             case = f"{sign}a, c = {damping:g}"
             yield said("as much as", "section 5", f"largest y over 1 mm, {case}", highest, refutes=height < 1.0)
@@ -169,8 +169,8 @@ def longer_than_a_period() -> Iterator[Measure]:
     settling = {("−", 8e3): 1.17047, ("+", 2e4): 1.21996, ("−", 2e4): 1.47587}
     for sign, amplitude in SIGNS.items():
         for damping in (0.0, 8e3, 2e4):
-            record = sine(amplitude, damping, 9.0, 60 * period(9.0))
-            median = float(np.median(np.diff(record.impacts.time.values))) / period(9.0)
+            record = sine(amplitude, damping, 9.0, 60 * wavelength_time(9.0))
+            median = float(np.median(np.diff(record.impacts.time.values))) / wavelength_time(9.0)
             yield said("higher", "section 5: generally longer", f"median interval/T, {sign}a, c = {damping:g}", median)
             if (sign, damping) in settling:
                 expected = settling[sign, damping]
@@ -182,8 +182,8 @@ def antiphase() -> Iterator[Measure]:
     """Measure the fundamental of motion and force."""
     for damping in (8e3, 2e4):
         record = sine(-AMPLITUDE, damping, 36.0, 0.2)
-        times = settled(record, 70, period(36.0))
-        history, frequency = record.at(times), 1.0 / period(36.0)
+        times = settled_times(record, 70, wavelength_time(36.0))
+        history, frequency = record.at(times), 1.0 / wavelength_time(36.0)
         path, motion, force = (
             harmonic(times, history[name].values, frequency)
             for name in ("constraint", "wheel_displacement", "normal_force")
@@ -223,7 +223,9 @@ def falls_with_speed() -> Iterator[Measure]:
     slower = 0.0
     for speed, expected in ((22.0, 10.2475), (36.0, 3.65072), (72.0, 1.02904)):
         record = sine(-AMPLITUDE, 2e4, speed, 1.0)
-        motion = record.at(settled(record, int(0.5 / period(speed)), period(speed))).wheel_displacement.values
+        motion = record.at(
+            settled_times(record, int(0.5 / wavelength_time(speed)), wavelength_time(speed))
+        ).wheel_displacement.values
         amplitude = 1e6 * float(np.ptp(motion)) / 2.0
         if slower:
             ratio = amplitude / slower
@@ -244,10 +246,10 @@ def spectrum(record: wt.Record, name: str) -> tuple[NDArray[np.float64], NDArray
 @claim("C45", "spectra", "the spectrum of the wheel's motion differs from the irregularity's")
 def spectra_differ() -> Iterator[Measure]:
     """Measure where the main component lies, and what the irregularity does not contain."""
-    record = sine(AMPLITUDE, 8e3, 9.0, 180 * period(9.0))
+    record = sine(AMPLITUDE, 8e3, 9.0, 180 * wavelength_time(9.0))
     frequency, motion = spectrum(record, "wheel_displacement")
     _, path = spectrum(record, "constraint")
-    own = 1.0 / period(9.0)
+    own = 1.0 / wavelength_time(9.0)
     audible = frequency > 5.0
     main = float(frequency[audible][np.argmax(motion[audible])])
     yield said("lower", "section 6", "main component of the motion over the irregularity's", main / own)

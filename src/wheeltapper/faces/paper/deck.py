@@ -9,7 +9,7 @@ import numpy as np
 
 import wheeltapper as wt
 from wheeltapper.faces.paper.claims import PINNED, Measure, analysis, claim, said
-from wheeltapper.faces.paper.corrugation import settled
+from wheeltapper.faces.paper.corrugation import settled_times
 from wheeltapper.faces.paper.setting import bump, flat, harmonic, impacts, largest, sine
 from wheeltapper.faces.paper.single import DIGITS, RESTARTED
 
@@ -60,7 +60,7 @@ def dynamic_stiffness(mass: float, stiffness: float, frequency: float) -> float:
     speed = frequency * 0.05
     deck = wt.FloatingDeck(mass=mass, stiffness=stiffness)
     record = sine(1e-6, 2e5, speed, 3.0, track=deck)
-    times = settled(record, int(0.5 * frequency), 1.0 / frequency)
+    times = settled_times(record, int(0.5 * frequency), 1.0 / frequency)
     history = record.at(times)
     force, motion = (harmonic(times, history[n].values, frequency) for n in ("normal_force", "deck_displacement"))
     return abs(force / motion)

@@ -11,7 +11,7 @@ import numpy as np
 
 import wheeltapper as wt
 from wheeltapper.diagnosis.finding import Finding
-from wheeltapper.faces.findings import evidence
+from wheeltapper.faces.findings import draw_evidence
 from wheeltapper.faces.paper.claims import PINNED, Measure, analysis, claim, said
 from wheeltapper.faces.paper.setting import CONSTANT, STATIC_INDENTATION, bump, scene
 from wheeltapper.faces.paper.single import DIGITS
@@ -33,7 +33,7 @@ SITE = wt.diagnosis.Site(
 """Speed and load differ by ±10 % between passages; bump and contact are known to ±5 %."""
 
 
-def _heavier(added: float) -> dict[str, float]:
+def _with_added_mass(added: float) -> dict[str, float]:
     """Return the vehicle of a passage with more unsprung mass under the same static force."""
     return {"mass": 1500.0 + added, "load": 91_307.0 - 9.81 * added}
 
@@ -41,12 +41,12 @@ def _heavier(added: float) -> dict[str, float]:
 def resonance(added: float) -> float:
     """Return the frequency of small oscillations of the wheel on its contact, Hz."""
     start = {"displacement": -(1.0 + 1e-4) * STATIC_INDENTATION}
-    record = wt.simulate(scene(None, 0.0, 9.0, 0.1, vehicle=_heavier(added), start=start), "strict")
+    record = wt.simulate(scene(None, 0.0, 9.0, 0.1, vehicle=_with_added_mass(added), start=start), "strict")
     return 1.0 / float(np.diff(record.peaks.time.values).mean())
 
 
 @cache
-def finding(fault: str) -> Finding:
+def finding_on_passage(fault: str) -> Finding:
     """Return the finding on one computed passage."""
     (recording,) = wt.synthesise(SITE, fault=fault, seed=41)
     return wt.diagnose(recording, SITE)
@@ -55,7 +55,7 @@ def finding(fault: str) -> Finding:
 @claim("C41", "diagnosis", "a broken spring shows as a larger unsprung mass")
 def broken_spring() -> Iterator[Measure]:
     """Measure resonance and impact interval with a rigid link, and the verdict on a recording of such a passage."""
-    healthy, broken = (bump(5e4, 0.12, vehicle=_heavier(added)) for added in (0.0, ADDED))
+    healthy, broken = (bump(5e4, 0.12, vehicle=_with_added_mass(added)) for added in (0.0, ADDED))
     for words, added in (("healthy", 0.0), ("broken", ADDED)):
         linear = sqrt((1.5 * CONSTANT * sqrt(STATIC_INDENTATION) + 2.44e6) / (1500.0 + added)) / (2 * pi)
         source = analysis("√((1.5·C·√δ₀ + k)/m)/2π")
@@ -66,7 +66,7 @@ def broken_spring() -> Iterator[Measure]:
     )
     yield DIGITS.relative("first impact interval, healthy [ms]", before, 8.703293, 1e-6)
     yield PINNED.relative("first impact interval, broken [ms]", after, 10.9635)
-    found = finding("broken spring")
+    found = finding_on_passage("broken spring")
     likely = found.probabilities["broken spring"]
     yield said(
         "in most cases", "section 6: can be detected", "probability of a broken spring, from a recording", likely
@@ -76,10 +76,10 @@ def broken_spring() -> Iterator[Measure]:
     yield PINNED.absolute("added mass, from a recording [kg]", found.size, ADDED, 100.0, noisy)
 
 
-def _draw(figure: Figure) -> None:
+def _draw_evidence(figure: Figure) -> None:
     """Draw the evidence for a broken spring."""
-    evidence(figure, finding("broken spring"))
+    draw_evidence(figure, finding_on_passage("broken spring"))
     figure.suptitle("C41: a computed passage with a broken spring, diagnosed")
 
 
-DRAW: dict[str, Callable[[Figure], None]] = {"diagnosis": _draw}
+DRAW: dict[str, Callable[[Figure], None]] = {"diagnosis": _draw_evidence}

@@ -33,7 +33,7 @@ DRAW: dict[str, Callable[[Figure], None]] = coach_figures.DRAW | plastic_figures
 """By figure, the function that draws it."""
 
 
-def _figure(name: str) -> Callable[[Callable[[Figure], None]], Callable[[Figure], None]]:
+def _register_figure(name: str) -> Callable[[Callable[[Figure], None]], Callable[[Figure], None]]:
     def register(function: Callable[[Figure], None]) -> Callable[[Figure], None]:
         DRAW[name] = function
         return function
@@ -54,36 +54,36 @@ def draw(name: str, folder: Path) -> Path:
     return path
 
 
-def _times(record: wt.Record, end: float | None = None) -> Any:
+def _history_with_events(record: wt.Record, end: float | None = None) -> Any:
     """Return the history at times that contain every event and peak."""
     events = np.concatenate([record.events.time.values, record.peaks.time.values])
     times = np.unique(np.concatenate([np.linspace(0.0, record.end, 4000), events]))
     return record.at(times[times <= (end or record.end)])
 
 
-def _force(axis: Axes, record: wt.Record, label: str | None = None, **style: Any) -> None:
-    history = _times(record)
+def _draw_force(axis: Axes, record: wt.Record, label: str | None = None, **style: Any) -> None:
+    history = _history_with_events(record)
     axis.plot(1e3 * history.time, history.normal_force / record.static_force, label=label, **style)
     axis.set(xlabel="time [ms]", ylabel="N/N₀")
 
 
-def _motion(axis: Axes, record: wt.Record) -> None:
-    history = _times(record)
+def _draw_motion(axis: Axes, record: wt.Record) -> None:
+    history = _history_with_events(record)
     axis.plot(1e3 * history.time, 1e6 * history.constraint, color="0.5", label="constraint $y_{Ck}$")
     moved = history.wheel_displacement - history.wheel_displacement[0]
     axis.plot(1e3 * history.time, 1e6 * moved, label="wheel $y_C$, from rest")
     axis.set(xlabel="time [ms]", ylabel="displacement [µm]")
 
 
-@_figure("fig2")
+@_register_figure("fig2")
 def fig2(figure: Figure) -> None:
     """Draw a phase of impacts, then one of vibration in contact; without much damping there is no such picture."""
     figure.set_size_inches(8, 7)
     top, middle, bottom = figure.subplots(3, 1, sharex=True)
     heavy, light = bump(5e4, 0.2), bump(8e3, 0.2)
-    _motion(top, heavy)
-    _force(middle, heavy)
-    _force(bottom, light)
+    _draw_motion(top, heavy)
+    _draw_force(middle, heavy)
+    _draw_force(bottom, light)
     shade_losses(top, heavy)
     shade_losses(middle, heavy)
     shade_losses(bottom, light)
@@ -94,13 +94,13 @@ def fig2(figure: Figure) -> None:
     bottom.set(title=f"c = 8 kN s/m: {impacts(light)} impacts in 0.2 s")
 
 
-@_figure("fig4")
+@_register_figure("fig4")
 def fig4(figure: Figure) -> None:
     """Draw steps: force over time, and largest force over speed."""
     figure.set_size_inches(8, 7)
     top, bottom = figure.subplots(2, 1)
     for height, name in ((1e-4, "up"), (-1e-4, "down")):
-        _force(top, step(height, 0.0, 0.06), f"step {name}")
+        _draw_force(top, step(height, 0.0, 0.06), f"step {name}")
     top.set(title="step of 0.1 mm at x = 5 cm, 5 m/s, c = 0")
     legend_above(top)
     figure.suptitle("Fig. 4 (C17 to C21): steps, and the largest force over speed")
@@ -116,15 +116,15 @@ def fig4(figure: Figure) -> None:
     legend_above(bottom)
 
 
-@_figure("fig5")
+@_register_figure("fig5")
 def fig5(figure: Figure) -> None:
     """Draw a flat on the deck: the deck's acceleration against the normal force."""
     figure.set_size_inches(8, 7)
     top, bottom = figure.subplots(2, 1)
     record = flat(0.0, 0.1, track=wt.FloatingDeck(mass=15_000, stiffness=1.5e7))
-    history = _times(record)
-    _force(top, flat(0.0, 0.1), "N on stiff track", color="0.7")
-    _force(top, record, "N on the deck")
+    history = _history_with_events(record)
+    _draw_force(top, flat(0.0, 0.1), "N on stiff track", color="0.7")
+    _draw_force(top, record, "N on the deck")
     mirrored = 1.0 - 15_000.0 * history.deck_acceleration / record.static_force
     top.plot(1e3 * history.time, mirrored, "--", label="1 − M·ÿ$_M$/N₀")
     figure.suptitle("Fig. 5 (C22, C23): flat of 0.1 mm, 5 m/s, deck 15 t at 5 Hz")
@@ -134,7 +134,7 @@ def fig5(figure: Figure) -> None:
     bottom.set(xlabel="N − N₀ [kN]", ylabel="−ÿ$_M$ [m/s²]")
 
 
-@_figure("fig7")
+@_register_figure("fig7")
 def fig7(figure: Figure) -> None:
     """Draw corrugation below, near and above the resonance."""
     figure.set_size_inches(11, 8)
@@ -142,9 +142,9 @@ def fig7(figure: Figure) -> None:
     for column, (speed, periods, words) in enumerate(
         ((2.25, 6, "in phase"), (9.0, 12, "bouncing"), (36.0, 24, "antiphase"))
     ):
-        record = sine(-corrugation.AMPLITUDE, 8e3, speed, periods * corrugation.period(speed))
-        _motion(axes[0, column], record)
-        _force(axes[1, column], record)
+        record = sine(-corrugation.AMPLITUDE, 8e3, speed, periods * corrugation.wavelength_time(speed))
+        _draw_motion(axes[0, column], record)
+        _draw_force(axes[1, column], record)
         for axis in axes[:, column]:
             shade_losses(axis, record)
         axes[0, column].set(title=f"{speed:g} m/s: {words}", xlabel="")
@@ -156,17 +156,17 @@ def fig7(figure: Figure) -> None:
     figure.suptitle("Fig. 7 (C27 to C35, C40): corrugation 50 µm, 5 cm, c = 8 kN s/m")
 
 
-@_figure("stiffness")
+@_register_figure("stiffness")
 def stiffness(figure: Figure) -> None:
     """Draw responses that hardly differ."""
     axis = figure.subplots()
     for k, line in ((0.0, "-"), (2.44e6, "--"), (2.44e7, ":")):
-        _force(axis, bump(5e4, 0.1, vehicle={"stiffness": k}), f"k = {k / 1e6:g} MN/m", linestyle=line)
+        _draw_force(axis, bump(5e4, 0.1, vehicle={"stiffness": k}), f"k = {k / 1e6:g} MN/m", linestyle=line)
     figure.suptitle("C08: bump, c = 50 kN s/m: insensitive to the suspension's stiffness")
     legend_above(axis)
 
 
-@_figure("deck")
+@_register_figure("deck")
 def dynamic_deck(figure: Figure) -> None:
     """Draw the deck's dynamic stiffness; impacts and largest force over its mass."""
     figure.set_size_inches(8, 10)
@@ -194,11 +194,11 @@ def dynamic_deck(figure: Figure) -> None:
     figure.suptitle("C09 to C11, C48, C49: the deck's dynamic stiffness, and what the wheel does on it")
 
 
-@_figure("missed")
+@_register_figure("missed")
 def lost(figure: Figure) -> None:
     """Draw the number of losses of contact that integrators without event location find."""
     axis = figure.subplots()
-    record = missed.benchmark()
+    record = missed.corrugation_benchmark()
     sizes = np.geomspace(1e-5, 1e-3, 15)
     for name, method in (("Runge-Kutta 4", naive.runge_kutta), ("backward Euler", naive.backward_euler)):
         axis.semilogx(1e6 * sizes, [naive.losses(method(record, float(h))) for h in sizes], "o-", label=name)
@@ -208,21 +208,21 @@ def lost(figure: Figure) -> None:
     legend_above(axis)
 
 
-@_figure("parametric")
+@_register_figure("parametric")
 def parametric(figure: Figure) -> None:
     """Draw a contact constant that follows the curvature against displacement alone."""
     figure.set_size_inches(8, 7)
     top, bottom = figure.subplots(2, 1)
-    _force(top, bump(2e4, 0.06), "displacement alone")
-    _force(top, bump(2e4, 0.06, contact=law.FOLLOWING), "and curvature")
+    _draw_force(top, bump(2e4, 0.06), "displacement alone")
+    _draw_force(top, bump(2e4, 0.06, contact=law.FOLLOWING), "and curvature")
     top.set(title="bump, c = 20 kN s/m", xlabel="")
     legend_above(top)
-    _force(bottom, law.parametric_alone(2e4, 0.1), color="C2")
+    _draw_force(bottom, law.parametric_alone(2e4, 0.1), color="C2")
     bottom.set(title="corrugation 50 µm, 5 cm, 9 m/s, as a change of the contact's stiffness only")
     figure.suptitle("C24: the contact constant follows the curvature of the irregularity")
 
 
-@_figure("law")
+@_register_figure("law")
 def contact_law(figure: Figure) -> None:
     """Draw the frequency of free vibration over its largest force, for three laws."""
     axis = figure.subplots()
@@ -241,11 +241,11 @@ def contact_law(figure: Figure) -> None:
     figure.suptitle("C43: free vibration: that the contact cannot pull matters more than that it is not linear")
 
 
-@_figure("spectra")
+@_register_figure("spectra")
 def spectra(figure: Figure) -> None:
     """Draw the spectra of the wheel's motion and of the irregularity."""
     axis = figure.subplots()
-    record = sine(corrugation.AMPLITUDE, 8e3, 9.0, 180 * corrugation.period(9.0))
+    record = sine(corrugation.AMPLITUDE, 8e3, 9.0, 180 * corrugation.wavelength_time(9.0))
     for name, label in (("constraint", "irregularity"), ("wheel_displacement", "wheel")):
         frequency, amplitude = corrugation.spectrum(record, name)
         axis.semilogy(frequency, 1e6 * amplitude, label=label)
@@ -266,11 +266,11 @@ def _level_curves(figure: Figure, feature: str, said: str) -> None:
     figure.suptitle(said)
 
 
-@_figure("fig2b")
+@_register_figure("fig2b")
 def _draw_interval(figure: Figure) -> None:
     _level_curves(figure, "impact_interval", "Fig. 2b (C03, C04): interval of impacts; arrows: its gradient")
 
 
-@_figure("fig2c")
+@_register_figure("fig2c")
 def _draw_ratio(figure: Figure) -> None:
     _level_curves(figure, "force_ratio", "Fig. 2c (C05 to C07): ratio of the largest forces; arrows: its gradient")

@@ -83,19 +83,19 @@ def exact_frequency(ratio: float) -> float:
 
     top = ratio ** (2 / 3)
 
-    def energy(d: float) -> float:  # v²/2 of the indentation d, in units of the static state
+    def energy_integrand(d: float) -> float:  # v²/2 of the indentation d, in units of the static state
         return float((d - top) - 0.4 * (max(d, 0.0) ** 2.5 - top**2.5))
 
-    bottom = 0.0 if energy(0.0) > 0.0 else float(brentq(energy, 0.0, 1.0))
+    bottom = 0.0 if energy_integrand(0.0) > 0.0 else float(brentq(energy_integrand, 0.0, 1.0))
     middle, half = 0.5 * (top + bottom), 0.5 * (top - bottom)
 
-    def time(angle: float) -> float:  # d = middle + half·sin(angle) removes the square roots at both ends
+    def time_integrand(angle: float) -> float:  # d = middle + half·sin(angle) removes the square roots at both ends
         d = middle + half * np.sin(angle)
-        return float(half * np.cos(angle) / sqrt(max(2.0 * energy(d), 1e-300)))
+        return float(half * np.cos(angle) / sqrt(max(2.0 * energy_integrand(d), 1e-300)))
 
     first = -pi / 2 if bottom > 0.0 else asin(-middle / half)
-    contact = 2.0 * float(quad(time, first, pi / 2, epsabs=1e-13, epsrel=1e-13)[0])
-    flight = 2.0 * sqrt(2.0 * energy(0.0)) if bottom == 0.0 else 0.0
+    contact = 2.0 * float(quad(time_integrand, first, pi / 2, epsabs=1e-13, epsrel=1e-13)[0])
+    flight = 2.0 * sqrt(2.0 * energy_integrand(0.0)) if bottom == 0.0 else 0.0
     return float(2 * pi / sqrt(1.5) / (contact + flight))
 
 

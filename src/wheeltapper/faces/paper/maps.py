@@ -39,7 +39,7 @@ def chart_around(nominal: wt.Scenario, cells: int) -> Any:
     return wt.sweep(nominal, over, PAIR, gradient=True)
 
 
-def _here(nominal: wt.Scenario) -> Any:
+def _features_at(nominal: wt.Scenario) -> Any:
     return wt.gradient(nominal, PAIR, BOTH)
 
 
@@ -80,7 +80,7 @@ def random_angles(feature: str, axis: str) -> Any:
 @claim("C03", "fig2b", "the time between two impacts is specific to the mass")
 def interval_tells_mass() -> Iterator[Measure]:
     """Measure interval, elasticities and the angle to the axis of the mass."""
-    here = _here(bump_scene())
+    here = _features_at(bump_scene())
     damping, mass = here.impact_interval_elasticity.values
     angle = float(here.impact_interval_angle.sel(parameter=MASS))
     yield said("almost parallel", "section 3, Fig. 2b", "degrees off the axis of m", angle)
@@ -88,7 +88,7 @@ def interval_tells_mass() -> Iterator[Measure]:
     yield PINNED.relative("d ln interval / d ln c", float(damping), -0.0984481)
     yield PINNED.relative("d ln interval / d ln m", float(mass), 0.573435)
     yield PINNED.relative("degrees off the axis of m", angle, 9.74165)
-    exact = _here(bump_scene(**HERTZ)).impact_interval_elasticity.values
+    exact = _features_at(bump_scene(**HERTZ)).impact_interval_elasticity.values
     yield PINNED.relative("d ln interval / d ln c, exact Hertz constant", float(exact[0]), -0.100435)
     yield PINNED.relative("d ln interval / d ln m, exact Hertz constant", float(exact[1]), 0.606637)
 
@@ -114,7 +114,7 @@ def interval_tells_mass_in_general() -> Iterator[Measure]:
 )  # fmt: skip
 def ratio_tells_damping() -> Iterator[Measure]:
     """Measure ratio, elasticities and angle at the bump, and the angle over random irregularities."""
-    here = _here(bump_scene())
+    here = _features_at(bump_scene())
     damping, mass = here.force_ratio_elasticity.values
     angle = float(here.force_ratio_angle.sel(parameter=DAMPING))
     yield said("higher", "section 3", "dependence on c over that on m", abs(float(damping / mass)))
@@ -130,7 +130,7 @@ def ratio_tells_damping() -> Iterator[Measure]:
 @claim("C06", "fig2c", "at a well-chosen dip both features are specific, as drawn")
 def dip_separates() -> Iterator[Measure]:
     """Measure both features at the dip, their angles, and where the map has no second impact."""
-    here = _here(dip_scene())
+    here = _features_at(dip_scene())
     of_mass = float(here.impact_interval_angle.sel(parameter=MASS))
     of_damping = float(here.force_ratio_angle.sel(parameter=DAMPING))
     yield said("almost parallel", "section 3, Fig. 2b", "interval: degrees off m", of_mass)

@@ -19,7 +19,7 @@ WITHOUT_EVENTS = program(f"Runge-Kutta 4 without events, step {FINE:g} s, on the
 GRAZING = "rounding decides whether a step ends within a loss as short as itself"
 
 
-def benchmark() -> wt.Record:
+def corrugation_benchmark() -> wt.Record:
     """Simulate the corrugation at 36 m/s with set `hertz`: dozens of losses of 0.04 to 0.24 ms."""
     return sine(-50e-6, 8e3, 36.0, 0.2, **HERTZ)
 
@@ -27,7 +27,7 @@ def benchmark() -> wt.Record:
 @claim("C12", "missed", "the system is sensitive to errors of the events' times")
 def naive_integrators() -> Iterator[Measure]:
     """Measure how many losses integrators without event location find."""
-    record = benchmark()
+    record = corrugation_benchmark()
     exact = losses(record)
     yield WITHOUT_EVENTS.count("losses", exact, naive.losses(naive.runge_kutta(record, FINE)))
     for size, expected in RUNGE_KUTTA.items():

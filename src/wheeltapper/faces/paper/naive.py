@@ -18,12 +18,12 @@ from wheeltapper.describe.vehicle.wheelset import Wheelset
 FloatArray = NDArray[np.float64]
 
 
-def _path(record: wt.Record, step: float, n: int) -> FloatArray:
+def _path_at_steps(record: wt.Record, step: float, n: int) -> FloatArray:
     times = np.arange(n + 1) * step
     return np.asarray(record.at(np.minimum(times, record.end)).constraint.values)
 
 
-def _acceleration(record: wt.Record) -> Callable[[float, float, float], float]:
+def _acceleration_function(record: wt.Record) -> Callable[[float, float, float], float]:
     """Return y''(path, y, v)."""
     vehicle = record.scenario.vehicle
     assert isinstance(vehicle, Wheelset)
@@ -38,10 +38,10 @@ def _acceleration(record: wt.Record) -> Callable[[float, float, float], float]:
 
 def runge_kutta(record: wt.Record, step: float) -> FloatArray:
     """Return the indentation y_k - y at the steps' ends, by the classical method of order 4."""
-    a = _acceleration(record)
+    a = _acceleration_function(record)
     n = round(record.end / step)
-    path = _path(record, 0.5 * step, 2 * n)
-    y, v = _start(record)
+    path = _path_at_steps(record, 0.5 * step, 2 * n)
+    y, v = _start_state(record)
     out = [path[0] - y]
     for i in range(n):
         p0, p1, p2 = path[2 * i : 2 * i + 3]
@@ -57,13 +57,13 @@ def runge_kutta(record: wt.Record, step: float) -> FloatArray:
 
 def backward_euler(record: wt.Record, step: float) -> FloatArray:
     """Return the indentation at the steps' ends, by the implicit method of order 1."""
-    a = _acceleration(record)
+    a = _acceleration_function(record)
     vehicle: Any = record.scenario.vehicle
     stiffness, damping = vehicle.stiffness / vehicle.mass, vehicle.damping / vehicle.mass
     hardening = 1.5 * record.contact_constant / vehicle.mass
     n = round(record.end / step)
-    path = _path(record, step, n)
-    y, v = _start(record)
+    path = _path_at_steps(record, step, n)
+    y, v = _start_state(record)
     out = [path[0] - y]
     for p in path[1:]:
         new = v
@@ -80,7 +80,7 @@ def backward_euler(record: wt.Record, step: float) -> FloatArray:
     return np.array(out)
 
 
-def _start(record: wt.Record) -> tuple[float, float]:
+def _start_state(record: wt.Record) -> tuple[float, float]:
     first = record.at(0.0)
     return float(first.wheel_displacement[0]), float(first.wheel_velocity[0])
 

@@ -18,13 +18,13 @@ BOUNCES = "the deepest mark follows the highest bounce"
 BEYOND_RESONANCE, AT_RESONANCE = 36.0, 9.0
 
 
-def corrugated(speed: float, length: float = 2.0) -> wt.Scenario:
+def yielding_corrugation(speed: float, length: float = 2.0) -> wt.Scenario:
     """Return the corrugation of Fig. 7 with a contact that yields at twice the static force."""
     shape = wt.Corrugation(amplitude=-5e-5, wavelength=WAVELENGTH, start=0.01)
     return scene(shape, 8e3, speed, length / speed, contact=THORNTON, rolling="point")
 
 
-def dropped(largest: float) -> wt.Record:
+def dropped_wheel(largest: float) -> wt.Record:
     """Drop the wheel, without suspension, on one spot so that the force reaches `largest` times the static one."""
     onset = THORNTON.yield_indentation(CONSTANT, 2, STATIC)
     depth = onset * (largest / 2.0 + 0.5) / 1.5
@@ -62,13 +62,13 @@ def yields_and_smooths() -> Iterator[Measure]:
     without hardening, and only hardening ends that.
     """
     for ratio, left in ((2.5, 1.23410), (3.0, 4.50659), (4.0, 15.4367), (5.0, 30.5168)):
-        record = dropped(ratio)
+        record = dropped_wheel(ratio)
         after = record.at([record.end]).permanent_indentation.values[0]
         yield PINNED.relative(f"left of {ratio:g} N0 [µm]", 1e6 * float(after), left)
     for ratio, onsets in ((1.99, 0), (2.01, 1)):
         given = analysis("the law is given to yield at 2 N0")
         yield given.count(f"onsets of yield in vibrations up to {ratio:g} N0", onsets_of_yield(ratio), onsets)
-    worn = wt.wear_in(corrugated(BEYOND_RESONANCE), 100, hardening=0.0)
+    worn = wt.wear_in(yielding_corrugation(BEYOND_RESONANCE), 100, hardening=0.0)
     waves = 1e6 * worn.amplitude.sel(wavelength=WAVELENGTH, method="nearest").values
     after = float(waves[-1])
     yield said(
@@ -80,14 +80,14 @@ def yields_and_smooths() -> Iterator[Measure]:
     x = worn.position.values
     crests = share_on_crests(worn.permanent_indentation.values[-1], x)
     yield said("linearly proportional", "section 6: at peaks", "part of the marks on the crests, 36 m/s", crests)
-    one = wt.wear_in(corrugated(AT_RESONANCE), 1)
+    one = wt.wear_in(yielding_corrugation(AT_RESONANCE), 1)
     deepest = 1e6 * float(one.permanent_indentation[-1].max())
     yield PINNED.relative("deepest mark of one wheel at 9 m/s [µm]", deepest, 14.6639, 1e-2, BOUNCES)
-    hard = wt.wear_in(corrugated(AT_RESONANCE), 30).largest_force.values / STATIC
+    hard = wt.wear_in(yielding_corrugation(AT_RESONANCE), 30).largest_force.values / STATIC
     yield PINNED.relative(
         "largest force of 30 wheels at 9 m/s, hardening/N0", float(hard.max()), 4.06933, 1e-2, BOUNCES
     )
-    soft = wt.wear_in(corrugated(AT_RESONANCE), 10, hardening=0.0)
+    soft = wt.wear_in(yielding_corrugation(AT_RESONANCE), 10, hardening=0.0)
     virgin, height = (1e6 * float(np.ptp(one)) for one in (soft.height.values[0], soft.height.values[-1]))
     words = "profile's height after 10 wheels at 9 m/s without hardening, over that before"
     yield said("lower", SMOOTHED, words, height / virgin, refutes=True)
@@ -101,11 +101,11 @@ def yields_and_smooths() -> Iterator[Measure]:
 )  # fmt: skip
 def marks_behind_a_bump() -> Iterator[Measure]:
     """Count the marks behind the bump of Fig. 2."""
-    stiff, _ = hammered(wt.StiffTrack())
+    stiff, _ = marks_behind_bump(wt.StiffTrack())
     yield said("several times", "section 6: a long section", "marks on stiff track", stiff)
     yield PINNED.count("marks on stiff track", stiff, 14)
     for mass, expected in ((3000.0, 24), (1500.0, 35), (750.0, 52), (300.0, 0)):
-        marks = hammered(tuned(mass, 10.0))[0]
+        marks = marks_behind_bump(tuned(mass, 10.0))[0]
         yield PINNED.count(f"marks, M = {mass:g} kg", marks, expected, 1 if marks else 0, "the last marks are faint")
         ratio = f"marks over those on stiff track, M = {mass:g} kg"
         yield said("lower", "section 6: better", ratio, marks / stiff, refutes=mass > 300.0)
@@ -117,17 +117,17 @@ def marks_behind_a_bump() -> Iterator[Measure]:
 )  # fmt: skip
 def deepest_mark() -> Iterator[Measure]:
     """Measure the deepest mark behind the bump over that on stiff track."""
-    _, stiff = hammered(wt.StiffTrack())
+    _, stiff = marks_behind_bump(wt.StiffTrack())
     yield PINNED.relative("deepest mark on stiff track [µm]", stiff, 29.5670)
     for mass, expected in ((15_000.0, 0.988980), (3000.0, 0.906399), (750.0, 0.345968), (300.0, 0.0)):
-        ratio = hammered(tuned(mass, 10.0))[1] / stiff
+        ratio = marks_behind_bump(tuned(mass, 10.0))[1] / stiff
         yield PINNED.relative(f"deepest mark over that, M = {mass:g} kg", ratio, expected)
         where = "section 6: impossible to attenuate"
         words = f"deepest mark over that, M = {mass:g} kg"
         yield said("almost identical", where, words, ratio, refutes=mass < 1500.0)
 
 
-def hammered(track: wt.StiffTrack | wt.FloatingDeck) -> tuple[int, float]:
+def marks_behind_bump(track: wt.StiffTrack | wt.FloatingDeck) -> tuple[int, float]:
     """Return the number of marks behind a bump, and the depth of the deepest one in µm."""
     record = bump(5e4, 0.25, contact=THORNTON, track=track)
     table = wt.wear.marks(record).table

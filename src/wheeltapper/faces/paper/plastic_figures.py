@@ -9,7 +9,7 @@ import numpy as np
 
 import wheeltapper as wt
 from wheeltapper.faces.panels import legend_above
-from wheeltapper.faces.paper.plastic import AT_RESONANCE, BEYOND_RESONANCE, WAVELENGTH, corrugated
+from wheeltapper.faces.paper.plastic import AT_RESONANCE, BEYOND_RESONANCE, WAVELENGTH, yielding_corrugation
 from wheeltapper.faces.paper.setting import STATIC
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ LARGEST = 3.0
 """Largest indentation over that at yield in the picture of the laws."""
 
 
-def _laws(axis: Axes) -> None:
+def _draw_laws(axis: Axes) -> None:
     """Draw loading and unloading of the laws, over force and indentation at yield."""
     elastic = np.linspace(0.0, 1.0, 60)
     for name, law in LAWS.items():
@@ -47,9 +47,9 @@ def _laws(axis: Axes) -> None:
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=4, fontsize=8)
 
 
-def _profile(axis: Axes, speed: float, passes: int, hardening: float) -> None:
+def _draw_profile(axis: Axes, speed: float, passes: int, hardening: float) -> None:
     """Draw some waves of the rail before and after the passes."""
-    worn = wt.wear_in(corrugated(speed), passes, hardening=hardening)
+    worn = wt.wear_in(yielding_corrugation(speed), passes, hardening=hardening)
     shown = worn.sel(position=slice(1.5, 1.5 + 6 * WAVELENGTH))
     for index, label in ((0, "virgin"), (-1, f"after {passes} wheels" if passes > 1 else "after a wheel")):
         axis.plot(1e3 * shown.position, 1e6 * shown.height[index], label=label)
@@ -61,11 +61,11 @@ def plastic(figure: Figure) -> None:
     """Draw the laws, crests that are smoothed beyond resonance, marks at resonance, and the effect of hardening."""
     figure.set_size_inches(10.0, 8.0)
     laws, beyond, at, forces = figure.subplots(2, 2).ravel()
-    _laws(laws)
-    _profile(beyond, BEYOND_RESONANCE, 100, 0.0)
-    _profile(at, AT_RESONANCE, 1, 1.0)
+    _draw_laws(laws)
+    _draw_profile(beyond, BEYOND_RESONANCE, 100, 0.0)
+    _draw_profile(at, AT_RESONANCE, 1, 1.0)
     for hardening, label in ((1.0, "hardening"), (0.0, "no hardening, until they run away")):
-        worn = wt.wear_in(corrugated(AT_RESONANCE), 30, hardening=hardening)
+        worn = wt.wear_in(yielding_corrugation(AT_RESONANCE), 30, hardening=hardening)
         forces.plot(worn["pass"], worn.largest_force / STATIC, "o-", markersize=3, label=label)
     forces.set(xlabel="wheel", ylabel="largest N/N₀", title=f"at {AT_RESONANCE:g} m/s", ylim=(0.0, None))
     legend_above(forces)

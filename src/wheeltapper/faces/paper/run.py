@@ -9,14 +9,14 @@ from pathlib import Path
 
 from wheeltapper.faces.paper import coach, corrugation, deck, diagnosis, law, maps, missed, plastic, single
 from wheeltapper.faces.paper.claims import CLAIMS, Claim, Kind, Measure, Verdict, judged
-from wheeltapper.ground.errors import InputError, suggested
+from wheeltapper.ground.errors import InputError, with_suggestion
 from wheeltapper.ground.progress import report
 
 TOPICS = (single, maps, deck, missed, corrugation, law, coach, plastic, diagnosis)
 """The modules that register claims; importing them fills the register."""
 
 
-def chosen(which: list[str]) -> list[Claim]:
+def chosen_claims(which: list[str]) -> list[Claim]:
     """Return the claims with given numbers or figures, or "all"."""
     found: dict[str, Claim] = {}
     figures = sorted({c.figure for c in CLAIMS.values()})
@@ -24,12 +24,12 @@ def chosen(which: list[str]) -> list[Claim]:
         match = {n: c for n, c in CLAIMS.items() if name in ("all", n, c.figure)}
         if not match:
             groups = f"all, a claim ({min(CLAIMS)} to {max(CLAIMS)}), or those of {', '.join(figures)}"
-            raise InputError("", "paper", repr(name), suggested(name, ["all", *figures, *CLAIMS], groups))
+            raise InputError("", "paper", repr(name), with_suggestion(name, ["all", *figures, *CLAIMS], groups))
         found |= match
     return [found[n] for n in sorted(found)]
 
 
-def run(
+def measure_claims(
     which: list[str],
     output: Path | None = None,
     say: Callable[[str], None] = print,
@@ -45,7 +45,7 @@ def run(
     say
         Called with each line.
     """
-    claims = chosen(which)
+    claims = chosen_claims(which)
     found: list[tuple[Claim, Verdict, list[Measure]]] = []
     for done, claim in enumerate(claims):
         report("claims", done, len(claims))
@@ -59,7 +59,7 @@ def run(
     if failed:
         say(f"failed: {', '.join(failed)}")
     if output is not None:
-        for path in _written(found, output):
+        for path in _write_results(found, output):
             say(f"written: {path}")
     return 1 if failed else 0
 
@@ -84,7 +84,7 @@ SOURCES = {
 }  # fmt: skip
 
 
-def _written(found: list[tuple[Claim, Verdict, list[Measure]]], output: Path) -> Iterator[Path]:
+def _write_results(found: list[tuple[Claim, Verdict, list[Measure]]], output: Path) -> Iterator[Path]:
     """Write the table of measures and the figures; yield each file."""
     from wheeltapper.faces.paper.figures import draw
 

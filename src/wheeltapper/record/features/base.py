@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.registry import register, registered
+from wheeltapper.describe.registry import register, registered_in
 from wheeltapper.ground.arguments import as_count, check_choice, check_flag, check_function, check_text
-from wheeltapper.ground.errors import InputError, shown, suggested
+from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.record.trains import Trains, Values
 
@@ -65,7 +65,7 @@ class Feature:
         for name in ("name", "unit", "definition"):
             check_text(getattr(self, name), name)
         if not self.name.strip():
-            raise InputError("", "name", shown(self.name), "a text that names a variable")
+            raise InputError("", "name", value_text(self.name), "a text that names a variable")
         as_count(self.impacts, "impacts", 0)
         check_choice(self.until, "until", get_args(Until))
         check_function(self.of, "of", "a function of the trains of some cells")
@@ -109,13 +109,13 @@ class Feature:
             raise InputError("", self.name, f"a {type(of).__name__}", "a record: what `wheeltapper.simulate` returns")
         contacts, whole = of._contacts, of.outcome is Outcome.COMPLETED
         values = self._of_trains(trains_of(of, self.tally)) if whole else np.full(len(contacts.static_force), np.nan)
-        meaning = of_wheels(self.definition) if contacts.several else self.definition
+        meaning = of_wheels(self.definition) if contacts.has_several else self.definition
         return of._per_wheel(values, {"units": self.unit, "long_name": meaning})
 
     def _of_trains(self, trains: Trains) -> Values:
         with np.errstate(invalid="ignore", divide="ignore"):
             values = np.asarray(self.of(trains))
-        known = trains.whole & (trains.impacts.count >= self.impacts)
+        known = trains.is_complete & (trains.impacts.row_counts >= self.impacts)
         return np.where(known, values, np.nan)
 
 
@@ -184,32 +184,32 @@ def custom(
     check_text(name, "name")
     check_text(definition, "definition")
 
-    def each(trains: Trains) -> Values:
-        long_enough = trains.whole & (trains.impacts.count >= impacts)
+    def value_per_cell(trains: Trains) -> Values:
+        long_enough = trains.is_complete & (trains.impacts.row_counts >= impacts)
         return np.array([
-            _number(name, function(_train(trains, cell))) if long_enough[cell] else np.nan
-            for cell in range(trains.cells)
+            _checked_number(name, function(_train_of_cell(trains, cell))) if long_enough[cell] else np.nan
+            for cell in range(trains.cell_count)
         ])  # fmt: skip
 
-    return Feature(name, unit, definition or (function.__doc__ or name).strip(), impacts, until, each)
+    return Feature(name, unit, definition or (function.__doc__ or name).strip(), impacts, until, value_per_cell)
 
 
-def _number(name: str, found: Any) -> Any:
+def _checked_number(name: str, found: Any) -> Any:
     """Return what a user's own feature has found, if it is one number."""
     found = found.item() if isinstance(found, np.ndarray) and found.ndim == 0 else found
     if not isinstance(found, Number) or np.asarray(found).dtype.kind == "O":  # such as 10**400
-        raise InputError("", name, shown(found), "one number, as what the feature's function returns")
+        raise InputError("", name, value_text(found), "one number, as what the feature's function returns")
     return found
 
 
-def _train(trains: Trains, cell: int) -> Train:
-    def part(rows: Any, column: str) -> NDArray[Any]:
+def _train_of_cell(trains: Trains, cell: int) -> Train:
+    def own_rows(rows: Any, column: str) -> NDArray[Any]:
         return np.asarray(rows.columns[column][rows.first[cell] : rows.first[cell + 1]])
 
     return Train(
-        part(trains.losses, "time"), part(trains.impacts, "time"), part(trains.impacts, "rate"),
-        part(trains.peaks, "time"), part(trains.peaks, "force"), part(trains.peaks, "impact").real.astype(int),
-        trains.static_force[cell],
+        own_rows(trains.losses, "time"), own_rows(trains.impacts, "time"), own_rows(trains.impacts, "rate"),
+        own_rows(trains.peaks, "time"), own_rows(trains.peaks, "force"),
+        own_rows(trains.peaks, "impact").real.astype(int), trains.static_force[cell],
     )  # fmt: skip
 
 
@@ -220,9 +220,9 @@ def named(what: Any) -> Feature:
     """
     table = {"type": what} if isinstance(what, str) else dict(what) if isinstance(what, dict) else {}
     kind, name = table.pop("type", None), table.pop("name", None)
-    known = registered(ROOM)
+    known = registered_in(ROOM)
     if not isinstance(kind, str) or kind not in known:
-        raise InputError("", "features", shown(what), suggested(str(kind), known))
+        raise InputError("", "features", value_text(what), with_suggestion(str(kind), known))
     if name is not None:
         check_text(name, f"features.{kind}.name")
     try:

@@ -27,11 +27,11 @@ def largest_force(over_static: bool = False) -> Feature:
     if over_static:
         return Feature(
             "largest_force_over_static", "", "largest maximum of the contact force, over the static force", 0, "end",
-            lambda trains: trains.peaks.largest("force") / trains.static_force,
+            lambda trains: trains.peaks.largest_entry("force") / trains.static_force,
         )  # fmt: skip
     return Feature(
         "largest_force", "N", "largest maximum of the contact force, per wheelset", 0, "end",
-        lambda trains: trains.peaks.largest("force"),
+        lambda trains: trains.peaks.largest_entry("force"),
     )  # fmt: skip
 
 
@@ -41,11 +41,11 @@ def decay_rate() -> Feature:
 
     def rate(trains: Trains) -> Values:
         peaks = trains.impact_peaks
-        time, height, owner = peaks.columns["time"], np.log(peaks.columns["force"]), peaks.owner
-        many = peaks.count
-        middle_time, middle = peaks.total(time) / many, peaks.total(height) / many
+        time, height, owner = peaks.columns["time"], np.log(peaks.columns["force"]), peaks.row_cells
+        many = peaks.row_counts
+        middle_time, middle = peaks.total_over_rows(time) / many, peaks.total_over_rows(height) / many
         off = time - middle_time[owner]
-        return np.asarray(-peaks.total(off * (height - middle[owner])) / peaks.total(off * off))
+        return np.asarray(-peaks.total_over_rows(off * (height - middle[owner])) / peaks.total_over_rows(off * off))
 
     return Feature(
         "decay_rate", "1/s", "rate at which the largest forces after impacts decay (least squares of their logarithms)",
@@ -59,5 +59,5 @@ def impulse(impact: int = 1) -> Feature:
     impact = as_count(impact, "impact")
     return Feature(
         "impulse", "N s", f"impulse of the contact force from impact {impact} to the next loss of contact", impact,
-        "loss", lambda trains: trains.impulse(impact), tally=True,
+        "loss", lambda trains: trains.impact_impulse(impact), tally=True,
     )  # fmt: skip

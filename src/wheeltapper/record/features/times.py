@@ -11,8 +11,8 @@ from wheeltapper.record.features.base import Feature, check_order, feature
 from wheeltapper.record.trains import Trains, Values
 
 
-def _onset(trains: Trains, n: int) -> Values:
-    return trains.impacts.nth("time", n)
+def _onset_times(trains: Trains, n: int) -> Values:
+    return trains.impacts.nth_entry("time", n)
 
 
 @feature
@@ -31,7 +31,7 @@ def impact_interval(first: int = 1, second: int = 2, between: Literal["onsets", 
     if between == "onsets":
         return Feature(
             "impact_interval", "s", f"time from the onset of impact {first} to that of impact {second}", second,
-            "impact", lambda trains: _onset(trains, second) - _onset(trains, first),
+            "impact", lambda trains: _onset_times(trains, second) - _onset_times(trains, first),
         )  # fmt: skip
     return Feature(
         "impact_interval", "s", f"time from the largest force after impact {first} to that after impact {second}",
@@ -44,7 +44,7 @@ def number_of_impacts() -> Feature:
     """Return the number of impacts."""
     return Feature(
         "number_of_impacts", "", "number of impacts", 0, "end",
-        lambda trains: trains.impacts.count.astype(float), differentiable=False,
+        lambda trains: trains.impacts.row_counts.astype(float), differentiable=False,
     )  # fmt: skip
 
 
@@ -53,10 +53,10 @@ def time_in_air() -> Feature:
     """Return the total time without contact, s."""
 
     def total(trains: Trains) -> Values:
-        flights_begin = trains.losses.total(trains.losses.columns["time"])
-        flights_end = trains.impacts.total(trains.impacts.columns["time"])
-        flying = trains.losses.count + trains.airborne - trains.impacts.count
-        return np.asarray(flights_end - flights_begin + flying * trains.end)
+        flights_begin = trains.losses.total_over_rows(trains.losses.columns["time"])
+        flights_end = trains.impacts.total_over_rows(trains.impacts.columns["time"])
+        flying = trains.losses.row_counts + trains.is_airborne_at_start - trains.impacts.row_counts
+        return np.asarray(flights_end - flights_begin + flying * trains.end_time)
 
     return Feature("time_in_air", "s", "total time without contact", 0, "end", total)
 
@@ -66,7 +66,7 @@ def first_loss() -> Feature:
     """Return the time of the first loss of contact, s."""
     return Feature(
         "first_loss", "s", "time of the first loss of contact", 0, "loss",
-        lambda trains: trains.losses.nth("time", 1),
+        lambda trains: trains.losses.nth_entry("time", 1),
     )  # fmt: skip
 
 
@@ -74,7 +74,7 @@ def first_loss() -> Feature:
 def last_loss() -> Feature:
     """Return the time of the last loss of contact, s."""
     return Feature(
-        "last_loss", "s", "time of the last loss of contact", 0, "end", lambda trains: trains.losses.last("time")
+        "last_loss", "s", "time of the last loss of contact", 0, "end", lambda trains: trains.losses.last_entry("time")
     )
 
 
@@ -83,5 +83,5 @@ def contact_frequency() -> Feature:
     """Return how often contact is regained: the inverse of the mean interval between impacts, Hz."""
     return Feature(
         "contact_frequency", "Hz", "inverse of the mean interval between the onsets of impacts", 2, "end",
-        lambda trains: (trains.impacts.count - 1) / (trains.impacts.last("time") - _onset(trains, 1)),
+        lambda trains: (trains.impacts.row_counts - 1) / (trains.impacts.last_entry("time") - _onset_times(trains, 1)),
     )  # fmt: skip
