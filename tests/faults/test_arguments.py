@@ -90,7 +90,6 @@ WALK = {
     "sweep, features": (lambda v: wt.sweep(scene(), GRID, v), NOT_FEATURES),
     "sweep, gradient": (lambda v: sweep(gradient=v), NOT_FIELDS),
     "sweep, zipped": (lambda v: sweep(zipped=v), [None, "x", 5]),
-    "sweep, check": (lambda v: sweep(check=v), [None, "x", 5]),
     "sweep, samples": (lambda v: sweep(samples=v), [0, 2.5, *NOT_NUMBERS[1:]]),
     "sweep, sampling": (lambda v: sweep(samples=4, sampling=v), [None, "sobel", 5, ["sobol"]]),
     "sweep, seed": (lambda v: sweep(seed=v), [2.5, *NOT_NUMBERS]),

@@ -19,7 +19,6 @@ STUDY = tomllib.loads((EXAMPLES / "bump_study.toml").read_text()) | {
     "scenario": str(EXAMPLES / "bump.toml"),
     "features": ["impact_interval", {"type": "force_ratio", "first": 2, "second": 3, "name": "later"}],
     "gradient": ["speed"], "zipped": False, "seed": 0, "method": "default", "sampling": "sobol", "chaos_limit": 1e4,
-    "check": True,
     "chunk": 100,
 }  # fmt: skip
 STUDY["over"]["speed"] = [9.0, "30 km/h"]

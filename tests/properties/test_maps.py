@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.ask import cells
 from wheeltapper.march import run
+from wheeltapper.record import balanced
 
 BUMP = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4),
@@ -188,10 +188,11 @@ def test_a_map_checks_the_energy_of_its_cells_on_request(gradient, monkeypatch):
         marched.append(program)
         return march._replace(steps=np.delete(march.steps, 20, axis=0)) if len(marched) == 3 else march
 
-    monkeypatch.setattr(cells, "run", SimpleNamespace(**vars(run) | {"march": damaged}))
+    monkeypatch.setattr(balanced, "run", SimpleNamespace(**vars(run) | {"march": damaged}))
     plain = wt.sweep(BUMP, over, PAIR, gradient=gradient)
     assert not marched
-    checked = wt.sweep(BUMP, over, PAIR, gradient=gradient, check=True)
-    assert checked.status.attrs["flag_meanings"].split()[int(checked.status[1, 0])] == "unbalanced"
-    np.testing.assert_array_equal(checked.status.values.ravel()[[0, 1, 3]], 0)
-    assert checked.drop_vars("status").equals(plain.drop_vars("status"))
+    checked = wt.sweep(BUMP, over, [*PAIR, wt.features.missing_energy()], gradient=gradient)
+    assert len(marched) == 4
+    np.testing.assert_array_equal(checked.missing_energy > balanced.LIMIT, [[False, False], [True, False]])
+    assert float(checked.missing_energy[0].max()) < balanced.NOTABLE
+    np.testing.assert_array_equal(checked.force_ratio, plain.force_ratio)

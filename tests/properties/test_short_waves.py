@@ -33,8 +33,8 @@ def test_a_wheel_touches_every_crest(shape, wavelength, amplitude):
         waves = wt.Corrugation(amplitude=amplitude, wavelength=wavelength, start=-0.3)
         table = lowered(waves, wt.WheelFlat(depth=1e-5, position=0.5)).table
     crests = (np.arange(20, 90) * 1e-3 // wavelength + 0.25) * wavelength
-    np.testing.assert_allclose(table.height(crests), amplitude, rtol=1e-9)
-    between = table.height(crests + 0.5 * wavelength)  # on two crests at once
+    np.testing.assert_allclose(table.height_at(crests), amplitude, rtol=1e-9)
+    between = table.height_at(crests + 0.5 * wavelength)  # on two crests at once
     sagitta = VEHICLE.radius - np.sqrt(VEHICLE.radius**2 - wavelength**2 / 4)
     assert np.all((amplitude - between > 0.9 * sagitta) & (amplitude - between < 1.001 * sagitta))
 

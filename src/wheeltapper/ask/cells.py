@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -12,9 +14,10 @@ from numpy.typing import NDArray
 from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
-from wheeltapper.ground.progress import counted_from, progress_counter, report
+from wheeltapper.ground.progress import counted_from, progress_counter
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
+from wheeltapper.record.balanced import missing_parts
 from wheeltapper.record.simulate import say_that_it_compiles, warn_caller
 
 if TYPE_CHECKING:
@@ -32,8 +35,8 @@ MOST_REFUSALS = 100
 """Largest number of reasons for refused cells that are kept; further ones are dropped."""
 
 # Status of a cell, in the order of the numbers that a chart stores.
-COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED, UNBALANCED = range(7)
-STATUS = ("complete", "event_limit", "not_finite", "stalled", "end_of_path", "refused", "unbalanced")
+COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED = range(6)
+STATUS = ("complete", "event_limit", "not_finite", "stalled", "end_of_path", "refused")
 _OF_MARCH = np.zeros(8, dtype=np.int64)
 _OF_MARCH[[contract.TOO_MANY_EVENTS, contract.NOT_FINITE, contract.STALLED, contract.END_OF_PATH]] = (
     EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH,
@@ -132,10 +135,7 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
     try:
         many = LoweredCells(asked.scenario, changed, asked.method)
         _set_end(asked, many.cells.numbers)
-        found = _computed_gradients(asked, many, threads) if asked.gradient else _computed_values(asked, many, threads)
-        if asked.check:
-            _check_energy(many, found.status)
-        return found
+        return _computed_gradients(asked, many, threads) if asked.gradient else _computed_values(asked, many, threads)
     except InputError as error:
         if cells == 1:
             return ComputedCells.refused_cell(asked, error)
@@ -182,7 +182,7 @@ def _computed_values(asked: Study, many: LoweredCells, threads: int) -> Computed
     values, status = np.empty((len(asked.features), total)), np.empty(total, dtype=np.int64)
 
     def read_block(block: slice, marched: Marched) -> None:
-        trains = Trains(marched, many.units.part(block))
+        trains = Trains(marched, many.units.part(block), missing_energies(many, block))
         for row, feature in zip(values, asked.features, strict=True):
             row[block] = feature(trains)
         status[block] = _OF_MARCH[marched.status]
@@ -194,16 +194,9 @@ def _computed_values(asked: Study, many: LoweredCells, threads: int) -> Computed
     return ComputedCells(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)
 
 
-def _check_energy(many: LoweredCells, status: IntArray) -> None:
-    """Mark the complete cells whose work and energy do not balance."""
-    from wheeltapper.record import balanced
-
-    cells = np.flatnonzero(status == COMPLETE).tolist()
-    for done, cell in enumerate(cells):
-        report("checking the energy", done, len(cells))
-        program = many.program(cell)
-        if not balanced.missing_part(program, run.march(program)) <= balanced.LIMIT:
-            status[cell] = UNBALANCED
+def missing_energies(many: LoweredCells, block: slice) -> Callable[[], FloatArray]:
+    """Return a function that marches some cells once more, one by one, and checks their work and energy."""
+    return cache(lambda: missing_parts(many.program(cell) for cell in range(block.start, block.stop)))
 
 
 def _computed_gradients(asked: Study, many: LoweredCells, threads: int) -> ComputedCells:

@@ -121,7 +121,7 @@ def _depth_function(record: Record, spacing: float) -> Callable[[FloatArray], Fl
     if scenario.rolling == "point":
         return depth_at
     centres = np.linspace(0.0, end, int(np.ceil(end / spacing * FINER)) + 1)
-    depths, slope = depth_at(centres), record._lowered.table.slope(centres)
+    depths, slope = depth_at(centres), record._lowered.table.slope_at(centres)
     touched = centres + float(scenario.vehicle.radius) * slope / np.hypot(1.0, slope)
 
     def depth_below(places: FloatArray) -> FloatArray:

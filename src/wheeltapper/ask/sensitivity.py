@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.ask.cells import missing_energies
 from wheeltapper.ground.progress import progress_counter
 from wheeltapper.lower.many import EPSILON, Direction, LoweredCells
 from wheeltapper.lower.table import used_degree
@@ -113,12 +114,13 @@ def _slopes_of_block(
     def read_block(block: slice, marched: Marched, tangents: Tangents) -> None:
         out.status[block], out.gentlest[block] = marched.status, tangents.gentlest
         out.amplification[block] = tangents.amplification
+        missing = missing_energies(many, block)
         for lane, direction in enumerate(directions):
             rates = _Rates.along(tangents, lane)
             units = direction.units.part(block)
-            trains = Trains(_with_imaginary_rates(marched, rates.known(0.0), direction, block), units)
+            trains = Trains(_with_imaginary_rates(marched, rates.known(0.0), direction, block), units, missing)
             other = (
-                Trains(_with_imaginary_rates(marched, rates.known(1.0), direction, block), units)
+                Trains(_with_imaginary_rates(marched, rates.known(1.0), direction, block), units, missing)
                 if rates.has_gaps
                 else None
             )

@@ -19,7 +19,7 @@ from wheeltapper.record.features import named
 
 FIELDS = (
     "scenario", "over", "features", "gradient", "zipped", "samples", "sampling", "seed", "method", "chaos_limit",
-    "check", "chunk",
+    "chunk",
 )  # fmt: skip
 """Names that a study's file may have at its top."""
 KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {

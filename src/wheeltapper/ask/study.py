@@ -66,8 +66,6 @@ class Study:
         Paths of the fields with respect to which the features are differentiated.
     chaos_limit
         Amplification above which a cell counts as near-chaotic.
-    check
-        Whether work and energy of each cell are checked.
     """
 
     scenario: Scenario
@@ -77,7 +75,6 @@ class Study:
     method: str
     gradient: tuple[str, ...] = ()
     chaos_limit: float = CHAOS_LIMIT
-    check: bool = False
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -218,13 +215,12 @@ def study_of(
     scenario: Scenario, over: Mapping[str, Any], features: Asked, *,
     gradient: bool | Sequence[str] = False, zipped: bool = False, samples: int | None = None,
     sampling: Sampling = "sobol", seed: int = 0, method: str = "default", chaos_limit: float = CHAOS_LIMIT,
-    check: bool = False, question: run.Question = run.SWEEP,
+    question: run.Question = run.SWEEP,
 ) -> Study:  # fmt: skip
     """Return the study that `sweep`, or another question, computes; its arguments are those of `sweep`."""
     run.choose(question, scenario.needs)
     check_method(method)
     check_flag(zipped, "zipped")
-    check_flag(check, "check")
     check_choice(sampling, "sampling", get_args(Sampling))
     seed, chaos_limit = as_count(seed, "seed", 0), as_quantity(chaos_limit, "chaos_limit", "number")
     if not isinstance(over, Mapping) or not over:
@@ -243,7 +239,7 @@ def study_of(
     for path in by:
         field_at(scenario, path)
     check_along(question, scenario, by)
-    return Study(scenario, axes, not side_by_side, asked, method, by, chaos_limit, check)
+    return Study(scenario, axes, not side_by_side, asked, method, by, chaos_limit)
 
 
 def as_features(given: Asked) -> tuple[Feature, ...]:

@@ -36,7 +36,6 @@ def sweep(
     method: str = "default",
     threads: int | None = None,
     chaos_limit: float = CHAOS_LIMIT,
-    check: bool = False,
     progress: Progress = True,
 ) -> xr.Dataset:
     """Compute features over many cells in which some fields of a scenario vary.
@@ -64,10 +63,6 @@ def sweep(
         Number of threads; by default one per core. The result does not depend on it.
     chaos_limit
         Cells in which a small change of the start grows by more than this are marked as near-chaotic.
-    check
-        True: each cell is marched once more, alone, and its work and energy are checked as at the end of `simulate`.
-        This takes several times as long. A cell in which more than 1e-5 of the exchanged energy is missing is marked
-        as "unbalanced".
     progress
         As for `wheeltapper.simulate`.
 
@@ -88,7 +83,7 @@ def sweep(
     """
     asked = study_of(
         as_scenario(scenario), over, features, gradient=gradient, zipped=zipped, samples=samples, sampling=sampling,
-        seed=seed, method=method, chaos_limit=chaos_limit, check=check,
+        seed=seed, method=method, chaos_limit=chaos_limit,
     )  # fmt: skip
     check_room(
         "over", f"{asked.cell_count:.4g} cells", 8.0 * asked.numbers_in_memory(asked.cell_count),

@@ -205,7 +205,7 @@ def _add_contact(
         count = plain.find_power(pieces, numbers, steps, first, end, L)
         for i in range(count):
             if first + i > 0:
-                half = 0.5 * L[plain.BEFORE + i]  # what is exchanged need not be exact: by the trapezoidal rule
+                half = 0.5 * L[plain.STEP_BEFORE + i]  # what is exchanged need not be exact: by the trapezoidal rule
                 sums[MISSING] += L[plain.ENERGY + i] - L[plain.GAIN_BEFORE + i] - begun
                 sums[LARGEST_MISSING] = max(sums[LARGEST_MISSING], abs(sums[MISSING]))
                 sums[WORKED] += half * (abs(working + L[plain.WORKING + i]) + abs(losing + L[plain.LOSING + i]))

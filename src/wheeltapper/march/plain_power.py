@@ -22,18 +22,18 @@ STATES = 16
 # Of each instant: the time, u and w, the deck's Y and Z, lengths of the steps before and after it (0: none), the path
 # and the factor on the force in powers of time.
 (
-    WHEN, U0, W0, DECK, SWING, BEFORE, AFTER, P0, P1, P2, P3, P4, F0, F1, F2, F3, F4,
+    WHEN, U0, W0, DECK_PLACE, SWING, STEP_BEFORE, STEP_AFTER, P0, P1, P2, P3, P4, F0, F1, F2, F3, F4,
 ) = range(0, 17 * STATES, STATES)  # fmt: skip
 # What is found: the energy, what this end of the steps before and after adds to the integrals of its rate over them by
 # Hermite's rule, the powers of the path, of the contact and of what is lost times u, and the wheel's kinetic energy.
 ENERGY, GAIN_BEFORE, GAIN_AFTER, WORKING, GAINING, LOSING, KINETIC = range(17 * STATES, 24 * STATES, STATES)
 ENTRIES = 24 * STATES
-POWERS = 5
+TIME_POWERS = 5
 """Powers of time that reach the terms of a contact."""
-TURN = 2.0 * pi
+FULL_TURN = 2.0 * pi
 S1, S2, S3, S4, S5, S6, S7 = ((-1) ** k / factorial(2 * k + 1) for k in range(1, 8))
 C1, C2, C3, C4, C5, C6, C7, C8 = ((-1) ** k / factorial(2 * k) for k in range(1, 9))
-FIRST, SECOND, THIRD, FOURTH = (float(weight) for weight in SHORT_RULE)
+WEIGHT_1, WEIGHT_2, WEIGHT_3, WEIGHT_4 = (float(weight) for weight in SHORT_RULE)
 
 
 @kernel
@@ -44,10 +44,10 @@ def _in_time(
     """Write gain·Σ pieces[piece, source + k]·ξ^k, ξ = at + rate·τ, in powers of τ from L[first] on, one a row."""
     for k in range(contract.TERMS):
         work[k] = pieces[piece, source + k] if k <= degree else 0.0
-    for i in range(min(degree, POWERS)):
+    for i in range(min(degree, TIME_POWERS)):
         for k in range(degree - 1, i - 1, -1):
             work[k] += at * work[k + 1]
-    for k in range(POWERS):
+    for k in range(TIME_POWERS):
         L[first + k * STATES] = gain * work[k]
         gain *= rate
 
@@ -55,11 +55,11 @@ def _in_time(
 @kernel
 def _add_harmonic(rate: float, offset: float, amp_sin: float, amp_cos: float, L: FloatArray) -> None:
     """Add a harmonic, whose phase is rate·time - offset in turns, to the path at all instants."""
-    omega = TURN * rate
+    omega = FULL_TURN * rate
     square = 0.5 * omega * omega
     for i in range(STATES):
         turns = rate * L[WHEN + i] - offset
-        x = 0.25 * TURN * (turns - np.rint(turns))
+        x = 0.25 * FULL_TURN * (turns - np.rint(turns))
         z = x * x
         s = x * (1.0 + z * (S1 + z * (S2 + z * (S3 + z * (S4 + z * (S5 + z * (S6 + z * S7)))))))
         c = 1.0 + z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * (C6 + z * (C7 + z * C8)))))))
@@ -91,7 +91,7 @@ def _put_path(pieces: FloatArray, numbers: FloatArray, state: FloatArray, count:
             _in_time(pieces, piece, contract.COEFFICIENT, degree, at, rate, lift, work, P0 + i, L)
             if factor_degree >= 0:
                 _in_time(pieces, piece, contract.FACTOR, factor_degree, at, rate, 1.0, work, F0 + i, L)
-    turns = pieces[piece, contract.WAVENUMBER] / TURN
+    turns = pieces[piece, contract.WAVENUMBER] / FULL_TURN
     if turns != 0.0:
         amp_sin, amp_cos = lift * pieces[piece, contract.SINE], lift * pieces[piece, contract.COSINE]
         _add_harmonic(turns * pace, turns * origin, amp_sin, amp_cos, L)
@@ -105,7 +105,7 @@ def _power(numbers: FloatArray, on_deck: float, L: FloatArray) -> None:
     mass, stiff, drag = numbers[contract.DECK_MASS], numbers[contract.DECK_STIFFNESS], numbers[contract.DECK_DAMPING]
     per_mass = 1.0 / mass if mass > 0.0 else 0.0
     for i in range(STATES):
-        u0, w0, Y0, Z0 = L[U0 + i], L[W0 + i], L[DECK + i], L[SWING + i]
+        u0, w0, Y0, Z0 = L[U0 + i], L[W0 + i], L[DECK_PLACE + i], L[SWING + i]
         p2, p3, p4 = 2.0 * L[P2 + i], 3.0 * L[P3 + i], 4.0 * L[P4 + i]
         f0, f1, f2, f3 = L[F0 + i], L[F1 + i], L[F2 + i], L[F3 + i]
         # -- series in s: time t, the path's velocity e, indentation q, the contact force without hysteresis x and with
@@ -150,9 +150,9 @@ def _power(numbers: FloatArray, on_deck: float, L: FloatArray) -> None:
         r0, r1 = a0 * v0 - b0 * Z0, a0 * v1 + a1 * v0 - b0 * Z1 - b1 * Z0
         r2 = a0 * v2 + a1 * v1 + a2 * v0 - b0 * Z2 - b1 * Z1 - b2 * Z0
         r3 = a0 * v3 + a1 * v2 + a2 * v1 + a3 * v0 - b0 * Z3 - b1 * Z2 - b2 * Z1 - b3 * Z0
-        m0, m1 = FIRST * (r0 * u0), SECOND * (r0 * u1 + r1 * u0)
-        m2, m3 = THIRD * (r0 * u2 + r1 * u1 + r2 * u0), FOURTH * (r0 * u3 + r1 * u2 + r2 * u1 + r3 * u0)
-        before, after = L[BEFORE + i], L[AFTER + i]
+        m0, m1 = WEIGHT_1 * (r0 * u0), WEIGHT_2 * (r0 * u1 + r1 * u0)
+        m2, m3 = WEIGHT_3 * (r0 * u2 + r1 * u1 + r2 * u0), WEIGHT_4 * (r0 * u3 + r1 * u2 + r2 * u1 + r3 * u0)
+        before, after = L[STEP_BEFORE + i], L[STEP_AFTER + i]
         L[GAIN_BEFORE + i] = before * (m0 - before * (m1 - before * (m2 - before * m3)))
         L[GAIN_AFTER + i] = after * (m0 + after * (m1 + after * (m2 + after * m3)))
         L[WORKING + i], L[GAINING + i] = n0 * e0 * u0, n0 * w0 * u0
@@ -175,9 +175,9 @@ def find_power(
         k = first + i
         state = steps[k] if k < len(steps) else end
         L[WHEN + i], L[U0 + i], L[W0 + i] = state[TIME], state[A], state[B]
-        L[DECK + i], L[SWING + i] = state[DECK_Y], state[DECK_V]
-        L[BEFORE + i] = steps[k - 1, LENGTH] if k > 0 else 0.0
-        L[AFTER + i] = state[LENGTH] if k < len(steps) else 0.0
+        L[DECK_PLACE + i], L[SWING + i] = state[DECK_Y], state[DECK_V]
+        L[STEP_BEFORE + i] = steps[k - 1, LENGTH] if k > 0 else 0.0
+        L[STEP_AFTER + i] = state[LENGTH] if k < len(steps) else 0.0
     _put_path(pieces, numbers, end, count, L)
     _power(numbers, end[ON_DECK], L)
     return count

@@ -7,9 +7,11 @@ magnitudes of all works and losses, and the energy of the contact at rest.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wheeltapper.ground import progress
 from wheeltapper.ground.notes import Note
@@ -19,6 +21,8 @@ from wheeltapper.march.program import Program
 
 if TYPE_CHECKING:
     from wheeltapper.march.single import March
+
+FloatArray = NDArray[np.float64]
 
 LIMIT = 1e-5
 """Share of the exchanged energy that may be missing. If more is missing, a run means nothing, and its outcome says
@@ -47,6 +51,11 @@ def missing_part(program: Program, march: March) -> float:
     exchanged = sums[balance.WORKED] + sums[balance.LARGEST_KINETIC] + sums[balance.LARGEST_ELASTIC] + AT_REST
     missing = sums[balance.LARGEST_MISSING] if np.isfinite(sums[balance.MISSING]) else np.nan
     return float(missing / exchanged)
+
+
+def missing_parts(programs: Iterable[Program]) -> FloatArray:
+    """Return the largest missing share for each of some programs, which are marched for it."""
+    return np.array([missing_part(program, run.march(program)) for program in programs])
 
 
 def judged_balance(status: int, missing: float) -> tuple[int, tuple[Note, ...]]:

@@ -50,7 +50,11 @@ def trains_of(record: Record, tally: bool) -> Trains:
             highest=_highest_position(record, cells), impulses=_impact_impulses(record, owner, cells)
         )
     one = np.ones(cells)
-    return Trains(marched, Units(one, one, one, static, one))
+
+    def missing_energy() -> FloatArray:
+        return one * record._kind.missing_part(record.scenario, record._lowered, record._march)
+
+    return Trains(marched, Units(one, one, one, static, one), missing_energy)
 
 
 def _by_train(table: Columns, cells: int) -> tuple[IntArray, Columns]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -88,6 +89,7 @@ class Trains:
 
     marched: Marched
     units: Units
+    missing_energy: Callable[[], FloatArray]  # (cells,): share of the exchanged energy that is missing
 
     @property
     def cell_count(self) -> int:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from wheeltapper.record.features.base import custom as custom
     from wheeltapper.record.features.base import feature as feature
     from wheeltapper.record.features.base import named as named
+    from wheeltapper.record.features.energy import missing_energy as missing_energy
     from wheeltapper.record.features.forces import decay_rate as decay_rate
     from wheeltapper.record.features.forces import force_ratio as force_ratio
     from wheeltapper.record.features.forces import impulse as impulse
