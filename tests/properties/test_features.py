@@ -93,7 +93,8 @@ def test_a_soft_law_that_never_yields_has_the_features_of_the_elastic_one():
     plastic = BUMP.replaced({"contact": wt.contact.Thornton(constant=1.405e11, yield_force="900 kN")})
     one, other = wt.simulate(plastic), wt.simulate(BUMP)
     for feature in FEATURES:
-        np.testing.assert_allclose(feature(one), feature(other), rtol=1e-8, err_msg=feature.name)
+        rtol, atol = (1e-8, 0.0) if feature.name != "missing_energy" else (0.0, 1e-10)  # which is an error itself
+        np.testing.assert_allclose(feature(one), feature(other), rtol=rtol, atol=atol, err_msg=feature.name)
 
 
 def test_features_of_a_wagon_are_those_of_its_wheels_treads():
