@@ -181,9 +181,10 @@ def test_ctrl_c_keeps_the_best_rail_that_was_found(judged, tmp_path, monkeypatch
 
 
 SLEEPING = """
-import sys, time
+import signal, sys, time
 from wheeltapper.diagnosis.processes import in_processes
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it for what runs in the background
     print("begun", flush=True)
     try:
         for number, _ in in_processes(max, 0.0, [1.0, 2.0], 2):
