@@ -88,6 +88,7 @@ def test_a_new_fault_is_synthesised_and_diagnosed(stiff_spring):
     assert diagnose_train([recording], SHORT, rules=read_rules()).table()[0]["verdict"] == "stiff spring"
 
 
+@pytest.mark.slow
 def test_a_new_fault_is_in_the_manual_and_assessed_on_the_command_line(stiff_spring, tmp_path):
     assert "   * - stiff spring\n     - a primary spring is stiffer" in listed()
     site = tmp_path / "site.toml"

@@ -97,6 +97,7 @@ def test_a_finding_and_its_recording_and_force(site, recording):
     assert flaws(wt.plot(wt.diagnosis.reconstructed(recording, site))) == []
 
 
+@pytest.mark.slow
 def test_how_well_a_site_tells_faults(site):
     found = wt.diagnosis.assess(
         site, {"wheel flat": (0.002, 0.02), "broken spring": None}, count=6, healthy=6, workers=1
