@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
+from wheeltapper.diagnosis.inference.timing import TIME_ZERO
 
 FloatArray = NDArray[np.float64]
 WINDOWS = (1.98, 2.88, 3.96, 5.4, 7.2, 9.9, 13.5, 18, 25.2, 36, 54, 81, 117, 180, 270, 396, 594, 900)
@@ -81,8 +82,8 @@ class Fit:
     Attributes
     ----------
     paths, values, covariance
-        The parameters, their values, and the covariance (parameters, parameters) of their logarithms. If only the
-        beginning of the recording is explained, the covariance is that of this part.
+        The parameters, their values, and the covariance (parameters, parameters) of their logarithms, and of the time
+        zero itself. If only the beginning of the recording is explained, the covariance is that of this part.
     chi_squared, misfit
         Sum of squared residuals over their variances, with the terms of the priors and without them. Infinite if the
         model cannot be computed.
@@ -383,7 +384,7 @@ def fit_summary(problem: FitProblem, at: FloatArray, converged: bool, used: int,
     """Return the result of a fit at some coordinates, to which the first `used` samples have led."""
     many, count = len(problem.paths), len(problem.times)
     residual, jacobian = problem.weighted_residuals(at, count, problem.noise), problem.jacobian(at, used, problem.noise)
-    freedom = int(problem.there.sum()) - sum(prior.kind == "flat" for prior in problem.priors)
+    freedom = int(problem.there.sum()) - sum(prior.is_flat for prior in problem.priors)
     if residual is None or jacobian is None:
         nothing = np.full((many, many), np.inf)
         return Fit(
@@ -398,6 +399,7 @@ def fit_summary(problem: FitProblem, at: FloatArray, converged: bool, used: int,
     values = problem.parameter_values(at)
     with np.errstate(divide="ignore"):
         per = np.where(problem.linear, problem.widths / values, 1.0)
+        per = np.where([path == TIME_ZERO for path in problem.paths], problem.widths, per)
     return Fit(
         problem.paths, values, covariance * np.outer(per, per), total, misfit, freedom, evidence, converged,
         problem.model_at(at), held,
@@ -410,6 +412,8 @@ def _of_priors(priors: tuple[Prior, ...]) -> float:
     for prior in priors:
         if prior.kind == "uniform":
             total -= np.log(2.0)
+        elif prior.kind == "shift":
+            total -= 0.0 if prior.is_flat else np.log(np.sqrt(2.0 * np.pi))
         elif prior.kind != "flat":
             total -= np.log(np.sqrt(2.0 * np.pi) * prior.deviation)
     return float(total)
