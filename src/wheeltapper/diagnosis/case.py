@@ -13,7 +13,7 @@ from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.faults.base import CATALOGUE, LOAD, Fault, fault_named
 from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows
 from wheeltapper.diagnosis.inference.identify import LOUD, onset, priors_of
-from wheeltapper.diagnosis.inference.problem import FitProblem, Prior, values_of
+from wheeltapper.diagnosis.inference.problem import Exit, FitProblem, Prior, values_of
 from wheeltapper.diagnosis.inference.sensing import filtered
 from wheeltapper.diagnosis.inference.timing import timed, zero_of
 from wheeltapper.diagnosis.scale import Scale
@@ -37,8 +37,7 @@ SURE = 3.0
 in standard deviations. The onset determines the two only if these deviations move the onset by at least this many
 samples."""
 LEFT_OUT = 0.05
-"""Largest share of the recording that is left out about an edge of the deck which the wheel passes at an uncertain
-time."""
+"""Largest share of the recording that is left out where the wheel leaves the deck at an uncertain time."""
 
 FLIGHTS, PLATEAU = 10.8, 97.0
 """The static force is estimated from flights, in which the deck's acceleration is N0/M. They are looked for in the
@@ -57,9 +56,10 @@ class Case:
         self.faults, self.left_out = faults_of(site.passage, faults)
         self.scale = Scale(site.passage)
         self.begins = onset(recording, noise)
+        self.exit: Exit | None = None
         self.passage, known = self._passage_with_onset()
-        self.left_out_stretches = self._uncertain_edges(known) if site.trigger != 0.0 else ()
-        self.recording = _without(recording, self.left_out_stretches)
+        self.exit = self._uncertain_exit(known)
+        self.recording = _without(recording, self.exit)
         self.fits: dict[str, Fit] = {}
         self.evidence: dict[str, float] = {}
         self.struck = False  # a late strike of a healthy wheelset: only a flat can be the cause
@@ -70,7 +70,7 @@ class Case:
 
     def fit_problem(self, start: Scenario, priors: dict[str, Prior]) -> FitProblem:
         """Return the problem of fitting a family of models to the recording, from a starting model."""
-        return FitProblem(self.recording, self.site.sensor, self.noise, start, priors, self.scale)
+        return FitProblem(self.recording, self.site.sensor, self.noise, start, priors, self.scale, self.exit)
 
     @property
     def best_fit(self) -> Fit | None:
@@ -110,27 +110,25 @@ class Case:
         at_speed = stated.replaced({"speed": stated.speed * expected / (self.begins - zero)})
         return (at_speed if trigger == 0.0 else timed(at_speed, zero)), True
 
-    def _uncertain_edges(self, known: bool) -> tuple[tuple[float, float], ...]:
-        """Return the stretches after the onset in which the wheel may enter or leave the deck, s after the trigger.
+    def _uncertain_exit(self, known: bool) -> Exit | None:
+        """Return the stretch in which the wheel leaves the deck; None if it does not in the recording.
 
-        There the acceleration jumps. A least-squares fit would be forced by a few samples to the exact instant, to
-        which its derivatives do not lead it. `known`: the onset has determined the sum of time zero and way to it.
+        `known`: the onset has determined how time zero follows from the speed.
         """
-        track, speed = self.passage.track, float(self.passage.speed)
-        share = self.site.uncertainty.get("speed", 0.0)
-        trigger = np.inf if self.site.trigger is None else self.site.trigger
+        track, speed, trigger = self.passage.track, float(self.passage.speed), self.site.trigger
+        if track.start is None or track.length is None or trigger == 0.0:
+            return None
+        trigger, share = np.inf if trigger is None else trigger, self.site.uncertainty.get("speed", 0.0)
+        way = (float(track.start) + float(track.length)) / speed
+        time = zero_of(self.passage) + way
         if known:
             share *= 1.0 if np.isinf(trigger) else trigger / float(np.hypot(share * self.begins, trigger))
-        first = -np.inf if track.start is None else float(track.start)
-        last = np.inf if track.length is None else first + float(track.length)
-        most, out = 0.5 * LEFT_OUT * self.whole.duration, []
-        for place in (first, last):
-            time = zero_of(self.passage) + place / speed
-            spread = share * abs(time - self.begins) if known else float(np.hypot(share * place / speed, trigger))
-            half = min(SURE * spread, most)
-            if np.isfinite(time) and self.begins + half < time < self.whole.times[-1] + half:
-                out.append((time - half, time + half))
-        return tuple(out)
+            spread = share * abs(time - self.begins)
+        else:
+            spread = float(np.hypot(share * way, trigger))
+        half = max(min(SURE * spread, 0.5 * LEFT_OUT * self.whole.duration), SURE / self.whole.rate)
+        inside = self.begins + half < time < self.whole.times[-1] - half
+        return Exit(time - half, time + half, self.whole) if inside else None
 
     def _stated_onset(self, end: float) -> float:
         """Return when the deck moves in the stated passage, s after its time zero; infinite if not before `end`."""
@@ -170,13 +168,11 @@ class Case:
         return found
 
 
-def _without(recording: Recording, stretches: Sequence[tuple[float, float]]) -> Recording:
-    """Return a recording in which the samples of some stretches are missing."""
-    lost = np.zeros(len(recording.samples), dtype=bool)
-    for start, end in stretches:
-        lost |= (recording.times >= start) & (recording.times <= end)
-    if not lost.any():
+def _without(recording: Recording, exit: Exit | None) -> Recording:
+    """Return a recording without the samples in which the wheel leaves the deck."""
+    if exit is None:
         return recording
+    lost = (recording.times >= exit.start) & (recording.times <= exit.end)
     samples, clipped = np.where(lost, np.nan, recording.samples), recording.clipped & ~lost
     return replace(recording, samples=samples, clipped=clipped)
 

@@ -309,10 +309,9 @@ def _finding_notes(case: Case) -> tuple[str, ...]:
     clipped = int(case.whole.clipped.sum())
     if clipped:
         notes.append(f"{clipped} clipped samples count as bounds")
-    notes += [
-        f"{1e3 * start:.1f} to {1e3 * end:.1f} ms are left out: the wheel passes an edge of the deck some time in it"
-        for start, end in case.left_out_stretches
-    ]
+    if case.exit is not None:
+        start, end = 1e3 * case.exit.start, 1e3 * case.exit.end
+        notes.append(f"{start:.1f} to {end:.1f} ms are left out: the wheel leaves the deck at an uncertain time in it")
     if case.site.trigger is None:
         notes.append("the site has no trigger: the passage was found in the recording by its onset")
     plain = case.fits["plain"]

@@ -121,8 +121,41 @@ def fit_over_windows(problem: FitProblem, begins: float, patient: bool = True) -
     A family that does not explain a window explains no longer one either. The fit then ends with the last window that
     it explains, or goes on from there in short windows. A fit that is not patient ends earlier.
     """
+    nowhere = np.zeros(len(problem.paths))
+    if problem.exit is None or problem.exit.start <= begins:
+        return _fit_from(problem, nowhere, begins, begins, patient)
+    before = problem.until(problem.exit.start)
+    fit = _fit_from(before, nowhere, begins, begins, patient)
+    at = problem.coordinates_of(fit.values)
+    if np.isfinite(fit.held):
+        used = max(int(np.searchsorted(problem.times, fit.held)), _window_counts(problem, begins)[0])
+        return fit_summary(problem, at, False, used, fit.held)
+    problem = problem.with_exit(_exit_seen(problem, at))
+    at, _ = fit_window(problem, at, len(before.times), problem.noise, LAST_STEPS)
+    return _fit_from(problem, at, begins, problem.exit.start, patient)
+
+
+def _exit_seen(problem: FitProblem, at: FloatArray) -> float | None:
+    """Return when the recording departs from a model whose deck has no end, within the stretch of the exit.
+
+    None if it does not depart there, or if the model is wrong from the start of that stretch.
+    """
+    exit, model = problem.exit, problem.model_at(at)
+    assert exit is not None
+    first, last = np.searchsorted(exit.whole.times, [exit.start, exit.end]).tolist()
+    longer = float(model.track.length) + 2.0 * float(model.speed) * (exit.end - exit.start)
+    found = problem.model_samples(model.replaced({"track.length": longer}), last, first)
+    if found is None:
+        return None
+    off = np.nan_to_num(found - exit.whole.samples[first:last])
+    seen = departure_sample(np.where(exit.whole.clipped[first:last], 0.0, off), problem.noise, width_of(problem), 0)
+    return float(exit.whole.times[first + seen] - 0.5 / exit.whole.rate) if 0 < seen < len(off) else None
+
+
+def _fit_from(problem: FitProblem, at: FloatArray, begins: float, known: float, patient: bool) -> Fit:
+    """Fit over windows from some coordinates, which explain the recording up to the time `known`."""
     times, counts = problem.times, _window_counts(problem, begins)
-    at, window, longest = np.zeros(len(problem.paths)), -1, len(counts)
+    window, longest = sum(times[count - 1] < known for count in counts if count) - 1, len(counts)
     patience, careful = PATIENCE if patient else 0, False
     steps = STEPS if patient else HASTY_STEPS
     while window + 1 < len(counts):

@@ -49,6 +49,19 @@ class Prior(NamedTuple):
         return self.kind == "flat" or (self.kind == "shift" and not isfinite(self.deviation))
 
 
+class Exit(NamedTuple):
+    """When the wheel leaves the deck: a stretch, s after the trigger, and the whole recording.
+
+    The samples of that stretch do not count: the acceleration jumps somewhere in it, and a fit cannot follow a jump.
+    `seen`: the time at which the recording shows the jump, s; None if it was not looked for, or not found.
+    """
+
+    start: float
+    end: float
+    whole: Recording
+    seen: float | None = None
+
+
 def number_at(scenario: Scenario, path: str) -> float:
     """Return the number at a path; refuse a path without one."""
     try:
@@ -140,13 +153,15 @@ class FitProblem:
         The parameters and their priors, by path.
     scale
         In which windows are measured; by default that of the model to start from.
+    exit
+        Where the wheel leaves the deck at an uncertain time; that it is seen in the recording is one more datum.
     """
 
     def __init__(
         self, recording: Recording, sensor: Sensor, noise: float, start: Scenario, priors: Mapping[str, Prior],
-        scale: Scale | None = None,
+        scale: Scale | None = None, exit: Exit | None = None,
     ) -> None:  # fmt: skip
-        self.scale = scale or Scale(start)
+        self.scale, self.exit = scale or Scale(start), exit
         if TIME_ZERO in priors and not isinstance(start, TimedPassage):
             start = timed(start, 0.0)
         self.recording, self.sensor, self.noise, self.start = recording, sensor, noise, start
@@ -166,6 +181,12 @@ class FitProblem:
         self._residuals: tuple[FloatArray, FloatArray, NDArray[np.bool_]] | None = None  # third: which count
         self._slopes: tuple[FloatArray, FloatArray] | None = None
 
+    def with_exit(self, seen: float | None) -> FitProblem:
+        """Return the same problem with the time, s after the trigger, at which the wheel is seen to leave the deck."""
+        priors, exit = dict(zip(self.paths, self.priors, strict=True)), self.exit
+        known = None if exit is None else exit._replace(seen=seen)
+        return FitProblem(self.recording, self.sensor, self.noise, self.start, priors, self.scale, known)
+
     def until(self, time: float) -> FitProblem:
         """Return the same problem with the recording up to a time only, s after the trigger."""
         part, priors = self.recording.until(time), dict(zip(self.paths, self.priors, strict=True))
@@ -175,6 +196,11 @@ class FitProblem:
         """Return the values of the parameters at some coordinates, which are zero at the start."""
         near = np.where(self.linear, 0.0, at)
         return np.asarray(np.where(self.linear, self.first + self.widths * at, self.first * np.exp(near)))
+
+    def coordinates_of(self, values: FloatArray) -> FloatArray:
+        """Return the coordinates of some values of the parameters."""
+        ratio = np.where(self.linear, 1.0, values / np.where(self.linear, 1.0, self.first))
+        return np.asarray(np.where(self.linear, (values - self.first) / self.widths, np.log(ratio)))
 
     def model_at(self, at: FloatArray) -> Scenario:
         """Return the model at some coordinates."""
@@ -254,7 +280,24 @@ class FitProblem:
             else:
                 out.append(0.0)
                 slopes.append(0.0)
-        return np.array(out), np.diag(slopes)
+        if self.exit is None or self.exit.seen is None:
+            return np.array(out), np.diag(slopes)
+        late, slope = self._exit_residual(at, self.exit.seen)
+        return np.append(out, late), np.vstack([np.diag(slopes), slope])
+
+    def _exit_residual(self, at: FloatArray, seen: float) -> tuple[float, FloatArray]:
+        """Return by how many samples the model leaves the deck late, and the derivatives."""
+        model, rate = self.model_at(at), self.recording.rate
+        ends = {"track.start": float(model.track.start), "track.length": float(model.track.length)}
+        speed, place, slope = float(model.speed), sum(ends.values()), np.zeros(len(self.paths))
+        for i, path in enumerate(self.paths):
+            if path == TIME_ZERO:
+                slope[i] = self.widths[i]
+            elif path == "speed":
+                slope[i] = -place / speed
+            elif path in ends:
+                slope[i] = ends[path] / speed
+        return rate * (zero_of(model) + place / speed - seen), rate * slope
 
     def weighted_residuals(self, at: FloatArray, count: int, noise: float) -> FloatArray | None:
         """Return all residuals over their standard deviations: those of the samples, then those of the priors."""
