@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, field_serializer, field_validator, model_validator
 
-from wheeltapper.describe.noun import Noun, Share, quantity_type
+from wheeltapper.describe.noun import Noun, Share, Spread
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.ground.arguments import as_path
@@ -16,7 +16,6 @@ from wheeltapper.march import run
 
 NO_TRIGGER = "none"
 """What a file says where there is no trigger: TOML has no word for None."""
-TriggerError = quantity_type("time", ge=0)
 
 
 def _none_or_given(value: Any) -> Any:
@@ -50,7 +49,7 @@ class Site(Noun):
     sensor: Sensor = Sensor()
     uncertainty: dict[str, Share] = Field(default_factory=dict)
     misfit: Share = 0.0
-    trigger: Annotated[TriggerError | None, BeforeValidator(_none_or_given)] = 0.0
+    trigger: Annotated[Spread | None, BeforeValidator(_none_or_given)] = 0.0
     name: str = ""
 
     @field_validator("uncertainty", mode="after")

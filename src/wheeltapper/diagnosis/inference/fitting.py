@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
+from wheeltapper.diagnosis.inference.problem import Exit, FitProblem, Prior
 from wheeltapper.diagnosis.inference.timing import TIME_ZERO
 
 FloatArray = NDArray[np.float64]
@@ -121,27 +121,26 @@ def fit_over_windows(problem: FitProblem, begins: float, patient: bool = True) -
     A family that does not explain a window explains no longer one either. The fit then ends with the last window that
     it explains, or goes on from there in short windows. A fit that is not patient ends earlier.
     """
-    nowhere = np.zeros(len(problem.paths))
-    if problem.exit is None or problem.exit.start <= begins:
+    nowhere, exit = np.zeros(len(problem.paths)), problem.exit
+    if exit is None or exit.start <= begins:
         return _fit_from(problem, nowhere, begins, begins, patient)
-    before = problem.until(problem.exit.start)
+    before = problem.until(exit.start)
     fit = _fit_from(before, nowhere, begins, begins, patient)
     at = problem.coordinates_of(fit.values)
     if np.isfinite(fit.held):
         used = max(int(np.searchsorted(problem.times, fit.held)), _window_counts(problem, begins)[0])
         return fit_summary(problem, at, False, used, fit.held)
-    problem = problem.with_exit(_exit_seen(problem, at))
+    problem = problem.with_exit(_exit_seen(problem, exit, at))
     at, _ = fit_window(problem, at, len(before.times), problem.noise, LAST_STEPS)
-    return _fit_from(problem, at, begins, problem.exit.start, patient)
+    return _fit_from(problem, at, begins, exit.start, patient)
 
 
-def _exit_seen(problem: FitProblem, at: FloatArray) -> float | None:
+def _exit_seen(problem: FitProblem, exit: Exit, at: FloatArray) -> float | None:
     """Return when the recording departs from a model whose deck has no end, within the stretch of the exit.
 
     None if it does not depart there, or if the model is wrong from the start of that stretch.
     """
-    exit, model = problem.exit, problem.model_at(at)
-    assert exit is not None
+    model = problem.model_at(at)
     first, last = np.searchsorted(exit.whole.times, [exit.start, exit.end]).tolist()
     longer = float(model.track.length) + 2.0 * float(model.speed) * (exit.end - exit.start)
     found = problem.model_samples(model.replaced({"track.length": longer}), last, first)
