@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.registry import unregister
 from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
@@ -19,8 +20,14 @@ TIME_ZERO = "time_zero"
 """Path of the time zero of a passage."""
 
 
-class TimedPassage(Scenario, abstract=True):
-    """A passage with its time zero, s after the trigger; all that is made from it has the same one."""
+class TimedPassage(Scenario):
+    """A passage with its time zero; all that is made from it has the same one.
+
+    Parameters
+    ----------
+    time_zero
+        When the wheel is at x = 0, s after the trigger.
+    """
 
     time_zero: float = 0.0
 
@@ -28,6 +35,9 @@ class TimedPassage(Scenario, abstract=True):
         """Return a changed copy, as of a scenario; the path `TIME_ZERO` is one more."""
         fields = {path: value for path, value in changes.items() if path != TIME_ZERO}
         return timed(untimed(self).replaced(fields), changes.get(TIME_ZERO, self.time_zero))
+
+
+unregister(TimedPassage)  # no file may name it
 
 
 def timed(passage: Scenario, zero: float) -> Scenario:
