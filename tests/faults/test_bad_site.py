@@ -36,10 +36,10 @@ def refused(capsys, *arguments):
         ("bits = 16", "bitz = 16", "bits"),
         ('"vehicle.load" = 0.1', '"vehicle.lode" = 0.1', "vehicle.lode"),
         ("speed = 0.1", "speed = -0.1", "uncertainty"),
-        ("misfit = 0.0", "trigger = -1e-3", "trigger: found -0.001"),
-        ("misfit = 0.0", "trigger = nan", "trigger: found nan"),
-        ("misfit = 0.0", 'trigger = "1 mm"', "which is not a time"),
-        ("misfit = 0.0", 'trigger = "no"', "trigger: found 'no'"),
+        ("trigger = 0.0", "trigger = -1e-3", "trigger: found -0.001"),
+        ("trigger = 0.0", "trigger = nan", "trigger: found nan"),
+        ("trigger = 0.0", 'trigger = "1 mm"', "which is not a time"),
+        ("trigger = 0.0", 'trigger = "no"', "trigger: found 'no'"),
         ('type = "FloatingDeck"', 'type = "StiffTrack"', "track"),
         ("[passage] ", "[passages] ", "passage"),
     ],
@@ -84,7 +84,7 @@ def test_a_trigger_has_a_unit_or_is_none_in_a_file(tmp_path):
     text = SITE.read_text(encoding="utf-8")
     for given, held in (('"1 ms"', 1e-3), ("0.002", 2e-3), ('"none"', None)):
         path = tmp_path / "site.toml"
-        path.write_text(text.replace("misfit = 0.0", f"trigger = {given}", 1), encoding="utf-8")
+        path.write_text(text.replace("trigger = 0.0", f"trigger = {given}", 1), encoding="utf-8")
         site = wt.load(path)
         assert site.trigger == held
         write_toml(site, path)
