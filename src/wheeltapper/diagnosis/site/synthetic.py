@@ -272,10 +272,10 @@ def _synthetic_recording(
     count = int(np.floor((deck.end + zero) * sensor.rate * (1.0 + 1e-12))) + 1
     times = np.arange(count) / sensor.rate
     if sensor.cutoff is None:
-        samples = deck.at(np.maximum(times - zero, 0.0))
+        samples = deck.at(times - zero)
     else:
         finer = np.arange((count - 1) * OVERSAMPLED + 1) / (sensor.rate * OVERSAMPLED)
-        samples = filtered(deck.at(np.maximum(finer - zero, 0.0)), sensor, OVERSAMPLED)
+        samples = filtered(deck.at(finer - zero), sensor, OVERSAMPLED)
     spread = sensor.noise * np.sqrt(0.5 * sensor.rate) if noise is None else noise
     samples = drifted(samples + spread * random.standard_normal(count), times, sensor)
     samples, clipped = converted(samples, sensor)
