@@ -146,3 +146,16 @@ def test_synthetic_time_zeros_have_the_stated_deviation_and_shift_the_whole_reco
     assert late.samples == pytest.approx(np.clip(own, -80.0, 80.0), abs=step)
     exact = wt.synthesise(EXAMPLE, seed=5)[0]
     assert TIME_ZERO not in exact.truth
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(4, marks=pytest.mark.slow)])
+def test_a_wheel_that_comes_bouncing_onto_the_deck_is_out_of_round(seed):
+    """It moves the deck before it meets the bump; its amplitude of 0.1 mm and more is not linear there."""
+    random = np.random.default_rng([77, 6, seed])
+    truth, size, _ = passages.drawn(ENDS, "out of round", random)
+    wrongs = passages.Wrongs(gauge=0.01)
+    found = passages.recorded(truth, passages.Sensor(), 5.3 / truth.speed + 0.05, random, wrongs)
+    recording = Recording(found.samples, found.rate, clipped=found.clipped, speed=found.speed)
+    told = wt.diagnose(recording, site(0.0, **WITH_ENDS), progress=False)
+    assert told.verdict == "out of round"
+    assert told.size == pytest.approx(size, rel=0.01)

@@ -142,6 +142,8 @@ class Case:
     def passage_with_measured_load(self) -> Scenario:
         """The passage with the load that the flights show: in flight the acceleration of the deck is N0/M."""
         passage, times, until = self.passage, self.recording.times, self.after(FLIGHTS)
+        if self.moves_too_early:
+            return passage  # what moves the deck is no passage of the irregularity
         part = (times >= self.begins) & (times < until) & np.isfinite(self.recording.samples)
         early = times[times < until]
         stated = values_of(passage.replaced({"duration": until - zero_of(passage)}), early)
