@@ -15,7 +15,7 @@ from wheeltapper.diagnosis.faults.base import Fault, with_item
 from wheeltapper.diagnosis.inference.fitting import rms
 from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
 from wheeltapper.diagnosis.inference.search import near, ranked
-from wheeltapper.diagnosis.inference.timing import zero_of
+from wheeltapper.diagnosis.inference.timing import TIME_ZERO, zero_of
 
 FloatArray = NDArray[np.float64]
 
@@ -76,12 +76,21 @@ def _first_place(passage: Scenario) -> float:
 
 
 def _entering(problem: FitProblem, begins: float) -> Scenario:
-    """Return the healthy model at the speed with which the wheel enters the deck at the onset, if that is plausible."""
-    model, prior = problem.start, dict(zip(problem.paths, problem.priors, strict=True)).get("speed")
-    way, time = float(model.track.start or 0.0), begins - zero_of(model)
-    if prior is None or way <= 0.0 or time <= 0.0 or abs(way / time / prior.centre - 1.0) > SURE * prior.deviation:
+    """Return the healthy model with which the wheel enters the deck at the onset, if that is plausible.
+
+    The time by which it is late is divided between speed and time zero by their variances.
+    """
+    model, priors = problem.start, dict(zip(problem.paths, problem.priors, strict=True))
+    speed, trigger = priors.get("speed"), priors[TIME_ZERO].deviation if TIME_ZERO in priors else 0.0
+    way = float(model.track.start or 0.0)
+    if speed is None or way <= 0.0 or not np.isfinite(trigger):
         return model
-    return model.replaced({"speed": way / time})
+    late, by_speed = begins - way / speed.centre, speed.deviation * way / speed.centre
+    spread = float(np.hypot(by_speed, trigger))
+    if begins <= 0.0 or abs(late) > SURE * spread:
+        return model
+    zero = late * (trigger / spread) ** 2
+    return model.replaced({"speed": way / (begins - zero)} | ({TIME_ZERO: zero} if trigger else {}))
 
 
 def _bouncing_starts(problem: FitProblem, begins: float, bump: float) -> list[Scenario]:
