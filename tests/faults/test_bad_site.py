@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.describe.scenario import write_toml
 from wheeltapper.diagnosis import write_recording
 from wheeltapper.faces.cli import main
+from wheeltapper.record.reading_speeds import read_speeds
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SITE, RECORDING, BUMP = EXAMPLES / "site.toml", EXAMPLES / "data" / "deck_flat.csv.gz", EXAMPLES / "bump.toml"
@@ -34,6 +36,10 @@ def refused(capsys, *arguments):
         ("bits = 16", "bitz = 16", "bits"),
         ('"vehicle.load" = 0.1', '"vehicle.lode" = 0.1', "vehicle.lode"),
         ("speed = 0.1", "speed = -0.1", "uncertainty"),
+        ("trigger = 0.0", "trigger = -1e-3", "trigger: found -0.001"),
+        ("trigger = 0.0", "trigger = nan", "trigger: found nan"),
+        ("trigger = 0.0", 'trigger = "1 mm"', "which is not a time"),
+        ("trigger = 0.0", 'trigger = "no"', "trigger: found 'no'"),
         ('type = "FloatingDeck"', 'type = "StiffTrack"', "track"),
         ("[passage] ", "[passages] ", "passage"),
     ],
@@ -72,6 +78,72 @@ def test_a_recording_of_another_rate_is_refused(tmp_path, capsys):
     error = refused(capsys, "diagnose", tmp_path / "slow.csv", "--site", SITE)
     assert "10000 Hz" in error
     assert "20000 Hz" in error
+
+
+def test_a_trigger_has_a_unit_or_is_none_in_a_file(tmp_path):
+    text = SITE.read_text(encoding="utf-8")
+    for given, held in (('"1 ms"', 1e-3), ("0.002", 2e-3), ('"none"', None)):
+        path = tmp_path / "site.toml"
+        path.write_text(text.replace("trigger = 0.0", f"trigger = {given}", 1), encoding="utf-8")
+        site = wt.load(path)
+        assert site.trigger == held
+        write_toml(site, path)
+        assert wt.load(path) == site
+    assert wt.load(SITE).trigger == 0.0
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("", "line 1"),
+        ("file,weight\nflat.csv,3\n", "line 1"),
+        ("file,speed [kg]\nflat.csv,3\n", "speeds in 'kg'"),
+        ("file,speed [km/h]\nother.csv,30\n", "no speed of deck_flat.csv.gz"),
+        ("file,speed [km/h]\ndeck_flat.csv.gz\n", "line 2"),
+        ("file,speed [km/h]\ndeck_flat.csv.gz,-30\n", "line 2, speed"),
+        ("file,speed [km/h]\ndeck_flat.csv.gz,fast\n", "line 2, speed"),
+        ("file,speed\ndeck_flat.csv.gz,9\na/deck_flat.csv.gz,8\n", "line 3: found a second speed"),
+    ],
+)
+def test_a_wrong_table_of_speeds_is_refused(table, said, tmp_path, capsys):
+    path = tmp_path / "speeds.csv"
+    path.write_text(table, encoding="utf-8")
+    error = refused(capsys, "diagnose", RECORDING, "--site", SITE, "--speeds", path)
+    assert said in error
+    assert "speeds.csv" in error
+
+
+def test_a_speed_for_all_and_a_table_of_speeds_exclude_each_other(tmp_path, capsys):
+    path = tmp_path / "speeds.csv"
+    path.write_text("file,speed\ndeck_flat.csv.gz,9\n", encoding="utf-8")
+    error = refused(capsys, "diagnose", RECORDING, "--site", SITE, "--speeds", path, "--speed", "9 m/s")
+    assert "speeds" in error
+
+
+@pytest.mark.parametrize(
+    "table", ["file,speed [km/h]\n{},32.4\n", "speed;file\n9,0;x/{}\n", "recording\tV [m/s]\n{}\t32.4 km/h\n"]
+)
+def test_speeds_come_from_a_table(table, tmp_path):
+    path = tmp_path / "speeds.csv"
+    path.write_text(table.format("a.csv"), encoding="utf-8")
+    assert read_speeds(path) == {"a.csv": pytest.approx(9.0)}
+
+
+def test_each_recording_of_a_folder_has_its_own_speed(tmp_path):
+    site = wt.load(SITE)
+    near = wt.diagnosis.Site(
+        passage=site.passage.replaced({"duration": 0.1, "irregularity.0.start": 0.5}), sensor=site.sensor,
+        uncertainty={"speed": 0.01},
+    )  # fmt: skip
+    for name, speed in (("slow", 7.0), ("fast", 11.0)):
+        (recording,) = wt.synthesise(near, changes={"speed": speed, "duration": 0.15}, seed=1)
+        write_recording(recording, tmp_path / f"{name}.csv")
+    path = tmp_path / "speeds.tsv"
+    path.write_text("file\tspeed [km/h]\nslow.csv\t25.2\nfast.csv\t39.6\n", encoding="utf-8")
+    files = [tmp_path / "slow.csv", tmp_path / "fast.csv"]
+    found = wt.diagnosis.diagnose_all(files, near, speeds=path, workers=1, progress=False)
+    assert [one["verdict"] for one in found] == ["healthy", "healthy"]
+    assert [one["speed"] for one in found] == [pytest.approx(7.0, rel=0.05), pytest.approx(11.0, rel=0.05)]
 
 
 def test_what_is_asked_of_assess_is_checked_first(tmp_path, capsys):

@@ -31,6 +31,7 @@ class Trajectory(NamedTuple):
     deck_acceleration: FloatArray  # (times,); zero on a stiff track
     of_force: FloatArray  # (parameters, times): derivatives
     of_deck_acceleration: FloatArray  # (parameters, times)
+    deck_jerk: FloatArray  # (times,): rate of the deck acceleration in time, m/s^3
     largest_force: float
     impacts: int
 
@@ -91,12 +92,13 @@ def trajectory(
             found = in_si(numbers, direction.units, motion, scaled, (FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V))
             tangents.append([quantity.imag / EPSILON for quantity in found])
     assert march is not None
-    motion = values[:, :, VALUE].astype(complex)
+    motion = values[:, :, VALUE] + 1j * EPSILON * values[:, :, RATE]
     plain = in_si(program.numbers.astype(complex), units, motion, scaled, (FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V))
+    jerk = plain[1].imag / EPSILON / units.time.item()
     of = np.array(tangents).reshape(len(parameters), 2, len(times))
     peaks = march.peaks[:, contract.PEAK_FORCE].max(initial=0.0) * units.force.item()
     impacts = int((march.events[:, contract.EVENT_KIND] == contract.IMPACT).sum())
-    return Trajectory(march.status, plain[0].real, plain[1].real, of[:, 0], of[:, 1], float(peaks), impacts)
+    return Trajectory(march.status, plain[0].real, plain[1].real, of[:, 0], of[:, 1], jerk, float(peaks), impacts)
 
 
 def in_si(

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_serializer, field_validator, model_validator
 
-from wheeltapper.describe.noun import Noun, Share
+from wheeltapper.describe.noun import Noun, Share, Spread
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
 from wheeltapper.march import run
+
+NO_TRIGGER = "none"
+"""What a file says where there is no trigger: TOML has no word for None."""
+
+
+def _none_or_given(value: Any) -> Any:
+    return None if value == NO_TRIGGER else value
 
 
 class Site(Noun):
@@ -31,6 +38,9 @@ class Site(Noun):
     misfit
         Rms of the part of healthy recordings that the model of one wheelset leaves unexplained, over the rms of these
         recordings. It is measured with known wheelsets. A diagnosis adds it to the noise.
+    trigger
+        Standard deviation of the trigger's time, s; 0 if time zero of a recording is exactly at x = 0. None (in a file
+        "none"): there is no trigger, and the passage is found in the recording.
     name
         Name of the site.
     """
@@ -39,12 +49,17 @@ class Site(Noun):
     sensor: Sensor = Sensor()
     uncertainty: dict[str, Share] = Field(default_factory=dict)
     misfit: Share = 0.0
+    trigger: Annotated[Spread | None, BeforeValidator(_none_or_given)] = 0.0
     name: str = ""
 
     @field_validator("uncertainty", mode="after")
     @classmethod
     def _sorted_uncertainty(cls, value: dict[str, float]) -> dict[str, float]:
         return dict(sorted(value.items()))
+
+    @field_serializer("trigger")
+    def _trigger_in_words(self, value: float | None) -> float | str:
+        return NO_TRIGGER if value is None else value
 
     @model_validator(mode="after")
     def _check_passage(self) -> Site:
@@ -66,7 +81,7 @@ class Site(Noun):
         return self
 
     def __hash__(self) -> int:
-        return hash((self.passage, self.sensor, tuple(self.uncertainty.items()), self.misfit, self.name))
+        return hash((self.passage, self.sensor, tuple(self.uncertainty.items()), self.misfit, self.trigger, self.name))
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Site:

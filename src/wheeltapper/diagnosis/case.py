@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +13,9 @@ from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.faults.base import CATALOGUE, LOAD, Fault, fault_named
 from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows
 from wheeltapper.diagnosis.inference.identify import LOUD, onset, priors_of
-from wheeltapper.diagnosis.inference.problem import FitProblem, Prior, values_of
+from wheeltapper.diagnosis.inference.problem import Exit, FitProblem, Prior, values_of
+from wheeltapper.diagnosis.inference.sensing import filtered
+from wheeltapper.diagnosis.inference.timing import timed, zero_of
 from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.arguments import as_list
 from wheeltapper.ground.errors import InputError
@@ -30,8 +33,11 @@ EARLY = 3.0
 """Standard deviations of the noise. If the model of the fastest plausible healthy wheelset stays below this up to the
 onset, the irregularity of the site cannot have caused the onset: the wheel itself has."""
 SURE = 3.0
-"""Largest deviation of the speed from the stated one that is considered plausible, in standard deviations. The onset
-determines the speed only if the standard deviation of the speed moves the onset by at least this many samples."""
+"""Largest deviation of the speed from the stated one, and of time zero from the trigger, that is considered plausible,
+in standard deviations. The onset determines the two only if these deviations move the onset by at least this many
+samples."""
+LEFT_OUT = 0.05
+"""Largest share of the recording that is left out where the wheel leaves the deck at an uncertain time."""
 
 FLIGHTS, PLATEAU = 10.8, 97.0
 """The static force is estimated from flights, in which the deck's acceleration is N0/M. They are looked for in the
@@ -44,13 +50,16 @@ class Case:
     """One recording at one site, and the fits that were made of it."""
 
     def __init__(self, recording: Recording, site: Site, faults: Sequence[str] | None, noise: float) -> None:
-        self.recording, self.site, self.noise = recording, site, noise
+        self.whole, self.recording, self.site, self.noise = recording, recording, site, noise
         stated = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
         self.stated = site.model_copy(update={"passage": stated})
         self.faults, self.left_out = faults_of(site.passage, faults)
         self.scale = Scale(site.passage)
         self.begins = onset(recording, noise)
-        self.passage = self._passage_at_onset_speed()
+        self.exit: Exit | None = None
+        self.passage, known = self._passage_with_onset()
+        self.exit = self._uncertain_exit(known)
+        self.recording = _without(recording, self.exit)
         self.fits: dict[str, Fit] = {}
         self.evidence: dict[str, float] = {}
         self.struck = False  # a late strike of a healthy wheelset: only a flat can be the cause
@@ -61,7 +70,7 @@ class Case:
 
     def fit_problem(self, start: Scenario, priors: dict[str, Prior]) -> FitProblem:
         """Return the problem of fitting a family of models to the recording, from a starting model."""
-        return FitProblem(self.recording, self.site.sensor, self.noise, start, priors, self.scale)
+        return FitProblem(self.recording, self.site.sensor, self.noise, start, priors, self.scale, self.exit)
 
     @property
     def best_fit(self) -> Fit | None:
@@ -71,30 +80,73 @@ class Case:
     @cached_property
     def moves_too_early(self) -> bool:
         """True if the deck moves before the site's irregularity can move it: the wheel itself is the cause."""
-        stated = self.stated.passage
+        stated, trigger = self.stated.passage, self.site.trigger
+        if trigger is None:
+            return False  # nothing says when the site's irregularity can move the deck
         fastest = stated.replaced({"speed": stated.speed * (1.0 + SURE * self.site.uncertainty.get("speed", 0.0))})
+        fastest = timed(fastest, -SURE * trigger) if trigger else fastest
         count = int(np.searchsorted(self.recording.times, self.begins)) + 1
         found = self.fit_problem(fastest, {}).model_samples(fastest, count)
         return found is not None and bool(np.abs(found).max() < EARLY * self.noise)
 
-    def _passage_at_onset_speed(self) -> Scenario:
-        """Return the stated passage, at the speed that follows from the onset if that is more precise."""
+    def _passage_with_onset(self) -> tuple[Scenario, bool]:
+        """Return the stated passage whose irregularity moves the deck at the onset, if that is more precise; whether.
+
+        The onset is V0/V times as late as in the stated passage, and later by the time zero. The difference is divided
+        between speed and time zero by their variances.
+        """
         stated, share = self.stated.passage, self.site.uncertainty.get("speed", 0.0)
-        if self.moves_too_early or share * self.begins * self.recording.rate < SURE:
-            return stated
-        count = int(np.searchsorted(self.recording.times, self.begins * (1.0 + SURE * share)))
-        found = self.fit_problem(stated, {}).model_samples(stated, count)
-        loud = np.empty(0) if found is None else np.flatnonzero(np.abs(found) > LOUD * self.noise)
-        ratio = self.recording.times[loud[0]] / self.begins if len(loud) else np.inf
-        return stated.replaced({"speed": stated.speed * ratio}) if abs(ratio - 1.0) <= SURE * share else stated
+        trigger = np.inf if self.site.trigger is None else self.site.trigger
+        by_speed, plain = share * max(self.begins, 0.0), stated if trigger == 0.0 else timed(stated, 0.0)
+        spread = float(np.hypot(by_speed, trigger))
+        if self.moves_too_early or spread * self.recording.rate < SURE:
+            return plain, False
+        end = self.begins + SURE * spread if np.isfinite(spread) else float(stated.duration)
+        expected = self._stated_onset(end)
+        if not abs(expected - self.begins) <= SURE * spread:
+            return plain, False
+        late = self.begins - expected
+        zero = late if np.isinf(trigger) else late * (trigger / spread) ** 2
+        at_speed = stated.replaced({"speed": stated.speed * expected / (self.begins - zero)})
+        return (at_speed if trigger == 0.0 else timed(at_speed, zero)), True
+
+    def _uncertain_exit(self, known: bool) -> Exit | None:
+        """Return the stretch in which the wheel leaves the deck; None if it does not in the recording.
+
+        `known`: the onset has determined how time zero follows from the speed.
+        """
+        track, speed, trigger = self.passage.track, float(self.passage.speed), self.site.trigger
+        if track.start is None or track.length is None or trigger == 0.0:
+            return None
+        trigger, share = np.inf if trigger is None else trigger, self.site.uncertainty.get("speed", 0.0)
+        way = (float(track.start) + float(track.length)) / speed
+        time = zero_of(self.passage) + way
+        if known:
+            share *= 1.0 if np.isinf(trigger) else trigger / float(np.hypot(share * self.begins, trigger))
+            spread = share * abs(time - self.begins)
+        else:
+            spread = float(np.hypot(share * way, trigger))
+        half = max(min(SURE * spread, 0.5 * LEFT_OUT * self.whole.duration), SURE / self.whole.rate)
+        inside = self.begins + half < time < self.whole.times[-1] - half
+        return Exit(time - half, time + half, self.whole) if inside else None
+
+    def _stated_onset(self, end: float) -> float:
+        """Return when the deck moves in the stated passage, s after its time zero; infinite if not before `end`."""
+        times = np.arange(1, int(max(end, 0.0) * self.recording.rate) + 2) / self.recording.rate
+        found = values_of(self.stated.passage.replaced({"duration": float(times[-1])}), times)
+        shown = np.empty(0) if found is None else filtered(found, self.site.sensor)
+        loud = np.flatnonzero(np.abs(shown) > LOUD * self.noise)
+        return float(times[loud[0]]) if len(loud) else np.inf
 
     @cached_property
     def passage_with_measured_load(self) -> Scenario:
         """The passage with the load that the flights show: in flight the acceleration of the deck is N0/M."""
         passage, times, until = self.passage, self.recording.times, self.after(FLIGHTS)
+        if self.moves_too_early:
+            return passage  # what moves the deck is no passage of the irregularity
         part = (times >= self.begins) & (times < until) & np.isfinite(self.recording.samples)
         early = times[times < until]
-        stated = values_of(passage.replaced({"duration": until}), early)
+        stated = values_of(passage.replaced({"duration": until - zero_of(passage)}), early)
         load, weight = float(passage.vehicle.load), float(passage.vehicle.weight)
         lost = self.recording.clipped & (self.recording.samples > 0.0)
         if stated is None or load <= 0.0 or lost[part].mean() > 1.0 - PLATEAU / 100.0:
@@ -116,6 +168,15 @@ class Case:
         if name not in self.fits or found.evidence > self.fits[name].evidence:
             self.fits[name], self.evidence[name] = found, found.evidence
         return found
+
+
+def _without(recording: Recording, exit: Exit | None) -> Recording:
+    """Return a recording without the samples in which the wheel leaves the deck."""
+    if exit is None:
+        return recording
+    lost = (recording.times >= exit.start) & (recording.times <= exit.end)
+    samples, clipped = np.where(lost, np.nan, recording.samples), recording.clipped & ~lost
+    return replace(recording, samples=samples, clipped=clipped)
 
 
 def feels_load(passage: Scenario) -> bool:

@@ -11,6 +11,7 @@ See docs/theory/diagnosis.rst, sections 8.6 and 8.7.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -36,7 +37,9 @@ from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows, keeps
 from wheeltapper.diagnosis.inference.identify import estimate_of, priors_of, recorded_at
 from wheeltapper.diagnosis.inference.search import ranked
 from wheeltapper.diagnosis.inference.sensing import drifted, filtered
+from wheeltapper.diagnosis.inference.timing import untimed, zero_of
 from wheeltapper.diagnosis.measured import Forces, measured_forces
+from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.fields import Fields
@@ -71,7 +74,7 @@ meaningless."""
 
 def diagnose(
     recording: Recording | str | Path, site: Site | str | Path, *, faults: Sequence[str] | None = None,
-    noise: float | None = None, progress: Progress = True,
+    noise: float | None = None, speed: float | None = None, progress: Progress = True,
 ) -> Finding:  # fmt: skip
     """Find what is wrong with a wheelset from the recording of its passage.
 
@@ -87,6 +90,9 @@ def diagnose(
     noise
         Standard deviation of the samples' noise, m/s². By default it is that of the sensor, or it is estimated from the
         recording. The misfit that the site states is added to it.
+    speed
+        What the speed gauge read, m/s; its error is the site's uncertainty of the speed. By default that of the
+        recording, and if it has none the site's.
     progress
         As for `wheeltapper.simulate`.
 
@@ -96,6 +102,8 @@ def diagnose(
         If the recording is no acceleration, too short, or of another sample rate than the site's sensor has.
     """
     recording, site, spread = recorded_at(recording, site, noise)
+    if speed is not None:
+        recording = replace(recording, speed=as_quantity(speed, "speed", "speed"))
     spread = float(np.hypot(spread, site.misfit * np.sqrt(np.nanmean(recording.samples**2))))
     if not spread > 0.0:
         raise InputError(recording.source, "sensor.noise", "samples without noise", "a sensor with its noise stated")
@@ -261,7 +269,7 @@ def _finding_of(case: Case) -> Finding:
     return Finding(
         verdict, probabilities, estimate if fit.reduced <= FAR else None, fit.reduced, size, interval, alike,
         forces.speed, forces.static, forces.largest, forces.impacts,
-        (*case.recording.notes, *_finding_notes(case), *forces.notes), case.recording, case.site, case.noise, weights,
+        (*case.whole.notes, *_finding_notes(case), *forces.notes), case.whole, case.site, case.noise, weights,
         forces.source, seen,
     )  # fmt: skip
 
@@ -269,8 +277,9 @@ def _finding_of(case: Case) -> Finding:
 def _model_forces(case: Case, fit: Fit) -> tuple[Forces, FloatArray]:
     """Return the forces of the best model, and the acceleration that the sensor shows of it."""
     times, sensor = case.recording.times, case.site.sensor
-    record = simulate(fit.scenario.replaced({"duration": float(times[-1])}))
-    shown = drifted(filtered(record.at(times).deck_acceleration.values, sensor), times, sensor)
+    own = np.maximum(times - zero_of(fit.scenario), 0.0)  # at zero the deck is at rest
+    record = simulate(untimed(fit.scenario).replaced({"duration": float(own[-1])}))
+    shown = drifted(filtered(record.at(own).deck_acceleration.values, sensor), times, sensor)
     largest = float(record.peaks.normal_force.max()) if record.peaks.sizes["peak"] else record.static_force
     impacts = record.impacts.sizes["impact"]
     return Forces(float(fit.scenario.speed), record.static_force, largest, impacts, "model", record.notes), shown
@@ -297,9 +306,14 @@ def _finding_notes(case: Case) -> tuple[str, ...]:
         f"not compared: {', '.join(name for name in case.left_out if case.left_out[name] == why)} ({why})"
         for why in dict.fromkeys(case.left_out.values())
     ]
-    clipped = int(case.recording.clipped.sum())
+    clipped = int(case.whole.clipped.sum())
     if clipped:
         notes.append(f"{clipped} clipped samples count as bounds")
+    if case.exit is not None:
+        start, end = 1e3 * case.exit.start, 1e3 * case.exit.end
+        notes.append(f"{start:.1f} to {end:.1f} ms are left out: the wheel leaves the deck at an uncertain time in it")
+    if case.site.trigger is None:
+        notes.append("the site has no trigger: the passage was found in the recording by its onset")
     plain = case.fits["plain"]
     if not plain.converged and plain.reduced <= EXPLAINED:
         notes.append("the fit has not settled")

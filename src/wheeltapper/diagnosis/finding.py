@@ -16,7 +16,9 @@ from wheeltapper.diagnosis.faults.base import CATALOGUE, DAMPING, MASS, PLAIN
 from wheeltapper.diagnosis.inference.combinations import Combination, Combinations, combinations
 from wheeltapper.diagnosis.inference.identify import Estimate
 from wheeltapper.diagnosis.inference.information import information
+from wheeltapper.diagnosis.inference.timing import TIME_ZERO
 from wheeltapper.ground.arguments import check_choice
+from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
 
@@ -106,14 +108,20 @@ class Finding:
     def combinations(self) -> Combinations | None:
         """What this passage cannot determine, and the products of powers that it determines best.
 
-        The information matrix decides both. None without a model, or if the model
-        has no exact derivatives.
+        The information matrix decides both. None without a model, if the model has no exact derivatives, or if the
+        trigger is uncertain and the rail has no places that it could shift.
         """
         if self.model is None or not is_derivable(self.model):
             return None
         named = tuple(path for path in ASKED if float(Fields(self.model)(path)) > 0.0)
         here = self.site.model_copy(update={"passage": self.model})
-        return combinations(information(here, named, noise=self.noise))
+        trigger = np.inf if self.site.trigger is None else self.site.trigger
+        try:
+            return combinations(information(here, named, trigger=trigger, noise=self.noise))
+        except InputError:
+            if trigger == 0.0:
+                raise
+            return None
 
     @property
     def model_acceleration(self) -> FloatArray:
@@ -230,7 +238,11 @@ class Finding:
             if path in self.estimate.paths:
                 ends = [factor * end for end in self.estimate.interval(path)]
                 parts.append(f"{words} {_range_text(factor * self.estimate[path], ends[0], ends[1], unit)}")
-        return f"{_capitalised(', '.join(parts))}." if parts else "Mass and damping as stated."
+        said = f"{_capitalised(', '.join(parts))}." if parts else "Mass and damping as stated."
+        if TIME_ZERO in self.estimate.paths:
+            value, low, high = (1e3 * t for t in (self.estimate[TIME_ZERO], *self.estimate.interval(TIME_ZERO)))
+            said += f" Time zero {value:+.3f} ms after the trigger (90 %: {low:+.3f} to {high:+.3f})."
+        return said
 
 
 def _combination_table(one: Combination) -> dict[str, Any]:

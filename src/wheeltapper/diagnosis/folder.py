@@ -15,7 +15,7 @@ from wheeltapper.diagnosis.diagnose import diagnose
 from wheeltapper.diagnosis.finding import Finding
 from wheeltapper.diagnosis.kept import digest_of
 from wheeltapper.diagnosis.processes import Lost, ProcessError, in_processes
-from wheeltapper.ground.arguments import as_list, as_path, as_table, check_flag, check_function
+from wheeltapper.ground.arguments import as_list, as_path, as_quantity, as_table, check_flag, check_function
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.progress import Progress, progress_shown, report
 
@@ -34,6 +34,7 @@ def diagnose_all(
     output: str | Path | None = None,
     workers: int | None = None,
     reading: Mapping[str, Any] | None = None,
+    speeds: Mapping[str, float] | str | Path | None = None,
     after: After | None = None,
     raising: bool = False,
     progress: Progress = True,
@@ -53,6 +54,9 @@ def diagnose_all(
         Processes; by default one per core.
     reading
         Arguments of `read_recording`.
+    speeds
+        What the speed gauge read, m/s or as "80 km/h", by the names of the files; or the path of a table of files and
+        speeds. Every recording needs one then.
     after
         Called with each finding and the path of its JSON, in the process that computed it. What it raises ends the
         work; what was found till then is kept.
@@ -74,12 +78,13 @@ def diagnose_all(
     folder = None if output is None else _output_folder(as_path(output, "output", "the path of a folder"), paths)
     reading = {"apart": True} | _reading_arguments(reading)
     check_flag(raising, "raising")
-    places = _entry_files(folder, paths, site, reading)
+    readings = _with_speeds(reading, paths, speeds)
+    places = _entry_files(folder, paths, digest_of(site, reading) if folder else "", readings)
     found = {
         i: kept for i, place in enumerate(places) if place is not None and (kept := place.kept_entry()) is not None
     }
     waiting = [i for i in range(len(paths)) if i not in found]
-    tasks = [(paths[i], places[i], reading, after, raising) for i in waiting]
+    tasks = [(paths[i], places[i], readings[i], after, raising) for i in waiting]
     with progress_shown(progress, "recordings"), closing(in_processes(_diagnose_file, site, tasks, workers)) as done:
         report("recordings", len(found), len(paths))
         for number, result in done:
@@ -105,6 +110,27 @@ def _reading_arguments(given: Mapping[str, Any] | None) -> dict[str, Any]:
         if name not in known:
             raise InputError("", "reading", value_text(name), with_suggestion(name, known))
     return reading
+
+
+def _with_speeds(
+    reading: dict[str, Any], paths: list[Path], speeds: Mapping[str, float] | str | Path | None
+) -> list[dict[str, Any]]:
+    """Return the arguments of `read_recording` for each file, with its speed."""
+    if speeds is None:
+        return [reading] * len(paths)
+    if reading.get("speed") is not None:
+        raise InputError("", "speeds", "a speed for all files, too", "one of the two")
+    source = ""
+    if isinstance(speeds, str | Path):
+        from wheeltapper.record.reading_speeds import read_speeds
+
+        source, speeds = str(speeds), read_speeds(speeds)
+    given = as_table(speeds, "speeds", "speeds by the names of files, or the path of a table")
+    known = {name: as_quantity(speed, f"speeds.{name}", "speed") for name, speed in given.items()}
+    missing = next((path.name for path in paths if path.name not in known), None)
+    if missing is not None:
+        raise InputError(source, "speeds", f"no speed of {missing}", "one for each recording")
+    return [reading | {"speed": known[path.name]} for path in paths]
 
 
 _Task = tuple[Path, "_EntryFile | None", dict[str, Any], After | None, bool]
@@ -181,12 +207,15 @@ class _EntryFile(NamedTuple):
 
 
 def _entry_files(
-    folder: Path | None, paths: list[Path], site: Site, reading: dict[str, Any]
+    folder: Path | None, paths: list[Path], digest: str, readings: list[dict[str, Any]]
 ) -> list[_EntryFile | None]:
     if folder is None:
         return [None] * len(paths)
-    digest = digest_of(site, reading)
-    return [_EntryFile(folder / f"{path.name}.json", {"site": digest} | _size_and_time(path)) for path in paths]
+    marks = [
+        {"site": digest, "speed": reading.get("speed")} | _size_and_time(path)
+        for path, reading in zip(paths, readings, strict=True)
+    ]
+    return [_EntryFile(folder / f"{path.name}.json", mark) for path, mark in zip(paths, marks, strict=True)]
 
 
 def _size_and_time(path: Path) -> dict[str, int]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from wheeltapper.diagnosis.case import Case
 from wheeltapper.diagnosis.force.reconstruction import reconstructed
+from wheeltapper.diagnosis.inference.timing import untimed
 from wheeltapper.ground.errors import InputError
 
 
@@ -28,11 +29,11 @@ def measured_forces(case: Case) -> Forces:
     If nearly all samples are clipped, the force cannot be reconstructed. The largest force is then at least what the
     deck's inertia shows, N0 - M·a.
     """
-    recording, passage = case.recording, case.passage_with_measured_load
+    recording, passage = case.whole, case.passage_with_measured_load
     static = float(passage.vehicle.weight)
     notes = []
     try:
-        force = reconstructed(recording, case.site.model_copy(update={"passage": passage}))
+        force = reconstructed(recording, case.site.model_copy(update={"passage": untimed(passage)}))
         largest = float(np.nanmax(force.force))
         notes.append(f"no model explains the recording: its forces are reconstructed from it ({force.method})")
     except InputError:

@@ -34,6 +34,7 @@ def diagnose(
     rate: str | None = None,
     column: str | None = None,
     speed: str | None = None,
+    speeds: Path | None = None,
 ) -> int:
     """Find what is wrong with wheelsets from recordings of the deck's acceleration.
 
@@ -63,6 +64,8 @@ def diagnose(
         Column of the files, if there are several: its name, its header in the file, or its number from 0.
     speed
         Measured speed of the wheelset.
+    speeds
+        Table of the measured speeds of several recordings: a column "file" and a column "speed [km/h]".
     """
     from wheeltapper.describe.site import Site
     from wheeltapper.diagnosis.folder import NOT_DIAGNOSED, NOT_READ, diagnose_all
@@ -78,8 +81,9 @@ def diagnose(
     after = {"all": draw_all, "faulty": draw_faulty, "none": None}[chosen] if output is not None else None
     try:
         found = diagnose_all(
-            files, place, output=output, workers=workers, reading=reading, after=after, raising=len(files) == 1
-        )
+            files, place, output=output, workers=workers, reading=reading, speeds=speeds, after=after,
+            raising=len(files) == 1,
+        )  # fmt: skip
     except (KeyboardInterrupt, OSError, ProcessError) as stop:
         kept = f"what is found is in {output}; the same command goes on" if output else "nothing was kept"
         print(f"wheeltapper: {str(stop) or 'interrupted'}; {kept}", file=sys.stderr)

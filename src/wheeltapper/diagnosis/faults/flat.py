@@ -13,6 +13,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.faults.base import Fault, with_item
 from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
 from wheeltapper.diagnosis.inference.search import ranked
+from wheeltapper.diagnosis.inference.timing import untimed, zero_of
 from wheeltapper.record.simulate import simulate
 
 STEP = 1.0 / 460.0
@@ -71,7 +72,8 @@ class Flat(Fault, abstract=True):
     def at_edge(self, model: Scenario, struck: float, length: float, edge: float) -> Scenario:
         """Return a passage whose flat acts like a fresh one of this length, struck at a distance from its edge."""
         own, turn = length / self.like, 2.0 * pi * model.vehicle.radius
-        return self.made(model, own, ((float(model.speed) * struck - edge + 0.5 * own) % turn) / turn)
+        place = float(model.speed) * (struck - zero_of(model))
+        return self.made(model, own, ((place - edge + 0.5 * own) % turn) / turn)
 
     def instead(self, flat: Scenario, length: float, place: float) -> Scenario:
         """Return a passage whose flat, its last irregularity, is replaced: another length and another middle, m."""
@@ -89,7 +91,8 @@ def flat_starts(
     problem: FitProblem, models: Sequence[Scenario], struck: float, flats: Sequence[Flat], round_: int
 ) -> Iterator[tuple[Flat, Scenario]]:
     """Yield flats and models with them, in the order of their misfit about a strike; round 1 is finer."""
-    since = struck - simulate(models[0].replaced({"duration": struck})).impacts.time.values
+    own = max(struck - zero_of(models[0]), 1.0 / problem.recording.rate)
+    since = own - simulate(untimed(models[0]).replaced({"duration": own})).impacts.time.values
     landed = bool(np.any(since < LANDING * problem.scale.period))
     offsets = (LANDED if landed else EDGES)[round_]
     lengths, step = LENGTHS[round_] if len(models) == 1 else LENGTHS[round_][1::2], STEP * problem.scale.radius

@@ -14,7 +14,8 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.faults.base import Fault, with_item
 from wheeltapper.diagnosis.inference.fitting import rms
 from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
-from wheeltapper.diagnosis.inference.search import near
+from wheeltapper.diagnosis.inference.search import near, ranked
+from wheeltapper.diagnosis.inference.timing import TIME_ZERO, zero_of
 
 FloatArray = NDArray[np.float64]
 
@@ -24,6 +25,15 @@ ORDERS = range(1, 31)
 """Orders that are tried."""
 SMALL = 1e-6
 """Amplitude, m, at which the linear effect of an order is computed: small against an indentation."""
+WAVES, PHASES = 8, 12
+"""Waves of the highest order before the site's irregularity from which a spectrum is taken, and number of phases that
+are tried."""
+SURE = 3.0
+"""Largest deviation of the speed from the stated one that is plausible, in standard deviations."""
+COMPARED = 4.0
+"""Waves after the onset in which models with these are compared with the recording."""
+AMPLITUDES = (0.1, 0.2, 0.4, 0.55, 0.75, 1.0)
+"""Amplitudes that are tried, over the height of the site's irregularity."""
 WEIGHED, HARMONICS = 3, 6
 """Number of the best orders whose neighbours are tried, too, and number of orders that are fitted."""
 
@@ -49,7 +59,57 @@ class OutOfRoundWheel(Fault):
 
     def starts(self, problem: FitProblem, begins: float) -> list[Scenario]:
         """Return passages with harmonics of several orders."""
-        return [*harmonic_starts(problem, begins)]
+        bump = zero_of(problem.start) + _first_place(problem.start) / float(problem.start.speed)
+        if bump - begins < WAVES * _wave_time(problem.start, ORDERS[-1]):
+            return [*harmonic_starts(problem, begins)]
+        return [*_bouncing_starts(problem, begins, bump), *harmonic_starts(problem, begins)]
+
+
+def _wave_time(passage: Scenario, order: int) -> float:
+    """Return how long one wave of a wheel lasts, s."""
+    return 2.0 * pi * float(passage.vehicle.radius) / order / float(passage.speed)
+
+
+def _first_place(passage: Scenario) -> float:
+    """Return where the site's irregularity begins, m; zero where one has no beginning."""
+    return min((float(getattr(item, "start", 0.0) or 0.0) for item in passage.irregularities), default=0.0)
+
+
+def _entering(problem: FitProblem, begins: float) -> Scenario:
+    """Return the healthy model with which the wheel enters the deck at the onset, if that is plausible.
+
+    The time by which it is late is divided between speed and time zero by their variances.
+    """
+    model, priors = problem.start, dict(zip(problem.paths, problem.priors, strict=True))
+    speed, trigger = priors.get("speed"), priors[TIME_ZERO].deviation if TIME_ZERO in priors else 0.0
+    way = float(model.track.start or 0.0)
+    if speed is None or way <= 0.0 or not np.isfinite(trigger):
+        return model
+    late, by_speed = begins - way / speed.centre, speed.deviation * way / speed.centre
+    spread = float(np.hypot(by_speed, trigger))
+    if begins <= 0.0 or abs(late) > SURE * spread:
+        return model
+    zero = late * (trigger / spread) ** 2
+    return model.replaced({"speed": way / (begins - zero)} | ({TIME_ZERO: zero} if trigger else {}))
+
+
+def _bouncing_starts(problem: FitProblem, begins: float, bump: float) -> list[Scenario]:
+    """Return models of a wheel that bounces before it comes to the site's irregularity, the nearest first.
+
+    A wheel that comes bouncing onto the deck may lose contact, so that nothing is linear in its amplitude. The spectrum
+    of the recording before the irregularity shows the order; amplitude and phase come from a grid.
+    """
+    first, last = np.searchsorted(problem.times, [begins, bump]).tolist()
+    times, samples, model = problem.times[first:last], problem.samples[first:last], _entering(problem, begins)
+    weight = samples * np.hanning(len(samples))
+    power = {n: abs(np.exp(-2j * pi / _wave_time(model, n) * times) @ weight) for n in ORDERS}
+    order = max(power, key=power.__getitem__)
+    high, end = max(problem.scale.height, SMALL), min(bump, begins + COMPARED * _wave_time(model, order))
+    nearest = []
+    for share in AMPLITUDES:
+        tried = [out_of_round(model, share * high, phase / PHASES, order) for phase in range(PHASES)]
+        nearest += ranked(problem, tried, begins, end)[:1]
+    return ranked(problem, nearest, begins, end)
 
 
 def out_of_round(passage: Scenario, amplitude: float, place: float, order: int = ORDER) -> Scenario:

@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
+from wheeltapper.diagnosis.inference.problem import Exit, FitProblem, Prior
+from wheeltapper.diagnosis.inference.timing import TIME_ZERO
 
 FloatArray = NDArray[np.float64]
 WINDOWS = (1.98, 2.88, 3.96, 5.4, 7.2, 9.9, 13.5, 18, 25.2, 36, 54, 81, 117, 180, 270, 396, 594, 900)
@@ -81,8 +82,8 @@ class Fit:
     Attributes
     ----------
     paths, values, covariance
-        The parameters, their values, and the covariance (parameters, parameters) of their logarithms. If only the
-        beginning of the recording is explained, the covariance is that of this part.
+        The parameters, their values, and the covariance (parameters, parameters) of their logarithms, and of the time
+        zero itself. If only the beginning of the recording is explained, the covariance is that of this part.
     chi_squared, misfit
         Sum of squared residuals over their variances, with the terms of the priors and without them. Infinite if the
         model cannot be computed.
@@ -120,8 +121,40 @@ def fit_over_windows(problem: FitProblem, begins: float, patient: bool = True) -
     A family that does not explain a window explains no longer one either. The fit then ends with the last window that
     it explains, or goes on from there in short windows. A fit that is not patient ends earlier.
     """
+    nowhere, exit = np.zeros(len(problem.paths)), problem.exit
+    if exit is None or exit.start <= begins:
+        return _fit_from(problem, nowhere, begins, begins, patient)
+    before = problem.until(exit.start)
+    fit = _fit_from(before, nowhere, begins, begins, patient)
+    at = problem.coordinates_of(fit.values)
+    if np.isfinite(fit.held):
+        used = max(int(np.searchsorted(problem.times, fit.held)), _window_counts(problem, begins)[0])
+        return fit_summary(problem, at, False, used, fit.held)
+    problem = problem.with_exit(_exit_seen(problem, exit, at))
+    at, _ = fit_window(problem, at, len(before.times), problem.noise, LAST_STEPS)
+    return _fit_from(problem, at, begins, exit.start, patient)
+
+
+def _exit_seen(problem: FitProblem, exit: Exit, at: FloatArray) -> float | None:
+    """Return when the recording departs from a model whose deck has no end, within the stretch of the exit.
+
+    None if it does not depart there, or if the model is wrong from the start of that stretch.
+    """
+    model = problem.model_at(at)
+    first, last = np.searchsorted(exit.whole.times, [exit.start, exit.end]).tolist()
+    longer = float(model.track.length) + 2.0 * float(model.speed) * (exit.end - exit.start)
+    found = problem.model_samples(model.replaced({"track.length": longer}), last, first)
+    if found is None:
+        return None
+    off = np.nan_to_num(found - exit.whole.samples[first:last])
+    seen = departure_sample(np.where(exit.whole.clipped[first:last], 0.0, off), problem.noise, width_of(problem), 0)
+    return float(exit.whole.times[first + seen] - 0.5 / exit.whole.rate) if 0 < seen < len(off) else None
+
+
+def _fit_from(problem: FitProblem, at: FloatArray, begins: float, known: float, patient: bool) -> Fit:
+    """Fit over windows from some coordinates, which explain the recording up to the time `known`."""
     times, counts = problem.times, _window_counts(problem, begins)
-    at, window, longest = np.zeros(len(problem.paths)), -1, len(counts)
+    window, longest = sum(times[count - 1] < known for count in counts if count) - 1, len(counts)
     patience, careful = PATIENCE if patient else 0, False
     steps = STEPS if patient else HASTY_STEPS
     while window + 1 < len(counts):
@@ -383,7 +416,7 @@ def fit_summary(problem: FitProblem, at: FloatArray, converged: bool, used: int,
     """Return the result of a fit at some coordinates, to which the first `used` samples have led."""
     many, count = len(problem.paths), len(problem.times)
     residual, jacobian = problem.weighted_residuals(at, count, problem.noise), problem.jacobian(at, used, problem.noise)
-    freedom = int(problem.there.sum()) - sum(prior.kind == "flat" for prior in problem.priors)
+    freedom = int(problem.there.sum()) - sum(prior.is_flat for prior in problem.priors)
     if residual is None or jacobian is None:
         nothing = np.full((many, many), np.inf)
         return Fit(
@@ -398,6 +431,7 @@ def fit_summary(problem: FitProblem, at: FloatArray, converged: bool, used: int,
     values = problem.parameter_values(at)
     with np.errstate(divide="ignore"):
         per = np.where(problem.linear, problem.widths / values, 1.0)
+        per = np.where([path == TIME_ZERO for path in problem.paths], problem.widths, per)
     return Fit(
         problem.paths, values, covariance * np.outer(per, per), total, misfit, freedom, evidence, converged,
         problem.model_at(at), held,
@@ -410,6 +444,8 @@ def _of_priors(priors: tuple[Prior, ...]) -> float:
     for prior in priors:
         if prior.kind == "uniform":
             total -= np.log(2.0)
+        elif prior.kind == "shift":
+            total -= 0.0 if prior.is_flat else np.log(np.sqrt(2.0 * np.pi))
         elif prior.kind != "flat":
             total -= np.log(np.sqrt(2.0 * np.pi) * prior.deviation)
     return float(total)

@@ -15,6 +15,7 @@ from wheeltapper.describe.site import Site, as_site
 from wheeltapper.diagnosis.force.reconstruction import noise_of
 from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows
 from wheeltapper.diagnosis.inference.problem import FitProblem, Prior, number_at
+from wheeltapper.diagnosis.inference.timing import TIME_ZERO, untimed
 from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.arguments import as_between, as_names, as_quantity, as_table, check_choice
 from wheeltapper.ground.errors import InputError
@@ -41,7 +42,7 @@ class Estimate:
     paths, values
         The fields that were found, in SI units.
     covariance
-        (parameters, parameters) of the values' logarithms.
+        (parameters, parameters) of the values' logarithms, and of the time zero itself (path "time_zero"), in s.
     chi_squared, freedom
         χ²: sum of squared residuals over their variances, priors included. Degrees of freedom: number of samples less
         the number of parameters without a prior.
@@ -75,7 +76,7 @@ class Estimate:
         return self.paths.index(path)
 
     def deviation(self, path: str) -> float:
-        """Return the relative standard deviation of a value."""
+        """Return the relative standard deviation of a value; of the time zero the deviation itself, s."""
         i = self._path_index(path)
         return float(np.sqrt(self.covariance[i, i]))
 
@@ -89,6 +90,8 @@ class Estimate:
         from scipy.special import ndtri
 
         half = float(ndtri(0.5 + 0.5 * as_between(level, "level", 0.0, 1.0))) * self.deviation(path)
+        if path == TIME_ZERO:
+            return self[path] - half, self[path] + half
         return self[path] * float(np.exp(-half)), self[path] * float(np.exp(half))
 
 
@@ -99,11 +102,13 @@ def onset(recording: Recording, noise: float) -> float:
 
 
 def priors_of(site: Site, unknown: tuple[str, ...] = ()) -> dict[str, Prior]:
-    """Return the priors: flat ones of the unknown fields, normal ones of the uncertain fields of the site."""
+    """Return the priors: flat ones of the unknown fields, normal ones of the uncertain fields and of the trigger."""
     out = {path: Prior(number_at(site.passage, path)) for path in unknown}
     for path, share in site.uncertainty.items():
         if share > 0.0 and path not in out:
             out[path] = Prior(float(Fields(site.passage)(path)), share, "normal")
+    if site.trigger != 0.0:
+        out[TIME_ZERO] = Prior(0.0, np.inf if site.trigger is None else site.trigger, "shift")
     return out
 
 
@@ -174,6 +179,6 @@ def identify(
 def estimate_of(found: Fit, noise: float) -> Estimate:
     """Return the result of a fit."""
     return Estimate(
-        found.paths, found.values, found.covariance, found.chi_squared, found.freedom, found.converged, found.scenario,
-        noise,
+        found.paths, found.values, found.covariance, found.chi_squared, found.freedom, found.converged,
+        untimed(found.scenario), noise,
     )  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isfinite
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from wheeltapper.ask.trajectory import is_derivable, trajectory
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.diagnosis.inference.sensing import drifted, filtered
+from wheeltapper.diagnosis.inference.timing import TIME_ZERO, TimedPassage, timed, zero_of
 from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.fields import Fields
@@ -25,19 +27,39 @@ FORGOTTEN = 20.0
 of the sensor's filter then has no effect."""
 DIFFERENCE, BETWEEN = 3e-7, ("vehicle.damper_play_start",)
 """Relative step of difference quotients, for motions without exact derivatives. In the fields BETWEEN, whose values lie
-between -1 and 1, the step is absolute and points towards zero, so that it stays within these bounds."""
+between -1 and 1, the step is absolute and points towards zero, so that it stays within these bounds. That of the time
+zero is taken of the end of the recording: it moves that end as far as the same step of the speed."""
 
 
 class Prior(NamedTuple):
     """Prior distribution of a parameter.
 
     normal: centre and relative standard deviation. lognormal: centre and standard deviation of the logarithm. uniform:
-    between centre - deviation and centre + deviation. flat: the parameter is positive, and nothing else is known.
+    between centre - deviation and centre + deviation. shift: centre and standard deviation of the value itself;
+    infinite where nothing is known. flat: the parameter is positive, and nothing else is known.
     """
 
     centre: float
     deviation: float = np.inf
-    kind: Literal["flat", "normal", "lognormal", "uniform"] = "flat"
+    kind: Literal["flat", "normal", "lognormal", "uniform", "shift"] = "flat"
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether it says nothing, so that the parameter costs a degree of freedom."""
+        return self.kind == "flat" or (self.kind == "shift" and not isfinite(self.deviation))
+
+
+class Exit(NamedTuple):
+    """When the wheel leaves the deck: a stretch, s after the trigger, and the whole recording.
+
+    The samples of that stretch do not count: the acceleration jumps somewhere in it, and a fit cannot follow a jump.
+    `seen`: the time at which the recording shows the jump, s; None if it was not looked for, or not found.
+    """
+
+    start: float
+    end: float
+    whole: Recording
+    seen: float | None = None
 
 
 def number_at(scenario: Scenario, path: str) -> float:
@@ -53,13 +75,26 @@ def number_at(scenario: Scenario, path: str) -> float:
 
 
 def values_of(scenario: Scenario, times: FloatArray) -> FloatArray | None:
-    """Return the deck's acceleration at some times, m/s²; None if the model cannot be computed."""
+    """Return the deck's acceleration at some times after the trigger, m/s²; None if the model cannot be computed.
+
+    Before the passage's time zero the deck is at rest.
+    """
+    own, begun = _own_times(scenario, times)
+    if begun == len(times):
+        return np.zeros(len(times))
     try:
         with np.errstate(invalid="ignore"):  # a trial may ask for a contact beyond the radius of the wheel
-            found = motion_at(scenario, times)
+            found = motion_at(scenario, own)
     except (InputError, ValueError):
         return None
-    return _if_complete(found.status, found.deck_acceleration)
+    return _if_complete(found.status, np.concatenate([np.zeros(begun), found.deck_acceleration]))
+
+
+def _own_times(scenario: Scenario, times: FloatArray) -> tuple[FloatArray, int]:
+    """Return the times after the passage's time zero, by its own clock, and the number of those before it."""
+    own = times - zero_of(scenario)
+    begun = int(np.searchsorted(own, 0.0))
+    return own[begun:], begun
 
 
 def slopes_of(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> FloatArray | None:
@@ -70,19 +105,29 @@ def slopes_of(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> 
     """
     if not is_derivable(scenario):
         return _difference_quotients(scenario, paths, times)
+    (own, begun), out = _own_times(scenario, times), np.zeros((len(paths), len(times)))
+    fields = tuple(path for path in paths if path != TIME_ZERO)
+    if begun == len(times):
+        return out
     try:
         with np.errstate(invalid="ignore"):
-            found = trajectory(scenario, paths, times)
+            found = trajectory(scenario, fields, own)
     except (InputError, ValueError):
         return None
-    return None if _if_complete(found.status, found.deck_acceleration) is None else found.of_deck_acceleration
+    if _if_complete(found.status, found.deck_acceleration) is None:
+        return None
+    slopes = dict(zip(fields, found.of_deck_acceleration, strict=True)) | {TIME_ZERO: -found.deck_jerk}
+    for row, path in zip(out, paths, strict=True):
+        row[begun:] = slopes[path]
+    return out
 
 
 def _difference_quotients(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> FloatArray | None:
     here, out = values_of(scenario, times), np.empty((len(paths), len(times)))
     for row, path in zip(out, paths, strict=True):
         value = float(Fields(scenario)(path))
-        step = DIFFERENCE * (abs(value) if path not in BETWEEN else -1.0 if value > 0.0 else 1.0)
+        size = float(times[-1]) if path == TIME_ZERO else abs(value)
+        step = DIFFERENCE * (size if path not in BETWEEN else -1.0 if value > 0.0 else 1.0)
         there = values_of(scenario.replaced({path: value + step}), times)
         if here is None or there is None:
             return None
@@ -108,18 +153,24 @@ class FitProblem:
         The parameters and their priors, by path.
     scale
         In which windows are measured; by default that of the model to start from.
+    exit
+        Where the wheel leaves the deck at an uncertain time; that it is seen in the recording is one more datum.
     """
 
     def __init__(
         self, recording: Recording, sensor: Sensor, noise: float, start: Scenario, priors: Mapping[str, Prior],
-        scale: Scale | None = None,
+        scale: Scale | None = None, exit: Exit | None = None,
     ) -> None:  # fmt: skip
-        self.scale = scale or Scale(start)
+        self.scale, self.exit = scale or Scale(start), exit
+        if TIME_ZERO in priors and not isinstance(start, TimedPassage):
+            start = timed(start, 0.0)
         self.recording, self.sensor, self.noise, self.start = recording, sensor, noise, start
         self.paths, self.priors = tuple(priors), tuple(priors.values())
         self.first = np.array([float(Fields(start)(path)) for path in self.paths])
-        self.linear = np.array([prior.kind == "uniform" for prior in self.priors], dtype=bool)
-        self.widths = np.where(self.linear, [prior.deviation for prior in self.priors], 1.0)
+        self.linear = np.array([prior.kind in ("uniform", "shift") for prior in self.priors], dtype=bool)
+        self.bounded = np.array([prior.kind == "uniform" for prior in self.priors], dtype=bool)
+        widths = [prior.deviation if isfinite(prior.deviation) else self.scale.period for prior in self.priors]
+        self.widths = np.where(self.linear, widths, 1.0)
         if np.any((self.first <= 0.0) & ~self.linear):
             path = self.paths[int(np.argmax((self.first <= 0.0) & ~self.linear))]
             raise InputError("", path, f"{float(Fields(start)(path)):g}", "a positive value to start from")
@@ -130,6 +181,12 @@ class FitProblem:
         self._residuals: tuple[FloatArray, FloatArray, NDArray[np.bool_]] | None = None  # third: which count
         self._slopes: tuple[FloatArray, FloatArray] | None = None
 
+    def with_exit(self, seen: float | None) -> FitProblem:
+        """Return the same problem with the time, s after the trigger, at which the wheel is seen to leave the deck."""
+        priors, exit = dict(zip(self.paths, self.priors, strict=True)), self.exit
+        known = None if exit is None else exit._replace(seen=seen)
+        return FitProblem(self.recording, self.sensor, self.noise, self.start, priors, self.scale, known)
+
     def until(self, time: float) -> FitProblem:
         """Return the same problem with the recording up to a time only, s after the trigger."""
         part, priors = self.recording.until(time), dict(zip(self.paths, self.priors, strict=True))
@@ -139,6 +196,11 @@ class FitProblem:
         """Return the values of the parameters at some coordinates, which are zero at the start."""
         near = np.where(self.linear, 0.0, at)
         return np.asarray(np.where(self.linear, self.first + self.widths * at, self.first * np.exp(near)))
+
+    def coordinates_of(self, values: FloatArray) -> FloatArray:
+        """Return the coordinates of some values of the parameters."""
+        ratio = np.where(self.linear, 1.0, values / np.where(self.linear, 1.0, self.first))
+        return np.asarray(np.where(self.linear, (values - self.first) / self.widths, np.log(ratio)))
 
     def model_at(self, at: FloatArray) -> Scenario:
         """Return the model at some coordinates."""
@@ -151,7 +213,7 @@ class FitProblem:
         """Return the nearest coordinates that uniform priors allow."""
         centre = np.array([prior.centre for prior in self.priors])
         middle = (centre - self.first) / self.widths
-        return np.where(self.linear, np.clip(at, middle - 1.0, middle + 1.0), at)
+        return np.where(self.bounded, np.clip(at, middle - 1.0, middle + 1.0), at)
 
     def model_samples(self, model: Scenario, count: int, first: int = 0) -> FloatArray | None:
         """Return the samples from `first` to before `count` that a model gives; None if it cannot be computed."""
@@ -198,22 +260,44 @@ class FitProblem:
             return None
 
     def _model_until(self, model: Scenario, count: int) -> Scenario:
-        return model.replaced({"duration": float(self.times[count - 1] + 0.5 / self.recording.rate)})
+        end = float(self.times[count - 1]) - zero_of(model)
+        return model.replaced({"duration": max(end, 0.0) + 0.5 / self.recording.rate})
 
     def prior_residuals(self, at: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the scaled deviations of the parameters from the centres of their priors, and derivatives."""
         out, slopes = [], []
-        for prior, value in zip(self.priors, self.parameter_values(at).tolist(), strict=True):
+        values = zip(self.priors, self.parameter_values(at).tolist(), self.widths.tolist(), strict=True)
+        for prior, value, width in values:
             if prior.kind == "normal":
                 out.append((value / prior.centre - 1.0) / prior.deviation)
                 slopes.append(value / prior.centre / prior.deviation)
             elif prior.kind == "lognormal":
                 out.append(np.log(value / prior.centre) / prior.deviation)
                 slopes.append(1.0 / prior.deviation)
+            elif prior.kind == "shift":
+                out.append((value - prior.centre) / prior.deviation)
+                slopes.append(width / prior.deviation)
             else:
                 out.append(0.0)
                 slopes.append(0.0)
-        return np.array(out), np.diag(slopes)
+        if self.exit is None or self.exit.seen is None:
+            return np.array(out), np.diag(slopes)
+        late, slope = self._exit_residual(at, self.exit.seen)
+        return np.append(out, late), np.vstack([np.diag(slopes), slope])
+
+    def _exit_residual(self, at: FloatArray, seen: float) -> tuple[float, FloatArray]:
+        """Return by how many samples the model leaves the deck late, and the derivatives."""
+        model, rate = self.model_at(at), self.recording.rate
+        ends = {"track.start": float(model.track.start), "track.length": float(model.track.length)}
+        speed, place, slope = float(model.speed), sum(ends.values()), np.zeros(len(self.paths))
+        for i, path in enumerate(self.paths):
+            if path == TIME_ZERO:
+                slope[i] = self.widths[i]
+            elif path == "speed":
+                slope[i] = -place / speed
+            elif path in ends:
+                slope[i] = ends[path] / speed
+        return rate * (zero_of(model) + place / speed - seen), rate * slope
 
     def weighted_residuals(self, at: FloatArray, count: int, noise: float) -> FloatArray | None:
         """Return all residuals over their standard deviations: those of the samples, then those of the priors."""

@@ -205,7 +205,7 @@ def coupled_motion(own: Scenario, others: Others) -> DeckMotion:
     record = simulate(_on_one_deck([(x - ahead, passage) for x, passage in row], begins + float(own.duration)))
 
     def acceleration_at(times: FloatArray) -> FloatArray:
-        return np.asarray(record.at(np.minimum(times + begins, record.end)).deck_acceleration.values)
+        return np.asarray(record.at(np.clip(times + begins, 0.0, record.end)).deck_acceleration.values)
 
     return DeckMotion(record.end - begins, acceleration_at)
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.diagnosis.inference.sensing import OVERSAMPLED, converted, drifted, filtered
+from wheeltapper.diagnosis.inference.timing import TIME_ZERO
 from wheeltapper.diagnosis.site.neighbours import Condition, Neighbour, Others, deck_motion, neighbours_of
 from wheeltapper.ground.arguments import as_count, as_list, as_quantity, as_table, check_flag, check_text
 from wheeltapper.ground.errors import InputError, value_text
@@ -24,6 +25,8 @@ from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
 
+SEARCHED = 0.1
+"""Where a site has no trigger, time zero is drawn from this share of the passage's duration."""
 OWN = "vehicle."
 """First part of the paths of fields that are drawn for each wheelset of a train. All other fields belong to the site
 and are the same for all wheelsets."""
@@ -72,7 +75,8 @@ def synthesise(
     Returns
     -------
     list of Recording
-        `truth` holds label, fault, size, place, scenario, neighbours, and the drawn values by path.
+        `truth` holds label, fault, size, place, scenario, neighbours, and the drawn values by path; where the trigger
+        is uncertain also `time_zero`, s: when the wheel is at x = 0.
     """
     count, seed, noise = as_count(count, "count"), as_count(seed, "seed", 0), _noise_or_none(noise)
     check_flag(vary, "vary")
@@ -86,6 +90,7 @@ def synthesise(
             random = np.random.default_rng([seed, number])
             relative = _relative_deviations(site, random) if vary else {}
             passage, truth = _drawn_passage(stated, condition, relative, random)
+            truth |= _drawn_time_zero(site, random) if vary else {}
             beside = [
                 _neighbour_passage(site, other, relative, np.random.default_rng([seed, number, 1 + i]))
                 for i, other in enumerate(others)
@@ -171,7 +176,8 @@ def synthesise_train(
     for condition, random in zip(conditions, generators, strict=True):
         own = _relative_deviations(site, random) if vary else {}
         relative = {path: own[path] if path.startswith(OWN) else share for path, share in shared.items()}
-        made.append(_drawn_passage(stated, condition, relative, random))
+        passage, truth = _drawn_passage(stated, condition, relative, random)
+        made.append((passage, truth | (_drawn_time_zero(site, random) if vary else {})))
     out = []
     with progress_shown(progress, "wheelsets"):
         for i, (passage, truth) in enumerate(made):
@@ -241,6 +247,13 @@ def _drawn_passage(
     return scenario, {"fault": condition.fault, "size": size, "place": place, "scenario": scenario, **drawn}
 
 
+def _drawn_time_zero(site: Site, random: np.random.Generator) -> dict[str, float]:
+    """Return the drawn time zero, s after the trigger; nothing where the trigger is exact."""
+    if site.trigger is None:
+        return {TIME_ZERO: SEARCHED * float(site.passage.duration) * float(random.uniform())}
+    return {TIME_ZERO: site.trigger * float(random.standard_normal())} if site.trigger else {}
+
+
 def _neighbour_passage(
     site: Site, other: Neighbour, relative: Mapping[str, float], random: np.random.Generator
 ) -> tuple[float, Scenario]:
@@ -255,13 +268,14 @@ def _synthetic_recording(
     truth: dict[str, Any], speed: float | None = None,
 ) -> Recording:  # fmt: skip
     sensor, deck = site.sensor, deck_motion(passage, beside, coupled)
-    count = int(np.floor(deck.end * sensor.rate * (1.0 + 1e-12))) + 1
+    zero = truth.get(TIME_ZERO, 0.0)
+    count = int(np.floor((deck.end + zero) * sensor.rate * (1.0 + 1e-12))) + 1
     times = np.arange(count) / sensor.rate
     if sensor.cutoff is None:
-        samples = deck.at(times)
+        samples = deck.at(times - zero)
     else:
         finer = np.arange((count - 1) * OVERSAMPLED + 1) / (sensor.rate * OVERSAMPLED)
-        samples = filtered(deck.at(finer), sensor, OVERSAMPLED)
+        samples = filtered(deck.at(finer - zero), sensor, OVERSAMPLED)
     spread = sensor.noise * np.sqrt(0.5 * sensor.rate) if noise is None else noise
     samples = drifted(samples + spread * random.standard_normal(count), times, sensor)
     samples, clipped = converted(samples, sensor)
