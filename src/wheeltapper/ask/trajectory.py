@@ -16,6 +16,7 @@ from wheeltapper.ask.study import check_along
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON, LoweredCells
+from wheeltapper.lower.numbers import Units
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.program import Program
@@ -64,14 +65,7 @@ def trajectory(
     """
     check_along(run.TRAJECTORY, scenario, parameters)
     from wheeltapper.march.tangent_path import LANES
-    from wheeltapper.march.tangent_samples import (
-        FIRST_LANE,
-        FORCE,
-        RATE,
-        SAMPLED_DECK_V,
-        SAMPLED_DECK_Y,
-        VALUE,
-    )
+    from wheeltapper.march.tangent_samples import RATE, VALUE
 
     here = {path: np.array([float(Fields(scenario)(path))]) for path in parameters}
     many = LoweredCells(scenario, here or {"speed": np.array([float(scenario.speed)])}, method, table_at_hand)
@@ -85,15 +79,12 @@ def trajectory(
         march, samples = run.sample_tangents(program, turns.numbers[0], turns.bends, turns.table, scaled)
         values = samples
         for lane, direction in enumerate(directions):
-            stretch = direction.units.time.imag.item() / EPSILON / units.time.item()
-            moving = samples[:, :, FIRST_LANE + lane] - samples[:, :, RATE] * (scaled * stretch)[:, None]
             numbers = program.numbers + 1j * EPSILON * direction.numbers[0]
-            motion = samples[:, :, VALUE] + 1j * EPSILON * moving
-            found = in_si(numbers, direction.units, motion, scaled, (FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V))
+            found = in_si(numbers, direction.units, tilted_motion(samples, lane, direction.units, scaled), scaled)
             tangents.append([quantity.imag / EPSILON for quantity in found])
     assert march is not None
     motion = values[:, :, VALUE] + 1j * EPSILON * values[:, :, RATE]
-    plain = in_si(program.numbers.astype(complex), units, motion, scaled, (FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V))
+    plain = in_si(program.numbers.astype(complex), units, motion, scaled)
     jerk = plain[1].imag / EPSILON / units.time.item()
     of = np.array(tangents).reshape(len(parameters), 2, len(times))
     peaks = march.peaks[:, contract.PEAK_FORCE].max(initial=0.0) * units.force.item()
@@ -101,12 +92,26 @@ def trajectory(
     return Trajectory(march.status, plain[0].real, plain[1].real, of[:, 0], of[:, 1], jerk, float(peaks), impacts)
 
 
+def tilted_motion(samples: FloatArray, lane: int, units: Units, scaled: FloatArray) -> NDArray[np.complex128]:
+    """Return the scaled motion at times in s; its imaginary part is its derivative in one lane, whose units are given.
+
+    At a time in s, the scaled time moves as the unit of time does.
+    """
+    from wheeltapper.march.tangent_samples import FIRST_LANE, RATE, VALUE
+
+    time = np.ravel(units.time)[0]
+    stretch = time.imag / EPSILON / time.real
+    moving = samples[:, :, FIRST_LANE + lane] - samples[:, :, RATE] * (scaled * stretch)[:, None]
+    return np.asarray(samples[:, :, VALUE] + 1j * EPSILON * moving)
+
+
 def in_si(
-    numbers: NDArray[np.complex128], units: object, motion: NDArray[np.complex128], scaled: FloatArray,
-    rows: tuple[int, int, int],
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:  # fmt: skip
+    numbers: NDArray[np.complex128], units: Units, motion: NDArray[np.complex128], scaled: FloatArray
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Return force and deck acceleration (zero on a stiff track) in SI units; derivatives are imaginary parts."""
-    force, height, velocity = (motion[:, row] for row in rows)
+    from wheeltapper.march.tangent_samples import FORCE, SAMPLED_DECK_V, SAMPLED_DECK_Y
+
+    force, height, velocity = (motion[:, row] for row in (FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V))
     length, time, weight = (np.ravel(getattr(units, name))[0] for name in ("length", "time", "force"))
     if numbers[contract.DECK_MASS] == 0.0:
         return force * weight, np.zeros_like(force)

@@ -131,12 +131,12 @@ literature and on laboratory rigs lie within them."""
 
 def implausible_notes(scenario: Scenario) -> tuple[Note, ...]:
     """Return one note for each field of a scenario whose number is implausible: what it is, and what is usual."""
+    way = scenario.speed * scenario.duration
     return tuple(
         _range_note(path, value, usual)
         for where, noun in _judged_nouns(scenario)
-        for path, value,
-        usual in (*_doubtful_numbers(where, noun), *_implausible_span(where, noun, scenario.speed * scenario.duration))
-    )  # fmt: skip
+        for path, value, usual in (*_doubtful_numbers(where, noun), *_implausible_span(where, noun, way))
+    )
 
 
 def implausible_cells(scenario: Scenario, changed: Mapping[str, FloatArray], cells: int) -> tuple[Shared, ...]:

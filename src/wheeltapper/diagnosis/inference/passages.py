@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.ask.sensitivity import turns_of
 from wheeltapper.ask.study import check_along
-from wheeltapper.ask.trajectory import in_si
+from wheeltapper.ask.trajectory import in_si, tilted_motion
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON, Direction, LoweredCells
@@ -91,27 +91,18 @@ class Passages:
         self, i: int, times: FloatArray, directions: list[Direction], cells: Cells, turns: CellTangents
     ) -> tuple[FloatArray, FloatArray]:
         """Return the deck acceleration (times,) of a passage, and its derivatives (directions, times)."""
-        from wheeltapper.march.tangent_samples import (
-            FIRST_LANE,
-            FORCE,
-            RATE,
-            SAMPLED_DECK_V,
-            SAMPLED_DECK_Y,
-            VALUE,
-        )
+        from wheeltapper.march.tangent_samples import VALUE
 
-        block, rows = slice(i, i + 1), (FORCE, SAMPLED_DECK_Y, SAMPLED_DECK_V)
+        block = slice(i, i + 1)
         units, numbers = self.many.units.part(block), cells.numbers[i]
         scaled = times / units.time.item()
         program = Program(cells.pieces, numbers)
         _, samples = run.sample_tangents(program, turns.numbers[i], turns.bends, turns.table, scaled)
-        plain = in_si(numbers.astype(complex), units, samples[:, :, VALUE].astype(complex), scaled, rows)[1]
+        plain = in_si(numbers.astype(complex), units, samples[:, :, VALUE].astype(complex), scaled)[1]
         slopes = np.empty((len(directions), len(times)))
         for lane, direction in enumerate(directions):
             own = direction.units.part(block)
-            stretch = own.time.imag.item() / EPSILON / units.time.item()
-            moving = samples[:, :, FIRST_LANE + lane] - samples[:, :, RATE] * (scaled * stretch)[:, None]
-            moved = samples[:, :, VALUE] + 1j * EPSILON * moving
-            tilted = in_si(numbers + 1j * EPSILON * direction.numbers[i], own, moved, scaled, rows)[1]
+            moved = tilted_motion(samples, lane, own, scaled)
+            tilted = in_si(numbers + 1j * EPSILON * direction.numbers[i], own, moved, scaled)[1]
             slopes[lane] = tilted.imag / EPSILON
         return plain.real, slopes
