@@ -371,15 +371,13 @@ def test_twenty_kills_of_workers_and_drivers_leave_the_same_bits(tmp_path):
     assert files(whole) == files(broken)
 
 
-def test_compiling_happens_in_a_process_of_its_own(tmp_path, monkeypatch, capsys):
-    asked = stores.Store(tmp_path / "x.zarr", spec.read_study(written(tmp_path)))
-    calls = []
-    monkeypatch.setattr("wheeltapper.ask.cells.is_ready", lambda study: False)
-    monkeypatch.setattr(filling.subprocess, "run", lambda *a, **k: calls.append((a, k)) or ran)
-    ran = subprocess.CompletedProcess((), 0)
-    filling.compile_apart(asked)
-    assert len(calls) == 1
-    ran = subprocess.CompletedProcess((), -9, stderr="")
-    filling.compile_apart(asked)
-    assert "exit code -9" in capsys.readouterr().err
-    filling.compile_here(asked.spec)
+def test_kernels_are_compiled_before_the_first_chunk(tmp_path, monkeypatch):
+    asked = spec.described_study(spec.read_study(written(tmp_path)))
+    done = []
+    monkeypatch.setattr("wheeltapper.ask.cells.compute_cells", lambda study, changed, threads: done.append(changed))
+    for ready in (True, False):
+        monkeypatch.setattr("wheeltapper.ask.cells.is_ready", lambda study, ready=ready: ready)
+        filling.compile_first(asked)
+    assert [{path: values.tolist() for path, values in cell.items()} for cell in done] == [
+        {"vehicle.damping": [2e4], "vehicle.mass": [800.0]}
+    ]

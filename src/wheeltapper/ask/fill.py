@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from functools import lru_cache
@@ -14,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from wheeltapper.ask.store import Store, locked
+from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Shared, shared_notes
 from wheeltapper.ground.progress import progress_shown, report, say
@@ -79,7 +78,7 @@ def fill_store(
         else:
             store.create()
         todo = store.missing_chunks()
-        compile_apart(store)
+        compile_first(store.study)
         of = store.study.cell_count
         done = of - sum(_cell_count(store, place) for place in todo)
         failed = []
@@ -156,9 +155,7 @@ def worker_chunk(path: str, text: str, place: Place) -> Done:
 
 @lru_cache(maxsize=4)
 def _opened_store(path: str, text: str) -> Store:
-    store = Store(Path(path), json.loads(text))
-    compile_apart(store)  # a worker may be on another machine than the driver
-    return store
+    return Store(Path(path), json.loads(text))
 
 
 def _filled_on_cluster(client: Any, store: Store, todo: list[Place]) -> Iterator[Done]:
@@ -214,34 +211,12 @@ def _wait_for_chunk(client: Any, pending: list[Any]) -> Iterable[Any]:
             raise ClusterError(f"no worker came back within {PATIENCE:g} s")
 
 
-def compile_apart(store: Store) -> None:
-    """Compile the kernels in a separate process if they are not in the cache yet.
+def compile_first(study: Study) -> None:
+    """Compile the kernels of a study here, once, before all its threads and workers ask for them."""
+    from wheeltapper.ask.cells import compute_cells, is_ready
 
-    Freshly compiled code rounds differently from the same code from the cache. All chunks have to be computed by the
-    same code.
-    """
-    from wheeltapper.ask.cells import is_ready
-
-    if is_ready(store.study):
-        return
-    say_that_it_compiles()
-    code = "import sys, json; from wheeltapper.ask.fill import compile_here; compile_here(json.load(sys.stdin))"
-    done = subprocess.run(
-        [sys.executable, "-c", code], input=json.dumps(store.spec), text=True, check=False, capture_output=True
-    )
-    if done.returncode != 0:
-        reason = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
-        print(f"wheeltapper: compiling in a process of its own failed ({reason}); going on without", file=sys.stderr)
-
-
-def compile_here(spec: dict[str, Any]) -> None:
-    """Compile the kernels that a study needs, and leave them in the cache."""
-    from wheeltapper.ask.cells import compute_cells
-    from wheeltapper.ask.spec import described_study
-
-    asked = described_study(spec)
-    compute_cells(
-        asked,
-        {path: values[:1] for path, values in asked.changed_values(tuple(slice(0, 1) for _ in asked.shape)).items()},
-        1,
-    )
+    if not is_ready(study):
+        say_that_it_compiles()
+        corner = study.changed_values(tuple(slice(0, 1) for _ in study.shape))
+        with suppress(Exception):  # it is said with the chunk
+            compute_cells(study, {path: values[:1] for path, values in corner.items()}, 1)

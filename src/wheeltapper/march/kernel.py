@@ -3,6 +3,9 @@
 Numba stamps a cached function with its own file only. After an edit of a callee in another file, the old machine code
 would silently stay in use. The locators below stamp every kernel with all sources of this folder. If the package's
 folder cannot be written, the cache goes to the user's cache directory.
+
+Each kernel runs its own copies of its callees. Numba leaves it to the linker which of several copies runs, and they
+round differently; an answer would depend on which kernels the process used before, and on which it compiled itself.
 """
 
 from __future__ import annotations
@@ -14,9 +17,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding as llvm
 import numba
-from numba.core import caching
+from numba.core import caching, codegen
 
+OURS = "_ZN11wheeltapper5march"
+"""How the names of all compiled kernels begin."""
 FOLDER = Path(__file__).resolve().parent
 FASTMATH = {"contract", "reassoc", "arcp", "nsz", "afn"}
 """Flags of the compiler. Never nnan or ninf, because infinities and NaN are data here (open ends, failures)."""
@@ -75,6 +81,26 @@ def temporary_folder() -> str:
 
 
 caching.CacheImpl._locator_classes[:0] = [_Environment, _InTree, _UserWide, _ForThisProcess]
+
+_LIBRARY: Any = codegen.JITCodeLibrary
+_finalize_shared = _LIBRARY._finalize_final_module
+
+
+def _finalize_private(library: Any) -> None:
+    """Hide a kernel's copies of its callees from the linker, but not from the kernels that will inline them."""
+    module = library._final_module
+    if any(function.name.startswith(OURS) for function in module.functions):
+        library._shared_module = module.clone()
+        for function in library._shared_module.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.external:
+                function.linkage = llvm.Linkage.linkonce_odr
+        for function in module.functions:
+            if function.linkage == llvm.Linkage.linkonce_odr:
+                function.linkage = llvm.Linkage.internal
+    _finalize_shared(library)
+
+
+_LIBRARY._finalize_final_module = _finalize_private
 
 kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True)
 inlined_kernel = numba.njit(cache=True, error_model="numpy", fastmath=FASTMATH, nogil=True, forceinline=True)
