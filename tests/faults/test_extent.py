@@ -1,5 +1,6 @@
 """What cannot fit in memory is refused with its number before it is computed; what is long can be stopped."""
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -100,7 +101,13 @@ def test_what_a_listener_raises_ends_runs_side_by_side():
 
 def test_a_scenario_that_is_refused_ends_those_beside_it(monkeypatch):
     begun = []
-    monkeypatch.setattr(simulating, "_simulated_scenario", lambda scenario, _: begun.append(scenario) or 1 / 0)
+
+    def failing(scenario, _):
+        begun.append(scenario)
+        time.sleep(0.001)
+        return 1 / 0
+
+    monkeypatch.setattr(simulating, "_simulated_scenario", failing)
     with pytest.raises(ZeroDivisionError):
         wt.simulate([wheelset() for _ in range(1000)], threads=1)
     assert len(begun) < 1000

@@ -31,6 +31,7 @@ def written(tmp_path_factory):
     return wt.wear_in(SCENE, 4, store=file, every=2), file.read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # h5netcdf's, of a file half opened
 def test_a_damaged_file_is_refused_in_one_line_or_not_damaged_where_it_matters(written, tmp_path):
     whole, content = written
@@ -81,6 +82,7 @@ def test_two_processes_do_not_write_one_file(tmp_path):
         wt.wear_in(SCENE, 1, store=tmp_path / "wear.nc")
 
 
+@pytest.mark.slow
 def test_what_a_kill_leaves_beside_the_file_goes_with_the_next_run(written, tmp_path):
     SCENE.to_toml(tmp_path / "scene.toml")
     file = tmp_path / "wear.nc"

@@ -30,6 +30,8 @@ MENTION = re.compile(r"(?<!,\s)\bsection\s+(\d+\.\d+)")  # after a comma: of a p
 LIST = re.compile(r"^\.\. kinds:: (\w+)$", re.MULTILINE)
 RUN = "pip install uv && uv run wheeltapper run examples/wheel_flat.toml"
 TEST = "pip install uv && uv run pytest"
+DEAR = {"diagnosis.rst", "wagon.rst", "wear.rst"}
+"""Pages whose code takes seconds."""
 
 
 class Block(NamedTuple):
@@ -58,7 +60,11 @@ def name(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
-@pytest.mark.parametrize("page", with_blocks("python"), ids=name)
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=pytest.mark.slow if page.name in DEAR else ()) for page in with_blocks("python")],
+    ids=name,
+)
 def test_the_code_of_the_page_runs_and_its_numbers_hold(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -156,6 +156,7 @@ def test_restarted_integration_gives_the_impacts_of_bumps():
     hold({"impacts in 0.3 s at c = 2e4": len(restarted(2e4, 0.3))}, bounds("C02", RESTARTED))
 
 
+@pytest.mark.slow
 def test_restarted_integration_gives_the_impacts_over_springs_and_decks():
     found = {}
     for name, stiffness in (("k = 0", 0.0), ("k = 2.44e7", 2.44e7)):

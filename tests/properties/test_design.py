@@ -322,6 +322,7 @@ def test_a_design_keeps_the_limits_and_says_what_it_gains(found, tmp_path):
     assert found.alike.determinant >= (1.0 - 0.02) * found.repeated.determinant
 
 
+@pytest.mark.slow
 def test_the_same_seed_finds_the_same_design(found):
     again = small()
     assert again.best == found.best

@@ -53,7 +53,7 @@ def test_plain_faults_are_named_and_sized(fault, size, within):
     assert finding.score(finding.part) > 3.0
 
 
-@pytest.mark.parametrize(("size", "seed"), [(0.02, 1), (0.08, 3)])
+@pytest.mark.parametrize(("size", "seed"), [(0.02, 1), pytest.param(0.08, 3, marks=pytest.mark.slow)])
 def test_flats_are_sized_clipped_or_not(size, seed):
     finding, recording = found("wheel flat", size, seed, SITE)
     assert finding.verdict == "wheel flat"
@@ -171,6 +171,7 @@ def recordings(folder, count):
     return sorted(folder.glob("*.csv"))
 
 
+@pytest.mark.slow
 def test_a_folder_is_diagnosed_and_goes_on(tmp_path, monkeypatch):
     files = recordings(tmp_path, 3)
     (tmp_path / "3.csv").write_text("not a recording\n")

@@ -4,6 +4,7 @@ import warnings
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
@@ -111,6 +112,7 @@ def test_every_damper_is_answered_soundly(scenario):
     check_maxima(record)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
 @given(scenarios)
 def test_default_and_strict_agree_as_far_as_the_motion_is_predictable(scenario):

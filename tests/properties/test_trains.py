@@ -166,6 +166,7 @@ def train():
     return recordings, diagnose_train(recordings, where, name="G 4711", date="2026-11-21T10:00")
 
 
+@pytest.mark.slow
 def test_the_table_of_a_train_tells_the_truth(train):
     recordings, found = train
     rows = found.table()

@@ -368,10 +368,12 @@ def signal_bounds(seed, specimens, true_ceiling, count=REPLICATES, **options):
         yield signal_response(sizes, signals, THRESHOLD, floor=FLOOR, saturation=SATURATION, **options).a90_95
 
 
+@pytest.mark.slow
 def test_bounds_of_hits_cover_the_true_a90():
     within(np.array(list(hit_miss_bounds(21, 150, 1.0))) >= a90_of(1.0))
 
 
+@pytest.mark.slow
 def test_bounds_of_signals_cover_the_true_a90():
     within(np.array(list(signal_bounds(22, 100, 1.0))) >= a90_of_signals(1.0))
 
@@ -415,6 +417,7 @@ def test_steps_cover_the_true_a90():
     assert np.mean(covered) >= 0.95
 
 
+@pytest.mark.slow
 def test_lower_bounds_of_the_curve_cover_the_true_one():
     chosen = np.array([30.0, 60.0])
     bounds = []

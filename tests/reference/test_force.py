@@ -95,6 +95,7 @@ def test_nine_of_ten_peaks_lie_within(method, decibels, limit):
     assert within(method, decibels) < limit
 
 
+@pytest.mark.slow
 def test_of_a_long_record_too():
     assert within("smoother", 40, 6, duration=1.2) < 0.25
     assert within("smoother", 20, 6, duration=1.2) < 1.5

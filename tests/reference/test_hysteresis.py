@@ -148,6 +148,7 @@ def check(case):
     return True
 
 
+@pytest.mark.slow
 def test_losses_and_impacts_while_indented_are_those_of_small_steps():
     rng = np.random.default_rng(7)
     assert sum(check(drawn(rng)) for _ in range(8)) >= 6
