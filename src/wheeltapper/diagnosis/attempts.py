@@ -10,10 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.diagnosis.case import EXPLAINED, Case, is_well_explained
+from wheeltapper.diagnosis.case import EXPLAINED, LEFT_OUT, Case, Stretch, is_well_explained
 from wheeltapper.diagnosis.faults.base import DAMPING, MASS, Fault
 from wheeltapper.diagnosis.faults.flat import Flat, flat_starts, same_edge_starts
-from wheeltapper.diagnosis.inference.fitting import WINDOWS, Fit, fit_over_windows
+from wheeltapper.diagnosis.inference.fitting import (
+    WINDOWS,
+    Fit,
+    departure_sample,
+    fit_over_windows,
+    width_of,
+)
 from wheeltapper.diagnosis.inference.identify import priors_of
 from wheeltapper.diagnosis.inference.search import NEAR, departs_at, near, ranked
 from wheeltapper.lower.fields import Fields
@@ -36,6 +42,8 @@ LASTING = 5.4
 """Contact periods after the onset: three impacts at the example's site. If the fit of mass, damping and load explains
 less than this, it has explained little: other families of faults than flats are then tried first. If it explains more,
 but nothing explains the whole recording, a note says for how long."""
+LONGEST = 2
+"""Number of fits, those that explain longest, after which a stretch is left out to see what follows."""
 PATIENTLY, NEAREST = 3, 4
 """Of a fault that is fitted alone, number of starts that are fitted again with patience, after hasty fits of all. Of
 faults that are ranked together, number of the nearest starts that are fitted, besides the nearest of each."""
@@ -222,3 +230,26 @@ def _fit_starts(case: Case, starts: list[tuple[Fault, Scenario]], always: int, p
         if number >= always and is_well_explained(case.best_fit):
             return
         case.fit_fault(fault, start, case.after(-EARLIER if fault.part == "wheel" else 0.0), patient)
+
+
+def unexplained_stretches(case: Case) -> list[tuple[str, Stretch]]:
+    """Return the stretches that may keep the fits that explain longest from explaining more, and whose fits they are.
+
+    A stretch lies at the end of the recording, or what follows it is longer, and silence does not explain that: only
+    then does it show that the fit is right there again.
+    """
+    times, out = case.recording.times, list[tuple[str, Stretch]]()
+    most = int(LEFT_OUT * len(times))
+    for name, fit in sorted(case.fits.items(), key=lambda item: -item[1].held)[:LONGEST]:
+        problem = case.fit_problem(fit.scenario, {})
+        off = problem.residuals(np.empty(0), len(times))
+        if off is None or not np.isfinite(fit.held):
+            continue
+        width = width_of(problem)
+        held = max(int(np.searchsorted(times, fit.held)) - width, 0)
+        first = max(departure_sample(off, case.noise, width, held) - width, 0)
+        last = min(first + most, len(times)) - 1
+        rest = case.recording.samples[last + 1 :]
+        if not len(rest) or (len(rest) > most and np.nansum(rest**2) > EXPLAINED * len(rest) * case.noise**2):
+            out.append((name, Stretch(float(times[first]), float(times[last]))))
+    return out

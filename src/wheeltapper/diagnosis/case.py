@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.faults.base import CATALOGUE, LOAD, Fault, fault_named
 from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows
-from wheeltapper.diagnosis.inference.identify import LOUD, onset, priors_of
+from wheeltapper.diagnosis.inference.identify import LOUD, onset, priors_of, site_at_speed
 from wheeltapper.diagnosis.inference.problem import Exit, FitProblem, Prior, values_of
 from wheeltapper.diagnosis.inference.sensing import filtered
 from wheeltapper.diagnosis.inference.timing import timed, zero_of
@@ -37,7 +38,8 @@ SURE = 3.0
 in standard deviations. The onset determines the two only if these deviations move the onset by at least this many
 samples."""
 LEFT_OUT = 0.05
-"""Largest share of the recording that is left out where the wheel leaves the deck at an uncertain time."""
+"""Largest share of the recording that is left out where the wheel leaves the deck at an uncertain time, or where no
+model explains it."""
 
 FLIGHTS, PLATEAU = 10.8, 97.0
 """The static force is estimated from flights, in which the deck's acceleration is N0/M. They are looked for in the
@@ -46,23 +48,37 @@ acceleration in flight is taken as the PLATEAU-th percentile of the samples ther
 to a few outliers."""
 
 
+class Stretch(NamedTuple):
+    """A part of a recording: from a time after the trigger to another, s."""
+
+    start: float
+    end: float
+
+
 class Case:
     """One recording at one site, and the fits that were made of it."""
 
-    def __init__(self, recording: Recording, site: Site, faults: Sequence[str] | None, noise: float) -> None:
-        self.whole, self.recording, self.site, self.noise = recording, recording, site, noise
-        stated = site.passage if recording.speed is None else site.passage.replaced({"speed": recording.speed})
-        self.stated = site.model_copy(update={"passage": stated})
+    def __init__(
+        self, recording: Recording, site: Site, faults: Sequence[str] | None, noise: float,
+        omitted: Stretch | None = None,
+    ) -> None:  # fmt: skip
+        self.whole, self.site, self.noise, self.omitted, self._asked = recording, site, noise, omitted, faults
+        self.recording = _without(recording, omitted)
+        self.stated = site_at_speed(site, recording.speed)
         self.faults, self.left_out = faults_of(site.passage, faults)
         self.scale = Scale(site.passage)
-        self.begins = onset(recording, noise)
+        self.begins = onset(self.recording, noise)
         self.exit: Exit | None = None
         self.passage, known = self._passage_with_onset()
         self.exit = self._uncertain_exit(known)
-        self.recording = _without(recording, self.exit)
+        self.recording = _without(self.recording, self.exit)
         self.fits: dict[str, Fit] = {}
         self.evidence: dict[str, float] = {}
         self.struck = False  # a late strike of a healthy wheelset: only a flat can be the cause
+
+    def without(self, stretch: Stretch) -> Case:
+        """Return the case of the same recording without one stretch, in which no model explains it."""
+        return Case(self.whole, self.site, self._asked, self.noise, stretch)
 
     def after(self, periods: float) -> float:
         """Return the time, s after the trigger, that lies so many contact periods after the onset."""
@@ -170,11 +186,11 @@ class Case:
         return found
 
 
-def _without(recording: Recording, exit: Exit | None) -> Recording:
-    """Return a recording without the samples in which the wheel leaves the deck."""
-    if exit is None:
+def _without(recording: Recording, part: Stretch | Exit | None) -> Recording:
+    """Return a recording without the samples of a part of it."""
+    if part is None:
         return recording
-    lost = (recording.times >= exit.start) & (recording.times <= exit.end)
+    lost = (recording.times >= part.start) & (recording.times <= part.end)
     samples, clipped = np.where(lost, np.nan, recording.samples), recording.clipped & ~lost
     return replace(recording, samples=samples, clipped=clipped)
 

@@ -29,6 +29,7 @@ from wheeltapper.diagnosis.attempts import (
     try_flats_again,
     try_hastily,
     try_patiently,
+    unexplained_stretches,
 )
 from wheeltapper.diagnosis.case import EXPLAINED, Case, feels_load, is_well_explained
 from wheeltapper.diagnosis.faults.base import CATALOGUE, DAMPING, LOAD, MASS, PLAIN, Fault
@@ -38,7 +39,7 @@ from wheeltapper.diagnosis.inference.identify import estimate_of, priors_of, rec
 from wheeltapper.diagnosis.inference.search import ranked
 from wheeltapper.diagnosis.inference.sensing import drifted, filtered
 from wheeltapper.diagnosis.inference.timing import untimed, zero_of
-from wheeltapper.diagnosis.measured import Forces, measured_forces
+from wheeltapper.diagnosis.measured import Forces, forces_with_unexplained, measured_forces
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
@@ -112,13 +113,33 @@ def diagnose(
         return _no_wheel_finding(recording, site, spread)
     with progress_shown(progress, "fitting"):
         report("fitting", 0.0, 0.0)
-        _try_plain(case)
-        for attempt in _attempts_in_order(case):
-            if not is_well_explained(case.best_fit) and not case.struck:
-                attempt(case)
-        if case.is_explained and not is_well_explained(case.fits["plain"]):
-            _try_plain_again(case)
-        return _finding_of(case)
+        _fit_families(case)
+        return _finding_of(case if case.is_explained else _explained_without_stretch(case) or case)
+
+
+def _fit_families(case: Case) -> None:
+    """Fit one family of models after the other until one explains the recording."""
+    _try_plain(case)
+    for attempt in _attempts_in_order(case):
+        if not is_well_explained(case.best_fit) and not case.struck:
+            attempt(case)
+    if case.is_explained and not is_well_explained(case.fits["plain"]):
+        _try_plain_again(case)
+
+
+def _explained_without_stretch(case: Case) -> Case | None:
+    """Return the case without one stretch, of a recording that a model explains but for this stretch; or None."""
+    for name, stretch in unexplained_stretches(case):
+        rest, best = case.without(stretch), case.fits[name].scenario
+        if name in rest.faults:
+            rest.fit_fault(rest.faults[name], best, rest.begins)
+        else:
+            _fit_plain(rest, [(best, rest.begins)])
+        if rest.fits[name].held > stretch.end + case.scale.period:
+            _fit_families(rest)
+            if rest.is_explained:
+                return rest
+    return None
 
 
 def _attempts_in_order(case: Case) -> tuple[Callable[[Case], None], ...]:
@@ -266,6 +287,8 @@ def _finding_of(case: Case) -> Finding:
     forces, seen = _model_forces(case, fit)
     if verdict == NOT_EXPLAINED:
         forces, alike = measured_forces(case), ()
+    elif case.omitted is not None:
+        forces = forces_with_unexplained(case, forces)
     return Finding(
         verdict, probabilities, estimate if fit.reduced <= FAR else None, fit.reduced, size, interval, alike,
         forces.speed, forces.static, forces.largest, forces.impacts,
@@ -312,6 +335,9 @@ def _finding_notes(case: Case) -> tuple[str, ...]:
     if case.exit is not None:
         start, end = 1e3 * case.exit.start, 1e3 * case.exit.end
         notes.append(f"{start:.1f} to {end:.1f} ms are left out: the wheel leaves the deck at an uncertain time in it")
+    if case.omitted is not None:
+        start, end = 1e3 * case.omitted.start, 1e3 * case.omitted.end
+        notes.append(f"{start:.1f} to {end:.1f} ms are left out: no model explains them; this one explains all else")
     if case.site.trigger is None:
         notes.append("the site has no trigger: the passage was found in the recording by its onset")
     plain = case.fits["plain"]

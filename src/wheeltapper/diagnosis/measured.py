@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.diagnosis.case import Case
-from wheeltapper.diagnosis.force.reconstruction import reconstructed
+from wheeltapper.diagnosis.force.reconstruction import Force, reconstructed
 from wheeltapper.diagnosis.inference.timing import untimed
 from wheeltapper.ground.errors import InputError
 
@@ -30,15 +30,38 @@ def measured_forces(case: Case) -> Forces:
     deck's inertia shows, N0 - M·a.
     """
     recording, passage = case.whole, case.passage_with_measured_load
-    static = float(passage.vehicle.weight)
+    static, force = float(passage.vehicle.weight), _reconstructed_force(case)
     notes = []
-    try:
-        force = reconstructed(recording, case.site.model_copy(update={"passage": untimed(passage)}))
+    if force is not None:
         largest = float(np.nanmax(force.force))
         notes.append(f"no model explains the recording: its forces are reconstructed from it ({force.method})")
-    except InputError:
+    else:
         largest = static - float(passage.track.mass) * float(np.nanmin(recording.samples))
         notes.append("no model explains the recording: its largest force is what the clipped samples show, or more")
     if recording.clipped.any():
         notes.append("samples are clipped: the true largest force may lie beyond the one given")
     return Forces(float(case.passage.speed), static, max(largest, static), None, "recording", tuple(notes))
+
+
+def forces_with_unexplained(case: Case, forces: Forces) -> Forces:
+    """Return the forces of a model, with the largest one of the stretch that it does not explain."""
+    assert case.omitted is not None
+    measured = _reconstructed_force(case)
+    if measured is None:
+        return forces
+    inside = (measured.times >= case.omitted.start) & (measured.times <= case.omitted.end)
+    largest = float(np.nan_to_num(measured.force[inside]).max(initial=0.0))
+    if largest <= forces.largest:
+        return forces
+    note = "the largest force is reconstructed from the stretch that is left out"
+    return forces._replace(largest=largest, source="recording", notes=(*forces.notes, note))
+
+
+def _reconstructed_force(case: Case) -> Force | None:
+    """Return the force reconstructed from the whole recording; None if too many samples are clipped."""
+    try:
+        return reconstructed(
+            case.whole, case.site.model_copy(update={"passage": untimed(case.passage_with_measured_load)})
+        )
+    except InputError:
+        return None

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.diagnosis.force.reconstruction import noise_of
+from wheeltapper.diagnosis.inference.damage import without_damage
 from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows
 from wheeltapper.diagnosis.inference.problem import FitProblem, Prior, number_at
 from wheeltapper.diagnosis.inference.timing import TIME_ZERO, untimed
@@ -113,7 +114,7 @@ def priors_of(site: Site, unknown: tuple[str, ...] = ()) -> dict[str, Prior]:
 
 
 def recorded_at(recording: Any, site: Any, noise: Any) -> tuple[Recording, Site, float]:
-    """Return a recording, its site and the standard deviation of its samples' noise, m/s².
+    """Return a recording without damaged samples, its site, and the standard deviation of its noise, m/s².
 
     Refuse anything else, and a recording that the site's sensor cannot have made.
     """
@@ -131,7 +132,13 @@ def recorded_at(recording: Any, site: Any, noise: Any) -> tuple[Recording, Site,
             f"{site.sensor.rate:g} Hz, the rate of the site's sensor",
         )
     stated = None if noise is None else as_quantity(noise, "noise", "acceleration")
-    return recording, site, stated or noise_of(recording, site.sensor)
+    spread = stated or noise_of(recording, site.sensor)
+    return without_damage(recording, spread), site, spread
+
+
+def site_at_speed(site: Site, speed: float | None) -> Site:
+    """Return a site whose passage has the speed that a gauge has read, m/s; the same site without a reading."""
+    return site if speed is None else site.model_copy(update={"passage": site.passage.replaced({"speed": speed})})
 
 
 def identify(
@@ -148,7 +155,8 @@ def identify(
     Parameters
     ----------
     recording
-        The deck's acceleration, or the path of its file.
+        The deck's acceleration, or the path of its file. If it has the reading of a speed gauge, this replaces the
+        site's speed.
     site
         The site of the recording, or the path of its TOML file. Its uncertain fields are estimated, too, with the
         stated uncertainty as prior.
@@ -167,6 +175,7 @@ def identify(
         If the site's sensor cannot have made the recording, or an unknown field holds no number.
     """
     recording, site, spread = recorded_at(recording, site, noise)
+    site = site_at_speed(site, recording.speed)
     model = site.passage.replaced(as_table(start, "start", "values by path, or None"))
     asked = as_names(unknown, "unknown", "paths of fields")
     with progress_shown(progress, "fitting"):
