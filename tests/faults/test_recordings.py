@@ -153,6 +153,29 @@ def test_rate_must_be_stated_without_times(tmp_path):
     refused(path, "line 2, rate", "10 kHz", "one rate")
 
 
+@pytest.mark.parametrize("header", ["t [s],a [g],speed [km/h]", "t [s],a [g],Speed km/h", "t [s],a [g],speed_kmh"])
+def test_a_column_may_hold_the_speed(tmp_path, header):
+    recording = read_recording(text(tmp_path / "a.csv", (TIMES, SAMPLES, np.full(200, 90.0)), header))
+    assert recording.speed == pytest.approx(25.0)
+    assert recording.samples == pytest.approx(G * SAMPLES)
+    assert not any("speed" in note for note in recording.notes)
+
+
+def test_speeds_that_vary_or_have_no_unit_are_noted(tmp_path):
+    varying = np.where(STEPS < 150, 25.0, 30.0)
+    recording = read_recording(text(tmp_path / "a.csv", (TIMES, SAMPLES, varying), "t [s],a [g],speed"))
+    assert recording.speed == 25.0
+    assert "the speeds 'speed' have no unit and are taken in m/s" in recording.notes
+    assert "the speeds 'speed' lie between 25 and 30 m/s; the median is taken" in recording.notes
+    empty = read_recording(text(tmp_path / "b.csv", (TIMES, SAMPLES, np.full(200, np.nan)), "t [s],a [g],speed [m/s]"))
+    assert empty.speed is None
+    assert "the column 'speed' is empty" in empty.notes
+    heavy = text(tmp_path / "c.csv", (TIMES, SAMPLES, varying), "t [s],a [g],speed [kg]")
+    refused(heavy, "speed", "a column in 'kg'")
+    standing = text(tmp_path / "d.csv", (TIMES, SAMPLES, 0.0 * varying), "t [s],a [g],speed [m/s]")
+    refused(standing, "speed")
+
+
 def test_decimal_commas_stand_between_semicolons(tmp_path):
     rows = [f"{t:.6f};{a:.9f};".replace(".", ",") for t, a in zip(TIMES, SAMPLES, strict=True)]
     path = tmp_path / "a.csv"

@@ -291,26 +291,26 @@ def test_forces_of_what_is_not_explained_are_those_of_the_recording(unexplained)
     assert "From the recording: static force 124.2 kN (27.9 kips), largest 980.2 kN (220.4 kips)" in str(finding)
 
 
-def test_no_parameters_are_given_of_a_model_that_is_far_from_the_recording(unexplained):
+def test_no_parameters_are_given_of_a_model_that_does_not_explain_the_recording(unexplained):
     finding, _ = unexplained
     told = finding.to_dict()
     assert finding.reduced > 1000.0
     assert finding.estimate is None
     assert (told["estimates"], told["combinations"], told["impacts"]) == ({}, {}, None)
     assert "90 %" not in str(finding)
-    assert "so its parameters are not given" in str(finding)
+    assert 0.0 < told["largest_force_deviation"] < 0.01 * finding.largest_force
+    assert f" ± {1e-3 * finding.largest_force_deviation:.1f} kN, " in str(finding)
     wt.plot(finding)
 
 
-def test_parameters_of_a_model_that_is_near_the_recording_are_those_of_the_nearest_model():
+def test_nor_of_one_that_is_near_it():
     (recording,) = wt.synthesise(SHORT, seed=1)
     ripple = 0.1 * np.sin(2.0 * np.pi * 37.0 * recording.times)
     disturbed = replace(recording, samples=recording.samples + ripple)
     finding = wt.diagnose(disturbed, SHORT, faults=["broken spring"])
     assert finding.verdict == "not explained"
     assert 1.3 < finding.reduced < 10.0
-    assert finding.estimate["vehicle.mass"] == pytest.approx(1500.0, rel=0.05)
-    assert "Nearest model: Unsprung mass" in str(finding)
+    assert finding.estimate is None
     assert finding.forces_from == "recording"
 
 

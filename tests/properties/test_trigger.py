@@ -28,9 +28,12 @@ def site(trigger, *, speed=0.01, **changes):
 WITH_ENDS = {"irregularity.0.start": 1.5, "track.start": 0.3, "track.length": 5.0}
 
 
+FAULTS = ["healthy", "wheel flat", "broken spring", "lost damper", "free play"]
+
+
 def measured(fault, seed, trigger=1e-3):
     """Return a passage of the second program, its recording by a late trigger and a gauge that errs, and the error."""
-    random = np.random.default_rng([77, ["healthy", "wheel flat", "broken spring", "lost damper"].index(fault), seed])
+    random = np.random.default_rng([77, FAULTS.index(fault), seed])
     truth, size, _ = passages.drawn(ENDS, fault, random)
     wrongs = passages.Wrongs(gauge=0.01, trigger=trigger)
     found = passages.recorded(truth, passages.Sensor(), 5.3 / truth.speed + 0.05, random, wrongs)
@@ -100,6 +103,19 @@ def test_an_uncertain_trigger_does_not_hide_a_fault(fault, seed):
     assert found.estimate[TIME_ZERO] == pytest.approx(-late, abs=4.0 * deviation + 2e-5)
     assert found.speed == pytest.approx(truth.speed, rel=1e-3)
     assert any("leaves the deck" in note for note in found.notes)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1])
+def test_play_so_wide_that_hardly_a_stop_is_reached_is_free_play(seed):
+    """Half the play is 0.32 and 0.34 mm; the wheel of a lost damper moves hardly more."""
+    truth, size, recording, _ = measured("free play", seed, trigger=0.0)
+    found = wt.diagnose(recording, site(0.0, **WITH_ENDS), progress=False)
+    assert found.verdict == "free play"
+    assert found.reduced < 1.03
+    assert found.interval[0] < size < found.interval[1]
+    for path, true in (("vehicle.load", truth.wheelset.load), ("speed", truth.speed)):
+        assert abs(np.log(found.estimate[path] / true)) < 4.0 * found.estimate.deviation(path)
 
 
 def test_a_healthy_passage_is_found_without_a_trigger():

@@ -175,7 +175,17 @@ class Throughout(NamedTuple):
     """Faults that act throughout a recording and are fitted together, and the models from which their fits start."""
 
     faults: list[Fault]
-    starts: Callable[[], list[tuple[Fault, Scenario]]]  # which computes them when first called
+    begun: Callable[[], tuple[list[tuple[Fault, Scenario]], int]]  # which computes them when first called
+
+    @property
+    def starts(self) -> list[tuple[Fault, Scenario]]:
+        """The models from which fits start, with their faults, the most likely first."""
+        return self.begun()[0]
+
+    @property
+    def always(self) -> int:
+        """How many of them are fitted in any case."""
+        return self.begun()[1]
 
     @property
     def alone(self) -> bool:
@@ -193,15 +203,16 @@ def throughout(case: Case) -> list[Throughout]:
     return groups + [Throughout([one], cache(partial(_own_starts, case, one))) for one in acting if one.alone]
 
 
-def _own_starts(case: Case, fault: Fault) -> list[tuple[Fault, Scenario]]:
+def _own_starts(case: Case, fault: Fault) -> tuple[list[tuple[Fault, Scenario]], int]:
     problem = case.fit_problem(case.passage, priors_of(case.stated))
-    return [(fault, start) for start in fault.starts(problem, case.begins)]
+    return [(fault, start) for start in fault.starts(problem, case.begins)], 0
 
 
-def _ranked_starts(case: Case, faults: list[Fault]) -> list[tuple[Fault, Scenario]]:
-    """Return faulty passages in the order of their misfit to the recording's beginning.
+def _ranked_starts(case: Case, faults: list[Fault]) -> tuple[list[tuple[Fault, Scenario]], int]:
+    """Return faulty passages in the order of their misfit to the recording's beginning, behind those that it shows.
 
-    The best one of each fault comes before all others, because the faults look similar at the beginning.
+    The best one of each fault comes before all others, because the faults look similar at the beginning. It is fitted
+    in any case, and so are those that the recording shows.
     """
     healthy = (MASS, DAMPING)
     loose = case.fit_problem(case.passage, priors_of(case.stated, healthy))
@@ -210,18 +221,20 @@ def _ranked_starts(case: Case, faults: list[Fault]) -> list[tuple[Fault, Scenari
     kinds = {start: fault for fault in faults for start in fault.tried(model, case.scale)}
     order = ranked(case.fit_problem(model, {}), kinds, case.begins, case.after(NEAR[-1]))
     first = [start for i, start in enumerate(order) if kinds[start] not in {kinds[nearer] for nearer in order[:i]}]
-    return [(kinds[start], start) for start in [*first, *(one for one in order[:NEAREST] if one not in first)]]
+    known = case.fit_problem(case.passage, priors_of(case.stated))
+    shown = [(fault, start) for fault in faults for start in fault.shown(known, case.begins)]
+    nearest = [*first, *(one for one in order[:NEAREST] if one not in first)]
+    return [*shown, *((kinds[start], start) for start in nearest)], len(shown) + len(first)
 
 
 def try_hastily(case: Case, group: Throughout) -> None:
     """Fit faults without patience: of those that are ranked together only the nearest of each, whatever it explains."""
-    each = 0 if group.alone else len({fault.name for fault, _ in group.starts()})
-    _fit_starts(case, group.starts() if group.alone else group.starts()[:each], each, patient=False)
+    _fit_starts(case, group.starts if group.alone else group.starts[: group.always], group.always, patient=False)
 
 
 def try_patiently(case: Case, group: Throughout) -> None:
     """Fit faults with patience until one explains the recording; of a fault that is alone, from the first starts."""
-    _fit_starts(case, group.starts()[:PATIENTLY] if group.alone else group.starts(), 0, patient=True)
+    _fit_starts(case, group.starts[:PATIENTLY] if group.alone else group.starts, 0, patient=True)
 
 
 def _fit_starts(case: Case, starts: list[tuple[Fault, Scenario]], always: int, patient: bool) -> None:

@@ -67,10 +67,6 @@ periods after the onset and before the first impact: it determines the speed alo
 VAGUE = 0.3
 """Standard deviation of the logarithm of a field. Above it the likelihood is taken as normal in the field itself
 instead of its logarithm, and the size of a fault is given as an interval without a value."""
-FAR = 10.0
-"""Largest χ² per degree of freedom at which the parameters of the nearest model are given. Beyond it the model is about
-three standard deviations of the noise away from the samples, and intervals that allow for noise alone are
-meaningless."""
 
 
 def diagnose(
@@ -290,10 +286,10 @@ def _finding_of(case: Case) -> Finding:
     elif case.omitted is not None:
         forces = forces_with_unexplained(case, forces)
     return Finding(
-        verdict, probabilities, estimate if fit.reduced <= FAR else None, fit.reduced, size, interval, alike,
+        verdict, probabilities, None if verdict == NOT_EXPLAINED else estimate, fit.reduced, size, interval, alike,
         forces.speed, forces.static, forces.largest, forces.impacts,
         (*case.whole.notes, *_finding_notes(case), *forces.notes), case.whole, case.site, case.noise, weights,
-        forces.source, seen,
+        forces.source, seen, forces.deviation,
     )  # fmt: skip
 
 
@@ -305,7 +301,7 @@ def _model_forces(case: Case, fit: Fit) -> tuple[Forces, FloatArray]:
     shown = drifted(filtered(record.at(own).deck_acceleration.values, sensor), times, sensor)
     largest = float(record.peaks.normal_force.max()) if record.peaks.sizes["peak"] else record.static_force
     impacts = record.impacts.sizes["impact"]
-    return Forces(float(fit.scenario.speed), record.static_force, largest, impacts, "model", record.notes), shown
+    return Forces(float(fit.scenario.speed), record.static_force, largest, impacts, "model", notes=record.notes), shown
 
 
 def _size_of(case: Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, float]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -49,8 +50,8 @@ class Finding:
         Posterior probabilities of "healthy" and of each fault that was compared; empty without a wheel. If the verdict
         is "not explained", they only rank the models.
     estimate
-        The parameters of the best model, with intervals. None without a wheel, and if even the nearest model is far
-        from the recording (χ² per degree of freedom above 10).
+        The parameters of the best model, with intervals. None without a wheel, and if no model explains the recording:
+        intervals that allow for noise alone would be meaningless.
     reduced
         χ² per degree of freedom of the best model; near one if it explains the recording.
     size, interval
@@ -73,6 +74,9 @@ class Finding:
         Logarithms of the probabilities, up to a constant. They also rank faults whose probability is rounded to zero.
     forces_from
         "model" or "recording": the source of the forces; "" without a wheel.
+    largest_force_deviation
+        Standard error of a largest force that is reconstructed from the recording, due to the sensor's noise, N.
+        Infinite if samples are clipped there, NaN if the force is a model's.
     """
 
     verdict: str
@@ -93,6 +97,7 @@ class Finding:
     weights: dict[str, float] = field(repr=False, default_factory=dict)
     forces_from: str = ""
     _acceleration: FloatArray = field(repr=False, default_factory=lambda: np.empty(0))
+    largest_force_deviation: float = np.nan
 
     @property
     def model(self) -> Scenario | None:
@@ -166,6 +171,7 @@ class Finding:
             "speed": _or_none(self.speed),
             "static_force": _or_none(self.static_force),
             "largest_force": _or_none(self.largest_force),
+            "largest_force_deviation": _or_none(self.largest_force_deviation),
             "forces_from": self.forces_from or None,
             "impacts": self.impacts,
             "estimates": values,
@@ -194,23 +200,19 @@ class Finding:
     def _model_and_forces(self) -> list[str]:
         """Return sentences on the forces, the parameters, and how well a model explains the recording."""
         explained = self.verdict != NOT_EXPLAINED
-        said = (
-            []
-            if self.estimate is None
-            else [self._values_text() if explained else f"Nearest model: {self._values_text()}"]
-        )
+        said = [self._values_text()] if explained else []
         start = "Static force" if explained else "From the recording: static force"
+        within = f" ± {1e-3 * self.largest_force_deviation:.1f} kN" if isfinite(self.largest_force_deviation) else ""
         end = f"; {self.impacts} impacts after losses of contact" if explained else " as measured or stated"
         said.append(
-            f"{start} {_force_text(self.static_force)}, largest {_force_text(self.largest_force)}, "
+            f"{start} {_force_text(self.static_force)}, largest {_force_text(self.largest_force)}{within}, "
             f"{self.dynamic_ratio:.2f} times the static one, at {3.6 * self.speed:.1f} km/h{end}."
         )
         if self.combinations is not None:
             said += [f"Not known: {one}." for one in self.combinations.unknown]
             best = [str(one) for one in self.combinations.known[:MOST]]
             said += [f"Better known than each by itself: {'; '.join(best)}."] if best else []
-        far = "" if self.estimate is not None else ", so its parameters are not given"
-        said.append(f"The {'best' if explained else 'nearest'} model leaves χ² = {self.reduced:.3g} per sample{far}.")
+        said.append(f"The {'best' if explained else 'nearest'} model leaves χ² = {self.reduced:.3g} per sample.")
         return said
 
     def _combinations_table(self) -> dict[str, list[dict[str, Any]]]:

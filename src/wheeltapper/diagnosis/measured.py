@@ -13,13 +13,17 @@ from wheeltapper.ground.errors import InputError
 
 
 class Forces(NamedTuple):
-    """Speed, m/s, static and largest force of the wheelset, N, and the number of impacts (None: unknown)."""
+    """Speed, m/s, static and largest force of the wheelset, N, and the number of impacts (None: unknown).
+
+    `deviation` is the standard error of the largest force due to the sensor's noise, N; NaN if it is not known.
+    """
 
     speed: float
     static: float
     largest: float
     impacts: int | None
     source: str  # "model" or "recording"
+    deviation: float = np.nan
     notes: tuple[str, ...] = ()
 
 
@@ -30,17 +34,18 @@ def measured_forces(case: Case) -> Forces:
     deck's inertia shows, N0 - M·a.
     """
     recording, passage = case.whole, case.passage_with_measured_load
-    static, force = float(passage.vehicle.weight), _reconstructed_force(case)
+    static, force, deviation = float(passage.vehicle.weight), _reconstructed_force(case), np.nan
     notes = []
     if force is not None:
-        largest = float(np.nanmax(force.force))
+        top = int(np.nanargmax(force.force))
+        largest, deviation = float(force.force[top]), float(force.deviation[top])
         notes.append(f"no model explains the recording: its forces are reconstructed from it ({force.method})")
     else:
         largest = static - float(passage.track.mass) * float(np.nanmin(recording.samples))
         notes.append("no model explains the recording: its largest force is what the clipped samples show, or more")
     if recording.clipped.any():
         notes.append("samples are clipped: the true largest force may lie beyond the one given")
-    return Forces(float(case.passage.speed), static, max(largest, static), None, "recording", tuple(notes))
+    return Forces(float(case.passage.speed), static, max(largest, static), None, "recording", deviation, tuple(notes))
 
 
 def forces_with_unexplained(case: Case, forces: Forces) -> Forces:
@@ -50,11 +55,15 @@ def forces_with_unexplained(case: Case, forces: Forces) -> Forces:
     if measured is None:
         return forces
     inside = (measured.times >= case.omitted.start) & (measured.times <= case.omitted.end)
-    largest = float(np.nan_to_num(measured.force[inside]).max(initial=0.0))
-    if largest <= forces.largest:
+    seen = np.where(inside, np.nan_to_num(measured.force), 0.0)
+    top = int(np.argmax(seen))
+    if seen[top] <= forces.largest:
         return forces
     note = "the largest force is reconstructed from the stretch that is left out"
-    return forces._replace(largest=largest, source="recording", notes=(*forces.notes, note))
+    return forces._replace(
+        largest=float(seen[top]), source="recording", deviation=float(measured.deviation[top]),
+        notes=(*forces.notes, note),
+    )  # fmt: skip
 
 
 def _reconstructed_force(case: Case) -> Force | None:

@@ -17,7 +17,15 @@ from wheeltapper.ground.quantities import UNITS, unit_factor
 from wheeltapper.record.reading_apart import read_apart
 from wheeltapper.record.reading_checks import Grid, check_samples, clipped_samples, on_grid, rates_differ, size_notes
 from wheeltapper.record.reading_files import read_file
-from wheeltapper.record.reading_table import TIMES, Column, RecordingTable, choose_columns, clipped_column, plain_name
+from wheeltapper.record.reading_table import (
+    TIMES,
+    Column,
+    RecordingTable,
+    choose_columns,
+    clipped_column,
+    plain_name,
+    speed_column,
+)
 from wheeltapper.record.reading_units import column_meaning, has_number
 from wheeltapper.record.reading_writing import write_recording
 from wheeltapper.record.recording import QUANTITIES, Quantity, Recording
@@ -62,7 +70,8 @@ def read_recording(
         Column (channel, variable) of the samples and of the times, if there are several: by name, by its header in the
         file, or by number from 0. Times without a unit are in s.
     speed
-        Measured speed of the passage, m/s or as "80 km/h"; it replaces that in the file.
+        Measured speed of the passage, m/s or as "80 km/h"; it replaces that in the file: a line "# speed: 80 km/h", or
+        a column "speed [km/h]", of which the median is taken.
     largest
         Largest size of the unpacked file, bytes; a larger one is refused before it is read.
     apart
@@ -116,8 +125,9 @@ def _checked_recording(
     clipped, ends = (_placed_values(marked, grid, False), ()) if marked is not None else clipped_samples(samples, kind)
     written = [str(note) for note in _list_or_empty(facts.get("notes"))]
     written += [f"not understood in the file: {text}" for text in facts.get("words", ())]
-    pace, pace_notes = _speed_and_note(facts.get("speed"), speed)
-    notes = (*written, *unit_notes, *grid.notes, *found, *ends, *size_notes(samples, kind), *pace_notes)
+    told, told_notes = speed_column(table)
+    pace, pace_notes = _speed_and_note(facts.get("speed", told), speed)
+    notes = (*written, *unit_notes, *grid.notes, *found, *ends, *size_notes(samples, kind), *told_notes, *pace_notes)
     truth = facts.get("truth", {})
     return Recording(
         samples, grid.rate, kind, grid.start, clipped, pace, str(path), tuple(dict.fromkeys(notes)),

@@ -12,6 +12,7 @@ from wheeltapper.describe.table.text import column_list, column_named
 from wheeltapper.describe.table.units import is_time, plain_unit
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.quantities import UNITS
 from wheeltapper.record.reading_units import DIMENSIONS, quantity_of
 from wheeltapper.record.recording import Quantity
 
@@ -25,6 +26,10 @@ SAMPLES = "samples"
 """Name of the column of samples, if several could be it."""
 CLIPPED = "clipped"
 """Name of the column that marks clipped samples."""
+STEADY = 0.01
+"""Largest range of the speeds in a file, over their median, that is no more than the reading's resolution."""
+SPEED = "speed"
+"""Name of the column that repeats the measured speed of the passage."""
 RISING = 0.9
 """Smallest share of the steps of a column that rise, for the column to be taken as times. The other steps are errors,
 which are named."""
@@ -109,7 +114,7 @@ def choose_columns(
     InputError
         If a named column does not exist, or several columns are possible.
     """
-    columns = [c for c in table.columns if plain_name(c) != CLIPPED]
+    columns = [c for c in table.columns if plain_name(c) not in (CLIPPED, SPEED)]
     wanted = None if column is None else column_named(table.columns, "column", column, DIMENSIONS)
     clock = column_named(table.columns, "time", time, DIMENSIONS) if time is not None else _time_column(columns, wanted)
     if clock is not None and clock is wanted:
@@ -132,6 +137,27 @@ def clipped_column(table: RecordingTable, samples: Column) -> NDArray[np.bool_] 
                 raise column.fault
             return np.array(np.nan_to_num(np.asarray(column.values, dtype=float)) != 0.0, dtype=bool)
     return None
+
+
+def speed_column(table: RecordingTable) -> tuple[float | None, tuple[str, ...]]:
+    """Return the speed that a column of the file states, m/s, and notes on it; None without such a column."""
+    column = next((column for column in table.columns if plain_name(column) == SPEED), None)
+    if column is None:
+        return None, ()
+    if column.fault:
+        raise column.fault
+    unit, values = plain_unit(column.unit), np.asarray(column.values, dtype=float)
+    values = values[np.isfinite(values)]
+    if unit not in ("", *UNITS["speed"]):
+        raise InputError("", column.name, f"a column in {unit!r}", f"a unit of a speed: {', '.join(UNITS['speed'])}")
+    if not len(values):
+        return None, (f"the column {column.name!r} is empty",)
+    speed = float(np.median(values))
+    notes: tuple[str, ...] = () if unit else (f"the speeds {column.name!r} have no unit and are taken in m/s",)
+    if np.ptp(values) > STEADY * abs(speed):
+        ends = f"{values.min():g} and {values.max():g}"
+        notes += (f"the speeds {column.name!r} lie between {ends} {unit or 'm/s'}; the median is taken",)
+    return as_quantity(f"{speed!r} {unit}" if unit else speed, column.name, "speed"), notes
 
 
 def plain_name(column: Column) -> str:

@@ -15,7 +15,7 @@ SI: dict[Quantity, str] = {"deck acceleration": "m/s^2", "force": "N"}
 ALLOWED = "m/s^2, g (acceleration), N, kN, kip, lbf (force)"
 """Units that a recording may have, for messages."""
 
-DIMENSIONS = ("time", "acceleration", "force")
+DIMENSIONS = ("time", "acceleration", "force", "speed")
 """Dimensions that a column of a recording may have."""
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
 

@@ -140,6 +140,10 @@ class Fault:
         """Return the passages from which fits may start, made from a healthy model; `scale` is that of the site."""
         return [self.passage(model)]
 
+    def shown(self, problem: FitProblem, begins: float) -> list[Scenario]:
+        """Return more passages from which fits may start, as the recording shows them; arguments as of `starts`."""
+        return []
+
     def starts(self, problem: FitProblem, begins: float) -> list[Scenario]:
         """Return the passages from which the fits of a fault that is `alone` start, the most likely first.
 

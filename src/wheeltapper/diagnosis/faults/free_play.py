@@ -7,7 +7,11 @@ from typing import TYPE_CHECKING, ClassVar
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.faults.base import DAMPING, Fault
 from wheeltapper.diagnosis.faults.lost_damper import LostDamper
-from wheeltapper.diagnosis.inference.problem import Prior
+from wheeltapper.diagnosis.inference.fitting import fit_over_windows
+from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
+from wheeltapper.diagnosis.inference.search import ranked
+from wheeltapper.diagnosis.inference.timing import untimed, zero_of
+from wheeltapper.record.simulate import simulate
 
 if TYPE_CHECKING:
     from wheeltapper.diagnosis.inference.identify import Estimate
@@ -17,6 +21,13 @@ PLAY, START = "vehicle.damper_play", "vehicle.damper_play_start"
 PLAYS, PLACES = (0.06, 0.125, 0.25, 0.5, 1.0), (0.2, 0.5, 0.8)
 """Half the free play that is tried, over the height of the site's irregularity, and positions of the end between its
 stops at the start, 0 to 1. With more play the end does not reach its stops, because the wheel moves no further."""
+FREE, LONG = 0.01, 5.4
+"""Distance of stops that are out of reach, m, and the contact periods after the onset, three impacts at the example's
+site, for which a wheelset without a damper must explain the recording before stops are looked for in its motion."""
+REACHED, BEYOND = (0.1, 0.25, 0.4, 0.55, 0.7, 0.8, 0.9, 0.97, 0.99), 1.5
+"""Distances of the stops that are tried, over the largest displacement of that wheelset: within reach and beyond it."""
+LATER = 3.0
+"""Contact periods behind that part of the recording in which models with stops are still compared with it."""
 NOTHING = 3.0
 """If the damping is less than this many of its standard deviations above zero, free play so wide that the stops are not
 reached explains the recording as well as a lost damper."""
@@ -43,6 +54,34 @@ class FreePlay(Fault):
         """Return passages with several widths and starts."""
         high = scale.height or self.usual / PLAYS[2]  # on a level rail only the wheel itself moves
         return [self.made(model, play * high, place) for play in PLAYS for place in PLACES]
+
+    def shown(self, problem: FitProblem, begins: float) -> list[Scenario]:
+        """Return passages with so much play that several impacts are those of a wheelset without a damper.
+
+        The motion of such a wheelset, fitted to what it explains, tells how far away the stops can be. The nearest
+        models with an upper, a lower, and both stops within reach are taken.
+        """
+        free = problem.from_model(self._stopped(problem.start, FREE, FREE))
+        fit = fit_over_windows(free, begins)
+        until = min(fit.held, float(problem.times[-1]))
+        if until < begins + LONG * problem.scale.period:
+            return []
+        times = problem.times[problem.times <= until] - zero_of(fit.scenario)
+        record = simulate(untimed(fit.scenario).replaced({"duration": float(times[-1])}))
+        moved = record.at(times[times >= 0.0]).wheel_displacement.values
+        up, down = float((moved - moved[0]).max()), float((moved[0] - moved).max())
+        sides = (
+            [(a, BEYOND) for a in REACHED],
+            [(BEYOND, b) for b in REACHED],
+            [(a, b) for a in REACHED for b in REACHED],
+        )
+        models = ([self._stopped(fit.scenario, a * up, b * down) for a, b in side] for side in sides)
+        until += LATER * problem.scale.period
+        return [near for side in models for near in ranked(free, side, begins, until)[:1]]
+
+    def _stopped(self, passage: Scenario, up: float, down: float) -> Scenario:
+        """Return a passage whose damper's end is so far below the upper and above the lower stop at the start, m."""
+        return self.made(passage, 0.5 * (up + down), down / (up + down))
 
     def also(self, verdict: str, estimate: Estimate) -> bool:
         """Return True for a lost damper without any damping: the play may be so wide that no stop is reached."""

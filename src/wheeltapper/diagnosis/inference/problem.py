@@ -187,6 +187,11 @@ class FitProblem:
         known = None if exit is None else exit._replace(seen=seen)
         return FitProblem(self.recording, self.sensor, self.noise, self.start, priors, self.scale, known)
 
+    def from_model(self, start: Scenario) -> FitProblem:
+        """Return the same problem with another model to start from."""
+        priors = dict(zip(self.paths, self.priors, strict=True))
+        return FitProblem(self.recording, self.sensor, self.noise, start, priors, self.scale, self.exit)
+
     def until(self, time: float) -> FitProblem:
         """Return the same problem with the recording up to a time only, s after the trigger."""
         part, priors = self.recording.until(time), dict(zip(self.paths, self.priors, strict=True))
