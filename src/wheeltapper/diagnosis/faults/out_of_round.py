@@ -107,7 +107,7 @@ def _bouncing_starts(problem: FitProblem, begins: float, bump: float) -> list[Sc
     high, end = max(problem.scale.height, SMALL), min(bump, begins + COMPARED * _wave_time(model, order))
     nearest = []
     for share in AMPLITUDES:
-        tried = [out_of_round(model, share * high, phase / PHASES, order) for phase in range(PHASES)]
+        tried = [out_of_round(model, share * high, order // 2 + phase / PHASES, order) for phase in range(PHASES)]
         nearest += ranked(problem, tried, begins, end)[:1]
     return ranked(problem, nearest, begins, end)
 
@@ -154,7 +154,7 @@ def _harmonic(problem: FitProblem, model: Scenario, order: int, count: int, heal
     """Return the sum of squares that one order leaves to first order, and the model with amplitude and phase."""
     own, radius = len(model.irregularities), float(model.vehicle.radius)
     paths = (f"irregularity.{own}.amplitudes.0", f"irregularity.{own}.position")
-    start = out_of_round(model, SMALL, 0.5, order)
+    start = out_of_round(model, SMALL, order // 2 + 0.5, order)
     place, half = float(start.irregularities[-1].position), pi * radius
     unknown = {paths[0]: Prior(SMALL), paths[1]: Prior(place, half, "uniform")}
     family = FitProblem(problem.recording, problem.sensor, problem.noise, start, unknown)
@@ -168,4 +168,4 @@ def _harmonic(problem: FitProblem, model: Scenario, order: int, count: int, heal
     left = float(((healthy.residual + jacobian @ step) ** 2).sum())
     along, across = step[-2], order / radius * step[-1] * half
     amplitude, turned = SMALL * float(np.hypot(along, across)), float(np.arctan2(across, along))
-    return left, start.replaced({paths[0]: amplitude, paths[1]: (place + turned * radius / order) % (2.0 * half)})
+    return left, start.replaced({paths[0]: amplitude, paths[1]: place + turned * radius / order})
