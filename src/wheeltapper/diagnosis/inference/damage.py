@@ -16,8 +16,9 @@ from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-WIDEST = 8
-"""Number of samples in the widest spike that is looked for. What lies between two spikes so close goes with them."""
+WIDEST, SHORT = 8, 0.1
+"""Number of samples in the widest spike that is looked for, and its largest duration in contact periods: impacts last
+more than five times as long. What lies between two spikes so close goes with them."""
 AROUND, DEGREE = 5, 3
 """Samples on either side of a spike through which a curve is laid, and its degree."""
 FAR = 8.0
@@ -30,11 +31,15 @@ MOST = 0.01, 0.05
 measured: nothing is left out."""
 
 
-def without_damage(recording: Recording, noise: float) -> Recording:
-    """Return a recording without its spikes and stuck samples, and with a note on each kind."""
+def without_damage(recording: Recording, noise: float, period: float) -> Recording:
+    """Return a recording without its spikes and stuck samples, and with a note on each kind.
+
+    `noise` is the standard deviation of its samples' noise, m/s², `period` the contact period, s.
+    """
+    widest = min(WIDEST, int(SHORT * period * recording.rate))
     notes, lost = [], np.zeros(len(recording.samples), dtype=bool)
     for found, most, said in (
-        (spikes_in(recording.samples, noise), MOST[0], "spikes"),
+        (spikes_in(recording.samples, noise, widest), MOST[0], "spikes"),
         (stuck_in(recording), MOST[1], "at which the sensor is stuck at one value"),
     ):
         if found.any() and found.mean() <= most:
@@ -47,10 +52,10 @@ def without_damage(recording: Recording, noise: float) -> Recording:
     return replace(recording, samples=samples, clipped=clipped, notes=(*recording.notes, *notes))
 
 
-def spikes_in(samples: FloatArray, noise: float) -> BoolArray:
-    """Return which samples are spikes, of a recording with this standard deviation of noise, m/s²."""
+def spikes_in(samples: FloatArray, noise: float, widest: int = WIDEST) -> BoolArray:
+    """Return which samples are in spikes of at most `widest` samples; `noise` is its standard deviation, m/s²."""
     found = np.zeros(len(samples), dtype=bool)
-    for width in range(1, WIDEST + 1):
+    for width in range(1, widest + 1):
         many = 2 * AROUND + width
         if len(samples) < many:
             break

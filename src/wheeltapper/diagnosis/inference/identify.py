@@ -133,7 +133,7 @@ def recorded_at(recording: Any, site: Any, noise: Any) -> tuple[Recording, Site,
         )
     stated = None if noise is None else as_quantity(noise, "noise", "acceleration")
     spread = stated or noise_of(recording, site.sensor)
-    return without_damage(recording, spread), site, spread
+    return without_damage(recording, spread, Scale(site.passage).period), site, spread
 
 
 def site_at_speed(site: Site, speed: float | None) -> Site:
