@@ -9,7 +9,8 @@ import wheeltapper as wt
 from tests import passages
 from wheeltapper.diagnosis import Recording, Site
 from wheeltapper.diagnosis.finding import HEALTHY
-from wheeltapper.diagnosis.inference.problem import slopes_of, values_of
+from wheeltapper.diagnosis.inference.fitting import _exit_seen
+from wheeltapper.diagnosis.inference.problem import Exit, FitProblem, Prior, slopes_of, values_of
 from wheeltapper.diagnosis.inference.timing import TIME_ZERO, timed, untimed, zero_of
 from wheeltapper.lower.fields import Fields
 
@@ -103,6 +104,29 @@ def test_an_uncertain_trigger_does_not_hide_a_fault(fault, seed):
     assert found.estimate[TIME_ZERO] == pytest.approx(-late, abs=4.0 * deviation + 2e-5)
     assert found.speed == pytest.approx(truth.speed, rel=1e-3)
     assert any("leaves the deck" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(("bump", "least", "most"), [(4.9, 1.0, 1.01), (0.5, 1.2, 60.0)])
+def test_the_exit_is_read_with_its_deviation(bump, least, most):
+    """Long behind the bump N is near N0: the acceleration hardly jumps, and the exit's time is less certain."""
+    passage, spread = EXAMPLE.passage.replaced(WITH_ENDS | {"irregularity.0.start": bump}), passages.Sensor().spread
+    times, random = np.arange(13_000) / 20e3, np.random.default_rng(1)
+    found = []
+    for length in np.linspace(4.72, 4.82, 12):  # the wheel leaves in some phase of its motion
+        truth = passage.replaced({"track.length": length, "duration": 0.65})
+        whole, out = (
+            Recording(values_of(truth, times) + spread * random.standard_normal(13_000), 20e3),
+            (0.3 + length) / 9.0,
+        )
+        exit = Exit(out - 3e-3, out + 3e-3, whole)
+        problem = FitProblem(whole, EXAMPLE.sensor, spread, truth, {"speed": Prior(9.0, 0.01, "normal")}, exit=exit)
+        seen = _exit_seen(problem, exit, np.zeros(1))
+        if seen is not None:  # no jump at all is no exit either
+            found.append((20e3 * abs(seen[0] - out), 20e3 * seen[1]))
+    away, deviations = np.array(found).T
+    assert len(found) > 6
+    assert np.all(away < 4.0 * deviations)
+    assert least <= np.median(deviations) <= most
 
 
 @pytest.mark.slow

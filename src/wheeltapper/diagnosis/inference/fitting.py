@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.diagnosis.inference.problem import Exit, FitProblem, Prior
+from wheeltapper.diagnosis.inference.problem import Exit, FitProblem, Prior, jumps_of
 from wheeltapper.diagnosis.inference.timing import TIME_ZERO
 
 FloatArray = NDArray[np.float64]
@@ -135,20 +135,31 @@ def fit_over_windows(problem: FitProblem, begins: float, patient: bool = True) -
     return _fit_from(problem, at, begins, exit.start, patient)
 
 
-def _exit_seen(problem: FitProblem, exit: Exit, at: FloatArray) -> float | None:
-    """Return when the recording departs from a model whose deck has no end, within the stretch of the exit.
+def _exit_seen(problem: FitProblem, exit: Exit, at: FloatArray) -> tuple[float, float] | None:
+    """Return when a recording shows the wheel to leave the deck, and the standard deviation of that time, s.
 
-    None if it does not depart there, or if the model is wrong from the start of that stretch.
+    From the exit on, a model whose deck has no end differs from the recording by (N0 - N)/M. Each time within the
+    stretch of the exit is as likely as this makes the samples. None if the recording shows no exit there, or if the
+    model is wrong from the start of that stretch.
     """
-    model = problem.model_at(at)
-    first, last = np.searchsorted(exit.whole.times, [exit.start, exit.end]).tolist()
+    model, times = problem.model_at(at), exit.whole.times
+    first, last = np.searchsorted(times, [exit.start, exit.end]).tolist()
     longer = float(model.track.length) + 2.0 * float(model.speed) * (exit.end - exit.start)
-    found = problem.model_samples(model.replaced({"track.length": longer}), last, first)
+    endless = problem.model_until(model.replaced({"track.length": longer}), last)
+    found = problem.model_samples(endless, last, first)
     if found is None:
         return None
-    off = np.nan_to_num(found - exit.whole.samples[first:last])
-    seen = departure_sample(np.where(exit.whole.clipped[first:last], 0.0, off), problem.noise, width_of(problem), 0)
-    return float(exit.whole.times[first + seen] - 0.5 / exit.whole.rate) if 0 < seen < len(off) else None
+    off, jump = found - exit.whole.samples[first:last], jumps_of(endless, times[first:last])
+    gone = np.where(np.isfinite(off) & ~exit.whole.clipped[first:last], jump * (jump - 2.0 * off), 0.0)
+    misfit = np.append(np.cumsum(gone[::-1])[::-1], 0.0) / problem.noise**2  # of an exit before each sample
+    best = int(np.argmin(misfit))
+    if not 0 < best < len(off):
+        return None
+    weights = np.exp(-0.5 * (misfit - misfit[best]))
+    places = np.arange(len(misfit)) - 0.5
+    mean = float(np.average(places, weights=weights))
+    spread = float(np.sqrt(np.average((places - mean) ** 2, weights=weights)))
+    return float(times[first] + mean / exit.whole.rate), max(spread, 1.0) / exit.whole.rate
 
 
 def _fit_from(problem: FitProblem, at: FloatArray, begins: float, known: float, patient: bool) -> Fit:

@@ -53,13 +53,14 @@ class Exit(NamedTuple):
     """When the wheel leaves the deck: a stretch, s after the trigger, and the whole recording.
 
     The samples of that stretch do not count: the acceleration jumps somewhere in it, and a fit cannot follow a jump.
-    `seen`: the time at which the recording shows the jump, s; None if it was not looked for, or not found.
+    `seen`: the time at which the recording shows the jump, and its standard deviation, s; None if it was not looked
+    for, or not found.
     """
 
     start: float
     end: float
     whole: Recording
-    seen: float | None = None
+    seen: tuple[float, float] | None = None
 
 
 def number_at(scenario: Scenario, path: str) -> float:
@@ -95,6 +96,13 @@ def _own_times(scenario: Scenario, times: FloatArray) -> tuple[FloatArray, int]:
     own = times - zero_of(scenario)
     begun = int(np.searchsorted(own, 0.0))
     return own[begun:], begun
+
+
+def jumps_of(scenario: Scenario, times: FloatArray) -> FloatArray:
+    """Return by how much the deck's acceleration falls if the wheel leaves it at some times, m/s²: (N0 - N)/M."""
+    own, begun = _own_times(scenario, times)
+    force = np.concatenate([np.full(begun, np.nan), motion_at(scenario, own).force])
+    return np.asarray((float(scenario.vehicle.weight) - force) / float(scenario.track.mass))
 
 
 def slopes_of(scenario: Scenario, paths: tuple[str, ...], times: FloatArray) -> FloatArray | None:
@@ -181,8 +189,8 @@ class FitProblem:
         self._residuals: tuple[FloatArray, FloatArray, NDArray[np.bool_]] | None = None  # third: which count
         self._slopes: tuple[FloatArray, FloatArray] | None = None
 
-    def with_exit(self, seen: float | None) -> FitProblem:
-        """Return the same problem with the time, s after the trigger, at which the wheel is seen to leave the deck."""
+    def with_exit(self, seen: tuple[float, float] | None) -> FitProblem:
+        """Return the same problem with the time at which the wheel is seen to leave the deck, and its deviation, s."""
         priors, exit = dict(zip(self.paths, self.priors, strict=True)), self.exit
         known = None if exit is None else exit._replace(seen=seen)
         return FitProblem(self.recording, self.sensor, self.noise, self.start, priors, self.scale, known)
@@ -226,7 +234,7 @@ class FitProblem:
             return np.empty(0)
         begin = max(first - int(FORGOTTEN * self.recording.rate / (self.sensor.cutoff or np.inf)), 0)
         times = self.times[begin:count]
-        found = values_of(self._model_until(model, count), times)
+        found = values_of(self.model_until(model, count), times)
         return None if found is None else drifted(filtered(found, self.sensor), times, self.sensor)[first - begin :]
 
     def residuals(self, at: FloatArray, count: int) -> FloatArray | None:
@@ -250,7 +258,7 @@ class FitProblem:
             return None
         assert self._residuals is not None
         if self._slopes is None or _is_outdated(*self._slopes, at, count):
-            found = slopes_of(self._model_until(self.model_at(at), count), self.paths, self.times[:count])
+            found = slopes_of(self.model_until(self.model_at(at), count), self.paths, self.times[:count])
             if found is None:
                 return None
             per = np.where(self.linear, self.widths, self.parameter_values(at))
@@ -264,7 +272,8 @@ class FitProblem:
         except (InputError, ValueError):
             return None
 
-    def _model_until(self, model: Scenario, count: int) -> Scenario:
+    def model_until(self, model: Scenario, count: int) -> Scenario:
+        """Return a model that ends with the first `count` samples."""
         end = float(self.times[count - 1]) - zero_of(model)
         return model.replaced({"duration": max(end, 0.0) + 0.5 / self.recording.rate})
 
@@ -287,12 +296,12 @@ class FitProblem:
                 slopes.append(0.0)
         if self.exit is None or self.exit.seen is None:
             return np.array(out), np.diag(slopes)
-        late, slope = self._exit_residual(at, self.exit.seen)
+        late, slope = self._exit_residual(at, *self.exit.seen)
         return np.append(out, late), np.vstack([np.diag(slopes), slope])
 
-    def _exit_residual(self, at: FloatArray, seen: float) -> tuple[float, FloatArray]:
-        """Return by how many samples the model leaves the deck late, and the derivatives."""
-        model, rate = self.model_at(at), self.recording.rate
+    def _exit_residual(self, at: FloatArray, seen: float, deviation: float) -> tuple[float, FloatArray]:
+        """Return by how many standard deviations the model leaves the deck late, and the derivatives."""
+        model = self.model_at(at)
         ends = {"track.start": float(model.track.start), "track.length": float(model.track.length)}
         speed, place, slope = float(model.speed), sum(ends.values()), np.zeros(len(self.paths))
         for i, path in enumerate(self.paths):
@@ -302,7 +311,7 @@ class FitProblem:
                 slope[i] = -place / speed
             elif path in ends:
                 slope[i] = ends[path] / speed
-        return rate * (zero_of(model) + place / speed - seen), rate * slope
+        return (zero_of(model) + place / speed - seen) / deviation, slope / deviation
 
     def weighted_residuals(self, at: FloatArray, count: int, noise: float) -> FloatArray | None:
         """Return all residuals over their standard deviations: those of the samples, then those of the priors."""
