@@ -174,6 +174,7 @@ def test_speeds_that_vary_or_have_no_unit_are_noted(tmp_path):
     refused(heavy, "speed", "a column in 'kg'")
     standing = text(tmp_path / "d.csv", (TIMES, SAMPLES, 0.0 * varying), "t [s],a [g],speed [m/s]")
     refused(standing, "speed")
+    assert read_recording(standing, speed="80 km/h").speed == pytest.approx(80 / 3.6)
 
 
 def test_decimal_commas_stand_between_semicolons(tmp_path):

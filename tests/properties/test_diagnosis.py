@@ -303,7 +303,7 @@ def test_no_parameters_are_given_of_a_model_that_does_not_explain_the_recording(
     wt.plot(finding)
 
 
-def test_nor_of_one_that_is_near_it():
+def test_no_parameters_are_given_of_a_model_that_nearly_explains_the_recording():
     (recording,) = wt.synthesise(SHORT, seed=1)
     ripple = 0.1 * np.sin(2.0 * np.pi * 37.0 * recording.times)
     disturbed = replace(recording, samples=recording.samples + ripple)

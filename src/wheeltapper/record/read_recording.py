@@ -125,7 +125,7 @@ def _checked_recording(
     clipped, ends = (_placed_values(marked, grid, False), ()) if marked is not None else clipped_samples(samples, kind)
     written = [str(note) for note in _list_or_empty(facts.get("notes"))]
     written += [f"not understood in the file: {text}" for text in facts.get("words", ())]
-    told, told_notes = speed_column(table)
+    told, told_notes = speed_column(table) if speed is None else (None, ())
     pace, pace_notes = _speed_and_note(facts.get("speed", told), speed)
     notes = (*written, *unit_notes, *grid.notes, *found, *ends, *size_notes(samples, kind), *told_notes, *pace_notes)
     truth = facts.get("truth", {})
