@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache, partial
-from math import sqrt
+from itertools import chain
+from math import ceil, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.diagnosis.case import EXPLAINED, LEFT_OUT, Case, Stretch, is_well_explained
+from wheeltapper.diagnosis.case import EXPLAINED, LEFT_OUT, SURE, Case, Stretch, is_well_explained
 from wheeltapper.diagnosis.faults.base import DAMPING, MASS, Fault
 from wheeltapper.diagnosis.faults.flat import Flat, flat_starts, same_edge_starts
 from wheeltapper.diagnosis.inference.fitting import (
@@ -22,6 +23,7 @@ from wheeltapper.diagnosis.inference.fitting import (
 )
 from wheeltapper.diagnosis.inference.identify import priors_of
 from wheeltapper.diagnosis.inference.search import NEAR, departs_at, near, ranked
+from wheeltapper.diagnosis.inference.timing import zero_of
 from wheeltapper.lower.fields import Fields
 
 SPEEDS = 0.05
@@ -44,6 +46,8 @@ less than this, it has explained little: other families of faults than flats are
 but nothing explains the whole recording, a note says for how long."""
 LONGEST = 2
 """Number of fits, those that explain longest, after which a stretch is left out to see what follows."""
+APART = 0.15
+"""Contact periods between the onsets of models at neighbouring speeds, where nothing has determined the speed."""
 PATIENTLY, NEAREST = 3, 4
 """Of a fault that is fitted alone, number of starts that are fitted again with patience, after hasty fits of all. Of
 faults that are ranked together, number of the nearest starts that are fitted, besides the nearest of each."""
@@ -97,7 +101,8 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
         while longest is not None and longest is not before and len(models) == 1 and not _is_clear(longest[1]):
             flat, fit = before = longest
             since = fit.held if np.isfinite(fit.held) else struck
-            others = ((flat, start) for start in same_edge_starts(healthy, fit.scenario, flat, since))
+            begun = chain(_at_other_speeds(case, fit, since), same_edge_starts(healthy, fit.scenario, flat, since))
+            others = ((flat, start) for start in begun)
             longest = _first_explaining(case, others, since, False, longest)
         if is_well_explained(case.best_fit):
             break
@@ -126,6 +131,30 @@ def _first_explaining(
         if _is_clear(found):
             break
     return longest
+
+
+def _at_other_speeds(case: Case, fit: Fit, since: float) -> Iterator[Scenario]:
+    """Yield models with the fit's flat, which struck when it did, at other speeds, the nearest to what follows first.
+
+    A flat that strikes before the site's irregularity is reached hardly determines the speed, and so not either when
+    that irregularity is reached.
+    """
+    if not case.moves_too_early:
+        return
+    begun, flat = fit.scenario, fit.scenario.irregularities[-1]
+    speed, place = float(begun.speed), f"irregularity.{len(begun.irregularities) - 1}.position"
+    own = case.begins - zero_of(begun)
+    share = SURE * case.site.uncertainty.get("speed", 0.0)
+    many = ceil(share * own / (APART * case.scale.period))
+    stated = float(case.passage.speed)
+    turn = 2.0 * pi * begun.vehicle.radius
+    speeds = stated * (1.0 + np.linspace(-share, share, 2 * many + 1))
+    tried = [
+        begun.replaced({"speed": other, place: (float(flat.position) + (other - speed) * own) % turn})
+        for other in speeds.tolist()
+    ]
+    spans = (since + periods * case.scale.period for periods in (-FIRST[-1], WINDOWS[0]))
+    yield from ranked(case.fit_problem(case.passage, {}), tried, *spans)[:NEAREST]
 
 
 def _is_clear(fit: Fit) -> bool:
@@ -204,8 +233,14 @@ def throughout(case: Case) -> list[Throughout]:
 
 
 def _own_starts(case: Case, fault: Fault) -> tuple[list[tuple[Fault, Scenario]], int]:
-    problem = case.fit_problem(case.passage, priors_of(case.stated))
-    return [(fault, start) for start in fault.starts(problem, case.begins)], 0
+    """Return what the fault finds from the plain fit if that explains the recording nearly, or from the passage."""
+    plain, healthy = case.fits["plain"], (MASS, DAMPING)
+    stated = {path: float(Fields(case.passage)(path)) for path in healthy}
+    if np.isfinite(plain.held):
+        problem = case.fit_problem(case.passage, priors_of(case.stated))
+    else:
+        problem = case.fit_problem(plain.scenario, priors_of(case.stated, healthy))
+    return [(fault, start.replaced(stated)) for start in fault.starts(problem, case.begins)], 0
 
 
 def _ranked_starts(case: Case, faults: list[Fault]) -> tuple[list[tuple[Fault, Scenario]], int]:

@@ -129,17 +129,17 @@ class Case:
     def _uncertain_exit(self, known: bool) -> Exit | None:
         """Return the stretch in which the wheel leaves the deck; None if it does not in the recording.
 
-        `known`: the onset has determined how time zero follows from the speed.
+        `known`: the onset, which is found to a sample, has determined how time zero follows from the speed.
         """
         track, speed, trigger = self.passage.track, float(self.passage.speed), self.site.trigger
-        if track.start is None or track.length is None or trigger == 0.0:
+        if track.start is None or track.length is None or (trigger == 0.0 and not known):
             return None
         trigger, share = np.inf if trigger is None else trigger, self.site.uncertainty.get("speed", 0.0)
         way = (float(track.start) + float(track.length)) / speed
         time = zero_of(self.passage) + way
         if known:
             share *= 1.0 if np.isinf(trigger) else trigger / float(np.hypot(share * self.begins, trigger))
-            spread = share * abs(time - self.begins)
+            spread = float(np.hypot(share * abs(time - self.begins), time / self.begins / self.whole.rate))
         else:
             spread = float(np.hypot(share * way, trigger))
         half = max(min(SURE * spread, 0.5 * LEFT_OUT * self.whole.duration), SURE / self.whole.rate)

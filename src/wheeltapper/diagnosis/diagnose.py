@@ -154,9 +154,8 @@ def _attempts_in_order(case: Case) -> tuple[Callable[[Case], None], ...]:
         return *hasty, *patient, flats
     if case.fits["plain"].held < case.after(LASTING) and not (strike and strike.sure):
         return *hasty, _try_plain_elsewhere, flats, *patient, try_flats_again
-    each = zip(groups, hasty, patient, strict=True)
-    turns = [fit for group, first, again in each for fit in ((first,) if group.alone else (first, again))]
-    return flats, *turns, try_flats_again
+    again = (fit for group, fit in zip(groups, patient, strict=True) if not group.alone)
+    return flats, *hasty, *again, try_flats_again
 
 
 def _has_wheel(recording: Recording, noise: float) -> bool:

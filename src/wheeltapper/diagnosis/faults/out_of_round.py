@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.faults.base import Fault, with_item
-from wheeltapper.diagnosis.inference.fitting import rms
+from wheeltapper.diagnosis.inference.fitting import keeps_step, rms
 from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
 from wheeltapper.diagnosis.inference.search import near, ranked
 from wheeltapper.diagnosis.inference.timing import TIME_ZERO, zero_of
@@ -30,8 +30,17 @@ WAVES, PHASES = 8, 12
 are tried."""
 SURE = 3.0
 """Largest deviation of the speed from the stated one that is plausible, in standard deviations."""
-COMPARED = 4.0
-"""Waves after the onset in which models with these are compared with the recording."""
+AVERAGED = 2.0
+"""Contact periods over which the difference between model and recording is averaged where the contact's own frequency
+is not to count."""
+CONSTANT, FREQUENCIES, RINGING = "contact.constant", 15, 7.2
+"""Field on which that frequency depends, number of its values that are tried, and contact periods after the onset in
+which models with these are compared with the recording: five impacts at the example's site."""
+SEEN = 12.0
+"""Smallest square of an order's spectrum over its mean in noise alone; it is exceeded once in 5000 recordings by one of
+the orders, exp(-SEEN) each."""
+NEAREST = 4
+"""Number of pairs of amplitude and phase that are fitted."""
 AMPLITUDES = (0.1, 0.2, 0.4, 0.55, 0.75, 1.0)
 """Amplitudes that are tried, over the height of the site's irregularity."""
 WEIGHED, HARMONICS = 3, 6
@@ -59,10 +68,15 @@ class OutOfRoundWheel(Fault):
 
     def starts(self, problem: FitProblem, begins: float) -> list[Scenario]:
         """Return passages with harmonics of several orders."""
-        bump = zero_of(problem.start) + _first_place(problem.start) / float(problem.start.speed)
-        if bump - begins < WAVES * _wave_time(problem.start, ORDERS[-1]):
+        model = problem.start
+        entry, bump = (
+            zero_of(model) + place / float(model.speed)
+            for place in (float(model.track.start or 0.0), _first_place(model))
+        )
+        since = min(begins, max(entry, 0.0))
+        if bump - since < WAVES * _wave_time(model, ORDERS[-1]):
             return [*harmonic_starts(problem, begins)]
-        return [*_bouncing_starts(problem, begins, bump), *harmonic_starts(problem, begins)]
+        return [*_starts_before(problem, begins, since, bump), *harmonic_starts(problem, begins)]
 
 
 def _wave_time(passage: Scenario, order: int) -> float:
@@ -93,23 +107,39 @@ def _entering(problem: FitProblem, begins: float) -> Scenario:
     return model.replaced({"speed": way / (begins - zero)} | ({TIME_ZERO: zero} if trigger else {}))
 
 
-def _bouncing_starts(problem: FitProblem, begins: float, bump: float) -> list[Scenario]:
-    """Return models of a wheel that bounces before it comes to the site's irregularity, the nearest first.
+def _starts_before(problem: FitProblem, begins: float, since: float, bump: float) -> list[Scenario]:
+    """Return models of a wheel that the recording shows before the site's irregularity acts, the nearest first.
 
     A wheel that comes bouncing onto the deck may lose contact, so that nothing is linear in its amplitude. The spectrum
-    of the recording before the irregularity shows the order; amplitude and phase come from a grid.
+    of the recording before the irregularity shows the order, unless it shows noise only; amplitude and phase come from
+    a grid. They are compared without what rings at the contact's frequency, because that frequency is uncertain: it
+    comes from a second grid.
     """
-    first, last = np.searchsorted(problem.times, [begins, bump]).tolist()
+    first, last = np.searchsorted(problem.times, [since, bump]).tolist()
     times, samples, model = problem.times[first:last], problem.samples[first:last], _entering(problem, begins)
-    weight = samples * np.hanning(len(samples))
-    power = {n: abs(np.exp(-2j * pi / _wave_time(model, n) * times) @ weight) for n in ORDERS}
+    weight = np.hanning(len(samples))
+    power = {n: abs(np.exp(-2j * pi / _wave_time(model, n) * times) @ (weight * samples)) for n in ORDERS}
     order = max(power, key=power.__getitem__)
-    high, end = max(problem.scale.height, SMALL), min(bump, begins + COMPARED * _wave_time(model, order))
-    nearest = []
-    for share in AMPLITUDES:
-        tried = [out_of_round(model, share * high, order // 2 + phase / PHASES, order) for phase in range(PHASES)]
-        nearest += ranked(problem, tried, begins, end)[:1]
-    return ranked(problem, nearest, begins, end)
+    if power[order] ** 2 < SEEN * problem.noise**2 * float(weight @ weight):
+        return []
+    high = max(problem.scale.height, SMALL)
+    tried = [
+        out_of_round(model, share * high, order // 2 + phase / PHASES, order)
+        for share in AMPLITUDES
+        for phase in range(PHASES)
+    ]
+    nearest = ranked(problem, tried, since, bump, over=AVERAGED * problem.scale.period)[:NEAREST]
+    end = begins + RINGING * problem.scale.period
+    return [ranked(problem, _at_frequencies(problem, start), begins, end)[0] for start in nearest]
+
+
+def _at_frequencies(problem: FitProblem, start: Scenario) -> list[Scenario]:
+    """Return models whose contact is softer or stiffer, as far as that is plausible; the frequency is as C^(1/3)."""
+    prior = dict(zip(problem.paths, problem.priors, strict=True)).get(CONSTANT)
+    if prior is None or prior.is_flat:
+        return [start]
+    factors = 1.0 + SURE * prior.deviation * np.linspace(-1.0, 1.0, FREQUENCIES)
+    return [start.replaced({CONSTANT: prior.centre * factor}) for factor in factors.tolist() if factor > 0.0]
 
 
 def out_of_round(passage: Scenario, amplitude: float, place: float, order: int = ORDER) -> Scenario:
@@ -121,10 +151,14 @@ def out_of_round(passage: Scenario, amplitude: float, place: float, order: int =
 def harmonic_starts(problem: FitProblem, begins: float) -> Iterator[Scenario]:
     """Yield models of a wheel out of round in the order of what they explain to first order, the best first.
 
-    `problem` is that of the healthy wheelset. Neighbouring orders hardly differ at the beginning of a recording.
-    Therefore only every second order is tried, and then the neighbours of the best ones.
+    `problem` is that of the healthy wheelset. The whole recording is used if its model is similar to it all along, and
+    otherwise the beginning. Neighbouring orders hardly differ there. Therefore only every second order is tried, and
+    then the neighbours of the best ones.
     """
-    at, count = near(problem, begins)
+    if keeps_step(problem, begins):
+        at, count = np.zeros(len(problem.paths)), len(problem.times)
+    else:
+        at, count = near(problem, begins)
     found = problem.residuals(at, count)
     if found is None:
         return

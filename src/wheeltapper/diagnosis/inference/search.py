@@ -32,20 +32,29 @@ def departs_at(problem: FitProblem, model: Scenario, since: float) -> float:
     return float(times[first]) if first < len(times) else np.nan
 
 
-def misfit(problem: FitProblem, model: Scenario, start: float, end: float) -> float:
-    """Return the mean squared difference between a model and the recording between two times."""
+def misfit(problem: FitProblem, model: Scenario, start: float, end: float, over: float = 0.0) -> float:
+    """Return the mean squared difference between a model and the recording between two times.
+
+    With `over` the difference is averaged before it is squared, by a Hann window of this length, s.
+    """
     first, last = np.searchsorted(problem.times, [start, end]).tolist()
     last = min(max(last, first + 1), len(problem.times))
     found = problem.model_samples(model, last, first)
     if found is None:
         return np.inf
     off = (found - problem.samples[first:last])[problem.there[first:last]]
+    width = min(round(over * problem.recording.rate), len(off))
+    if width > 1:
+        window = np.hanning(width + 2)
+        off = np.convolve(off, window / window.sum(), mode="valid")
     return float((off**2).mean())
 
 
-def ranked(problem: FitProblem, models: Iterable[Scenario], start: float, end: float) -> list[Scenario]:
-    """Return the models in the order of their misfit to the recording between two times, the best first."""
-    off = {model: misfit(problem, model, start, end) for model in models}
+def ranked(
+    problem: FitProblem, models: Iterable[Scenario], start: float, end: float, over: float = 0.0
+) -> list[Scenario]:
+    """Return the models in the order of their `misfit` to the recording between two times, the best first."""
+    off = {model: misfit(problem, model, start, end, over) for model in models}
     return [model for model in sorted(off, key=lambda one: off[one]) if np.isfinite(off[model])]
 
 
