@@ -48,6 +48,8 @@ LONGEST = 2
 """Number of fits, those that explain longest, after which a stretch is left out to see what follows."""
 APART = 0.15
 """Contact periods between the onsets of models at neighbouring speeds, where nothing has determined the speed."""
+BESIDE = 2
+"""Number of models near a fit that explains the recording, but leaves more than noise, from which it starts again."""
 PATIENTLY, NEAREST = 3, 4
 """Of a fault that is fitted alone, number of starts that are fitted again with patience, after hasty fits of all. Of
 faults that are ranked together, number of the nearest starts that are fitted, besides the nearest of each."""
@@ -273,11 +275,18 @@ def try_patiently(case: Case, group: Throughout) -> None:
 
 
 def _fit_starts(case: Case, starts: list[tuple[Fault, Scenario]], always: int, patient: bool) -> None:
-    """Fit faults until one explains the recording, but the first `always` of them in any case."""
+    """Fit faults until one explains the recording, but each fault of the first `always` starts in any case."""
     for number, (fault, start) in enumerate(starts):
         if number >= always and is_well_explained(case.best_fit):
             return
-        case.fit_fault(fault, start, case.after(-EARLIER if fault.part == "wheel" else 0.0), patient)
+        if is_well_explained(case.fits.get(fault.name)):
+            continue
+        begins = case.after(-EARLIER if fault.part == "wheel" else 0.0)
+        found = case.fit_fault(fault, start, begins, patient)
+        if found.reduced <= EXPLAINED and not _is_clear(found):
+            problem, end = case.fit_problem(case.passage, {}), float(case.recording.times[-1])
+            for other in ranked(problem, fault.beside(found.scenario), case.begins, end)[:BESIDE]:
+                case.fit_fault(fault, other, begins, patient=False)
 
 
 def unexplained_stretches(case: Case) -> list[tuple[str, Stretch]]:

@@ -37,6 +37,9 @@ SURE = 3.0
 """Largest deviation of the speed from the stated one, and of time zero from the trigger, that is considered plausible,
 in standard deviations. The onset determines the two only if these deviations move the onset by at least this many
 samples."""
+QUIET = 2.0
+"""Contact periods after its entry within which a wheel that is out of round moves the deck: it comes onto it with a
+force that differs from the static one."""
 LEFT_OUT = 0.05
 """Largest share of the recording that is left out where the wheel leaves the deck at an uncertain time, or where no
 model explains it."""
@@ -104,6 +107,14 @@ class Case:
         count = int(np.searchsorted(self.recording.times, self.begins)) + 1
         found = self.fit_problem(fastest, {}).model_samples(fastest, count)
         return found is not None and bool(np.abs(found).max() < EARLY * self.noise)
+
+    @cached_property
+    def strikes_on_deck(self) -> bool:
+        """True if the deck begins to move only some time after the wheel has rolled onto it."""
+        stated, trigger = self.stated.passage, self.site.trigger or 0.0
+        slowest = float(stated.speed) * (1.0 - min(SURE * self.site.uncertainty.get("speed", 0.0), 0.5))
+        entry = float(stated.track.start or 0.0) / slowest + SURE * trigger
+        return bool(self.begins > entry + QUIET * self.scale.period)
 
     def _passage_with_onset(self) -> tuple[Scenario, bool]:
         """Return the stated passage whose irregularity moves the deck at the onset, if that is more precise; whether.

@@ -151,6 +151,14 @@ class Fault:
         """
         raise NotImplementedError
 
+    def beside(self, found: Scenario) -> list[Scenario]:
+        """Return passages from which a fit may come to a better minimum near the one that it has found."""
+        return []
+
+    def unseen(self, found: Scenario) -> list[Scenario]:
+        """Return passages that differ from the one found in what a recording may not show."""
+        return []
+
     def also(self, verdict: str, estimate: Estimate) -> bool:
         """Return True if a recording with this verdict does not exclude this fault either, whatever the fits say."""
         return False

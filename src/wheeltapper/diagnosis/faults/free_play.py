@@ -26,6 +26,9 @@ FREE, LONG = 0.01, 5.4
 site, for which a wheelset without a damper must explain the recording before stops are looked for in its motion."""
 REACHED, BEYOND = (0.1, 0.25, 0.4, 0.55, 0.7, 0.8, 0.9, 0.97, 0.99), 1.5
 """Distances of the stops that are tried, over the largest displacement of that wheelset: within reach and beyond it."""
+NEARER, AWAY = (1.2, 1.45, 1.75), 2.0
+"""Factors on the distance of one stop from which a fit starts again, and a factor beyond which no other prior distance
+is likely."""
 LATER = 3.0
 """Contact periods behind that part of the recording in which models with stops are still compared with it."""
 NOTHING = 3.0
@@ -78,6 +81,21 @@ class FreePlay(Fault):
         models = ([self._stopped(fit.scenario, a * up, b * down) for a, b in side] for side in sides)
         until += LATER * problem.scale.period
         return [near for side in models for near in ranked(free, side, begins, until)[:1]]
+
+    def beside(self, found: Scenario) -> list[Scenario]:
+        """Return passages with one stop further away, or nearer: a fit may end where it just comes into reach."""
+        return self._moved(found, (*NEARER, *(1.0 / factor for factor in NEARER)))
+
+    def unseen(self, found: Scenario) -> list[Scenario]:
+        """Return passages with one stop out of reach."""
+        return self._moved(found, (AWAY,))
+
+    def _moved(self, found: Scenario, factors: tuple[float, ...]) -> list[Scenario]:
+        """Return passages with one stop at some times its distance."""
+        half, start = float(found.vehicle.damper_play), float(found.vehicle.damper_play_start)
+        up, down = half * (1.0 - start), half * (1.0 + start)
+        pairs = [pair for factor in factors for pair in ((factor * up, down), (up, factor * down))]
+        return [self._stopped(found, *pair) for pair in pairs]
 
     def _stopped(self, passage: Scenario, up: float, down: float) -> Scenario:
         """Return a passage whose damper's end is so far below the upper and above the lower stop at the start, m."""
