@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.diagnosis.case import EXPLAINED, LEFT_OUT, SURE, Case, Stretch, is_well_explained
+from wheeltapper.diagnosis.case import EXPLAINED, LEFT_OUT, SURE, Case, Stretch
 from wheeltapper.diagnosis.faults.base import DAMPING, MASS, Fault
 from wheeltapper.diagnosis.faults.flat import Flat, flat_starts, same_edge_starts
 from wheeltapper.diagnosis.inference.fitting import (
@@ -36,10 +36,8 @@ until one of these fits succeeds."""
 EARLIER = 1.44
 """Contact periods from the start of the fit windows to the strike of a wheel's fault. The shortest window then ends
 half a period after the strike: it holds the impact of the strike and nothing that follows from it."""
-CLEARLY, SHORTER = 4.0, 0.25
-"""A fit is clear if χ² per degree of freedom exceeds one by at most CLEARLY standard deviations of that ratio, which is
-√(2/degrees of freedom) for normal noise. If a healthy fit up to a strike is not clear, the time from the onset to its
-end is multiplied by SHORTER."""
+SHORTER = 0.25
+"""If a healthy fit up to a strike is not clear, the time from the onset to its end is multiplied by SHORTER."""
 LASTING = 5.4
 """Contact periods after the onset: three impacts at the example's site. If the fit of mass, damping and load explains
 less than this, it has explained little: other families of faults than flats are then tried first. If it explains more,
@@ -49,7 +47,8 @@ LONGEST = 2
 APART = 0.15
 """Contact periods between the onsets of models at neighbouring speeds, where nothing has determined the speed."""
 BESIDE = 2
-"""Number of models near a fit that explains the recording, but leaves more than noise, from which it starts again."""
+"""Number of models near a fit from which it starts again, if it explains the recording but leaves a standard deviation
+more than noise."""
 PATIENTLY, NEAREST = 3, 4
 """Of a fault that is fitted alone, number of starts that are fitted again with patience, after hasty fits of all. Of
 faults that are ranked together, number of the nearest starts that are fitted, besides the nearest of each."""
@@ -100,13 +99,13 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
         patient = struck < case.after(LASTING) and not round_  # what comes before hardly determines speed
         starts = flat_starts(healthy, models, struck, flats, round_)
         longest, before = _first_explaining(case, starts, struck, patient), None
-        while longest is not None and longest is not before and len(models) == 1 and not _is_clear(longest[1]):
+        while longest is not None and longest is not before and len(models) == 1 and not case.is_clear(longest[1]):
             flat, fit = before = longest
             since = fit.held if np.isfinite(fit.held) else struck
             begun = chain(_at_other_speeds(case, fit, since), same_edge_starts(healthy, fit.scenario, flat, since))
             others = ((flat, start) for start in begun)
             longest = _first_explaining(case, others, since, False, longest)
-        if is_well_explained(case.best_fit):
+        if case.is_clear(case.best_fit):
             break
     for flat in flats:
         if flat.name in case.fits and case.fits[flat.name].reduced <= EXPLAINED:
@@ -130,7 +129,7 @@ def _first_explaining(
         found = case.fit_fault(flat, start, struck - EARLIER * case.scale.period, patient)
         if longest is None or (found.held, -found.reduced) > (longest[1].held, -longest[1].reduced):
             longest = flat, found
-        if _is_clear(found):
+        if case.is_clear(found):
             break
     return longest
 
@@ -157,11 +156,6 @@ def _at_other_speeds(case: Case, fit: Fit, since: float) -> Iterator[Scenario]:
     ]
     spans = (since + periods * case.scale.period for periods in (-FIRST[-1], WINDOWS[0]))
     yield from ranked(case.fit_problem(case.passage, {}), tried, *spans)[:NEAREST]
-
-
-def _is_clear(fit: Fit) -> bool:
-    """Return True if a fit leaves no more than the stated noise; a neighbouring minimum would leave more."""
-    return fit.reduced <= 1.0 + CLEARLY * sqrt(2.0 / max(fit.freedom, 1))
 
 
 def strike_at_onset(case: Case) -> Strike:
@@ -197,7 +191,7 @@ def _up_to(case: Case, start: Scenario, end: float) -> tuple[Scenario | None, fl
         if np.isfinite(whole.held):
             return None, end
         earlier = case.begins + SHORTER * (end - case.begins)
-        if _is_clear(whole) or earlier < case.after(WINDOWS[0]):
+        if case.is_clear(whole) or earlier < case.after(WINDOWS[0]):
             return whole.scenario, end
         end = earlier
 
@@ -225,13 +219,16 @@ class Throughout(NamedTuple):
 
 
 def throughout(case: Case) -> list[Throughout]:
-    """Return the faults that act throughout, those that are ranked together first."""
+    """Return the faults that act throughout: those that the recording shows, those that are ranked together, others."""
     acting = [fault for fault in case.faults.values() if fault.acts == "throughout"]
     if case.moves_too_early:  # the wheel itself is the cause
         acting = [fault for fault in acting if fault.part == "wheel"]
     together = [fault for fault in acting if not fault.alone]
     groups = [Throughout(together, cache(partial(_ranked_starts, case, together)))] if together else []
-    return groups + [Throughout([one], cache(partial(_own_starts, case, one))) for one in acting if one.alone]
+    alone = [Throughout([one], cache(partial(_own_starts, case, one))) for one in acting if one.alone]
+    problem = case.fit_problem(case.passage, {})
+    seen = [group for group in alone if group.faults[0].seen(problem, case.begins)]
+    return [*seen, *groups, *(group for group in alone if group not in seen)]
 
 
 def _own_starts(case: Case, fault: Fault) -> tuple[list[tuple[Fault, Scenario]], int]:
@@ -277,13 +274,13 @@ def try_patiently(case: Case, group: Throughout) -> None:
 def _fit_starts(case: Case, starts: list[tuple[Fault, Scenario]], always: int, patient: bool) -> None:
     """Fit faults until one explains the recording, but each fault of the first `always` starts in any case."""
     for number, (fault, start) in enumerate(starts):
-        if number >= always and is_well_explained(case.best_fit):
+        if number >= always and case.is_clear(case.best_fit):
             return
-        if is_well_explained(case.fits.get(fault.name)):
+        if case.is_clear(case.fits.get(fault.name)):
             continue
         begins = case.after(-EARLIER if fault.part == "wheel" else 0.0)
         found = case.fit_fault(fault, start, begins, patient)
-        if found.reduced <= EXPLAINED and not _is_clear(found):
+        if 1.0 + sqrt(2.0 / max(found.freedom, 1)) < found.reduced <= EXPLAINED:
             problem, end = case.fit_problem(case.passage, {}), float(case.recording.times[-1])
             for other in ranked(problem, fault.beside(found.scenario), case.begins, end)[:BESIDE]:
                 case.fit_fault(fault, other, begins, patient=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -27,9 +28,10 @@ from wheeltapper.record.recording import Recording
 EXPLAINED = 1.3
 """Largest χ² per degree of freedom at which a model explains a recording. If the best model has more, the verdict is
 "not explained"."""
-WELL = 1.1
-"""Largest χ² per degree of freedom at which the search for other faults ends. It is above one because the stated noise
-may be wrong by 5 % (1.05² = 1.1). At a higher limit a similar fault might be taken for the true one."""
+CLEARLY, WRONG = 4.0, 1.1
+"""A fit is clear if χ² per degree of freedom exceeds that of the recording's quiet beginning, or one if that is more,
+by at most CLEARLY standard deviations, √(2/degrees of freedom) each for normal noise. WRONG is the largest χ² of the
+beginning that counts, and the one where there is no beginning: the stated noise may be wrong by 5 % (1.05² = 1.1)."""
 EARLY = 3.0
 """Standard deviations of the noise. If the model of the fastest plausible healthy wheelset stays below this up to the
 onset, the irregularity of the site cannot have caused the onset: the wheel itself has."""
@@ -183,6 +185,17 @@ class Case:
         ratio = float(np.clip(levels[0] / levels[1], 0.5, 2.0)) if levels[1] > 0.0 else 1.0
         return passage.replaced({LOAD: max(load + (ratio - 1.0) * weight, 0.2 * load)})
 
+    @cached_property
+    def quiet(self) -> float:
+        """χ² per sample of the recording's beginning, before the onset, between one and WRONG."""
+        beginning = self.recording.samples[self.recording.times < self.begins]
+        beginning = beginning[np.isfinite(beginning)]
+        return float(np.clip(np.mean(beginning**2) / self.noise**2, 1.0, WRONG)) if len(beginning) else WRONG
+
+    def is_clear(self, fit: Fit | None) -> bool:
+        """Return True if a fit leaves no more than noise; a neighbouring minimum, or a similar fault, leaves more."""
+        return fit is not None and fit.reduced <= self.quiet * (1.0 + CLEARLY * sqrt(2.0 / max(fit.freedom, 1)))
+
     @property
     def is_explained(self) -> bool:
         """True if one of the fits explains the recording."""
@@ -232,8 +245,3 @@ def faults_of(passage: Scenario, names: Sequence[str] | None = None) -> tuple[di
         else:
             faults[name] = fault
     return faults, left_out
-
-
-def is_well_explained(fit: Fit | None) -> bool:
-    """Return True if a fit leaves hardly more than noise, so that no other fault need be fitted."""
-    return fit is not None and fit.reduced <= WELL

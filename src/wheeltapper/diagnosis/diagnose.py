@@ -31,7 +31,7 @@ from wheeltapper.diagnosis.attempts import (
     try_patiently,
     unexplained_stretches,
 )
-from wheeltapper.diagnosis.case import EXPLAINED, Case, feels_load, is_well_explained
+from wheeltapper.diagnosis.case import EXPLAINED, Case, feels_load
 from wheeltapper.diagnosis.faults.base import CATALOGUE, DAMPING, LOAD, MASS, PLAIN, Fault
 from wheeltapper.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
 from wheeltapper.diagnosis.inference.fitting import (
@@ -128,9 +128,9 @@ def _fit_families(case: Case) -> None:
     """Fit one family of models after the other until one explains the recording."""
     _try_plain(case)
     for attempt in _attempts_in_order(case):
-        if not is_well_explained(case.best_fit) and not case.struck:
+        if not case.is_clear(case.best_fit) and not case.struck:
             attempt(case)
-    if case.is_explained and not is_well_explained(case.fits["plain"]):
+    if case.is_explained and not case.is_clear(case.fits["plain"]):
         _try_plain_again(case)
 
 
@@ -156,7 +156,7 @@ def _attempts_in_order(case: Case) -> tuple[Callable[[Case], None], ...]:
     patience. If they explain much, faults that find their starts themselves get no patience: their best starts are
     clear then. A wheel that moves the deck too early, but only after it has rolled on it, has struck.
     """
-    if is_well_explained(case.best_fit):
+    if case.is_clear(case.best_fit):
         return ()
     strike = strike_at_onset(case) if case.moves_too_early else strike_of(case)
     flats, groups = partial(try_flats, strike=strike), throughout(case)

@@ -144,6 +144,10 @@ class Fault:
         """Return more passages from which fits may start, as the recording shows them; arguments as of `starts`."""
         return []
 
+    def seen(self, problem: FitProblem, begins: float) -> bool:
+        """Return True if the recording shows a fault that is `alone`, which is then tried first; as for `starts`."""
+        return False
+
     def starts(self, problem: FitProblem, begins: float) -> list[Scenario]:
         """Return the passages from which the fits of a fault that is `alone` start, the most likely first.
 

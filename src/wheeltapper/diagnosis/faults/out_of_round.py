@@ -66,17 +66,14 @@ class OutOfRoundWheel(Fault):
         half = pi * passage.vehicle.radius
         return {f"{own}.amplitudes.0": Prior(1e-4, 1.0, "lognormal"), f"{own}.position": Prior(half, half, "uniform")}
 
+    def seen(self, problem: FitProblem, begins: float) -> bool:
+        """Return True if the recording shows a harmonic before its onset, below the noise of its samples."""
+        since, bump = _free_of_bump(problem.start, begins)
+        return _order_in(problem, problem.start, since, min(bump, begins)) is not None
+
     def starts(self, problem: FitProblem, begins: float) -> list[Scenario]:
         """Return passages with harmonics of several orders."""
-        model = problem.start
-        entry, bump = (
-            zero_of(model) + place / float(model.speed)
-            for place in (float(model.track.start or 0.0), _first_place(model))
-        )
-        since = min(begins, max(entry, 0.0))
-        if bump - since < WAVES * _wave_time(model, ORDERS[-1]):
-            return [*harmonic_starts(problem, begins)]
-        return [*_starts_before(problem, begins, since, bump), *harmonic_starts(problem, begins)]
+        return [*_starts_before(problem, begins), *harmonic_starts(problem, begins)]
 
 
 def _wave_time(passage: Scenario, order: int) -> float:
@@ -107,20 +104,34 @@ def _entering(problem: FitProblem, begins: float) -> Scenario:
     return model.replaced({"speed": way / (begins - zero)} | ({TIME_ZERO: zero} if trigger else {}))
 
 
-def _starts_before(problem: FitProblem, begins: float, since: float, bump: float) -> list[Scenario]:
+def _free_of_bump(model: Scenario, begins: float) -> tuple[float, float]:
+    """Return from when on the deck carries the wheel, or moves, and when the site's irregularity begins to act, s."""
+    places = float(model.track.start or 0.0), _first_place(model)
+    entry, bump = (zero_of(model) + place / float(model.speed) for place in places)
+    return min(begins, max(entry, 0.0)), bump
+
+
+def _order_in(problem: FitProblem, model: Scenario, since: float, until: float) -> int | None:
+    """Return the order that a part of the recording shows; None if it shows only noise, or is too short."""
+    if until - since < WAVES * _wave_time(model, ORDERS[-1]):
+        return None
+    first, last = np.searchsorted(problem.times, [since, until]).tolist()
+    times, samples, weight = problem.times[first:last], problem.samples[first:last], np.hanning(last - first)
+    power = {n: abs(np.exp(-2j * pi / _wave_time(model, n) * times) @ (weight * samples)) for n in ORDERS}
+    order = max(power, key=power.__getitem__)
+    return order if power[order] ** 2 > SEEN * problem.noise**2 * float(weight @ weight) else None
+
+
+def _starts_before(problem: FitProblem, begins: float) -> list[Scenario]:
     """Return models of a wheel that the recording shows before the site's irregularity acts, the nearest first.
 
     A wheel that comes bouncing onto the deck may lose contact, so that nothing is linear in its amplitude. The spectrum
-    of the recording before the irregularity shows the order, unless it shows noise only; amplitude and phase come from
-    a grid. They are compared without what rings at the contact's frequency, because that frequency is uncertain: it
-    comes from a second grid.
+    shows the order; amplitude and phase come from a grid. They are compared without what rings at the contact's
+    frequency, because that frequency is uncertain: it comes from a second grid.
     """
-    first, last = np.searchsorted(problem.times, [since, bump]).tolist()
-    times, samples, model = problem.times[first:last], problem.samples[first:last], _entering(problem, begins)
-    weight = np.hanning(len(samples))
-    power = {n: abs(np.exp(-2j * pi / _wave_time(model, n) * times) @ (weight * samples)) for n in ORDERS}
-    order = max(power, key=power.__getitem__)
-    if power[order] ** 2 < SEEN * problem.noise**2 * float(weight @ weight):
+    model, (since, bump) = _entering(problem, begins), _free_of_bump(problem.start, begins)
+    order = _order_in(problem, model, since, bump)
+    if order is None:
         return []
     high = max(problem.scale.height, SMALL)
     tried = [

@@ -36,7 +36,8 @@ INFLATED = 20.0
 noise gives the priors more weight while the model is far from the recording."""
 SETTLED, NEAR = 0.05, 0.3
 """Length of the undamped step in standard deviations of the parameters, as the largest over all parameters. Below
-SETTLED a fit has converged. In a window that is not the last one a fit may end already below NEAR."""
+SETTLED a fit has converged, and also if a step leaves the sum of squares as it was: SETTLED² is what so short a step
+takes from it. In a window that is not the last one a fit may end already below NEAR."""
 STEPS, HASTY_STEPS, LAST_STEPS = 6, 4, 30
 """Largest number of steps in a window: of a patient fit, of a hasty one, and in the last window. Failed trials count,
 too; twice as many trials are allowed as steps."""
@@ -364,6 +365,7 @@ def fit_window(problem: FitProblem, at: FloatArray, count: int, noise: float, st
             bent = linear.geodesic_step(step, there, damping)
             trial, there = _trial_of(problem, at, bent / linear.size, count, noise)
         if there is not None and there @ there <= before:
+            settled = settled or bool(damping <= DAMPING and before - there @ there < SETTLED**2)
             at, residual, damping = trial, there, max(0.03 * damping, 1e-12)
             if settled or (steps < LAST_STEPS and (far < NEAR or there @ there > NEARLY * before)):
                 return at, settled

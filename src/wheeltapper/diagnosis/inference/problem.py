@@ -22,6 +22,9 @@ from wheeltapper.march import program as contract
 from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
+FARTHEST = 4.0
+"""Standard deviations of a lognormal prior beyond which a parameter is not sought. A fault's size would run to where
+nothing shows it any more, and a bush would become so stiff that its motion is slow to compute."""
 FORGOTTEN = 20.0
 """Periods of the cutoff frequency. Samples are computed from this long before the first one wanted; the initial state
 of the sensor's filter then has no effect."""
@@ -177,6 +180,8 @@ class FitProblem:
         self.first = np.array([float(Fields(start)(path)) for path in self.paths])
         self.linear = np.array([prior.kind in ("uniform", "shift") for prior in self.priors], dtype=bool)
         self.bounded = np.array([prior.kind == "uniform" for prior in self.priors], dtype=bool)
+        far = [FARTHEST * prior.deviation if prior.kind == "lognormal" else 0.0 for prior in self.priors]
+        self.reach = np.where(self.bounded, 1.0, far)
         widths = [prior.deviation if isfinite(prior.deviation) else self.scale.period for prior in self.priors]
         self.widths = np.where(self.linear, widths, 1.0)
         if np.any((self.first <= 0.0) & ~self.linear):
@@ -223,10 +228,11 @@ class FitProblem:
         return self._model[1]
 
     def within_bounds(self, at: FloatArray) -> FloatArray:
-        """Return the nearest coordinates that uniform priors allow."""
+        """Return the nearest coordinates that uniform and lognormal priors allow."""
         centre = np.array([prior.centre for prior in self.priors])
-        middle = (centre - self.first) / self.widths
-        return np.where(self.bounded, np.clip(at, middle - 1.0, middle + 1.0), at)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            middle = np.where(self.bounded, (centre - self.first) / self.widths, np.log(centre / self.first))
+        return np.where(self.reach > 0.0, np.clip(at, middle - self.reach, middle + self.reach), at)
 
     def model_samples(self, model: Scenario, count: int, first: int = 0) -> FloatArray | None:
         """Return the samples from `first` to before `count` that a model gives; None if it cannot be computed."""
