@@ -46,9 +46,9 @@ LONGEST = 2
 """Number of fits, those that explain longest, after which a stretch is left out to see what follows."""
 APART = 0.15
 """Contact periods between the onsets of models at neighbouring speeds, where nothing has determined the speed."""
-BESIDE = 2
-"""Number of models near a fit from which it starts again, if it explains the recording but leaves a standard deviation
-more than noise."""
+BESIDE, DOUBTFUL = 2, 1.5
+"""Number of models near a fit from which it starts again, if it explains the recording but leaves more than noise by
+DOUBTFUL standard deviations."""
 PATIENTLY, NEAREST = 3, 4
 """Of a fault that is fitted alone, number of starts that are fitted again with patience, after hasty fits of all. Of
 faults that are ranked together, number of the nearest starts that are fitted, besides the nearest of each."""
@@ -245,20 +245,33 @@ def _own_starts(case: Case, fault: Fault) -> tuple[list[tuple[Fault, Scenario]],
 def _ranked_starts(case: Case, faults: list[Fault]) -> tuple[list[tuple[Fault, Scenario]], int]:
     """Return faulty passages in the order of their misfit to the recording's beginning, behind those that it shows.
 
+    They are made from a fit near the beginning, and from the plain fit if that explains anything.
+
     The best one of each fault comes before all others, because the faults look similar at the beginning. It is fitted
     in any case, and so are those that the recording shows.
     """
-    healthy = (MASS, DAMPING)
+    plain, healthy = case.fits["plain"], (MASS, DAMPING)
     loose = case.fit_problem(case.passage, priors_of(case.stated, healthy))
-    at, _ = near(loose, case.begins)
-    model = loose.model_at(at).replaced({path: float(Fields(case.passage)(path)) for path in healthy})
-    kinds = {start: fault for fault in faults for start in fault.tried(model, case.scale)}
-    order = ranked(case.fit_problem(model, {}), kinds, case.begins, case.after(NEAR[-1]))
+    begun = [loose.model_at(near(loose, case.begins)[0]), *([plain.scenario] if plain.held > case.begins else [])]
+    stated = {path: float(Fields(case.passage)(path)) for path in healthy}
+    models = [model.replaced(stated) for model in begun]
+    kinds = {start: fault for model in models for fault in faults for start in fault.tried(model, case.scale)}
+    order = ranked(case.fit_problem(case.passage, {}), kinds, case.begins, case.after(NEAR[-1]))
     first = [start for i, start in enumerate(order) if kinds[start] not in {kinds[nearer] for nearer in order[:i]}]
     known = case.fit_problem(case.passage, priors_of(case.stated))
     shown = [(fault, start) for fault in faults for start in fault.shown(known, case.begins)]
     nearest = [*first, *(one for one in order[:NEAREST] if one not in first)]
     return [*shown, *((kinds[start], start) for start in nearest)], len(shown) + len(first)
+
+
+def try_mistaken(case: Case) -> None:
+    """Fit hastily what a plain fit may have been mistaken for, from the nearest start on until one is explained."""
+    found, problem = case.fits["plain"].scenario, case.fit_problem(case.passage, {})
+    for fault in case.faults.values():
+        starts = fault.mistaken(case.passage, found)
+        for start in ranked(problem, starts, case.begins, case.after(NEAR[-1])):
+            if case.fit_fault(fault, start, case.begins, patient=False).reduced <= EXPLAINED:
+                break
 
 
 def try_hastily(case: Case, group: Throughout) -> None:
@@ -280,7 +293,7 @@ def _fit_starts(case: Case, starts: list[tuple[Fault, Scenario]], always: int, p
             continue
         begins = case.after(-EARLIER if fault.part == "wheel" else 0.0)
         found = case.fit_fault(fault, start, begins, patient)
-        if 1.0 + sqrt(2.0 / max(found.freedom, 1)) < found.reduced <= EXPLAINED:
+        if 1.0 + DOUBTFUL * sqrt(2.0 / max(found.freedom, 1)) < found.reduced <= EXPLAINED:
             problem, end = case.fit_problem(case.passage, {}), float(case.recording.times[-1])
             for other in ranked(problem, fault.beside(found.scenario), case.begins, end)[:BESIDE]:
                 case.fit_fault(fault, other, begins, patient=False)

@@ -113,10 +113,16 @@ class Case:
     @cached_property
     def strikes_on_deck(self) -> bool:
         """True if the deck begins to move only some time after the wheel has rolled onto it."""
-        stated, trigger = self.stated.passage, self.site.trigger or 0.0
-        slowest = float(stated.speed) * (1.0 - min(SURE * self.site.uncertainty.get("speed", 0.0), 0.5))
-        entry = float(stated.track.start or 0.0) / slowest + SURE * trigger
-        return bool(self.begins > entry + QUIET * self.scale.period)
+        return self.begins > self._entry(-1.0) + QUIET * self.scale.period
+
+    def _entry(self, faster: float) -> float:
+        """Return when the wheel enters the deck, s after the trigger, if it is `faster` times SURE deviations faster.
+
+        An endless deck carries it from the start.
+        """
+        stated, late = self.stated.passage, SURE * (self.site.trigger or 0.0)
+        share = faster * min(SURE * self.site.uncertainty.get("speed", 0.0), 0.5)
+        return float(float(stated.track.start or 0.0) / (float(stated.speed) * (1.0 + share)) - faster * late)
 
     def _passage_with_onset(self) -> tuple[Scenario, bool]:
         """Return the stated passage whose irregularity moves the deck at the onset, if that is more precise; whether.
@@ -187,10 +193,13 @@ class Case:
 
     @cached_property
     def quiet(self) -> float:
-        """χ² per sample of the recording's beginning, before the onset, between one and WRONG."""
-        beginning = self.recording.samples[self.recording.times < self.begins]
+        """χ² per sample, at least, of the recording's beginning without a wheel on the deck, between one and WRONG."""
+        beginning = self.recording.samples[self.recording.times < min(self.begins, self._entry(1.0))]
         beginning = beginning[np.isfinite(beginning)]
-        return float(np.clip(np.mean(beginning**2) / self.noise**2, 1.0, WRONG)) if len(beginning) else WRONG
+        if not len(beginning):
+            return WRONG
+        least = np.mean(beginning**2) / self.noise**2 / (1.0 + 2.0 * sqrt(2.0 / len(beginning)))
+        return float(np.clip(least, 1.0, WRONG))
 
     def is_clear(self, fit: Fit | None) -> bool:
         """Return True if a fit leaves no more than noise; a neighbouring minimum, or a similar fault, leaves more."""

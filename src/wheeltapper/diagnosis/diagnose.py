@@ -28,6 +28,7 @@ from wheeltapper.diagnosis.attempts import (
     try_flats,
     try_flats_again,
     try_hastily,
+    try_mistaken,
     try_patiently,
     unexplained_stretches,
 )
@@ -132,6 +133,8 @@ def _fit_families(case: Case) -> None:
             attempt(case)
     if case.is_explained and not case.is_clear(case.fits["plain"]):
         _try_plain_again(case)
+    if case.is_clear(case.fits["plain"]):
+        try_mistaken(case)
 
 
 def _explained_without_stretch(case: Case) -> Case | None:
@@ -276,8 +279,10 @@ def _log_normal_density(away: FloatArray, covariance: FloatArray) -> float:
 
 def _finding_of(case: Case) -> Finding:
     each = FAULTY / len(CATALOGUE)
+    explaining = [name for name in case.evidence if case.fits.get(name, case.fits["plain"]).reduced <= EXPLAINED]
     weights = {
-        name: evidence + np.log(1.0 - FAULTY if name == HEALTHY else each) for name, evidence in case.evidence.items()
+        name: case.evidence[name] + np.log(1.0 - FAULTY if name == HEALTHY else each)
+        for name in explaining or case.evidence
     }
     top = max(weights.values())
     whole = {name: float(np.exp(weight - top)) for name, weight in weights.items()}

@@ -155,6 +155,10 @@ class Fault:
         """
         raise NotImplementedError
 
+    def mistaken(self, healthy: Scenario, found: Scenario) -> list[Scenario]:
+        """Return passages with this fault for which one may be mistaken in which only mass, damping and load differ."""
+        return []
+
     def beside(self, found: Scenario) -> list[Scenario]:
         """Return passages from which a fit may come to a better minimum near the one that it has found."""
         return []

@@ -21,9 +21,10 @@ PLAY, START = "vehicle.damper_play", "vehicle.damper_play_start"
 PLAYS, PLACES = (0.06, 0.125, 0.25, 0.5, 1.0), (0.2, 0.5, 0.8)
 """Half the free play that is tried, over the height of the site's irregularity, and positions of the end between its
 stops at the start, 0 to 1. With more play the end does not reach its stops, because the wheel moves no further."""
-FREE, LONG = 0.01, 5.4
-"""Distance of stops that are out of reach, m, and the contact periods after the onset, three impacts at the example's
-site, for which a wheelset without a damper must explain the recording before stops are looked for in its motion."""
+FREE, LONG = 120.0, 5.4
+"""Distance of stops that are out of reach, in static indentations, and the contact periods after the onset, three
+impacts at the example's site, for which a wheelset without a damper must explain the recording before stops are looked
+for in its motion."""
 REACHED, BEYOND = (0.1, 0.25, 0.4, 0.55, 0.7, 0.8, 0.9, 0.97, 0.99), 1.5
 """Distances of the stops that are tried, over the largest displacement of that wheelset: within reach and beyond it."""
 NEARER, AWAY = (1.2, 1.45, 1.75), 2.0
@@ -64,7 +65,8 @@ class FreePlay(Fault):
         The motion of such a wheelset, fitted to what it explains, tells how far away the stops can be. The nearest
         models with an upper, a lower, and both stops within reach are taken.
         """
-        free = problem.from_model(self._stopped(problem.start, FREE, FREE))
+        far = FREE * problem.scale.indentation
+        free = problem.from_model(self._stopped(problem.start, far, far))
         fit = fit_over_windows(free, begins)
         until = min(fit.held, float(problem.times[-1]))
         if until < begins + LONG * problem.scale.period:

@@ -23,8 +23,8 @@ ORDER = 12
 """Number of waves around the circumference, if none is given."""
 ORDERS = range(1, 31)
 """Orders that are tried."""
-SMALL = 1e-6
-"""Amplitude, m, at which the linear effect of an order is computed: small against an indentation."""
+SMALL = 0.01
+"""Amplitude at which the linear effect of an order is computed, over the static indentation."""
 WAVES, PHASES = 8, 12
 """Waves of the highest order before the site's irregularity from which a spectrum is taken, and number of phases that
 are tried."""
@@ -42,7 +42,7 @@ the orders, exp(-SEEN) each."""
 NEAREST = 4
 """Number of pairs of amplitude and phase that are fitted."""
 AMPLITUDES = (0.1, 0.2, 0.4, 0.55, 0.75, 1.0)
-"""Amplitudes that are tried, over the height of the site's irregularity."""
+"""Amplitudes that are tried, over the height of the site's irregularity, or over the indentation if that is more."""
 WEIGHED, HARMONICS = 3, 6
 """Number of the best orders whose neighbours are tried, too, and number of orders that are fitted."""
 
@@ -133,7 +133,7 @@ def _starts_before(problem: FitProblem, begins: float) -> list[Scenario]:
     order = _order_in(problem, model, since, bump)
     if order is None:
         return []
-    high = max(problem.scale.height, SMALL)
+    high = max(problem.scale.height, problem.scale.indentation)
     tried = [
         out_of_round(model, share * high, order // 2 + phase / PHASES, order)
         for share in AMPLITUDES
@@ -199,9 +199,10 @@ def _harmonic(problem: FitProblem, model: Scenario, order: int, count: int, heal
     """Return the sum of squares that one order leaves to first order, and the model with amplitude and phase."""
     own, radius = len(model.irregularities), float(model.vehicle.radius)
     paths = (f"irregularity.{own}.amplitudes.0", f"irregularity.{own}.position")
-    start = out_of_round(model, SMALL, order // 2 + 0.5, order)
+    small = SMALL * problem.scale.indentation
+    start = out_of_round(model, small, order // 2 + 0.5, order)
     place, half = float(start.irregularities[-1].position), pi * radius
-    unknown = {paths[0]: Prior(SMALL), paths[1]: Prior(place, half, "uniform")}
+    unknown = {paths[0]: Prior(small), paths[1]: Prior(place, half, "uniform")}
     family = FitProblem(problem.recording, problem.sensor, problem.noise, start, unknown)
     slopes = family.residual_slopes(np.zeros(2), count)
     if slopes is None or not np.all(np.isfinite(slopes)):
@@ -212,5 +213,5 @@ def _harmonic(problem: FitProblem, model: Scenario, order: int, count: int, heal
     step = np.linalg.lstsq(jacobian, -healthy.residual, rcond=None)[0]
     left = float(((healthy.residual + jacobian @ step) ** 2).sum())
     along, across = step[-2], order / radius * step[-1] * half
-    amplitude, turned = SMALL * float(np.hypot(along, across)), float(np.arctan2(across, along))
+    amplitude, turned = small * float(np.hypot(along, across)), float(np.arctan2(across, along))
     return left, start.replaced({paths[0]: amplitude, paths[1]: place + turned * radius / order})

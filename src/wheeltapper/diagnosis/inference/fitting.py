@@ -36,8 +36,7 @@ INFLATED = 20.0
 noise gives the priors more weight while the model is far from the recording."""
 SETTLED, NEAR = 0.05, 0.3
 """Length of the undamped step in standard deviations of the parameters, as the largest over all parameters. Below
-SETTLED a fit has converged, and also if a step leaves the sum of squares as it was: SETTLED² is what so short a step
-takes from it. In a window that is not the last one a fit may end already below NEAR."""
+SETTLED a fit has converged. In a window that is not the last one a fit may end already below NEAR."""
 STEPS, HASTY_STEPS, LAST_STEPS = 6, 4, 30
 """Largest number of steps in a window: of a patient fit, of a hasty one, and in the last window. Failed trials count,
 too; twice as many trials are allowed as steps."""
@@ -47,6 +46,9 @@ of 1.65 at once."""
 DAMPING = 1e-5
 """Levenberg–Marquardt damping of the first step in a window, for a Jacobian whose columns have the length one. It falls
 by a factor of 0.03 after a success and grows by 30 after a failure."""
+IDLE, WORTH = 6, 0.1
+"""A fit ends if the sum of squares has not fallen by WORTH in IDLE trials, while the damping grew by 30 each time: the
+derivatives are wrong there, for example where the end of a damper just reaches a stop."""
 AS_FORETOLD = 0.03
 """A step uses the derivatives of the step before if that one reduced the sum of squares as predicted, up to this share
 of the reduction. This saves computing them again."""
@@ -351,10 +353,13 @@ def fit_window(problem: FitProblem, at: FloatArray, count: int, noise: float, st
         return at, True  # there is no parameter
     residual, damping, tries = problem.weighted_residuals(at, count, noise), DAMPING, 2 * steps
     linear, held = None, False  # held: the derivatives are those from the start of the last step
-    while tries > 0 and residual is not None:
+    level, idle = np.inf, 0
+    while tries > 0 and idle < IDLE and residual is not None:
         linear = linear or _linearised_problem(problem, at, residual, count, noise)
         if linear is None:
             return at, False
+        idle = 0 if level - residual @ residual > WORTH else idle + 1
+        level = float(residual @ residual) if not idle else level
         before, step = float(residual @ residual), linear.damped_step(linear.target, damping)
         far = linear.step_in_deviations()
         settled = far < SETTLED
@@ -365,7 +370,6 @@ def fit_window(problem: FitProblem, at: FloatArray, count: int, noise: float, st
             bent = linear.geodesic_step(step, there, damping)
             trial, there = _trial_of(problem, at, bent / linear.size, count, noise)
         if there is not None and there @ there <= before:
-            settled = settled or bool(damping <= DAMPING and before - there @ there < SETTLED**2)
             at, residual, damping = trial, there, max(0.03 * damping, 1e-12)
             if settled or (steps < LAST_STEPS and (far < NEAR or there @ there > NEARLY * before)):
                 return at, settled

@@ -93,7 +93,8 @@ class Estimate:
         half = float(ndtri(0.5 + 0.5 * as_between(level, "level", 0.0, 1.0))) * self.deviation(path)
         if path == TIME_ZERO:
             return self[path] - half, self[path] + half
-        return self[path] * float(np.exp(-half)), self[path] * float(np.exp(half))
+        with np.errstate(over="ignore"):
+            return self[path] * float(np.exp(-half)), self[path] * float(np.exp(half))
 
 
 def onset(recording: Recording, noise: float) -> float:

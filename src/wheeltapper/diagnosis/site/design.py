@@ -28,8 +28,9 @@ import numpy as np
 from wheeltapper.describe.scenario import write_toml
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.diagnosis.inference.information import NAMED, Information, as_speeds, as_trigger
+from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.diagnosis.site.design_search import Candidate, Criterion, Judge, Search, cost
-from wheeltapper.diagnosis.site.layout import Bounds, Family
+from wheeltapper.diagnosis.site.layout import FIRST, LISTENING, Bounds, Family
 from wheeltapper.ground.arguments import (
     as_count,
     as_names,
@@ -167,7 +168,8 @@ def design_site(
     site
         The site, or the path of its TOML file. Deck, sensor, vehicle and uncertainties are kept; the rail is replaced.
         Each feature has the uncertainty of the site's first one ("irregularity.0.height" and so on). All recordings
-        last 0.2 s longer than the slowest passage over the total length, or as long as the site's if that is longer.
+        last 36 contact periods longer than the slowest passage over the total length, or as long as the site's if that
+        is longer.
     parameters
         Paths of the fields in question; they have no prior.
     speeds
@@ -219,12 +221,14 @@ def design_site(
             raise InputError("", f"rail.{name}", f"the unknown name {name!r}", with_suggestion(name, RAIL))
     given["shapes"] = as_names(given["shapes"], "shapes", "shapes of features")
     largest_force = as_quantity(given.pop("largest_force"), "largest_force", "force")
-    family = Family(**given, fields=varied).checked_family()
+    first = FIRST * float(site.passage.vehicle.radius)
+    family = Family(**given, fields=varied, first=first).checked_family()
     plain = ("bump",) if "bump" in family.shapes else family.shapes[:1]
     slowest = min(passing) if passing else family.fields.get("speed", (float(site.passage.speed),))[0]
+    duration = family.passage_duration(slowest) + LISTENING * Scale(site.passage).period
     judge = Judge(
         site, parameters, passing, criterion, largest_force, one_gauge,
-        as_trigger(trigger), family.heights[0], family.recording_duration(slowest),
+        as_trigger(trigger), family.heights[0], duration,
     )  # fmt: skip
     search = Search(judge, budget)
     try:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.inference.information import Information, Plan, information
+from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.diagnosis.site.layout import Family, Layout, RailFeature, laid_out
 from wheeltapper.ground.errors import ComputationError, InputError
 from wheeltapper.ground.progress import report
@@ -18,8 +19,8 @@ from wheeltapper.ground.progress import report
 FloatArray = NDArray[np.float64]
 Criterion = Literal["determinant", "worst interval"]
 
-SEARCH_RATE = 5e3
-"""Samples per second during the search. Contacts last a millisecond or more: a higher rate changes the information by
+SEARCHED = 27.8
+"""Samples in a contact period during the search. Contacts last half of it: a higher rate changes the information by
 less than 1 % and costs more time."""
 SHARES = {"single": 0.15, "repeated": 0.03, "alike": 0.22, "designed": 0.6}
 """Share of the budget of layouts that each search gets. The designed layout has the most coordinates."""
@@ -128,7 +129,8 @@ class Judge:
     def search_rate(self) -> float:
         """Samples per second that suffice to rank layouts."""
         sensor = self.site.sensor
-        return float(min(sensor.rate, max(SEARCH_RATE, 2.5 * (sensor.cutoff or 0.0))))
+        least = SEARCHED / Scale(self.site.passage).period
+        return float(min(sensor.rate, max(least, 2.5 * (sensor.cutoff or 0.0))))
 
 
 @dataclass

@@ -30,12 +30,12 @@ SHAPES = ("bump", "dip", "step up", "step down")
 """Shapes that a feature may have."""
 FALLING = ("dip", "step down")
 """Shapes whose height is negative."""
-FIRST = 0.05
-"""Start of the first feature, m after the trigger. The distance is needed because a wheel may touch a step before its
-axle is above it."""
-LISTENING = 0.2
-"""Time for which a recording goes on after the slowest passage has left the last feature, s. The impacts after a
-feature carry information, too."""
+FIRST = 5.0 / 46.0
+"""Start of the first feature, in radii of the wheel after the trigger. The distance is needed because a wheel may touch
+a step before its axle is above it."""
+LISTENING = 36.0
+"""Contact periods for which a recording goes on after the slowest passage has left the last feature. The impacts after
+a feature carry information, too."""
 
 
 class RailFeature(NamedTuple):
@@ -98,6 +98,8 @@ class Family:
         Whether all features are equal and have equal distances.
     fields
         By path, bounds of other fields that are chosen, too.
+    first
+        Start of the first feature, m after the trigger.
     """
 
     number: int
@@ -108,6 +110,7 @@ class Family:
     total_length: float
     alike: bool = False
     fields: Mapping[str, Bounds] = field(default_factory=dict)
+    first: float = 0.0
 
     def checked_family(self) -> Family:
         """Return the family in SI units; refuse wrong bounds."""
@@ -119,7 +122,7 @@ class Family:
         spacing = as_bounds(self.spacing, "spacing", "length")
         fields = {path: as_bounds(bounds, path, "number") for path, bounds in self.fields.items()}
         number, length = as_count(self.number, "number"), as_quantity(self.total_length, "total_length", "length")
-        out = Family(number, self.shapes, heights, lengths, spacing, length, self.alike, fields)
+        out = Family(number, self.shapes, heights, lengths, spacing, length, self.alike, fields, self.first)
         if not out._least_length(number) <= length:
             raise InputError("", "total_length", f"{length:g}", f"at least {out._least_length(number):g} m")
         return out
@@ -130,9 +133,9 @@ class Family:
         features = 2 + (self.number > 1) if self.alike else 3 * self.number - 1
         return features + len(self.fields)
 
-    def recording_duration(self, slowest: float) -> float:
-        """Return the duration of recordings that suffices for all these layouts at a speed, s."""
-        return (FIRST + self.total_length) / slowest + LISTENING
+    def passage_duration(self, slowest: float) -> float:
+        """Return the time in which a wheel at this speed passes any of these layouts, s."""
+        return (self.first + self.total_length) / slowest
 
     def layout_at(self, at: FloatArray) -> Layout:
         """Return the layout at some coordinates, each between 0 and 1."""
@@ -141,7 +144,7 @@ class Family:
         shape, height = self._shape_and_height(left.pop(0))
         features = [
             RailFeature(
-                shape, height, self._feature_length(shape, left.pop(0), self.total_length, self.number - 1), FIRST
+                shape, height, self._feature_length(shape, left.pop(0), self.total_length, self.number - 1), self.first
             )
         ]
         share = left.pop(0) if self.alike and left else 0.0
@@ -150,7 +153,7 @@ class Family:
             if not self.alike:
                 share = left.pop(0)
                 shape, height = self._shape_and_height(left.pop(0))
-            room = self.total_length - (last.start - FIRST) - max(self.spacing[0], last.length)
+            room = self.total_length - (last.start - self.first) - max(self.spacing[0], last.length)
             length = last.length if self.alike else self._feature_length(shape, left.pop(0), room, rest)
             features.append(
                 RailFeature(shape, height, length, last.start + self._distance_to_next(last, length, share, rest))
@@ -209,7 +212,7 @@ class Family:
 
     def _distance_range(self, last: RailFeature, length: float, rest: int) -> Bounds:
         """Return the smallest and the largest distance to the next feature, if `rest` more must follow it."""
-        room = self.total_length - (last.start - FIRST)
+        room = self.total_length - (last.start - self.first)
         least = max(self.spacing[0], last.length)
         behind = max(self.spacing[0], length) + self._least_length(rest) if rest else length
         most = (room - length) / (rest + 1) if self.alike else room - behind
