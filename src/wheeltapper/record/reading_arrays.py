@@ -281,7 +281,7 @@ def _add_fact(facts: dict[str, Any], name: str, value: Any) -> None:
 def read_tdms(path: Path, largest: float) -> RecordingTable:
     """Return the channels of a TDMS file, named "group/channel"."""
     nptdms = _optional_package("nptdms", ".tdms")
-    with nptdms.TdmsFile.open(path) as file:
+    with path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:  # of a damaged file it leaves its own one open
         channels = [channel for group in file.groups() for channel in group.channels() if channel.dtype.kind in "fiu"]
         check_size(sum(len(channel) * channel.dtype.itemsize for channel in channels), largest)
         stated, size = sum(map(len, channels)), path.stat().st_size
