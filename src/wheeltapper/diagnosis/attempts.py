@@ -245,23 +245,27 @@ def _own_starts(case: Case, fault: Fault) -> tuple[list[tuple[Fault, Scenario]],
 def _ranked_starts(case: Case, faults: list[Fault]) -> tuple[list[tuple[Fault, Scenario]], int]:
     """Return faulty passages in the order of their misfit to the recording's beginning, behind those that it shows.
 
-    They are made from a fit near the beginning, and from the plain fit if that explains anything.
-
-    The best one of each fault comes before all others, because the faults look similar at the beginning. It is fitted
-    in any case, and so are those that the recording shows.
+    They are made from a fit near the beginning, and from the plain fit if that explains anything. The best one of each
+    fault from each of these comes before all others, because the faults look similar at the beginning. It is fitted in
+    any case, and so are those that the recording shows.
     """
     plain, healthy = case.fits["plain"], (MASS, DAMPING)
     loose = case.fit_problem(case.passage, priors_of(case.stated, healthy))
     begun = [loose.model_at(near(loose, case.begins)[0]), *([plain.scenario] if plain.held > case.begins else [])]
     stated = {path: float(Fields(case.passage)(path)) for path in healthy}
     models = [model.replaced(stated) for model in begun]
-    kinds = {start: fault for model in models for fault in faults for start in fault.tried(model, case.scale)}
+    kinds = {
+        start: (fault, number)
+        for number, model in enumerate(models)
+        for fault in faults
+        for start in fault.tried(model, case.scale)
+    }
     order = ranked(case.fit_problem(case.passage, {}), kinds, case.begins, case.after(NEAR[-1]))
     first = [start for i, start in enumerate(order) if kinds[start] not in {kinds[nearer] for nearer in order[:i]}]
     known = case.fit_problem(case.passage, priors_of(case.stated))
     shown = [(fault, start) for fault in faults for start in fault.shown(known, case.begins)]
     nearest = [*first, *(one for one in order[:NEAREST] if one not in first)]
-    return [*shown, *((kinds[start], start) for start in nearest)], len(shown) + len(first)
+    return [*shown, *((kinds[start][0], start) for start in nearest)], len(shown) + len(first)
 
 
 def try_mistaken(case: Case) -> None:

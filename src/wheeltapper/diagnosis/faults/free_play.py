@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.faults.base import DAMPING, Fault
 from wheeltapper.diagnosis.faults.lost_damper import LostDamper
+from wheeltapper.diagnosis.faults.soft_bush import BUSH, SoftBush
 from wheeltapper.diagnosis.inference.fitting import fit_over_windows
 from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
 from wheeltapper.diagnosis.inference.search import ranked
@@ -32,9 +33,9 @@ NEARER, AWAY = (1.2, 1.45, 1.75), 2.0
 is likely."""
 LATER = 3.0
 """Contact periods behind that part of the recording in which models with stops are still compared with it."""
-NOTHING = 3.0
-"""If the damping is less than this many of its standard deviations above zero, free play so wide that the stops are not
-reached explains the recording as well as a lost damper."""
+NOTHING = 7.0
+"""If the damping of a lost damper, or the stiffness of a soft bush, is less than this many of its standard deviations
+above zero, the damper might as well do nothing, as with stops that are hardly reached: χ² differs by less than 50."""
 
 
 class FreePlay(Fault):
@@ -104,5 +105,6 @@ class FreePlay(Fault):
         return self.made(passage, 0.5 * (up + down), down / (up + down))
 
     def also(self, verdict: str, estimate: Estimate) -> bool:
-        """Return True for a lost damper without any damping: the play may be so wide that no stop is reached."""
-        return verdict == LostDamper.name and estimate.deviation(DAMPING) > 1.0 / NOTHING
+        """Return True where the damper does so little that the stops may hardly be reached."""
+        path = {LostDamper.name: DAMPING, SoftBush.name: BUSH}.get(verdict)
+        return path is not None and estimate.deviation(path) > 1.0 / NOTHING
