@@ -26,8 +26,8 @@ from wheeltapper.ask.trajectory import trajectory
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.diagnose import diagnose
+from wheeltapper.diagnosis.inference.estimate import onset, priors_of
 from wheeltapper.diagnosis.inference.fitting import FitProblem, fit_over_windows
-from wheeltapper.diagnosis.inference.identify import onset, priors_of
 from wheeltapper.diagnosis.site.neighbours import Condition
 from wheeltapper.diagnosis.site.synthetic import synthesise
 from wheeltapper.record.recording import Recording

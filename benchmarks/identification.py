@@ -15,8 +15,9 @@ import numpy as np
 from options import parser_of
 
 import wheeltapper as wt
+from wheeltapper.diagnosis import identify
+from wheeltapper.diagnosis.inference.estimate import priors_of
 from wheeltapper.diagnosis.inference.fitting import covariance_of
-from wheeltapper.diagnosis.inference.identify import identify, priors_of
 from wheeltapper.diagnosis.inference.problem import FitProblem
 from wheeltapper.diagnosis.processes import in_processes
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
-from wheeltapper.diagnosis.inference.identify import Estimate
+from wheeltapper.diagnosis.inference.estimate import Estimate
 from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.diagnosis.site.design_search import Candidate
 from wheeltapper.diagnosis.site.layout import Layout, RailFeature

@@ -8,9 +8,10 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.describe.sensor import Sensor
 from wheeltapper.describe.site import Site
+from wheeltapper.diagnosis import identify
 from wheeltapper.diagnosis.force.reconstruction import noise_of
+from wheeltapper.diagnosis.inference.estimate import onset, priors_of
 from wheeltapper.diagnosis.inference.fitting import covariance_of, departure_sample, fit_over_windows, fit_window
-from wheeltapper.diagnosis.inference.identify import identify, onset, priors_of
 from wheeltapper.diagnosis.inference.problem import FitProblem
 from wheeltapper.diagnosis.site.synthetic import synthesise
 

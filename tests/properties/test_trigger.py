@@ -251,3 +251,12 @@ def test_a_better_minimum_beside_the_first_is_found():
     assert told.size == pytest.approx(size, rel=0.01)
     constant = told.estimate["contact.constant"] / truth.constant
     assert abs(np.log(constant)) < 4.0 * told.estimate.deviation("contact.constant")
+
+
+@pytest.mark.parametrize("trigger", [0.0, pytest.param(1e-3, marks=pytest.mark.slow)])
+def test_identify_finds_speed_and_exit_from_the_stated_start(trigger):
+    truth, _, recording, _ = measured("lost damper", 22, trigger)
+    told = wt.diagnosis.identify(recording, site(trigger, **WITH_ENDS), progress=False)
+    assert told.chi_squared < 1.05 * told.freedom
+    for path, true in (("vehicle.mass", truth.wheelset.mass), ("vehicle.damping", truth.wheelset.damping)):
+        assert abs(np.log(told[path] / true)) < 4.0 * told.deviation(path)

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from wheeltapper.diagnosis.force.imitation_map import imitation_map as imitation_map
     from wheeltapper.diagnosis.force.reconstruction import imitation as imitation
     from wheeltapper.diagnosis.force.reconstruction import reconstructed as reconstructed
+    from wheeltapper.diagnosis.identification import identify as identify
     from wheeltapper.diagnosis.inference.combinations import combinations as combinations
-    from wheeltapper.diagnosis.inference.identify import identify as identify
     from wheeltapper.diagnosis.inference.information import information as information
     from wheeltapper.diagnosis.inference.problem import Prior as Prior
     from wheeltapper.diagnosis.performance import assess as assess
@@ -49,7 +49,7 @@ _HOMES = {
     "diagnose_train": "diagnosis.train",
     "false_calls": "diagnosis.detection.roc",
     "hit_miss": "diagnosis.detection.hit_miss",
-    "identify": "diagnosis.inference.identify",
+    "identify": "diagnosis.identification",
     "imitation": "diagnosis.force.reconstruction",
     "imitation_map": "diagnosis.force.imitation_map",
     "information": "diagnosis.inference.information",

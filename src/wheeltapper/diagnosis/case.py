@@ -13,8 +13,8 @@ import numpy as np
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.faults.base import CATALOGUE, LOAD, Fault, fault_named
+from wheeltapper.diagnosis.inference.estimate import LOUD, onset, priors_of, site_at_speed
 from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows
-from wheeltapper.diagnosis.inference.identify import LOUD, onset, priors_of, site_at_speed
 from wheeltapper.diagnosis.inference.problem import Exit, FitProblem, Prior, values_of
 from wheeltapper.diagnosis.inference.sensing import filtered
 from wheeltapper.diagnosis.inference.timing import timed, zero_of

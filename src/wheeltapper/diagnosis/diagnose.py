@@ -35,6 +35,7 @@ from wheeltapper.diagnosis.attempts import (
 from wheeltapper.diagnosis.case import EXPLAINED, Case, feels_load
 from wheeltapper.diagnosis.faults.base import CATALOGUE, DAMPING, LOAD, MASS, PLAIN, Fault
 from wheeltapper.diagnosis.finding import HEALTHY, NO_WHEEL, NOT_EXPLAINED, Finding
+from wheeltapper.diagnosis.inference.estimate import estimate_of, priors_of, recorded_at
 from wheeltapper.diagnosis.inference.fitting import (
     HOLDS,
     LAST_STEPS,
@@ -44,7 +45,6 @@ from wheeltapper.diagnosis.inference.fitting import (
     fit_window,
     keeps_step,
 )
-from wheeltapper.diagnosis.inference.identify import estimate_of, priors_of, recorded_at
 from wheeltapper.diagnosis.inference.problem import Prior
 from wheeltapper.diagnosis.inference.search import misfit, ranked
 from wheeltapper.diagnosis.inference.sensing import drifted, filtered

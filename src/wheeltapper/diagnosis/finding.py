@@ -15,7 +15,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.faults.base import CATALOGUE, DAMPING, MASS, PLAIN
 from wheeltapper.diagnosis.inference.combinations import Combination, Combinations, combinations
-from wheeltapper.diagnosis.inference.identify import Estimate
+from wheeltapper.diagnosis.inference.estimate import Estimate
 from wheeltapper.diagnosis.inference.information import information
 from wheeltapper.diagnosis.inference.timing import TIME_ZERO
 from wheeltapper.ground.arguments import check_choice

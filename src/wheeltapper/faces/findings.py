@@ -10,7 +10,7 @@ import numpy as np
 
 from wheeltapper.diagnosis.faults.base import fault_named
 from wheeltapper.diagnosis.finding import NOT_EXPLAINED, Finding
-from wheeltapper.diagnosis.inference.identify import onset
+from wheeltapper.diagnosis.inference.estimate import onset
 from wheeltapper.diagnosis.performance import FaultPerformance, Performance
 from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.faces.panels import BLUE, RED, in_unit, legend_above, with_unit, words

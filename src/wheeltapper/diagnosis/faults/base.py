@@ -20,7 +20,7 @@ from wheeltapper.ground.quantities import to_si
 from wheeltapper.record.arguments import as_scenario
 
 if TYPE_CHECKING:
-    from wheeltapper.diagnosis.inference.identify import Estimate
+    from wheeltapper.diagnosis.inference.estimate import Estimate
     from wheeltapper.diagnosis.scale import Scale
 
 ROOM = __name__.rpartition(".")[0]

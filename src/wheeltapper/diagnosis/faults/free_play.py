@@ -15,7 +15,7 @@ from wheeltapper.diagnosis.inference.timing import untimed, zero_of
 from wheeltapper.record.simulate import simulate
 
 if TYPE_CHECKING:
-    from wheeltapper.diagnosis.inference.identify import Estimate
+    from wheeltapper.diagnosis.inference.estimate import Estimate
     from wheeltapper.diagnosis.scale import Scale
 
 PLAY, START = "vehicle.damper_play", "vehicle.damper_play_start"

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,13 +12,12 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.diagnosis.force.reconstruction import noise_of
 from wheeltapper.diagnosis.inference.damage import without_damage
-from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows
-from wheeltapper.diagnosis.inference.problem import FitProblem, Prior, number_at
+from wheeltapper.diagnosis.inference.fitting import Fit
+from wheeltapper.diagnosis.inference.problem import Prior, number_at
 from wheeltapper.diagnosis.inference.timing import TIME_ZERO, untimed
 from wheeltapper.diagnosis.scale import Scale
-from wheeltapper.ground.arguments import as_between, as_names, as_quantity, as_table, check_choice
+from wheeltapper.ground.arguments import as_between, as_quantity, check_choice
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.arguments import as_recording
 from wheeltapper.record.recording import Recording
@@ -140,50 +137,6 @@ def recorded_at(recording: Any, site: Any, noise: Any) -> tuple[Recording, Site,
 def site_at_speed(site: Site, speed: float | None) -> Site:
     """Return a site whose passage has the speed that a gauge has read, m/s; the same site without a reading."""
     return site if speed is None else site.model_copy(update={"passage": site.passage.replaced({"speed": speed})})
-
-
-def identify(
-    recording: Recording | str | Path,
-    site: Site | str | Path,
-    unknown: Sequence[str] = ("vehicle.mass", "vehicle.damping"),
-    *,
-    start: Mapping[str, float] | None = None,
-    noise: float | None = None,
-    progress: Progress = True,
-) -> Estimate:
-    """Estimate the parameters of a passage from its recording.
-
-    Parameters
-    ----------
-    recording
-        The deck's acceleration, or the path of its file. If it has the reading of a speed gauge, this replaces the
-        site's speed.
-    site
-        The site of the recording, or the path of its TOML file. Its uncertain fields are estimated, too, with the
-        stated uncertainty as prior.
-    unknown
-        Paths of the fields that are estimated without a prior.
-    start
-        Starting values by path, instead of the site's.
-    noise
-        Standard deviation of the samples' noise, m/s²; by default the sensor's, or what the recording shows.
-    progress
-        As for `wheeltapper.simulate`.
-
-    Raises
-    ------
-    InputError
-        If the site's sensor cannot have made the recording, or an unknown field holds no number.
-    """
-    recording, site, spread = recorded_at(recording, site, noise)
-    site = site_at_speed(site, recording.speed)
-    model = site.passage.replaced(as_table(start, "start", "values by path, or None"))
-    asked = as_names(unknown, "unknown", "paths of fields")
-    with progress_shown(progress, "fitting"):
-        report("fitting", 0.0, 0.0)
-        problem = FitProblem(recording, site.sensor, spread, model, priors_of(site, asked), Scale(site.passage))
-        found = fit_over_windows(problem, onset(recording, spread))
-        return estimate_of(found, spread)
 
 
 def estimate_of(found: Fit, noise: float) -> Estimate:
