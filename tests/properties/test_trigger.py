@@ -260,3 +260,18 @@ def test_identify_finds_speed_and_exit_from_the_stated_start(trigger):
     assert told.chi_squared < 1.05 * told.freedom
     for path, true in (("vehicle.mass", truth.wheelset.mass), ("vehicle.damping", truth.wheelset.damping)):
         assert abs(np.log(told[path] / true)) < 4.0 * told.deviation(path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "seed",
+    [
+        246,  # the wheel nearly flies over the first strike; mass and contact follow its small effect up to the second
+        293,  # it strikes together with the bump: the onset says nothing of the speed
+    ],
+)
+def test_the_second_strike_tells_of_the_first(seed):
+    _, size, recording, _ = measured("wheel flat", seed, trigger=0.0)
+    told = wt.diagnose(recording, site(0.0, **WITH_ENDS), progress=False)
+    assert told.verdict == "wheel flat"
+    assert told.size == pytest.approx(size, abs=1e-3)

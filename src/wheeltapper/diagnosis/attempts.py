@@ -45,7 +45,7 @@ but nothing explains the whole recording, a note says for how long."""
 LONGEST = 2
 """Number of fits, those that explain longest, after which a stretch is left out to see what follows."""
 APART = 0.15
-"""Contact periods between the onsets of models at neighbouring speeds, where nothing has determined the speed."""
+"""Contact periods by which models at neighbouring speeds differ where their speed is to be determined."""
 BESIDE, DOUBTFUL = 2, 1.5
 """Number of models near a fit from which it starts again, if it explains the recording but leaves more than noise by
 DOUBTFUL standard deviations."""
@@ -68,6 +68,7 @@ class Strike(NamedTuple):
 def try_flats(case: Case, strike: Strike | None) -> None:
     """Fit flats to a recording with a strike that mass, damping and load do not explain."""
     if strike is not None:
+        case.struck = strike.sure and strike.time > case.after(LASTING)
         _fit_flats(case, strike.time, strike.models)
 
 
@@ -93,7 +94,6 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
     flats = [fault for fault in case.faults.values() if isinstance(fault, Flat)]
     if not flats:
         return
-    case.struck = struck > case.after(LASTING)
     healthy = case.fit_problem(case.passage, {})
     for round_ in (0, 1) if len(models) == 1 else (0,):
         patient = struck < case.after(LASTING) and not round_  # what comes before hardly determines speed
@@ -102,7 +102,9 @@ def _fit_flats(case: Case, struck: float, models: list[Scenario]) -> None:
         while longest is not None and longest is not before and len(models) == 1 and not case.is_clear(longest[1]):
             flat, fit = before = longest
             since = fit.held if np.isfinite(fit.held) else struck
-            begun = chain(_at_other_speeds(case, fit, since), same_edge_starts(healthy, fit.scenario, flat, since))
+            begun = chain(
+                _at_other_speeds(case, fit, struck, since), same_edge_starts(healthy, fit.scenario, flat, since)
+            )
             others = ((flat, start) for start in begun)
             longest = _first_explaining(case, others, since, False, longest)
         if case.is_clear(case.best_fit):
@@ -134,25 +136,23 @@ def _first_explaining(
     return longest
 
 
-def _at_other_speeds(case: Case, fit: Fit, since: float) -> Iterator[Scenario]:
+def _at_other_speeds(case: Case, fit: Fit, struck: float, since: float) -> Iterator[Scenario]:
     """Yield models with the fit's flat, which struck when it did, at other speeds, the nearest to what follows first.
 
-    A flat that strikes before the site's irregularity is reached hardly determines the speed, and so not either when
-    that irregularity is reached.
+    A flat that strikes at the onset leaves the speed open until the site's irregularity is reached, or until the flat's
+    next strike.
     """
-    if not case.moves_too_early:
-        return
-    begun, flat = fit.scenario, fit.scenario.irregularities[-1]
-    speed, place = float(begun.speed), f"irregularity.{len(begun.irregularities) - 1}.position"
-    own = case.begins - zero_of(begun)
     share = SURE * case.site.uncertainty.get("speed", 0.0)
-    many = ceil(share * own / (APART * case.scale.period))
-    stated = float(case.passage.speed)
-    turn = 2.0 * pi * begun.vehicle.radius
-    speeds = stated * (1.0 + np.linspace(-share, share, 2 * many + 1))
+    if struck > case.after(1.0) or not share:
+        return
+    begun, flat, stated = fit.scenario, fit.scenario.irregularities[-1], float(case.stated.passage.speed)
+    speed, place = float(begun.speed), f"irregularity.{len(begun.irregularities) - 1}.position"
+    own, turn = struck - zero_of(begun), 2.0 * pi * begun.vehicle.radius
+    many = ceil(share * (since - zero_of(begun)) / (APART * case.scale.period))
+    speeds = (stated * (1.0 + np.linspace(-share, share, 2 * many + 1))).tolist()
     tried = [
         begun.replaced({"speed": other, place: (float(flat.position) + (other - speed) * own) % turn})
-        for other in speeds.tolist()
+        for other in speeds
     ]
     spans = (since + periods * case.scale.period for periods in (-FIRST[-1], WINDOWS[0]))
     yield from ranked(case.fit_problem(case.passage, {}), tried, *spans)[:NEAREST]
@@ -184,12 +184,13 @@ def strike_of(case: Case) -> Strike | None:
 def _up_to(case: Case, start: Scenario, end: float) -> tuple[Scenario | None, float]:
     """Return the healthy model that explains the recording up to `end`, and the time up to which it does.
 
-    That time is earlier if the first effect of a flat is small, so that the strike was noticed late.
+    That time is earlier if the first effect of a flat is small: the wheel has nearly flown over it, and the strike that
+    was noticed is its next one.
     """
     while True:
         whole = fit_over_windows(case.fit_problem(start, priors_of(case.stated)).until(end), case.begins)
         if np.isfinite(whole.held):
-            return None, end
+            return (whole.scenario if whole.held >= case.after(LASTING) else None), min(whole.held, end)
         earlier = case.begins + SHORTER * (end - case.begins)
         if case.is_clear(whole) or earlier < case.after(WINDOWS[0]):
             return whole.scenario, end
