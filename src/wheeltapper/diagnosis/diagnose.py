@@ -10,6 +10,7 @@ See docs/theory/diagnosis.rst, sections 8.6 and 8.7.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -55,7 +56,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.fields import Fields
 from wheeltapper.record.recording import Recording
-from wheeltapper.record.simulate import simulate
+from wheeltapper.record.simulate import ModelWarning, simulate
 
 FloatArray = NDArray[np.float64]
 
@@ -313,7 +314,9 @@ def _model_forces(case: Case, fit: Fit) -> tuple[Forces, FloatArray]:
     """Return the forces of the best model, and the acceleration that the sensor shows of it."""
     times, sensor = case.recording.times, case.site.sensor
     own = np.maximum(times - zero_of(fit.scenario), 0.0)  # at zero the deck is at rest
-    record = simulate(untimed(fit.scenario).replaced({"duration": float(own[-1])}))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)  # what is implausible is in the notes of the finding
+        record = simulate(untimed(fit.scenario).replaced({"duration": float(own[-1])}))
     shown = drifted(filtered(record.at(own).deck_acceleration.values, sensor), times, sensor)
     largest = float(record.peaks.normal_force.max()) if record.peaks.sizes["peak"] else record.static_force
     impacts = record.impacts.sizes["impact"]
