@@ -150,8 +150,9 @@ class Section:
         numbers = np.repeat(held.cells.numbers, count, axis=0)
         numbers[:, contract.PACE] *= ratio
         numbers[:, contract.END] /= ratio
-        cells = Cells(held.cells.pieces, np.repeat(held.cells.first, count), np.repeat(held.cells.many, count), numbers)
-        units = Units(**{name: np.repeat(values, count) for name, values in vars(held.units).items()})
+        cells, same = held.cells, np.zeros(count, dtype=np.int64)
+        cells = Cells(cells.pieces, cells.first[same], cells.many[same], numbers)
+        units = held.units if count == 1 else Units(**{name: values[same] for name, values in vars(held.units).items()})
         return SectionCells(cells, units, held.period / ratio)
 
     def table(self) -> tuple[PathTable, list[Note]]:

@@ -6,12 +6,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from wheeltapper.orbits.branch import follow as follow
     from wheeltapper.orbits.orbit import Orbit as Orbit
     from wheeltapper.orbits.orbit import find as find
 
 _HOMES = {
     "Orbit": "orbits.orbit",
     "find": "orbits.orbit",
+    "follow": "orbits.branch",
 }
 """Public names of the room, and the module that holds each."""
 

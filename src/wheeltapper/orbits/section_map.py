@@ -90,6 +90,8 @@ class SectionMap:
     ----------
     scale
         (n,) what a state of the map is multiplied by to be in m and m/s.
+    static_force
+        N0, N.
     """
 
     def __init__(self, section: Section, waves: int, paths: tuple[str, ...] = ()) -> None:
@@ -98,6 +100,7 @@ class SectionMap:
         units = section.cells({}).units
         length, time = float(units.length[0]), float(units.time[0])
         self.scale = np.array([length, length / time] * 2)[: self.size]
+        self.static_force = float(units.static_force[0])
         self._tangents = run.section_tangents()
 
     def waves_at(self, values: FloatArray) -> list[Wave]:
@@ -141,6 +144,15 @@ class SectionMap:
         full = np.array([self._full(wave, state) for state in states])
         run.sections(cells, full, rounds * self.waves, 0)
         return np.asarray(full[:, : self.size] / wave.to_program)
+
+    def side_by_side(self, values: FloatArray, states: FloatArray) -> FloatArray:
+        """Return the images (many, n) of some states, each at its own value of the parameters, without derivatives."""
+        found = self.section.cells({path: values[:, i] for i, path in enumerate(self.paths)})
+        own = self.scale / np.column_stack([found.units.length, found.units.length / found.units.time] * 2)[:, : self.size]
+        full = np.zeros((len(states), STATES))
+        full[:, : self.size] = states * own
+        run.sections(found.cells, full, self.waves, 0)
+        return np.asarray(full[:, : self.size] / own)
 
     def losses(self, wave: Wave, state: FloatArray) -> tuple[FloatArray, int]:
         """Return the image of a state and the losses of contact on the way, without derivatives."""
