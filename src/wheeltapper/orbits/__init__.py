@@ -6,14 +6,20 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from wheeltapper.orbits.basin import fates as fates
     from wheeltapper.orbits.branch import follow as follow
+    from wheeltapper.orbits.diagram import ramp as ramp
+    from wheeltapper.orbits.diagram import returns as returns
     from wheeltapper.orbits.orbit import Orbit as Orbit
     from wheeltapper.orbits.orbit import find as find
 
 _HOMES = {
     "Orbit": "orbits.orbit",
+    "fates": "orbits.basin",
     "find": "orbits.orbit",
     "follow": "orbits.branch",
+    "ramp": "orbits.diagram",
+    "returns": "orbits.diagram",
 }
 """Public names of the room, and the module that holds each."""
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.numbers import Units
-from wheeltapper.lower.section import Section
+from wheeltapper.lower.section import Section, SectionCells
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.ensemble import Cells
@@ -106,13 +106,14 @@ class SectionMap:
     def waves_at(self, values: FloatArray) -> list[Wave]:
         """Return what the map is made of at some values of the parameters, (many, parameters)."""
         found = self.section.cells({path: values[:, i] for i, path in enumerate(self.paths)})
-        out = []
-        for cell in range(len(found.period)):
-            units = found.units.part(slice(cell, cell + 1))
-            length, time = float(units.length[0]), float(units.time[0])
-            own = self.scale / np.array([length, length / time] * 2)[: self.size]
-            out.append(Wave(found.program(cell), own, units, float(found.period[cell])))
-        return out
+        return [self.wave_of(found, cell) for cell in range(len(values))]
+
+    def wave_of(self, found: SectionCells, cell: int) -> Wave:
+        """Return what the map is made of in one cell."""
+        units = found.units.part(slice(cell, cell + 1))
+        length, time = float(units.length[0]), float(units.time[0])
+        own = self.scale / np.array([length, length / time] * 2)[: self.size]
+        return Wave(found.program(cell), own, units, float(found.period[cell]))
 
     def wave_at(self, *values: float) -> Wave:
         """Return what the map is made of at one value of the parameters."""
@@ -153,6 +154,11 @@ class SectionMap:
         full[:, : self.size] = states * own
         run.sections(found.cells, full, self.waves, 0)
         return np.asarray(full[:, : self.size] / own)
+
+    def trail(self, wave: Wave, state: FloatArray) -> FloatArray:
+        """Return the states after each wave, (waves, n), without derivatives."""
+        kept = run.sections(_repeated(wave.program, 1), self._full(wave, state)[None], 0, self.waves).kept
+        return np.asarray(kept[0, :, : self.size] / wave.to_program)
 
     def losses(self, wave: Wave, state: FloatArray) -> tuple[FloatArray, int]:
         """Return the image of a state and the losses of contact on the way, without derivatives."""
