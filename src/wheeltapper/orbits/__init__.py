@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from wheeltapper.orbits.basin import fates as fates
+    from wheeltapper.orbits.borders import trace as trace
     from wheeltapper.orbits.branch import follow as follow
     from wheeltapper.orbits.diagram import ramp as ramp
     from wheeltapper.orbits.diagram import returns as returns
@@ -20,6 +21,7 @@ _HOMES = {
     "follow": "orbits.branch",
     "ramp": "orbits.diagram",
     "returns": "orbits.diagram",
+    "trace": "orbits.borders",
 }
 """Public names of the room, and the module that holds each."""
 
