@@ -64,6 +64,7 @@ def check_parameter(scenario: Scenario, path: str) -> None:
 
 def axes_of(scenario: Scenario, over: Any) -> tuple[Scenario, list[Axis]]:
     """Return the varied fields with their values; a scenario whose start varies gets one of its own."""
+    run.choose(run.ORBITS, scenario.needs)
     if not isinstance(over, Mapping) or not over:
         found = "nothing" if isinstance(over, Mapping) else value_text(over)
         raise InputError("", "over", found, 'at least one field with its values, as {"speed": [5, 6]}')

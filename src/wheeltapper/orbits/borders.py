@@ -29,8 +29,9 @@ RANGE = 1.3
 """The special point is looked for within this ratio of the first field to its last value."""
 HALVINGS = 6
 """How often the way from one value of the second field to the next is halved, where nothing is found."""
-FAR = 0.2
-"""Largest distance along the branch, in its own measure, of a special point from where it is expected."""
+FAR, CLOSE = 0.2, 0.02
+"""Largest distance of a special point from the last one, in the branch's own measure; it may lie off where it is
+expected by half of the way from the last one, or by the smaller of these."""
 
 
 class _Tracer:
@@ -60,6 +61,9 @@ class _Tracer:
         special = _nearest(branch, expected, self.kind)
         if special is None:
             return None
+        away = float(np.linalg.norm(special.place - self.known[-1][1]))
+        if away > FAR or float(np.linalg.norm(special.place - expected)) > max(CLOSE, 0.5 * away * (len(self.known) > 1)):
+            return None  # another one, perhaps
         self.known.append((value, special.place))
         return special.place
 
@@ -81,7 +85,7 @@ def _nearest(branch: Branch, expected: FloatArray, kind: str) -> Special | None:
     points = [Point(p.place, p.image, -p.tangent) for p in reversed(ways[0][1:])] + ways[1]
     found = [one for one in special_points(branch, points) if one.kind == kind]
     away = [float(np.linalg.norm(one.place - expected)) for one in found]
-    return found[int(np.argmin(away))] if found and min(away) < FAR else None
+    return found[int(np.argmin(away))] if found else None
 
 
 def _point_near(branch: Branch, expected: FloatArray) -> Point | None:
