@@ -1,6 +1,6 @@
 """The march from section to section of a periodic path: states after each wave, and how they change with the first one.
 
-A cell of `Cells` ends after one wave, the period of its path. Its numbers hold no start: the state (STATES,) at a
+A cell of `Cells` ends after one wave, the period of its path. Its numbers hold no start: the state (STATE_SIZE,) at a
 section is given, in scaled units: displacement and velocity of the wheel, then of the deck. The path under the next
 wave is the same, so that its march begins at time zero again.
 
@@ -28,24 +28,25 @@ from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, PHASE, PIECE, SHIF
 from wheeltapper.march.series import localise, rail_at
 from wheeltapper.march.single import March, march_kernel, start_kernel
 from wheeltapper.march.tangent import tangent_kernel
-from wheeltapper.march.tangent_path import LANES
+from wheeltapper.march.tangent_path import LANES, OF_DECK_HEIGHT, OF_DECK_VELOCITY, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
 
-HEIGHT, VELOCITY, DECK_HEIGHT, DECK_VELOCITY = range(4)
-STATES = 4
-"""Entries of a state at a section; those of the deck are zero where there is none."""
+STATE_SIZE = 4
+"""Entries of a state at a section: OF_HEIGHT to OF_DECK_VELOCITY. Those of the deck are zero where there is none."""
 LOSSES, LARGEST_FORCE = range(2)
 """What is told of a wave: losses of contact, and the largest contact force in it (scaled)."""
 TOLD = 2
 # Columns of a trap: the number of its orbit, its centre, the square of its radius, and the matrix of its norm.
 TRAP_ORBIT, TRAP_CENTRE = 0, 1
-TRAP_REACH = TRAP_CENTRE + STATES
+TRAP_REACH = TRAP_CENTRE + STATE_SIZE
 TRAP_NORM = TRAP_REACH + 1
-TRAP_COLUMNS = TRAP_NORM + STATES * STATES
-FREE = -1
+TRAP_COLUMNS = TRAP_NORM + STATE_SIZE * STATE_SIZE
+UNCAUGHT = -1
 """The orbit of a cell that no trap has caught."""
 MOST_LOSSES = 1e6
 """Largest number of losses of contact in one wave."""
+CHANGE = 0
+"""The lane of the tangents that carries the only change of a state."""
 SMALL = 1e-7
 """Length of the change of a state that is marched itself where the motion grazes and has no tangent."""
 BLOCK = 64
@@ -58,9 +59,9 @@ def begin_kernel(
 ) -> None:
     """Begin a wave at a given state."""
     start_kernel(pieces, numbers, events, S)
-    S[STATE + DECK_Y] = state[DECK_HEIGHT]
-    S[STATE + DECK_V] = state[DECK_VELOCITY]
-    event.choose_phase(numbers, state[HEIGHT], state[VELOCITY], -1, 0.0, events, S)
+    S[STATE + DECK_Y] = state[OF_DECK_HEIGHT]
+    S[STATE + DECK_V] = state[OF_DECK_VELOCITY]
+    event.choose_phase(numbers, state[OF_HEIGHT], state[OF_VELOCITY], -1, 0.0, events, S)
 
 
 @kernel
@@ -71,10 +72,10 @@ def finish_kernel(pieces: FloatArray, numbers: FloatArray, S: FloatArray, state:
         localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
         rail, rate = rail_at(0.0, S[STATE:], S)
         height, velocity = rail - height * height, rate - velocity
-    state[HEIGHT] = height
-    state[VELOCITY] = velocity
-    state[DECK_HEIGHT] = S[STATE + DECK_Y]
-    state[DECK_VELOCITY] = S[STATE + DECK_V]
+    state[OF_HEIGHT] = height
+    state[OF_VELOCITY] = velocity
+    state[OF_DECK_HEIGHT] = S[STATE + DECK_Y]
+    state[OF_DECK_VELOCITY] = S[STATE + DECK_V]
 
 
 @kernel
@@ -152,7 +153,7 @@ def capture_kernel(
         status[cell] = contract.DONE
         waves[cell] = 0
         caught[cell] = trap_of(states[cell], traps[trap_first[cell] : trap_end[cell]])
-        while caught[cell] == FREE and waves[cell] < most and status[cell] == contract.DONE:
+        while caught[cell] == UNCAUGHT and waves[cell] < most and status[cell] == contract.DONE:
             status[cell] = wave_kernel(pieces, cells.numbers[cell], states[cell], one, steps, events, peaks, S, strict)
             waves[cell] += 1
             caught[cell] = trap_of(states[cell], traps[trap_first[cell] : trap_end[cell]])
@@ -160,18 +161,18 @@ def capture_kernel(
 
 @kernel
 def trap_of(state: FloatArray, traps: FloatArray) -> int:
-    """Return the orbit in whose trap a state lies, or FREE."""
+    """Return the orbit in whose trap a state lies, or UNCAUGHT."""
     for row in range(len(traps)):
         trap = traps[row]
         size = 0.0
-        for i in range(STATES):
+        for i in range(STATE_SIZE):
             part = 0.0
-            for j in range(STATES):
-                part += trap[TRAP_NORM + STATES * i + j] * (state[j] - trap[TRAP_CENTRE + j])
+            for j in range(STATE_SIZE):
+                part += trap[TRAP_NORM + STATE_SIZE * i + j] * (state[j] - trap[TRAP_CENTRE + j])
             size += part * part
         if size <= trap[TRAP_REACH]:
             return int(trap[TRAP_ORBIT])
-    return FREE
+    return UNCAUGHT
 
 
 class TangentTables(NamedTuple):
@@ -191,7 +192,7 @@ def tangent_wave_kernel(
     pieces: FloatArray, numbers: FloatArray, state: FloatArray, told: FloatArray, along: FloatArray,
     tables: TangentTables, strict: bool | None,
 ) -> tuple[int, float]:  # fmt: skip
-    """March one wave; `state` becomes that at its end, `along` (STATES, LANES) its derivatives along given changes.
+    """March one wave; `state` becomes that at its end, `along` (STATE_SIZE, LANES) its derivatives along given changes.
 
     `along` holds, at first, the changes of the state at the wave's start. Return why the march stopped, and how near it
     came to grazing.
@@ -244,16 +245,16 @@ def growth_kernel(
     Return why the march stopped, and the wave in which it did.
     """
     told = np.zeros(TOLD)
-    along = np.zeros((STATES, LANES))
+    along = np.zeros((STATE_SIZE, LANES))
     for wave in range(first, len(growths)):
         before = state.copy()
-        along[:, 0] = change
+        along[:, CHANGE] = change
         why, _ = tangent_wave_kernel(pieces, numbers, state, told, along, tables, strict)
         if why != contract.DONE:
             state[:] = before
             return why, wave
-        if np.isfinite(along[:, 0].sum()):
-            change[:] = along[:, 0]
+        if np.isfinite(along[:, CHANGE].sum()):
+            change[:] = along[:, CHANGE]
         else:  # it grazes: the motion beside it is marched
             beside = before + SMALL * change
             wave_kernel(pieces, numbers, beside, told, tables.steps, tables.events, tables.peaks, tables.S, strict)
@@ -281,7 +282,7 @@ def tangent_tables(rows: int = 1024) -> TangentTables:
 
 
 class Returned(NamedTuple):
-    """States of cells at sections, (cells, waves, STATES); what is told of the waves before; why each cell stopped."""
+    """States of cells at sections, (cells, waves, STATE_SIZE); what is told of the waves before; why each cell stopped."""
 
     kept: FloatArray
     told: FloatArray
@@ -292,13 +293,13 @@ def sections(
     cells: Cells, states: FloatArray, skip: int, keep: int, threads: int = 1, chained: bool = False,
     count: Callable[[int], None] | None = None,
 ) -> Returned:  # fmt: skip
-    """March many cells over `skip` + `keep` waves; `states` (cells, STATES) become those at the end.
+    """March many cells over `skip` + `keep` waves; `states` (cells, STATE_SIZE) become those at the end.
 
     Chained cells are marched one after the other, each from where the one before it has ended.
     """
     total = len(cells.first)
     found = Returned(
-        np.empty((total, keep, STATES)), np.empty((total, keep, TOLD)), np.zeros(total, dtype=np.int64)
+        np.empty((total, keep, STATE_SIZE)), np.empty((total, keep, TOLD)), np.zeros(total, dtype=np.int64)
     )
 
     def march_block(block: slice) -> None:
@@ -312,7 +313,7 @@ def sections(
 
 
 class Captured(NamedTuple):
-    """The orbit of each cell (FREE: none yet), the waves marched, and why it stopped; each (cells,)."""
+    """The orbit of each cell (UNCAUGHT: none yet), the waves marched, and why it stopped; each (cells,)."""
 
     orbit: IntArray
     waves: IntArray
@@ -327,7 +328,7 @@ def capture(
     Parameters
     ----------
     cells, states
-        The cells, and their states (cells, STATES).
+        The cells, and their states (cells, STATE_SIZE).
     most
         Largest number of waves.
     traps
@@ -358,11 +359,11 @@ class Turn(NamedTuple):
     status
         Why the march stopped.
     trail
-        (waves, STATES) the states after each wave.
+        (waves, STATE_SIZE) the states after each wave.
     told
         (waves, TOLD) what is told of each wave.
     slopes
-        (STATES, STATES) derivatives of the last state by the first; NaN where the motion grazes.
+        (STATE_SIZE, STATE_SIZE) derivatives of the last state by the first; NaN where the motion grazes.
     near
         How near it comes to grazing.
     """
@@ -384,14 +385,14 @@ class Tangents:
         """March some waves from a state."""
         strict = True if program.numbers[contract.ORDER] == contract.STRICT_ORDER else None
         while True:
-            along = np.zeros((STATES, LANES))
-            along[:, :STATES] = np.eye(STATES)
-            trail, told = np.empty((waves, STATES)), np.empty((waves, TOLD))
+            along = np.zeros((STATE_SIZE, LANES))
+            along[:, :STATE_SIZE] = np.eye(STATE_SIZE)
+            trail, told = np.empty((waves, STATE_SIZE)), np.empty((waves, TOLD))
             status, near = orbit_kernel(
                 program.pieces, program.numbers, state.copy(), trail, told, along, self._tables, strict
             )
             if status != contract.FULL:
-                return Turn(status, trail, told, along[:, :STATES].copy(), near)
+                return Turn(status, trail, told, along[:, :STATE_SIZE].copy(), near)
             self._tables = tangent_tables(2 * len(self._tables.steps))
 
 
@@ -427,5 +428,5 @@ def march_from(program: contract.Program, state: FloatArray) -> March:
 
 def is_ready(cells: Cells) -> bool:
     """Return False if marching from section to section begins with compiling."""
-    empty: Any = (np.empty((0, 0, STATES)), np.empty((0, 0, TOLD)), np.zeros(0, dtype=np.int64))
-    return is_compiled(section_kernel, (cells, np.empty((0, STATES)), 0, False, *empty, *_work(), cells.strict))
+    empty: Any = (np.empty((0, 0, STATE_SIZE)), np.empty((0, 0, TOLD)), np.zeros(0, dtype=np.int64))
+    return is_compiled(section_kernel, (cells, np.empty((0, STATE_SIZE)), 0, False, *empty, *_work(), cells.strict))

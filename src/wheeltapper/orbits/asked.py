@@ -94,7 +94,7 @@ def range_of(scenario: Scenario, over: Any) -> tuple[str, float, float]:
 
 
 def given_start(start: Any, deck: bool) -> FloatArray:
-    """Return a start at a section in SI units, (STATES,)."""
+    """Return a start at a section in SI units, (STATE_SIZE,)."""
     names = [*START][: 4 if deck else 2]
     allowed = f'None, or a table of {" and ".join(names)}, as {{"displacement": 1e-4, "velocity": 0.1}}'
     if not isinstance(start, Mapping) or not set(start) <= set(names):

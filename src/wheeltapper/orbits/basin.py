@@ -26,7 +26,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.blocks import core_count
 from wheeltapper.march.ensemble import Cells
-from wheeltapper.march.orbits import FREE, TRAP_COLUMNS
+from wheeltapper.march.orbits import UNCAUGHT, TRAP_COLUMNS
 from wheeltapper.orbits.asked import START, axes_of, is_undamped, section_of
 from wheeltapper.orbits.diagram import all_cells, start_states
 from wheeltapper.orbits.orbit import multipliers_of
@@ -107,7 +107,7 @@ class Search:
         one = self.maps[1]
         self.worlds = [World(int(cell), one.wave_of(found, int(cell))) for cell in firsts]
         self.states = start_states(found)
-        self.orbit = np.full(len(owner), FREE, dtype=np.int64)
+        self.orbit = np.full(len(owner), UNCAUGHT, dtype=np.int64)
         self.waves = np.zeros(len(owner), dtype=np.int64)
         self.alive = np.ones(len(owner), dtype=bool)
 
@@ -118,7 +118,7 @@ class Search:
             begun = self.states[scouts].copy()
             self._settle(scouts, most, threads)
             self.states[scouts], self.waves[scouts] = begun, 0
-            self.orbit[scouts], self.alive[scouts] = FREE, True
+            self.orbit[scouts], self.alive[scouts] = UNCAUGHT, True
         self._settle(np.arange(len(self.owner)), most, threads)
 
     def _scouts(self) -> IntArray:
@@ -139,7 +139,7 @@ class Search:
 
     def free(self) -> NDArray[np.bool_]:
         """Return which cells are still free."""
-        return (self.orbit == FREE) & self.alive
+        return (self.orbit == UNCAUGHT) & self.alive
 
     def _round(self, cells: IntArray, length: int, threads: int) -> None:
         begun, before = self.states[cells].copy(), self.waves[cells].copy()
@@ -271,11 +271,11 @@ def _dataset(
     """Return the fates as a dataset; orbits are numbered by worlds, then by waves and forces, those in use only."""
     import xarray as xr
 
-    used = np.unique(np.column_stack([search.owner, search.orbit])[search.orbit != FREE], axis=0)
+    used = np.unique(np.column_stack([search.owner, search.orbit])[search.orbit != UNCAUGHT], axis=0)
     rows = [(int(world), int(k), *search.worlds[world].orbits[k]) for world, k in used]
     rows.sort(key=lambda row: (row[0], row[2], row[3].image.losses, row[3].image.largest_force))
     number = {(world, k): i for i, (world, k, _, _) in enumerate(rows)}
-    orbit = np.array([number.get(pair, FREE) for pair in zip(search.owner.tolist(), search.orbit.tolist(), strict=True)])
+    orbit = np.array([number.get(pair, UNCAUGHT) for pair in zip(search.owner.tolist(), search.orbit.tolist(), strict=True)])
     one = search.maps[1]
     starts = np.array([_first_state(row[3]) * one.scale for row in rows]).reshape(-1, one.size)
     table = {

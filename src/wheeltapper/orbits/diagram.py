@@ -20,7 +20,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.blocks import core_count
 from wheeltapper.march.ensemble import Cells
-from wheeltapper.march.orbits import LARGEST_FORCE, LOSSES, STATES, Returned
+from wheeltapper.march.orbits import LARGEST_FORCE, LOSSES, STATE_SIZE, Returned
 from wheeltapper.orbits.asked import START, axes_of, has_deck, section_of
 from wheeltapper.record.arguments import as_scenario
 
@@ -39,8 +39,8 @@ def all_cells(axes: list[Axis]) -> tuple[tuple[int, ...], dict[str, FloatArray]]
 
 
 def start_states(found: SectionCells) -> FloatArray:
-    """Return the states at which cells start by themselves, (cells, STATES)."""
-    states = np.zeros((len(found.period), STATES))
+    """Return the states at which cells start by themselves, (cells, STATE_SIZE)."""
+    states = np.zeros((len(found.period), STATE_SIZE))
     states[:, :2] = found.cells.numbers[:, [contract.START_HEIGHT, contract.START_VELOCITY]]
     return states
 
@@ -110,7 +110,7 @@ def _carried(
     """March cells one after the other along the first axis, each from where the one before has ended."""
     order = np.argsort(axis.values, kind="stable")
     numbers = np.arange(len(states)).reshape(shape[0], -1)[order if carry == "up" else order[::-1]]
-    kept = np.empty((len(states), keep, STATES))
+    kept = np.empty((len(states), keep, STATE_SIZE))
     out = Returned(kept, np.empty((len(states), keep, 2)), np.zeros(len(states), dtype=np.int64))
     for column in numbers.T:
         own = Cells(cells.pieces, cells.first[column], cells.many[column], cells.numbers[column])
@@ -120,7 +120,7 @@ def _carried(
 
 
 def _in_si(found: SectionCells, kept: FloatArray) -> FloatArray:
-    """Return states (cells, waves, STATES) in SI units."""
+    """Return states (cells, waves, STATE_SIZE) in SI units."""
     length, time = found.units.length, found.units.time
     return kept * np.column_stack([length, length / time] * 2)[:, None, :]
 
@@ -205,7 +205,7 @@ def ramp(
     section = section_of(scenario, method)
     found = section.cells({axis.path: values})
     given = start if start is not None else find(scenario.replaced({axis.path: float(first)}), method=method).start
-    states = np.zeros((many, STATES))
+    states = np.zeros((many, STATE_SIZE))
     length, time = found.units.length[0], found.units.time[0]
     states[0] = given_start(given, has_deck(section)) / np.array([length, length / time] * 2)
     kept = run.sections(found.cells, states, 0, 1, chained=True)

@@ -12,7 +12,7 @@ from wheeltapper.lower.section import Section, SectionCells
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.ensemble import Cells
-from wheeltapper.march.orbits import LARGEST_FORCE, LOSSES, STATES
+from wheeltapper.march.orbits import LARGEST_FORCE, LOSSES, STATE_SIZE
 from wheeltapper.march.program import Program
 from wheeltapper.orbits.asked import has_deck
 
@@ -120,7 +120,7 @@ class SectionMap:
         return self.waves_at(np.array([values]).reshape(1, -1))[0]
 
     def _full(self, wave: Wave, state: FloatArray) -> FloatArray:
-        out = np.zeros(STATES)
+        out = np.zeros(STATE_SIZE)
         out[: self.size] = state * wave.to_program
         return out
 
@@ -150,7 +150,7 @@ class SectionMap:
         """Return the images (many, n) of some states, each at its own value of the parameters, without derivatives."""
         found = self.section.cells({path: values[:, i] for i, path in enumerate(self.paths)})
         own = self.scale / np.column_stack([found.units.length, found.units.length / found.units.time] * 2)[:, : self.size]
-        full = np.zeros((len(states), STATES))
+        full = np.zeros((len(states), STATE_SIZE))
         full[:, : self.size] = states * own
         run.sections(found.cells, full, self.waves, 0)
         return np.asarray(full[:, : self.size] / own)

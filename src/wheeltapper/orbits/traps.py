@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.march.orbits import STATES, TRAP_CENTRE, TRAP_COLUMNS, TRAP_NORM, TRAP_ORBIT, TRAP_REACH
+from wheeltapper.march.orbits import STATE_SIZE, TRAP_CENTRE, TRAP_COLUMNS, TRAP_NORM, TRAP_ORBIT, TRAP_REACH
 from wheeltapper.orbits.section_map import FixedPoint, SectionMap, Wave
 
 FloatArray = NDArray[np.float64]
@@ -44,7 +44,7 @@ def traps_of(each: SectionMap, wave: Wave, found: FixedPoint, number: int) -> Fl
         radius = _radius(each, wave, state, norm, 0.5 * (1.0 + factor))
         row[TRAP_ORBIT], row[TRAP_REACH] = number, radius**2
         row[TRAP_CENTRE : TRAP_CENTRE + each.size] = state * wave.to_program
-        full = np.eye(STATES)
+        full = np.eye(STATE_SIZE)
         full[: each.size, : each.size] = norm / wave.to_program
         row[TRAP_NORM:] = full.ravel()
     return out
