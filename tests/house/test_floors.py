@@ -14,7 +14,11 @@ KERNELS = {
     "balance", "orbits",
 }  # fmt: skip
 NOUNS = "Wagon|Wheelset|ElasticPlastic|Hertz|Linear|FloatingDeck|StiffTrack|Start|CreepLaw"
-ABOVE = [path for floor in ("record", "ask", "orbits", "diagnosis", "faces") for path in sorted((SOURCE / floor).rglob("*.py"))]
+ABOVE = [
+    path
+    for floor in ("record", "ask", "orbits", "diagnosis", "faces")
+    for path in sorted((SOURCE / floor).rglob("*.py"))
+]
 
 
 def test_import_linter_keeps_every_contract() -> None:

@@ -1,4 +1,4 @@
-"""Orbits are what marches do: they close, branches consist of them, fates are kept, and exponents are those of orbits."""
+"""Orbits are what marches do: they close, branches consist of them, fates last, and exponents are those of orbits."""
 
 import numpy as np
 import pytest
@@ -72,7 +72,9 @@ def test_multipliers_are_those_of_difference_quotients(name):
     each = SectionMap(section_of(PERIODIC[name], "strict"), 1)
     wave, state = each.wave_at(), orbit.state / each.scale
     quotients = each._differences(wave, state)
-    np.testing.assert_allclose(each.image(wave, state).slopes, quotients, rtol=1e-5, atol=1e-6 * np.abs(quotients).max())
+    np.testing.assert_allclose(
+        each.image(wave, state).slopes, quotients, rtol=1e-5, atol=1e-6 * np.abs(quotients).max()
+    )
 
 
 def test_every_point_of_a_branch_is_an_orbit():
@@ -198,7 +200,8 @@ def test_at_18_m_s_nearly_all_motions_settle_on_an_orbit_of_two_waves():
 
 
 @pytest.mark.parametrize(
-    ("up", "per_wave", "expected"), [(True, 1e-3, 6.761), (True, 1e-2, 6.800), (False, 1e-3, 2.957), (False, 1e-2, 2.750)]
+    ("up", "per_wave", "expected"),
+    [(True, 1e-3, 6.761), (True, 1e-2, 6.800), (False, 1e-3, 2.957), (False, 1e-2, 2.750)],
 )
 def test_a_ramp_through_resonance_jumps_behind_the_fold(up, per_wave, expected):
     if up:

@@ -34,7 +34,9 @@ def start_of(case):
 def same_state(found, case, relative):
     """Compare states, relative to the scales of both entries."""
     scales = np.array([8.289e-5, 0.0777])
-    np.testing.assert_allclose(found / scales, np.array([*start_of(case).values()]) / scales, rtol=relative, atol=relative)
+    np.testing.assert_allclose(
+        found / scales, np.array([*start_of(case).values()]) / scales, rtol=relative, atol=relative
+    )
 
 
 @pytest.mark.parametrize("method", ["default", "strict"])
@@ -46,7 +48,9 @@ def test_an_orbit_is_that_of_the_other_program(name, method):
     allowed = case["tolerance"]
     same_state([orbit.start[entry] for entry in NAMES], case, allowed["state_relative"])
     expected = np.array([complex(*pair) for pair in case["multipliers"]])
-    np.testing.assert_allclose(np.sort_complex(orbit.multipliers), np.sort_complex(expected), atol=allowed["multiplier"])
+    np.testing.assert_allclose(
+        np.sort_complex(orbit.multipliers), np.sort_complex(expected), atol=allowed["multiplier"]
+    )
     assert orbit.closure <= 1e-12
     assert abs(orbit.determinant_error) <= (1e-8 if method == "default" else 1e-12)
     assert orbit.stable == case["stable"]

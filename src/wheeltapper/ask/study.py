@@ -169,6 +169,7 @@ def _path_description(field: Any) -> str:
 
 
 def study_axis(question: run.Question, scenario: Scenario, path: str, values: Any) -> Axis:
+    """Return a varied field with its values, each of which the question takes."""
     unit = unit_of(scenario, path)
     array = (
         values

@@ -54,9 +54,7 @@ BLOCK = 64
 
 
 @kernel
-def begin_kernel(
-    pieces: FloatArray, numbers: FloatArray, state: FloatArray, events: FloatArray, S: FloatArray
-) -> None:
+def begin_kernel(pieces: FloatArray, numbers: FloatArray, state: FloatArray, events: FloatArray, S: FloatArray) -> None:
     """Begin a wave at a given state."""
     start_kernel(pieces, numbers, events, S)
     S[STATE + DECK_Y] = state[OF_DECK_HEIGHT]
@@ -128,7 +126,9 @@ def section_kernel(
         status[cell] = contract.DONE
         for wave in range(skip + kept.shape[1]):
             if status[cell] == contract.DONE:
-                status[cell] = wave_kernel(pieces, cells.numbers[cell], states[cell], one, steps, events, peaks, S, strict)
+                status[cell] = wave_kernel(
+                    pieces, cells.numbers[cell], states[cell], one, steps, events, peaks, S, strict
+                )
             if status[cell] != contract.DONE:
                 states[cell] = np.nan
                 one[:] = np.nan
@@ -270,19 +270,19 @@ def growth_kernel(
 
 def _work(rows: int = 256) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return tables that are emptied whenever they are full, and scratch memory."""
-    columns = (contract.STEP_COLUMNS, contract.EVENT_COLUMNS, contract.PEAK_COLUMNS)
-    return (*(np.empty((rows, many)) for many in columns), np.zeros(SCRATCH))
+    steps, events = np.empty((rows, contract.STEP_COLUMNS)), np.empty((rows, contract.EVENT_COLUMNS))
+    return steps, events, np.empty((rows, contract.PEAK_COLUMNS)), np.zeros(SCRATCH)
 
 
 def tangent_tables(rows: int = 1024) -> TangentTables:
     """Return tables for a whole wave."""
-    *tables, work = _work(rows)
-    rates = (np.zeros((rows, 2, LANES)) for _ in range(2))
-    return TangentTables(*tables, *rates, work, np.zeros((SCRATCH, LANES)))
+    steps, events, peaks, work = _work(rows)
+    of_events, of_peaks = np.zeros((rows, 2, LANES)), np.zeros((rows, 2, LANES))
+    return TangentTables(steps, events, peaks, of_events, of_peaks, work, np.zeros((SCRATCH, LANES)))
 
 
 class Returned(NamedTuple):
-    """States of cells at sections, (cells, waves, STATE_SIZE); what is told of the waves before; why each cell stopped."""
+    """States at sections, (cells, waves, STATE_SIZE), what is told of the waves before, and why each cell stopped."""
 
     kept: FloatArray
     told: FloatArray
@@ -303,8 +303,8 @@ def sections(
     )
 
     def march_block(block: slice) -> None:
-        out = (part[block] for part in found)
-        section_kernel(cells.part(block), states[block], skip, chained, *out, *_work(), cells.strict)
+        kept, told, status = found.kept[block], found.told[block], found.status[block]
+        section_kernel(cells.part(block), states[block], skip, chained, kept, told, status, *_work(), cells.strict)
         if count is not None:
             count(block.stop - block.start)
 
@@ -342,10 +342,9 @@ def capture(
     found = Captured(*(np.zeros(total, dtype=np.int64) for _ in range(3)))
 
     def march_block(block: slice) -> None:
-        out = (part[block] for part in found)
-        capture_kernel(
-            cells.part(block), states[block], most, traps, first[block], end[block], *out, *_work(), cells.strict
-        )
+        orbit, waves, status = found.orbit[block], found.waves[block], found.status[block]
+        own = cells.part(block), states[block], most, traps, first[block], end[block]
+        capture_kernel(*own, orbit, waves, status, *_work(), cells.strict)
 
     in_blocks(total, BLOCK, threads, march_block)
     return found
@@ -421,9 +420,9 @@ def march_from(program: contract.Program, state: FloatArray) -> March:
         if status != contract.FULL:
             break
         rows *= 2
-    used = (layout.STEPS, layout.EVENTS, layout.PEAKS)
-    tables = (table[: int(work[COUNT + at])] for table, at in zip((steps, events, peaks), used, strict=True))
-    return March(status, *tables, work[STATE : STATE + contract.STEP_COLUMNS].copy(), contract.NO_STOPS, program.pieces)
+    many, happened, heights = (int(work[COUNT + at]) for at in (layout.STEPS, layout.EVENTS, layout.PEAKS))
+    last = work[STATE : STATE + contract.STEP_COLUMNS].copy()
+    return March(status, steps[:many], events[:happened], peaks[:heights], last, contract.NO_STOPS, program.pieces)
 
 
 def is_ready(cells: Cells) -> bool:

@@ -105,9 +105,10 @@ def tangent_kernel(
     """Carry the tangents along all steps; return how near the motion comes to grazing: GRAZING says what is too near.
 
     `start` holds changes of the start's displacement and velocity beside those of the numbers, (2, LANES), perhaps
-    also of the deck's, (4, LANES); `last` is the state at the march's end. Written are the derivatives of time and rate of the events, of time and force of the
-    peaks, (rows, 2, LANES), and `of_end` (4, LANES): y, v, Y, Z at the march's end, at fixed time. `tallied` is True or
-    None: True writes those of the wheel's position at `highest_time`, and of the impulses, (rows, LANES), too.
+    also of the deck's, (4, LANES); `last` is the state at the march's end. Written are the derivatives of time and rate
+    of the events, of time and force of the peaks, (rows, 2, LANES), and `of_end` (4, LANES): y, v, Y, Z at the march's
+    end, at fixed time. `tallied` is True or None: True writes those of the wheel's position at `highest_time`, and of
+    the impulses, (rows, LANES), too.
     Also written are the motion and its derivatives at rising `times`, (times, QUANTITIES, SAMPLED).
     """
     carried = np.zeros((CARRIED, LANES))

@@ -1,4 +1,4 @@
-"""Orbits: periodic motions of a wheel over a periodic irregularity, their branches, and which of them a start ends on."""
+"""Orbits: periodic motions of a wheel over a periodic irregularity, their branches, and on which of them starts end."""
 
 from __future__ import annotations
 

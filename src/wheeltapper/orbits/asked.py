@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wheeltapper.ask.study import Axis, study_axis
 from wheeltapper.describe.scenario import Scenario, Start
 from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.section import Section, moving_fields
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
@@ -80,7 +81,7 @@ def axes_of(scenario: Scenario, over: Any) -> tuple[Scenario, list[Axis]]:
 
 
 def range_of(scenario: Scenario, over: Any) -> tuple[str, float, float]:
-    """Return the one varied field, and its lowest and highest value."""
+    """Return the one varied field, and its lowest and highest value; the scenario's own one lies between them."""
     if not isinstance(over, Mapping) or len(over) != 1:
         raise InputError("", "over", value_text(over), 'one field with its range, as {"speed": (1, 60)}')
     (path,) = over
@@ -90,7 +91,11 @@ def range_of(scenario: Scenario, over: Any) -> tuple[str, float, float]:
     if len(axis.values) != 2 or not axis.values[0] < axis.values[1]:
         found = value_text(over[path])
         raise InputError("", path, found, "lowest and highest value, two different ones in order")
-    return path, float(axis.values[0]), float(axis.values[1])
+    low, high = axis.values.tolist()
+    held = float(Fields(scenario)(path))
+    if not low <= held <= high:
+        raise InputError("", path, f"a range without {held:g}, where the orbit is", "a range around it")
+    return path, low, high
 
 
 def given_start(start: Any, deck: bool) -> FloatArray:

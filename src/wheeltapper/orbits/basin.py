@@ -26,7 +26,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.blocks import core_count
 from wheeltapper.march.ensemble import Cells
-from wheeltapper.march.orbits import UNCAUGHT, TRAP_COLUMNS
+from wheeltapper.march.orbits import TRAP_COLUMNS, UNCAUGHT
 from wheeltapper.orbits.asked import START, axes_of, is_undamped, section_of
 from wheeltapper.orbits.diagram import all_cells, start_states
 from wheeltapper.orbits.orbit import multipliers_of
@@ -139,7 +139,7 @@ class Search:
 
     def free(self) -> NDArray[np.bool_]:
         """Return which cells are still free."""
-        return (self.orbit == UNCAUGHT) & self.alive
+        return np.asarray((self.orbit == UNCAUGHT) & self.alive)
 
     def _round(self, cells: IntArray, length: int, threads: int) -> None:
         begun, before = self.states[cells].copy(), self.waves[cells].copy()
@@ -149,7 +149,8 @@ class Search:
             self.states[at], self.waves[at] = begun[todo], before[todo]
             self._march(at, length, threads)
             free = cells[self.free()[cells]]
-            new = {world for world in np.unique(self.owner[free]) if self._discover(world, free[self.owner[free] == world])}
+            owner = self.owner[free]
+            new = {world for world in np.unique(owner) if self._discover(world, free[owner == world])}
             if not new:
                 return
             todo = self.free()[cells] & np.isin(self.owner[cells], list(new))
@@ -275,29 +276,28 @@ def _dataset(
     rows = [(int(world), int(k), *search.worlds[world].orbits[k]) for world, k in used]
     rows.sort(key=lambda row: (row[0], row[2], row[3].image.losses, row[3].image.largest_force))
     number = {(world, k): i for i, (world, k, _, _) in enumerate(rows)}
-    orbit = np.array([number.get(pair, UNCAUGHT) for pair in zip(search.owner.tolist(), search.orbit.tolist(), strict=True)])
+    pairs = zip(search.owner.tolist(), search.orbit.tolist(), strict=True)
+    orbit = np.array([number.get(pair, UNCAUGHT) for pair in pairs])
     one = search.maps[1]
     starts = np.array([_first_state(row[3]) * one.scale for row in rows]).reshape(-1, one.size)
-    table = {
+    table: dict[str, Any] = {
         "waves": [many for _, _, many, _ in rows],
         "losses": [found.image.losses for *_, found in rows],
         "largest_force": [found.image.largest_force for *_, found in rows],
         "multiplier": [float(np.abs(multipliers_of(found.image.slopes)).max()) for *_, found in rows],
         "closure": [found.closure for *_, found in rows],
     }
-    table |= {name: column for name, column in zip(START, starts.T, strict=False)}
+    table |= dict(zip(START, starts.T, strict=False))
     cells = [search.worlds[world].cell for world, *_ in rows]
     table |= {axis.path: changed[axis.path][cells] for axis in others}
     units = {"largest_force": "N"} | START | {axis.path: axis.unit for axis in others}
     named: dict[str, Any] = {axis.path: (axis.path, axis.values, {"units": axis.unit}) for axis in axes}
     named["orbits"] = ("orbits", np.arange(len(rows)), {"long_name": "number of the orbit"})
-    named |= {
-        f"orbit_{name}": ("orbits", np.asarray(values), {"units": units.get(name, "")}) for name, values in table.items()
-    }
+    named |= {f"orbit_{name}": ("orbits", values, {"units": units.get(name, "")}) for name, values in table.items()}
     dimensions = tuple(axis.path for axis in axes)
 
     def of_orbit(name: str, free: float) -> NDArray[Any]:
-        return np.append(np.asarray(table[name]), free)[orbit].reshape(shape)
+        return np.asarray(np.append(table[name], free)[orbit].reshape(shape))
 
     data = {
         "orbit": (dimensions, orbit.reshape(shape), {"long_name": "number of the orbit; -1: unsettled"}),

@@ -61,8 +61,8 @@ class _Tracer:
         special = _nearest(branch, expected, self.kind)
         if special is None:
             return None
-        away = float(np.linalg.norm(special.place - self.known[-1][1]))
-        if away > FAR or float(np.linalg.norm(special.place - expected)) > max(CLOSE, 0.5 * away * (len(self.known) > 1)):
+        away, off = (float(np.linalg.norm(special.place - place)) for place in (self.known[-1][1], expected))
+        if away > FAR or off > max(CLOSE, 0.5 * away):
             return None  # another one, perhaps
         self.known.append((value, special.place))
         return special.place
@@ -81,8 +81,8 @@ def _nearest(branch: Branch, expected: FloatArray, kind: str) -> Special | None:
     first = _point_near(branch, expected)
     if first is None:
         return None
-    ways = [walk(branch, Point(first.place, first.image, way * first.tangent), POINTS).points for way in (-1.0, 1.0)]
-    points = [Point(p.place, p.image, -p.tangent) for p in reversed(ways[0][1:])] + ways[1]
+    down, up = (walk(branch, [start], POINTS).points for start in (first.turned(), first))
+    points = [*(point.turned() for point in reversed(down[1:])), *up]
     found = [one for one in special_points(branch, points) if one.kind == kind]
     away = [float(np.linalg.norm(one.place - expected)) for one in found]
     return found[int(np.argmin(away))] if found else None
@@ -98,9 +98,7 @@ def _point_near(branch: Branch, expected: FloatArray) -> Point | None:
     return None
 
 
-def trace(
-    orbit: Orbit, special: xr.Dataset, over: Mapping[str, Any], *, progress: Progress = True
-) -> xr.Dataset:
+def trace(orbit: Orbit, special: xr.Dataset, over: Mapping[str, Any], *, progress: Progress = True) -> xr.Dataset:
     """Trace a special point of a branch while a second field varies: a border in the plane of two fields.
 
     Parameters
@@ -142,7 +140,8 @@ def trace(
     each = SectionMap(orbit._section, orbit.waves, (path,))
     names = [*START][: each.size]
     state = np.array([float(special[f"special_{name}"]) for name in names]) / each.scale
-    tracer = _Tracer(orbit, path, axis.path, str(special.kind.values), np.append(state, np.log(float(special.parameter))))
+    place = np.append(state, np.log(float(special.parameter)))
+    tracer = _Tracer(orbit, path, axis.path, str(special.kind.values), place)
     places = np.full((len(axis.values), each.size + 1), np.nan)
     with progress_shown(progress, "tracing"):
         for i, value in enumerate(axis.values.tolist()):

@@ -7,7 +7,7 @@ located by what changes its sign there, or, for a loss of contact, by its number
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -43,6 +43,10 @@ HARD = 5
 """A point that needed so many of them makes the next step shorter."""
 ROUGH = 1e-5
 """Distance from the branch below which the derivative by the parameter is not computed anew."""
+CLOSED_BRANCH = "the branch closes"
+"""Why a branch ends that has no ends."""
+KEPT = 100
+"""Points after which a branch is written to its file each time."""
 MOST_POINTS = 20_000
 """Largest number of points in each direction."""
 
@@ -67,6 +71,10 @@ class Point:
     image: Image
     tangent: FloatArray
     iterations: int = 0
+
+    def turned(self) -> Point:
+        """Return the point with the opposite tangent."""
+        return Point(self.place, self.image, -self.tangent, self.iterations)
 
     @cached_property
     def tests(self) -> FloatArray:
@@ -141,6 +149,12 @@ class Branch:
                 return None
         return None
 
+    def point_at(self, place: FloatArray, like: FloatArray) -> Point:
+        """Return a place that is known to be on the branch as a point."""
+        image = self.image(place)
+        slopes = np.column_stack([image.slopes - np.eye(len(place) - 1), self.along(place)])
+        return Point(place, image, _tangent(slopes, like))
+
     def at_value(self, guess: FloatArray, value: float, like: FloatArray) -> Point | None:
         """Return the point at a value of the parameter, near a guess."""
         start = np.append(guess[:-1], self.measure(value))
@@ -161,9 +175,14 @@ class Walk:
     ended: str
 
 
-def walk(branch: Branch, first: Point, most: int = MOST_POINTS) -> Walk:
-    """Go along a branch from a point in the direction of its tangent, up to a bound of the parameter."""
-    points, step, bend = [first], FIRST_STEP, np.zeros_like(first.place)
+def walk(
+    branch: Branch, points: list[Point], most: int = MOST_POINTS, keep: Callable[[list[Point]], None] | None = None
+) -> Walk:
+    """Go along a branch from the last of some points in the direction of its tangent, up to a bound of the parameter.
+
+    `keep` is given all points now and then.
+    """
+    points, step, bend = [*points], FIRST_STEP, np.zeros_like(points[0].place)
     bounds = branch.measure(branch.low), branch.measure(branch.high)
     while len(points) < most:
         here = points[-1]
@@ -181,8 +200,10 @@ def walk(branch: Branch, first: Point, most: int = MOST_POINTS) -> Walk:
             return Walk([*points, last] if last is not None else points, "the bound of the parameter is reached")
         points.append(new)
         report("following", branch.value(new.place), 0.0)
+        if keep is not None and len(points) % KEPT == 0:
+            keep(points)
         if _closes(points, step):
-            return Walk(points, "the branch closes")
+            return Walk(points, CLOSED_BRANCH)
         bend = (new.tangent - here.tangent) / float(np.linalg.norm(new.place - here.place))
         step = min(step * min(LONGER, (GOAL / use) if new.iterations < HARD else 0.7), LONGEST_STEP)
     return Walk(points, f"{most} points are made")
@@ -190,12 +211,12 @@ def walk(branch: Branch, first: Point, most: int = MOST_POINTS) -> Walk:
 
 def _use(here: Point, new: Point, step: float) -> float:
     """Return how far a step uses what it may: beyond one, something could hide between its ends."""
-    turn = (1.0 - here.tangent @ new.tangent) / (1.0 - TURN)
+    turn = max((1.0 - float(here.tangent @ new.tangent)) / (1.0 - TURN), 0.0)
     scale = CHANGE * np.maximum(1.0, np.minimum(np.abs(new.tests), np.abs(here.tests)))
     change = float((np.abs(new.tests - here.tests) / scale).max())
     if abs(here.image.losses - new.image.losses) > 1 and step > 1e-4:
         return np.inf
-    return max(np.sqrt(max(turn, 0.0)), change, 1e-3)
+    return float(max(turn**0.5, change, 1e-3))
 
 
 def _at_bound(branch: Branch, here: Point, new: Point, bounds: tuple[float, float]) -> Point | None:
@@ -247,20 +268,54 @@ def follow(orbit: Orbit, over: Mapping[str, Any], *, progress: Progress = True) 
     if not isinstance(orbit, Orbit):
         raise InputError("", "orbit", value_text(orbit), "an orbit that `wheeltapper.orbits.find` returns")
     path, low, high = range_of(orbit.scenario, over)
-    held = float(Fields(orbit.scenario)(path))
-    if not low <= held <= high:
-        raise InputError("", path, f"a range without {held:g}, where the orbit is", "a range around it")
     with progress_shown(progress, "following"):
-        each = SectionMap(orbit._section, orbit.waves, (path,))
-        branch = Branch(each, low, high)
-        first = _first_point(branch, orbit, held)
-        down = walk(branch, Point(first.place, first.image, -first.tangent))
-        closed = down.ended == "the branch closes"
-        up = Walk([first], down.ended) if closed else walk(branch, first)
-        backwards = [Point(p.place, p.image, -p.tangent) for p in reversed(down.points[1:])]
-        points = [*backwards, *up.points]
-        found = special_points(branch, points)
-    return _dataset(branch, orbit, points, found, (down.ended, up.ended))
+        grown = Grown.begun(orbit, path, (low, high))
+        grown.grow()
+        return grown.dataset(special_points(grown.branch, grown.points))
+
+
+@dataclass
+class Grown:
+    """A branch while it grows: points in both directions from the first, and why there are no more ("": not known)."""
+
+    orbit: Orbit
+    branch: Branch
+    down: Walk
+    up: Walk
+
+    @staticmethod
+    def begun(orbit: Orbit, path: str, bounds: tuple[float, float]) -> Grown:
+        """Return a branch of one point, the orbit."""
+        branch = Branch(SectionMap(orbit._section, orbit.waves, (path,)), *bounds)
+        first = _first_point(branch, orbit, float(Fields(orbit.scenario)(path)))
+        return Grown(orbit, branch, Walk([first.turned()], ""), Walk([first], ""))
+
+    @property
+    def points(self) -> list[Point]:
+        """All points from one end to the other."""
+        return [*(point.turned() for point in reversed(self.down.points[1:])), *self.up.points]
+
+    def grow(self, keep: Callable[[], object] | None = None) -> None:
+        """Let it grow to both ends; `keep` is called now and then."""
+
+        def kept(name: str) -> Callable[[list[Point]], None] | None:
+            def hold(points: list[Point]) -> None:
+                setattr(self, name, Walk(points, ""))
+                keep()  # type: ignore[misc]
+
+            return None if keep is None else hold
+
+        if not self.down.ended:
+            self.down = walk(self.branch, self.down.points, keep=kept("down"))
+        if not self.up.ended:
+            closed = self.down.ended == CLOSED_BRANCH
+            self.up = (
+                Walk(self.up.points, CLOSED_BRANCH) if closed else walk(self.branch, self.up.points, keep=kept("up"))
+            )
+
+    def dataset(self, special: list[Special]) -> xr.Dataset:
+        """Return the branch, as far as it has grown, with its special points."""
+        return _dataset(self.branch, self.orbit, self.points, special, (self.down.ended, self.up.ended))
 
 
 def _first_point(branch: Branch, orbit: Orbit, held: float) -> Point:
@@ -269,9 +324,8 @@ def _first_point(branch: Branch, orbit: Orbit, held: float) -> Point:
     place = np.append(orbit.state / branch.each.scale, branch.measure(held))
     point = branch.corrected(place, like, like)
     if point is None:
-        raise InputError(
-            "", "orbit", f"an orbit that closes to {orbit.closure:.2g} only, or that is at a fold", "another one of its branch"
-        )
+        found = f"an orbit that closes to {orbit.closure:.2g} only, or that is at a fold"
+        raise InputError("", "orbit", found, "another one of its branch")
     return point
 
 

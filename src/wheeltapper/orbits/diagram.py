@@ -21,7 +21,8 @@ from wheeltapper.march import run
 from wheeltapper.march.blocks import core_count
 from wheeltapper.march.ensemble import Cells
 from wheeltapper.march.orbits import LARGEST_FORCE, LOSSES, STATE_SIZE, Returned
-from wheeltapper.orbits.asked import START, axes_of, has_deck, section_of
+from wheeltapper.orbits.asked import START, axes_of, given_start, has_deck, section_of
+from wheeltapper.orbits.orbit import find
 from wheeltapper.record.arguments import as_scenario
 
 if TYPE_CHECKING:
@@ -122,7 +123,7 @@ def _carried(
 def _in_si(found: SectionCells, kept: FloatArray) -> FloatArray:
     """Return states (cells, waves, STATE_SIZE) in SI units."""
     length, time = found.units.length, found.units.time
-    return kept * np.column_stack([length, length / time] * 2)[:, None, :]
+    return np.asarray(kept * np.column_stack([length, length / time] * 2)[:, None, :])
 
 
 def _diagram(
@@ -187,15 +188,13 @@ def ramp(
     InputError
         If the scenario has no orbits, or the values are no ramp.
     """
-    from wheeltapper.orbits.asked import given_start
-    from wheeltapper.orbits.orbit import find
-
-    import xarray as xr  # isort: skip
+    import xarray as xr
 
     scenario, axes = axes_of(as_scenario(scenario), over)
     (axis,) = axes if len(axes) == 1 else (None,)
     if axis is None or len(axis.values) != 2 or axis.values[0] == axis.values[1] or axis.path.startswith("start."):
-        raise InputError("", "over", value_text(dict(over)), 'one field with its first and last value, {"speed": (6, 7)}')
+        allowed = 'one field with its first and last value, as {"speed": (6, 7)}'
+        raise InputError("", "over", value_text(dict(over)), allowed)
     if isinstance(per_wave, bool) or not isinstance(per_wave, int | float) or not 0.0 < per_wave < np.inf:
         raise InputError("", "per_wave", value_text(per_wave), "a positive change from wave to wave")
     first, last = axis.values

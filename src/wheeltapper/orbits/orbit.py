@@ -173,9 +173,9 @@ def settled(each: SectionMap, wave: Wave, state: FloatArray, undamped: bool) -> 
         nearby = each.fixed_point(wave, state)
         if nearby.closed or not found.closed:
             found = nearby
-        if nearby.closed and np.abs(multipliers_of(nearby.image.slopes)).max() < 1.0:
-            if np.abs(nearby.state - state).max() < SETTLED:
-                break
+        attracts = nearby.closed and np.abs(multipliers_of(nearby.image.slopes)).max() < 1.0
+        if attracts and np.abs(nearby.state - state).max() < SETTLED:
+            break
     return found
 
 

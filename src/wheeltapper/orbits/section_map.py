@@ -149,7 +149,8 @@ class SectionMap:
     def side_by_side(self, values: FloatArray, states: FloatArray) -> FloatArray:
         """Return the images (many, n) of some states, each at its own value of the parameters, without derivatives."""
         found = self.section.cells({path: values[:, i] for i, path in enumerate(self.paths)})
-        own = self.scale / np.column_stack([found.units.length, found.units.length / found.units.time] * 2)[:, : self.size]
+        length, time = found.units.length, found.units.time
+        own = self.scale / np.column_stack([length, length / time] * 2)[:, : self.size]
         full = np.zeros((len(states), STATE_SIZE))
         full[:, : self.size] = states * own
         run.sections(found.cells, full, self.waves, 0)
