@@ -1,19 +1,15 @@
 """Orbits, special points, analytic limits and an exponent against values that another program has checked."""
 
-import json
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
 import wheeltapper as wt
+from tests.cases import orbit_cases
 
-CASES = {
-    case["id"]: case
-    for case in json.loads((Path(__file__).parents[1] / "data" / "orbits.json").read_text(encoding="utf-8"))["cases"]
-}
+CASES = {case["id"]: case for case in orbit_cases()}
 ORBITS = [name for name, case in CASES.items() if case["kind"] == "orbit"]
 WAVELENGTH, NAMES = 0.05, ("displacement", "velocity")
 AMPLITUDE = "irregularity.0.amplitude"
