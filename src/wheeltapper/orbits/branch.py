@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from wheeltapper.orbits.special import Special
 
 FloatArray = NDArray[np.float64]
-FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.1, 1e-7
+FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.04, 1e-7
 """Lengths of steps along the branch, in static indentations and in the logarithm of the parameter."""
 TURN = 0.97
 """Smallest cosine of the angle between the tangents at two neighbouring points."""
