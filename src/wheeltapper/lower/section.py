@@ -6,6 +6,7 @@ backwards by whole periods, so that a rolling circle meets the same rail in the 
 
 from __future__ import annotations
 
+from functools import cached_property
 from math import ceil, isfinite
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.build import courses_of, path_table
 from wheeltapper.lower.ellipse import factor_function
+from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import LoweredCells
 from wheeltapper.lower.numbers import METHODS, Method, Units
 from wheeltapper.lower.table import PathTable, assemble
@@ -133,9 +135,12 @@ class Section:
 
     def cells(self, changed: dict[str, FloatArray]) -> SectionCells:
         """Return cells; `changed` holds, by path, one number per cell in SI units."""
-        if set(changed) <= {"speed"}:
-            return self._at_speeds(np.asarray(changed.get("speed", [self.scenario.speed]), dtype=float))
-        return self._lowered(changed)[0]
+        return self._rescaled(changed) if set(changed) <= {"speed"} else self._lowered(changed)[0]
+
+    def cells_to_start(self, changed: dict[str, FloatArray]) -> SectionCells:
+        """Return the same for marches that begin at states of their own: the cells' starts mean nothing."""
+        known = {"speed", *self._heights}
+        return self._rescaled(changed) if set(changed) <= known else self._lowered(changed)[0]
 
     def _lowered(self, changed: dict[str, FloatArray]) -> tuple[SectionCells, tuple[Note, ...]]:
         count = max((len(values) for values in changed.values()), default=1)
@@ -144,10 +149,27 @@ class Section:
         many = LoweredCells(self.scenario, changed | {"duration": period}, self.method, self._tabled)
         return SectionCells(many.cells, many.units, period), tuple(note.sentence_of(count) for note in many.notes)
 
-    def _at_speeds(self, speed: FloatArray) -> SectionCells:
-        """Return cells that differ in their speed only: it is in two of their numbers."""
-        held, count, ratio = self._one, len(speed), speed / self.scenario.speed
-        numbers = np.repeat(held.cells.numbers, count, axis=0)
+    @cached_property
+    def _heights(self) -> dict[str, float]:
+        """Fields that scale the height of the whole path, with their values."""
+        scenario = self.scenario
+        plain = scenario.rolling == "point" and factor_function(scenario.contact, scenario.vehicle) is None
+        if len(scenario.irregularities) != 1 or not plain:
+            return {}
+        (item,) = scenario.irregularities
+        paths = (f"irregularity.0.{name}" for name, kind in item.similarity().items() if kind == "lift")
+        return {path: value for path in paths if (value := float(Fields(scenario)(path)))}
+
+    def _rescaled(self, changed: dict[str, FloatArray]) -> SectionCells:
+        """Return cells that differ in their speed and in the height of their path only: three of their numbers."""
+        count = max((len(values) for values in changed.values()), default=1)
+        ratio = np.ones(count)
+        held, numbers = self._one, np.repeat(self._one.cells.numbers, count, axis=0)
+        for path, values in changed.items():
+            if path == "speed":
+                ratio = np.asarray(values, dtype=float) / self.scenario.speed
+            else:
+                numbers[:, contract.LIFT] *= np.asarray(values, dtype=float) / self._heights[path]
         numbers[:, contract.PACE] *= ratio
         numbers[:, contract.END] /= ratio
         cells, same = held.cells, np.zeros(count, dtype=np.int64)

@@ -105,7 +105,7 @@ class SectionMap:
 
     def waves_at(self, values: FloatArray) -> list[Wave]:
         """Return what the map is made of at some values of the parameters, (many, parameters)."""
-        found = self.section.cells({path: values[:, i] for i, path in enumerate(self.paths)})
+        found = self.section.cells_to_start({path: values[:, i] for i, path in enumerate(self.paths)})
         return [self.wave_of(found, cell) for cell in range(len(values))]
 
     def wave_of(self, found: SectionCells, cell: int) -> Wave:
@@ -148,7 +148,7 @@ class SectionMap:
 
     def side_by_side(self, values: FloatArray, states: FloatArray) -> FloatArray:
         """Return the images (many, n) of some states, each at its own value of the parameters, without derivatives."""
-        found = self.section.cells({path: values[:, i] for i, path in enumerate(self.paths)})
+        found = self.section.cells_to_start({path: values[:, i] for i, path in enumerate(self.paths)})
         length, time = found.units.length, found.units.time
         own = self.scale / np.column_stack([length, length / time] * 2)[:, : self.size]
         full = np.zeros((len(states), STATE_SIZE))
