@@ -97,6 +97,17 @@ def test_a_branch_that_only_comes_near_a_doubling_reports_none():
     assert 0.0 < smallest < 0.01
 
 
+def test_an_orbit_of_two_waves_begins_at_the_doubling_of_that_of_one():
+    one = wt.orbits.follow(wt.orbits.find(scene(11.0)), {"speed": (10.5, 12.0)})
+    two = wt.orbits.follow(wt.orbits.find(scene(11.8), 2), {"speed": (11.0, 12.8)})
+    (doubling,) = one.parameter.values[one.kind.values == "doubling"]
+    assert two.special.kind.values[0] == "doubling"
+    assert float(two.special.parameter[0]) == pytest.approx(doubling, rel=1e-10)
+    assert "fewer waves" in two.attrs["begins"]
+    assert two.kind.values.tolist()[1:] == ["grazing", "fold"]
+    assert float(two.parameter[-1]) == pytest.approx(12.7612672, rel=1e-7)
+
+
 @pytest.mark.parametrize(
     "path", ["vehicle.mass", "vehicle.damping", "irregularity.0.wavelength", "contact.constant", "vehicle.load"]
 )

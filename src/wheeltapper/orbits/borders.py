@@ -14,17 +14,15 @@ from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.section import Section
 from wheeltapper.orbits.asked import START, axes_of
-from wheeltapper.orbits.branch import Branch, Point, walk
+from wheeltapper.orbits.branch import Branch
 from wheeltapper.orbits.orbit import Orbit
 from wheeltapper.orbits.section_map import SectionMap
-from wheeltapper.orbits.special import Special, special_points
+from wheeltapper.orbits.special import nearest_special
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
-POINTS = 30
-"""Points that are computed to both sides of where a special point is expected."""
 RANGE = 1.3
 """The special point is looked for within this ratio of the first field to its last value."""
 HALVINGS = 6
@@ -58,7 +56,7 @@ class _Tracer:
         """Return the place of the special point at a value of the second field; None if there is none near."""
         expected = self._expected(value)
         branch = self._branch_at(value, expected)
-        special = _nearest(branch, expected, self.kind)
+        special = nearest_special(branch, expected, self.kind)
         if special is None:
             return None
         away, off = (float(np.linalg.norm(special.place - place)) for place in (self.known[-1][1], expected))
@@ -74,28 +72,6 @@ class _Tracer:
             return found
         middle = 0.5 * (self.known[-1][0] + value)
         return None if self.reach(middle, halvings - 1) is None else self.reach(value, halvings - 1)
-
-
-def _nearest(branch: Branch, expected: FloatArray, kind: str) -> Special | None:
-    """Return the special point of a kind nearest to a place."""
-    first = _point_near(branch, expected)
-    if first is None:
-        return None
-    down, up = (walk(branch, [start], POINTS).points for start in (first.turned(), first))
-    points = [*(point.turned() for point in reversed(down[1:])), *up]
-    found = [one for one in special_points(branch, points) if one.kind == kind]
-    away = [float(np.linalg.norm(one.place - expected)) for one in found]
-    return found[int(np.argmin(away))] if found else None
-
-
-def _point_near(branch: Branch, expected: FloatArray) -> Point | None:
-    """Return a point of the branch near a place, across one of the axes."""
-    for axis in range(len(expected)):
-        normal = np.eye(len(expected))[axis]
-        found = branch.corrected(expected, normal, normal)
-        if found is not None:
-            return found
-    return None
 
 
 def trace(orbit: Orbit, special: xr.Dataset, over: Mapping[str, Any], *, progress: Progress = True) -> xr.Dataset:

@@ -47,6 +47,8 @@ CLOSED_BRANCH = "the branch closes"
 """Why a branch ends that has no ends."""
 KEPT = 100
 """Points after which a branch is written to its file each time."""
+SHORTER = 0.5
+"""Distance, in static indentations, that is left to an orbit of fewer waves at the last point before it."""
 MOST_POINTS = 20_000
 """Largest number of points in each direction."""
 
@@ -202,6 +204,8 @@ def walk(
         report("following", branch.value(new.place), 0.0)
         if keep is not None and len(points) % KEPT == 0:
             keep(points)
+        if shorter_between(here, new):
+            return Walk(points, "it is an orbit of fewer waves, and goes on as its own copy, some waves later")
         if _closes(points, step):
             return Walk(points, CLOSED_BRANCH)
         bend = (new.tangent - here.tangent) / float(np.linalg.norm(new.place - here.place))
@@ -227,6 +231,16 @@ def _at_bound(branch: Branch, here: Point, new: Point, bounds: tuple[float, floa
     if part <= 0.0:
         return None
     return branch.at_value(guess, branch.low if bound == bounds[0] else branch.high, here.tangent)
+
+
+def shorter_between(here: Point, new: Point) -> int:
+    """Return after how many of its waves the orbit repeats somewhere between two points; 0: after all of them only."""
+    waves = len(new.image.trail)
+    for many in (part for part in range(1, waves) if waves % part == 0):
+        before, after = (point.image.trail[many - 1] - point.place[:-1] for point in (here, new))
+        if before @ after < 0.0 and min(np.linalg.norm(before), np.linalg.norm(after)) < SHORTER:
+            return many
+    return 0
 
 
 def _closes(points: list[Point], step: float) -> bool:
@@ -256,7 +270,8 @@ def follow(orbit: Orbit, over: Mapping[str, Any], *, progress: Progress = True) 
         Over `point`, from one end of the branch to the other: the field by its path, `displacement` and `velocity` at
         phase zero, `multiplier_real` and `multiplier_imag`, `stable`, `losses`, `largest_force`. Over `special`, the
         special points in the same order: `kind` ("fold", "doubling", "grazing", "torus"), `parameter`, its value,
-        `after`, the number of the point before it, and the state there. The attributes say why the branch ends.
+        `after`, the number of the point before it, and the state there. The attributes say why the branch ends. An
+        orbit of several waves that comes from a doubling ends there.
 
     Raises
     ------

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.lower.section import Section
-from wheeltapper.orbits.branch import Branch, Point
+from wheeltapper.orbits.branch import Branch, Point, shorter_between, walk
 from wheeltapper.orbits.orbit import multipliers_of
 from wheeltapper.orbits.section_map import CLOSED, SectionMap
 
@@ -21,6 +21,8 @@ LOW = 0.3
 CLEAR = 0.25
 """Part of the smallest known value above which the lowest value of a parabola shows that a test function stays clear of
 zero."""
+AROUND = 30
+"""Points that are computed to both sides of where a special point is expected."""
 HALVINGS = 60
 """Largest number of bisections."""
 NARROW = 1e-11
@@ -44,7 +46,7 @@ def special_points(branch: Branch, points: list[Point]) -> list[Special]:
     if section.method != "strict":
         section = Section(section.given, "strict")
     exact = Branch(SectionMap(section, branch.each.waves, branch.each.paths), branch.low, branch.high)
-    found = [*_sign_changes(exact, points), *_touches(exact, points)]
+    found = [*_sign_changes(exact, points), *_touches(exact, points), *_births(exact, points)]
     return [one for _, one in sorted(found, key=lambda pair: pair[0])]
 
 
@@ -161,21 +163,47 @@ def _root(step: _Between, kind: int, low: float, high: float) -> tuple[float, Po
     return part, step.point(part)
 
 
+def _births(branch: Branch, points: list[Point]) -> Iterator[tuple[float, Special]]:
+    """Yield where the orbit is one of fewer waves, which doubles its period there: found on the branch of that one."""
+    for i in range(len(points) - 1):
+        many = shorter_between(points[i], points[i + 1])
+        if many:
+            middle = 0.5 * (points[i].place + points[i + 1].place)
+            shorter = Branch(SectionMap(branch.each.section, many, branch.each.paths), branch.low, branch.high)
+            found = nearest_special(shorter, middle, KINDS[DOUBLING])
+            if found is not None:
+                yield i + 0.5, Special(found.kind, found.place, i)
+
+
+def nearest_special(branch: Branch, expected: FloatArray, kind: str) -> Special | None:
+    """Return the special point of a kind nearest to a place."""
+    first = _point_near(branch, expected)
+    if first is None:
+        return None
+    down, up = (walk(branch, [start], AROUND).points for start in (first.turned(), first))
+    points = [*(point.turned() for point in reversed(down[1:])), *up]
+    found = [one for one in special_points(branch, points) if one.kind == kind]
+    away = [float(np.linalg.norm(one.place - expected)) for one in found]
+    return found[int(np.argmin(away))] if found else None
+
+
+def _point_near(branch: Branch, expected: FloatArray) -> Point | None:
+    """Return a point of the branch near a place, across one of the axes."""
+    for axis in reversed(range(len(expected))):
+        normal = np.eye(len(expected))[axis]
+        found = branch.corrected(expected, normal, normal)
+        if found is not None:
+            return found
+    return None
+
+
 def _kind_there(branch: Branch, point: Point, kind: int) -> str:
     """Return what a root of a test function is; "" if it is nothing that orbits do there."""
     if kind == TORUS:
         values = multipliers_of(point.image.slopes)
         on_circle = values[np.argmin(np.abs(np.abs(values) - 1.0))]
         return KINDS[TORUS] if abs(on_circle.imag) > 1e-6 else ""
-    if kind == FOLD and _closes_sooner(point, branch.each.waves):
-        return KINDS[DOUBLING]  # of the orbit of half the period, from which this branch comes
     return KINDS[kind]
-
-
-def _closes_sooner(point: Point, waves: int) -> bool:
-    """Return True if the orbit repeats already after a part of its waves."""
-    away = np.abs(point.image.trail - point.place[:-1]).max(axis=1)
-    return any(waves % many == 0 and away[many - 1] < 1e-4 for many in range(1, waves))
 
 
 def _touches(branch: Branch, points: list[Point]) -> Iterator[tuple[float, Special]]:
