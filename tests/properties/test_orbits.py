@@ -162,6 +162,20 @@ def test_a_return_is_the_motion_at_phase_zero():
     np.testing.assert_allclose(found.velocity.values.ravel(), at.wheel_velocity.values, atol=1e-9 * SPEED)
 
 
+def test_what_does_not_vary_of_a_start_is_that_of_rest():
+    kicked = wt.orbits.returns(scene(), {"start.velocity": [0.0, 0.1]}, 0, 3)
+    rest = wt.orbits.returns(scene(), {"speed": [5.0]}, 0, 3)
+    np.testing.assert_allclose(kicked.displacement[0], rest.displacement[0], rtol=0, atol=1e-12 * HEIGHT)
+    assert abs(float(kicked.displacement[1, 0] - rest.displacement[0, 0])) > 0.01 * HEIGHT
+
+
+def test_of_two_irregularities_the_distance_matters_and_can_be_followed():
+    both = [wt.Corrugation(amplitude=2e-5, wavelength=0.05, start=start) for start in (0.1, 0.11)]
+    path = "irregularity.1.start"
+    branch = wt.orbits.follow(wt.orbits.find(scene(5.0, both)), {path: (0.108, 0.112)})
+    assert float(branch.largest_force.max() / branch.largest_force.min()) > 1.001
+
+
 GRID = {"start.displacement": np.linspace(-4e-4, 4e-4, 7), "start.velocity": np.linspace(-0.3, 0.3, 7)}
 
 

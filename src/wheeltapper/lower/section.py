@@ -115,6 +115,8 @@ class Section:
 
     Attributes
     ----------
+    given
+        The scenario as it was given.
     scenario
         The same scenario; its irregularity, if it is the only one and can be moved, begins at x = 0, so that all cells
         share a table.
@@ -128,8 +130,7 @@ class Section:
         self.length = period_of(scenario)
         self.given, self.method = scenario, method
         moves = moving_fields(scenario)
-        alone = moves if len(scenario.irregularities) == 1 else []
-        self.scenario = scenario.replaced(dict.fromkeys(alone, 0.0)) if alone else scenario
+        self.scenario = scenario.replaced(dict.fromkeys(moves, 0.0)) if moves else scenario
         self._table: tuple[PathTable, list[Note]] | None = None
         self._one, self.notes = self._lowered({})
 
@@ -206,6 +207,8 @@ class Section:
 
 
 def moving_fields(scenario: Scenario) -> list[str]:
-    """Return the paths of the fields that only move an irregularity along the rail."""
-    kinds = enumerate(item.similarity().items() for item in scenario.irregularities)
-    return [f"irregularity.{i}.{name}" for i, fields in kinds for name, kind in fields if kind == "offset"]
+    """Return the paths of the fields that only move the irregularity along the rail; of several none does."""
+    if len(scenario.irregularities) != 1:
+        return []
+    fields = scenario.irregularities[0].similarity()
+    return [f"irregularity.0.{name}" for name, kind in fields.items() if kind == "offset"]

@@ -64,13 +64,13 @@ def check_parameter(scenario: Scenario, path: str) -> None:
 
 
 def axes_of(scenario: Scenario, over: Any) -> tuple[Scenario, list[Axis]]:
-    """Return the varied fields with their values; a scenario whose start varies gets one of its own."""
+    """Return the varied fields with their values; where the start varies, what of it does not is that of rest."""
     run.choose(run.ORBITS, scenario.needs)
     if not isinstance(over, Mapping) or not over:
         found = "nothing" if isinstance(over, Mapping) else value_text(over)
         raise InputError("", "over", found, 'at least one field with its values, as {"speed": [5, 6]}')
     if scenario.start == "equilibrium" and any(str(path).startswith("start.") for path in over):
-        scenario = scenario.model_copy(update={"start": Start()})
+        scenario = scenario.model_copy(update={"start": Start(displacement=_equilibrium(scenario))})
     axes = []
     for path, values in over.items():
         axes.append(study_axis(run.ORBITS, scenario, path, values))
@@ -78,6 +78,12 @@ def axes_of(scenario: Scenario, over: Any) -> tuple[Scenario, list[Axis]]:
         if path == "speed" and np.any(axes[-1].values <= 0.0):
             raise InputError("", path, f"{axes[-1].values.min():g} m/s", "more than 0 m/s")
     return scenario, axes
+
+
+def _equilibrium(scenario: Scenario) -> float:
+    """Return the displacement at rest at the section, m."""
+    found = Section(scenario).cells({})
+    return float(found.cells.numbers[0, contract.START_HEIGHT] * found.units.length[0])
 
 
 def range_of(scenario: Scenario, over: Any) -> tuple[str, float, float]:

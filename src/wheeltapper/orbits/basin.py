@@ -219,7 +219,7 @@ def fates(
         As for `find`; each motion begins at its start, at phase zero of the irregularity.
     over
         By path, the values of fields that vary: "start.displacement" and "start.velocity" for a basin of attraction,
-        others for a map of regimes. The cells are all combinations.
+        others for a map of regimes. The cells are all combinations. Of a start, what does not vary is that of rest.
     settle
         Largest number of waves.
     method
