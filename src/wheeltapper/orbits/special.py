@@ -27,6 +27,8 @@ HALVINGS = 60
 """Largest number of bisections."""
 NARROW = 1e-11
 """Width of the part of a step in which a special point is, at the end."""
+BEYOND = 0.2
+"""Part of a step in which a special point is looked for beyond its ends."""
 CHORDS = 60
 """Largest number of steps with frozen derivatives."""
 
@@ -68,11 +70,14 @@ class _Between:
 
     def touch(self) -> Point | None:
         """Return where the number of losses changes, by bisection with derivatives from beside."""
-        low, high, frozen = 0.0, 1.0, self.point(0.0)
-        inverse = self._inverse(frozen)
-        many = frozen.image.losses
-        if self.point(1.0).image.losses == many:
+        for low, high in ((0.0, 1.0), (-BEYOND, 1.0 + BEYOND)):  # the strict method may move it just over an end
+            frozen = self.point(low)
+            many = frozen.image.losses
+            if self.point(high).image.losses != many:
+                break
+        else:
             return None
+        inverse = self._inverse(frozen)
         place = frozen.place
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
