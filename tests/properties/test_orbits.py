@@ -48,6 +48,7 @@ def test_an_orbit_closes_in_its_record_and_in_a_public_run(name):
     orbit = wt.orbits.find(PERIODIC[name])
     assert orbit.closure <= 1e-12
     if name != "hysteresis":
+        assert abs(orbit.determinant_error) < 1e-8
         strict = wt.orbits.find(PERIODIC[name], method="strict")
         assert abs(strict.determinant_error) < 1e-10
         assert strict.closure <= 1e-12
@@ -88,6 +89,13 @@ def test_every_point_of_a_branch_is_an_orbit():
         assert found.losses == int(here.losses)
         assert found.stable == bool(here.stable)
         assert found.largest_force == pytest.approx(float(here.largest_force), rel=1e-8)
+
+
+def test_the_multipliers_of_every_orbit_of_a_branch_have_the_exact_product():
+    branch = wt.orbits.follow(wt.orbits.find(scene(3.0)), {"speed": (1.0, 20.0)})
+    product = (branch.multiplier_real + 1j * branch.multiplier_imag).prod("multiplier")
+    exact = np.exp(-WHEEL["damping"] * 0.05 / (WHEEL["mass"] * branch.speed))
+    assert float(abs(product - exact).max()) < 1e-8
 
 
 def test_a_branch_that_only_comes_near_a_doubling_reports_none():
@@ -196,6 +204,29 @@ def test_a_fate_is_where_the_motion_is_long_after():
     np.testing.assert_allclose(late.largest_force.max("return"), found.largest_force, rtol=1e-9)
     assert np.all(found.orbit_closure <= 1e-12)
     assert np.all(found.orbit_multiplier < 1.0)
+
+
+def test_a_trap_is_never_left_and_leads_to_its_orbit():
+    from wheeltapper.march.orbits import STATE_SIZE, TRAP_CENTRE, TRAP_NORM, TRAP_REACH
+    from wheeltapper.orbits.asked import section_of
+    from wheeltapper.orbits.section_map import SectionMap
+    from wheeltapper.orbits.traps import traps_of
+
+    for speed, waves, rounds in ((5.0, 1, 400), (9.0, 3, 300), (36.0, 1, 2800)):
+        orbit = wt.orbits.find(scene(speed), waves)
+        each = SectionMap(section_of(scene(speed)), waves)
+        wave = each.wave_at()
+        found = each.fixed_point(wave, orbit.state / each.scale)
+        (trap, *_) = traps_of(each, wave, found, 0)
+        norm, centre = trap[TRAP_NORM:].reshape(STATE_SIZE, -1)[:2, :2], trap[TRAP_CENTRE : TRAP_CENTRE + 2]
+        points = np.random.default_rng(1).normal(size=(40, 2))
+        points *= (np.random.default_rng(2).random(40) ** 0.5 / np.linalg.norm(points, axis=1))[:, None]
+        states = centre + np.sqrt(trap[TRAP_REACH]) * np.linalg.solve(norm, points.T).T
+        before = np.linalg.norm((states - centre) @ norm.T, axis=1)
+        after = np.linalg.norm((each.marched(wave, states) - centre) @ norm.T, axis=1)
+        assert np.all(after < before)
+        late = each.marched(wave, states, rounds)
+        assert np.abs(late - centre).max() < 1e-9
 
 
 def test_the_fate_of_a_start_on_an_orbit_is_that_orbit_at_once():

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from wheeltapper.orbits.special import Special
 
 FloatArray = NDArray[np.float64]
-FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.04, 1e-7
+FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.06, 1e-7
 """Lengths of steps along the branch, in static indentations and in the logarithm of the parameter."""
 TURN = 0.97
 """Smallest cosine of the angle between the tangents at two neighbouring points."""
@@ -124,22 +124,20 @@ class Branch:
         ends = self.each.side_by_side(np.array([[less], [more]]), np.array([place[:-1], place[:-1]]))
         return np.asarray((ends[1] - ends[0]) / (2.0 * BESIDE))
 
-    def image(self, place: FloatArray) -> Image:
-        """Return the image of the state at a place."""
-        return self.each.image(self.each.wave_at(self.value(place)), place[:-1])
-
     def corrected(self, guess: FloatArray, normal: FloatArray, like: FloatArray) -> Point | None:
         """Return the point of the branch in the plane across `normal` through a guess; its tangent is like another."""
         place, best, one = guess.copy(), np.inf, np.eye(len(guess) - 1)
         along = self.along(guess)
         for iteration in range(ITERATIONS + 1):
-            image = self.image(place)
+            wave = self.each.wave_at(self.value(place))
+            image = self.each.image(wave, place[:-1])
             off = image.state - place[:-1]
             size = float(np.abs(off).max())
             if not np.isfinite(size) or not np.all(np.isfinite(image.slopes)) or size > 10.0 * max(best, 1e-3):
                 return None
             slopes = np.column_stack([image.slopes - one, along])
             if size <= 0.1 * CLOSED or (size <= CLOSED and size >= 0.5 * best):
+                image = self.each.refined(wave, place[:-1], image)
                 return Point(place, image, _tangent(slopes, like), iteration)
             best = min(best, size)
             if iteration > 0 and size > ROUGH:
@@ -153,7 +151,8 @@ class Branch:
 
     def point_at(self, place: FloatArray, like: FloatArray) -> Point:
         """Return a place that is known to be on the branch as a point."""
-        image = self.image(place)
+        wave = self.each.wave_at(self.value(place))
+        image = self.each.refined(wave, place[:-1], self.each.image(wave, place[:-1]))
         slopes = np.column_stack([image.slopes - np.eye(len(place) - 1), self.along(place)])
         return Point(place, image, _tangent(slopes, like))
 

@@ -18,9 +18,8 @@ from wheeltapper.lower.build import lower
 from wheeltapper.lower.section import Section
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
-from wheeltapper.march.program import Program
 from wheeltapper.orbits.asked import START, given_start, is_undamped, section_of
-from wheeltapper.orbits.section_map import FixedPoint, SectionMap, Wave
+from wheeltapper.orbits.section_map import FixedPoint, SectionMap, Wave, exact_determinant
 from wheeltapper.record.balanced import judged_balance
 from wheeltapper.record.kinds import kind_of
 from wheeltapper.record.record import Record
@@ -183,17 +182,6 @@ def multipliers_of(slopes: FloatArray) -> NDArray[np.complex128]:
     """Return the multipliers, the largest first; of a pair the one above the axis."""
     values = np.linalg.eigvals(slopes).astype(complex)
     return np.asarray(values[np.lexsort((-values.imag, -values.real, -np.round(np.abs(values), 9)))])
-
-
-def exact_determinant(program: Program, waves: int) -> float:
-    """Return the product of the multipliers of any orbit of some waves; NaN where it depends on the motion."""
-    numbers = program.numbers
-    if numbers[contract.HYSTERESIS] != 0.0:
-        return float("nan")
-    rate = numbers[contract.DAMPING]
-    if numbers[contract.DECK_MASS] > 0.0:
-        rate += numbers[contract.DECK_DAMPING] / numbers[contract.DECK_MASS]
-    return float(np.exp(-rate * numbers[contract.END] * waves))
 
 
 def orbit_of(each: SectionMap, wave: Wave, found: FixedPoint) -> Orbit:
