@@ -19,6 +19,12 @@ def reference():
     return json.loads((DATA / "core_cases.json").read_text(encoding="utf-8"))
 
 
+@cache
+def orbit_cases():
+    """Return orbits, special points and limits that another program has checked."""
+    return json.loads((DATA / "orbits.json").read_text(encoding="utf-8"))["cases"]
+
+
 def rows(name):
     """Return the rows of a table."""
     with (DATA / name).open(encoding="utf-8") as file:

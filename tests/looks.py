@@ -7,6 +7,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 NO_UNIT = re.compile(
     r"N/N₀|over|ratio|rate$|probability|/noise|/m₀|/c₀|losses of contact|impacts in|^wheel$|^pass|^size$|determinant"
+    r"|multiplier|^waves"
 )
 """Labels of pure numbers, or that name their unit in words."""
 CODE = re.compile(r"[a-z]\.[a-z0-9]|[a-z]_[a-z]|\bnan\b", re.IGNORECASE)

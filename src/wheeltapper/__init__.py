@@ -11,6 +11,7 @@ from wheeltapper.ground import progress as _progress
 
 if TYPE_CHECKING:
     from wheeltapper import diagnosis as diagnosis
+    from wheeltapper import orbits as orbits
     from wheeltapper.ask import stability as stability
     from wheeltapper.ask import wear as wear
     from wheeltapper.ask.border import border as border
@@ -89,6 +90,7 @@ _ROOMS = {
     "diagnosis": "diagnosis",
     "features": "record.features",
     "irregularities": "describe.irregularity",
+    "orbits": "orbits",
     "profiles": "describe.profile",
     "stability": "ask.stability",
     "tracks": "describe.track",

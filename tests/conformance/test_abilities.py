@@ -219,6 +219,15 @@ def aside(scenario, _):
     assert imbalance(scenario, 0.01).vehicle.bodies[0].position[1] == 0.01
 
 
+def orbits(scenario, method):
+    """Ask over the same bump again and again: what happens once has no orbits."""
+    items = scenario.irregularity
+    again = items if isinstance(items, Placement) else tuple(wt.Repeated(of=item, period=0.1) for item in items)
+    repeated = scenario.model_copy(update={"irregularity": again})
+    found = wt.orbits.returns(repeated, {"vehicle.mass": [1500, 1510]}, 2, 2, method=method)
+    assert is_finite(found.displacement, found.velocity, found.largest_force)
+
+
 QUESTIONS = {
     "simulate": simulate,
     "history": history,
@@ -241,6 +250,7 @@ QUESTIONS = {
     "critical_speed": critical_speed,
     "reduced": reduced,
     "imbalance": aside,
+    "orbits": orbits,
 }
 
 

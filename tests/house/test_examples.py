@@ -26,6 +26,7 @@ SCENARIOS = {
 }
 # Script: what it prints, and the number in it.
 SCRIPTS = {
+    "bouncing_for_ever.py": (r"two motions from ([\d.]+) to", 2.996),
     "bump.py": (r"first interval ([\d.]+) ms", 8.7033),
     "compare_bilateral.py": (r"two-sided contact: no impact, largest force ([\d.]+)", 21.2),
     "measured_flat.py": (r"lands at ([\d.]+) m", 0.5273),

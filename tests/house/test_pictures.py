@@ -139,3 +139,23 @@ def test_modes_comfort_and_several_records():
 def test_a_list_of_other_things_is_refused(what):
     with pytest.raises(wt.InputError, match="allowed"):
         wt.plot(what)
+
+
+CORRUGATED = wt.Scenario(
+    vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=2e4), contact=wt.Hertz(constant=1.405e11),
+    irregularity=wt.Corrugation(amplitude=5e-5, wavelength=0.05, start=0.1), rolling="point", speed=5.0, duration=1.0,
+)  # fmt: skip
+
+
+def test_orbits_and_what_is_asked_about_them():
+    orbit = wt.orbits.find(CORRUGATED)
+    branch = wt.orbits.follow(orbit, {"speed": (4.0, 8.0)})
+    starts = {"start.displacement": np.linspace(-4e-4, 4e-4, 9), "start.velocity": np.linspace(-0.3, 0.3, 9)}
+    amplitudes = {"irregularity.0.amplitude": [4.8e-5, 4.6e-5]}
+    fold = branch.isel(special=int(np.flatnonzero(branch.kind.values == "fold")[-1]))
+    for result in (
+        orbit, branch, wt.orbits.returns(CORRUGATED, {"speed": np.linspace(4.0, 8.0, 9)}, 20, 5),
+        wt.orbits.fates(CORRUGATED, starts, 60), wt.orbits.fates(CORRUGATED, {"speed": [5.0, 9.0, 15.0]}, 200),
+        wt.orbits.ramp(CORRUGATED, {"speed": (5.0, 6.0)}, 0.01), wt.orbits.trace(orbit, fold, amplitudes),
+    ):  # fmt: skip
+        assert flaws(wt.plot(result)) == []

@@ -18,6 +18,7 @@ from wheeltapper.ground.progress import counted_from, progress_counter
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.record.balanced import missing_parts
+from wheeltapper.record.growth import Growth, growth_of
 from wheeltapper.record.simulate import say_that_it_compiles, warn_caller
 
 if TYPE_CHECKING:
@@ -182,7 +183,7 @@ def _computed_values(asked: Study, many: LoweredCells, threads: int) -> Computed
     values, status = np.empty((len(asked.features), total)), np.empty(total, dtype=np.int64)
 
     def read_block(block: slice, marched: Marched) -> None:
-        trains = Trains(marched, many.units.part(block), missing_energies(many, block))
+        trains = Trains(marched, many.units.part(block), missing_energies(many, block), growths(many, block))
         for row, feature in zip(values, asked.features, strict=True):
             row[block] = feature(trains)
         status[block] = _OF_MARCH[marched.status]
@@ -197,6 +198,12 @@ def _computed_values(asked: Study, many: LoweredCells, threads: int) -> Computed
 def missing_energies(many: LoweredCells, block: slice) -> Callable[[], FloatArray]:
     """Return a function that marches some cells once more, one by one, and checks their work and energy."""
     return cache(lambda: missing_parts(many.program(cell) for cell in range(block.start, block.stop)))
+
+
+def growths(many: LoweredCells, block: slice) -> Callable[[int], Growth]:
+    """Return a function that marches some cells over some waves, and finds how fast small deviations grow."""
+    changed = {path: values[block] for path, values in many.changed.items()}
+    return cache(lambda waves: growth_of(many.scenario, changed, many.method, waves))
 
 
 def _computed_gradients(asked: Study, many: LoweredCells, threads: int) -> ComputedCells:

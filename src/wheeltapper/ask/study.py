@@ -168,7 +168,8 @@ def _path_description(field: Any) -> str:
     return str(schema.get("description", "")) if isinstance(schema, dict) else ""
 
 
-def _study_axis(question: run.Question, scenario: Scenario, path: str, values: Any) -> Axis:
+def study_axis(question: run.Question, scenario: Scenario, path: str, values: Any) -> Axis:
+    """Return a varied field with its values, each of which the question takes."""
     unit = unit_of(scenario, path)
     array = (
         values
@@ -229,7 +230,7 @@ def study_of(
     asked = as_features(features)
     _check_names([feature.name for feature in asked], over)
     by = tuple(over) if gradient is True else tuple(as_list(gradient or (), "gradient", "True, or paths of fields"))
-    axes = tuple(_study_axis(question, scenario, path, values) for path, values in over.items())
+    axes = tuple(study_axis(question, scenario, path, values) for path, values in over.items())
     if samples is not None:
         axes = _sampled_axes(axes, samples, sampling, seed)
     side_by_side = zipped or samples is not None

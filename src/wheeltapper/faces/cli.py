@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Parameter
 
 from wheeltapper._version import __version__
+from wheeltapper.faces.cli_orbits import orbits
 from wheeltapper.faces.cli_site import assess, design, diagnose
 from wheeltapper.faces.exits import DONE, NOT_FINISHED, PICTURES, WRONG_INPUT, check_target, make_folder
 from wheeltapper.faces.usage import as_input_error, refuse_fractions
@@ -27,7 +28,7 @@ app = App(
 )
 app.register_install_completion_command(help="Install completion for this shell (bash, zsh, fish).")
 
-for command in (diagnose, assess, design):
+for command in (diagnose, assess, design, orbits):
     app.command(command)
 
 

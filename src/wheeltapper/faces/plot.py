@@ -15,6 +15,7 @@ from wheeltapper.diagnosis.performance import Performance
 from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
+from wheeltapper.faces.orbits import DRAWN, draw_orbit
 from wheeltapper.faces.panels import RED, legend_above
 from wheeltapper.faces.results import draw_comfort, draw_force, draw_modes, draw_recording, draw_records
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon, history_with_events
@@ -30,13 +31,16 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from typing_extensions import TypeIs
+
+    from wheeltapper.orbits.orbit import Orbit
 
 STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 """The style sheet of all figures."""
 
 
 def plot(
-    what: Record | list[Record] | Recording | Force | Marks | Finding | Design | Performance | xr.Dataset,
+    what: Record | list[Record] | Recording | Force | Marks | Finding | Design | Performance | Orbit | xr.Dataset,
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
@@ -54,8 +58,8 @@ def plot(
     ----------
     what
         Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site`, `modes`, `comfort`,
-        `reconstructed`, `read_recording` or `load`; or a list of records of a wheelset, whose forces are drawn over
-        each other.
+        `reconstructed`, `read_recording`, `load` or a function of `orbits`; or a list of records of a wheelset, whose
+        forces are drawn over each other.
     path
         Path of the picture; None: it is only returned.
     features
@@ -108,6 +112,8 @@ def plot(
             figure = draw_recording(what)
         elif isinstance(what, Force):
             figure = draw_force(what)
+        elif _is_orbit(what):
+            figure = draw_orbit(what)
         elif isinstance(what, list | tuple):
             figure = draw_records(what)
         elif {"damping_ratio", "shape"} <= variables:
@@ -116,6 +122,8 @@ def plot(
             figure = draw_comfort(what)
         elif title == WEAR_TITLE:
             figure = draw_wear(what)
+        elif title in DRAWN:
+            figure = DRAWN[title](what)  # type: ignore[arg-type]
         elif title == IMITATION:
             figure = draw_imitation(what)
         elif title == CHART_TITLE:
@@ -131,6 +139,12 @@ def plot(
         if path is not None:
             save(figure, path)
     return figure
+
+
+def _is_orbit(what: Any) -> TypeIs[Orbit]:
+    from wheeltapper.orbits.orbit import Orbit
+
+    return isinstance(what, Orbit)
 
 
 def _drawn_figure(record: Record) -> Figure:

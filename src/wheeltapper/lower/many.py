@@ -95,7 +95,7 @@ class LoweredCells:
         self, scenario: Scenario, changed: dict[str, FloatArray], method: str = "default", tabled: Tabled = table_of
     ) -> None:
         self.scenario, self.changed, self._tabled = scenario, changed, tabled
-        self._method = METHODS[method]
+        self.method, self._method = method, METHODS[method]
         self._kinds, self._reference = self._similar_fields()
         self._shaping = [path for path in changed if path not in self._kinds and _shapes_the_path(scenario, path)]
         self._shaped, self._owner, self._said = self._lowered_tables()

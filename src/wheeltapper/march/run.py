@@ -42,7 +42,7 @@ from wheeltapper.march.telling import Tell, report_nothing
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from wheeltapper.march import ensemble, gradients
+    from wheeltapper.march import ensemble, gradients, orbits
     from wheeltapper.march.multibody import MultibodyMarch
     from wheeltapper.march.single import March
 
@@ -147,12 +147,16 @@ MARKS = Question("marks", "the marks that a run leaves", (YIELDING_WHEEL,), _SPO
 MODES = Question("modes", "small vibrations about the steady run", (WAGON,))
 CRITICAL_SPEED = Question("critical_speed", "where hunting begins", (WAGON,), requires=frozenset({CREEP}))
 REDUCED = Question("reduced", "the core model of one wheelset of a wagon", (WAGON,))
+ORBITS = Question(
+    "orbits", "periodic motions over a periodic irregularity", (WHEEL,), requires=frozenset({IRREGULARITY}),
+    others=("simulate", "sweep"),
+)  # fmt: skip
 IMBALANCE = Question("imbalance", "a car body whose load lies aside", (WAGON,))
 QUESTIONS = {
     question.name: question
     for question in (
         SIMULATE, HISTORY, ENERGY, FEATURES, DAMPER_EVENTS, COMFORT, SWEEP, GRADIENT, BORDER, MOTION_AT, TRAJECTORY,
-        DIAGNOSE, INFORMATION, COUPLED, SUPERPOSED, WEAR_IN, MARKS, MODES, CRITICAL_SPEED, REDUCED, IMBALANCE,
+        DIAGNOSE, INFORMATION, COUPLED, SUPERPOSED, WEAR_IN, MARKS, MODES, CRITICAL_SPEED, REDUCED, IMBALANCE, ORBITS,
     )
 }  # fmt: skip
 """All questions by name."""
@@ -394,3 +398,54 @@ def margins_are_ready(cells: ensemble.Cells) -> bool:
     from wheeltapper.march.margin import is_ready
 
     return is_ready(cells)
+
+
+# -- from section to section of a periodic path -----------------------------------------------------------------------
+
+
+def sections(
+    cells: ensemble.Cells, states: FloatArray, skip: int, keep: int, threads: int = 1, chained: bool = False,
+    count: Callable[[int], None] | None = None,
+) -> orbits.Returned:  # fmt: skip
+    """March many cells, which end after one wave, over `skip` + `keep` waves from `states`; these go along."""
+    from wheeltapper.march import orbits
+
+    return orbits.sections(cells, states, skip, keep, threads, chained, count)
+
+
+def sections_are_ready(cells: ensemble.Cells) -> bool:
+    """Return False where marching from section to section begins with compiling."""
+    from wheeltapper.march import orbits
+
+    return orbits.is_ready(cells)
+
+
+def capture(
+    cells: ensemble.Cells, states: FloatArray, most: int, traps: FloatArray, first: IntArray, end: IntArray,
+    threads: int,
+) -> orbits.Captured:  # fmt: skip
+    """March many cells until each lies in one of its traps, for at most `most` waves; `states` go along."""
+    from wheeltapper.march import orbits
+
+    return orbits.capture(cells, states, most, traps, first, end, threads)
+
+
+def section_tangents() -> orbits.Tangents:
+    """Return what marches from section to section with tangents."""
+    from wheeltapper.march import orbits
+
+    return orbits.Tangents()
+
+
+def growths(program: Program, state: FloatArray, change: FloatArray, waves: int) -> FloatArray:
+    """Return the logarithm of the growth of a small change of a state in each of some waves; both go along."""
+    from wheeltapper.march import orbits
+
+    return orbits.growths(program, state, change, waves)
+
+
+def march_from(program: Program, state: FloatArray) -> March:
+    """March a program from a given state, that of the deck included."""
+    from wheeltapper.march import orbits
+
+    return orbits.march_from(program, state)

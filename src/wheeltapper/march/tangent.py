@@ -104,10 +104,11 @@ def tangent_kernel(
 ) -> float:  # fmt: skip
     """Carry the tangents along all steps; return how near the motion comes to grazing: GRAZING says what is too near.
 
-    `start` (2, LANES) holds changes of the start's displacement and velocity beside those of the numbers; `last` is
-    the state at the march's end. Written are the derivatives of time and rate of the events, of time and force of the
-    peaks, (rows, 2, LANES), and `of_end` (4, LANES): y, v, Y, Z at the march's end, at fixed time. `tallied` is True or
-    None: True writes those of the wheel's position at `highest_time`, and of the impulses, (rows, LANES), too.
+    `start` holds changes of the start's displacement and velocity beside those of the numbers, (2, LANES), perhaps
+    also of the deck's, (4, LANES); `last` is the state at the march's end. Written are the derivatives of time and rate
+    of the events, of time and force of the peaks, (rows, 2, LANES), and `of_end` (4, LANES): y, v, Y, Z at the march's
+    end, at fixed time. `tallied` is True or None: True writes those of the wheel's position at `highest_time`, and of
+    the impulses, (rows, LANES), too.
     Also written are the motion and its derivatives at rising `times`, (times, QUANTITIES, SAMPLED).
     """
     carried = np.zeros((CARRIED, LANES))
@@ -132,6 +133,9 @@ def tangent_kernel(
         carried[DA, lane] = turns[contract.START_HEIGHT, lane] + start[tangent_path.OF_HEIGHT, lane]
         carried[DB, lane] = turns[contract.START_VELOCITY, lane] + start[tangent_path.OF_VELOCITY, lane]
         carried[DSHIFT, lane] = turns[contract.START_SHIFT, lane]
+        if len(start) > tangent_path.OF_DECK_VELOCITY:
+            carried[DY, lane] = start[tangent_path.OF_DECK_HEIGHT, lane]
+            carried[DZ, lane] = start[tangent_path.OF_DECK_VELOCITY, lane]
     for i in range(len(steps)):
         step = steps[i]
         after = steps[i + 1] if i + 1 < len(steps) else last

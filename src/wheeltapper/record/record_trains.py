@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.vehicle.body import MOTIONS
 from wheeltapper.lower.numbers import Units
 from wheeltapper.march import program as contract
+from wheeltapper.record.growth import Growth, growth_of
 from wheeltapper.record.record import Columns, Record
 from wheeltapper.record.trains import Trains
 
@@ -54,7 +57,11 @@ def trains_of(record: Record, tally: bool) -> Trains:
     def missing_energy() -> FloatArray:
         return one * record._kind.missing_part(record.scenario, record._lowered, record._march)
 
-    return Trains(marched, Units(one, one, one, static, one), missing_energy)
+    @cache
+    def growth(waves: int) -> Growth:
+        return Growth(*(one * values for values in growth_of(record.scenario, {}, record.method, waves)))
+
+    return Trains(marched, Units(one, one, one, static, one), missing_energy, growth)
 
 
 def _by_train(table: Columns, cells: int) -> tuple[IntArray, Columns]:

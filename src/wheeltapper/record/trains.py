@@ -15,6 +15,7 @@ from wheeltapper.march import program as contract
 if TYPE_CHECKING:
     from wheeltapper.lower.numbers import Units
     from wheeltapper.march.ensemble import Marched
+    from wheeltapper.record.growth import Growth
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -90,6 +91,7 @@ class Trains:
     marched: Marched
     units: Units
     missing_energy: Callable[[], FloatArray]  # (cells,): share of the exchanged energy that is missing
+    growth: Callable[[int], Growth]  # of small deviations, over so many waves
 
     @property
     def cell_count(self) -> int:

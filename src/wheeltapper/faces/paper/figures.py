@@ -20,6 +20,7 @@ from wheeltapper.faces.paper import (
     maps,
     missed,
     naive,
+    orbits,
     plastic_figures,
 )
 from wheeltapper.faces.paper.setting import CONSTANT, STATIC, bump, flat, impacts, largest, losses, sine, step
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-DRAW: dict[str, Callable[[Figure], None]] = coach_figures.DRAW | plastic_figures.DRAW | diagnosis.DRAW
+DRAW: dict[str, Callable[[Figure], None]] = coach_figures.DRAW | plastic_figures.DRAW | diagnosis.DRAW | orbits.DRAW
 """By figure, the function that draws it."""
 
 

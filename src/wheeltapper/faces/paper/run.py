@@ -7,12 +7,12 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from wheeltapper.faces.paper import coach, corrugation, deck, diagnosis, law, maps, missed, plastic, single
+from wheeltapper.faces.paper import coach, corrugation, deck, diagnosis, law, maps, missed, orbits, plastic, single
 from wheeltapper.faces.paper.claims import CLAIMS, Claim, Kind, Measure, Verdict, judged
 from wheeltapper.ground.errors import InputError, with_suggestion
 from wheeltapper.ground.progress import report
 
-TOPICS = (single, maps, deck, missed, corrugation, law, coach, plastic, diagnosis)
+TOPICS = (single, maps, deck, missed, corrugation, law, coach, plastic, diagnosis, orbits)
 """The modules that register claims; importing them fills the register."""
 
 

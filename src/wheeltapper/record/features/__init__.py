@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from wheeltapper.record.features.forces import force_ratio as force_ratio
     from wheeltapper.record.features.forces import impulse as impulse
     from wheeltapper.record.features.forces import largest_force as largest_force
+    from wheeltapper.record.features.growth import growth_exponent as growth_exponent
     from wheeltapper.record.features.motion import largest_displacement as largest_displacement
     from wheeltapper.record.features.times import contact_frequency as contact_frequency
     from wheeltapper.record.features.times import first_loss as first_loss

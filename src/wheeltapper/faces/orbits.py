@@ -1,0 +1,216 @@
+"""Pictures of orbits: branches, diagrams, basins, ramps and borders."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.faces.panels import BLUE, GREEN, RED, in_unit, legend_above, with_unit, words
+from wheeltapper.ground.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from wheeltapper.orbits.orbit import Orbit
+
+MARKS = {"fold": ("o", RED), "doubling": ("s", GREEN), "grazing": ("d", "0.35"), "torus": ("^", "tab:purple")}
+"""Shape and colour of the mark of each kind of special point."""
+DOT: dict[str, Any] = {"marker": ".", "linestyle": "none", "markersize": 2}
+UNSETTLED = "0.85"
+MOST_COLOURS = 10
+
+
+def _shown(data: xr.Dataset, name: str) -> tuple[NDArray[Any], str]:
+    """Return a field's values in a unit that reads well, and its label."""
+    values = np.asarray(data[name].values, dtype=float)
+    factor, unit = in_unit(values, data[name].attrs.get("units", ""))
+    return factor * values, with_unit(words(name), unit)
+
+
+def _over_static(data: xr.Dataset) -> NDArray[Any]:
+    return np.asarray(data.largest_force.values / data.attrs["static_force"])
+
+
+def draw_branch(branch: xr.Dataset) -> Figure:
+    """Draw the largest force and the largest multiplier along a branch, with its special points."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 7.0))
+    force, multiplier = figure.subplots(2, 1, sharex=True)
+    path = branch.attrs["parameter"]
+    x, label = _shown(branch, path)
+    factor = x[0] / float(branch[path][0])
+    sizes = np.hypot(branch.multiplier_real, branch.multiplier_imag).max("multiplier").values
+    stable = branch.stable.values
+    for axis, values in ((force, _over_static(branch)), (multiplier, sizes)):
+        for kind, line, words_ in ((True, "-", "stable"), (False, ":", "unstable")):
+            chosen = stable == kind
+            near = chosen | np.roll(chosen, 1) if kind else chosen | np.roll(chosen, -1) | np.roll(chosen, 1)
+            axis.plot(x, np.where(near, values, np.nan), line, color=BLUE, label=words_)
+        for name, (shape, colour) in MARKS.items():
+            at = np.flatnonzero(branch.kind.values == name)
+            if len(at):
+                heights = [_between(branch, values, int(i)) for i in at]
+                axis.plot(factor * branch.parameter.values[at], heights, shape, color=colour, markersize=5, label=name)
+    force.set_ylabel("largest force over static")
+    multiplier.set(ylabel="largest modulus of a multiplier", xlabel=label)
+    multiplier.axhline(1.0, color="0.5", linewidth=0.8)
+    multiplier.set_ylim(0.0, min(3.0, 1.05 * sizes.max()))
+    legend_above(force, columns=6)
+    return figure
+
+
+def _between(branch: xr.Dataset, values: NDArray[Any], number: int) -> float:
+    """Return what a quantity is at a special point, between the points beside it."""
+    after = int(branch.after[number])
+    return float(0.5 * (values[after] + values[min(after + 1, len(values) - 1)]))
+
+
+def draw_returns(diagram: xr.Dataset) -> Figure:
+    """Draw where the wheel is at phase zero, and the largest force, wave after wave, over one field."""
+    from matplotlib.figure import Figure
+
+    path = _only_field(diagram, diagram.displacement.dims[:-1])
+    figure = Figure(figsize=(8.0, 7.0))
+    place, force = figure.subplots(2, 1, sharex=True)
+    x, label = _shown(diagram, path)
+    each = np.repeat(x, diagram.sizes["return"])
+    place.plot(each, 1e6 * diagram.displacement.values.ravel(), **DOT)
+    place.set_ylabel("displacement at phase zero [µm]")
+    force.plot(each, _over_static(diagram).ravel(), **DOT)
+    force.set(ylabel="largest force in a wave over static", xlabel=label)
+    return figure
+
+
+def _only_field(data: xr.Dataset, fields: tuple[Any, ...]) -> str:
+    if len(fields) != 1:
+        raise InputError("", "what", f"{len(fields)} varied fields", "one; choose a slice with diagram.isel")
+    return str(fields[0])
+
+
+def draw_fates(fates: xr.Dataset) -> Figure:
+    """Draw on which kind of orbit motions end, and after how many waves: over one field, or in the plane of two."""
+    from matplotlib.figure import Figure
+
+    fields = tuple(str(name) for name in fates.orbit.dims)
+    if len(fields) > 2:
+        raise InputError("", "what", f"{len(fields)} varied fields", "one or two; choose a slice with fates.isel")
+    kinds, names = _kinds_of(fates)
+    figure = Figure(figsize=(10.0, 4.6) if len(fields) == 2 else (8.0, 7.0))
+    if len(fields) == 2:
+        _draw_basin(figure, fates, fields, kinds, names)
+        return figure
+    (path,), (force, waves) = fields, figure.subplots(2, 1, sharex=True)
+    x, label = _shown(fates, path)
+    for kind, name in enumerate(names):
+        force.plot(x[kinds == kind], _over_static(fates)[kinds == kind], "o", markersize=3, label=name)
+        waves.plot(x[kinds == kind], fates.waves.values[kinds == kind], "o", markersize=3)
+    waves.plot(x[kinds < 0], fates.waves.values[kinds < 0], "x", color="0.4", markersize=4, label="unsettled")
+    force.set_ylabel("largest force over static")
+    waves.set(ylabel="waves until settled", xlabel=label)
+    legend_above(force)
+    if np.any(kinds < 0):
+        legend_above(waves)
+    return figure
+
+
+def _kinds_of(fates: xr.Dataset) -> tuple[NDArray[np.int64], list[str]]:
+    """Return the kind of each cell's orbit (-1: unsettled), by waves and losses, and the names of the kinds."""
+    table = np.column_stack([fates.orbit_waves.values, fates.orbit_losses.values]).reshape(-1, 2)
+    each, kind = np.unique(table, axis=0, return_inverse=True)
+    names = [f"{int(losses)} loss{'' if losses == 1 else 'es'} in {int(waves)} wave{'' if waves == 1 else 's'}"
+             for waves, losses in each]  # fmt: skip
+    if len(names) > MOST_COLOURS - 1:
+        kind, names = np.minimum(kind, MOST_COLOURS - 1), [*names[: MOST_COLOURS - 1], "others"]
+    return np.append(kind.ravel(), -1)[fates.orbit.values], names
+
+
+def _draw_basin(
+    figure: Figure, fates: xr.Dataset, fields: tuple[str, ...], kinds: NDArray[np.int64], names: list[str]
+) -> None:
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    ends, waves = figure.subplots(1, 2, sharey=True)
+    (y, up), (x, along) = (_shown(fates, path) for path in fields)
+    colours = [UNSETTLED, BLUE, RED, GREEN, "#c9a227", "#7b4fa3", "#3aa6a6", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22"]
+    many = len(names) + 1
+    norm = BoundaryNorm(np.arange(-1.5, many - 0.5), many)
+    mesh = ends.pcolormesh(x, y, kinds, cmap=ListedColormap(colours[:many]), norm=norm, rasterized=True)
+    bar = figure.colorbar(mesh, ax=ends, ticks=np.arange(-1, many - 1))
+    bar.ax.set_yticklabels(["unsettled", *names], fontsize=7)
+    ends.set(xlabel=along, ylabel=up, title="ends on")
+    lives = waves.pcolormesh(x, y, fates.waves.values, cmap="viridis", rasterized=True)
+    figure.colorbar(lives, ax=waves, label="waves")
+    waves.set(xlabel=along, title="waves until settled")
+
+
+def draw_ramp(ramp: xr.Dataset) -> Figure:
+    """Draw the largest force in each wave while a field changes slowly."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 4.0))
+    axis = figure.subplots()
+    x, label = _shown(ramp, ramp.attrs["parameter"])
+    axis.plot(x, _over_static(ramp), linewidth=0.8)
+    axis.set(xlabel=label, ylabel="largest force in a wave over static")
+    return figure
+
+
+def draw_trace(curve: xr.Dataset) -> Figure:
+    """Draw a border in the plane of two fields."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.0, 4.4))
+    axis = figure.subplots()
+    x, along = _shown(curve, curve.attrs["parameter"])
+    y, up = _shown(curve, curve.attrs["second"])
+    axis.plot(x, y, "o-", markersize=3, label=curve.attrs["kind"])
+    axis.set(xlabel=along, ylabel=up)
+    legend_above(axis)
+    return figure
+
+
+def draw_orbit(orbit: Orbit) -> Figure:
+    """Draw one period: path and wheel, the force, and the motion in the plane of displacement and velocity."""
+    from matplotlib.figure import Figure
+
+    record = orbit.record
+    times = np.linspace(0.0, orbit.period, 400 * orbit.waves + 1)
+    found = record.at(times)
+    figure = Figure(figsize=(9.0, 6.0))
+    grid = figure.add_gridspec(2, 2, width_ratios=(2, 1))
+    motion, force, phase = (figure.add_subplot(grid[place]) for place in ((0, 0), (1, 0), (slice(None), 1)))
+    _draw_motion(motion, force, found, 1e3 * times, record.static_force)
+    phase.plot(1e6 * found.wheel_displacement, found.wheel_velocity)
+    phase.plot([1e6 * orbit.start["displacement"]], [orbit.start["velocity"]], "o", color=RED, markersize=4)
+    phase.set(xlabel="displacement [µm]", ylabel="velocity [m/s]")
+    kind = "undamped" if orbit.undamped else "stable" if orbit.stable else "unstable"
+    waves = f"{orbit.waves} wave{'s' if orbit.waves > 1 else ''}"
+    losses = f"{orbit.losses} loss{'' if orbit.losses == 1 else 'es'} of contact"
+    figure.suptitle(f"{kind} orbit of {waves}, {1e3 * orbit.period:.4g} ms, {losses}", fontsize=9)
+    return figure
+
+
+def _draw_motion(motion: Axes, force: Axes, found: Any, time: NDArray[Any], static: float) -> None:
+    motion.plot(time, 1e6 * found.constraint, color="0.5", label="path over the irregularity")
+    motion.plot(time, 1e6 * found.wheel_displacement, label="wheel's centre")
+    motion.set_ylabel("displacement [µm]")
+    legend_above(motion, columns=2)
+    force.plot(time, found.normal_force / 1e3)
+    force.axhline(static / 1e3, color="0.5", linewidth=0.8, linestyle="--", label="static")
+    force.set(xlabel="time [ms]", ylabel="normal force [kN]")
+    legend_above(force)
+
+
+DRAWN = {
+    "wheeltapper branch": draw_branch,
+    "wheeltapper returns": draw_returns,
+    "wheeltapper fates": draw_fates,
+    "wheeltapper ramp": draw_ramp,
+    "wheeltapper trace": draw_trace,
+}
+"""What draws the datasets of the orbits, by their titles."""

@@ -1,0 +1,431 @@
+"""The march from section to section of a periodic path: states after each wave, and how they change with the first one.
+
+A cell of `Cells` ends after one wave, the period of its path. Its numbers hold no start: the state (STATE_SIZE,) at a
+section is given, in scaled units: displacement and velocity of the wheel, then of the deck. The path under the next
+wave is the same, so that its march begins at time zero again.
+
+from section to section   states -> states, losses and largest force of each wave
+with tangents             the derivatives of the state after some waves by the first one: a product of matrices
+until captured            wave after wave, until the state lies within a trap: a neighbourhood of an orbit
+growth                    a small change of the state is carried along, and scaled to length one after every wave
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wheeltapper.march import events as event
+from wheeltapper.march import layout
+from wheeltapper.march import program as contract
+from wheeltapper.march.blocks import in_blocks
+from wheeltapper.march.ensemble import Cells
+from wheeltapper.march.kernel import is_compiled, kernel
+from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE
+from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
+from wheeltapper.march.series import localise, rail_at
+from wheeltapper.march.single import March, march_kernel, start_kernel
+from wheeltapper.march.tangent import tangent_kernel
+from wheeltapper.march.tangent_path import LANES, OF_DECK_HEIGHT, OF_DECK_VELOCITY, OF_HEIGHT, OF_VELOCITY
+from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
+
+STATE_SIZE = 4
+"""Entries of a state at a section: OF_HEIGHT to OF_DECK_VELOCITY. Those of the deck are zero where there is none."""
+LOSSES, LARGEST_FORCE = range(2)
+"""What is told of a wave: losses of contact, and the largest contact force in it (scaled)."""
+TOLD = 2
+# Columns of a trap: the number of its orbit, its centre, the square of its radius, and the matrix of its norm.
+TRAP_ORBIT, TRAP_CENTRE = 0, 1
+TRAP_REACH = TRAP_CENTRE + STATE_SIZE
+TRAP_NORM = TRAP_REACH + 1
+TRAP_COLUMNS = TRAP_NORM + STATE_SIZE * STATE_SIZE
+UNCAUGHT = -1
+"""The orbit of a cell that no trap has caught."""
+MOST_LOSSES = 1e6
+"""Largest number of losses of contact in one wave."""
+CHANGE = 0
+"""The lane of the tangents that carries the only change of a state."""
+SMALL = 1e-7
+"""Length of the change of a state that is marched itself where the motion grazes and has no tangent."""
+BLOCK = 64
+"""Cells that one thread marches at a time."""
+
+
+@kernel
+def begin_kernel(pieces: FloatArray, numbers: FloatArray, state: FloatArray, events: FloatArray, S: FloatArray) -> None:
+    """Begin a wave at a given state."""
+    start_kernel(pieces, numbers, events, S)
+    S[STATE + DECK_Y] = state[OF_DECK_HEIGHT]
+    S[STATE + DECK_V] = state[OF_DECK_VELOCITY]
+    event.choose_phase(numbers, state[OF_HEIGHT], state[OF_VELOCITY], -1, 0.0, events, S)
+
+
+@kernel
+def finish_kernel(pieces: FloatArray, numbers: FloatArray, S: FloatArray, state: FloatArray) -> None:
+    """Write the state at which a march has stopped."""
+    height, velocity = S[STATE + A], S[STATE + B]
+    if event.is_contact_phase(S[STATE + PHASE]):
+        localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
+        rail, rate = rail_at(0.0, S[STATE:], S)
+        height, velocity = rail - height * height, rate - velocity
+    state[OF_HEIGHT] = height
+    state[OF_VELOCITY] = velocity
+    state[OF_DECK_HEIGHT] = S[STATE + DECK_Y]
+    state[OF_DECK_VELOCITY] = S[STATE + DECK_V]
+
+
+@kernel
+def tell_kernel(events: FloatArray, peaks: FloatArray, S: FloatArray, told: FloatArray) -> None:
+    """Add the losses and the largest force that are in the tables to those of a wave."""
+    for i in range(int(S[COUNT + layout.EVENTS])):
+        if events[i, contract.EVENT_KIND] == contract.LOSS:
+            told[LOSSES] += 1.0
+    for i in range(int(S[COUNT + layout.PEAKS])):
+        told[LARGEST_FORCE] = max(told[LARGEST_FORCE], peaks[i, contract.PEAK_FORCE])
+    if S[MARK + event.WAITS] != 0.0:
+        told[LARGEST_FORCE] = max(told[LARGEST_FORCE], S[MARK + event.TOP_FORCE])
+
+
+@kernel
+def wave_kernel(
+    pieces: FloatArray, numbers: FloatArray, state: FloatArray, told: FloatArray, steps: FloatArray,
+    events: FloatArray, peaks: FloatArray, S: FloatArray, strict: bool | None,
+) -> int:  # fmt: skip
+    """March one wave; `state` becomes that at its end. Return why the march stopped."""
+    told[:] = 0.0
+    begin_kernel(pieces, numbers, state, events, S)
+    why = contract.FULL
+    while why == contract.FULL:
+        why = march_kernel(pieces, numbers, None, None, steps, events, peaks, None, S, strict)
+        tell_kernel(events, peaks, S, told)
+        S[COUNT] = 0.0
+        S[COUNT + layout.EVENTS] = 0.0
+        S[COUNT + layout.PEAKS] = 0.0
+        if told[LOSSES] > MOST_LOSSES:
+            why = contract.TOO_MANY_EVENTS
+    finish_kernel(pieces, numbers, S, state)
+    return why
+
+
+@kernel
+def section_kernel(
+    cells: Cells, states: FloatArray, skip: int, chained: bool, kept: FloatArray, told: FloatArray, status: IntArray,
+    steps: FloatArray, events: FloatArray, peaks: FloatArray, S: FloatArray, strict: bool | None,
+) -> None:  # fmt: skip
+    """March each cell over `skip` waves, and over as many more as `kept` has room for; keep the states after these.
+
+    Where the cells are chained, each begins at the state at which the one before it has ended.
+    """
+    one = np.zeros(TOLD)
+    for cell in range(len(cells.first)):
+        pieces = cells.pieces[cells.first[cell] : cells.first[cell] + cells.many[cell]]
+        if chained and cell > 0:
+            states[cell] = states[cell - 1]
+        status[cell] = contract.DONE
+        for wave in range(skip + kept.shape[1]):
+            if status[cell] == contract.DONE:
+                status[cell] = wave_kernel(
+                    pieces, cells.numbers[cell], states[cell], one, steps, events, peaks, S, strict
+                )
+            if status[cell] != contract.DONE:
+                states[cell] = np.nan
+                one[:] = np.nan
+            if wave >= skip:
+                kept[cell, wave - skip] = states[cell]
+                told[cell, wave - skip] = one
+
+
+@kernel
+def capture_kernel(
+    cells: Cells, states: FloatArray, most: int, traps: FloatArray, trap_first: IntArray, trap_end: IntArray,
+    caught: IntArray, waves: IntArray, status: IntArray, steps: FloatArray, events: FloatArray, peaks: FloatArray,
+    S: FloatArray, strict: bool | None,
+) -> None:  # fmt: skip
+    """March each cell until it is in one of its traps, the rows from `trap_first` to `trap_end`; at most `most` waves.
+
+    Written are the orbit of the trap, and the number of waves.
+    """
+    one = np.zeros(TOLD)
+    for cell in range(len(cells.first)):
+        pieces = cells.pieces[cells.first[cell] : cells.first[cell] + cells.many[cell]]
+        status[cell] = contract.DONE
+        waves[cell] = 0
+        caught[cell] = trap_of(states[cell], traps[trap_first[cell] : trap_end[cell]])
+        while caught[cell] == UNCAUGHT and waves[cell] < most and status[cell] == contract.DONE:
+            status[cell] = wave_kernel(pieces, cells.numbers[cell], states[cell], one, steps, events, peaks, S, strict)
+            waves[cell] += 1
+            caught[cell] = trap_of(states[cell], traps[trap_first[cell] : trap_end[cell]])
+
+
+@kernel
+def trap_of(state: FloatArray, traps: FloatArray) -> int:
+    """Return the orbit in whose trap a state lies, or UNCAUGHT."""
+    for row in range(len(traps)):
+        trap = traps[row]
+        size = 0.0
+        for i in range(STATE_SIZE):
+            part = 0.0
+            for j in range(STATE_SIZE):
+                part += trap[TRAP_NORM + STATE_SIZE * i + j] * (state[j] - trap[TRAP_CENTRE + j])
+            size += part * part
+        if size <= trap[TRAP_REACH]:
+            return int(trap[TRAP_ORBIT])
+    return UNCAUGHT
+
+
+class TangentTables(NamedTuple):
+    """What one wave with tangents writes to."""
+
+    steps: FloatArray
+    events: FloatArray
+    peaks: FloatArray
+    of_events: FloatArray
+    of_peaks: FloatArray
+    S: FloatArray
+    D: FloatArray
+
+
+@kernel
+def tangent_wave_kernel(
+    pieces: FloatArray, numbers: FloatArray, state: FloatArray, told: FloatArray, along: FloatArray,
+    tables: TangentTables, strict: bool | None,
+) -> tuple[int, float]:  # fmt: skip
+    """March one wave; `state` becomes that at its end, `along` (STATE_SIZE, LANES) its derivatives along given changes.
+
+    `along` holds, at first, the changes of the state at the wave's start. Return why the march stopped, and how near it
+    came to grazing.
+    """
+    S = tables.S
+    told[:] = 0.0
+    begin_kernel(pieces, numbers, state, tables.events, S)
+    why = march_kernel(pieces, numbers, None, None, tables.steps, tables.events, tables.peaks, None, S, strict)
+    if why != contract.DONE:
+        return why, 0.0
+    tell_kernel(tables.events, tables.peaks, S, told)
+    rows = int(S[COUNT])
+    events = int(S[COUNT + layout.EVENTS])
+    peaks = int(S[COUNT + layout.PEAKS])
+    last = S[STATE : STATE + LENGTH].copy()
+    finish_kernel(pieces, numbers, S, state)
+    change = along.copy()
+    near = tangent_kernel(
+        pieces, np.zeros((0, 0, 0)), 0, np.full(LANES, -1), numbers, np.zeros((contract.NUMBERS, LANES)), change,
+        tables.steps[:rows], last, tables.events[:events], tables.peaks[:peaks], tables.of_events[:events],
+        tables.of_peaks[:peaks], along, 0.0, np.zeros(LANES), np.zeros((0, LANES)), np.zeros(0),
+        np.zeros((0, QUANTITIES, SAMPLED)), S, tables.D, None,
+    )  # fmt: skip
+    return why, near
+
+
+@kernel
+def orbit_kernel(
+    pieces: FloatArray, numbers: FloatArray, state: FloatArray, trail: FloatArray, told: FloatArray,
+    along: FloatArray, tables: TangentTables, strict: bool | None,
+) -> tuple[int, float]:  # fmt: skip
+    """March as many waves as `trail` has rows, with tangents; write the state after each, and what is told of it."""
+    nearest = np.inf
+    for wave in range(len(trail)):
+        why, near = tangent_wave_kernel(pieces, numbers, state, told[wave], along, tables, strict)
+        if why != contract.DONE:
+            return why, 0.0
+        trail[wave] = state
+        nearest = min(nearest, near)
+    return contract.DONE, nearest
+
+
+@kernel
+def growth_kernel(
+    pieces: FloatArray, numbers: FloatArray, state: FloatArray, change: FloatArray, growths: FloatArray, first: int,
+    tables: TangentTables, strict: bool | None,
+) -> tuple[int, int]:  # fmt: skip
+    """Carry a small change of the state along; write the logarithm of its growth in each wave from `first` on.
+
+    Return why the march stopped, and the wave in which it did.
+    """
+    told = np.zeros(TOLD)
+    along = np.zeros((STATE_SIZE, LANES))
+    for wave in range(first, len(growths)):
+        before = state.copy()
+        along[:, CHANGE] = change
+        why, _ = tangent_wave_kernel(pieces, numbers, state, told, along, tables, strict)
+        if why != contract.DONE:
+            state[:] = before
+            return why, wave
+        if np.isfinite(along[:, CHANGE].sum()):
+            change[:] = along[:, CHANGE]
+        else:  # it grazes: the motion beside it is marched
+            beside = before + SMALL * change
+            wave_kernel(pieces, numbers, beside, told, tables.steps, tables.events, tables.peaks, tables.S, strict)
+            change[:] = (beside - state) / SMALL
+        size = np.sqrt((change * change).sum())
+        growths[wave] = np.log(size)
+        change /= size
+    return contract.DONE, len(growths)
+
+
+# -- room, blocks and threads -------------------------------------------------------------------------------------
+
+
+def _work(rows: int = 256) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return tables that are emptied whenever they are full, and scratch memory."""
+    steps, events = np.empty((rows, contract.STEP_COLUMNS)), np.empty((rows, contract.EVENT_COLUMNS))
+    return steps, events, np.empty((rows, contract.PEAK_COLUMNS)), np.zeros(SCRATCH)
+
+
+def tangent_tables(rows: int = 1024) -> TangentTables:
+    """Return tables for a whole wave."""
+    steps, events, peaks, work = _work(rows)
+    of_events, of_peaks = np.zeros((rows, 2, LANES)), np.zeros((rows, 2, LANES))
+    return TangentTables(steps, events, peaks, of_events, of_peaks, work, np.zeros((SCRATCH, LANES)))
+
+
+class Returned(NamedTuple):
+    """States at sections, (cells, waves, STATE_SIZE), what is told of the waves before, and why each cell stopped."""
+
+    kept: FloatArray
+    told: FloatArray
+    status: IntArray
+
+
+def sections(
+    cells: Cells, states: FloatArray, skip: int, keep: int, threads: int = 1, chained: bool = False,
+    count: Callable[[int], None] | None = None,
+) -> Returned:  # fmt: skip
+    """March many cells over `skip` + `keep` waves; `states` (cells, STATE_SIZE) become those at the end.
+
+    Chained cells are marched one after the other, each from where the one before it has ended.
+    """
+    total = len(cells.first)
+    found = Returned(
+        np.empty((total, keep, STATE_SIZE)), np.empty((total, keep, TOLD)), np.zeros(total, dtype=np.int64)
+    )
+
+    def march_block(block: slice) -> None:
+        kept, told, status = found.kept[block], found.told[block], found.status[block]
+        section_kernel(cells.part(block), states[block], skip, chained, kept, told, status, *_work(), cells.strict)
+        if count is not None:
+            count(block.stop - block.start)
+
+    in_blocks(total, total if chained else BLOCK, threads, march_block)
+    return found
+
+
+class Captured(NamedTuple):
+    """The orbit of each cell (UNCAUGHT: none yet), the waves marched, and why it stopped; each (cells,)."""
+
+    orbit: IntArray
+    waves: IntArray
+    status: IntArray
+
+
+def capture(
+    cells: Cells, states: FloatArray, most: int, traps: FloatArray, first: IntArray, end: IntArray, threads: int = 1
+) -> Captured:
+    """March many cells until they are caught; `states` become those at the end.
+
+    Parameters
+    ----------
+    cells, states
+        The cells, and their states (cells, STATE_SIZE).
+    most
+        Largest number of waves.
+    traps
+        (traps, TRAP_COLUMNS).
+    first, end
+        (cells,) which of the traps are for each cell.
+    threads
+        Number of threads; the result does not depend on it.
+    """
+    total = len(cells.first)
+    found = Captured(*(np.zeros(total, dtype=np.int64) for _ in range(3)))
+
+    def march_block(block: slice) -> None:
+        orbit, waves, status = found.orbit[block], found.waves[block], found.status[block]
+        own = cells.part(block), states[block], most, traps, first[block], end[block]
+        capture_kernel(*own, orbit, waves, status, *_work(), cells.strict)
+
+    in_blocks(total, BLOCK, threads, march_block)
+    return found
+
+
+class Turn(NamedTuple):
+    """One round of an orbit, in scaled units.
+
+    Attributes
+    ----------
+    status
+        Why the march stopped.
+    trail
+        (waves, STATE_SIZE) the states after each wave.
+    told
+        (waves, TOLD) what is told of each wave.
+    slopes
+        (STATE_SIZE, STATE_SIZE) derivatives of the last state by the first; NaN where the motion grazes.
+    near
+        How near it comes to grazing.
+    """
+
+    status: int
+    trail: FloatArray
+    told: FloatArray
+    slopes: FloatArray
+    near: float
+
+
+class Tangents:
+    """Marches with tangents, with room that grows where a wave needs more."""
+
+    def __init__(self) -> None:
+        self._tables = tangent_tables()
+
+    def turn(self, program: contract.Program, state: FloatArray, waves: int) -> Turn:
+        """March some waves from a state."""
+        strict = True if program.numbers[contract.ORDER] == contract.STRICT_ORDER else None
+        while True:
+            along = np.zeros((STATE_SIZE, LANES))
+            along[:, :STATE_SIZE] = np.eye(STATE_SIZE)
+            trail, told = np.empty((waves, STATE_SIZE)), np.empty((waves, TOLD))
+            status, near = orbit_kernel(
+                program.pieces, program.numbers, state.copy(), trail, told, along, self._tables, strict
+            )
+            if status != contract.FULL:
+                return Turn(status, trail, told, along[:, :STATE_SIZE].copy(), near)
+            self._tables = tangent_tables(2 * len(self._tables.steps))
+
+
+def growths(program: contract.Program, state: FloatArray, change: FloatArray, waves: int) -> FloatArray:
+    """Return the logarithm of the growth of a small change in each of some waves; state and change go along.
+
+    NaN behind a wave that could not be marched.
+    """
+    out, tables, wave = np.full(waves, np.nan), tangent_tables(), 0
+    strict = True if program.numbers[contract.ORDER] == contract.STRICT_ORDER else None
+    while True:
+        why, wave = growth_kernel(program.pieces, program.numbers, state, change, out, wave, tables, strict)
+        if why != contract.FULL:
+            return out
+        tables = tangent_tables(2 * len(tables.steps))
+
+
+def march_from(program: contract.Program, state: FloatArray) -> March:
+    """March a program from a given state to its end, as `single.march` does from its own start."""
+    rows = 1024
+    strict = True if program.numbers[contract.ORDER] == contract.STRICT_ORDER else None
+    while True:
+        steps, events, peaks, work = _work(rows)
+        begin_kernel(program.pieces, program.numbers, state, events, work)
+        status = march_kernel(program.pieces, program.numbers, None, None, steps, events, peaks, None, work, strict)
+        if status != contract.FULL:
+            break
+        rows *= 2
+    many, happened, heights = (int(work[COUNT + at]) for at in (layout.STEPS, layout.EVENTS, layout.PEAKS))
+    last = work[STATE : STATE + contract.STEP_COLUMNS].copy()
+    return March(status, steps[:many], events[:happened], peaks[:heights], last, contract.NO_STOPS, program.pieces)
+
+
+def is_ready(cells: Cells) -> bool:
+    """Return False if marching from section to section begins with compiling."""
+    empty: Any = (np.empty((0, 0, STATE_SIZE)), np.empty((0, 0, TOLD)), np.zeros(0, dtype=np.int64))
+    return is_compiled(section_kernel, (cells, np.empty((0, STATE_SIZE)), 0, False, *empty, *_work(), cells.strict))
