@@ -7,7 +7,7 @@ import wheeltapper as wt
 from wheeltapper.lower.many import LoweredCells
 from wheeltapper.march import program as contract
 from wheeltapper.march.apart import start_lanes
-from wheeltapper.march.ensemble import march_in_lanes, march_one_by_one
+from wheeltapper.march.ensemble import Variant, march_in_lanes, march_one_by_one
 from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.pool import pool_of
 
@@ -36,7 +36,22 @@ CASES = {
         ],
     }),
     "start in flight": BUMP.replaced({"start": {"displacement": 2e-4, "velocity": 0.0}}),
+    "default": BUMP.replaced({"rolling": "circle", "contact": wt.Hertz()}),
+    "default on a corrugation": CORRUGATION.replaced({"rolling": "circle", "contact": wt.Hertz(), "duration": 0.1}),
+    "stiff suspension": BUMP.replaced({"vehicle.stiffness": 2e9}),
+    "linear contact": BUMP.replaced({"contact": wt.Linear(stiffness=1e9)}),
     "deck": BUMP.replaced({"track": wt.FloatingDeck(mass=15000, stiffness=1.5e7, damping=5e4)}),
+    "short deck": BUMP.replaced({
+        "track": wt.FloatingDeck(mass=3000, stiffness=1e8, damping=5e4, start=0.02, length=0.3), "rolling": "circle",
+        "contact": wt.Hertz(),
+    }),
+    "deck under a corrugation": CORRUGATION.replaced({
+        "track": wt.FloatingDeck(mass=15000, stiffness=1.5e7, damping=5e4)
+    }),
+    "everything": BUMP.replaced({
+        "track": wt.FloatingDeck(mass=3000, stiffness=1e8, damping=5e4), "rolling": "circle",
+        "contact": wt.Hertz(hysteresis=0.2),
+    }),
     "hysteresis": BUMP.replaced({"contact": wt.Hertz(constant=1.405e11, hysteresis=0.1)}),
     "bilateral": BUMP.replaced({"contact": wt.Linear(stiffness=1e9, bilateral=True)}),
 }  # fmt: skip
@@ -79,11 +94,36 @@ def test_lanes_stop_where_single_cells_stop(name, last):
     made = cells(CASES[name], **last)
     ours, theirs = march_in_lanes(made), march_one_by_one(made)
     assert (ours.status == (contract.TOO_MANY_EVENTS if "EVENT_LIMIT" in last else contract.ENOUGH)).any()
-    assert_same(ours, theirs)
+    assert_same(ours, without_lower_maxima(ours, theirs))
     np.testing.assert_allclose(ours.end, theirs.end, rtol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["bump", "corrugation from x = 0.01 m", "deck"])
+def without_lower_maxima(ours, theirs):
+    """Leave out what lanes leave out: the last force maxima of cells that wait in vain, each lower than the one before."""
+    kept = np.zeros(len(theirs.peaks), dtype=bool)
+    counts = np.diff(ours.peak_ends, prepend=0)
+    ends = theirs.peak_ends
+    for cell, (begin, end) in enumerate(zip(ends - np.diff(ends, prepend=0), ends, strict=True)):
+        kept[begin : begin + counts[cell]] = True
+        if counts[cell] < end - begin:
+            assert ours.status[cell] == contract.DONE
+            assert counts[cell] > 0
+            rest = theirs.peaks[begin + counts[cell] - 1 : end, contract.PEAK_FORCE]
+            assert np.all(np.diff(rest) < 0.0)
+    return theirs._replace(peaks=theirs.peaks[kept], peak_ends=ours.peak_ends)
+
+
+def test_cells_that_can_never_leave_the_rail_again_end_at_once():
+    made = cells(BUMP, LAST_IMPACT=9)
+    ours, theirs = march_in_lanes(made), march_one_by_one(made)
+    waiting = np.diff(ours.peak_ends, prepend=0) < np.diff(theirs.peak_ends, prepend=0)
+    assert waiting.sum() > 5
+    np.testing.assert_array_equal(ours.event_ends, theirs.event_ends)
+    np.testing.assert_array_equal(ours.status, theirs.status)
+    np.testing.assert_array_equal(ours.end[waiting], made.numbers[waiting, contract.END])
+
+
+@pytest.mark.parametrize("name", CASES)
 def test_a_cell_does_not_depend_on_its_company(name):
     made = cells(CASES[name])
     whole = march_in_lanes(made)
@@ -110,12 +150,15 @@ def test_a_motion_that_grows_beyond_all_numbers_is_said():
     assert (np.delete(ours.status, 5) == contract.DONE).all()
 
 
-def test_lanes_do_nearly_all_of_the_work():
-    made = cells(BUMP, count=64)
+@pytest.mark.parametrize(
+    "name", ["bump", "bump under a rolling circle", "corrugation under a rolling circle", "default", "deck"]
+)
+def test_lanes_do_nearly_all_of_the_work(name):
+    made = cells(CASES[name], count=64)
     pool = pool_of(*made)
     start_lanes(pool)
-    while not lanes_kernel(pool):
+    while not lanes_kernel(*Variant.of_cells(made), pool):
         pool = pool.larger()
     events, peaks, apart = pool.used
-    assert events + peaks > 64 * 20
+    assert events + peaks > 64 * 10
     assert apart < 0.05 * (events + peaks)

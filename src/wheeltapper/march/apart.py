@@ -8,25 +8,131 @@ from wheeltapper.march import lane_rows as at
 from wheeltapper.march import layout
 from wheeltapper.march import pool as cells
 from wheeltapper.march import program as contract
-from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free, piece_end
+from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE
-from wheeltapper.march.program import CONTACT, DONE, FLIGHT, FULL, PHASE, PIECE, RUNNING, SHIFT, TIME, A, B
-from wheeltapper.march.series import harmonic_forcing, localise
-from wheeltapper.march.single import advance_kernel, start_kernel
-from wheeltapper.march.step import is_written_out
+from wheeltapper.march.program import CONTACT, DECK_V, DECK_Y, DONE, FLIGHT, FULL, ON_DECK, PHASE, PIECE, RUNNING, SHIFT
+from wheeltapper.march.program import TIME, A, B, FloatArray
+from wheeltapper.march.series import localise
+from wheeltapper.march.single import advance_kernel, next_break, start_kernel
+from wheeltapper.march.step import is_plain_hertz
+from wheeltapper.march.steplength import SLOW
+
+
+@kernel
+def polynomial_at(cell: int, source: int, degree: int, time: float, pool: cells.Pool) -> tuple[float, float]:
+    """Return a polynomial of a cell's present piece at a time, and its rate; `source` is its first column."""
+    row = pool.pieces[pool.first[cell] + int(pool.rows[cell, PIECE])]
+    local = pool.rows[cell, cells.LOCAL :]
+    x = local[at.CELL_PACE] * time - local[at.CELL_ORIGIN]
+    value, slope = 0.0, 0.0
+    for k in range(int(row[degree]), -1, -1):
+        slope = slope * x + value
+        value = value * x + row[source + k]
+    return value, local[at.CELL_PACE] * slope
+
+
+@kernel
+def force_at(cell: int, time: float, u: float, w: float, pool: cells.Pool) -> float:
+    """Return the contact force of a cell that is not plain at indentation u² and rate w."""
+    local = pool.rows[cell, cells.LOCAL :]
+    factor = 1.0
+    if pool.pieces[pool.first[cell] + int(pool.rows[cell, PIECE]), contract.FACTOR_DEGREE] >= 0.0:
+        factor, _ = polynomial_at(cell, contract.FACTOR, contract.FACTOR_DEGREE, time, pool)
+    elastic = factor * u * u * (local[at.CELL_QUADRATIC] + local[at.CELL_CUBIC] * u)
+    return max(elastic * (1.0 + local[at.CELL_ETA] * w), 0.0)
+
+
+@kernel
+def rail_at_time(cell: int, time: float, deck_y: float, deck_v: float, pool: cells.Pool) -> tuple[float, float]:
+    """Return height and velocity of the rail under a cell's wheel."""
+    local = pool.rows[cell, cells.LOCAL :]
+    lift = pool.numbers[cell, contract.LIFT]
+    height, velocity = polynomial_at(cell, contract.COEFFICIENT, contract.DEGREE, time, pool)
+    turns = local[at.CELL_RATE] * time - local[at.CELL_OFFSET]
+    phase = 2.0 * np.pi * (turns - np.rint(turns))
+    s, c = np.sin(phase), np.cos(phase)
+    a, b = local[at.CELL_AMP_SIN], local[at.CELL_AMP_COS]
+    on = local[at.CELL_ON]
+    height = lift * height + a * s + b * c + on * deck_y
+    return height, lift * velocity + local[at.CELL_OMEGA] * (a * c - b * s) + on * deck_v
+
+
+@kernel
+def _kind_of(numbers: FloatArray, piece: FloatArray) -> int:
+    """Return the kind of a cell's contact steps on a piece of its path."""
+    straight = piece[contract.DEGREE] == 0.0 and piece[contract.FACTOR_DEGREE] < 0.0
+    wavy = 1 if piece[contract.WAVENUMBER] != 0.0 else 0
+    if numbers[contract.HYSTERESIS] != 0.0:
+        return cells.GENERAL
+    if numbers[contract.DECK_MASS] > 0.0:
+        return cells.DECK_FLAT + wavy if straight else cells.GENERAL
+    slow = numbers[contract.STIFFNESS] + numbers[contract.DAMPING] <= SLOW
+    return cells.FLAT + wavy if straight and slow and is_plain_hertz(numbers) else cells.BENT
+
+
+@kernel
+def _enter_path(cell: int, pool: cells.Pool) -> None:
+    """Write what lanes need of the present piece of a cell's path, and until when, in its row."""
+    numbers = pool.numbers[cell]
+    piece = pool.pieces[pool.first[cell] + int(pool.rows[cell, PIECE])]
+    row = pool.rows[cell, cells.LOCAL :]
+    lift, pace = numbers[contract.LIFT], numbers[contract.PACE]
+    turns = piece[contract.WAVENUMBER] / (2.0 * np.pi)
+    omega = piece[contract.WAVENUMBER] * pace
+    stiff, drag = numbers[contract.STIFFNESS] - omega * omega, numbers[contract.DAMPING] * omega
+    a, b = lift * piece[contract.SINE], lift * piece[contract.COSINE]
+    origin = pool.rows[cell, SHIFT] + piece[contract.CENTRE]
+    row[at.CELL_LEVEL] = lift * piece[contract.COEFFICIENT]
+    row[at.CELL_LOAD] = 1.0 + numbers[contract.STIFFNESS] * row[at.CELL_LEVEL]
+    row[at.CELL_GAIN_SIN] = stiff * a - drag * b
+    row[at.CELL_GAIN_COS] = stiff * b + drag * a
+    row[at.CELL_AMP_SIN] = a
+    row[at.CELL_AMP_COS] = b
+    row[at.CELL_OMEGA] = omega
+    row[at.CELL_RATE] = turns * pace
+    row[at.CELL_OFFSET] = turns * origin
+    row[at.CELL_PACE] = pace / piece[contract.SCALE]
+    row[at.CELL_ORIGIN] = origin / piece[contract.SCALE]
+    table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
+    cells.load_cell(cell, pool.rows, pool.S)
+    row[at.CELL_UNTIL] = next_break(table, numbers, pool.S)
+    pool.rows[cell, cells.CELL_KIND] = _kind_of(numbers, piece)
+
+
+@kernel
+def _enter_numbers(cell: int, pool: cells.Pool) -> None:
+    """Write a cell's suspension, contact and deck in its row."""
+    numbers = pool.numbers[cell]
+    row = pool.rows[cell, cells.LOCAL :]
+    mass = numbers[contract.DECK_MASS]
+    per_mass = 1.0 / mass if mass > 0.0 else 0.0
+    on = pool.rows[cell, ON_DECK]
+    row[at.CELL_K] = numbers[contract.STIFFNESS]
+    row[at.CELL_G] = numbers[contract.DAMPING]
+    row[at.CELL_GOAL] = np.log2(numbers[contract.TOLERANCE])
+    row[at.CELL_CUBIC] = numbers[contract.CUBIC]
+    row[at.CELL_QUADRATIC] = numbers[contract.QUADRATIC]
+    row[at.CELL_ETA] = numbers[contract.HYSTERESIS]
+    row[at.CELL_ON] = on
+    row[at.CELL_PRESTRESS] = on * numbers[contract.PRESTRESS] * per_mass
+    row[at.CELL_DECK_STIFF] = numbers[contract.DECK_STIFFNESS] * per_mass
+    row[at.CELL_DECK_DRAG] = numbers[contract.DECK_DAMPING] * per_mass
+    row[at.CELL_SHARE] = on * per_mass
+
+
+@kernel
+def queue_of_flight(kind: int) -> int:
+    """Return the queue in which a cell in flight waits."""
+    return cells.FLY if kind <= cells.WAVE else cells.FLY + 1
 
 
 @kernel
 def join_queue(cell: int, pool: cells.Pool) -> bool:
     """Put the cell in S in the queue of its next step, if lanes can take it; else return False."""
     S, numbers = pool.S, pool.numbers[cell]
-    if (
-        not is_written_out(numbers, S)
-        or numbers[contract.BILATERAL] != 0.0
-        or S[COUNT + layout.SEEN] != 0.0
-        or S[COUNT + layout.EVENTS] >= numbers[contract.EVENT_LIMIT]
-    ):
+    ended = S[COUNT + layout.SEEN] != 0.0 or S[COUNT + layout.EVENTS] >= numbers[contract.EVENT_LIMIT]
+    if ended or numbers[contract.BILATERAL] != 0.0:
         return False
     flying = S[STATE + PHASE] == FLIGHT
     u, w = S[STATE + A], S[STATE + B]
@@ -35,27 +141,41 @@ def join_queue(cell: int, pool: cells.Pool) -> bool:
     corner = S[MARK + AT_BREAK]
     S[MARK + AT_BREAK] = 0.0
     cells.put_back(cell, pool.rows, S)
-    cells.track_force(cell, S[STATE + TIME], 0.0 if flying else u * u * u, corner, pool)
-    row = pool.rows[cell, cells.LOCAL :]
-    table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
-    piece = table[int(S[STATE + PIECE])]
-    turns = piece[contract.WAVENUMBER] / (2.0 * np.pi)
-    gain_sin, gain_cos = harmonic_forcing(numbers, S)
-    row[at.CELL_K] = numbers[contract.STIFFNESS]
-    row[at.CELL_G] = numbers[contract.DAMPING]
-    row[at.CELL_LOAD] = 1.0 + numbers[contract.STIFFNESS] * S[layout.HERE_POLY]
-    row[at.CELL_LEVEL] = S[layout.HERE_POLY]
-    row[at.CELL_GAIN_SIN] = gain_sin
-    row[at.CELL_GAIN_COS] = gain_cos
-    row[at.CELL_AMP_SIN] = S[layout.HERE_AMP_SIN]
-    row[at.CELL_AMP_COS] = S[layout.HERE_AMP_COS]
-    row[at.CELL_OMEGA] = S[layout.HERE_OMEGA]
-    row[at.CELL_RATE] = turns * numbers[contract.PACE]
-    row[at.CELL_OFFSET] = turns * (S[STATE + SHIFT] + piece[contract.CENTRE])
-    row[at.CELL_UNTIL] = min(piece_end(table, numbers, S), numbers[contract.END])
-    row[at.CELL_GOAL] = np.log2(numbers[contract.TOLERANCE])
-    kind = cells.FLAT if S[layout.HERE_OMEGA] == 0.0 else cells.WAVE
-    cells.push(cell, cells.FLY if flying else cells.COAST + kind, pool.queue)
+    _enter_numbers(cell, pool)
+    _enter_path(cell, pool)
+    kind = int(pool.rows[cell, cells.CELL_KIND])
+    force = 0.0
+    if not flying:
+        force = u * u * u if kind <= cells.WAVE else force_at(cell, S[STATE + TIME], u, w, pool)
+    cells.track_force(cell, S[STATE + TIME], force, corner, pool)
+    cells.push(cell, queue_of_flight(kind) if flying else cells.COAST + kind, pool.queue)
+    return True
+
+
+@kernel
+def cross_softly(cell: int, pool: cells.Pool) -> bool:
+    """Take a cell over a breakpoint where the path stays smooth; return False, and do nothing, where there is more."""
+    rows, numbers = pool.rows, pool.numbers[cell]
+    first, many = pool.first[cell], pool.many[cell]
+    time, shift, piece = rows[cell, TIME], rows[cell, SHIFT], int(rows[cell, PIECE])
+    end = (pool.pieces[first + piece, contract.STOP] + shift) / numbers[contract.PACE]
+    after, join = piece + 1, contract.SOFT
+    if after < many:
+        join = int(pool.pieces[first + after, contract.JOIN])
+    else:
+        after, join = int(numbers[contract.LOOP]), int(numbers[contract.LOOP_JOIN])
+        if after >= many:
+            return False
+        shift += pool.pieces[first + piece, contract.STOP] - pool.pieces[first + after, contract.START]
+    here = time * (1.0 + 4e-16)
+    ends_too = (pool.pieces[first + after, contract.STOP] + shift) / numbers[contract.PACE] <= here
+    if time >= numbers[contract.END] or join != contract.SOFT or not end <= here or ends_too:
+        return False
+    if time == numbers[contract.DECK_FROM] or time == numbers[contract.DECK_TO]:
+        return False
+    rows[cell, PIECE] = after
+    rows[cell, SHIFT] = shift
+    _enter_path(cell, pool)
     return True
 
 
@@ -79,7 +199,7 @@ def cross_breakpoint(cell: int, pool: cells.Pool) -> None:
 
 
 @kernel
-def go_apart(pool: cells.Pool) -> bool:
+def go_apart(strict: bool | None, pool: cells.Pool) -> bool:
     """March one cell alone until lanes can take it, or to its end; return False if its events need more room."""
     rows, queue = pool.rows, pool.queue
     cell = cells.pop(cells.APART, queue)
@@ -93,16 +213,16 @@ def go_apart(pool: cells.Pool) -> bool:
         event, peak = int(S[COUNT + layout.EVENTS]), int(S[COUNT + layout.PEAKS])
         events = pool.events[pool.used[cells.USED_EVENTS] - event :]
         peaks = pool.peaks[pool.used[cells.USED_PEAKS] - peak : len(pool.peaks) - 1]  # a corner may need one row more
-        why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S, None)
+        why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S, strict)
         cells.claim_rows(cell, int(S[COUNT + layout.EVENTS]) - event, int(S[COUNT + layout.PEAKS]) - peak, pool)
-        if why == FULL:
-            cells.put_back(cell, rows, S)
-            cells.push(cell, cells.APART, queue)
-            return False
-        if why != RUNNING:
-            cells.finish_cell(cell, why, S[STATE + TIME], rows)
+        if why == RUNNING and join_queue(cell, pool):
             return True
-        if join_queue(cell, pool):
+        if why != RUNNING:
+            cells.put_back(cell, rows, S)
+            if why == FULL:
+                cells.push(cell, cells.APART, queue)
+                return False
+            cells.finish_cell(cell, why, S[STATE + TIME], rows)
             return True
 
 

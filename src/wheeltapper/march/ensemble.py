@@ -21,6 +21,7 @@ from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
 from wheeltapper.march.pool import AIRBORNE, CELL_END, CELL_STATUS, USED_EVENTS, USED_PEAKS, gather_kernel, pool_of
 from wheeltapper.march.program import PHASE, TIME, A, FloatArray, IntArray
 from wheeltapper.march.single import march_kernel, start_kernel
+from wheeltapper.march.steplength import SLOW
 from wheeltapper.march.tally import CONTACTS, HIGHEST, STILL_OPEN, TALLY, tally_kernel
 
 SMALLEST_BLOCK, LARGEST_BLOCK = 256, 2048
@@ -149,17 +150,42 @@ def march_one_by_one(cells: Cells, tally: bool = False) -> Marched:
     return tables.without_room(tally)
 
 
-def _in_lanes(cells: Cells, tally: bool) -> bool:
-    """Return True if lanes can march the cells: they have neither tallies nor other orders than the default one."""
-    return not tally and cells.strict is None
+class Variant(NamedTuple):
+    """Which variant of the lane kernels some cells need: types by which they are compiled, each None or True.
+
+    Attributes
+    ----------
+    strict
+        True for the order of the strict method.
+    bent
+        True where a piece is no level and no harmonic, has a factor on the force, or the contact is not plain.
+    general
+        True where there are decks, or contacts with hysteresis.
+    """
+
+    strict: bool | None
+    bent: bool | None
+    general: bool | None
+
+    @staticmethod
+    def of_cells(cells: Cells) -> Variant:
+        """Return the variant for some cells."""
+        numbers, pieces = cells.numbers, cells.pieces
+        general = np.any(numbers[:, contract.DECK_MASS] > 0.0) or np.any(numbers[:, contract.HYSTERESIS] != 0.0)
+        straight = np.all(pieces[:, contract.DEGREE] == 0.0) and np.all(pieces[:, contract.FACTOR_DEGREE] < 0.0)
+        hertz = np.all(numbers[:, contract.QUADRATIC] == 0.0) and np.all(numbers[:, contract.CUBIC] == 1.0)
+        slow = np.all(numbers[:, contract.STIFFNESS] + numbers[:, contract.DAMPING] <= SLOW)
+        bent = general or not (straight and hertz and slow)
+        return Variant(cells.strict, True if bent else None, True if general else None)
 
 
-def march_in_lanes(cells: Cells) -> Marched:
+def march_in_lanes(cells: Cells, variant: Variant | None = None) -> Marched:
     """March some cells in this thread, eight at a time wherever they wait for the same kind of step."""
     total = len(cells.first)
+    variant = variant or Variant.of_cells(cells)
     pool = pool_of(*cells)
     start_lanes(pool)
-    while not lanes_kernel(pool):
+    while not lanes_kernel(*variant, pool):
         pool = pool.larger()
     event_ends, peak_ends = np.empty(total, dtype=np.int64), np.empty(total, dtype=np.int64)
     events = np.empty((int(pool.used[USED_EVENTS]), contract.EVENT_COLUMNS))
@@ -170,23 +196,21 @@ def march_in_lanes(cells: Cells) -> Marched:
     return Marched(status.astype(np.int64), end, events, peaks, event_ends, peak_ends, airborne)
 
 
-def march_block(cells: Cells, tally: bool = False) -> Marched:
-    """March some cells in this thread; with `tally`, find impulses and highest positions too."""
-    return march_in_lanes(cells) if _in_lanes(cells, tally) else march_one_by_one(cells, tally)
-
-
 def is_ready(cells: Cells, tally: bool) -> bool:
     """Return False if marching these cells begins with compiling."""
-    if _in_lanes(cells, tally):
-        return is_compiled(lanes_kernel, (pool_of(*cells.part(slice(0, 1))),))
+    if not tally:
+        return is_compiled(lanes_kernel, (*Variant.of_cells(cells), pool_of(*cells.part(slice(0, 1)))))
     return is_compiled(ensemble_kernel, _arguments(cells, 0, room_for(0), _work_arrays(), tally))
 
 
 def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None], tally: bool = False) -> None:
     """March all cells, block by block, and pass each block to `read`; the threads do both."""
 
+    variant = Variant.of_cells(cells)
+
     def march_and_read(block: slice) -> None:
-        read(block, march_block(cells.part(block), tally))
+        some = cells.part(block)
+        read(block, march_one_by_one(some, tally) if tally else march_in_lanes(some, variant))
 
     size = min(max(len(cells.first) // (4 * threads), SMALLEST_BLOCK), LARGEST_BLOCK)
     in_blocks(len(cells.first), size, threads, march_and_read)
