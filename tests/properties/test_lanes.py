@@ -6,10 +6,11 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.lower.many import LoweredCells
 from wheeltapper.march import program as contract
-from wheeltapper.march.apart import start_lanes
-from wheeltapper.march.ensemble import Variant, march_in_lanes, march_one_by_one
+from wheeltapper.march.apart import motions_kernel, start_lanes
+from wheeltapper.march.ensemble import AT_THEIR_STARTS, Variant, end_motions, march_in_lanes, march_one_by_one
 from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.pool import pool_of
+from wheeltapper.march.single import march
 
 BUMP = wt.Scenario(
     vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=5e4), contact=wt.Hertz(constant=1.405e11),
@@ -156,9 +157,87 @@ def test_a_motion_that_grows_beyond_all_numbers_is_said():
 def test_lanes_do_nearly_all_of_the_work(name):
     made = cells(CASES[name], count=64)
     pool = pool_of(*made)
-    start_lanes(pool)
+    start_lanes(AT_THEIR_STARTS, pool)
     while not lanes_kernel(*Variant.of_cells(made), pool):
         pool = pool.larger()
     events, peaks, apart = pool.used
     assert events + peaks > 64 * 10
     assert apart < 0.05 * (events + peaks)
+
+
+ROLLING = CORRUGATION.replaced({
+    "irregularity": wt.Corrugation(amplitude=5e-5, wavelength=0.05, start=-1.0), "rolling": "circle",
+    "contact": wt.Hertz(),
+})  # fmt: skip
+PERIODIC = {
+    "point": CASES["corrugation without end"],
+    "rolling circle": ROLLING,
+    "deck": ROLLING.replaced({"track": wt.FloatingDeck(mass=15000, stiffness=1.5e7, damping=5e4)}),
+    "hysteresis": ROLLING.replaced({"contact": wt.Hertz(hysteresis=0.1)}),
+}
+
+
+def waves(scene, many, method="default", count=37):
+    """Cells of one speed that march over some waves, from different heights and velocities."""
+    draw = np.random.default_rng(5)
+    changed = {
+        "start.displacement": draw.uniform(-4e-4, 2e-4, count),
+        "start.velocity": draw.uniform(-0.2, 0.2, count),
+    }
+    lowered = LoweredCells(scene.replaced({"duration": 1.0}), changed, method)
+    lowered.cells.numbers[:, contract.END] = many * 0.05 / scene.speed / lowered.units.time
+    return lowered
+
+
+def final_motions(lowered):
+    """The same by single marches."""
+    out = []
+    for cell in range(len(lowered.cells.first)):
+        program = lowered.program(cell)
+        found = march(program)
+        pool = pool_of(*lowered.cells.part(slice(cell, cell + 1)))
+        pool.rows[0, : len(found.state)] = found.state
+        row = np.empty((1, 4))
+        motions_kernel(pool, row)
+        out.append(row[0])
+    return np.array(out)
+
+
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [
+        *((name, "default") for name in PERIODIC),
+        ("rolling circle", "strict"),
+        *(pytest.param(name, "strict", marks=pytest.mark.slow) for name in PERIODIC if name != "rolling circle"),
+    ],
+)
+def test_motions_after_one_wave_are_those_of_single_marches(name, method):
+    lowered = waves(PERIODIC[name], 1, method)
+    found, status = end_motions(lowered.cells, 1)
+    assert (status == contract.DONE).all()
+    np.testing.assert_allclose(found, final_motions(lowered), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", PERIODIC)
+def test_a_march_may_go_on_from_where_it_ended(name):
+    once, thrice = waves(PERIODIC[name], 1), waves(PERIODIC[name], 3)
+    motions = AT_THEIR_STARTS
+    for _ in range(3):
+        motions, _ = end_motions(once.cells, 1, motions)
+    np.testing.assert_allclose(motions, end_motions(thrice.cells, 1)[0], rtol=0, atol=3e-9)
+
+
+def test_the_number_of_threads_changes_no_bit_of_the_motions():
+    once = waves(PERIODIC["rolling circle"], 1, count=600)
+    one, three = (end_motions(once.cells, threads)[0] for threads in (1, 3))
+    np.testing.assert_array_equal(one, three)
+
+
+def test_the_motion_of_a_cell_that_ends_alone_is_its_last_one():
+    made = cells(CASES["bilateral"])
+    assert made.numbers[:, contract.BILATERAL].all()
+    pool = pool_of(*made)
+    start_lanes(AT_THEIR_STARTS, pool)
+    while not lanes_kernel(*Variant.of_cells(made), pool):
+        pool = pool.larger()
+    np.testing.assert_array_equal(pool.rows[:, contract.TIME], made.numbers[:, contract.END])

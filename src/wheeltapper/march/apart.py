@@ -13,8 +13,8 @@ from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE
 from wheeltapper.march.program import CONTACT, DECK_V, DECK_Y, DONE, FLIGHT, FULL, ON_DECK, PHASE, PIECE, RUNNING, SHIFT
 from wheeltapper.march.program import TIME, A, B, FloatArray
-from wheeltapper.march.series import localise
-from wheeltapper.march.single import advance_kernel, next_break, start_kernel
+from wheeltapper.march.series import localise, rail_at
+from wheeltapper.march.single import advance_kernel, next_break, start_from, start_kernel
 from wheeltapper.march.step import is_plain_hertz
 from wheeltapper.march.steplength import SLOW
 
@@ -227,12 +227,35 @@ def go_apart(strict: bool | None, pool: cells.Pool) -> bool:
 
 
 @kernel
-def start_lanes(pool: cells.Pool) -> None:
-    """Set every cell's state at time zero."""
+def start_lanes(motions: FloatArray, pool: cells.Pool) -> None:
+    """Set every cell's state at time zero: rows of `motions`, or where there are none what its numbers say."""
+    S = pool.S
     for cell in range(len(pool.first)):
         table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
-        start_kernel(table, pool.numbers[cell], pool.events, pool.S)
-        pool.rows[cell, cells.AIRBORNE] = 1.0 if is_free(pool.S[STATE + PHASE]) else 0.0
-        cells.put_back(cell, pool.rows, pool.S)
+        if len(motions) == 0:
+            start_kernel(table, pool.numbers[cell], pool.events, S)
+        else:
+            y, v, deck_y, deck_v = motions[cell]
+            start_from(table, pool.numbers[cell], y, v, deck_y, deck_v, pool.events, S)
+        pool.rows[cell, cells.AIRBORNE] = 1.0 if is_free(S[STATE + PHASE]) else 0.0
+        cells.put_back(cell, pool.rows, S)
         if not join_queue(cell, pool):
             cells.push(cell, cells.APART, pool.queue)
+
+
+@kernel
+def motions_kernel(pool: cells.Pool, out: FloatArray) -> None:
+    """Write displacement and velocity of every cell's wheel, and of its deck, into `out` (cells, MOTIONS)."""
+    S = pool.S
+    for cell in range(len(pool.first)):
+        table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
+        cells.load_cell(cell, pool.rows, S)
+        localise(table, pool.numbers[cell], int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
+        y, v = S[STATE + A], S[STATE + B]
+        if S[STATE + PHASE] == CONTACT:
+            height, velocity = rail_at(0.0, S[STATE:], S)
+            y, v = height - y * y, velocity - v
+        out[cell, cells.WHEEL_HEIGHT] = y
+        out[cell, cells.WHEEL_VELOCITY] = v
+        out[cell, cells.DECK_HEIGHT] = S[STATE + DECK_Y]
+        out[cell, cells.DECK_VELOCITY] = S[STATE + DECK_V]

@@ -11,14 +11,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.apart import start_lanes
+from wheeltapper.march.apart import motions_kernel, start_lanes
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.dense import OUT_COLUMNS
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
-from wheeltapper.march.pool import AIRBORNE, CELL_END, CELL_STATUS, USED_EVENTS, USED_PEAKS, gather_kernel, pool_of
+from wheeltapper.march.pool import AIRBORNE, CELL_END, CELL_STATUS, MOTIONS, USED_EVENTS, USED_PEAKS, Pool
+from wheeltapper.march.pool import gather_kernel, pool_of
 from wheeltapper.march.program import PHASE, TIME, A, FloatArray, IntArray
 from wheeltapper.march.single import march_kernel, start_kernel
 from wheeltapper.march.steplength import SLOW
@@ -179,14 +180,27 @@ class Variant(NamedTuple):
         return Variant(cells.strict, True if bent else None, True if general else None)
 
 
-def march_in_lanes(cells: Cells, variant: Variant | None = None) -> Marched:
-    """March some cells in this thread, eight at a time wherever they wait for the same kind of step."""
-    total = len(cells.first)
-    variant = variant or Variant.of_cells(cells)
+AT_THEIR_STARTS = np.empty((0, MOTIONS))
+"""Stands for the motions in which marches begin: each cell's own start."""
+
+
+def _marched_pool(cells: Cells, variant: Variant, motions: FloatArray) -> Pool:
+    """Return a pool of some cells that have marched to their ends."""
     pool = pool_of(*cells)
-    start_lanes(pool)
+    start_lanes(motions, pool)
     while not lanes_kernel(*variant, pool):
         pool = pool.larger()
+    return pool
+
+
+def march_in_lanes(cells: Cells, variant: Variant | None = None) -> Marched:
+    """March some cells in this thread, eight at a time wherever they wait for the same kind of step.
+
+    A cell that can never reach the impact or loss at which it is to end, because it lacks the energy, ends without the
+    force maxima that would follow, each lower than the one before.
+    """
+    total = len(cells.first)
+    pool = _marched_pool(cells, variant or Variant.of_cells(cells), AT_THEIR_STARTS)
     event_ends, peak_ends = np.empty(total, dtype=np.int64), np.empty(total, dtype=np.int64)
     events = np.empty((int(pool.used[USED_EVENTS]), contract.EVENT_COLUMNS))
     peaks = np.empty((int(pool.used[USED_PEAKS]), contract.PEAK_COLUMNS))
@@ -196,11 +210,49 @@ def march_in_lanes(cells: Cells, variant: Variant | None = None) -> Marched:
     return Marched(status.astype(np.int64), end, events, peaks, event_ends, peak_ends, airborne)
 
 
+def end_motions(cells: Cells, threads: int, motions: FloatArray = AT_THEIR_STARTS) -> tuple[FloatArray, IntArray]:
+    """March all cells from given motions to their ends, and return the motions there.
+
+    A cell whose table repeats begins and ends at the same place of a period if its END is a whole number of periods,
+    and may go on from its last motion: sections of the motion at one phase. START_SHIFT chooses the phase.
+
+    Parameters
+    ----------
+    cells
+        The cells; each marches from time zero to its END, without a last impact or loss.
+    threads
+        Number of threads; the result does not depend on it.
+    motions
+        (cells, MOTIONS) scaled displacement and velocity of the wheel, then of the deck, at time zero.
+
+    Returns
+    -------
+    motions
+        (cells, MOTIONS) at the ends.
+    status
+        (cells,) DONE, or why a march stopped before its end.
+    """
+    total, variant = len(cells.first), Variant.of_cells(cells)
+    out, status = np.empty((total, MOTIONS)), np.empty(total, dtype=np.int64)
+
+    def march_block(block: slice) -> None:
+        pool = _marched_pool(cells.part(block), variant, motions[block])
+        motions_kernel(pool, out[block])
+        status[block] = pool.rows[:, CELL_STATUS]
+
+    in_blocks(total, _block_size(total, threads), threads, march_block)
+    return out, status
+
+
 def is_ready(cells: Cells, tally: bool) -> bool:
     """Return False if marching these cells begins with compiling."""
     if not tally:
         return is_compiled(lanes_kernel, (*Variant.of_cells(cells), pool_of(*cells.part(slice(0, 1)))))
     return is_compiled(ensemble_kernel, _arguments(cells, 0, room_for(0), _work_arrays(), tally))
+
+
+def _block_size(total: int, threads: int) -> int:
+    return min(max(total // (4 * threads), SMALLEST_BLOCK), LARGEST_BLOCK)
 
 
 def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None], tally: bool = False) -> None:
@@ -212,5 +264,4 @@ def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None]
         some = cells.part(block)
         read(block, march_one_by_one(some, tally) if tally else march_in_lanes(some, variant))
 
-    size = min(max(len(cells.first) // (4 * threads), SMALLEST_BLOCK), LARGEST_BLOCK)
-    in_blocks(len(cells.first), size, threads, march_and_read)
+    in_blocks(len(cells.first), _block_size(len(cells.first), threads), threads, march_and_read)

@@ -40,6 +40,9 @@ LOCAL = int(SCRATCH - STATE)
 CELL_KIND, CELL_STATUS, CELL_END, AIRBORNE = range(LOCAL + at.CELL_NUMBERS, LOCAL + at.CELL_NUMBERS + 4)
 COLUMNS = AIRBORNE + 1
 CELL_MARKS, COUNTS = int(MARK - STATE), int(COUNT - STATE)
+# Columns of motions, in which a march may begin and with which it ends.
+WHEEL_HEIGHT, WHEEL_VELOCITY, DECK_HEIGHT, DECK_VELOCITY = range(4)
+MOTIONS = 4
 # Tables of events and peaks have one more column: the cell.
 EVENT_CELL, PEAK_CELL = contract.EVENT_COLUMNS, contract.PEAK_COLUMNS
 
