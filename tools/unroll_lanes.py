@@ -188,7 +188,9 @@ def general_series(order: int, kind: Kind) -> list[str]:
         m = n + 1
         if kind.path == "bent":
             for j in range(2, n + 1):
-                odd = [f"t{i} * t{j - 1 if j > 2 else ''}{'_' if j > 2 else ''}{n - i}" for i in range(n - j + 1, 0, -1)]
+                odd = [
+                    f"t{i} * t{j - 1 if j > 2 else ''}{'_' if j > 2 else ''}{n - i}" for i in range(n - j + 1, 0, -1)
+                ]
                 terms = squared("t" if j == 2 else f"t{j // 2}_", j // 2, n) if j % 2 == 0 else odd
                 out.append(f"t{j}_{n} = {' + '.join(terms)}")
             out.append(f"F{n} = {composed('c', n)}")
@@ -297,7 +299,10 @@ def contact(order: int, kind: Kind) -> str:
         body += ["before = w0", "behind = w", "moves = sway"]
     body += ["calm = before * behind > 0.0 and abs(before) + abs(behind) > moves"]
     if kind.hysteresis:
-        body += ["eased = min(1.0 + eta * w0, 1.0 + eta * w)", "holds = eased > 0.0 and 2.0 + eta * (w0 + w) > eta * sway"]
+        body += [
+            "eased = min(1.0 + eta * w0, 1.0 + eta * w)",
+            "holds = eased > 0.0 and 2.0 + eta * (w0 + w) > eta * sway",
+        ]
     holds = " and holds" if kind.hysteresis else ""
     body += [f"go = calm and u > 0.0 and time + t < until{holds}"]
     if kind.deck:
@@ -321,7 +326,9 @@ def contact(order: int, kind: Kind) -> str:
     if kind.factor:
         body += [f"{at('LANE_N', n)} = N{n}" for n in range(order)]
     if kind.deck:
-        body += [f"{at('LANE_' + row, n)} = {name}{n}" for row, name in (("Y", "Y"), ("V", "Z")) for n in range(order + 1)]
+        body += [
+            f"{at('LANE_' + row, n)} = {name}{n}" for row, name in (("Y", "Y"), ("V", "Z")) for n in range(order + 1)
+        ]
     says = f"Make one contact step over {kind.says}; where it may hold an event, stay at its start."
     return function(f"lanes_{kind.name}_{order}", says, body)
 
@@ -432,7 +439,9 @@ def leave() -> str:
         "L[LANE_Y + i] = L[LANE_LEVEL + i] + a * s + b * c",
         "L[LANE_V + i] = omega * (a * c - b * s) - L[LANE_W_END + i]",
     ]
-    return function("leave", "Put displacement and velocity of the wheel at the end of the step in LANE_Y and LANE_V.", body)
+    return function(
+        "leave", "Put displacement and velocity of the wheel at the end of the step in LANE_Y and LANE_V.", body
+    )
 
 
 def flight(order: int, general: bool) -> str:
@@ -469,11 +478,17 @@ def flight(order: int, general: bool) -> str:
     if general:
         body += [f"h{n} = h{n} + p{n}" for n in range(MAX_DEGREE + 1)]
         body += [f"{at('LANE_RAIL', n)} = h{n} + on * Y{n}" for n in range(order + 1)]
-        body += [f"{at('LANE_' + row, n)} = {name}{n}" for row, name in (("U", "Y"), ("W", "Z")) for n in range(order + 1)]
+        body += [
+            f"{at('LANE_' + row, n)} = {name}{n}" for row, name in (("U", "Y"), ("W", "Z")) for n in range(order + 1)
+        ]
         body += [f"h{n} = h{n} + on * Y{n}" for n in range(order + 1)]
     for n in range(order + 1):
         body += [f"{at('LANE_Y', n)} = y{n}", f"{at('LANE_V', n)} = v{n}"]
-    body += [f"gap = {'' if general else 'L[LANE_LEVEL + i] + '}h0 - y0", "c0 = 0.0 if fresh != 0.0 else gap", "power = x"]
+    body += [
+        f"gap = {'' if general else 'L[LANE_LEVEL + i] + '}h0 - y0",
+        "c0 = 0.0 if fresh != 0.0 else gap",
+        "power = x",
+    ]
     for n in range(1, order + 1):
         body += [f"c{n} = (h{n} - y{n}) * power"]
         body += ["power = power * x"] if n < order else []

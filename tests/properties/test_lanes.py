@@ -100,7 +100,7 @@ def test_lanes_stop_where_single_cells_stop(name, last):
 
 
 def without_lower_maxima(ours, theirs):
-    """Leave out what lanes leave out: the last force maxima of cells that wait in vain, each lower than the one before."""
+    """Leave out what lanes leave out: the last maxima of cells that wait in vain, each lower than the one before."""
     kept = np.zeros(len(theirs.peaks), dtype=bool)
     counts = np.diff(ours.peak_ends, prepend=0)
     ends = theirs.peak_ends

@@ -11,8 +11,23 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE
-from wheeltapper.march.program import CONTACT, DECK_V, DECK_Y, DONE, FLIGHT, FULL, ON_DECK, PHASE, PIECE, RUNNING, SHIFT
-from wheeltapper.march.program import TIME, A, B, FloatArray
+from wheeltapper.march.program import (
+    CONTACT,
+    DECK_V,
+    DECK_Y,
+    DONE,
+    FLIGHT,
+    FULL,
+    ON_DECK,
+    PHASE,
+    PIECE,
+    RUNNING,
+    SHIFT,
+    TIME,
+    A,
+    B,
+    FloatArray,
+)
 from wheeltapper.march.series import localise, rail_at
 from wheeltapper.march.single import advance_kernel, next_break, start_from, start_kernel
 from wheeltapper.march.step import is_plain_hertz
@@ -245,7 +260,7 @@ def start_lanes(motions: FloatArray, pool: cells.Pool) -> None:
 
 @kernel
 def motions_kernel(pool: cells.Pool, out: FloatArray) -> None:
-    """Write displacement and velocity of every cell's wheel, and of its deck, into `out` (cells, MOTIONS)."""
+    """Write displacement and velocity of every cell's wheel, and of its deck, into `out` (cells, CELL_MOTIONS)."""
     S = pool.S
     for cell in range(len(pool.first)):
         table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
@@ -255,7 +270,7 @@ def motions_kernel(pool: cells.Pool, out: FloatArray) -> None:
         if S[STATE + PHASE] == CONTACT:
             height, velocity = rail_at(0.0, S[STATE:], S)
             y, v = height - y * y, velocity - v
-        out[cell, cells.WHEEL_HEIGHT] = y
-        out[cell, cells.WHEEL_VELOCITY] = v
-        out[cell, cells.DECK_HEIGHT] = S[STATE + DECK_Y]
-        out[cell, cells.DECK_VELOCITY] = S[STATE + DECK_V]
+        out[cell, cells.CELL_HEIGHT] = y
+        out[cell, cells.CELL_VELOCITY] = v
+        out[cell, cells.CELL_DECK_HEIGHT] = S[STATE + DECK_Y]
+        out[cell, cells.CELL_DECK_VELOCITY] = S[STATE + DECK_V]

@@ -13,8 +13,7 @@ from numba import extending, types
 from numba.np import arrayobj
 
 
-@extending.intrinsic  # type: ignore[untyped-decorator]
-def borrowed(typingctx: Any, array: Any) -> Any:
+def _borrowed(typingctx: Any, array: Any) -> Any:
     """Return the array without the place where its references are counted."""
     if not isinstance(array, types.Array):
         return None
@@ -25,3 +24,6 @@ def borrowed(typingctx: Any, array: Any) -> Any:
         return view._getvalue()
 
     return array(array), code
+
+
+borrowed: Any = extending.intrinsic(_borrowed)

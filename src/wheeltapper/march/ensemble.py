@@ -18,8 +18,17 @@ from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
-from wheeltapper.march.pool import AIRBORNE, CELL_END, CELL_STATUS, MOTIONS, USED_EVENTS, USED_PEAKS, Pool
-from wheeltapper.march.pool import gather_kernel, pool_of
+from wheeltapper.march.pool import (
+    AIRBORNE,
+    CELL_END,
+    CELL_MOTIONS,
+    CELL_STATUS,
+    USED_EVENTS,
+    USED_PEAKS,
+    Pool,
+    gather_kernel,
+    pool_of,
+)
 from wheeltapper.march.program import PHASE, TIME, A, FloatArray, IntArray
 from wheeltapper.march.single import march_kernel, start_kernel
 from wheeltapper.march.steplength import SLOW
@@ -180,7 +189,7 @@ class Variant(NamedTuple):
         return Variant(cells.strict, True if bent else None, True if general else None)
 
 
-AT_THEIR_STARTS = np.empty((0, MOTIONS))
+AT_THEIR_STARTS = np.empty((0, CELL_MOTIONS))
 """Stands for the motions in which marches begin: each cell's own start."""
 
 
@@ -223,17 +232,17 @@ def end_motions(cells: Cells, threads: int, motions: FloatArray = AT_THEIR_START
     threads
         Number of threads; the result does not depend on it.
     motions
-        (cells, MOTIONS) scaled displacement and velocity of the wheel, then of the deck, at time zero.
+        (cells, CELL_MOTIONS) scaled displacement and velocity of the wheel, then of the deck, at time zero.
 
     Returns
     -------
     motions
-        (cells, MOTIONS) at the ends.
+        (cells, CELL_MOTIONS) at the ends.
     status
         (cells,) DONE, or why a march stopped before its end.
     """
     total, variant = len(cells.first), Variant.of_cells(cells)
-    out, status = np.empty((total, MOTIONS)), np.empty(total, dtype=np.int64)
+    out, status = np.empty((total, CELL_MOTIONS)), np.empty(total, dtype=np.int64)
 
     def march_block(block: slice) -> None:
         pool = _marched_pool(cells.part(block), variant, motions[block])
@@ -257,7 +266,6 @@ def _block_size(total: int, threads: int) -> int:
 
 def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None], tally: bool = False) -> None:
     """March all cells, block by block, and pass each block to `read`; the threads do both."""
-
     variant = Variant.of_cells(cells)
 
     def march_and_read(block: slice) -> None:

@@ -280,7 +280,7 @@ def _step_until_event(
 
 @kernel
 def _end_at_breakpoints(kind: int, strict: bool | None, general: bool | None, L: FloatArray) -> None:
-    """Shorten the steps that end at breakpoints; those whose place is not found are left to APART or to other stages."""
+    """Shorten the steps that end at breakpoints; where a place is not found, the end is unknown."""
     _find_breakpoints(strict, L)
     for i in range(at.LANES):
         if L[at.LANE_ENDS + i] == BREAK_END:
@@ -332,12 +332,12 @@ def _choose_ends(filled: int, stage: int, kind: int, strict: bool | None, genera
 def _stays_for_ever(i: int, cell: int, pool: cells.Pool) -> bool:
     """Return True at the last force minimum that matters to a cell: what it waits for can never come.
 
-    On level rail up to the end of the march the energy cannot grow. If it does not suffice to leave the rail, there is no further
-    loss, and all further force maxima are lower than the one before.
+    On level rail up to the end of the march the energy cannot grow. If it does not suffice to leave the rail, there is
+    no further loss, and all further force maxima are lower than the one before.
     """
     L, counts, numbers = pool.L, pool.rows[cell, cells.COUNTS : cells.LOCAL], pool.numbers[cell]
     awaited = counts[IMPACTS] < max(counts[UNTIL_IMPACT], counts[UNTIL_LOSS])
-    if not awaited or not L[at.LANE_UNTIL + i] == numbers[END]:
+    if not awaited or L[at.LANE_UNTIL + i] != numbers[END]:
         return False
     K, level, q = L[at.LANE_K + i], L[at.LANE_LEVEL + i], L[at.LANE_U_ROOT + i] ** 2
     missing = q * (1.0 + K * (level - 0.5 * q)) - 0.4 * q * q * L[at.LANE_U_ROOT + i]

@@ -11,7 +11,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.borrowed import borrowed
 from wheeltapper.march.events import follow_force, log_event
 from wheeltapper.march.kernel import inlined_kernel, kernel
-from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE
+from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE, int64_positions
 from wheeltapper.march.program import DECK_V, DECK_Y, PIECE, TIME, A, B, FloatArray, IntArray
 
 STEP_ROWS = 64
@@ -20,12 +20,12 @@ ROOM = 16
 
 # Kinds of contact steps, each with its own lane kernel: Hertz's law on a stiff rail over level rail or one harmonic; on
 # a stiff rail over any piece, under any elastic law; the first two on a deck; and everything together, hysteresis too.
-FLAT, WAVE, BENT, DECK_FLAT, DECK_WAVE, GENERAL = (np.int64(kind) for kind in range(6))
-KINDS = np.int64(6)
+FLAT, WAVE, BENT, DECK_FLAT, DECK_WAVE, GENERAL, KINDS = int64_positions(range(7))
 # The queues in which cells wait: the first stages have one for each kind, flight has one for plain kinds and one for
 # all others. They are NumPy integers, because Numba compiles a kernel anew for every plain constant.
-COAST, TURN, OPEN, CROSS, FLY, APART = 0 * KINDS, KINDS, 2 * KINDS, 3 * KINDS, 4 * KINDS, 4 * KINDS + 2
-QUEUES = int(APART + 1)
+COAST, TURN, OPEN, CROSS, FLY = int64_positions(range(0, 5 * int(KINDS), int(KINDS)))
+(APART,) = int64_positions([FLY + 2])
+QUEUES = int(APART) + 1
 EMPTY = -1
 """Stands for the cell of an empty lane."""
 WAITING, FIRST_QUEUE = 0, 1
@@ -41,8 +41,8 @@ CELL_KIND, CELL_STATUS, CELL_END, AIRBORNE = range(LOCAL + at.CELL_NUMBERS, LOCA
 COLUMNS = AIRBORNE + 1
 CELL_MARKS, COUNTS = int(MARK - STATE), int(COUNT - STATE)
 # Columns of motions, in which a march may begin and with which it ends.
-WHEEL_HEIGHT, WHEEL_VELOCITY, DECK_HEIGHT, DECK_VELOCITY = range(4)
-MOTIONS = 4
+CELL_HEIGHT, CELL_VELOCITY, CELL_DECK_HEIGHT, CELL_DECK_VELOCITY = range(4)
+CELL_MOTIONS = 4
 # Tables of events and peaks have one more column: the cell.
 EVENT_CELL, PEAK_CELL = contract.EVENT_COLUMNS, contract.PEAK_COLUMNS
 
@@ -55,7 +55,7 @@ class Pool(NamedTuple):
     many: IntArray  # (cells,)
     numbers: FloatArray  # (cells, NUMBERS)
     rows: FloatArray  # (cells, COLUMNS)
-    queue: IntArray  # (1 + QUEUES, cells at least): how many wait in each, and then who
+    queue: IntArray  # (1 + QUEUES, cells at least): how many wait in each, then who
     events: FloatArray  # (rows, EVENT_COLUMNS + 1), in the order in which they were found
     peaks: FloatArray  # (rows, PEAK_COLUMNS + 1)
     used: IntArray  # (3,): USED_EVENTS, USED_PEAKS, VISITS
@@ -74,7 +74,8 @@ def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatA
     cells = len(first)
     room = 8 * cells + 4 * ROOM
     return Pool(
-        pieces, first, many, numbers, np.zeros((cells, COLUMNS)), np.zeros((1 + QUEUES, max(cells, QUEUES)), dtype=np.int64),
+        pieces, first, many, numbers, np.zeros((cells, COLUMNS)),
+        np.zeros((1 + QUEUES, max(cells, QUEUES)), dtype=np.int64),
         np.empty((room, EVENT_CELL + 1)), np.empty((room, PEAK_CELL + 1)), np.zeros(VISITS + 1, dtype=np.int64),
         np.empty((STEP_ROWS, contract.STEP_COLUMNS)), np.zeros(SCRATCH), np.zeros(at.LANE_ENTRIES),
         np.full(at.LANES, EMPTY, dtype=np.int64),
