@@ -9,71 +9,59 @@ from wheeltapper.march import layout
 from wheeltapper.march import pool as cells
 from wheeltapper.march import program as contract
 from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE
-from wheeltapper.march.program import (
-    CONTACT,
-    DECK_V,
-    DECK_Y,
-    DONE,
-    FLIGHT,
-    FULL,
-    ON_DECK,
-    PHASE,
-    PIECE,
-    RUNNING,
-    SHIFT,
-    TIME,
-    A,
-    B,
-    FloatArray,
-)
+from wheeltapper.march.program import CONTACT, FLIGHT, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
 from wheeltapper.march.series import localise, rail_at
-from wheeltapper.march.single import advance_kernel, next_break, start_from, start_kernel
+from wheeltapper.march.single import advance_kernel, start_from, start_kernel
 from wheeltapper.march.step import is_plain_hertz
 from wheeltapper.march.steplength import SLOW
 
 
-@kernel
-def polynomial_at(cell: int, source: int, degree: int, time: float, pool: cells.Pool) -> tuple[float, float]:
-    """Return a polynomial of a cell's present piece at a time, and its rate; `source` is its first column."""
-    row = pool.pieces[pool.first[cell] + int(pool.rows[cell, PIECE])]
-    local = pool.rows[cell, cells.LOCAL :]
-    x = local[at.CELL_PACE] * time - local[at.CELL_ORIGIN]
+@inlined_kernel
+def polynomial_at(pieces: FloatArray, piece: int, source: int, degree: int, x: float) -> tuple[float, float]:
+    """Return a polynomial of a piece at the place ξ = x, and its derivative; `source` is its first column."""
     value, slope = 0.0, 0.0
-    for k in range(int(row[degree]), -1, -1):
+    k = int(pieces[piece, degree])
+    while k >= 0:
         slope = slope * x + value
-        value = value * x + row[source + k]
-    return value, local[at.CELL_PACE] * slope
+        value = value * x + pieces[piece, source + k]
+        k -= 1
+    return value, slope
 
 
-@kernel
-def force_at(cell: int, time: float, u: float, w: float, pool: cells.Pool) -> float:
+@inlined_kernel
+def force_at(
+    cell: int, time: float, u: float, w: float, pieces: FloatArray, first: IntArray, rows: FloatArray
+) -> float:
     """Return the contact force of a cell that is not plain at indentation u² and rate w."""
-    local = pool.rows[cell, cells.LOCAL :]
+    piece, local = first[cell] + int(rows[cell, PIECE]), cells.LOCAL
     factor = 1.0
-    if pool.pieces[pool.first[cell] + int(pool.rows[cell, PIECE]), contract.FACTOR_DEGREE] >= 0.0:
-        factor, _ = polynomial_at(cell, contract.FACTOR, contract.FACTOR_DEGREE, time, pool)
-    elastic = factor * u * u * (local[at.CELL_QUADRATIC] + local[at.CELL_CUBIC] * u)
-    return max(elastic * (1.0 + local[at.CELL_ETA] * w), 0.0)
+    if pieces[piece, contract.FACTOR_DEGREE] >= 0.0:
+        x = rows[cell, local + at.CELL_PACE] * time - rows[cell, local + at.CELL_ORIGIN]
+        factor, _ = polynomial_at(pieces, piece, contract.FACTOR, contract.FACTOR_DEGREE, x)
+    law = u * u * (rows[cell, local + at.CELL_QUADRATIC] + rows[cell, local + at.CELL_CUBIC] * u)
+    return max(factor * law * (1.0 + rows[cell, local + at.CELL_ETA] * w), 0.0)
 
 
 @kernel
 def rail_at_time(cell: int, time: float, deck_y: float, deck_v: float, pool: cells.Pool) -> tuple[float, float]:
     """Return height and velocity of the rail under a cell's wheel."""
     local = pool.rows[cell, cells.LOCAL :]
-    lift = pool.numbers[cell, contract.LIFT]
-    height, velocity = polynomial_at(cell, contract.COEFFICIENT, contract.DEGREE, time, pool)
+    lift, pace = pool.numbers[cell, contract.LIFT], local[at.CELL_PACE]
+    piece = pool.first[cell] + int(pool.rows[cell, PIECE])
+    x = pace * time - local[at.CELL_ORIGIN]
+    height, slope = polynomial_at(pool.pieces, piece, contract.COEFFICIENT, contract.DEGREE, x)
     turns = local[at.CELL_RATE] * time - local[at.CELL_OFFSET]
     phase = 2.0 * np.pi * (turns - np.rint(turns))
     s, c = np.sin(phase), np.cos(phase)
     a, b = local[at.CELL_AMP_SIN], local[at.CELL_AMP_COS]
     on = local[at.CELL_ON]
     height = lift * height + a * s + b * c + on * deck_y
-    return height, lift * velocity + local[at.CELL_OMEGA] * (a * c - b * s) + on * deck_v
+    return height, lift * pace * slope + local[at.CELL_OMEGA] * (a * c - b * s) + on * deck_v
 
 
-@kernel
+@inlined_kernel
 def _kind_of(numbers: FloatArray, piece: FloatArray) -> int:
     """Return the kind of a cell's contact steps on a piece of its path."""
     straight = piece[contract.DEGREE] == 0.0 and piece[contract.FACTOR_DEGREE] < 0.0
@@ -86,7 +74,7 @@ def _kind_of(numbers: FloatArray, piece: FloatArray) -> int:
     return cells.FLAT + wavy if straight and slow and is_plain_hertz(numbers) else cells.BENT
 
 
-@kernel
+@inlined_kernel
 def _enter_path(cell: int, pool: cells.Pool) -> None:
     """Write what lanes need of the present piece of a cell's path, and until when, in its row."""
     numbers = pool.numbers[cell]
@@ -109,9 +97,13 @@ def _enter_path(cell: int, pool: cells.Pool) -> None:
     row[at.CELL_OFFSET] = turns * origin
     row[at.CELL_PACE] = pace / piece[contract.SCALE]
     row[at.CELL_ORIGIN] = origin / piece[contract.SCALE]
-    table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
-    cells.load_cell(cell, pool.rows, pool.S)
-    row[at.CELL_UNTIL] = next_break(table, numbers, pool.S)
+    until, time = numbers[contract.END], pool.rows[cell, TIME]
+    if pace > 0.0:
+        until = min(until, (piece[contract.STOP] + pool.rows[cell, SHIFT]) / pace)
+    if numbers[contract.DECK_MASS] > 0.0:
+        border = numbers[contract.DECK_FROM] if time < numbers[contract.DECK_FROM] else numbers[contract.DECK_TO]
+        until = min(until, border) if time < border else until
+    row[at.CELL_UNTIL] = until
     pool.rows[cell, cells.CELL_KIND] = _kind_of(numbers, piece)
 
 
@@ -122,7 +114,7 @@ def _enter_numbers(cell: int, pool: cells.Pool) -> None:
     row = pool.rows[cell, cells.LOCAL :]
     mass = numbers[contract.DECK_MASS]
     per_mass = 1.0 / mass if mass > 0.0 else 0.0
-    on = pool.rows[cell, ON_DECK]
+    on = pool.rows[cell, contract.ON_DECK]
     row[at.CELL_K] = numbers[contract.STIFFNESS]
     row[at.CELL_G] = numbers[contract.DAMPING]
     row[at.CELL_GOAL] = np.log2(numbers[contract.TOLERANCE])
@@ -161,13 +153,15 @@ def join_queue(cell: int, pool: cells.Pool) -> bool:
     kind = int(pool.rows[cell, cells.CELL_KIND])
     force = 0.0
     if not flying:
-        force = u * u * u if kind <= cells.WAVE else force_at(cell, S[STATE + TIME], u, w, pool)
+        force = u * u * u
+        if kind > cells.WAVE:
+            force = force_at(cell, S[STATE + TIME], u, w, pool.pieces, pool.first, pool.rows)
     cells.track_force(cell, S[STATE + TIME], force, corner, pool)
     cells.push(cell, queue_of_flight(kind) if flying else cells.COAST + kind, pool.queue)
     return True
 
 
-@kernel
+@inlined_kernel
 def cross_softly(cell: int, pool: cells.Pool) -> bool:
     """Take a cell over a breakpoint where the path stays smooth; return False, and do nothing, where there is more."""
     rows, numbers = pool.rows, pool.numbers[cell]
@@ -199,14 +193,14 @@ def cross_breakpoint(cell: int, pool: cells.Pool) -> None:
     """Take a cell across the breakpoint that it has reached, or end its march there."""
     S, numbers = pool.S, pool.numbers[cell]
     cells.load_cell(cell, pool.rows, S)
-    why = DONE
+    why = contract.DONE
     if S[STATE + TIME] < numbers[contract.END]:
         table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
         localise(table, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
         event = int(S[COUNT + layout.EVENTS])
         why = cross_break(table, numbers, pool.events[pool.used[cells.USED_EVENTS] - event :], S)
         cells.claim_rows(cell, int(S[COUNT + layout.EVENTS]) - event, 0, pool)
-    if why != RUNNING:
+    if why != contract.RUNNING:
         cells.finish_cell(cell, why, S[STATE + TIME], pool.rows)
     elif not join_queue(cell, pool):
         cells.put_back(cell, pool.rows, S)
@@ -230,11 +224,11 @@ def go_apart(strict: bool | None, pool: cells.Pool) -> bool:
         peaks = pool.peaks[pool.used[cells.USED_PEAKS] - peak : len(pool.peaks) - 1]  # a corner may need one row more
         why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S, strict)
         cells.claim_rows(cell, int(S[COUNT + layout.EVENTS]) - event, int(S[COUNT + layout.PEAKS]) - peak, pool)
-        if why == RUNNING and join_queue(cell, pool):
+        if why == contract.RUNNING and join_queue(cell, pool):
             return True
-        if why != RUNNING:
+        if why != contract.RUNNING:
             cells.put_back(cell, rows, S)
-            if why == FULL:
+            if why == contract.FULL:
                 cells.push(cell, cells.APART, queue)
                 return False
             cells.finish_cell(cell, why, S[STATE + TIME], rows)
@@ -272,5 +266,5 @@ def motions_kernel(pool: cells.Pool, out: FloatArray) -> None:
             y, v = height - y * y, velocity - v
         out[cell, cells.CELL_HEIGHT] = y
         out[cell, cells.CELL_VELOCITY] = v
-        out[cell, cells.CELL_DECK_HEIGHT] = S[STATE + DECK_Y]
-        out[cell, cells.CELL_DECK_VELOCITY] = S[STATE + DECK_V]
+        out[cell, cells.CELL_DECK_HEIGHT] = S[STATE + contract.DECK_Y]
+        out[cell, cells.CELL_DECK_VELOCITY] = S[STATE + contract.DECK_V]

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wheeltapper.march import pool as pools
 from wheeltapper.march import program as contract
 from wheeltapper.march.apart import motions_kernel, start_lanes
 from wheeltapper.march.blocks import in_blocks
@@ -18,17 +19,6 @@ from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
-from wheeltapper.march.pool import (
-    AIRBORNE,
-    CELL_END,
-    CELL_MOTIONS,
-    CELL_STATUS,
-    USED_EVENTS,
-    USED_PEAKS,
-    Pool,
-    gather_kernel,
-    pool_of,
-)
 from wheeltapper.march.program import PHASE, TIME, A, FloatArray, IntArray
 from wheeltapper.march.single import march_kernel, start_kernel
 from wheeltapper.march.steplength import SLOW
@@ -189,13 +179,13 @@ class Variant(NamedTuple):
         return Variant(cells.strict, True if bent else None, True if general else None)
 
 
-AT_THEIR_STARTS = np.empty((0, CELL_MOTIONS))
+AT_THEIR_STARTS = np.empty((0, pools.CELL_MOTIONS))
 """Stands for the motions in which marches begin: each cell's own start."""
 
 
-def _marched_pool(cells: Cells, variant: Variant, motions: FloatArray) -> Pool:
+def _marched_pool(cells: Cells, variant: Variant, motions: FloatArray) -> pools.Pool:
     """Return a pool of some cells that have marched to their ends."""
-    pool = pool_of(*cells)
+    pool = pools.pool_of(*cells)
     start_lanes(motions, pool)
     while not lanes_kernel(*variant, pool):
         pool = pool.larger()
@@ -211,11 +201,13 @@ def march_in_lanes(cells: Cells, variant: Variant | None = None) -> Marched:
     total = len(cells.first)
     pool = _marched_pool(cells, variant or Variant.of_cells(cells), AT_THEIR_STARTS)
     event_ends, peak_ends = np.empty(total, dtype=np.int64), np.empty(total, dtype=np.int64)
-    events = np.empty((int(pool.used[USED_EVENTS]), contract.EVENT_COLUMNS))
-    peaks = np.empty((int(pool.used[USED_PEAKS]), contract.PEAK_COLUMNS))
-    gather_kernel(pool.events, len(events), event_ends, events)
-    gather_kernel(pool.peaks, len(peaks), peak_ends, peaks)
-    status, end, airborne = (pool.rows[:, column].copy() for column in (CELL_STATUS, CELL_END, AIRBORNE))
+    events = np.empty((int(pool.used[pools.USED_EVENTS]), contract.EVENT_COLUMNS))
+    peaks = np.empty((int(pool.used[pools.USED_PEAKS]), contract.PEAK_COLUMNS))
+    pools.gather_kernel(pool.events, len(events), event_ends, events)
+    pools.gather_kernel(pool.peaks, len(peaks), peak_ends, peaks)
+    status, end, airborne = (
+        pool.rows[:, column].copy() for column in (pools.CELL_STATUS, pools.CELL_END, pools.AIRBORNE)
+    )
     return Marched(status.astype(np.int64), end, events, peaks, event_ends, peak_ends, airborne)
 
 
@@ -232,22 +224,22 @@ def end_motions(cells: Cells, threads: int, motions: FloatArray = AT_THEIR_START
     threads
         Number of threads; the result does not depend on it.
     motions
-        (cells, CELL_MOTIONS) scaled displacement and velocity of the wheel, then of the deck, at time zero.
+        (cells, pools.CELL_MOTIONS) scaled displacement and velocity of the wheel, then of the deck, at time zero.
 
     Returns
     -------
     motions
-        (cells, CELL_MOTIONS) at the ends.
+        (cells, pools.CELL_MOTIONS) at the ends.
     status
         (cells,) DONE, or why a march stopped before its end.
     """
     total, variant = len(cells.first), Variant.of_cells(cells)
-    out, status = np.empty((total, CELL_MOTIONS)), np.empty(total, dtype=np.int64)
+    out, status = np.empty((total, pools.CELL_MOTIONS)), np.empty(total, dtype=np.int64)
 
     def march_block(block: slice) -> None:
         pool = _marched_pool(cells.part(block), variant, motions[block])
         motions_kernel(pool, out[block])
-        status[block] = pool.rows[:, CELL_STATUS]
+        status[block] = pool.rows[:, pools.CELL_STATUS]
 
     in_blocks(total, _block_size(total, threads), threads, march_block)
     return out, status
@@ -256,7 +248,7 @@ def end_motions(cells: Cells, threads: int, motions: FloatArray = AT_THEIR_START
 def is_ready(cells: Cells, tally: bool) -> bool:
     """Return False if marching these cells begins with compiling."""
     if not tally:
-        return is_compiled(lanes_kernel, (*Variant.of_cells(cells), pool_of(*cells.part(slice(0, 1)))))
+        return is_compiled(lanes_kernel, (*Variant.of_cells(cells), pools.pool_of(*cells.part(slice(0, 1)))))
     return is_compiled(ensemble_kernel, _arguments(cells, 0, room_for(0), _work_arrays(), tally))
 
 

@@ -140,7 +140,9 @@ def _find_extremes(kind: int, strict: bool | None, L: FloatArray) -> None:
 @inlined_kernel
 def _force(cell: int, kind: int, time: float, u: float, w: float, pool: cells.Pool) -> float:
     """Return a cell's contact force."""
-    return u * u * u if kind <= cells.WAVE else force_at(cell, time, u, w, pool)
+    if kind <= cells.WAVE:
+        return u * u * u
+    return force_at(cell, time, u, w, pool.pieces, pool.first, pool.rows)
 
 
 @inlined_kernel
