@@ -1,11 +1,15 @@
 """The feature map against its peers, all on all cores of this machine, in one run.
 
     uv run --group peers python benchmarks/maps.py [--side 256] [--samples 64] [--rounds 3] [--scaling]
+    uv run python benchmarks/maps.py --models [--side 64]  # what the models cost, without peers
 
 A map of two features over (c, m), each run stopped at its third landing: the time between the second and the third
 impact, and the ratio of the force maxima after the first and the second. The peers compute a sample of the cells,
 spread over the map, in as many processes as there are cores; their times are extrapolated to the map. The error of a
 code is the largest relative difference of a feature on its sample to our strict method, whose series has another order.
+
+The same map with other models is compared with the fastest one, a point follower with a given contact constant: the
+circle, the computed constant, a floating deck; over the bump and over a corrugation.
 
 diffrax finds no landings: it marches all cells to the time of the map's last third landing, and its error is that of
 the last state, against heyoka at round-off.
@@ -17,6 +21,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -31,7 +36,7 @@ import wheeltapper as wt
 from wheeltapper.lower.many import LoweredCells
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import core_count
-from wheeltapper.march.ensemble import Marched, march_all
+from wheeltapper.march.ensemble import Marched, march_all, march_in_lanes
 
 CASE = CASES["bump"]
 FEATURES = [wt.features.impact_interval(2, 3), wt.features.force_ratio(1, 2)]
@@ -45,6 +50,8 @@ TOLERANCES = {
 COMPILED, BLIND = ("heyoka", "diffrax Tsit5"), ("diffrax Tsit5",)
 MORE = 16
 """How many times as many cells the compiled codes compute."""
+LARGEST_SIDE = 64
+"""Cells along each axis with which the models are compared: a corrugation takes a millisecond a cell."""
 CALLS = 3
 """Calls of our own code in one round."""
 
@@ -246,6 +253,40 @@ def run(side: int, samples: int, rounds: int) -> dict[str, Any]:
     return ours | {"rows": [row(e, chart.cells) for e in peers], "ratios": [vars(m) for m in found]}
 
 
+def models() -> dict[str, tuple[wt.Scenario, str]]:
+    """Return the models of the map, each with the one that it is compared with."""
+    bump = scenario(CASE)
+    wave = bump.replaced({"irregularity": wt.Corrugation(amplitude=5e-5, wavelength=0.05, start=-1.0)})
+    circle, default = {"rolling": "circle"}, {"rolling": "circle", "contact": wt.Hertz()}
+    deck = {"track": wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)}
+    changes = {"point, given constant": {}, "circle, given constant": circle, "circle, computed constant": default}
+    found = {}
+    for name, base in (("bump", bump), ("corrugation", wave)):
+        corner = f"{name}: point, given constant"
+        found |= {f"{name}: {kind}": (base.replaced(change), corner) for kind, change in changes.items()}
+        found[f"{name}: deck"] = (base.replaced(deck), corner)
+    return found
+
+
+def compare_models(side: int, rounds: int) -> dict[str, dict[str, float]]:
+    """Measure the march of the map with each model on one thread, interleaved; print and return time and ratio."""
+    marched, corners, times = {}, {}, {}
+    values = Map(side).values
+    for name, (base, corner) in models().items():
+        cells = LoweredCells(base, values).cells
+        cells.numbers[:, contract.LAST_IMPACT] = LANDINGS
+        marched[name], corners[name], times[name] = cells, corner, inf
+        march_in_lanes(cells)
+    for _ in range(rounds):
+        for name, cells in marched.items():
+            times[name] = min(times[name], shortest(lambda cells=cells: march_in_lanes(cells), CALLS))  # type: ignore[misc]
+    found = {name: {"time": took, "ratio": took / times[corners[name]]} for name, took in times.items()}
+    print(f"\nthe march of {side} x {side} cells on one thread, and its ratio to the fastest model")
+    for name, row in found.items():
+        print(f"  {name:40}{1e6 * row['time'] / side**2:9.2f} us a cell{row['ratio']:8.2f}")
+    return found
+
+
 def scaling() -> dict[int, float]:
     """Measure maps of many sizes, print and return their times."""
     taken = {}
@@ -269,12 +310,17 @@ def main() -> None:
     parser = parser_of(__doc__)
     arguments(parser)
     parser.add_argument("--rounds", type=int, default=3, help="rounds of the interleaved measurement (default 3)")
+    parser.add_argument("--models", action="store_true", help="only what the models cost, without peers")
     options = parser.parse_args()
-    need_peers()
+    if not options.models:
+        need_peers()
     around = prepare()
     if options.smallest:
         options.side, options.samples, options.rounds = 16, 2, 1
-    result = around | run(options.side, options.samples, options.rounds)
+    compared = {"models": compare_models(min(options.side, LARGEST_SIDE), options.rounds)}
+    if options.models:
+        return
+    result = around | compared | run(options.side, options.samples, options.rounds)
     if options.smallest:
         return
     store("maps", result | ({"scaling": scaling()} if options.scaling else {}))

@@ -68,3 +68,12 @@ def test_a_benchmark_runs_at_its_smallest_size_and_leaves_nothing(file):
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
     assert set(results.glob("*")) == before
+
+
+@pytest.mark.slow
+def test_the_models_of_the_map_are_compared_without_peers():
+    done = ran(ROOT / "benchmarks" / "maps.py", "--models", "--smallest")
+    assert done.returncode == 0, done.stderr
+    ratios = dict(re.findall(r"^  (\w+: .*?)  .* us a cell +([\d.]+)$", done.stdout, re.MULTILINE))
+    assert len(ratios) == 8
+    assert ratios["bump: point, given constant"] == "1.00"

@@ -13,34 +13,9 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
-from wheeltapper.march import flight, layout, program, series, unrolled, unrolled_lanes
+from wheeltapper.march import flight, layout, program, series, step, unrolled, unrolled_lanes
+from wheeltapper.march import lane_rows as at
 from wheeltapper.march.kernel import FASTMATH
-from wheeltapper.march.lane_rows import (
-    LANE_AMP_COS,
-    LANE_AMP_SIN,
-    LANE_ENTRIES,
-    LANE_G,
-    LANE_GAIN_COS,
-    LANE_GAIN_SIN,
-    LANE_GOAL,
-    LANE_K,
-    LANE_LENGTH,
-    LANE_LEVEL,
-    LANE_LOAD,
-    LANE_OFFSET,
-    LANE_OMEGA,
-    LANE_POLYNOMIAL,
-    LANE_RATE,
-    LANE_T_ROOT,
-    LANE_TIME,
-    LANE_U,
-    LANE_U0,
-    LANE_UNTIL,
-    LANE_V,
-    LANE_W,
-    LANE_W0,
-    LANE_Y,
-)
 from wheeltapper.march.single import march
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -104,96 +79,148 @@ def test_many_steps_in_a_row_find_what_single_steps_find(method):
     np.testing.assert_allclose(many.peaks, one.peaks, rtol=0, atol=1e-9)
 
 
-def lanes_at(rng, omega):
-    """Eight contact steps in progress."""
-    L = np.zeros(LANE_ENTRIES)
+KINDS = ("flat", "wave", "bent", "deck_flat", "deck_wave", "general")
+HARMONIC = 1.3
+
+
+def lanes_at(rng, kind):
+    """Eight steps in progress, of which every other one with a deck is on it; and the decks' masses."""
+    L, K, G = np.zeros(at.LANE_ENTRIES), rng.uniform(0, 5e-3, 8), rng.uniform(0, 5e-2, 8)
+    time, level = rng.uniform(0, 300, 8), rng.uniform(-1, 1, 8)
     drawn = {
-        LANE_U0: rng.uniform(0.5, 1.5, 8), LANE_W0: rng.uniform(-1, 1, 8), LANE_K: rng.uniform(0, 5e-3, 8),
-        LANE_G: rng.uniform(0, 5e-2, 8), LANE_LEVEL: rng.uniform(-1, 1, 8), LANE_TIME: rng.uniform(0, 300, 8),
+        at.LANE_U0: rng.uniform(0.5, 1.5, 8), at.LANE_W0: rng.uniform(-1, 1, 8), at.LANE_TIME: time, at.LANE_K: K,
+        at.LANE_G: G, at.LANE_LEVEL: level, at.LANE_LOAD: 1 + K * level, at.LANE_PATH: level,
+        at.LANE_FACTOR: np.ones(8), at.LANE_UNTIL: np.full(8, np.inf), at.LANE_GOAL: np.full(8, log2(1e-7)),
+        at.LANE_CUBIC: np.ones(8),
     }  # fmt: skip
-    if omega:
+    if "flat" not in kind:
+        a, b, stiff, drag = rng.uniform(-1, 1, 8), rng.uniform(-1, 1, 8), K - HARMONIC**2, G * HARMONIC
         drawn |= {
-            LANE_AMP_SIN: rng.uniform(-1, 1, 8),
-            LANE_AMP_COS: rng.uniform(-1, 1, 8),
-            LANE_OMEGA: np.full(8, omega),
-        }
-        drawn |= {LANE_RATE: np.full(8, omega / (2 * pi)), LANE_OFFSET: rng.uniform(-9, 9, 8)}
+            at.LANE_AMP_SIN: a, at.LANE_AMP_COS: b, at.LANE_OMEGA: np.full(8, HARMONIC),
+            at.LANE_RATE: np.full(8, HARMONIC / (2 * pi)), at.LANE_OFFSET: rng.uniform(-9, 9, 8),
+            at.LANE_GAIN_SIN: stiff * a - drag * b, at.LANE_GAIN_COS: stiff * b + drag * a,
+        }  # fmt: skip
+    if kind in ("bent", "general"):
+        pace = rng.uniform(0.1, 0.5, 8)
+        drawn |= {at.LANE_PACE: pace, at.LANE_ORIGIN: pace * time - rng.uniform(-1, 1, 8)}
+        drawn |= {at.LANE_QUADRATIC: rng.uniform(0, 0.3, 8)}
+        for k in range(program.TERMS):
+            drawn[at.LANE_PATH + 8 * k] = rng.uniform(-1, 1, 8) * 0.5**k
+            drawn[at.LANE_FACTOR + 8 * k] = (k == 0) + 0.1 * rng.uniform(-1, 1, 8) * 0.5**k
+    mass = np.zeros(8)
+    if "deck" in kind or kind == "general":
+        mass, on = rng.uniform(2, 20, 8), np.array([1.0, 0.0] * 4)
+        drawn |= {
+            at.LANE_ON: on, at.LANE_PRESTRESS: on * rng.uniform(0, 5, 8) / mass, at.LANE_SHARE: on / mass,
+            at.LANE_DECK_STIFF: rng.uniform(0, 1, 8) / mass, at.LANE_DECK_DRAG: rng.uniform(0, 1, 8) / mass,
+            at.LANE_DECK_Y: rng.uniform(-1, 1, 8), at.LANE_DECK_V: rng.uniform(-1, 1, 8),
+        }  # fmt: skip
+    if kind == "general":
+        drawn[at.LANE_ETA] = rng.uniform(0, 0.3, 8)
     for row, values in drawn.items():
         L[row : row + 8] = values
-    L[LANE_LOAD : LANE_LOAD + 8] = 1 + drawn[LANE_K] * drawn[LANE_LEVEL]
-    if omega:
-        stiff, drag = drawn[LANE_K] - omega**2, drawn[LANE_G] * omega
-        a, b = drawn[LANE_AMP_SIN], drawn[LANE_AMP_COS]
-        L[LANE_GAIN_SIN : LANE_GAIN_SIN + 8] = stiff * a - drag * b
-        L[LANE_GAIN_COS : LANE_GAIN_COS + 8] = stiff * b + drag * a
-    L[LANE_UNTIL : LANE_UNTIL + 8] = np.inf
-    L[LANE_GOAL : LANE_GOAL + 8] = log2(1e-7)
-    return L
+    return L, mass
 
 
-def scratch_of(L, i, omega):
+def scratch_of(L, i, mass):
     """The same state for the recurrences in loops."""
-    numbers = np.zeros(program.NUMBERS)
-    numbers[[program.STIFFNESS, program.DAMPING, program.CUBIC]] = L[LANE_K + i], L[LANE_G + i], 1.0
-    S = np.zeros(layout.SCRATCH)
-    here = S
-    here[layout.HERE_POLY], here[layout.HERE_FACTOR_DEGREE] = L[LANE_LEVEL + i], -1
-    if omega:
-        phase = omega * L[LANE_TIME + i] - 2 * pi * L[LANE_OFFSET + i]
-        here[[layout.HERE_AMP_SIN, layout.HERE_AMP_COS, layout.HERE_PHASE0, layout.HERE_OMEGA]] = (
-            L[LANE_AMP_SIN + i], L[LANE_AMP_COS + i], phase, omega
-        )  # fmt: skip
+    numbers, S = np.zeros(program.NUMBERS), np.zeros(layout.SCRATCH)
+    numbers[[program.STIFFNESS, program.DAMPING, program.CUBIC]] = (
+        L[at.LANE_K + i],
+        L[at.LANE_G + i],
+        L[at.LANE_CUBIC + i],
+    )
+    numbers[[program.QUADRATIC, program.HYSTERESIS]] = L[at.LANE_QUADRATIC + i], L[at.LANE_ETA + i]
+    numbers[program.DECK_MASS], numbers[program.TOLERANCE] = mass, 1e-7
+    for entry, row in (
+        (program.DECK_STIFFNESS, at.LANE_DECK_STIFF), (program.DECK_DAMPING, at.LANE_DECK_DRAG),
+        (program.PRESTRESS, at.LANE_PRESTRESS),
+    ):  # fmt: skip
+        numbers[entry] = L[row + i] * mass
+    xi = np.polynomial.Polynomial([L[at.LANE_PACE + i] * L[i] - L[at.LANE_ORIGIN + i], L[at.LANE_PACE + i]])
+    for degree, here, row in (
+        (layout.HERE_DEGREE, layout.HERE_POLY, at.LANE_PATH),
+        (layout.HERE_FACTOR_DEGREE, layout.HERE_FACTOR, at.LANE_FACTOR),
+    ):
+        terms = np.polynomial.Polynomial(L[row + i : row + i + 8 * program.TERMS : 8])(xi).coef
+        S[degree], S[here : here + len(terms)] = len(terms) - 1, terms
+    omega = L[at.LANE_OMEGA + i]
+    S[[layout.HERE_AMP_SIN, layout.HERE_AMP_COS]] = L[at.LANE_AMP_SIN + i], L[at.LANE_AMP_COS + i]
+    S[[layout.HERE_PHASE0, layout.HERE_OMEGA]] = omega * L[i] - 2 * pi * L[at.LANE_OFFSET + i], omega
+    S[layout.STATE + program.ON_DECK] = L[at.LANE_ON + i]
     return numbers, S
 
 
-@pytest.mark.parametrize("omega", [0.0, 1.3])
-def test_contact_steps_in_lanes_agree_with_the_loops(omega):
-    L = lanes_at(np.random.default_rng(3), omega)
+def assert_series(L, row, i, S, expected, count):
+    values = S[expected : expected + count]
+    np.testing.assert_allclose(
+        L[row + i : row + i + 8 * count : 8], values, rtol=1e-11, atol=2e-13 * np.abs(values).max()
+    )
+
+
+@pytest.mark.parametrize("order", [12, 20])
+@pytest.mark.parametrize("kind", KINDS)
+def test_contact_steps_in_lanes_agree_with_the_loops(kind, order):
+    L, mass = lanes_at(np.random.default_rng(3), kind)
     start = L.copy()
-    (unrolled_lanes.lanes_wave_12 if omega else unrolled_lanes.lanes_flat_12)(L)
+    getattr(unrolled_lanes, f"lanes_{kind}_{order}").py_func(L)
     for i in range(8):
-        numbers, S = scratch_of(start, i, omega)
-        series.contact_series(numbers, 12, start[LANE_U0 + i], start[LANE_W0 + i], 0.0, 0.0, False, S)
-        for ours, theirs in ((LANE_U, layout.U), (LANE_W, layout.W)):
-            np.testing.assert_allclose(L[ours + i : ours + 104 : 8], S[theirs : theirs + 13], rtol=1e-11, atol=1e-13)
+        numbers, S = scratch_of(start, i, mass[i])
+        numbers[program.ORDER] = order
+        deck, on = start[[at.LANE_DECK_Y + i, at.LANE_DECK_V + i]], start[at.LANE_ON + i] != 0.0
+        series.contact_series(numbers, order, start[at.LANE_U0 + i], start[at.LANE_W0 + i], *deck, on, S)
+        for ours, theirs in ((at.LANE_U, layout.U), (at.LANE_W, layout.W)):
+            assert_series(L, ours, i, S, theirs, order + 1)
+        if kind in ("bent", "general"):
+            assert_series(L, at.LANE_N, i, S, layout.N, order)
+        if mass[i]:
+            assert_series(L, at.LANE_Y, i, S, layout.Y, order + 1)
+            assert_series(L, at.LANE_V, i, S, layout.Z, order + 1)
+        reach = step.contact_reach(numbers, numbers[program.STIFFNESS] + numbers[program.DAMPING], S)
+        assert L[at.LANE_LENGTH + i] == pytest.approx(reach, rel=1e-12)
 
 
-@pytest.mark.parametrize("omega", [0.0, 1.3])
-def test_flights_in_lanes_agree_with_the_loops(omega):
-    L = lanes_at(np.random.default_rng(4), omega)
-    unrolled_lanes.flight_22(L)
+@pytest.mark.parametrize("kind", ["flat", "wave", "general"])
+def test_flights_in_lanes_agree_with_the_loops(kind):
+    L, mass = lanes_at(np.random.default_rng(4), kind)
+    (unrolled_lanes.flight_general_22 if kind == "general" else unrolled_lanes.flight_22)(L)
     for i in range(8):
-        numbers, S = scratch_of(L, i, omega)
-        flight.flight_series(numbers, 22, L[LANE_U0 + i], L[LANE_W0 + i], 0.0, 0.0, False, S)
-        assert L[LANE_LENGTH + i] == pytest.approx(flight.flight_reach(numbers, S), rel=1e-12)
-        powers = L[LANE_LENGTH + i] ** np.arange(23)
-        for ours, theirs, by in ((LANE_Y, layout.U, 1), (LANE_V, layout.W, 1), (LANE_POLYNOMIAL, layout.CLEAR, powers)):
+        numbers, S = scratch_of(L, i, mass[i])
+        deck, on = L[[at.LANE_DECK_Y + i, at.LANE_DECK_V + i]], L[at.LANE_ON + i] != 0.0
+        flight.flight_series(numbers, 22, L[at.LANE_U0 + i], L[at.LANE_W0 + i], *deck, on, S)
+        assert L[at.LANE_LENGTH + i] == pytest.approx(flight.flight_reach(numbers, S), rel=1e-12)
+        powers = L[at.LANE_LENGTH + i] ** np.arange(23)
+        rows = [(at.LANE_Y, layout.U, 1), (at.LANE_V, layout.W, 1), (at.LANE_POLYNOMIAL, layout.CLEAR, powers)]
+        if kind == "general":
+            rows += [(at.LANE_U, layout.Y, 1), (at.LANE_W, layout.Z, 1)]
+        for ours, theirs, by in rows:
             np.testing.assert_allclose(
-                L[ours + i : ours + 184 : 8], S[theirs : theirs + 23] * by, rtol=1e-11, atol=1e-12
+                L[ours + i : ours + i + 184 : 8], S[theirs : theirs + 23] * by, rtol=1e-11, atol=1e-12
             )
 
 
 def test_sine_and_cosine_in_lanes_are_exact_to_rounding():
     turns = np.concatenate([np.linspace(-1, 1, 4001), np.random.default_rng(5).uniform(-500, 500, 4000)])[:8000]
-    L = np.zeros(LANE_ENTRIES)
+    L = np.zeros(at.LANE_ENTRIES)
     for eight in turns.reshape(-1, 8):
-        L[LANE_OFFSET : LANE_OFFSET + 8] = -eight
-        L[LANE_OMEGA : LANE_OMEGA + 8] = 1.0
-        for row, expected in ((LANE_AMP_SIN, np.sin), (LANE_AMP_COS, np.cos)):
-            L[[LANE_AMP_SIN, LANE_AMP_COS]] = 0.0
-            L[LANE_AMP_SIN : LANE_AMP_SIN + 8] = row == LANE_AMP_SIN
-            L[LANE_AMP_COS : LANE_AMP_COS + 8] = row == LANE_AMP_COS
-            L[LANE_TIME : LANE_TIME + 8] = L[LANE_T_ROOT : LANE_T_ROOT + 8] = 0.0
+        L[at.LANE_OFFSET : at.LANE_OFFSET + 8] = -eight
+        L[at.LANE_OMEGA : at.LANE_OMEGA + 8] = 1.0
+        for row, expected in ((at.LANE_AMP_SIN, np.sin), (at.LANE_AMP_COS, np.cos)):
+            L[at.LANE_AMP_SIN : at.LANE_AMP_SIN + 8] = row == at.LANE_AMP_SIN
+            L[at.LANE_AMP_COS : at.LANE_AMP_COS + 8] = row == at.LANE_AMP_COS
+            L[at.LANE_TIME : at.LANE_TIME + 8] = L[at.LANE_T_END : at.LANE_T_END + 8] = 0.0
             unrolled_lanes.leave(L)
             np.testing.assert_allclose(
-                L[LANE_U0 : LANE_U0 + 8], expected(2 * np.pi * (eight - np.rint(eight))), atol=5e-16
+                L[at.LANE_Y : at.LANE_Y + 8], expected(2 * np.pi * (eight - np.rint(eight))), atol=5e-16
             )
 
 
 @pytest.mark.skipif(
     not llvm.get_host_cpu_features().get("fma", False) or bool(numba.config.DISABLE_JIT), reason="needs a CPU with FMA"
 )
-@pytest.mark.parametrize(("name", "fewest"), [("lanes_flat_12", 170), ("lanes_wave_12", 300), ("sharpen_22", 40)])
+@pytest.mark.parametrize(
+    ("name", "fewest"), [("lanes_flat_12", 170), ("lanes_wave_12", 300), ("lanes_bent_12", 600), ("sharpen_22", 40)]
+)
 def test_the_machine_code_of_the_lanes_is_packed(name, fewest):
     anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(getattr(unrolled_lanes, name).py_func)
     anew.compile("void(float64[::1])")

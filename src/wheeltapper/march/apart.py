@@ -8,25 +8,138 @@ from wheeltapper.march import lane_rows as at
 from wheeltapper.march import layout
 from wheeltapper.march import pool as cells
 from wheeltapper.march import program as contract
-from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free, piece_end
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.events import AT_BREAK, GRAZE, cross_break, is_free
+from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import COUNT, MARK, STATE
-from wheeltapper.march.program import CONTACT, DONE, FLIGHT, FULL, PHASE, PIECE, RUNNING, SHIFT, TIME, A, B
-from wheeltapper.march.series import harmonic_forcing, localise
-from wheeltapper.march.single import advance_kernel, start_kernel
-from wheeltapper.march.step import is_written_out
+from wheeltapper.march.program import CONTACT, FLIGHT, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
+from wheeltapper.march.series import localise, rail_at
+from wheeltapper.march.single import advance_kernel, start_from, start_kernel
+from wheeltapper.march.step import is_plain_hertz
+from wheeltapper.march.steplength import SLOW
+
+
+@inlined_kernel
+def polynomial_at(pieces: FloatArray, piece: int, source: int, degree: int, x: float) -> tuple[float, float]:
+    """Return a polynomial of a piece at the place ξ = x, and its derivative; `source` is its first column."""
+    value, slope = 0.0, 0.0
+    k = int(pieces[piece, degree])
+    while k >= 0:
+        slope = slope * x + value
+        value = value * x + pieces[piece, source + k]
+        k -= 1
+    return value, slope
+
+
+@inlined_kernel
+def force_at(
+    cell: int, time: float, u: float, w: float, pieces: FloatArray, first: IntArray, rows: FloatArray
+) -> float:
+    """Return the contact force of a cell that is not plain at indentation u² and rate w."""
+    piece, local = first[cell] + int(rows[cell, PIECE]), cells.LOCAL
+    factor = 1.0
+    if pieces[piece, contract.FACTOR_DEGREE] >= 0.0:
+        x = rows[cell, local + at.CELL_PACE] * time - rows[cell, local + at.CELL_ORIGIN]
+        factor, _ = polynomial_at(pieces, piece, contract.FACTOR, contract.FACTOR_DEGREE, x)
+    law = u * u * (rows[cell, local + at.CELL_QUADRATIC] + rows[cell, local + at.CELL_CUBIC] * u)
+    return max(factor * law * (1.0 + rows[cell, local + at.CELL_ETA] * w), 0.0)
+
+
+@kernel
+def rail_at_time(cell: int, time: float, deck_y: float, deck_v: float, pool: cells.Pool) -> tuple[float, float]:
+    """Return height and velocity of the rail under a cell's wheel."""
+    local = pool.rows[cell, cells.LOCAL :]
+    lift, pace = pool.numbers[cell, contract.LIFT], local[at.CELL_PACE]
+    piece = pool.first[cell] + int(pool.rows[cell, PIECE])
+    x = pace * time - local[at.CELL_ORIGIN]
+    height, slope = polynomial_at(pool.pieces, piece, contract.COEFFICIENT, contract.DEGREE, x)
+    turns = local[at.CELL_RATE] * time - local[at.CELL_OFFSET]
+    phase = 2.0 * np.pi * (turns - np.rint(turns))
+    s, c = np.sin(phase), np.cos(phase)
+    a, b = local[at.CELL_AMP_SIN], local[at.CELL_AMP_COS]
+    on = local[at.CELL_ON]
+    height = lift * height + a * s + b * c + on * deck_y
+    return height, lift * pace * slope + local[at.CELL_OMEGA] * (a * c - b * s) + on * deck_v
+
+
+@inlined_kernel
+def _kind_of(numbers: FloatArray, piece: FloatArray) -> int:
+    """Return the kind of a cell's contact steps on a piece of its path."""
+    straight = piece[contract.DEGREE] == 0.0 and piece[contract.FACTOR_DEGREE] < 0.0
+    wavy = 1 if piece[contract.WAVENUMBER] != 0.0 else 0
+    if numbers[contract.HYSTERESIS] != 0.0:
+        return cells.GENERAL
+    if numbers[contract.DECK_MASS] > 0.0:
+        return cells.DECK_FLAT + wavy if straight else cells.GENERAL
+    slow = numbers[contract.STIFFNESS] + numbers[contract.DAMPING] <= SLOW
+    return cells.FLAT + wavy if straight and slow and is_plain_hertz(numbers) else cells.BENT
+
+
+@inlined_kernel
+def _enter_path(cell: int, pool: cells.Pool) -> None:
+    """Write what lanes need of the present piece of a cell's path, and until when, in its row."""
+    numbers = pool.numbers[cell]
+    piece = pool.pieces[pool.first[cell] + int(pool.rows[cell, PIECE])]
+    row = pool.rows[cell, cells.LOCAL :]
+    lift, pace = numbers[contract.LIFT], numbers[contract.PACE]
+    turns = piece[contract.WAVENUMBER] / (2.0 * np.pi)
+    omega = piece[contract.WAVENUMBER] * pace
+    stiff, drag = numbers[contract.STIFFNESS] - omega * omega, numbers[contract.DAMPING] * omega
+    a, b = lift * piece[contract.SINE], lift * piece[contract.COSINE]
+    origin = pool.rows[cell, SHIFT] + piece[contract.CENTRE]
+    row[at.CELL_LEVEL] = lift * piece[contract.COEFFICIENT]
+    row[at.CELL_LOAD] = 1.0 + numbers[contract.STIFFNESS] * row[at.CELL_LEVEL]
+    row[at.CELL_GAIN_SIN] = stiff * a - drag * b
+    row[at.CELL_GAIN_COS] = stiff * b + drag * a
+    row[at.CELL_AMP_SIN] = a
+    row[at.CELL_AMP_COS] = b
+    row[at.CELL_OMEGA] = omega
+    row[at.CELL_RATE] = turns * pace
+    row[at.CELL_OFFSET] = turns * origin
+    row[at.CELL_PACE] = pace / piece[contract.SCALE]
+    row[at.CELL_ORIGIN] = origin / piece[contract.SCALE]
+    until, time = numbers[contract.END], pool.rows[cell, TIME]
+    if pace > 0.0:
+        until = min(until, (piece[contract.STOP] + pool.rows[cell, SHIFT]) / pace)
+    if numbers[contract.DECK_MASS] > 0.0:
+        border = numbers[contract.DECK_FROM] if time < numbers[contract.DECK_FROM] else numbers[contract.DECK_TO]
+        until = min(until, border) if time < border else until
+    row[at.CELL_UNTIL] = until
+    pool.rows[cell, cells.CELL_KIND] = _kind_of(numbers, piece)
+
+
+@kernel
+def _enter_numbers(cell: int, pool: cells.Pool) -> None:
+    """Write a cell's suspension, contact and deck in its row."""
+    numbers = pool.numbers[cell]
+    row = pool.rows[cell, cells.LOCAL :]
+    mass = numbers[contract.DECK_MASS]
+    per_mass = 1.0 / mass if mass > 0.0 else 0.0
+    on = pool.rows[cell, contract.ON_DECK]
+    row[at.CELL_K] = numbers[contract.STIFFNESS]
+    row[at.CELL_G] = numbers[contract.DAMPING]
+    row[at.CELL_GOAL] = np.log2(numbers[contract.TOLERANCE])
+    row[at.CELL_CUBIC] = numbers[contract.CUBIC]
+    row[at.CELL_QUADRATIC] = numbers[contract.QUADRATIC]
+    row[at.CELL_ETA] = numbers[contract.HYSTERESIS]
+    row[at.CELL_ON] = on
+    row[at.CELL_PRESTRESS] = on * numbers[contract.PRESTRESS] * per_mass
+    row[at.CELL_DECK_STIFF] = numbers[contract.DECK_STIFFNESS] * per_mass
+    row[at.CELL_DECK_DRAG] = numbers[contract.DECK_DAMPING] * per_mass
+    row[at.CELL_SHARE] = on * per_mass
+
+
+@kernel
+def queue_of_flight(kind: int) -> int:
+    """Return the queue in which a cell in flight waits."""
+    return cells.FLY if kind <= cells.WAVE else cells.FLY + 1
 
 
 @kernel
 def join_queue(cell: int, pool: cells.Pool) -> bool:
     """Put the cell in S in the queue of its next step, if lanes can take it; else return False."""
     S, numbers = pool.S, pool.numbers[cell]
-    if (
-        not is_written_out(numbers, S)
-        or numbers[contract.BILATERAL] != 0.0
-        or S[COUNT + layout.SEEN] != 0.0
-        or S[COUNT + layout.EVENTS] >= numbers[contract.EVENT_LIMIT]
-    ):
+    ended = S[COUNT + layout.SEEN] != 0.0 or S[COUNT + layout.EVENTS] >= numbers[contract.EVENT_LIMIT]
+    if ended or numbers[contract.BILATERAL] != 0.0:
         return False
     flying = S[STATE + PHASE] == FLIGHT
     u, w = S[STATE + A], S[STATE + B]
@@ -35,27 +148,43 @@ def join_queue(cell: int, pool: cells.Pool) -> bool:
     corner = S[MARK + AT_BREAK]
     S[MARK + AT_BREAK] = 0.0
     cells.put_back(cell, pool.rows, S)
-    cells.track_force(cell, S[STATE + TIME], 0.0 if flying else u * u * u, corner, pool)
-    row = pool.rows[cell, cells.LOCAL :]
-    table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
-    piece = table[int(S[STATE + PIECE])]
-    turns = piece[contract.WAVENUMBER] / (2.0 * np.pi)
-    gain_sin, gain_cos = harmonic_forcing(numbers, S)
-    row[at.CELL_K] = numbers[contract.STIFFNESS]
-    row[at.CELL_G] = numbers[contract.DAMPING]
-    row[at.CELL_LOAD] = 1.0 + numbers[contract.STIFFNESS] * S[layout.HERE_POLY]
-    row[at.CELL_LEVEL] = S[layout.HERE_POLY]
-    row[at.CELL_GAIN_SIN] = gain_sin
-    row[at.CELL_GAIN_COS] = gain_cos
-    row[at.CELL_AMP_SIN] = S[layout.HERE_AMP_SIN]
-    row[at.CELL_AMP_COS] = S[layout.HERE_AMP_COS]
-    row[at.CELL_OMEGA] = S[layout.HERE_OMEGA]
-    row[at.CELL_RATE] = turns * numbers[contract.PACE]
-    row[at.CELL_OFFSET] = turns * (S[STATE + SHIFT] + piece[contract.CENTRE])
-    row[at.CELL_UNTIL] = min(piece_end(table, numbers, S), numbers[contract.END])
-    row[at.CELL_GOAL] = np.log2(numbers[contract.TOLERANCE])
-    kind = cells.FLAT if S[layout.HERE_OMEGA] == 0.0 else cells.WAVE
-    cells.push(cell, cells.FLY if flying else cells.COAST + kind, pool.queue)
+    _enter_numbers(cell, pool)
+    _enter_path(cell, pool)
+    kind = int(pool.rows[cell, cells.CELL_KIND])
+    force = 0.0
+    if not flying:
+        force = u * u * u
+        if kind > cells.WAVE:
+            force = force_at(cell, S[STATE + TIME], u, w, pool.pieces, pool.first, pool.rows)
+    cells.track_force(cell, S[STATE + TIME], force, corner, pool)
+    cells.push(cell, queue_of_flight(kind) if flying else cells.COAST + kind, pool.queue)
+    return True
+
+
+@inlined_kernel
+def cross_softly(cell: int, pool: cells.Pool) -> bool:
+    """Take a cell over a breakpoint where the path stays smooth; return False, and do nothing, where there is more."""
+    rows, numbers = pool.rows, pool.numbers[cell]
+    first, many = pool.first[cell], pool.many[cell]
+    time, shift, piece = rows[cell, TIME], rows[cell, SHIFT], int(rows[cell, PIECE])
+    end = (pool.pieces[first + piece, contract.STOP] + shift) / numbers[contract.PACE]
+    after, join = piece + 1, contract.SOFT
+    if after < many:
+        join = int(pool.pieces[first + after, contract.JOIN])
+    else:
+        after, join = int(numbers[contract.LOOP]), int(numbers[contract.LOOP_JOIN])
+        if after >= many:
+            return False
+        shift += pool.pieces[first + piece, contract.STOP] - pool.pieces[first + after, contract.START]
+    here = time * (1.0 + 4e-16)
+    ends_too = (pool.pieces[first + after, contract.STOP] + shift) / numbers[contract.PACE] <= here
+    if time >= numbers[contract.END] or join != contract.SOFT or not end <= here or ends_too:
+        return False
+    if time == numbers[contract.DECK_FROM] or time == numbers[contract.DECK_TO]:
+        return False
+    rows[cell, PIECE] = after
+    rows[cell, SHIFT] = shift
+    _enter_path(cell, pool)
     return True
 
 
@@ -64,14 +193,14 @@ def cross_breakpoint(cell: int, pool: cells.Pool) -> None:
     """Take a cell across the breakpoint that it has reached, or end its march there."""
     S, numbers = pool.S, pool.numbers[cell]
     cells.load_cell(cell, pool.rows, S)
-    why = DONE
+    why = contract.DONE
     if S[STATE + TIME] < numbers[contract.END]:
         table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
         localise(table, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
         event = int(S[COUNT + layout.EVENTS])
         why = cross_break(table, numbers, pool.events[pool.used[cells.USED_EVENTS] - event :], S)
         cells.claim_rows(cell, int(S[COUNT + layout.EVENTS]) - event, 0, pool)
-    if why != RUNNING:
+    if why != contract.RUNNING:
         cells.finish_cell(cell, why, S[STATE + TIME], pool.rows)
     elif not join_queue(cell, pool):
         cells.put_back(cell, pool.rows, S)
@@ -79,7 +208,7 @@ def cross_breakpoint(cell: int, pool: cells.Pool) -> None:
 
 
 @kernel
-def go_apart(pool: cells.Pool) -> bool:
+def go_apart(strict: bool | None, pool: cells.Pool) -> bool:
     """March one cell alone until lanes can take it, or to its end; return False if its events need more room."""
     rows, queue = pool.rows, pool.queue
     cell = cells.pop(cells.APART, queue)
@@ -93,26 +222,49 @@ def go_apart(pool: cells.Pool) -> bool:
         event, peak = int(S[COUNT + layout.EVENTS]), int(S[COUNT + layout.PEAKS])
         events = pool.events[pool.used[cells.USED_EVENTS] - event :]
         peaks = pool.peaks[pool.used[cells.USED_PEAKS] - peak : len(pool.peaks) - 1]  # a corner may need one row more
-        why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S, None)
+        why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S, strict)
         cells.claim_rows(cell, int(S[COUNT + layout.EVENTS]) - event, int(S[COUNT + layout.PEAKS]) - peak, pool)
-        if why == FULL:
-            cells.put_back(cell, rows, S)
-            cells.push(cell, cells.APART, queue)
-            return False
-        if why != RUNNING:
-            cells.finish_cell(cell, why, S[STATE + TIME], rows)
+        if why == contract.RUNNING and join_queue(cell, pool):
             return True
-        if join_queue(cell, pool):
+        if why != contract.RUNNING:
+            cells.put_back(cell, rows, S)
+            if why == contract.FULL:
+                cells.push(cell, cells.APART, queue)
+                return False
+            cells.finish_cell(cell, why, S[STATE + TIME], rows)
             return True
 
 
 @kernel
-def start_lanes(pool: cells.Pool) -> None:
-    """Set every cell's state at time zero."""
+def start_lanes(motions: FloatArray, pool: cells.Pool) -> None:
+    """Set every cell's state at time zero: rows of `motions`, or where there are none what its numbers say."""
+    S = pool.S
     for cell in range(len(pool.first)):
         table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
-        start_kernel(table, pool.numbers[cell], pool.events, pool.S)
-        pool.rows[cell, cells.AIRBORNE] = 1.0 if is_free(pool.S[STATE + PHASE]) else 0.0
-        cells.put_back(cell, pool.rows, pool.S)
+        if len(motions) == 0:
+            start_kernel(table, pool.numbers[cell], pool.events, S)
+        else:
+            y, v, deck_y, deck_v = motions[cell]
+            start_from(table, pool.numbers[cell], y, v, deck_y, deck_v, pool.events, S)
+        pool.rows[cell, cells.AIRBORNE] = 1.0 if is_free(S[STATE + PHASE]) else 0.0
+        cells.put_back(cell, pool.rows, S)
         if not join_queue(cell, pool):
             cells.push(cell, cells.APART, pool.queue)
+
+
+@kernel
+def motions_kernel(pool: cells.Pool, out: FloatArray) -> None:
+    """Write displacement and velocity of every cell's wheel, and of its deck, into `out` (cells, CELL_MOTIONS)."""
+    S = pool.S
+    for cell in range(len(pool.first)):
+        table = pool.pieces[pool.first[cell] : pool.first[cell] + pool.many[cell]]
+        cells.load_cell(cell, pool.rows, S)
+        localise(table, pool.numbers[cell], int(S[STATE + PIECE]), S[STATE + SHIFT], S[STATE + TIME], S)
+        y, v = S[STATE + A], S[STATE + B]
+        if S[STATE + PHASE] == CONTACT:
+            height, velocity = rail_at(0.0, S[STATE:], S)
+            y, v = height - y * y, velocity - v
+        out[cell, cells.CELL_HEIGHT] = y
+        out[cell, cells.CELL_VELOCITY] = v
+        out[cell, cells.CELL_DECK_HEIGHT] = S[STATE + contract.DECK_Y]
+        out[cell, cells.CELL_DECK_VELOCITY] = S[STATE + contract.DECK_V]

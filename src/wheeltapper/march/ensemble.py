@@ -10,17 +10,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wheeltapper.march import pool as pools
 from wheeltapper.march import program as contract
-from wheeltapper.march.apart import start_lanes
+from wheeltapper.march.apart import motions_kernel, start_lanes
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.dense import OUT_COLUMNS
 from wheeltapper.march.events import is_free
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.lanes import lanes_kernel
 from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
-from wheeltapper.march.pool import AIRBORNE, CELL_END, CELL_STATUS, USED_EVENTS, USED_PEAKS, gather_kernel, pool_of
 from wheeltapper.march.program import PHASE, TIME, A, FloatArray, IntArray
 from wheeltapper.march.single import march_kernel, start_kernel
+from wheeltapper.march.steplength import SLOW
 from wheeltapper.march.tally import CONTACTS, HIGHEST, STILL_OPEN, TALLY, tally_kernel
 
 SMALLEST_BLOCK, LARGEST_BLOCK = 256, 2048
@@ -149,44 +150,118 @@ def march_one_by_one(cells: Cells, tally: bool = False) -> Marched:
     return tables.without_room(tally)
 
 
-def _in_lanes(cells: Cells, tally: bool) -> bool:
-    """Return True if lanes can march the cells: they have neither tallies nor other orders than the default one."""
-    return not tally and cells.strict is None
+class Variant(NamedTuple):
+    """Which variant of the lane kernels some cells need: types by which they are compiled, each None or True.
+
+    Attributes
+    ----------
+    strict
+        True for the order of the strict method.
+    bent
+        True where a piece is no level and no harmonic, has a factor on the force, or the contact is not plain.
+    general
+        True where there are decks, or contacts with hysteresis.
+    """
+
+    strict: bool | None
+    bent: bool | None
+    general: bool | None
+
+    @staticmethod
+    def of_cells(cells: Cells) -> Variant:
+        """Return the variant for some cells."""
+        numbers, pieces = cells.numbers, cells.pieces
+        general = np.any(numbers[:, contract.DECK_MASS] > 0.0) or np.any(numbers[:, contract.HYSTERESIS] != 0.0)
+        straight = np.all(pieces[:, contract.DEGREE] == 0.0) and np.all(pieces[:, contract.FACTOR_DEGREE] < 0.0)
+        hertz = np.all(numbers[:, contract.QUADRATIC] == 0.0) and np.all(numbers[:, contract.CUBIC] == 1.0)
+        slow = np.all(numbers[:, contract.STIFFNESS] + numbers[:, contract.DAMPING] <= SLOW)
+        bent = general or not (straight and hertz and slow)
+        return Variant(cells.strict, True if bent else None, True if general else None)
 
 
-def march_in_lanes(cells: Cells) -> Marched:
-    """March some cells in this thread, eight at a time wherever they wait for the same kind of step."""
-    total = len(cells.first)
-    pool = pool_of(*cells)
-    start_lanes(pool)
-    while not lanes_kernel(pool):
+AT_THEIR_STARTS = np.empty((0, pools.CELL_MOTIONS))
+"""Stands for the motions in which marches begin: each cell's own start."""
+
+
+def _marched_pool(cells: Cells, variant: Variant, motions: FloatArray) -> pools.Pool:
+    """Return a pool of some cells that have marched to their ends."""
+    pool = pools.pool_of(*cells)
+    start_lanes(motions, pool)
+    while not lanes_kernel(*variant, pool):
         pool = pool.larger()
+    return pool
+
+
+def march_in_lanes(cells: Cells, variant: Variant | None = None) -> Marched:
+    """March some cells in this thread, eight at a time wherever they wait for the same kind of step.
+
+    A cell that can never reach the impact or loss at which it is to end, because it lacks the energy, ends without the
+    force maxima that would follow, each lower than the one before.
+    """
+    total = len(cells.first)
+    pool = _marched_pool(cells, variant or Variant.of_cells(cells), AT_THEIR_STARTS)
     event_ends, peak_ends = np.empty(total, dtype=np.int64), np.empty(total, dtype=np.int64)
-    events = np.empty((int(pool.used[USED_EVENTS]), contract.EVENT_COLUMNS))
-    peaks = np.empty((int(pool.used[USED_PEAKS]), contract.PEAK_COLUMNS))
-    gather_kernel(pool.events, len(events), event_ends, events)
-    gather_kernel(pool.peaks, len(peaks), peak_ends, peaks)
-    status, end, airborne = (pool.rows[:, column].copy() for column in (CELL_STATUS, CELL_END, AIRBORNE))
+    events = np.empty((int(pool.used[pools.USED_EVENTS]), contract.EVENT_COLUMNS))
+    peaks = np.empty((int(pool.used[pools.USED_PEAKS]), contract.PEAK_COLUMNS))
+    pools.gather_kernel(pool.events, len(events), event_ends, events)
+    pools.gather_kernel(pool.peaks, len(peaks), peak_ends, peaks)
+    status, end, airborne = (
+        pool.rows[:, column].copy() for column in (pools.CELL_STATUS, pools.CELL_END, pools.AIRBORNE)
+    )
     return Marched(status.astype(np.int64), end, events, peaks, event_ends, peak_ends, airborne)
 
 
-def march_block(cells: Cells, tally: bool = False) -> Marched:
-    """March some cells in this thread; with `tally`, find impulses and highest positions too."""
-    return march_in_lanes(cells) if _in_lanes(cells, tally) else march_one_by_one(cells, tally)
+def end_motions(cells: Cells, threads: int, motions: FloatArray = AT_THEIR_STARTS) -> tuple[FloatArray, IntArray]:
+    """March all cells from given motions to their ends, and return the motions there.
+
+    A cell whose table repeats begins and ends at the same place of a period if its END is a whole number of periods,
+    and may go on from its last motion: sections of the motion at one phase. START_SHIFT chooses the phase.
+
+    Parameters
+    ----------
+    cells
+        The cells; each marches from time zero to its END, without a last impact or loss.
+    threads
+        Number of threads; the result does not depend on it.
+    motions
+        (cells, pools.CELL_MOTIONS) scaled displacement and velocity of the wheel, then of the deck, at time zero.
+
+    Returns
+    -------
+    motions
+        (cells, pools.CELL_MOTIONS) at the ends.
+    status
+        (cells,) DONE, or why a march stopped before its end.
+    """
+    total, variant = len(cells.first), Variant.of_cells(cells)
+    out, status = np.empty((total, pools.CELL_MOTIONS)), np.empty(total, dtype=np.int64)
+
+    def march_block(block: slice) -> None:
+        pool = _marched_pool(cells.part(block), variant, motions[block])
+        motions_kernel(pool, out[block])
+        status[block] = pool.rows[:, pools.CELL_STATUS]
+
+    in_blocks(total, _block_size(total, threads), threads, march_block)
+    return out, status
 
 
 def is_ready(cells: Cells, tally: bool) -> bool:
     """Return False if marching these cells begins with compiling."""
-    if _in_lanes(cells, tally):
-        return is_compiled(lanes_kernel, (pool_of(*cells.part(slice(0, 1))),))
+    if not tally:
+        return is_compiled(lanes_kernel, (*Variant.of_cells(cells), pools.pool_of(*cells.part(slice(0, 1)))))
     return is_compiled(ensemble_kernel, _arguments(cells, 0, room_for(0), _work_arrays(), tally))
+
+
+def _block_size(total: int, threads: int) -> int:
+    return min(max(total // (4 * threads), SMALLEST_BLOCK), LARGEST_BLOCK)
 
 
 def march_all(cells: Cells, threads: int, read: Callable[[slice, Marched], None], tally: bool = False) -> None:
     """March all cells, block by block, and pass each block to `read`; the threads do both."""
+    variant = Variant.of_cells(cells)
 
     def march_and_read(block: slice) -> None:
-        read(block, march_block(cells.part(block), tally))
+        some = cells.part(block)
+        read(block, march_one_by_one(some, tally) if tally else march_in_lanes(some, variant))
 
-    size = min(max(len(cells.first) // (4 * threads), SMALLEST_BLOCK), LARGEST_BLOCK)
-    in_blocks(len(cells.first), size, threads, march_and_read)
+    in_blocks(len(cells.first), _block_size(len(cells.first), threads), threads, march_and_read)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from wheeltapper.march.program import TERMS
+
 LANES = 8
-CONTACT_ORDER, FLIGHT_ORDER = 12, 22
 
 
 def _row_starts(first: int, *lengths: int) -> list[int]:
-    """Return the starts of series with the given numbers of rows, and the end of the last one."""
+    """Return the starts of blocks with the given numbers of rows, and the end of the last one."""
     starts = [first]
     for length in lengths:
         starts.append(starts[-1] + LANES * length)
@@ -20,19 +21,37 @@ def _row_starts(first: int, *lengths: int) -> list[int]:
     LANE_TIME, LANE_U0, LANE_W0, LANE_K, LANE_G, LANE_LOAD, LANE_LEVEL, LANE_GAIN_SIN, LANE_GAIN_COS, LANE_AMP_SIN,
     LANE_AMP_COS, LANE_OMEGA, LANE_RATE, LANE_OFFSET, LANE_UNTIL, LANE_GOAL,
 ) = range(0, 16 * LANES, LANES)  # fmt: skip
-# The same of one cell, one after the other from K on, as its row holds them.
+# What only some kinds of steps have: the contact force factor·(QUADRATIC·u² + CUBIC·u³)·(1 + ETA·w); the place ξ on a
+# polynomial piece, PACE·time - ORIGIN; the deck, divided by its mass: whether the wheel is ON it, its prestress there,
+# its spring and damper, and 1/mass there; its motion at the step's start; and whether the force rises and falls with u.
+(
+    LANE_CUBIC, LANE_QUADRATIC, LANE_ETA, LANE_PACE, LANE_ORIGIN, LANE_ON, LANE_PRESTRESS, LANE_DECK_STIFF,
+    LANE_DECK_DRAG, LANE_SHARE, LANE_DECK_Y, LANE_DECK_V, LANE_STEADY,
+) = range(16 * LANES, 29 * LANES, LANES)  # fmt: skip
+# The same numbers of one cell, one after the other from K on, as its row holds them.
 (
     CELL_K, CELL_G, CELL_LOAD, CELL_LEVEL, CELL_GAIN_SIN, CELL_GAIN_COS, CELL_AMP_SIN, CELL_AMP_COS, CELL_OMEGA,
     CELL_RATE, CELL_OFFSET, CELL_UNTIL, CELL_GOAL,
-) = range((LANE_GOAL - LANE_K) // LANES + 1)  # fmt: skip
-# A step's end: length, time, (u, w), whether w keeps its sign for certain, whether the step holds no event for certain.
-LANE_LENGTH, LANE_T_END, LANE_U_END, LANE_W_END, LANE_CALM, LANE_GO = range(16 * LANES, 22 * LANES, LANES)
+    CELL_CUBIC, CELL_QUADRATIC, CELL_ETA, CELL_PACE, CELL_ORIGIN, CELL_ON, CELL_PRESTRESS, CELL_DECK_STIFF,
+    CELL_DECK_DRAG, CELL_SHARE,
+) = range(23)  # fmt: skip
+PLAIN_NUMBERS, CELL_NUMBERS = CELL_GOAL + 1, CELL_SHARE + 1
+"""How many of them a plain contact has, and how many there are."""
+# A step's end: length, time, (u, w), the deck's motion, whether the force is monotone for certain, whether hysteresis
+# never takes the force away, whether the step holds no event for certain.
+(
+    LANE_LENGTH, LANE_T_END, LANE_U_END, LANE_W_END, LANE_DECK_Y_END, LANE_DECK_V_END, LANE_CALM, LANE_HOLDS, LANE_GO,
+) = range(29 * LANES, 38 * LANES, LANES)  # fmt: skip
 # A root search in (0, 1): the place, its bracket, the sign at 0, number of sign changes, whether it is found (only one
-# that is alone is sought); then the motion there. FRESH: a flight that begins at δ = 0.
-LANE_X, LANE_LOW, LANE_HIGH, LANE_SIGN, LANE_CHANGES, LANE_DONE, LANE_T_ROOT, LANE_U_ROOT, LANE_W_ROOT, LANE_FRESH = (
-    range(22 * LANES, 32 * LANES, LANES)
-)
-# Series: u and w of a contact step, y and v of a flight, and the polynomial whose root is sought.
-LANE_U, LANE_W, LANE_Y, LANE_V, LANE_POLYNOMIAL, LANE_ENTRIES = _row_starts(
-    32 * LANES, CONTACT_ORDER + 1, CONTACT_ORDER + 1, FLIGHT_ORDER + 1, FLIGHT_ORDER + 1, FLIGHT_ORDER + 1
+# that is alone is sought); then the motion there. FRESH: a flight that begins at δ = 0. ENDS: how a step ends.
+(
+    LANE_X, LANE_LOW, LANE_HIGH, LANE_SIGN, LANE_CHANGES, LANE_DONE, LANE_T_ROOT, LANE_U_ROOT, LANE_W_ROOT, LANE_FRESH,
+    LANE_ENDS,
+) = range(38 * LANES, 49 * LANES, LANES)  # fmt: skip
+# Series: u and w of a contact step (of a flight those of the deck), the contact force; a piece of the path, times the
+# lift, and of the factor, in powers of ξ; y and v of a flight (of a contact step those of the deck), the rail's height
+# in a flight, and the polynomial whose root is sought. The room after u keeps what a step writes away from places that
+# are a multiple of 4096 bytes (64 rows) behind what the next step reads: a processor takes them for the same.
+LANE_U, LANE_W, LANE_N, LANE_PATH, LANE_FACTOR, LANE_Y, LANE_V, LANE_RAIL, LANE_POLYNOMIAL, LANE_ENTRIES = _row_starts(
+    49 * LANES, 31, 23, 23, TERMS, TERMS, *[23] * 4
 )

@@ -1,40 +1,75 @@
 """Cells in lockstep: eight that wait for the same kind of step take it together, lane by lane.
 
 COAST   in contact: step after step, until one may hold an event; a lane that falls out is filled again at once
-TURN    that step ends in contact: find the force maximum or minimum in it
+TURN    that step ends in contact: find the force maximum or minimum in it, and the breakpoint if it reaches one
 OPEN    that step ends without contact: find the loss
-BREAK   that step reaches a breakpoint: find the place, and go over it
+CROSS   that step reaches a breakpoint and holds nothing else: find the place, and go over it
 FLY     in flight: a step, or up to the impact or the breakpoint
-APART   everything else, one cell after the other by single.py: other contacts and other paths, and steps with more
-        than one root
+APART   everything else, one cell after the other by single.py: bilateral contacts, forces that hysteresis takes away,
+        and steps with more than one root
 
 until no cell waits:  take the fullest queue; let its cells go on; each joins the queue of its next step
 
-A cell's motion does not depend on its company: every lane does the same arithmetic, whatever the others hold.
+A cell's motion does not depend on its company: every lane does the same arithmetic, whatever the others hold, and the
+kind of a cell's steps follows from its own numbers and its own piece of the path.
+
+`strict`, `bent` and `general` are None or True: their types tell the compiler which order of the series, and which
+kinds of steps beyond the plain ones, it may leave out.
 """
 
 from __future__ import annotations
 
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march import pool as cells
-from wheeltapper.march import unrolled_lanes
-from wheeltapper.march.apart import cross_breakpoint, go_apart
+from wheeltapper.march import unrolled_lanes as steps
+from wheeltapper.march.apart import cross_breakpoint, cross_softly, force_at, go_apart, queue_of_flight, rail_at_time
 from wheeltapper.march.events import AT_BREAK, GRAZE
-from wheeltapper.march.kernel import kernel
-from wheeltapper.march.layout import OPENED
-from wheeltapper.march.program import CONTACT, FLIGHT, IMPACT, LOSS, PHASE, FloatArray
+from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.layout import IMPACTS, OPENED, UNTIL_IMPACT, UNTIL_LOSS
+from wheeltapper.march.program import CONTACT, DONE, END, FLIGHT, IMPACT, LOSS, PHASE, TIME, A, B, FloatArray, IntArray
+
+CALM_END, BREAK_END, LOSS_END, UNKNOWN_END = 0.0, 1.0, 2.0, 3.0
+"""How a step ends: in contact, at a breakpoint, in a loss, or not as lanes can tell."""
+GONE = -2
+"""Stands for the cell of a lane that goes on elsewhere."""
+CERTAIN = 1e-6
+"""Part of the energy (scaled) that must be missing before a wheel is said to leave the rail nevermore."""
 
 
 @kernel
-def _step_lanes(kind: int, L: FloatArray) -> None:
+def _step_lanes(kind: int, strict: bool | None, bent: bool | None, general: bool | None, L: FloatArray) -> None:
     """Make one contact step in all lanes."""
-    if kind == cells.FLAT:
-        unrolled_lanes.lanes_flat_12(L)
+    if strict is None:
+        if kind == cells.FLAT:
+            steps.lanes_flat_12(L)
+        elif kind == cells.WAVE:
+            steps.lanes_wave_12(L)
+        if bent is not None and kind == cells.BENT:
+            steps.lanes_bent_12(L)
+        if general is not None:
+            if kind == cells.DECK_FLAT:
+                steps.lanes_deck_flat_12(L)
+            elif kind == cells.DECK_WAVE:
+                steps.lanes_deck_wave_12(L)
+            elif kind == cells.GENERAL:
+                steps.lanes_general_12(L)
     else:
-        unrolled_lanes.lanes_wave_12(L)
+        if kind == cells.FLAT:
+            steps.lanes_flat_20(L)
+        elif kind == cells.WAVE:
+            steps.lanes_wave_20(L)
+        if bent is not None and kind == cells.BENT:
+            steps.lanes_bent_20(L)
+        if general is not None:
+            if kind == cells.DECK_FLAT:
+                steps.lanes_deck_flat_20(L)
+            elif kind == cells.DECK_WAVE:
+                steps.lanes_deck_wave_20(L)
+            elif kind == cells.GENERAL:
+                steps.lanes_general_20(L)
 
 
-@kernel
+@inlined_kernel
 def _is_everywhere(row: int, L: FloatArray) -> bool:
     """Return True where a row of zeros and ones holds ones only."""
     total = 0.0
@@ -44,200 +79,429 @@ def _is_everywhere(row: int, L: FloatArray) -> bool:
 
 
 @kernel
-def _step_until_event(kind: int, drain: bool, pool: cells.Pool) -> None:
-    """Let cells in contact step until a lane stays empty; with `drain`, until all are."""
-    L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
-    busy = cells.fill_all(cells.COAST + kind, queue, rows, L, held)
-    while busy > 0:
-        _step_lanes(kind, L)
-        if _is_everywhere(at.LANE_GO, L):
-            continue
-        before = busy
-        for i in range(at.LANES):
-            cell = held[i]
-            if cell < 0 or L[at.LANE_GO + i] != 0.0:
-                continue
-            cells.keep_lane(i, cell, rows, L)
-            if not L[at.LANE_U_END + i] > 0.0:
-                cells.push(cell, cells.OPEN + kind, queue)
-            elif L[at.LANE_CALM + i] == 0.0:
-                cells.push(cell, cells.TURN + kind, queue)
-            else:
-                cells.push(cell, cells.CROSS + kind, queue)
-            held[i] = cells.pop(cells.COAST + kind, queue)
-            cells.fill_lane(i, held[i], rows, L)
-            if held[i] < 0:
-                busy -= 1
-        if busy < before and not drain:
-            for i in range(at.LANES):
-                if held[i] >= 0:
-                    cells.keep_lane(i, held[i], rows, L)
-                    cells.push(held[i], cells.COAST + kind, queue)
-            return
-
-
-@kernel
-def _find_12(L: FloatArray) -> None:
-    """Find the root in (0, 1) of each polynomial of degree 12 that has just one there."""
-    unrolled_lanes.scan_12(L)
-    while not _is_everywhere(at.LANE_DONE, L):
-        unrolled_lanes.sharpen_12(L)
+def _find(strict: bool | None, L: FloatArray) -> None:
+    """Find the root in (0, 1) of each polynomial of a contact step that has just one there, and the motion at it."""
+    if strict is None:
+        steps.scan_12(L)
+        while not _is_everywhere(at.LANE_DONE, L):
+            steps.sharpen_12(L)
+        steps.contact_root_12(L)
+    else:
+        steps.scan_20(L)
+        while not _is_everywhere(at.LANE_DONE, L):
+            steps.sharpen_20(L)
+        steps.contact_root_20(L)
 
 
 @kernel
 def _find_22(L: FloatArray) -> None:
     """Find the root in (0, 1) of each polynomial of degree 22 that has just one there."""
-    unrolled_lanes.scan_22(L)
+    steps.scan_22(L)
     while not _is_everywhere(at.LANE_DONE, L):
-        unrolled_lanes.sharpen_22(L)
+        steps.sharpen_22(L)
 
 
 @kernel
-def _step_with_extremum(kind: int, pool: cells.Pool) -> None:
-    """Make one contact step with at most one zero of w in it."""
-    L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
-    filled = cells.fill_all(cells.TURN + kind, queue, rows, L, held)
-    _step_lanes(kind, L)
-    unrolled_lanes.seek_w_12(L)
-    _find_12(L)
-    unrolled_lanes.contact_root_12(L)
-    for i in range(filled):
-        cell = held[i]
-        turns, falls = L[at.LANE_CHANGES + i], L[at.LANE_SIGN + i] > 0.0
-        ends = L[at.LANE_TIME + i] + L[at.LANE_T_END + i]
-        rests = turns == 1.0 and not falls and not L[at.LANE_U_ROOT + i] > 0.0
-        if not ends < L[at.LANE_UNTIL + i] or turns > 1.0 or rests:
-            cells.push(cell, cells.APART, queue)
-            continue
-        if turns == 1.0:
-            u = L[at.LANE_U_ROOT + i]
-            cells.track_force(cell, L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i], u * u * u, 0.0, pool)
-        L[at.LANE_TIME + i] = ends
-        L[at.LANE_U0 + i] = L[at.LANE_U_END + i]
-        L[at.LANE_W0 + i] = L[at.LANE_W_END + i]
-        cells.keep_lane(i, cell, rows, L)
-        cells.push(cell, cells.COAST + kind, queue)
+def _find_breakpoints(strict: bool | None, L: FloatArray) -> None:
+    """Find where the contact steps reach their breakpoints."""
+    if strict is None:
+        steps.seek_time_12(L)
+    else:
+        steps.seek_time_20(L)
+    _find(strict, L)
 
 
 @kernel
-def _step_to_loss(kind: int, pool: cells.Pool) -> None:
-    """Make one contact step up to the loss in it."""
-    L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
-    filled = cells.fill_all(cells.OPEN + kind, queue, rows, L, held)
-    _step_lanes(kind, L)
-    unrolled_lanes.seek_u_12(L)
-    _find_12(L)
-    unrolled_lanes.contact_root_12(L)
+def _find_losses(strict: bool | None, L: FloatArray) -> None:
+    """Find where the indentation of the contact steps ends."""
+    if strict is None:
+        steps.seek_u_12(L)
+    else:
+        steps.seek_u_20(L)
+    _find(strict, L)
+
+
+@kernel
+def _find_extremes(kind: int, strict: bool | None, L: FloatArray) -> None:
+    """Find the extremes of the force within the contact steps."""
+    varies = kind == cells.BENT or kind == cells.GENERAL
+    if strict is None:
+        if varies:
+            steps.seek_n_12(L)
+        else:
+            steps.seek_w_12(L)
+    elif varies:
+        steps.seek_n_20(L)
+    else:
+        steps.seek_w_20(L)
+    _find(strict, L)
+
+
+@inlined_kernel
+def _force(cell: int, kind: int, time: float, u: float, w: float, pool: cells.Pool) -> float:
+    """Return a cell's contact force."""
+    if kind <= cells.WAVE:
+        return u * u * u
+    return force_at(cell, time, u, w, pool.pieces, pool.first, pool.rows)
+
+
+@inlined_kernel
+def _shorten(i: int, L: FloatArray) -> None:
+    """Let a lane's step end at the root that was found."""
+    L[at.LANE_LENGTH + i] *= L[at.LANE_X + i]
+    L[at.LANE_T_END + i] = L[at.LANE_T_ROOT + i]
+    L[at.LANE_U_END + i] = L[at.LANE_U_ROOT + i]
+    L[at.LANE_W_END + i] = L[at.LANE_W_ROOT + i]
+
+
+@inlined_kernel
+def _reaches_breakpoint(i: int, L: FloatArray) -> bool:
+    """Return True where a lane's step does not end before the breakpoint."""
+    return not L[at.LANE_TIME + i] + L[at.LANE_T_END + i] < L[at.LANE_UNTIL + i]
+
+
+@inlined_kernel
+def _commit(i: int, time: float, kind: int, L: FloatArray) -> None:
+    """Let a lane's next step begin at the end of this one."""
+    L[at.LANE_TIME + i] = time
+    L[at.LANE_U0 + i] = L[at.LANE_U_END + i]
+    L[at.LANE_W0 + i] = L[at.LANE_W_END + i]
+    if kind > cells.BENT:
+        L[at.LANE_DECK_Y + i] = L[at.LANE_DECK_Y_END + i]
+        L[at.LANE_DECK_V + i] = L[at.LANE_DECK_V_END + i]
+
+
+@inlined_kernel
+def _reach_breakpoint(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
+    """Let a lane's step end at the breakpoint."""
+    L, until = pool.L, pool.L[at.LANE_UNTIL + i]
+    _commit(i, until, kind, L)
+    cells.keep_lane(i, cell, kind, pool.rows, L)
+    force = _force(cell, kind, until, L[at.LANE_U0 + i], L[at.LANE_W0 + i], pool)
+    cells.track_force(cell, until, force, 1.0, pool)
+
+
+@inlined_kernel
+def _leave_breakpoint(cell: int, kind: int, pool: cells.Pool) -> None:
+    """Take the force behind a breakpoint: the factor on it may jump."""
+    rows = pool.rows
+    force = _force(cell, kind, rows[cell, TIME], rows[cell, A], rows[cell, B], pool)
+    cells.track_force(cell, rows[cell, TIME], force, 1.0, pool)
+
+
+@kernel
+def _cross_hard(cell: int, pool: cells.Pool) -> None:
+    """Take a cell that has reached a breakpoint over it, whatever is there."""
+    pool.rows[cell, cells.CELL_MARKS + AT_BREAK] = 1.0
+    cross_breakpoint(cell, pool)
+
+
+@kernel
+def _meets_breakpoints(held: IntArray, L: FloatArray) -> bool:
+    """Mark the lanes whose steps hold nothing but a breakpoint; return whether there are any."""
+    found = False
     for i in range(at.LANES):
-        alone = L[at.LANE_CHANGES + i] == 1.0 and L[at.LANE_CALM + i] != 0.0
-        opens = alone and L[at.LANE_W0 + i] < 0.0 < L[at.LANE_U0 + i]
+        L[at.LANE_ENDS + i] = UNKNOWN_END
+        still = held[i] >= 0 and L[at.LANE_GO + i] == 0.0
+        calm = L[at.LANE_CALM + i] != 0.0 and L[at.LANE_U_END + i] > 0.0
+        if still and calm and _reaches_breakpoint(i, L):
+            L[at.LANE_ENDS + i] = BREAK_END
+            found = True
+    return found
+
+
+@kernel
+def _pass_breakpoints(kind: int, strict: bool | None, general: bool | None, pool: cells.Pool) -> None:
+    """Take the marked lanes to and over their breakpoints; a lane whose cell goes on elsewhere is GONE."""
+    pool = cells.borrowed_pool(pool)
+    L, rows, held = pool.L, pool.rows, pool.held
+    _end_at_breakpoints(kind, strict, general, L)
+    for i in range(at.LANES):
+        cell = held[i]
+        if L[at.LANE_ENDS + i] != BREAK_END:
+            continue
+        _reach_breakpoint(i, cell, kind, pool)
+        if not cross_softly(cell, pool):
+            _cross_hard(cell, pool)
+            held[i] = GONE
+            continue
+        next_kind = int(rows[cell, cells.CELL_KIND])
+        _leave_breakpoint(cell, next_kind, pool)
+        if next_kind != kind:
+            cells.push(cell, cells.COAST + next_kind, pool.queue)
+            held[i] = GONE
+        else:
+            cells.fill_lane(i, cell, kind, pool.pieces, pool.first, pool.numbers, rows, L)
+            L[at.LANE_GO + i] = 1.0
+
+
+@inlined_kernel
+def _next_queue(i: int, kind: int, L: FloatArray) -> int:
+    """Return the queue for a cell whose step in contact may hold an event."""
+    if kind == cells.GENERAL and L[at.LANE_HOLDS + i] == 0.0:
+        return cells.APART
+    if not L[at.LANE_U_END + i] > 0.0:
+        return cells.OPEN + kind
+    return cells.TURN + kind if L[at.LANE_CALM + i] == 0.0 else cells.CROSS + kind
+
+
+@kernel
+def _step_until_event(
+    kind: int, drain: bool, strict: bool | None, bent: bool | None, general: bool | None, pool: cells.Pool
+) -> None:
+    """Let cells in contact step until a lane stays empty; with `drain`, until all are."""
+    pool = cells.borrowed_pool(pool)
+    L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
+    pieces, first, numbers = pool.pieces, pool.first, pool.numbers
+    busy = cells.fill_all(cells.COAST + kind, kind, pool)
+    while busy > 0:
+        _step_lanes(kind, strict, bent, general, L)
+        if _is_everywhere(at.LANE_GO, L):
+            continue
+        if kind > cells.WAVE and _meets_breakpoints(held, L):
+            _pass_breakpoints(kind, strict, general, pool)
+        before = busy
+        for i in range(at.LANES):
+            cell = held[i]
+            if cell == cells.EMPTY or L[at.LANE_GO + i] != 0.0:
+                continue
+            if cell >= 0:
+                cells.keep_lane(i, cell, kind, rows, L)
+                cells.push(cell, _next_queue(i, kind, L), queue)
+            held[i] = cells.pop(cells.COAST + kind, queue)
+            cells.fill_lane(i, held[i], kind, pieces, first, numbers, rows, L)
+            if held[i] < 0:
+                busy -= 1
+        if busy < before and not drain:
+            for i in range(at.LANES):
+                if held[i] >= 0:
+                    cells.keep_lane(i, held[i], kind, rows, L)
+                    cells.push(held[i], cells.COAST + kind, queue)
+            return
+
+
+@kernel
+def _end_at_breakpoints(kind: int, strict: bool | None, general: bool | None, L: FloatArray) -> None:
+    """Shorten the steps that end at breakpoints; where a place is not found, the end is unknown."""
+    _find_breakpoints(strict, L)
+    for i in range(at.LANES):
+        if L[at.LANE_ENDS + i] == BREAK_END:
+            if L[at.LANE_CHANGES + i] == 1.0:
+                _shorten(i, L)
+            else:
+                L[at.LANE_ENDS + i] = UNKNOWN_END
+    _find_deck_ends(kind, strict, general, L)
+
+
+@kernel
+def _find_deck_ends(kind: int, strict: bool | None, general: bool | None, L: FloatArray) -> None:
+    """Evaluate the deck's motion at the ends of shortened steps."""
+    if general is not None and kind > cells.BENT:
+        if strict is None:
+            steps.deck_end_12(L)
+        else:
+            steps.deck_end_20(L)
+
+
+@kernel
+def _choose_ends(filled: int, stage: int, kind: int, strict: bool | None, general: bool | None, L: FloatArray) -> None:
+    """Shorten the steps of TURN, OPEN and CROSS to their losses or breakpoints; write how each ends."""
+    shorter = stage != cells.TURN
+    for i in range(at.LANES):
+        L[at.LANE_ENDS + i] = CALM_END
+        if stage == cells.OPEN:
+            L[at.LANE_ENDS + i] = LOSS_END
+        elif i < filled and _reaches_breakpoint(i, L):
+            L[at.LANE_ENDS + i] = BREAK_END
+            shorter = True
+    if not shorter:
+        return
+    if stage != cells.OPEN:
+        _end_at_breakpoints(kind, strict, general, L)
+        return
+    _find_losses(strict, L)
+    for i in range(at.LANES):
+        alone = L[at.LANE_CHANGES + i] == 1.0 and L[at.LANE_SIGN + i] > 0.0
         in_time = L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i] < L[at.LANE_UNTIL + i]
-        L[at.LANE_GO + i] = 1.0 if opens and in_time else 0.0
-    unrolled_lanes.leave(L)
-    for i in range(filled):
-        cell = held[i]
-        if L[at.LANE_GO + i] == 0.0:
-            cells.push(cell, cells.APART, queue)
-            continue
-        cells.keep_lane(i, cell, rows, L)
-        rows[cell, PHASE] = FLIGHT
-        rows[cell, cells.COUNTS + OPENED] = 1.0
-        cells.track_force(cell, L[at.LANE_TIME + i], 0.0, 0.0, pool)
-        if cells.note_event(cell, L[at.LANE_TIME + i], LOSS, L[at.LANE_W_ROOT + i], pool):
-            cells.push(cell, cells.FLY, queue)
+        if alone and in_time:
+            _shorten(i, L)
+        else:
+            L[at.LANE_ENDS + i] = UNKNOWN_END
+    _find_deck_ends(kind, strict, general, L)
+
+
+@inlined_kernel
+def _stays_for_ever(i: int, cell: int, pool: cells.Pool) -> bool:
+    """Return True at the last force minimum that matters to a cell: what it waits for can never come.
+
+    On level rail up to the end of the march the energy cannot grow. If it does not suffice to leave the rail, there is
+    no further loss, and all further force maxima are lower than the one before.
+    """
+    L, counts, numbers = pool.L, pool.rows[cell, cells.COUNTS : cells.LOCAL], pool.numbers[cell]
+    awaited = counts[IMPACTS] < max(counts[UNTIL_IMPACT], counts[UNTIL_LOSS])
+    if not awaited or L[at.LANE_UNTIL + i] != numbers[END]:
+        return False
+    K, level, q = L[at.LANE_K + i], L[at.LANE_LEVEL + i], L[at.LANE_U_ROOT + i] ** 2
+    missing = q * (1.0 + K * (level - 0.5 * q)) - 0.4 * q * q * L[at.LANE_U_ROOT + i]
+    return missing > CERTAIN
+
+
+@inlined_kernel
+def _act(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
+    """Take a cell to the end of its step, which holds at most one extreme of the force, and to its next queue."""
+    L, rows, queue = pool.L, pool.rows, pool.queue
+    ends, turns = L[at.LANE_ENDS + i], L[at.LANE_CHANGES + i]
+    falls = L[at.LANE_SIGN + i] > 0.0
+    leaves = turns == 1.0 and not falls and not L[at.LANE_U_ROOT + i] > 0.0
+    lets_go = kind == cells.GENERAL and L[at.LANE_HOLDS + i] == 0.0
+    sinks = ends != LOSS_END and not L[at.LANE_U_END + i] > 0.0
+    if ends == UNKNOWN_END or turns > 1.0 or leaves or lets_go or sinks:
+        cells.push(cell, cells.APART, queue)
+        return
+    if turns == 1.0:
+        time = L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i]
+        force = _force(cell, kind, time, L[at.LANE_U_ROOT + i], L[at.LANE_W_ROOT + i], pool)
+        cells.track_force(cell, time, force, 0.0, pool)
+        if not falls and kind == cells.FLAT and _stays_for_ever(i, cell, pool):
+            cells.finish_cell(cell, DONE, pool.numbers[cell, END], rows)
+            return
+    if ends == BREAK_END:
+        _reach_breakpoint(i, cell, kind, pool)
+        if cross_softly(cell, pool):
+            next_kind = int(rows[cell, cells.CELL_KIND])
+            _leave_breakpoint(cell, next_kind, pool)
+            cells.push(cell, cells.COAST + next_kind, queue)
+        else:
+            _cross_hard(cell, pool)
+    elif ends == CALM_END:
+        _commit(i, L[at.LANE_TIME + i] + L[at.LANE_T_END + i], kind, L)
+        cells.keep_lane(i, cell, kind, rows, L)
+        cells.push(cell, cells.COAST + kind, queue)
+    else:
+        _lose_contact(i, cell, kind, pool)
+
+
+@inlined_kernel
+def _lose_contact(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
+    """Let a flight begin where a lane's step ends."""
+    L, rows = pool.L, pool.rows
+    rate = L[at.LANE_W_END + i]
+    time = L[at.LANE_TIME + i] + L[at.LANE_T_END + i]
+    _commit(i, time, kind, L)
+    if kind <= cells.WAVE:
+        L[at.LANE_U0 + i], L[at.LANE_W0 + i] = L[at.LANE_Y + i], L[at.LANE_V + i]
+    else:
+        height, velocity = rail_at_time(cell, time, L[at.LANE_DECK_Y + i], L[at.LANE_DECK_V + i], pool)
+        L[at.LANE_U0 + i], L[at.LANE_W0 + i] = height, velocity - rate
+    cells.keep_lane(i, cell, kind, rows, L)
+    rows[cell, PHASE] = FLIGHT
+    rows[cell, cells.COUNTS + OPENED] = 1.0
+    cells.track_force(cell, time, 0.0, 0.0, pool)
+    if cells.note_event(cell, time, LOSS, rate, pool):
+        cells.push(cell, queue_of_flight(kind), pool.queue)
 
 
 @kernel
-def _step_to_breakpoint(kind: int, pool: cells.Pool) -> None:
-    """Make one contact step, without an event, up to the breakpoint in it, and go over that."""
-    L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
-    filled = cells.fill_all(cells.CROSS + kind, queue, rows, L, held)
-    _step_lanes(kind, L)
-    unrolled_lanes.seek_time_12(L)
-    _find_12(L)
-    unrolled_lanes.contact_root_12(L)
+def _step_with_event(
+    stage: int, kind: int, strict: bool | None, bent: bool | None, general: bool | None, pool: cells.Pool
+) -> None:
+    """Make one contact step that may hold an extreme of the force, and may end at a breakpoint or in a loss."""
+    pool = cells.borrowed_pool(pool)
+    L, held = pool.L, pool.held
+    filled = cells.fill_all(stage + kind, kind, pool)
+    _step_lanes(kind, strict, bent, general, L)
+    _choose_ends(filled, stage, kind, strict, general, L)
+    if stage == cells.TURN or not _is_everywhere(at.LANE_CALM, L):
+        _find_extremes(kind, strict, L)
+    else:
+        for i in range(at.LANES):
+            L[at.LANE_CHANGES + i] = 0.0
+    if stage == cells.OPEN and kind <= cells.WAVE:
+        steps.leave(L)
     for i in range(filled):
-        cell = held[i]
-        if L[at.LANE_CHANGES + i] != 1.0:
-            cells.push(cell, cells.APART, queue)
-            continue
-        u, w = L[at.LANE_U_ROOT + i], L[at.LANE_W_ROOT + i]
-        L[at.LANE_TIME + i] = L[at.LANE_UNTIL + i]
-        L[at.LANE_U0 + i] = u
-        L[at.LANE_W0 + i] = w
-        cells.keep_lane(i, cell, rows, L)
-        cells.track_force(cell, L[at.LANE_UNTIL + i], u * u * u, 1.0, pool)
-        rows[cell, cells.CELL_MARKS + AT_BREAK] = 1.0
-        cross_breakpoint(cell, pool)
+        _act(i, held[i], kind, pool)
 
 
 @kernel
-def _step_in_flight(pool: cells.Pool) -> None:
+def _step_in_flight(which: int, bent: bool | None, pool: cells.Pool) -> None:
     """Make one step in flight, up to the impact or the breakpoint in it."""
-    L, rows, queue, held = pool.L, pool.rows, pool.queue, pool.held
-    filled = cells.fill_all(cells.FLY, queue, rows, L, held)
+    pool = cells.borrowed_pool(pool)
+    L, rows, held = pool.L, pool.rows, pool.held
+    kind = cells.FLAT if which == cells.FLY else cells.GENERAL
+    filled = cells.fill_all(which, kind, pool)
     for i in range(at.LANES):
         L[at.LANE_FRESH + i] = 1.0 if i >= filled else rows[held[i], cells.COUNTS + OPENED]
-    unrolled_lanes.flight_22(L)
+    if kind == cells.FLAT:
+        steps.flight_22(L)
+    elif bent is not None:
+        steps.flight_general_22(L)
     _find_22(L)
     for i in range(at.LANES):
         L[at.LANE_T_ROOT + i] = L[at.LANE_LENGTH + i]
         if L[at.LANE_CHANGES + i] == 1.0:
             L[at.LANE_T_ROOT + i] *= L[at.LANE_X + i]
-    unrolled_lanes.flight_end_22(L)
+    if kind == cells.FLAT:
+        steps.flight_end_22(L)
+    elif bent is not None:
+        steps.flight_general_end_22(L)
     for i in range(filled):
-        cell = held[i]
-        lands = L[at.LANE_CHANGES + i] == 1.0
-        time = L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i]
-        at_break = not time < L[at.LANE_UNTIL + i]
-        plain = L[at.LANE_LENGTH + i] > 0.0 and L[at.LANE_SIGN + i] < 0.0 and L[at.LANE_CHANGES + i] <= 1.0
-        if not plain or (lands and at_break):
-            cells.push(cell, cells.APART, queue)
-            continue
-        L[at.LANE_TIME + i] = L[at.LANE_UNTIL + i] if at_break else time
-        L[at.LANE_U0 + i] = 0.0 if lands else L[at.LANE_U_END + i]
-        L[at.LANE_W0 + i] = L[at.LANE_W_ROOT + i] if lands else L[at.LANE_W_END + i]
-        cells.keep_lane(i, cell, rows, L)
-        rows[cell, cells.COUNTS + OPENED] = 0.0
-        if at_break:
-            rows[cell, cells.CELL_MARKS + AT_BREAK] = 1.0
-            cross_breakpoint(cell, pool)
-        elif not lands:
-            cells.push(cell, cells.FLY, queue)
-        else:
-            rows[cell, PHASE] = CONTACT
-            rate = L[at.LANE_W_ROOT + i]
-            if cells.note_event(cell, time, IMPACT, rate, pool):
-                kind = cells.FLAT if L[at.LANE_OMEGA + i] == 0.0 else cells.WAVE
-                cells.push(cell, cells.COAST + kind if rate >= GRAZE else cells.APART, queue)
+        _fly_on(i, held[i], kind, pool)
+
+
+@inlined_kernel
+def _fly_on(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
+    """Take a cell to the end of its step in flight, and to its next queue."""
+    L, rows = pool.L, pool.rows
+    lands = L[at.LANE_CHANGES + i] == 1.0
+    time = L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i]
+    at_break = not time < L[at.LANE_UNTIL + i]
+    plain = L[at.LANE_LENGTH + i] > 0.0 and L[at.LANE_SIGN + i] < 0.0 and L[at.LANE_CHANGES + i] <= 1.0
+    if not plain or (lands and at_break):
+        cells.push(cell, cells.APART, pool.queue)
+        return
+    _commit(i, L[at.LANE_UNTIL + i] if at_break else time, kind, L)
+    if lands:
+        L[at.LANE_U0 + i] = 0.0
+        L[at.LANE_W0 + i] = L[at.LANE_W_ROOT + i]
+    cells.keep_lane(i, cell, kind, rows, L)
+    rows[cell, cells.COUNTS + OPENED] = 0.0
+    if lands:
+        rows[cell, PHASE] = CONTACT
+        rate = L[at.LANE_W_ROOT + i]
+        if cells.note_event(cell, time, IMPACT, rate, pool):
+            next_kind = int(rows[cell, cells.CELL_KIND])
+            cells.push(cell, cells.COAST + next_kind if rate >= GRAZE else cells.APART, pool.queue)
+    elif not at_break:
+        cells.push(cell, queue_of_flight(kind), pool.queue)
+    elif cross_softly(cell, pool):
+        cells.push(cell, queue_of_flight(int(rows[cell, cells.CELL_KIND])), pool.queue)
+    else:
+        _cross_hard(cell, pool)
 
 
 @kernel
-def lanes_kernel(pool: cells.Pool) -> bool:
-    """March all cells of order DEFAULT_ORDER to their ends; return False when their events need more room."""
+def lanes_kernel(strict: bool | None, bent: bool | None, general: bool | None, pool: cells.Pool) -> bool:
+    """March all cells to their ends; return False when their events need more room."""
+    pool = cells.borrowed_pool(pool)
     queue, used = pool.queue, pool.used
     while True:
         if max(used[cells.USED_EVENTS] - len(pool.events), used[cells.USED_PEAKS] - len(pool.peaks)) + cells.ROOM > 0:
             return False
-        if queue[cells.APART, cells.WAITING] > 0:
-            if not go_apart(pool):
+        if queue[cells.WAITING, cells.APART] > 0:
+            if not go_apart(strict, pool):
                 return False
             continue
         fullest = 0
         for which in range(1, cells.APART):
-            if queue[which, cells.WAITING] > queue[fullest, cells.WAITING]:
+            if queue[cells.WAITING, which] > queue[cells.WAITING, fullest]:
                 fullest = which
-        if queue[fullest, cells.WAITING] == 0:
+        if queue[cells.WAITING, fullest] == 0:
             return True
-        drain = queue[fullest, cells.WAITING] < at.LANES
-        kind = fullest & 1
-        if fullest == cells.FLY:
-            _step_in_flight(pool)
-        elif fullest >= cells.CROSS:
-            _step_to_breakpoint(kind, pool)
-        elif fullest >= cells.OPEN:
-            _step_to_loss(kind, pool)
+        drain = queue[cells.WAITING, fullest] < at.LANES
+        if fullest >= cells.FLY:
+            _step_in_flight(fullest, bent, pool)
         elif fullest >= cells.TURN:
-            _step_with_extremum(kind, pool)
+            kind = fullest % cells.KINDS
+            _step_with_event(fullest - kind, kind, strict, bent, general, pool)
         else:
-            _step_until_event(kind, drain, pool)
+            _step_until_event(fullest, drain, strict, bent, general, pool)

@@ -15,23 +15,24 @@ import numpy as np
 from wheeltapper.march.program import MAX_DEGREE, TERMS
 
 
-def _int64_positions(values: Iterable[int]) -> tuple[int, ...]:
+def int64_positions(values: Iterable[int]) -> tuple[int, ...]:
+    """Return NumPy integers that a type checker takes for plain ones."""
     return cast("tuple[int, ...]", tuple(np.int64(value) for value in values))
 
 
 WIDTH = 24
 # Contact: series in s. Flight: series in t; U and W then hold y and v.
-T, U, W, Y, Z, Q, R, F, N, ACC, SINES, COSINES, TREND, CLEAR, COMP, WORK, SCALED, SHIFTED, DEPTH = _int64_positions(
+T, U, W, Y, Z, Q, R, F, N, ACC, SINES, COSINES, TREND, CLEAR, COMP, WORK, SCALED, SHIFTED, DEPTH = int64_positions(
     range(0, 19 * WIDTH, WIDTH)
 )
 # Where the damper has an end of its own: the wheel's displacement, velocity and acceleration in contact, the bush's
 # deflection and its rate.
-WHEEL_Y, WHEEL_V, WHEEL_A, BUSH, BUSH_RATE = _int64_positions(range(19 * WIDTH, 24 * WIDTH, WIDTH))
-HORNER, HORNER_FACTOR, HORNER_RESIDUAL, HORNER_BEARS, HORNER_LAW, HERE = _int64_positions(
+WHEEL_Y, WHEEL_V, WHEEL_A, BUSH, BUSH_RATE = int64_positions(range(19 * WIDTH, 24 * WIDTH, WIDTH))
+HORNER, HORNER_FACTOR, HORNER_RESIDUAL, HORNER_BEARS, HORNER_LAW, HERE = int64_positions(
     (24 + blocks * (MAX_DEGREE + 1)) * WIDTH for blocks in range(6)
 )
 """MAX_DEGREE + 1 rows each for what follows the path; then the present piece as functions of time."""
-(FLIGHT_ORDER,) = _int64_positions([22])
+(FLIGHT_ORDER,) = int64_positions([22])
 
 # The present piece: polynomial in (t - t0), harmonic, factor, residual indentation, what the surface bears; then of the
 # plastic law that holds: number of terms (0: it is elastic), centre, scale, and the terms. Then the present state.
@@ -39,7 +40,7 @@ HORNER, HORNER_FACTOR, HORNER_RESIDUAL, HORNER_BEARS, HORNER_LAW, HERE = _int64_
     HERE_POLY, HERE_AMP_SIN, HERE_AMP_COS, HERE_PHASE0, HERE_OMEGA, HERE_DEGREE, HERE_FACTOR_DEGREE, HERE_FACTOR,
     HERE_RESIDUAL_DEGREE, HERE_RESIDUAL, HERE_BEARS_DEGREE, HERE_BEARS, HERE_LAW_TERMS, HERE_LAW_CENTRE, HERE_LAW_SCALE,
     HERE_LAW, STATE,
-) = _int64_positions(accumulate((HERE, *(TERMS, 1, 1, 1, 1, 1, 1), *(TERMS, 1) * 3, 1, 1, TERMS)))  # fmt: skip
+) = int64_positions(accumulate((HERE, *(TERMS, 1, 1, 1, 1, 1, 1), *(TERMS, 1) * 3, 1, 1, TERMS)))  # fmt: skip
 MARK = STATE + 16  # how the force has gone since its last maximum (events.py)
 COUNT = MARK + 8
 # Counts: steps, events, peaks so far; whether the last step ended in a loss; impacts so far, those at

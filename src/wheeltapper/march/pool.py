@@ -8,30 +8,41 @@ import numpy as np
 
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march import program as contract
+from wheeltapper.march.borrowed import borrowed
 from wheeltapper.march.events import follow_force, log_event
 from wheeltapper.march.kernel import inlined_kernel, kernel
-from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE
-from wheeltapper.march.program import TIME, A, B, FloatArray, IntArray
+from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE, int64_positions
+from wheeltapper.march.program import DECK_V, DECK_Y, PIECE, TIME, A, B, FloatArray, IntArray
 
 STEP_ROWS = 64
 ROOM = 16
 """Number of rows for events and peaks that must be free before cells continue."""
 
-# The queues in which cells wait: the first four have one for each kind of path.
-FLAT, WAVE = 0, 1
-COAST, TURN, OPEN, CROSS, FLY, APART = 0, 2, 4, 6, 8, 9
-QUEUES = 10
-WAITING = 0
-"""Where a queue says how many wait in it; who they are follows."""
+# Kinds of contact steps, each with its own lane kernel: Hertz's law on a stiff rail over level rail or one harmonic; on
+# a stiff rail over any piece, under any elastic law; the first two on a deck; and everything together, hysteresis too.
+FLAT, WAVE, BENT, DECK_FLAT, DECK_WAVE, GENERAL, KINDS = int64_positions(range(7))
+# The queues in which cells wait: the first stages have one for each kind, flight has one for plain kinds and one for
+# all others. They are NumPy integers, because Numba compiles a kernel anew for every plain constant.
+COAST, TURN, OPEN, CROSS, FLY = int64_positions(range(0, 5 * int(KINDS), int(KINDS)))
+(APART,) = int64_positions([FLY + 2])
+QUEUES = int(APART) + 1
+EMPTY = -1
+"""Stands for the cell of an empty lane."""
+WAITING, FIRST_QUEUE = 0, 1
+"""Rows of the table of queues: how many wait in each, and the first queue. The counts lie beside each other because
+they are all read before each step."""
 USED_EVENTS, USED_PEAKS, VISITS = range(3)
 """Rows of events and of peaks in use, and visits of cells to APART."""
 
-# A cell's row: state and counts as in the scratch array from STATE on, the rows of `L` from K on, and how it ended.
+# A cell's row: state and counts as in the scratch array from STATE on, the rows of `L` from K on, the kind of its
+# contact steps, and how it ended.
 LOCAL = int(SCRATCH - STATE)
-LOCALS = (at.LANE_GOAL - at.LANE_K) // at.LANES + 1
-CELL_STATUS, CELL_END, AIRBORNE = range(LOCAL + LOCALS, LOCAL + LOCALS + 3)
+CELL_KIND, CELL_STATUS, CELL_END, AIRBORNE = range(LOCAL + at.CELL_NUMBERS, LOCAL + at.CELL_NUMBERS + 4)
 COLUMNS = AIRBORNE + 1
 CELL_MARKS, COUNTS = int(MARK - STATE), int(COUNT - STATE)
+# Columns of motions, in which a march may begin and with which it ends.
+CELL_HEIGHT, CELL_VELOCITY, CELL_DECK_HEIGHT, CELL_DECK_VELOCITY = range(4)
+CELL_MOTIONS = 4
 # Tables of events and peaks have one more column: the cell.
 EVENT_CELL, PEAK_CELL = contract.EVENT_COLUMNS, contract.PEAK_COLUMNS
 
@@ -44,14 +55,14 @@ class Pool(NamedTuple):
     many: IntArray  # (cells,)
     numbers: FloatArray  # (cells, NUMBERS)
     rows: FloatArray  # (cells, COLUMNS)
-    queue: IntArray  # (QUEUES, 1 + cells): how many wait, and which
+    queue: IntArray  # (1 + QUEUES, cells at least): how many wait in each, then who
     events: FloatArray  # (rows, EVENT_COLUMNS + 1), in the order in which they were found
     peaks: FloatArray  # (rows, PEAK_COLUMNS + 1)
     used: IntArray  # (3,): USED_EVENTS, USED_PEAKS, VISITS
     steps: FloatArray  # (STEP_ROWS, STEP_COLUMNS)
     S: FloatArray  # (SCRATCH,)
     L: FloatArray  # (ENTRIES,)
-    held: IntArray  # (LANES,): the cell in each lane; -1: none
+    held: IntArray  # (LANES,): the cell in each lane, or EMPTY
 
     def larger(self) -> Pool:
         """Return the pool with room for twice the events and peaks."""
@@ -63,40 +74,51 @@ def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatA
     cells = len(first)
     room = 8 * cells + 4 * ROOM
     return Pool(
-        pieces, first, many, numbers, np.zeros((cells, COLUMNS)), np.zeros((QUEUES, 1 + cells), dtype=np.int64),
+        pieces, first, many, numbers, np.zeros((cells, COLUMNS)),
+        np.zeros((1 + QUEUES, max(cells, QUEUES)), dtype=np.int64),
         np.empty((room, EVENT_CELL + 1)), np.empty((room, PEAK_CELL + 1)), np.zeros(VISITS + 1, dtype=np.int64),
         np.empty((STEP_ROWS, contract.STEP_COLUMNS)), np.zeros(SCRATCH), np.zeros(at.LANE_ENTRIES),
-        np.full(at.LANES, -1, dtype=np.int64),
+        np.full(at.LANES, EMPTY, dtype=np.int64),
     )  # fmt: skip
 
 
-@kernel
+@inlined_kernel
+def borrowed_pool(pool: Pool) -> Pool:
+    """Return the same pool, whose references nobody counts."""
+    return Pool(
+        borrowed(pool.pieces), borrowed(pool.first), borrowed(pool.many), borrowed(pool.numbers), borrowed(pool.rows),
+        borrowed(pool.queue), borrowed(pool.events), borrowed(pool.peaks), borrowed(pool.used), borrowed(pool.steps),
+        borrowed(pool.S), borrowed(pool.L), borrowed(pool.held),
+    )  # fmt: skip
+
+
+@inlined_kernel
 def push(cell: int, which: int, queue: IntArray) -> None:
     """Let a cell wait in a queue."""
-    queue[which, WAITING] += 1
-    queue[which, queue[which, WAITING]] = cell
+    queue[FIRST_QUEUE + which, queue[WAITING, which]] = cell
+    queue[WAITING, which] += 1
 
 
-@kernel
+@inlined_kernel
 def pop(which: int, queue: IntArray) -> int:
-    """Take a cell from a queue; return -1 if none waits."""
-    if queue[which, WAITING] == 0:
-        return -1
-    queue[which, WAITING] -= 1
-    return int(queue[which, queue[which, WAITING] + 1])
+    """Take a cell from a queue; return EMPTY if none waits."""
+    if queue[WAITING, which] == 0:
+        return EMPTY
+    queue[WAITING, which] -= 1
+    return int(queue[FIRST_QUEUE + which, queue[WAITING, which]])
 
 
-@kernel
-def fill_lane(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
-    """Put a cell in a lane; an empty lane, -1, rests in equilibrium."""
+@inlined_kernel
+def _fill_plain(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
+    """Put the motion and the plain numbers of a cell in a lane; an EMPTY lane rests in equilibrium."""
     if cell >= 0:
         L[at.LANE_TIME + i] = rows[cell, TIME]
         L[at.LANE_U0 + i] = rows[cell, A]
         L[at.LANE_W0 + i] = rows[cell, B]
-        for k in range(LOCALS):
+        for k in range(at.PLAIN_NUMBERS):
             L[at.LANE_K + at.LANES * k + i] = rows[cell, LOCAL + k]
         return
-    for k in range(3 + LOCALS):
+    for k in range(3 + at.PLAIN_NUMBERS):
         L[at.LANES * k + i] = 0.0
     L[at.LANE_U0 + i] = 1.0
     L[at.LANE_LOAD + i] = 1.0
@@ -105,23 +127,71 @@ def fill_lane(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
 
 
 @kernel
-def fill_all(which: int, queue: IntArray, rows: FloatArray, L: FloatArray, held: IntArray) -> int:
+def _fill_numbers(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
+    """Put what only other kinds have in a lane: their numbers and the deck's motion."""
+    for k in range(at.CELL_NUMBERS - at.PLAIN_NUMBERS):
+        L[at.LANE_CUBIC + at.LANES * k + i] = rows[cell, LOCAL + at.PLAIN_NUMBERS + k] if cell >= 0 else 0.0
+    L[at.LANE_DECK_Y + i] = rows[cell, DECK_Y] if cell >= 0 else 0.0
+    L[at.LANE_DECK_V + i] = rows[cell, DECK_V] if cell >= 0 else 0.0
+    if cell < 0:
+        L[at.LANE_CUBIC + i] = 1.0
+
+
+@kernel
+def fill_piece(
+    i: int, cell: int, pieces: FloatArray, first: IntArray, numbers: FloatArray, rows: FloatArray, L: FloatArray
+) -> None:
+    """Put the polynomials of the present piece of a cell's path in a lane."""
+    degree, factor_degree = -1.0, -1.0
+    row, lift = 0, 0.0
+    if cell >= 0:
+        row, lift = first[cell] + int(rows[cell, PIECE]), numbers[cell, contract.LIFT]
+        degree, factor_degree = pieces[row, contract.DEGREE], pieces[row, contract.FACTOR_DEGREE]
+    for k in range(contract.TERMS):
+        L[at.LANE_PATH + at.LANES * k + i] = lift * pieces[row, contract.COEFFICIENT + k] if k <= degree else 0.0
+        L[at.LANE_FACTOR + at.LANES * k + i] = pieces[row, contract.FACTOR + k] if k <= factor_degree else 0.0
+    if factor_degree < 0.0:
+        L[at.LANE_FACTOR + i] = 1.0
+    changes = cell >= 0 and (factor_degree > 0.0 or numbers[cell, contract.HYSTERESIS] != 0.0)
+    L[at.LANE_STEADY + i] = 0.0 if changes else 1.0
+
+
+@inlined_kernel
+def fill_lane(
+    i: int, cell: int, kind: int, pieces: FloatArray, first: IntArray, numbers: FloatArray, rows: FloatArray,
+    L: FloatArray,
+) -> None:  # fmt: skip
+    """Put a cell in a lane, with what this kind of steps needs; an EMPTY lane rests in equilibrium."""
+    _fill_plain(i, cell, rows, L)
+    if kind > WAVE:
+        _fill_numbers(i, cell, rows, L)
+        if kind == BENT or kind == GENERAL:
+            fill_piece(i, cell, pieces, first, numbers, rows, L)
+
+
+@inlined_kernel
+def fill_all(which: int, kind: int, pool: Pool) -> int:
     """Put the next cells of a queue in the lanes; return how many there are."""
+    queue, held, rows, L = pool.queue, pool.held, pool.rows, pool.L
+    pieces, first, numbers = pool.pieces, pool.first, pool.numbers
     filled = 0
     for i in range(at.LANES):
         held[i] = pop(which, queue)
-        fill_lane(i, held[i], rows, L)
+        fill_lane(i, held[i], kind, pieces, first, numbers, rows, L)
         if held[i] >= 0:
             filled += 1
     return filled
 
 
-@kernel
-def keep_lane(i: int, cell: int, rows: FloatArray, L: FloatArray) -> None:
+@inlined_kernel
+def keep_lane(i: int, cell: int, kind: int, rows: FloatArray, L: FloatArray) -> None:
     """Remember time and motion of a lane's cell."""
     rows[cell, TIME] = L[at.LANE_TIME + i]
     rows[cell, A] = L[at.LANE_U0 + i]
     rows[cell, B] = L[at.LANE_W0 + i]
+    if kind > BENT:
+        rows[cell, DECK_Y] = L[at.LANE_DECK_Y + i]
+        rows[cell, DECK_V] = L[at.LANE_DECK_V + i]
 
 
 @kernel
@@ -156,7 +226,7 @@ def finish_cell(cell: int, why: int, time: float, rows: FloatArray) -> None:
     rows[cell, CELL_END] = time
 
 
-@kernel
+@inlined_kernel
 def note_event(cell: int, time: float, which: int, rate: float, pool: Pool) -> bool:
     """Record an event; return whether the cell goes on."""
     counts = pool.rows[cell, COUNTS:LOCAL]

@@ -302,11 +302,13 @@ def march_kernel(
 
 
 @kernel
-def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> None:
-    """Set the state at time zero from the start's displacement and velocity."""
+def start_from(pieces: FloatArray, numbers: FloatArray, y: float, v: float, deck_y: float, deck_v: float, events: FloatArray, S: FloatArray) -> None:  # fmt: skip
+    """Set the state at time zero from displacement and velocity of the wheel and of the deck."""
     event.reset_force_trend(S)
     S[STATE : STATE + LENGTH] = 0.0
     S[STATE + SHIFT] = numbers[contract.START_SHIFT]
+    S[STATE + DECK_Y] = deck_y
+    S[STATE + DECK_V] = deck_v
     S[COUNT : COUNT + layout.STOPS + 1] = 0.0
     S[COUNT + layout.UNTIL_IMPACT] = numbers[contract.LAST_IMPACT]
     S[COUNT + layout.UNTIL_LOSS] = numbers[contract.LAST_LOSS]
@@ -319,7 +321,14 @@ def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S:
         else 0.0
     )
     localise(pieces, numbers, int(S[STATE + PIECE]), S[STATE + SHIFT], 0.0, S)
-    event.choose_phase(numbers, numbers[contract.START_HEIGHT], numbers[contract.START_VELOCITY], -1, 0.0, events, S)
+    event.choose_phase(numbers, y, v, -1, 0.0, events, S)
+
+
+@kernel
+def start_kernel(pieces: FloatArray, numbers: FloatArray, events: FloatArray, S: FloatArray) -> None:
+    """Set the state at time zero from the start's displacement and velocity, on a deck at rest."""
+    y, v = numbers[contract.START_HEIGHT], numbers[contract.START_VELOCITY]
+    start_from(pieces, numbers, y, v, 0.0, 0.0, events, S)
 
 
 class March(NamedTuple):
