@@ -21,7 +21,7 @@ from wheeltapper.march import events as event
 from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
-from wheeltapper.march.ensemble import Cells
+from wheeltapper.march.ensemble import Cells, end_motions
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
@@ -49,8 +49,8 @@ CHANGE = 0
 """The lane of the tangents that carries the only change of a state."""
 SMALL = 1e-7
 """Length of the change of a state that is marched itself where the motion grazes and has no tangent."""
-BLOCK = 64
-"""Cells that one thread marches at a time."""
+BLOCK, FEW = 64, 16
+"""Cells that one thread marches at a time, and number of them below which lanes would march mostly empty."""
 
 
 @kernel
@@ -295,7 +295,8 @@ def sections(
 ) -> Returned:  # fmt: skip
     """March many cells over `skip` + `keep` waves; `states` (cells, STATE_SIZE) become those at the end.
 
-    Chained cells are marched one after the other, each from where the one before it has ended.
+    Waves that are skipped are marched in lanes, but those of fewer than FEW cells are not. Chained cells are marched one
+    after the other, each from where the one before it has ended.
     """
     total = len(cells.first)
     found = Returned(
@@ -304,7 +305,14 @@ def sections(
 
     def march_block(block: slice) -> None:
         kept, told, status = found.kept[block], found.told[block], found.status[block]
-        section_kernel(cells.part(block), states[block], skip, chained, kept, told, status, *_work(), cells.strict)
+        own, here, left = cells.part(block), states[block], skip
+        if skip > 1 and not chained and len(here) >= FEW:
+            far = own.numbers.copy()
+            far[:, contract.END] *= skip
+            here[:], why = end_motions(own._replace(numbers=far), 1, here)
+            here[why != contract.DONE] = np.nan
+            left = 0
+        section_kernel(own, here, left, chained, kept, told, status, *_work(), cells.strict)
         if count is not None:
             count(block.stop - block.start)
 
