@@ -35,9 +35,9 @@ beginning that counts, and the one where there is no beginning: the stated noise
 EARLY = 3.0
 """Standard deviations of the noise. If the model of the fastest plausible healthy wheelset stays below this up to the
 onset, the irregularity of the site cannot have caused the onset: the wheel itself has."""
-SURE = 3.0
+SURE = 3.5
 """Largest deviation of the speed from the stated one, and of time zero from the trigger, that is considered plausible,
-in standard deviations. The onset determines the two only if these deviations move the onset by at least this many
+in standard deviations; it is exceeded once in 2000. The onset determines the two only if these deviations move the onset by at least this many
 samples."""
 QUIET = 2.0
 """Contact periods after its entry within which a wheel that is out of round moves the deck: it comes onto it with a

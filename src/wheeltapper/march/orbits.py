@@ -295,8 +295,8 @@ def sections(
 ) -> Returned:  # fmt: skip
     """March many cells over `skip` + `keep` waves; `states` (cells, STATE_SIZE) become those at the end.
 
-    Waves that are skipped are marched in lanes, but those of fewer than FEW cells are not. Chained cells are marched one
-    after the other, each from where the one before it has ended.
+    Waves that are skipped are marched in lanes, unless the cells are fewer than FEW. Chained cells are marched one by
+    one, each from where the one before it has ended.
     """
     total = len(cells.first)
     found = Returned(
