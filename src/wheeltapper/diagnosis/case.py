@@ -37,8 +37,8 @@ EARLY = 3.0
 onset, the irregularity of the site cannot have caused the onset: the wheel itself has."""
 SURE = 3.5
 """Largest deviation of the speed from the stated one, and of time zero from the trigger, that is considered plausible,
-in standard deviations; it is exceeded once in 2000. The onset determines the two only if these deviations move the onset by at least this many
-samples."""
+in standard deviations; it is exceeded once in 2000 passages. The onset determines the two only if these deviations move
+the onset by at least this many samples."""
 QUIET = 2.0
 """Contact periods after its entry within which a wheel that is out of round moves the deck: it comes onto it with a
 force that differs from the static one."""
