@@ -280,13 +280,13 @@ def _log_normal_density(away: FloatArray, covariance: FloatArray) -> float:
 
 def _finding_of(case: Case) -> Finding:
     each = FAULTY / len(CATALOGUE)
-    explaining = [name for name in case.evidence if case.fits.get(name, case.fits["plain"]).reduced <= EXPLAINED]
     weights = {
-        name: case.evidence[name] + np.log(1.0 - FAULTY if name == HEALTHY else each)
-        for name in explaining or case.evidence
+        name: evidence + np.log(1.0 - FAULTY if name == HEALTHY else each) for name, evidence in case.evidence.items()
     }
-    top = max(weights.values())
-    whole = {name: float(np.exp(weight - top)) for name, weight in weights.items()}
+    explaining = [name for name in weights if case.fits.get(name, case.fits["plain"]).reduced <= EXPLAINED]
+    compared = {name: weights[name] for name in explaining or weights}
+    top = max(compared.values())
+    whole = {name: float(np.exp(weight - top)) for name, weight in compared.items()}
     total = sum(whole.values())
     probabilities = {name: value / total for name, value in sorted(whole.items(), key=lambda item: -item[1])}
     best = next(iter(probabilities))
