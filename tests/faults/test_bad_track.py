@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import wheeltapper as wt
+from wheeltapper.describe.placement import Placement, check_places
 from wheeltapper.lower.track import reach
 
 EXAMPLE = wt.tracks.Ballasted.example
@@ -106,6 +107,13 @@ def test_until_a_march_takes_them_rails_on_sleepers_are_refused_by_the_door(vehi
     assert str(caught.value) == (
         "track: found rails on sleepers, which `simulate` does not take; allowed: a stiff track"
     )
+
+
+def test_a_vehicle_in_the_plane_has_no_sides():
+    check_places(Placement({"wheelset 2": (), "both": ()}), 2, sides=False)
+    for place in ("right", "wheelset 1 left"):
+        with pytest.raises(wt.InputError, match=f"found the place '{place}'; allowed: .both., .wheelset 1."):
+            check_places(Placement({place: ()}), 2, sides=False)
 
 
 def test_a_file_may_describe_the_rail_as_a_table_or_by_its_name():
