@@ -1,4 +1,7 @@
-"""A ring of bays in complex modes, and the local compliance that the modes beyond the cut-off leave (track.rst, 13)."""
+"""A ring of bays in complex modes, and the local compliance that the modes beyond the cut-off leave.
+
+Theory: docs/theory/track.rst, section 13.4.
+"""
 
 from __future__ import annotations
 
