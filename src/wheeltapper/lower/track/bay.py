@@ -62,7 +62,8 @@ def powers_of_nodes() -> FloatArray:
 def element_count(section: Section, cutoff: float) -> int:
     """Return how many elements a bay needs for waves up to a frequency, Hz."""
     omega = 2.0 * pi * cutoff
-    shear, bending = omega * sqrt(section.mass / section.shear), (section.mass * omega**2 / section.bending) ** 0.25
+    shear = omega * sqrt(section.mass / section.shear)
+    bending = sqrt(omega * sqrt(section.mass / section.bending))
     wavelengths = section.spacing * max(shear, bending) / (2.0 * pi)
     return max(FEWEST_ELEMENTS, ceil(wavelengths / WAVES))
 
