@@ -35,10 +35,10 @@ TRACKS = st.one_of(
 def modal_deflection(modes, x):
     """Return the static deflection under a unit force by the modes and the residual."""
     ring = modes.ring
-    at = readouts.place_of(ring, x)
-    powers = at.zeta ** np.arange(ring.deflection.shape[1])
-    kept = -ring.weights * (powers @ ring.deflection[at.element]) * (powers @ ring.drive[at.element]) / ring.rates
-    return np.real(kept).sum() + at.zeta ** np.arange(ring.residual.shape[1]) @ ring.residual[at.element]
+    _, (element,), (zeta,) = readouts.places_of(ring, np.array([x]))
+    powers = zeta ** np.arange(ring.deflection.shape[1])
+    kept = -ring.weights * (powers @ ring.deflection[element]) * (powers @ ring.drive[element]) / ring.rates
+    return np.real(kept).sum() + zeta ** np.arange(ring.residual.shape[1]) @ ring.residual[element]
 
 
 @settings(deadline=None, max_examples=60)
