@@ -35,7 +35,7 @@ TRACKS = st.one_of(
 def modal_deflection(modes, x):
     """Return the static deflection under a unit force by the modes and the residual."""
     ring = modes.ring
-    _, (element,), (zeta,) = readouts.places_of(ring, np.array([x]))
+    _, element, zeta = readouts.place_of(ring, x)
     powers = zeta ** np.arange(ring.deflection.shape[1])
     kept = -ring.weights * (powers @ ring.deflection[element]) * (powers @ ring.drive[element]) / ring.rates
     return np.real(kept).sum() + zeta ** np.arange(ring.residual.shape[1]) @ ring.residual[element]

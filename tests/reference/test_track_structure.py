@@ -47,7 +47,7 @@ def ring_of(track, bays, cutoff):
 
 def shapes(ring, x):
     """Return Φ, Ψ and r at a place."""
-    _, (element,), (zeta,) = readouts.places_of(ring, np.array([x]))
+    _, element, zeta = readouts.place_of(ring, x)
     powers = zeta ** np.arange(ring.deflection.shape[1])
     residual = polynomial.polyval(zeta, ring.residual[element])
     return powers @ ring.deflection[element], powers @ ring.drive[element], residual

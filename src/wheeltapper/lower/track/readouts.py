@@ -73,10 +73,24 @@ def places_of(ring: Ring, x: FloatArray) -> Places:
     return Places(bay, element, 2.0 * (within - start) / (stop - start) - 1.0)
 
 
+class Place(NamedTuple):
+    """One of them."""
+
+    bay: int
+    element: int
+    zeta: float
+
+
+def place_of(ring: Ring, x: float) -> Place:
+    """Return where a position lies."""
+    (bay,), (element,), (zeta,) = places_of(ring, np.array([x]))
+    return Place(int(bay), int(element), float(zeta))
+
+
 def rail_rows(section: Section, foot: float, modes: TrackModes, x: float) -> RailRows:
     """Return the rows of a place of the rail; `foot` is the distance from the neutral axis to the strain."""
     ring = modes.ring
-    _, (element,), (zeta,) = places_of(ring, np.array([x]))
+    _, element, zeta = place_of(ring, x)
     powers = np.arange(ring.deflection.shape[1])
     values = zeta**powers
     slopes = powers * zeta ** np.maximum(powers - 1, 0) * 2.0 / (ring.edges[1] - ring.edges[0])
@@ -145,7 +159,7 @@ def static_rest(section: Section, foot: float, modes: TrackModes, at: float, whe
     exact = np.stack([state[..., 0], -foot / section.bending * state[..., 2], state[..., 3]], axis=-1)
     rows = rail_rows(section, foot, modes, at)
     still = np.stack([rows.deflection, rows.strain, rows.shear / (1.0 + section.loss * modes.ring.rates)])
-    return np.asarray(exact - modes_at_rest(modes.ring, still, int(np.floor(at / section.spacing)), where))
+    return np.asarray(exact - modes_at_rest(modes.ring, still, place_of(modes.ring, at).bay, where))
 
 
 def seat_rest(section: Section, modes: TrackModes, seat: int, where: FloatArray) -> FloatArray:
