@@ -21,6 +21,7 @@ from wheeltapper.ground.needs import (
     DAMPER_END,
     DAMPER_PLAY,
     DECK,
+    FLEXIBLE_TRACK,
     HYSTERESIS,
     IRREGULARITY,
     LINEAR,
@@ -30,6 +31,7 @@ from wheeltapper.ground.needs import (
     POINT,
     PROFILES,
     SEVERAL_BODIES,
+    SEVERAL_WHEELSETS,
     START,
     YIELDING,
     Need,
@@ -77,8 +79,12 @@ WAGON = Marcher(
     "the wagon's march",
     frozenset({SEVERAL_BODIES, DECK, CREEP, PROFILES, PLACES, IRREGULARITY, POINT}), frozenset({SEVERAL_BODIES}),
 )  # fmt: skip
+GENERAL = Marcher(
+    "the general march",
+    frozenset({FLEXIBLE_TRACK, SEVERAL_WHEELSETS, LINEAR, HYSTERESIS, PLACES, IRREGULARITY, POINT}),
+)
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
-MARCHERS = (*WHEELS, WAGON)
+MARCHERS = (*WHEELS, WAGON, GENERAL)
 """All marches, the fastest first."""
 ROW = Marcher("the march of wheelsets in a row", frozenset({DECK, IRREGULARITY, POINT, DAMPER_END}))
 """The wagon's march, where wheelsets that share a deck are made a wagon: it knows a bush, but no play."""
