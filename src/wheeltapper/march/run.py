@@ -27,6 +27,7 @@ from wheeltapper.ground.needs import (
     LINEAR,
     MEMORY,
     NOTHING,
+    OWN_LAW,
     PLACES,
     POINT,
     PROFILES,
@@ -81,7 +82,7 @@ WAGON = Marcher(
 )  # fmt: skip
 GENERAL = Marcher(
     "the general march",
-    frozenset({FLEXIBLE_TRACK, SEVERAL_WHEELSETS, LINEAR, HYSTERESIS, PLACES, IRREGULARITY, POINT}),
+    frozenset({FLEXIBLE_TRACK, SEVERAL_WHEELSETS, OWN_LAW, LINEAR, HYSTERESIS, PLACES, IRREGULARITY, POINT}),
 )
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
 MARCHERS = (*WHEELS, WAGON, GENERAL)

@@ -48,9 +48,8 @@ class PlaneVehicle(NamedTuple):
 
 def side_by_side(wheelsets: tuple[Wheelset, ...], positions: tuple[float, ...]) -> PlaneVehicle:
     """Return wheelsets that share nothing but the track."""
-    return PlaneVehicle(
-        tuple(f"wheelset {i + 1}" for i in range(len(wheelsets))),
-        *(np.diag([float(getattr(one, name)) for one in wheelsets]) for name in ("mass", "damping", "stiffness")),
-        positions,
-        wheelsets,
+    names = tuple(f"wheelset {i + 1}" for i in range(len(wheelsets)))
+    mass, damping, stiffness = (
+        np.diag([float(getattr(one, field)) for one in wheelsets]) for field in ("mass", "damping", "stiffness")
     )
+    return PlaneVehicle(names, mass, damping, stiffness, positions, wheelsets)
