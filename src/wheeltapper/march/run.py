@@ -17,6 +17,7 @@ import numpy as np
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import (
     BILATERAL,
+    BOGIE,
     CREEP,
     DAMPER_END,
     DAMPER_PLAY,
@@ -32,8 +33,8 @@ from wheeltapper.ground.needs import (
     POINT,
     PROFILES,
     SEVERAL_BODIES,
-    SEVERAL_WHEELSETS,
     START,
+    WHEELSETS,
     YIELDING,
     Need,
     rank_of,
@@ -82,7 +83,7 @@ WAGON = Marcher(
 )  # fmt: skip
 GENERAL = Marcher(
     "the general march",
-    frozenset({FLEXIBLE_TRACK, SEVERAL_WHEELSETS, OWN_LAW, LINEAR, HYSTERESIS, PLACES, IRREGULARITY, POINT}),
+    frozenset({FLEXIBLE_TRACK, WHEELSETS, BOGIE, OWN_LAW, LINEAR, HYSTERESIS, PLACES, IRREGULARITY, POINT}),
 )
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
 MARCHERS = (*WHEELS, WAGON, GENERAL)

@@ -23,8 +23,9 @@ FloatArray = NDArray[np.float64]
 
 DEGREE = 8
 FEWEST_ELEMENTS = 2
-SHEAR_WAVES = 3.0
-"""Most lengths of shear waves in an element, at the cut-off: such waves are resolved to better than 1e-6."""
+SHEAR_WAVES = 1.5
+"""Most lengths of shear waves in an element, at the cut-off: so the residual, of degree 14, is met to 1e-7 of the
+compliance."""
 
 
 class Bay(NamedTuple):

@@ -1,4 +1,7 @@
-"""A ring of bays in complex modes, and the local compliance that the modes beyond the cut-off leave (track.rst, 13)."""
+"""A ring of bays in complex modes, and the local compliance that the modes beyond the cut-off leave.
+
+Theory: docs/theory/track.rst, section 13.4.
+"""
 
 from __future__ import annotations
 
@@ -110,9 +113,10 @@ def _eigenvectors(down: FloatArray, held: bay.Bay) -> tuple[ComplexArray, Comple
     system[:, count:, :count] = -stiffness / UNIT_RATE**2
     system[:, count:, count:] = -damping / UNIT_RATE
     rates, right = np.linalg.eig(system)
-    right = right.astype(complex)  # real where all rates are
     left = np.linalg.inv(right)
-    return UNIT_RATE * rates.astype(complex), right[:, :count], left[:, :, count:] / UNIT_RATE
+    found = UNIT_RATE * rates, right[:, :count], left[:, :, count:] / UNIT_RATE
+    rates, right, left = (one.astype(complex) for one in found)  # they are real where all rates are
+    return rates, right, left
 
 
 def _kept(rates: ComplexArray, right: ComplexArray, left: ComplexArray, most: float) -> _Modes:
