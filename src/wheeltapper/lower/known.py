@@ -11,12 +11,14 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.track.stiff import StiffTrack
 from wheeltapper.describe.track.supported import SupportedRail
+from wheeltapper.describe.vehicle.bogie import Bogie
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.describe.vehicle.wheelsets import Wheelsets
 from wheeltapper.ground.errors import InputError
 
 KNOWN: dict[str, tuple[type, ...]] = {
-    "vehicle": (Wheelset, Wagon),
+    "vehicle": (Wheelset, Wagon, Wheelsets, Bogie),
     "contact": (Hertz, Linear, ElasticPlastic, Law),
     "track": (StiffTrack, FloatingDeck, SupportedRail),
 }
