@@ -25,6 +25,8 @@ from wheeltapper.march.program import FloatArray
 MOST_ITERATIONS = 30
 CHORD = 1e-2
 """Corrections smaller than this, in static indentations, keep the matrix of the one before."""
+ROUNDING = 1e-11
+"""Corrections smaller than this that do not shrink are rounding."""
 TOO_FAR = 1e6
 """Indentation at which a solve has diverged."""
 
@@ -223,7 +225,8 @@ def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: floa
             size = max(size, abs(room.F[i]))
         if not size < TOO_FAR:
             return False
-        if size < tolerance or (size < CHORD and size * size < tolerance * before):
+        converged = size < tolerance or (size < CHORD and size * size < tolerance * before)
+        if converged or (size < ROUNDING and size >= 0.5 * before):
             if rated:
                 _rates(n, nodes.slopes, began, seconds, room)
             forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)

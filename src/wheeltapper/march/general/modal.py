@@ -14,36 +14,34 @@ from wheeltapper.march.program import FloatArray, IntArray
 @kernel
 def read_modes(rows: FloatArray, first: IntArray, re: FloatArray, im: FloatArray, c: FloatArray) -> None:
     """Add to the coefficients c what the modes' free motion gives; `rows` is (q, 2, modes)."""
-    modes = len(re)
     for m in range(len(c)):
-        real = rows[m, RE]
-        imaginary = rows[m, IM]
+        begin = first[m]
+        real = rows[m, RE, begin:]  # with views from the first mode on, loops are known to be in range, and vectorised
+        imaginary = rows[m, IM, begin:]
+        x = re[begin:]
+        y = im[begin:]
         total = 0.0
-        for n in range(first[m], modes):
-            total += real[n] * re[n] + imaginary[n] * im[n]
+        for n in range(len(x)):
+            total += real[n] * x[n] + imaginary[n] * y[n]
         c[m] += total
+
+
+@kernel
+def _write_pair(one: float, two: float, first: FloatArray, second: FloatArray, x: FloatArray) -> None:
+    for n in range(len(x)):
+        x[n] += one * first[n] + two * second[n]
 
 
 @kernel
 def write_modes(rows: FloatArray, first: IntArray, moments: FloatArray, re: FloatArray, im: FloatArray) -> None:
     """Add to the amplitudes what the moments of a force give."""
-    modes = len(re)
     q = len(moments)
-    for m in range(0, q - 1, 2):
-        one = moments[m]
-        two = moments[m + 1]
-        begin = first[m + 1]
-        for n in range(first[m], begin):
-            re[n] += one * rows[m, RE, n]
-            im[n] += one * rows[m, IM, n]
-        for n in range(begin, modes):
-            re[n] += one * rows[m, RE, n] + two * rows[m + 1, RE, n]
-            im[n] += one * rows[m, IM, n] + two * rows[m + 1, IM, n]
-    if q % 2 == 1:
-        one = moments[q - 1]
-        for n in range(first[q - 1], modes):
-            re[n] += one * rows[q - 1, RE, n]
-            im[n] += one * rows[q - 1, IM, n]
+    for m in range(0, q, 2):
+        other = min(m + 1, q - 1)
+        begin = first[m]
+        two = moments[other] if other > m else 0.0
+        _write_pair(moments[m], two, rows[m, RE, begin:], rows[other, RE, begin:], re[begin:])
+        _write_pair(moments[m], two, rows[m, IM, begin:], rows[other, IM, begin:], im[begin:])
 
 
 @kernel

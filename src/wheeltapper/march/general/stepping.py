@@ -18,6 +18,7 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import Nodes
+from wheeltapper.march.general.borrowing import borrowed_record
 from wheeltapper.march.general.careful import EVENTS_NOW, ROWS, careful
 from wheeltapper.march.general.layout import BEGIN, IM, IMPACT_AT, LOSS_AT, RE
 from wheeltapper.march.general.local import Room, Site
@@ -295,6 +296,15 @@ def _commit(step: int, i: int, data: Data, motion: Motion, stage: Stage, logs: L
 @kernel
 def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> int:  # fmt: skip  # noqa: E501
     """March some macro steps; return a status, FULL where a log is full. `logs.used` tells how far it came."""
+    return _march_on(
+        first, last, borrowed_record(tables), borrowed_record(data), borrowed_record(motion), borrowed_record(stage),
+        borrowed_record(logs), borrowed_record(room),
+    )  # fmt: skip
+
+
+@kernel
+def _march_on(first: int, last: int, tables: Tables, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> int:  # fmt: skip  # noqa: E501
+    """March some macro steps, all arrays borrowed."""
     contacts = len(motion.contacts)
     phases = tables.matrices.shape[1]
     used = logs.used
