@@ -25,7 +25,6 @@ from wheeltapper.lower.track.reach import Reach, modes_of
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general.laws import switch
-from wheeltapper.march.general.task import Task
 
 FloatArray = NDArray[np.float64]
 GENERAL_METHODS = {"default": general.DEFAULT, "strict": general.STRICT}
@@ -65,7 +64,7 @@ class LoweredOnRails:
         Force of a wheelset for a force of one of the program, N: the number of rails.
     """
 
-    program: Task
+    program: general.Task
     plane: PlaneVehicle
     modes: TrackModes | None
     reach: Reach | None
@@ -96,7 +95,7 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
         plane.mass / rails, plane.damping / rails, plane.stiffness / rails, shapes, shapes @ forces / rails
     )
     system = general.System(bodies, contacts, float(scenario.speed), None if modes is None else modes.ring)
-    task = Task(system, GENERAL_METHODS[method], float(scenario.duration))
+    task = general.Task(system, GENERAL_METHODS[method], float(scenario.duration))
     said = (*implausible_notes(scenario), *laws[0][2], *notes, *(() if reach is None else reach.notes))
     if modes is not None and scenario.speed > 0.0:
         said = (*said, SUDDEN)

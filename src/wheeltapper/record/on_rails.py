@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from wheeltapper.lower.on_rails import LoweredOnRails, lower_on_rails
 from wheeltapper.march import run
 from wheeltapper.march.general.layout import ROW_COLUMNS
 from wheeltapper.march.general.task import SPAN_BEGIN, SPAN_LENGTH, Marched
+from wheeltapper.march.telling import GENERAL_CHUNK
 from wheeltapper.record import extent
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.kinds import Kind, Variables
@@ -41,19 +42,19 @@ def _lower(scenario: Scenario, method: str) -> LoweredOnRails:
 
 
 def _teller(scenario: Scenario, lowered: LoweredOnRails) -> Callable[[float], bool]:
-    return extent.progress_function("marching", 1.0, scenario.duration, run.GENERAL_CHUNK, _row_bytes(scenario))
+    return extent.progress_function("marching", 1.0, scenario.duration, GENERAL_CHUNK, _row_bytes(scenario))
 
 
 def _beyond(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tuple[Note, ...]:
     """Return a note where a run went beyond the table of a law of one's own."""
     if not isinstance(scenario.contact, Law):
         return ()
-    deepest, largest = run.deepest_indentation(lowered.program, march), float(scenario.contact.largest)
+    deepest, largest = run.deepest_on_rails(march), float(scenario.contact.largest)
     if deepest <= largest:
         return ()
     text = (
-        f"the indentation reached {1e3 * deepest:.4g} mm; the table of the contact's law ends at {1e3 * largest:.4g} mm "
-        "and goes on there with the power of its exponent"
+        f"the indentation reached {1e3 * deepest:.4g} mm; the table of the contact's law ends at "
+        f"{1e3 * largest:.4g} mm and goes on there with the power of its exponent"
     )
     return (Note(text, "own law", deepest / largest, doubtful=True),)
 
@@ -64,7 +65,7 @@ def _contacts(scenario: Scenario, lowered: LoweredOnRails) -> Contacts:
 
 
 def _sample(scenario: Scenario, lowered: LoweredOnRails, march: Marched, times: FloatArray) -> Variables:
-    found = run.replay_general(lowered.program, march, times)
+    found = run.replay_rails(march, times)
     wheels = len(lowered.plane.wheelsets)
     along, touching = ("time",), ("time", "contact")
     sinking = march.found.prepared.start.offsets  # of the wheels, below the height of first touch
@@ -87,12 +88,10 @@ def _sample(scenario: Scenario, lowered: LoweredOnRails, march: Marched, times: 
     return out
 
 
-def _integrate(
-    scenario: Scenario, lowered: LoweredOnRails, march: Marched
-) -> tuple[FloatArray, xr.Dataset]:
+def _integrate(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tuple[FloatArray, xr.Dataset]:
     from wheeltapper.record.energy_on_rails import balance
 
-    return run.impulses(lowered.program, march) * lowered.force, balance(lowered, march)
+    return run.impulses_on_rails(march) * lowered.force, balance(lowered, march)
 
 
 def _missing_part(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> float:

@@ -191,6 +191,15 @@ def _write(step: int, tables: Tables, motion: Motion, stage: Stage, spare: Float
 
 
 @kernel
+def write_kernel(first: int, last: int, tables: Tables, motion: Motion, stage: Stage, moments: FloatArray) -> None:
+    """Move modes and bodies from one macro step to another, by the logged moments."""
+    spare = np.zeros(max(32, len(motion.bodies)))
+    for step in range(first, last):
+        stage.moments[:] = moments[step]
+        _write(step, tables, motion, stage, spare)
+
+
+@kernel
 def _expect(i: int, data: Data, motion: Motion, stage: Stage) -> None:
     """Write what the others will feel of a contact whose force goes on as it went."""
     q = len(data.macro.places)
