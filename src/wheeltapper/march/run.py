@@ -138,6 +138,7 @@ HISTORY = Question("history", "everything over time, and at any time", MARCHERS,
 ENERGY = Question("energy", "the energy balance", MARCHERS, others=())
 FEATURES = Question("features", "a feature of a record", MARCHERS, others=())
 DAMPER_EVENTS = Question("damper_events", "stops that a damper's end meets", WHEELS, others=())
+TRACK = Question("track", "what rail, sleepers and ballast do", (GENERAL,), requires=frozenset({FLEXIBLE_TRACK}))
 COMFORT = Question("comfort", "ride comfort", (WAGON,))
 SWEEP = Question("sweep", "features over many cells", (WHEEL,))
 GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL,))
@@ -166,7 +167,7 @@ IMBALANCE = Question("imbalance", "a car body whose load lies aside", (WAGON,))
 QUESTIONS = {
     question.name: question
     for question in (
-        SIMULATE, HISTORY, ENERGY, FEATURES, DAMPER_EVENTS, COMFORT, SWEEP, GRADIENT, BORDER, MOTION_AT, TRAJECTORY,
+        SIMULATE, HISTORY, ENERGY, FEATURES, DAMPER_EVENTS, TRACK, COMFORT, SWEEP, GRADIENT, BORDER, MOTION_AT, TRAJECTORY,
         DIAGNOSE, INFORMATION, COUPLED, SUPERPOSED, WEAR_IN, MARKS, MODES, CRITICAL_SPEED, REDUCED, IMBALANCE, ORBITS,
     )
 }  # fmt: skip

@@ -217,6 +217,38 @@ class Record:
         extent.check_samples("times", "too many", len(wanted), self._sample_columns)
         return self._labelled_at(wanted)
 
+    def track(
+        self, rate: float | str | None = None, rail: Sequence[float | str] = (), seat: Sequence[int] = ()
+    ) -> xr.Dataset:
+        """Return what rail, pads, sleepers and ballast do, at places of one rail over time.
+
+        Parameters
+        ----------
+        rate
+            Samples per second, Hz or as "20 kHz". By default there are about 20 000 samples.
+        rail
+            Positions along the rail, m.
+        seat
+            Numbers of seats; that at `first_sleeper` is 0.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over `time` and `rail`: rail_displacement, rail_acceleration, rail_strain (in bending, at the foot, tension
+            positive), rail_shear. Over `time` and `seat`: sleeper_displacement, sleeper_acceleration, pad_force,
+            ballast_force (compression positive); on a slab the pad's force alone. Displacements and accelerations are
+            upwards. All of it is of one rail. NaN where a wheel is farther away than half the ring that stands for the
+            track.
+
+        Raises
+        ------
+        InputError
+            On another track, or without a place.
+        """
+        from wheeltapper.record.track import track
+
+        return track(self, rate, rail, seat)
+
     @cached_property
     def _sample_columns(self) -> int:
         """Number of numbers in memory for each sample of the dense solution: in rows, in order, and in columns."""
