@@ -69,6 +69,7 @@ class Prepared(NamedTuple):
     tables: Tables
     data: Data
     start: Start
+    motion: Motion
 
 
 class Found(NamedTuple):
@@ -221,7 +222,7 @@ def prepare(system: System, method: Method = DEFAULT, start: Start | None = None
     )  # fmt: skip
     start = start or equilibrium(system, data, static, units)
     tables.bodies_read[:, 0, -1] += start.offsets / units.length
-    return Prepared(system, method, units, grid, tables, data, start)
+    return Prepared(system, method, units, grid, tables, data, start, _motion(system, method, data, units, start))
 
 
 def _first_places(data: Data) -> FloatArray:
@@ -300,20 +301,19 @@ def _stage(contacts: int, q: int, modes: int) -> Stage:
     )  # fmt: skip
 
 
-def _motion(prepared: Prepared) -> Motion:
+def _motion(system: System, method: Method, data: Data, units: Units, start: Start) -> Motion:
     """Return the state at time zero."""
-    data, start, units = prepared.data, prepared.start, prepared.units
-    contacts, q = len(data.starts), prepared.method.nodes
+    contacts, q = len(data.starts), method.nodes
     places = _first_places(data)
-    order = _order(prepared.system.ring)
+    order = _order(system.ring)
     modes = start.modes[order]
     bodies = np.append(start.bodies, 1.0)
     freedoms = len(start.bodies) // 2
     height, _ = _path_at_start(data, units)
-    gap = height * units.length + prepared.system.bodies.shapes.T @ start.bodies[:freedoms] + start.offsets
-    if prepared.system.ring is not None:
-        ring = prepared.system.ring
-        x = np.array([contact.position for contact in prepared.system.contacts])
+    gap = height * units.length + system.bodies.shapes.T @ start.bodies[:freedoms] + start.offsets
+    if system.ring is not None:
+        ring = system.ring
+        x = np.array([contact.position for contact in system.contacts])
         bays = np.floor(x / ring.spacing + SAME_PLACE)
         turn = np.exp(1j * np.multiply.outer(bays - bays[0], np.angle(ring.turns)))
         gap = gap - np.real((modes_at(ring, ring.deflection, x) * turn) @ (ring.weights * start.modes))
@@ -321,7 +321,7 @@ def _motion(prepared: Prepared) -> Motion:
     places[:, layout.BEGAN] = np.maximum(gap / units.length, 0.0)
     trend = np.zeros((contacts, layout.TREND_COLUMNS))
     trend[:, layout.LOWEST_SINCE] = np.inf
-    forces_now = np.tile(static_forces(prepared.system)[:, None] / units.force, (1, q))
+    forces_now = np.tile(static_forces(system)[:, None] / units.force, (1, q))
     return Motion(
         np.stack([modes.real, modes.imag]), bodies, places, np.zeros((contacts, q)), forces_now, trend
     )
@@ -353,7 +353,7 @@ def _logs(prepared: Prepared, steps: int) -> Logs:
 def march(prepared: Prepared, duration: float) -> Found:
     """March a prepared system for some time, in whole macro steps; nothing after the time is told."""
     total = max(1, ceil(duration / prepared.grid.seconds - 1e-9))
-    motion = _motion(prepared)
+    motion = Motion(*(table.copy() for table in prepared.motion))
     contacts, q = len(prepared.data.starts), prepared.method.nodes
     stage = _stage(contacts, q, motion.modes.shape[1])
     room = _room(q, len(motion.bodies))

@@ -9,7 +9,7 @@ from wheeltapper.march.general.basis import Nodes
 from wheeltapper.march.general.careful import FORESEEN, RECENT, SNAP, foresee_loss, log_row
 from wheeltapper.march.general.layout import IMPACT_AT, LOSS_AT
 from wheeltapper.march.general.local import Room, Site
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import inlined_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
 ANEW, ON, AGAIN = range(3)
@@ -18,7 +18,7 @@ CLEAR = 0.02
 """Smallest indentation at a node, over the range of all of them, at which none can vanish between two nodes."""
 
 
-@kernel
+@inlined_kernel
 def may_be_smooth(site: Site) -> bool:
     """Return True for a contact without a break of its path, a recent impact or a foreseen loss in this macro step."""
     place = site.place
@@ -29,7 +29,7 @@ def may_be_smooth(site: Site) -> bool:
     return paths.piece_stop(site.pieces, place, site.x0, site.stride) >= 1.0 - SNAP
 
 
-@kernel
+@inlined_kernel
 def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin: int, guess: FloatArray, settings: FloatArray, site: Site, room: Room, rows: FloatArray, counts: IntArray) -> bool:  # fmt: skip  # noqa: E501
     """Solve one contact over a macro step; return False where that is not exact enough.
 

@@ -26,7 +26,7 @@ from wheeltapper.march.general.maxima import follow_row
 from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
 from wheeltapper.march.general.smooth import AGAIN, ANEW, ON, may_be_smooth, smooth
 from wheeltapper.march.general.tables import Tables
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
 MOST_SWEEPS = 12
@@ -127,7 +127,7 @@ MODES_EVERY = 64
 """Macro steps between two logged states of the modes."""
 
 
-@kernel
+@inlined_kernel
 def _read(step: int, i: int, tables: Tables, motion: Motion, stage: Stage) -> None:
     """Write the free motion of a contact's gap."""
     c = stage.free[i]
@@ -149,7 +149,7 @@ def _read(step: int, i: int, tables: Tables, motion: Motion, stage: Stage) -> No
         read_modes(rows, tables.first, stage.modes[RE], stage.modes[IM], c)
 
 
-@kernel
+@inlined_kernel
 def _ahead(step: int, i: int, tables: Tables) -> int:
     """Return how many bays a contact is ahead of the first one."""
     phases = tables.reads.shape[1]
@@ -158,7 +158,7 @@ def _ahead(step: int, i: int, tables: Tables) -> int:
     return (own - first) % tables.turns.shape[0]
 
 
-@kernel
+@inlined_kernel
 def _write(step: int, tables: Tables, motion: Motion, stage: Stage, spare: FloatArray) -> None:
     """Move modes and bodies over the macro step."""
     contacts = len(motion.contacts)
@@ -190,7 +190,7 @@ def _write(step: int, tables: Tables, motion: Motion, stage: Stage, spare: Float
         turn(tables.turns[1 % tables.turns.shape[0]], re, im)
 
 
-@kernel
+@inlined_kernel
 def _expect(i: int, data: Data, motion: Motion, stage: Stage) -> None:
     """Write what the others will feel of a contact whose force goes on as it went."""
     q = len(data.macro.places)
@@ -202,7 +202,7 @@ def _expect(i: int, data: Data, motion: Motion, stage: Stage) -> None:
             stage.shares[i, k, m] = data.macro.integrals[k, m] * force
 
 
-@kernel
+@inlined_kernel
 def _feel(i: int, p: int, tables: Tables, stage: Stage) -> float:
     """Write what a contact feels of the others, and its c; return the largest change."""
     q = stage.felt.shape[1]
@@ -218,7 +218,7 @@ def _feel(i: int, p: int, tables: Tables, stage: Stage) -> float:
     return change
 
 
-@kernel
+@inlined_kernel
 def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, data: Data, motion: Motion, stage: Stage, room: Room) -> int:  # fmt: skip  # noqa: E501
     """Solve one contact over the macro step, from its state at the step's start; return a status."""
     q = len(data.macro.places)
@@ -271,7 +271,7 @@ def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, 
     return contract.RUNNING
 
 
-@kernel
+@inlined_kernel
 def _commit(step: int, i: int, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> None:
     """Log a contact's macro step, and go on to the next one."""
     used = logs.used
@@ -302,7 +302,7 @@ def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Moti
     )  # fmt: skip
 
 
-@kernel
+@inlined_kernel
 def _march_on(first: int, last: int, tables: Tables, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> int:  # fmt: skip  # noqa: E501
     """March some macro steps, all arrays borrowed."""
     contacts = len(motion.contacts)
