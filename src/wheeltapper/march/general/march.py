@@ -22,22 +22,18 @@ from wheeltapper.march.general.laws.switch import (
     TABULATED,
     forces,
 )
-from wheeltapper.march.general.local import Room
 from wheeltapper.march.general.paths import height_and_slope, heights
+from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
 from wheeltapper.march.general.stepping import (
     MODES_EVERY,
     USED_EVENTS,
     USED_PEAKS,
     USED_ROWS,
     USED_STEPS,
-    Data,
-    Logs,
-    Motion,
-    Stage,
     march_kernel,
 )
 from wheeltapper.march.general.structure import ComplexArray, Ring
-from wheeltapper.march.general.tables import SAME_PLACE, Grid, Tables, Units, build
+from wheeltapper.march.general.tables import SAME_PLACE, Grid, Units, build
 from wheeltapper.march.program import FloatArray, IntArray
 
 
@@ -285,10 +281,12 @@ def equilibrium(system: System, data: Data, static: FloatArray, units: Units) ->
 # -- marching ---------------------------------------------------------------------------------------------------------
 
 
-def _room(q: int, states: int) -> Room:
-    line, wide = (lambda: np.zeros(max(32, states))), (lambda: np.zeros((layout.MOST_NODES, layout.MOST_NODES)))
-    vectors = [line() for _ in range(17)]
-    return Room(*vectors, *(wide() for _ in range(4)), np.zeros((DEEPEST + 2, max(FLIGHT_DEGREE + 1, 32))))
+def _room(states: int) -> Room:
+    """Return scratch memory."""
+    vectors = np.zeros((17, max(32, states)))
+    matrices = np.zeros((4, layout.MOST_NODES, layout.MOST_NODES))
+    stack = np.zeros((DEEPEST + 2, max(FLIGHT_DEGREE + 1, 32)))
+    return Room._make([*vectors, *matrices, stack])
 
 
 def _stage(contacts: int, q: int, modes: int) -> Stage:
@@ -322,9 +320,7 @@ def _motion(system: System, method: Method, data: Data, units: Units, start: Sta
     trend = np.zeros((contacts, layout.TREND_COLUMNS))
     trend[:, layout.LOWEST_SINCE] = np.inf
     forces_now = np.tile(static_forces(system)[:, None] / units.force, (1, q))
-    return Motion(
-        np.stack([modes.real, modes.imag]), bodies, places, np.zeros((contacts, q)), forces_now, trend
-    )
+    return Motion(np.stack([modes.real, modes.imag]), bodies, places, np.zeros((contacts, q)), forces_now, trend)
 
 
 def _order(ring: Ring | None) -> IntArray:
@@ -356,7 +352,7 @@ def march(prepared: Prepared, duration: float) -> Found:
     motion = Motion(*(table.copy() for table in prepared.motion))
     contacts, q = len(prepared.data.starts), prepared.method.nodes
     stage = _stage(contacts, q, motion.modes.shape[1])
-    room = _room(q, len(motion.bodies))
+    room = _room(len(motion.bodies))
     done, status = 0, numbers.RUNNING
     kept: list[Logs] = []
     while done < total and status in (numbers.RUNNING, numbers.FULL):
@@ -375,14 +371,15 @@ def _used(logs: Logs, first: int) -> Logs:
     counts = (
         logs.used[USED_ROWS], logs.used[USED_EVENTS], logs.used[USED_PEAKS], steps, steps, steps, states,
     )  # fmt: skip
-    return Logs(*(table[:count] for table, count in zip(logs[:-1], counts, strict=True)), logs.used)
+    tables: Any = [table[:count] for table, count in zip(logs[:-1], counts, strict=True)]
+    return Logs._make([*tables, logs.used])
 
 
 def _joined(kept: list[Logs]) -> Logs:
     if len(kept) == 1:
         return kept[0]
-    tables: Any = (np.concatenate(parts) for parts in zip(*(logs[:-1] for logs in kept), strict=True))
-    return Logs(*tables, kept[-1].used)
+    tables: Any = [np.concatenate(parts) for parts in zip(*(logs[:-1] for logs in kept), strict=True)]
+    return Logs._make([*tables, kept[-1].used])
 
 
 def _found(prepared: Prepared, status: int, steps: int, duration: float, logs: Logs) -> Found:

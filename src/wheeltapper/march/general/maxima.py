@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from wheeltapper.march.general import layout
-from wheeltapper.march.general.basis import Nodes
 from wheeltapper.march.general.crossings import NO_CROSSING, bernstein_value, first_crossing
 from wheeltapper.march.general.layout import BEGIN, LOWEST_SINCE, TOP_SIZE, TOP_WAITS
-from wheeltapper.march.general.local import Room, part_of
+from wheeltapper.march.general.local import part_of
+from wheeltapper.march.general.records import Nodes, Room
 from wheeltapper.march.kernel import inlined_kernel
 from wheeltapper.march.program import FloatArray
 
