@@ -42,20 +42,22 @@ def digest_of(files: Iterable[Path]) -> str:
     return digest.hexdigest()
 
 
-_IMPORTED = re.compile(r"from wheeltapper\.march(?:\.(\w+) import|\s+import ([\w, ]+))")
+_IMPORTED = re.compile(r"^from wheeltapper\.march([\w.]*) import ([\w, ]*)", re.MULTILINE)
+_KERNEL = re.compile(r"^@\w*kernel$", re.MULTILINE)
 
 
-def built_on(files: Iterable[Path]) -> set[Path]:
-    """Return the sources of this folder that others import, with those that these import."""
-    found: set[Path] = set()
-    wanted = list(files)
+def with_imports(files: Iterable[Path]) -> set[Path]:
+    """Return sources, with those of the marches that they import, and that these import."""
+    wanted, found = list(files), set[Path]()
     while wanted:
-        for one, several in _IMPORTED.findall(wanted.pop().read_text(encoding="utf-8")):
-            for name in (one, *(part.split()[0] for part in several.split(",") if part.strip())):
-                file = FOLDER / f"{name}.py"
-                if name and file.exists() and file not in found:
-                    found.add(file)
-                    wanted.append(file)
+        file = wanted.pop()
+        if file in found or not file.exists():
+            continue
+        found.add(file)
+        for module, names in _IMPORTED.findall(file.read_text(encoding="utf-8")):
+            place = FOLDER.joinpath(*module.split("."))
+            wanted.append(place.with_suffix(".py"))
+            wanted += [place / f"{part.split()[0]}.py" for part in names.split(",") if part.strip()]
     return found
 
 
@@ -65,9 +67,9 @@ def source_stamp() -> str:
 
 
 def general_stamp() -> str:
-    """Return a digest of the sources of the general march, and of those that they build on."""
-    own = {*GENERAL.rglob("*.py")}
-    return digest_of(own | built_on(own))
+    """Return a digest of the sources of the general march that have kernels, and of all that they import."""
+    sources = GENERAL.rglob("*.py")
+    return digest_of(with_imports(file for file in sources if _KERNEL.search(file.read_text(encoding="utf-8"))))
 
 
 STAMP = source_stamp()

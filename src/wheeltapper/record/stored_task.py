@@ -19,7 +19,8 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.march import Found, prepare
-from wheeltapper.march.general.stepping import MODES_EVERY, Logs
+from wheeltapper.march.general.records import Logs
+from wheeltapper.march.general.stepping import MODES_EVERY
 from wheeltapper.march.general.structure import Ring
 from wheeltapper.march.general.task import Marched, marched_of
 from wheeltapper.record import stored

@@ -62,22 +62,21 @@ def track(
     run.choose(run.TRACK, record.scenario.needs)
     lowered: LoweredOnRails = record._lowered
     assert lowered.modes is not None
-    rail = np.atleast_1d(as_array(rail, "rail", PLACES, "length")).tolist()
-    seat = _as_seats(seat)
-    if not rail and not seat:
+    x, seats = np.atleast_1d(as_array(rail, "rail", PLACES, "length")).tolist(), _as_seats(seat)
+    if not x and not seats:
         raise InputError("", "rail", "no place and no seat", "positions in m, or seats by their numbers")
     rate = 20_000 / record.end if rate is None else as_quantity(rate, "rate", "frequency")
-    extent.check_samples("rate", f"{rate:g} per second", record.end * rate + 1.0, 8 * (len(rail) + len(seat)))
+    extent.check_samples("rate", f"{rate:g} per second", record.end * rate + 1.0, 8 * (len(x) + len(seats)))
     times = np.arange(int(np.floor(record.end * rate * (1 + 1e-12))) + 1) / rate
     section, foot = section_of(record.scenario.track), float(record.scenario.track.rail.foot_distance)
-    places = [_rail_place(section, foot, lowered.modes, x - lowered.seat) for x in rail]
-    places += [_seat_place(section, lowered.modes, number) for number in seat]
+    places = [_rail_place(section, foot, lowered.modes, one - lowered.seat) for one in x]
+    places += [_seat_place(section, lowered.modes, number) for number in seats]
     read = np.empty((len(times), len(places), 4))
     for first in range(0, len(times), CHUNK):
         chunk = slice(first, first + CHUNK)
         read[chunk] = _readings(record, lowered, places, times[chunk])
     variables: dict[str, Any] = {"time": (("time",), times)}
-    both = ("rail", RAIL, rail, slice(len(rail))), ("seat", SEAT, seat, slice(len(rail), None))
+    both = ("rail", RAIL, x, slice(len(x))), ("seat", SEAT, seats, slice(len(x), None))
     for axis, names, where, columns in both:
         if where:
             variables[axis] = ((axis,), list(where))

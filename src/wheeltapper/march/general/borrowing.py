@@ -16,7 +16,8 @@ def _without_counts(context: Any, builder: Any, kind: Any, value: Any) -> Any:
         return view._getvalue()
     if isinstance(kind, types.BaseTuple):
         parts = cgutils.unpack_tuple(builder, value)
-        kept = [_without_counts(context, builder, one, part) for one, part in zip(kind.types, parts, strict=True)]
+        kinds = iter(kind)  # type: ignore[call-overload]
+        kept = [_without_counts(context, builder, one, part) for one, part in zip(kinds, parts, strict=True)]
         return context.make_tuple(builder, kind, kept)
     return value
 

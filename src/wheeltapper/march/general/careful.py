@@ -5,7 +5,7 @@
         flying               search D for the first touch (every crossing, by Descartes); none: fly to the limit
         in contact           solve to the limit, on nodes that suit a recent impact and a foreseen loss
             not converged, or forces not resolved: half as far
-            D falls below zero: find the loss, by Newton on D = 0 with the moments held, which is exact, since N = 0 there
+            D falls below zero: find the loss by Newton on D = 0 with the moments held: exact, since N = 0 there
             a loss is foreseen soon behind the limit: once more, on nodes that suit it
 
 The limit is the macro step's end, a breakpoint, or some part of a wave of the path.
@@ -19,10 +19,9 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout, local, paths
-from wheeltapper.march.general.basis import Nodes
 from wheeltapper.march.general.crossings import NO_CROSSING, first_crossing
 from wheeltapper.march.general.layout import AFTER, BEFORE, BETWEEN, EVEN, IMPACT_AT, LOSS_AT
-from wheeltapper.march.general.local import Room, Site
+from wheeltapper.march.general.records import Nodes, Room, Site
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
@@ -99,9 +98,7 @@ def fly(theta: float, limit: float, fresh: bool, q: int, places: FloatArray, mat
         return theta
     for k in range(n):
         room.spare[k] = theta + length * places[k]
-    paths.heights(
-        site.pieces, site.place, site.x0, site.stride, site.lift, n, room.spare, room.height, room.factor
-    )
+    paths.heights(site.pieces, site.place, site.x0, site.stride, site.lift, n, room.spare, room.height, room.factor)
     for k in range(n):
         value, _ = local.sum_at(room.spare[k], q, room.free)
         room.F[k] = value + room.height[k]
@@ -131,7 +128,7 @@ def fly(theta: float, limit: float, fresh: bool, q: int, places: FloatArray, mat
 
 @kernel
 def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room) -> tuple[int, float, float, float, float, float]:  # fmt: skip  # noqa: E501
-    """Find the end of a contact that lasts from θ on; return an outcome, where its part ends, and s0 and span of its map.
+    """Find the end of a contact that lasts from θ on; return an outcome, where its part ends, s0 and span of its map.
 
     Then follow the loss itself, and D's derivative there. Moments behind it are in `room.after`.
     """
@@ -172,7 +169,7 @@ def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, se
 
 @kernel
 def _falls(n: int, nodes: Nodes, how: int, origin: float, span: float, s0: float, s1: float, start: float, slope: float, end: float, room: Room) -> float:  # fmt: skip  # noqa: E501
-    """Return where in σ the gap D first falls through zero, or NO_CROSSING; from an impact on without its zero there."""
+    """Return where in σ the gap D first falls through zero, or NO_CROSSING; without the zero of an impact at 0."""
     from_impact = s0 == 0.0 and (how == AFTER or how == BETWEEN)
     room.F[layout.BEGIN] = start
     room.F[n + 1] = end
@@ -242,6 +239,8 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
         if guess != np.inf:
             outcome, at, s0, span, loss, slope = find_loss(theta, guess, limit, nodes, q, settings, site, room)
             if outcome == FOUND:
+                if local.released(n, site.law, room):
+                    return layout.RELEASES, theta
                 how, origin = BEFORE, at
                 if recent:
                     how, origin = BETWEEN, impact
@@ -270,6 +269,8 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
         place[LOSS_AT] = soon if soon < to + 2.0 * FORESEEN else np.inf
         if soon < to + FORESEEN and not near and soon > to:
             continue
+        if local.released(n, site.law, room):
+            return layout.RELEASES, theta
         log_row(step, i, theta, to, how, origin, span, s0, s1, n, room.N, rows, counts)
         total = 0.0
         for k in range(n):

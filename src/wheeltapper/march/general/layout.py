@@ -15,7 +15,9 @@ TABLE_BEGIN, TABLE_END, TABLE_LOOP, TABLE_JOIN = range(4)
 EVEN, AFTER, BEFORE, BETWEEN = range(4)
 
 # A row of the log: macro step, contact, part of the step from and to, the map, number of nodes, and forces there.
-ROW_STEP, ROW_CONTACT, ROW_FROM, ROW_TO, ROW_MAP, ROW_ORIGIN, ROW_SPAN, ROW_S0, ROW_S1, ROW_NODES, ROW_FORCES = range(11)
+ROW_STEP, ROW_CONTACT, ROW_FROM, ROW_TO, ROW_MAP, ROW_ORIGIN, ROW_SPAN, ROW_S0, ROW_S1, ROW_NODES, ROW_FORCES = range(
+    11
+)
 MOST_NODES = 16
 ROW_COLUMNS = ROW_FORCES + MOST_NODES
 
@@ -23,7 +25,7 @@ ROW_COLUMNS = ROW_FORCES + MOST_NODES
 EVENT_STEP, EVENT_PART, EVENT_KIND_IS, EVENT_RATE_IS, EVENT_CONTACT_IS = range(5)
 EVENT_COLUMNS_GENERAL = 5
 
-# How a contact's force has gone: whether a maximum waits to be logged, where it is, and the lowest force since the last.
+# How a contact's force has gone: whether a maximum waits to be logged, where it is, the lowest force since the last.
 TOP_WAITS, TOP_STEP, TOP_PART, TOP_SIZE, LOWEST_SINCE = range(5)
 TREND_COLUMNS = 5
 MAXIMUM_STEP, MAXIMUM_PART, MAXIMUM_FORCE, MAXIMUM_CONTACT = range(4)

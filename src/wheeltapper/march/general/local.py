@@ -12,83 +12,24 @@ an impact and a loss (layout.py).
 from __future__ import annotations
 
 from math import sqrt
-from typing import NamedTuple
 
 from wheeltapper.march.general import layout, paths
 from wheeltapper.march.general.algebra import factorise, solve_factorised
-from wheeltapper.march.general.basis import Nodes
 from wheeltapper.march.general.laws.switch import LAW_RATED, forces
 from wheeltapper.march.general.layout import AFTER, BEFORE, EVEN
+from wheeltapper.march.general.records import Nodes, Room, Site
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.program import FloatArray
 
 MOST_ITERATIONS = 30
 CHORD = 1e-2
 """Corrections smaller than this, in static indentations, keep the matrix of the one before."""
+RELEASED_DEPTH = 1e-6
+"""Indentation above which such a law's force should not be zero."""
 ROUNDING = 1e-11
 """Corrections smaller than this that do not shrink are rounding."""
 TOO_FAR = 1e6
 """Indentation at which a solve has diverged."""
-
-
-class Site(NamedTuple):
-    """What a contact's problem depends on in one macro step.
-
-    Attributes
-    ----------
-    c, B
-        As above, (q,) and (q, q).
-    local
-        Coefficients of r, (q,).
-    pieces, place, ends
-        Path, the contact's state, and where its table of pieces begins, ends and loops.
-    law, table
-        Numbers of the law, and tables of tabulated laws.
-    x0, stride, lift
-        Position at the macro step's start and its length, m, in the table of the path; units of length per m.
-    seconds
-        Length of the macro step.
-    """
-
-    c: FloatArray
-    B: FloatArray
-    local: FloatArray
-    pieces: FloatArray
-    place: FloatArray
-    ends: FloatArray
-    law: FloatArray
-    table: FloatArray
-    x0: float
-    stride: float
-    lift: float
-    seconds: float
-
-
-class Room(NamedTuple):
-    """Scratch memory of a contact's problem: at the nodes, and for the moments."""
-
-    theta: FloatArray
-    pace: FloatArray  # dθ/dσ
-    height: FloatArray
-    factor: FloatArray
-    d: FloatArray  # D without the force of this part
-    r: FloatArray
-    delta: FloatArray
-    rate: FloatArray
-    N: FloatArray
-    slope: FloatArray
-    viscous: FloatArray
-    F: FloatArray
-    free: FloatArray  # coefficients of D without the force of this part
-    moments: FloatArray  # at the start of this part
-    after: FloatArray  # and at its end
-    spare: FloatArray
-    bernstein: FloatArray
-    P: FloatArray
-    T: FloatArray
-    K: FloatArray
-    J: FloatArray
-    stack: FloatArray
 
 
 @kernel
@@ -178,7 +119,7 @@ def _rates(n: int, slopes: FloatArray, began: float, seconds: float, room: Room)
         room.rate[k] = total / (room.pace[k] * seconds)
 
 
-@kernel
+@inlined_kernel
 def _jacobian(n: int, slopes: FloatArray, seconds: float, rated: bool, room: Room) -> None:
     """Write the derivative of the residual by the indentations in J."""
     for i in range(n):
@@ -197,9 +138,9 @@ def _jacobian(n: int, slopes: FloatArray, seconds: float, rated: bool, room: Roo
                 room.J[i, j] += answer * slopes[k, j + 1]
 
 
-@kernel
+@inlined_kernel
 def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: float, seconds: float, tolerance: float, room: Room) -> bool:  # fmt: skip  # noqa: E501
-    """Solve δ + r·N + K·N = d for the indentations, from those in `room.delta`; return False where it does not converge.
+    """Solve δ + r·N + K·N = d for the indentations, from those in `room.delta`; return False if that fails.
 
     K holds the structure's answer and the integration. In the end N is the force of δ.
     """
@@ -235,6 +176,12 @@ def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: floa
 
 
 @kernel
+def newton_apart(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: float, seconds: float, tolerance: float, room: Room) -> bool:  # fmt: skip  # noqa: E501
+    """Do as `newton`, where a call costs less than the code of another copy."""
+    return newton(n, nodes, law, table, began, seconds, tolerance, room)
+
+
+@kernel
 def solve_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: float, s1: float, again: bool, tolerance: float, site: Site, room: Room) -> bool:  # fmt: skip  # noqa: E501
     """Solve for the forces of one part; write the moments at its end. `again`: δ holds a good guess.
 
@@ -244,9 +191,7 @@ def solve_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: f
     map_nodes(n, nodes.places, how, origin, span, s0, s1, room)
     P = room.P
     legendre_rows(n, room.theta, q, P)
-    paths.heights(
-        site.pieces, site.place, site.x0, site.stride, site.lift, n, room.theta, room.height, room.factor
-    )
+    paths.heights(site.pieces, site.place, site.x0, site.stride, site.lift, n, room.theta, room.height, room.factor)
     for k in range(n):
         total = room.height[k]
         local = 0.0
@@ -271,7 +216,7 @@ def solve_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: f
     if not again:
         for k in range(n):
             room.delta[k] = room.d[k]
-    if not newton(n, nodes, site.law, site.table, site.place[layout.BEGAN], site.seconds, tolerance, room):
+    if not newton_apart(n, nodes, site.law, site.table, site.place[layout.BEGAN], site.seconds, tolerance, room):
         return False
     for m in range(q):
         room.after[m] = room.moments[m]
@@ -282,7 +227,7 @@ def solve_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: f
     return True
 
 
-@kernel
+@inlined_kernel
 def tail_of(nodes: Nodes, N: FloatArray) -> float:
     """Return the size of the last two Legendre coefficients of a force."""
     n = len(nodes.places)
@@ -292,6 +237,17 @@ def tail_of(nodes: Nodes, N: FloatArray) -> float:
         last += nodes.transform[n - 1, k] * N[k]
         other += nodes.transform[n - 2, k] * N[k]
     return abs(last) + abs(other)
+
+
+@inlined_kernel
+def released(n: int, law: FloatArray, room: Room) -> bool:
+    """Return True where a rate-dependent law has no force although the surfaces indent each other."""
+    if law[LAW_RATED] == 0.0:
+        return False
+    ends = False
+    for k in range(n):
+        ends = ends or (room.N[k] <= 0.0 and room.delta[k] > RELEASED_DEPTH)
+    return ends
 
 
 @kernel

@@ -22,22 +22,18 @@ from wheeltapper.march.general.laws.switch import (
     TABULATED,
     forces,
 )
-from wheeltapper.march.general.local import Room
 from wheeltapper.march.general.paths import height_and_slope, heights
+from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
 from wheeltapper.march.general.stepping import (
     MODES_EVERY,
     USED_EVENTS,
     USED_PEAKS,
     USED_ROWS,
     USED_STEPS,
-    Data,
-    Logs,
-    Motion,
-    Stage,
     march_kernel,
 )
 from wheeltapper.march.general.structure import ComplexArray, Ring
-from wheeltapper.march.general.tables import SAME_PLACE, Grid, Tables, Units, build
+from wheeltapper.march.general.tables import SAME_PLACE, Grid, Units, build
 from wheeltapper.march.program import FloatArray, IntArray
 
 
@@ -69,6 +65,7 @@ class Prepared(NamedTuple):
     tables: Tables
     data: Data
     start: Start
+    motion: Motion
 
 
 class Found(NamedTuple):
@@ -221,7 +218,7 @@ def prepare(system: System, method: Method = DEFAULT, start: Start | None = None
     )  # fmt: skip
     start = start or equilibrium(system, data, static, units)
     tables.bodies_read[:, 0, -1] += start.offsets / units.length
-    return Prepared(system, method, units, grid, tables, data, start)
+    return Prepared(system, method, units, grid, tables, data, start, _motion(system, method, data, units, start))
 
 
 def _first_places(data: Data) -> FloatArray:
@@ -284,10 +281,12 @@ def equilibrium(system: System, data: Data, static: FloatArray, units: Units) ->
 # -- marching ---------------------------------------------------------------------------------------------------------
 
 
-def _room(q: int, states: int) -> Room:
-    line, wide = (lambda: np.zeros(max(32, states))), (lambda: np.zeros((layout.MOST_NODES, layout.MOST_NODES)))
-    vectors = [line() for _ in range(17)]
-    return Room(*vectors, *(wide() for _ in range(4)), np.zeros((DEEPEST + 2, max(FLIGHT_DEGREE + 1, 32))))
+def _room(states: int) -> Room:
+    """Return scratch memory."""
+    vectors = np.zeros((17, max(32, states)))
+    matrices = np.zeros((4, layout.MOST_NODES, layout.MOST_NODES))
+    stack = np.zeros((DEEPEST + 2, max(FLIGHT_DEGREE + 1, 32)))
+    return Room._make([*vectors, *matrices, stack])
 
 
 def _stage(contacts: int, q: int, modes: int) -> Stage:
@@ -300,20 +299,19 @@ def _stage(contacts: int, q: int, modes: int) -> Stage:
     )  # fmt: skip
 
 
-def _motion(prepared: Prepared) -> Motion:
+def _motion(system: System, method: Method, data: Data, units: Units, start: Start) -> Motion:
     """Return the state at time zero."""
-    data, start, units = prepared.data, prepared.start, prepared.units
-    contacts, q = len(data.starts), prepared.method.nodes
+    contacts, q = len(data.starts), method.nodes
     places = _first_places(data)
-    order = _order(prepared.system.ring)
+    order = _order(system.ring)
     modes = start.modes[order]
     bodies = np.append(start.bodies, 1.0)
     freedoms = len(start.bodies) // 2
     height, _ = _path_at_start(data, units)
-    gap = height * units.length + prepared.system.bodies.shapes.T @ start.bodies[:freedoms] + start.offsets
-    if prepared.system.ring is not None:
-        ring = prepared.system.ring
-        x = np.array([contact.position for contact in prepared.system.contacts])
+    gap = height * units.length + system.bodies.shapes.T @ start.bodies[:freedoms] + start.offsets
+    if system.ring is not None:
+        ring = system.ring
+        x = np.array([contact.position for contact in system.contacts])
         bays = np.floor(x / ring.spacing + SAME_PLACE)
         turn = np.exp(1j * np.multiply.outer(bays - bays[0], np.angle(ring.turns)))
         gap = gap - np.real((modes_at(ring, ring.deflection, x) * turn) @ (ring.weights * start.modes))
@@ -321,10 +319,8 @@ def _motion(prepared: Prepared) -> Motion:
     places[:, layout.BEGAN] = np.maximum(gap / units.length, 0.0)
     trend = np.zeros((contacts, layout.TREND_COLUMNS))
     trend[:, layout.LOWEST_SINCE] = np.inf
-    forces_now = np.tile(static_forces(prepared.system)[:, None] / units.force, (1, q))
-    return Motion(
-        np.stack([modes.real, modes.imag]), bodies, places, np.zeros((contacts, q)), forces_now, trend
-    )
+    forces_now = np.tile(static_forces(system)[:, None] / units.force, (1, q))
+    return Motion(np.stack([modes.real, modes.imag]), bodies, places, np.zeros((contacts, q)), forces_now, trend)
 
 
 def _order(ring: Ring | None) -> IntArray:
@@ -353,10 +349,10 @@ def _logs(prepared: Prepared, steps: int) -> Logs:
 def march(prepared: Prepared, duration: float) -> Found:
     """March a prepared system for some time, in whole macro steps; nothing after the time is told."""
     total = max(1, ceil(duration / prepared.grid.seconds - 1e-9))
-    motion = _motion(prepared)
+    motion = Motion(*(table.copy() for table in prepared.motion))
     contacts, q = len(prepared.data.starts), prepared.method.nodes
     stage = _stage(contacts, q, motion.modes.shape[1])
-    room = _room(q, len(motion.bodies))
+    room = _room(len(motion.bodies))
     done, status = 0, numbers.RUNNING
     kept: list[Logs] = []
     while done < total and status in (numbers.RUNNING, numbers.FULL):
@@ -375,14 +371,15 @@ def _used(logs: Logs, first: int) -> Logs:
     counts = (
         logs.used[USED_ROWS], logs.used[USED_EVENTS], logs.used[USED_PEAKS], steps, steps, steps, states,
     )  # fmt: skip
-    return Logs(*(table[:count] for table, count in zip(logs[:-1], counts, strict=True)), logs.used)
+    tables: Any = [table[:count] for table, count in zip(logs[:-1], counts, strict=True)]
+    return Logs._make([*tables, logs.used])
 
 
 def _joined(kept: list[Logs]) -> Logs:
     if len(kept) == 1:
         return kept[0]
-    tables: Any = (np.concatenate(parts) for parts in zip(*(logs[:-1] for logs in kept), strict=True))
-    return Logs(*tables, kept[-1].used)
+    tables: Any = [np.concatenate(parts) for parts in zip(*(logs[:-1] for logs in kept), strict=True)]
+    return Logs._make([*tables, kept[-1].used])
 
 
 def _found(prepared: Prepared, status: int, steps: int, duration: float, logs: Logs) -> Found:

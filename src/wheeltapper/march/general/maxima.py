@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from wheeltapper.march.general import layout
-from wheeltapper.march.general.basis import Nodes
 from wheeltapper.march.general.crossings import NO_CROSSING, bernstein_value, first_crossing
 from wheeltapper.march.general.layout import BEGIN, LOWEST_SINCE, TOP_SIZE, TOP_WAITS
-from wheeltapper.march.general.local import Room, part_of
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.general.local import part_of
+from wheeltapper.march.general.records import Nodes, Room
+from wheeltapper.march.kernel import inlined_kernel
 from wheeltapper.march.program import FloatArray
 
 APART = 1e-9
 """Two extremes closer than this share of a part are one."""
 
 
-@kernel
+@inlined_kernel
 def follow(step: float, at: float, force: float, contact: float, prominent: float, trend: FloatArray, peaks: FloatArray, count: int) -> int:  # fmt: skip  # noqa: E501
     """Take the force's next value; log the maximum before it as soon as the force has fallen from it."""
     least = prominent * (1.0 + abs(force))
@@ -37,7 +37,7 @@ def follow(step: float, at: float, force: float, contact: float, prominent: floa
     return count
 
 
-@kernel
+@inlined_kernel
 def follow_row(row: FloatArray, nodes: Nodes, prominent: float, trend: FloatArray, peaks: FloatArray, count: int, room: Room) -> int:  # fmt: skip  # noqa: E501
     """Take the extremes of the force in a logged part; return how many maxima are logged now."""
     step = row[layout.ROW_STEP]

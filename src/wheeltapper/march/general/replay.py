@@ -20,7 +20,8 @@ from wheeltapper.march.general.careful import sigma_of
 from wheeltapper.march.general.contract import Contact
 from wheeltapper.march.general.layout import AFTER, BEFORE, EVEN, IM, RE
 from wheeltapper.march.general.march import Found, Prepared
-from wheeltapper.march.general.stepping import MODES_EVERY, Motion, Stage, write_kernel
+from wheeltapper.march.general.records import Motion, Stage
+from wheeltapper.march.general.stepping import MODES_EVERY, write_kernel
 from wheeltapper.march.general.structure import ComplexArray
 from wheeltapper.march.general.tables import exponential, states_of
 from wheeltapper.march.kernel import kernel

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from wheeltapper.march.general import layout, local, paths
-from wheeltapper.march.general.basis import Nodes
 from wheeltapper.march.general.careful import FORESEEN, RECENT, SNAP, foresee_loss, log_row
 from wheeltapper.march.general.layout import IMPACT_AT, LOSS_AT
-from wheeltapper.march.general.local import Room, Site
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.general.records import Nodes, Room, Site
+from wheeltapper.march.kernel import inlined_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
 ANEW, ON, AGAIN = range(3)
@@ -18,7 +17,7 @@ CLEAR = 0.02
 """Smallest indentation at a node, over the range of all of them, at which none can vanish between two nodes."""
 
 
-@kernel
+@inlined_kernel
 def may_be_smooth(site: Site) -> bool:
     """Return True for a contact without a break of its path, a recent impact or a foreseen loss in this macro step."""
     place = site.place
@@ -29,18 +28,16 @@ def may_be_smooth(site: Site) -> bool:
     return paths.piece_stop(site.pieces, place, site.x0, site.stride) >= 1.0 - SNAP
 
 
-@kernel
+@inlined_kernel
 def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin: int, guess: FloatArray, settings: FloatArray, site: Site, room: Room, rows: FloatArray, counts: IntArray) -> bool:  # fmt: skip  # noqa: E501
     """Solve one contact over a macro step; return False where that is not exact enough.
 
-    `guess` takes the indentations at the nodes. Before, it holds what the solve begins with: nothing, the solution of the
-    macro step before, or one of this macro step. The moments are in `room.moments`.
+    `guess` takes the indentations at the nodes. Before, it holds what the solve begins with: nothing, the solution of
+    the macro step before, or one of this macro step. The moments are in `room.moments`.
     """
     q = len(macro.places)
     place = site.place
-    paths.heights(
-        site.pieces, place, site.x0, site.stride, site.lift, q, macro.places, room.height, room.factor
-    )
+    paths.heights(site.pieces, place, site.x0, site.stride, site.lift, q, macro.places, room.height, room.factor)
     for k in range(q):
         total = room.height[k]
         for m in range(q):
@@ -70,6 +67,8 @@ def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin:
         slope += macro.end_slope[k] * delta
         bend += macro.end_bend[k] * delta
     least, most = min(least, end), max(most, end)
+    if local.released(q, site.law, room):
+        return False
     if least <= CLEAR * (most - least) or local.tail_of(macro, room.N) > settings[layout.TAIL_LIMIT]:
         return False
     loss = 1.0 + foresee_loss(end, slope, bend)

@@ -11,115 +11,21 @@ Events never touch the modes. In each macro step
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
-from wheeltapper.march.general.basis import Nodes
 from wheeltapper.march.general.borrowing import borrowed_record
 from wheeltapper.march.general.careful import EVENTS_NOW, ROWS, careful
 from wheeltapper.march.general.layout import BEGIN, IM, IMPACT_AT, LOSS_AT, RE
-from wheeltapper.march.general.local import Room, Site
 from wheeltapper.march.general.maxima import follow_row
 from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
+from wheeltapper.march.general.records import Data, Logs, Motion, Room, Site, Stage, Tables
 from wheeltapper.march.general.smooth import AGAIN, ANEW, ON, may_be_smooth, smooth
-from wheeltapper.march.general.tables import Tables
-from wheeltapper.march.kernel import kernel
-from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.program import FloatArray
 
 MOST_SWEEPS = 12
-
-
-class Data(NamedTuple):
-    """What a march is given beside its tables.
-
-    Attributes
-    ----------
-    macro, part
-        Nodes of a macro step, and of a part between events.
-    places, matrix
-        Of a flight's search.
-    pieces, ends
-        All paths, and where each contact's table begins, ends and loops.
-    laws, table
-        Numbers of each contact's law, (contacts, LAW_NUMBERS), and cells of tabulated laws.
-    starts
-        Position of each contact in its table at time zero, m.
-    settings
-        Tolerances, units, speed and step (layout.py).
-    """
-
-    macro: Nodes
-    part: Nodes
-    places: FloatArray
-    matrix: FloatArray
-    pieces: FloatArray
-    ends: FloatArray
-    laws: FloatArray
-    table: FloatArray
-    starts: FloatArray
-    settings: FloatArray
-
-
-class Motion(NamedTuple):
-    """What moves on: amplitudes, bodies, contacts.
-
-    Attributes
-    ----------
-    modes
-        Real and imaginary parts, (2, modes), as seen from the bay of the first contact.
-    bodies
-        (states,).
-    contacts
-        (contacts, STATE_COLUMNS).
-    guess
-        Indentations at the last macro step's nodes, (contacts, q).
-    forces
-        Forces at the last macro step's nodes, (contacts, q).
-    trend
-        How each force has gone, (contacts, TREND_COLUMNS).
-    """
-
-    modes: FloatArray
-    bodies: FloatArray
-    contacts: FloatArray
-    guess: FloatArray
-    forces: FloatArray
-    trend: FloatArray
-
-
-class Stage(NamedTuple):
-    """Scratch memory of a macro step: rows and events of each contact, and what the contacts exchange."""
-
-    rows: FloatArray
-    events: FloatArray
-    counts: IntArray
-    before: FloatArray  # contacts at the macro step's start
-    free: FloatArray  # c without the others' forces
-    c: FloatArray
-    felt: FloatArray  # at the nodes, of the others' forces
-    shares: FloatArray  # (contacts, node, node): integral of the force times Lagrange's polynomials
-    sums: FloatArray
-    moments: FloatArray
-    modes: FloatArray
-
-
-class Logs(NamedTuple):
-    """What a march writes: parts, events, maxima; of each macro step c, moments and bodies; modes now and then.
-
-    `used` counts rows, events, maxima and macro steps.
-    """
-
-    rows: FloatArray
-    events: FloatArray
-    peaks: FloatArray
-    gaps: FloatArray
-    moments: FloatArray
-    bodies: FloatArray
-    modes: FloatArray
-    used: IntArray
 
 
 USED_ROWS, USED_EVENTS, USED_PEAKS, USED_STEPS = range(4)
@@ -127,7 +33,7 @@ MODES_EVERY = 64
 """Macro steps between two logged states of the modes."""
 
 
-@kernel
+@inlined_kernel
 def _read(step: int, i: int, tables: Tables, motion: Motion, stage: Stage) -> None:
     """Write the free motion of a contact's gap."""
     c = stage.free[i]
@@ -149,7 +55,7 @@ def _read(step: int, i: int, tables: Tables, motion: Motion, stage: Stage) -> No
         read_modes(rows, tables.first, stage.modes[RE], stage.modes[IM], c)
 
 
-@kernel
+@inlined_kernel
 def _ahead(step: int, i: int, tables: Tables) -> int:
     """Return how many bays a contact is ahead of the first one."""
     phases = tables.reads.shape[1]
@@ -158,7 +64,7 @@ def _ahead(step: int, i: int, tables: Tables) -> int:
     return (own - first) % tables.turns.shape[0]
 
 
-@kernel
+@inlined_kernel
 def _write(step: int, tables: Tables, motion: Motion, stage: Stage, spare: FloatArray) -> None:
     """Move modes and bodies over the macro step."""
     contacts = len(motion.contacts)
@@ -199,7 +105,7 @@ def write_kernel(first: int, last: int, tables: Tables, motion: Motion, stage: S
         _write(step, tables, motion, stage, spare)
 
 
-@kernel
+@inlined_kernel
 def _expect(i: int, data: Data, motion: Motion, stage: Stage) -> None:
     """Write what the others will feel of a contact whose force goes on as it went."""
     q = len(data.macro.places)
@@ -211,7 +117,7 @@ def _expect(i: int, data: Data, motion: Motion, stage: Stage) -> None:
             stage.shares[i, k, m] = data.macro.integrals[k, m] * force
 
 
-@kernel
+@inlined_kernel
 def _feel(i: int, p: int, tables: Tables, stage: Stage) -> float:
     """Write what a contact feels of the others, and its c; return the largest change."""
     q = stage.felt.shape[1]
@@ -227,7 +133,7 @@ def _feel(i: int, p: int, tables: Tables, stage: Stage) -> float:
     return change
 
 
-@kernel
+@inlined_kernel
 def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, data: Data, motion: Motion, stage: Stage, room: Room) -> int:  # fmt: skip  # noqa: E501
     """Solve one contact over the macro step, from its state at the step's start; return a status."""
     q = len(data.macro.places)
@@ -280,7 +186,7 @@ def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, 
     return contract.RUNNING
 
 
-@kernel
+@inlined_kernel
 def _commit(step: int, i: int, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> None:
     """Log a contact's macro step, and go on to the next one."""
     used = logs.used
@@ -305,15 +211,12 @@ def _commit(step: int, i: int, data: Data, motion: Motion, stage: Stage, logs: L
 @kernel
 def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> int:  # fmt: skip  # noqa: E501
     """March some macro steps; return a status, FULL where a log is full. `logs.used` tells how far it came."""
-    return _march_on(
-        first, last, borrowed_record(tables), borrowed_record(data), borrowed_record(motion), borrowed_record(stage),
-        borrowed_record(logs), borrowed_record(room),
-    )  # fmt: skip
-
-
-@kernel
-def _march_on(first: int, last: int, tables: Tables, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> int:  # fmt: skip  # noqa: E501
-    """March some macro steps, all arrays borrowed."""
+    tables = borrowed_record(tables)
+    data = borrowed_record(data)
+    motion = borrowed_record(motion)
+    stage = borrowed_record(stage)
+    logs = borrowed_record(logs)
+    room = borrowed_record(room)
     contacts = len(motion.contacts)
     phases = tables.matrices.shape[1]
     used = logs.used

@@ -7,61 +7,15 @@ share their tables of modes. Units of length and force make the tables' numbers 
 from __future__ import annotations
 
 from math import ceil
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from wheeltapper.march.general.basis import Nodes, gauss_nodes
+from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.contract import Bodies, Method, System
+from wheeltapper.march.general.records import Nodes, Tables
 from wheeltapper.march.general.structure import ComplexArray, Ring
 from wheeltapper.march.program import FloatArray, IntArray
-
-
-class Tables(NamedTuple):
-    """What a structure is to the kernels; q nodes a macro step, `phases` places in a bay.
-
-    Attributes
-    ----------
-    reads, writes
-        Of the modes, (sets, phases, q, 2, modes).
-    first
-        First mode of each degree, (q,).
-    decay
-        exp(λH), (2, modes).
-    turns
-        What a port sees that stands some bays ahead, (bays, 2, modes).
-    sets, phase, bay
-        Of each contact: which set of tables, and phase and bay at the start.
-    bodies_read, bodies_write, bodies_step
-        The same for bodies: (contacts, q, states), (contacts, q, states), (states, states); the last state is 1.
-    kernels, matrices
-        The answer of the structure to a contact's own force: Legendre coefficients, and its collocation matrix,
-        (contacts, phases, q, q) both.
-    cross
-        The answer at the nodes of a contact to the force at those of another: (contact, other, phases, q, q).
-    coupled
-        Which of these are not zero, (contact, other).
-    residual, residual_nodes
-        Local compliance: Legendre coefficients, and at the nodes, (contacts, phases, q).
-    """
-
-    reads: FloatArray
-    writes: FloatArray
-    first: IntArray
-    decay: FloatArray
-    turns: FloatArray
-    sets: IntArray
-    phase: IntArray
-    bay: IntArray
-    bodies_read: FloatArray
-    bodies_write: FloatArray
-    bodies_step: FloatArray
-    kernels: FloatArray
-    matrices: FloatArray
-    cross: FloatArray
-    coupled: IntArray
-    residual: FloatArray
-    residual_nodes: FloatArray
 
 
 class Units(NamedTuple):
@@ -216,7 +170,7 @@ def build(system: System, method: Method, units: Units) -> tuple[Grid, Tables]:
     nodes = gauss_nodes(method.nodes)
     q, contacts = method.nodes, len(system.contacts)
     grid = grid_of(system, method)
-    number = np.float32 if method.single else np.float64
+    number: Any = np.float32 if method.single else np.float64
     parts, sets = np.unique(np.round(grid.part / SAME_PLACE) * SAME_PLACE, return_inverse=True)
     scale = units.force / units.length
     states = states_of(system.bodies)
@@ -238,33 +192,45 @@ def build(system: System, method: Method, units: Units) -> tuple[Grid, Tables]:
     residual *= scale
     read, write, step = _body_tables(states, grid, nodes, units)
     return grid, Tables(
-        *modal, sets.astype(np.int64), phase.astype(np.int64), bay.astype(np.int64), read, write, step,
+        modal.reads, modal.writes, modal.first, modal.decay, modal.turns,
+        sets.astype(np.int64), phase.astype(np.int64), bay.astype(np.int64), read, write, step,
         np.ascontiguousarray(kernels), np.ascontiguousarray(g[own, own] * nodes.integrals), g,
         coupled.astype(np.int64), residual @ nodes.transform.T, residual,
     )  # fmt: skip
 
 
-def _no_modes(q: int, phases: int, number: type) -> tuple[FloatArray | IntArray, ...]:
-    empty = np.zeros((1, phases, q, 2, 0), number)
-    return empty, empty.copy(), np.zeros(q, np.int64), np.zeros((2, 0)), np.zeros((1, 2, 0))
+class _ModalTables(NamedTuple):
+    """As the first entries of `Tables`."""
+
+    reads: FloatArray
+    writes: FloatArray
+    first: IntArray
+    decay: FloatArray
+    turns: FloatArray
+
+
+def _no_modes(q: int, phases: int, number: type[np.floating[Any]]) -> _ModalTables:
+    empty: Any = np.zeros((1, phases, q, 2, 0), number)
+    return _ModalTables(empty, empty.copy(), np.zeros(q, np.int64), np.zeros((2, 0)), np.zeros((1, 2, 0)))
 
 
 def _modal_tables(
     ring: Ring, order: IntArray, grid: Grid, made: list[_RingTables], nodes: Nodes, method: Method, units: Units
-) -> tuple[FloatArray | IntArray, ...]:
-    number = np.float32 if method.single else np.float64
+) -> _ModalTables:
+    number: Any = np.float32 if method.single else np.float64
     rates = ring.rates[order]
     decay = np.exp(rates * grid.seconds)
     first = slowest_modes(rates, grid.seconds, len(nodes.places), method.negligible)
     shape = (len(made), grid.phases, len(nodes.places), 2, len(order))
-    reads, writes = np.empty(shape, number), np.empty(shape, number)
+    reads: Any = np.empty(shape, number)
+    writes: Any = np.empty(shape, number)
     for i, one in enumerate(made):
         shown = np.tensordot(nodes.transform, one.shows, (1, 1)).swapaxes(0, 1)
         reads[i] = _split(-shown / units.length, -1.0)
         taken = np.tensordot(nodes.transform, one.takes * decay, (1, 1)).swapaxes(0, 1)
         writes[i] = _split(taken * units.force, 1.0)
     turns = np.exp(1j * np.multiply.outer(np.arange(ring.bays), np.angle(ring.turns[order])))
-    return reads, writes, first, _split(decay[None], 1.0)[..., :, :].reshape(2, -1), _split(turns, 1.0)
+    return _ModalTables(reads, writes, first, np.stack([decay.real, decay.imag]), _split(turns, 1.0))
 
 
 def _ring_kernels(
@@ -307,5 +273,3 @@ def _body_tables(states: States, grid: Grid, nodes: Nodes, units: Units) -> tupl
         np.ascontiguousarray(read.transpose(1, 0, 2)), np.ascontiguousarray(write.transpose(2, 0, 1)),
         exponential(states.A * seconds),
     )  # fmt: skip
-
-
