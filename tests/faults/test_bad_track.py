@@ -11,6 +11,10 @@ from wheeltapper.lower.track import reach
 
 EXAMPLE = wt.tracks.Ballasted.example
 RAIL = {"bending_stiffness": 6.378e6, "shear_stiffness": 2.43e8, "mass_per_length": 60.2}
+LIGHT = wt.tracks.Slab(
+    rail={"bending_stiffness": 2e5, "shear_stiffness": 2e9, "mass_per_length": 240.0}, spacing=1.8, pad_stiffness=1e9,
+    pad_damping=1e4,
+)  # fmt: skip
 NAMES = "rolland_UIC60_example, rolland_Nordborg, Zhai2004, railFE_default"
 
 
@@ -32,6 +36,7 @@ NAMES = "rolland_UIC60_example, rolland_Nordborg, Zhai2004, railFE_default"
             {"rail": RAIL | {"bending_stiffness": "6 MN"}},
             "rail.bending_stiffness: found '6 MN', which is not a bending",
         ),
+        ({"rail": RAIL | {"damping": "1 ms"}}, "rail.damping: found '1 ms'; allowed: less than or equal to 0.00002"),
         ({"rail": {"shear_stiffness": 2e8, "mass_per_length": 60}}, "rail.bending_stiffness: found nothing; allowed:"),
         ({"sleper_mass": 1.0}, "sleper_mass: found the unknown name 'sleper_mass'; allowed: rail, spacing,"),
         ({"bays": 4}, "bays: found 4; allowed: greater than or equal to 8"),
@@ -69,6 +74,10 @@ def test_a_rail_of_unknown_name_is_answered_with_the_known_ones():
         (lambda t: wt.tracks.receptance(t, [], 0.0), "frequencies: found none; allowed: a frequency, or"),
         (lambda t: wt.tracks.decay_rate(t, "3 m"), "frequencies: found '3 m', which is not a frequency"),
         (lambda t: wt.tracks.decay_rate(t, [1.0, np.inf]), "frequencies: found inf; allowed: a finite frequency"),
+        (
+            lambda t: wt.tracks.receptance(LIGHT, [500.0, 2e3], 0.0),
+            "frequencies: found 2000 Hz, at which the rail's near",
+        ),
         (lambda t: wt.tracks.receptance(t, 100.0, None), "where: found None; allowed: a length"),
         (lambda t: wt.tracks.static_deflection(t, [0.0, np.nan]), "where: found nan; allowed: a finite length"),
         (lambda t: wt.tracks.receptance(t, 1.0, [0, 1], [1, 2, 3]), "at: found 3 places; allowed: one, or 2"),

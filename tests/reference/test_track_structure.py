@@ -47,10 +47,10 @@ def ring_of(track, bays, cutoff):
 
 def shapes(ring, x):
     """Return Φ, Ψ and r at a place."""
-    at = readouts.place_of(ring, x)
-    powers = at.zeta ** np.arange(ring.deflection.shape[1])
-    residual = polynomial.polyval(at.zeta, ring.residual[at.element])
-    return powers @ ring.deflection[at.element], powers @ ring.drive[at.element], residual
+    _, element, zeta = readouts.place_of(ring, x)
+    powers = zeta ** np.arange(ring.deflection.shape[1])
+    residual = polynomial.polyval(zeta, ring.residual[element])
+    return powers @ ring.deflection[element], powers @ ring.drive[element], residual
 
 
 def modal_receptance(ring, omega, where, at):
@@ -296,7 +296,7 @@ def moving_deflection(ring, speed, parts=60, nodes=24):
     grown, fed = np.exp(ring.rates * step / speed), []
     for start in starts:
         x = start + 0.5 * step * (places + 1.0)
-        felt = np.exp(ring.rates * (start + step - x)[:, None] / speed) * readouts.drive_at(ring, x)
+        felt = np.exp(ring.rates * (start + step - x)[:, None] / speed) * np.stack([shapes(ring, one)[1] for one in x])
         fed.append(0.5 * step / speed * weights @ felt)
     whole = np.zeros(len(ring.rates), dtype=complex)
     for one in fed:

@@ -59,7 +59,7 @@ def receptance(
         If the track has no flexible rail, or an argument is wrong.
     """
     section = _section(track)
-    f, (x, y) = _frequencies(frequencies), _places(where, at)
+    f, (x, y) = _frequencies(frequencies, section), _places(where, at)
     omega = 2.0 * np.pi * f.reshape(f.shape + (1,) * x.ndim)
     found = waves.response(section, omega, x, y)[..., 0]
     over = {"where": (x, "place of the force, from a seat"), "at": (y, "place of the deflection, from a seat")}
@@ -112,7 +112,8 @@ def decay_rate(track: SupportedRail, frequencies: Quantities) -> xr.DataArray:
     InputError
         If the track has no flexible rail, or a frequency is wrong.
     """
-    section, f = _section(track), _frequencies(frequencies)
+    section = _section(track)
+    f = _frequencies(frequencies, section)
     found = waves.decay(section, 2.0 * np.pi * f)
     return _labelled(found, f, {}, (DECAY_TITLE, "dB/m", "decay rate of the slowest wave"), section)
 
@@ -160,10 +161,14 @@ def _read(given: Any, field: str, dimension: str) -> FloatArray:
     return np.asarray(numbers[0] if alone else numbers, dtype=float)
 
 
-def _frequencies(given: Any) -> FloatArray:
+def _frequencies(given: Any, section: Section) -> FloatArray:
     found = _read(given, "frequencies", "frequency")
     if np.any(found < 0.0):
         raise InputError("", "frequencies", f"{float(found.min()):g} Hz", "0 Hz or more")
+    lost = ~(waves.growth(section, 2.0 * np.pi * found) < waves.MOST_GROWTH)
+    if np.any(lost):
+        words = f"{float(found[lost].min()):g} Hz, at which the rail's near field ends far before the next seat"
+        raise InputError("", "frequencies", words, "lower ones, or a track with less spacing or a stiffer rail")
     return found
 
 

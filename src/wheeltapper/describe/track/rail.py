@@ -8,10 +8,10 @@ from wheeltapper.describe.noun import (
     BendingStiffness,
     InertiaPerLength,
     MassPerLength,
+    MaterialDamping,
     Noun,
     PositiveForce,
     PositiveLength,
-    Spread,
 )
 from wheeltapper.describe.track.published import published_rail, rail_names
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
@@ -38,7 +38,7 @@ class Rail(Noun):
     rotary_inertia
         ρI, kg·m; None: that of steel, 7850 kg/m³·EI/210 GPa.
     damping
-        β, s; the loss factor at the frequency f is 2π·f·β, with 2e-6 s 0.0126 at 1 kHz.
+        β, s, at most 2e-5; the loss factor at the frequency f is 2π·f·β, with 2e-6 s 0.0126 at 1 kHz.
     foot_distance
         Distance from the neutral axis to the underside of the foot, where strain is told, m.
     """
@@ -47,7 +47,7 @@ class Rail(Noun):
     shear_stiffness: PositiveForce
     mass_per_length: MassPerLength
     rotary_inertia: InertiaPerLength | None = None
-    damping: Spread = 2e-6
+    damping: MaterialDamping = 2e-6
     foot_distance: PositiveLength = 0.0809
 
     @property

@@ -9,7 +9,7 @@ can be chosen for which all matrices are real (docs/theory/track.rst, section 13
 from __future__ import annotations
 
 from functools import cache
-from math import ceil, sqrt
+from math import ceil, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -23,9 +23,8 @@ FloatArray = NDArray[np.float64]
 
 DEGREE = 8
 FEWEST_ELEMENTS = 2
-SHEAR_WAVES = 1.5
-"""Most lengths of shear waves in an element, at the cut-off: so the residual, of degree 14, is met to 1e-7 of the
-compliance."""
+WAVES = 1.5
+"""Most wavelengths in an element, at the cut-off: so the residual, of degree 14, is met to 1e-7 of the compliance."""
 
 
 class Bay(NamedTuple):
@@ -62,8 +61,11 @@ def powers_of_nodes() -> FloatArray:
 
 def element_count(section: Section, cutoff: float) -> int:
     """Return how many elements a bay needs for waves up to a frequency, Hz."""
-    lengths = cutoff * section.spacing / sqrt(section.shear / section.mass)
-    return max(FEWEST_ELEMENTS, ceil(lengths / SHEAR_WAVES))
+    omega = 2.0 * pi * cutoff
+    shear = omega * sqrt(section.mass / section.shear)
+    bending = sqrt(omega * sqrt(section.mass / section.bending))
+    wavelengths = section.spacing * max(shear, bending) / (2.0 * pi)
+    return max(FEWEST_ELEMENTS, ceil(wavelengths / WAVES))
 
 
 @cache

@@ -1,7 +1,7 @@
 """How many modes stand for an infinite track: cut-off and length of the ring, from the accuracy and from its waves.
 
 A ring of M bays is an infinite track under equal trains M·a apart. What a wheel feels of its images is what the slowest
-wave still is after M·a. Its mean square over the frequencies up to `HEARD` sets the length
+wave still is after M·a. Its mean square over the frequencies up to `HEARD`, and its value at rest, set the length
 (docs/theory/track.rst, section 13.5).
 """
 
@@ -32,7 +32,7 @@ class Accuracy(NamedTuple):
     fewest
         Bays.
     image
-        Largest root of the mean square of what returns from the image.
+        Largest share that returns from the image; see `image_level`.
     """
 
     cutoff: float
@@ -59,7 +59,7 @@ class Reach(NamedTuple):
     bays
         Number of bays.
     image
-        Root of the mean square, up to `HEARD`, of what returns from the image, relative to what leaves the wheel.
+        What returns from the image, relative to what leaves the wheel; see `image_level`.
     notes
         What the user should know of them.
     """
@@ -71,15 +71,21 @@ class Reach(NamedTuple):
 
 
 def image_level(section: Section, length: float) -> float:
-    """Return the root of the mean square, up to `HEARD`, of what the slowest wave still is after a length, m."""
-    per_metre = _decays(section)
-    return float(np.sqrt(np.mean(10.0 ** (-0.1 * per_metre * length))))
+    """Return what the slowest wave still is after a length, m.
+
+    It is the root of its mean square over the frequencies up to `HEARD`, or its value at rest, if that is larger.
+    """
+    left = 10.0 ** (-0.05 * length * _decays(section)[1])
+    return float(max(np.sqrt(np.mean(left[1:] ** 2)), left[0]))
 
 
 @lru_cache(maxsize=64)
-def _decays(section: Section) -> waves.FloatArray:
-    """Return the decay at many frequencies, dB/m."""
-    return waves.decay(section, 2.0 * np.pi * np.linspace(0.0, HEARD, 401)[1:])
+def _decays(section: Section) -> tuple[waves.FloatArray, waves.FloatArray]:
+    """Return frequencies from 0, Hz, and the decay at them, dB/m; without those at which it is lost in rounding."""
+    frequencies = np.linspace(0.0, HEARD, 401)
+    known = waves.growth(section, 2.0 * np.pi * frequencies) < waves.MOST_GROWTH
+    known[0] = True
+    return frequencies[known], np.maximum(waves.decay(section, 2.0 * np.pi * frequencies[known]), 0.0)
 
 
 def reach_of(track: SupportedRail, accuracy: str = "default", extent: float = 0.0) -> Reach:
@@ -142,9 +148,8 @@ def check_bays(section: Section, bays: int, cutoff: float) -> None:
 
 
 def _image_note(section: Section, asked: Accuracy, length: float, image: float, extent: float) -> Note:
-    decays = _decays(section)
-    slowest = float(decays.min())
-    frequency = float(np.linspace(0.0, HEARD, 401)[1:][decays.argmin()])
+    frequencies, decays = _decays(section)
+    slowest, frequency = float(decays.min()), float(frequencies[decays.argmin()])
     needed = length
     while image_level(section, needed) > asked.image and needed < 1e5:
         needed *= 1.2

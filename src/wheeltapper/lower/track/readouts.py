@@ -56,8 +56,25 @@ class SeatRows(NamedTuple):
     ballast: ComplexArray
 
 
+class Places(NamedTuple):
+    """Places as the ring knows them: number of the bay, number of the element, and ζ in it."""
+
+    bay: NDArray[np.int64]
+    element: NDArray[np.int64]
+    zeta: FloatArray
+
+
+def places_of(ring: Ring, x: FloatArray) -> Places:
+    """Return where positions lie."""
+    bay = np.floor(x / ring.spacing).astype(np.int64)
+    within = x - bay * ring.spacing
+    element = np.clip(np.searchsorted(ring.edges, within, side="right") - 1, 0, len(ring.edges) - 2)
+    start, stop = ring.edges[element], ring.edges[element + 1]
+    return Places(bay, element, 2.0 * (within - start) / (stop - start) - 1.0)
+
+
 class Place(NamedTuple):
-    """A place as the ring knows it: number of its bay, number of its element, and ζ in it."""
+    """One of them."""
 
     bay: int
     element: int
@@ -66,26 +83,23 @@ class Place(NamedTuple):
 
 def place_of(ring: Ring, x: float) -> Place:
     """Return where a position lies."""
-    bay = int(np.floor(x / ring.spacing))
-    within = x - bay * ring.spacing
-    element = int(np.clip(np.searchsorted(ring.edges, within, side="right") - 1, 0, len(ring.edges) - 2))
-    start, stop = ring.edges[element : element + 2]
-    return Place(bay, element, float(2.0 * (within - start) / (stop - start) - 1.0))
+    (bay,), (element,), (zeta,) = places_of(ring, np.array([x]))
+    return Place(int(bay), int(element), float(zeta))
 
 
 def rail_rows(section: Section, foot: float, modes: TrackModes, x: float) -> RailRows:
     """Return the rows of a place of the rail; `foot` is the distance from the neutral axis to the strain."""
     ring = modes.ring
-    at = place_of(ring, x)
+    _, element, zeta = place_of(ring, x)
     powers = np.arange(ring.deflection.shape[1])
-    values = at.zeta**powers
-    slopes = powers * at.zeta ** np.maximum(powers - 1, 0) * 2.0 / (ring.edges[1] - ring.edges[0])
-    rotation = modes.rotation[at.element]
+    values = zeta**powers
+    slopes = powers * zeta ** np.maximum(powers - 1, 0) * 2.0 / (ring.edges[1] - ring.edges[0])
+    rotation = modes.rotation[element]
     shear = section.shear * (1.0 + section.loss * ring.rates)
     return RailRows(
-        values @ ring.deflection[at.element],
+        values @ ring.deflection[element],
         -foot * (slopes @ rotation),
-        shear * (slopes @ ring.deflection[at.element] - values @ rotation),
+        shear * (slopes @ ring.deflection[element] - values @ rotation),
     )
 
 
@@ -98,15 +112,28 @@ def seat_rows(section: Section, modes: TrackModes) -> SeatRows:
     return SeatRows(modes.sleeper, pad, ballast)
 
 
-def drive_at(ring: Ring, x: FloatArray) -> ComplexArray:
-    """Return Ψ at positions, (positions, modes), in the frame of the bay of each."""
-    within = x - ring.spacing * np.floor(x / ring.spacing)
-    element = np.clip(np.searchsorted(ring.edges, within, side="right") - 1, 0, len(ring.edges) - 2)
-    zeta = 2.0 * (within - ring.edges[element]) / (ring.edges[1] - ring.edges[0]) - 1.0
-    powers = zeta[:, None] ** np.arange(ring.drive.shape[1])
-    out = np.empty((len(x), len(ring.rates)), dtype=complex)
-    for one in range(len(ring.edges) - 1):
-        out[element == one] = powers[element == one] @ ring.drive[one]
+def modes_at_rest(ring: Ring, rows: ComplexArray, bay: int, where: FloatArray) -> FloatArray:
+    """Return the static readings (positions, rows), by the modes alone, of unit forces at some places.
+
+    Parameters
+    ----------
+    ring
+        The ring.
+    rows
+        Of what reads, (rows, modes).
+    bay
+        The bay that reads.
+    where
+        Places of the force, (positions,), m.
+    """
+    at = places_of(ring, where)
+    powers = at.zeta[:, None] ** np.arange(ring.drive.shape[1])
+    out = np.empty((len(where), len(rows)))
+    for force in np.unique(at.bay):  # in each of them a reading is a polynomial of the place
+        amplitudes = -ring.weights / ring.rates * ring.turns ** (bay - force)
+        polynomials = np.real(np.tensordot(ring.drive, (rows * amplitudes).T, axes=1))
+        here = at.bay == force
+        out[here] = np.einsum("xp,xpr->xr", powers[here], polynomials[at.element[here]])
     return out
 
 
@@ -128,14 +155,11 @@ def static_rest(section: Section, foot: float, modes: TrackModes, at: float, whe
         (positions, 3): deflection in m/N, strain in 1/N, shear in N/N. The first two are as good as zero some bays
         away; the shear, whose jump under the force the modes cannot make, only falls with the distance.
     """
-    ring = modes.ring
     state = waves.response(section, 0.0, where, at).real
     exact = np.stack([state[..., 0], -foot / section.bending * state[..., 2], state[..., 3]], axis=-1)
-    away = np.floor(at / ring.spacing) - np.floor(where / ring.spacing)
-    turned = ring.turns ** away[:, None] * drive_at(ring, where) * (-ring.weights / ring.rates)
     rows = rail_rows(section, foot, modes, at)
-    kept = np.real(turned @ np.stack(_at_rest(rows, section, ring), axis=-1))
-    return np.asarray(exact - kept)
+    still = np.stack([rows.deflection, rows.strain, rows.shear / (1.0 + section.loss * modes.ring.rates)])
+    return np.asarray(exact - modes_at_rest(modes.ring, still, place_of(modes.ring, at).bay, where))
 
 
 def seat_rest(section: Section, modes: TrackModes, seat: int, where: FloatArray) -> FloatArray:
@@ -151,13 +175,6 @@ def seat_rest(section: Section, modes: TrackModes, seat: int, where: FloatArray)
     rail = waves.response(section, 0.0, where, seat * section.spacing)[..., 0].real
     sleeper = rail * section.pad / (section.pad + section.ballast) if section.sleeper > 0.0 else np.zeros_like(rail)
     exact = np.stack([sleeper, section.pad * (rail - sleeper), section.ballast * sleeper], axis=-1)
-    away = seat - np.floor(where / ring.spacing)
-    turned = ring.turns ** away[:, None] * drive_at(ring, where) * (-ring.weights / ring.rates)
     shapes = (-1.0) ** np.arange(ring.deflection.shape[1]) @ ring.deflection[0]
     rows = modes.sleeper, section.pad * (shapes - modes.sleeper), section.ballast * modes.sleeper
-    return np.asarray(exact - np.real(turned @ np.stack(rows, axis=-1)))
-
-
-def _at_rest(rows: RailRows, section: Section, ring: Ring) -> RailRows:
-    """Return the rows for a state that does not change: without the rail's damping."""
-    return rows._replace(shear=rows.shear / (1.0 + section.loss * ring.rates))
+    return np.asarray(exact - modes_at_rest(ring, np.stack(rows), seat, where))

@@ -20,6 +20,9 @@ FloatArray = NDArray[np.float64]
 ABSORPTION = 1e-9
 """By this share of itself a frequency is taken below the real axis: so undamped waves, too, leave the load."""
 
+MOST_GROWTH = 1e9
+"""Where the near field decays by more from seat to seat, rounding spoils the slow waves beyond 1e-6."""
+
 
 class Waves(NamedTuple):
     """Bloch's waves at some frequencies; states are those just before a seat.
@@ -126,6 +129,11 @@ def decay(section: Section, omega: Any) -> FloatArray:
     """Return how fast the slowest wave decays at angular frequencies, dB/m."""
     slowest = np.abs(waves_at(section, omega).factors[..., 1])
     return np.asarray(-20.0 * np.log10(slowest) / section.spacing)
+
+
+def growth(section: Section, omega: Any) -> FloatArray:
+    """Return by how much the rail's near field decays from seat to seat at angular frequencies; see `MOST_GROWTH`."""
+    return np.asarray(np.abs(waves_at(section, omega).factors[..., 3]))
 
 
 def pinned(section: Section) -> float:
