@@ -21,9 +21,7 @@ from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.track.stiff import StiffTrack
 from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.describe.vehicle.base import Vehicle
-from wheeltapper.describe.vehicle.bogie import Bogie
 from wheeltapper.describe.vehicle.wagon import Wagon, wagon_for
-from wheeltapper.describe.vehicle.wheelsets import Wheelsets
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.needs import IRREGULARITY, MEMORY, NOTHING, POINT, PROFILES, START, YIELDING, Need
@@ -119,11 +117,11 @@ class Scenario(Noun):
         run.choose(run.SIMULATE, self.needs)
         if isinstance(self.track, SupportedRail):
             self._check_rails()
-        if isinstance(self.vehicle, Wheelsets | Bogie):
-            check_places(self.irregularity, len(self.vehicle.positions), sides=False)
         if isinstance(self.vehicle, Wagon):
             self._check_wagon(self.vehicle)
-        elif isinstance(self.contact, Hertz) and self.contact.idle:
+            return self
+        check_places(self.irregularity, len(getattr(self.vehicle, "positions", (0.0,))), sides=False)
+        if isinstance(self.contact, Hertz) and self.contact.idle:
             raise self.contact.idle.within("contact")
         return self
 

@@ -1,8 +1,9 @@
 """The decorator of all kernels: compiled once, cached on disk, and compiled again when any kernel's source changes.
 
 Numba stamps a cached function with its own file only. After an edit of a callee in another file, the old machine code
-would silently stay in use. The locators below stamp every kernel with all sources of this folder. If the package's
-folder cannot be written, the cache goes to the user's cache directory.
+would silently stay in use. The locators below stamp every kernel with all sources of its march: those of this folder,
+or for the general march those of its folders and what they import of this one. An edit of one march does not compile
+the other again. If the package's folder cannot be written, the cache goes to the user's cache directory.
 
 Each kernel runs its own copies of its callees. Numba leaves it to the linker which of several copies runs, and they
 round differently; an answer would depend on which kernels the process used before, and on which it compiled itself.
@@ -12,7 +13,9 @@ from __future__ import annotations
 
 import atexit
 import hashlib
+import re
 import tempfile
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -24,33 +27,70 @@ from numba.core import caching, codegen
 OURS = "_ZN11wheeltapper5march"
 """How the names of all compiled kernels begin."""
 FOLDER = Path(__file__).resolve().parent
+GENERAL = FOLDER / "general"
+"""The general march, with folders of its own in it."""
 FASTMATH = {"contract", "reassoc", "arcp", "nsz", "afn"}
 """Flags of the compiler. Never nnan or ninf, because infinities and NaN are data here (open ends, failures)."""
 
 
-def source_stamp() -> str:
-    """Return a digest of all kernel sources; the door to the kernels is none of them."""
+def digest_of(files: Iterable[Path]) -> str:
+    """Return a digest of sources, and of Numba's version."""
     digest = hashlib.sha256(numba.__version__.encode())
-    for file in sorted({*FOLDER.glob("*.py")} - {FOLDER / "run.py"}):
-        digest.update(file.name.encode())
+    for file in sorted(files):
+        digest.update(file.relative_to(FOLDER).as_posix().encode())
         digest.update(file.read_bytes())
     return digest.hexdigest()
 
 
+_IMPORTED = re.compile(r"^from wheeltapper\.march([\w.]*) import ([\w, ]*)", re.MULTILINE)
+_KERNEL = re.compile(r"^@\w*kernel$", re.MULTILINE)
+
+
+def with_imports(files: Iterable[Path]) -> set[Path]:
+    """Return sources, with those of the marches that they import, and that these import."""
+    wanted, found = list(files), set[Path]()
+    while wanted:
+        file = wanted.pop()
+        if file in found or not file.exists():
+            continue
+        found.add(file)
+        for module, names in _IMPORTED.findall(file.read_text(encoding="utf-8")):
+            place = FOLDER.joinpath(*module.split("."))
+            wanted.append(place.with_suffix(".py"))
+            wanted += [place / f"{part.split()[0]}.py" for part in names.split(",") if part.strip()]
+    return found
+
+
+def source_stamp() -> str:
+    """Return a digest of the sources of all kernels in this folder; the door to the kernels is none of them."""
+    return digest_of({*FOLDER.glob("*.py")} - {FOLDER / "run.py"})
+
+
+def general_stamp() -> str:
+    """Return a digest of the sources of the general march that have kernels, and of all that they import."""
+    sources = GENERAL.rglob("*.py")
+    return digest_of(with_imports(file for file in sources if _KERNEL.search(file.read_text(encoding="utf-8"))))
+
+
 STAMP = source_stamp()
+GENERAL_STAMP = general_stamp()
 
 
 class _Stamped:
-    """Claims the functions of this folder, and stamps them with all of its sources."""
+    """Claims the functions of this folder and of the general march, and stamps them with all of their sources."""
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> Any:
-        if Path(py_file).resolve().parent != FOLDER:
+        file = Path(py_file).resolve()
+        if file.parent != FOLDER and GENERAL not in file.parents:
             return None
-        return super().from_function(py_func, py_file)  # type: ignore[misc]
+        locator = super().from_function(py_func, py_file)  # type: ignore[misc]
+        if locator is not None:
+            locator.stamp = STAMP if file.parent == FOLDER else GENERAL_STAMP
+        return locator
 
     def get_source_stamp(self) -> str:
-        return STAMP
+        return self.stamp  # type: ignore[attr-defined, no-any-return]
 
 
 class _Environment(_Stamped, caching.UserProvidedCacheLocator):

@@ -41,7 +41,7 @@ def save(record: Record, path: Path) -> None:
         "contact_wheelset": ("contact", named["wheelset"], attributes_of("wheelset")),
         "contact_side": flag_variable("contact", named["side"], SIDES),
         "contact_surface": flag_variable("contact", named["surface"], SURFACES),
-        "static_force": ("contact", static, attributes_of("static_force", contacts.has_several)),
+        "static_force": ("contact", static, attributes_of("static_force", contacts.has_sides)),
         "march_steps": (("step", "step_column"), march.steps),
         "march_events": (("event", "event_column"), march.events),
         "march_peaks": (("peak", "peak_column"), march.peaks),

@@ -1,0 +1,37 @@
+"""Small dense linear systems."""
+
+from __future__ import annotations
+
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.program import FloatArray
+
+
+@kernel
+def factorise(J: FloatArray, n: int) -> None:
+    """Replace a matrix by its factors L and U, without exchanging rows: it is one plus a small matrix, or near that.
+
+    The diagonal of U is kept as its inverse.
+    """
+    for k in range(n):
+        inverse = 1.0 / J[k, k]
+        J[k, k] = inverse
+        for i in range(k + 1, n):
+            share = J[i, k] * inverse
+            J[i, k] = share
+            for j in range(k + 1, n):
+                J[i, j] -= share * J[k, j]
+
+
+@kernel
+def solve_factorised(J: FloatArray, n: int, x: FloatArray) -> None:
+    """Replace x by the solution of L·U·solution = x."""
+    for i in range(1, n):
+        total = x[i]
+        for j in range(i):
+            total -= J[i, j] * x[j]
+        x[i] = total
+    for i in range(n - 1, -1, -1):
+        total = x[i]
+        for j in range(i + 1, n):
+            total -= J[i, j] * x[j]
+        x[i] = total * J[i, i]

@@ -1,0 +1,411 @@
+"""A macro step of one contact from event to event: flights, impacts, losses, breakpoints of the path.
+
+    while the macro step has not ended:
+        at a breakpoint      enter the next piece; where the path jumps, choose contact or flight anew
+        flying               search D for the first touch (every crossing, by Descartes); none: fly to the limit
+        in contact           solve to the limit, on nodes that suit a recent impact and a foreseen loss
+            not converged, or forces not resolved: half as far
+            D falls below zero: find the loss by Newton on D = 0 with the moments held: exact, since N = 0 there
+            a loss is foreseen soon behind the limit: once more, on nodes that suit it
+
+The limit is the macro step's end, a breakpoint, or some part of a wave of the path.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.general import layout, local, paths
+from wheeltapper.march.general.crossings import NO_CROSSING, first_crossing
+from wheeltapper.march.general.layout import AFTER, BEFORE, BETWEEN, EVEN, IMPACT_AT, LOSS_AT
+from wheeltapper.march.general.records import Nodes, Room, Site
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.program import FloatArray, IntArray
+
+SNAP = 1e-12
+"""Parts of a macro step closer than this are one."""
+RECENT = 2.5
+"""Macro steps for which an impact is felt in the force's smoothness."""
+FORESEEN = 1.5
+"""Macro steps before a loss in which it is felt."""
+SHORTEST = 1e-6
+"""Part of a macro step below which nothing is halved any more."""
+MOST_TRIES = 60
+FOUND, BEYOND, FAILED = range(3)
+
+
+ROWS, EVENTS_NOW = 0, 1
+"""Counts of a contact's rows and events in the present macro step."""
+
+
+@kernel
+def log_row(step: int, i: int, start: float, end: float, how: int, origin: float, span: float, s0: float, s1: float, n: int, N: FloatArray, rows: FloatArray, counts: IntArray) -> None:  # fmt: skip  # noqa: E501
+    """Write a part of a macro step in the contact's next row."""
+    row = rows[counts[ROWS]]
+    counts[ROWS] += 1
+    row[layout.ROW_STEP] = step
+    row[layout.ROW_CONTACT] = i
+    row[layout.ROW_FROM] = start
+    row[layout.ROW_TO] = end
+    row[layout.ROW_MAP] = how
+    row[layout.ROW_ORIGIN] = origin
+    row[layout.ROW_SPAN] = span
+    row[layout.ROW_S0] = s0
+    row[layout.ROW_S1] = s1
+    row[layout.ROW_NODES] = n
+    for k in range(n):
+        row[layout.ROW_FORCES + k] = N[k]
+
+
+@kernel
+def log_event(step: int, i: int, at: float, kind: int, rate: float, events: FloatArray, counts: IntArray) -> None:
+    """Write an event of the present macro step."""
+    row = events[counts[EVENTS_NOW]]
+    counts[EVENTS_NOW] += 1
+    row[layout.EVENT_STEP] = step
+    row[layout.EVENT_PART] = at
+    row[layout.EVENT_KIND_IS] = kind
+    row[layout.EVENT_RATE_IS] = rate
+    row[layout.EVENT_CONTACT_IS] = i
+
+
+@kernel
+def foresee_loss(value: float, slope: float, bend: float) -> float:
+    """Return when value + slope·s + bend·s²/2 falls to zero, or infinity."""
+    if value <= 0.0:
+        return 0.0
+    inside = slope * slope - 2.0 * bend * value
+    if inside <= 0.0:
+        return np.inf
+    root = sqrt(inside)
+    if slope < 0.0:
+        return 2.0 * value / (root - slope)
+    if bend < 0.0:
+        return -(slope + root) / bend
+    return np.inf
+
+
+@kernel
+def fly(theta: float, limit: float, fresh: bool, q: int, places: FloatArray, matrix: FloatArray, site: Site, room: Room) -> float:  # fmt: skip  # noqa: E501
+    """Return the first touch of a flight before `limit`, or NO_CROSSING. `fresh`: it begins with a loss here."""
+    n = len(places)
+    length = limit - theta
+    start, slope = local.gap_at(theta, q, room.free, site)
+    if not fresh and start > 0.0:
+        return theta
+    for k in range(n):
+        room.spare[k] = theta + length * places[k]
+    paths.heights(site.pieces, site.place, site.x0, site.stride, site.lift, n, room.spare, room.height, room.factor)
+    for k in range(n):
+        value, _ = local.sum_at(room.spare[k], q, room.free)
+        room.F[k] = value + room.height[k]
+    if fresh:  # the zero at the start is taken out
+        room.F[layout.BEGIN] = slope * length
+        for k in range(1, n):
+            room.F[k] = (room.F[k] - start) / places[k]
+    for k in range(n):
+        total = 0.0
+        for j in range(n):
+            total += matrix[k, j] * room.F[j]
+        room.bernstein[k] = total
+    root = first_crossing(room.bernstein, n - 1, 1.0, 0.0, room.stack)
+    if root == NO_CROSSING:
+        return NO_CROSSING
+    at = theta + length * root
+    for _ in range(4):  # on the path itself
+        value, slope = local.gap_at(at, q, room.free, site)
+        if slope <= 0.0:
+            break
+        new = at - value / slope
+        if not theta <= new <= limit:
+            break
+        at = new
+    return at
+
+
+@kernel
+def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room) -> tuple[int, float, float, float, float, float]:  # fmt: skip  # noqa: E501
+    """Find the end of a contact that lasts from θ on; return an outcome, where its part ends, s0 and span of its map.
+
+    Then follow the loss itself, and D's derivative there. Moments behind it are in `room.after`.
+    """
+    impact = site.place[IMPACT_AT]
+    recent = theta - impact < RECENT
+    at = guess
+    for turn in range(12):
+        if at <= theta + SNAP:
+            return FAILED, at, 0.0, 0.0, at, 0.0
+        if at > limit + SNAP:
+            return BEYOND, at, 0.0, 0.0, at, 0.0
+        if recent:
+            span = at - impact
+            s0 = local.smoothstep_inverse((theta - impact) / span)
+            solved = local.solve_part(
+                nodes, q, BETWEEN, impact, span, s0, 1.0, turn > 0, settings[layout.NEWTON_LIMIT], site, room
+            )
+        else:
+            span = 0.0
+            s0 = sqrt(at - theta)
+            solved = local.solve_part(
+                nodes, q, BEFORE, at, span, s0, 0.0, turn > 0, settings[layout.NEWTON_LIMIT], site, room
+            )
+        if not solved:
+            return FAILED, at, 0.0, 0.0, at, 0.0
+        local.free_sum(q, site.c, site.B, room.after, room.spare)
+        value, slope = local.gap_at(at, q, room.spare, site)
+        if slope >= 0.0:
+            return FAILED, at, 0.0, 0.0, at, 0.0
+        away = -value / slope
+        if abs(away) < settings[layout.LOSS_LIMIT]:
+            if local.tail_of(nodes, room.N) > settings[layout.TAIL_LIMIT] and at - theta > SHORTEST:
+                return FAILED, at, 0.0, 0.0, at, 0.0
+            return FOUND, at, s0, span, at + away, slope
+        at += min(max(away, 0.5 * (theta - at)), at - theta)
+    return FAILED, at, 0.0, 0.0, at, 0.0
+
+
+@kernel
+def _falls(n: int, nodes: Nodes, how: int, origin: float, span: float, s0: float, s1: float, start: float, slope: float, end: float, room: Room) -> float:  # fmt: skip  # noqa: E501
+    """Return where in σ the gap D first falls through zero, or NO_CROSSING; without the zero of an impact at 0."""
+    from_impact = s0 == 0.0 and (how == AFTER or how == BETWEEN)
+    room.F[layout.BEGIN] = start
+    room.F[n + 1] = end
+    for k in range(n):
+        room.F[k + 1] = room.delta[k] + room.r[k] * room.N[k]
+        if from_impact:
+            room.F[k + 1] /= nodes.places[k] * nodes.places[k]
+    if from_impact:
+        room.F[layout.BEGIN] = slope * s1 * s1 * (1.0 if how == AFTER else 3.0 * span)
+    for k in range(n + 2):
+        total = 0.0
+        for j in range(n + 2):
+            total += nodes.ended[k, j] * room.F[j]
+        room.bernstein[k] = total
+    return first_crossing(room.bernstein, n + 1, -1.0, 0.0, room.stack)
+
+
+@kernel
+def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
+    """Go on in contact from θ, to the limit or a loss, or less far; return a status and where."""
+    place = site.place
+    n = len(nodes.places)
+    impact = place[IMPACT_AT]
+    recent = theta - impact < RECENT
+    start, start_slope = local.gap_at(theta, q, room.free, site)
+    if start <= 0.0 and start_slope < 0.0:
+        log_event(step, i, theta, contract.LOSS, start_slope / site.seconds, events, counts)
+        place[layout.FREE_NOW] = 1.0
+        return contract.RUNNING, theta
+    length = limit - theta
+    beyond = False
+    for _ in range(MOST_TRIES):
+        to = theta + length
+        if length == limit - theta:
+            to = limit
+        loss = place[LOSS_AT]
+        if loss <= theta:
+            loss = np.inf
+        guess = loss if loss <= to else np.inf
+        how = EVEN
+        origin, span, s0, s1 = theta, to - theta, 0.0, 1.0
+        if guess == np.inf:
+            if recent and loss - to < FORESEEN:
+                how = BETWEEN
+                origin, span = impact, loss - impact
+                s0 = local.smoothstep_inverse((theta - impact) / span)
+                s1 = local.smoothstep_inverse((to - impact) / span)
+            elif recent:
+                how = AFTER
+                origin, s0, s1 = impact, sqrt(max(theta - impact, 0.0)), sqrt(to - impact)
+            elif loss - to < FORESEEN:
+                how = BEFORE
+                origin, s0, s1 = loss, sqrt(loss - theta), sqrt(loss - to)
+            solved = local.solve_part(
+                nodes, q, how, origin, span, s0, s1, False, settings[layout.NEWTON_LIMIT], site, room
+            )
+            if not solved:
+                if length < SHORTEST:
+                    return layout.UNSOLVED, theta
+                length *= 0.5
+                continue
+            local.free_sum(q, site.c, site.B, room.after, room.spare)
+            end, end_slope = local.gap_at(to, q, room.spare, site)
+            root = _falls(n, nodes, how, origin, span, s0, s1, start, start_slope, end, room)
+            if root != NO_CROSSING:
+                guess = min(local.part_of(how, origin, span, s0 + (s1 - s0) * root), to)
+        if guess != np.inf:
+            outcome, at, s0, span, loss, slope = find_loss(theta, guess, limit, nodes, q, settings, site, room)
+            if outcome == FOUND:
+                if local.released(n, site.law, room):
+                    return layout.RELEASES, theta
+                how, origin = BEFORE, at
+                if recent:
+                    how, origin = BETWEEN, impact
+                s1 = 1.0 if recent else 0.0
+                log_row(step, i, theta, at, how, origin, span, s0, s1, n, room.N, rows, counts)
+                log_event(step, i, loss, contract.LOSS, slope / site.seconds, events, counts)
+                place[layout.FREE_NOW] = 1.0
+                place[LOSS_AT] = np.inf
+                place[layout.BEGAN] = 0.0
+                return contract.RUNNING, at
+            place[LOSS_AT] = at if outcome == BEYOND and at < limit + FORESEEN else np.inf
+            if outcome == FAILED or beyond or length < limit - theta:
+                if length < SHORTEST:
+                    return layout.UNSOLVED, theta
+                length = 0.5 * min(length, guess - theta)
+            beyond = outcome == BEYOND
+            continue
+        if local.tail_of(nodes, room.N) > settings[layout.TAIL_LIMIT] and length > SHORTEST:
+            length *= 0.5
+            continue
+        middle = n // 2
+        back = to - room.theta[middle]
+        bend = 2.0 * (room.delta[middle] + room.r[middle] * room.N[middle] - end + end_slope * back) / (back * back)
+        soon = to + foresee_loss(end, end_slope, bend)
+        near = loss - to < FORESEEN
+        place[LOSS_AT] = soon if soon < to + 2.0 * FORESEEN else np.inf
+        if soon < to + FORESEEN and not near and soon > to:
+            continue
+        if local.released(n, site.law, room):
+            return layout.RELEASES, theta
+        log_row(step, i, theta, to, how, origin, span, s0, s1, n, room.N, rows, counts)
+        total = 0.0
+        for k in range(n):
+            total += nodes.end[k] * room.delta[k]
+        place[layout.BEGAN] = total
+        return contract.RUNNING, to
+    return layout.UNSOLVED, theta
+
+
+@kernel
+def _cross(step: int, i: int, theta: float, q: int, site: Site, room: Room, events: FloatArray, counts: IntArray) -> int:  # fmt: skip  # noqa: E501
+    """Enter the next piece of the path; return a status."""
+    place = site.place
+    ends = site.ends
+    join = paths.enter_next_piece(
+        site.pieces, int(ends[layout.TABLE_BEGIN]), int(ends[layout.TABLE_END]), int(ends[layout.TABLE_LOOP]),
+        int(ends[layout.TABLE_JOIN]), place,
+    )  # fmt: skip
+    if join < 0:
+        return contract.END_OF_PATH
+    if join == contract.JUMP:
+        local.free_sum(q, site.c, site.B, room.moments, room.free)
+        value, slope = local.gap_at(theta, q, room.free, site)
+        place[LOSS_AT] = np.inf
+        place[layout.BEGAN] = max(value, 0.0)
+        if value > 0.0 and place[layout.FREE_NOW] != 0.0:
+            log_event(step, i, theta, contract.IMPACT, slope / site.seconds, events, counts)
+            place[layout.FREE_NOW] = 0.0
+            place[IMPACT_AT] = -np.inf
+        elif value <= 0.0 and place[layout.FREE_NOW] == 0.0:
+            log_event(step, i, theta, contract.LOSS, slope / site.seconds, events, counts)
+            place[layout.FREE_NOW] = 1.0
+    return contract.RUNNING
+
+
+@kernel
+def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places: FloatArray, matrix: FloatArray, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
+    """March one contact over a macro step, from event to event; return a status. Its moments are in `room.moments`.
+
+    Where the contact is `shared`, the moments up to each macro node are written to `sums`, (node, moment).
+    """
+    q = len(macro.places)
+    place = site.place
+    room.moments[:q] = 0.0
+    theta = 0.0
+    fresh = False
+    k = 0
+    for _ in range(layout.MOST_PARTS):
+        stop = paths.piece_stop(site.pieces, place, site.x0, site.stride)
+        if stop <= theta + SNAP and theta < 1.0:
+            status = _cross(step, i, theta, q, site, room, events, counts)
+            if status != contract.RUNNING:
+                return status
+            continue
+        if theta >= 1.0:
+            while shared and k < q:
+                sums[k, :q] = room.moments[:q]
+                k += 1
+            return contract.RUNNING
+        limit = min(1.0, stop, theta + paths.longest_reach(site.pieces, place, site.stride))
+        if limit > 1.0 - SNAP:
+            limit = 1.0
+        local.free_sum(q, site.c, site.B, room.moments, room.free)
+        if place[layout.FREE_NOW] != 0.0:
+            at = fly(theta, limit, fresh, q, places, matrix, site, room)
+            fresh = False
+            end = limit if at == NO_CROSSING else at
+            if end > theta:
+                room.N[:1] = 0.0
+                log_row(step, i, theta, end, EVEN, theta, end - theta, 0.0, 1.0, 1, room.N, rows, counts)
+            while shared and k < q and macro.places[k] <= end:
+                sums[k, :q] = room.moments[:q]
+                k += 1
+            theta = end
+            if at != NO_CROSSING:
+                _, slope = local.gap_at(at, q, room.free, site)
+                log_event(step, i, at, contract.IMPACT, slope / site.seconds, events, counts)
+                place[layout.FREE_NOW] = 0.0
+                place[IMPACT_AT] = at
+                place[LOSS_AT] = np.inf
+                place[layout.BEGAN] = 0.0
+            continue
+        status, to = press(step, i, theta, limit, nodes, q, settings, site, room, rows, events, counts)
+        if status != contract.RUNNING:
+            return status
+        if to > theta:
+            if shared:
+                k = _share(k, to, nodes, macro, q, rows[counts[ROWS] - 1], room, sums)
+            room.moments[:q] = room.after[:q]
+        fresh = place[layout.FREE_NOW] != 0.0
+        theta = to
+    return layout.CHATTERS
+
+
+@kernel
+def sigma_of(theta: float, row: FloatArray) -> float:
+    """Return σ, from 0 to 1, of a part θ of the macro step in a logged row."""
+    how = row[layout.ROW_MAP]
+    origin = row[layout.ROW_ORIGIN]
+    s = theta - origin
+    if how == EVEN:
+        return s / row[layout.ROW_SPAN]
+    if how == AFTER:
+        s = sqrt(max(s, 0.0))
+    elif how == BEFORE:
+        s = sqrt(max(-s, 0.0))
+    else:
+        s = local.smoothstep_inverse(s / row[layout.ROW_SPAN])
+    return (s - row[layout.ROW_S0]) / (row[layout.ROW_S1] - row[layout.ROW_S0])
+
+
+@kernel
+def _share(k: int, to: float, nodes: Nodes, macro: Nodes, q: int, row: FloatArray, room: Room, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
+    """Write the moments up to the macro nodes in a solved part, from node k on; return the first node behind it."""
+    n = len(nodes.places)
+    first = k
+    while k < q and macro.places[k] <= to:
+        k += 1
+    if k == first:
+        return k
+    for m in range(q):
+        for j in range(n):  # coefficients of the moment's rate, over σ
+            total = 0.0
+            for a in range(n):
+                total += nodes.transform[j, a] * room.pace[a] * room.N[a] * room.P[a, m]
+            room.F[j] = total
+        for node in range(first, k):
+            z = 2.0 * sigma_of(macro.places[node], row) - 1.0
+            before = 1.0
+            value = z
+            total = room.moments[m] + room.F[layout.BEGIN] * 0.5 * (z + 1.0)
+            for j in range(1, n):  # the integral of P_j is (P_{j+1} - P_{j-1})/(2j + 1), half of it over σ
+                later = ((2 * j + 1) * z * value - j * before) / (j + 1)
+                total += room.F[j] * 0.5 * (later - before) / (2 * j + 1)
+                before = value
+                value = later
+            sums[node, m] = total
+    return k

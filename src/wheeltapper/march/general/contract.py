@@ -1,0 +1,137 @@
+"""The interface between lowering and the general march: a structure as blocks, contacts, and how exact it shall be.
+
+Everything is in SI units; the march scales by itself. Deflections and displacements of the structure are positive
+downwards, the heights of a path upwards, and forces press the wheel up and the rail down.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wheeltapper.march.general.structure import Ring
+from wheeltapper.march.program import FloatArray
+
+
+class Bodies(NamedTuple):
+    """A block of masses, springs and dampers: M·y'' + C·y' + K·y = load - shapes·N.
+
+    Attributes
+    ----------
+    mass, damping, stiffness
+        (freedoms, freedoms).
+    shapes
+        What each freedom adds to the indentation of each contact, (freedoms, contacts): 1 for the displacement of a
+        wheel, -1 for that of a deck below it.
+    load
+        Constant forces, (freedoms,), N.
+    """
+
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    shapes: FloatArray
+    load: FloatArray
+
+
+class Law(NamedTuple):
+    """A contact law: its kind in `laws/switch.py`, its numbers in SI units, and its table."""
+
+    kind: int
+    numbers: FloatArray
+    table: FloatArray = np.empty((0, 0))
+
+
+class Contact(NamedTuple):
+    """One contact.
+
+    Attributes
+    ----------
+    pieces
+        The path of the wheel's centre, m, as in `wheeltapper.march.program`.
+    law
+        Of the force.
+    position
+        Along the track at time zero, m from the beginning of a bay.
+    start
+        In the table of the path at time zero, m.
+    loop, join
+        The piece with which the table goes on after its last one, and how; the number of pieces where it ends.
+    """
+
+    pieces: FloatArray
+    law: Law
+    position: float = 0.0
+    start: float = 0.0
+    loop: int = 1 << 30
+    join: int = 0
+
+
+class System(NamedTuple):
+    """What is marched.
+
+    Attributes
+    ----------
+    bodies
+        Vehicle, and what else has constant shapes.
+    contacts
+        One to sixteen.
+    speed
+        m/s.
+    ring
+        The track; None for a rigid rail.
+    """
+
+    bodies: Bodies
+    contacts: tuple[Contact, ...]
+    speed: float
+    ring: Ring | None = None
+
+
+class Method(NamedTuple):
+    """How a march is made.
+
+    Attributes
+    ----------
+    step
+        Longest macro step, s.
+    nodes, careful_nodes
+        Gauss nodes of a macro step, and of a step of a contact between events.
+    newton, tail, sweep, loss
+        Largest error of the solved indentation, of the force's polynomials, of the forces between contacts, all in
+        static units, and of a loss in steps.
+    prominence
+        Smallest height of a force maximum above its surroundings, over one plus the force, static units.
+    single
+        True where the modes' tables are of single precision; the state never is.
+    negligible
+        Share of a mode that its table may leave out.
+    """
+
+    step: float
+    nodes: int
+    careful_nodes: int
+    newton: float
+    tail: float
+    sweep: float
+    loss: float
+    prominence: float
+    single: bool
+    negligible: float
+
+
+class Task(NamedTuple):
+    """A system, how it is marched, and for how long, s."""
+
+    system: System
+    method: Method
+    duration: float
+
+
+DEFAULT = Method(2e-4, 10, 10, 1e-10, 1e-6, 1e-7, 1e-8, 1e-5, True, 1e-9)
+STRICT = Method(1e-4, 10, 12, 1e-14, 1e-10, 1e-11, 1e-11, 1e-8, False, 1e-15)
+
+# Columns of events and of peaks.
+GENERAL_TIME, GENERAL_KIND, GENERAL_RATE, GENERAL_CONTACT = range(4)
+TOP_TIME, TOP_FORCE, TOP_CONTACT = range(3)

@@ -1,0 +1,26 @@
+"""Hertz: N = C·δ^(3/2)."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from wheeltapper.march.kernel import inlined_kernel
+from wheeltapper.march.program import FloatArray
+
+HERTZ_CONSTANT = 1
+"""Column of C."""
+
+
+@inlined_kernel
+def hertz_force(delta: float, numbers: FloatArray) -> tuple[float, float]:
+    """Return the force of an indentation, and its derivative."""
+    root = sqrt(max(delta, 0.0))
+    slope = numbers[HERTZ_CONSTANT] * root
+    return slope * root * root, 1.5 * slope
+
+
+@inlined_kernel
+def hertz_energy(delta: float, numbers: FloatArray) -> float:
+    """Return the energy that is stored."""
+    root = sqrt(max(delta, 0.0))
+    return 0.4 * numbers[HERTZ_CONSTANT] * root * root * root * root * root

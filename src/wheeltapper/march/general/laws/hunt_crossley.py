@@ -1,0 +1,25 @@
+"""Hunt and Crossley (1975): N = C·δ^(3/2)·(1 + η·δ'), never below zero."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from wheeltapper.march.kernel import inlined_kernel
+from wheeltapper.march.program import FloatArray
+
+CROSSLEY_CONSTANT = 1
+"""Column of C."""
+CROSSLEY_LOSS = 2
+"""Column of η."""
+
+
+@inlined_kernel
+def hunt_crossley_force(delta: float, rate: float, numbers: FloatArray) -> tuple[float, float, float]:
+    """Return the force of an indentation and its rate, and its derivatives by both."""
+    root = sqrt(max(delta, 0.0))
+    slope = numbers[CROSSLEY_CONSTANT] * root
+    elastic = slope * root * root
+    share = 1.0 + numbers[CROSSLEY_LOSS] * rate
+    if share <= 0.0:
+        return 0.0, 0.0, 0.0
+    return elastic * share, 1.5 * slope * share, elastic * numbers[CROSSLEY_LOSS]

@@ -1,0 +1,23 @@
+"""A linear spring that does not pull: N = k·δ."""
+
+from __future__ import annotations
+
+from wheeltapper.march.kernel import inlined_kernel
+from wheeltapper.march.program import FloatArray
+
+LINEAR_STIFFNESS = 1
+"""Column of k."""
+
+
+@inlined_kernel
+def linear_force(delta: float, numbers: FloatArray) -> tuple[float, float]:
+    """Return the force of an indentation, and its derivative."""
+    if delta <= 0.0:
+        return 0.0, 0.0
+    return numbers[LINEAR_STIFFNESS] * delta, numbers[LINEAR_STIFFNESS]
+
+
+@inlined_kernel
+def linear_energy(delta: float, numbers: FloatArray) -> float:
+    """Return the energy that is stored."""
+    return 0.5 * numbers[LINEAR_STIFFNESS] * max(delta, 0.0) ** 2

@@ -1,0 +1,52 @@
+"""Names of the columns that the kernels of the general march index."""
+
+from __future__ import annotations
+
+# A contact's state. Times are parts of the macro step, counted from its start: of the last impact, and of the loss that
+# is foreseen. BEGAN: the indentation, plus the residual's, at the step's start. SMOOTH: the last step was smooth.
+FREE_NOW, IMPACT_AT, LOSS_AT, PIECE_NOW, SHIFT_NOW, BEGAN, SMOOTH, STARTED = range(8)
+STATE_COLUMNS = 8
+
+# Of a contact's table of pieces: its first row, the one behind its last, the piece it goes on with, and how that joins.
+TABLE_BEGIN, TABLE_END, TABLE_LOOP, TABLE_JOIN = range(4)
+
+# How a step between events maps σ from 0 to 1 to the part θ of a macro step; with s = S0 + (S1 - S0)·σ
+# EVEN: θ from FROM to TO. AFTER: θ = ORIGIN + s². BEFORE: θ = ORIGIN - s². BETWEEN: θ = ORIGIN + SPAN·s²·(3 - 2·s).
+EVEN, AFTER, BEFORE, BETWEEN = range(4)
+
+# A row of the log: macro step, contact, part of the step from and to, the map, number of nodes, and forces there.
+ROW_STEP, ROW_CONTACT, ROW_FROM, ROW_TO, ROW_MAP, ROW_ORIGIN, ROW_SPAN, ROW_S0, ROW_S1, ROW_NODES, ROW_FORCES = range(
+    11
+)
+MOST_NODES = 16
+ROW_COLUMNS = ROW_FORCES + MOST_NODES
+
+# Events: as rows of `contract.py`, with the macro step and its part for the time.
+EVENT_STEP, EVENT_PART, EVENT_KIND_IS, EVENT_RATE_IS, EVENT_CONTACT_IS = range(5)
+EVENT_COLUMNS_GENERAL = 5
+
+# How a contact's force has gone: whether a maximum waits to be logged, where it is, the lowest force since the last.
+TOP_WAITS, TOP_STEP, TOP_PART, TOP_SIZE, LOWEST_SINCE = range(5)
+TREND_COLUMNS = 5
+MAXIMUM_STEP, MAXIMUM_PART, MAXIMUM_FORCE, MAXIMUM_CONTACT = range(4)
+MAXIMUM_COLUMNS = 4
+
+# Parts of a complex number in tables of the modes.
+RE, IM = 0, 1
+BEGIN = 0
+
+# Tolerances of a march, and which of its laws depend on the rate.
+NEWTON_LIMIT, TAIL_LIMIT, SWEEP_LIMIT, LOSS_LIMIT, PROMINENT, LENGTH_UNIT, FORCE_UNIT, SPEED_NOW, STEP_NOW = range(9)
+SETTINGS = 9
+
+# Limits of one run of the kernel.
+MOST_PARTS = 200
+"""Steps between events in one macro step of one contact."""
+
+# Why the kernel returned, beside those of `wheeltapper.march.program`.
+UNSOLVED = 20
+"""A step between events did not converge, however short."""
+CHATTERS = 21
+"""More than MOST_PARTS steps between events in one macro step."""
+RELEASES = 22
+"""A rate-dependent law would have pulled: its force ended before the indentation."""

@@ -1,0 +1,281 @@
+"""The contact problem of one contact over part of a macro step: forces at Gauss nodes, with the structure as a kernel.
+
+With z = 2θ - 1, Legendre's polynomials P_l, and the moments m_l(θ) = ∫ P_l(z) N dθ since the macro step's start,
+
+    D(θ) = Σ_l P_l(z)·(c_l - Σ_m B_lm·m_m(θ)) + path(θ),    D = δ + r·N,    N = law(δ).
+
+The c are the gap's free motion and B the structure's answer to a force, both as polynomials over the macro step; r is
+the local compliance that the structure's modes leave out. Forces are held at nodes of σ, in which they stay smooth near
+an impact and a loss (layout.py).
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from wheeltapper.march.general import layout, paths
+from wheeltapper.march.general.algebra import factorise, solve_factorised
+from wheeltapper.march.general.laws.switch import LAW_RATED, forces
+from wheeltapper.march.general.layout import AFTER, BEFORE, EVEN
+from wheeltapper.march.general.records import Nodes, Room, Site
+from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.program import FloatArray
+
+MOST_ITERATIONS = 30
+CHORD = 1e-2
+"""Corrections smaller than this, in static indentations, keep the matrix of the one before."""
+RELEASED_DEPTH = 1e-6
+"""Indentation above which such a law's force should not be zero."""
+ROUNDING = 1e-11
+"""Corrections smaller than this that do not shrink are rounding."""
+TOO_FAR = 1e6
+"""Indentation at which a solve has diverged."""
+
+
+@kernel
+def legendre_rows(n: int, theta: FloatArray, q: int, P: FloatArray) -> None:
+    """Write P_l(2θ_k - 1), (k, l)."""
+    for k in range(n):
+        z = 2.0 * theta[k] - 1.0
+        before = 1.0
+        value = z
+        P[k, layout.BEGIN] = 1.0
+        for m in range(1, q):
+            P[k, m] = value
+            later = ((2 * m + 1) * z * value - m * before) / (m + 1)
+            before = value
+            value = later
+
+
+@kernel
+def sum_at(theta: float, q: int, a: FloatArray) -> tuple[float, float]:
+    """Return Σ a_l P_l(2θ - 1) and its derivative by θ."""
+    z = 2.0 * theta - 1.0
+    before = 1.0
+    value = z
+    slope_before = 0.0
+    slope = 1.0
+    total = a[layout.BEGIN]
+    total_slope = 0.0
+    for m in range(1, q):
+        total += a[m] * value
+        total_slope += a[m] * slope
+        later = ((2 * m + 1) * z * value - m * before) / (m + 1)
+        slope_later = slope_before + (2 * m + 1) * value
+        before = value
+        value = later
+        slope_before = slope
+        slope = slope_later
+    return total, 2.0 * total_slope
+
+
+@kernel
+def free_sum(q: int, c: FloatArray, B: FloatArray, moments: FloatArray, out: FloatArray) -> None:
+    """Write c - B·moments."""
+    for j in range(q):
+        total = c[j]
+        for m in range(q):
+            total -= B[j, m] * moments[m]
+        out[j] = total
+
+
+@inlined_kernel
+def gap_at(theta: float, q: int, a: FloatArray, site: Site) -> tuple[float, float]:
+    """Return D and its derivative by θ at fixed moments, given its coefficients."""
+    value, slope = sum_at(theta, q, a)
+    height, steepness = paths.height_and_slope(site.pieces, site.place, site.x0, site.stride, site.lift, theta)
+    return value + height, slope + steepness
+
+
+@kernel
+def map_nodes(
+    n: int, places: FloatArray, how: int, origin: float, span: float, s0: float, s1: float, room: Room
+) -> None:
+    """Write θ and dθ/dσ at the nodes; for an even map `origin` and `span` are its start and its length."""
+    width = s1 - s0
+    for k in range(n):
+        s = s0 + width * places[k]
+        if how == EVEN:
+            room.theta[k] = origin + span * places[k]
+            room.pace[k] = span
+        elif how == AFTER:
+            room.theta[k] = origin + s * s
+            room.pace[k] = 2.0 * s * width
+        elif how == BEFORE:
+            room.theta[k] = origin - s * s
+            room.pace[k] = -2.0 * s * width
+        else:
+            room.theta[k] = origin + span * s * s * (3.0 - 2.0 * s)
+            room.pace[k] = 6.0 * span * s * (1.0 - s) * width
+
+
+@kernel
+def _rates(n: int, slopes: FloatArray, began: float, seconds: float, room: Room) -> None:
+    """Write the indentation's rate at the nodes, from its polynomial through the start and the nodes."""
+    for k in range(n):
+        total = slopes[k, layout.BEGIN] * began
+        for j in range(n):
+            total += slopes[k, j + 1] * room.delta[j]
+        room.rate[k] = total / (room.pace[k] * seconds)
+
+
+@inlined_kernel
+def _jacobian(n: int, slopes: FloatArray, seconds: float, rated: bool, room: Room) -> None:
+    """Write the derivative of the residual by the indentations in J."""
+    for i in range(n):
+        for j in range(n):
+            room.J[i, j] = room.K[i, j] * room.slope[j]
+        room.J[i, i] += 1.0 + room.r[i] * room.slope[i]
+    if not rated:
+        return
+    for k in range(n):
+        share = room.viscous[k] / (room.pace[k] * seconds)
+        for i in range(n):
+            answer = room.K[i, k] * share
+            if i == k:
+                answer += room.r[k] * share
+            for j in range(n):
+                room.J[i, j] += answer * slopes[k, j + 1]
+
+
+@inlined_kernel
+def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: float, seconds: float, tolerance: float, room: Room) -> bool:  # fmt: skip  # noqa: E501
+    """Solve δ + r·N + K·N = d for the indentations, from those in `room.delta`; return False if that fails.
+
+    K holds the structure's answer and the integration. In the end N is the force of δ.
+    """
+    rated = law[LAW_RATED] != 0.0
+    size = TOO_FAR
+    for turn in range(MOST_ITERATIONS):
+        if rated:
+            _rates(n, nodes.slopes, began, seconds, room)
+        forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
+        for i in range(n):
+            total = room.d[i] - room.delta[i] - room.r[i] * room.N[i]
+            for j in range(n):
+                total -= room.K[i, j] * room.N[j]
+            room.F[i] = total
+        if turn == 0 or size > CHORD:
+            _jacobian(n, nodes.slopes, seconds, rated, room)
+            factorise(room.J, n)
+        solve_factorised(room.J, n, room.F)
+        before = size
+        size = 0.0
+        for i in range(n):
+            room.delta[i] += room.F[i]
+            size = max(size, abs(room.F[i]))
+        if not size < TOO_FAR:
+            return False
+        converged = size < tolerance or (size < CHORD and size * size < tolerance * before)
+        if converged or (size < ROUNDING and size >= 0.5 * before):
+            if rated:
+                _rates(n, nodes.slopes, began, seconds, room)
+            forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
+            return True
+    return False
+
+
+@kernel
+def newton_apart(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: float, seconds: float, tolerance: float, room: Room) -> bool:  # fmt: skip  # noqa: E501
+    """Do as `newton`, where a call costs less than the code of another copy."""
+    return newton(n, nodes, law, table, began, seconds, tolerance, room)
+
+
+@kernel
+def solve_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: float, s1: float, again: bool, tolerance: float, site: Site, room: Room) -> bool:  # fmt: skip  # noqa: E501
+    """Solve for the forces of one part; write the moments at its end. `again`: δ holds a good guess.
+
+    `room.free` and `room.moments` hold D's coefficients and the moments at the part's start.
+    """
+    n = len(nodes.places)
+    map_nodes(n, nodes.places, how, origin, span, s0, s1, room)
+    P = room.P
+    legendre_rows(n, room.theta, q, P)
+    paths.heights(site.pieces, site.place, site.x0, site.stride, site.lift, n, room.theta, room.height, room.factor)
+    for k in range(n):
+        total = room.height[k]
+        local = 0.0
+        for m in range(q):
+            total += P[k, m] * room.free[m]
+            local += P[k, m] * site.local[m]
+        room.d[k] = total
+        room.r[k] = local
+    for k in range(n):
+        for m in range(q):
+            room.T[k, m] = 0.0
+        for j in range(q):
+            share = P[k, j]
+            for m in range(q):
+                room.T[k, m] += share * site.B[j, m]
+    for k in range(n):
+        for i in range(n):
+            total = 0.0
+            for m in range(q):
+                total += room.T[k, m] * P[i, m]
+            room.K[k, i] = total * nodes.integrals[k, i] * room.pace[i]
+    if not again:
+        for k in range(n):
+            room.delta[k] = room.d[k]
+    if not newton_apart(n, nodes, site.law, site.table, site.place[layout.BEGAN], site.seconds, tolerance, room):
+        return False
+    for m in range(q):
+        room.after[m] = room.moments[m]
+    for k in range(n):
+        share = nodes.weights[k] * room.pace[k] * room.N[k]
+        for m in range(q):
+            room.after[m] += share * P[k, m]
+    return True
+
+
+@inlined_kernel
+def tail_of(nodes: Nodes, N: FloatArray) -> float:
+    """Return the size of the last two Legendre coefficients of a force."""
+    n = len(nodes.places)
+    last = 0.0
+    other = 0.0
+    for k in range(n):
+        last += nodes.transform[n - 1, k] * N[k]
+        other += nodes.transform[n - 2, k] * N[k]
+    return abs(last) + abs(other)
+
+
+@inlined_kernel
+def released(n: int, law: FloatArray, room: Room) -> bool:
+    """Return True where a rate-dependent law has no force although the surfaces indent each other."""
+    if law[LAW_RATED] == 0.0:
+        return False
+    ends = False
+    for k in range(n):
+        ends = ends or (room.N[k] <= 0.0 and room.delta[k] > RELEASED_DEPTH)
+    return ends
+
+
+@kernel
+def part_of(how: int, origin: float, span: float, s: float) -> float:
+    """Return the part θ of the macro step at s."""
+    if how == EVEN:
+        return origin + span * s
+    if how == AFTER:
+        return origin + s * s
+    if how == BEFORE:
+        return origin - s * s
+    return origin + span * s * s * (3.0 - 2.0 * s)
+
+
+@kernel
+def smoothstep_inverse(x: float) -> float:
+    """Return s in [0, 1] with s²·(3 - 2·s) = x."""
+    if x <= 0.0:
+        return 0.0
+    if x >= 1.0:
+        return 1.0
+    s = sqrt(x / 3.0) if x < 0.05 else x
+    if x > 0.95:
+        s = 1.0 - sqrt((1.0 - x) / 3.0)
+    for _ in range(60):
+        new = s - (s * s * (3.0 - 2.0 * s) - x) / (6.0 * s * (1.0 - s))
+        new = min(max(new, 0.5 * s), 0.5 * (1.0 + s))
+        if abs(new - s) < 1e-16:
+            return new
+        s = new
+    return s

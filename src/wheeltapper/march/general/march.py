@@ -1,0 +1,400 @@
+"""Marching a system: its tables, its state at the start, and what comes out."""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wheeltapper.march import program as numbers
+from wheeltapper.march.general import layout
+from wheeltapper.march.general.basis import FLIGHT_DEGREE, flight_nodes, gauss_nodes
+from wheeltapper.march.general.contract import DEFAULT, Contact, Method, System
+from wheeltapper.march.general.crossings import DEEPEST
+from wheeltapper.march.general.laws.switch import (
+    HERTZ,
+    HUNT_CROSSLEY,
+    LAW_KIND,
+    LAW_NUMBERS,
+    LAW_RATED,
+    LINEAR_LAW,
+    TABULATED,
+    forces,
+)
+from wheeltapper.march.general.paths import height_and_slope, heights
+from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
+from wheeltapper.march.general.stepping import (
+    MODES_EVERY,
+    USED_EVENTS,
+    USED_PEAKS,
+    USED_ROWS,
+    USED_STEPS,
+    march_kernel,
+)
+from wheeltapper.march.general.structure import ComplexArray, Ring
+from wheeltapper.march.general.tables import SAME_PLACE, Grid, Units, build
+from wheeltapper.march.program import FloatArray, IntArray
+
+
+class Start(NamedTuple):
+    """A state to start from.
+
+    Attributes
+    ----------
+    bodies
+        Displacements, then velocities of all freedoms, (2·freedoms,).
+    modes
+        Amplitudes as seen from the bay of the first contact, (modes,).
+    offsets
+        Added to the indentation of each contact, m.
+    """
+
+    bodies: FloatArray
+    modes: ComplexArray
+    offsets: FloatArray
+
+
+class Prepared(NamedTuple):
+    """A system whose tables are made: it can be marched again and again."""
+
+    system: System
+    method: Method
+    units: Units
+    grid: Grid
+    tables: Tables
+    data: Data
+    start: Start
+    motion: Motion
+
+
+class Found(NamedTuple):
+    """A march.
+
+    Attributes
+    ----------
+    prepared
+        What was marched.
+    status
+        DONE, or why it ended before (`wheeltapper.march.program` and layout.py).
+    steps
+        Macro steps made.
+    events
+        (events, 4): time in s, LOSS or IMPACT, rate of indentation in m/s, contact.
+    peaks
+        Maxima of a force, (peaks, 3): time in s, force in N, contact.
+    logs
+        For what is asked later; complete macro steps only.
+    """
+
+    prepared: Prepared
+    status: int
+    steps: int
+    events: FloatArray
+    peaks: FloatArray
+    logs: Logs
+
+    @property
+    def time(self) -> float:
+        """How far the march came, s."""
+        return self.steps * self.prepared.grid.seconds
+
+
+# -- laws in the march's units ----------------------------------------------------------------------------------------
+
+
+def law_row(contact: Contact, units: Units, first: int) -> FloatArray:
+    """Return the numbers of a contact's law in the march's units; `first` is the first row of its table."""
+    kind, given = contact.law.kind, contact.law.numbers
+    row = np.zeros(LAW_NUMBERS)
+    row[LAW_KIND] = kind
+    row[1 : 1 + len(given)] = given
+    if kind in (HERTZ, HUNT_CROSSLEY):
+        row[1] *= units.length**1.5 / units.force
+    if kind == LINEAR_LAW:
+        row[1] *= units.length / units.force
+    if kind == HUNT_CROSSLEY:
+        row[2] *= units.length
+        row[LAW_RATED] = 1.0
+    if kind == TABULATED:
+        row[2] /= units.length
+        row[5] = first
+        row[6] = units.length ** given[0] / units.force
+        row[7:9] /= units.length
+        row[LAW_RATED] = given[8] > 1 or given[9] > 1
+    return row
+
+
+def indentation_of(force: float, row: FloatArray, table: FloatArray, factor: float) -> float:
+    """Return the indentation at rest under a force, in the march's units, by bisection and secants."""
+    one = np.empty(1)
+
+    def excess(delta: float) -> float:
+        N, slope, viscous = np.zeros((3, 1))
+        one[0] = delta
+        forces(row, table, 1, one, np.zeros(1), np.array([factor]), N, slope, viscous)
+        return float(N[0]) - force
+
+    low, high = 0.0, 1.0
+    while excess(high) < 0.0:
+        low, high = high, 2.0 * high
+        if high > 1e12:
+            raise ValueError("the contact's law never reaches its static force")
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
+    return 0.5 * (low + high)
+
+
+# -- preparing --------------------------------------------------------------------------------------------------------
+
+
+def static_forces(system: System) -> FloatArray:
+    """Return the forces that carry the loads while no spring of the bodies is stretched, N."""
+    shapes, load = system.bodies.shapes, system.bodies.load
+    found = np.linalg.lstsq(shapes, load, rcond=None)[0]
+    if not np.allclose(shapes @ found, load, rtol=1e-9, atol=1e-9 * np.abs(load).max()):
+        raise ValueError("the contacts do not carry the bodies' loads")
+    if not (found > 0.0).all():
+        raise ValueError("a contact has no static force")
+    return np.asarray(found)
+
+
+def _units(system: System, static: FloatArray) -> Units:
+    force = float(static.max())
+    number = int(static.argmax())
+    unscaled = Units(1.0, 1.0)
+    contact = system.contacts[number]
+    row = law_row(contact, unscaled, 0)
+    return Units(indentation_of(force, row, _table_of(contact), 1.0), force)
+
+
+def _table_of(contact: Contact) -> FloatArray:
+    return contact.law.table if contact.law.table.size else np.zeros((1, 1))
+
+
+def _law_tables(system: System, units: Units) -> tuple[FloatArray, FloatArray]:
+    """Return the laws' numbers, and their tables behind each other."""
+    rows, tables, first = [], [], 0
+    for contact in system.contacts:
+        table = _table_of(contact)
+        rows.append(law_row(contact, units, first))
+        tables.append(table)
+        first += len(table)
+    width = max(table.shape[1] for table in tables)
+    return np.array(rows), np.vstack([np.pad(table, ((0, 0), (0, width - table.shape[1]))) for table in tables])
+
+
+def _path_tables(system: System) -> tuple[FloatArray, FloatArray]:
+    """Return all contacts' pieces behind each other, and where each contact's begin, end and loop."""
+    ends, first = np.zeros((len(system.contacts), 4)), 0
+    for row, contact in zip(ends, system.contacts, strict=True):
+        row[:] = first, first + len(contact.pieces), contact.loop, contact.join
+        first += len(contact.pieces)
+    return np.ascontiguousarray(np.vstack([contact.pieces for contact in system.contacts])), ends
+
+
+def prepare(system: System, method: Method = DEFAULT, start: Start | None = None) -> Prepared:
+    """Make the tables of a system; it starts from equilibrium at rest unless a state is given."""
+    static = static_forces(system)
+    units = _units(system, static)
+    grid, tables = build(system, method, units)
+    laws, table = _law_tables(system, units)
+    pieces, ends = _path_tables(system)
+    settings = np.zeros(layout.SETTINGS)
+    settings[layout.NEWTON_LIMIT] = method.newton
+    settings[layout.TAIL_LIMIT] = method.tail
+    settings[layout.SWEEP_LIMIT] = method.sweep
+    settings[layout.LOSS_LIMIT] = method.loss
+    settings[layout.PROMINENT] = method.prominence
+    settings[layout.LENGTH_UNIT] = units.length
+    settings[layout.FORCE_UNIT] = units.force
+    settings[layout.SPEED_NOW] = system.speed
+    settings[layout.STEP_NOW] = grid.seconds
+    starts = np.array([contact.start for contact in system.contacts])
+    data = Data(
+        gauss_nodes(method.nodes), gauss_nodes(method.careful_nodes), *flight_nodes(), pieces, ends, laws, table,
+        starts, settings,
+    )  # fmt: skip
+    start = start or equilibrium(system, data, static, units)
+    tables.bodies_read[:, 0, -1] += start.offsets / units.length
+    return Prepared(system, method, units, grid, tables, data, start, _motion(system, method, data, units, start))
+
+
+def _first_places(data: Data) -> FloatArray:
+    """Return the state's rows with the piece under each contact at time zero."""
+    rows = np.zeros((len(data.starts), layout.STATE_COLUMNS))
+    rows[:, layout.IMPACT_AT], rows[:, layout.LOSS_AT] = -np.inf, np.inf
+    for row, x, ends in zip(rows, data.starts, data.ends, strict=True):
+        begin, end = int(ends[layout.TABLE_BEGIN]), int(ends[layout.TABLE_END])
+        inside = np.searchsorted(data.pieces[begin:end, numbers.START], x, side="right") - 1
+        row[layout.PIECE_NOW] = begin + max(int(inside), 0)
+    return rows
+
+
+def _path_at_start(data: Data, units: Units) -> tuple[FloatArray, FloatArray]:
+    """Return the paths' heights, in units of length, and the factors on the forces at time zero."""
+    height, factor = np.empty((2, len(data.starts)))
+    for i, place in enumerate(_first_places(data)):
+        lift = 1.0 / units.length
+        height[i] = height_and_slope(data.pieces, place, data.starts[i], 0.0, lift, 0.0)[0]
+        ignored, one = np.zeros((2, 1))
+        heights(data.pieces, place, data.starts[i], 0.0, lift, 1, np.zeros(1), ignored, one)
+        factor[i] = one[0]
+    return height, factor
+
+
+def modes_at(ring: Ring, shapes: ComplexArray, x: FloatArray) -> ComplexArray:
+    """Return shapes at places along the track, as seen from the bay at zero: (places, modes)."""
+    bay = np.floor(x / ring.spacing + SAME_PLACE)
+    inside = np.maximum(x - bay * ring.spacing, 0.0)
+    element = np.clip(np.searchsorted(ring.edges, inside, side="right") - 1, 0, len(ring.edges) - 2)
+    left, right = ring.edges[element], ring.edges[element + 1]
+    zeta = (2.0 * inside - left - right) / (right - left)
+    powers = zeta[:, None] ** np.arange(shapes.shape[1])
+    found = np.einsum("xp,xpn->xn", powers, shapes[element])
+    return np.asarray(found)
+
+
+def equilibrium(system: System, data: Data, static: FloatArray, units: Units) -> Start:
+    """Return the joint static state of all contacts and the track, the bodies' springs unstretched."""
+    freedoms = len(system.bodies.mass)
+    height, factor = _path_at_start(data, units)
+    delta = np.array([
+        indentation_of(force / units.force, data.laws[i], data.table, factor[i]) for i, force in enumerate(static)
+    ])  # fmt: skip
+    offsets = (delta - height) * units.length
+    modes = np.zeros(0, dtype=complex)
+    if system.ring is not None:
+        ring = system.ring
+        x = np.array([contact.position for contact in system.contacts])
+        bays = np.floor(x / ring.spacing + SAME_PLACE)
+        ahead = np.multiply.outer(bays - bays[0], np.angle(ring.turns))
+        shows = modes_at(ring, ring.deflection, x) * np.exp(1j * ahead)
+        takes = modes_at(ring, ring.drive, x) * np.exp(-1j * ahead)
+        modes = -(takes.T @ static) / ring.rates
+        local = modes_at(ring, ring.residual[:, :, None].astype(complex), x)[:, 0].real
+        offsets = offsets + np.real(shows @ (ring.weights * modes)) + local * static
+    return Start(np.zeros(2 * freedoms), modes, offsets)
+
+
+# -- marching ---------------------------------------------------------------------------------------------------------
+
+
+def _room(states: int) -> Room:
+    """Return scratch memory."""
+    vectors = np.zeros((17, max(32, states)))
+    matrices = np.zeros((4, layout.MOST_NODES, layout.MOST_NODES))
+    stack = np.zeros((DEEPEST + 2, max(FLIGHT_DEGREE + 1, 32)))
+    return Room._make([*vectors, *matrices, stack])
+
+
+def _stage(contacts: int, q: int, modes: int) -> Stage:
+    rows = layout.MOST_PARTS + 2
+    return Stage(
+        np.zeros((contacts, rows, layout.ROW_COLUMNS)), np.zeros((contacts, rows, layout.EVENT_COLUMNS_GENERAL)),
+        np.zeros((contacts, 2), np.int64), np.zeros((contacts, layout.STATE_COLUMNS)), np.zeros((contacts, q)),
+        np.zeros((contacts, q)), np.zeros((contacts, q)), np.zeros((contacts, q, q)), np.zeros((q, q)),
+        np.zeros((contacts, q)), np.zeros((2, modes)),
+    )  # fmt: skip
+
+
+def _motion(system: System, method: Method, data: Data, units: Units, start: Start) -> Motion:
+    """Return the state at time zero."""
+    contacts, q = len(data.starts), method.nodes
+    places = _first_places(data)
+    order = _order(system.ring)
+    modes = start.modes[order]
+    bodies = np.append(start.bodies, 1.0)
+    freedoms = len(start.bodies) // 2
+    height, _ = _path_at_start(data, units)
+    gap = height * units.length + system.bodies.shapes.T @ start.bodies[:freedoms] + start.offsets
+    if system.ring is not None:
+        ring = system.ring
+        x = np.array([contact.position for contact in system.contacts])
+        bays = np.floor(x / ring.spacing + SAME_PLACE)
+        turn = np.exp(1j * np.multiply.outer(bays - bays[0], np.angle(ring.turns)))
+        gap = gap - np.real((modes_at(ring, ring.deflection, x) * turn) @ (ring.weights * start.modes))
+    places[:, layout.FREE_NOW] = gap <= 0.0
+    places[:, layout.BEGAN] = np.maximum(gap / units.length, 0.0)
+    trend = np.zeros((contacts, layout.TREND_COLUMNS))
+    trend[:, layout.LOWEST_SINCE] = np.inf
+    forces_now = np.tile(static_forces(system)[:, None] / units.force, (1, q))
+    return Motion(np.stack([modes.real, modes.imag]), bodies, places, np.zeros((contacts, q)), forces_now, trend)
+
+
+def _order(ring: Ring | None) -> IntArray:
+    """Return the order of the modes in the tables."""
+    return np.argsort(np.abs(ring.rates), kind="stable") if ring is not None else np.zeros(0, np.int64)
+
+
+CHUNK = 4096
+"""Macro steps for which room is made at once."""
+
+
+def _logs(prepared: Prepared, steps: int) -> Logs:
+    contacts, q = len(prepared.data.starts), prepared.method.nodes
+    margin = contacts * (layout.MOST_PARTS + 2)
+    modes = prepared.tables.decay.shape[1]
+    return Logs(
+        np.empty((margin + 3 * steps * contacts, layout.ROW_COLUMNS)),
+        np.empty((margin + steps * contacts, layout.EVENT_COLUMNS_GENERAL)),
+        np.empty((3 * margin + steps * contacts, layout.MAXIMUM_COLUMNS)),
+        np.empty((steps, contacts, q)), np.empty((steps, contacts, q)),
+        np.empty((steps, len(prepared.tables.bodies_step))),
+        np.empty((steps // MODES_EVERY + 2, 2, modes)), np.zeros(4, np.int64),
+    )  # fmt: skip
+
+
+def march(prepared: Prepared, duration: float) -> Found:
+    """March a prepared system for some time, in whole macro steps; nothing after the time is told."""
+    total = max(1, ceil(duration / prepared.grid.seconds - 1e-9))
+    motion = Motion(*(table.copy() for table in prepared.motion))
+    contacts, q = len(prepared.data.starts), prepared.method.nodes
+    stage = _stage(contacts, q, motion.modes.shape[1])
+    room = _room(len(motion.bodies))
+    done, status = 0, numbers.RUNNING
+    kept: list[Logs] = []
+    while done < total and status in (numbers.RUNNING, numbers.FULL):
+        logs = _logs(prepared, min(CHUNK, total - done))
+        until = min(total, done + CHUNK)
+        status = march_kernel(done, until, prepared.tables, prepared.data, motion, stage, logs, room)
+        kept.append(_used(logs, done))
+        done = int(logs.used[USED_STEPS])
+    return _found(prepared, numbers.DONE if done >= total else int(status), done, duration, _joined(kept))
+
+
+def _used(logs: Logs, first: int) -> Logs:
+    """Return the part of the logs that is in use."""
+    steps = int(logs.used[USED_STEPS]) - first
+    states = len(range(-(-first // MODES_EVERY) * MODES_EVERY, first + steps, MODES_EVERY))
+    counts = (
+        logs.used[USED_ROWS], logs.used[USED_EVENTS], logs.used[USED_PEAKS], steps, steps, steps, states,
+    )  # fmt: skip
+    tables: Any = [table[:count] for table, count in zip(logs[:-1], counts, strict=True)]
+    return Logs._make([*tables, logs.used])
+
+
+def _joined(kept: list[Logs]) -> Logs:
+    if len(kept) == 1:
+        return kept[0]
+    tables: Any = [np.concatenate(parts) for parts in zip(*(logs[:-1] for logs in kept), strict=True)]
+    return Logs._make([*tables, kept[-1].used])
+
+
+def _found(prepared: Prepared, status: int, steps: int, duration: float, logs: Logs) -> Found:
+    seconds, units = prepared.grid.seconds, prepared.units
+    times = (logs.events[:, layout.EVENT_STEP] + logs.events[:, layout.EVENT_PART]) * seconds
+    events = np.column_stack([
+        times, logs.events[:, layout.EVENT_KIND_IS], logs.events[:, layout.EVENT_RATE_IS] * units.length,
+        logs.events[:, layout.EVENT_CONTACT_IS],
+    ])  # fmt: skip
+    tops = (logs.peaks[:, layout.MAXIMUM_STEP] + logs.peaks[:, layout.MAXIMUM_PART]) * seconds
+    peaks = np.column_stack([
+        tops, logs.peaks[:, layout.MAXIMUM_FORCE] * units.force, logs.peaks[:, layout.MAXIMUM_CONTACT]
+    ])  # fmt: skip
+    events, peaks = events[times <= duration], peaks[tops <= duration]
+    return Found(
+        prepared, status, steps, events[np.argsort(events[:, 0], kind="stable")],
+        peaks[np.argsort(peaks[:, 0], kind="stable")], logs,
+    )  # fmt: skip

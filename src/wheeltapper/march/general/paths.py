@@ -1,0 +1,117 @@
+"""The path of a wheel's centre: evaluated wherever it is needed, never interpolated.
+
+`place` is the row of a contact's state: the piece on which it is and how far its table has been shifted. Positions are
+those of the contact's own table, m; a macro step goes from `x0` over `stride`.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.general.layout import PIECE_NOW, SHIFT_NOW
+from wheeltapper.march.kernel import kernel
+from wheeltapper.march.program import FloatArray
+
+RADIANS = 2.0
+"""Longest part of a wave that a step goes over."""
+
+
+@kernel
+def heights(
+    pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, n: int, theta: FloatArray,
+    height: FloatArray, factor: FloatArray,
+) -> None:  # fmt: skip
+    """Write the path's height, times `lift`, and the factor on the force at n parts θ of a macro step."""
+    piece = int(place[PIECE_NOW])
+    degree = int(pieces[piece, contract.DEGREE])
+    factor_degree = int(pieces[piece, contract.FACTOR_DEGREE])
+    sine = lift * pieces[piece, contract.SINE]
+    cosine = lift * pieces[piece, contract.COSINE]
+    from_centre = x0 - place[SHIFT_NOW] - pieces[piece, contract.CENTRE]
+    scale = 1.0 / pieces[piece, contract.SCALE]
+    if degree == 0:
+        level = lift * pieces[piece, contract.COEFFICIENT]
+        for k in range(n):
+            height[k] = level
+    else:
+        for k in range(n):
+            xi = (from_centre + stride * theta[k]) * scale
+            total = 0.0
+            for j in range(degree, -1, -1):
+                total = total * xi + pieces[piece, contract.COEFFICIENT + j]
+            height[k] = lift * total
+    if sine != 0.0 or cosine != 0.0:
+        number = pieces[piece, contract.WAVENUMBER]
+        for k in range(n):
+            phase = number * (from_centre + stride * theta[k])
+            height[k] += sine * sin(phase) + cosine * cos(phase)
+    for k in range(n):
+        factor[k] = 1.0
+    if factor_degree >= 0:
+        for k in range(n):
+            xi = (from_centre + stride * theta[k]) * scale
+            total = 0.0
+            for j in range(factor_degree, -1, -1):
+                total = total * xi + pieces[piece, contract.FACTOR + j]
+            factor[k] = total
+
+
+@kernel
+def height_and_slope(
+    pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, theta: float
+) -> tuple[float, float]:
+    """Return the path's height, times `lift`, and its derivative by θ."""
+    piece = int(place[PIECE_NOW])
+    scale = 1.0 / pieces[piece, contract.SCALE]
+    from_centre = x0 - place[SHIFT_NOW] - pieces[piece, contract.CENTRE] + stride * theta
+    xi = from_centre * scale
+    value = 0.0
+    slope = 0.0
+    for j in range(int(pieces[piece, contract.DEGREE]), -1, -1):
+        slope = slope * xi + value
+        value = value * xi + pieces[piece, contract.COEFFICIENT + j]
+    slope *= scale
+    number = pieces[piece, contract.WAVENUMBER]
+    sine = pieces[piece, contract.SINE]
+    cosine = pieces[piece, contract.COSINE]
+    if sine != 0.0 or cosine != 0.0:
+        s = sin(number * from_centre)
+        c = cos(number * from_centre)
+        value += sine * s + cosine * c
+        slope += number * (sine * c - cosine * s)
+    return lift * value, lift * slope * stride
+
+
+@kernel
+def piece_stop(pieces: FloatArray, place: FloatArray, x0: float, stride: float) -> float:
+    """Return the part θ of the macro step at which the present piece ends."""
+    stop = pieces[int(place[PIECE_NOW]), contract.STOP]
+    if np.isinf(stop) or stride == 0.0:
+        return np.inf
+    return (stop + place[SHIFT_NOW] - x0) / stride
+
+
+@kernel
+def longest_reach(pieces: FloatArray, place: FloatArray, stride: float) -> float:
+    """Return how much of a macro step may be gone over at once, for the sake of the path's wave."""
+    piece = int(place[PIECE_NOW])
+    if pieces[piece, contract.SINE] == 0.0 and pieces[piece, contract.COSINE] == 0.0:
+        return np.inf
+    return RADIANS / (abs(pieces[piece, contract.WAVENUMBER] * stride) + 1e-300)
+
+
+@kernel
+def enter_next_piece(pieces: FloatArray, first: int, last: int, loop: int, loop_join: int, place: FloatArray) -> int:
+    """Go to the next piece of a table that is rows `first` to `last` - 1; return how it joins, or -1 at the end."""
+    piece = int(place[PIECE_NOW]) + 1
+    if piece < last:
+        place[PIECE_NOW] = piece
+        return int(pieces[piece, contract.JOIN])
+    if first + loop >= last:
+        return -1
+    place[SHIFT_NOW] += pieces[piece - 1, contract.STOP] - pieces[first + loop, contract.START]
+    place[PIECE_NOW] = first + loop
+    return loop_join

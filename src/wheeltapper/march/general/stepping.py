@@ -1,0 +1,273 @@
+"""The general march: macro steps of all contacts and of the structure.
+
+Events never touch the modes. In each macro step
+
+1. every contact reads its free motion from the modes and bodies, as polynomials;
+2. every contact solves its own problem, smooth or from event to event; what others' forces do to it in this macro step
+   comes from their last solution, at first from their forces continued. Contacts are solved again until what they feel
+   of each other does not change any more;
+3. the structure takes the moments of all forces.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.general import layout
+from wheeltapper.march.general.borrowing import borrowed_record
+from wheeltapper.march.general.careful import EVENTS_NOW, ROWS, careful
+from wheeltapper.march.general.layout import BEGIN, IM, IMPACT_AT, LOSS_AT, RE
+from wheeltapper.march.general.maxima import follow_row
+from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
+from wheeltapper.march.general.records import Data, Logs, Motion, Room, Site, Stage, Tables
+from wheeltapper.march.general.smooth import AGAIN, ANEW, ON, may_be_smooth, smooth
+from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.program import FloatArray
+
+MOST_SWEEPS = 12
+
+
+USED_ROWS, USED_EVENTS, USED_PEAKS, USED_STEPS = range(4)
+MODES_EVERY = 64
+"""Macro steps between two logged states of the modes."""
+
+
+@inlined_kernel
+def _read(step: int, i: int, tables: Tables, motion: Motion, stage: Stage) -> None:
+    """Write the free motion of a contact's gap."""
+    c = stage.free[i]
+    for m in range(len(c)):
+        total = 0.0
+        for s in range(len(motion.bodies)):
+            total += tables.bodies_read[i, m, s] * motion.bodies[s]
+        c[m] = total
+    if motion.modes.shape[1] == 0:
+        return
+    phases = tables.reads.shape[1]
+    rows = tables.reads[tables.sets[i], (tables.phase[i] + step) % phases]
+    if i == 0:
+        read_modes(rows, tables.first, motion.modes[RE], motion.modes[IM], c)
+    else:
+        turned(
+            tables.turns[_ahead(step, i, tables)], motion.modes[RE], motion.modes[IM], stage.modes[RE], stage.modes[IM]
+        )
+        read_modes(rows, tables.first, stage.modes[RE], stage.modes[IM], c)
+
+
+@inlined_kernel
+def _ahead(step: int, i: int, tables: Tables) -> int:
+    """Return how many bays a contact is ahead of the first one."""
+    phases = tables.reads.shape[1]
+    own = tables.bay[i] + (tables.phase[i] + step) // phases
+    first = tables.bay[BEGIN] + (tables.phase[BEGIN] + step) // phases
+    return (own - first) % tables.turns.shape[0]
+
+
+@inlined_kernel
+def _write(step: int, tables: Tables, motion: Motion, stage: Stage, spare: FloatArray) -> None:
+    """Move modes and bodies over the macro step."""
+    contacts = len(motion.contacts)
+    states = len(motion.bodies)
+    for s in range(states):
+        total = 0.0
+        for j in range(states):
+            total += tables.bodies_step[s, j] * motion.bodies[j]
+        spare[s] = total
+    for i in range(contacts):
+        for m in range(stage.moments.shape[1]):
+            for s in range(states):
+                spare[s] += stage.moments[i, m] * tables.bodies_write[i, m, s]
+    motion.bodies[:] = spare[:states]
+    if motion.modes.shape[1] == 0:
+        return
+    phases = tables.reads.shape[1]
+    re, im = motion.modes[RE], motion.modes[IM]
+    turn(tables.decay, re, im)
+    for i in range(contacts):
+        rows = tables.writes[tables.sets[i], (tables.phase[i] + step) % phases]
+        if i == 0:
+            write_modes(rows, tables.first, stage.moments[i], re, im)
+        else:
+            stage.modes[:] = 0.0
+            write_modes(rows, tables.first, stage.moments[i], stage.modes[RE], stage.modes[IM])
+            add_turned_back(tables.turns[_ahead(step, i, tables)], stage.modes[RE], stage.modes[IM], re, im)
+    if (tables.phase[BEGIN] + step + 1) % phases == 0:
+        turn(tables.turns[1 % tables.turns.shape[0]], re, im)
+
+
+@kernel
+def write_kernel(first: int, last: int, tables: Tables, motion: Motion, stage: Stage, moments: FloatArray) -> None:
+    """Move modes and bodies from one macro step to another, by the logged moments."""
+    spare = np.zeros(max(32, len(motion.bodies)))
+    for step in range(first, last):
+        stage.moments[:] = moments[step]
+        _write(step, tables, motion, stage, spare)
+
+
+@inlined_kernel
+def _expect(i: int, data: Data, motion: Motion, stage: Stage) -> None:
+    """Write what the others will feel of a contact whose force goes on as it went."""
+    q = len(data.macro.places)
+    for m in range(q):
+        force = 0.0
+        for j in range(q):
+            force += data.macro.ahead[m, j] * motion.forces[i, j]
+        for k in range(q):
+            stage.shares[i, k, m] = data.macro.integrals[k, m] * force
+
+
+@inlined_kernel
+def _feel(i: int, p: int, tables: Tables, stage: Stage) -> float:
+    """Write what a contact feels of the others, and its c; return the largest change."""
+    q = stage.felt.shape[1]
+    change = 0.0
+    for k in range(q):
+        total = 0.0
+        for j in range(len(stage.felt)):
+            if tables.coupled[i, j] != 0:
+                for m in range(q):
+                    total += tables.cross[i, j, p, k, m] * stage.shares[j, k, m]
+        change = max(change, abs(total - stage.felt[i, k]))
+        stage.felt[i, k] = total
+    return change
+
+
+@inlined_kernel
+def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, data: Data, motion: Motion, stage: Stage, room: Room) -> int:  # fmt: skip  # noqa: E501
+    """Solve one contact over the macro step, from its state at the step's start; return a status."""
+    q = len(data.macro.places)
+    place = motion.contacts[i]
+    place[:] = stage.before[i]
+    counts = stage.counts[i]
+    counts[:] = 0
+    c = stage.c[i]
+    for m in range(q):
+        total = stage.free[i, m]
+        if shared:
+            for k in range(q):
+                total -= data.macro.transform[m, k] * stage.felt[i, k]
+        c[m] = total
+    stride = data.settings[layout.SPEED_NOW] * data.settings[layout.STEP_NOW]
+    site = Site(
+        c, tables.kernels[i, p], tables.residual[i, p], data.pieces, place, data.ends[i], data.laws[i], data.table,
+        data.starts[i] + step * stride, stride, 1.0 / data.settings[layout.LENGTH_UNIT], data.settings[layout.STEP_NOW],
+    )  # fmt: skip
+    place[layout.SMOOTH] = 0.0
+    if may_be_smooth(site) and smooth(
+        step, i, data.macro, tables.matrices[i, p], tables.residual_nodes[i, p], begin, motion.guess[i], data.settings,
+        site, room, stage.rows[i], counts,
+    ):  # fmt: skip
+        place[layout.SMOOTH] = 1.0
+        for k in range(q):
+            motion.forces[i, k] = room.N[k]
+        if shared:
+            for k in range(q):
+                for m in range(q):
+                    stage.shares[i, k, m] = data.macro.integrals[k, m] * room.N[m]
+    else:
+        status = careful(
+            step, i, data.part, data.macro, shared, data.places, data.matrix, data.settings, site, room, stage.rows[i],
+            stage.events[i], counts, stage.sums,
+        )  # fmt: skip
+        if status != contract.RUNNING:
+            return status
+        for k in range(q):
+            motion.forces[i, k] = room.moments[BEGIN]
+        if shared:
+            for k in range(q):
+                for m in range(q):
+                    total = 0.0
+                    for j in range(q):
+                        total += stage.sums[k, j] * data.macro.transform[j, m]
+                    stage.shares[i, k, m] = total
+    for m in range(q):
+        stage.moments[i, m] = room.moments[m]
+    return contract.RUNNING
+
+
+@inlined_kernel
+def _commit(step: int, i: int, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> None:
+    """Log a contact's macro step, and go on to the next one."""
+    used = logs.used
+    counts = stage.counts[i]
+    for row in range(counts[ROWS]):
+        logs.rows[used[USED_ROWS]] = stage.rows[i, row]
+        used[USED_ROWS] += 1
+        nodes = data.macro
+        if stage.rows[i, row, layout.ROW_NODES] != len(data.macro.places):
+            nodes = data.part
+        used[USED_PEAKS] = follow_row(
+            stage.rows[i, row], nodes, data.settings[layout.PROMINENT], motion.trend[i], logs.peaks,
+            used[USED_PEAKS], room,
+        )  # fmt: skip
+    for row in range(counts[EVENTS_NOW]):
+        logs.events[used[USED_EVENTS]] = stage.events[i, row]
+        used[USED_EVENTS] += 1
+    motion.contacts[i, IMPACT_AT] -= 1.0
+    motion.contacts[i, LOSS_AT] -= 1.0
+
+
+@kernel
+def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> int:  # fmt: skip  # noqa: E501
+    """March some macro steps; return a status, FULL where a log is full. `logs.used` tells how far it came."""
+    tables = borrowed_record(tables)
+    data = borrowed_record(data)
+    motion = borrowed_record(motion)
+    stage = borrowed_record(stage)
+    logs = borrowed_record(logs)
+    room = borrowed_record(room)
+    contacts = len(motion.contacts)
+    phases = tables.matrices.shape[1]
+    used = logs.used
+    used[USED_STEPS] = first
+    q = len(data.macro.places)
+    for step in range(first, last):
+        margin = contacts * (layout.MOST_PARTS + 2)
+        if (
+            used[USED_ROWS] + margin > len(logs.rows)
+            or used[USED_EVENTS] + margin > len(logs.events)
+            or used[USED_PEAKS] + 3 * margin > len(logs.peaks)
+        ):
+            return contract.FULL
+        p = step % phases
+        begun = step - first
+        if step % MODES_EVERY == 0:
+            logs.modes[step // MODES_EVERY - (first + MODES_EVERY - 1) // MODES_EVERY] = motion.modes
+        logs.bodies[begun] = motion.bodies
+        stage.before[:] = motion.contacts
+        for i in range(contacts):
+            _read(step, i, tables, motion, stage)
+            if contacts > 1:
+                stage.felt[i] = 0.0
+                _expect(i, data, motion, stage)
+        for sweep in range(MOST_SWEEPS):
+            changed = False
+            for i in range(contacts):
+                shared = contacts > 1
+                change = np.inf
+                if shared:
+                    change = _feel(i, p, tables, stage)
+                if sweep > 0 and change <= data.settings[layout.SWEEP_LIMIT]:
+                    continue
+                changed = True
+                begin = ANEW
+                if sweep > 0 and motion.contacts[i, layout.SMOOTH] != 0.0:
+                    begin = AGAIN
+                elif sweep == 0 and stage.before[i, layout.SMOOTH] != 0.0:
+                    begin = ON
+                status = _solve(step, i, p, begin, shared, tables, data, motion, stage, room)
+                if status != contract.RUNNING:
+                    return status
+            if not changed or contacts == 1:
+                break
+            if sweep == MOST_SWEEPS - 1:
+                return layout.UNSOLVED
+        for i in range(contacts):
+            for m in range(q):
+                logs.gaps[begun, i, m] = stage.c[i, m]
+                logs.moments[begun, i, m] = stage.moments[i, m]
+            _commit(step, i, data, motion, stage, logs, room)
+        _write(step, tables, motion, stage, room.spare)
+        used[USED_STEPS] = step + 1
+    return contract.RUNNING

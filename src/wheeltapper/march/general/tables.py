@@ -1,0 +1,275 @@
+"""Tables of a structure for macro steps at repeating places: computed once for a structure, a speed and a method.
+
+The macro steps divide a bay evenly, so that their places repeat. Contacts whose distance is a whole number of steps
+share their tables of modes. Units of length and force make the tables' numbers those of the kernels.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wheeltapper.march.general.basis import gauss_nodes
+from wheeltapper.march.general.contract import Bodies, Method, System
+from wheeltapper.march.general.records import Nodes, Tables
+from wheeltapper.march.general.structure import ComplexArray, Ring
+from wheeltapper.march.program import FloatArray, IntArray
+
+
+class Units(NamedTuple):
+    """Of the kernels: m, N."""
+
+    length: float
+    force: float
+
+
+class Grid(NamedTuple):
+    """Macro steps: their length in s and m, places in a bay, and each contact's first place, in steps from a seat."""
+
+    seconds: float
+    stride: float
+    phases: int
+    whole: IntArray
+    part: FloatArray
+
+
+SAME_PLACE = 1e-6
+"""Parts of a step; contacts no farther from a multiple of the step share tables."""
+DEEPER_SEARCH = 1.15
+"""Steps may be shorter by this factor for the sake of shared tables."""
+
+
+def grid_of(system: System, method: Method) -> Grid:
+    """Choose the macro steps."""
+    places = np.array([contact.position for contact in system.contacts])
+    if system.ring is None:
+        none = np.zeros(len(places))
+        return Grid(method.step, system.speed * method.step, 1, none.astype(np.int64), none)
+    spacing = system.ring.spacing
+    least = max(1, ceil(spacing / (system.speed * method.step) - 1e-9))
+    tried = [_placed(places, spacing, n) for n in range(least, int(least * DEEPER_SEARCH) + 2)]
+    kinds = [len(np.unique(np.round(part / SAME_PLACE))) + (np.abs(part).max() > SAME_PLACE) for _, part in tried]
+    best = int(np.argmin(kinds))
+    phases = least + best
+    whole, part = tried[best]
+    return Grid(spacing / phases / system.speed, spacing / phases, phases, whole, part)
+
+
+def _placed(places: FloatArray, spacing: float, phases: int) -> tuple[IntArray, FloatArray]:
+    steps = places / (spacing / phases)
+    whole = np.floor(steps + SAME_PLACE)
+    part = steps - whole
+    return whole.astype(np.int64), np.where(np.abs(part) < SAME_PLACE, 0.0, part)
+
+
+def slowest_modes(rates: ComplexArray, seconds: float, q: int, negligible: float) -> IntArray:
+    """Return for each degree the first mode, of rates in rising order, whose Legendre coefficient is not negligible.
+
+    The coefficient of degree l of exp(2xz), z from -1 to 1, is at most about (2l + 1)·x^l/(1·3·…·(2l + 1)).
+    """
+    x = 0.55 * np.abs(rates) * seconds  # some tenth more, for the change of the shapes
+    sizes = np.ones((q, len(rates)))
+    for m in range(1, q):
+        sizes[m] = sizes[m - 1] * x / (2 * m - 1)
+    return np.array([np.argmax(row > negligible) if (row > negligible).any() else len(x) for row in sizes], np.int64)
+
+
+def exponential(matrix: FloatArray) -> FloatArray:
+    """Return the exponential of a small matrix, by scaling and squaring."""
+    size = np.abs(matrix).sum(axis=1).max() if matrix.size else 0.0
+    squarings = max(0, ceil(np.log2(max(size, 1e-300))) + 3)
+    scaled = matrix / 2.0**squarings
+    term = total = np.eye(len(matrix))
+    for k in range(1, 20):
+        term = term @ scaled / k
+        total = total + term
+    for _ in range(squarings):
+        total = total @ total
+    return np.asarray(total)
+
+
+class States(NamedTuple):
+    """Bodies in first order: x' = A·x - B·N, indentation S·x; the last state is 1 and carries the loads."""
+
+    A: FloatArray
+    B: FloatArray
+    S: FloatArray
+
+
+def states_of(bodies: Bodies) -> States:
+    """Return bodies as a system of first order."""
+    count = len(bodies.mass)
+    inverse = np.linalg.inv(bodies.mass)
+    A = np.zeros((2 * count + 1, 2 * count + 1))
+    A[:count, count:-1] = np.eye(count)
+    A[count:-1, :count] = -inverse @ bodies.stiffness
+    A[count:-1, count:-1] = -inverse @ bodies.damping
+    A[count:-1, -1] = inverse @ bodies.load
+    contacts = bodies.shapes.shape[1]
+    B, S = np.zeros((2 * count + 1, contacts)), np.zeros((contacts, 2 * count + 1))
+    B[count:-1] = inverse @ bodies.shapes
+    S[:, :count] = bodies.shapes.T
+    return States(A, B, S)
+
+
+def _at_places(shapes: ComplexArray, edges: FloatArray, x: FloatArray) -> ComplexArray:
+    """Return shapes at places in a bay: (places, modes)."""
+    element = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
+    left, right = edges[element], edges[element + 1]
+    zeta = (2.0 * x - left - right) / (right - left)
+    out = np.empty((len(x), shapes.shape[2]), dtype=complex)
+    powers = zeta[:, None] ** np.arange(shapes.shape[1])
+    for number in range(len(edges) - 1):
+        there = element == number
+        out[there] = powers[there] @ shapes[number]
+    return out
+
+
+def _split(values: ComplexArray, sign: float) -> FloatArray:
+    """Return real and imaginary parts along the last axis but one, the latter times a sign."""
+    return np.stack([values.real, sign * values.imag], axis=-2)
+
+
+class _RingTables(NamedTuple):
+    """Of one set: at the nodes of all phases, (phases, q, modes) complex, and of the residual (phases, q)."""
+
+    shows: ComplexArray
+    takes: ComplexArray
+    residual: FloatArray
+
+
+def _ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: Nodes) -> _RingTables:
+    q = len(nodes.places)
+    x = grid.stride * (np.arange(grid.phases)[:, None] + part + nodes.places).ravel()
+    x = np.where(x >= ring.spacing, x - ring.spacing, x)  # beyond the last phase's end: turned below
+    over = grid.stride * (np.arange(grid.phases)[:, None] + part + nodes.places) >= ring.spacing
+    growth = np.exp(np.multiply.outer(nodes.places * grid.seconds, ring.rates[order]))
+    shape = (grid.phases, q, len(order))
+    shows = _at_places(ring.deflection[:, :, order], ring.edges, x).reshape(shape)
+    takes = _at_places(ring.drive[:, :, order], ring.edges, x).reshape(shape)
+    if over.any():
+        shows[over] *= ring.turns[order]
+        takes[over] *= ring.turns[order].conj()
+    shows *= ring.weights[order] * growth
+    takes *= grid.seconds / growth
+    residual = _at_places(ring.residual[:, :, None].astype(complex), ring.edges, x).real.reshape(grid.phases, q)
+    return _RingTables(shows, takes, residual)
+
+
+def _products(shows: ComplexArray, takes: ComplexArray) -> FloatArray:
+    """Return Re Σ_n shows[p, k, n]·takes[p, l, n], (p, k, l)."""
+    left = np.concatenate([shows.real, shows.imag], axis=2)
+    right = np.concatenate([takes.real, -takes.imag], axis=2)
+    return np.asarray(left @ right.swapaxes(1, 2))
+
+
+def build(system: System, method: Method, units: Units) -> tuple[Grid, Tables]:
+    """Return the macro steps and the tables of a structure."""
+    nodes = gauss_nodes(method.nodes)
+    q, contacts = method.nodes, len(system.contacts)
+    grid = grid_of(system, method)
+    number: Any = np.float32 if method.single else np.float64
+    parts, sets = np.unique(np.round(grid.part / SAME_PLACE) * SAME_PLACE, return_inverse=True)
+    scale = units.force / units.length
+    states = states_of(system.bodies)
+    g = np.zeros((contacts, contacts, grid.phases, q, q))
+    residual = np.zeros((contacts, grid.phases, q))
+    modal = _no_modes(q, grid.phases, number)
+    phase, bay = grid.whole % grid.phases, grid.whole // grid.phases
+    if system.ring is not None:
+        ring = system.ring
+        order = np.argsort(np.abs(ring.rates), kind="stable")
+        made = [_ring_tables(ring, order, grid, part, nodes) for part in parts]
+        modal = _modal_tables(ring, order, grid, made, nodes, method, units)
+        _ring_kernels(ring, order, made, sets, phase, bay, g, residual)
+    _body_kernels(states, grid, nodes, g)
+    g *= scale
+    own = np.arange(contacts)
+    kernels = nodes.transform @ g[own, own] @ nodes.transform.T
+    coupled = (np.abs(g).max(axis=(2, 3, 4)) > method.newton * 1e-2) & ~np.eye(contacts, dtype=bool)
+    residual *= scale
+    read, write, step = _body_tables(states, grid, nodes, units)
+    return grid, Tables(
+        modal.reads, modal.writes, modal.first, modal.decay, modal.turns,
+        sets.astype(np.int64), phase.astype(np.int64), bay.astype(np.int64), read, write, step,
+        np.ascontiguousarray(kernels), np.ascontiguousarray(g[own, own] * nodes.integrals), g,
+        coupled.astype(np.int64), residual @ nodes.transform.T, residual,
+    )  # fmt: skip
+
+
+class _ModalTables(NamedTuple):
+    """As the first entries of `Tables`."""
+
+    reads: FloatArray
+    writes: FloatArray
+    first: IntArray
+    decay: FloatArray
+    turns: FloatArray
+
+
+def _no_modes(q: int, phases: int, number: type[np.floating[Any]]) -> _ModalTables:
+    empty: Any = np.zeros((1, phases, q, 2, 0), number)
+    return _ModalTables(empty, empty.copy(), np.zeros(q, np.int64), np.zeros((2, 0)), np.zeros((1, 2, 0)))
+
+
+def _modal_tables(
+    ring: Ring, order: IntArray, grid: Grid, made: list[_RingTables], nodes: Nodes, method: Method, units: Units
+) -> _ModalTables:
+    number: Any = np.float32 if method.single else np.float64
+    rates = ring.rates[order]
+    decay = np.exp(rates * grid.seconds)
+    first = slowest_modes(rates, grid.seconds, len(nodes.places), method.negligible)
+    shape = (len(made), grid.phases, len(nodes.places), 2, len(order))
+    reads: Any = np.empty(shape, number)
+    writes: Any = np.empty(shape, number)
+    for i, one in enumerate(made):
+        shown = np.tensordot(nodes.transform, one.shows, (1, 1)).swapaxes(0, 1)
+        reads[i] = _split(-shown / units.length, -1.0)
+        taken = np.tensordot(nodes.transform, one.takes * decay, (1, 1)).swapaxes(0, 1)
+        writes[i] = _split(taken * units.force, 1.0)
+    turns = np.exp(1j * np.multiply.outer(np.arange(ring.bays), np.angle(ring.turns[order])))
+    return _ModalTables(reads, writes, first, np.stack([decay.real, decay.imag]), _split(turns, 1.0))
+
+
+def _ring_kernels(
+    ring: Ring, order: IntArray, made: list[_RingTables], sets: IntArray, phase: IntArray, bay: IntArray,
+    g: FloatArray, residual: FloatArray,
+) -> None:  # fmt: skip
+    """Write what forces at the nodes of each contact do at those of each other, for all places of the first one."""
+    phases = g.shape[2]
+    own = [_products(one.shows, one.takes) for one in made]
+    steps = np.arange(phases)
+    at = [(phase[i] + steps) % phases for i in range(len(sets))]
+    bays = [bay[i] + (phase[i] + steps) // phases for i in range(len(sets))]
+    for i in range(len(sets)):
+        residual[i] = made[sets[i]].residual[at[i]]
+        g[i, i] += own[sets[i]][at[i]]
+        for j in range(len(sets)):
+            if i != j:
+                ahead = (bays[i] - bays[j])[:, None, None]
+                turn = np.exp(1j * ahead * np.angle(ring.turns[order]))
+                g[i, j] += _products(made[sets[i]].shows[at[i]] * turn, made[sets[j]].takes[at[j]])
+
+
+def _body_kernels(states: States, grid: Grid, nodes: Nodes, g: FloatArray) -> None:
+    """Add what bodies answer to forces at the nodes."""
+    places, q = nodes.places * grid.seconds, len(nodes.places)
+    for k in range(q):
+        for m in range(q):
+            answer = states.S @ exponential(states.A * (places[k] - places[m])) @ states.B
+            g[:, :, :, k, m] += grid.seconds * answer[:, :, None]
+
+
+def _body_tables(states: States, grid: Grid, nodes: Nodes, units: Units) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what bodies show to contacts, what forces do to them, and one step of theirs."""
+    seconds = grid.seconds
+    shown = np.stack([states.S @ exponential(states.A * (place * seconds)) for place in nodes.places])
+    taken = np.stack([exponential(states.A * ((1.0 - place) * seconds)) @ states.B for place in nodes.places])
+    read = np.tensordot(nodes.transform, shown, (1, 0)) / units.length  # (q, contacts, states)
+    write = np.tensordot(nodes.transform, taken, (1, 0)) * (-seconds * units.force)  # (q, states, contacts)
+    return (
+        np.ascontiguousarray(read.transpose(1, 0, 2)), np.ascontiguousarray(write.transpose(2, 0, 1)),
+        exponential(states.A * seconds),
+    )  # fmt: skip
