@@ -391,21 +391,69 @@ def works(found: Found, end: float) -> Works:
         rows = _rows_of(found, i)
         counts = rows.rows[:, layout.ROW_NODES].astype(int)
         for count in np.unique(counts[counts > 1]).tolist():
-            some, nodes = counts == count, gauss_nodes(count)
+            some, nodes = np.flatnonzero(counts == count), gauss_nodes(count)
+            cut = _until(rows, some, count, end / seconds)
             steps = rows.rows[some][:, [layout.ROW_STEP]]
-            theta = np.column_stack([rows.rows[some][:, layout.ROW_FROM], rows.theta[some, :count]])
+            theta = np.column_stack([rows.rows[some][:, layout.ROW_FROM], cut.theta])
             times = (steps + theta) * seconds
             order = np.argsort(times.ravel(), kind="stable")
             held = replay(found, times.ravel()[order])
             back = np.argsort(order, kind="stable")
             delta = held.indentation[back, i].reshape(times.shape)
             moving = (held.velocity @ system.bodies.shapes)[back, i].reshape(times.shape)[:, 1:]
-            counted = nodes.weights * rows.force[some, :count] * prepared.units.force
-            lasting = counted * rows.pace[some, :count] * seconds * (times[:, 1:] <= end)
-            contact[i] += (counted * (delta @ nodes.slopes.T) * (times[:, 1:] <= end)).sum()
+            counted = nodes.weights * cut.force * prepared.units.force
+            lasting = counted * cut.pace * seconds
+            contact[i] += (counted * (delta @ nodes.slopes.T)).sum()
             path[i] += (lasting * system.speed * slopes_at(prepared, i, system.speed * times[:, 1:])).sum()
             bodies[i] += (lasting * moving).sum()
     return Works(contact, path, bodies, *_of_bodies(found, end))
+
+
+class _Cut(NamedTuple):
+    """Some rows up to a time: θ, dθ/dσ and the force at nodes in σ from 0 to 1, (rows, nodes)."""
+
+    theta: FloatArray
+    pace: FloatArray
+    force: FloatArray
+
+
+def _until(rows: _Rows, some: IntArray, count: int, end: float) -> _Cut:
+    """Return some rows of `count` nodes, each up to `end`, in macro steps; one beyond it has no length."""
+    nodes, own = gauss_nodes(count), rows.rows[some]
+    part = np.clip(end - own[:, layout.ROW_STEP], own[:, layout.ROW_FROM], own[:, layout.ROW_TO])
+    whole = part >= own[:, layout.ROW_TO]
+    last = np.ones(len(some))
+    _sigmas(part[~whole], some[~whole], rows.rows, found := np.zeros(int((~whole).sum())))
+    last[~whole] = np.where(part > own[:, layout.ROW_FROM], 1.0, 0.0)[~whole] * np.clip(found, 0.0, 1.0)
+    theta, pace = _mapped(own, last[:, None] * nodes.places)
+    values = legendre.legvander(2.0 * last[:, None] * nodes.places - 1.0, count - 1)
+    coefficients = rows.force[some, :count] @ nodes.transform.T
+    force = np.einsum("rkj,rj->rk", values, coefficients)
+    return _Cut(theta, pace * last[:, None], np.where(last[:, None] > 0.0, np.maximum(force, 0.0), 0.0))
+
+
+class Pressing(NamedTuple):
+    """Times, s, forces, N, and weights, s, of a rule for integrals with a contact's force, up to the end."""
+
+    times: FloatArray
+    force: FloatArray
+    weights: FloatArray
+
+
+def pressing(found: Found, contact: int, end: float) -> Pressing:
+    """Return where to look at what is integrated over time with the force of a contact, s; times rise."""
+    rows, seconds = _rows_of(found, contact), found.prepared.grid.seconds
+    counts = rows.rows[:, layout.ROW_NODES].astype(int)
+    parts = []
+    for count in np.unique(counts[counts > 1]).tolist():
+        some = np.flatnonzero(counts == count)
+        cut = _until(rows, some, count, end / seconds)
+        times = (rows.rows[some][:, [layout.ROW_STEP]] + cut.theta) * seconds
+        weights = gauss_nodes(count).weights * cut.pace * seconds
+        parts.append(np.stack([times.ravel(), cut.force.ravel() * found.prepared.units.force, weights.ravel()]))
+    times, force, weights = np.concatenate(parts, axis=1)
+    order = np.argsort(times, kind="stable")
+    return Pressing(times[order], force[order], weights[order])
 
 
 def _of_bodies(found: Found, end: float) -> tuple[float, FloatArray, float]:
