@@ -77,6 +77,27 @@ class _Rows(NamedTuple):
     total: FloatArray
 
 
+def _rows_until(found: Found, contact: int, end: float) -> _Rows:
+    """Return the logged parts of a contact up to a time, s; the last one is cut there."""
+    whole, stop = _rows_of(found, contact), end / found.prepared.grid.seconds
+    held = _Rows(*(part[: int(np.searchsorted(whole.starts, stop))].copy() for part in whole))
+    row, last = held.rows[-1], len(held.rows) - 1
+    at, count = stop - row[layout.ROW_STEP], int(row[layout.ROW_NODES])
+    if at >= row[layout.ROW_TO]:
+        return held
+    if count > 1:
+        sigma, nodes = sigma_of(at, row), gauss_nodes(count)
+        row[layout.ROW_S1] = row[layout.ROW_S0] + sigma * (row[layout.ROW_S1] - row[layout.ROW_S0])
+        values = legendre.legvander(2.0 * sigma * nodes.places - 1.0, count - 1)
+        held.force[last, :count] = values @ nodes.transform @ held.force[last, :count]
+        theta, pace = _mapped(row[None], nodes.places)
+        held.theta[last, :count], held.pace[last, :count] = theta[0], pace[0]
+        powers = legendre.legvander(2.0 * theta[0] - 1.0, held.total.shape[1] - 1)
+        held.total[last] = (nodes.weights * pace[0] * held.force[last, :count]) @ powers
+    row[layout.ROW_TO] = at
+    return held
+
+
 def _rows_of(found: Found, contact: int) -> _Rows:
     q = found.prepared.method.nodes
     rows = found.logs.rows[found.logs.rows[:, layout.ROW_CONTACT] == contact]
@@ -333,9 +354,9 @@ def _motion_of(modes_then: FloatArray, prepared: Prepared, contacts: int) -> Mot
 # -- sums over the logged parts ---------------------------------------------------------------------------------------
 
 
-def impulses(found: Found, contact: int, begins: FloatArray) -> FloatArray:
-    """Return the impulse of a contact between each of some times and the next, the last up to the end, N s."""
-    rows, seconds = _rows_of(found, contact), found.prepared.grid.seconds
+def impulses(found: Found, contact: int, begins: FloatArray, end: float) -> FloatArray:
+    """Return the impulse of a contact between each of some times and the next, the last up to an end, N s."""
+    rows, seconds = _rows_until(found, contact, end), found.prepared.grid.seconds
     total = np.append(0.0, np.cumsum(rows.total[:, 0])) * seconds * found.prepared.units.force
     first = np.searchsorted(rows.starts, begins / seconds - 1e-9)
     return np.diff(total[np.append(first, len(rows.rows))])
@@ -388,7 +409,7 @@ def works(found: Found, end: float) -> Works:
     contacts = len(system.contacts)
     contact, path, bodies = np.zeros((3, contacts))
     for i in range(contacts):
-        rows = _rows_of(found, i)
+        rows = _rows_until(found, i, end)
         counts = rows.rows[:, layout.ROW_NODES].astype(int)
         for count in np.unique(counts[counts > 1]).tolist():
             some, nodes = counts == count, gauss_nodes(count)
@@ -401,8 +422,8 @@ def works(found: Found, end: float) -> Works:
             delta = held.indentation[back, i].reshape(times.shape)
             moving = (held.velocity @ system.bodies.shapes)[back, i].reshape(times.shape)[:, 1:]
             counted = nodes.weights * rows.force[some, :count] * prepared.units.force
-            lasting = counted * rows.pace[some, :count] * seconds * (times[:, 1:] <= end)
-            contact[i] += (counted * (delta @ nodes.slopes.T) * (times[:, 1:] <= end)).sum()
+            lasting = counted * rows.pace[some, :count] * seconds
+            contact[i] += (counted * (delta @ nodes.slopes.T)).sum()
             path[i] += (lasting * system.speed * slopes_at(prepared, i, system.speed * times[:, 1:])).sum()
             bodies[i] += (lasting * moving).sum()
     return Works(contact, path, bodies, *_of_bodies(found, end))
