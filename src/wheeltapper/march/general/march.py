@@ -149,15 +149,21 @@ def indentation_of(force: float, row: FloatArray, table: FloatArray, factor: flo
 # -- preparing --------------------------------------------------------------------------------------------------------
 
 
-def static_forces(system: System) -> FloatArray:
-    """Return the forces that carry the loads while no spring of the bodies is stretched, N."""
-    shapes, load = system.bodies.shapes, system.bodies.load
-    found = np.linalg.lstsq(shapes, load, rcond=None)[0]
-    if not np.allclose(shapes @ found, load, rtol=1e-9, atol=1e-9 * np.abs(load).max()):
-        raise ValueError("the contacts do not carry the bodies' loads")
+def carried_loads(system: System) -> FloatArray:
+    """Return the forces that come nearest to carrying the loads alone, N; they give the units."""
+    found = np.linalg.lstsq(system.bodies.shapes, system.bodies.load, rcond=None)[0]
     if not (found > 0.0).all():
         raise ValueError("a contact has no static force")
     return np.asarray(found)
+
+
+def static_forces(system: System) -> FloatArray:
+    """Return the forces that carry the loads while no spring of the bodies is stretched, N."""
+    shapes, load = system.bodies.shapes, system.bodies.load
+    found = carried_loads(system)
+    if not np.allclose(shapes @ found, load, rtol=1e-9, atol=1e-9 * np.abs(load).max()):
+        raise ValueError("the contacts do not carry the bodies' loads")
+    return found
 
 
 def _units(system: System, static: FloatArray) -> Units:
@@ -196,7 +202,7 @@ def _path_tables(system: System) -> tuple[FloatArray, FloatArray]:
 
 def prepare(system: System, method: Method = DEFAULT, start: Start | None = None) -> Prepared:
     """Make the tables of a system; it starts from equilibrium at rest unless a state is given."""
-    static = static_forces(system)
+    static = carried_loads(system)
     units = _units(system, static)
     grid, tables = build(system, method, units)
     laws, table = _law_tables(system, units)
@@ -216,7 +222,7 @@ def prepare(system: System, method: Method = DEFAULT, start: Start | None = None
         gauss_nodes(method.nodes), gauss_nodes(method.careful_nodes), *flight_nodes(), pieces, ends, laws, table,
         starts, settings,
     )  # fmt: skip
-    start = start or equilibrium(system, data, static, units)
+    start = start or equilibrium(system, data, static_forces(system), units)
     tables.bodies_read[:, 0, -1] += start.offsets / units.length
     return Prepared(system, method, units, grid, tables, data, start, _motion(system, method, data, units, start))
 
@@ -319,7 +325,7 @@ def _motion(system: System, method: Method, data: Data, units: Units, start: Sta
     places[:, layout.BEGAN] = np.maximum(gap / units.length, 0.0)
     trend = np.zeros((contacts, layout.TREND_COLUMNS))
     trend[:, layout.LOWEST_SINCE] = np.inf
-    forces_now = np.tile(static_forces(system)[:, None] / units.force, (1, q))
+    forces_now = np.tile(carried_loads(system)[:, None] / units.force, (1, q))
     return Motion(np.stack([modes.real, modes.imag]), bodies, places, np.zeros((contacts, q)), forces_now, trend)
 
 
