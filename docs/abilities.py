@@ -59,17 +59,18 @@ def _together() -> str:
     lines = ["Together, and not together", "--------------------------", ""]
     bound = {need: owner for need in VOCABULARY if (owner := _owner(need)) is not None}
     lines += [f"- {need.name}: only with {owner.name}" for need, owner in bound.items()]
-    for need in VOCABULARY:
-        others = [
-            b.name for a, b in combinations(VOCABULARY, 2) if a is need and not {a, b} & {*bound} and _clash(a, b)
-        ]
+    met = [need for need in VOCABULARY if any(need in one.covers for one in MARCHERS)]
+    lines += [f"- {need.name}: not yet" for need in VOCABULARY if need not in met]
+    for need in met:
+        others = [b.name for a, b in combinations(met, 2) if a is need and not {a, b} & {*bound} and _clash(a, b)]
         lines += [f"- {need.name}: not with {', '.join(others)}"] if others else []
     return "\n".join([*lines, ""])
 
 
 def _owner(need: Need) -> Need | None:
-    """Return what else there is wherever a need can be met; nothing where it may stand alone."""
-    required = frozenset.intersection(*(one.requires for one in MARCHERS if need in one.covers)) - {need}
+    """Return what else there is wherever a need can be met; nothing where it may stand alone, or is not met at all."""
+    requires = [one.requires for one in MARCHERS if need in one.covers]
+    required = frozenset.intersection(*requires) - {need} if requires else frozenset()
     return min(required, key=VOCABULARY.index, default=None)
 
 

@@ -12,6 +12,7 @@ from wheeltapper.ground import progress as _progress
 if TYPE_CHECKING:
     from wheeltapper import diagnosis as diagnosis
     from wheeltapper import orbits as orbits
+    from wheeltapper import tracks as tracks
     from wheeltapper.ask import stability as stability
     from wheeltapper.ask import wear as wear
     from wheeltapper.ask.border import border as border
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from wheeltapper.ask.wear import wear_in as wear_in
     from wheeltapper.describe import contact as contact
     from wheeltapper.describe import creep as creep
-    from wheeltapper.describe import irregularity, profile, track, vehicle
+    from wheeltapper.describe import irregularity, profile, vehicle
     from wheeltapper.describe.contact.hertz import Hertz as Hertz
     from wheeltapper.describe.contact.linear import Linear as Linear
     from wheeltapper.describe.irregularity.bump import CosineBump as CosineBump
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
     from wheeltapper.record.simulate import simulate as simulate
     from wheeltapper.record.store import load as load
 
-    irregularities, profiles, tracks, vehicles = irregularity, profile, track, vehicle
+    irregularities, profiles, vehicles = irregularity, profile, vehicle
 
 _HOMES = {
     "Corrugation": "describe.irregularity.corrugation",
@@ -93,7 +94,7 @@ _ROOMS = {
     "orbits": "orbits",
     "profiles": "describe.profile",
     "stability": "ask.stability",
-    "tracks": "describe.track",
+    "tracks": "tracks",
     "vehicles": "describe.vehicle",
     "wear": "ask.wear",
 }

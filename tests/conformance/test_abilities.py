@@ -41,7 +41,11 @@ KINDS = {
         "bilateral": wt.Linear(stiffness=1.2e9, bilateral=True),
         "Thornton": wt.contact.Thornton(constant_per_wheel=HALF),
     },
-    "track": {"stiff": wt.StiffTrack(), "deck": wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4)},
+    "track": {
+        "stiff": wt.StiffTrack(),
+        "deck": wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4),
+        "rails": wt.tracks.Slab(**wt.tracks.Slab.example),
+    },
     "start": {"equilibrium": "equilibrium", "dropped": Start(displacement=1e-5)},
     "rolling": {"circle": "circle", "point": "point"},
     "creep": {"none": None, "Polach": wt.creep.Polach(friction=0.35)},

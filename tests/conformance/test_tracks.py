@@ -5,6 +5,7 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.describe.track.base import Track
+from wheeltapper.march import run
 
 from . import samples
 
@@ -13,7 +14,12 @@ def tracks():
     return samples(Track)
 
 
-SAMPLES = tracks()
+def is_marched(track):
+    return run.fastest_march(run.SIMULATE, track.needs) is not None
+
+
+SAMPLES = {name: track for name, track in tracks().items() if is_marched(track)}
+REFUSED = {name: track for name, track in tracks().items() if not is_marched(track)}
 
 
 def scene(track, height=1e-4):
@@ -42,3 +48,12 @@ def test_at_rest_nothing_moves(name):
 @pytest.mark.parametrize("name", SAMPLES)
 def test_energy_closes(name):
     assert abs(wt.simulate(scene(SAMPLES[name])).energy.relative_imbalance.item()) < 1e-8
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_no_march_takes_is_refused_with_the_one_sentence(name):
+    expected = run.refusal(run.SIMULATE, REFUSED[name].needs)
+    with pytest.raises(wt.InputError) as caught:
+        scene(REFUSED[name], height=0.0)
+    assert str(caught.value) == str(expected)
+    assert "\n" not in str(expected)

@@ -22,6 +22,9 @@ def listed(family):
 
 V = wt.vehicles
 WHEELSET = wt.Wheelset(mass=1500, load=91_307)
+ONE = wt.Wheelset(mass=1500, wheels=1)
+TWO = {"wheelsets": (WHEELSET, WHEELSET), "positions": (0, -2)}
+BOGIE = V.Bogie.example
 ENDS = {"name": "a", "between": ("frame", "ground"), "at": (0, 0, 0)}
 BODY = {"name": "frame", "mass": 1000, "inertia": (1, 1, 1), "position": (0, 0, 1)}
 AXLE = {"mass": 1500, "inertia": (1, 1, 1), "position": 0}
@@ -44,6 +47,19 @@ WRONG = [
     (wt.Scenario, SCENE | {"vehicle": {}}, "vehicle.type: found nothing; allowed: the type of the noun"),
     (wt.Scenario, SCENE | {"rolling": "cirle"}, "allowed: 'circle' or 'point' (did you mean 'circle'?)"),
     (wt.Scenario, SCENE | {"irregularity": {"left": 5}}, f"left.0: found 5; allowed: {listed(Irregularity)}"),
+    (V.Wheelsets, {"wheelsets": (), "positions": ()}, "wheelsets: found 0 values; allowed: at least 1"),
+    (V.Wheelsets, {"wheelsets": (WHEELSET,), "positions": (0, -2)}, "positions: found 2 values; allowed: 1, one a"),
+    (V.Wheelsets, {"wheelsets": (WHEELSET,), "positions": (1,)}, "positions.0: found 1 m; allowed: 0 m, the leading"),
+    (V.Wheelsets, TWO | {"positions": (0, "2 m")}, "positions.1: found 2 m; allowed: less than 0 m, behind"),
+    (V.Wheelsets, TWO | {"positions": (0, 0)}, "positions.1: found 0 m; allowed: less than 0 m, behind"),
+    (V.Wheelsets, TWO | {"wheelsets": (WHEELSET, {"mass": 0})}, "wheelsets.1.mass: found 0; allowed: greater than 0"),
+    (V.Wheelsets, TWO | {"wheelsets": (WHEELSET, ONE)}, "wheelsets: found wheels = [2, 1]; allowed: the same number"),
+    (V.Bogie, BOGIE | {"wheelbase": 0}, "wheelbase: found 0; allowed: greater than 0"),
+    (V.Bogie, BOGIE | {"primary_damping": -1}, "primary_damping: found -1; allowed: greater than or equal to 0"),
+    (V.Bogie, BOGIE | {"wheel_load": "10 t"}, "wheel_load: found '10 t', a mass where a force is needed"),
+    (V.Bogie, BOGIE | {"wheels": 0}, "wheels: found 0; allowed: greater than or equal to 1"),
+    (wt.Scenario, SCENE | {"vehicle": V.Wheelsets(**V.Wheelsets.example)}, "vehicle: found Wheelsets, which"),
+    (wt.Scenario, SCENE | {"vehicle": V.Bogie(**BOGIE)}, "vehicle: found a Bogie, which `simulate` does not take;"),
     (wt.Wagon, {"bodies": 5, "axles": ()}, "bodies: found 5; allowed: a list"),
     (wt.Wagon, {"bodies": (), "axles": ()}, "axles: found 0 values; allowed: at least 1"),
     (wt.Wagon, {"bodies": (), "axles": (WHEELSET,)}, "axles.0: found Wheelset(mass=1500.0"),

@@ -73,3 +73,23 @@ def test_a_record_with_many_losses_has_one_shade_on_each_axis_and_no_integrals()
         start = shade.get_paths()[0].vertices[:, 0].min()
         assert start == pytest.approx(1e3 * float(record.events.time[record.events.kind == "loss"][0]))
     assert "impacts" not in vars(record)  # which would be integrated over every step
+
+
+def test_answers_about_a_track_are_drawn():
+    track = wt.tracks.Ballasted.named("rolland_UIC60_example")
+    frequencies = np.geomspace(20.0, 3000.0, 40)
+    modulus, phase = wt.plot(wt.tracks.receptance(track, [0.0, *frequencies], [0.0, 0.3])).axes
+    assert modulus.get_ylabel() == "receptance [nm/N]"
+    assert [line.get_label() for line in modulus.lines] == ["at 0 m", "at 0.3 m", "pinned-pinned"]
+    x, y = modulus.lines[1].get_data()
+    np.testing.assert_allclose(x, frequencies)  # zero has no place on a logarithmic axis
+    np.testing.assert_allclose(y, 1e9 * abs(wt.tracks.receptance(track, frequencies, 0.3)))
+    assert phase.get_ylim() == (-180.0, 0.0)
+    (cross, _) = wt.plot(wt.tracks.receptance(track, frequencies, 0.0, 1.2)).axes
+    assert cross.lines[0].get_label() == "at 1.2 m, force at 0 m"
+    (axis,) = wt.plot(wt.tracks.decay_rate(track, frequencies)).axes
+    np.testing.assert_allclose(axis.lines[0].get_ydata(), wt.tracks.decay_rate(track, frequencies))
+    (axis,) = wt.plot(wt.tracks.static_deflection(track, np.linspace(0.0, 1.2, 30))).axes
+    assert [float(line.get_xdata()[0]) for line in axis.lines[1:]] == pytest.approx([0.0, 0.6, 1.2])
+    figure = wt.plot(wt.tracks.pinned_pinned(track))
+    assert "1063.2 Hz" in figure.get_suptitle()

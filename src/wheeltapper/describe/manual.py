@@ -46,7 +46,7 @@ def _readable_type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
         return " | ".join(kind.__name__ for kind in makeable_nouns(family))
     given = [one.json_schema_input_type for one in metadata if isinstance(one, BeforeValidator)]
     if given and given[0] is not PydanticUndefined:
-        return str(given[0])
+        return _readable_type(given[0])
     origin, inside = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         return _readable_type(inside[0], inside[1:])

@@ -1,4 +1,4 @@
-"""Places of irregularities on a wagon's track: on a rail, under a wheelset, under one wheel."""
+"""Places of irregularities under a vehicle of several wheelsets: on a rail, under a wheelset, under one wheel."""
 
 from __future__ import annotations
 
@@ -43,11 +43,14 @@ def parsed_place(where: str) -> tuple[int | None, str]:
     return (int(number) if number else None), (side or "both")
 
 
-def check_places(irregularity: Any, wheelsets: int) -> None:
-    """Refuse places that a wagon with this number of wheelsets does not have."""
+def check_places(irregularity: Any, wheelsets: int, *, sides: bool = True) -> None:
+    """Refuse places that a vehicle with this number of wheelsets does not have; one in the plane has no sides."""
     if not isinstance(irregularity, Placement):
         return
     for where in irregularity:
-        number, _ = parsed_place(where)
+        number, side = parsed_place(where)
         if number is not None and number > wheelsets:
             raise InputError("", "irregularity", f"the place {where!r}", f"wheelsets 1 to {wheelsets}")
+        if side != "both" and not sides:
+            allowed = '"both", "wheelset 1" and the like, as both rails of this vehicle are the same'
+            raise InputError("", "irregularity", f"the place {where!r}", allowed)

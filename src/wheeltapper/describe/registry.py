@@ -25,6 +25,8 @@ _abstract: set[Any] = set()
 _choices: dict[Any, tuple[type[Any], ...]] = {}
 """What `makeable_nouns` has found since the last registration."""
 _rooms: list[str] = []
+_fronts: dict[str, str] = {}
+"""Modules in front of a room, which offer more than its nouns, and the room of each."""
 _searched: set[str] = set()
 """Rooms whose modules are all imported."""
 
@@ -92,7 +94,8 @@ def module_names(room: str) -> tuple[str, ...]:
 
 
 def registered_in(room: str) -> dict[str, Any]:
-    """Return what is registered in a room, by name and sorted by it."""
+    """Return what is registered in a room, or in that behind a front, by name and sorted by it."""
+    room = _fronts.get(room, room)
     import_room(room)
     return dict(sorted(_held.get(room, {}).items()))
 
@@ -136,3 +139,29 @@ def room(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
     return offered_object, lambda: sorted(offered_by_name())
+
+
+def front(name: str, package: str, homes: dict[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """Return the functions `__getattr__` and `__dir__` of a module in front of a room.
+
+    It offers what the room does, and functions of floors above the descriptions, which a room cannot know.
+
+    Parameters
+    ----------
+    name
+        Of the module.
+    package
+        The room.
+    homes
+        Further names, and the module of each.
+    """
+    _fronts[name] = package
+
+    def offered_object(word: str) -> Any:
+        if word == "__all__":
+            return sorted({*dir(import_module(package)), *homes})
+        if word.startswith("_"):
+            raise AttributeError(f"module {name!r} has no attribute {word!r}")
+        return getattr(import_module(homes.get(word, package)), word)
+
+    return offered_object, lambda: list(offered_object("__all__"))

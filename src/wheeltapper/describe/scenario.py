@@ -19,8 +19,11 @@ from wheeltapper.describe.placement import Placement, check_places
 from wheeltapper.describe.profile.wheel_rail import BUILT_IN, Profiles, WheelRail
 from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.track.stiff import StiffTrack
+from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.describe.vehicle.base import Vehicle
+from wheeltapper.describe.vehicle.bogie import Bogie
 from wheeltapper.describe.vehicle.wagon import Wagon, wagon_for
+from wheeltapper.describe.vehicle.wheelsets import Wheelsets
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.needs import IRREGULARITY, MEMORY, NOTHING, POINT, PROFILES, START, YIELDING, Need
@@ -69,9 +72,9 @@ class Scenario(Noun):
     Parameters
     ----------
     vehicle
-        A `Wheelset`, or a `Wagon`: x is then the position of its leading wheelset.
+        A `Wheelset`, or one of several wheelsets: x is then the position of the leading one.
     track
-        `StiffTrack` or `FloatingDeck`.
+        `StiffTrack`, `FloatingDeck`, or rails on sleepers of `wheeltapper.tracks`.
     contact
         `Hertz`, `Linear`, or an elastic-plastic law of `wheeltapper.contact`.
     creep
@@ -79,8 +82,8 @@ class Scenario(Noun):
     profiles
         On a wagon: `WheelRail` or `Cones` of `wheeltapper.profiles`.
     irregularity
-        None, one, or several, which are summed. On a wagon also a table over "left", "right", "both", "wheelset 4",
-        "wheelset 4 right" and the like; without it, they are on both rails.
+        None, one, or several, which are summed. Under several wheelsets also a table over "both", "wheelset 4" and the
+        like, on a wagon over "left", "right", "wheelset 4 right" and the like; without it, all wheels meet all.
     rolling
         "circle": the wheel rolls as a circle (the paper, equation 2.2); "point": its centre follows the irregularity.
     speed
@@ -114,11 +117,20 @@ class Scenario(Noun):
         if self.speed == 0 and self.irregularity:
             raise InputError("", "speed", "0 m/s together with an irregularity", "more than 0 m/s (0 is a drop test)")
         run.choose(run.SIMULATE, self.needs)
+        if isinstance(self.track, SupportedRail):
+            self._check_rails()
+        if isinstance(self.vehicle, Wheelsets | Bogie):
+            check_places(self.irregularity, len(self.vehicle.positions), sides=False)
         if isinstance(self.vehicle, Wagon):
             self._check_wagon(self.vehicle)
         elif isinstance(self.contact, Hertz) and self.contact.idle:
             raise self.contact.idle.within("contact")
         return self
+
+    def _check_rails(self) -> None:
+        wheels = getattr(self.vehicle, "wheels", 2)
+        if wheels > 2:
+            raise InputError("", "vehicle.wheels", str(wheels), "2, half on each of two rails, or 1, on one rail")
 
     def _check_wagon(self, wagon: Wagon) -> None:
         check_places(self.irregularity, len(wagon.axles))

@@ -11,7 +11,7 @@ from wheeltapper.describe.manual import HEADING, field_descriptions
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site
 
-UNTYPED = ("Scenario", "Site", "Sensor")
+UNTYPED = ("Scenario", "Site", "Sensor", "Rail")
 """Kinds of tables that need no `type`, because nothing else may stand in their place."""
 
 

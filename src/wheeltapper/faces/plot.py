@@ -18,6 +18,7 @@ from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation
 from wheeltapper.faces.orbits import DRAWN, draw_orbit
 from wheeltapper.faces.panels import RED, legend_above
 from wheeltapper.faces.results import draw_comfort, draw_force, draw_modes, draw_recording, draw_records
+from wheeltapper.faces.tracks import TRACKS
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon, history_with_events
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.arguments import as_count, as_list, as_path
@@ -35,12 +36,14 @@ if TYPE_CHECKING:
 
     from wheeltapper.orbits.orbit import Orbit
 
+    Labelled = xr.Dataset | xr.DataArray
+
 STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 """The style sheet of all figures."""
 
 
 def plot(
-    what: Record | list[Record] | Recording | Force | Marks | Finding | Design | Performance | Orbit | xr.Dataset,
+    what: Record | list[Record] | Recording | Force | Marks | Finding | Design | Performance | Orbit | Labelled,
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
@@ -58,8 +61,8 @@ def plot(
     ----------
     what
         Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site`, `modes`, `comfort`,
-        `reconstructed`, `read_recording`, `load` or a function of `orbits`; or a list of records of a wheelset, whose
-        forces are drawn over each other.
+        `reconstructed`, `read_recording`, `load`, a function of `orbits` or a question to a track alone, of `tracks`;
+        or a list of records of a wheelset, whose forces are drawn over each other.
     path
         Path of the picture; None: it is only returned.
     features
@@ -114,6 +117,8 @@ def plot(
             figure = draw_force(what)
         elif _is_orbit(what):
             figure = draw_orbit(what)
+        elif _is_answer_of_track(what):
+            figure = TRACKS[str(what.attrs["title"])](what)
         elif isinstance(what, list | tuple):
             figure = draw_records(what)
         elif {"damping_ratio", "shape"} <= variables:
@@ -145,6 +150,10 @@ def _is_orbit(what: Any) -> TypeIs[Orbit]:
     from wheeltapper.orbits.orbit import Orbit
 
     return isinstance(what, Orbit)
+
+
+def _is_answer_of_track(what: Any) -> TypeIs[xr.DataArray]:
+    return getattr(what, "attrs", {}).get("title") in TRACKS
 
 
 def _drawn_figure(record: Record) -> Figure:

@@ -28,9 +28,12 @@ class Need:
 
 
 SEVERAL_BODIES = Need("wagon", "vehicle", "a Wagon", "a Wheelset")
+WHEELSETS = Need("several wheelsets", "vehicle", "Wheelsets", "a Wheelset")
+BOGIE = Need("bogie", "vehicle", "a Bogie", "a Wheelset")
 DAMPER_END = Need("damper's end", "vehicle", "a damper with play or a bush", "a damper without them")
 DAMPER_PLAY = Need("damper's play", "vehicle.damper_play", "play of the damper", "0 m")
 DECK = Need("deck", "track", "a floating deck", "a stiff track")
+FLEXIBLE_TRACK = Need("rails on sleepers", "track", "rails on sleepers", "a stiff track")
 YIELDING = Need("elastic-plastic", "contact", "an elastic-plastic contact", "an elastic contact")
 LINEAR = Need("linear", "contact", "a linear contact", "Hertz")
 BILATERAL = Need("bilateral", "contact", "a contact that also pulls", "a contact that only pushes")
@@ -44,8 +47,8 @@ START = Need("start", "start", "a displacement or a velocity", '"equilibrium"')
 MEMORY = Need("one spot", "speed", "0 m/s on a contact that yields", "more than 0 m/s")
 
 VOCABULARY = (
-    SEVERAL_BODIES, DAMPER_END, DAMPER_PLAY, DECK, YIELDING, LINEAR, BILATERAL, HYSTERESIS, CREEP, PROFILES, PLACES,
-    IRREGULARITY, POINT, START, MEMORY,
+    SEVERAL_BODIES, WHEELSETS, BOGIE, DAMPER_END, DAMPER_PLAY, DECK, FLEXIBLE_TRACK, YIELDING, LINEAR, BILATERAL,
+    HYSTERESIS, CREEP, PROFILES, PLACES, IRREGULARITY, POINT, START, MEMORY,
 )  # fmt: skip
 """All needs, in the order in which they are told: from what makes another model to what is changed most easily."""
 NOTHING: frozenset[Need] = frozenset()

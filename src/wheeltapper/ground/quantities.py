@@ -47,6 +47,9 @@ UNITS: dict[str, dict[str, float]] = {
     "time per length": {"s/m": 1.0, "s/mm": 1e3},
     "moment of inertia": {"kg m^2": 1.0, "kg m2": 1.0, "t m^2": 1e3},
     "angular stiffness": _prefixed_units("N", "kM", " m/rad") | _prefixed_units("N", "kM", "m/rad"),
+    "bending stiffness": _prefixed_units("N", "kM", " m^2") | _prefixed_units("N", "kM", "m^2"),
+    "mass per length": {"kg/m": 1.0, "t/m": 1e3, "lb/yd": 0.45359237 / 0.9144},
+    "inertia per length": {"kg m": 1.0},
     "number": {"": 1.0, "%": 0.01},
     "frequency": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
     "acceleration noise density": {"m/s^2/sqrt(Hz)": 1.0, "ug/sqrt(Hz)": 9.80665e-6, "µg/√Hz": 9.80665e-6},
@@ -56,6 +59,7 @@ PINT = {
     "length": "m", "mass": "kg", "force": "N", "stiffness": "N/m", "damping": "N*s/m", "speed": "m/s", "time": "s",
     "pressure": "Pa", "Hertz constant": "N/m**1.5", "acceleration": "m/s**2", "angle": "rad", "curvature": "1/m",
     "time per length": "s/m", "moment of inertia": "kg*m**2", "angular stiffness": "N*m/rad", "number": "",
+    "bending stiffness": "N*m**2", "mass per length": "kg/m", "inertia per length": "kg*m",
     "frequency": "Hz", "acceleration noise density": "m/s**2/Hz**0.5",
 }  # fmt: skip
 """The SI unit of each dimension, as pint spells it."""

@@ -14,6 +14,9 @@ CHART_TITLE = "wheeltapper chart"
 """Title of what `sweep` returns and the command of that name writes."""
 WEAR_TITLE = "wheeltapper wear"
 """Title of the datasets of `wear_in`."""
+RECEPTANCE_TITLE, STATIC_TITLE = "wheeltapper receptance", "wheeltapper static deflection"
+DECAY_TITLE, PINNED_TITLE = "wheeltapper decay rate", "wheeltapper pinned-pinned frequency"
+"""Titles of what is asked of a track alone."""
 EVENT_KINDS = ("loss", "impact", "yield")
 """Names of the kinds of events, in the order of their numbers."""
 

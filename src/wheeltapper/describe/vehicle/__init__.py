@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from wheeltapper.describe.vehicle.base import Vehicle as Vehicle
     from wheeltapper.describe.vehicle.body import Axle as Axle
     from wheeltapper.describe.vehicle.body import Body as Body
+    from wheeltapper.describe.vehicle.bogie import Bogie as Bogie
     from wheeltapper.describe.vehicle.element import Damper as Damper
     from wheeltapper.describe.vehicle.element import Element as Element
     from wheeltapper.describe.vehicle.element import Link as Link
@@ -16,5 +17,6 @@ if TYPE_CHECKING:
     from wheeltapper.describe.vehicle.wagon import ErriB176 as ErriB176
     from wheeltapper.describe.vehicle.wagon import Wagon as Wagon
     from wheeltapper.describe.vehicle.wheelset import Wheelset as Wheelset
+    from wheeltapper.describe.vehicle.wheelsets import Wheelsets as Wheelsets
 else:
     __getattr__, __dir__ = room(__name__)

@@ -1,0 +1,180 @@
+"""What places of a track read of its modes, and what the modes miss of the static field around a force.
+
+Positions count from a seat at zero, m. A row of numbers (modes,) gives the reading Σ weights·Re[row·turns**d·a] where
+the amplitudes a refer to a bay that lies `d` bays behind that of the place; the time derivative has row·rates instead.
+Deflections are positive down, the strain at the foot in tension, forces in compression; the shear force is
+Q = κGA·(w' - θ), positive behind a wheel and negative ahead of it (docs/theory/track.rst, section 13.6).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.lower.track import waves
+from wheeltapper.lower.track.ring import TrackModes
+from wheeltapper.lower.track.section import Section
+from wheeltapper.march.general.structure import Ring
+
+ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
+
+
+class RailRows(NamedTuple):
+    """Rows of a place of the rail, (modes,) each.
+
+    Attributes
+    ----------
+    deflection
+        m.
+    strain
+        At the underside of the foot.
+    shear
+        N.
+    """
+
+    deflection: ComplexArray
+    strain: ComplexArray
+    shear: ComplexArray
+
+
+class SeatRows(NamedTuple):
+    """Rows of a seat, (modes,) each; of the sleeper and the ballast they are zero where there is no sleeper.
+
+    Attributes
+    ----------
+    sleeper
+        Deflection, m.
+    pad, ballast
+        Forces, N.
+    """
+
+    sleeper: ComplexArray
+    pad: ComplexArray
+    ballast: ComplexArray
+
+
+class Places(NamedTuple):
+    """Places as the ring knows them: number of the bay, number of the element, and ζ in it."""
+
+    bay: NDArray[np.int64]
+    element: NDArray[np.int64]
+    zeta: FloatArray
+
+
+def places_of(ring: Ring, x: FloatArray) -> Places:
+    """Return where positions lie."""
+    bay = np.floor(x / ring.spacing).astype(np.int64)
+    within = x - bay * ring.spacing
+    element = np.clip(np.searchsorted(ring.edges, within, side="right") - 1, 0, len(ring.edges) - 2)
+    start, stop = ring.edges[element], ring.edges[element + 1]
+    return Places(bay, element, 2.0 * (within - start) / (stop - start) - 1.0)
+
+
+class Place(NamedTuple):
+    """One of them."""
+
+    bay: int
+    element: int
+    zeta: float
+
+
+def place_of(ring: Ring, x: float) -> Place:
+    """Return where a position lies."""
+    (bay,), (element,), (zeta,) = places_of(ring, np.array([x]))
+    return Place(int(bay), int(element), float(zeta))
+
+
+def rail_rows(section: Section, foot: float, modes: TrackModes, x: float) -> RailRows:
+    """Return the rows of a place of the rail; `foot` is the distance from the neutral axis to the strain."""
+    ring = modes.ring
+    _, element, zeta = place_of(ring, x)
+    powers = np.arange(ring.deflection.shape[1])
+    values = zeta**powers
+    slopes = powers * zeta ** np.maximum(powers - 1, 0) * 2.0 / (ring.edges[1] - ring.edges[0])
+    rotation = modes.rotation[element]
+    shear = section.shear * (1.0 + section.loss * ring.rates)
+    return RailRows(
+        values @ ring.deflection[element],
+        -foot * (slopes @ rotation),
+        shear * (slopes @ ring.deflection[element] - values @ rotation),
+    )
+
+
+def seat_rows(section: Section, modes: TrackModes) -> SeatRows:
+    """Return the rows of the seat at the beginning of a bay."""
+    ring = modes.ring
+    rail = (-1.0) ** np.arange(ring.deflection.shape[1]) @ ring.deflection[0]
+    pad = (section.pad + section.pad_damping * ring.rates) * (rail - modes.sleeper)
+    ballast = (section.ballast + section.ballast_damping * ring.rates) * modes.sleeper
+    return SeatRows(modes.sleeper, pad, ballast)
+
+
+def modes_at_rest(ring: Ring, rows: ComplexArray, bay: int, where: FloatArray) -> FloatArray:
+    """Return the static readings (positions, rows), by the modes alone, of unit forces at some places.
+
+    Parameters
+    ----------
+    ring
+        The ring.
+    rows
+        Of what reads, (rows, modes).
+    bay
+        The bay that reads.
+    where
+        Places of the force, (positions,), m.
+    """
+    at = places_of(ring, where)
+    powers = at.zeta[:, None] ** np.arange(ring.drive.shape[1])
+    out = np.empty((len(where), len(rows)))
+    for force in np.unique(at.bay):  # in each of them a reading is a polynomial of the place
+        amplitudes = -ring.weights / ring.rates * ring.turns ** (bay - force)
+        polynomials = np.real(np.tensordot(ring.drive, (rows * amplitudes).T, axes=1))
+        here = at.bay == force
+        out[here] = np.einsum("xp,xpr->xr", powers[here], polynomials[at.element[here]])
+    return out
+
+
+def static_rest(section: Section, foot: float, modes: TrackModes, at: float, where: FloatArray) -> FloatArray:
+    """Return what the modes miss at a place of the static field of unit forces at other places.
+
+    Parameters
+    ----------
+    section, foot, modes
+        The track, the distance from the neutral axis to the strain, and the ring.
+    at
+        The place that reads, m.
+    where
+        Places of the force, (positions,), m.
+
+    Returns
+    -------
+    FloatArray
+        (positions, 3): deflection in m/N, strain in 1/N, shear in N/N. The first two are as good as zero some bays
+        away; the shear, whose jump under the force the modes cannot make, only falls with the distance.
+    """
+    state = waves.response(section, 0.0, where, at).real
+    exact = np.stack([state[..., 0], -foot / section.bending * state[..., 2], state[..., 3]], axis=-1)
+    rows = rail_rows(section, foot, modes, at)
+    still = np.stack([rows.deflection, rows.strain, rows.shear / (1.0 + section.loss * modes.ring.rates)])
+    return np.asarray(exact - modes_at_rest(modes.ring, still, place_of(modes.ring, at).bay, where))
+
+
+def seat_rest(section: Section, modes: TrackModes, seat: int, where: FloatArray) -> FloatArray:
+    """Return what the modes miss at a seat of the static field of unit forces at other places.
+
+    Returns
+    -------
+    FloatArray
+        (positions, 3): deflection of the sleeper in m/N, force of the pad and of the ballast in N/N; the columns of
+        sleeper and ballast are zero where there is no sleeper.
+    """
+    ring = modes.ring
+    rail = waves.response(section, 0.0, where, seat * section.spacing)[..., 0].real
+    sleeper = rail * section.pad / (section.pad + section.ballast) if section.sleeper > 0.0 else np.zeros_like(rail)
+    exact = np.stack([sleeper, section.pad * (rail - sleeper), section.ballast * sleeper], axis=-1)
+    shapes = (-1.0) ** np.arange(ring.deflection.shape[1]) @ ring.deflection[0]
+    rows = modes.sleeper, section.pad * (shapes - modes.sleeper), section.ballast * modes.sleeper
+    return np.asarray(exact - modes_at_rest(ring, np.stack(rows), seat, where))

@@ -1,0 +1,50 @@
+"""The numbers of a track of equal bays, without names and units: all that its waves and its modes depend on."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from wheeltapper.describe.track.supported import SupportedRail
+
+
+class Section(NamedTuple):
+    """One bay of one rail, in SI units; hashable, so that what is computed of it is kept by its content.
+
+    Attributes
+    ----------
+    bending, shear
+        EI, N·m², and κGA, N.
+    mass, rotary
+        m, kg/m, and ρI, kg·m.
+    loss
+        β of the rail's Kelvin-Voigt damping, s.
+    spacing
+        a, m.
+    pad, pad_damping
+        N/m and N·s/m.
+    sleeper
+        Half a sleeper, kg; 0: the pads lie on rigid ground.
+    ballast, ballast_damping
+        N/m and N·s/m.
+    """
+
+    bending: float
+    shear: float
+    mass: float
+    rotary: float
+    loss: float
+    spacing: float
+    pad: float
+    pad_damping: float
+    sleeper: float = 0.0
+    ballast: float = 0.0
+    ballast_damping: float = 0.0
+
+
+def section_of(track: SupportedRail) -> Section:
+    """Return the numbers of a track."""
+    rail = track.rail
+    return Section(
+        rail.bending_stiffness, rail.shear_stiffness, rail.mass_per_length, rail.inertia, rail.damping, track.spacing,
+        track.pad_stiffness, track.pad_damping, *track.under_pads,
+    )  # fmt: skip

@@ -1,0 +1,145 @@
+"""Waves of the infinite track, exactly: transfer matrices of the Timoshenko rail and of a seat, and Bloch's waves.
+
+The state of the rail is (w, θ, M, Q): deflection (positive down), rotation, M = EI·θ' and Q = κGA·(w' - θ), as
+amplitudes of e^{+iωt}. Inside, it is scaled by powers of the spacing, so that its numbers are of one size
+(docs/theory/track.rst, section 13.2).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.lower.track.section import Section
+
+ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
+
+ABSORPTION = 1e-9
+"""By this share of itself a frequency is taken below the real axis: so undamped waves, too, leave the load."""
+
+MOST_GROWTH = 1e9
+"""Where the near field decays by more from seat to seat, rounding spoils the slow waves beyond 1e-6."""
+
+
+class Waves(NamedTuple):
+    """Bloch's waves at some frequencies; states are those just before a seat.
+
+    Attributes
+    ----------
+    rail
+        Matrix of the rail's equations, (..., 4, 4): s' = rail·s, for x in units of the spacing.
+    seat
+        Transfer across a seat, (..., 4, 4).
+    factors
+        Of the state from bay to bay, (..., 4), by rising size: two waves that decay forwards, two that decay backwards.
+    states
+        (..., 4, 4): a column for each wave.
+    """
+
+    rail: ComplexArray
+    seat: ComplexArray
+    factors: ComplexArray
+    states: ComplexArray
+
+
+def seat_stiffness(section: Section, omega: Any) -> Any:
+    """Return the force with which a seat resists a harmonic deflection of the rail of 1 m, N/m."""
+    pad = section.pad + 1j * omega * section.pad_damping
+    if section.sleeper == 0.0:
+        return pad
+    below = section.ballast + 1j * omega * section.ballast_damping - section.sleeper * omega**2
+    return pad * below / (pad + below)
+
+
+def waves_at(section: Section, omega: Any) -> Waves:
+    """Return the waves at angular frequencies, rad/s, of any shape."""
+    omega = np.asarray(omega) * (1.0 - 1j * ABSORPTION)
+    a, hard = section.spacing, 1.0 + 1j * omega * section.loss
+    unit = section.bending / a**3  # of forces: N per m of deflection
+    rail = np.zeros((*omega.shape, 4, 4), dtype=complex)
+    rail[..., 0, 1] = 1.0
+    rail[..., 0, 3] = unit * a / (section.shear * hard)
+    rail[..., 1, 2] = 1.0 / hard
+    rail[..., 2, 1] = -section.rotary * omega**2 / (unit * a)
+    rail[..., 2, 3] = -1.0
+    rail[..., 3, 0] = -section.mass * a * omega**2 / unit
+    seat = np.broadcast_to(np.eye(4, dtype=complex), rail.shape).copy()
+    seat[..., 3, 0] = seat_stiffness(section, omega) / unit
+    factors, states = np.linalg.eig(_transfer(rail, np.ones(omega.shape)) @ seat)
+    order = np.argsort(np.abs(factors), axis=-1)
+    return Waves(
+        rail, seat, np.take_along_axis(factors, order, -1), np.take_along_axis(states, order[..., None, :], -1)
+    )
+
+
+def _transfer(rail: ComplexArray, along: FloatArray) -> ComplexArray:
+    """Return the transfer over some lengths of rail without seats, in units of the spacing."""
+    step = rail * along[..., None, None]
+    if not rail[..., 2:, :2].any():  # at rest the deflection is a cubic: the exponential series ends
+        return np.asarray(np.eye(4) + step @ (np.eye(4) + step @ (np.eye(4) + step / 3.0) / 2.0))
+    from scipy.linalg import expm
+
+    return np.asarray(expm(step))
+
+
+def response(section: Section, omega: Any, where: Any, at: Any) -> ComplexArray:
+    """Return the states of the infinite track at places `at` under harmonic unit forces at places `where`.
+
+    Parameters
+    ----------
+    section
+        The track.
+    omega
+        Angular frequencies, rad/s.
+    where, at
+        m from a seat; all three are broadcast against each other.
+
+    Returns
+    -------
+    ComplexArray
+        (..., 4): w in m/N, θ in 1/N, M in N·m/N and Q in N/N; at the force itself those just behind it (larger x).
+    """
+    omega, where, at = (np.asarray(one, dtype=float) for one in (omega, where, at))
+    shape = np.broadcast_shapes(omega.shape, where.shape, at.shape)
+    waves, a = waves_at(section, omega), section.spacing
+    bay = np.floor(where / a)
+    x = where / a - bay
+    n = np.floor(at / a - bay)
+    y = at / a - bay - n
+    left, right = waves.states[..., 2:], waves.states[..., :2]
+    before = _transfer(waves.rail, x) @ waves.seat @ left
+    after = _transfer(waves.rail, x - 1.0) @ right
+    jump = np.array([0.0, 0.0, 0.0, -1.0])[:, None]
+    sizes = np.linalg.solve(np.concatenate([-before, after], axis=-1), jump)[..., 0]
+    behind = (n > 0) | ((n == 0) & (y >= x))  # here the waves run forwards
+    forwards = sizes[..., 2:] * waves.factors[..., :2] ** np.where(behind, n, 0.0)[..., None]
+    backwards = sizes[..., :2] * waves.factors[..., 2:] ** np.where(behind, 0.0, n)[..., None]
+    ahead = _transfer(waves.rail, y - 1.0) @ right @ forwards[..., None]
+    back = _transfer(waves.rail, y) @ waves.seat @ left @ backwards[..., None]
+    unit = section.bending / a**3
+    scales = np.array([1.0 / unit, 1.0 / (unit * a), a, 1.0])
+    found = np.where(behind[..., None], ahead[..., 0], back[..., 0]) * scales
+    return np.broadcast_to(found, (*shape, 4))
+
+
+def decay(section: Section, omega: Any) -> FloatArray:
+    """Return how fast the slowest wave decays at angular frequencies, dB/m."""
+    slowest = np.abs(waves_at(section, omega).factors[..., 1])
+    return np.asarray(-20.0 * np.log10(slowest) / section.spacing)
+
+
+def growth(section: Section, omega: Any) -> FloatArray:
+    """Return by how much the rail's near field decays from seat to seat at angular frequencies; see `MOST_GROWTH`."""
+    return np.asarray(np.abs(waves_at(section, omega).factors[..., 3]))
+
+
+def pinned(section: Section) -> float:
+    """Return the angular frequency at which the rail vibrates between immovable seats, rad/s."""
+    k2 = (np.pi / section.spacing) ** 2
+    quartic = section.rotary * section.mass / section.shear
+    middle = section.mass + k2 * (section.rotary + section.mass * section.bending / section.shear)
+    last = section.bending * k2**2
+    return float(np.sqrt(2.0 * last / (middle + np.sqrt(middle**2 - 4.0 * quartic * last))))

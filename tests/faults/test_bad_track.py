@@ -1,0 +1,135 @@
+"""Tracks on sleepers that cannot be, and wrong questions to them: one clear line each."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.describe.placement import Placement, check_places
+from wheeltapper.lower.track import reach
+
+EXAMPLE = wt.tracks.Ballasted.example
+RAIL = {"bending_stiffness": 6.378e6, "shear_stiffness": 2.43e8, "mass_per_length": 60.2}
+LIGHT = wt.tracks.Slab(
+    rail={"bending_stiffness": 2e5, "shear_stiffness": 2e9, "mass_per_length": 240.0}, spacing=1.8, pad_stiffness=1e9,
+    pad_damping=1e4,
+)  # fmt: skip
+NAMES = "rolland_UIC60_example, rolland_Nordborg, Zhai2004, railFE_default"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"spacing": 0}, "spacing: found 0; allowed: greater than 0"),
+        ({"spacing": "600"}, None),
+        ({"spacing": "0.6 kg"}, "spacing: found '0.6 kg', which is not a length; allowed: a length"),
+        ({"pad_damping": -1.0}, "pad_damping: found -1.0; allowed: greater than or equal to 0"),
+        ({"ballast_damping": -1e-9}, "ballast_damping: found -1e-09; allowed: greater than or equal to 0"),
+        ({"pad_stiffness": 0.0}, "pad_stiffness: found 0.0; allowed: greater than 0"),
+        ({"ballast_stiffness": float("inf")}, "ballast_stiffness: found inf; allowed: a finite stiffness"),
+        ({"sleeper_mass": 0.0}, "sleeper_mass: found 0.0; allowed: greater than 0"),
+        ({"rail": "UIC 60"}, f"rail: found 'UIC 60'; allowed: UIC60, 60E1, {NAMES} (did you mean 'UIC60'?)"),
+        ({"rail": 60}, "rail: found 60; allowed: Rail, or a table of its fields"),
+        ({"rail": RAIL | {"damping": -1e-6}}, "rail.damping: found -1e-06; allowed: greater than or equal to 0"),
+        (
+            {"rail": RAIL | {"bending_stiffness": "6 MN"}},
+            "rail.bending_stiffness: found '6 MN', which is not a bending",
+        ),
+        ({"rail": RAIL | {"damping": "1 ms"}}, "rail.damping: found '1 ms'; allowed: less than or equal to 0.00002"),
+        ({"rail": {"shear_stiffness": 2e8, "mass_per_length": 60}}, "rail.bending_stiffness: found nothing; allowed:"),
+        ({"sleper_mass": 1.0}, "sleper_mass: found the unknown name 'sleper_mass'; allowed: rail, spacing,"),
+        ({"bays": 4}, "bays: found 4; allowed: greater than or equal to 8"),
+        ({"cutoff": 0.0}, "cutoff: found 0.0; allowed: greater than or equal to 100"),
+        ({"cutoff": "60 kHz"}, "cutoff: found '60 kHz'; allowed: less than or equal to 50000"),
+    ],
+)
+def test_a_track_that_cannot_be_is_refused_in_one_line(changes, message):
+    if message is None:  # a number without a unit is in SI units
+        assert wt.tracks.Ballasted(**EXAMPLE | changes).spacing == 600.0
+        return
+    with pytest.raises(wt.InputError) as caught:
+        wt.tracks.Ballasted(**EXAMPLE | changes)
+    assert str(caught.value).startswith(message)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["Grassie1982", "", None, 3])
+def test_an_unknown_name_of_a_track_is_answered_with_the_known_ones(name):
+    with pytest.raises(wt.InputError, match=f"name: found {name!r}; allowed: {NAMES}$"):
+        wt.tracks.Ballasted.named(name)
+
+
+def test_a_rail_of_unknown_name_is_answered_with_the_known_ones():
+    with pytest.raises(wt.InputError, match=f"found 'UIC54'; allowed: UIC60, 60E1, {NAMES}"):
+        wt.tracks.Rail.named("UIC54")
+
+
+@pytest.mark.parametrize(
+    ("question", "message"),
+    [
+        (lambda t: wt.tracks.receptance(wt.StiffTrack(), 100.0, 0.0), "track: found StiffTrack(); allowed: a track"),
+        (lambda t: wt.tracks.decay_rate("Zhai2004", 100.0), "track: found 'Zhai2004'; allowed: a track"),
+        (lambda t: wt.tracks.receptance(t, -1.0, 0.0), "frequencies: found -1 Hz; allowed: 0 Hz or more"),
+        (lambda t: wt.tracks.receptance(t, [], 0.0), "frequencies: found none; allowed: a frequency, or"),
+        (lambda t: wt.tracks.decay_rate(t, "3 m"), "frequencies: found '3 m', which is not a frequency"),
+        (lambda t: wt.tracks.decay_rate(t, [1.0, np.inf]), "frequencies: found inf; allowed: a finite frequency"),
+        (
+            lambda t: wt.tracks.receptance(LIGHT, [500.0, 2e3], 0.0),
+            "frequencies: found 2000 Hz, at which the rail's near",
+        ),
+        (lambda t: wt.tracks.receptance(t, 100.0, None), "where: found None; allowed: a length"),
+        (lambda t: wt.tracks.static_deflection(t, [0.0, np.nan]), "where: found nan; allowed: a finite length"),
+        (lambda t: wt.tracks.receptance(t, 1.0, [0, 1], [1, 2, 3]), "at: found 3 places; allowed: one, or 2"),
+        (lambda t: wt.plot(wt.tracks.receptance(t, 1.0, 0.0)), "what: found values at fewer than two"),
+        (lambda t: wt.plot(wt.tracks.static_deflection(t, 0.0)), "what: found one static deflection; allowed:"),
+    ],
+)
+def test_a_wrong_question_is_refused_in_one_line(question, message):
+    with pytest.raises(wt.InputError) as caught:
+        question(wt.tracks.Ballasted(**EXAMPLE))
+    assert str(caught.value).startswith(message)
+    assert "\n" not in str(caught.value)
+
+
+def test_more_bays_than_memory_are_refused_with_how_many_fit():
+    track = wt.tracks.Ballasted(**EXAMPLE, bays=10**9)
+    with pytest.raises(
+        wt.InputError, match=r"track.bays: found a ring of 1000000000 bays, .*; allowed: at most \d+ bays"
+    ):
+        reach.modes_of(track)
+
+
+def test_a_ring_shorter_than_the_train_is_refused_with_the_length_that_would_do():
+    track = wt.tracks.Ballasted(**EXAMPLE, bays=40)
+    with pytest.raises(
+        wt.InputError, match=r"track.bays: found 40 bays, a ring of 24 m, .*; allowed: more than 67, or"
+    ):
+        reach.modes_of(track, extent=20.0)
+
+
+@pytest.mark.parametrize("vehicle", [wt.Wheelset(mass=1200, load=1e5), wt.Wagon.erri_b176()], ids=["wheelset", "wagon"])
+def test_until_a_march_takes_them_rails_on_sleepers_are_refused_by_the_door(vehicle, tmp_path):
+    table = {"vehicle": vehicle, "track": {"type": "Ballasted"} | EXAMPLE, "speed": 20.0, "duration": 0.1}
+    with pytest.raises(wt.InputError) as caught:
+        wt.Scenario(**table)
+    assert str(caught.value) == (
+        "track: found rails on sleepers, which `simulate` does not take; allowed: a stiff track"
+    )
+
+
+def test_a_vehicle_in_the_plane_has_no_sides():
+    check_places(Placement({"wheelset 2": (), "both": ()}), 2, sides=False)
+    for place in ("right", "wheelset 1 left"):
+        with pytest.raises(wt.InputError, match=f"found the place '{place}'; allowed: .both., .wheelset 1."):
+            check_places(Placement({place: ()}), 2, sides=False)
+
+
+def test_a_file_may_describe_the_rail_as_a_table_or_by_its_name():
+    for rail in (
+        'rail = "UIC60"\n',
+        "[track.rail]\nbending_stiffness = 6.378e6\nshear_stiffness = 2.43e8\nmass_per_length = 60.2\n",
+    ):
+        text = '[track]\nspacing = 0.6\npad_stiffness = "180 kN/mm"\npad_damping = 18e3\n'
+        found = wt.tracks.Slab.model_validate(tomllib.loads(text + rail)["track"])
+        assert found == wt.tracks.Slab(rail="UIC60", spacing=0.6, pad_stiffness=1.8e8, pad_damping=18e3)
