@@ -35,6 +35,7 @@ from wheeltapper.march.general.stepping import (
 from wheeltapper.march.general.structure import ComplexArray, Ring
 from wheeltapper.march.general.tables import SAME_PLACE, Grid, Units, build
 from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.telling import Tell, report_nothing
 
 
 class Start(NamedTuple):
@@ -93,6 +94,11 @@ class Found(NamedTuple):
     events: FloatArray
     peaks: FloatArray
     logs: Logs
+
+    @property
+    def sinking(self) -> FloatArray:
+        """Of the bodies at each contact from first touch to rest: indentation and rail's deflection, less the path."""
+        return self.prepared.start.offsets
 
     @property
     def time(self) -> float:
@@ -352,7 +358,34 @@ def _logs(prepared: Prepared, steps: int) -> Logs:
     )  # fmt: skip
 
 
-def march(prepared: Prepared, duration: float) -> Found:
+def march(
+    system: System, method: Method, duration: float, static: FloatArray | None = None, start: Start | None = None,
+    tell: Tell = report_nothing,
+) -> Found:  # fmt: skip
+    """March a system for some time.
+
+    Parameters
+    ----------
+    system
+        What is marched.
+    method
+        How.
+    duration
+        s; the march makes whole macro steps, and tells of nothing behind it.
+    static
+        Forces of the contacts at rest, N; the bodies' loads are then those that they carry, and the march starts from
+        that state, displacements counted from it. By default the bodies' own loads, which the contacts have to carry.
+    start
+        A state to start from instead.
+    tell
+        Is told the time now and then, s, and ends the march by returning True.
+    """
+    if static is not None:
+        system = system._replace(bodies=system.bodies._replace(load=system.bodies.shapes @ static))
+    return run(prepare(system, method, start), duration, tell)
+
+
+def run(prepared: Prepared, duration: float, tell: Tell = report_nothing) -> Found:
     """March a prepared system for some time, in whole macro steps; nothing after the time is told."""
     total = max(1, ceil(duration / prepared.grid.seconds - 1e-9))
     motion = Motion(*(table.copy() for table in prepared.motion))
@@ -367,6 +400,8 @@ def march(prepared: Prepared, duration: float) -> Found:
         status = march_kernel(done, until, prepared.tables, prepared.data, motion, stage, logs, room)
         kept.append(_used(logs, done))
         done = int(logs.used[USED_STEPS])
+        if tell(done * prepared.grid.seconds):
+            break
     return _found(prepared, numbers.DONE if done >= total else int(status), done, duration, _joined(kept))
 
 

@@ -19,7 +19,7 @@ from wheeltapper.march.general.contract import Contact
 from wheeltapper.march.general.march import Found, Prepared, _order
 from wheeltapper.march.general.stepping import MODES_EVERY
 from wheeltapper.march.general.structure import ComplexArray
-from wheeltapper.march.general.tables import exponential, modal_nodes, states_of
+from wheeltapper.march.general.tables import driven_nodes, exponential, states_of
 from wheeltapper.march.program import FloatArray, IntArray
 
 
@@ -28,21 +28,28 @@ class Replayed(NamedTuple):
 
     Attributes
     ----------
-    forces, indentations
+    force, indentation
         Of the contacts, N and m; an indentation below zero is a gap: (times, contacts).
-    displacements, velocities, accelerations
-        Of the bodies' freedoms, positive downwards, (times, freedoms).
-    modes
-        Amplitudes of the ring as seen from the bay at zero, (times, modes); None if they were not asked for. Shapes at
-        a place of the track, times `weights`, are rows that read them.
+    path, rail
+        Height of the path under each contact, and deflection of the rail or deck there, positive down, m.
+    displacement, velocity, acceleration
+        Of the bodies' freedoms, positive down, (times, freedoms).
+    bay, place
+        Of the first contact: its bay, and its position from the bay's beginning, m, (times,).
+    amplitudes
+        Of the ring's modes as seen from that bay, (times, modes); None if they were not asked for.
     """
 
-    forces: FloatArray
-    indentations: FloatArray
-    displacements: FloatArray
-    velocities: FloatArray
-    accelerations: FloatArray
-    modes: ComplexArray | None
+    force: FloatArray
+    indentation: FloatArray
+    path: FloatArray
+    rail: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    bay: IntArray
+    place: FloatArray
+    amplitudes: ComplexArray | None
 
 
 class _Parts(NamedTuple):
@@ -56,17 +63,23 @@ def replay(found: Found, times: FloatArray, modes: bool = False) -> Replayed:
     """Return the motion at some times, s, in any order, not after the march's end; `modes` asks for those too."""
     prepared = found.prepared
     step, theta = _steps_of(found, np.asarray(times, dtype=float))
-    contacts = len(prepared.system.contacts)
-    parts = [_parts(found, i, step, theta) for i in range(contacts)]
-    forces = np.column_stack([part.force for part in parts])
-    gaps = np.column_stack([_indentation(found, i, step, theta, parts[i]) for i in range(contacts)])
+    contacts = range(len(prepared.system.contacts))
+    parts = [_parts(found, i, step, theta) for i in contacts]
+    force = np.column_stack([part.force for part in parts])
+    stride = prepared.system.speed * prepared.grid.seconds
+    along = stride * (step + theta)
+    path = np.column_stack([path_heights(one, one.start + along) for one in prepared.system.contacts])
+    indentation = np.column_stack([_indentation(found, i, step, theta, parts[i], path[:, i]) for i in contacts])
     shares = np.stack([part.moments @ gauss_nodes(prepared.method.nodes).transform for part in parts], axis=1)
-    bodies, rates = _bodies(found, step, theta, forces, shares)
+    bodies, rates = _bodies(found, step, theta, force, shares)
     count = len(prepared.system.bodies.mass)
-    amplitudes = _modes(found, step, theta, shares) if modes else None
+    wheel = bodies[:, :count] @ prepared.system.bodies.shapes + found.sinking
+    spacing = 0.0 if prepared.system.ring is None else prepared.system.ring.spacing
+    bay = np.array([_bay(prepared, 0, one) for one in step])
     return Replayed(
-        forces * prepared.units.force, gaps * prepared.units.length, bodies[:, :count], bodies[:, count:-1],
-        rates[:, count:-1], amplitudes,
+        force * prepared.units.force, indentation, path, wheel + path - indentation, bodies[:, :count],
+        bodies[:, count:-1], rates[:, count:-1], bay, prepared.system.contacts[0].position + along - bay * spacing,
+        _modes(found, step, theta, shares) if modes else None,
     )  # fmt: skip
 
 
@@ -169,17 +182,15 @@ def path_heights(contact: Contact, x: FloatArray) -> FloatArray:
     return np.asarray(height + rows[:, numbers.SINE] * np.sin(phase) + rows[:, numbers.COSINE] * np.cos(phase))
 
 
-def _indentation(found: Found, i: int, step: IntArray, theta: FloatArray, part: _Parts) -> FloatArray:
-    """Return the indentation of one contact, in units of length."""
+def _indentation(found: Found, i: int, step: IntArray, theta: FloatArray, part: _Parts, path: FloatArray) -> FloatArray:
+    """Return the indentation of one contact, m."""
     prepared, tables = found.prepared, found.prepared.tables
     p = step % tables.matrices.shape[1]
     polynomials = legendre.legvander(2.0 * theta - 1.0, prepared.method.nodes - 1)
     answered = np.einsum("tlm,tm->tl", tables.kernels[i, p], part.moments)
-    contact = prepared.system.contacts[i]
-    x = contact.start + prepared.system.speed * prepared.grid.seconds * (step + theta)
     gap = np.sum(polynomials * (found.logs.gaps[step, i] - answered), axis=1)
-    gap += path_heights(contact, x) / prepared.units.length
-    return np.asarray(gap - np.sum(polynomials * tables.residual[i, p], axis=1) * part.force)
+    local = np.sum(polynomials * tables.residual[i, p], axis=1) * part.force
+    return np.asarray((gap - local) * prepared.units.length + path)
 
 
 # -- bodies and modes -------------------------------------------------------------------------------------------------
@@ -208,29 +219,25 @@ def _bodies(
 
 
 def _modes(found: Found, step: IntArray, theta: FloatArray, shares: FloatArray) -> ComplexArray:
-    """Return the amplitudes as seen from the bay at zero."""
+    """Return the amplitudes as seen from the bay of the first contact."""
     prepared, tables = found.prepared, found.prepared.tables
     ring = prepared.system.ring
     if ring is None:
         return np.zeros((len(step), 0), dtype=complex)
     order = _order(ring)
-    angles = np.angle(ring.turns[order])
-    rates = ring.rates[order] * prepared.grid.seconds
-    nodes, phases = gauss_nodes(prepared.method.nodes), tables.matrices.shape[1]
-    takes = modal_nodes(ring, order, prepared.grid, nodes)
+    angles, rates = np.angle(ring.turns[order]), ring.rates[order] * prepared.grid.seconds
+    phases = tables.matrices.shape[1]
+    takes = driven_nodes(ring, order, prepared.grid, gauss_nodes(prepared.method.nodes))
     out = np.zeros((len(step), len(ring.rates)), dtype=complex)
-    wanted = np.argsort(step, kind="stable")
     state, at = np.zeros(len(rates), dtype=complex), -1
-    for t in wanted:
+    for t in np.argsort(step, kind="stable"):
         state, at = _modes_at_step(found, state, at, int(step[t]))
-        now = state * np.exp(rates * theta[t])
+        now = state
         for i in range(len(prepared.system.contacts)):
-            place = tables.phase[i] + step[t]
-            drive = takes[tables.sets[i]][place % phases]
-            drive = drive * np.exp(-1j * angles * (_bay(prepared, i, step[t]) - _bay(prepared, 0, step[t])))
-            growth = np.exp(np.multiply.outer(theta[t] - nodes.places, rates))
-            now = now + (shares[t, i] * prepared.units.force) @ (growth * drive)
-        out[t, order] = now * np.exp(-1j * angles * _bay(prepared, 0, step[t]))
+            drive = (shares[t, i] * prepared.units.force) @ takes[tables.sets[i]][(tables.phase[i] + step[t]) % phases]
+            ahead = _bay(prepared, i, step[t]) - _bay(prepared, 0, step[t])
+            now = now + (drive if ahead == 0 else drive * np.exp(-1j * angles * ahead))
+        out[t, order] = now * np.exp(rates * theta[t])
     return out
 
 

@@ -160,11 +160,12 @@ def _ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: No
     return _RingTables(shows, takes, residual)
 
 
-def modal_nodes(ring: Ring, order: IntArray, grid: Grid, nodes: Nodes) -> list[ComplexArray]:
-    """Return for each set of tables what a force at each node gives the modes then, (phases, q, modes), per N."""
-    made = [_ring_tables(ring, order, grid, part, nodes) for part in _parts_of(grid)[0]]
-    growth = np.exp(np.multiply.outer(nodes.places * grid.seconds, ring.rates[order]))
-    return [one.takes * growth for one in made]
+def driven_nodes(ring: Ring, order: IntArray, grid: Grid, nodes: Nodes) -> list[ComplexArray]:
+    """Return for each set of tables what a force at each node gives the modes, (phases, q, modes), per N.
+
+    As seen from the macro step's start: exp(λt) times it is what is there at a later time.
+    """
+    return [_ring_tables(ring, order, grid, part, nodes).takes for part in _parts_of(grid)[0]]
 
 
 def _parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
