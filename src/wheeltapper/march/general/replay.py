@@ -187,7 +187,7 @@ def _places(found: Found, times: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 def replay(found: Found, times: FloatArray) -> Replayed:
-    """Return everything but the modes at rising times, s."""
+    """Return everything but the modes at some times, s."""
     contacts, freedoms = len(found.prepared.system.contacts), len(found.prepared.system.bodies.mass)
     widths = (contacts,) * 4 + (freedoms,) * 3
     out = Replayed(*(np.empty((len(times), width)) for width in widths))
@@ -211,7 +211,8 @@ def _replayed(found: Found, logged: list[_Rows], times: FloatArray) -> tuple[Flo
     down = states[:, :freedoms] @ system.bodies.shapes + prepared.start.offsets
     force, indentation, rail, path = np.empty((4, len(times), len(at)))
     for i, one in enumerate(at):
-        height = heights_at(prepared, i, system.speed * times)
+        contact = system.contacts[i]
+        height = path_heights(contact, contact.start + system.speed * times)
         free = found.logs.gaps[step, i] - np.einsum("tlm,tm->tl", tables.kernels[i, phase], one.moments)
         gap = (values * free).sum(axis=1) + height / units.length
         local = (values * tables.residual[i, phase]).sum(axis=1)
@@ -224,9 +225,9 @@ def _replayed(found: Found, logged: list[_Rows], times: FloatArray) -> tuple[Flo
     return force, indentation, rail, path, states[:, :freedoms], states[:, freedoms:-1], acceleration
 
 
-def heights_at(prepared: Prepared, contact: int, x: FloatArray) -> FloatArray:
-    """Return the height of a contact's path after it has rolled x, m."""
-    rows, from_centre = _pieces_at(prepared.system.contacts[contact], x)
+def path_heights(contact: Contact, x: FloatArray) -> FloatArray:
+    """Return the height of a contact's path, m, at places of its own table."""
+    rows, from_centre = _pieces_at(contact, x)
     xi = from_centre / rows[:, contract.SCALE]
     out = np.zeros_like(x)
     for k in range(contract.TERMS - 1, -1, -1):
@@ -281,7 +282,7 @@ class Modes(NamedTuple):
 
 
 def modes(found: Found, times: FloatArray) -> Modes:
-    """Return the track's modes at rising times, s."""
+    """Return the track's modes at some times, s."""
     prepared = found.prepared
     tables, ring = prepared.tables, prepared.system.ring
     if ring is None:
@@ -424,7 +425,8 @@ def works(found: Found, end: float) -> Works:
             counted = nodes.weights * rows.force[some, :count] * prepared.units.force
             lasting = counted * rows.pace[some, :count] * seconds
             contact[i] += (counted * (delta @ nodes.slopes.T)).sum()
-            path[i] += (lasting * system.speed * slopes_at(prepared, i, system.speed * times[:, 1:])).sum()
+            along = system.contacts[i].start + system.speed * times[:, 1:]
+            path[i] += (lasting * system.speed * path_slopes(system.contacts[i], along)).sum()
             bodies[i] += (lasting * moving).sum()
     return Works(contact, path, bodies, *_of_bodies(found, end))
 
@@ -447,10 +449,9 @@ def _of_bodies(found: Found, end: float) -> tuple[float, FloatArray, float]:
     return lost, np.column_stack([kinetic, springs]), load
 
 
-def slopes_at(prepared: Prepared, contact: int, x: FloatArray) -> FloatArray:
-    """Return the slope of a contact's path after it has rolled x, m."""
-    held = prepared.system.contacts[contact]
-    rows, from_centre = _pieces_at(held, x)
+def path_slopes(contact: Contact, x: FloatArray) -> FloatArray:
+    """Return the slope of a contact's path at places of its own table."""
+    rows, from_centre = _pieces_at(contact, x)
     xi = from_centre / rows[..., contract.SCALE]
     out = np.zeros_like(from_centre)
     for k in range(contract.TERMS - 1, 0, -1):
@@ -462,9 +463,8 @@ def slopes_at(prepared: Prepared, contact: int, x: FloatArray) -> FloatArray:
 
 
 def _pieces_at(contact: Contact, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the pieces of a path after it has rolled x, and how far their centres lie back."""
+    """Return the pieces of a path at places of its own table, and how far their centres lie back."""
     pieces = contact.pieces
-    x = x + contact.start
     if contact.loop < len(pieces):
         begin, end = pieces[contact.loop, contract.START], pieces[-1, contract.STOP]
         x = np.where(x >= end, begin + np.mod(x - begin, end - begin), x)

@@ -55,7 +55,7 @@ class Marched(NamedTuple):
 
 def march(task: Task, tell: Tell = report_nothing) -> Marched:
     """March a task."""
-    return marched_of(task, general.march(general.prepare(task.system, task.method), task.duration))
+    return marched_of(task, general.march(task.system, task.method, task.duration, tell=tell))
 
 
 def is_ready(task: Task) -> bool:
