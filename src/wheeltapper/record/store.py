@@ -150,7 +150,7 @@ def _scenario_of(data: Any) -> Scenario:
         raise InputError("", f"scenario, {error.field}", error.found, error.allowed) from None
     except (ValueError, RecursionError):
         found = "a Python function, which a file cannot hold" if text.startswith("Scenario(") else repr(text[:60])
-        raise InputError("", "scenario", found, "a scenario without a Profile") from None
+        raise InputError("", "scenario", found, "a scenario without a Profile or a Law") from None
 
 
 def check_wear(data: Any) -> Any:

@@ -35,6 +35,7 @@ from wheeltapper.march.general.stepping import (
 from wheeltapper.march.general.structure import ComplexArray, Ring
 from wheeltapper.march.general.tables import SAME_PLACE, Grid, Units, build
 from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.telling import Tell, report_nothing
 
 
 class Start(NamedTuple):
@@ -95,6 +96,11 @@ class Found(NamedTuple):
     logs: Logs
 
     @property
+    def sinking(self) -> FloatArray:
+        """Of the bodies at each contact from first touch to rest: indentation and rail's deflection, less the path."""
+        return self.prepared.start.offsets
+
+    @property
     def time(self) -> float:
         """How far the march came, s."""
         return self.steps * self.prepared.grid.seconds
@@ -149,15 +155,21 @@ def indentation_of(force: float, row: FloatArray, table: FloatArray, factor: flo
 # -- preparing --------------------------------------------------------------------------------------------------------
 
 
-def static_forces(system: System) -> FloatArray:
-    """Return the forces that carry the loads while no spring of the bodies is stretched, N."""
-    shapes, load = system.bodies.shapes, system.bodies.load
-    found = np.linalg.lstsq(shapes, load, rcond=None)[0]
-    if not np.allclose(shapes @ found, load, rtol=1e-9, atol=1e-9 * np.abs(load).max()):
-        raise ValueError("the contacts do not carry the bodies' loads")
+def carried_loads(system: System) -> FloatArray:
+    """Return the forces that come nearest to carrying the loads alone, N; they give the units."""
+    found = np.linalg.lstsq(system.bodies.shapes, system.bodies.load, rcond=None)[0]
     if not (found > 0.0).all():
         raise ValueError("a contact has no static force")
     return np.asarray(found)
+
+
+def static_forces(system: System) -> FloatArray:
+    """Return the forces that carry the loads while no spring of the bodies is stretched, N."""
+    shapes, load = system.bodies.shapes, system.bodies.load
+    found = carried_loads(system)
+    if not np.allclose(shapes @ found, load, rtol=1e-9, atol=1e-9 * np.abs(load).max()):
+        raise ValueError("the contacts do not carry the bodies' loads")
+    return found
 
 
 def _units(system: System, static: FloatArray) -> Units:
@@ -196,7 +208,7 @@ def _path_tables(system: System) -> tuple[FloatArray, FloatArray]:
 
 def prepare(system: System, method: Method = DEFAULT, start: Start | None = None) -> Prepared:
     """Make the tables of a system; it starts from equilibrium at rest unless a state is given."""
-    static = static_forces(system)
+    static = carried_loads(system)
     units = _units(system, static)
     grid, tables = build(system, method, units)
     laws, table = _law_tables(system, units)
@@ -216,7 +228,7 @@ def prepare(system: System, method: Method = DEFAULT, start: Start | None = None
         gauss_nodes(method.nodes), gauss_nodes(method.careful_nodes), *flight_nodes(), pieces, ends, laws, table,
         starts, settings,
     )  # fmt: skip
-    start = start or equilibrium(system, data, static, units)
+    start = start or equilibrium(system, data, static_forces(system), units)
     tables.bodies_read[:, 0, -1] += start.offsets / units.length
     return Prepared(system, method, units, grid, tables, data, start, _motion(system, method, data, units, start))
 
@@ -319,7 +331,7 @@ def _motion(system: System, method: Method, data: Data, units: Units, start: Sta
     places[:, layout.BEGAN] = np.maximum(gap / units.length, 0.0)
     trend = np.zeros((contacts, layout.TREND_COLUMNS))
     trend[:, layout.LOWEST_SINCE] = np.inf
-    forces_now = np.tile(static_forces(system)[:, None] / units.force, (1, q))
+    forces_now = np.tile(carried_loads(system)[:, None] / units.force, (1, q))
     return Motion(np.stack([modes.real, modes.imag]), bodies, places, np.zeros((contacts, q)), forces_now, trend)
 
 
@@ -346,7 +358,34 @@ def _logs(prepared: Prepared, steps: int) -> Logs:
     )  # fmt: skip
 
 
-def march(prepared: Prepared, duration: float) -> Found:
+def march(
+    system: System, method: Method, duration: float, static: FloatArray | None = None, start: Start | None = None,
+    tell: Tell = report_nothing,
+) -> Found:  # fmt: skip
+    """March a system for some time.
+
+    Parameters
+    ----------
+    system
+        What is marched.
+    method
+        How.
+    duration
+        s; the march makes whole macro steps, and tells of nothing behind it.
+    static
+        Forces of the contacts at rest, N; the bodies' loads are then those that they carry, and the march starts from
+        that state, displacements counted from it. By default the bodies' own loads, which the contacts have to carry.
+    start
+        A state to start from instead.
+    tell
+        Is told the time now and then, s, and ends the march by returning True.
+    """
+    if static is not None:
+        system = system._replace(bodies=system.bodies._replace(load=system.bodies.shapes @ static))
+    return run(prepare(system, method, start), duration, tell)
+
+
+def run(prepared: Prepared, duration: float, tell: Tell = report_nothing) -> Found:
     """March a prepared system for some time, in whole macro steps; nothing after the time is told."""
     total = max(1, ceil(duration / prepared.grid.seconds - 1e-9))
     motion = Motion(*(table.copy() for table in prepared.motion))
@@ -361,6 +400,8 @@ def march(prepared: Prepared, duration: float) -> Found:
         status = march_kernel(done, until, prepared.tables, prepared.data, motion, stage, logs, room)
         kept.append(_used(logs, done))
         done = int(logs.used[USED_STEPS])
+        if tell(done * prepared.grid.seconds):
+            break
     return _found(prepared, numbers.DONE if done >= total else int(status), done, duration, _joined(kept))
 
 

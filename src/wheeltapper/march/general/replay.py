@@ -77,6 +77,27 @@ class _Rows(NamedTuple):
     total: FloatArray
 
 
+def _rows_until(found: Found, contact: int, end: float) -> _Rows:
+    """Return the logged parts of a contact up to a time, s; the last one is cut there."""
+    whole, stop = _rows_of(found, contact), end / found.prepared.grid.seconds
+    held = _Rows(*(part[: int(np.searchsorted(whole.starts, stop))].copy() for part in whole))
+    row, last = held.rows[-1], len(held.rows) - 1
+    at, count = stop - row[layout.ROW_STEP], int(row[layout.ROW_NODES])
+    if at >= row[layout.ROW_TO]:
+        return held
+    if count > 1:
+        sigma, nodes = sigma_of(at, row), gauss_nodes(count)
+        row[layout.ROW_S1] = row[layout.ROW_S0] + sigma * (row[layout.ROW_S1] - row[layout.ROW_S0])
+        values = legendre.legvander(2.0 * sigma * nodes.places - 1.0, count - 1)
+        held.force[last, :count] = values @ nodes.transform @ held.force[last, :count]
+        theta, pace = _mapped(row[None], nodes.places)
+        held.theta[last, :count], held.pace[last, :count] = theta[0], pace[0]
+        powers = legendre.legvander(2.0 * theta[0] - 1.0, held.total.shape[1] - 1)
+        held.total[last] = (nodes.weights * pace[0] * held.force[last, :count]) @ powers
+    row[layout.ROW_TO] = at
+    return held
+
+
 def _rows_of(found: Found, contact: int) -> _Rows:
     q = found.prepared.method.nodes
     rows = found.logs.rows[found.logs.rows[:, layout.ROW_CONTACT] == contact]
@@ -166,7 +187,7 @@ def _places(found: Found, times: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 def replay(found: Found, times: FloatArray) -> Replayed:
-    """Return everything but the modes at rising times, s."""
+    """Return everything but the modes at some times, s."""
     contacts, freedoms = len(found.prepared.system.contacts), len(found.prepared.system.bodies.mass)
     widths = (contacts,) * 4 + (freedoms,) * 3
     out = Replayed(*(np.empty((len(times), width)) for width in widths))
@@ -190,7 +211,8 @@ def _replayed(found: Found, logged: list[_Rows], times: FloatArray) -> tuple[Flo
     down = states[:, :freedoms] @ system.bodies.shapes + prepared.start.offsets
     force, indentation, rail, path = np.empty((4, len(times), len(at)))
     for i, one in enumerate(at):
-        height = heights_at(prepared, i, system.speed * times)
+        contact = system.contacts[i]
+        height = path_heights(contact, contact.start + system.speed * times)
         free = found.logs.gaps[step, i] - np.einsum("tlm,tm->tl", tables.kernels[i, phase], one.moments)
         gap = (values * free).sum(axis=1) + height / units.length
         local = (values * tables.residual[i, phase]).sum(axis=1)
@@ -203,9 +225,9 @@ def _replayed(found: Found, logged: list[_Rows], times: FloatArray) -> tuple[Flo
     return force, indentation, rail, path, states[:, :freedoms], states[:, freedoms:-1], acceleration
 
 
-def heights_at(prepared: Prepared, contact: int, x: FloatArray) -> FloatArray:
-    """Return the height of a contact's path after it has rolled x, m."""
-    rows, from_centre = _pieces_at(prepared.system.contacts[contact], x)
+def path_heights(contact: Contact, x: FloatArray) -> FloatArray:
+    """Return the height of a contact's path, m, at places of its own table."""
+    rows, from_centre = _pieces_at(contact, x)
     xi = from_centre / rows[:, contract.SCALE]
     out = np.zeros_like(x)
     for k in range(contract.TERMS - 1, -1, -1):
@@ -260,7 +282,7 @@ class Modes(NamedTuple):
 
 
 def modes(found: Found, times: FloatArray) -> Modes:
-    """Return the track's modes at rising times, s."""
+    """Return the track's modes at some times, s."""
     prepared = found.prepared
     tables, ring = prepared.tables, prepared.system.ring
     if ring is None:
@@ -333,9 +355,9 @@ def _motion_of(modes_then: FloatArray, prepared: Prepared, contacts: int) -> Mot
 # -- sums over the logged parts ---------------------------------------------------------------------------------------
 
 
-def impulses(found: Found, contact: int, begins: FloatArray) -> FloatArray:
-    """Return the impulse of a contact between each of some times and the next, the last up to the end, N s."""
-    rows, seconds = _rows_of(found, contact), found.prepared.grid.seconds
+def impulses(found: Found, contact: int, begins: FloatArray, end: float) -> FloatArray:
+    """Return the impulse of a contact between each of some times and the next, the last up to an end, N s."""
+    rows, seconds = _rows_until(found, contact, end), found.prepared.grid.seconds
     total = np.append(0.0, np.cumsum(rows.total[:, 0])) * seconds * found.prepared.units.force
     first = np.searchsorted(rows.starts, begins / seconds - 1e-9)
     return np.diff(total[np.append(first, len(rows.rows))])
@@ -388,72 +410,25 @@ def works(found: Found, end: float) -> Works:
     contacts = len(system.contacts)
     contact, path, bodies = np.zeros((3, contacts))
     for i in range(contacts):
-        rows = _rows_of(found, i)
+        rows = _rows_until(found, i, end)
         counts = rows.rows[:, layout.ROW_NODES].astype(int)
         for count in np.unique(counts[counts > 1]).tolist():
-            some, nodes = np.flatnonzero(counts == count), gauss_nodes(count)
-            cut = _until(rows, some, count, end / seconds)
+            some, nodes = counts == count, gauss_nodes(count)
             steps = rows.rows[some][:, [layout.ROW_STEP]]
-            theta = np.column_stack([rows.rows[some][:, layout.ROW_FROM], cut.theta])
+            theta = np.column_stack([rows.rows[some][:, layout.ROW_FROM], rows.theta[some, :count]])
             times = (steps + theta) * seconds
             order = np.argsort(times.ravel(), kind="stable")
             held = replay(found, times.ravel()[order])
             back = np.argsort(order, kind="stable")
             delta = held.indentation[back, i].reshape(times.shape)
             moving = (held.velocity @ system.bodies.shapes)[back, i].reshape(times.shape)[:, 1:]
-            counted = nodes.weights * cut.force * prepared.units.force
-            lasting = counted * cut.pace * seconds
+            counted = nodes.weights * rows.force[some, :count] * prepared.units.force
+            lasting = counted * rows.pace[some, :count] * seconds
             contact[i] += (counted * (delta @ nodes.slopes.T)).sum()
-            path[i] += (lasting * system.speed * slopes_at(prepared, i, system.speed * times[:, 1:])).sum()
+            along = system.contacts[i].start + system.speed * times[:, 1:]
+            path[i] += (lasting * system.speed * path_slopes(system.contacts[i], along)).sum()
             bodies[i] += (lasting * moving).sum()
     return Works(contact, path, bodies, *_of_bodies(found, end))
-
-
-class _Cut(NamedTuple):
-    """Some rows up to a time: θ, dθ/dσ and the force at nodes in σ from 0 to 1, (rows, nodes)."""
-
-    theta: FloatArray
-    pace: FloatArray
-    force: FloatArray
-
-
-def _until(rows: _Rows, some: IntArray, count: int, end: float) -> _Cut:
-    """Return some rows of `count` nodes, each up to `end`, in macro steps; one beyond it has no length."""
-    nodes, own = gauss_nodes(count), rows.rows[some]
-    part = np.clip(end - own[:, layout.ROW_STEP], own[:, layout.ROW_FROM], own[:, layout.ROW_TO])
-    whole = part >= own[:, layout.ROW_TO]
-    last = np.ones(len(some))
-    _sigmas(part[~whole], some[~whole], rows.rows, found := np.zeros(int((~whole).sum())))
-    last[~whole] = np.where(part > own[:, layout.ROW_FROM], 1.0, 0.0)[~whole] * np.clip(found, 0.0, 1.0)
-    theta, pace = _mapped(own, last[:, None] * nodes.places)
-    values = legendre.legvander(2.0 * last[:, None] * nodes.places - 1.0, count - 1)
-    coefficients = rows.force[some, :count] @ nodes.transform.T
-    force = np.einsum("rkj,rj->rk", values, coefficients)
-    return _Cut(theta, pace * last[:, None], np.where(last[:, None] > 0.0, np.maximum(force, 0.0), 0.0))
-
-
-class Pressing(NamedTuple):
-    """Times, s, forces, N, and weights, s, of a rule for integrals with a contact's force, up to the end."""
-
-    times: FloatArray
-    force: FloatArray
-    weights: FloatArray
-
-
-def pressing(found: Found, contact: int, end: float) -> Pressing:
-    """Return where to look at what is integrated over time with the force of a contact, s; times rise."""
-    rows, seconds = _rows_of(found, contact), found.prepared.grid.seconds
-    counts = rows.rows[:, layout.ROW_NODES].astype(int)
-    parts = []
-    for count in np.unique(counts[counts > 1]).tolist():
-        some = np.flatnonzero(counts == count)
-        cut = _until(rows, some, count, end / seconds)
-        times = (rows.rows[some][:, [layout.ROW_STEP]] + cut.theta) * seconds
-        weights = gauss_nodes(count).weights * cut.pace * seconds
-        parts.append(np.stack([times.ravel(), cut.force.ravel() * found.prepared.units.force, weights.ravel()]))
-    times, force, weights = np.concatenate(parts, axis=1)
-    order = np.argsort(times, kind="stable")
-    return Pressing(times[order], force[order], weights[order])
 
 
 def _of_bodies(found: Found, end: float) -> tuple[float, FloatArray, float]:
@@ -474,10 +449,9 @@ def _of_bodies(found: Found, end: float) -> tuple[float, FloatArray, float]:
     return lost, np.column_stack([kinetic, springs]), load
 
 
-def slopes_at(prepared: Prepared, contact: int, x: FloatArray) -> FloatArray:
-    """Return the slope of a contact's path after it has rolled x, m."""
-    held = prepared.system.contacts[contact]
-    rows, from_centre = _pieces_at(held, x)
+def path_slopes(contact: Contact, x: FloatArray) -> FloatArray:
+    """Return the slope of a contact's path at places of its own table."""
+    rows, from_centre = _pieces_at(contact, x)
     xi = from_centre / rows[..., contract.SCALE]
     out = np.zeros_like(from_centre)
     for k in range(contract.TERMS - 1, 0, -1):
@@ -489,9 +463,8 @@ def slopes_at(prepared: Prepared, contact: int, x: FloatArray) -> FloatArray:
 
 
 def _pieces_at(contact: Contact, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the pieces of a path after it has rolled x, and how far their centres lie back."""
+    """Return the pieces of a path at places of its own table, and how far their centres lie back."""
     pieces = contact.pieces
-    x = x + contact.start
     if contact.loop < len(pieces):
         begin, end = pieces[contact.loop, contract.START], pieces[-1, contract.STOP]
         x = np.where(x >= end, begin + np.mod(x - begin, end - begin), x)

@@ -37,6 +37,8 @@ class Grid(NamedTuple):
 
 SAME_PLACE = 1e-6
 """Parts of a step; contacts no farther from a multiple of the step share tables."""
+FEW_MODES = 32
+"""So few gain nothing from single precision."""
 DEEPER_SEARCH = 1.15
 """Steps may be shorter by this factor for the sake of shared tables."""
 
@@ -158,6 +160,20 @@ def _ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: No
     return _RingTables(shows, takes, residual)
 
 
+def driven_nodes(ring: Ring, order: IntArray, grid: Grid, nodes: Nodes) -> list[ComplexArray]:
+    """Return for each set of tables what a force at each node gives the modes, (phases, q, modes), per N.
+
+    As seen from the macro step's start: exp(λt) times it is what is there at a later time.
+    """
+    return [_ring_tables(ring, order, grid, part, nodes).takes for part in _parts_of(grid)[0]]
+
+
+def _parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
+    """Return the different parts of a step at which contacts begin, and which of them each contact has."""
+    parts, sets = np.unique(np.round(grid.part / SAME_PLACE) * SAME_PLACE, return_inverse=True)
+    return parts, sets.astype(np.int64)
+
+
 def _products(shows: ComplexArray, takes: ComplexArray) -> FloatArray:
     """Return Re Σ_n shows[p, k, n]·takes[p, l, n], (p, k, l)."""
     left = np.concatenate([shows.real, shows.imag], axis=2)
@@ -170,13 +186,12 @@ def build(system: System, method: Method, units: Units) -> tuple[Grid, Tables]:
     nodes = gauss_nodes(method.nodes)
     q, contacts = method.nodes, len(system.contacts)
     grid = grid_of(system, method)
-    number: Any = np.float32 if method.single else np.float64
-    parts, sets = np.unique(np.round(grid.part / SAME_PLACE) * SAME_PLACE, return_inverse=True)
+    parts, sets = _parts_of(grid)
     scale = units.force / units.length
     states = states_of(system.bodies)
     g = np.zeros((contacts, contacts, grid.phases, q, q))
     residual = np.zeros((contacts, grid.phases, q))
-    modal = _no_modes(q, grid.phases, number)
+    modal = _no_modes(q, grid.phases)
     phase, bay = grid.whole % grid.phases, grid.whole // grid.phases
     if system.ring is not None:
         ring = system.ring
@@ -193,7 +208,7 @@ def build(system: System, method: Method, units: Units) -> tuple[Grid, Tables]:
     read, write, step = _body_tables(states, grid, nodes, units)
     return grid, Tables(
         modal.reads, modal.writes, modal.first, modal.decay, modal.turns,
-        sets.astype(np.int64), phase.astype(np.int64), bay.astype(np.int64), read, write, step,
+        sets, phase.astype(np.int64), bay.astype(np.int64), read, write, step,
         np.ascontiguousarray(kernels), np.ascontiguousarray(g[own, own] * nodes.integrals), g,
         coupled.astype(np.int64), residual @ nodes.transform.T, residual,
     )  # fmt: skip
@@ -209,15 +224,15 @@ class _ModalTables(NamedTuple):
     turns: FloatArray
 
 
-def _no_modes(q: int, phases: int, number: type[np.floating[Any]]) -> _ModalTables:
-    empty: Any = np.zeros((1, phases, q, 2, 0), number)
+def _no_modes(q: int, phases: int) -> _ModalTables:
+    empty = np.zeros((1, phases, q, 2, 0))
     return _ModalTables(empty, empty.copy(), np.zeros(q, np.int64), np.zeros((2, 0)), np.zeros((1, 2, 0)))
 
 
 def _modal_tables(
     ring: Ring, order: IntArray, grid: Grid, made: list[_RingTables], nodes: Nodes, method: Method, units: Units
 ) -> _ModalTables:
-    number: Any = np.float32 if method.single else np.float64
+    number: Any = np.float32 if method.single and len(order) > FEW_MODES else np.float64
     rates = ring.rates[order]
     decay = np.exp(rates * grid.seconds)
     first = slowest_modes(rates, grid.seconds, len(nodes.places), method.negligible)

@@ -55,7 +55,7 @@ class Marched(NamedTuple):
 
 def march(task: Task, tell: Tell = report_nothing) -> Marched:
     """March a task."""
-    return marched_of(task, general.march(general.prepare(task.system, task.method), task.duration))
+    return marched_of(task, general.march(task.system, task.method, task.duration, tell=tell))
 
 
 def is_ready(task: Task) -> bool:
@@ -87,4 +87,5 @@ def _free(events: FloatArray, contact: int) -> NDArray[np.bool_]:
 def impulses_of(found: Marched) -> FloatArray:
     """Return the impulse of each contact in each span, (spans, contacts), N s."""
     contacts = range(found.free.shape[1])
-    return np.stack([impulses(found.found, contact, found.steps[:, SPAN_BEGIN]) for contact in contacts], axis=1)
+    begins = found.steps[:, SPAN_BEGIN]
+    return np.stack([impulses(found.found, contact, begins, found.end) for contact in contacts], axis=1)
