@@ -91,7 +91,7 @@ def _sample(scenario: Scenario, lowered: LoweredOnRails, march: Marched, times: 
 def _integrate(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tuple[FloatArray, xr.Dataset]:
     from wheeltapper.record.energy_on_rails import balance
 
-    return run.impulses_on_rails(march) * lowered.force, balance(lowered, march)
+    return run.impulses_on_rails(march) * lowered.force, balance(scenario, lowered, march)
 
 
 def _missing_part(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> float:
