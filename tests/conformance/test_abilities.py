@@ -53,7 +53,9 @@ KINDS = {
     "track": {
         "stiff": wt.StiffTrack(),
         "deck": wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4),
-        "rails": wt.tracks.Slab(**wt.tracks.Slab.example | {"cutoff": 1000, "bays": 20}),  # quick, and no more
+        "rails": wt.tracks.Slab(
+            **wt.tracks.Slab.example | {"cutoff": 1000, "bays": 20, "pad_damping": 3e5}
+        ),  # quick, and no more
     },
     "start": {"equilibrium": "equilibrium", "dropped": Start(displacement=1e-5)},
     "rolling": {"circle": "circle", "point": "point"},
