@@ -8,7 +8,6 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.describe.contact.base import Contact
-from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.lower.build import table_of
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.march import run

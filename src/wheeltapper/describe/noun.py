@@ -31,7 +31,7 @@ class NounMeta(ModelMetaclass):
 
     def __call__(cls, *nameless: Any, **fields: Any) -> Any:  # noqa: N805 - of a metaclass
         """Make a noun."""
-        leading = cls.leading[: len(nameless)]  # type: ignore[attr-defined]
+        leading = cls._leading[: len(nameless)]  # type: ignore[attr-defined]
         fields |= {name: value for name, value in zip(leading, nameless, strict=False) if name not in fields}
         nameless = nameless[len(leading) :]
         if nameless:
@@ -65,7 +65,7 @@ class Noun(BaseModel, metaclass=NounMeta):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, validate_default=False)
-    leading: ClassVar[tuple[str, ...]] = ()
+    _leading: ClassVar[tuple[str, ...]] = ()
     """Names of the fields that may be given without a name, in this order."""
 
     def __init_subclass__(cls, *, abstract: bool = False, **options: Any) -> None:

@@ -235,7 +235,7 @@ def write_toml(noun: Noun, path: str | Path) -> None:
 
 def _held_function(noun: Noun) -> tuple[str, str, str]:
     """Return which field holds a Python function, the noun there, and what could stand there instead."""
-    scenario = getattr(noun, "passage", noun)
+    scenario: Any = getattr(noun, "passage", noun)
     if OWN_LAW in scenario.contact.needs:
         return "contact", type(scenario.contact).__name__, "a law that needs no function"
     return "irregularity", "Profile", "samples of it in a `Measured`"

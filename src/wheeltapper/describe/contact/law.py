@@ -47,7 +47,7 @@ class Law(Contact):
     """
 
     example: ClassVar[dict[str, Any]] = {"force": _example_force}
-    leading: ClassVar[tuple[str, ...]] = ("force",)
+    _leading: ClassVar[tuple[str, ...]] = ("force",)
     force: Callable[..., Any]
     exponent: float = Field(default=1.5, ge=1.0, le=3.0)
     largest: PositiveLength = 1e-3
