@@ -37,6 +37,8 @@ class TrackWorks(NamedTuple):
         Dissipated in rail, pads and ballast.
     received
         What the kept modes took of the contact forces.
+    pressed
+        The forces times the velocity of the rail under them, as the kept modes have it.
     slope
         What the wheels' forces do as the wheels go on along a rail that is not level, against their traction.
     """
@@ -45,6 +47,7 @@ class TrackWorks(NamedTuple):
     residual: float
     lost: float
     received: float
+    pressed: float
     slope: float
 
 
@@ -57,7 +60,7 @@ def track_works(section: Section, lowered: LoweredOnRails, march: Marched) -> Tr
     stored = float(np.diff(stored_energy(groups, run.modes_of_track(march, both).amplitudes))[0])
     forces = run.replay_rails(march, both).force
     speed, held = lowered.program.system.speed, 0.0
-    sums = np.zeros(2)
+    sums = np.zeros(3)
     for number, contact in enumerate(lowered.program.system.contacts):
         held += float(np.diff(_residual(ring, speed * both + contact.position)[0] * forces[:, number] ** 2)[0])
         rule = run.pressing_on_rails(march, number)
@@ -72,20 +75,21 @@ def _powers(
     ring: Ring, groups: tuple[Group, ...], march: Marched, times: FloatArray, position: float, speed: float,
     force: FloatArray,
 ) -> FloatArray:  # fmt: skip
-    """Return, per unit of a contact's force, what the modes receive and what the rail's slope does: (2, times)."""
+    """Return, per unit of a contact's force, what modes receive, the rail's velocity, its slope's power: (3, times)."""
     found = run.modes_of_track(march, times)
     x = speed * times + position
     at = places_of(ring, x)
     here = ring.turns ** (at.bay - found.bay)[:, None] * found.amplitudes
     powers = at.zeta[:, None] ** np.arange(ring.deflection.shape[1])
-    drives, slopes = (np.empty(here.shape, dtype=complex) for _ in range(2))
+    shapes, drives, slopes = (np.empty(here.shape, dtype=complex) for _ in range(3))
     for one in np.unique(at.element):
         some = at.element == one
         half = 0.5 * (ring.edges[one + 1] - ring.edges[one])
-        drives[some] = powers[some] @ ring.drive[one]
+        shapes[some], drives[some] = powers[some] @ ring.deflection[one], powers[some] @ ring.drive[one]
         slopes[some] = powers[some, :-1] @ polynomial.polyder(ring.deflection[one]) / half
     steep = np.real((slopes * here) @ ring.weights) + 0.5 * force * _residual(ring, x)[1]
-    return np.stack([received_power(groups, here, drives), speed * steep])
+    velocity = np.real((shapes * ring.rates * here) @ ring.weights)
+    return np.stack([received_power(groups, here, drives), velocity, speed * steep])
 
 
 def _residual(ring: Ring, x: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -39,7 +39,7 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
     irregularity, is in them or has gone to the track. Of the track the modes that are kept take their own part of the
     forces' power, which they store or lose (docs/theory/track.rst, section 13.7). `relative_imbalance` is what is left
     of both balances over the energy exchanged, the magnitudes of all works; `truncation` is the share of that by which
-    the kept modes took more than the forces gave, as far as it is not in the residual.
+    the forces' power on the kept modes differs from force times velocity of the rail.
     """
     import xarray as xr
 
@@ -61,8 +61,11 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
         }  # fmt: skip
         values["imbalance"] += of_track.stored + of_track.lost - of_track.received
         exchanged += of_track.lost + abs(of_track.slope)
-        more = of_track.received + of_track.residual + of_track.slope - values["into_track"]
-        shares["truncation"] = more, "what the kept modes of the track take too much, over energy exchanged"
+        missed = of_track.pressed - of_track.received
+        shares["truncation"] = (
+            missed,
+            "force times velocity of the rail, less what the kept modes take, over energy exchanged",
+        )
     shares["relative_imbalance"] = values["imbalance"], "imbalance over energy exchanged"
     variables = {
         name: ((), values[name] * rails, {"units": "J", "long_name": meaning})
