@@ -256,16 +256,24 @@ def _path_at_start(data: Data, units: Units) -> tuple[FloatArray, FloatArray]:
     return height, factor
 
 
-def modes_at(ring: Ring, shapes: ComplexArray, x: FloatArray) -> ComplexArray:
-    """Return shapes at places along the track, as seen from the bay at zero: (places, modes)."""
-    bay = np.floor(x / ring.spacing + SAME_PLACE)
-    inside = np.maximum(x - bay * ring.spacing, 0.0)
+def bays_of(ring: Ring, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the bays of places along the track, and the places in them, m."""
+    bays = np.floor(x / ring.spacing + SAME_PLACE)
+    return bays, np.maximum(x - bays * ring.spacing, 0.0)
+
+
+def shapes_at(ring: Ring, shapes: ComplexArray, inside: FloatArray) -> ComplexArray:
+    """Return shapes at places in a bay, from 0 to the spacing: (places, modes)."""
     element = np.clip(np.searchsorted(ring.edges, inside, side="right") - 1, 0, len(ring.edges) - 2)
     left, right = ring.edges[element], ring.edges[element + 1]
     zeta = (2.0 * inside - left - right) / (right - left)
     powers = zeta[:, None] ** np.arange(shapes.shape[1])
-    found = np.einsum("xp,xpn->xn", powers, shapes[element])
-    return np.asarray(found)
+    return np.asarray(np.einsum("xp,xpn->xn", powers, shapes[element]))
+
+
+def compliance_at(ring: Ring, inside: FloatArray) -> FloatArray:
+    """Return the local compliance at places in a bay, m/N."""
+    return np.asarray(shapes_at(ring, ring.residual[:, :, None].astype(complex), inside)[:, 0].real)
 
 
 def equilibrium(system: System, data: Data, static: FloatArray, units: Units) -> Start:
@@ -280,13 +288,12 @@ def equilibrium(system: System, data: Data, static: FloatArray, units: Units) ->
     if system.ring is not None:
         ring = system.ring
         x = np.array([contact.position for contact in system.contacts])
-        bays = np.floor(x / ring.spacing + SAME_PLACE)
+        bays, inside = bays_of(ring, x)
         ahead = np.multiply.outer(bays - bays[0], np.angle(ring.turns))
-        shows = modes_at(ring, ring.deflection, x) * np.exp(1j * ahead)
-        takes = modes_at(ring, ring.drive, x) * np.exp(-1j * ahead)
+        shows = shapes_at(ring, ring.deflection, inside) * np.exp(1j * ahead)
+        takes = shapes_at(ring, ring.drive, inside) * np.exp(-1j * ahead)
         modes = -(takes.T @ static) / ring.rates
-        local = modes_at(ring, ring.residual[:, :, None].astype(complex), x)[:, 0].real
-        offsets = offsets + np.real(shows @ (ring.weights * modes)) + local * static
+        offsets = offsets + np.real(shows @ (ring.weights * modes)) + compliance_at(ring, inside) * static
     return Start(np.zeros(2 * freedoms), modes, offsets)
 
 
@@ -324,9 +331,9 @@ def _motion(system: System, method: Method, data: Data, units: Units, start: Sta
     if system.ring is not None:
         ring = system.ring
         x = np.array([contact.position for contact in system.contacts])
-        bays = np.floor(x / ring.spacing + SAME_PLACE)
+        bays, inside = bays_of(ring, x)
         turn = np.exp(1j * np.multiply.outer(bays - bays[0], np.angle(ring.turns)))
-        gap = gap - np.real((modes_at(ring, ring.deflection, x) * turn) @ (ring.weights * start.modes))
+        gap = gap - np.real((shapes_at(ring, ring.deflection, inside) * turn) @ (ring.weights * start.modes))
     places[:, layout.FREE_NOW] = gap <= 0.0
     places[:, layout.BEGAN] = np.maximum(gap / units.length, 0.0)
     trend = np.zeros((contacts, layout.TREND_COLUMNS))

@@ -86,7 +86,7 @@ def replay(found: Found, times: FloatArray, modes: bool = False) -> Replayed:
 def _steps_of(found: Found, times: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return macro steps and parts of them."""
     steps = times / found.prepared.grid.seconds
-    if times.size and (times.min() < 0.0 or steps.max() > found.steps * (1.0 + 1e-12)):
+    if times.size and (times.min() < 0.0 or steps.max() > found.steps * (1.0 + 1e-9)):
         raise ValueError(f"times are from 0 to the march's end at {found.time} s")
     step = np.minimum(steps.astype(np.int64), found.steps - 1)
     return step, steps - step
