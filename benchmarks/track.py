@@ -20,8 +20,9 @@ import numpy as np
 from machine import no_garbage_collection, prepare, store
 from options import parser_of
 from own import march_case
+from peer_newmark import Newmark
 
-from wheeltapper.march.general.contract import DEFAULT, STRICT, Contact, System
+from wheeltapper.march.general.contract import STRICT, Contact, System
 from wheeltapper.march.general.march import Found, Prepared, march, run
 from wheeltapper.march.general.march import prepare as prepare_march
 from wheeltapper.march.program import LOSS
@@ -94,3 +95,51 @@ def arguments() -> argparse.Namespace:
     parser = parser_of(__doc__.partition("\n")[0])
     parser.add_argument("--rounds", type=int, default=7, help="rounds of each measurement (default 7)")
     return parser.parse_args()
+
+
+def against_newmark(rounds: int, steps: tuple[float, ...]) -> None:
+    """Print what a plain program costs, and what it would at our error, by the order of its convergence."""
+    system, duration = one_wheel(), 0.152
+    exact = march(system, STRICT, duration).events[:, 0]
+    prepared = prepare_march(system)
+    own = shortest(lambda: run(prepared, duration), rounds)
+    error = float(np.abs(run(prepared, duration).events[:, 0] - exact).max())
+    print(f"\nflat of 40 mm, {duration} s, events against the strict march: ours {1e3 * own:.2f} ms, {error:.1e} s")
+    errors, times = [], []
+    for step in steps:
+        peer = Newmark(prepared, step)
+        found = peer(duration)
+        times.append(cpu_time(lambda peer=peer: peer(duration)))
+        errors.append(float(np.abs(found - exact).max()) if len(found) == len(exact) else np.nan)
+        print(f"  Newmark, {step:.1e} s: {1e3 * times[-1]:9.1f} ms, {errors[-1]:.1e} s, {times[-1] / own:6.0f} x")
+    if len(steps) > 1:
+        share = float(np.exp(np.mean(np.log(np.array(errors) / np.square(steps)))))
+        ratio = np.array(times) @ np.array(steps) / len(steps) / np.sqrt(error / share) / own
+        print(f"  at our error, extrapolated by the order 2 of its method: {ratio:.2g} x")
+
+
+def main() -> None:
+    options = arguments()
+    around = prepare()
+    rounds = 1 if options.smallest else options.rounds
+    bump = march_case("bump", "default")
+    unit = shortest(bump, 40)
+    print(f"\none bump on a stiff rail: {1e6 * unit:.0f} us; all below in multiples of it, per simulated second")
+    rows = {}
+    for name, (system, duration, most, aim) in CASES.items():
+        prepared = prepare_march(system())
+        length = 0.02 if options.smallest else duration
+        found = run(prepared, length)
+        unit = min(unit, shortest(bump, 10))
+        ratio = shortest(lambda prepared=prepared, length=length: run(prepared, length), rounds) / length / unit
+        rows[name] = {"ratio": ratio, "most": most, "aim": aim, "losses": losses(found)}
+        print(f"  {name:42} {ratio:7.0f}   (at most {most:.0f}, aim {aim:.0f}; {losses(found):.0f} losses per s)")
+    cost = shortest(built, rounds) / unit
+    print(f"  {'ring and tables of one wheel at 20 m/s':42} {cost:7.0f}   (at most {BUILDING:.0f}, in all)")
+    against_newmark(rounds, (1e-5,) if options.smallest else (8e-6, 4e-6, 2e-6, 1e-6))
+    if not options.smallest:
+        store("track", around | {"bump": unit, "rows": rows, "building": cost})
+
+
+if __name__ == "__main__":
+    main()

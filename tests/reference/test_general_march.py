@@ -376,7 +376,7 @@ def test_a_path_that_ends_ends_the_march():
 def test_a_law_that_would_pull_ends_the_march():
     law = Law(HUNT_CROSSLEY, np.array([9.4125e10, 20.0]))
     found = march(rails.one_wheel(rails.flat(0.06, 0.5), 10.0, law=law), DEFAULT, 0.1)
-    assert found.status == layout.RELEASES
+    assert found.status == layout.WOULD_PULL
 
 
 def test_more_parts_than_allowed_end_the_march():

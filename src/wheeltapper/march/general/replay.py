@@ -101,7 +101,7 @@ def map_parts(rows: FloatArray, sigma: FloatArray) -> tuple[FloatArray, FloatArr
     origin, span = rows[:, layout.ROW_ORIGIN][:, None], rows[:, layout.ROW_SPAN][:, None]
     width = (rows[:, layout.ROW_S1] - rows[:, layout.ROW_S0])[:, None]
     s = rows[:, layout.ROW_S0][:, None] + width * sigma
-    even, after, before = how == layout.EVEN, how == layout.AFTER, how == layout.BEFORE
+    even, after, before = how == layout.EVENLY, how == layout.AFTER_IMPACT, how == layout.BEFORE_LOSS
     theta = np.where(before, origin - s * s, origin + span * s * s * (3.0 - 2.0 * s))
     theta = np.where(even, origin + span * s, np.where(after, origin + s * s, theta))
     pace = np.where(before, -2.0 * s * width, 6.0 * span * s * (1.0 - s) * width)
@@ -113,14 +113,14 @@ def sigma_of_parts(rows: FloatArray, theta: FloatArray) -> FloatArray:
     how, origin, span = rows[:, layout.ROW_MAP], rows[:, layout.ROW_ORIGIN], rows[:, layout.ROW_SPAN]
     safe = np.where(span == 0.0, 1.0, span)
     away = theta - origin
-    root = np.sqrt(np.maximum(np.where(how == layout.BEFORE, -away, away), 0.0))
+    root = np.sqrt(np.maximum(np.where(how == layout.BEFORE_LOSS, -away, away), 0.0))
     x = np.clip(away / safe, 0.0, 1.0)
     smoothstep = 0.5 - np.sin(np.arcsin(1.0 - 2.0 * x) / 3.0)
     for _ in range(3):  # the closed form loses digits at both ends
         slope = 6.0 * smoothstep * (1.0 - smoothstep)
         error = smoothstep * smoothstep * (3.0 - 2.0 * smoothstep) - x
         smoothstep -= np.where(slope > 1e-6, error / np.where(slope > 1e-6, slope, 1.0), 0.0)
-    s = np.where(how == layout.EVEN, away / safe, np.where(how == layout.BETWEEN, smoothstep, root))
+    s = np.where(how == layout.EVENLY, away / safe, np.where(how == layout.IMPACT_TO_LOSS, smoothstep, root))
     s0 = rows[:, layout.ROW_S0]
     return np.asarray(np.clip((s - s0) / (rows[:, layout.ROW_S1] - s0), 0.0, 1.0))
 
