@@ -50,7 +50,7 @@ def test_an_orbit_closes_in_its_record_and_in_a_public_run(name):
     if name != "hysteresis":
         assert abs(orbit.determinant_error) < 1e-8
         strict = wt.orbits.find(PERIODIC[name], method="strict")
-        assert abs(strict.determinant_error) < 1e-10
+        assert abs(strict.determinant_error) < 1e-12
         assert strict.closure <= 1e-12
     record = orbit.record
     assert record.outcome is wt.orbits.find(PERIODIC[name]).record.outcome
@@ -62,6 +62,46 @@ def test_an_orbit_closes_in_its_record_and_in_a_public_run(name):
         longer = record.scenario.model_copy(update={"duration": 2.0 * orbit.period})
         again = wt.simulate(longer, progress=False).at(orbit.period * np.array([0.25, 1.25])).wheel_displacement.values
         assert abs(again[1] - again[0]) < 1e-6 * HEIGHT
+
+
+@pytest.mark.parametrize("wavelength", [0.05, 0.5, 2.0])
+@pytest.mark.parametrize("speed", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("rolling", ["point", "circle"])
+def test_a_long_calm_period_has_the_exact_determinant(rolling, speed, wavelength):
+    waves = wt.Corrugation(amplitude=5e-5, wavelength=wavelength, start=0.0)
+    for method, allowed in (("default", 1e-8), ("strict", 1e-12)):
+        orbit = wt.orbits.find(scene(speed, waves, rolling=rolling), method=method)
+        assert orbit.losses == 0
+        assert abs(orbit.determinant_error) < allowed
+
+
+@pytest.mark.parametrize(("method", "allowed"), [("default", 1e-9), ("strict", 1e-12)])
+@pytest.mark.parametrize("speed", [0.5, 2.0, 30.0])
+def test_a_linear_contact_that_never_opens_has_the_multipliers_of_its_equations(speed, method, allowed):
+    waves = wt.Corrugation(amplitude=2e-7, wavelength=0.05, start=0.0)
+    deck = wt.FloatingDeck(mass=15e3, stiffness=1.5e7, damping=5e4)
+    for track in (wt.StiffTrack(), deck):
+        orbit = wt.orbits.find(scene(speed, waves, contact=wt.Linear(stiffness=1.2e9), track=track), method=method)
+        assert orbit.losses == 0
+        m, k, c, contact = WHEEL["mass"], WHEEL["stiffness"], WHEEL["damping"], 1.2e9
+        if track is deck:
+            M, kd, cd = 15e3, 1.5e7, 5e4
+            rates = np.array([
+                [0, 1, 0, 0], [-(k + contact) / m, -c / m, contact / m, 0],
+                [0, 0, 0, 1], [contact / M, 0, -(contact + kd) / M, -cd / M],
+            ])  # fmt: skip
+        else:
+            rates = np.array([[0, 1], [-(k + contact) / m, -c / m]])
+        expected = np.exp(np.linalg.eigvals(rates) * orbit.period)
+        found = np.sort_complex(np.round(orbit.multipliers, 14))
+        np.testing.assert_allclose(found, np.sort_complex(np.round(expected, 14)), rtol=0, atol=allowed)
+
+
+def test_hysteresis_leaves_nothing_for_the_strict_method_to_mend():
+    for speed in (1.0, 3.0, 9.0):
+        worn = scene(speed, contact=wt.Hertz(constant=1.405e11, hysteresis=0.3))
+        both = [wt.orbits.find(worn, method=method).multipliers for method in ("default", "strict")]
+        np.testing.assert_allclose(*both, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["joints", "default wheel", "hysteresis", "deck"])
@@ -193,6 +233,34 @@ def test_results_do_not_depend_on_threads():
         lambda threads: wt.orbits.fates(scene(), GRID, 100, threads=threads),
     ):
         assert ask(1).identical(ask(3))
+
+
+def test_captures_in_lanes_are_those_of_single_marches(monkeypatch):
+    from wheeltapper.march import orbits as marches
+    from wheeltapper.march import run
+    from wheeltapper.march.orbits import TRAP_COLUMNS
+    from wheeltapper.orbits.asked import section_of
+    from wheeltapper.orbits.basin import start_states
+
+    def fates(way):
+        return wt.orbits.fates(scene(**way), GRID, 150)
+
+    def after_one_wave(way):
+        found = section_of(scene(**way)).cells({"speed": np.linspace(4.0, 30.0, 40)})
+        states, none = start_states(found), np.zeros(40, dtype=np.int64)
+        states[:, 1] += np.linspace(-2.0, 2.0, 40)
+        told = run.capture(found.cells, states, 1, np.zeros((0, TRAP_COLUMNS)), none, none, 1)
+        assert np.all(told.waves == 1)
+        return states
+
+    for way in ({}, {"speed": 9.0}, {"track": wt.FloatingDeck(mass=15e3, stiffness=1.5e7, damping=5e4)}):
+        lanes = fates(way), after_one_wave(way)
+        with monkeypatch.context() as alone:
+            alone.setattr(marches, "FEW", 1_000_000)
+            single = fates(way), after_one_wave(way)
+        np.testing.assert_allclose(lanes[1], single[1], rtol=0, atol=1e-12)
+        np.testing.assert_array_equal(lanes[0].orbit, single[0].orbit)
+        np.testing.assert_array_equal(lanes[0].waves, single[0].waves)
 
 
 def test_a_fate_is_where_the_motion_is_long_after():

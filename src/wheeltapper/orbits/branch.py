@@ -137,7 +137,6 @@ class Branch:
                 return None
             slopes = np.column_stack([image.slopes - one, along])
             if size <= 0.1 * CLOSED or (size <= CLOSED and size >= 0.5 * best):
-                image = self.each.refined(wave, place[:-1], image)
                 return Point(place, image, _tangent(slopes, like), iteration)
             best = min(best, size)
             if iteration > 0 and size > ROUGH:
@@ -152,7 +151,7 @@ class Branch:
     def point_at(self, place: FloatArray, like: FloatArray) -> Point:
         """Return a place that is known to be on the branch as a point."""
         wave = self.each.wave_at(self.value(place))
-        image = self.each.refined(wave, place[:-1], self.each.image(wave, place[:-1]))
+        image = self.each.image(wave, place[:-1])
         slopes = np.column_stack([image.slopes - np.eye(len(place) - 1), self.along(place)])
         return Point(place, image, _tangent(slopes, like))
 
