@@ -64,6 +64,55 @@ def test_an_orbit_closes_in_its_record_and_in_a_public_run(name):
         assert abs(again[1] - again[0]) < 1e-6 * HEIGHT
 
 
+RAIL = 12.5
+"""Length of a rail, m."""
+
+
+def rail_joints():
+    """Return dipped joints and a little waviness, measured over one rail, which is like all others."""
+    x = np.linspace(0.0, RAIL, 501)
+    to_joint = np.minimum(x, RAIL - x)
+    heights = -2e-3 * np.exp(-to_joint) + 3e-5 * np.cos(2 * np.pi * 7 * x / RAIL)
+    return wt.Measured(positions=tuple(x), heights=tuple(heights), beyond="repeat")
+
+
+LONG_PERIODS = {
+    "flat at 5 m/s": (scene(5.0, wt.WheelFlat(depth=1e-4, position=0.3), rolling="circle"), 2 * np.pi * 0.46),
+    "flat at 20 m/s": (scene(20.0, wt.WheelFlat(depth=1e-4, position=0.3), rolling="circle"), 2 * np.pi * 0.46),
+    "deep flat at 60 m/s": (scene(60.0, wt.WheelFlat(depth=1e-3, position=0.3), rolling="circle"), 2 * np.pi * 0.46),
+    "rails at 10 m/s": (scene(10.0, rail_joints(), rolling="circle"), RAIL),
+    "rails at 36 m/s": (scene(36.0, rail_joints(), rolling="circle"), RAIL),
+    "rails under a point": (scene(20.0, rail_joints()), RAIL),
+    "insulated joints": (
+        scene(20.0, wt.Repeated(of=wt.CosineBump(height=-2e-3, length=0.6, start=1.0), period=RAIL), rolling="circle"),
+        RAIL,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LONG_PERIODS)
+def test_a_long_plain_run_settles_on_the_orbit_over_a_revolution_or_a_rail(name):
+    scenario, length = LONG_PERIODS[name]
+    orbit = wt.orbits.find(scenario)
+    assert orbit.period == pytest.approx(length / scenario.speed, rel=1e-12)
+    assert orbit.stable
+    assert orbit.closure <= 1e-12
+    assert abs(orbit.determinant_error) < 1e-8
+    rounds = 4 + int(np.ceil(np.log(1e-9) / np.log(min(abs(orbit.multipliers[0]), 0.8))))
+    begin = (orbit.phase_zero + rounds * length) / scenario.speed
+    plain = wt.simulate(scenario.replaced({"duration": begin + orbit.period}), progress=False)
+    ends = plain.at([begin, begin + orbit.period])
+    assert np.abs(ends.wheel_displacement.values - orbit.start["displacement"]).max() < 1e-7 * HEIGHT
+    assert np.abs(ends.wheel_velocity.values - orbit.start["velocity"]).max() < 1e-7 * SPEED
+    times = np.linspace(0.0, orbit.period, 301)
+    forces = [one.normal_force.values for one in (plain.at(begin + times), orbit.record.at(times))]
+    assert np.abs(forces[0] - forces[1]).max() < 1e-5 * orbit.largest_force
+    late = plain.events.time.values[plain.events.kind.values == "loss"] > begin
+    assert orbit.losses == int(late.sum())
+    highest = plain.peaks.where(plain.peaks.time > begin, drop=True).normal_force
+    assert orbit.largest_force == pytest.approx(float(highest.max()), rel=1e-6)
+
+
 @pytest.mark.parametrize("wavelength", [0.05, 0.5, 2.0])
 @pytest.mark.parametrize("speed", [0.3, 1.0, 3.0])
 @pytest.mark.parametrize("rolling", ["point", "circle"])

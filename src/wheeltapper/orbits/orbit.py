@@ -15,7 +15,7 @@ from wheeltapper.describe.scenario import Scenario, Start
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import lower
-from wheeltapper.lower.section import Section
+from wheeltapper.lower.section import Section, section_place
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.orbits.asked import START, given_start, is_undamped, section_of
@@ -85,6 +85,14 @@ class Orbit:
     def state(self) -> FloatArray:
         """Its start as an array, in the order of `start`."""
         return np.array(list(self.start.values()))
+
+    @property
+    def phase_zero(self) -> float:
+        """Where phase zero lies on the rail of the scenario, m; also one period of the irregularity farther, and so on.
+
+        The irregularity repeats from there on. A flat is met half a revolution behind it.
+        """
+        return section_place(self.scenario)
 
     @cached_property
     def record(self) -> Record:
