@@ -399,6 +399,29 @@ def test_a_traced_fold_is_the_fold_of_each_branch():
     assert float(curve.speed[0]) == pytest.approx(float(here.parameter[here.kind == "fold"][0]), rel=1e-10)
 
 
+def test_traced_folds_scale_with_the_wavelength():
+    orbit = wt.orbits.find(scene(5.0))
+    branch = wt.orbits.follow(orbit, {"speed": (2.5, 8.0)})
+    for number in np.flatnonzero(branch.kind.values == "fold")[-2:]:
+        special = branch.isel(special=number)
+        curve = wt.orbits.trace(
+            orbit, special, {"irregularity.0.wavelength": [0.05, 0.1]}
+        )  # it begins at its own value
+        np.testing.assert_allclose(curve.speed, float(special.parameter) * np.array([1.0, 2.0]), rtol=1e-9)
+
+
+def test_a_march_that_never_ends_is_given_up(monkeypatch):
+    from wheeltapper.march import orbits as marches
+    from wheeltapper.orbits.asked import section_of
+    from wheeltapper.orbits.section_map import SectionMap
+
+    monkeypatch.setattr(marches, "MOST_ROWS", 2048)
+    each = SectionMap(section_of(scene(5.0)), 1, ("speed",))
+    image = each.image(each.wave_at(1e-4), np.array([-1.0, 0.0]))
+    assert np.all(np.isnan(image.state))
+    assert np.all(np.isnan(image.slopes))
+
+
 def test_a_traced_doubling_ends_where_it_meets_another():
     orbit = wt.orbits.find(scene(12.0))
     branch = wt.orbits.follow(orbit, {"speed": (11.0, 13.0)})

@@ -15,7 +15,7 @@ from wheeltapper.diagnosis.performance import Performance
 from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
-from wheeltapper.faces.orbits import DRAWN, draw_orbit
+from wheeltapper.faces.orbits import DRAWN, draw_orbit, draw_traces, is_traces
 from wheeltapper.faces.panels import RED, legend_above
 from wheeltapper.faces.results import draw_comfort, draw_force, draw_modes, draw_recording, draw_records
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon, history_with_events
@@ -40,13 +40,14 @@ STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 
 
 def plot(
-    what: Record | list[Record] | Recording | Force | Marks | Finding | Design | Performance | Orbit | xr.Dataset,
+    what: Record | list[Record] | Recording | Force | Marks | Finding | Design | Performance | Orbit | xr.Dataset
+    | list[xr.Dataset],
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
     against: Record | None = None,
     wheelset: int = 1,
-) -> Figure:
+) -> Figure:  # fmt: skip
     """Draw a result: a record or several, a chart, a recording, a finding, modes and the like.
 
     A record: path and wheel, normal force with losses shaded and impacts marked, and the deck if there is one. The
@@ -59,7 +60,7 @@ def plot(
     what
         Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site`, `modes`, `comfort`,
         `reconstructed`, `read_recording`, `load` or a function of `orbits`; or a list of records of a wheelset, whose
-        forces are drawn over each other.
+        forces are drawn over each other, or of borders from `orbits.trace`.
     path
         Path of the picture; None: it is only returned.
     features
@@ -114,6 +115,8 @@ def plot(
             figure = draw_force(what)
         elif _is_orbit(what):
             figure = draw_orbit(what)
+        elif is_traces(what):
+            figure = draw_traces(what)  # type: ignore[arg-type]
         elif isinstance(what, list | tuple):
             figure = draw_records(what)
         elif {"damping_ratio", "shape"} <= variables:

@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wheeltapper.march import ensemble, layout
 from wheeltapper.march import events as event
-from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells, end_motions
@@ -47,6 +47,8 @@ UNCAUGHT = -1
 """The orbit of a cell that no trap has caught."""
 MOST_LOSSES = 1e6
 """Largest number of losses of contact in one wave."""
+MOST_ROWS = 2**18
+"""Room for the steps of one wave with tangents beyond which a march is given up: only wild guesses are so long."""
 CHANGE = 0
 """The lane of the tangents that carries the only change of a state."""
 SMALL = 1e-7
@@ -485,7 +487,7 @@ class Tangents:
             status, near = orbit_kernel(
                 program.pieces, program.numbers, state.copy(), trail, told, along, self._tables, strict
             )
-            if status != contract.FULL:
+            if status != contract.FULL or len(self._tables.steps) >= MOST_ROWS:
                 return Turn(status, trail, told, along[:, :STATE_SIZE].copy(), near)
             self._tables = tangent_tables(2 * len(self._tables.steps))
 
@@ -499,7 +501,7 @@ def growths(program: contract.Program, state: FloatArray, change: FloatArray, wa
     strict = True if program.numbers[contract.ORDER] == contract.STRICT_ORDER else None
     while True:
         why, wave = growth_kernel(program.pieces, program.numbers, state, change, out, wave, tables, strict)
-        if why != contract.FULL:
+        if why != contract.FULL or len(tables.steps) >= MOST_ROWS:
             return out
         tables = tangent_tables(2 * len(tables.steps))
 
@@ -520,7 +522,8 @@ def march_from(program: contract.Program, state: FloatArray) -> March:
     return March(status, steps[:many], events[:happened], peaks[:heights], last, contract.NO_STOPS, program.pieces)
 
 
-def is_ready(cells: Cells) -> bool:
-    """Return False if marching from section to section begins with compiling."""
+def is_ready(cells: Cells, many: bool) -> bool:
+    """Return False if marching from section to section begins with compiling; `many`: in lanes, too."""
     empty: Any = (np.empty((0, 0, STATE_SIZE)), np.empty((0, 0, TOLD)), np.zeros(0, dtype=np.int64))
-    return is_compiled(section_kernel, (cells, np.empty((0, STATE_SIZE)), 0, False, *empty, *_work(), cells.strict))
+    given = cells, np.empty((0, STATE_SIZE)), 0, False, *empty, *_work(), cells.strict
+    return is_compiled(section_kernel, given) and (not many or ensemble.is_ready(cells, False))

@@ -39,6 +39,8 @@ GOAL, LONGER = 0.7, 1.5
 """What of this a step should use, and the largest ratio of two steps in a row."""
 ITERATIONS = 8
 """Largest number of Newton's steps in one plane."""
+ASTRAY = 0.5
+"""Distance from the range of the parameter, as the branch measures it, beyond which Newton's method is lost."""
 HARD = 5
 """A point that needed so many of them makes the next step shorter."""
 ROUGH = 1e-5
@@ -129,6 +131,8 @@ class Branch:
         place, best, one = guess.copy(), np.inf, np.eye(len(guess) - 1)
         along = self.along(guess)
         for iteration in range(ITERATIONS + 1):
+            if not self.measure(self.low) - ASTRAY <= place[-1] <= self.measure(self.high) + ASTRAY:
+                return None
             wave = self.each.wave_at(self.value(place))
             image = self.each.image(wave, place[:-1])
             off = image.state - place[:-1]
