@@ -457,3 +457,50 @@ def test_the_growth_exponent_at_15_m_s_is_that_of_long_runs():
     record = wt.simulate(scene(15.0))
     found = float(wt.features.growth_exponent(300_000)(record))
     assert found == pytest.approx(94.6, abs=1.5)
+
+
+def settled_and_worn(start=None, yields_at=2.0, passes=3):
+    """Return an orbit at 5 m/s, and the rail behind some wheels that begin on it."""
+    orbit = wt.orbits.find(scene(), start=start)
+    law = wt.contact.Thornton(constant=1.405e11, yield_force=yields_at * orbit.record.static_force)
+    begun = orbit.record.scenario.replaced({"contact": law, "duration": 0.2})
+    return orbit, wt.wear_in(begun, passes, every=1)
+
+
+def test_each_passage_on_a_calm_orbit_is_that_orbit_and_leaves_no_mark():
+    orbit, rail = settled_and_worn()
+    np.testing.assert_allclose(rail.largest_force, orbit.largest_force, rtol=1e-9)
+    assert float(abs(rail.permanent_indentation).max()) == 0.0
+    at_rest = scene(5.0, wt.Corrugation(amplitude=5e-5, wavelength=0.05, start=0.0))
+    law = wt.contact.Thornton(constant=1.405e11, yield_force=2.0 * orbit.record.static_force)
+    transient = wt.wear_in(at_rest.replaced({"contact": law, "duration": 0.2}), 1)
+    assert float(transient.largest_force[0]) > 1.4 * orbit.largest_force
+
+
+@pytest.mark.parametrize(
+    ("start", "grows"), [(None, True), ({"displacement": 2.04e-4, "velocity": -0.199}, False)], ids=["calm", "bouncing"]
+)
+def test_marks_of_an_orbit_lie_where_its_force_is_and_make_the_corrugation_grow_or_shrink(start, grows):
+    orbit, rail = settled_and_worn(start, yields_at=1.2)
+    x, first = rail.position.values, rail.permanent_indentation.sel(kept=1).values
+    waves = np.exp(-2j * np.pi * x / 0.05)
+    middle = (x >= 0.2) & (x < 0.8)
+    times = np.linspace(0.0, orbit.period, 400, endpoint=False)
+    force = orbit.record.at(times).normal_force.values
+    of_force = np.angle(np.mean(force * np.exp(-2j * np.pi * times / orbit.period)))
+    of_marks = np.angle(np.mean((first * waves)[middle]))
+    assert abs(np.angle(np.exp(1j * (of_force - of_marks)))) < np.radians(3.0)
+    to_profile = of_marks + 0.5 * np.pi  # phase behind a sine
+    assert (np.cos(to_profile) < 0.0) == grows  # the marks are in the troughs, or on the crests
+    amplitude = rail.amplitude.sel(wavelength=0.05, method="nearest").values
+    assert np.all(np.diff(amplitude) > 0.0) == grows
+    assert np.all(np.diff(amplitude) < 0.0) != grows
+
+
+def test_a_start_that_an_orbit_names_is_a_start_of_the_scenario():
+    rail = scene(5.0, wt.Corrugation(amplitude=5e-5, wavelength=0.05, start=0.0))
+    orbit = wt.orbits.find(rail)
+    record = wt.simulate(rail.replaced({"start": orbit.start, "duration": 0.1}))
+    np.testing.assert_allclose(
+        record.at(0.01 * np.arange(11)).wheel_displacement, orbit.start["displacement"], atol=1e-14
+    )

@@ -96,7 +96,11 @@ class Orbit:
 
     @cached_property
     def record(self) -> Record:
-        """The record of one period, from phase zero."""
+        """The record of one period, from phase zero.
+
+        Its scenario begins on the orbit, as a start for `simulate` and `wear_in`. A deck's motion is in no scenario's
+        start: there a deck begins at rest.
+        """
         start = Start(displacement=self.start["displacement"], velocity=self.start["velocity"])
         scenario = self._section.public().model_copy(update={"duration": self.period, "start": start})
         lowered = lower(scenario, self.method, self._section.table())
