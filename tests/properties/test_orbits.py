@@ -410,6 +410,26 @@ def test_traced_folds_scale_with_the_wavelength():
         np.testing.assert_allclose(curve.speed, float(special.parameter) * np.array([1.0, 2.0]), rtol=1e-9)
 
 
+def test_traced_grazings_and_tori_are_those_of_other_branches():
+    orbit = wt.orbits.find(scene(9.0))
+    branch = wt.orbits.follow(orbit, {AMPLITUDE: (2e-6, 8e-5)})
+    for number, kind in ((0, "grazing"), (1, "doubling")):
+        curve = wt.orbits.trace(orbit, branch.isel(special=number), {"speed": [9.2, 9.5]})
+        assert curve.attrs["kind"] == kind
+        there = wt.orbits.follow(wt.orbits.find(scene(9.5)), {AMPLITUDE: (2e-6, 8e-5)})
+        (expected,) = there.parameter.values[there.kind.values == kind]
+        assert float(curve[AMPLITUDE][-1]) == pytest.approx(float(expected), rel=1e-9)
+
+    light = wt.orbits.find(scene(30.0, vehicle={"damping": 1e3}, track=DECK))
+    branch = wt.orbits.follow(light, {"speed": (5.0, 31.0)})
+    number = np.flatnonzero(branch.kind.values == "torus")[-1]
+    curve = wt.orbits.trace(light, branch.isel(special=number), {AMPLITUDE: [4.8e-5, 4.5e-5]})
+    start = {name: float(curve[name][-1]) for name in light.start}
+    there = light.scenario.replaced({"speed": float(curve.speed[-1]), AMPLITUDE: 4.5e-5})
+    sizes = np.abs(wt.orbits.find(there, start=start, method="strict").multipliers)
+    assert np.min(np.abs(sizes - 1.0)) < 1e-8
+
+
 def test_a_march_that_never_ends_is_given_up(monkeypatch):
     from wheeltapper.march import orbits as marches
     from wheeltapper.orbits.asked import section_of
