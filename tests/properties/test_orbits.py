@@ -517,6 +517,13 @@ def test_marks_of_an_orbit_lie_where_its_force_is_and_make_the_corrugation_grow_
     assert np.all(np.diff(amplitude) < 0.0) != grows
 
 
+def test_an_orbit_says_what_it_is_in_one_line():
+    bouncing = wt.orbits.find(scene(), start={"displacement": 2.04e-4, "velocity": -0.199})
+    told = "stable orbit of 1 wave, 10 ms: 1 loss of contact, largest force 6.640 of static, largest multiplier 0.9355"
+    assert str(bouncing).startswith(told)
+    assert repr(bouncing) == f"<Orbit {bouncing}>"
+
+
 def test_a_start_that_an_orbit_names_is_a_start_of_the_scenario():
     rail = scene(5.0, wt.Corrugation(amplitude=5e-5, wavelength=0.05, start=0.0))
     orbit = wt.orbits.find(rail)

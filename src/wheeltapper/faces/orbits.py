@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.faces.panels import BLUE, GREEN, RED, in_unit, legend_above, with_unit, words
 from wheeltapper.ground.errors import InputError
+from wheeltapper.record.labels import BRANCH_TITLE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -209,10 +210,7 @@ def draw_orbit(orbit: Orbit) -> Figure:
     phase.plot(1e6 * found.wheel_displacement, found.wheel_velocity)
     phase.plot([1e6 * orbit.start["displacement"]], [orbit.start["velocity"]], "o", color=RED, markersize=4)
     phase.set(xlabel="displacement [µm]", ylabel="velocity [m/s]")
-    kind = "undamped" if orbit.undamped else "stable" if orbit.stable else "unstable"
-    waves = f"{orbit.waves} wave{'s' if orbit.waves > 1 else ''}"
-    losses = f"{orbit.losses} loss{'' if orbit.losses == 1 else 'es'} of contact"
-    figure.suptitle(f"{kind} orbit of {waves}, {1e3 * orbit.period:.4g} ms, {losses}", fontsize=9)
+    figure.suptitle(str(orbit), fontsize=9)
     return figure
 
 
@@ -235,7 +233,7 @@ def is_traces(what: Any) -> bool:
 
 TRACE = "wheeltapper trace"
 DRAWN = {
-    "wheeltapper branch": draw_branch,
+    BRANCH_TITLE: draw_branch,
     "wheeltapper returns": draw_returns,
     "wheeltapper fates": draw_fates,
     "wheeltapper ramp": draw_ramp,

@@ -22,6 +22,7 @@ from wheeltapper.lower.fields import Fields
 from wheeltapper.orbits.asked import START, is_undamped, range_of
 from wheeltapper.orbits.orbit import Orbit, multipliers_of
 from wheeltapper.orbits.section_map import BESIDE, CLOSED, Image, SectionMap
+from wheeltapper.record.labels import BRANCH_TITLE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -385,7 +386,7 @@ def _dataset(
         for name, column in zip(START, (places[:, :-1] * scale).T, strict=False)
     }
     attributes = {
-        "title": "wheeltapper branch", "parameter": path, "waves": orbit.waves, "method": orbit.method,
+        "title": BRANCH_TITLE, "parameter": path, "waves": orbit.waves, "method": orbit.method,
         "static_force": branch.each.static_force, "begins": ended[0], "ends": ended[1],
     }  # fmt: skip
     return xr.Dataset(data, coordinates, attributes)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ SETTLED = 0.05
 """Largest distance, in static indentations, of a settled motion from the orbit that it settles on."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Orbit:
     """A motion that repeats after some waves of the irregularity.
 
@@ -74,7 +74,21 @@ class Orbit:
     losses: int
     largest_force: float
     undamped: bool
-    _section: Section = field(repr=False, compare=False)
+    _section: Section
+
+    def __str__(self) -> str:
+        kind = "undamped" if self.undamped else "stable" if self.stable else "unstable"
+        waves = f"{self.waves} wave{'' if self.waves == 1 else 's'}"
+        losses = f"{self.losses} loss{'' if self.losses == 1 else 'es'} of contact"
+        over = self.largest_force / float(self._section.cells({}).units.static_force[0])
+        size = abs(self.multipliers[0])
+        return (
+            f"{kind} orbit of {waves}, {1e3 * self.period:.4g} ms: {losses}, largest force {over:.3f} of static, "
+            f"largest multiplier {size:.4g}, closes to {self.closure:.1g}"
+        )
+
+    def __repr__(self) -> str:
+        return f"<Orbit {self}>"
 
     @property
     def stable(self) -> bool:

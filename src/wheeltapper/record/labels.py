@@ -14,6 +14,8 @@ CHART_TITLE = "wheeltapper chart"
 """Title of what `sweep` returns and the command of that name writes."""
 WEAR_TITLE = "wheeltapper wear"
 """Title of the datasets of `wear_in`."""
+BRANCH_TITLE = "wheeltapper branch"
+"""Title of the datasets of `orbits.follow`."""
 EVENT_KINDS = ("loss", "impact", "yield")
 """Names of the kinds of events, in the order of their numbers."""
 
