@@ -209,7 +209,7 @@ def cross_breakpoint(cell: int, pool: cells.Pool) -> None:
 
 @kernel
 def go_apart(strict: bool | None, pool: cells.Pool) -> bool:
-    """March one cell alone until lanes can take it, or to its end; return False if its events need more room."""
+    """March one cell alone until lanes can take it, or to its end; return False if a table needs more room."""
     rows, queue = pool.rows, pool.queue
     cell = cells.pop(cells.APART, queue)
     pool.used[cells.VISITS] += 1
@@ -218,12 +218,17 @@ def go_apart(strict: bool | None, pool: cells.Pool) -> bool:
     S = pool.S
     cells.load_cell(cell, rows, S)
     while True:
+        if not cells.may_log(pool):
+            cells.put_back(cell, rows, S)
+            cells.push(cell, cells.APART, queue)
+            return False
         S[COUNT] = 0.0
         event, peak = int(S[COUNT + layout.EVENTS]), int(S[COUNT + layout.PEAKS])
         events = pool.events[pool.used[cells.USED_EVENTS] - event :]
         peaks = pool.peaks[pool.used[cells.USED_PEAKS] - peak : len(pool.peaks) - 1]  # a corner may need one row more
         why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S, strict)
         cells.claim_rows(cell, int(S[COUNT + layout.EVENTS]) - event, int(S[COUNT + layout.PEAKS]) - peak, pool)
+        cells.log_rows(cell, int(S[COUNT]), pool)
         if why == contract.RUNNING and join_queue(cell, pool):
             return True
         if why != contract.RUNNING:

@@ -52,6 +52,9 @@ PLAIN_NUMBERS, CELL_NUMBERS = CELL_GOAL + 1, CELL_SHARE + 1
 # lift, and of the factor, in powers of ξ; y and v of a flight (of a contact step those of the deck), the rail's height
 # in a flight, and the polynomial whose root is sought. The room after u keeps what a step writes away from places that
 # are a multiple of 4096 bytes (64 rows) behind what the next step reads: a processor takes them for the same.
-LANE_U, LANE_W, LANE_N, LANE_PATH, LANE_FACTOR, LANE_Y, LANE_V, LANE_RAIL, LANE_POLYNOMIAL, LANE_ENTRIES = _row_starts(
-    49 * LANES, 31, 23, 23, TERMS, TERMS, *[23] * 4
-)
+# At the end time and motion at the start of the step before: a step that is no event moves a lane's start, and the
+# march with tangents keeps it.
+(
+    LANE_U, LANE_W, LANE_N, LANE_PATH, LANE_FACTOR, LANE_Y, LANE_V, LANE_RAIL, LANE_POLYNOMIAL, LANE_WAS,
+    LANE_DECK_WAS, LANE_ENTRIES,
+) = _row_starts(49 * LANES, 31, 23, 23, TERMS, TERMS, *[23] * 4, 3, 2)  # fmt: skip
