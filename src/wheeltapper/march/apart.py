@@ -75,7 +75,7 @@ def _kind_of(numbers: FloatArray, piece: FloatArray) -> int:
 
 
 @inlined_kernel
-def _enter_path(cell: int, pool: cells.Pool) -> None:
+def enter_path(cell: int, pool: cells.Pool) -> None:
     """Write what lanes need of the present piece of a cell's path, and until when, in its row."""
     numbers = pool.numbers[cell]
     piece = pool.pieces[pool.first[cell] + int(pool.rows[cell, PIECE])]
@@ -108,7 +108,7 @@ def _enter_path(cell: int, pool: cells.Pool) -> None:
 
 
 @kernel
-def _enter_numbers(cell: int, pool: cells.Pool) -> None:
+def enter_numbers(cell: int, pool: cells.Pool) -> None:
     """Write a cell's suspension, contact and deck in its row."""
     numbers = pool.numbers[cell]
     row = pool.rows[cell, cells.LOCAL :]
@@ -148,8 +148,8 @@ def join_queue(cell: int, pool: cells.Pool) -> bool:
     corner = S[MARK + AT_BREAK]
     S[MARK + AT_BREAK] = 0.0
     cells.put_back(cell, pool.rows, S)
-    _enter_numbers(cell, pool)
-    _enter_path(cell, pool)
+    enter_numbers(cell, pool)
+    enter_path(cell, pool)
     kind = int(pool.rows[cell, cells.CELL_KIND])
     force = 0.0
     if not flying:
@@ -184,7 +184,7 @@ def cross_softly(cell: int, pool: cells.Pool) -> bool:
         return False
     rows[cell, PIECE] = after
     rows[cell, SHIFT] = shift
-    _enter_path(cell, pool)
+    enter_path(cell, pool)
     return True
 
 

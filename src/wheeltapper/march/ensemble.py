@@ -223,7 +223,15 @@ class Steps(NamedTuple):
     last: FloatArray  # (cells, LENGTH): the state at each cell's end
 
 
-def march_keeping_steps(cells: Cells, variant: Variant, most: int) -> tuple[Marched, Steps] | None:
+class KeptSteps(NamedTuple):
+    """Cells that have marched, with all that they leave."""
+
+    marched: Marched
+    steps: Steps
+    pool: pools.Pool
+
+
+def march_keeping_steps(cells: Cells, variant: Variant, most: int) -> KeptSteps | None:
     """March some cells in lanes, all to their ends; return their steps too, or None if there are more than `most`.
 
     A single cell may have any number of steps.
@@ -238,7 +246,7 @@ def march_keeping_steps(cells: Cells, variant: Variant, most: int) -> tuple[Marc
     ends = np.empty(total, dtype=np.int64)
     rows = np.empty((int(pool.used[pools.USED_STEPS]), contract.STEP_COLUMNS))
     pools.gather_kernel(pool.log, len(rows), ends, rows)
-    return _tables_of(pool), Steps(rows, ends, pool.rows[:, : contract.LENGTH].copy())
+    return KeptSteps(_tables_of(pool), Steps(rows, ends, pool.rows[:, : contract.LENGTH].copy()), pool)
 
 
 def end_motions(cells: Cells, threads: int, motions: FloatArray = AT_THEIR_STARTS) -> tuple[FloatArray, IntArray]:

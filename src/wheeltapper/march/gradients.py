@@ -9,15 +9,18 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
+from wheeltapper.march.borrowed import borrowed
 from wheeltapper.march.dense import OUT_COLUMNS
-from wheeltapper.march.ensemble import Cells, Marched, Steps, Variant, march_keeping_steps, room_for
+from wheeltapper.march.ensemble import Cells, KeptSteps, Marched, Steps, Variant, march_keeping_steps, room_for
 from wheeltapper.march.ensemble import is_ready as lanes_are_ready
 from wheeltapper.march.kernel import is_compiled, kernel
 from wheeltapper.march.layout import SCRATCH
+from wheeltapper.march.pool import pool_of
 from wheeltapper.march.program import TIME, FloatArray, IntArray, Program
 from wheeltapper.march.single import March, march
 from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, STILL_OPEN, TALLY, tally_kernel
-from wheeltapper.march.tangent import tangent_kernel
+from wheeltapper.march.tangent import repeat_kernel, tangent_kernel
+from wheeltapper.march.tangent_lanes import Links, borrowed_links, links_of
 from wheeltapper.march.tangent_path import LANES, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
 
@@ -57,8 +60,20 @@ def gradient_kernel(
     peaks: FloatArray, event_ends: IntArray, peak_ends: IntArray, highest: FloatArray, impulses: FloatArray,
     of_events: FloatArray, of_peaks: FloatArray, gentlest: FloatArray, amplification: FloatArray,
     of_highest: FloatArray, of_impulses: FloatArray, S: FloatArray, D: FloatArray, tallied: bool | None,
+    bent: bool | None, general: bool | None, links: Links | None,
 ) -> None:  # fmt: skip
     """Repeat the steps of all cells with tangents."""
+    pieces, numbers, turns, bends, table = (
+        borrowed(pieces), borrowed(numbers), borrowed(turns), borrowed(bends), borrowed(table),
+    )  # fmt: skip
+    steps, last, events, peaks, impulses = (
+        borrowed(steps), borrowed(last), borrowed(events), borrowed(peaks), borrowed(impulses),
+    )  # fmt: skip
+    of_events, of_peaks, of_highest, of_impulses, S, D = (
+        borrowed(of_events), borrowed(of_peaks), borrowed(of_highest), borrowed(of_impulses), borrowed(S), borrowed(D),
+    )  # fmt: skip
+    if links is not None:
+        links = borrowed_links(links)
     start = np.zeros((2, LANES))
     start[OF_HEIGHT, BY_HEIGHT] = 1.0
     start[OF_VELOCITY, BY_VELOCITY] = 1.0
@@ -80,11 +95,11 @@ def gradient_kernel(
             if status[cell] != contract.ENOUGH and tally[STILL_OPEN] != 0.0:
                 impulses[event + int(tally[CONTACTS]) - 1] = np.nan
             highest[cell] = tally[HIGHEST]
-        gentlest[cell] = tangent_kernel(
+        gentlest[cell] = repeat_kernel(
             own, bends, first[cell], table, numbers[cell], turns[cell], start, made, last[cell],
             events[event : event_ends[cell]], peaks[peak : peak_ends[cell]], of_events[event : event_ends[cell]],
             of_peaks[peak : peak_ends[cell]], of_end, tally[HIGHEST_TIME], of_highest[cell], of_impulses[event:],
-            no_times, no_samples, S, D, tallied,
+            no_times, no_samples, S, D, tallied, cell, bent, general, links,
         )  # fmt: skip
         a, b = of_end[OF_HEIGHT, BY_HEIGHT], of_end[OF_HEIGHT, BY_VELOCITY]
         c, d = of_end[OF_VELOCITY, BY_HEIGHT], of_end[OF_VELOCITY, BY_VELOCITY]
@@ -105,11 +120,21 @@ def _room_for(cells: int, events: int, peaks: int, tally: bool) -> Tangents:
 
 
 def _arguments(
-    cells: Cells, turns: CellTangents, steps: Steps, marched: Marched, tangents: Tangents, tally: bool
+    cells: Cells, turns: CellTangents, kept: KeptSteps, tangents: Tangents, tally: bool, variant: Variant
 ) -> tuple[Any, ...]:
+    marched = kept.marched
     tables = (marched.status, marched.events, marched.peaks, marched.event_ends, marched.peak_ends)
     work = (np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)), True if tally else None)
-    return (*cells, *turns, *steps, *tables, marched.highest, marched.impulses, *tangents, *work)
+    links: tuple[Any, ...] = (None, None, None)
+    if not (tally or variant.strict):
+        links = variant.bent, variant.general, links_of(kept.pool, _directions(turns))
+    return (*cells, *turns, *kept.steps, *tables, marched.highest, marched.impulses, *tangents, *work, *links)
+
+
+def _directions(turns: CellTangents) -> IntArray:
+    """Return the lanes in which anything changes."""
+    turned = np.any(turns.numbers != 0.0, axis=(0, 1)) | (turns.table >= 0)
+    return np.flatnonzero(turned)
 
 
 def _with_tally(marched: Marched) -> Marched:
@@ -124,7 +149,8 @@ def is_ready(cells: Cells, turns: CellTangents, tally: bool) -> bool:
     if not lanes_are_ready(cells, tally=False):
         return False
     whole, none = np.empty((0, 1)), np.zeros(0, dtype=np.int64)
-    arguments = _arguments(cells, turns, Steps(whole, none, whole), room_for(0), _room_for(0, 0, 0, tally), tally)
+    kept = KeptSteps(room_for(0), Steps(whole, none, whole), pool_of(*cells.part(slice(0, 1))))
+    arguments = _arguments(cells, turns, kept, _room_for(0, 0, 0, tally), tally, Variant.of_cells(cells))
     return is_compiled(gradient_kernel, arguments)
 
 
@@ -135,12 +161,13 @@ def march_block(
 
     Return None if there are several cells whose steps need too much memory.
     """
-    found = march_keeping_steps(cells, variant or Variant.of_cells(cells), MOST_STEPS)
-    if found is None:
+    variant = variant or Variant.of_cells(cells)
+    kept = march_keeping_steps(cells, variant, MOST_STEPS)
+    if kept is None:
         return None
-    marched, steps = _with_tally(found[0]), found[1]
+    marched = _with_tally(kept.marched)
     tangents = _room_for(len(cells.first), len(marched.events), len(marched.peaks), tally)
-    gradient_kernel(*_arguments(cells, turns, steps, marched, tangents, tally))
+    gradient_kernel(*_arguments(cells, turns, kept._replace(marched=marched), tangents, tally, variant))
     if tally:
         return marched, tangents
     return marched._replace(highest=None, impulses=None), tangents._replace(highest=None, impulses=None)

@@ -250,3 +250,53 @@ def force_jump(
     for lane in range(LANES):
         carried[DB, lane] += leap * carried[DBREAK, lane]
         carried[DZ, lane] += deck_leap * carried[DBREAK, lane]
+
+
+@kernel
+def _bend_and_push(
+    pieces: FloatArray, numbers: FloatArray, step: FloatArray, time: float, u: float, w: float
+) -> tuple[float, float]:
+    """Return the acceleration of the path under a wheel, and the contact force, on the piece of a step at a time."""
+    row = pieces[int(step[PIECE])]
+    pace = numbers[contract.PACE]
+    away = pace * time - step[SHIFT] - row[contract.CENTRE]
+    rate = pace / row[contract.SCALE]
+    x = away / row[contract.SCALE]
+    bend = 0.0
+    for k in range(int(row[contract.DEGREE]), 1, -1):
+        bend = bend * x + k * (k - 1) * row[contract.COEFFICIENT + k]
+    bend *= rate * rate
+    omega = row[contract.WAVENUMBER] * pace
+    if omega != 0.0:
+        phase = row[contract.WAVENUMBER] * away
+        bend -= omega * omega * (row[contract.SINE] * np.sin(phase) + row[contract.COSINE] * np.cos(phase))
+    factor = 1.0
+    if row[contract.FACTOR_DEGREE] >= 0.0:
+        factor = 0.0
+        for k in range(int(row[contract.FACTOR_DEGREE]), -1, -1):
+            factor = factor * x + row[contract.FACTOR + k]
+    law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
+    return numbers[contract.LIFT] * bend, max(factor * law * (1.0 + numbers[contract.HYSTERESIS] * w), 0.0)
+
+
+@kernel
+def cross_in_contact(
+    pieces: FloatArray, numbers: FloatArray, step: FloatArray, after: FloatArray, end: FloatArray, carried: FloatArray
+) -> None:
+    """Take tangents at fixed s over a smooth joint of two pieces, where only accelerations jump.
+
+    The changed motion reaches the joint DBREAK - DT later than `s` says; until then the rates before it hold.
+    """
+    u, w = end[FIRST], end[SECOND]
+    bend, push = _bend_and_push(pieces, numbers, step, after[TIME], u, w)
+    bend_behind, push_behind = _bend_and_push(pieces, numbers, after, after[TIME], u, w)
+    leap, lighter = bend - bend_behind, push - push_behind
+    leap -= lighter
+    deck_leap = 0.0
+    if step[ON_DECK] != 0.0:
+        deck_leap = -lighter / numbers[contract.DECK_MASS]
+        leap += deck_leap
+    for lane in range(LANES):
+        delay = carried[DBREAK, lane] - carried[DT, lane]
+        carried[DB, lane] += leap * delay
+        carried[DZ, lane] += deck_leap * delay
