@@ -242,15 +242,19 @@ def pair(kind: Kind) -> list[str]:
     made = along(kind, lines)
     assigned = {name for name, _ in made}
     kept = sorted({name for _, code in made for name in names_in(code)} & known - assigned, key=_natural)
-    body = [f"{name} = {code}" for name, code in needed(lines.made, {*kept, *ends_of(kind)})]
     loaded = {name: code for name, code in lines.made if code.startswith("L[")}
     places = {name: k for k, name in enumerate(name for name in kept if name not in loaded)}
-    body += [f"{stored('LANE_BASE', k)} = {name}" for name, k in places.items()]
+    body = []
+    for name, code in needed(lines.made, {*kept, *ends_of(kind)}):
+        body.append(f"{name} = {code}")
+        body += [f"{stored('LANE_BASE', places[name])} = {name}"] if name in places else []
     body += [f"L[LANE_{ENDS[name]}_END + i] = {name}" for name in ends_of(kind)]
     out = [function(f"base_{kind.name}_{ORDER}", f"Make the series of contact steps over {kind.says}.", body)]
-    body = [f"{name} = {loaded[name]}" for name in kept if name in loaded]
-    body += [f"{name} = {stored('LANE_BASE', k)}" for name, k in places.items()]
-    body += [f"{name} = {code}" for name, code in made]
+    held = loaded | {name: stored("LANE_BASE", k) for name, k in places.items()}
+    body = []
+    for name, code in made:  # what is kept is read where it is used first
+        body += [f"{other} = {held.pop(other)}" for other in sorted(names_in(code), key=_natural) if other in held]
+        body.append(f"{name} = {code}")
     body += [f"L[LANE_OF_{ENDS[name]}_END + i] = d{name}" for name in ends_of(kind)]
     assert len(places) <= lane_rows.BASE_ROWS
     return [*out, function(f"along_{kind.name}_{ORDER}", f"Go in one direction, over {kind.says}.", body)]

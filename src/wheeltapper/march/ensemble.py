@@ -231,13 +231,15 @@ class KeptSteps(NamedTuple):
     pool: pools.Pool
 
 
-def march_keeping_steps(cells: Cells, variant: Variant, most: int) -> KeptSteps | None:
-    """March some cells in lanes, all to their ends; return their steps too, or None if there are more than `most`.
+def march_keeping_steps(cells: Cells, variant: Variant, most: int, to_the_end: bool) -> KeptSteps | None:
+    """March some cells in lanes; return their steps too, or None if there are more than `most`.
 
-    A single cell may have any number of steps.
+    A single cell may have any number of steps. With `to_the_end` cells do not end before, though they lack the energy
+    for the impact or loss for which they wait.
     """
     total = len(cells.first)
     pool = pools.pool_of(*cells, 64 * total + pools.STEP_ROOM)
+    pool.used[pools.TO_THE_END] = 1 if to_the_end else 0
     start_lanes(AT_THEIR_STARTS, pool)
     while not lanes_kernel(*variant, pool):
         if pool.used[pools.USED_STEPS] > most and total > 1:

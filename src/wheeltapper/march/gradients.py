@@ -162,7 +162,7 @@ def march_block(
     Return None if there are several cells whose steps need too much memory.
     """
     variant = variant or Variant.of_cells(cells)
-    kept = march_keeping_steps(cells, variant, MOST_STEPS)
+    kept = march_keeping_steps(cells, variant, MOST_STEPS, tally)
     if kept is None:
         return None
     marched = _with_tally(kept.marched)

@@ -66,8 +66,8 @@ PLAIN_NUMBERS, CELL_NUMBERS = CELL_GOAL + 1, CELL_SHARE + 1
     LANE_OF_DECK_STIFF, LANE_OF_DECK_DRAG, LANE_OF_SHARE, LANE_OF_AHEAD, LANE_OF_PACE, LANE_OF_T_END, LANE_OF_U_END,
     LANE_OF_W_END, LANE_OF_DECK_Y_END, LANE_OF_DECK_V_END,
 ) = range(LANE_ENTRIES, LANE_ENTRIES + 24 * LANES, LANES)  # fmt: skip
-# Changes of a piece's polynomials, path and factor, in powers of ξ; of the forcing and the factor about the step's start
-# in powers of time; and the coefficients of the steps' series that their tangents need.
+# Changes of a piece's polynomials, path and factor, in powers of ξ; of the forcing and the factor about the step's
+# start in powers of time; and the coefficients of the steps' series that their tangents need.
 BASE_ROWS = 400
 LANE_OF_PATH, LANE_OF_FACTOR, LANE_OF_FORCING, LANE_OF_FACTOR_HERE, LANE_BASE, TANGENT_ENTRIES = _row_starts(
     LANE_ENTRIES + 24 * LANES, TERMS, TERMS, 12, TERMS, BASE_ROWS

@@ -370,6 +370,8 @@ def _stays_for_ever(i: int, cell: int, pool: cells.Pool) -> bool:
     no further loss, and all further force maxima are lower than the one before.
     """
     L, counts, numbers = pool.L, pool.rows[cell, cells.COUNTS : cells.LOCAL], pool.numbers[cell]
+    if pool.used[cells.TO_THE_END] != 0:
+        return False
     awaited = counts[IMPACTS] < max(counts[UNTIL_IMPACT], counts[UNTIL_LOSS])
     if not awaited or L[at.LANE_UNTIL + i] != numbers[END]:
         return False
@@ -394,7 +396,7 @@ def _act(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
         time = L[at.LANE_TIME + i] + L[at.LANE_T_ROOT + i]
         force = _force(cell, kind, time, L[at.LANE_U_ROOT + i], L[at.LANE_W_ROOT + i], pool)
         cells.track_force(cell, time, force, 0.0, pool)
-        if not falls and kind == cells.FLAT and len(pool.log) == 0 and _stays_for_ever(i, cell, pool):
+        if not falls and kind == cells.FLAT and _stays_for_ever(i, cell, pool):
             cells.finish_cell(cell, DONE, pool.numbers[cell, END], rows)
             return
     if ends == BREAK_END:

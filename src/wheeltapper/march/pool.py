@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,8 +44,9 @@ EMPTY = -1
 WAITING, FIRST_QUEUE = 0, 1
 """Rows of the table of queues: how many wait in each, and the first queue. The counts lie beside each other because
 they are all read before each step."""
-USED_EVENTS, USED_PEAKS, VISITS, USED_STEPS = range(4)
-"""Rows of events and of peaks in use, visits of cells to APART, and rows of the log of steps in use."""
+USED_EVENTS, USED_PEAKS, VISITS, USED_STEPS, TO_THE_END = range(5)
+"""Rows of events and of peaks in use, visits of cells to APART, rows of the log of steps in use; and 1 where cells
+march to their ends even if what they wait for can never come."""
 
 # A cell's row: state and counts as in the scratch array from STATE on, the rows of `L` from K on, the kind of its
 # contact steps, and how it ended.
@@ -74,7 +75,7 @@ class Pool(NamedTuple):
     events: FloatArray  # (rows, EVENT_COLUMNS + 1), in the order in which they were found
     peaks: FloatArray  # (rows, PEAK_COLUMNS + 1)
     log: FloatArray  # (rows, STEP_COLUMNS + 1): all steps, in the order in which they were made; no rows: not kept
-    used: IntArray  # (4,): USED_EVENTS, USED_PEAKS, VISITS, USED_STEPS
+    used: IntArray  # (5,): from USED_EVENTS to TO_THE_END
     steps: FloatArray  # (STEP_ROWS, STEP_COLUMNS)
     S: FloatArray  # (SCRATCH,)
     L: FloatArray  # (ENTRIES,)
@@ -85,7 +86,15 @@ class Pool(NamedTuple):
         needed = {"events": (USED_EVENTS, ROOM), "peaks": (USED_PEAKS, ROOM), "log": (USED_STEPS, STEP_ROOM)}
         held = {name: getattr(self, name) for name in needed}
         full = [name for name, (used, room) in needed.items() if self.used[used] + room > len(held[name]) > 0]
-        return self._replace(**{name: np.concatenate([held[name]] * 2) for name in full})
+        longer: Any = {name: _doubled_table(held[name]) for name in full}
+        return self._replace(**longer)
+
+
+def _doubled_table(table: FloatArray) -> FloatArray:
+    """Return a table with twice as many rows; those behind are not touched, so that they take no memory yet."""
+    out = np.empty((2 * len(table), *table.shape[1:]))
+    out[: len(table)] = table
+    return out
 
 
 def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatArray, steps: int = 0) -> Pool:
@@ -99,7 +108,7 @@ def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatA
         pieces, first, many, numbers, np.zeros((cells, COLUMNS)),
         np.zeros((1 + QUEUES, max(cells, QUEUES)), dtype=np.int64),
         np.empty((room, EVENT_CELL + 1)), np.empty((room, PEAK_CELL + 1)),
-        np.empty((steps, STEP_CELL + 1)), np.zeros(USED_STEPS + 1, dtype=np.int64),
+        np.empty((steps, STEP_CELL + 1)), np.zeros(TO_THE_END + 1, dtype=np.int64),
         np.empty((STEP_ROWS, contract.STEP_COLUMNS)), np.zeros(SCRATCH), np.zeros(at.LANE_ENTRIES),
         np.full(at.LANES, EMPTY, dtype=np.int64),
     )  # fmt: skip

@@ -104,6 +104,8 @@ def repeat_kernel(
     """Do what `tangent_kernel` says; contact steps of `cell` may go from link to link (tangent_lanes.py)."""
     carried = np.zeros((CARRIED, LANES))
     carry_on = np.zeros((CARRIED, LANES))
+    before = np.zeros(tangent_events.JOINT)
+    behind = np.zeros(tangent_events.JOINT)
     here = np.zeros(PUSH + 1)
     end = np.zeros(5)
     L = np.zeros(12 * LANES)
@@ -153,8 +155,10 @@ def repeat_kernel(
                     gentlest = 0.0
                     carried[:] = np.nan
                 if after[PIECE] != step[PIECE] or after[SHIFT] != step[SHIFT]:
-                    tangent_events.break_moves(bends, base, table, numbers, turns, step, after, carried)
-                    tangent_events.cross_in_contact(pieces, numbers, step, after, end, carried)
+                    tangent_events.cross_in_contact(
+                        pieces, bends, base, table, numbers, turns, step, after, end, carried, links.directions,
+                        before, behind,
+                    )  # fmt: skip
                 continue
             if i > 0 and leapt < 0 and _flies_on(steps, i, events, event, peaks, peak):
                 _flight_tangents(numbers, turns, step, carried, end, S, D)
@@ -348,6 +352,8 @@ def _goes_on_smoothly(
     if after[PHASE] != contract.CONTACT or after[ON_DECK] != step[ON_DECK]:
         return False
     if not _holds_none(after[TIME], events, event, peaks, peak):
+        return False
+    if after[PIECE] != step[PIECE] and after[A] < NEAR_GRAZING:
         return False
     if after[SHIFT] != step[SHIFT]:
         looped = step[PIECE] == len(pieces) - 1.0 and after[PIECE] == numbers[contract.LOOP]

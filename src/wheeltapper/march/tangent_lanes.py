@@ -162,12 +162,12 @@ def _fill_change(
 
 
 @inlined_kernel
-def _keep_link(filled: int, begin: int, k: int, links: Links) -> None:
+def _keep_link(filled: int, begin: int, parts: int, k: int, links: Links) -> None:
     """Keep what was found along one direction."""
     for i in range(filled):
-        row = links.link[links.which[i] - begin, k]
-        for part in range(STARTS):
-            row[part] = links.L[at.LANE_OF_T_END + at.LANES * part + i]
+        step = links.which[i] - begin
+        for part in range(parts):
+            links.link[step, k, part] = links.L[at.LANE_OF_T_END + at.LANES * part + i]
 
 
 @kernel
@@ -193,13 +193,20 @@ def _link_lanes(
         links.known[links.which[i] - begin] = 1
     for k in range(at.LANE_OF_TIME, at.LANE_BASE):
         L[k] = 0.0
-    for start in range(STARTS if kind > cells.BENT else 3):
+    parts = STARTS if kind > cells.BENT else 3
+    level = kind == cells.FLAT or kind == cells.DECK_FLAT
+    for start in range(parts):
+        if start == 0 and level:  # nothing depends on time
+            for i in range(filled):
+                links.link[links.which[i] - begin, 0] = 0.0
+                links.link[links.which[i] - begin, 0, 0] = 1.0
+            continue
         for i in range(at.LANES):
             L[at.LANE_OF_TIME + at.LANES * start + i] = 1.0
         _go_along(kind, bent, general, L)
         for i in range(at.LANES):
             L[at.LANE_OF_TIME + at.LANES * start + i] = 0.0
-        _keep_link(filled, begin, start, links)
+        _keep_link(filled, begin, parts, start, links)
     for k in range(len(links.directions)):
         lane = links.directions[k]
         for i in range(filled):
@@ -207,7 +214,7 @@ def _link_lanes(
         if bent is not None and (kind == cells.BENT or kind == cells.GENERAL):
             made.change_12(L)
         _go_along(kind, bent, general, L)
-        _keep_link(filled, begin, STARTS + k, links)
+        _keep_link(filled, begin, parts, STARTS + k, links)
 
 
 @kernel

@@ -22,6 +22,7 @@ from wheeltapper.march.lane_rows import (
     LANE_K,
     LANE_LENGTH,
     LANE_LOAD,
+    LANE_OFFSET,
     LANE_OF_AHEAD,
     LANE_OF_DECK_DRAG,
     LANE_OF_DECK_STIFF,
@@ -44,13 +45,12 @@ from wheeltapper.march.lane_rows import (
     LANE_OF_PHASE,
     LANE_OF_PRESTRESS,
     LANE_OF_SHARE,
-    LANE_OF_T_END,
     LANE_OF_TIME,
+    LANE_OF_T_END,
     LANE_OF_U,
     LANE_OF_U_END,
     LANE_OF_W,
     LANE_OF_W_END,
-    LANE_OFFSET,
     LANE_OMEGA,
     LANE_ON,
     LANE_ORIGIN,
@@ -60,8 +60,8 @@ from wheeltapper.march.lane_rows import (
     LANE_QUADRATIC,
     LANE_RATE,
     LANE_SHARE,
-    LANE_T_END,
     LANE_TIME,
+    LANE_T_END,
     LANE_U0,
     LANE_U_END,
     LANE_W0,
@@ -81,115 +81,159 @@ def base_flat_12(L: FloatArray) -> None:
         h1 = L[LANE_LENGTH + i]
         f0 = L[LANE_LOAD + i]
         q0 = u0 * u0
+        L[LANE_BASE + 112 + i] = q0
         x0 = q0 + K * u0
+        L[LANE_BASE + 376 + i] = x0
         twice = 2.0 * u0
+        L[LANE_BASE + 544 + i] = twice
         both = q0 + x0
+        L[LANE_BASE + 464 + i] = both
         part10 = twice + K
+        L[LANE_BASE + 480 + i] = part10
         pull = f0 - twice * x0 - part10 * q0
+        L[LANE_BASE + 536 + i] = pull
         drag = G * u0
+        L[LANE_BASE + 472 + i] = drag
         u1 = 0.5 * w0
+        L[LANE_BASE + 200 + i] = u1
         q1 = twice * u1
+        L[LANE_BASE + 120 + i] = q1
         x1 = q1 + K * u1
+        L[LANE_BASE + 384 + i] = x1
         w1 = u0 * f0 - q0 * x0 - drag * w0
+        L[LANE_BASE + 288 + i] = w1
         u2 = 0.25 * w1
+        L[LANE_BASE + 208 + i] = u2
         p2 = u1 * u1
+        L[LANE_BASE + 24 + i] = p2
         q2 = p2 + twice * u2
+        L[LANE_BASE + 128 + i] = q2
         x2 = q2 + K * u2
+        L[LANE_BASE + 392 + i] = x2
         rest2 = -0.5 * 0.0 - G * p2
         w2 = rest2 + 0.5 * (pull * u1 - drag * w1)
+        L[LANE_BASE + 296 + i] = w2
         u3 = 0.16666666666666666 * w2
+        L[LANE_BASE + 216 + i] = u3
         p3 = 2.0 * (u1 * u2)
+        L[LANE_BASE + 32 + i] = p3
         q3 = p3 + twice * u3
+        L[LANE_BASE + 136 + i] = q3
         x3 = q3 + K * u3
+        L[LANE_BASE + 400 + i] = x3
         rest3 = -0.3333333333333333 * (both * p2 + q1 * x1) - G * p3
         w3 = rest3 + 0.3333333333333333 * (pull * u2 - drag * w2)
+        L[LANE_BASE + 304 + i] = w3
         u4 = 0.125 * w3
+        L[LANE_BASE + 224 + i] = u4
         p4 = 2.0 * (u1 * u3) + u2 * u2
+        L[LANE_BASE + 40 + i] = p4
         q4 = p4 + twice * u4
+        L[LANE_BASE + 144 + i] = q4
         x4 = q4 + K * u4
+        L[LANE_BASE + 408 + i] = x4
         rest4 = -0.25 * (both * p3 + q1 * x2 + q2 * x1) - G * p4
         w4 = rest4 + 0.25 * (pull * u3 - drag * w3)
+        L[LANE_BASE + 312 + i] = w4
         u5 = 0.1 * w4
+        L[LANE_BASE + 232 + i] = u5
         p5 = 2.0 * (u2 * u3 + u1 * u4)
+        L[LANE_BASE + 48 + i] = p5
         q5 = p5 + twice * u5
+        L[LANE_BASE + 152 + i] = q5
         x5 = q5 + K * u5
+        L[LANE_BASE + 416 + i] = x5
         rest5 = -0.2 * (both * p4 + q2 * x2 + q1 * x3 + q3 * x1) - G * p5
         w5 = rest5 + 0.2 * (pull * u4 - drag * w4)
+        L[LANE_BASE + 320 + i] = w5
         u6 = 0.08333333333333333 * w5
+        L[LANE_BASE + 240 + i] = u6
         p6 = 2.0 * (u2 * u4 + u1 * u5) + u3 * u3
+        L[LANE_BASE + 56 + i] = p6
         q6 = p6 + twice * u6
+        L[LANE_BASE + 160 + i] = q6
         x6 = q6 + K * u6
+        L[LANE_BASE + 424 + i] = x6
         rest6 = -0.16666666666666666 * (both * p5 + q2 * x3 + q3 * x2 + q1 * x4 + q4 * x1) - G * p6
         w6 = rest6 + 0.16666666666666666 * (pull * u5 - drag * w5)
+        L[LANE_BASE + 328 + i] = w6
         u7 = 0.07142857142857142 * w6
+        L[LANE_BASE + 248 + i] = u7
         p7 = 2.0 * (u3 * u4 + u2 * u5 + u1 * u6)
+        L[LANE_BASE + 64 + i] = p7
         q7 = p7 + twice * u7
+        L[LANE_BASE + 168 + i] = q7
         x7 = q7 + K * u7
+        L[LANE_BASE + 432 + i] = x7
         rest7 = -0.14285714285714285 * (both * p6 + q3 * x3 + q2 * x4 + q4 * x2 + q1 * x5 + q5 * x1) - G * p7
         w7 = rest7 + 0.14285714285714285 * (pull * u6 - drag * w6)
+        L[LANE_BASE + 336 + i] = w7
         u8 = 0.0625 * w7
+        L[LANE_BASE + 256 + i] = u8
         p8 = 2.0 * (u3 * u5 + u2 * u6 + u1 * u7) + u4 * u4
+        L[LANE_BASE + 72 + i] = p8
         q8 = p8 + twice * u8
+        L[LANE_BASE + 176 + i] = q8
         x8 = q8 + K * u8
+        L[LANE_BASE + 440 + i] = x8
         rest8 = -0.125 * (both * p7 + q3 * x4 + q4 * x3 + q2 * x5 + q5 * x2 + q1 * x6 + q6 * x1) - G * p8
         w8 = rest8 + 0.125 * (pull * u7 - drag * w7)
+        L[LANE_BASE + 344 + i] = w8
         u9 = 0.05555555555555555 * w8
+        L[LANE_BASE + 264 + i] = u9
         p9 = 2.0 * (u4 * u5 + u3 * u6 + u2 * u7 + u1 * u8)
+        L[LANE_BASE + 80 + i] = p9
         q9 = p9 + twice * u9
+        L[LANE_BASE + 184 + i] = q9
         x9 = q9 + K * u9
-        rest9 = (
-            -0.1111111111111111 * (both * p8 + q4 * x4 + q3 * x5 + q5 * x3 + q2 * x6 + q6 * x2 + q1 * x7 + q7 * x1)
-            - G * p9
-        )
+        L[LANE_BASE + 448 + i] = x9
+        rest9 = -0.1111111111111111 * (both * p8 + q4 * x4 + q3 * x5 + q5 * x3 + q2 * x6 + q6 * x2 + q1 * x7 + q7 * x1) - G * p9
         w9 = rest9 + 0.1111111111111111 * (pull * u8 - drag * w8)
+        L[LANE_BASE + 352 + i] = w9
         u10 = 0.05 * w9
+        L[LANE_BASE + 272 + i] = u10
         p10 = 2.0 * (u4 * u6 + u3 * u7 + u2 * u8 + u1 * u9) + u5 * u5
+        L[LANE_BASE + 88 + i] = p10
         q10 = p10 + twice * u10
+        L[LANE_BASE + 192 + i] = q10
         x10 = q10 + K * u10
-        rest10 = (
-            -0.1 * (both * p9 + q4 * x5 + q5 * x4 + q3 * x6 + q6 * x3 + q2 * x7 + q7 * x2 + q1 * x8 + q8 * x1) - G * p10
-        )
+        L[LANE_BASE + 456 + i] = x10
+        rest10 = -0.1 * (both * p9 + q4 * x5 + q5 * x4 + q3 * x6 + q6 * x3 + q2 * x7 + q7 * x2 + q1 * x8 + q8 * x1) - G * p10
         w10 = rest10 + 0.1 * (pull * u9 - drag * w9)
+        L[LANE_BASE + 360 + i] = w10
         u11 = 0.045454545454545456 * w10
+        L[LANE_BASE + 280 + i] = u11
         p11 = 2.0 * (u5 * u6 + u4 * u7 + u3 * u8 + u2 * u9 + u1 * u10)
-        rest11 = (
-            -0.09090909090909091
-            * (both * p10 + q5 * x5 + q4 * x6 + q6 * x4 + q3 * x7 + q7 * x3 + q2 * x8 + q8 * x2 + q1 * x9 + q9 * x1)
-            - G * p11
-        )
+        L[LANE_BASE + 96 + i] = p11
+        rest11 = -0.09090909090909091 * (both * p10 + q5 * x5 + q4 * x6 + q6 * x4 + q3 * x7 + q7 * x3 + q2 * x8 + q8 * x2 + q1 * x9 + q9 * x1) - G * p11
         w11 = rest11 + 0.09090909090909091 * (pull * u10 - drag * w10)
+        L[LANE_BASE + 368 + i] = w11
         u12 = 0.041666666666666664 * w11
         p12 = 2.0 * (u5 * u7 + u4 * u8 + u3 * u9 + u2 * u10 + u1 * u11) + u6 * u6
-        rest12 = (
-            -0.08333333333333333
-            * (
-                both * p11
-                + q5 * x6
-                + q6 * x5
-                + q4 * x7
-                + q7 * x4
-                + q3 * x8
-                + q8 * x3
-                + q2 * x9
-                + q9 * x2
-                + q1 * x10
-                + q10 * x1
-            )
-            - G * p12
-        )
+        L[LANE_BASE + 104 + i] = p12
+        rest12 = -0.08333333333333333 * (both * p11 + q5 * x6 + q6 * x5 + q4 * x7 + q7 * x4 + q3 * x8 + q8 * x3 + q2 * x9 + q9 * x2 + q1 * x10 + q10 * x1) - G * p12
         w12 = rest12 + 0.08333333333333333 * (pull * u11 - drag * w11)
         h2 = h1 * h1
+        L[LANE_BASE + i] = h2
         h4 = h2 * h2
+        L[LANE_BASE + 8 + i] = h4
         h8 = h4 * h4
+        L[LANE_BASE + 16 + i] = h8
         part84 = h1 * 0.5
+        L[LANE_BASE + 488 + i] = part84
         part85 = h1 * 0.25
+        L[LANE_BASE + 496 + i] = part85
         part86 = 0.3333333333333333 * u2 + part85 * u3
         part87 = h1 * 0.16666666666666666
+        L[LANE_BASE + 504 + i] = part87
         part88 = h1 * 0.125
+        L[LANE_BASE + 512 + i] = part88
         part89 = 0.14285714285714285 * u6 + part88 * u7
         part90 = 0.2 * u4 + part87 * u5 + h2 * part89
         part91 = h1 * 0.1
+        L[LANE_BASE + 520 + i] = part91
         part92 = h1 * 0.08333333333333333
+        L[LANE_BASE + 528 + i] = part92
         part93 = 0.09090909090909091 * u10 + part92 * u11
         part94 = 0.1111111111111111 * u8 + part91 * u9 + h2 * part93
         part95 = u0 + part84 * u1 + h2 * part86 + h4 * part90 + h8 * part94
@@ -206,75 +250,6 @@ def base_flat_12(L: FloatArray) -> None:
         part106 = w10 + h1 * w11
         part107 = w8 + h1 * w9 + h2 * part106 + h4 * w12
         w = w0 + h1 * w1 + h2 * part103 + h4 * part105 + h8 * part107
-        L[LANE_BASE + i] = h2
-        L[LANE_BASE + 8 + i] = h4
-        L[LANE_BASE + 16 + i] = h8
-        L[LANE_BASE + 24 + i] = p2
-        L[LANE_BASE + 32 + i] = p3
-        L[LANE_BASE + 40 + i] = p4
-        L[LANE_BASE + 48 + i] = p5
-        L[LANE_BASE + 56 + i] = p6
-        L[LANE_BASE + 64 + i] = p7
-        L[LANE_BASE + 72 + i] = p8
-        L[LANE_BASE + 80 + i] = p9
-        L[LANE_BASE + 88 + i] = p10
-        L[LANE_BASE + 96 + i] = p11
-        L[LANE_BASE + 104 + i] = p12
-        L[LANE_BASE + 112 + i] = q0
-        L[LANE_BASE + 120 + i] = q1
-        L[LANE_BASE + 128 + i] = q2
-        L[LANE_BASE + 136 + i] = q3
-        L[LANE_BASE + 144 + i] = q4
-        L[LANE_BASE + 152 + i] = q5
-        L[LANE_BASE + 160 + i] = q6
-        L[LANE_BASE + 168 + i] = q7
-        L[LANE_BASE + 176 + i] = q8
-        L[LANE_BASE + 184 + i] = q9
-        L[LANE_BASE + 192 + i] = q10
-        L[LANE_BASE + 200 + i] = u1
-        L[LANE_BASE + 208 + i] = u2
-        L[LANE_BASE + 216 + i] = u3
-        L[LANE_BASE + 224 + i] = u4
-        L[LANE_BASE + 232 + i] = u5
-        L[LANE_BASE + 240 + i] = u6
-        L[LANE_BASE + 248 + i] = u7
-        L[LANE_BASE + 256 + i] = u8
-        L[LANE_BASE + 264 + i] = u9
-        L[LANE_BASE + 272 + i] = u10
-        L[LANE_BASE + 280 + i] = u11
-        L[LANE_BASE + 288 + i] = w1
-        L[LANE_BASE + 296 + i] = w2
-        L[LANE_BASE + 304 + i] = w3
-        L[LANE_BASE + 312 + i] = w4
-        L[LANE_BASE + 320 + i] = w5
-        L[LANE_BASE + 328 + i] = w6
-        L[LANE_BASE + 336 + i] = w7
-        L[LANE_BASE + 344 + i] = w8
-        L[LANE_BASE + 352 + i] = w9
-        L[LANE_BASE + 360 + i] = w10
-        L[LANE_BASE + 368 + i] = w11
-        L[LANE_BASE + 376 + i] = x0
-        L[LANE_BASE + 384 + i] = x1
-        L[LANE_BASE + 392 + i] = x2
-        L[LANE_BASE + 400 + i] = x3
-        L[LANE_BASE + 408 + i] = x4
-        L[LANE_BASE + 416 + i] = x5
-        L[LANE_BASE + 424 + i] = x6
-        L[LANE_BASE + 432 + i] = x7
-        L[LANE_BASE + 440 + i] = x8
-        L[LANE_BASE + 448 + i] = x9
-        L[LANE_BASE + 456 + i] = x10
-        L[LANE_BASE + 464 + i] = both
-        L[LANE_BASE + 472 + i] = drag
-        L[LANE_BASE + 480 + i] = part10
-        L[LANE_BASE + 488 + i] = part84
-        L[LANE_BASE + 496 + i] = part85
-        L[LANE_BASE + 504 + i] = part87
-        L[LANE_BASE + 512 + i] = part88
-        L[LANE_BASE + 520 + i] = part91
-        L[LANE_BASE + 528 + i] = part92
-        L[LANE_BASE + 536 + i] = pull
-        L[LANE_BASE + 544 + i] = twice
         L[LANE_T_END + i] = t
         L[LANE_U_END + i] = u
         L[LANE_W_END + i] = w
@@ -284,318 +259,166 @@ def base_flat_12(L: FloatArray) -> None:
 def along_flat_12(L: FloatArray) -> None:
     """Go in one direction, over a level path."""
     for i in range(8):
-        G = L[LANE_G + i]
-        K = L[LANE_K + i]
-        f0 = L[LANE_LOAD + i]
-        h1 = L[LANE_LENGTH + i]
-        u0 = L[LANE_U0 + i]
-        w0 = L[LANE_W0 + i]
-        h2 = L[LANE_BASE + i]
-        h4 = L[LANE_BASE + 8 + i]
-        h8 = L[LANE_BASE + 16 + i]
-        p2 = L[LANE_BASE + 24 + i]
-        p3 = L[LANE_BASE + 32 + i]
-        p4 = L[LANE_BASE + 40 + i]
-        p5 = L[LANE_BASE + 48 + i]
-        p6 = L[LANE_BASE + 56 + i]
-        p7 = L[LANE_BASE + 64 + i]
-        p8 = L[LANE_BASE + 72 + i]
-        p9 = L[LANE_BASE + 80 + i]
-        p10 = L[LANE_BASE + 88 + i]
-        p11 = L[LANE_BASE + 96 + i]
-        p12 = L[LANE_BASE + 104 + i]
-        q0 = L[LANE_BASE + 112 + i]
-        q1 = L[LANE_BASE + 120 + i]
-        q2 = L[LANE_BASE + 128 + i]
-        q3 = L[LANE_BASE + 136 + i]
-        q4 = L[LANE_BASE + 144 + i]
-        q5 = L[LANE_BASE + 152 + i]
-        q6 = L[LANE_BASE + 160 + i]
-        q7 = L[LANE_BASE + 168 + i]
-        q8 = L[LANE_BASE + 176 + i]
-        q9 = L[LANE_BASE + 184 + i]
-        q10 = L[LANE_BASE + 192 + i]
-        u1 = L[LANE_BASE + 200 + i]
-        u2 = L[LANE_BASE + 208 + i]
-        u3 = L[LANE_BASE + 216 + i]
-        u4 = L[LANE_BASE + 224 + i]
-        u5 = L[LANE_BASE + 232 + i]
-        u6 = L[LANE_BASE + 240 + i]
-        u7 = L[LANE_BASE + 248 + i]
-        u8 = L[LANE_BASE + 256 + i]
-        u9 = L[LANE_BASE + 264 + i]
-        u10 = L[LANE_BASE + 272 + i]
-        u11 = L[LANE_BASE + 280 + i]
-        w1 = L[LANE_BASE + 288 + i]
-        w2 = L[LANE_BASE + 296 + i]
-        w3 = L[LANE_BASE + 304 + i]
-        w4 = L[LANE_BASE + 312 + i]
-        w5 = L[LANE_BASE + 320 + i]
-        w6 = L[LANE_BASE + 328 + i]
-        w7 = L[LANE_BASE + 336 + i]
-        w8 = L[LANE_BASE + 344 + i]
-        w9 = L[LANE_BASE + 352 + i]
-        w10 = L[LANE_BASE + 360 + i]
-        w11 = L[LANE_BASE + 368 + i]
-        x0 = L[LANE_BASE + 376 + i]
-        x1 = L[LANE_BASE + 384 + i]
-        x2 = L[LANE_BASE + 392 + i]
-        x3 = L[LANE_BASE + 400 + i]
-        x4 = L[LANE_BASE + 408 + i]
-        x5 = L[LANE_BASE + 416 + i]
-        x6 = L[LANE_BASE + 424 + i]
-        x7 = L[LANE_BASE + 432 + i]
-        x8 = L[LANE_BASE + 440 + i]
-        x9 = L[LANE_BASE + 448 + i]
-        x10 = L[LANE_BASE + 456 + i]
-        both = L[LANE_BASE + 464 + i]
-        drag = L[LANE_BASE + 472 + i]
-        part10 = L[LANE_BASE + 480 + i]
-        part84 = L[LANE_BASE + 488 + i]
-        part85 = L[LANE_BASE + 496 + i]
-        part87 = L[LANE_BASE + 504 + i]
-        part88 = L[LANE_BASE + 512 + i]
-        part91 = L[LANE_BASE + 520 + i]
-        part92 = L[LANE_BASE + 528 + i]
-        pull = L[LANE_BASE + 536 + i]
-        twice = L[LANE_BASE + 544 + i]
         dt0 = L[LANE_OF_TIME + i]
         du0 = L[LANE_OF_U + i]
         dw0 = L[LANE_OF_W + i]
         dK = L[LANE_OF_K + i]
         dG = L[LANE_OF_G + i]
         df0 = L[LANE_OF_LOAD + i]
+        u0 = L[LANE_U0 + i]
         dq0 = du0 * u0 + u0 * du0
+        K = L[LANE_K + i]
         dx0 = dq0 + dK * u0 + K * du0
         dtwice = 2.0 * du0
         dboth = dq0 + dx0
         dpart10 = dtwice + dK
+        q0 = L[LANE_BASE + 112 + i]
+        x0 = L[LANE_BASE + 376 + i]
+        part10 = L[LANE_BASE + 480 + i]
+        twice = L[LANE_BASE + 544 + i]
         dpull = df0 - (dtwice * x0 + twice * dx0) - (dpart10 * q0 + part10 * dq0)
+        G = L[LANE_G + i]
         ddrag = dG * u0 + G * du0
         du1 = 0.5 * dw0
+        u1 = L[LANE_BASE + 200 + i]
         dq1 = dtwice * u1 + twice * du1
         dx1 = dq1 + dK * u1 + K * du1
+        f0 = L[LANE_LOAD + i]
+        w0 = L[LANE_W0 + i]
+        drag = L[LANE_BASE + 472 + i]
         dw1 = du0 * f0 + u0 * df0 - (dq0 * x0 + q0 * dx0) - (ddrag * w0 + drag * dw0)
         du2 = 0.25 * dw1
         dp2 = du1 * u1 + u1 * du1
+        u2 = L[LANE_BASE + 208 + i]
         dq2 = dp2 + dtwice * u2 + twice * du2
         dx2 = dq2 + dK * u2 + K * du2
+        p2 = L[LANE_BASE + 24 + i]
         drest2 = -(dG * p2 + G * dp2)
+        w1 = L[LANE_BASE + 288 + i]
+        pull = L[LANE_BASE + 536 + i]
         dw2 = drest2 + 0.5 * (dpull * u1 + pull * du1 - (ddrag * w1 + drag * dw1))
         du3 = 0.16666666666666666 * dw2
         dp3 = 2.0 * (du1 * u2 + u1 * du2)
+        u3 = L[LANE_BASE + 216 + i]
         dq3 = dp3 + dtwice * u3 + twice * du3
         dx3 = dq3 + dK * u3 + K * du3
+        p3 = L[LANE_BASE + 32 + i]
+        q1 = L[LANE_BASE + 120 + i]
+        x1 = L[LANE_BASE + 384 + i]
+        both = L[LANE_BASE + 464 + i]
         drest3 = (-0.3333333333333333) * (dboth * p2 + both * dp2 + dq1 * x1 + q1 * dx1) - (dG * p3 + G * dp3)
+        w2 = L[LANE_BASE + 296 + i]
         dw3 = drest3 + 0.3333333333333333 * (dpull * u2 + pull * du2 - (ddrag * w2 + drag * dw2))
         du4 = 0.125 * dw3
         dp4 = 2.0 * (du1 * u3 + u1 * du3) + du2 * u2 + u2 * du2
+        u4 = L[LANE_BASE + 224 + i]
         dq4 = dp4 + dtwice * u4 + twice * du4
         dx4 = dq4 + dK * u4 + K * du4
+        p4 = L[LANE_BASE + 40 + i]
+        q2 = L[LANE_BASE + 128 + i]
+        x2 = L[LANE_BASE + 392 + i]
         drest4 = (-0.25) * (dboth * p3 + both * dp3 + dq1 * x2 + q1 * dx2 + dq2 * x1 + q2 * dx1) - (dG * p4 + G * dp4)
+        w3 = L[LANE_BASE + 304 + i]
         dw4 = drest4 + 0.25 * (dpull * u3 + pull * du3 - (ddrag * w3 + drag * dw3))
         du5 = 0.1 * dw4
         dp5 = 2.0 * (du2 * u3 + u2 * du3 + du1 * u4 + u1 * du4)
+        u5 = L[LANE_BASE + 232 + i]
         dq5 = dp5 + dtwice * u5 + twice * du5
         dx5 = dq5 + dK * u5 + K * du5
-        drest5 = (-0.2) * (
-            dboth * p4 + both * dp4 + dq2 * x2 + q2 * dx2 + dq1 * x3 + q1 * dx3 + dq3 * x1 + q3 * dx1
-        ) - (dG * p5 + G * dp5)
+        p5 = L[LANE_BASE + 48 + i]
+        q3 = L[LANE_BASE + 136 + i]
+        x3 = L[LANE_BASE + 400 + i]
+        drest5 = (-0.2) * (dboth * p4 + both * dp4 + dq2 * x2 + q2 * dx2 + dq1 * x3 + q1 * dx3 + dq3 * x1 + q3 * dx1) - (dG * p5 + G * dp5)
+        w4 = L[LANE_BASE + 312 + i]
         dw5 = drest5 + 0.2 * (dpull * u4 + pull * du4 - (ddrag * w4 + drag * dw4))
         du6 = 0.08333333333333333 * dw5
         dp6 = 2.0 * (du2 * u4 + u2 * du4 + du1 * u5 + u1 * du5) + du3 * u3 + u3 * du3
+        u6 = L[LANE_BASE + 240 + i]
         dq6 = dp6 + dtwice * u6 + twice * du6
         dx6 = dq6 + dK * u6 + K * du6
-        drest6 = (-0.16666666666666666) * (
-            dboth * p5
-            + both * dp5
-            + dq2 * x3
-            + q2 * dx3
-            + dq3 * x2
-            + q3 * dx2
-            + dq1 * x4
-            + q1 * dx4
-            + dq4 * x1
-            + q4 * dx1
-        ) - (dG * p6 + G * dp6)
+        p6 = L[LANE_BASE + 56 + i]
+        q4 = L[LANE_BASE + 144 + i]
+        x4 = L[LANE_BASE + 408 + i]
+        drest6 = (-0.16666666666666666) * (dboth * p5 + both * dp5 + dq2 * x3 + q2 * dx3 + dq3 * x2 + q3 * dx2 + dq1 * x4 + q1 * dx4 + dq4 * x1 + q4 * dx1) - (dG * p6 + G * dp6)
+        w5 = L[LANE_BASE + 320 + i]
         dw6 = drest6 + 0.16666666666666666 * (dpull * u5 + pull * du5 - (ddrag * w5 + drag * dw5))
         du7 = 0.07142857142857142 * dw6
         dp7 = 2.0 * (du3 * u4 + u3 * du4 + du2 * u5 + u2 * du5 + du1 * u6 + u1 * du6)
+        u7 = L[LANE_BASE + 248 + i]
         dq7 = dp7 + dtwice * u7 + twice * du7
         dx7 = dq7 + dK * u7 + K * du7
-        drest7 = (-0.14285714285714285) * (
-            dboth * p6
-            + both * dp6
-            + dq3 * x3
-            + q3 * dx3
-            + dq2 * x4
-            + q2 * dx4
-            + dq4 * x2
-            + q4 * dx2
-            + dq1 * x5
-            + q1 * dx5
-            + dq5 * x1
-            + q5 * dx1
-        ) - (dG * p7 + G * dp7)
+        p7 = L[LANE_BASE + 64 + i]
+        q5 = L[LANE_BASE + 152 + i]
+        x5 = L[LANE_BASE + 416 + i]
+        drest7 = (-0.14285714285714285) * (dboth * p6 + both * dp6 + dq3 * x3 + q3 * dx3 + dq2 * x4 + q2 * dx4 + dq4 * x2 + q4 * dx2 + dq1 * x5 + q1 * dx5 + dq5 * x1 + q5 * dx1) - (dG * p7 + G * dp7)
+        w6 = L[LANE_BASE + 328 + i]
         dw7 = drest7 + 0.14285714285714285 * (dpull * u6 + pull * du6 - (ddrag * w6 + drag * dw6))
         du8 = 0.0625 * dw7
         dp8 = 2.0 * (du3 * u5 + u3 * du5 + du2 * u6 + u2 * du6 + du1 * u7 + u1 * du7) + du4 * u4 + u4 * du4
+        u8 = L[LANE_BASE + 256 + i]
         dq8 = dp8 + dtwice * u8 + twice * du8
         dx8 = dq8 + dK * u8 + K * du8
-        drest8 = (-0.125) * (
-            dboth * p7
-            + both * dp7
-            + dq3 * x4
-            + q3 * dx4
-            + dq4 * x3
-            + q4 * dx3
-            + dq2 * x5
-            + q2 * dx5
-            + dq5 * x2
-            + q5 * dx2
-            + dq1 * x6
-            + q1 * dx6
-            + dq6 * x1
-            + q6 * dx1
-        ) - (dG * p8 + G * dp8)
+        p8 = L[LANE_BASE + 72 + i]
+        q6 = L[LANE_BASE + 160 + i]
+        x6 = L[LANE_BASE + 424 + i]
+        drest8 = (-0.125) * (dboth * p7 + both * dp7 + dq3 * x4 + q3 * dx4 + dq4 * x3 + q4 * dx3 + dq2 * x5 + q2 * dx5 + dq5 * x2 + q5 * dx2 + dq1 * x6 + q1 * dx6 + dq6 * x1 + q6 * dx1) - (dG * p8 + G * dp8)
+        w7 = L[LANE_BASE + 336 + i]
         dw8 = drest8 + 0.125 * (dpull * u7 + pull * du7 - (ddrag * w7 + drag * dw7))
         du9 = 0.05555555555555555 * dw8
         dp9 = 2.0 * (du4 * u5 + u4 * du5 + du3 * u6 + u3 * du6 + du2 * u7 + u2 * du7 + du1 * u8 + u1 * du8)
+        u9 = L[LANE_BASE + 264 + i]
         dq9 = dp9 + dtwice * u9 + twice * du9
         dx9 = dq9 + dK * u9 + K * du9
-        drest9 = (-0.1111111111111111) * (
-            dboth * p8
-            + both * dp8
-            + dq4 * x4
-            + q4 * dx4
-            + dq3 * x5
-            + q3 * dx5
-            + dq5 * x3
-            + q5 * dx3
-            + dq2 * x6
-            + q2 * dx6
-            + dq6 * x2
-            + q6 * dx2
-            + dq1 * x7
-            + q1 * dx7
-            + dq7 * x1
-            + q7 * dx1
-        ) - (dG * p9 + G * dp9)
+        p9 = L[LANE_BASE + 80 + i]
+        q7 = L[LANE_BASE + 168 + i]
+        x7 = L[LANE_BASE + 432 + i]
+        drest9 = (-0.1111111111111111) * (dboth * p8 + both * dp8 + dq4 * x4 + q4 * dx4 + dq3 * x5 + q3 * dx5 + dq5 * x3 + q5 * dx3 + dq2 * x6 + q2 * dx6 + dq6 * x2 + q6 * dx2 + dq1 * x7 + q1 * dx7 + dq7 * x1 + q7 * dx1) - (dG * p9 + G * dp9)
+        w8 = L[LANE_BASE + 344 + i]
         dw9 = drest9 + 0.1111111111111111 * (dpull * u8 + pull * du8 - (ddrag * w8 + drag * dw8))
         du10 = 0.05 * dw9
-        dp10 = (
-            2.0 * (du4 * u6 + u4 * du6 + du3 * u7 + u3 * du7 + du2 * u8 + u2 * du8 + du1 * u9 + u1 * du9)
-            + du5 * u5
-            + u5 * du5
-        )
+        dp10 = 2.0 * (du4 * u6 + u4 * du6 + du3 * u7 + u3 * du7 + du2 * u8 + u2 * du8 + du1 * u9 + u1 * du9) + du5 * u5 + u5 * du5
+        u10 = L[LANE_BASE + 272 + i]
         dq10 = dp10 + dtwice * u10 + twice * du10
         dx10 = dq10 + dK * u10 + K * du10
-        drest10 = (-0.1) * (
-            dboth * p9
-            + both * dp9
-            + dq4 * x5
-            + q4 * dx5
-            + dq5 * x4
-            + q5 * dx4
-            + dq3 * x6
-            + q3 * dx6
-            + dq6 * x3
-            + q6 * dx3
-            + dq2 * x7
-            + q2 * dx7
-            + dq7 * x2
-            + q7 * dx2
-            + dq1 * x8
-            + q1 * dx8
-            + dq8 * x1
-            + q8 * dx1
-        ) - (dG * p10 + G * dp10)
+        p10 = L[LANE_BASE + 88 + i]
+        q8 = L[LANE_BASE + 176 + i]
+        x8 = L[LANE_BASE + 440 + i]
+        drest10 = (-0.1) * (dboth * p9 + both * dp9 + dq4 * x5 + q4 * dx5 + dq5 * x4 + q5 * dx4 + dq3 * x6 + q3 * dx6 + dq6 * x3 + q6 * dx3 + dq2 * x7 + q2 * dx7 + dq7 * x2 + q7 * dx2 + dq1 * x8 + q1 * dx8 + dq8 * x1 + q8 * dx1) - (dG * p10 + G * dp10)
+        w9 = L[LANE_BASE + 352 + i]
         dw10 = drest10 + 0.1 * (dpull * u9 + pull * du9 - (ddrag * w9 + drag * dw9))
         du11 = 0.045454545454545456 * dw10
-        dp11 = 2.0 * (
-            du5 * u6
-            + u5 * du6
-            + du4 * u7
-            + u4 * du7
-            + du3 * u8
-            + u3 * du8
-            + du2 * u9
-            + u2 * du9
-            + du1 * u10
-            + u1 * du10
-        )
-        drest11 = (-0.09090909090909091) * (
-            dboth * p10
-            + both * dp10
-            + dq5 * x5
-            + q5 * dx5
-            + dq4 * x6
-            + q4 * dx6
-            + dq6 * x4
-            + q6 * dx4
-            + dq3 * x7
-            + q3 * dx7
-            + dq7 * x3
-            + q7 * dx3
-            + dq2 * x8
-            + q2 * dx8
-            + dq8 * x2
-            + q8 * dx2
-            + dq1 * x9
-            + q1 * dx9
-            + dq9 * x1
-            + q9 * dx1
-        ) - (dG * p11 + G * dp11)
+        dp11 = 2.0 * (du5 * u6 + u5 * du6 + du4 * u7 + u4 * du7 + du3 * u8 + u3 * du8 + du2 * u9 + u2 * du9 + du1 * u10 + u1 * du10)
+        p11 = L[LANE_BASE + 96 + i]
+        q9 = L[LANE_BASE + 184 + i]
+        x9 = L[LANE_BASE + 448 + i]
+        drest11 = (-0.09090909090909091) * (dboth * p10 + both * dp10 + dq5 * x5 + q5 * dx5 + dq4 * x6 + q4 * dx6 + dq6 * x4 + q6 * dx4 + dq3 * x7 + q3 * dx7 + dq7 * x3 + q7 * dx3 + dq2 * x8 + q2 * dx8 + dq8 * x2 + q8 * dx2 + dq1 * x9 + q1 * dx9 + dq9 * x1 + q9 * dx1) - (dG * p11 + G * dp11)
+        w10 = L[LANE_BASE + 360 + i]
         dw11 = drest11 + 0.09090909090909091 * (dpull * u10 + pull * du10 - (ddrag * w10 + drag * dw10))
         du12 = 0.041666666666666664 * dw11
-        dp12 = (
-            2.0
-            * (
-                du5 * u7
-                + u5 * du7
-                + du4 * u8
-                + u4 * du8
-                + du3 * u9
-                + u3 * du9
-                + du2 * u10
-                + u2 * du10
-                + du1 * u11
-                + u1 * du11
-            )
-            + du6 * u6
-            + u6 * du6
-        )
-        drest12 = (-0.08333333333333333) * (
-            dboth * p11
-            + both * dp11
-            + dq5 * x6
-            + q5 * dx6
-            + dq6 * x5
-            + q6 * dx5
-            + dq4 * x7
-            + q4 * dx7
-            + dq7 * x4
-            + q7 * dx4
-            + dq3 * x8
-            + q3 * dx8
-            + dq8 * x3
-            + q8 * dx3
-            + dq2 * x9
-            + q2 * dx9
-            + dq9 * x2
-            + q9 * dx2
-            + dq1 * x10
-            + q1 * dx10
-            + dq10 * x1
-            + q10 * dx1
-        ) - (dG * p12 + G * dp12)
+        u11 = L[LANE_BASE + 280 + i]
+        dp12 = 2.0 * (du5 * u7 + u5 * du7 + du4 * u8 + u4 * du8 + du3 * u9 + u3 * du9 + du2 * u10 + u2 * du10 + du1 * u11 + u1 * du11) + du6 * u6 + u6 * du6
+        p12 = L[LANE_BASE + 104 + i]
+        q10 = L[LANE_BASE + 192 + i]
+        x10 = L[LANE_BASE + 456 + i]
+        drest12 = (-0.08333333333333333) * (dboth * p11 + both * dp11 + dq5 * x6 + q5 * dx6 + dq6 * x5 + q6 * dx5 + dq4 * x7 + q4 * dx7 + dq7 * x4 + q7 * dx4 + dq3 * x8 + q3 * dx8 + dq8 * x3 + q8 * dx3 + dq2 * x9 + q2 * dx9 + dq9 * x2 + q9 * dx2 + dq1 * x10 + q1 * dx10 + dq10 * x1 + q10 * dx1) - (dG * p12 + G * dp12)
+        w11 = L[LANE_BASE + 368 + i]
         dw12 = drest12 + 0.08333333333333333 * (dpull * u11 + pull * du11 - (ddrag * w11 + drag * dw11))
+        part85 = L[LANE_BASE + 496 + i]
         dpart86 = 0.3333333333333333 * du2 + part85 * du3
+        part88 = L[LANE_BASE + 512 + i]
         dpart89 = 0.14285714285714285 * du6 + part88 * du7
+        h2 = L[LANE_BASE + i]
+        part87 = L[LANE_BASE + 504 + i]
         dpart90 = 0.2 * du4 + part87 * du5 + h2 * dpart89
+        part92 = L[LANE_BASE + 528 + i]
         dpart93 = 0.09090909090909091 * du10 + part92 * du11
+        part91 = L[LANE_BASE + 520 + i]
         dpart94 = 0.1111111111111111 * du8 + part91 * du9 + h2 * dpart93
+        h4 = L[LANE_BASE + 8 + i]
+        h8 = L[LANE_BASE + 16 + i]
+        part84 = L[LANE_BASE + 488 + i]
         dpart95 = du0 + part84 * du1 + h2 * dpart86 + h4 * dpart90 + h8 * dpart94
+        h1 = L[LANE_LENGTH + i]
         dt = dt0 + h1 * dpart95
         dpart97 = du2 + h1 * du3
         dpart98 = du6 + h1 * du7
@@ -656,235 +479,255 @@ def base_wave_12(L: FloatArray) -> None:
         s = ca if odd else sa
         c = sa if odd else ca
         s_v2 = -s if m >= 2.0 else s
+        L[LANE_BASE + 736 + i] = s_v2
         c_v2 = -c if m == 1.0 or m == 2.0 else c
+        L[LANE_BASE + 728 + i] = c_v2
         e0 = gain_sin * s_v2 + gain_cos * c_v2
+        L[LANE_BASE + 88 + i] = e0
         part40 = gain_sin * c_v2 - gain_cos * s_v2
+        L[LANE_BASE + 760 + i] = part40
         d0 = omega * part40
+        L[LANE_BASE + i] = d0
         q0 = u0 * u0
+        L[LANE_BASE + 296 + i] = q0
         x0 = q0 + K * u0
+        L[LANE_BASE + 560 + i] = x0
         twice = 2.0 * u0
+        L[LANE_BASE + 920 + i] = twice
         both = q0 + x0
+        L[LANE_BASE + 744 + i] = both
         part46 = twice + K
+        L[LANE_BASE + 768 + i] = part46
         pull = f0 + e0 - twice * x0 - part46 * q0
+        L[LANE_BASE + 912 + i] = pull
         drag = G * u0
+        L[LANE_BASE + 752 + i] = drag
         u1 = 0.5 * w0
+        L[LANE_BASE + 384 + i] = u1
         q1 = twice * u1
+        L[LANE_BASE + 304 + i] = q1
         x1 = q1 + K * u1
+        L[LANE_BASE + 568 + i] = x1
         y0 = u0 * e0
+        L[LANE_BASE + 648 + i] = y0
         part53 = f0 + e0
+        L[LANE_BASE + 776 + i] = part53
         w1 = u0 * part53 - q0 * x0 - drag * w0
+        L[LANE_BASE + 472 + i] = w1
         e1 = 1.0 * (u0 * d0)
+        L[LANE_BASE + 96 + i] = e1
         part56 = -1.0 * omega2
+        L[LANE_BASE + 784 + i] = part56
         d1 = part56 * y0
+        L[LANE_BASE + 8 + i] = d1
         u2 = 0.25 * w1
+        L[LANE_BASE + 392 + i] = u2
         p2 = u1 * u1
+        L[LANE_BASE + 208 + i] = p2
         q2 = p2 + twice * u2
+        L[LANE_BASE + 312 + i] = q2
         x2 = q2 + K * u2
+        L[LANE_BASE + 576 + i] = x2
         y1 = u0 * e1 + u1 * e0
+        L[LANE_BASE + 656 + i] = y1
         rest2 = -0.5 * (0.0 - (y1 - e0 * u1)) - G * p2
         w2 = rest2 + 0.5 * (pull * u1 - drag * w1)
+        L[LANE_BASE + 480 + i] = w2
         e2 = 0.5 * (u0 * d1 + u1 * d0)
+        L[LANE_BASE + 104 + i] = e2
         part66 = -0.5 * omega2
+        L[LANE_BASE + 792 + i] = part66
         d2 = part66 * y1
+        L[LANE_BASE + 16 + i] = d2
         u3 = 0.16666666666666666 * w2
+        L[LANE_BASE + 400 + i] = u3
         p3 = 2.0 * (u1 * u2)
+        L[LANE_BASE + 216 + i] = p3
         q3 = p3 + twice * u3
+        L[LANE_BASE + 320 + i] = q3
         x3 = q3 + K * u3
+        L[LANE_BASE + 584 + i] = x3
         y2 = u1 * e1 + u0 * e2 + u2 * e0
+        L[LANE_BASE + 664 + i] = y2
         rest3 = -0.3333333333333333 * (both * p2 + q1 * x1 - (y2 - e0 * u2)) - G * p3
         w3 = rest3 + 0.3333333333333333 * (pull * u2 - drag * w2)
+        L[LANE_BASE + 488 + i] = w3
         e3 = 0.3333333333333333 * (u1 * d1 + u0 * d2 + u2 * d0)
+        L[LANE_BASE + 112 + i] = e3
         part76 = -0.3333333333333333 * omega2
+        L[LANE_BASE + 800 + i] = part76
         d3 = part76 * y2
+        L[LANE_BASE + 24 + i] = d3
         u4 = 0.125 * w3
+        L[LANE_BASE + 408 + i] = u4
         p4 = 2.0 * (u1 * u3) + u2 * u2
+        L[LANE_BASE + 224 + i] = p4
         q4 = p4 + twice * u4
+        L[LANE_BASE + 328 + i] = q4
         x4 = q4 + K * u4
+        L[LANE_BASE + 592 + i] = x4
         y3 = u1 * e2 + u2 * e1 + u0 * e3 + u3 * e0
+        L[LANE_BASE + 672 + i] = y3
         rest4 = -0.25 * (both * p3 + q1 * x2 + q2 * x1 - (y3 - e0 * u3)) - G * p4
         w4 = rest4 + 0.25 * (pull * u3 - drag * w3)
+        L[LANE_BASE + 496 + i] = w4
         e4 = 0.25 * (u1 * d2 + u2 * d1 + u0 * d3 + u3 * d0)
+        L[LANE_BASE + 120 + i] = e4
         part86 = -0.25 * omega2
+        L[LANE_BASE + 808 + i] = part86
         d4 = part86 * y3
+        L[LANE_BASE + 32 + i] = d4
         u5 = 0.1 * w4
+        L[LANE_BASE + 416 + i] = u5
         p5 = 2.0 * (u2 * u3 + u1 * u4)
+        L[LANE_BASE + 232 + i] = p5
         q5 = p5 + twice * u5
+        L[LANE_BASE + 336 + i] = q5
         x5 = q5 + K * u5
+        L[LANE_BASE + 600 + i] = x5
         y4 = u2 * e2 + u1 * e3 + u3 * e1 + u0 * e4 + u4 * e0
+        L[LANE_BASE + 680 + i] = y4
         rest5 = -0.2 * (both * p4 + q2 * x2 + q1 * x3 + q3 * x1 - (y4 - e0 * u4)) - G * p5
         w5 = rest5 + 0.2 * (pull * u4 - drag * w4)
+        L[LANE_BASE + 504 + i] = w5
         e5 = 0.2 * (u2 * d2 + u1 * d3 + u3 * d1 + u0 * d4 + u4 * d0)
+        L[LANE_BASE + 128 + i] = e5
         part96 = -0.2 * omega2
+        L[LANE_BASE + 816 + i] = part96
         d5 = part96 * y4
+        L[LANE_BASE + 40 + i] = d5
         u6 = 0.08333333333333333 * w5
+        L[LANE_BASE + 424 + i] = u6
         p6 = 2.0 * (u2 * u4 + u1 * u5) + u3 * u3
+        L[LANE_BASE + 240 + i] = p6
         q6 = p6 + twice * u6
+        L[LANE_BASE + 344 + i] = q6
         x6 = q6 + K * u6
+        L[LANE_BASE + 608 + i] = x6
         y5 = u2 * e3 + u3 * e2 + u1 * e4 + u4 * e1 + u0 * e5 + u5 * e0
+        L[LANE_BASE + 688 + i] = y5
         rest6 = -0.16666666666666666 * (both * p5 + q2 * x3 + q3 * x2 + q1 * x4 + q4 * x1 - (y5 - e0 * u5)) - G * p6
         w6 = rest6 + 0.16666666666666666 * (pull * u5 - drag * w5)
+        L[LANE_BASE + 512 + i] = w6
         e6 = 0.16666666666666666 * (u2 * d3 + u3 * d2 + u1 * d4 + u4 * d1 + u0 * d5 + u5 * d0)
+        L[LANE_BASE + 136 + i] = e6
         part106 = -0.16666666666666666 * omega2
+        L[LANE_BASE + 824 + i] = part106
         d6 = part106 * y5
+        L[LANE_BASE + 48 + i] = d6
         u7 = 0.07142857142857142 * w6
+        L[LANE_BASE + 432 + i] = u7
         p7 = 2.0 * (u3 * u4 + u2 * u5 + u1 * u6)
+        L[LANE_BASE + 248 + i] = p7
         q7 = p7 + twice * u7
+        L[LANE_BASE + 352 + i] = q7
         x7 = q7 + K * u7
+        L[LANE_BASE + 616 + i] = x7
         y6 = u3 * e3 + u2 * e4 + u4 * e2 + u1 * e5 + u5 * e1 + u0 * e6 + u6 * e0
-        rest7 = (
-            -0.14285714285714285 * (both * p6 + q3 * x3 + q2 * x4 + q4 * x2 + q1 * x5 + q5 * x1 - (y6 - e0 * u6))
-            - G * p7
-        )
+        L[LANE_BASE + 696 + i] = y6
+        rest7 = -0.14285714285714285 * (both * p6 + q3 * x3 + q2 * x4 + q4 * x2 + q1 * x5 + q5 * x1 - (y6 - e0 * u6)) - G * p7
         w7 = rest7 + 0.14285714285714285 * (pull * u6 - drag * w6)
+        L[LANE_BASE + 520 + i] = w7
         e7 = 0.14285714285714285 * (u3 * d3 + u2 * d4 + u4 * d2 + u1 * d5 + u5 * d1 + u0 * d6 + u6 * d0)
+        L[LANE_BASE + 144 + i] = e7
         part116 = -0.14285714285714285 * omega2
+        L[LANE_BASE + 832 + i] = part116
         d7 = part116 * y6
+        L[LANE_BASE + 56 + i] = d7
         u8 = 0.0625 * w7
+        L[LANE_BASE + 440 + i] = u8
         p8 = 2.0 * (u3 * u5 + u2 * u6 + u1 * u7) + u4 * u4
+        L[LANE_BASE + 256 + i] = p8
         q8 = p8 + twice * u8
+        L[LANE_BASE + 360 + i] = q8
         x8 = q8 + K * u8
+        L[LANE_BASE + 624 + i] = x8
         y7 = u3 * e4 + u4 * e3 + u2 * e5 + u5 * e2 + u1 * e6 + u6 * e1 + u0 * e7 + u7 * e0
-        rest8 = (
-            -0.125 * (both * p7 + q3 * x4 + q4 * x3 + q2 * x5 + q5 * x2 + q1 * x6 + q6 * x1 - (y7 - e0 * u7)) - G * p8
-        )
+        L[LANE_BASE + 704 + i] = y7
+        rest8 = -0.125 * (both * p7 + q3 * x4 + q4 * x3 + q2 * x5 + q5 * x2 + q1 * x6 + q6 * x1 - (y7 - e0 * u7)) - G * p8
         w8 = rest8 + 0.125 * (pull * u7 - drag * w7)
+        L[LANE_BASE + 528 + i] = w8
         e8 = 0.125 * (u3 * d4 + u4 * d3 + u2 * d5 + u5 * d2 + u1 * d6 + u6 * d1 + u0 * d7 + u7 * d0)
+        L[LANE_BASE + 152 + i] = e8
         part126 = -0.125 * omega2
+        L[LANE_BASE + 840 + i] = part126
         d8 = part126 * y7
+        L[LANE_BASE + 64 + i] = d8
         u9 = 0.05555555555555555 * w8
+        L[LANE_BASE + 448 + i] = u9
         p9 = 2.0 * (u4 * u5 + u3 * u6 + u2 * u7 + u1 * u8)
+        L[LANE_BASE + 264 + i] = p9
         q9 = p9 + twice * u9
+        L[LANE_BASE + 368 + i] = q9
         x9 = q9 + K * u9
+        L[LANE_BASE + 632 + i] = x9
         y8 = u4 * e4 + u3 * e5 + u5 * e3 + u2 * e6 + u6 * e2 + u1 * e7 + u7 * e1 + u0 * e8 + u8 * e0
-        rest9 = (
-            -0.1111111111111111
-            * (both * p8 + q4 * x4 + q3 * x5 + q5 * x3 + q2 * x6 + q6 * x2 + q1 * x7 + q7 * x1 - (y8 - e0 * u8))
-            - G * p9
-        )
+        L[LANE_BASE + 712 + i] = y8
+        rest9 = -0.1111111111111111 * (both * p8 + q4 * x4 + q3 * x5 + q5 * x3 + q2 * x6 + q6 * x2 + q1 * x7 + q7 * x1 - (y8 - e0 * u8)) - G * p9
         w9 = rest9 + 0.1111111111111111 * (pull * u8 - drag * w8)
-        e9 = 0.1111111111111111 * (
-            u4 * d4 + u3 * d5 + u5 * d3 + u2 * d6 + u6 * d2 + u1 * d7 + u7 * d1 + u0 * d8 + u8 * d0
-        )
+        L[LANE_BASE + 536 + i] = w9
+        e9 = 0.1111111111111111 * (u4 * d4 + u3 * d5 + u5 * d3 + u2 * d6 + u6 * d2 + u1 * d7 + u7 * d1 + u0 * d8 + u8 * d0)
+        L[LANE_BASE + 160 + i] = e9
         part136 = -0.1111111111111111 * omega2
+        L[LANE_BASE + 848 + i] = part136
         d9 = part136 * y8
+        L[LANE_BASE + 72 + i] = d9
         u10 = 0.05 * w9
+        L[LANE_BASE + 456 + i] = u10
         p10 = 2.0 * (u4 * u6 + u3 * u7 + u2 * u8 + u1 * u9) + u5 * u5
+        L[LANE_BASE + 272 + i] = p10
         q10 = p10 + twice * u10
+        L[LANE_BASE + 376 + i] = q10
         x10 = q10 + K * u10
+        L[LANE_BASE + 640 + i] = x10
         y9 = u4 * e5 + u5 * e4 + u3 * e6 + u6 * e3 + u2 * e7 + u7 * e2 + u1 * e8 + u8 * e1 + u0 * e9 + u9 * e0
-        rest10 = (
-            -0.1
-            * (
-                both * p9
-                + q4 * x5
-                + q5 * x4
-                + q3 * x6
-                + q6 * x3
-                + q2 * x7
-                + q7 * x2
-                + q1 * x8
-                + q8 * x1
-                - (y9 - e0 * u9)
-            )
-            - G * p10
-        )
+        L[LANE_BASE + 720 + i] = y9
+        rest10 = -0.1 * (both * p9 + q4 * x5 + q5 * x4 + q3 * x6 + q6 * x3 + q2 * x7 + q7 * x2 + q1 * x8 + q8 * x1 - (y9 - e0 * u9)) - G * p10
         w10 = rest10 + 0.1 * (pull * u9 - drag * w9)
+        L[LANE_BASE + 544 + i] = w10
         e10 = 0.1 * (u4 * d5 + u5 * d4 + u3 * d6 + u6 * d3 + u2 * d7 + u7 * d2 + u1 * d8 + u8 * d1 + u0 * d9 + u9 * d0)
+        L[LANE_BASE + 168 + i] = e10
         part146 = -0.1 * omega2
+        L[LANE_BASE + 856 + i] = part146
         d10 = part146 * y9
+        L[LANE_BASE + 80 + i] = d10
         u11 = 0.045454545454545456 * w10
+        L[LANE_BASE + 464 + i] = u11
         p11 = 2.0 * (u5 * u6 + u4 * u7 + u3 * u8 + u2 * u9 + u1 * u10)
-        y10 = (
-            u5 * e5
-            + u4 * e6
-            + u6 * e4
-            + u3 * e7
-            + u7 * e3
-            + u2 * e8
-            + u8 * e2
-            + u1 * e9
-            + u9 * e1
-            + u0 * e10
-            + u10 * e0
-        )
-        rest11 = (
-            -0.09090909090909091
-            * (
-                both * p10
-                + q5 * x5
-                + q4 * x6
-                + q6 * x4
-                + q3 * x7
-                + q7 * x3
-                + q2 * x8
-                + q8 * x2
-                + q1 * x9
-                + q9 * x1
-                - (y10 - e0 * u10)
-            )
-            - G * p11
-        )
+        L[LANE_BASE + 280 + i] = p11
+        y10 = u5 * e5 + u4 * e6 + u6 * e4 + u3 * e7 + u7 * e3 + u2 * e8 + u8 * e2 + u1 * e9 + u9 * e1 + u0 * e10 + u10 * e0
+        rest11 = -0.09090909090909091 * (both * p10 + q5 * x5 + q4 * x6 + q6 * x4 + q3 * x7 + q7 * x3 + q2 * x8 + q8 * x2 + q1 * x9 + q9 * x1 - (y10 - e0 * u10)) - G * p11
         w11 = rest11 + 0.09090909090909091 * (pull * u10 - drag * w10)
-        e11 = 0.09090909090909091 * (
-            u5 * d5
-            + u4 * d6
-            + u6 * d4
-            + u3 * d7
-            + u7 * d3
-            + u2 * d8
-            + u8 * d2
-            + u1 * d9
-            + u9 * d1
-            + u0 * d10
-            + u10 * d0
-        )
+        L[LANE_BASE + 552 + i] = w11
+        e11 = 0.09090909090909091 * (u5 * d5 + u4 * d6 + u6 * d4 + u3 * d7 + u7 * d3 + u2 * d8 + u8 * d2 + u1 * d9 + u9 * d1 + u0 * d10 + u10 * d0)
+        L[LANE_BASE + 176 + i] = e11
         u12 = 0.041666666666666664 * w11
         p12 = 2.0 * (u5 * u7 + u4 * u8 + u3 * u9 + u2 * u10 + u1 * u11) + u6 * u6
-        y11 = (
-            u5 * e6
-            + u6 * e5
-            + u4 * e7
-            + u7 * e4
-            + u3 * e8
-            + u8 * e3
-            + u2 * e9
-            + u9 * e2
-            + u1 * e10
-            + u10 * e1
-            + u0 * e11
-            + u11 * e0
-        )
-        rest12 = (
-            -0.08333333333333333
-            * (
-                both * p11
-                + q5 * x6
-                + q6 * x5
-                + q4 * x7
-                + q7 * x4
-                + q3 * x8
-                + q8 * x3
-                + q2 * x9
-                + q9 * x2
-                + q1 * x10
-                + q10 * x1
-                - (y11 - e0 * u11)
-            )
-            - G * p12
-        )
+        L[LANE_BASE + 288 + i] = p12
+        y11 = u5 * e6 + u6 * e5 + u4 * e7 + u7 * e4 + u3 * e8 + u8 * e3 + u2 * e9 + u9 * e2 + u1 * e10 + u10 * e1 + u0 * e11 + u11 * e0
+        rest12 = -0.08333333333333333 * (both * p11 + q5 * x6 + q6 * x5 + q4 * x7 + q7 * x4 + q3 * x8 + q8 * x3 + q2 * x9 + q9 * x2 + q1 * x10 + q10 * x1 - (y11 - e0 * u11)) - G * p12
         w12 = rest12 + 0.08333333333333333 * (pull * u11 - drag * w11)
         h2 = h1 * h1
+        L[LANE_BASE + 184 + i] = h2
         h4 = h2 * h2
+        L[LANE_BASE + 192 + i] = h4
         h8 = h4 * h4
+        L[LANE_BASE + 200 + i] = h8
         part166 = h1 * 0.5
+        L[LANE_BASE + 864 + i] = part166
         part167 = h1 * 0.25
+        L[LANE_BASE + 872 + i] = part167
         part168 = 0.3333333333333333 * u2 + part167 * u3
         part169 = h1 * 0.16666666666666666
+        L[LANE_BASE + 880 + i] = part169
         part170 = h1 * 0.125
+        L[LANE_BASE + 888 + i] = part170
         part171 = 0.14285714285714285 * u6 + part170 * u7
         part172 = 0.2 * u4 + part169 * u5 + h2 * part171
         part173 = h1 * 0.1
+        L[LANE_BASE + 896 + i] = part173
         part174 = h1 * 0.08333333333333333
+        L[LANE_BASE + 904 + i] = part174
         part175 = 0.09090909090909091 * u10 + part174 * u11
         part176 = 0.1111111111111111 * u8 + part173 * u9 + h2 * part175
         part177 = u0 + part166 * u1 + h2 * part168 + h4 * part172 + h8 * part176
@@ -901,122 +744,6 @@ def base_wave_12(L: FloatArray) -> None:
         part188 = w10 + h1 * w11
         part189 = w8 + h1 * w9 + h2 * part188 + h4 * w12
         w = w0 + h1 * w1 + h2 * part185 + h4 * part187 + h8 * part189
-        L[LANE_BASE + i] = d0
-        L[LANE_BASE + 8 + i] = d1
-        L[LANE_BASE + 16 + i] = d2
-        L[LANE_BASE + 24 + i] = d3
-        L[LANE_BASE + 32 + i] = d4
-        L[LANE_BASE + 40 + i] = d5
-        L[LANE_BASE + 48 + i] = d6
-        L[LANE_BASE + 56 + i] = d7
-        L[LANE_BASE + 64 + i] = d8
-        L[LANE_BASE + 72 + i] = d9
-        L[LANE_BASE + 80 + i] = d10
-        L[LANE_BASE + 88 + i] = e0
-        L[LANE_BASE + 96 + i] = e1
-        L[LANE_BASE + 104 + i] = e2
-        L[LANE_BASE + 112 + i] = e3
-        L[LANE_BASE + 120 + i] = e4
-        L[LANE_BASE + 128 + i] = e5
-        L[LANE_BASE + 136 + i] = e6
-        L[LANE_BASE + 144 + i] = e7
-        L[LANE_BASE + 152 + i] = e8
-        L[LANE_BASE + 160 + i] = e9
-        L[LANE_BASE + 168 + i] = e10
-        L[LANE_BASE + 176 + i] = e11
-        L[LANE_BASE + 184 + i] = h2
-        L[LANE_BASE + 192 + i] = h4
-        L[LANE_BASE + 200 + i] = h8
-        L[LANE_BASE + 208 + i] = p2
-        L[LANE_BASE + 216 + i] = p3
-        L[LANE_BASE + 224 + i] = p4
-        L[LANE_BASE + 232 + i] = p5
-        L[LANE_BASE + 240 + i] = p6
-        L[LANE_BASE + 248 + i] = p7
-        L[LANE_BASE + 256 + i] = p8
-        L[LANE_BASE + 264 + i] = p9
-        L[LANE_BASE + 272 + i] = p10
-        L[LANE_BASE + 280 + i] = p11
-        L[LANE_BASE + 288 + i] = p12
-        L[LANE_BASE + 296 + i] = q0
-        L[LANE_BASE + 304 + i] = q1
-        L[LANE_BASE + 312 + i] = q2
-        L[LANE_BASE + 320 + i] = q3
-        L[LANE_BASE + 328 + i] = q4
-        L[LANE_BASE + 336 + i] = q5
-        L[LANE_BASE + 344 + i] = q6
-        L[LANE_BASE + 352 + i] = q7
-        L[LANE_BASE + 360 + i] = q8
-        L[LANE_BASE + 368 + i] = q9
-        L[LANE_BASE + 376 + i] = q10
-        L[LANE_BASE + 384 + i] = u1
-        L[LANE_BASE + 392 + i] = u2
-        L[LANE_BASE + 400 + i] = u3
-        L[LANE_BASE + 408 + i] = u4
-        L[LANE_BASE + 416 + i] = u5
-        L[LANE_BASE + 424 + i] = u6
-        L[LANE_BASE + 432 + i] = u7
-        L[LANE_BASE + 440 + i] = u8
-        L[LANE_BASE + 448 + i] = u9
-        L[LANE_BASE + 456 + i] = u10
-        L[LANE_BASE + 464 + i] = u11
-        L[LANE_BASE + 472 + i] = w1
-        L[LANE_BASE + 480 + i] = w2
-        L[LANE_BASE + 488 + i] = w3
-        L[LANE_BASE + 496 + i] = w4
-        L[LANE_BASE + 504 + i] = w5
-        L[LANE_BASE + 512 + i] = w6
-        L[LANE_BASE + 520 + i] = w7
-        L[LANE_BASE + 528 + i] = w8
-        L[LANE_BASE + 536 + i] = w9
-        L[LANE_BASE + 544 + i] = w10
-        L[LANE_BASE + 552 + i] = w11
-        L[LANE_BASE + 560 + i] = x0
-        L[LANE_BASE + 568 + i] = x1
-        L[LANE_BASE + 576 + i] = x2
-        L[LANE_BASE + 584 + i] = x3
-        L[LANE_BASE + 592 + i] = x4
-        L[LANE_BASE + 600 + i] = x5
-        L[LANE_BASE + 608 + i] = x6
-        L[LANE_BASE + 616 + i] = x7
-        L[LANE_BASE + 624 + i] = x8
-        L[LANE_BASE + 632 + i] = x9
-        L[LANE_BASE + 640 + i] = x10
-        L[LANE_BASE + 648 + i] = y0
-        L[LANE_BASE + 656 + i] = y1
-        L[LANE_BASE + 664 + i] = y2
-        L[LANE_BASE + 672 + i] = y3
-        L[LANE_BASE + 680 + i] = y4
-        L[LANE_BASE + 688 + i] = y5
-        L[LANE_BASE + 696 + i] = y6
-        L[LANE_BASE + 704 + i] = y7
-        L[LANE_BASE + 712 + i] = y8
-        L[LANE_BASE + 720 + i] = y9
-        L[LANE_BASE + 728 + i] = c_v2
-        L[LANE_BASE + 736 + i] = s_v2
-        L[LANE_BASE + 744 + i] = both
-        L[LANE_BASE + 752 + i] = drag
-        L[LANE_BASE + 760 + i] = part40
-        L[LANE_BASE + 768 + i] = part46
-        L[LANE_BASE + 776 + i] = part53
-        L[LANE_BASE + 784 + i] = part56
-        L[LANE_BASE + 792 + i] = part66
-        L[LANE_BASE + 800 + i] = part76
-        L[LANE_BASE + 808 + i] = part86
-        L[LANE_BASE + 816 + i] = part96
-        L[LANE_BASE + 824 + i] = part106
-        L[LANE_BASE + 832 + i] = part116
-        L[LANE_BASE + 840 + i] = part126
-        L[LANE_BASE + 848 + i] = part136
-        L[LANE_BASE + 856 + i] = part146
-        L[LANE_BASE + 864 + i] = part166
-        L[LANE_BASE + 872 + i] = part167
-        L[LANE_BASE + 880 + i] = part169
-        L[LANE_BASE + 888 + i] = part170
-        L[LANE_BASE + 896 + i] = part173
-        L[LANE_BASE + 904 + i] = part174
-        L[LANE_BASE + 912 + i] = pull
-        L[LANE_BASE + 920 + i] = twice
         L[LANE_T_END + i] = t
         L[LANE_U_END + i] = u
         L[LANE_W_END + i] = w
@@ -1026,130 +753,6 @@ def base_wave_12(L: FloatArray) -> None:
 def along_wave_12(L: FloatArray) -> None:
     """Go in one direction, over a harmonic path."""
     for i in range(8):
-        G = L[LANE_G + i]
-        K = L[LANE_K + i]
-        h1 = L[LANE_LENGTH + i]
-        u0 = L[LANE_U0 + i]
-        w0 = L[LANE_W0 + i]
-        gain_cos = L[LANE_GAIN_COS + i]
-        gain_sin = L[LANE_GAIN_SIN + i]
-        omega = L[LANE_OMEGA + i]
-        d0 = L[LANE_BASE + i]
-        d1 = L[LANE_BASE + 8 + i]
-        d2 = L[LANE_BASE + 16 + i]
-        d3 = L[LANE_BASE + 24 + i]
-        d4 = L[LANE_BASE + 32 + i]
-        d5 = L[LANE_BASE + 40 + i]
-        d6 = L[LANE_BASE + 48 + i]
-        d7 = L[LANE_BASE + 56 + i]
-        d8 = L[LANE_BASE + 64 + i]
-        d9 = L[LANE_BASE + 72 + i]
-        d10 = L[LANE_BASE + 80 + i]
-        e0 = L[LANE_BASE + 88 + i]
-        e1 = L[LANE_BASE + 96 + i]
-        e2 = L[LANE_BASE + 104 + i]
-        e3 = L[LANE_BASE + 112 + i]
-        e4 = L[LANE_BASE + 120 + i]
-        e5 = L[LANE_BASE + 128 + i]
-        e6 = L[LANE_BASE + 136 + i]
-        e7 = L[LANE_BASE + 144 + i]
-        e8 = L[LANE_BASE + 152 + i]
-        e9 = L[LANE_BASE + 160 + i]
-        e10 = L[LANE_BASE + 168 + i]
-        e11 = L[LANE_BASE + 176 + i]
-        h2 = L[LANE_BASE + 184 + i]
-        h4 = L[LANE_BASE + 192 + i]
-        h8 = L[LANE_BASE + 200 + i]
-        p2 = L[LANE_BASE + 208 + i]
-        p3 = L[LANE_BASE + 216 + i]
-        p4 = L[LANE_BASE + 224 + i]
-        p5 = L[LANE_BASE + 232 + i]
-        p6 = L[LANE_BASE + 240 + i]
-        p7 = L[LANE_BASE + 248 + i]
-        p8 = L[LANE_BASE + 256 + i]
-        p9 = L[LANE_BASE + 264 + i]
-        p10 = L[LANE_BASE + 272 + i]
-        p11 = L[LANE_BASE + 280 + i]
-        p12 = L[LANE_BASE + 288 + i]
-        q0 = L[LANE_BASE + 296 + i]
-        q1 = L[LANE_BASE + 304 + i]
-        q2 = L[LANE_BASE + 312 + i]
-        q3 = L[LANE_BASE + 320 + i]
-        q4 = L[LANE_BASE + 328 + i]
-        q5 = L[LANE_BASE + 336 + i]
-        q6 = L[LANE_BASE + 344 + i]
-        q7 = L[LANE_BASE + 352 + i]
-        q8 = L[LANE_BASE + 360 + i]
-        q9 = L[LANE_BASE + 368 + i]
-        q10 = L[LANE_BASE + 376 + i]
-        u1 = L[LANE_BASE + 384 + i]
-        u2 = L[LANE_BASE + 392 + i]
-        u3 = L[LANE_BASE + 400 + i]
-        u4 = L[LANE_BASE + 408 + i]
-        u5 = L[LANE_BASE + 416 + i]
-        u6 = L[LANE_BASE + 424 + i]
-        u7 = L[LANE_BASE + 432 + i]
-        u8 = L[LANE_BASE + 440 + i]
-        u9 = L[LANE_BASE + 448 + i]
-        u10 = L[LANE_BASE + 456 + i]
-        u11 = L[LANE_BASE + 464 + i]
-        w1 = L[LANE_BASE + 472 + i]
-        w2 = L[LANE_BASE + 480 + i]
-        w3 = L[LANE_BASE + 488 + i]
-        w4 = L[LANE_BASE + 496 + i]
-        w5 = L[LANE_BASE + 504 + i]
-        w6 = L[LANE_BASE + 512 + i]
-        w7 = L[LANE_BASE + 520 + i]
-        w8 = L[LANE_BASE + 528 + i]
-        w9 = L[LANE_BASE + 536 + i]
-        w10 = L[LANE_BASE + 544 + i]
-        w11 = L[LANE_BASE + 552 + i]
-        x0 = L[LANE_BASE + 560 + i]
-        x1 = L[LANE_BASE + 568 + i]
-        x2 = L[LANE_BASE + 576 + i]
-        x3 = L[LANE_BASE + 584 + i]
-        x4 = L[LANE_BASE + 592 + i]
-        x5 = L[LANE_BASE + 600 + i]
-        x6 = L[LANE_BASE + 608 + i]
-        x7 = L[LANE_BASE + 616 + i]
-        x8 = L[LANE_BASE + 624 + i]
-        x9 = L[LANE_BASE + 632 + i]
-        x10 = L[LANE_BASE + 640 + i]
-        y0 = L[LANE_BASE + 648 + i]
-        y1 = L[LANE_BASE + 656 + i]
-        y2 = L[LANE_BASE + 664 + i]
-        y3 = L[LANE_BASE + 672 + i]
-        y4 = L[LANE_BASE + 680 + i]
-        y5 = L[LANE_BASE + 688 + i]
-        y6 = L[LANE_BASE + 696 + i]
-        y7 = L[LANE_BASE + 704 + i]
-        y8 = L[LANE_BASE + 712 + i]
-        y9 = L[LANE_BASE + 720 + i]
-        c_v2 = L[LANE_BASE + 728 + i]
-        s_v2 = L[LANE_BASE + 736 + i]
-        both = L[LANE_BASE + 744 + i]
-        drag = L[LANE_BASE + 752 + i]
-        part40 = L[LANE_BASE + 760 + i]
-        part46 = L[LANE_BASE + 768 + i]
-        part53 = L[LANE_BASE + 776 + i]
-        part56 = L[LANE_BASE + 784 + i]
-        part66 = L[LANE_BASE + 792 + i]
-        part76 = L[LANE_BASE + 800 + i]
-        part86 = L[LANE_BASE + 808 + i]
-        part96 = L[LANE_BASE + 816 + i]
-        part106 = L[LANE_BASE + 824 + i]
-        part116 = L[LANE_BASE + 832 + i]
-        part126 = L[LANE_BASE + 840 + i]
-        part136 = L[LANE_BASE + 848 + i]
-        part146 = L[LANE_BASE + 856 + i]
-        part166 = L[LANE_BASE + 864 + i]
-        part167 = L[LANE_BASE + 872 + i]
-        part169 = L[LANE_BASE + 880 + i]
-        part170 = L[LANE_BASE + 888 + i]
-        part173 = L[LANE_BASE + 896 + i]
-        part174 = L[LANE_BASE + 904 + i]
-        pull = L[LANE_BASE + 912 + i]
-        twice = L[LANE_BASE + 920 + i]
         dt0 = L[LANE_OF_TIME + i]
         du0 = L[LANE_OF_U + i]
         dw0 = L[LANE_OF_W + i]
@@ -1159,552 +762,260 @@ def along_wave_12(L: FloatArray) -> None:
         dgain_sin = L[LANE_OF_GAIN_SIN + i]
         dgain_cos = L[LANE_OF_GAIN_COS + i]
         domega = L[LANE_OF_OMEGA + i]
+        omega = L[LANE_OMEGA + i]
         dphase = L[LANE_OF_PHASE + i] + omega * dt0
+        c_v2 = L[LANE_BASE + 728 + i]
         ds_v2 = c_v2 * dphase
+        s_v2 = L[LANE_BASE + 736 + i]
         dc_v2 = -(s_v2 * dphase)
         domega2 = domega * omega + omega * domega
+        gain_cos = L[LANE_GAIN_COS + i]
+        gain_sin = L[LANE_GAIN_SIN + i]
         de0 = dgain_sin * s_v2 + gain_sin * ds_v2 + dgain_cos * c_v2 + gain_cos * dc_v2
         dpart40 = dgain_sin * c_v2 + gain_sin * dc_v2 - (dgain_cos * s_v2 + gain_cos * ds_v2)
+        part40 = L[LANE_BASE + 760 + i]
         dd0 = domega * part40 + omega * dpart40
+        u0 = L[LANE_U0 + i]
         dq0 = du0 * u0 + u0 * du0
+        K = L[LANE_K + i]
         dx0 = dq0 + dK * u0 + K * du0
         dtwice = 2.0 * du0
         dboth = dq0 + dx0
         dpart46 = dtwice + dK
+        q0 = L[LANE_BASE + 296 + i]
+        x0 = L[LANE_BASE + 560 + i]
+        part46 = L[LANE_BASE + 768 + i]
+        twice = L[LANE_BASE + 920 + i]
         dpull = df0 + de0 - (dtwice * x0 + twice * dx0) - (dpart46 * q0 + part46 * dq0)
+        G = L[LANE_G + i]
         ddrag = dG * u0 + G * du0
         du1 = 0.5 * dw0
+        u1 = L[LANE_BASE + 384 + i]
         dq1 = dtwice * u1 + twice * du1
         dx1 = dq1 + dK * u1 + K * du1
+        e0 = L[LANE_BASE + 88 + i]
         dy0 = du0 * e0 + u0 * de0
         dpart53 = df0 + de0
+        w0 = L[LANE_W0 + i]
+        drag = L[LANE_BASE + 752 + i]
+        part53 = L[LANE_BASE + 776 + i]
         dw1 = du0 * part53 + u0 * dpart53 - (dq0 * x0 + q0 * dx0) - (ddrag * w0 + drag * dw0)
+        d0 = L[LANE_BASE + i]
         de1 = 1.0 * (du0 * d0 + u0 * dd0)
         dpart56 = (-1.0) * domega2
+        y0 = L[LANE_BASE + 648 + i]
+        part56 = L[LANE_BASE + 784 + i]
         dd1 = dpart56 * y0 + part56 * dy0
         du2 = 0.25 * dw1
         dp2 = du1 * u1 + u1 * du1
+        u2 = L[LANE_BASE + 392 + i]
         dq2 = dp2 + dtwice * u2 + twice * du2
         dx2 = dq2 + dK * u2 + K * du2
+        e1 = L[LANE_BASE + 96 + i]
         dy1 = du0 * e1 + u0 * de1 + du1 * e0 + u1 * de0
+        p2 = L[LANE_BASE + 208 + i]
         drest2 = (-0.5) * (-(dy1 - (de0 * u1 + e0 * du1))) - (dG * p2 + G * dp2)
+        w1 = L[LANE_BASE + 472 + i]
+        pull = L[LANE_BASE + 912 + i]
         dw2 = drest2 + 0.5 * (dpull * u1 + pull * du1 - (ddrag * w1 + drag * dw1))
+        d1 = L[LANE_BASE + 8 + i]
         de2 = 0.5 * (du0 * d1 + u0 * dd1 + du1 * d0 + u1 * dd0)
         dpart66 = (-0.5) * domega2
+        y1 = L[LANE_BASE + 656 + i]
+        part66 = L[LANE_BASE + 792 + i]
         dd2 = dpart66 * y1 + part66 * dy1
         du3 = 0.16666666666666666 * dw2
         dp3 = 2.0 * (du1 * u2 + u1 * du2)
+        u3 = L[LANE_BASE + 400 + i]
         dq3 = dp3 + dtwice * u3 + twice * du3
         dx3 = dq3 + dK * u3 + K * du3
+        e2 = L[LANE_BASE + 104 + i]
         dy2 = du1 * e1 + u1 * de1 + du0 * e2 + u0 * de2 + du2 * e0 + u2 * de0
-        drest3 = (-0.3333333333333333) * (
-            dboth * p2 + both * dp2 + dq1 * x1 + q1 * dx1 - (dy2 - (de0 * u2 + e0 * du2))
-        ) - (dG * p3 + G * dp3)
+        p3 = L[LANE_BASE + 216 + i]
+        q1 = L[LANE_BASE + 304 + i]
+        x1 = L[LANE_BASE + 568 + i]
+        both = L[LANE_BASE + 744 + i]
+        drest3 = (-0.3333333333333333) * (dboth * p2 + both * dp2 + dq1 * x1 + q1 * dx1 - (dy2 - (de0 * u2 + e0 * du2))) - (dG * p3 + G * dp3)
+        w2 = L[LANE_BASE + 480 + i]
         dw3 = drest3 + 0.3333333333333333 * (dpull * u2 + pull * du2 - (ddrag * w2 + drag * dw2))
+        d2 = L[LANE_BASE + 16 + i]
         de3 = 0.3333333333333333 * (du1 * d1 + u1 * dd1 + du0 * d2 + u0 * dd2 + du2 * d0 + u2 * dd0)
         dpart76 = (-0.3333333333333333) * domega2
+        y2 = L[LANE_BASE + 664 + i]
+        part76 = L[LANE_BASE + 800 + i]
         dd3 = dpart76 * y2 + part76 * dy2
         du4 = 0.125 * dw3
         dp4 = 2.0 * (du1 * u3 + u1 * du3) + du2 * u2 + u2 * du2
+        u4 = L[LANE_BASE + 408 + i]
         dq4 = dp4 + dtwice * u4 + twice * du4
         dx4 = dq4 + dK * u4 + K * du4
+        e3 = L[LANE_BASE + 112 + i]
         dy3 = du1 * e2 + u1 * de2 + du2 * e1 + u2 * de1 + du0 * e3 + u0 * de3 + du3 * e0 + u3 * de0
-        drest4 = (-0.25) * (
-            dboth * p3 + both * dp3 + dq1 * x2 + q1 * dx2 + dq2 * x1 + q2 * dx1 - (dy3 - (de0 * u3 + e0 * du3))
-        ) - (dG * p4 + G * dp4)
+        p4 = L[LANE_BASE + 224 + i]
+        q2 = L[LANE_BASE + 312 + i]
+        x2 = L[LANE_BASE + 576 + i]
+        drest4 = (-0.25) * (dboth * p3 + both * dp3 + dq1 * x2 + q1 * dx2 + dq2 * x1 + q2 * dx1 - (dy3 - (de0 * u3 + e0 * du3))) - (dG * p4 + G * dp4)
+        w3 = L[LANE_BASE + 488 + i]
         dw4 = drest4 + 0.25 * (dpull * u3 + pull * du3 - (ddrag * w3 + drag * dw3))
+        d3 = L[LANE_BASE + 24 + i]
         de4 = 0.25 * (du1 * d2 + u1 * dd2 + du2 * d1 + u2 * dd1 + du0 * d3 + u0 * dd3 + du3 * d0 + u3 * dd0)
         dpart86 = (-0.25) * domega2
+        y3 = L[LANE_BASE + 672 + i]
+        part86 = L[LANE_BASE + 808 + i]
         dd4 = dpart86 * y3 + part86 * dy3
         du5 = 0.1 * dw4
         dp5 = 2.0 * (du2 * u3 + u2 * du3 + du1 * u4 + u1 * du4)
+        u5 = L[LANE_BASE + 416 + i]
         dq5 = dp5 + dtwice * u5 + twice * du5
         dx5 = dq5 + dK * u5 + K * du5
-        dy4 = (
-            du2 * e2 + u2 * de2 + du1 * e3 + u1 * de3 + du3 * e1 + u3 * de1 + du0 * e4 + u0 * de4 + du4 * e0 + u4 * de0
-        )
-        drest5 = (-0.2) * (
-            dboth * p4
-            + both * dp4
-            + dq2 * x2
-            + q2 * dx2
-            + dq1 * x3
-            + q1 * dx3
-            + dq3 * x1
-            + q3 * dx1
-            - (dy4 - (de0 * u4 + e0 * du4))
-        ) - (dG * p5 + G * dp5)
+        e4 = L[LANE_BASE + 120 + i]
+        dy4 = du2 * e2 + u2 * de2 + du1 * e3 + u1 * de3 + du3 * e1 + u3 * de1 + du0 * e4 + u0 * de4 + du4 * e0 + u4 * de0
+        p5 = L[LANE_BASE + 232 + i]
+        q3 = L[LANE_BASE + 320 + i]
+        x3 = L[LANE_BASE + 584 + i]
+        drest5 = (-0.2) * (dboth * p4 + both * dp4 + dq2 * x2 + q2 * dx2 + dq1 * x3 + q1 * dx3 + dq3 * x1 + q3 * dx1 - (dy4 - (de0 * u4 + e0 * du4))) - (dG * p5 + G * dp5)
+        w4 = L[LANE_BASE + 496 + i]
         dw5 = drest5 + 0.2 * (dpull * u4 + pull * du4 - (ddrag * w4 + drag * dw4))
-        de5 = 0.2 * (
-            du2 * d2 + u2 * dd2 + du1 * d3 + u1 * dd3 + du3 * d1 + u3 * dd1 + du0 * d4 + u0 * dd4 + du4 * d0 + u4 * dd0
-        )
+        d4 = L[LANE_BASE + 32 + i]
+        de5 = 0.2 * (du2 * d2 + u2 * dd2 + du1 * d3 + u1 * dd3 + du3 * d1 + u3 * dd1 + du0 * d4 + u0 * dd4 + du4 * d0 + u4 * dd0)
         dpart96 = (-0.2) * domega2
+        y4 = L[LANE_BASE + 680 + i]
+        part96 = L[LANE_BASE + 816 + i]
         dd5 = dpart96 * y4 + part96 * dy4
         du6 = 0.08333333333333333 * dw5
         dp6 = 2.0 * (du2 * u4 + u2 * du4 + du1 * u5 + u1 * du5) + du3 * u3 + u3 * du3
+        u6 = L[LANE_BASE + 424 + i]
         dq6 = dp6 + dtwice * u6 + twice * du6
         dx6 = dq6 + dK * u6 + K * du6
-        dy5 = (
-            du2 * e3
-            + u2 * de3
-            + du3 * e2
-            + u3 * de2
-            + du1 * e4
-            + u1 * de4
-            + du4 * e1
-            + u4 * de1
-            + du0 * e5
-            + u0 * de5
-            + du5 * e0
-            + u5 * de0
-        )
-        drest6 = (-0.16666666666666666) * (
-            dboth * p5
-            + both * dp5
-            + dq2 * x3
-            + q2 * dx3
-            + dq3 * x2
-            + q3 * dx2
-            + dq1 * x4
-            + q1 * dx4
-            + dq4 * x1
-            + q4 * dx1
-            - (dy5 - (de0 * u5 + e0 * du5))
-        ) - (dG * p6 + G * dp6)
+        e5 = L[LANE_BASE + 128 + i]
+        dy5 = du2 * e3 + u2 * de3 + du3 * e2 + u3 * de2 + du1 * e4 + u1 * de4 + du4 * e1 + u4 * de1 + du0 * e5 + u0 * de5 + du5 * e0 + u5 * de0
+        p6 = L[LANE_BASE + 240 + i]
+        q4 = L[LANE_BASE + 328 + i]
+        x4 = L[LANE_BASE + 592 + i]
+        drest6 = (-0.16666666666666666) * (dboth * p5 + both * dp5 + dq2 * x3 + q2 * dx3 + dq3 * x2 + q3 * dx2 + dq1 * x4 + q1 * dx4 + dq4 * x1 + q4 * dx1 - (dy5 - (de0 * u5 + e0 * du5))) - (dG * p6 + G * dp6)
+        w5 = L[LANE_BASE + 504 + i]
         dw6 = drest6 + 0.16666666666666666 * (dpull * u5 + pull * du5 - (ddrag * w5 + drag * dw5))
-        de6 = 0.16666666666666666 * (
-            du2 * d3
-            + u2 * dd3
-            + du3 * d2
-            + u3 * dd2
-            + du1 * d4
-            + u1 * dd4
-            + du4 * d1
-            + u4 * dd1
-            + du0 * d5
-            + u0 * dd5
-            + du5 * d0
-            + u5 * dd0
-        )
+        d5 = L[LANE_BASE + 40 + i]
+        de6 = 0.16666666666666666 * (du2 * d3 + u2 * dd3 + du3 * d2 + u3 * dd2 + du1 * d4 + u1 * dd4 + du4 * d1 + u4 * dd1 + du0 * d5 + u0 * dd5 + du5 * d0 + u5 * dd0)
         dpart106 = (-0.16666666666666666) * domega2
+        y5 = L[LANE_BASE + 688 + i]
+        part106 = L[LANE_BASE + 824 + i]
         dd6 = dpart106 * y5 + part106 * dy5
         du7 = 0.07142857142857142 * dw6
         dp7 = 2.0 * (du3 * u4 + u3 * du4 + du2 * u5 + u2 * du5 + du1 * u6 + u1 * du6)
+        u7 = L[LANE_BASE + 432 + i]
         dq7 = dp7 + dtwice * u7 + twice * du7
         dx7 = dq7 + dK * u7 + K * du7
-        dy6 = (
-            du3 * e3
-            + u3 * de3
-            + du2 * e4
-            + u2 * de4
-            + du4 * e2
-            + u4 * de2
-            + du1 * e5
-            + u1 * de5
-            + du5 * e1
-            + u5 * de1
-            + du0 * e6
-            + u0 * de6
-            + du6 * e0
-            + u6 * de0
-        )
-        drest7 = (-0.14285714285714285) * (
-            dboth * p6
-            + both * dp6
-            + dq3 * x3
-            + q3 * dx3
-            + dq2 * x4
-            + q2 * dx4
-            + dq4 * x2
-            + q4 * dx2
-            + dq1 * x5
-            + q1 * dx5
-            + dq5 * x1
-            + q5 * dx1
-            - (dy6 - (de0 * u6 + e0 * du6))
-        ) - (dG * p7 + G * dp7)
+        e6 = L[LANE_BASE + 136 + i]
+        dy6 = du3 * e3 + u3 * de3 + du2 * e4 + u2 * de4 + du4 * e2 + u4 * de2 + du1 * e5 + u1 * de5 + du5 * e1 + u5 * de1 + du0 * e6 + u0 * de6 + du6 * e0 + u6 * de0
+        p7 = L[LANE_BASE + 248 + i]
+        q5 = L[LANE_BASE + 336 + i]
+        x5 = L[LANE_BASE + 600 + i]
+        drest7 = (-0.14285714285714285) * (dboth * p6 + both * dp6 + dq3 * x3 + q3 * dx3 + dq2 * x4 + q2 * dx4 + dq4 * x2 + q4 * dx2 + dq1 * x5 + q1 * dx5 + dq5 * x1 + q5 * dx1 - (dy6 - (de0 * u6 + e0 * du6))) - (dG * p7 + G * dp7)
+        w6 = L[LANE_BASE + 512 + i]
         dw7 = drest7 + 0.14285714285714285 * (dpull * u6 + pull * du6 - (ddrag * w6 + drag * dw6))
-        de7 = 0.14285714285714285 * (
-            du3 * d3
-            + u3 * dd3
-            + du2 * d4
-            + u2 * dd4
-            + du4 * d2
-            + u4 * dd2
-            + du1 * d5
-            + u1 * dd5
-            + du5 * d1
-            + u5 * dd1
-            + du0 * d6
-            + u0 * dd6
-            + du6 * d0
-            + u6 * dd0
-        )
+        d6 = L[LANE_BASE + 48 + i]
+        de7 = 0.14285714285714285 * (du3 * d3 + u3 * dd3 + du2 * d4 + u2 * dd4 + du4 * d2 + u4 * dd2 + du1 * d5 + u1 * dd5 + du5 * d1 + u5 * dd1 + du0 * d6 + u0 * dd6 + du6 * d0 + u6 * dd0)
         dpart116 = (-0.14285714285714285) * domega2
+        y6 = L[LANE_BASE + 696 + i]
+        part116 = L[LANE_BASE + 832 + i]
         dd7 = dpart116 * y6 + part116 * dy6
         du8 = 0.0625 * dw7
         dp8 = 2.0 * (du3 * u5 + u3 * du5 + du2 * u6 + u2 * du6 + du1 * u7 + u1 * du7) + du4 * u4 + u4 * du4
+        u8 = L[LANE_BASE + 440 + i]
         dq8 = dp8 + dtwice * u8 + twice * du8
         dx8 = dq8 + dK * u8 + K * du8
-        dy7 = (
-            du3 * e4
-            + u3 * de4
-            + du4 * e3
-            + u4 * de3
-            + du2 * e5
-            + u2 * de5
-            + du5 * e2
-            + u5 * de2
-            + du1 * e6
-            + u1 * de6
-            + du6 * e1
-            + u6 * de1
-            + du0 * e7
-            + u0 * de7
-            + du7 * e0
-            + u7 * de0
-        )
-        drest8 = (-0.125) * (
-            dboth * p7
-            + both * dp7
-            + dq3 * x4
-            + q3 * dx4
-            + dq4 * x3
-            + q4 * dx3
-            + dq2 * x5
-            + q2 * dx5
-            + dq5 * x2
-            + q5 * dx2
-            + dq1 * x6
-            + q1 * dx6
-            + dq6 * x1
-            + q6 * dx1
-            - (dy7 - (de0 * u7 + e0 * du7))
-        ) - (dG * p8 + G * dp8)
+        e7 = L[LANE_BASE + 144 + i]
+        dy7 = du3 * e4 + u3 * de4 + du4 * e3 + u4 * de3 + du2 * e5 + u2 * de5 + du5 * e2 + u5 * de2 + du1 * e6 + u1 * de6 + du6 * e1 + u6 * de1 + du0 * e7 + u0 * de7 + du7 * e0 + u7 * de0
+        p8 = L[LANE_BASE + 256 + i]
+        q6 = L[LANE_BASE + 344 + i]
+        x6 = L[LANE_BASE + 608 + i]
+        drest8 = (-0.125) * (dboth * p7 + both * dp7 + dq3 * x4 + q3 * dx4 + dq4 * x3 + q4 * dx3 + dq2 * x5 + q2 * dx5 + dq5 * x2 + q5 * dx2 + dq1 * x6 + q1 * dx6 + dq6 * x1 + q6 * dx1 - (dy7 - (de0 * u7 + e0 * du7))) - (dG * p8 + G * dp8)
+        w7 = L[LANE_BASE + 520 + i]
         dw8 = drest8 + 0.125 * (dpull * u7 + pull * du7 - (ddrag * w7 + drag * dw7))
-        de8 = 0.125 * (
-            du3 * d4
-            + u3 * dd4
-            + du4 * d3
-            + u4 * dd3
-            + du2 * d5
-            + u2 * dd5
-            + du5 * d2
-            + u5 * dd2
-            + du1 * d6
-            + u1 * dd6
-            + du6 * d1
-            + u6 * dd1
-            + du0 * d7
-            + u0 * dd7
-            + du7 * d0
-            + u7 * dd0
-        )
+        d7 = L[LANE_BASE + 56 + i]
+        de8 = 0.125 * (du3 * d4 + u3 * dd4 + du4 * d3 + u4 * dd3 + du2 * d5 + u2 * dd5 + du5 * d2 + u5 * dd2 + du1 * d6 + u1 * dd6 + du6 * d1 + u6 * dd1 + du0 * d7 + u0 * dd7 + du7 * d0 + u7 * dd0)
         dpart126 = (-0.125) * domega2
+        y7 = L[LANE_BASE + 704 + i]
+        part126 = L[LANE_BASE + 840 + i]
         dd8 = dpart126 * y7 + part126 * dy7
         du9 = 0.05555555555555555 * dw8
         dp9 = 2.0 * (du4 * u5 + u4 * du5 + du3 * u6 + u3 * du6 + du2 * u7 + u2 * du7 + du1 * u8 + u1 * du8)
+        u9 = L[LANE_BASE + 448 + i]
         dq9 = dp9 + dtwice * u9 + twice * du9
         dx9 = dq9 + dK * u9 + K * du9
-        dy8 = (
-            du4 * e4
-            + u4 * de4
-            + du3 * e5
-            + u3 * de5
-            + du5 * e3
-            + u5 * de3
-            + du2 * e6
-            + u2 * de6
-            + du6 * e2
-            + u6 * de2
-            + du1 * e7
-            + u1 * de7
-            + du7 * e1
-            + u7 * de1
-            + du0 * e8
-            + u0 * de8
-            + du8 * e0
-            + u8 * de0
-        )
-        drest9 = (-0.1111111111111111) * (
-            dboth * p8
-            + both * dp8
-            + dq4 * x4
-            + q4 * dx4
-            + dq3 * x5
-            + q3 * dx5
-            + dq5 * x3
-            + q5 * dx3
-            + dq2 * x6
-            + q2 * dx6
-            + dq6 * x2
-            + q6 * dx2
-            + dq1 * x7
-            + q1 * dx7
-            + dq7 * x1
-            + q7 * dx1
-            - (dy8 - (de0 * u8 + e0 * du8))
-        ) - (dG * p9 + G * dp9)
+        e8 = L[LANE_BASE + 152 + i]
+        dy8 = du4 * e4 + u4 * de4 + du3 * e5 + u3 * de5 + du5 * e3 + u5 * de3 + du2 * e6 + u2 * de6 + du6 * e2 + u6 * de2 + du1 * e7 + u1 * de7 + du7 * e1 + u7 * de1 + du0 * e8 + u0 * de8 + du8 * e0 + u8 * de0
+        p9 = L[LANE_BASE + 264 + i]
+        q7 = L[LANE_BASE + 352 + i]
+        x7 = L[LANE_BASE + 616 + i]
+        drest9 = (-0.1111111111111111) * (dboth * p8 + both * dp8 + dq4 * x4 + q4 * dx4 + dq3 * x5 + q3 * dx5 + dq5 * x3 + q5 * dx3 + dq2 * x6 + q2 * dx6 + dq6 * x2 + q6 * dx2 + dq1 * x7 + q1 * dx7 + dq7 * x1 + q7 * dx1 - (dy8 - (de0 * u8 + e0 * du8))) - (dG * p9 + G * dp9)
+        w8 = L[LANE_BASE + 528 + i]
         dw9 = drest9 + 0.1111111111111111 * (dpull * u8 + pull * du8 - (ddrag * w8 + drag * dw8))
-        de9 = 0.1111111111111111 * (
-            du4 * d4
-            + u4 * dd4
-            + du3 * d5
-            + u3 * dd5
-            + du5 * d3
-            + u5 * dd3
-            + du2 * d6
-            + u2 * dd6
-            + du6 * d2
-            + u6 * dd2
-            + du1 * d7
-            + u1 * dd7
-            + du7 * d1
-            + u7 * dd1
-            + du0 * d8
-            + u0 * dd8
-            + du8 * d0
-            + u8 * dd0
-        )
+        d8 = L[LANE_BASE + 64 + i]
+        de9 = 0.1111111111111111 * (du4 * d4 + u4 * dd4 + du3 * d5 + u3 * dd5 + du5 * d3 + u5 * dd3 + du2 * d6 + u2 * dd6 + du6 * d2 + u6 * dd2 + du1 * d7 + u1 * dd7 + du7 * d1 + u7 * dd1 + du0 * d8 + u0 * dd8 + du8 * d0 + u8 * dd0)
         dpart136 = (-0.1111111111111111) * domega2
+        y8 = L[LANE_BASE + 712 + i]
+        part136 = L[LANE_BASE + 848 + i]
         dd9 = dpart136 * y8 + part136 * dy8
         du10 = 0.05 * dw9
-        dp10 = (
-            2.0 * (du4 * u6 + u4 * du6 + du3 * u7 + u3 * du7 + du2 * u8 + u2 * du8 + du1 * u9 + u1 * du9)
-            + du5 * u5
-            + u5 * du5
-        )
+        dp10 = 2.0 * (du4 * u6 + u4 * du6 + du3 * u7 + u3 * du7 + du2 * u8 + u2 * du8 + du1 * u9 + u1 * du9) + du5 * u5 + u5 * du5
+        u10 = L[LANE_BASE + 456 + i]
         dq10 = dp10 + dtwice * u10 + twice * du10
         dx10 = dq10 + dK * u10 + K * du10
-        dy9 = (
-            du4 * e5
-            + u4 * de5
-            + du5 * e4
-            + u5 * de4
-            + du3 * e6
-            + u3 * de6
-            + du6 * e3
-            + u6 * de3
-            + du2 * e7
-            + u2 * de7
-            + du7 * e2
-            + u7 * de2
-            + du1 * e8
-            + u1 * de8
-            + du8 * e1
-            + u8 * de1
-            + du0 * e9
-            + u0 * de9
-            + du9 * e0
-            + u9 * de0
-        )
-        drest10 = (-0.1) * (
-            dboth * p9
-            + both * dp9
-            + dq4 * x5
-            + q4 * dx5
-            + dq5 * x4
-            + q5 * dx4
-            + dq3 * x6
-            + q3 * dx6
-            + dq6 * x3
-            + q6 * dx3
-            + dq2 * x7
-            + q2 * dx7
-            + dq7 * x2
-            + q7 * dx2
-            + dq1 * x8
-            + q1 * dx8
-            + dq8 * x1
-            + q8 * dx1
-            - (dy9 - (de0 * u9 + e0 * du9))
-        ) - (dG * p10 + G * dp10)
+        e9 = L[LANE_BASE + 160 + i]
+        dy9 = du4 * e5 + u4 * de5 + du5 * e4 + u5 * de4 + du3 * e6 + u3 * de6 + du6 * e3 + u6 * de3 + du2 * e7 + u2 * de7 + du7 * e2 + u7 * de2 + du1 * e8 + u1 * de8 + du8 * e1 + u8 * de1 + du0 * e9 + u0 * de9 + du9 * e0 + u9 * de0
+        p10 = L[LANE_BASE + 272 + i]
+        q8 = L[LANE_BASE + 360 + i]
+        x8 = L[LANE_BASE + 624 + i]
+        drest10 = (-0.1) * (dboth * p9 + both * dp9 + dq4 * x5 + q4 * dx5 + dq5 * x4 + q5 * dx4 + dq3 * x6 + q3 * dx6 + dq6 * x3 + q6 * dx3 + dq2 * x7 + q2 * dx7 + dq7 * x2 + q7 * dx2 + dq1 * x8 + q1 * dx8 + dq8 * x1 + q8 * dx1 - (dy9 - (de0 * u9 + e0 * du9))) - (dG * p10 + G * dp10)
+        w9 = L[LANE_BASE + 536 + i]
         dw10 = drest10 + 0.1 * (dpull * u9 + pull * du9 - (ddrag * w9 + drag * dw9))
-        de10 = 0.1 * (
-            du4 * d5
-            + u4 * dd5
-            + du5 * d4
-            + u5 * dd4
-            + du3 * d6
-            + u3 * dd6
-            + du6 * d3
-            + u6 * dd3
-            + du2 * d7
-            + u2 * dd7
-            + du7 * d2
-            + u7 * dd2
-            + du1 * d8
-            + u1 * dd8
-            + du8 * d1
-            + u8 * dd1
-            + du0 * d9
-            + u0 * dd9
-            + du9 * d0
-            + u9 * dd0
-        )
+        d9 = L[LANE_BASE + 72 + i]
+        de10 = 0.1 * (du4 * d5 + u4 * dd5 + du5 * d4 + u5 * dd4 + du3 * d6 + u3 * dd6 + du6 * d3 + u6 * dd3 + du2 * d7 + u2 * dd7 + du7 * d2 + u7 * dd2 + du1 * d8 + u1 * dd8 + du8 * d1 + u8 * dd1 + du0 * d9 + u0 * dd9 + du9 * d0 + u9 * dd0)
         dpart146 = (-0.1) * domega2
+        y9 = L[LANE_BASE + 720 + i]
+        part146 = L[LANE_BASE + 856 + i]
         dd10 = dpart146 * y9 + part146 * dy9
         du11 = 0.045454545454545456 * dw10
-        dp11 = 2.0 * (
-            du5 * u6
-            + u5 * du6
-            + du4 * u7
-            + u4 * du7
-            + du3 * u8
-            + u3 * du8
-            + du2 * u9
-            + u2 * du9
-            + du1 * u10
-            + u1 * du10
-        )
-        dy10 = (
-            du5 * e5
-            + u5 * de5
-            + du4 * e6
-            + u4 * de6
-            + du6 * e4
-            + u6 * de4
-            + du3 * e7
-            + u3 * de7
-            + du7 * e3
-            + u7 * de3
-            + du2 * e8
-            + u2 * de8
-            + du8 * e2
-            + u8 * de2
-            + du1 * e9
-            + u1 * de9
-            + du9 * e1
-            + u9 * de1
-            + du0 * e10
-            + u0 * de10
-            + du10 * e0
-            + u10 * de0
-        )
-        drest11 = (-0.09090909090909091) * (
-            dboth * p10
-            + both * dp10
-            + dq5 * x5
-            + q5 * dx5
-            + dq4 * x6
-            + q4 * dx6
-            + dq6 * x4
-            + q6 * dx4
-            + dq3 * x7
-            + q3 * dx7
-            + dq7 * x3
-            + q7 * dx3
-            + dq2 * x8
-            + q2 * dx8
-            + dq8 * x2
-            + q8 * dx2
-            + dq1 * x9
-            + q1 * dx9
-            + dq9 * x1
-            + q9 * dx1
-            - (dy10 - (de0 * u10 + e0 * du10))
-        ) - (dG * p11 + G * dp11)
+        dp11 = 2.0 * (du5 * u6 + u5 * du6 + du4 * u7 + u4 * du7 + du3 * u8 + u3 * du8 + du2 * u9 + u2 * du9 + du1 * u10 + u1 * du10)
+        e10 = L[LANE_BASE + 168 + i]
+        dy10 = du5 * e5 + u5 * de5 + du4 * e6 + u4 * de6 + du6 * e4 + u6 * de4 + du3 * e7 + u3 * de7 + du7 * e3 + u7 * de3 + du2 * e8 + u2 * de8 + du8 * e2 + u8 * de2 + du1 * e9 + u1 * de9 + du9 * e1 + u9 * de1 + du0 * e10 + u0 * de10 + du10 * e0 + u10 * de0
+        p11 = L[LANE_BASE + 280 + i]
+        q9 = L[LANE_BASE + 368 + i]
+        x9 = L[LANE_BASE + 632 + i]
+        drest11 = (-0.09090909090909091) * (dboth * p10 + both * dp10 + dq5 * x5 + q5 * dx5 + dq4 * x6 + q4 * dx6 + dq6 * x4 + q6 * dx4 + dq3 * x7 + q3 * dx7 + dq7 * x3 + q7 * dx3 + dq2 * x8 + q2 * dx8 + dq8 * x2 + q8 * dx2 + dq1 * x9 + q1 * dx9 + dq9 * x1 + q9 * dx1 - (dy10 - (de0 * u10 + e0 * du10))) - (dG * p11 + G * dp11)
+        w10 = L[LANE_BASE + 544 + i]
         dw11 = drest11 + 0.09090909090909091 * (dpull * u10 + pull * du10 - (ddrag * w10 + drag * dw10))
-        de11 = 0.09090909090909091 * (
-            du5 * d5
-            + u5 * dd5
-            + du4 * d6
-            + u4 * dd6
-            + du6 * d4
-            + u6 * dd4
-            + du3 * d7
-            + u3 * dd7
-            + du7 * d3
-            + u7 * dd3
-            + du2 * d8
-            + u2 * dd8
-            + du8 * d2
-            + u8 * dd2
-            + du1 * d9
-            + u1 * dd9
-            + du9 * d1
-            + u9 * dd1
-            + du0 * d10
-            + u0 * dd10
-            + du10 * d0
-            + u10 * dd0
-        )
+        d10 = L[LANE_BASE + 80 + i]
+        de11 = 0.09090909090909091 * (du5 * d5 + u5 * dd5 + du4 * d6 + u4 * dd6 + du6 * d4 + u6 * dd4 + du3 * d7 + u3 * dd7 + du7 * d3 + u7 * dd3 + du2 * d8 + u2 * dd8 + du8 * d2 + u8 * dd2 + du1 * d9 + u1 * dd9 + du9 * d1 + u9 * dd1 + du0 * d10 + u0 * dd10 + du10 * d0 + u10 * dd0)
         du12 = 0.041666666666666664 * dw11
-        dp12 = (
-            2.0
-            * (
-                du5 * u7
-                + u5 * du7
-                + du4 * u8
-                + u4 * du8
-                + du3 * u9
-                + u3 * du9
-                + du2 * u10
-                + u2 * du10
-                + du1 * u11
-                + u1 * du11
-            )
-            + du6 * u6
-            + u6 * du6
-        )
-        dy11 = (
-            du5 * e6
-            + u5 * de6
-            + du6 * e5
-            + u6 * de5
-            + du4 * e7
-            + u4 * de7
-            + du7 * e4
-            + u7 * de4
-            + du3 * e8
-            + u3 * de8
-            + du8 * e3
-            + u8 * de3
-            + du2 * e9
-            + u2 * de9
-            + du9 * e2
-            + u9 * de2
-            + du1 * e10
-            + u1 * de10
-            + du10 * e1
-            + u10 * de1
-            + du0 * e11
-            + u0 * de11
-            + du11 * e0
-            + u11 * de0
-        )
-        drest12 = (-0.08333333333333333) * (
-            dboth * p11
-            + both * dp11
-            + dq5 * x6
-            + q5 * dx6
-            + dq6 * x5
-            + q6 * dx5
-            + dq4 * x7
-            + q4 * dx7
-            + dq7 * x4
-            + q7 * dx4
-            + dq3 * x8
-            + q3 * dx8
-            + dq8 * x3
-            + q8 * dx3
-            + dq2 * x9
-            + q2 * dx9
-            + dq9 * x2
-            + q9 * dx2
-            + dq1 * x10
-            + q1 * dx10
-            + dq10 * x1
-            + q10 * dx1
-            - (dy11 - (de0 * u11 + e0 * du11))
-        ) - (dG * p12 + G * dp12)
+        u11 = L[LANE_BASE + 464 + i]
+        dp12 = 2.0 * (du5 * u7 + u5 * du7 + du4 * u8 + u4 * du8 + du3 * u9 + u3 * du9 + du2 * u10 + u2 * du10 + du1 * u11 + u1 * du11) + du6 * u6 + u6 * du6
+        e11 = L[LANE_BASE + 176 + i]
+        dy11 = du5 * e6 + u5 * de6 + du6 * e5 + u6 * de5 + du4 * e7 + u4 * de7 + du7 * e4 + u7 * de4 + du3 * e8 + u3 * de8 + du8 * e3 + u8 * de3 + du2 * e9 + u2 * de9 + du9 * e2 + u9 * de2 + du1 * e10 + u1 * de10 + du10 * e1 + u10 * de1 + du0 * e11 + u0 * de11 + du11 * e0 + u11 * de0
+        p12 = L[LANE_BASE + 288 + i]
+        q10 = L[LANE_BASE + 376 + i]
+        x10 = L[LANE_BASE + 640 + i]
+        drest12 = (-0.08333333333333333) * (dboth * p11 + both * dp11 + dq5 * x6 + q5 * dx6 + dq6 * x5 + q6 * dx5 + dq4 * x7 + q4 * dx7 + dq7 * x4 + q7 * dx4 + dq3 * x8 + q3 * dx8 + dq8 * x3 + q8 * dx3 + dq2 * x9 + q2 * dx9 + dq9 * x2 + q9 * dx2 + dq1 * x10 + q1 * dx10 + dq10 * x1 + q10 * dx1 - (dy11 - (de0 * u11 + e0 * du11))) - (dG * p12 + G * dp12)
+        w11 = L[LANE_BASE + 552 + i]
         dw12 = drest12 + 0.08333333333333333 * (dpull * u11 + pull * du11 - (ddrag * w11 + drag * dw11))
+        part167 = L[LANE_BASE + 872 + i]
         dpart168 = 0.3333333333333333 * du2 + part167 * du3
+        part170 = L[LANE_BASE + 888 + i]
         dpart171 = 0.14285714285714285 * du6 + part170 * du7
+        h2 = L[LANE_BASE + 184 + i]
+        part169 = L[LANE_BASE + 880 + i]
         dpart172 = 0.2 * du4 + part169 * du5 + h2 * dpart171
+        part174 = L[LANE_BASE + 904 + i]
         dpart175 = 0.09090909090909091 * du10 + part174 * du11
+        part173 = L[LANE_BASE + 896 + i]
         dpart176 = 0.1111111111111111 * du8 + part173 * du9 + h2 * dpart175
+        h4 = L[LANE_BASE + 192 + i]
+        h8 = L[LANE_BASE + 200 + i]
+        part166 = L[LANE_BASE + 864 + i]
         dpart177 = du0 + part166 * du1 + h2 * dpart168 + h4 * dpart172 + h8 * dpart176
+        h1 = L[LANE_LENGTH + i]
         dt = dt0 + h1 * dpart177
         dpart179 = du2 + h1 * du3
         dpart180 = du6 + h1 * du7
@@ -1963,335 +1274,330 @@ def base_bent_12(L: FloatArray) -> None:
         b11 = 0.0
         b12 = 0.0
         F0 = c0
+        L[LANE_BASE + i] = F0
         t1 = 1.0 * u0
+        L[LANE_BASE + 608 + i] = t1
         f0 = b0_v2
+        L[LANE_BASE + 192 + i] = f0
         q0 = u0 * u0
+        L[LANE_BASE + 504 + i] = q0
         g0 = cubic * q0 + quadratic * u0
+        L[LANE_BASE + 288 + i] = g0
         m0 = f0 * g0
         pull = u0 * F0
         z0 = m0 + K * u0
+        L[LANE_BASE + 1232 + i] = z0
         pull_v2 = pull - q0 * z0
         u1 = 0.5 * w0
+        L[LANE_BASE + 1136 + i] = u1
         q1 = 2.0 * (u0 * u1)
+        L[LANE_BASE + 512 + i] = q1
         w1 = 1.0 * pull_v2 - G * q1
         F1 = c1 * t1
+        L[LANE_BASE + 8 + i] = F1
         t2 = 0.5 * u1
+        L[LANE_BASE + 616 + i] = t2
         f1 = b1_v4 * t1
+        L[LANE_BASE + 200 + i] = f1
         g1 = cubic * q1 + quadratic * u1
+        L[LANE_BASE + 296 + i] = g1
         m1 = f0 * g1 + f1 * g0
         pull_v3 = u0 * F1 + u1 * F0
         z1 = m1 + K * u1
+        L[LANE_BASE + 1240 + i] = z1
         pull_v4 = pull_v3 - (q0 * z1 + q1 * z0)
         u2 = 0.25 * w1
+        L[LANE_BASE + 1144 + i] = u2
         q2 = 2.0 * (u0 * u2) + u1 * u1
+        L[LANE_BASE + 520 + i] = q2
         w2 = 0.5 * pull_v4 - G * q2
         t2_2 = t1 * t1
+        L[LANE_BASE + 624 + i] = t2_2
         F2 = c2 * t2_2 + c1 * t2
+        L[LANE_BASE + 16 + i] = F2
         t3 = 0.3333333333333333 * u2
+        L[LANE_BASE + 704 + i] = t3
         f2 = b2_v5 * t2_2 + b1_v4 * t2
+        L[LANE_BASE + 208 + i] = f2
         g2 = cubic * q2 + quadratic * u2
+        L[LANE_BASE + 304 + i] = g2
         m2 = f1 * g1 + f0 * g2 + f2 * g0
         pull_v5 = u1 * F1 + u0 * F2 + u2 * F0
         z2 = m2 + K * u2
+        L[LANE_BASE + 1248 + i] = z2
         pull_v6 = pull_v5 - (q1 * z1 + q0 * z2 + q2 * z0)
         u3 = 0.16666666666666666 * w2
+        L[LANE_BASE + 1152 + i] = u3
         q3 = 2.0 * (u0 * u3 + u1 * u2)
+        L[LANE_BASE + 528 + i] = q3
         w3 = 0.3333333333333333 * pull_v6 - G * q3
         t2_3 = 2.0 * (t1 * t2)
+        L[LANE_BASE + 632 + i] = t2_3
         t3_3 = t1 * t2_2
+        L[LANE_BASE + 712 + i] = t3_3
         F3 = c3 * t3_3 + c2 * t2_3 + c1 * t3
+        L[LANE_BASE + 24 + i] = F3
         t4 = 0.25 * u3
+        L[LANE_BASE + 784 + i] = t4
         f3 = b3_v6 * t3_3 + b2_v5 * t2_3 + b1_v4 * t3
+        L[LANE_BASE + 216 + i] = f3
         g3 = cubic * q3 + quadratic * u3
+        L[LANE_BASE + 312 + i] = g3
         m3 = f1 * g2 + f2 * g1 + f0 * g3 + f3 * g0
         pull_v7 = u1 * F2 + u2 * F1 + u0 * F3 + u3 * F0
         z3 = m3 + K * u3
+        L[LANE_BASE + 1256 + i] = z3
         pull_v8 = pull_v7 - (q1 * z2 + q2 * z1 + q0 * z3 + q3 * z0)
         u4 = 0.125 * w3
+        L[LANE_BASE + 1160 + i] = u4
         q4 = 2.0 * (u0 * u4 + u1 * u3) + u2 * u2
+        L[LANE_BASE + 536 + i] = q4
         w4 = 0.25 * pull_v8 - G * q4
         t2_4 = 2.0 * (t1 * t3) + t2 * t2
+        L[LANE_BASE + 640 + i] = t2_4
         t3_4 = t2 * t2_2 + t1 * t2_3
+        L[LANE_BASE + 720 + i] = t3_4
         t4_4 = t2_2 * t2_2
+        L[LANE_BASE + 792 + i] = t4_4
         F4 = c4 * t4_4 + c3 * t3_4 + c2 * t2_4 + c1 * t4
+        L[LANE_BASE + 32 + i] = F4
         t5 = 0.2 * u4
+        L[LANE_BASE + 856 + i] = t5
         f4 = b4_v7 * t4_4 + b3_v6 * t3_4 + b2_v5 * t2_4 + b1_v4 * t4
+        L[LANE_BASE + 224 + i] = f4
         g4 = cubic * q4 + quadratic * u4
+        L[LANE_BASE + 320 + i] = g4
         m4 = f2 * g2 + f1 * g3 + f3 * g1 + f0 * g4 + f4 * g0
         pull_v9 = u2 * F2 + u1 * F3 + u3 * F1 + u0 * F4 + u4 * F0
         z4 = m4 + K * u4
+        L[LANE_BASE + 1264 + i] = z4
         pull_v10 = pull_v9 - (q2 * z2 + q1 * z3 + q3 * z1 + q0 * z4 + q4 * z0)
         u5 = 0.1 * w4
+        L[LANE_BASE + 1168 + i] = u5
         q5 = 2.0 * (u0 * u5 + u1 * u4 + u2 * u3)
+        L[LANE_BASE + 544 + i] = q5
         w5 = 0.2 * pull_v10 - G * q5
         t2_5 = 2.0 * (t1 * t4 + t2 * t3)
+        L[LANE_BASE + 648 + i] = t2_5
         t3_5 = t3 * t2_2 + t2 * t2_3 + t1 * t2_4
+        L[LANE_BASE + 728 + i] = t3_5
         t4_5 = 2.0 * (t2_2 * t2_3)
+        L[LANE_BASE + 800 + i] = t4_5
         t5_5 = t1 * t4_4
+        L[LANE_BASE + 864 + i] = t5_5
         F5 = c5 * t5_5 + c4 * t4_5 + c3 * t3_5 + c2 * t2_5 + c1 * t5
+        L[LANE_BASE + 40 + i] = F5
         t6 = 0.16666666666666666 * u5
+        L[LANE_BASE + 920 + i] = t6
         f5 = b5_v8 * t5_5 + b4_v7 * t4_5 + b3_v6 * t3_5 + b2_v5 * t2_5 + b1_v4 * t5
+        L[LANE_BASE + 232 + i] = f5
         g5 = cubic * q5 + quadratic * u5
+        L[LANE_BASE + 328 + i] = g5
         m5 = f2 * g3 + f3 * g2 + f1 * g4 + f4 * g1 + f0 * g5 + f5 * g0
         pull_v11 = u2 * F3 + u3 * F2 + u1 * F4 + u4 * F1 + u0 * F5 + u5 * F0
         z5 = m5 + K * u5
+        L[LANE_BASE + 1272 + i] = z5
         pull_v12 = pull_v11 - (q2 * z3 + q3 * z2 + q1 * z4 + q4 * z1 + q0 * z5 + q5 * z0)
         u6 = 0.08333333333333333 * w5
+        L[LANE_BASE + 1176 + i] = u6
         q6 = 2.0 * (u0 * u6 + u1 * u5 + u2 * u4) + u3 * u3
+        L[LANE_BASE + 552 + i] = q6
         w6 = 0.16666666666666666 * pull_v12 - G * q6
         t2_6 = 2.0 * (t1 * t5 + t2 * t4) + t3 * t3
+        L[LANE_BASE + 656 + i] = t2_6
         t3_6 = t4 * t2_2 + t3 * t2_3 + t2 * t2_4 + t1 * t2_5
+        L[LANE_BASE + 736 + i] = t3_6
         t4_6 = 2.0 * (t2_2 * t2_4) + t2_3 * t2_3
+        L[LANE_BASE + 808 + i] = t4_6
         t5_6 = t2 * t4_4 + t1 * t4_5
+        L[LANE_BASE + 872 + i] = t5_6
         t6_6 = t3_3 * t3_3
+        L[LANE_BASE + 928 + i] = t6_6
         F6 = c6 * t6_6 + c5 * t5_6 + c4 * t4_6 + c3 * t3_6 + c2 * t2_6 + c1 * t6
+        L[LANE_BASE + 48 + i] = F6
         t7 = 0.14285714285714285 * u6
+        L[LANE_BASE + 976 + i] = t7
         f6 = b6_v9 * t6_6 + b5_v8 * t5_6 + b4_v7 * t4_6 + b3_v6 * t3_6 + b2_v5 * t2_6 + b1_v4 * t6
+        L[LANE_BASE + 240 + i] = f6
         g6 = cubic * q6 + quadratic * u6
+        L[LANE_BASE + 336 + i] = g6
         m6 = f3 * g3 + f2 * g4 + f4 * g2 + f1 * g5 + f5 * g1 + f0 * g6 + f6 * g0
         pull_v13 = u3 * F3 + u2 * F4 + u4 * F2 + u1 * F5 + u5 * F1 + u0 * F6 + u6 * F0
         z6 = m6 + K * u6
+        L[LANE_BASE + 1280 + i] = z6
         pull_v14 = pull_v13 - (q3 * z3 + q2 * z4 + q4 * z2 + q1 * z5 + q5 * z1 + q0 * z6 + q6 * z0)
         u7 = 0.07142857142857142 * w6
+        L[LANE_BASE + 1184 + i] = u7
         q7 = 2.0 * (u0 * u7 + u1 * u6 + u2 * u5 + u3 * u4)
+        L[LANE_BASE + 560 + i] = q7
         w7 = 0.14285714285714285 * pull_v14 - G * q7
         t2_7 = 2.0 * (t1 * t6 + t2 * t5 + t3 * t4)
+        L[LANE_BASE + 664 + i] = t2_7
         t3_7 = t5 * t2_2 + t4 * t2_3 + t3 * t2_4 + t2 * t2_5 + t1 * t2_6
+        L[LANE_BASE + 744 + i] = t3_7
         t4_7 = 2.0 * (t2_2 * t2_5 + t2_3 * t2_4)
+        L[LANE_BASE + 816 + i] = t4_7
         t5_7 = t3 * t4_4 + t2 * t4_5 + t1 * t4_6
+        L[LANE_BASE + 880 + i] = t5_7
         t6_7 = 2.0 * (t3_3 * t3_4)
+        L[LANE_BASE + 936 + i] = t6_7
         t7_7 = t1 * t6_6
+        L[LANE_BASE + 984 + i] = t7_7
         F7 = c7 * t7_7 + c6 * t6_7 + c5 * t5_7 + c4 * t4_7 + c3 * t3_7 + c2 * t2_7 + c1 * t7
+        L[LANE_BASE + 56 + i] = F7
         t8 = 0.125 * u7
+        L[LANE_BASE + 1024 + i] = t8
         f7 = b7_v10 * t7_7 + b6_v9 * t6_7 + b5_v8 * t5_7 + b4_v7 * t4_7 + b3_v6 * t3_7 + b2_v5 * t2_7 + b1_v4 * t7
+        L[LANE_BASE + 248 + i] = f7
         g7 = cubic * q7 + quadratic * u7
+        L[LANE_BASE + 344 + i] = g7
         m7 = f3 * g4 + f4 * g3 + f2 * g5 + f5 * g2 + f1 * g6 + f6 * g1 + f0 * g7 + f7 * g0
         pull_v15 = u3 * F4 + u4 * F3 + u2 * F5 + u5 * F2 + u1 * F6 + u6 * F1 + u0 * F7 + u7 * F0
         z7 = m7 + K * u7
+        L[LANE_BASE + 1288 + i] = z7
         pull_v16 = pull_v15 - (q3 * z4 + q4 * z3 + q2 * z5 + q5 * z2 + q1 * z6 + q6 * z1 + q0 * z7 + q7 * z0)
         u8 = 0.0625 * w7
+        L[LANE_BASE + 1192 + i] = u8
         q8 = 2.0 * (u0 * u8 + u1 * u7 + u2 * u6 + u3 * u5) + u4 * u4
+        L[LANE_BASE + 568 + i] = q8
         w8 = 0.125 * pull_v16 - G * q8
         t2_8 = 2.0 * (t1 * t7 + t2 * t6 + t3 * t5) + t4 * t4
+        L[LANE_BASE + 672 + i] = t2_8
         t3_8 = t6 * t2_2 + t5 * t2_3 + t4 * t2_4 + t3 * t2_5 + t2 * t2_6 + t1 * t2_7
+        L[LANE_BASE + 752 + i] = t3_8
         t4_8 = 2.0 * (t2_2 * t2_6 + t2_3 * t2_5) + t2_4 * t2_4
+        L[LANE_BASE + 824 + i] = t4_8
         t5_8 = t4 * t4_4 + t3 * t4_5 + t2 * t4_6 + t1 * t4_7
+        L[LANE_BASE + 888 + i] = t5_8
         t6_8 = 2.0 * (t3_3 * t3_5) + t3_4 * t3_4
+        L[LANE_BASE + 944 + i] = t6_8
         t7_8 = t2 * t6_6 + t1 * t6_7
+        L[LANE_BASE + 992 + i] = t7_8
         t8_8 = t4_4 * t4_4
+        L[LANE_BASE + 1032 + i] = t8_8
         F8 = c8 * t8_8 + c7 * t7_8 + c6 * t6_8 + c5 * t5_8 + c4 * t4_8 + c3 * t3_8 + c2 * t2_8 + c1 * t8
+        L[LANE_BASE + 64 + i] = F8
         t9 = 0.1111111111111111 * u8
-        f8 = (
-            b8_v2 * t8_8
-            + b7_v10 * t7_8
-            + b6_v9 * t6_8
-            + b5_v8 * t5_8
-            + b4_v7 * t4_8
-            + b3_v6 * t3_8
-            + b2_v5 * t2_8
-            + b1_v4 * t8
-        )
+        L[LANE_BASE + 1064 + i] = t9
+        f8 = b8_v2 * t8_8 + b7_v10 * t7_8 + b6_v9 * t6_8 + b5_v8 * t5_8 + b4_v7 * t4_8 + b3_v6 * t3_8 + b2_v5 * t2_8 + b1_v4 * t8
+        L[LANE_BASE + 256 + i] = f8
         g8 = cubic * q8 + quadratic * u8
+        L[LANE_BASE + 352 + i] = g8
         m8 = f4 * g4 + f3 * g5 + f5 * g3 + f2 * g6 + f6 * g2 + f1 * g7 + f7 * g1 + f0 * g8 + f8 * g0
         pull_v17 = u4 * F4 + u3 * F5 + u5 * F3 + u2 * F6 + u6 * F2 + u1 * F7 + u7 * F1 + u0 * F8 + u8 * F0
         z8 = m8 + K * u8
+        L[LANE_BASE + 1296 + i] = z8
         pull_v18 = pull_v17 - (q4 * z4 + q3 * z5 + q5 * z3 + q2 * z6 + q6 * z2 + q1 * z7 + q7 * z1 + q0 * z8 + q8 * z0)
         u9 = 0.05555555555555555 * w8
+        L[LANE_BASE + 1200 + i] = u9
         q9 = 2.0 * (u0 * u9 + u1 * u8 + u2 * u7 + u3 * u6 + u4 * u5)
+        L[LANE_BASE + 576 + i] = q9
         w9 = 0.1111111111111111 * pull_v18 - G * q9
         t2_9 = 2.0 * (t1 * t8 + t2 * t7 + t3 * t6 + t4 * t5)
+        L[LANE_BASE + 680 + i] = t2_9
         t3_9 = t7 * t2_2 + t6 * t2_3 + t5 * t2_4 + t4 * t2_5 + t3 * t2_6 + t2 * t2_7 + t1 * t2_8
+        L[LANE_BASE + 760 + i] = t3_9
         t4_9 = 2.0 * (t2_2 * t2_7 + t2_3 * t2_6 + t2_4 * t2_5)
+        L[LANE_BASE + 832 + i] = t4_9
         t5_9 = t5 * t4_4 + t4 * t4_5 + t3 * t4_6 + t2 * t4_7 + t1 * t4_8
+        L[LANE_BASE + 896 + i] = t5_9
         t6_9 = 2.0 * (t3_3 * t3_6 + t3_4 * t3_5)
+        L[LANE_BASE + 952 + i] = t6_9
         t7_9 = t3 * t6_6 + t2 * t6_7 + t1 * t6_8
+        L[LANE_BASE + 1000 + i] = t7_9
         t8_9 = 2.0 * (t4_4 * t4_5)
+        L[LANE_BASE + 1040 + i] = t8_9
         t9_9 = t1 * t8_8
+        L[LANE_BASE + 1072 + i] = t9_9
         F9 = c9 * t9_9 + c8 * t8_9 + c7 * t7_9 + c6 * t6_9 + c5 * t5_9 + c4 * t4_9 + c3 * t3_9 + c2 * t2_9 + c1 * t9
+        L[LANE_BASE + 72 + i] = F9
         t10 = 0.1 * u9
-        f9 = (
-            b9 * t9_9
-            + b8_v2 * t8_9
-            + b7_v10 * t7_9
-            + b6_v9 * t6_9
-            + b5_v8 * t5_9
-            + b4_v7 * t4_9
-            + b3_v6 * t3_9
-            + b2_v5 * t2_9
-            + b1_v4 * t9
-        )
+        L[LANE_BASE + 1096 + i] = t10
+        f9 = b9 * t9_9 + b8_v2 * t8_9 + b7_v10 * t7_9 + b6_v9 * t6_9 + b5_v8 * t5_9 + b4_v7 * t4_9 + b3_v6 * t3_9 + b2_v5 * t2_9 + b1_v4 * t9
+        L[LANE_BASE + 264 + i] = f9
         g9 = cubic * q9 + quadratic * u9
+        L[LANE_BASE + 360 + i] = g9
         m9 = f4 * g5 + f5 * g4 + f3 * g6 + f6 * g3 + f2 * g7 + f7 * g2 + f1 * g8 + f8 * g1 + f0 * g9 + f9 * g0
         pull_v19 = u4 * F5 + u5 * F4 + u3 * F6 + u6 * F3 + u2 * F7 + u7 * F2 + u1 * F8 + u8 * F1 + u0 * F9 + u9 * F0
         z9 = m9 + K * u9
-        pull_v20 = pull_v19 - (
-            q4 * z5 + q5 * z4 + q3 * z6 + q6 * z3 + q2 * z7 + q7 * z2 + q1 * z8 + q8 * z1 + q0 * z9 + q9 * z0
-        )
+        L[LANE_BASE + 1304 + i] = z9
+        pull_v20 = pull_v19 - (q4 * z5 + q5 * z4 + q3 * z6 + q6 * z3 + q2 * z7 + q7 * z2 + q1 * z8 + q8 * z1 + q0 * z9 + q9 * z0)
         u10 = 0.05 * w9
+        L[LANE_BASE + 1208 + i] = u10
         q10 = 2.0 * (u0 * u10 + u1 * u9 + u2 * u8 + u3 * u7 + u4 * u6) + u5 * u5
+        L[LANE_BASE + 584 + i] = q10
         w10 = 0.1 * pull_v20 - G * q10
         t2_10 = 2.0 * (t1 * t9 + t2 * t8 + t3 * t7 + t4 * t6) + t5 * t5
+        L[LANE_BASE + 688 + i] = t2_10
         t3_10 = t8 * t2_2 + t7 * t2_3 + t6 * t2_4 + t5 * t2_5 + t4 * t2_6 + t3 * t2_7 + t2 * t2_8 + t1 * t2_9
+        L[LANE_BASE + 768 + i] = t3_10
         t4_10 = 2.0 * (t2_2 * t2_8 + t2_3 * t2_7 + t2_4 * t2_6) + t2_5 * t2_5
+        L[LANE_BASE + 840 + i] = t4_10
         t5_10 = t6 * t4_4 + t5 * t4_5 + t4 * t4_6 + t3 * t4_7 + t2 * t4_8 + t1 * t4_9
+        L[LANE_BASE + 904 + i] = t5_10
         t6_10 = 2.0 * (t3_3 * t3_7 + t3_4 * t3_6) + t3_5 * t3_5
+        L[LANE_BASE + 960 + i] = t6_10
         t7_10 = t4 * t6_6 + t3 * t6_7 + t2 * t6_8 + t1 * t6_9
+        L[LANE_BASE + 1008 + i] = t7_10
         t8_10 = 2.0 * (t4_4 * t4_6) + t4_5 * t4_5
+        L[LANE_BASE + 1048 + i] = t8_10
         t9_10 = t2 * t8_8 + t1 * t8_9
+        L[LANE_BASE + 1080 + i] = t9_10
         t10_10 = t5_5 * t5_5
-        F10 = (
-            c10 * t10_10
-            + c9 * t9_10
-            + c8 * t8_10
-            + c7 * t7_10
-            + c6 * t6_10
-            + c5 * t5_10
-            + c4 * t4_10
-            + c3 * t3_10
-            + c2 * t2_10
-            + c1 * t10
-        )
+        L[LANE_BASE + 1104 + i] = t10_10
+        F10 = c10 * t10_10 + c9 * t9_10 + c8 * t8_10 + c7 * t7_10 + c6 * t6_10 + c5 * t5_10 + c4 * t4_10 + c3 * t3_10 + c2 * t2_10 + c1 * t10
+        L[LANE_BASE + 80 + i] = F10
         t11 = 0.09090909090909091 * u10
-        f10 = (
-            b10 * t10_10
-            + b9 * t9_10
-            + b8_v2 * t8_10
-            + b7_v10 * t7_10
-            + b6_v9 * t6_10
-            + b5_v8 * t5_10
-            + b4_v7 * t4_10
-            + b3_v6 * t3_10
-            + b2_v5 * t2_10
-            + b1_v4 * t10
-        )
+        L[LANE_BASE + 1120 + i] = t11
+        f10 = b10 * t10_10 + b9 * t9_10 + b8_v2 * t8_10 + b7_v10 * t7_10 + b6_v9 * t6_10 + b5_v8 * t5_10 + b4_v7 * t4_10 + b3_v6 * t3_10 + b2_v5 * t2_10 + b1_v4 * t10
+        L[LANE_BASE + 272 + i] = f10
         g10 = cubic * q10 + quadratic * u10
-        m10 = (
-            f5 * g5
-            + f4 * g6
-            + f6 * g4
-            + f3 * g7
-            + f7 * g3
-            + f2 * g8
-            + f8 * g2
-            + f1 * g9
-            + f9 * g1
-            + f0 * g10
-            + f10 * g0
-        )
-        pull_v21 = (
-            u5 * F5
-            + u4 * F6
-            + u6 * F4
-            + u3 * F7
-            + u7 * F3
-            + u2 * F8
-            + u8 * F2
-            + u1 * F9
-            + u9 * F1
-            + u0 * F10
-            + u10 * F0
-        )
+        L[LANE_BASE + 368 + i] = g10
+        m10 = f5 * g5 + f4 * g6 + f6 * g4 + f3 * g7 + f7 * g3 + f2 * g8 + f8 * g2 + f1 * g9 + f9 * g1 + f0 * g10 + f10 * g0
+        pull_v21 = u5 * F5 + u4 * F6 + u6 * F4 + u3 * F7 + u7 * F3 + u2 * F8 + u8 * F2 + u1 * F9 + u9 * F1 + u0 * F10 + u10 * F0
         z10 = m10 + K * u10
-        pull_v22 = pull_v21 - (
-            q5 * z5
-            + q4 * z6
-            + q6 * z4
-            + q3 * z7
-            + q7 * z3
-            + q2 * z8
-            + q8 * z2
-            + q1 * z9
-            + q9 * z1
-            + q0 * z10
-            + q10 * z0
-        )
+        L[LANE_BASE + 1312 + i] = z10
+        pull_v22 = pull_v21 - (q5 * z5 + q4 * z6 + q6 * z4 + q3 * z7 + q7 * z3 + q2 * z8 + q8 * z2 + q1 * z9 + q9 * z1 + q0 * z10 + q10 * z0)
         u11 = 0.045454545454545456 * w10
+        L[LANE_BASE + 1216 + i] = u11
         q11 = 2.0 * (u0 * u11 + u1 * u10 + u2 * u9 + u3 * u8 + u4 * u7 + u5 * u6)
+        L[LANE_BASE + 592 + i] = q11
         w11 = 0.09090909090909091 * pull_v22 - G * q11
         t2_11 = 2.0 * (t1 * t10 + t2 * t9 + t3 * t8 + t4 * t7 + t5 * t6)
-        t3_11 = (
-            t9 * t2_2 + t8 * t2_3 + t7 * t2_4 + t6 * t2_5 + t5 * t2_6 + t4 * t2_7 + t3 * t2_8 + t2 * t2_9 + t1 * t2_10
-        )
+        L[LANE_BASE + 696 + i] = t2_11
+        t3_11 = t9 * t2_2 + t8 * t2_3 + t7 * t2_4 + t6 * t2_5 + t5 * t2_6 + t4 * t2_7 + t3 * t2_8 + t2 * t2_9 + t1 * t2_10
+        L[LANE_BASE + 776 + i] = t3_11
         t4_11 = 2.0 * (t2_2 * t2_9 + t2_3 * t2_8 + t2_4 * t2_7 + t2_5 * t2_6)
+        L[LANE_BASE + 848 + i] = t4_11
         t5_11 = t7 * t4_4 + t6 * t4_5 + t5 * t4_6 + t4 * t4_7 + t3 * t4_8 + t2 * t4_9 + t1 * t4_10
+        L[LANE_BASE + 912 + i] = t5_11
         t6_11 = 2.0 * (t3_3 * t3_8 + t3_4 * t3_7 + t3_5 * t3_6)
+        L[LANE_BASE + 968 + i] = t6_11
         t7_11 = t5 * t6_6 + t4 * t6_7 + t3 * t6_8 + t2 * t6_9 + t1 * t6_10
+        L[LANE_BASE + 1016 + i] = t7_11
         t8_11 = 2.0 * (t4_4 * t4_7 + t4_5 * t4_6)
+        L[LANE_BASE + 1056 + i] = t8_11
         t9_11 = t3 * t8_8 + t2 * t8_9 + t1 * t8_10
+        L[LANE_BASE + 1088 + i] = t9_11
         t10_11 = 2.0 * (t5_5 * t5_6)
+        L[LANE_BASE + 1112 + i] = t10_11
         t11_11 = t1 * t10_10
-        F11 = (
-            c11 * t11_11
-            + c10 * t10_11
-            + c9 * t9_11
-            + c8 * t8_11
-            + c7 * t7_11
-            + c6 * t6_11
-            + c5 * t5_11
-            + c4 * t4_11
-            + c3 * t3_11
-            + c2 * t2_11
-            + c1 * t11
-        )
-        f11 = (
-            b11 * t11_11
-            + b10 * t10_11
-            + b9 * t9_11
-            + b8_v2 * t8_11
-            + b7_v10 * t7_11
-            + b6_v9 * t6_11
-            + b5_v8 * t5_11
-            + b4_v7 * t4_11
-            + b3_v6 * t3_11
-            + b2_v5 * t2_11
-            + b1_v4 * t11
-        )
+        L[LANE_BASE + 1128 + i] = t11_11
+        F11 = c11 * t11_11 + c10 * t10_11 + c9 * t9_11 + c8 * t8_11 + c7 * t7_11 + c6 * t6_11 + c5 * t5_11 + c4 * t4_11 + c3 * t3_11 + c2 * t2_11 + c1 * t11
+        L[LANE_BASE + 88 + i] = F11
+        f11 = b11 * t11_11 + b10 * t10_11 + b9 * t9_11 + b8_v2 * t8_11 + b7_v10 * t7_11 + b6_v9 * t6_11 + b5_v8 * t5_11 + b4_v7 * t4_11 + b3_v6 * t3_11 + b2_v5 * t2_11 + b1_v4 * t11
+        L[LANE_BASE + 280 + i] = f11
         g11 = cubic * q11 + quadratic * u11
-        m11 = (
-            f5 * g6
-            + f6 * g5
-            + f4 * g7
-            + f7 * g4
-            + f3 * g8
-            + f8 * g3
-            + f2 * g9
-            + f9 * g2
-            + f1 * g10
-            + f10 * g1
-            + f0 * g11
-            + f11 * g0
-        )
-        pull_v23 = (
-            u5 * F6
-            + u6 * F5
-            + u4 * F7
-            + u7 * F4
-            + u3 * F8
-            + u8 * F3
-            + u2 * F9
-            + u9 * F2
-            + u1 * F10
-            + u10 * F1
-            + u0 * F11
-            + u11 * F0
-        )
+        L[LANE_BASE + 376 + i] = g11
+        m11 = f5 * g6 + f6 * g5 + f4 * g7 + f7 * g4 + f3 * g8 + f8 * g3 + f2 * g9 + f9 * g2 + f1 * g10 + f10 * g1 + f0 * g11 + f11 * g0
+        pull_v23 = u5 * F6 + u6 * F5 + u4 * F7 + u7 * F4 + u3 * F8 + u8 * F3 + u2 * F9 + u9 * F2 + u1 * F10 + u10 * F1 + u0 * F11 + u11 * F0
         z11 = m11 + K * u11
-        pull_v24 = pull_v23 - (
-            q5 * z6
-            + q6 * z5
-            + q4 * z7
-            + q7 * z4
-            + q3 * z8
-            + q8 * z3
-            + q2 * z9
-            + q9 * z2
-            + q1 * z10
-            + q10 * z1
-            + q0 * z11
-            + q11 * z0
-        )
+        L[LANE_BASE + 1320 + i] = z11
+        pull_v24 = pull_v23 - (q5 * z6 + q6 * z5 + q4 * z7 + q7 * z4 + q3 * z8 + q8 * z3 + q2 * z9 + q9 * z2 + q1 * z10 + q10 * z1 + q0 * z11 + q11 * z0)
         u12 = 0.041666666666666664 * w11
+        L[LANE_BASE + 1224 + i] = u12
         q12 = 2.0 * (u0 * u12 + u1 * u11 + u2 * u10 + u3 * u9 + u4 * u8 + u5 * u7) + u6 * u6
+        L[LANE_BASE + 600 + i] = q12
         w12 = 0.08333333333333333 * pull_v24 - G * q12
         sc0 = 1.0 * c1
         sc1 = 2.0 * c2
@@ -2306,50 +1612,29 @@ def base_bent_12(L: FloatArray) -> None:
         sc10 = 11.0 * c11
         sc11 = 12.0 * c12
         H0 = sc0
+        L[LANE_BASE + 96 + i] = H0
         H1 = sc1 * t1
+        L[LANE_BASE + 104 + i] = H1
         H2 = sc2 * t2_2 + sc1 * t2
+        L[LANE_BASE + 112 + i] = H2
         H3 = sc3 * t3_3 + sc2 * t2_3 + sc1 * t3
+        L[LANE_BASE + 120 + i] = H3
         H4 = sc4 * t4_4 + sc3 * t3_4 + sc2 * t2_4 + sc1 * t4
+        L[LANE_BASE + 128 + i] = H4
         H5 = sc5 * t5_5 + sc4 * t4_5 + sc3 * t3_5 + sc2 * t2_5 + sc1 * t5
+        L[LANE_BASE + 136 + i] = H5
         H6 = sc6 * t6_6 + sc5 * t5_6 + sc4 * t4_6 + sc3 * t3_6 + sc2 * t2_6 + sc1 * t6
+        L[LANE_BASE + 144 + i] = H6
         H7 = sc7 * t7_7 + sc6 * t6_7 + sc5 * t5_7 + sc4 * t4_7 + sc3 * t3_7 + sc2 * t2_7 + sc1 * t7
+        L[LANE_BASE + 152 + i] = H7
         H8 = sc8 * t8_8 + sc7 * t7_8 + sc6 * t6_8 + sc5 * t5_8 + sc4 * t4_8 + sc3 * t3_8 + sc2 * t2_8 + sc1 * t8
-        H9 = (
-            sc9 * t9_9
-            + sc8 * t8_9
-            + sc7 * t7_9
-            + sc6 * t6_9
-            + sc5 * t5_9
-            + sc4 * t4_9
-            + sc3 * t3_9
-            + sc2 * t2_9
-            + sc1 * t9
-        )
-        H10 = (
-            sc10 * t10_10
-            + sc9 * t9_10
-            + sc8 * t8_10
-            + sc7 * t7_10
-            + sc6 * t6_10
-            + sc5 * t5_10
-            + sc4 * t4_10
-            + sc3 * t3_10
-            + sc2 * t2_10
-            + sc1 * t10
-        )
-        H11 = (
-            sc11 * t11_11
-            + sc10 * t10_11
-            + sc9 * t9_11
-            + sc8 * t8_11
-            + sc7 * t7_11
-            + sc6 * t6_11
-            + sc5 * t5_11
-            + sc4 * t4_11
-            + sc3 * t3_11
-            + sc2 * t2_11
-            + sc1 * t11
-        )
+        L[LANE_BASE + 160 + i] = H8
+        H9 = sc9 * t9_9 + sc8 * t8_9 + sc7 * t7_9 + sc6 * t6_9 + sc5 * t5_9 + sc4 * t4_9 + sc3 * t3_9 + sc2 * t2_9 + sc1 * t9
+        L[LANE_BASE + 168 + i] = H9
+        H10 = sc10 * t10_10 + sc9 * t9_10 + sc8 * t8_10 + sc7 * t7_10 + sc6 * t6_10 + sc5 * t5_10 + sc4 * t4_10 + sc3 * t3_10 + sc2 * t2_10 + sc1 * t10
+        L[LANE_BASE + 176 + i] = H10
+        H11 = sc11 * t11_11 + sc10 * t10_11 + sc9 * t9_11 + sc8 * t8_11 + sc7 * t7_11 + sc6 * t6_11 + sc5 * t5_11 + sc4 * t4_11 + sc3 * t3_11 + sc2 * t2_11 + sc1 * t11
+        L[LANE_BASE + 184 + i] = H11
         sb0 = 1.0 * b1_v4
         sb1 = 2.0 * b2_v5
         sb2 = 3.0 * b3_v6
@@ -2363,62 +1648,50 @@ def base_bent_12(L: FloatArray) -> None:
         sb10 = 11.0 * b11
         sb11 = 12.0 * b12
         k0 = sb0
+        L[LANE_BASE + 408 + i] = k0
         k1 = sb1 * t1
+        L[LANE_BASE + 416 + i] = k1
         k2 = sb2 * t2_2 + sb1 * t2
+        L[LANE_BASE + 424 + i] = k2
         k3 = sb3 * t3_3 + sb2 * t2_3 + sb1 * t3
+        L[LANE_BASE + 432 + i] = k3
         k4 = sb4 * t4_4 + sb3 * t3_4 + sb2 * t2_4 + sb1 * t4
+        L[LANE_BASE + 440 + i] = k4
         k5 = sb5 * t5_5 + sb4 * t4_5 + sb3 * t3_5 + sb2 * t2_5 + sb1 * t5
+        L[LANE_BASE + 448 + i] = k5
         k6 = sb6 * t6_6 + sb5 * t5_6 + sb4 * t4_6 + sb3 * t3_6 + sb2 * t2_6 + sb1 * t6
+        L[LANE_BASE + 456 + i] = k6
         k7 = sb7 * t7_7 + sb6 * t6_7 + sb5 * t5_7 + sb4 * t4_7 + sb3 * t3_7 + sb2 * t2_7 + sb1 * t7
+        L[LANE_BASE + 464 + i] = k7
         k8 = sb8 * t8_8 + sb7 * t7_8 + sb6 * t6_8 + sb5 * t5_8 + sb4 * t4_8 + sb3 * t3_8 + sb2 * t2_8 + sb1 * t8
-        k9 = (
-            sb9 * t9_9
-            + sb8 * t8_9
-            + sb7 * t7_9
-            + sb6 * t6_9
-            + sb5 * t5_9
-            + sb4 * t4_9
-            + sb3 * t3_9
-            + sb2 * t2_9
-            + sb1 * t9
-        )
-        k10 = (
-            sb10 * t10_10
-            + sb9 * t9_10
-            + sb8 * t8_10
-            + sb7 * t7_10
-            + sb6 * t6_10
-            + sb5 * t5_10
-            + sb4 * t4_10
-            + sb3 * t3_10
-            + sb2 * t2_10
-            + sb1 * t10
-        )
-        k11 = (
-            sb11 * t11_11
-            + sb10 * t10_11
-            + sb9 * t9_11
-            + sb8 * t8_11
-            + sb7 * t7_11
-            + sb6 * t6_11
-            + sb5 * t5_11
-            + sb4 * t4_11
-            + sb3 * t3_11
-            + sb2 * t2_11
-            + sb1 * t11
-        )
+        L[LANE_BASE + 472 + i] = k8
+        k9 = sb9 * t9_9 + sb8 * t8_9 + sb7 * t7_9 + sb6 * t6_9 + sb5 * t5_9 + sb4 * t4_9 + sb3 * t3_9 + sb2 * t2_9 + sb1 * t9
+        L[LANE_BASE + 480 + i] = k9
+        k10 = sb10 * t10_10 + sb9 * t9_10 + sb8 * t8_10 + sb7 * t7_10 + sb6 * t6_10 + sb5 * t5_10 + sb4 * t4_10 + sb3 * t3_10 + sb2 * t2_10 + sb1 * t10
+        L[LANE_BASE + 488 + i] = k10
+        k11 = sb11 * t11_11 + sb10 * t10_11 + sb9 * t9_11 + sb8 * t8_11 + sb7 * t7_11 + sb6 * t6_11 + sb5 * t5_11 + sb4 * t4_11 + sb3 * t3_11 + sb2 * t2_11 + sb1 * t11
+        L[LANE_BASE + 496 + i] = k11
         h2 = h1 * h1
+        L[LANE_BASE + 384 + i] = h2
         h4 = h2 * h2
+        L[LANE_BASE + 392 + i] = h4
         h8 = h4 * h4
+        L[LANE_BASE + 400 + i] = h8
         part488 = h1 * 0.5
+        L[LANE_BASE + 1328 + i] = part488
         part489 = h1 * 0.25
+        L[LANE_BASE + 1336 + i] = part489
         part490 = 0.3333333333333333 * u2 + part489 * u3
         part491 = h1 * 0.16666666666666666
+        L[LANE_BASE + 1344 + i] = part491
         part492 = h1 * 0.125
+        L[LANE_BASE + 1352 + i] = part492
         part493 = 0.14285714285714285 * u6 + part492 * u7
         part494 = 0.2 * u4 + part491 * u5 + h2 * part493
         part495 = h1 * 0.1
+        L[LANE_BASE + 1360 + i] = part495
         part496 = h1 * 0.08333333333333333
+        L[LANE_BASE + 1368 + i] = part496
         part497 = 0.09090909090909091 * u10 + part496 * u11
         part498 = 0.1111111111111111 * u8 + part495 * u9 + h2 * part497
         part499 = u0 + part488 * u1 + h2 * part490 + h4 * part494 + h8 * part498
@@ -2435,178 +1708,6 @@ def base_bent_12(L: FloatArray) -> None:
         part510 = w10 + h1 * w11
         part511 = w8 + h1 * w9 + h2 * part510 + h4 * w12
         w = w0 + h1 * w1 + h2 * part507 + h4 * part509 + h8 * part511
-        L[LANE_BASE + i] = F0
-        L[LANE_BASE + 8 + i] = F1
-        L[LANE_BASE + 16 + i] = F2
-        L[LANE_BASE + 24 + i] = F3
-        L[LANE_BASE + 32 + i] = F4
-        L[LANE_BASE + 40 + i] = F5
-        L[LANE_BASE + 48 + i] = F6
-        L[LANE_BASE + 56 + i] = F7
-        L[LANE_BASE + 64 + i] = F8
-        L[LANE_BASE + 72 + i] = F9
-        L[LANE_BASE + 80 + i] = F10
-        L[LANE_BASE + 88 + i] = F11
-        L[LANE_BASE + 96 + i] = H0
-        L[LANE_BASE + 104 + i] = H1
-        L[LANE_BASE + 112 + i] = H2
-        L[LANE_BASE + 120 + i] = H3
-        L[LANE_BASE + 128 + i] = H4
-        L[LANE_BASE + 136 + i] = H5
-        L[LANE_BASE + 144 + i] = H6
-        L[LANE_BASE + 152 + i] = H7
-        L[LANE_BASE + 160 + i] = H8
-        L[LANE_BASE + 168 + i] = H9
-        L[LANE_BASE + 176 + i] = H10
-        L[LANE_BASE + 184 + i] = H11
-        L[LANE_BASE + 192 + i] = f0
-        L[LANE_BASE + 200 + i] = f1
-        L[LANE_BASE + 208 + i] = f2
-        L[LANE_BASE + 216 + i] = f3
-        L[LANE_BASE + 224 + i] = f4
-        L[LANE_BASE + 232 + i] = f5
-        L[LANE_BASE + 240 + i] = f6
-        L[LANE_BASE + 248 + i] = f7
-        L[LANE_BASE + 256 + i] = f8
-        L[LANE_BASE + 264 + i] = f9
-        L[LANE_BASE + 272 + i] = f10
-        L[LANE_BASE + 280 + i] = f11
-        L[LANE_BASE + 288 + i] = g0
-        L[LANE_BASE + 296 + i] = g1
-        L[LANE_BASE + 304 + i] = g2
-        L[LANE_BASE + 312 + i] = g3
-        L[LANE_BASE + 320 + i] = g4
-        L[LANE_BASE + 328 + i] = g5
-        L[LANE_BASE + 336 + i] = g6
-        L[LANE_BASE + 344 + i] = g7
-        L[LANE_BASE + 352 + i] = g8
-        L[LANE_BASE + 360 + i] = g9
-        L[LANE_BASE + 368 + i] = g10
-        L[LANE_BASE + 376 + i] = g11
-        L[LANE_BASE + 384 + i] = h2
-        L[LANE_BASE + 392 + i] = h4
-        L[LANE_BASE + 400 + i] = h8
-        L[LANE_BASE + 408 + i] = k0
-        L[LANE_BASE + 416 + i] = k1
-        L[LANE_BASE + 424 + i] = k2
-        L[LANE_BASE + 432 + i] = k3
-        L[LANE_BASE + 440 + i] = k4
-        L[LANE_BASE + 448 + i] = k5
-        L[LANE_BASE + 456 + i] = k6
-        L[LANE_BASE + 464 + i] = k7
-        L[LANE_BASE + 472 + i] = k8
-        L[LANE_BASE + 480 + i] = k9
-        L[LANE_BASE + 488 + i] = k10
-        L[LANE_BASE + 496 + i] = k11
-        L[LANE_BASE + 504 + i] = q0
-        L[LANE_BASE + 512 + i] = q1
-        L[LANE_BASE + 520 + i] = q2
-        L[LANE_BASE + 528 + i] = q3
-        L[LANE_BASE + 536 + i] = q4
-        L[LANE_BASE + 544 + i] = q5
-        L[LANE_BASE + 552 + i] = q6
-        L[LANE_BASE + 560 + i] = q7
-        L[LANE_BASE + 568 + i] = q8
-        L[LANE_BASE + 576 + i] = q9
-        L[LANE_BASE + 584 + i] = q10
-        L[LANE_BASE + 592 + i] = q11
-        L[LANE_BASE + 600 + i] = q12
-        L[LANE_BASE + 608 + i] = t1
-        L[LANE_BASE + 616 + i] = t2
-        L[LANE_BASE + 624 + i] = t2_2
-        L[LANE_BASE + 632 + i] = t2_3
-        L[LANE_BASE + 640 + i] = t2_4
-        L[LANE_BASE + 648 + i] = t2_5
-        L[LANE_BASE + 656 + i] = t2_6
-        L[LANE_BASE + 664 + i] = t2_7
-        L[LANE_BASE + 672 + i] = t2_8
-        L[LANE_BASE + 680 + i] = t2_9
-        L[LANE_BASE + 688 + i] = t2_10
-        L[LANE_BASE + 696 + i] = t2_11
-        L[LANE_BASE + 704 + i] = t3
-        L[LANE_BASE + 712 + i] = t3_3
-        L[LANE_BASE + 720 + i] = t3_4
-        L[LANE_BASE + 728 + i] = t3_5
-        L[LANE_BASE + 736 + i] = t3_6
-        L[LANE_BASE + 744 + i] = t3_7
-        L[LANE_BASE + 752 + i] = t3_8
-        L[LANE_BASE + 760 + i] = t3_9
-        L[LANE_BASE + 768 + i] = t3_10
-        L[LANE_BASE + 776 + i] = t3_11
-        L[LANE_BASE + 784 + i] = t4
-        L[LANE_BASE + 792 + i] = t4_4
-        L[LANE_BASE + 800 + i] = t4_5
-        L[LANE_BASE + 808 + i] = t4_6
-        L[LANE_BASE + 816 + i] = t4_7
-        L[LANE_BASE + 824 + i] = t4_8
-        L[LANE_BASE + 832 + i] = t4_9
-        L[LANE_BASE + 840 + i] = t4_10
-        L[LANE_BASE + 848 + i] = t4_11
-        L[LANE_BASE + 856 + i] = t5
-        L[LANE_BASE + 864 + i] = t5_5
-        L[LANE_BASE + 872 + i] = t5_6
-        L[LANE_BASE + 880 + i] = t5_7
-        L[LANE_BASE + 888 + i] = t5_8
-        L[LANE_BASE + 896 + i] = t5_9
-        L[LANE_BASE + 904 + i] = t5_10
-        L[LANE_BASE + 912 + i] = t5_11
-        L[LANE_BASE + 920 + i] = t6
-        L[LANE_BASE + 928 + i] = t6_6
-        L[LANE_BASE + 936 + i] = t6_7
-        L[LANE_BASE + 944 + i] = t6_8
-        L[LANE_BASE + 952 + i] = t6_9
-        L[LANE_BASE + 960 + i] = t6_10
-        L[LANE_BASE + 968 + i] = t6_11
-        L[LANE_BASE + 976 + i] = t7
-        L[LANE_BASE + 984 + i] = t7_7
-        L[LANE_BASE + 992 + i] = t7_8
-        L[LANE_BASE + 1000 + i] = t7_9
-        L[LANE_BASE + 1008 + i] = t7_10
-        L[LANE_BASE + 1016 + i] = t7_11
-        L[LANE_BASE + 1024 + i] = t8
-        L[LANE_BASE + 1032 + i] = t8_8
-        L[LANE_BASE + 1040 + i] = t8_9
-        L[LANE_BASE + 1048 + i] = t8_10
-        L[LANE_BASE + 1056 + i] = t8_11
-        L[LANE_BASE + 1064 + i] = t9
-        L[LANE_BASE + 1072 + i] = t9_9
-        L[LANE_BASE + 1080 + i] = t9_10
-        L[LANE_BASE + 1088 + i] = t9_11
-        L[LANE_BASE + 1096 + i] = t10
-        L[LANE_BASE + 1104 + i] = t10_10
-        L[LANE_BASE + 1112 + i] = t10_11
-        L[LANE_BASE + 1120 + i] = t11
-        L[LANE_BASE + 1128 + i] = t11_11
-        L[LANE_BASE + 1136 + i] = u1
-        L[LANE_BASE + 1144 + i] = u2
-        L[LANE_BASE + 1152 + i] = u3
-        L[LANE_BASE + 1160 + i] = u4
-        L[LANE_BASE + 1168 + i] = u5
-        L[LANE_BASE + 1176 + i] = u6
-        L[LANE_BASE + 1184 + i] = u7
-        L[LANE_BASE + 1192 + i] = u8
-        L[LANE_BASE + 1200 + i] = u9
-        L[LANE_BASE + 1208 + i] = u10
-        L[LANE_BASE + 1216 + i] = u11
-        L[LANE_BASE + 1224 + i] = u12
-        L[LANE_BASE + 1232 + i] = z0
-        L[LANE_BASE + 1240 + i] = z1
-        L[LANE_BASE + 1248 + i] = z2
-        L[LANE_BASE + 1256 + i] = z3
-        L[LANE_BASE + 1264 + i] = z4
-        L[LANE_BASE + 1272 + i] = z5
-        L[LANE_BASE + 1280 + i] = z6
-        L[LANE_BASE + 1288 + i] = z7
-        L[LANE_BASE + 1296 + i] = z8
-        L[LANE_BASE + 1304 + i] = z9
-        L[LANE_BASE + 1312 + i] = z10
-        L[LANE_BASE + 1320 + i] = z11
-        L[LANE_BASE + 1328 + i] = part488
-        L[LANE_BASE + 1336 + i] = part489
-        L[LANE_BASE + 1344 + i] = part491
-        L[LANE_BASE + 1352 + i] = part492
-        L[LANE_BASE + 1360 + i] = part495
-        L[LANE_BASE + 1368 + i] = part496
         L[LANE_T_END + i] = t
         L[LANE_U_END + i] = u
         L[LANE_W_END + i] = w
@@ -2616,184 +1717,6 @@ def base_bent_12(L: FloatArray) -> None:
 def along_bent_12(L: FloatArray) -> None:
     """Go in one direction, over any path."""
     for i in range(8):
-        G = L[LANE_G + i]
-        K = L[LANE_K + i]
-        h1 = L[LANE_LENGTH + i]
-        u0 = L[LANE_U0 + i]
-        cubic = L[LANE_CUBIC + i]
-        quadratic = L[LANE_QUADRATIC + i]
-        F0 = L[LANE_BASE + i]
-        F1 = L[LANE_BASE + 8 + i]
-        F2 = L[LANE_BASE + 16 + i]
-        F3 = L[LANE_BASE + 24 + i]
-        F4 = L[LANE_BASE + 32 + i]
-        F5 = L[LANE_BASE + 40 + i]
-        F6 = L[LANE_BASE + 48 + i]
-        F7 = L[LANE_BASE + 56 + i]
-        F8 = L[LANE_BASE + 64 + i]
-        F9 = L[LANE_BASE + 72 + i]
-        F10 = L[LANE_BASE + 80 + i]
-        F11 = L[LANE_BASE + 88 + i]
-        H0 = L[LANE_BASE + 96 + i]
-        H1 = L[LANE_BASE + 104 + i]
-        H2 = L[LANE_BASE + 112 + i]
-        H3 = L[LANE_BASE + 120 + i]
-        H4 = L[LANE_BASE + 128 + i]
-        H5 = L[LANE_BASE + 136 + i]
-        H6 = L[LANE_BASE + 144 + i]
-        H7 = L[LANE_BASE + 152 + i]
-        H8 = L[LANE_BASE + 160 + i]
-        H9 = L[LANE_BASE + 168 + i]
-        H10 = L[LANE_BASE + 176 + i]
-        H11 = L[LANE_BASE + 184 + i]
-        f0 = L[LANE_BASE + 192 + i]
-        f1 = L[LANE_BASE + 200 + i]
-        f2 = L[LANE_BASE + 208 + i]
-        f3 = L[LANE_BASE + 216 + i]
-        f4 = L[LANE_BASE + 224 + i]
-        f5 = L[LANE_BASE + 232 + i]
-        f6 = L[LANE_BASE + 240 + i]
-        f7 = L[LANE_BASE + 248 + i]
-        f8 = L[LANE_BASE + 256 + i]
-        f9 = L[LANE_BASE + 264 + i]
-        f10 = L[LANE_BASE + 272 + i]
-        f11 = L[LANE_BASE + 280 + i]
-        g0 = L[LANE_BASE + 288 + i]
-        g1 = L[LANE_BASE + 296 + i]
-        g2 = L[LANE_BASE + 304 + i]
-        g3 = L[LANE_BASE + 312 + i]
-        g4 = L[LANE_BASE + 320 + i]
-        g5 = L[LANE_BASE + 328 + i]
-        g6 = L[LANE_BASE + 336 + i]
-        g7 = L[LANE_BASE + 344 + i]
-        g8 = L[LANE_BASE + 352 + i]
-        g9 = L[LANE_BASE + 360 + i]
-        g10 = L[LANE_BASE + 368 + i]
-        g11 = L[LANE_BASE + 376 + i]
-        h2 = L[LANE_BASE + 384 + i]
-        h4 = L[LANE_BASE + 392 + i]
-        h8 = L[LANE_BASE + 400 + i]
-        k0 = L[LANE_BASE + 408 + i]
-        k1 = L[LANE_BASE + 416 + i]
-        k2 = L[LANE_BASE + 424 + i]
-        k3 = L[LANE_BASE + 432 + i]
-        k4 = L[LANE_BASE + 440 + i]
-        k5 = L[LANE_BASE + 448 + i]
-        k6 = L[LANE_BASE + 456 + i]
-        k7 = L[LANE_BASE + 464 + i]
-        k8 = L[LANE_BASE + 472 + i]
-        k9 = L[LANE_BASE + 480 + i]
-        k10 = L[LANE_BASE + 488 + i]
-        k11 = L[LANE_BASE + 496 + i]
-        q0 = L[LANE_BASE + 504 + i]
-        q1 = L[LANE_BASE + 512 + i]
-        q2 = L[LANE_BASE + 520 + i]
-        q3 = L[LANE_BASE + 528 + i]
-        q4 = L[LANE_BASE + 536 + i]
-        q5 = L[LANE_BASE + 544 + i]
-        q6 = L[LANE_BASE + 552 + i]
-        q7 = L[LANE_BASE + 560 + i]
-        q8 = L[LANE_BASE + 568 + i]
-        q9 = L[LANE_BASE + 576 + i]
-        q10 = L[LANE_BASE + 584 + i]
-        q11 = L[LANE_BASE + 592 + i]
-        q12 = L[LANE_BASE + 600 + i]
-        t1 = L[LANE_BASE + 608 + i]
-        t2 = L[LANE_BASE + 616 + i]
-        t2_2 = L[LANE_BASE + 624 + i]
-        t2_3 = L[LANE_BASE + 632 + i]
-        t2_4 = L[LANE_BASE + 640 + i]
-        t2_5 = L[LANE_BASE + 648 + i]
-        t2_6 = L[LANE_BASE + 656 + i]
-        t2_7 = L[LANE_BASE + 664 + i]
-        t2_8 = L[LANE_BASE + 672 + i]
-        t2_9 = L[LANE_BASE + 680 + i]
-        t2_10 = L[LANE_BASE + 688 + i]
-        t2_11 = L[LANE_BASE + 696 + i]
-        t3 = L[LANE_BASE + 704 + i]
-        t3_3 = L[LANE_BASE + 712 + i]
-        t3_4 = L[LANE_BASE + 720 + i]
-        t3_5 = L[LANE_BASE + 728 + i]
-        t3_6 = L[LANE_BASE + 736 + i]
-        t3_7 = L[LANE_BASE + 744 + i]
-        t3_8 = L[LANE_BASE + 752 + i]
-        t3_9 = L[LANE_BASE + 760 + i]
-        t3_10 = L[LANE_BASE + 768 + i]
-        t3_11 = L[LANE_BASE + 776 + i]
-        t4 = L[LANE_BASE + 784 + i]
-        t4_4 = L[LANE_BASE + 792 + i]
-        t4_5 = L[LANE_BASE + 800 + i]
-        t4_6 = L[LANE_BASE + 808 + i]
-        t4_7 = L[LANE_BASE + 816 + i]
-        t4_8 = L[LANE_BASE + 824 + i]
-        t4_9 = L[LANE_BASE + 832 + i]
-        t4_10 = L[LANE_BASE + 840 + i]
-        t4_11 = L[LANE_BASE + 848 + i]
-        t5 = L[LANE_BASE + 856 + i]
-        t5_5 = L[LANE_BASE + 864 + i]
-        t5_6 = L[LANE_BASE + 872 + i]
-        t5_7 = L[LANE_BASE + 880 + i]
-        t5_8 = L[LANE_BASE + 888 + i]
-        t5_9 = L[LANE_BASE + 896 + i]
-        t5_10 = L[LANE_BASE + 904 + i]
-        t5_11 = L[LANE_BASE + 912 + i]
-        t6 = L[LANE_BASE + 920 + i]
-        t6_6 = L[LANE_BASE + 928 + i]
-        t6_7 = L[LANE_BASE + 936 + i]
-        t6_8 = L[LANE_BASE + 944 + i]
-        t6_9 = L[LANE_BASE + 952 + i]
-        t6_10 = L[LANE_BASE + 960 + i]
-        t6_11 = L[LANE_BASE + 968 + i]
-        t7 = L[LANE_BASE + 976 + i]
-        t7_7 = L[LANE_BASE + 984 + i]
-        t7_8 = L[LANE_BASE + 992 + i]
-        t7_9 = L[LANE_BASE + 1000 + i]
-        t7_10 = L[LANE_BASE + 1008 + i]
-        t7_11 = L[LANE_BASE + 1016 + i]
-        t8 = L[LANE_BASE + 1024 + i]
-        t8_8 = L[LANE_BASE + 1032 + i]
-        t8_9 = L[LANE_BASE + 1040 + i]
-        t8_10 = L[LANE_BASE + 1048 + i]
-        t8_11 = L[LANE_BASE + 1056 + i]
-        t9 = L[LANE_BASE + 1064 + i]
-        t9_9 = L[LANE_BASE + 1072 + i]
-        t9_10 = L[LANE_BASE + 1080 + i]
-        t9_11 = L[LANE_BASE + 1088 + i]
-        t10 = L[LANE_BASE + 1096 + i]
-        t10_10 = L[LANE_BASE + 1104 + i]
-        t10_11 = L[LANE_BASE + 1112 + i]
-        t11 = L[LANE_BASE + 1120 + i]
-        t11_11 = L[LANE_BASE + 1128 + i]
-        u1 = L[LANE_BASE + 1136 + i]
-        u2 = L[LANE_BASE + 1144 + i]
-        u3 = L[LANE_BASE + 1152 + i]
-        u4 = L[LANE_BASE + 1160 + i]
-        u5 = L[LANE_BASE + 1168 + i]
-        u6 = L[LANE_BASE + 1176 + i]
-        u7 = L[LANE_BASE + 1184 + i]
-        u8 = L[LANE_BASE + 1192 + i]
-        u9 = L[LANE_BASE + 1200 + i]
-        u10 = L[LANE_BASE + 1208 + i]
-        u11 = L[LANE_BASE + 1216 + i]
-        u12 = L[LANE_BASE + 1224 + i]
-        z0 = L[LANE_BASE + 1232 + i]
-        z1 = L[LANE_BASE + 1240 + i]
-        z2 = L[LANE_BASE + 1248 + i]
-        z3 = L[LANE_BASE + 1256 + i]
-        z4 = L[LANE_BASE + 1264 + i]
-        z5 = L[LANE_BASE + 1272 + i]
-        z6 = L[LANE_BASE + 1280 + i]
-        z7 = L[LANE_BASE + 1288 + i]
-        z8 = L[LANE_BASE + 1296 + i]
-        z9 = L[LANE_BASE + 1304 + i]
-        z10 = L[LANE_BASE + 1312 + i]
-        z11 = L[LANE_BASE + 1320 + i]
-        part488 = L[LANE_BASE + 1328 + i]
-        part489 = L[LANE_BASE + 1336 + i]
-        part491 = L[LANE_BASE + 1344 + i]
-        part492 = L[LANE_BASE + 1352 + i]
-        part495 = L[LANE_BASE + 1360 + i]
-        part496 = L[LANE_BASE + 1368 + i]
         dt0 = L[LANE_OF_TIME + i]
         du0 = L[LANE_OF_U + i]
         dw0 = L[LANE_OF_W + i]
@@ -2823,814 +1746,322 @@ def along_bent_12(L: FloatArray) -> None:
         db9 = 0.0
         db10 = 0.0
         db11 = 0.0
+        H0 = L[LANE_BASE + 96 + i]
         dF0 = dc0 + (H0 * dt0)
         dt1 = 1.0 * du0
+        k0 = L[LANE_BASE + 408 + i]
         df0 = db0 + (k0 * dt0)
+        u0 = L[LANE_U0 + i]
         dq0 = du0 * u0 + u0 * du0
+        cubic = L[LANE_CUBIC + i]
+        quadratic = L[LANE_QUADRATIC + i]
         dg0 = cubic * dq0 + quadratic * du0
+        f0 = L[LANE_BASE + 192 + i]
+        g0 = L[LANE_BASE + 288 + i]
         dm0 = df0 * g0 + f0 * dg0
+        F0 = L[LANE_BASE + i]
         dpull = du0 * F0 + u0 * dF0
+        K = L[LANE_K + i]
         dz0 = dm0 + dK * u0 + K * du0
+        q0 = L[LANE_BASE + 504 + i]
+        z0 = L[LANE_BASE + 1232 + i]
         dpull_v2 = dpull - (dq0 * z0 + q0 * dz0)
         du1 = 0.5 * dw0
+        u1 = L[LANE_BASE + 1136 + i]
         dq1 = 2.0 * (du0 * u1 + u0 * du1)
+        G = L[LANE_G + i]
+        q1 = L[LANE_BASE + 512 + i]
         dw1 = 1.0 * dpull_v2 - (dG * q1 + G * dq1)
+        H1 = L[LANE_BASE + 104 + i]
+        t1 = L[LANE_BASE + 608 + i]
         dF1 = dc1 * t1 + (H0 * dt1 + H1 * dt0)
         dt2 = 0.5 * du1
+        k1 = L[LANE_BASE + 416 + i]
         df1 = db1 * t1 + (k0 * dt1 + k1 * dt0)
         dg1 = cubic * dq1 + quadratic * du1
+        f1 = L[LANE_BASE + 200 + i]
+        g1 = L[LANE_BASE + 296 + i]
         dm1 = df0 * g1 + f0 * dg1 + df1 * g0 + f1 * dg0
+        F1 = L[LANE_BASE + 8 + i]
         dpull_v3 = du0 * F1 + u0 * dF1 + du1 * F0 + u1 * dF0
         dz1 = dm1 + dK * u1 + K * du1
+        z1 = L[LANE_BASE + 1240 + i]
         dpull_v4 = dpull_v3 - (dq0 * z1 + q0 * dz1 + dq1 * z0 + q1 * dz0)
         du2 = 0.25 * dw1
+        u2 = L[LANE_BASE + 1144 + i]
         dq2 = 2.0 * (du0 * u2 + u0 * du2) + du1 * u1 + u1 * du1
+        q2 = L[LANE_BASE + 520 + i]
         dw2 = 0.5 * dpull_v4 - (dG * q2 + G * dq2)
+        H2 = L[LANE_BASE + 112 + i]
+        t2 = L[LANE_BASE + 616 + i]
+        t2_2 = L[LANE_BASE + 624 + i]
         dF2 = dc2 * t2_2 + dc1 * t2 + (H1 * dt1 + H0 * dt2 + H2 * dt0)
         dt3 = 0.3333333333333333 * du2
+        k2 = L[LANE_BASE + 424 + i]
         df2 = db2 * t2_2 + db1 * t2 + (k1 * dt1 + k0 * dt2 + k2 * dt0)
         dg2 = cubic * dq2 + quadratic * du2
+        f2 = L[LANE_BASE + 208 + i]
+        g2 = L[LANE_BASE + 304 + i]
         dm2 = df1 * g1 + f1 * dg1 + df0 * g2 + f0 * dg2 + df2 * g0 + f2 * dg0
+        F2 = L[LANE_BASE + 16 + i]
         dpull_v5 = du1 * F1 + u1 * dF1 + du0 * F2 + u0 * dF2 + du2 * F0 + u2 * dF0
         dz2 = dm2 + dK * u2 + K * du2
+        z2 = L[LANE_BASE + 1248 + i]
         dpull_v6 = dpull_v5 - (dq1 * z1 + q1 * dz1 + dq0 * z2 + q0 * dz2 + dq2 * z0 + q2 * dz0)
         du3 = 0.16666666666666666 * dw2
+        u3 = L[LANE_BASE + 1152 + i]
         dq3 = 2.0 * (du0 * u3 + u0 * du3 + du1 * u2 + u1 * du2)
+        q3 = L[LANE_BASE + 528 + i]
         dw3 = 0.3333333333333333 * dpull_v6 - (dG * q3 + G * dq3)
+        H3 = L[LANE_BASE + 120 + i]
+        t2_3 = L[LANE_BASE + 632 + i]
+        t3 = L[LANE_BASE + 704 + i]
+        t3_3 = L[LANE_BASE + 712 + i]
         dF3 = dc3 * t3_3 + dc2 * t2_3 + dc1 * t3 + (H1 * dt2 + H2 * dt1 + H0 * dt3 + H3 * dt0)
         dt4 = 0.25 * du3
+        k3 = L[LANE_BASE + 432 + i]
         df3 = db3 * t3_3 + db2 * t2_3 + db1 * t3 + (k1 * dt2 + k2 * dt1 + k0 * dt3 + k3 * dt0)
         dg3 = cubic * dq3 + quadratic * du3
+        f3 = L[LANE_BASE + 216 + i]
+        g3 = L[LANE_BASE + 312 + i]
         dm3 = df1 * g2 + f1 * dg2 + df2 * g1 + f2 * dg1 + df0 * g3 + f0 * dg3 + df3 * g0 + f3 * dg0
+        F3 = L[LANE_BASE + 24 + i]
         dpull_v7 = du1 * F2 + u1 * dF2 + du2 * F1 + u2 * dF1 + du0 * F3 + u0 * dF3 + du3 * F0 + u3 * dF0
         dz3 = dm3 + dK * u3 + K * du3
+        z3 = L[LANE_BASE + 1256 + i]
         dpull_v8 = dpull_v7 - (dq1 * z2 + q1 * dz2 + dq2 * z1 + q2 * dz1 + dq0 * z3 + q0 * dz3 + dq3 * z0 + q3 * dz0)
         du4 = 0.125 * dw3
+        u4 = L[LANE_BASE + 1160 + i]
         dq4 = 2.0 * (du0 * u4 + u0 * du4 + du1 * u3 + u1 * du3) + du2 * u2 + u2 * du2
+        q4 = L[LANE_BASE + 536 + i]
         dw4 = 0.25 * dpull_v8 - (dG * q4 + G * dq4)
+        H4 = L[LANE_BASE + 128 + i]
+        t2_4 = L[LANE_BASE + 640 + i]
+        t3_4 = L[LANE_BASE + 720 + i]
+        t4 = L[LANE_BASE + 784 + i]
+        t4_4 = L[LANE_BASE + 792 + i]
         dF4 = dc4 * t4_4 + dc3 * t3_4 + dc2 * t2_4 + dc1 * t4 + (H2 * dt2 + H1 * dt3 + H3 * dt1 + H0 * dt4 + H4 * dt0)
         dt5 = 0.2 * du4
+        k4 = L[LANE_BASE + 440 + i]
         df4 = db4 * t4_4 + db3 * t3_4 + db2 * t2_4 + db1 * t4 + (k2 * dt2 + k1 * dt3 + k3 * dt1 + k0 * dt4 + k4 * dt0)
         dg4 = cubic * dq4 + quadratic * du4
-        dm4 = (
-            df2 * g2 + f2 * dg2 + df1 * g3 + f1 * dg3 + df3 * g1 + f3 * dg1 + df0 * g4 + f0 * dg4 + df4 * g0 + f4 * dg0
-        )
-        dpull_v9 = (
-            du2 * F2 + u2 * dF2 + du1 * F3 + u1 * dF3 + du3 * F1 + u3 * dF1 + du0 * F4 + u0 * dF4 + du4 * F0 + u4 * dF0
-        )
+        f4 = L[LANE_BASE + 224 + i]
+        g4 = L[LANE_BASE + 320 + i]
+        dm4 = df2 * g2 + f2 * dg2 + df1 * g3 + f1 * dg3 + df3 * g1 + f3 * dg1 + df0 * g4 + f0 * dg4 + df4 * g0 + f4 * dg0
+        F4 = L[LANE_BASE + 32 + i]
+        dpull_v9 = du2 * F2 + u2 * dF2 + du1 * F3 + u1 * dF3 + du3 * F1 + u3 * dF1 + du0 * F4 + u0 * dF4 + du4 * F0 + u4 * dF0
         dz4 = dm4 + dK * u4 + K * du4
-        dpull_v10 = dpull_v9 - (
-            dq2 * z2 + q2 * dz2 + dq1 * z3 + q1 * dz3 + dq3 * z1 + q3 * dz1 + dq0 * z4 + q0 * dz4 + dq4 * z0 + q4 * dz0
-        )
+        z4 = L[LANE_BASE + 1264 + i]
+        dpull_v10 = dpull_v9 - (dq2 * z2 + q2 * dz2 + dq1 * z3 + q1 * dz3 + dq3 * z1 + q3 * dz1 + dq0 * z4 + q0 * dz4 + dq4 * z0 + q4 * dz0)
         du5 = 0.1 * dw4
+        u5 = L[LANE_BASE + 1168 + i]
         dq5 = 2.0 * (du0 * u5 + u0 * du5 + du1 * u4 + u1 * du4 + du2 * u3 + u2 * du3)
+        q5 = L[LANE_BASE + 544 + i]
         dw5 = 0.2 * dpull_v10 - (dG * q5 + G * dq5)
-        dF5 = (
-            dc5 * t5_5
-            + dc4 * t4_5
-            + dc3 * t3_5
-            + dc2 * t2_5
-            + dc1 * t5
-            + (H2 * dt3 + H3 * dt2 + H1 * dt4 + H4 * dt1 + H0 * dt5 + H5 * dt0)
-        )
+        H5 = L[LANE_BASE + 136 + i]
+        t2_5 = L[LANE_BASE + 648 + i]
+        t3_5 = L[LANE_BASE + 728 + i]
+        t4_5 = L[LANE_BASE + 800 + i]
+        t5 = L[LANE_BASE + 856 + i]
+        t5_5 = L[LANE_BASE + 864 + i]
+        dF5 = dc5 * t5_5 + dc4 * t4_5 + dc3 * t3_5 + dc2 * t2_5 + dc1 * t5 + (H2 * dt3 + H3 * dt2 + H1 * dt4 + H4 * dt1 + H0 * dt5 + H5 * dt0)
         dt6 = 0.16666666666666666 * du5
-        df5 = (
-            db5 * t5_5
-            + db4 * t4_5
-            + db3 * t3_5
-            + db2 * t2_5
-            + db1 * t5
-            + (k2 * dt3 + k3 * dt2 + k1 * dt4 + k4 * dt1 + k0 * dt5 + k5 * dt0)
-        )
+        k5 = L[LANE_BASE + 448 + i]
+        df5 = db5 * t5_5 + db4 * t4_5 + db3 * t3_5 + db2 * t2_5 + db1 * t5 + (k2 * dt3 + k3 * dt2 + k1 * dt4 + k4 * dt1 + k0 * dt5 + k5 * dt0)
         dg5 = cubic * dq5 + quadratic * du5
-        dm5 = (
-            df2 * g3
-            + f2 * dg3
-            + df3 * g2
-            + f3 * dg2
-            + df1 * g4
-            + f1 * dg4
-            + df4 * g1
-            + f4 * dg1
-            + df0 * g5
-            + f0 * dg5
-            + df5 * g0
-            + f5 * dg0
-        )
-        dpull_v11 = (
-            du2 * F3
-            + u2 * dF3
-            + du3 * F2
-            + u3 * dF2
-            + du1 * F4
-            + u1 * dF4
-            + du4 * F1
-            + u4 * dF1
-            + du0 * F5
-            + u0 * dF5
-            + du5 * F0
-            + u5 * dF0
-        )
+        f5 = L[LANE_BASE + 232 + i]
+        g5 = L[LANE_BASE + 328 + i]
+        dm5 = df2 * g3 + f2 * dg3 + df3 * g2 + f3 * dg2 + df1 * g4 + f1 * dg4 + df4 * g1 + f4 * dg1 + df0 * g5 + f0 * dg5 + df5 * g0 + f5 * dg0
+        F5 = L[LANE_BASE + 40 + i]
+        dpull_v11 = du2 * F3 + u2 * dF3 + du3 * F2 + u3 * dF2 + du1 * F4 + u1 * dF4 + du4 * F1 + u4 * dF1 + du0 * F5 + u0 * dF5 + du5 * F0 + u5 * dF0
         dz5 = dm5 + dK * u5 + K * du5
-        dpull_v12 = dpull_v11 - (
-            dq2 * z3
-            + q2 * dz3
-            + dq3 * z2
-            + q3 * dz2
-            + dq1 * z4
-            + q1 * dz4
-            + dq4 * z1
-            + q4 * dz1
-            + dq0 * z5
-            + q0 * dz5
-            + dq5 * z0
-            + q5 * dz0
-        )
+        z5 = L[LANE_BASE + 1272 + i]
+        dpull_v12 = dpull_v11 - (dq2 * z3 + q2 * dz3 + dq3 * z2 + q3 * dz2 + dq1 * z4 + q1 * dz4 + dq4 * z1 + q4 * dz1 + dq0 * z5 + q0 * dz5 + dq5 * z0 + q5 * dz0)
         du6 = 0.08333333333333333 * dw5
+        u6 = L[LANE_BASE + 1176 + i]
         dq6 = 2.0 * (du0 * u6 + u0 * du6 + du1 * u5 + u1 * du5 + du2 * u4 + u2 * du4) + du3 * u3 + u3 * du3
+        q6 = L[LANE_BASE + 552 + i]
         dw6 = 0.16666666666666666 * dpull_v12 - (dG * q6 + G * dq6)
-        dF6 = (
-            dc6 * t6_6
-            + dc5 * t5_6
-            + dc4 * t4_6
-            + dc3 * t3_6
-            + dc2 * t2_6
-            + dc1 * t6
-            + (H3 * dt3 + H2 * dt4 + H4 * dt2 + H1 * dt5 + H5 * dt1 + H0 * dt6 + H6 * dt0)
-        )
+        H6 = L[LANE_BASE + 144 + i]
+        t2_6 = L[LANE_BASE + 656 + i]
+        t3_6 = L[LANE_BASE + 736 + i]
+        t4_6 = L[LANE_BASE + 808 + i]
+        t5_6 = L[LANE_BASE + 872 + i]
+        t6 = L[LANE_BASE + 920 + i]
+        t6_6 = L[LANE_BASE + 928 + i]
+        dF6 = dc6 * t6_6 + dc5 * t5_6 + dc4 * t4_6 + dc3 * t3_6 + dc2 * t2_6 + dc1 * t6 + (H3 * dt3 + H2 * dt4 + H4 * dt2 + H1 * dt5 + H5 * dt1 + H0 * dt6 + H6 * dt0)
         dt7 = 0.14285714285714285 * du6
-        df6 = (
-            db6 * t6_6
-            + db5 * t5_6
-            + db4 * t4_6
-            + db3 * t3_6
-            + db2 * t2_6
-            + db1 * t6
-            + (k3 * dt3 + k2 * dt4 + k4 * dt2 + k1 * dt5 + k5 * dt1 + k0 * dt6 + k6 * dt0)
-        )
+        k6 = L[LANE_BASE + 456 + i]
+        df6 = db6 * t6_6 + db5 * t5_6 + db4 * t4_6 + db3 * t3_6 + db2 * t2_6 + db1 * t6 + (k3 * dt3 + k2 * dt4 + k4 * dt2 + k1 * dt5 + k5 * dt1 + k0 * dt6 + k6 * dt0)
         dg6 = cubic * dq6 + quadratic * du6
-        dm6 = (
-            df3 * g3
-            + f3 * dg3
-            + df2 * g4
-            + f2 * dg4
-            + df4 * g2
-            + f4 * dg2
-            + df1 * g5
-            + f1 * dg5
-            + df5 * g1
-            + f5 * dg1
-            + df0 * g6
-            + f0 * dg6
-            + df6 * g0
-            + f6 * dg0
-        )
-        dpull_v13 = (
-            du3 * F3
-            + u3 * dF3
-            + du2 * F4
-            + u2 * dF4
-            + du4 * F2
-            + u4 * dF2
-            + du1 * F5
-            + u1 * dF5
-            + du5 * F1
-            + u5 * dF1
-            + du0 * F6
-            + u0 * dF6
-            + du6 * F0
-            + u6 * dF0
-        )
+        f6 = L[LANE_BASE + 240 + i]
+        g6 = L[LANE_BASE + 336 + i]
+        dm6 = df3 * g3 + f3 * dg3 + df2 * g4 + f2 * dg4 + df4 * g2 + f4 * dg2 + df1 * g5 + f1 * dg5 + df5 * g1 + f5 * dg1 + df0 * g6 + f0 * dg6 + df6 * g0 + f6 * dg0
+        F6 = L[LANE_BASE + 48 + i]
+        dpull_v13 = du3 * F3 + u3 * dF3 + du2 * F4 + u2 * dF4 + du4 * F2 + u4 * dF2 + du1 * F5 + u1 * dF5 + du5 * F1 + u5 * dF1 + du0 * F6 + u0 * dF6 + du6 * F0 + u6 * dF0
         dz6 = dm6 + dK * u6 + K * du6
-        dpull_v14 = dpull_v13 - (
-            dq3 * z3
-            + q3 * dz3
-            + dq2 * z4
-            + q2 * dz4
-            + dq4 * z2
-            + q4 * dz2
-            + dq1 * z5
-            + q1 * dz5
-            + dq5 * z1
-            + q5 * dz1
-            + dq0 * z6
-            + q0 * dz6
-            + dq6 * z0
-            + q6 * dz0
-        )
+        z6 = L[LANE_BASE + 1280 + i]
+        dpull_v14 = dpull_v13 - (dq3 * z3 + q3 * dz3 + dq2 * z4 + q2 * dz4 + dq4 * z2 + q4 * dz2 + dq1 * z5 + q1 * dz5 + dq5 * z1 + q5 * dz1 + dq0 * z6 + q0 * dz6 + dq6 * z0 + q6 * dz0)
         du7 = 0.07142857142857142 * dw6
+        u7 = L[LANE_BASE + 1184 + i]
         dq7 = 2.0 * (du0 * u7 + u0 * du7 + du1 * u6 + u1 * du6 + du2 * u5 + u2 * du5 + du3 * u4 + u3 * du4)
+        q7 = L[LANE_BASE + 560 + i]
         dw7 = 0.14285714285714285 * dpull_v14 - (dG * q7 + G * dq7)
-        dF7 = (
-            dc7 * t7_7
-            + dc6 * t6_7
-            + dc5 * t5_7
-            + dc4 * t4_7
-            + dc3 * t3_7
-            + dc2 * t2_7
-            + dc1 * t7
-            + (H3 * dt4 + H4 * dt3 + H2 * dt5 + H5 * dt2 + H1 * dt6 + H6 * dt1 + H0 * dt7 + H7 * dt0)
-        )
+        H7 = L[LANE_BASE + 152 + i]
+        t2_7 = L[LANE_BASE + 664 + i]
+        t3_7 = L[LANE_BASE + 744 + i]
+        t4_7 = L[LANE_BASE + 816 + i]
+        t5_7 = L[LANE_BASE + 880 + i]
+        t6_7 = L[LANE_BASE + 936 + i]
+        t7 = L[LANE_BASE + 976 + i]
+        t7_7 = L[LANE_BASE + 984 + i]
+        dF7 = dc7 * t7_7 + dc6 * t6_7 + dc5 * t5_7 + dc4 * t4_7 + dc3 * t3_7 + dc2 * t2_7 + dc1 * t7 + (H3 * dt4 + H4 * dt3 + H2 * dt5 + H5 * dt2 + H1 * dt6 + H6 * dt1 + H0 * dt7 + H7 * dt0)
         dt8 = 0.125 * du7
-        df7 = (
-            db7 * t7_7
-            + db6 * t6_7
-            + db5 * t5_7
-            + db4 * t4_7
-            + db3 * t3_7
-            + db2 * t2_7
-            + db1 * t7
-            + (k3 * dt4 + k4 * dt3 + k2 * dt5 + k5 * dt2 + k1 * dt6 + k6 * dt1 + k0 * dt7 + k7 * dt0)
-        )
+        k7 = L[LANE_BASE + 464 + i]
+        df7 = db7 * t7_7 + db6 * t6_7 + db5 * t5_7 + db4 * t4_7 + db3 * t3_7 + db2 * t2_7 + db1 * t7 + (k3 * dt4 + k4 * dt3 + k2 * dt5 + k5 * dt2 + k1 * dt6 + k6 * dt1 + k0 * dt7 + k7 * dt0)
         dg7 = cubic * dq7 + quadratic * du7
-        dm7 = (
-            df3 * g4
-            + f3 * dg4
-            + df4 * g3
-            + f4 * dg3
-            + df2 * g5
-            + f2 * dg5
-            + df5 * g2
-            + f5 * dg2
-            + df1 * g6
-            + f1 * dg6
-            + df6 * g1
-            + f6 * dg1
-            + df0 * g7
-            + f0 * dg7
-            + df7 * g0
-            + f7 * dg0
-        )
-        dpull_v15 = (
-            du3 * F4
-            + u3 * dF4
-            + du4 * F3
-            + u4 * dF3
-            + du2 * F5
-            + u2 * dF5
-            + du5 * F2
-            + u5 * dF2
-            + du1 * F6
-            + u1 * dF6
-            + du6 * F1
-            + u6 * dF1
-            + du0 * F7
-            + u0 * dF7
-            + du7 * F0
-            + u7 * dF0
-        )
+        f7 = L[LANE_BASE + 248 + i]
+        g7 = L[LANE_BASE + 344 + i]
+        dm7 = df3 * g4 + f3 * dg4 + df4 * g3 + f4 * dg3 + df2 * g5 + f2 * dg5 + df5 * g2 + f5 * dg2 + df1 * g6 + f1 * dg6 + df6 * g1 + f6 * dg1 + df0 * g7 + f0 * dg7 + df7 * g0 + f7 * dg0
+        F7 = L[LANE_BASE + 56 + i]
+        dpull_v15 = du3 * F4 + u3 * dF4 + du4 * F3 + u4 * dF3 + du2 * F5 + u2 * dF5 + du5 * F2 + u5 * dF2 + du1 * F6 + u1 * dF6 + du6 * F1 + u6 * dF1 + du0 * F7 + u0 * dF7 + du7 * F0 + u7 * dF0
         dz7 = dm7 + dK * u7 + K * du7
-        dpull_v16 = dpull_v15 - (
-            dq3 * z4
-            + q3 * dz4
-            + dq4 * z3
-            + q4 * dz3
-            + dq2 * z5
-            + q2 * dz5
-            + dq5 * z2
-            + q5 * dz2
-            + dq1 * z6
-            + q1 * dz6
-            + dq6 * z1
-            + q6 * dz1
-            + dq0 * z7
-            + q0 * dz7
-            + dq7 * z0
-            + q7 * dz0
-        )
+        z7 = L[LANE_BASE + 1288 + i]
+        dpull_v16 = dpull_v15 - (dq3 * z4 + q3 * dz4 + dq4 * z3 + q4 * dz3 + dq2 * z5 + q2 * dz5 + dq5 * z2 + q5 * dz2 + dq1 * z6 + q1 * dz6 + dq6 * z1 + q6 * dz1 + dq0 * z7 + q0 * dz7 + dq7 * z0 + q7 * dz0)
         du8 = 0.0625 * dw7
-        dq8 = (
-            2.0 * (du0 * u8 + u0 * du8 + du1 * u7 + u1 * du7 + du2 * u6 + u2 * du6 + du3 * u5 + u3 * du5)
-            + du4 * u4
-            + u4 * du4
-        )
+        u8 = L[LANE_BASE + 1192 + i]
+        dq8 = 2.0 * (du0 * u8 + u0 * du8 + du1 * u7 + u1 * du7 + du2 * u6 + u2 * du6 + du3 * u5 + u3 * du5) + du4 * u4 + u4 * du4
+        q8 = L[LANE_BASE + 568 + i]
         dw8 = 0.125 * dpull_v16 - (dG * q8 + G * dq8)
-        dF8 = (
-            dc8 * t8_8
-            + dc7 * t7_8
-            + dc6 * t6_8
-            + dc5 * t5_8
-            + dc4 * t4_8
-            + dc3 * t3_8
-            + dc2 * t2_8
-            + dc1 * t8
-            + (H4 * dt4 + H3 * dt5 + H5 * dt3 + H2 * dt6 + H6 * dt2 + H1 * dt7 + H7 * dt1 + H0 * dt8 + H8 * dt0)
-        )
+        H8 = L[LANE_BASE + 160 + i]
+        t2_8 = L[LANE_BASE + 672 + i]
+        t3_8 = L[LANE_BASE + 752 + i]
+        t4_8 = L[LANE_BASE + 824 + i]
+        t5_8 = L[LANE_BASE + 888 + i]
+        t6_8 = L[LANE_BASE + 944 + i]
+        t7_8 = L[LANE_BASE + 992 + i]
+        t8 = L[LANE_BASE + 1024 + i]
+        t8_8 = L[LANE_BASE + 1032 + i]
+        dF8 = dc8 * t8_8 + dc7 * t7_8 + dc6 * t6_8 + dc5 * t5_8 + dc4 * t4_8 + dc3 * t3_8 + dc2 * t2_8 + dc1 * t8 + (H4 * dt4 + H3 * dt5 + H5 * dt3 + H2 * dt6 + H6 * dt2 + H1 * dt7 + H7 * dt1 + H0 * dt8 + H8 * dt0)
         dt9 = 0.1111111111111111 * du8
-        df8 = (
-            db8 * t8_8
-            + db7 * t7_8
-            + db6 * t6_8
-            + db5 * t5_8
-            + db4 * t4_8
-            + db3 * t3_8
-            + db2 * t2_8
-            + db1 * t8
-            + (k4 * dt4 + k3 * dt5 + k5 * dt3 + k2 * dt6 + k6 * dt2 + k1 * dt7 + k7 * dt1 + k0 * dt8 + k8 * dt0)
-        )
+        k8 = L[LANE_BASE + 472 + i]
+        df8 = db8 * t8_8 + db7 * t7_8 + db6 * t6_8 + db5 * t5_8 + db4 * t4_8 + db3 * t3_8 + db2 * t2_8 + db1 * t8 + (k4 * dt4 + k3 * dt5 + k5 * dt3 + k2 * dt6 + k6 * dt2 + k1 * dt7 + k7 * dt1 + k0 * dt8 + k8 * dt0)
         dg8 = cubic * dq8 + quadratic * du8
-        dm8 = (
-            df4 * g4
-            + f4 * dg4
-            + df3 * g5
-            + f3 * dg5
-            + df5 * g3
-            + f5 * dg3
-            + df2 * g6
-            + f2 * dg6
-            + df6 * g2
-            + f6 * dg2
-            + df1 * g7
-            + f1 * dg7
-            + df7 * g1
-            + f7 * dg1
-            + df0 * g8
-            + f0 * dg8
-            + df8 * g0
-            + f8 * dg0
-        )
-        dpull_v17 = (
-            du4 * F4
-            + u4 * dF4
-            + du3 * F5
-            + u3 * dF5
-            + du5 * F3
-            + u5 * dF3
-            + du2 * F6
-            + u2 * dF6
-            + du6 * F2
-            + u6 * dF2
-            + du1 * F7
-            + u1 * dF7
-            + du7 * F1
-            + u7 * dF1
-            + du0 * F8
-            + u0 * dF8
-            + du8 * F0
-            + u8 * dF0
-        )
+        f8 = L[LANE_BASE + 256 + i]
+        g8 = L[LANE_BASE + 352 + i]
+        dm8 = df4 * g4 + f4 * dg4 + df3 * g5 + f3 * dg5 + df5 * g3 + f5 * dg3 + df2 * g6 + f2 * dg6 + df6 * g2 + f6 * dg2 + df1 * g7 + f1 * dg7 + df7 * g1 + f7 * dg1 + df0 * g8 + f0 * dg8 + df8 * g0 + f8 * dg0
+        F8 = L[LANE_BASE + 64 + i]
+        dpull_v17 = du4 * F4 + u4 * dF4 + du3 * F5 + u3 * dF5 + du5 * F3 + u5 * dF3 + du2 * F6 + u2 * dF6 + du6 * F2 + u6 * dF2 + du1 * F7 + u1 * dF7 + du7 * F1 + u7 * dF1 + du0 * F8 + u0 * dF8 + du8 * F0 + u8 * dF0
         dz8 = dm8 + dK * u8 + K * du8
-        dpull_v18 = dpull_v17 - (
-            dq4 * z4
-            + q4 * dz4
-            + dq3 * z5
-            + q3 * dz5
-            + dq5 * z3
-            + q5 * dz3
-            + dq2 * z6
-            + q2 * dz6
-            + dq6 * z2
-            + q6 * dz2
-            + dq1 * z7
-            + q1 * dz7
-            + dq7 * z1
-            + q7 * dz1
-            + dq0 * z8
-            + q0 * dz8
-            + dq8 * z0
-            + q8 * dz0
-        )
+        z8 = L[LANE_BASE + 1296 + i]
+        dpull_v18 = dpull_v17 - (dq4 * z4 + q4 * dz4 + dq3 * z5 + q3 * dz5 + dq5 * z3 + q5 * dz3 + dq2 * z6 + q2 * dz6 + dq6 * z2 + q6 * dz2 + dq1 * z7 + q1 * dz7 + dq7 * z1 + q7 * dz1 + dq0 * z8 + q0 * dz8 + dq8 * z0 + q8 * dz0)
         du9 = 0.05555555555555555 * dw8
-        dq9 = 2.0 * (
-            du0 * u9 + u0 * du9 + du1 * u8 + u1 * du8 + du2 * u7 + u2 * du7 + du3 * u6 + u3 * du6 + du4 * u5 + u4 * du5
-        )
+        u9 = L[LANE_BASE + 1200 + i]
+        dq9 = 2.0 * (du0 * u9 + u0 * du9 + du1 * u8 + u1 * du8 + du2 * u7 + u2 * du7 + du3 * u6 + u3 * du6 + du4 * u5 + u4 * du5)
+        q9 = L[LANE_BASE + 576 + i]
         dw9 = 0.1111111111111111 * dpull_v18 - (dG * q9 + G * dq9)
-        dF9 = (
-            dc9 * t9_9
-            + dc8 * t8_9
-            + dc7 * t7_9
-            + dc6 * t6_9
-            + dc5 * t5_9
-            + dc4 * t4_9
-            + dc3 * t3_9
-            + dc2 * t2_9
-            + dc1 * t9
-            + (
-                H4 * dt5
-                + H5 * dt4
-                + H3 * dt6
-                + H6 * dt3
-                + H2 * dt7
-                + H7 * dt2
-                + H1 * dt8
-                + H8 * dt1
-                + H0 * dt9
-                + H9 * dt0
-            )
-        )
+        H9 = L[LANE_BASE + 168 + i]
+        t2_9 = L[LANE_BASE + 680 + i]
+        t3_9 = L[LANE_BASE + 760 + i]
+        t4_9 = L[LANE_BASE + 832 + i]
+        t5_9 = L[LANE_BASE + 896 + i]
+        t6_9 = L[LANE_BASE + 952 + i]
+        t7_9 = L[LANE_BASE + 1000 + i]
+        t8_9 = L[LANE_BASE + 1040 + i]
+        t9 = L[LANE_BASE + 1064 + i]
+        t9_9 = L[LANE_BASE + 1072 + i]
+        dF9 = dc9 * t9_9 + dc8 * t8_9 + dc7 * t7_9 + dc6 * t6_9 + dc5 * t5_9 + dc4 * t4_9 + dc3 * t3_9 + dc2 * t2_9 + dc1 * t9 + (H4 * dt5 + H5 * dt4 + H3 * dt6 + H6 * dt3 + H2 * dt7 + H7 * dt2 + H1 * dt8 + H8 * dt1 + H0 * dt9 + H9 * dt0)
         dt10 = 0.1 * du9
-        df9 = (
-            db9 * t9_9
-            + db8 * t8_9
-            + db7 * t7_9
-            + db6 * t6_9
-            + db5 * t5_9
-            + db4 * t4_9
-            + db3 * t3_9
-            + db2 * t2_9
-            + db1 * t9
-            + (
-                k4 * dt5
-                + k5 * dt4
-                + k3 * dt6
-                + k6 * dt3
-                + k2 * dt7
-                + k7 * dt2
-                + k1 * dt8
-                + k8 * dt1
-                + k0 * dt9
-                + k9 * dt0
-            )
-        )
+        k9 = L[LANE_BASE + 480 + i]
+        df9 = db9 * t9_9 + db8 * t8_9 + db7 * t7_9 + db6 * t6_9 + db5 * t5_9 + db4 * t4_9 + db3 * t3_9 + db2 * t2_9 + db1 * t9 + (k4 * dt5 + k5 * dt4 + k3 * dt6 + k6 * dt3 + k2 * dt7 + k7 * dt2 + k1 * dt8 + k8 * dt1 + k0 * dt9 + k9 * dt0)
         dg9 = cubic * dq9 + quadratic * du9
-        dm9 = (
-            df4 * g5
-            + f4 * dg5
-            + df5 * g4
-            + f5 * dg4
-            + df3 * g6
-            + f3 * dg6
-            + df6 * g3
-            + f6 * dg3
-            + df2 * g7
-            + f2 * dg7
-            + df7 * g2
-            + f7 * dg2
-            + df1 * g8
-            + f1 * dg8
-            + df8 * g1
-            + f8 * dg1
-            + df0 * g9
-            + f0 * dg9
-            + df9 * g0
-            + f9 * dg0
-        )
-        dpull_v19 = (
-            du4 * F5
-            + u4 * dF5
-            + du5 * F4
-            + u5 * dF4
-            + du3 * F6
-            + u3 * dF6
-            + du6 * F3
-            + u6 * dF3
-            + du2 * F7
-            + u2 * dF7
-            + du7 * F2
-            + u7 * dF2
-            + du1 * F8
-            + u1 * dF8
-            + du8 * F1
-            + u8 * dF1
-            + du0 * F9
-            + u0 * dF9
-            + du9 * F0
-            + u9 * dF0
-        )
+        f9 = L[LANE_BASE + 264 + i]
+        g9 = L[LANE_BASE + 360 + i]
+        dm9 = df4 * g5 + f4 * dg5 + df5 * g4 + f5 * dg4 + df3 * g6 + f3 * dg6 + df6 * g3 + f6 * dg3 + df2 * g7 + f2 * dg7 + df7 * g2 + f7 * dg2 + df1 * g8 + f1 * dg8 + df8 * g1 + f8 * dg1 + df0 * g9 + f0 * dg9 + df9 * g0 + f9 * dg0
+        F9 = L[LANE_BASE + 72 + i]
+        dpull_v19 = du4 * F5 + u4 * dF5 + du5 * F4 + u5 * dF4 + du3 * F6 + u3 * dF6 + du6 * F3 + u6 * dF3 + du2 * F7 + u2 * dF7 + du7 * F2 + u7 * dF2 + du1 * F8 + u1 * dF8 + du8 * F1 + u8 * dF1 + du0 * F9 + u0 * dF9 + du9 * F0 + u9 * dF0
         dz9 = dm9 + dK * u9 + K * du9
-        dpull_v20 = dpull_v19 - (
-            dq4 * z5
-            + q4 * dz5
-            + dq5 * z4
-            + q5 * dz4
-            + dq3 * z6
-            + q3 * dz6
-            + dq6 * z3
-            + q6 * dz3
-            + dq2 * z7
-            + q2 * dz7
-            + dq7 * z2
-            + q7 * dz2
-            + dq1 * z8
-            + q1 * dz8
-            + dq8 * z1
-            + q8 * dz1
-            + dq0 * z9
-            + q0 * dz9
-            + dq9 * z0
-            + q9 * dz0
-        )
+        z9 = L[LANE_BASE + 1304 + i]
+        dpull_v20 = dpull_v19 - (dq4 * z5 + q4 * dz5 + dq5 * z4 + q5 * dz4 + dq3 * z6 + q3 * dz6 + dq6 * z3 + q6 * dz3 + dq2 * z7 + q2 * dz7 + dq7 * z2 + q7 * dz2 + dq1 * z8 + q1 * dz8 + dq8 * z1 + q8 * dz1 + dq0 * z9 + q0 * dz9 + dq9 * z0 + q9 * dz0)
         du10 = 0.05 * dw9
-        dq10 = (
-            2.0
-            * (
-                du0 * u10
-                + u0 * du10
-                + du1 * u9
-                + u1 * du9
-                + du2 * u8
-                + u2 * du8
-                + du3 * u7
-                + u3 * du7
-                + du4 * u6
-                + u4 * du6
-            )
-            + du5 * u5
-            + u5 * du5
-        )
+        u10 = L[LANE_BASE + 1208 + i]
+        dq10 = 2.0 * (du0 * u10 + u0 * du10 + du1 * u9 + u1 * du9 + du2 * u8 + u2 * du8 + du3 * u7 + u3 * du7 + du4 * u6 + u4 * du6) + du5 * u5 + u5 * du5
+        q10 = L[LANE_BASE + 584 + i]
         dw10 = 0.1 * dpull_v20 - (dG * q10 + G * dq10)
-        dF10 = (
-            dc10 * t10_10
-            + dc9 * t9_10
-            + dc8 * t8_10
-            + dc7 * t7_10
-            + dc6 * t6_10
-            + dc5 * t5_10
-            + dc4 * t4_10
-            + dc3 * t3_10
-            + dc2 * t2_10
-            + dc1 * t10
-            + (
-                H5 * dt5
-                + H4 * dt6
-                + H6 * dt4
-                + H3 * dt7
-                + H7 * dt3
-                + H2 * dt8
-                + H8 * dt2
-                + H1 * dt9
-                + H9 * dt1
-                + H0 * dt10
-                + H10 * dt0
-            )
-        )
+        H10 = L[LANE_BASE + 176 + i]
+        t2_10 = L[LANE_BASE + 688 + i]
+        t3_10 = L[LANE_BASE + 768 + i]
+        t4_10 = L[LANE_BASE + 840 + i]
+        t5_10 = L[LANE_BASE + 904 + i]
+        t6_10 = L[LANE_BASE + 960 + i]
+        t7_10 = L[LANE_BASE + 1008 + i]
+        t8_10 = L[LANE_BASE + 1048 + i]
+        t9_10 = L[LANE_BASE + 1080 + i]
+        t10 = L[LANE_BASE + 1096 + i]
+        t10_10 = L[LANE_BASE + 1104 + i]
+        dF10 = dc10 * t10_10 + dc9 * t9_10 + dc8 * t8_10 + dc7 * t7_10 + dc6 * t6_10 + dc5 * t5_10 + dc4 * t4_10 + dc3 * t3_10 + dc2 * t2_10 + dc1 * t10 + (H5 * dt5 + H4 * dt6 + H6 * dt4 + H3 * dt7 + H7 * dt3 + H2 * dt8 + H8 * dt2 + H1 * dt9 + H9 * dt1 + H0 * dt10 + H10 * dt0)
         dt11 = 0.09090909090909091 * du10
-        df10 = (
-            db10 * t10_10
-            + db9 * t9_10
-            + db8 * t8_10
-            + db7 * t7_10
-            + db6 * t6_10
-            + db5 * t5_10
-            + db4 * t4_10
-            + db3 * t3_10
-            + db2 * t2_10
-            + db1 * t10
-            + (
-                k5 * dt5
-                + k4 * dt6
-                + k6 * dt4
-                + k3 * dt7
-                + k7 * dt3
-                + k2 * dt8
-                + k8 * dt2
-                + k1 * dt9
-                + k9 * dt1
-                + k0 * dt10
-                + k10 * dt0
-            )
-        )
+        k10 = L[LANE_BASE + 488 + i]
+        df10 = db10 * t10_10 + db9 * t9_10 + db8 * t8_10 + db7 * t7_10 + db6 * t6_10 + db5 * t5_10 + db4 * t4_10 + db3 * t3_10 + db2 * t2_10 + db1 * t10 + (k5 * dt5 + k4 * dt6 + k6 * dt4 + k3 * dt7 + k7 * dt3 + k2 * dt8 + k8 * dt2 + k1 * dt9 + k9 * dt1 + k0 * dt10 + k10 * dt0)
         dg10 = cubic * dq10 + quadratic * du10
-        dm10 = (
-            df5 * g5
-            + f5 * dg5
-            + df4 * g6
-            + f4 * dg6
-            + df6 * g4
-            + f6 * dg4
-            + df3 * g7
-            + f3 * dg7
-            + df7 * g3
-            + f7 * dg3
-            + df2 * g8
-            + f2 * dg8
-            + df8 * g2
-            + f8 * dg2
-            + df1 * g9
-            + f1 * dg9
-            + df9 * g1
-            + f9 * dg1
-            + df0 * g10
-            + f0 * dg10
-            + df10 * g0
-            + f10 * dg0
-        )
-        dpull_v21 = (
-            du5 * F5
-            + u5 * dF5
-            + du4 * F6
-            + u4 * dF6
-            + du6 * F4
-            + u6 * dF4
-            + du3 * F7
-            + u3 * dF7
-            + du7 * F3
-            + u7 * dF3
-            + du2 * F8
-            + u2 * dF8
-            + du8 * F2
-            + u8 * dF2
-            + du1 * F9
-            + u1 * dF9
-            + du9 * F1
-            + u9 * dF1
-            + du0 * F10
-            + u0 * dF10
-            + du10 * F0
-            + u10 * dF0
-        )
+        f10 = L[LANE_BASE + 272 + i]
+        g10 = L[LANE_BASE + 368 + i]
+        dm10 = df5 * g5 + f5 * dg5 + df4 * g6 + f4 * dg6 + df6 * g4 + f6 * dg4 + df3 * g7 + f3 * dg7 + df7 * g3 + f7 * dg3 + df2 * g8 + f2 * dg8 + df8 * g2 + f8 * dg2 + df1 * g9 + f1 * dg9 + df9 * g1 + f9 * dg1 + df0 * g10 + f0 * dg10 + df10 * g0 + f10 * dg0
+        F10 = L[LANE_BASE + 80 + i]
+        dpull_v21 = du5 * F5 + u5 * dF5 + du4 * F6 + u4 * dF6 + du6 * F4 + u6 * dF4 + du3 * F7 + u3 * dF7 + du7 * F3 + u7 * dF3 + du2 * F8 + u2 * dF8 + du8 * F2 + u8 * dF2 + du1 * F9 + u1 * dF9 + du9 * F1 + u9 * dF1 + du0 * F10 + u0 * dF10 + du10 * F0 + u10 * dF0
         dz10 = dm10 + dK * u10 + K * du10
-        dpull_v22 = dpull_v21 - (
-            dq5 * z5
-            + q5 * dz5
-            + dq4 * z6
-            + q4 * dz6
-            + dq6 * z4
-            + q6 * dz4
-            + dq3 * z7
-            + q3 * dz7
-            + dq7 * z3
-            + q7 * dz3
-            + dq2 * z8
-            + q2 * dz8
-            + dq8 * z2
-            + q8 * dz2
-            + dq1 * z9
-            + q1 * dz9
-            + dq9 * z1
-            + q9 * dz1
-            + dq0 * z10
-            + q0 * dz10
-            + dq10 * z0
-            + q10 * dz0
-        )
+        z10 = L[LANE_BASE + 1312 + i]
+        dpull_v22 = dpull_v21 - (dq5 * z5 + q5 * dz5 + dq4 * z6 + q4 * dz6 + dq6 * z4 + q6 * dz4 + dq3 * z7 + q3 * dz7 + dq7 * z3 + q7 * dz3 + dq2 * z8 + q2 * dz8 + dq8 * z2 + q8 * dz2 + dq1 * z9 + q1 * dz9 + dq9 * z1 + q9 * dz1 + dq0 * z10 + q0 * dz10 + dq10 * z0 + q10 * dz0)
         du11 = 0.045454545454545456 * dw10
-        dq11 = 2.0 * (
-            du0 * u11
-            + u0 * du11
-            + du1 * u10
-            + u1 * du10
-            + du2 * u9
-            + u2 * du9
-            + du3 * u8
-            + u3 * du8
-            + du4 * u7
-            + u4 * du7
-            + du5 * u6
-            + u5 * du6
-        )
+        u11 = L[LANE_BASE + 1216 + i]
+        dq11 = 2.0 * (du0 * u11 + u0 * du11 + du1 * u10 + u1 * du10 + du2 * u9 + u2 * du9 + du3 * u8 + u3 * du8 + du4 * u7 + u4 * du7 + du5 * u6 + u5 * du6)
+        q11 = L[LANE_BASE + 592 + i]
         dw11 = 0.09090909090909091 * dpull_v22 - (dG * q11 + G * dq11)
-        dF11 = (
-            dc11 * t11_11
-            + dc10 * t10_11
-            + dc9 * t9_11
-            + dc8 * t8_11
-            + dc7 * t7_11
-            + dc6 * t6_11
-            + dc5 * t5_11
-            + dc4 * t4_11
-            + dc3 * t3_11
-            + dc2 * t2_11
-            + dc1 * t11
-            + (
-                H5 * dt6
-                + H6 * dt5
-                + H4 * dt7
-                + H7 * dt4
-                + H3 * dt8
-                + H8 * dt3
-                + H2 * dt9
-                + H9 * dt2
-                + H1 * dt10
-                + H10 * dt1
-                + H0 * dt11
-                + H11 * dt0
-            )
-        )
-        df11 = (
-            db11 * t11_11
-            + db10 * t10_11
-            + db9 * t9_11
-            + db8 * t8_11
-            + db7 * t7_11
-            + db6 * t6_11
-            + db5 * t5_11
-            + db4 * t4_11
-            + db3 * t3_11
-            + db2 * t2_11
-            + db1 * t11
-            + (
-                k5 * dt6
-                + k6 * dt5
-                + k4 * dt7
-                + k7 * dt4
-                + k3 * dt8
-                + k8 * dt3
-                + k2 * dt9
-                + k9 * dt2
-                + k1 * dt10
-                + k10 * dt1
-                + k0 * dt11
-                + k11 * dt0
-            )
-        )
+        H11 = L[LANE_BASE + 184 + i]
+        t2_11 = L[LANE_BASE + 696 + i]
+        t3_11 = L[LANE_BASE + 776 + i]
+        t4_11 = L[LANE_BASE + 848 + i]
+        t5_11 = L[LANE_BASE + 912 + i]
+        t6_11 = L[LANE_BASE + 968 + i]
+        t7_11 = L[LANE_BASE + 1016 + i]
+        t8_11 = L[LANE_BASE + 1056 + i]
+        t9_11 = L[LANE_BASE + 1088 + i]
+        t10_11 = L[LANE_BASE + 1112 + i]
+        t11 = L[LANE_BASE + 1120 + i]
+        t11_11 = L[LANE_BASE + 1128 + i]
+        dF11 = dc11 * t11_11 + dc10 * t10_11 + dc9 * t9_11 + dc8 * t8_11 + dc7 * t7_11 + dc6 * t6_11 + dc5 * t5_11 + dc4 * t4_11 + dc3 * t3_11 + dc2 * t2_11 + dc1 * t11 + (H5 * dt6 + H6 * dt5 + H4 * dt7 + H7 * dt4 + H3 * dt8 + H8 * dt3 + H2 * dt9 + H9 * dt2 + H1 * dt10 + H10 * dt1 + H0 * dt11 + H11 * dt0)
+        k11 = L[LANE_BASE + 496 + i]
+        df11 = db11 * t11_11 + db10 * t10_11 + db9 * t9_11 + db8 * t8_11 + db7 * t7_11 + db6 * t6_11 + db5 * t5_11 + db4 * t4_11 + db3 * t3_11 + db2 * t2_11 + db1 * t11 + (k5 * dt6 + k6 * dt5 + k4 * dt7 + k7 * dt4 + k3 * dt8 + k8 * dt3 + k2 * dt9 + k9 * dt2 + k1 * dt10 + k10 * dt1 + k0 * dt11 + k11 * dt0)
         dg11 = cubic * dq11 + quadratic * du11
-        dm11 = (
-            df5 * g6
-            + f5 * dg6
-            + df6 * g5
-            + f6 * dg5
-            + df4 * g7
-            + f4 * dg7
-            + df7 * g4
-            + f7 * dg4
-            + df3 * g8
-            + f3 * dg8
-            + df8 * g3
-            + f8 * dg3
-            + df2 * g9
-            + f2 * dg9
-            + df9 * g2
-            + f9 * dg2
-            + df1 * g10
-            + f1 * dg10
-            + df10 * g1
-            + f10 * dg1
-            + df0 * g11
-            + f0 * dg11
-            + df11 * g0
-            + f11 * dg0
-        )
-        dpull_v23 = (
-            du5 * F6
-            + u5 * dF6
-            + du6 * F5
-            + u6 * dF5
-            + du4 * F7
-            + u4 * dF7
-            + du7 * F4
-            + u7 * dF4
-            + du3 * F8
-            + u3 * dF8
-            + du8 * F3
-            + u8 * dF3
-            + du2 * F9
-            + u2 * dF9
-            + du9 * F2
-            + u9 * dF2
-            + du1 * F10
-            + u1 * dF10
-            + du10 * F1
-            + u10 * dF1
-            + du0 * F11
-            + u0 * dF11
-            + du11 * F0
-            + u11 * dF0
-        )
+        f11 = L[LANE_BASE + 280 + i]
+        g11 = L[LANE_BASE + 376 + i]
+        dm11 = df5 * g6 + f5 * dg6 + df6 * g5 + f6 * dg5 + df4 * g7 + f4 * dg7 + df7 * g4 + f7 * dg4 + df3 * g8 + f3 * dg8 + df8 * g3 + f8 * dg3 + df2 * g9 + f2 * dg9 + df9 * g2 + f9 * dg2 + df1 * g10 + f1 * dg10 + df10 * g1 + f10 * dg1 + df0 * g11 + f0 * dg11 + df11 * g0 + f11 * dg0
+        F11 = L[LANE_BASE + 88 + i]
+        dpull_v23 = du5 * F6 + u5 * dF6 + du6 * F5 + u6 * dF5 + du4 * F7 + u4 * dF7 + du7 * F4 + u7 * dF4 + du3 * F8 + u3 * dF8 + du8 * F3 + u8 * dF3 + du2 * F9 + u2 * dF9 + du9 * F2 + u9 * dF2 + du1 * F10 + u1 * dF10 + du10 * F1 + u10 * dF1 + du0 * F11 + u0 * dF11 + du11 * F0 + u11 * dF0
         dz11 = dm11 + dK * u11 + K * du11
-        dpull_v24 = dpull_v23 - (
-            dq5 * z6
-            + q5 * dz6
-            + dq6 * z5
-            + q6 * dz5
-            + dq4 * z7
-            + q4 * dz7
-            + dq7 * z4
-            + q7 * dz4
-            + dq3 * z8
-            + q3 * dz8
-            + dq8 * z3
-            + q8 * dz3
-            + dq2 * z9
-            + q2 * dz9
-            + dq9 * z2
-            + q9 * dz2
-            + dq1 * z10
-            + q1 * dz10
-            + dq10 * z1
-            + q10 * dz1
-            + dq0 * z11
-            + q0 * dz11
-            + dq11 * z0
-            + q11 * dz0
-        )
+        z11 = L[LANE_BASE + 1320 + i]
+        dpull_v24 = dpull_v23 - (dq5 * z6 + q5 * dz6 + dq6 * z5 + q6 * dz5 + dq4 * z7 + q4 * dz7 + dq7 * z4 + q7 * dz4 + dq3 * z8 + q3 * dz8 + dq8 * z3 + q8 * dz3 + dq2 * z9 + q2 * dz9 + dq9 * z2 + q9 * dz2 + dq1 * z10 + q1 * dz10 + dq10 * z1 + q10 * dz1 + dq0 * z11 + q0 * dz11 + dq11 * z0 + q11 * dz0)
         du12 = 0.041666666666666664 * dw11
-        dq12 = (
-            2.0
-            * (
-                du0 * u12
-                + u0 * du12
-                + du1 * u11
-                + u1 * du11
-                + du2 * u10
-                + u2 * du10
-                + du3 * u9
-                + u3 * du9
-                + du4 * u8
-                + u4 * du8
-                + du5 * u7
-                + u5 * du7
-            )
-            + du6 * u6
-            + u6 * du6
-        )
+        u12 = L[LANE_BASE + 1224 + i]
+        dq12 = 2.0 * (du0 * u12 + u0 * du12 + du1 * u11 + u1 * du11 + du2 * u10 + u2 * du10 + du3 * u9 + u3 * du9 + du4 * u8 + u4 * du8 + du5 * u7 + u5 * du7) + du6 * u6 + u6 * du6
+        q12 = L[LANE_BASE + 600 + i]
         dw12 = 0.08333333333333333 * dpull_v24 - (dG * q12 + G * dq12)
+        part489 = L[LANE_BASE + 1336 + i]
         dpart490 = 0.3333333333333333 * du2 + part489 * du3
+        part492 = L[LANE_BASE + 1352 + i]
         dpart493 = 0.14285714285714285 * du6 + part492 * du7
+        h2 = L[LANE_BASE + 384 + i]
+        part491 = L[LANE_BASE + 1344 + i]
         dpart494 = 0.2 * du4 + part491 * du5 + h2 * dpart493
+        part496 = L[LANE_BASE + 1368 + i]
         dpart497 = 0.09090909090909091 * du10 + part496 * du11
+        part495 = L[LANE_BASE + 1360 + i]
         dpart498 = 0.1111111111111111 * du8 + part495 * du9 + h2 * dpart497
+        h4 = L[LANE_BASE + 392 + i]
+        h8 = L[LANE_BASE + 400 + i]
+        part488 = L[LANE_BASE + 1328 + i]
         dpart499 = du0 + part488 * du1 + h2 * dpart490 + h4 * dpart494 + h8 * dpart498
+        h1 = L[LANE_LENGTH + i]
         dt = dt0 + h1 * dpart499
         dpart501 = du2 + h1 * du3
         dpart502 = du6 + h1 * du7
@@ -3669,311 +2100,328 @@ def base_deck_flat_12(L: FloatArray) -> None:
         drag = L[LANE_DECK_DRAG + i]
         share = L[LANE_SHARE + i]
         heavy = 1.0 + share
+        L[LANE_BASE + 512 + i] = heavy
         q0 = u0 * u0
+        L[LANE_BASE + 296 + i] = q0
         g0 = cubic * q0 + quadratic * u0
         m0 = g0
+        L[LANE_BASE + 200 + i] = m0
         pull = f0 * u0
         push = q0 * m0
+        L[LANE_BASE + 664 + i] = push
         uY = u0 * Y0
+        L[LANE_BASE + 496 + i] = uY
         uZ = u0 * Z0
+        L[LANE_BASE + 504 + i] = uZ
         free = prestress * u0 - stiff * uY - drag * uZ
         part24 = u0 * q0
+        L[LANE_BASE + 520 + i] = part24
         sink = K * part24
         part26 = free + K * uY + G * uZ
         pull_v2 = pull + on * part26 - heavy * push - sink
         Y1 = 1.0 * uZ
+        L[LANE_BASE + i] = Y1
         Z1 = 1.0 * (free - share * push)
+        L[LANE_BASE + 88 + i] = Z1
         u1 = 0.5 * w0
+        L[LANE_BASE + 400 + i] = u1
         q1 = 2.0 * (u0 * u1)
+        L[LANE_BASE + 304 + i] = q1
         w1 = 1.0 * pull_v2 - G * q1
         g1 = cubic * q1 + quadratic * u1
         m1 = g1
+        L[LANE_BASE + 208 + i] = m1
         pull_v3 = f0 * u1
         push_v2 = q0 * m1 + q1 * m0
+        L[LANE_BASE + 672 + i] = push_v2
         uY_v2 = u0 * Y1 + u1 * Y0
+        L[LANE_BASE + 760 + i] = uY_v2
         uZ_v2 = u0 * Z1 + u1 * Z0
+        L[LANE_BASE + 848 + i] = uZ_v2
         free_v2 = prestress * u1 - stiff * uY_v2 - drag * uZ_v2
         part40 = u0 * q1 + u1 * q0
+        L[LANE_BASE + 528 + i] = part40
         sink_v2 = K * part40
         part42 = free_v2 + K * uY_v2 + G * uZ_v2
         pull_v4 = pull_v3 + on * part42 - heavy * push_v2 - sink_v2
         Y2 = 0.5 * uZ_v2
+        L[LANE_BASE + 8 + i] = Y2
         Z2 = 0.5 * (free_v2 - share * push_v2)
+        L[LANE_BASE + 96 + i] = Z2
         u2 = 0.25 * w1
+        L[LANE_BASE + 408 + i] = u2
         q2 = 2.0 * (u0 * u2) + u1 * u1
+        L[LANE_BASE + 312 + i] = q2
         w2 = 0.5 * pull_v4 - G * q2
         g2 = cubic * q2 + quadratic * u2
         m2 = g2
+        L[LANE_BASE + 216 + i] = m2
         pull_v5 = f0 * u2
         push_v3 = q1 * m1 + q0 * m2 + q2 * m0
+        L[LANE_BASE + 680 + i] = push_v3
         uY_v3 = u1 * Y1 + u0 * Y2 + u2 * Y0
+        L[LANE_BASE + 768 + i] = uY_v3
         uZ_v3 = u1 * Z1 + u0 * Z2 + u2 * Z0
+        L[LANE_BASE + 856 + i] = uZ_v3
         free_v3 = prestress * u2 - stiff * uY_v3 - drag * uZ_v3
         part56 = u1 * q1 + u0 * q2 + u2 * q0
+        L[LANE_BASE + 536 + i] = part56
         sink_v3 = K * part56
         part58 = free_v3 + K * uY_v3 + G * uZ_v3
         pull_v6 = pull_v5 + on * part58 - heavy * push_v3 - sink_v3
         Y3 = 0.3333333333333333 * uZ_v3
+        L[LANE_BASE + 16 + i] = Y3
         Z3 = 0.3333333333333333 * (free_v3 - share * push_v3)
+        L[LANE_BASE + 104 + i] = Z3
         u3 = 0.16666666666666666 * w2
+        L[LANE_BASE + 416 + i] = u3
         q3 = 2.0 * (u0 * u3 + u1 * u2)
+        L[LANE_BASE + 320 + i] = q3
         w3 = 0.3333333333333333 * pull_v6 - G * q3
         g3 = cubic * q3 + quadratic * u3
         m3 = g3
+        L[LANE_BASE + 224 + i] = m3
         pull_v7 = f0 * u3
         push_v4 = q1 * m2 + q2 * m1 + q0 * m3 + q3 * m0
+        L[LANE_BASE + 688 + i] = push_v4
         uY_v4 = u1 * Y2 + u2 * Y1 + u0 * Y3 + u3 * Y0
+        L[LANE_BASE + 776 + i] = uY_v4
         uZ_v4 = u1 * Z2 + u2 * Z1 + u0 * Z3 + u3 * Z0
+        L[LANE_BASE + 864 + i] = uZ_v4
         free_v4 = prestress * u3 - stiff * uY_v4 - drag * uZ_v4
         part72 = u1 * q2 + u2 * q1 + u0 * q3 + u3 * q0
+        L[LANE_BASE + 544 + i] = part72
         sink_v4 = K * part72
         part74 = free_v4 + K * uY_v4 + G * uZ_v4
         pull_v8 = pull_v7 + on * part74 - heavy * push_v4 - sink_v4
         Y4 = 0.25 * uZ_v4
+        L[LANE_BASE + 24 + i] = Y4
         Z4 = 0.25 * (free_v4 - share * push_v4)
+        L[LANE_BASE + 112 + i] = Z4
         u4 = 0.125 * w3
+        L[LANE_BASE + 424 + i] = u4
         q4 = 2.0 * (u0 * u4 + u1 * u3) + u2 * u2
+        L[LANE_BASE + 328 + i] = q4
         w4 = 0.25 * pull_v8 - G * q4
         g4 = cubic * q4 + quadratic * u4
         m4 = g4
+        L[LANE_BASE + 232 + i] = m4
         pull_v9 = f0 * u4
         push_v5 = q2 * m2 + q1 * m3 + q3 * m1 + q0 * m4 + q4 * m0
+        L[LANE_BASE + 696 + i] = push_v5
         uY_v5 = u2 * Y2 + u1 * Y3 + u3 * Y1 + u0 * Y4 + u4 * Y0
+        L[LANE_BASE + 784 + i] = uY_v5
         uZ_v5 = u2 * Z2 + u1 * Z3 + u3 * Z1 + u0 * Z4 + u4 * Z0
+        L[LANE_BASE + 872 + i] = uZ_v5
         free_v5 = prestress * u4 - stiff * uY_v5 - drag * uZ_v5
         part88 = u2 * q2 + u1 * q3 + u3 * q1 + u0 * q4 + u4 * q0
+        L[LANE_BASE + 552 + i] = part88
         sink_v5 = K * part88
         part90 = free_v5 + K * uY_v5 + G * uZ_v5
         pull_v10 = pull_v9 + on * part90 - heavy * push_v5 - sink_v5
         Y5 = 0.2 * uZ_v5
+        L[LANE_BASE + 32 + i] = Y5
         Z5 = 0.2 * (free_v5 - share * push_v5)
+        L[LANE_BASE + 120 + i] = Z5
         u5 = 0.1 * w4
+        L[LANE_BASE + 432 + i] = u5
         q5 = 2.0 * (u0 * u5 + u1 * u4 + u2 * u3)
+        L[LANE_BASE + 336 + i] = q5
         w5 = 0.2 * pull_v10 - G * q5
         g5 = cubic * q5 + quadratic * u5
         m5 = g5
+        L[LANE_BASE + 240 + i] = m5
         pull_v11 = f0 * u5
         push_v6 = q2 * m3 + q3 * m2 + q1 * m4 + q4 * m1 + q0 * m5 + q5 * m0
+        L[LANE_BASE + 704 + i] = push_v6
         uY_v6 = u2 * Y3 + u3 * Y2 + u1 * Y4 + u4 * Y1 + u0 * Y5 + u5 * Y0
+        L[LANE_BASE + 792 + i] = uY_v6
         uZ_v6 = u2 * Z3 + u3 * Z2 + u1 * Z4 + u4 * Z1 + u0 * Z5 + u5 * Z0
+        L[LANE_BASE + 880 + i] = uZ_v6
         free_v6 = prestress * u5 - stiff * uY_v6 - drag * uZ_v6
         part104 = u2 * q3 + u3 * q2 + u1 * q4 + u4 * q1 + u0 * q5 + u5 * q0
+        L[LANE_BASE + 560 + i] = part104
         sink_v6 = K * part104
         part106 = free_v6 + K * uY_v6 + G * uZ_v6
         pull_v12 = pull_v11 + on * part106 - heavy * push_v6 - sink_v6
         Y6 = 0.16666666666666666 * uZ_v6
+        L[LANE_BASE + 40 + i] = Y6
         Z6 = 0.16666666666666666 * (free_v6 - share * push_v6)
+        L[LANE_BASE + 128 + i] = Z6
         u6 = 0.08333333333333333 * w5
+        L[LANE_BASE + 440 + i] = u6
         q6 = 2.0 * (u0 * u6 + u1 * u5 + u2 * u4) + u3 * u3
+        L[LANE_BASE + 344 + i] = q6
         w6 = 0.16666666666666666 * pull_v12 - G * q6
         g6 = cubic * q6 + quadratic * u6
         m6 = g6
+        L[LANE_BASE + 248 + i] = m6
         pull_v13 = f0 * u6
         push_v7 = q3 * m3 + q2 * m4 + q4 * m2 + q1 * m5 + q5 * m1 + q0 * m6 + q6 * m0
+        L[LANE_BASE + 712 + i] = push_v7
         uY_v7 = u3 * Y3 + u2 * Y4 + u4 * Y2 + u1 * Y5 + u5 * Y1 + u0 * Y6 + u6 * Y0
+        L[LANE_BASE + 800 + i] = uY_v7
         uZ_v7 = u3 * Z3 + u2 * Z4 + u4 * Z2 + u1 * Z5 + u5 * Z1 + u0 * Z6 + u6 * Z0
+        L[LANE_BASE + 888 + i] = uZ_v7
         free_v7 = prestress * u6 - stiff * uY_v7 - drag * uZ_v7
         part120 = u3 * q3 + u2 * q4 + u4 * q2 + u1 * q5 + u5 * q1 + u0 * q6 + u6 * q0
+        L[LANE_BASE + 568 + i] = part120
         sink_v7 = K * part120
         part122 = free_v7 + K * uY_v7 + G * uZ_v7
         pull_v14 = pull_v13 + on * part122 - heavy * push_v7 - sink_v7
         Y7 = 0.14285714285714285 * uZ_v7
+        L[LANE_BASE + 48 + i] = Y7
         Z7 = 0.14285714285714285 * (free_v7 - share * push_v7)
+        L[LANE_BASE + 136 + i] = Z7
         u7 = 0.07142857142857142 * w6
+        L[LANE_BASE + 448 + i] = u7
         q7 = 2.0 * (u0 * u7 + u1 * u6 + u2 * u5 + u3 * u4)
+        L[LANE_BASE + 352 + i] = q7
         w7 = 0.14285714285714285 * pull_v14 - G * q7
         g7 = cubic * q7 + quadratic * u7
         m7 = g7
+        L[LANE_BASE + 256 + i] = m7
         pull_v15 = f0 * u7
         push_v8 = q3 * m4 + q4 * m3 + q2 * m5 + q5 * m2 + q1 * m6 + q6 * m1 + q0 * m7 + q7 * m0
+        L[LANE_BASE + 720 + i] = push_v8
         uY_v8 = u3 * Y4 + u4 * Y3 + u2 * Y5 + u5 * Y2 + u1 * Y6 + u6 * Y1 + u0 * Y7 + u7 * Y0
+        L[LANE_BASE + 808 + i] = uY_v8
         uZ_v8 = u3 * Z4 + u4 * Z3 + u2 * Z5 + u5 * Z2 + u1 * Z6 + u6 * Z1 + u0 * Z7 + u7 * Z0
+        L[LANE_BASE + 896 + i] = uZ_v8
         free_v8 = prestress * u7 - stiff * uY_v8 - drag * uZ_v8
         part136 = u3 * q4 + u4 * q3 + u2 * q5 + u5 * q2 + u1 * q6 + u6 * q1 + u0 * q7 + u7 * q0
+        L[LANE_BASE + 576 + i] = part136
         sink_v8 = K * part136
         part138 = free_v8 + K * uY_v8 + G * uZ_v8
         pull_v16 = pull_v15 + on * part138 - heavy * push_v8 - sink_v8
         Y8 = 0.125 * uZ_v8
+        L[LANE_BASE + 56 + i] = Y8
         Z8 = 0.125 * (free_v8 - share * push_v8)
+        L[LANE_BASE + 144 + i] = Z8
         u8 = 0.0625 * w7
+        L[LANE_BASE + 456 + i] = u8
         q8 = 2.0 * (u0 * u8 + u1 * u7 + u2 * u6 + u3 * u5) + u4 * u4
+        L[LANE_BASE + 360 + i] = q8
         w8 = 0.125 * pull_v16 - G * q8
         g8 = cubic * q8 + quadratic * u8
         m8 = g8
+        L[LANE_BASE + 264 + i] = m8
         pull_v17 = f0 * u8
         push_v9 = q4 * m4 + q3 * m5 + q5 * m3 + q2 * m6 + q6 * m2 + q1 * m7 + q7 * m1 + q0 * m8 + q8 * m0
+        L[LANE_BASE + 728 + i] = push_v9
         uY_v9 = u4 * Y4 + u3 * Y5 + u5 * Y3 + u2 * Y6 + u6 * Y2 + u1 * Y7 + u7 * Y1 + u0 * Y8 + u8 * Y0
+        L[LANE_BASE + 816 + i] = uY_v9
         uZ_v9 = u4 * Z4 + u3 * Z5 + u5 * Z3 + u2 * Z6 + u6 * Z2 + u1 * Z7 + u7 * Z1 + u0 * Z8 + u8 * Z0
+        L[LANE_BASE + 904 + i] = uZ_v9
         free_v9 = prestress * u8 - stiff * uY_v9 - drag * uZ_v9
         part152 = u4 * q4 + u3 * q5 + u5 * q3 + u2 * q6 + u6 * q2 + u1 * q7 + u7 * q1 + u0 * q8 + u8 * q0
+        L[LANE_BASE + 584 + i] = part152
         sink_v9 = K * part152
         part154 = free_v9 + K * uY_v9 + G * uZ_v9
         pull_v18 = pull_v17 + on * part154 - heavy * push_v9 - sink_v9
         Y9 = 0.1111111111111111 * uZ_v9
+        L[LANE_BASE + 64 + i] = Y9
         Z9 = 0.1111111111111111 * (free_v9 - share * push_v9)
+        L[LANE_BASE + 152 + i] = Z9
         u9 = 0.05555555555555555 * w8
+        L[LANE_BASE + 464 + i] = u9
         q9 = 2.0 * (u0 * u9 + u1 * u8 + u2 * u7 + u3 * u6 + u4 * u5)
+        L[LANE_BASE + 368 + i] = q9
         w9 = 0.1111111111111111 * pull_v18 - G * q9
         g9 = cubic * q9 + quadratic * u9
         m9 = g9
+        L[LANE_BASE + 272 + i] = m9
         pull_v19 = f0 * u9
         push_v10 = q4 * m5 + q5 * m4 + q3 * m6 + q6 * m3 + q2 * m7 + q7 * m2 + q1 * m8 + q8 * m1 + q0 * m9 + q9 * m0
+        L[LANE_BASE + 736 + i] = push_v10
         uY_v10 = u4 * Y5 + u5 * Y4 + u3 * Y6 + u6 * Y3 + u2 * Y7 + u7 * Y2 + u1 * Y8 + u8 * Y1 + u0 * Y9 + u9 * Y0
+        L[LANE_BASE + 824 + i] = uY_v10
         uZ_v10 = u4 * Z5 + u5 * Z4 + u3 * Z6 + u6 * Z3 + u2 * Z7 + u7 * Z2 + u1 * Z8 + u8 * Z1 + u0 * Z9 + u9 * Z0
+        L[LANE_BASE + 912 + i] = uZ_v10
         free_v10 = prestress * u9 - stiff * uY_v10 - drag * uZ_v10
         part168 = u4 * q5 + u5 * q4 + u3 * q6 + u6 * q3 + u2 * q7 + u7 * q2 + u1 * q8 + u8 * q1 + u0 * q9 + u9 * q0
+        L[LANE_BASE + 592 + i] = part168
         sink_v10 = K * part168
         part170 = free_v10 + K * uY_v10 + G * uZ_v10
         pull_v20 = pull_v19 + on * part170 - heavy * push_v10 - sink_v10
         Y10 = 0.1 * uZ_v10
+        L[LANE_BASE + 72 + i] = Y10
         Z10 = 0.1 * (free_v10 - share * push_v10)
+        L[LANE_BASE + 160 + i] = Z10
         u10 = 0.05 * w9
+        L[LANE_BASE + 472 + i] = u10
         q10 = 2.0 * (u0 * u10 + u1 * u9 + u2 * u8 + u3 * u7 + u4 * u6) + u5 * u5
+        L[LANE_BASE + 376 + i] = q10
         w10 = 0.1 * pull_v20 - G * q10
         g10 = cubic * q10 + quadratic * u10
         m10 = g10
+        L[LANE_BASE + 280 + i] = m10
         pull_v21 = f0 * u10
-        push_v11 = (
-            q5 * m5
-            + q4 * m6
-            + q6 * m4
-            + q3 * m7
-            + q7 * m3
-            + q2 * m8
-            + q8 * m2
-            + q1 * m9
-            + q9 * m1
-            + q0 * m10
-            + q10 * m0
-        )
-        uY_v11 = (
-            u5 * Y5
-            + u4 * Y6
-            + u6 * Y4
-            + u3 * Y7
-            + u7 * Y3
-            + u2 * Y8
-            + u8 * Y2
-            + u1 * Y9
-            + u9 * Y1
-            + u0 * Y10
-            + u10 * Y0
-        )
-        uZ_v11 = (
-            u5 * Z5
-            + u4 * Z6
-            + u6 * Z4
-            + u3 * Z7
-            + u7 * Z3
-            + u2 * Z8
-            + u8 * Z2
-            + u1 * Z9
-            + u9 * Z1
-            + u0 * Z10
-            + u10 * Z0
-        )
+        push_v11 = q5 * m5 + q4 * m6 + q6 * m4 + q3 * m7 + q7 * m3 + q2 * m8 + q8 * m2 + q1 * m9 + q9 * m1 + q0 * m10 + q10 * m0
+        L[LANE_BASE + 744 + i] = push_v11
+        uY_v11 = u5 * Y5 + u4 * Y6 + u6 * Y4 + u3 * Y7 + u7 * Y3 + u2 * Y8 + u8 * Y2 + u1 * Y9 + u9 * Y1 + u0 * Y10 + u10 * Y0
+        L[LANE_BASE + 832 + i] = uY_v11
+        uZ_v11 = u5 * Z5 + u4 * Z6 + u6 * Z4 + u3 * Z7 + u7 * Z3 + u2 * Z8 + u8 * Z2 + u1 * Z9 + u9 * Z1 + u0 * Z10 + u10 * Z0
+        L[LANE_BASE + 920 + i] = uZ_v11
         free_v11 = prestress * u10 - stiff * uY_v11 - drag * uZ_v11
-        part184 = (
-            u5 * q5
-            + u4 * q6
-            + u6 * q4
-            + u3 * q7
-            + u7 * q3
-            + u2 * q8
-            + u8 * q2
-            + u1 * q9
-            + u9 * q1
-            + u0 * q10
-            + u10 * q0
-        )
+        part184 = u5 * q5 + u4 * q6 + u6 * q4 + u3 * q7 + u7 * q3 + u2 * q8 + u8 * q2 + u1 * q9 + u9 * q1 + u0 * q10 + u10 * q0
+        L[LANE_BASE + 600 + i] = part184
         sink_v11 = K * part184
         part186 = free_v11 + K * uY_v11 + G * uZ_v11
         pull_v22 = pull_v21 + on * part186 - heavy * push_v11 - sink_v11
         Y11 = 0.09090909090909091 * uZ_v11
+        L[LANE_BASE + 80 + i] = Y11
         Z11 = 0.09090909090909091 * (free_v11 - share * push_v11)
+        L[LANE_BASE + 168 + i] = Z11
         u11 = 0.045454545454545456 * w10
+        L[LANE_BASE + 480 + i] = u11
         q11 = 2.0 * (u0 * u11 + u1 * u10 + u2 * u9 + u3 * u8 + u4 * u7 + u5 * u6)
+        L[LANE_BASE + 384 + i] = q11
         w11 = 0.09090909090909091 * pull_v22 - G * q11
         g11 = cubic * q11 + quadratic * u11
         m11 = g11
+        L[LANE_BASE + 288 + i] = m11
         pull_v23 = f0 * u11
-        push_v12 = (
-            q5 * m6
-            + q6 * m5
-            + q4 * m7
-            + q7 * m4
-            + q3 * m8
-            + q8 * m3
-            + q2 * m9
-            + q9 * m2
-            + q1 * m10
-            + q10 * m1
-            + q0 * m11
-            + q11 * m0
-        )
-        uY_v12 = (
-            u5 * Y6
-            + u6 * Y5
-            + u4 * Y7
-            + u7 * Y4
-            + u3 * Y8
-            + u8 * Y3
-            + u2 * Y9
-            + u9 * Y2
-            + u1 * Y10
-            + u10 * Y1
-            + u0 * Y11
-            + u11 * Y0
-        )
-        uZ_v12 = (
-            u5 * Z6
-            + u6 * Z5
-            + u4 * Z7
-            + u7 * Z4
-            + u3 * Z8
-            + u8 * Z3
-            + u2 * Z9
-            + u9 * Z2
-            + u1 * Z10
-            + u10 * Z1
-            + u0 * Z11
-            + u11 * Z0
-        )
+        push_v12 = q5 * m6 + q6 * m5 + q4 * m7 + q7 * m4 + q3 * m8 + q8 * m3 + q2 * m9 + q9 * m2 + q1 * m10 + q10 * m1 + q0 * m11 + q11 * m0
+        L[LANE_BASE + 752 + i] = push_v12
+        uY_v12 = u5 * Y6 + u6 * Y5 + u4 * Y7 + u7 * Y4 + u3 * Y8 + u8 * Y3 + u2 * Y9 + u9 * Y2 + u1 * Y10 + u10 * Y1 + u0 * Y11 + u11 * Y0
+        L[LANE_BASE + 840 + i] = uY_v12
+        uZ_v12 = u5 * Z6 + u6 * Z5 + u4 * Z7 + u7 * Z4 + u3 * Z8 + u8 * Z3 + u2 * Z9 + u9 * Z2 + u1 * Z10 + u10 * Z1 + u0 * Z11 + u11 * Z0
+        L[LANE_BASE + 928 + i] = uZ_v12
         free_v12 = prestress * u11 - stiff * uY_v12 - drag * uZ_v12
-        part200 = (
-            u5 * q6
-            + u6 * q5
-            + u4 * q7
-            + u7 * q4
-            + u3 * q8
-            + u8 * q3
-            + u2 * q9
-            + u9 * q2
-            + u1 * q10
-            + u10 * q1
-            + u0 * q11
-            + u11 * q0
-        )
+        part200 = u5 * q6 + u6 * q5 + u4 * q7 + u7 * q4 + u3 * q8 + u8 * q3 + u2 * q9 + u9 * q2 + u1 * q10 + u10 * q1 + u0 * q11 + u11 * q0
+        L[LANE_BASE + 608 + i] = part200
         sink_v12 = K * part200
         part202 = free_v12 + K * uY_v12 + G * uZ_v12
         pull_v24 = pull_v23 + on * part202 - heavy * push_v12 - sink_v12
         Y12 = 0.08333333333333333 * uZ_v12
         Z12 = 0.08333333333333333 * (free_v12 - share * push_v12)
         u12 = 0.041666666666666664 * w11
+        L[LANE_BASE + 488 + i] = u12
         q12 = 2.0 * (u0 * u12 + u1 * u11 + u2 * u10 + u3 * u9 + u4 * u8 + u5 * u7) + u6 * u6
+        L[LANE_BASE + 392 + i] = q12
         w12 = 0.08333333333333333 * pull_v24 - G * q12
         h2 = h1 * h1
+        L[LANE_BASE + 176 + i] = h2
         h4 = h2 * h2
+        L[LANE_BASE + 184 + i] = h4
         h8 = h4 * h4
+        L[LANE_BASE + 192 + i] = h8
         part212 = h1 * 0.5
+        L[LANE_BASE + 616 + i] = part212
         part213 = h1 * 0.25
+        L[LANE_BASE + 624 + i] = part213
         part214 = 0.3333333333333333 * u2 + part213 * u3
         part215 = h1 * 0.16666666666666666
+        L[LANE_BASE + 632 + i] = part215
         part216 = h1 * 0.125
+        L[LANE_BASE + 640 + i] = part216
         part217 = 0.14285714285714285 * u6 + part216 * u7
         part218 = 0.2 * u4 + part215 * u5 + h2 * part217
         part219 = h1 * 0.1
+        L[LANE_BASE + 648 + i] = part219
         part220 = h1 * 0.08333333333333333
+        L[LANE_BASE + 656 + i] = part220
         part221 = 0.09090909090909091 * u10 + part220 * u11
         part222 = 0.1111111111111111 * u8 + part219 * u9 + h2 * part221
         part223 = u0 + part212 * u1 + h2 * part214 + h4 * part218 + h8 * part222
@@ -4002,123 +2450,6 @@ def base_deck_flat_12(L: FloatArray) -> None:
         part246 = Z10 + h1 * Z11
         part247 = Z8 + h1 * Z9 + h2 * part246 + h4 * Z12
         Z = Z0 + h1 * Z1 + h2 * part243 + h4 * part245 + h8 * part247
-        L[LANE_BASE + i] = Y1
-        L[LANE_BASE + 8 + i] = Y2
-        L[LANE_BASE + 16 + i] = Y3
-        L[LANE_BASE + 24 + i] = Y4
-        L[LANE_BASE + 32 + i] = Y5
-        L[LANE_BASE + 40 + i] = Y6
-        L[LANE_BASE + 48 + i] = Y7
-        L[LANE_BASE + 56 + i] = Y8
-        L[LANE_BASE + 64 + i] = Y9
-        L[LANE_BASE + 72 + i] = Y10
-        L[LANE_BASE + 80 + i] = Y11
-        L[LANE_BASE + 88 + i] = Z1
-        L[LANE_BASE + 96 + i] = Z2
-        L[LANE_BASE + 104 + i] = Z3
-        L[LANE_BASE + 112 + i] = Z4
-        L[LANE_BASE + 120 + i] = Z5
-        L[LANE_BASE + 128 + i] = Z6
-        L[LANE_BASE + 136 + i] = Z7
-        L[LANE_BASE + 144 + i] = Z8
-        L[LANE_BASE + 152 + i] = Z9
-        L[LANE_BASE + 160 + i] = Z10
-        L[LANE_BASE + 168 + i] = Z11
-        L[LANE_BASE + 176 + i] = h2
-        L[LANE_BASE + 184 + i] = h4
-        L[LANE_BASE + 192 + i] = h8
-        L[LANE_BASE + 200 + i] = m0
-        L[LANE_BASE + 208 + i] = m1
-        L[LANE_BASE + 216 + i] = m2
-        L[LANE_BASE + 224 + i] = m3
-        L[LANE_BASE + 232 + i] = m4
-        L[LANE_BASE + 240 + i] = m5
-        L[LANE_BASE + 248 + i] = m6
-        L[LANE_BASE + 256 + i] = m7
-        L[LANE_BASE + 264 + i] = m8
-        L[LANE_BASE + 272 + i] = m9
-        L[LANE_BASE + 280 + i] = m10
-        L[LANE_BASE + 288 + i] = m11
-        L[LANE_BASE + 296 + i] = q0
-        L[LANE_BASE + 304 + i] = q1
-        L[LANE_BASE + 312 + i] = q2
-        L[LANE_BASE + 320 + i] = q3
-        L[LANE_BASE + 328 + i] = q4
-        L[LANE_BASE + 336 + i] = q5
-        L[LANE_BASE + 344 + i] = q6
-        L[LANE_BASE + 352 + i] = q7
-        L[LANE_BASE + 360 + i] = q8
-        L[LANE_BASE + 368 + i] = q9
-        L[LANE_BASE + 376 + i] = q10
-        L[LANE_BASE + 384 + i] = q11
-        L[LANE_BASE + 392 + i] = q12
-        L[LANE_BASE + 400 + i] = u1
-        L[LANE_BASE + 408 + i] = u2
-        L[LANE_BASE + 416 + i] = u3
-        L[LANE_BASE + 424 + i] = u4
-        L[LANE_BASE + 432 + i] = u5
-        L[LANE_BASE + 440 + i] = u6
-        L[LANE_BASE + 448 + i] = u7
-        L[LANE_BASE + 456 + i] = u8
-        L[LANE_BASE + 464 + i] = u9
-        L[LANE_BASE + 472 + i] = u10
-        L[LANE_BASE + 480 + i] = u11
-        L[LANE_BASE + 488 + i] = u12
-        L[LANE_BASE + 496 + i] = uY
-        L[LANE_BASE + 504 + i] = uZ
-        L[LANE_BASE + 512 + i] = heavy
-        L[LANE_BASE + 520 + i] = part24
-        L[LANE_BASE + 528 + i] = part40
-        L[LANE_BASE + 536 + i] = part56
-        L[LANE_BASE + 544 + i] = part72
-        L[LANE_BASE + 552 + i] = part88
-        L[LANE_BASE + 560 + i] = part104
-        L[LANE_BASE + 568 + i] = part120
-        L[LANE_BASE + 576 + i] = part136
-        L[LANE_BASE + 584 + i] = part152
-        L[LANE_BASE + 592 + i] = part168
-        L[LANE_BASE + 600 + i] = part184
-        L[LANE_BASE + 608 + i] = part200
-        L[LANE_BASE + 616 + i] = part212
-        L[LANE_BASE + 624 + i] = part213
-        L[LANE_BASE + 632 + i] = part215
-        L[LANE_BASE + 640 + i] = part216
-        L[LANE_BASE + 648 + i] = part219
-        L[LANE_BASE + 656 + i] = part220
-        L[LANE_BASE + 664 + i] = push
-        L[LANE_BASE + 672 + i] = push_v2
-        L[LANE_BASE + 680 + i] = push_v3
-        L[LANE_BASE + 688 + i] = push_v4
-        L[LANE_BASE + 696 + i] = push_v5
-        L[LANE_BASE + 704 + i] = push_v6
-        L[LANE_BASE + 712 + i] = push_v7
-        L[LANE_BASE + 720 + i] = push_v8
-        L[LANE_BASE + 728 + i] = push_v9
-        L[LANE_BASE + 736 + i] = push_v10
-        L[LANE_BASE + 744 + i] = push_v11
-        L[LANE_BASE + 752 + i] = push_v12
-        L[LANE_BASE + 760 + i] = uY_v2
-        L[LANE_BASE + 768 + i] = uY_v3
-        L[LANE_BASE + 776 + i] = uY_v4
-        L[LANE_BASE + 784 + i] = uY_v5
-        L[LANE_BASE + 792 + i] = uY_v6
-        L[LANE_BASE + 800 + i] = uY_v7
-        L[LANE_BASE + 808 + i] = uY_v8
-        L[LANE_BASE + 816 + i] = uY_v9
-        L[LANE_BASE + 824 + i] = uY_v10
-        L[LANE_BASE + 832 + i] = uY_v11
-        L[LANE_BASE + 840 + i] = uY_v12
-        L[LANE_BASE + 848 + i] = uZ_v2
-        L[LANE_BASE + 856 + i] = uZ_v3
-        L[LANE_BASE + 864 + i] = uZ_v4
-        L[LANE_BASE + 872 + i] = uZ_v5
-        L[LANE_BASE + 880 + i] = uZ_v6
-        L[LANE_BASE + 888 + i] = uZ_v7
-        L[LANE_BASE + 896 + i] = uZ_v8
-        L[LANE_BASE + 904 + i] = uZ_v9
-        L[LANE_BASE + 912 + i] = uZ_v10
-        L[LANE_BASE + 920 + i] = uZ_v11
-        L[LANE_BASE + 928 + i] = uZ_v12
         L[LANE_T_END + i] = t
         L[LANE_U_END + i] = u
         L[LANE_W_END + i] = w
@@ -4130,137 +2461,6 @@ def base_deck_flat_12(L: FloatArray) -> None:
 def along_deck_flat_12(L: FloatArray) -> None:
     """Go in one direction, over a level path on a deck."""
     for i in range(8):
-        G = L[LANE_G + i]
-        K = L[LANE_K + i]
-        Y0 = L[LANE_DECK_Y + i]
-        Z0 = L[LANE_DECK_V + i]
-        f0 = L[LANE_LOAD + i]
-        h1 = L[LANE_LENGTH + i]
-        u0 = L[LANE_U0 + i]
-        on = L[LANE_ON + i]
-        cubic = L[LANE_CUBIC + i]
-        drag = L[LANE_DECK_DRAG + i]
-        prestress = L[LANE_PRESTRESS + i]
-        quadratic = L[LANE_QUADRATIC + i]
-        share = L[LANE_SHARE + i]
-        stiff = L[LANE_DECK_STIFF + i]
-        Y1 = L[LANE_BASE + i]
-        Y2 = L[LANE_BASE + 8 + i]
-        Y3 = L[LANE_BASE + 16 + i]
-        Y4 = L[LANE_BASE + 24 + i]
-        Y5 = L[LANE_BASE + 32 + i]
-        Y6 = L[LANE_BASE + 40 + i]
-        Y7 = L[LANE_BASE + 48 + i]
-        Y8 = L[LANE_BASE + 56 + i]
-        Y9 = L[LANE_BASE + 64 + i]
-        Y10 = L[LANE_BASE + 72 + i]
-        Y11 = L[LANE_BASE + 80 + i]
-        Z1 = L[LANE_BASE + 88 + i]
-        Z2 = L[LANE_BASE + 96 + i]
-        Z3 = L[LANE_BASE + 104 + i]
-        Z4 = L[LANE_BASE + 112 + i]
-        Z5 = L[LANE_BASE + 120 + i]
-        Z6 = L[LANE_BASE + 128 + i]
-        Z7 = L[LANE_BASE + 136 + i]
-        Z8 = L[LANE_BASE + 144 + i]
-        Z9 = L[LANE_BASE + 152 + i]
-        Z10 = L[LANE_BASE + 160 + i]
-        Z11 = L[LANE_BASE + 168 + i]
-        h2 = L[LANE_BASE + 176 + i]
-        h4 = L[LANE_BASE + 184 + i]
-        h8 = L[LANE_BASE + 192 + i]
-        m0 = L[LANE_BASE + 200 + i]
-        m1 = L[LANE_BASE + 208 + i]
-        m2 = L[LANE_BASE + 216 + i]
-        m3 = L[LANE_BASE + 224 + i]
-        m4 = L[LANE_BASE + 232 + i]
-        m5 = L[LANE_BASE + 240 + i]
-        m6 = L[LANE_BASE + 248 + i]
-        m7 = L[LANE_BASE + 256 + i]
-        m8 = L[LANE_BASE + 264 + i]
-        m9 = L[LANE_BASE + 272 + i]
-        m10 = L[LANE_BASE + 280 + i]
-        m11 = L[LANE_BASE + 288 + i]
-        q0 = L[LANE_BASE + 296 + i]
-        q1 = L[LANE_BASE + 304 + i]
-        q2 = L[LANE_BASE + 312 + i]
-        q3 = L[LANE_BASE + 320 + i]
-        q4 = L[LANE_BASE + 328 + i]
-        q5 = L[LANE_BASE + 336 + i]
-        q6 = L[LANE_BASE + 344 + i]
-        q7 = L[LANE_BASE + 352 + i]
-        q8 = L[LANE_BASE + 360 + i]
-        q9 = L[LANE_BASE + 368 + i]
-        q10 = L[LANE_BASE + 376 + i]
-        q11 = L[LANE_BASE + 384 + i]
-        q12 = L[LANE_BASE + 392 + i]
-        u1 = L[LANE_BASE + 400 + i]
-        u2 = L[LANE_BASE + 408 + i]
-        u3 = L[LANE_BASE + 416 + i]
-        u4 = L[LANE_BASE + 424 + i]
-        u5 = L[LANE_BASE + 432 + i]
-        u6 = L[LANE_BASE + 440 + i]
-        u7 = L[LANE_BASE + 448 + i]
-        u8 = L[LANE_BASE + 456 + i]
-        u9 = L[LANE_BASE + 464 + i]
-        u10 = L[LANE_BASE + 472 + i]
-        u11 = L[LANE_BASE + 480 + i]
-        u12 = L[LANE_BASE + 488 + i]
-        uY = L[LANE_BASE + 496 + i]
-        uZ = L[LANE_BASE + 504 + i]
-        heavy = L[LANE_BASE + 512 + i]
-        part24 = L[LANE_BASE + 520 + i]
-        part40 = L[LANE_BASE + 528 + i]
-        part56 = L[LANE_BASE + 536 + i]
-        part72 = L[LANE_BASE + 544 + i]
-        part88 = L[LANE_BASE + 552 + i]
-        part104 = L[LANE_BASE + 560 + i]
-        part120 = L[LANE_BASE + 568 + i]
-        part136 = L[LANE_BASE + 576 + i]
-        part152 = L[LANE_BASE + 584 + i]
-        part168 = L[LANE_BASE + 592 + i]
-        part184 = L[LANE_BASE + 600 + i]
-        part200 = L[LANE_BASE + 608 + i]
-        part212 = L[LANE_BASE + 616 + i]
-        part213 = L[LANE_BASE + 624 + i]
-        part215 = L[LANE_BASE + 632 + i]
-        part216 = L[LANE_BASE + 640 + i]
-        part219 = L[LANE_BASE + 648 + i]
-        part220 = L[LANE_BASE + 656 + i]
-        push = L[LANE_BASE + 664 + i]
-        push_v2 = L[LANE_BASE + 672 + i]
-        push_v3 = L[LANE_BASE + 680 + i]
-        push_v4 = L[LANE_BASE + 688 + i]
-        push_v5 = L[LANE_BASE + 696 + i]
-        push_v6 = L[LANE_BASE + 704 + i]
-        push_v7 = L[LANE_BASE + 712 + i]
-        push_v8 = L[LANE_BASE + 720 + i]
-        push_v9 = L[LANE_BASE + 728 + i]
-        push_v10 = L[LANE_BASE + 736 + i]
-        push_v11 = L[LANE_BASE + 744 + i]
-        push_v12 = L[LANE_BASE + 752 + i]
-        uY_v2 = L[LANE_BASE + 760 + i]
-        uY_v3 = L[LANE_BASE + 768 + i]
-        uY_v4 = L[LANE_BASE + 776 + i]
-        uY_v5 = L[LANE_BASE + 784 + i]
-        uY_v6 = L[LANE_BASE + 792 + i]
-        uY_v7 = L[LANE_BASE + 800 + i]
-        uY_v8 = L[LANE_BASE + 808 + i]
-        uY_v9 = L[LANE_BASE + 816 + i]
-        uY_v10 = L[LANE_BASE + 824 + i]
-        uY_v11 = L[LANE_BASE + 832 + i]
-        uY_v12 = L[LANE_BASE + 840 + i]
-        uZ_v2 = L[LANE_BASE + 848 + i]
-        uZ_v3 = L[LANE_BASE + 856 + i]
-        uZ_v4 = L[LANE_BASE + 864 + i]
-        uZ_v5 = L[LANE_BASE + 872 + i]
-        uZ_v6 = L[LANE_BASE + 880 + i]
-        uZ_v7 = L[LANE_BASE + 888 + i]
-        uZ_v8 = L[LANE_BASE + 896 + i]
-        uZ_v9 = L[LANE_BASE + 904 + i]
-        uZ_v10 = L[LANE_BASE + 912 + i]
-        uZ_v11 = L[LANE_BASE + 920 + i]
-        uZ_v12 = L[LANE_BASE + 928 + i]
         dt0 = L[LANE_OF_TIME + i]
         du0 = L[LANE_OF_U + i]
         dw0 = L[LANE_OF_W + i]
@@ -4274,826 +2474,336 @@ def along_deck_flat_12(L: FloatArray) -> None:
         ddrag = L[LANE_OF_DECK_DRAG + i]
         dshare = L[LANE_OF_SHARE + i]
         dheavy = dshare
+        u0 = L[LANE_U0 + i]
         dq0 = du0 * u0 + u0 * du0
+        cubic = L[LANE_CUBIC + i]
+        quadratic = L[LANE_QUADRATIC + i]
         dg0 = cubic * dq0 + quadratic * du0
         dm0 = dg0
+        f0 = L[LANE_LOAD + i]
         dpull = df0 * u0 + f0 * du0
+        m0 = L[LANE_BASE + 200 + i]
+        q0 = L[LANE_BASE + 296 + i]
         dpush = dq0 * m0 + q0 * dm0
+        Y0 = L[LANE_DECK_Y + i]
         duY = du0 * Y0 + u0 * dY0
+        Z0 = L[LANE_DECK_V + i]
         duZ = du0 * Z0 + u0 * dZ0
+        uY = L[LANE_BASE + 496 + i]
+        uZ = L[LANE_BASE + 504 + i]
+        drag = L[LANE_DECK_DRAG + i]
+        prestress = L[LANE_PRESTRESS + i]
+        stiff = L[LANE_DECK_STIFF + i]
         dfree = dprestress * u0 + prestress * du0 - (dstiff * uY + stiff * duY) - (ddrag * uZ + drag * duZ)
         dpart24 = du0 * q0 + u0 * dq0
+        K = L[LANE_K + i]
+        part24 = L[LANE_BASE + 520 + i]
         dsink = dK * part24 + K * dpart24
+        G = L[LANE_G + i]
         dpart26 = dfree + dK * uY + K * duY + dG * uZ + G * duZ
+        on = L[LANE_ON + i]
+        heavy = L[LANE_BASE + 512 + i]
+        push = L[LANE_BASE + 664 + i]
         dpull_v2 = dpull + on * dpart26 - (dheavy * push + heavy * dpush) - dsink
         dY1 = 1.0 * duZ
+        share = L[LANE_SHARE + i]
         dZ1 = 1.0 * (dfree - (dshare * push + share * dpush))
         du1 = 0.5 * dw0
+        u1 = L[LANE_BASE + 400 + i]
         dq1 = 2.0 * (du0 * u1 + u0 * du1)
+        q1 = L[LANE_BASE + 304 + i]
         dw1 = 1.0 * dpull_v2 - (dG * q1 + G * dq1)
         dg1 = cubic * dq1 + quadratic * du1
         dm1 = dg1
         dpull_v3 = df0 * u1 + f0 * du1
+        m1 = L[LANE_BASE + 208 + i]
         dpush_v2 = dq0 * m1 + q0 * dm1 + dq1 * m0 + q1 * dm0
+        Y1 = L[LANE_BASE + i]
         duY_v2 = du0 * Y1 + u0 * dY1 + du1 * Y0 + u1 * dY0
+        Z1 = L[LANE_BASE + 88 + i]
         duZ_v2 = du0 * Z1 + u0 * dZ1 + du1 * Z0 + u1 * dZ0
-        dfree_v2 = (
-            dprestress * u1 + prestress * du1 - (dstiff * uY_v2 + stiff * duY_v2) - (ddrag * uZ_v2 + drag * duZ_v2)
-        )
+        uY_v2 = L[LANE_BASE + 760 + i]
+        uZ_v2 = L[LANE_BASE + 848 + i]
+        dfree_v2 = dprestress * u1 + prestress * du1 - (dstiff * uY_v2 + stiff * duY_v2) - (ddrag * uZ_v2 + drag * duZ_v2)
         dpart40 = du0 * q1 + u0 * dq1 + du1 * q0 + u1 * dq0
+        part40 = L[LANE_BASE + 528 + i]
         dsink_v2 = dK * part40 + K * dpart40
         dpart42 = dfree_v2 + dK * uY_v2 + K * duY_v2 + dG * uZ_v2 + G * duZ_v2
+        push_v2 = L[LANE_BASE + 672 + i]
         dpull_v4 = dpull_v3 + on * dpart42 - (dheavy * push_v2 + heavy * dpush_v2) - dsink_v2
         dY2 = 0.5 * duZ_v2
         dZ2 = 0.5 * (dfree_v2 - (dshare * push_v2 + share * dpush_v2))
         du2 = 0.25 * dw1
+        u2 = L[LANE_BASE + 408 + i]
         dq2 = 2.0 * (du0 * u2 + u0 * du2) + du1 * u1 + u1 * du1
+        q2 = L[LANE_BASE + 312 + i]
         dw2 = 0.5 * dpull_v4 - (dG * q2 + G * dq2)
         dg2 = cubic * dq2 + quadratic * du2
         dm2 = dg2
         dpull_v5 = df0 * u2 + f0 * du2
+        m2 = L[LANE_BASE + 216 + i]
         dpush_v3 = dq1 * m1 + q1 * dm1 + dq0 * m2 + q0 * dm2 + dq2 * m0 + q2 * dm0
+        Y2 = L[LANE_BASE + 8 + i]
         duY_v3 = du1 * Y1 + u1 * dY1 + du0 * Y2 + u0 * dY2 + du2 * Y0 + u2 * dY0
+        Z2 = L[LANE_BASE + 96 + i]
         duZ_v3 = du1 * Z1 + u1 * dZ1 + du0 * Z2 + u0 * dZ2 + du2 * Z0 + u2 * dZ0
-        dfree_v3 = (
-            dprestress * u2 + prestress * du2 - (dstiff * uY_v3 + stiff * duY_v3) - (ddrag * uZ_v3 + drag * duZ_v3)
-        )
+        uY_v3 = L[LANE_BASE + 768 + i]
+        uZ_v3 = L[LANE_BASE + 856 + i]
+        dfree_v3 = dprestress * u2 + prestress * du2 - (dstiff * uY_v3 + stiff * duY_v3) - (ddrag * uZ_v3 + drag * duZ_v3)
         dpart56 = du1 * q1 + u1 * dq1 + du0 * q2 + u0 * dq2 + du2 * q0 + u2 * dq0
+        part56 = L[LANE_BASE + 536 + i]
         dsink_v3 = dK * part56 + K * dpart56
         dpart58 = dfree_v3 + dK * uY_v3 + K * duY_v3 + dG * uZ_v3 + G * duZ_v3
+        push_v3 = L[LANE_BASE + 680 + i]
         dpull_v6 = dpull_v5 + on * dpart58 - (dheavy * push_v3 + heavy * dpush_v3) - dsink_v3
         dY3 = 0.3333333333333333 * duZ_v3
         dZ3 = 0.3333333333333333 * (dfree_v3 - (dshare * push_v3 + share * dpush_v3))
         du3 = 0.16666666666666666 * dw2
+        u3 = L[LANE_BASE + 416 + i]
         dq3 = 2.0 * (du0 * u3 + u0 * du3 + du1 * u2 + u1 * du2)
+        q3 = L[LANE_BASE + 320 + i]
         dw3 = 0.3333333333333333 * dpull_v6 - (dG * q3 + G * dq3)
         dg3 = cubic * dq3 + quadratic * du3
         dm3 = dg3
         dpull_v7 = df0 * u3 + f0 * du3
+        m3 = L[LANE_BASE + 224 + i]
         dpush_v4 = dq1 * m2 + q1 * dm2 + dq2 * m1 + q2 * dm1 + dq0 * m3 + q0 * dm3 + dq3 * m0 + q3 * dm0
+        Y3 = L[LANE_BASE + 16 + i]
         duY_v4 = du1 * Y2 + u1 * dY2 + du2 * Y1 + u2 * dY1 + du0 * Y3 + u0 * dY3 + du3 * Y0 + u3 * dY0
+        Z3 = L[LANE_BASE + 104 + i]
         duZ_v4 = du1 * Z2 + u1 * dZ2 + du2 * Z1 + u2 * dZ1 + du0 * Z3 + u0 * dZ3 + du3 * Z0 + u3 * dZ0
-        dfree_v4 = (
-            dprestress * u3 + prestress * du3 - (dstiff * uY_v4 + stiff * duY_v4) - (ddrag * uZ_v4 + drag * duZ_v4)
-        )
+        uY_v4 = L[LANE_BASE + 776 + i]
+        uZ_v4 = L[LANE_BASE + 864 + i]
+        dfree_v4 = dprestress * u3 + prestress * du3 - (dstiff * uY_v4 + stiff * duY_v4) - (ddrag * uZ_v4 + drag * duZ_v4)
         dpart72 = du1 * q2 + u1 * dq2 + du2 * q1 + u2 * dq1 + du0 * q3 + u0 * dq3 + du3 * q0 + u3 * dq0
+        part72 = L[LANE_BASE + 544 + i]
         dsink_v4 = dK * part72 + K * dpart72
         dpart74 = dfree_v4 + dK * uY_v4 + K * duY_v4 + dG * uZ_v4 + G * duZ_v4
+        push_v4 = L[LANE_BASE + 688 + i]
         dpull_v8 = dpull_v7 + on * dpart74 - (dheavy * push_v4 + heavy * dpush_v4) - dsink_v4
         dY4 = 0.25 * duZ_v4
         dZ4 = 0.25 * (dfree_v4 - (dshare * push_v4 + share * dpush_v4))
         du4 = 0.125 * dw3
+        u4 = L[LANE_BASE + 424 + i]
         dq4 = 2.0 * (du0 * u4 + u0 * du4 + du1 * u3 + u1 * du3) + du2 * u2 + u2 * du2
+        q4 = L[LANE_BASE + 328 + i]
         dw4 = 0.25 * dpull_v8 - (dG * q4 + G * dq4)
         dg4 = cubic * dq4 + quadratic * du4
         dm4 = dg4
         dpull_v9 = df0 * u4 + f0 * du4
-        dpush_v5 = (
-            dq2 * m2 + q2 * dm2 + dq1 * m3 + q1 * dm3 + dq3 * m1 + q3 * dm1 + dq0 * m4 + q0 * dm4 + dq4 * m0 + q4 * dm0
-        )
-        duY_v5 = (
-            du2 * Y2 + u2 * dY2 + du1 * Y3 + u1 * dY3 + du3 * Y1 + u3 * dY1 + du0 * Y4 + u0 * dY4 + du4 * Y0 + u4 * dY0
-        )
-        duZ_v5 = (
-            du2 * Z2 + u2 * dZ2 + du1 * Z3 + u1 * dZ3 + du3 * Z1 + u3 * dZ1 + du0 * Z4 + u0 * dZ4 + du4 * Z0 + u4 * dZ0
-        )
-        dfree_v5 = (
-            dprestress * u4 + prestress * du4 - (dstiff * uY_v5 + stiff * duY_v5) - (ddrag * uZ_v5 + drag * duZ_v5)
-        )
-        dpart88 = (
-            du2 * q2 + u2 * dq2 + du1 * q3 + u1 * dq3 + du3 * q1 + u3 * dq1 + du0 * q4 + u0 * dq4 + du4 * q0 + u4 * dq0
-        )
+        m4 = L[LANE_BASE + 232 + i]
+        dpush_v5 = dq2 * m2 + q2 * dm2 + dq1 * m3 + q1 * dm3 + dq3 * m1 + q3 * dm1 + dq0 * m4 + q0 * dm4 + dq4 * m0 + q4 * dm0
+        Y4 = L[LANE_BASE + 24 + i]
+        duY_v5 = du2 * Y2 + u2 * dY2 + du1 * Y3 + u1 * dY3 + du3 * Y1 + u3 * dY1 + du0 * Y4 + u0 * dY4 + du4 * Y0 + u4 * dY0
+        Z4 = L[LANE_BASE + 112 + i]
+        duZ_v5 = du2 * Z2 + u2 * dZ2 + du1 * Z3 + u1 * dZ3 + du3 * Z1 + u3 * dZ1 + du0 * Z4 + u0 * dZ4 + du4 * Z0 + u4 * dZ0
+        uY_v5 = L[LANE_BASE + 784 + i]
+        uZ_v5 = L[LANE_BASE + 872 + i]
+        dfree_v5 = dprestress * u4 + prestress * du4 - (dstiff * uY_v5 + stiff * duY_v5) - (ddrag * uZ_v5 + drag * duZ_v5)
+        dpart88 = du2 * q2 + u2 * dq2 + du1 * q3 + u1 * dq3 + du3 * q1 + u3 * dq1 + du0 * q4 + u0 * dq4 + du4 * q0 + u4 * dq0
+        part88 = L[LANE_BASE + 552 + i]
         dsink_v5 = dK * part88 + K * dpart88
         dpart90 = dfree_v5 + dK * uY_v5 + K * duY_v5 + dG * uZ_v5 + G * duZ_v5
+        push_v5 = L[LANE_BASE + 696 + i]
         dpull_v10 = dpull_v9 + on * dpart90 - (dheavy * push_v5 + heavy * dpush_v5) - dsink_v5
         dY5 = 0.2 * duZ_v5
         dZ5 = 0.2 * (dfree_v5 - (dshare * push_v5 + share * dpush_v5))
         du5 = 0.1 * dw4
+        u5 = L[LANE_BASE + 432 + i]
         dq5 = 2.0 * (du0 * u5 + u0 * du5 + du1 * u4 + u1 * du4 + du2 * u3 + u2 * du3)
+        q5 = L[LANE_BASE + 336 + i]
         dw5 = 0.2 * dpull_v10 - (dG * q5 + G * dq5)
         dg5 = cubic * dq5 + quadratic * du5
         dm5 = dg5
         dpull_v11 = df0 * u5 + f0 * du5
-        dpush_v6 = (
-            dq2 * m3
-            + q2 * dm3
-            + dq3 * m2
-            + q3 * dm2
-            + dq1 * m4
-            + q1 * dm4
-            + dq4 * m1
-            + q4 * dm1
-            + dq0 * m5
-            + q0 * dm5
-            + dq5 * m0
-            + q5 * dm0
-        )
-        duY_v6 = (
-            du2 * Y3
-            + u2 * dY3
-            + du3 * Y2
-            + u3 * dY2
-            + du1 * Y4
-            + u1 * dY4
-            + du4 * Y1
-            + u4 * dY1
-            + du0 * Y5
-            + u0 * dY5
-            + du5 * Y0
-            + u5 * dY0
-        )
-        duZ_v6 = (
-            du2 * Z3
-            + u2 * dZ3
-            + du3 * Z2
-            + u3 * dZ2
-            + du1 * Z4
-            + u1 * dZ4
-            + du4 * Z1
-            + u4 * dZ1
-            + du0 * Z5
-            + u0 * dZ5
-            + du5 * Z0
-            + u5 * dZ0
-        )
-        dfree_v6 = (
-            dprestress * u5 + prestress * du5 - (dstiff * uY_v6 + stiff * duY_v6) - (ddrag * uZ_v6 + drag * duZ_v6)
-        )
-        dpart104 = (
-            du2 * q3
-            + u2 * dq3
-            + du3 * q2
-            + u3 * dq2
-            + du1 * q4
-            + u1 * dq4
-            + du4 * q1
-            + u4 * dq1
-            + du0 * q5
-            + u0 * dq5
-            + du5 * q0
-            + u5 * dq0
-        )
+        m5 = L[LANE_BASE + 240 + i]
+        dpush_v6 = dq2 * m3 + q2 * dm3 + dq3 * m2 + q3 * dm2 + dq1 * m4 + q1 * dm4 + dq4 * m1 + q4 * dm1 + dq0 * m5 + q0 * dm5 + dq5 * m0 + q5 * dm0
+        Y5 = L[LANE_BASE + 32 + i]
+        duY_v6 = du2 * Y3 + u2 * dY3 + du3 * Y2 + u3 * dY2 + du1 * Y4 + u1 * dY4 + du4 * Y1 + u4 * dY1 + du0 * Y5 + u0 * dY5 + du5 * Y0 + u5 * dY0
+        Z5 = L[LANE_BASE + 120 + i]
+        duZ_v6 = du2 * Z3 + u2 * dZ3 + du3 * Z2 + u3 * dZ2 + du1 * Z4 + u1 * dZ4 + du4 * Z1 + u4 * dZ1 + du0 * Z5 + u0 * dZ5 + du5 * Z0 + u5 * dZ0
+        uY_v6 = L[LANE_BASE + 792 + i]
+        uZ_v6 = L[LANE_BASE + 880 + i]
+        dfree_v6 = dprestress * u5 + prestress * du5 - (dstiff * uY_v6 + stiff * duY_v6) - (ddrag * uZ_v6 + drag * duZ_v6)
+        dpart104 = du2 * q3 + u2 * dq3 + du3 * q2 + u3 * dq2 + du1 * q4 + u1 * dq4 + du4 * q1 + u4 * dq1 + du0 * q5 + u0 * dq5 + du5 * q0 + u5 * dq0
+        part104 = L[LANE_BASE + 560 + i]
         dsink_v6 = dK * part104 + K * dpart104
         dpart106 = dfree_v6 + dK * uY_v6 + K * duY_v6 + dG * uZ_v6 + G * duZ_v6
+        push_v6 = L[LANE_BASE + 704 + i]
         dpull_v12 = dpull_v11 + on * dpart106 - (dheavy * push_v6 + heavy * dpush_v6) - dsink_v6
         dY6 = 0.16666666666666666 * duZ_v6
         dZ6 = 0.16666666666666666 * (dfree_v6 - (dshare * push_v6 + share * dpush_v6))
         du6 = 0.08333333333333333 * dw5
+        u6 = L[LANE_BASE + 440 + i]
         dq6 = 2.0 * (du0 * u6 + u0 * du6 + du1 * u5 + u1 * du5 + du2 * u4 + u2 * du4) + du3 * u3 + u3 * du3
+        q6 = L[LANE_BASE + 344 + i]
         dw6 = 0.16666666666666666 * dpull_v12 - (dG * q6 + G * dq6)
         dg6 = cubic * dq6 + quadratic * du6
         dm6 = dg6
         dpull_v13 = df0 * u6 + f0 * du6
-        dpush_v7 = (
-            dq3 * m3
-            + q3 * dm3
-            + dq2 * m4
-            + q2 * dm4
-            + dq4 * m2
-            + q4 * dm2
-            + dq1 * m5
-            + q1 * dm5
-            + dq5 * m1
-            + q5 * dm1
-            + dq0 * m6
-            + q0 * dm6
-            + dq6 * m0
-            + q6 * dm0
-        )
-        duY_v7 = (
-            du3 * Y3
-            + u3 * dY3
-            + du2 * Y4
-            + u2 * dY4
-            + du4 * Y2
-            + u4 * dY2
-            + du1 * Y5
-            + u1 * dY5
-            + du5 * Y1
-            + u5 * dY1
-            + du0 * Y6
-            + u0 * dY6
-            + du6 * Y0
-            + u6 * dY0
-        )
-        duZ_v7 = (
-            du3 * Z3
-            + u3 * dZ3
-            + du2 * Z4
-            + u2 * dZ4
-            + du4 * Z2
-            + u4 * dZ2
-            + du1 * Z5
-            + u1 * dZ5
-            + du5 * Z1
-            + u5 * dZ1
-            + du0 * Z6
-            + u0 * dZ6
-            + du6 * Z0
-            + u6 * dZ0
-        )
-        dfree_v7 = (
-            dprestress * u6 + prestress * du6 - (dstiff * uY_v7 + stiff * duY_v7) - (ddrag * uZ_v7 + drag * duZ_v7)
-        )
-        dpart120 = (
-            du3 * q3
-            + u3 * dq3
-            + du2 * q4
-            + u2 * dq4
-            + du4 * q2
-            + u4 * dq2
-            + du1 * q5
-            + u1 * dq5
-            + du5 * q1
-            + u5 * dq1
-            + du0 * q6
-            + u0 * dq6
-            + du6 * q0
-            + u6 * dq0
-        )
+        m6 = L[LANE_BASE + 248 + i]
+        dpush_v7 = dq3 * m3 + q3 * dm3 + dq2 * m4 + q2 * dm4 + dq4 * m2 + q4 * dm2 + dq1 * m5 + q1 * dm5 + dq5 * m1 + q5 * dm1 + dq0 * m6 + q0 * dm6 + dq6 * m0 + q6 * dm0
+        Y6 = L[LANE_BASE + 40 + i]
+        duY_v7 = du3 * Y3 + u3 * dY3 + du2 * Y4 + u2 * dY4 + du4 * Y2 + u4 * dY2 + du1 * Y5 + u1 * dY5 + du5 * Y1 + u5 * dY1 + du0 * Y6 + u0 * dY6 + du6 * Y0 + u6 * dY0
+        Z6 = L[LANE_BASE + 128 + i]
+        duZ_v7 = du3 * Z3 + u3 * dZ3 + du2 * Z4 + u2 * dZ4 + du4 * Z2 + u4 * dZ2 + du1 * Z5 + u1 * dZ5 + du5 * Z1 + u5 * dZ1 + du0 * Z6 + u0 * dZ6 + du6 * Z0 + u6 * dZ0
+        uY_v7 = L[LANE_BASE + 800 + i]
+        uZ_v7 = L[LANE_BASE + 888 + i]
+        dfree_v7 = dprestress * u6 + prestress * du6 - (dstiff * uY_v7 + stiff * duY_v7) - (ddrag * uZ_v7 + drag * duZ_v7)
+        dpart120 = du3 * q3 + u3 * dq3 + du2 * q4 + u2 * dq4 + du4 * q2 + u4 * dq2 + du1 * q5 + u1 * dq5 + du5 * q1 + u5 * dq1 + du0 * q6 + u0 * dq6 + du6 * q0 + u6 * dq0
+        part120 = L[LANE_BASE + 568 + i]
         dsink_v7 = dK * part120 + K * dpart120
         dpart122 = dfree_v7 + dK * uY_v7 + K * duY_v7 + dG * uZ_v7 + G * duZ_v7
+        push_v7 = L[LANE_BASE + 712 + i]
         dpull_v14 = dpull_v13 + on * dpart122 - (dheavy * push_v7 + heavy * dpush_v7) - dsink_v7
         dY7 = 0.14285714285714285 * duZ_v7
         dZ7 = 0.14285714285714285 * (dfree_v7 - (dshare * push_v7 + share * dpush_v7))
         du7 = 0.07142857142857142 * dw6
+        u7 = L[LANE_BASE + 448 + i]
         dq7 = 2.0 * (du0 * u7 + u0 * du7 + du1 * u6 + u1 * du6 + du2 * u5 + u2 * du5 + du3 * u4 + u3 * du4)
+        q7 = L[LANE_BASE + 352 + i]
         dw7 = 0.14285714285714285 * dpull_v14 - (dG * q7 + G * dq7)
         dg7 = cubic * dq7 + quadratic * du7
         dm7 = dg7
         dpull_v15 = df0 * u7 + f0 * du7
-        dpush_v8 = (
-            dq3 * m4
-            + q3 * dm4
-            + dq4 * m3
-            + q4 * dm3
-            + dq2 * m5
-            + q2 * dm5
-            + dq5 * m2
-            + q5 * dm2
-            + dq1 * m6
-            + q1 * dm6
-            + dq6 * m1
-            + q6 * dm1
-            + dq0 * m7
-            + q0 * dm7
-            + dq7 * m0
-            + q7 * dm0
-        )
-        duY_v8 = (
-            du3 * Y4
-            + u3 * dY4
-            + du4 * Y3
-            + u4 * dY3
-            + du2 * Y5
-            + u2 * dY5
-            + du5 * Y2
-            + u5 * dY2
-            + du1 * Y6
-            + u1 * dY6
-            + du6 * Y1
-            + u6 * dY1
-            + du0 * Y7
-            + u0 * dY7
-            + du7 * Y0
-            + u7 * dY0
-        )
-        duZ_v8 = (
-            du3 * Z4
-            + u3 * dZ4
-            + du4 * Z3
-            + u4 * dZ3
-            + du2 * Z5
-            + u2 * dZ5
-            + du5 * Z2
-            + u5 * dZ2
-            + du1 * Z6
-            + u1 * dZ6
-            + du6 * Z1
-            + u6 * dZ1
-            + du0 * Z7
-            + u0 * dZ7
-            + du7 * Z0
-            + u7 * dZ0
-        )
-        dfree_v8 = (
-            dprestress * u7 + prestress * du7 - (dstiff * uY_v8 + stiff * duY_v8) - (ddrag * uZ_v8 + drag * duZ_v8)
-        )
-        dpart136 = (
-            du3 * q4
-            + u3 * dq4
-            + du4 * q3
-            + u4 * dq3
-            + du2 * q5
-            + u2 * dq5
-            + du5 * q2
-            + u5 * dq2
-            + du1 * q6
-            + u1 * dq6
-            + du6 * q1
-            + u6 * dq1
-            + du0 * q7
-            + u0 * dq7
-            + du7 * q0
-            + u7 * dq0
-        )
+        m7 = L[LANE_BASE + 256 + i]
+        dpush_v8 = dq3 * m4 + q3 * dm4 + dq4 * m3 + q4 * dm3 + dq2 * m5 + q2 * dm5 + dq5 * m2 + q5 * dm2 + dq1 * m6 + q1 * dm6 + dq6 * m1 + q6 * dm1 + dq0 * m7 + q0 * dm7 + dq7 * m0 + q7 * dm0
+        Y7 = L[LANE_BASE + 48 + i]
+        duY_v8 = du3 * Y4 + u3 * dY4 + du4 * Y3 + u4 * dY3 + du2 * Y5 + u2 * dY5 + du5 * Y2 + u5 * dY2 + du1 * Y6 + u1 * dY6 + du6 * Y1 + u6 * dY1 + du0 * Y7 + u0 * dY7 + du7 * Y0 + u7 * dY0
+        Z7 = L[LANE_BASE + 136 + i]
+        duZ_v8 = du3 * Z4 + u3 * dZ4 + du4 * Z3 + u4 * dZ3 + du2 * Z5 + u2 * dZ5 + du5 * Z2 + u5 * dZ2 + du1 * Z6 + u1 * dZ6 + du6 * Z1 + u6 * dZ1 + du0 * Z7 + u0 * dZ7 + du7 * Z0 + u7 * dZ0
+        uY_v8 = L[LANE_BASE + 808 + i]
+        uZ_v8 = L[LANE_BASE + 896 + i]
+        dfree_v8 = dprestress * u7 + prestress * du7 - (dstiff * uY_v8 + stiff * duY_v8) - (ddrag * uZ_v8 + drag * duZ_v8)
+        dpart136 = du3 * q4 + u3 * dq4 + du4 * q3 + u4 * dq3 + du2 * q5 + u2 * dq5 + du5 * q2 + u5 * dq2 + du1 * q6 + u1 * dq6 + du6 * q1 + u6 * dq1 + du0 * q7 + u0 * dq7 + du7 * q0 + u7 * dq0
+        part136 = L[LANE_BASE + 576 + i]
         dsink_v8 = dK * part136 + K * dpart136
         dpart138 = dfree_v8 + dK * uY_v8 + K * duY_v8 + dG * uZ_v8 + G * duZ_v8
+        push_v8 = L[LANE_BASE + 720 + i]
         dpull_v16 = dpull_v15 + on * dpart138 - (dheavy * push_v8 + heavy * dpush_v8) - dsink_v8
         dY8 = 0.125 * duZ_v8
         dZ8 = 0.125 * (dfree_v8 - (dshare * push_v8 + share * dpush_v8))
         du8 = 0.0625 * dw7
-        dq8 = (
-            2.0 * (du0 * u8 + u0 * du8 + du1 * u7 + u1 * du7 + du2 * u6 + u2 * du6 + du3 * u5 + u3 * du5)
-            + du4 * u4
-            + u4 * du4
-        )
+        u8 = L[LANE_BASE + 456 + i]
+        dq8 = 2.0 * (du0 * u8 + u0 * du8 + du1 * u7 + u1 * du7 + du2 * u6 + u2 * du6 + du3 * u5 + u3 * du5) + du4 * u4 + u4 * du4
+        q8 = L[LANE_BASE + 360 + i]
         dw8 = 0.125 * dpull_v16 - (dG * q8 + G * dq8)
         dg8 = cubic * dq8 + quadratic * du8
         dm8 = dg8
         dpull_v17 = df0 * u8 + f0 * du8
-        dpush_v9 = (
-            dq4 * m4
-            + q4 * dm4
-            + dq3 * m5
-            + q3 * dm5
-            + dq5 * m3
-            + q5 * dm3
-            + dq2 * m6
-            + q2 * dm6
-            + dq6 * m2
-            + q6 * dm2
-            + dq1 * m7
-            + q1 * dm7
-            + dq7 * m1
-            + q7 * dm1
-            + dq0 * m8
-            + q0 * dm8
-            + dq8 * m0
-            + q8 * dm0
-        )
-        duY_v9 = (
-            du4 * Y4
-            + u4 * dY4
-            + du3 * Y5
-            + u3 * dY5
-            + du5 * Y3
-            + u5 * dY3
-            + du2 * Y6
-            + u2 * dY6
-            + du6 * Y2
-            + u6 * dY2
-            + du1 * Y7
-            + u1 * dY7
-            + du7 * Y1
-            + u7 * dY1
-            + du0 * Y8
-            + u0 * dY8
-            + du8 * Y0
-            + u8 * dY0
-        )
-        duZ_v9 = (
-            du4 * Z4
-            + u4 * dZ4
-            + du3 * Z5
-            + u3 * dZ5
-            + du5 * Z3
-            + u5 * dZ3
-            + du2 * Z6
-            + u2 * dZ6
-            + du6 * Z2
-            + u6 * dZ2
-            + du1 * Z7
-            + u1 * dZ7
-            + du7 * Z1
-            + u7 * dZ1
-            + du0 * Z8
-            + u0 * dZ8
-            + du8 * Z0
-            + u8 * dZ0
-        )
-        dfree_v9 = (
-            dprestress * u8 + prestress * du8 - (dstiff * uY_v9 + stiff * duY_v9) - (ddrag * uZ_v9 + drag * duZ_v9)
-        )
-        dpart152 = (
-            du4 * q4
-            + u4 * dq4
-            + du3 * q5
-            + u3 * dq5
-            + du5 * q3
-            + u5 * dq3
-            + du2 * q6
-            + u2 * dq6
-            + du6 * q2
-            + u6 * dq2
-            + du1 * q7
-            + u1 * dq7
-            + du7 * q1
-            + u7 * dq1
-            + du0 * q8
-            + u0 * dq8
-            + du8 * q0
-            + u8 * dq0
-        )
+        m8 = L[LANE_BASE + 264 + i]
+        dpush_v9 = dq4 * m4 + q4 * dm4 + dq3 * m5 + q3 * dm5 + dq5 * m3 + q5 * dm3 + dq2 * m6 + q2 * dm6 + dq6 * m2 + q6 * dm2 + dq1 * m7 + q1 * dm7 + dq7 * m1 + q7 * dm1 + dq0 * m8 + q0 * dm8 + dq8 * m0 + q8 * dm0
+        Y8 = L[LANE_BASE + 56 + i]
+        duY_v9 = du4 * Y4 + u4 * dY4 + du3 * Y5 + u3 * dY5 + du5 * Y3 + u5 * dY3 + du2 * Y6 + u2 * dY6 + du6 * Y2 + u6 * dY2 + du1 * Y7 + u1 * dY7 + du7 * Y1 + u7 * dY1 + du0 * Y8 + u0 * dY8 + du8 * Y0 + u8 * dY0
+        Z8 = L[LANE_BASE + 144 + i]
+        duZ_v9 = du4 * Z4 + u4 * dZ4 + du3 * Z5 + u3 * dZ5 + du5 * Z3 + u5 * dZ3 + du2 * Z6 + u2 * dZ6 + du6 * Z2 + u6 * dZ2 + du1 * Z7 + u1 * dZ7 + du7 * Z1 + u7 * dZ1 + du0 * Z8 + u0 * dZ8 + du8 * Z0 + u8 * dZ0
+        uY_v9 = L[LANE_BASE + 816 + i]
+        uZ_v9 = L[LANE_BASE + 904 + i]
+        dfree_v9 = dprestress * u8 + prestress * du8 - (dstiff * uY_v9 + stiff * duY_v9) - (ddrag * uZ_v9 + drag * duZ_v9)
+        dpart152 = du4 * q4 + u4 * dq4 + du3 * q5 + u3 * dq5 + du5 * q3 + u5 * dq3 + du2 * q6 + u2 * dq6 + du6 * q2 + u6 * dq2 + du1 * q7 + u1 * dq7 + du7 * q1 + u7 * dq1 + du0 * q8 + u0 * dq8 + du8 * q0 + u8 * dq0
+        part152 = L[LANE_BASE + 584 + i]
         dsink_v9 = dK * part152 + K * dpart152
         dpart154 = dfree_v9 + dK * uY_v9 + K * duY_v9 + dG * uZ_v9 + G * duZ_v9
+        push_v9 = L[LANE_BASE + 728 + i]
         dpull_v18 = dpull_v17 + on * dpart154 - (dheavy * push_v9 + heavy * dpush_v9) - dsink_v9
         dY9 = 0.1111111111111111 * duZ_v9
         dZ9 = 0.1111111111111111 * (dfree_v9 - (dshare * push_v9 + share * dpush_v9))
         du9 = 0.05555555555555555 * dw8
-        dq9 = 2.0 * (
-            du0 * u9 + u0 * du9 + du1 * u8 + u1 * du8 + du2 * u7 + u2 * du7 + du3 * u6 + u3 * du6 + du4 * u5 + u4 * du5
-        )
+        u9 = L[LANE_BASE + 464 + i]
+        dq9 = 2.0 * (du0 * u9 + u0 * du9 + du1 * u8 + u1 * du8 + du2 * u7 + u2 * du7 + du3 * u6 + u3 * du6 + du4 * u5 + u4 * du5)
+        q9 = L[LANE_BASE + 368 + i]
         dw9 = 0.1111111111111111 * dpull_v18 - (dG * q9 + G * dq9)
         dg9 = cubic * dq9 + quadratic * du9
         dm9 = dg9
         dpull_v19 = df0 * u9 + f0 * du9
-        dpush_v10 = (
-            dq4 * m5
-            + q4 * dm5
-            + dq5 * m4
-            + q5 * dm4
-            + dq3 * m6
-            + q3 * dm6
-            + dq6 * m3
-            + q6 * dm3
-            + dq2 * m7
-            + q2 * dm7
-            + dq7 * m2
-            + q7 * dm2
-            + dq1 * m8
-            + q1 * dm8
-            + dq8 * m1
-            + q8 * dm1
-            + dq0 * m9
-            + q0 * dm9
-            + dq9 * m0
-            + q9 * dm0
-        )
-        duY_v10 = (
-            du4 * Y5
-            + u4 * dY5
-            + du5 * Y4
-            + u5 * dY4
-            + du3 * Y6
-            + u3 * dY6
-            + du6 * Y3
-            + u6 * dY3
-            + du2 * Y7
-            + u2 * dY7
-            + du7 * Y2
-            + u7 * dY2
-            + du1 * Y8
-            + u1 * dY8
-            + du8 * Y1
-            + u8 * dY1
-            + du0 * Y9
-            + u0 * dY9
-            + du9 * Y0
-            + u9 * dY0
-        )
-        duZ_v10 = (
-            du4 * Z5
-            + u4 * dZ5
-            + du5 * Z4
-            + u5 * dZ4
-            + du3 * Z6
-            + u3 * dZ6
-            + du6 * Z3
-            + u6 * dZ3
-            + du2 * Z7
-            + u2 * dZ7
-            + du7 * Z2
-            + u7 * dZ2
-            + du1 * Z8
-            + u1 * dZ8
-            + du8 * Z1
-            + u8 * dZ1
-            + du0 * Z9
-            + u0 * dZ9
-            + du9 * Z0
-            + u9 * dZ0
-        )
-        dfree_v10 = (
-            dprestress * u9 + prestress * du9 - (dstiff * uY_v10 + stiff * duY_v10) - (ddrag * uZ_v10 + drag * duZ_v10)
-        )
-        dpart168 = (
-            du4 * q5
-            + u4 * dq5
-            + du5 * q4
-            + u5 * dq4
-            + du3 * q6
-            + u3 * dq6
-            + du6 * q3
-            + u6 * dq3
-            + du2 * q7
-            + u2 * dq7
-            + du7 * q2
-            + u7 * dq2
-            + du1 * q8
-            + u1 * dq8
-            + du8 * q1
-            + u8 * dq1
-            + du0 * q9
-            + u0 * dq9
-            + du9 * q0
-            + u9 * dq0
-        )
+        m9 = L[LANE_BASE + 272 + i]
+        dpush_v10 = dq4 * m5 + q4 * dm5 + dq5 * m4 + q5 * dm4 + dq3 * m6 + q3 * dm6 + dq6 * m3 + q6 * dm3 + dq2 * m7 + q2 * dm7 + dq7 * m2 + q7 * dm2 + dq1 * m8 + q1 * dm8 + dq8 * m1 + q8 * dm1 + dq0 * m9 + q0 * dm9 + dq9 * m0 + q9 * dm0
+        Y9 = L[LANE_BASE + 64 + i]
+        duY_v10 = du4 * Y5 + u4 * dY5 + du5 * Y4 + u5 * dY4 + du3 * Y6 + u3 * dY6 + du6 * Y3 + u6 * dY3 + du2 * Y7 + u2 * dY7 + du7 * Y2 + u7 * dY2 + du1 * Y8 + u1 * dY8 + du8 * Y1 + u8 * dY1 + du0 * Y9 + u0 * dY9 + du9 * Y0 + u9 * dY0
+        Z9 = L[LANE_BASE + 152 + i]
+        duZ_v10 = du4 * Z5 + u4 * dZ5 + du5 * Z4 + u5 * dZ4 + du3 * Z6 + u3 * dZ6 + du6 * Z3 + u6 * dZ3 + du2 * Z7 + u2 * dZ7 + du7 * Z2 + u7 * dZ2 + du1 * Z8 + u1 * dZ8 + du8 * Z1 + u8 * dZ1 + du0 * Z9 + u0 * dZ9 + du9 * Z0 + u9 * dZ0
+        uY_v10 = L[LANE_BASE + 824 + i]
+        uZ_v10 = L[LANE_BASE + 912 + i]
+        dfree_v10 = dprestress * u9 + prestress * du9 - (dstiff * uY_v10 + stiff * duY_v10) - (ddrag * uZ_v10 + drag * duZ_v10)
+        dpart168 = du4 * q5 + u4 * dq5 + du5 * q4 + u5 * dq4 + du3 * q6 + u3 * dq6 + du6 * q3 + u6 * dq3 + du2 * q7 + u2 * dq7 + du7 * q2 + u7 * dq2 + du1 * q8 + u1 * dq8 + du8 * q1 + u8 * dq1 + du0 * q9 + u0 * dq9 + du9 * q0 + u9 * dq0
+        part168 = L[LANE_BASE + 592 + i]
         dsink_v10 = dK * part168 + K * dpart168
         dpart170 = dfree_v10 + dK * uY_v10 + K * duY_v10 + dG * uZ_v10 + G * duZ_v10
+        push_v10 = L[LANE_BASE + 736 + i]
         dpull_v20 = dpull_v19 + on * dpart170 - (dheavy * push_v10 + heavy * dpush_v10) - dsink_v10
         dY10 = 0.1 * duZ_v10
         dZ10 = 0.1 * (dfree_v10 - (dshare * push_v10 + share * dpush_v10))
         du10 = 0.05 * dw9
-        dq10 = (
-            2.0
-            * (
-                du0 * u10
-                + u0 * du10
-                + du1 * u9
-                + u1 * du9
-                + du2 * u8
-                + u2 * du8
-                + du3 * u7
-                + u3 * du7
-                + du4 * u6
-                + u4 * du6
-            )
-            + du5 * u5
-            + u5 * du5
-        )
+        u10 = L[LANE_BASE + 472 + i]
+        dq10 = 2.0 * (du0 * u10 + u0 * du10 + du1 * u9 + u1 * du9 + du2 * u8 + u2 * du8 + du3 * u7 + u3 * du7 + du4 * u6 + u4 * du6) + du5 * u5 + u5 * du5
+        q10 = L[LANE_BASE + 376 + i]
         dw10 = 0.1 * dpull_v20 - (dG * q10 + G * dq10)
         dg10 = cubic * dq10 + quadratic * du10
         dm10 = dg10
         dpull_v21 = df0 * u10 + f0 * du10
-        dpush_v11 = (
-            dq5 * m5
-            + q5 * dm5
-            + dq4 * m6
-            + q4 * dm6
-            + dq6 * m4
-            + q6 * dm4
-            + dq3 * m7
-            + q3 * dm7
-            + dq7 * m3
-            + q7 * dm3
-            + dq2 * m8
-            + q2 * dm8
-            + dq8 * m2
-            + q8 * dm2
-            + dq1 * m9
-            + q1 * dm9
-            + dq9 * m1
-            + q9 * dm1
-            + dq0 * m10
-            + q0 * dm10
-            + dq10 * m0
-            + q10 * dm0
-        )
-        duY_v11 = (
-            du5 * Y5
-            + u5 * dY5
-            + du4 * Y6
-            + u4 * dY6
-            + du6 * Y4
-            + u6 * dY4
-            + du3 * Y7
-            + u3 * dY7
-            + du7 * Y3
-            + u7 * dY3
-            + du2 * Y8
-            + u2 * dY8
-            + du8 * Y2
-            + u8 * dY2
-            + du1 * Y9
-            + u1 * dY9
-            + du9 * Y1
-            + u9 * dY1
-            + du0 * Y10
-            + u0 * dY10
-            + du10 * Y0
-            + u10 * dY0
-        )
-        duZ_v11 = (
-            du5 * Z5
-            + u5 * dZ5
-            + du4 * Z6
-            + u4 * dZ6
-            + du6 * Z4
-            + u6 * dZ4
-            + du3 * Z7
-            + u3 * dZ7
-            + du7 * Z3
-            + u7 * dZ3
-            + du2 * Z8
-            + u2 * dZ8
-            + du8 * Z2
-            + u8 * dZ2
-            + du1 * Z9
-            + u1 * dZ9
-            + du9 * Z1
-            + u9 * dZ1
-            + du0 * Z10
-            + u0 * dZ10
-            + du10 * Z0
-            + u10 * dZ0
-        )
-        dfree_v11 = (
-            dprestress * u10
-            + prestress * du10
-            - (dstiff * uY_v11 + stiff * duY_v11)
-            - (ddrag * uZ_v11 + drag * duZ_v11)
-        )
-        dpart184 = (
-            du5 * q5
-            + u5 * dq5
-            + du4 * q6
-            + u4 * dq6
-            + du6 * q4
-            + u6 * dq4
-            + du3 * q7
-            + u3 * dq7
-            + du7 * q3
-            + u7 * dq3
-            + du2 * q8
-            + u2 * dq8
-            + du8 * q2
-            + u8 * dq2
-            + du1 * q9
-            + u1 * dq9
-            + du9 * q1
-            + u9 * dq1
-            + du0 * q10
-            + u0 * dq10
-            + du10 * q0
-            + u10 * dq0
-        )
+        m10 = L[LANE_BASE + 280 + i]
+        dpush_v11 = dq5 * m5 + q5 * dm5 + dq4 * m6 + q4 * dm6 + dq6 * m4 + q6 * dm4 + dq3 * m7 + q3 * dm7 + dq7 * m3 + q7 * dm3 + dq2 * m8 + q2 * dm8 + dq8 * m2 + q8 * dm2 + dq1 * m9 + q1 * dm9 + dq9 * m1 + q9 * dm1 + dq0 * m10 + q0 * dm10 + dq10 * m0 + q10 * dm0
+        Y10 = L[LANE_BASE + 72 + i]
+        duY_v11 = du5 * Y5 + u5 * dY5 + du4 * Y6 + u4 * dY6 + du6 * Y4 + u6 * dY4 + du3 * Y7 + u3 * dY7 + du7 * Y3 + u7 * dY3 + du2 * Y8 + u2 * dY8 + du8 * Y2 + u8 * dY2 + du1 * Y9 + u1 * dY9 + du9 * Y1 + u9 * dY1 + du0 * Y10 + u0 * dY10 + du10 * Y0 + u10 * dY0
+        Z10 = L[LANE_BASE + 160 + i]
+        duZ_v11 = du5 * Z5 + u5 * dZ5 + du4 * Z6 + u4 * dZ6 + du6 * Z4 + u6 * dZ4 + du3 * Z7 + u3 * dZ7 + du7 * Z3 + u7 * dZ3 + du2 * Z8 + u2 * dZ8 + du8 * Z2 + u8 * dZ2 + du1 * Z9 + u1 * dZ9 + du9 * Z1 + u9 * dZ1 + du0 * Z10 + u0 * dZ10 + du10 * Z0 + u10 * dZ0
+        uY_v11 = L[LANE_BASE + 832 + i]
+        uZ_v11 = L[LANE_BASE + 920 + i]
+        dfree_v11 = dprestress * u10 + prestress * du10 - (dstiff * uY_v11 + stiff * duY_v11) - (ddrag * uZ_v11 + drag * duZ_v11)
+        dpart184 = du5 * q5 + u5 * dq5 + du4 * q6 + u4 * dq6 + du6 * q4 + u6 * dq4 + du3 * q7 + u3 * dq7 + du7 * q3 + u7 * dq3 + du2 * q8 + u2 * dq8 + du8 * q2 + u8 * dq2 + du1 * q9 + u1 * dq9 + du9 * q1 + u9 * dq1 + du0 * q10 + u0 * dq10 + du10 * q0 + u10 * dq0
+        part184 = L[LANE_BASE + 600 + i]
         dsink_v11 = dK * part184 + K * dpart184
         dpart186 = dfree_v11 + dK * uY_v11 + K * duY_v11 + dG * uZ_v11 + G * duZ_v11
+        push_v11 = L[LANE_BASE + 744 + i]
         dpull_v22 = dpull_v21 + on * dpart186 - (dheavy * push_v11 + heavy * dpush_v11) - dsink_v11
         dY11 = 0.09090909090909091 * duZ_v11
         dZ11 = 0.09090909090909091 * (dfree_v11 - (dshare * push_v11 + share * dpush_v11))
         du11 = 0.045454545454545456 * dw10
-        dq11 = 2.0 * (
-            du0 * u11
-            + u0 * du11
-            + du1 * u10
-            + u1 * du10
-            + du2 * u9
-            + u2 * du9
-            + du3 * u8
-            + u3 * du8
-            + du4 * u7
-            + u4 * du7
-            + du5 * u6
-            + u5 * du6
-        )
+        u11 = L[LANE_BASE + 480 + i]
+        dq11 = 2.0 * (du0 * u11 + u0 * du11 + du1 * u10 + u1 * du10 + du2 * u9 + u2 * du9 + du3 * u8 + u3 * du8 + du4 * u7 + u4 * du7 + du5 * u6 + u5 * du6)
+        q11 = L[LANE_BASE + 384 + i]
         dw11 = 0.09090909090909091 * dpull_v22 - (dG * q11 + G * dq11)
         dg11 = cubic * dq11 + quadratic * du11
         dm11 = dg11
         dpull_v23 = df0 * u11 + f0 * du11
-        dpush_v12 = (
-            dq5 * m6
-            + q5 * dm6
-            + dq6 * m5
-            + q6 * dm5
-            + dq4 * m7
-            + q4 * dm7
-            + dq7 * m4
-            + q7 * dm4
-            + dq3 * m8
-            + q3 * dm8
-            + dq8 * m3
-            + q8 * dm3
-            + dq2 * m9
-            + q2 * dm9
-            + dq9 * m2
-            + q9 * dm2
-            + dq1 * m10
-            + q1 * dm10
-            + dq10 * m1
-            + q10 * dm1
-            + dq0 * m11
-            + q0 * dm11
-            + dq11 * m0
-            + q11 * dm0
-        )
-        duY_v12 = (
-            du5 * Y6
-            + u5 * dY6
-            + du6 * Y5
-            + u6 * dY5
-            + du4 * Y7
-            + u4 * dY7
-            + du7 * Y4
-            + u7 * dY4
-            + du3 * Y8
-            + u3 * dY8
-            + du8 * Y3
-            + u8 * dY3
-            + du2 * Y9
-            + u2 * dY9
-            + du9 * Y2
-            + u9 * dY2
-            + du1 * Y10
-            + u1 * dY10
-            + du10 * Y1
-            + u10 * dY1
-            + du0 * Y11
-            + u0 * dY11
-            + du11 * Y0
-            + u11 * dY0
-        )
-        duZ_v12 = (
-            du5 * Z6
-            + u5 * dZ6
-            + du6 * Z5
-            + u6 * dZ5
-            + du4 * Z7
-            + u4 * dZ7
-            + du7 * Z4
-            + u7 * dZ4
-            + du3 * Z8
-            + u3 * dZ8
-            + du8 * Z3
-            + u8 * dZ3
-            + du2 * Z9
-            + u2 * dZ9
-            + du9 * Z2
-            + u9 * dZ2
-            + du1 * Z10
-            + u1 * dZ10
-            + du10 * Z1
-            + u10 * dZ1
-            + du0 * Z11
-            + u0 * dZ11
-            + du11 * Z0
-            + u11 * dZ0
-        )
-        dfree_v12 = (
-            dprestress * u11
-            + prestress * du11
-            - (dstiff * uY_v12 + stiff * duY_v12)
-            - (ddrag * uZ_v12 + drag * duZ_v12)
-        )
-        dpart200 = (
-            du5 * q6
-            + u5 * dq6
-            + du6 * q5
-            + u6 * dq5
-            + du4 * q7
-            + u4 * dq7
-            + du7 * q4
-            + u7 * dq4
-            + du3 * q8
-            + u3 * dq8
-            + du8 * q3
-            + u8 * dq3
-            + du2 * q9
-            + u2 * dq9
-            + du9 * q2
-            + u9 * dq2
-            + du1 * q10
-            + u1 * dq10
-            + du10 * q1
-            + u10 * dq1
-            + du0 * q11
-            + u0 * dq11
-            + du11 * q0
-            + u11 * dq0
-        )
+        m11 = L[LANE_BASE + 288 + i]
+        dpush_v12 = dq5 * m6 + q5 * dm6 + dq6 * m5 + q6 * dm5 + dq4 * m7 + q4 * dm7 + dq7 * m4 + q7 * dm4 + dq3 * m8 + q3 * dm8 + dq8 * m3 + q8 * dm3 + dq2 * m9 + q2 * dm9 + dq9 * m2 + q9 * dm2 + dq1 * m10 + q1 * dm10 + dq10 * m1 + q10 * dm1 + dq0 * m11 + q0 * dm11 + dq11 * m0 + q11 * dm0
+        Y11 = L[LANE_BASE + 80 + i]
+        duY_v12 = du5 * Y6 + u5 * dY6 + du6 * Y5 + u6 * dY5 + du4 * Y7 + u4 * dY7 + du7 * Y4 + u7 * dY4 + du3 * Y8 + u3 * dY8 + du8 * Y3 + u8 * dY3 + du2 * Y9 + u2 * dY9 + du9 * Y2 + u9 * dY2 + du1 * Y10 + u1 * dY10 + du10 * Y1 + u10 * dY1 + du0 * Y11 + u0 * dY11 + du11 * Y0 + u11 * dY0
+        Z11 = L[LANE_BASE + 168 + i]
+        duZ_v12 = du5 * Z6 + u5 * dZ6 + du6 * Z5 + u6 * dZ5 + du4 * Z7 + u4 * dZ7 + du7 * Z4 + u7 * dZ4 + du3 * Z8 + u3 * dZ8 + du8 * Z3 + u8 * dZ3 + du2 * Z9 + u2 * dZ9 + du9 * Z2 + u9 * dZ2 + du1 * Z10 + u1 * dZ10 + du10 * Z1 + u10 * dZ1 + du0 * Z11 + u0 * dZ11 + du11 * Z0 + u11 * dZ0
+        uY_v12 = L[LANE_BASE + 840 + i]
+        uZ_v12 = L[LANE_BASE + 928 + i]
+        dfree_v12 = dprestress * u11 + prestress * du11 - (dstiff * uY_v12 + stiff * duY_v12) - (ddrag * uZ_v12 + drag * duZ_v12)
+        dpart200 = du5 * q6 + u5 * dq6 + du6 * q5 + u6 * dq5 + du4 * q7 + u4 * dq7 + du7 * q4 + u7 * dq4 + du3 * q8 + u3 * dq8 + du8 * q3 + u8 * dq3 + du2 * q9 + u2 * dq9 + du9 * q2 + u9 * dq2 + du1 * q10 + u1 * dq10 + du10 * q1 + u10 * dq1 + du0 * q11 + u0 * dq11 + du11 * q0 + u11 * dq0
+        part200 = L[LANE_BASE + 608 + i]
         dsink_v12 = dK * part200 + K * dpart200
         dpart202 = dfree_v12 + dK * uY_v12 + K * duY_v12 + dG * uZ_v12 + G * duZ_v12
+        push_v12 = L[LANE_BASE + 752 + i]
         dpull_v24 = dpull_v23 + on * dpart202 - (dheavy * push_v12 + heavy * dpush_v12) - dsink_v12
         dY12 = 0.08333333333333333 * duZ_v12
         dZ12 = 0.08333333333333333 * (dfree_v12 - (dshare * push_v12 + share * dpush_v12))
         du12 = 0.041666666666666664 * dw11
-        dq12 = (
-            2.0
-            * (
-                du0 * u12
-                + u0 * du12
-                + du1 * u11
-                + u1 * du11
-                + du2 * u10
-                + u2 * du10
-                + du3 * u9
-                + u3 * du9
-                + du4 * u8
-                + u4 * du8
-                + du5 * u7
-                + u5 * du7
-            )
-            + du6 * u6
-            + u6 * du6
-        )
+        u12 = L[LANE_BASE + 488 + i]
+        dq12 = 2.0 * (du0 * u12 + u0 * du12 + du1 * u11 + u1 * du11 + du2 * u10 + u2 * du10 + du3 * u9 + u3 * du9 + du4 * u8 + u4 * du8 + du5 * u7 + u5 * du7) + du6 * u6 + u6 * du6
+        q12 = L[LANE_BASE + 392 + i]
         dw12 = 0.08333333333333333 * dpull_v24 - (dG * q12 + G * dq12)
+        part213 = L[LANE_BASE + 624 + i]
         dpart214 = 0.3333333333333333 * du2 + part213 * du3
+        part216 = L[LANE_BASE + 640 + i]
         dpart217 = 0.14285714285714285 * du6 + part216 * du7
+        h2 = L[LANE_BASE + 176 + i]
+        part215 = L[LANE_BASE + 632 + i]
         dpart218 = 0.2 * du4 + part215 * du5 + h2 * dpart217
+        part220 = L[LANE_BASE + 656 + i]
         dpart221 = 0.09090909090909091 * du10 + part220 * du11
+        part219 = L[LANE_BASE + 648 + i]
         dpart222 = 0.1111111111111111 * du8 + part219 * du9 + h2 * dpart221
+        h4 = L[LANE_BASE + 184 + i]
+        h8 = L[LANE_BASE + 192 + i]
+        part212 = L[LANE_BASE + 616 + i]
         dpart223 = du0 + part212 * du1 + h2 * dpart214 + h4 * dpart218 + h8 * dpart222
+        h1 = L[LANE_LENGTH + i]
         dt = dt0 + h1 * dpart223
         dpart225 = du2 + h1 * du3
         dpart226 = du6 + h1 * du7
@@ -5168,10 +2878,15 @@ def base_deck_wave_12(L: FloatArray) -> None:
         s = ca if odd else sa
         c = sa if odd else ca
         s_v2 = -s if m >= 2.0 else s
+        L[LANE_BASE + 784 + i] = s_v2
         c_v2 = -c if m == 1.0 or m == 2.0 else c
+        L[LANE_BASE + 776 + i] = c_v2
         e0 = gain_sin * s_v2 + gain_cos * c_v2
+        L[LANE_BASE + 264 + i] = e0
         part40 = gain_sin * c_v2 - gain_cos * s_v2
+        L[LANE_BASE + 800 + i] = part40
         d0 = omega * part40
+        L[LANE_BASE + 176 + i] = d0
         cubic = L[LANE_CUBIC + i]
         quadratic = L[LANE_QUADRATIC + i]
         Y0 = L[LANE_DECK_Y + i]
@@ -5182,393 +2897,412 @@ def base_deck_wave_12(L: FloatArray) -> None:
         drag = L[LANE_DECK_DRAG + i]
         share = L[LANE_SHARE + i]
         heavy = 1.0 + share
+        L[LANE_BASE + 792 + i] = heavy
         q0 = u0 * u0
+        L[LANE_BASE + 480 + i] = q0
         g0 = cubic * q0 + quadratic * u0
         m0 = g0
+        L[LANE_BASE + 384 + i] = m0
         y0 = u0 * e0
+        L[LANE_BASE + 680 + i] = y0
         pull = f0 * u0 + y0
         push = q0 * m0
+        L[LANE_BASE + 1032 + i] = push
         uY = u0 * Y0
+        L[LANE_BASE + 760 + i] = uY
         uZ = u0 * Z0
+        L[LANE_BASE + 768 + i] = uZ
         free = prestress * u0 - stiff * uY - drag * uZ
         part61 = u0 * q0
+        L[LANE_BASE + 808 + i] = part61
         sink = K * part61
         part63 = free + K * uY + G * uZ
         pull_v2 = pull + on * part63 - heavy * push - sink
         Y1 = 1.0 * uZ
+        L[LANE_BASE + i] = Y1
         Z1 = 1.0 * (free - share * push)
+        L[LANE_BASE + 88 + i] = Z1
         u1 = 0.5 * w0
+        L[LANE_BASE + 584 + i] = u1
         q1 = 2.0 * (u0 * u1)
+        L[LANE_BASE + 488 + i] = q1
         w1 = 1.0 * pull_v2 - G * q1
         e1 = 1.0 * (u0 * d0)
+        L[LANE_BASE + 272 + i] = e1
         part71 = -1.0 * omega2
+        L[LANE_BASE + 816 + i] = part71
         d1 = part71 * y0
+        L[LANE_BASE + 184 + i] = d1
         g1 = cubic * q1 + quadratic * u1
         m1 = g1
+        L[LANE_BASE + 392 + i] = m1
         y1 = u0 * e1 + u1 * e0
+        L[LANE_BASE + 688 + i] = y1
         pull_v3 = f0 * u1 + y1
         push_v2 = q0 * m1 + q1 * m0
+        L[LANE_BASE + 1040 + i] = push_v2
         uY_v2 = u0 * Y1 + u1 * Y0
+        L[LANE_BASE + 1128 + i] = uY_v2
         uZ_v2 = u0 * Z1 + u1 * Z0
+        L[LANE_BASE + 1216 + i] = uZ_v2
         free_v2 = prestress * u1 - stiff * uY_v2 - drag * uZ_v2
         part81 = u0 * q1 + u1 * q0
+        L[LANE_BASE + 824 + i] = part81
         sink_v2 = K * part81
         part83 = free_v2 + K * uY_v2 + G * uZ_v2
         pull_v4 = pull_v3 + on * part83 - heavy * push_v2 - sink_v2
         Y2 = 0.5 * uZ_v2
+        L[LANE_BASE + 8 + i] = Y2
         Z2 = 0.5 * (free_v2 - share * push_v2)
+        L[LANE_BASE + 96 + i] = Z2
         u2 = 0.25 * w1
+        L[LANE_BASE + 592 + i] = u2
         q2 = 2.0 * (u0 * u2) + u1 * u1
+        L[LANE_BASE + 496 + i] = q2
         w2 = 0.5 * pull_v4 - G * q2
         e2 = 0.5 * (u0 * d1 + u1 * d0)
+        L[LANE_BASE + 280 + i] = e2
         part91 = -0.5 * omega2
+        L[LANE_BASE + 832 + i] = part91
         d2 = part91 * y1
+        L[LANE_BASE + 192 + i] = d2
         g2 = cubic * q2 + quadratic * u2
         m2 = g2
+        L[LANE_BASE + 400 + i] = m2
         y2 = u1 * e1 + u0 * e2 + u2 * e0
+        L[LANE_BASE + 696 + i] = y2
         pull_v5 = f0 * u2 + y2
         push_v3 = q1 * m1 + q0 * m2 + q2 * m0
+        L[LANE_BASE + 1048 + i] = push_v3
         uY_v3 = u1 * Y1 + u0 * Y2 + u2 * Y0
+        L[LANE_BASE + 1136 + i] = uY_v3
         uZ_v3 = u1 * Z1 + u0 * Z2 + u2 * Z0
+        L[LANE_BASE + 1224 + i] = uZ_v3
         free_v3 = prestress * u2 - stiff * uY_v3 - drag * uZ_v3
         part101 = u1 * q1 + u0 * q2 + u2 * q0
+        L[LANE_BASE + 840 + i] = part101
         sink_v3 = K * part101
         part103 = free_v3 + K * uY_v3 + G * uZ_v3
         pull_v6 = pull_v5 + on * part103 - heavy * push_v3 - sink_v3
         Y3 = 0.3333333333333333 * uZ_v3
+        L[LANE_BASE + 16 + i] = Y3
         Z3 = 0.3333333333333333 * (free_v3 - share * push_v3)
+        L[LANE_BASE + 104 + i] = Z3
         u3 = 0.16666666666666666 * w2
+        L[LANE_BASE + 600 + i] = u3
         q3 = 2.0 * (u0 * u3 + u1 * u2)
+        L[LANE_BASE + 504 + i] = q3
         w3 = 0.3333333333333333 * pull_v6 - G * q3
         e3 = 0.3333333333333333 * (u1 * d1 + u0 * d2 + u2 * d0)
+        L[LANE_BASE + 288 + i] = e3
         part111 = -0.3333333333333333 * omega2
+        L[LANE_BASE + 848 + i] = part111
         d3 = part111 * y2
+        L[LANE_BASE + 200 + i] = d3
         g3 = cubic * q3 + quadratic * u3
         m3 = g3
+        L[LANE_BASE + 408 + i] = m3
         y3 = u1 * e2 + u2 * e1 + u0 * e3 + u3 * e0
+        L[LANE_BASE + 704 + i] = y3
         pull_v7 = f0 * u3 + y3
         push_v4 = q1 * m2 + q2 * m1 + q0 * m3 + q3 * m0
+        L[LANE_BASE + 1056 + i] = push_v4
         uY_v4 = u1 * Y2 + u2 * Y1 + u0 * Y3 + u3 * Y0
+        L[LANE_BASE + 1144 + i] = uY_v4
         uZ_v4 = u1 * Z2 + u2 * Z1 + u0 * Z3 + u3 * Z0
+        L[LANE_BASE + 1232 + i] = uZ_v4
         free_v4 = prestress * u3 - stiff * uY_v4 - drag * uZ_v4
         part121 = u1 * q2 + u2 * q1 + u0 * q3 + u3 * q0
+        L[LANE_BASE + 856 + i] = part121
         sink_v4 = K * part121
         part123 = free_v4 + K * uY_v4 + G * uZ_v4
         pull_v8 = pull_v7 + on * part123 - heavy * push_v4 - sink_v4
         Y4 = 0.25 * uZ_v4
+        L[LANE_BASE + 24 + i] = Y4
         Z4 = 0.25 * (free_v4 - share * push_v4)
+        L[LANE_BASE + 112 + i] = Z4
         u4 = 0.125 * w3
+        L[LANE_BASE + 608 + i] = u4
         q4 = 2.0 * (u0 * u4 + u1 * u3) + u2 * u2
+        L[LANE_BASE + 512 + i] = q4
         w4 = 0.25 * pull_v8 - G * q4
         e4 = 0.25 * (u1 * d2 + u2 * d1 + u0 * d3 + u3 * d0)
+        L[LANE_BASE + 296 + i] = e4
         part131 = -0.25 * omega2
+        L[LANE_BASE + 864 + i] = part131
         d4 = part131 * y3
+        L[LANE_BASE + 208 + i] = d4
         g4 = cubic * q4 + quadratic * u4
         m4 = g4
+        L[LANE_BASE + 416 + i] = m4
         y4 = u2 * e2 + u1 * e3 + u3 * e1 + u0 * e4 + u4 * e0
+        L[LANE_BASE + 712 + i] = y4
         pull_v9 = f0 * u4 + y4
         push_v5 = q2 * m2 + q1 * m3 + q3 * m1 + q0 * m4 + q4 * m0
+        L[LANE_BASE + 1064 + i] = push_v5
         uY_v5 = u2 * Y2 + u1 * Y3 + u3 * Y1 + u0 * Y4 + u4 * Y0
+        L[LANE_BASE + 1152 + i] = uY_v5
         uZ_v5 = u2 * Z2 + u1 * Z3 + u3 * Z1 + u0 * Z4 + u4 * Z0
+        L[LANE_BASE + 1240 + i] = uZ_v5
         free_v5 = prestress * u4 - stiff * uY_v5 - drag * uZ_v5
         part141 = u2 * q2 + u1 * q3 + u3 * q1 + u0 * q4 + u4 * q0
+        L[LANE_BASE + 872 + i] = part141
         sink_v5 = K * part141
         part143 = free_v5 + K * uY_v5 + G * uZ_v5
         pull_v10 = pull_v9 + on * part143 - heavy * push_v5 - sink_v5
         Y5 = 0.2 * uZ_v5
+        L[LANE_BASE + 32 + i] = Y5
         Z5 = 0.2 * (free_v5 - share * push_v5)
+        L[LANE_BASE + 120 + i] = Z5
         u5 = 0.1 * w4
+        L[LANE_BASE + 616 + i] = u5
         q5 = 2.0 * (u0 * u5 + u1 * u4 + u2 * u3)
+        L[LANE_BASE + 520 + i] = q5
         w5 = 0.2 * pull_v10 - G * q5
         e5 = 0.2 * (u2 * d2 + u1 * d3 + u3 * d1 + u0 * d4 + u4 * d0)
+        L[LANE_BASE + 304 + i] = e5
         part151 = -0.2 * omega2
+        L[LANE_BASE + 880 + i] = part151
         d5 = part151 * y4
+        L[LANE_BASE + 216 + i] = d5
         g5 = cubic * q5 + quadratic * u5
         m5 = g5
+        L[LANE_BASE + 424 + i] = m5
         y5 = u2 * e3 + u3 * e2 + u1 * e4 + u4 * e1 + u0 * e5 + u5 * e0
+        L[LANE_BASE + 720 + i] = y5
         pull_v11 = f0 * u5 + y5
         push_v6 = q2 * m3 + q3 * m2 + q1 * m4 + q4 * m1 + q0 * m5 + q5 * m0
+        L[LANE_BASE + 1072 + i] = push_v6
         uY_v6 = u2 * Y3 + u3 * Y2 + u1 * Y4 + u4 * Y1 + u0 * Y5 + u5 * Y0
+        L[LANE_BASE + 1160 + i] = uY_v6
         uZ_v6 = u2 * Z3 + u3 * Z2 + u1 * Z4 + u4 * Z1 + u0 * Z5 + u5 * Z0
+        L[LANE_BASE + 1248 + i] = uZ_v6
         free_v6 = prestress * u5 - stiff * uY_v6 - drag * uZ_v6
         part161 = u2 * q3 + u3 * q2 + u1 * q4 + u4 * q1 + u0 * q5 + u5 * q0
+        L[LANE_BASE + 888 + i] = part161
         sink_v6 = K * part161
         part163 = free_v6 + K * uY_v6 + G * uZ_v6
         pull_v12 = pull_v11 + on * part163 - heavy * push_v6 - sink_v6
         Y6 = 0.16666666666666666 * uZ_v6
+        L[LANE_BASE + 40 + i] = Y6
         Z6 = 0.16666666666666666 * (free_v6 - share * push_v6)
+        L[LANE_BASE + 128 + i] = Z6
         u6 = 0.08333333333333333 * w5
+        L[LANE_BASE + 624 + i] = u6
         q6 = 2.0 * (u0 * u6 + u1 * u5 + u2 * u4) + u3 * u3
+        L[LANE_BASE + 528 + i] = q6
         w6 = 0.16666666666666666 * pull_v12 - G * q6
         e6 = 0.16666666666666666 * (u2 * d3 + u3 * d2 + u1 * d4 + u4 * d1 + u0 * d5 + u5 * d0)
+        L[LANE_BASE + 312 + i] = e6
         part171 = -0.16666666666666666 * omega2
+        L[LANE_BASE + 896 + i] = part171
         d6 = part171 * y5
+        L[LANE_BASE + 224 + i] = d6
         g6 = cubic * q6 + quadratic * u6
         m6 = g6
+        L[LANE_BASE + 432 + i] = m6
         y6 = u3 * e3 + u2 * e4 + u4 * e2 + u1 * e5 + u5 * e1 + u0 * e6 + u6 * e0
+        L[LANE_BASE + 728 + i] = y6
         pull_v13 = f0 * u6 + y6
         push_v7 = q3 * m3 + q2 * m4 + q4 * m2 + q1 * m5 + q5 * m1 + q0 * m6 + q6 * m0
+        L[LANE_BASE + 1080 + i] = push_v7
         uY_v7 = u3 * Y3 + u2 * Y4 + u4 * Y2 + u1 * Y5 + u5 * Y1 + u0 * Y6 + u6 * Y0
+        L[LANE_BASE + 1168 + i] = uY_v7
         uZ_v7 = u3 * Z3 + u2 * Z4 + u4 * Z2 + u1 * Z5 + u5 * Z1 + u0 * Z6 + u6 * Z0
+        L[LANE_BASE + 1256 + i] = uZ_v7
         free_v7 = prestress * u6 - stiff * uY_v7 - drag * uZ_v7
         part181 = u3 * q3 + u2 * q4 + u4 * q2 + u1 * q5 + u5 * q1 + u0 * q6 + u6 * q0
+        L[LANE_BASE + 904 + i] = part181
         sink_v7 = K * part181
         part183 = free_v7 + K * uY_v7 + G * uZ_v7
         pull_v14 = pull_v13 + on * part183 - heavy * push_v7 - sink_v7
         Y7 = 0.14285714285714285 * uZ_v7
+        L[LANE_BASE + 48 + i] = Y7
         Z7 = 0.14285714285714285 * (free_v7 - share * push_v7)
+        L[LANE_BASE + 136 + i] = Z7
         u7 = 0.07142857142857142 * w6
+        L[LANE_BASE + 632 + i] = u7
         q7 = 2.0 * (u0 * u7 + u1 * u6 + u2 * u5 + u3 * u4)
+        L[LANE_BASE + 536 + i] = q7
         w7 = 0.14285714285714285 * pull_v14 - G * q7
         e7 = 0.14285714285714285 * (u3 * d3 + u2 * d4 + u4 * d2 + u1 * d5 + u5 * d1 + u0 * d6 + u6 * d0)
+        L[LANE_BASE + 320 + i] = e7
         part191 = -0.14285714285714285 * omega2
+        L[LANE_BASE + 912 + i] = part191
         d7 = part191 * y6
+        L[LANE_BASE + 232 + i] = d7
         g7 = cubic * q7 + quadratic * u7
         m7 = g7
+        L[LANE_BASE + 440 + i] = m7
         y7 = u3 * e4 + u4 * e3 + u2 * e5 + u5 * e2 + u1 * e6 + u6 * e1 + u0 * e7 + u7 * e0
+        L[LANE_BASE + 736 + i] = y7
         pull_v15 = f0 * u7 + y7
         push_v8 = q3 * m4 + q4 * m3 + q2 * m5 + q5 * m2 + q1 * m6 + q6 * m1 + q0 * m7 + q7 * m0
+        L[LANE_BASE + 1088 + i] = push_v8
         uY_v8 = u3 * Y4 + u4 * Y3 + u2 * Y5 + u5 * Y2 + u1 * Y6 + u6 * Y1 + u0 * Y7 + u7 * Y0
+        L[LANE_BASE + 1176 + i] = uY_v8
         uZ_v8 = u3 * Z4 + u4 * Z3 + u2 * Z5 + u5 * Z2 + u1 * Z6 + u6 * Z1 + u0 * Z7 + u7 * Z0
+        L[LANE_BASE + 1264 + i] = uZ_v8
         free_v8 = prestress * u7 - stiff * uY_v8 - drag * uZ_v8
         part201 = u3 * q4 + u4 * q3 + u2 * q5 + u5 * q2 + u1 * q6 + u6 * q1 + u0 * q7 + u7 * q0
+        L[LANE_BASE + 920 + i] = part201
         sink_v8 = K * part201
         part203 = free_v8 + K * uY_v8 + G * uZ_v8
         pull_v16 = pull_v15 + on * part203 - heavy * push_v8 - sink_v8
         Y8 = 0.125 * uZ_v8
+        L[LANE_BASE + 56 + i] = Y8
         Z8 = 0.125 * (free_v8 - share * push_v8)
+        L[LANE_BASE + 144 + i] = Z8
         u8 = 0.0625 * w7
+        L[LANE_BASE + 640 + i] = u8
         q8 = 2.0 * (u0 * u8 + u1 * u7 + u2 * u6 + u3 * u5) + u4 * u4
+        L[LANE_BASE + 544 + i] = q8
         w8 = 0.125 * pull_v16 - G * q8
         e8 = 0.125 * (u3 * d4 + u4 * d3 + u2 * d5 + u5 * d2 + u1 * d6 + u6 * d1 + u0 * d7 + u7 * d0)
+        L[LANE_BASE + 328 + i] = e8
         part211 = -0.125 * omega2
+        L[LANE_BASE + 928 + i] = part211
         d8 = part211 * y7
+        L[LANE_BASE + 240 + i] = d8
         g8 = cubic * q8 + quadratic * u8
         m8 = g8
+        L[LANE_BASE + 448 + i] = m8
         y8 = u4 * e4 + u3 * e5 + u5 * e3 + u2 * e6 + u6 * e2 + u1 * e7 + u7 * e1 + u0 * e8 + u8 * e0
+        L[LANE_BASE + 744 + i] = y8
         pull_v17 = f0 * u8 + y8
         push_v9 = q4 * m4 + q3 * m5 + q5 * m3 + q2 * m6 + q6 * m2 + q1 * m7 + q7 * m1 + q0 * m8 + q8 * m0
+        L[LANE_BASE + 1096 + i] = push_v9
         uY_v9 = u4 * Y4 + u3 * Y5 + u5 * Y3 + u2 * Y6 + u6 * Y2 + u1 * Y7 + u7 * Y1 + u0 * Y8 + u8 * Y0
+        L[LANE_BASE + 1184 + i] = uY_v9
         uZ_v9 = u4 * Z4 + u3 * Z5 + u5 * Z3 + u2 * Z6 + u6 * Z2 + u1 * Z7 + u7 * Z1 + u0 * Z8 + u8 * Z0
+        L[LANE_BASE + 1272 + i] = uZ_v9
         free_v9 = prestress * u8 - stiff * uY_v9 - drag * uZ_v9
         part221 = u4 * q4 + u3 * q5 + u5 * q3 + u2 * q6 + u6 * q2 + u1 * q7 + u7 * q1 + u0 * q8 + u8 * q0
+        L[LANE_BASE + 936 + i] = part221
         sink_v9 = K * part221
         part223 = free_v9 + K * uY_v9 + G * uZ_v9
         pull_v18 = pull_v17 + on * part223 - heavy * push_v9 - sink_v9
         Y9 = 0.1111111111111111 * uZ_v9
+        L[LANE_BASE + 64 + i] = Y9
         Z9 = 0.1111111111111111 * (free_v9 - share * push_v9)
+        L[LANE_BASE + 152 + i] = Z9
         u9 = 0.05555555555555555 * w8
+        L[LANE_BASE + 648 + i] = u9
         q9 = 2.0 * (u0 * u9 + u1 * u8 + u2 * u7 + u3 * u6 + u4 * u5)
+        L[LANE_BASE + 552 + i] = q9
         w9 = 0.1111111111111111 * pull_v18 - G * q9
-        e9 = 0.1111111111111111 * (
-            u4 * d4 + u3 * d5 + u5 * d3 + u2 * d6 + u6 * d2 + u1 * d7 + u7 * d1 + u0 * d8 + u8 * d0
-        )
+        e9 = 0.1111111111111111 * (u4 * d4 + u3 * d5 + u5 * d3 + u2 * d6 + u6 * d2 + u1 * d7 + u7 * d1 + u0 * d8 + u8 * d0)
+        L[LANE_BASE + 336 + i] = e9
         part231 = -0.1111111111111111 * omega2
+        L[LANE_BASE + 944 + i] = part231
         d9 = part231 * y8
+        L[LANE_BASE + 248 + i] = d9
         g9 = cubic * q9 + quadratic * u9
         m9 = g9
+        L[LANE_BASE + 456 + i] = m9
         y9 = u4 * e5 + u5 * e4 + u3 * e6 + u6 * e3 + u2 * e7 + u7 * e2 + u1 * e8 + u8 * e1 + u0 * e9 + u9 * e0
+        L[LANE_BASE + 752 + i] = y9
         pull_v19 = f0 * u9 + y9
         push_v10 = q4 * m5 + q5 * m4 + q3 * m6 + q6 * m3 + q2 * m7 + q7 * m2 + q1 * m8 + q8 * m1 + q0 * m9 + q9 * m0
+        L[LANE_BASE + 1104 + i] = push_v10
         uY_v10 = u4 * Y5 + u5 * Y4 + u3 * Y6 + u6 * Y3 + u2 * Y7 + u7 * Y2 + u1 * Y8 + u8 * Y1 + u0 * Y9 + u9 * Y0
+        L[LANE_BASE + 1192 + i] = uY_v10
         uZ_v10 = u4 * Z5 + u5 * Z4 + u3 * Z6 + u6 * Z3 + u2 * Z7 + u7 * Z2 + u1 * Z8 + u8 * Z1 + u0 * Z9 + u9 * Z0
+        L[LANE_BASE + 1280 + i] = uZ_v10
         free_v10 = prestress * u9 - stiff * uY_v10 - drag * uZ_v10
         part241 = u4 * q5 + u5 * q4 + u3 * q6 + u6 * q3 + u2 * q7 + u7 * q2 + u1 * q8 + u8 * q1 + u0 * q9 + u9 * q0
+        L[LANE_BASE + 952 + i] = part241
         sink_v10 = K * part241
         part243 = free_v10 + K * uY_v10 + G * uZ_v10
         pull_v20 = pull_v19 + on * part243 - heavy * push_v10 - sink_v10
         Y10 = 0.1 * uZ_v10
+        L[LANE_BASE + 72 + i] = Y10
         Z10 = 0.1 * (free_v10 - share * push_v10)
+        L[LANE_BASE + 160 + i] = Z10
         u10 = 0.05 * w9
+        L[LANE_BASE + 656 + i] = u10
         q10 = 2.0 * (u0 * u10 + u1 * u9 + u2 * u8 + u3 * u7 + u4 * u6) + u5 * u5
+        L[LANE_BASE + 560 + i] = q10
         w10 = 0.1 * pull_v20 - G * q10
         e10 = 0.1 * (u4 * d5 + u5 * d4 + u3 * d6 + u6 * d3 + u2 * d7 + u7 * d2 + u1 * d8 + u8 * d1 + u0 * d9 + u9 * d0)
+        L[LANE_BASE + 344 + i] = e10
         part251 = -0.1 * omega2
+        L[LANE_BASE + 960 + i] = part251
         d10 = part251 * y9
+        L[LANE_BASE + 256 + i] = d10
         g10 = cubic * q10 + quadratic * u10
         m10 = g10
-        y10 = (
-            u5 * e5
-            + u4 * e6
-            + u6 * e4
-            + u3 * e7
-            + u7 * e3
-            + u2 * e8
-            + u8 * e2
-            + u1 * e9
-            + u9 * e1
-            + u0 * e10
-            + u10 * e0
-        )
+        L[LANE_BASE + 464 + i] = m10
+        y10 = u5 * e5 + u4 * e6 + u6 * e4 + u3 * e7 + u7 * e3 + u2 * e8 + u8 * e2 + u1 * e9 + u9 * e1 + u0 * e10 + u10 * e0
         pull_v21 = f0 * u10 + y10
-        push_v11 = (
-            q5 * m5
-            + q4 * m6
-            + q6 * m4
-            + q3 * m7
-            + q7 * m3
-            + q2 * m8
-            + q8 * m2
-            + q1 * m9
-            + q9 * m1
-            + q0 * m10
-            + q10 * m0
-        )
-        uY_v11 = (
-            u5 * Y5
-            + u4 * Y6
-            + u6 * Y4
-            + u3 * Y7
-            + u7 * Y3
-            + u2 * Y8
-            + u8 * Y2
-            + u1 * Y9
-            + u9 * Y1
-            + u0 * Y10
-            + u10 * Y0
-        )
-        uZ_v11 = (
-            u5 * Z5
-            + u4 * Z6
-            + u6 * Z4
-            + u3 * Z7
-            + u7 * Z3
-            + u2 * Z8
-            + u8 * Z2
-            + u1 * Z9
-            + u9 * Z1
-            + u0 * Z10
-            + u10 * Z0
-        )
+        push_v11 = q5 * m5 + q4 * m6 + q6 * m4 + q3 * m7 + q7 * m3 + q2 * m8 + q8 * m2 + q1 * m9 + q9 * m1 + q0 * m10 + q10 * m0
+        L[LANE_BASE + 1112 + i] = push_v11
+        uY_v11 = u5 * Y5 + u4 * Y6 + u6 * Y4 + u3 * Y7 + u7 * Y3 + u2 * Y8 + u8 * Y2 + u1 * Y9 + u9 * Y1 + u0 * Y10 + u10 * Y0
+        L[LANE_BASE + 1200 + i] = uY_v11
+        uZ_v11 = u5 * Z5 + u4 * Z6 + u6 * Z4 + u3 * Z7 + u7 * Z3 + u2 * Z8 + u8 * Z2 + u1 * Z9 + u9 * Z1 + u0 * Z10 + u10 * Z0
+        L[LANE_BASE + 1288 + i] = uZ_v11
         free_v11 = prestress * u10 - stiff * uY_v11 - drag * uZ_v11
-        part261 = (
-            u5 * q5
-            + u4 * q6
-            + u6 * q4
-            + u3 * q7
-            + u7 * q3
-            + u2 * q8
-            + u8 * q2
-            + u1 * q9
-            + u9 * q1
-            + u0 * q10
-            + u10 * q0
-        )
+        part261 = u5 * q5 + u4 * q6 + u6 * q4 + u3 * q7 + u7 * q3 + u2 * q8 + u8 * q2 + u1 * q9 + u9 * q1 + u0 * q10 + u10 * q0
+        L[LANE_BASE + 968 + i] = part261
         sink_v11 = K * part261
         part263 = free_v11 + K * uY_v11 + G * uZ_v11
         pull_v22 = pull_v21 + on * part263 - heavy * push_v11 - sink_v11
         Y11 = 0.09090909090909091 * uZ_v11
+        L[LANE_BASE + 80 + i] = Y11
         Z11 = 0.09090909090909091 * (free_v11 - share * push_v11)
+        L[LANE_BASE + 168 + i] = Z11
         u11 = 0.045454545454545456 * w10
+        L[LANE_BASE + 664 + i] = u11
         q11 = 2.0 * (u0 * u11 + u1 * u10 + u2 * u9 + u3 * u8 + u4 * u7 + u5 * u6)
+        L[LANE_BASE + 568 + i] = q11
         w11 = 0.09090909090909091 * pull_v22 - G * q11
-        e11 = 0.09090909090909091 * (
-            u5 * d5
-            + u4 * d6
-            + u6 * d4
-            + u3 * d7
-            + u7 * d3
-            + u2 * d8
-            + u8 * d2
-            + u1 * d9
-            + u9 * d1
-            + u0 * d10
-            + u10 * d0
-        )
+        e11 = 0.09090909090909091 * (u5 * d5 + u4 * d6 + u6 * d4 + u3 * d7 + u7 * d3 + u2 * d8 + u8 * d2 + u1 * d9 + u9 * d1 + u0 * d10 + u10 * d0)
+        L[LANE_BASE + 352 + i] = e11
         g11 = cubic * q11 + quadratic * u11
         m11 = g11
-        y11 = (
-            u5 * e6
-            + u6 * e5
-            + u4 * e7
-            + u7 * e4
-            + u3 * e8
-            + u8 * e3
-            + u2 * e9
-            + u9 * e2
-            + u1 * e10
-            + u10 * e1
-            + u0 * e11
-            + u11 * e0
-        )
+        L[LANE_BASE + 472 + i] = m11
+        y11 = u5 * e6 + u6 * e5 + u4 * e7 + u7 * e4 + u3 * e8 + u8 * e3 + u2 * e9 + u9 * e2 + u1 * e10 + u10 * e1 + u0 * e11 + u11 * e0
         pull_v23 = f0 * u11 + y11
-        push_v12 = (
-            q5 * m6
-            + q6 * m5
-            + q4 * m7
-            + q7 * m4
-            + q3 * m8
-            + q8 * m3
-            + q2 * m9
-            + q9 * m2
-            + q1 * m10
-            + q10 * m1
-            + q0 * m11
-            + q11 * m0
-        )
-        uY_v12 = (
-            u5 * Y6
-            + u6 * Y5
-            + u4 * Y7
-            + u7 * Y4
-            + u3 * Y8
-            + u8 * Y3
-            + u2 * Y9
-            + u9 * Y2
-            + u1 * Y10
-            + u10 * Y1
-            + u0 * Y11
-            + u11 * Y0
-        )
-        uZ_v12 = (
-            u5 * Z6
-            + u6 * Z5
-            + u4 * Z7
-            + u7 * Z4
-            + u3 * Z8
-            + u8 * Z3
-            + u2 * Z9
-            + u9 * Z2
-            + u1 * Z10
-            + u10 * Z1
-            + u0 * Z11
-            + u11 * Z0
-        )
+        push_v12 = q5 * m6 + q6 * m5 + q4 * m7 + q7 * m4 + q3 * m8 + q8 * m3 + q2 * m9 + q9 * m2 + q1 * m10 + q10 * m1 + q0 * m11 + q11 * m0
+        L[LANE_BASE + 1120 + i] = push_v12
+        uY_v12 = u5 * Y6 + u6 * Y5 + u4 * Y7 + u7 * Y4 + u3 * Y8 + u8 * Y3 + u2 * Y9 + u9 * Y2 + u1 * Y10 + u10 * Y1 + u0 * Y11 + u11 * Y0
+        L[LANE_BASE + 1208 + i] = uY_v12
+        uZ_v12 = u5 * Z6 + u6 * Z5 + u4 * Z7 + u7 * Z4 + u3 * Z8 + u8 * Z3 + u2 * Z9 + u9 * Z2 + u1 * Z10 + u10 * Z1 + u0 * Z11 + u11 * Z0
+        L[LANE_BASE + 1296 + i] = uZ_v12
         free_v12 = prestress * u11 - stiff * uY_v12 - drag * uZ_v12
-        part281 = (
-            u5 * q6
-            + u6 * q5
-            + u4 * q7
-            + u7 * q4
-            + u3 * q8
-            + u8 * q3
-            + u2 * q9
-            + u9 * q2
-            + u1 * q10
-            + u10 * q1
-            + u0 * q11
-            + u11 * q0
-        )
+        part281 = u5 * q6 + u6 * q5 + u4 * q7 + u7 * q4 + u3 * q8 + u8 * q3 + u2 * q9 + u9 * q2 + u1 * q10 + u10 * q1 + u0 * q11 + u11 * q0
+        L[LANE_BASE + 976 + i] = part281
         sink_v12 = K * part281
         part283 = free_v12 + K * uY_v12 + G * uZ_v12
         pull_v24 = pull_v23 + on * part283 - heavy * push_v12 - sink_v12
         Y12 = 0.08333333333333333 * uZ_v12
         Z12 = 0.08333333333333333 * (free_v12 - share * push_v12)
         u12 = 0.041666666666666664 * w11
+        L[LANE_BASE + 672 + i] = u12
         q12 = 2.0 * (u0 * u12 + u1 * u11 + u2 * u10 + u3 * u9 + u4 * u8 + u5 * u7) + u6 * u6
+        L[LANE_BASE + 576 + i] = q12
         w12 = 0.08333333333333333 * pull_v24 - G * q12
         h2 = h1 * h1
+        L[LANE_BASE + 360 + i] = h2
         h4 = h2 * h2
+        L[LANE_BASE + 368 + i] = h4
         h8 = h4 * h4
+        L[LANE_BASE + 376 + i] = h8
         part293 = h1 * 0.5
+        L[LANE_BASE + 984 + i] = part293
         part294 = h1 * 0.25
+        L[LANE_BASE + 992 + i] = part294
         part295 = 0.3333333333333333 * u2 + part294 * u3
         part296 = h1 * 0.16666666666666666
+        L[LANE_BASE + 1000 + i] = part296
         part297 = h1 * 0.125
+        L[LANE_BASE + 1008 + i] = part297
         part298 = 0.14285714285714285 * u6 + part297 * u7
         part299 = 0.2 * u4 + part296 * u5 + h2 * part298
         part300 = h1 * 0.1
+        L[LANE_BASE + 1016 + i] = part300
         part301 = h1 * 0.08333333333333333
+        L[LANE_BASE + 1024 + i] = part301
         part302 = 0.09090909090909091 * u10 + part301 * u11
         part303 = 0.1111111111111111 * u8 + part300 * u9 + h2 * part302
         part304 = u0 + part293 * u1 + h2 * part295 + h4 * part299 + h8 * part303
@@ -5597,169 +3331,6 @@ def base_deck_wave_12(L: FloatArray) -> None:
         part327 = Z10 + h1 * Z11
         part328 = Z8 + h1 * Z9 + h2 * part327 + h4 * Z12
         Z = Z0 + h1 * Z1 + h2 * part324 + h4 * part326 + h8 * part328
-        L[LANE_BASE + i] = Y1
-        L[LANE_BASE + 8 + i] = Y2
-        L[LANE_BASE + 16 + i] = Y3
-        L[LANE_BASE + 24 + i] = Y4
-        L[LANE_BASE + 32 + i] = Y5
-        L[LANE_BASE + 40 + i] = Y6
-        L[LANE_BASE + 48 + i] = Y7
-        L[LANE_BASE + 56 + i] = Y8
-        L[LANE_BASE + 64 + i] = Y9
-        L[LANE_BASE + 72 + i] = Y10
-        L[LANE_BASE + 80 + i] = Y11
-        L[LANE_BASE + 88 + i] = Z1
-        L[LANE_BASE + 96 + i] = Z2
-        L[LANE_BASE + 104 + i] = Z3
-        L[LANE_BASE + 112 + i] = Z4
-        L[LANE_BASE + 120 + i] = Z5
-        L[LANE_BASE + 128 + i] = Z6
-        L[LANE_BASE + 136 + i] = Z7
-        L[LANE_BASE + 144 + i] = Z8
-        L[LANE_BASE + 152 + i] = Z9
-        L[LANE_BASE + 160 + i] = Z10
-        L[LANE_BASE + 168 + i] = Z11
-        L[LANE_BASE + 176 + i] = d0
-        L[LANE_BASE + 184 + i] = d1
-        L[LANE_BASE + 192 + i] = d2
-        L[LANE_BASE + 200 + i] = d3
-        L[LANE_BASE + 208 + i] = d4
-        L[LANE_BASE + 216 + i] = d5
-        L[LANE_BASE + 224 + i] = d6
-        L[LANE_BASE + 232 + i] = d7
-        L[LANE_BASE + 240 + i] = d8
-        L[LANE_BASE + 248 + i] = d9
-        L[LANE_BASE + 256 + i] = d10
-        L[LANE_BASE + 264 + i] = e0
-        L[LANE_BASE + 272 + i] = e1
-        L[LANE_BASE + 280 + i] = e2
-        L[LANE_BASE + 288 + i] = e3
-        L[LANE_BASE + 296 + i] = e4
-        L[LANE_BASE + 304 + i] = e5
-        L[LANE_BASE + 312 + i] = e6
-        L[LANE_BASE + 320 + i] = e7
-        L[LANE_BASE + 328 + i] = e8
-        L[LANE_BASE + 336 + i] = e9
-        L[LANE_BASE + 344 + i] = e10
-        L[LANE_BASE + 352 + i] = e11
-        L[LANE_BASE + 360 + i] = h2
-        L[LANE_BASE + 368 + i] = h4
-        L[LANE_BASE + 376 + i] = h8
-        L[LANE_BASE + 384 + i] = m0
-        L[LANE_BASE + 392 + i] = m1
-        L[LANE_BASE + 400 + i] = m2
-        L[LANE_BASE + 408 + i] = m3
-        L[LANE_BASE + 416 + i] = m4
-        L[LANE_BASE + 424 + i] = m5
-        L[LANE_BASE + 432 + i] = m6
-        L[LANE_BASE + 440 + i] = m7
-        L[LANE_BASE + 448 + i] = m8
-        L[LANE_BASE + 456 + i] = m9
-        L[LANE_BASE + 464 + i] = m10
-        L[LANE_BASE + 472 + i] = m11
-        L[LANE_BASE + 480 + i] = q0
-        L[LANE_BASE + 488 + i] = q1
-        L[LANE_BASE + 496 + i] = q2
-        L[LANE_BASE + 504 + i] = q3
-        L[LANE_BASE + 512 + i] = q4
-        L[LANE_BASE + 520 + i] = q5
-        L[LANE_BASE + 528 + i] = q6
-        L[LANE_BASE + 536 + i] = q7
-        L[LANE_BASE + 544 + i] = q8
-        L[LANE_BASE + 552 + i] = q9
-        L[LANE_BASE + 560 + i] = q10
-        L[LANE_BASE + 568 + i] = q11
-        L[LANE_BASE + 576 + i] = q12
-        L[LANE_BASE + 584 + i] = u1
-        L[LANE_BASE + 592 + i] = u2
-        L[LANE_BASE + 600 + i] = u3
-        L[LANE_BASE + 608 + i] = u4
-        L[LANE_BASE + 616 + i] = u5
-        L[LANE_BASE + 624 + i] = u6
-        L[LANE_BASE + 632 + i] = u7
-        L[LANE_BASE + 640 + i] = u8
-        L[LANE_BASE + 648 + i] = u9
-        L[LANE_BASE + 656 + i] = u10
-        L[LANE_BASE + 664 + i] = u11
-        L[LANE_BASE + 672 + i] = u12
-        L[LANE_BASE + 680 + i] = y0
-        L[LANE_BASE + 688 + i] = y1
-        L[LANE_BASE + 696 + i] = y2
-        L[LANE_BASE + 704 + i] = y3
-        L[LANE_BASE + 712 + i] = y4
-        L[LANE_BASE + 720 + i] = y5
-        L[LANE_BASE + 728 + i] = y6
-        L[LANE_BASE + 736 + i] = y7
-        L[LANE_BASE + 744 + i] = y8
-        L[LANE_BASE + 752 + i] = y9
-        L[LANE_BASE + 760 + i] = uY
-        L[LANE_BASE + 768 + i] = uZ
-        L[LANE_BASE + 776 + i] = c_v2
-        L[LANE_BASE + 784 + i] = s_v2
-        L[LANE_BASE + 792 + i] = heavy
-        L[LANE_BASE + 800 + i] = part40
-        L[LANE_BASE + 808 + i] = part61
-        L[LANE_BASE + 816 + i] = part71
-        L[LANE_BASE + 824 + i] = part81
-        L[LANE_BASE + 832 + i] = part91
-        L[LANE_BASE + 840 + i] = part101
-        L[LANE_BASE + 848 + i] = part111
-        L[LANE_BASE + 856 + i] = part121
-        L[LANE_BASE + 864 + i] = part131
-        L[LANE_BASE + 872 + i] = part141
-        L[LANE_BASE + 880 + i] = part151
-        L[LANE_BASE + 888 + i] = part161
-        L[LANE_BASE + 896 + i] = part171
-        L[LANE_BASE + 904 + i] = part181
-        L[LANE_BASE + 912 + i] = part191
-        L[LANE_BASE + 920 + i] = part201
-        L[LANE_BASE + 928 + i] = part211
-        L[LANE_BASE + 936 + i] = part221
-        L[LANE_BASE + 944 + i] = part231
-        L[LANE_BASE + 952 + i] = part241
-        L[LANE_BASE + 960 + i] = part251
-        L[LANE_BASE + 968 + i] = part261
-        L[LANE_BASE + 976 + i] = part281
-        L[LANE_BASE + 984 + i] = part293
-        L[LANE_BASE + 992 + i] = part294
-        L[LANE_BASE + 1000 + i] = part296
-        L[LANE_BASE + 1008 + i] = part297
-        L[LANE_BASE + 1016 + i] = part300
-        L[LANE_BASE + 1024 + i] = part301
-        L[LANE_BASE + 1032 + i] = push
-        L[LANE_BASE + 1040 + i] = push_v2
-        L[LANE_BASE + 1048 + i] = push_v3
-        L[LANE_BASE + 1056 + i] = push_v4
-        L[LANE_BASE + 1064 + i] = push_v5
-        L[LANE_BASE + 1072 + i] = push_v6
-        L[LANE_BASE + 1080 + i] = push_v7
-        L[LANE_BASE + 1088 + i] = push_v8
-        L[LANE_BASE + 1096 + i] = push_v9
-        L[LANE_BASE + 1104 + i] = push_v10
-        L[LANE_BASE + 1112 + i] = push_v11
-        L[LANE_BASE + 1120 + i] = push_v12
-        L[LANE_BASE + 1128 + i] = uY_v2
-        L[LANE_BASE + 1136 + i] = uY_v3
-        L[LANE_BASE + 1144 + i] = uY_v4
-        L[LANE_BASE + 1152 + i] = uY_v5
-        L[LANE_BASE + 1160 + i] = uY_v6
-        L[LANE_BASE + 1168 + i] = uY_v7
-        L[LANE_BASE + 1176 + i] = uY_v8
-        L[LANE_BASE + 1184 + i] = uY_v9
-        L[LANE_BASE + 1192 + i] = uY_v10
-        L[LANE_BASE + 1200 + i] = uY_v11
-        L[LANE_BASE + 1208 + i] = uY_v12
-        L[LANE_BASE + 1216 + i] = uZ_v2
-        L[LANE_BASE + 1224 + i] = uZ_v3
-        L[LANE_BASE + 1232 + i] = uZ_v4
-        L[LANE_BASE + 1240 + i] = uZ_v5
-        L[LANE_BASE + 1248 + i] = uZ_v6
-        L[LANE_BASE + 1256 + i] = uZ_v7
-        L[LANE_BASE + 1264 + i] = uZ_v8
-        L[LANE_BASE + 1272 + i] = uZ_v9
-        L[LANE_BASE + 1280 + i] = uZ_v10
-        L[LANE_BASE + 1288 + i] = uZ_v11
-        L[LANE_BASE + 1296 + i] = uZ_v12
         L[LANE_T_END + i] = t
         L[LANE_U_END + i] = u
         L[LANE_W_END + i] = w
@@ -5771,186 +3342,6 @@ def base_deck_wave_12(L: FloatArray) -> None:
 def along_deck_wave_12(L: FloatArray) -> None:
     """Go in one direction, over a harmonic path on a deck."""
     for i in range(8):
-        G = L[LANE_G + i]
-        K = L[LANE_K + i]
-        Y0 = L[LANE_DECK_Y + i]
-        Z0 = L[LANE_DECK_V + i]
-        f0 = L[LANE_LOAD + i]
-        h1 = L[LANE_LENGTH + i]
-        u0 = L[LANE_U0 + i]
-        on = L[LANE_ON + i]
-        cubic = L[LANE_CUBIC + i]
-        drag = L[LANE_DECK_DRAG + i]
-        gain_cos = L[LANE_GAIN_COS + i]
-        gain_sin = L[LANE_GAIN_SIN + i]
-        omega = L[LANE_OMEGA + i]
-        prestress = L[LANE_PRESTRESS + i]
-        quadratic = L[LANE_QUADRATIC + i]
-        share = L[LANE_SHARE + i]
-        stiff = L[LANE_DECK_STIFF + i]
-        Y1 = L[LANE_BASE + i]
-        Y2 = L[LANE_BASE + 8 + i]
-        Y3 = L[LANE_BASE + 16 + i]
-        Y4 = L[LANE_BASE + 24 + i]
-        Y5 = L[LANE_BASE + 32 + i]
-        Y6 = L[LANE_BASE + 40 + i]
-        Y7 = L[LANE_BASE + 48 + i]
-        Y8 = L[LANE_BASE + 56 + i]
-        Y9 = L[LANE_BASE + 64 + i]
-        Y10 = L[LANE_BASE + 72 + i]
-        Y11 = L[LANE_BASE + 80 + i]
-        Z1 = L[LANE_BASE + 88 + i]
-        Z2 = L[LANE_BASE + 96 + i]
-        Z3 = L[LANE_BASE + 104 + i]
-        Z4 = L[LANE_BASE + 112 + i]
-        Z5 = L[LANE_BASE + 120 + i]
-        Z6 = L[LANE_BASE + 128 + i]
-        Z7 = L[LANE_BASE + 136 + i]
-        Z8 = L[LANE_BASE + 144 + i]
-        Z9 = L[LANE_BASE + 152 + i]
-        Z10 = L[LANE_BASE + 160 + i]
-        Z11 = L[LANE_BASE + 168 + i]
-        d0 = L[LANE_BASE + 176 + i]
-        d1 = L[LANE_BASE + 184 + i]
-        d2 = L[LANE_BASE + 192 + i]
-        d3 = L[LANE_BASE + 200 + i]
-        d4 = L[LANE_BASE + 208 + i]
-        d5 = L[LANE_BASE + 216 + i]
-        d6 = L[LANE_BASE + 224 + i]
-        d7 = L[LANE_BASE + 232 + i]
-        d8 = L[LANE_BASE + 240 + i]
-        d9 = L[LANE_BASE + 248 + i]
-        d10 = L[LANE_BASE + 256 + i]
-        e0 = L[LANE_BASE + 264 + i]
-        e1 = L[LANE_BASE + 272 + i]
-        e2 = L[LANE_BASE + 280 + i]
-        e3 = L[LANE_BASE + 288 + i]
-        e4 = L[LANE_BASE + 296 + i]
-        e5 = L[LANE_BASE + 304 + i]
-        e6 = L[LANE_BASE + 312 + i]
-        e7 = L[LANE_BASE + 320 + i]
-        e8 = L[LANE_BASE + 328 + i]
-        e9 = L[LANE_BASE + 336 + i]
-        e10 = L[LANE_BASE + 344 + i]
-        e11 = L[LANE_BASE + 352 + i]
-        h2 = L[LANE_BASE + 360 + i]
-        h4 = L[LANE_BASE + 368 + i]
-        h8 = L[LANE_BASE + 376 + i]
-        m0 = L[LANE_BASE + 384 + i]
-        m1 = L[LANE_BASE + 392 + i]
-        m2 = L[LANE_BASE + 400 + i]
-        m3 = L[LANE_BASE + 408 + i]
-        m4 = L[LANE_BASE + 416 + i]
-        m5 = L[LANE_BASE + 424 + i]
-        m6 = L[LANE_BASE + 432 + i]
-        m7 = L[LANE_BASE + 440 + i]
-        m8 = L[LANE_BASE + 448 + i]
-        m9 = L[LANE_BASE + 456 + i]
-        m10 = L[LANE_BASE + 464 + i]
-        m11 = L[LANE_BASE + 472 + i]
-        q0 = L[LANE_BASE + 480 + i]
-        q1 = L[LANE_BASE + 488 + i]
-        q2 = L[LANE_BASE + 496 + i]
-        q3 = L[LANE_BASE + 504 + i]
-        q4 = L[LANE_BASE + 512 + i]
-        q5 = L[LANE_BASE + 520 + i]
-        q6 = L[LANE_BASE + 528 + i]
-        q7 = L[LANE_BASE + 536 + i]
-        q8 = L[LANE_BASE + 544 + i]
-        q9 = L[LANE_BASE + 552 + i]
-        q10 = L[LANE_BASE + 560 + i]
-        q11 = L[LANE_BASE + 568 + i]
-        q12 = L[LANE_BASE + 576 + i]
-        u1 = L[LANE_BASE + 584 + i]
-        u2 = L[LANE_BASE + 592 + i]
-        u3 = L[LANE_BASE + 600 + i]
-        u4 = L[LANE_BASE + 608 + i]
-        u5 = L[LANE_BASE + 616 + i]
-        u6 = L[LANE_BASE + 624 + i]
-        u7 = L[LANE_BASE + 632 + i]
-        u8 = L[LANE_BASE + 640 + i]
-        u9 = L[LANE_BASE + 648 + i]
-        u10 = L[LANE_BASE + 656 + i]
-        u11 = L[LANE_BASE + 664 + i]
-        u12 = L[LANE_BASE + 672 + i]
-        y0 = L[LANE_BASE + 680 + i]
-        y1 = L[LANE_BASE + 688 + i]
-        y2 = L[LANE_BASE + 696 + i]
-        y3 = L[LANE_BASE + 704 + i]
-        y4 = L[LANE_BASE + 712 + i]
-        y5 = L[LANE_BASE + 720 + i]
-        y6 = L[LANE_BASE + 728 + i]
-        y7 = L[LANE_BASE + 736 + i]
-        y8 = L[LANE_BASE + 744 + i]
-        y9 = L[LANE_BASE + 752 + i]
-        uY = L[LANE_BASE + 760 + i]
-        uZ = L[LANE_BASE + 768 + i]
-        c_v2 = L[LANE_BASE + 776 + i]
-        s_v2 = L[LANE_BASE + 784 + i]
-        heavy = L[LANE_BASE + 792 + i]
-        part40 = L[LANE_BASE + 800 + i]
-        part61 = L[LANE_BASE + 808 + i]
-        part71 = L[LANE_BASE + 816 + i]
-        part81 = L[LANE_BASE + 824 + i]
-        part91 = L[LANE_BASE + 832 + i]
-        part101 = L[LANE_BASE + 840 + i]
-        part111 = L[LANE_BASE + 848 + i]
-        part121 = L[LANE_BASE + 856 + i]
-        part131 = L[LANE_BASE + 864 + i]
-        part141 = L[LANE_BASE + 872 + i]
-        part151 = L[LANE_BASE + 880 + i]
-        part161 = L[LANE_BASE + 888 + i]
-        part171 = L[LANE_BASE + 896 + i]
-        part181 = L[LANE_BASE + 904 + i]
-        part191 = L[LANE_BASE + 912 + i]
-        part201 = L[LANE_BASE + 920 + i]
-        part211 = L[LANE_BASE + 928 + i]
-        part221 = L[LANE_BASE + 936 + i]
-        part231 = L[LANE_BASE + 944 + i]
-        part241 = L[LANE_BASE + 952 + i]
-        part251 = L[LANE_BASE + 960 + i]
-        part261 = L[LANE_BASE + 968 + i]
-        part281 = L[LANE_BASE + 976 + i]
-        part293 = L[LANE_BASE + 984 + i]
-        part294 = L[LANE_BASE + 992 + i]
-        part296 = L[LANE_BASE + 1000 + i]
-        part297 = L[LANE_BASE + 1008 + i]
-        part300 = L[LANE_BASE + 1016 + i]
-        part301 = L[LANE_BASE + 1024 + i]
-        push = L[LANE_BASE + 1032 + i]
-        push_v2 = L[LANE_BASE + 1040 + i]
-        push_v3 = L[LANE_BASE + 1048 + i]
-        push_v4 = L[LANE_BASE + 1056 + i]
-        push_v5 = L[LANE_BASE + 1064 + i]
-        push_v6 = L[LANE_BASE + 1072 + i]
-        push_v7 = L[LANE_BASE + 1080 + i]
-        push_v8 = L[LANE_BASE + 1088 + i]
-        push_v9 = L[LANE_BASE + 1096 + i]
-        push_v10 = L[LANE_BASE + 1104 + i]
-        push_v11 = L[LANE_BASE + 1112 + i]
-        push_v12 = L[LANE_BASE + 1120 + i]
-        uY_v2 = L[LANE_BASE + 1128 + i]
-        uY_v3 = L[LANE_BASE + 1136 + i]
-        uY_v4 = L[LANE_BASE + 1144 + i]
-        uY_v5 = L[LANE_BASE + 1152 + i]
-        uY_v6 = L[LANE_BASE + 1160 + i]
-        uY_v7 = L[LANE_BASE + 1168 + i]
-        uY_v8 = L[LANE_BASE + 1176 + i]
-        uY_v9 = L[LANE_BASE + 1184 + i]
-        uY_v10 = L[LANE_BASE + 1192 + i]
-        uY_v11 = L[LANE_BASE + 1200 + i]
-        uY_v12 = L[LANE_BASE + 1208 + i]
-        uZ_v2 = L[LANE_BASE + 1216 + i]
-        uZ_v3 = L[LANE_BASE + 1224 + i]
-        uZ_v4 = L[LANE_BASE + 1232 + i]
-        uZ_v5 = L[LANE_BASE + 1240 + i]
-        uZ_v6 = L[LANE_BASE + 1248 + i]
-        uZ_v7 = L[LANE_BASE + 1256 + i]
-        uZ_v8 = L[LANE_BASE + 1264 + i]
-        uZ_v9 = L[LANE_BASE + 1272 + i]
-        uZ_v10 = L[LANE_BASE + 1280 + i]
-        uZ_v11 = L[LANE_BASE + 1288 + i]
-        uZ_v12 = L[LANE_BASE + 1296 + i]
         dt0 = L[LANE_OF_TIME + i]
         du0 = L[LANE_OF_U + i]
         dw0 = L[LANE_OF_W + i]
@@ -5966,1122 +3357,436 @@ def along_deck_wave_12(L: FloatArray) -> None:
         dstiff = L[LANE_OF_DECK_STIFF + i]
         ddrag = L[LANE_OF_DECK_DRAG + i]
         dshare = L[LANE_OF_SHARE + i]
+        omega = L[LANE_OMEGA + i]
         dphase = L[LANE_OF_PHASE + i] + omega * dt0
+        c_v2 = L[LANE_BASE + 776 + i]
         ds_v2 = c_v2 * dphase
+        s_v2 = L[LANE_BASE + 784 + i]
         dc_v2 = -(s_v2 * dphase)
         domega2 = domega * omega + omega * domega
+        gain_cos = L[LANE_GAIN_COS + i]
+        gain_sin = L[LANE_GAIN_SIN + i]
         de0 = dgain_sin * s_v2 + gain_sin * ds_v2 + dgain_cos * c_v2 + gain_cos * dc_v2
         dpart40 = dgain_sin * c_v2 + gain_sin * dc_v2 - (dgain_cos * s_v2 + gain_cos * ds_v2)
+        part40 = L[LANE_BASE + 800 + i]
         dd0 = domega * part40 + omega * dpart40
         dheavy = dshare
+        u0 = L[LANE_U0 + i]
         dq0 = du0 * u0 + u0 * du0
+        cubic = L[LANE_CUBIC + i]
+        quadratic = L[LANE_QUADRATIC + i]
         dg0 = cubic * dq0 + quadratic * du0
         dm0 = dg0
+        e0 = L[LANE_BASE + 264 + i]
         dy0 = du0 * e0 + u0 * de0
+        f0 = L[LANE_LOAD + i]
         dpull = df0 * u0 + f0 * du0 + dy0
+        m0 = L[LANE_BASE + 384 + i]
+        q0 = L[LANE_BASE + 480 + i]
         dpush = dq0 * m0 + q0 * dm0
+        Y0 = L[LANE_DECK_Y + i]
         duY = du0 * Y0 + u0 * dY0
+        Z0 = L[LANE_DECK_V + i]
         duZ = du0 * Z0 + u0 * dZ0
+        uY = L[LANE_BASE + 760 + i]
+        uZ = L[LANE_BASE + 768 + i]
+        drag = L[LANE_DECK_DRAG + i]
+        prestress = L[LANE_PRESTRESS + i]
+        stiff = L[LANE_DECK_STIFF + i]
         dfree = dprestress * u0 + prestress * du0 - (dstiff * uY + stiff * duY) - (ddrag * uZ + drag * duZ)
         dpart61 = du0 * q0 + u0 * dq0
+        K = L[LANE_K + i]
+        part61 = L[LANE_BASE + 808 + i]
         dsink = dK * part61 + K * dpart61
+        G = L[LANE_G + i]
         dpart63 = dfree + dK * uY + K * duY + dG * uZ + G * duZ
+        on = L[LANE_ON + i]
+        heavy = L[LANE_BASE + 792 + i]
+        push = L[LANE_BASE + 1032 + i]
         dpull_v2 = dpull + on * dpart63 - (dheavy * push + heavy * dpush) - dsink
         dY1 = 1.0 * duZ
+        share = L[LANE_SHARE + i]
         dZ1 = 1.0 * (dfree - (dshare * push + share * dpush))
         du1 = 0.5 * dw0
+        u1 = L[LANE_BASE + 584 + i]
         dq1 = 2.0 * (du0 * u1 + u0 * du1)
+        q1 = L[LANE_BASE + 488 + i]
         dw1 = 1.0 * dpull_v2 - (dG * q1 + G * dq1)
+        d0 = L[LANE_BASE + 176 + i]
         de1 = 1.0 * (du0 * d0 + u0 * dd0)
         dpart71 = (-1.0) * domega2
+        y0 = L[LANE_BASE + 680 + i]
+        part71 = L[LANE_BASE + 816 + i]
         dd1 = dpart71 * y0 + part71 * dy0
         dg1 = cubic * dq1 + quadratic * du1
         dm1 = dg1
+        e1 = L[LANE_BASE + 272 + i]
         dy1 = du0 * e1 + u0 * de1 + du1 * e0 + u1 * de0
         dpull_v3 = df0 * u1 + f0 * du1 + dy1
+        m1 = L[LANE_BASE + 392 + i]
         dpush_v2 = dq0 * m1 + q0 * dm1 + dq1 * m0 + q1 * dm0
+        Y1 = L[LANE_BASE + i]
         duY_v2 = du0 * Y1 + u0 * dY1 + du1 * Y0 + u1 * dY0
+        Z1 = L[LANE_BASE + 88 + i]
         duZ_v2 = du0 * Z1 + u0 * dZ1 + du1 * Z0 + u1 * dZ0
-        dfree_v2 = (
-            dprestress * u1 + prestress * du1 - (dstiff * uY_v2 + stiff * duY_v2) - (ddrag * uZ_v2 + drag * duZ_v2)
-        )
+        uY_v2 = L[LANE_BASE + 1128 + i]
+        uZ_v2 = L[LANE_BASE + 1216 + i]
+        dfree_v2 = dprestress * u1 + prestress * du1 - (dstiff * uY_v2 + stiff * duY_v2) - (ddrag * uZ_v2 + drag * duZ_v2)
         dpart81 = du0 * q1 + u0 * dq1 + du1 * q0 + u1 * dq0
+        part81 = L[LANE_BASE + 824 + i]
         dsink_v2 = dK * part81 + K * dpart81
         dpart83 = dfree_v2 + dK * uY_v2 + K * duY_v2 + dG * uZ_v2 + G * duZ_v2
+        push_v2 = L[LANE_BASE + 1040 + i]
         dpull_v4 = dpull_v3 + on * dpart83 - (dheavy * push_v2 + heavy * dpush_v2) - dsink_v2
         dY2 = 0.5 * duZ_v2
         dZ2 = 0.5 * (dfree_v2 - (dshare * push_v2 + share * dpush_v2))
         du2 = 0.25 * dw1
+        u2 = L[LANE_BASE + 592 + i]
         dq2 = 2.0 * (du0 * u2 + u0 * du2) + du1 * u1 + u1 * du1
+        q2 = L[LANE_BASE + 496 + i]
         dw2 = 0.5 * dpull_v4 - (dG * q2 + G * dq2)
+        d1 = L[LANE_BASE + 184 + i]
         de2 = 0.5 * (du0 * d1 + u0 * dd1 + du1 * d0 + u1 * dd0)
         dpart91 = (-0.5) * domega2
+        y1 = L[LANE_BASE + 688 + i]
+        part91 = L[LANE_BASE + 832 + i]
         dd2 = dpart91 * y1 + part91 * dy1
         dg2 = cubic * dq2 + quadratic * du2
         dm2 = dg2
+        e2 = L[LANE_BASE + 280 + i]
         dy2 = du1 * e1 + u1 * de1 + du0 * e2 + u0 * de2 + du2 * e0 + u2 * de0
         dpull_v5 = df0 * u2 + f0 * du2 + dy2
+        m2 = L[LANE_BASE + 400 + i]
         dpush_v3 = dq1 * m1 + q1 * dm1 + dq0 * m2 + q0 * dm2 + dq2 * m0 + q2 * dm0
+        Y2 = L[LANE_BASE + 8 + i]
         duY_v3 = du1 * Y1 + u1 * dY1 + du0 * Y2 + u0 * dY2 + du2 * Y0 + u2 * dY0
+        Z2 = L[LANE_BASE + 96 + i]
         duZ_v3 = du1 * Z1 + u1 * dZ1 + du0 * Z2 + u0 * dZ2 + du2 * Z0 + u2 * dZ0
-        dfree_v3 = (
-            dprestress * u2 + prestress * du2 - (dstiff * uY_v3 + stiff * duY_v3) - (ddrag * uZ_v3 + drag * duZ_v3)
-        )
+        uY_v3 = L[LANE_BASE + 1136 + i]
+        uZ_v3 = L[LANE_BASE + 1224 + i]
+        dfree_v3 = dprestress * u2 + prestress * du2 - (dstiff * uY_v3 + stiff * duY_v3) - (ddrag * uZ_v3 + drag * duZ_v3)
         dpart101 = du1 * q1 + u1 * dq1 + du0 * q2 + u0 * dq2 + du2 * q0 + u2 * dq0
+        part101 = L[LANE_BASE + 840 + i]
         dsink_v3 = dK * part101 + K * dpart101
         dpart103 = dfree_v3 + dK * uY_v3 + K * duY_v3 + dG * uZ_v3 + G * duZ_v3
+        push_v3 = L[LANE_BASE + 1048 + i]
         dpull_v6 = dpull_v5 + on * dpart103 - (dheavy * push_v3 + heavy * dpush_v3) - dsink_v3
         dY3 = 0.3333333333333333 * duZ_v3
         dZ3 = 0.3333333333333333 * (dfree_v3 - (dshare * push_v3 + share * dpush_v3))
         du3 = 0.16666666666666666 * dw2
+        u3 = L[LANE_BASE + 600 + i]
         dq3 = 2.0 * (du0 * u3 + u0 * du3 + du1 * u2 + u1 * du2)
+        q3 = L[LANE_BASE + 504 + i]
         dw3 = 0.3333333333333333 * dpull_v6 - (dG * q3 + G * dq3)
+        d2 = L[LANE_BASE + 192 + i]
         de3 = 0.3333333333333333 * (du1 * d1 + u1 * dd1 + du0 * d2 + u0 * dd2 + du2 * d0 + u2 * dd0)
         dpart111 = (-0.3333333333333333) * domega2
+        y2 = L[LANE_BASE + 696 + i]
+        part111 = L[LANE_BASE + 848 + i]
         dd3 = dpart111 * y2 + part111 * dy2
         dg3 = cubic * dq3 + quadratic * du3
         dm3 = dg3
+        e3 = L[LANE_BASE + 288 + i]
         dy3 = du1 * e2 + u1 * de2 + du2 * e1 + u2 * de1 + du0 * e3 + u0 * de3 + du3 * e0 + u3 * de0
         dpull_v7 = df0 * u3 + f0 * du3 + dy3
+        m3 = L[LANE_BASE + 408 + i]
         dpush_v4 = dq1 * m2 + q1 * dm2 + dq2 * m1 + q2 * dm1 + dq0 * m3 + q0 * dm3 + dq3 * m0 + q3 * dm0
+        Y3 = L[LANE_BASE + 16 + i]
         duY_v4 = du1 * Y2 + u1 * dY2 + du2 * Y1 + u2 * dY1 + du0 * Y3 + u0 * dY3 + du3 * Y0 + u3 * dY0
+        Z3 = L[LANE_BASE + 104 + i]
         duZ_v4 = du1 * Z2 + u1 * dZ2 + du2 * Z1 + u2 * dZ1 + du0 * Z3 + u0 * dZ3 + du3 * Z0 + u3 * dZ0
-        dfree_v4 = (
-            dprestress * u3 + prestress * du3 - (dstiff * uY_v4 + stiff * duY_v4) - (ddrag * uZ_v4 + drag * duZ_v4)
-        )
+        uY_v4 = L[LANE_BASE + 1144 + i]
+        uZ_v4 = L[LANE_BASE + 1232 + i]
+        dfree_v4 = dprestress * u3 + prestress * du3 - (dstiff * uY_v4 + stiff * duY_v4) - (ddrag * uZ_v4 + drag * duZ_v4)
         dpart121 = du1 * q2 + u1 * dq2 + du2 * q1 + u2 * dq1 + du0 * q3 + u0 * dq3 + du3 * q0 + u3 * dq0
+        part121 = L[LANE_BASE + 856 + i]
         dsink_v4 = dK * part121 + K * dpart121
         dpart123 = dfree_v4 + dK * uY_v4 + K * duY_v4 + dG * uZ_v4 + G * duZ_v4
+        push_v4 = L[LANE_BASE + 1056 + i]
         dpull_v8 = dpull_v7 + on * dpart123 - (dheavy * push_v4 + heavy * dpush_v4) - dsink_v4
         dY4 = 0.25 * duZ_v4
         dZ4 = 0.25 * (dfree_v4 - (dshare * push_v4 + share * dpush_v4))
         du4 = 0.125 * dw3
+        u4 = L[LANE_BASE + 608 + i]
         dq4 = 2.0 * (du0 * u4 + u0 * du4 + du1 * u3 + u1 * du3) + du2 * u2 + u2 * du2
+        q4 = L[LANE_BASE + 512 + i]
         dw4 = 0.25 * dpull_v8 - (dG * q4 + G * dq4)
+        d3 = L[LANE_BASE + 200 + i]
         de4 = 0.25 * (du1 * d2 + u1 * dd2 + du2 * d1 + u2 * dd1 + du0 * d3 + u0 * dd3 + du3 * d0 + u3 * dd0)
         dpart131 = (-0.25) * domega2
+        y3 = L[LANE_BASE + 704 + i]
+        part131 = L[LANE_BASE + 864 + i]
         dd4 = dpart131 * y3 + part131 * dy3
         dg4 = cubic * dq4 + quadratic * du4
         dm4 = dg4
-        dy4 = (
-            du2 * e2 + u2 * de2 + du1 * e3 + u1 * de3 + du3 * e1 + u3 * de1 + du0 * e4 + u0 * de4 + du4 * e0 + u4 * de0
-        )
+        e4 = L[LANE_BASE + 296 + i]
+        dy4 = du2 * e2 + u2 * de2 + du1 * e3 + u1 * de3 + du3 * e1 + u3 * de1 + du0 * e4 + u0 * de4 + du4 * e0 + u4 * de0
         dpull_v9 = df0 * u4 + f0 * du4 + dy4
-        dpush_v5 = (
-            dq2 * m2 + q2 * dm2 + dq1 * m3 + q1 * dm3 + dq3 * m1 + q3 * dm1 + dq0 * m4 + q0 * dm4 + dq4 * m0 + q4 * dm0
-        )
-        duY_v5 = (
-            du2 * Y2 + u2 * dY2 + du1 * Y3 + u1 * dY3 + du3 * Y1 + u3 * dY1 + du0 * Y4 + u0 * dY4 + du4 * Y0 + u4 * dY0
-        )
-        duZ_v5 = (
-            du2 * Z2 + u2 * dZ2 + du1 * Z3 + u1 * dZ3 + du3 * Z1 + u3 * dZ1 + du0 * Z4 + u0 * dZ4 + du4 * Z0 + u4 * dZ0
-        )
-        dfree_v5 = (
-            dprestress * u4 + prestress * du4 - (dstiff * uY_v5 + stiff * duY_v5) - (ddrag * uZ_v5 + drag * duZ_v5)
-        )
-        dpart141 = (
-            du2 * q2 + u2 * dq2 + du1 * q3 + u1 * dq3 + du3 * q1 + u3 * dq1 + du0 * q4 + u0 * dq4 + du4 * q0 + u4 * dq0
-        )
+        m4 = L[LANE_BASE + 416 + i]
+        dpush_v5 = dq2 * m2 + q2 * dm2 + dq1 * m3 + q1 * dm3 + dq3 * m1 + q3 * dm1 + dq0 * m4 + q0 * dm4 + dq4 * m0 + q4 * dm0
+        Y4 = L[LANE_BASE + 24 + i]
+        duY_v5 = du2 * Y2 + u2 * dY2 + du1 * Y3 + u1 * dY3 + du3 * Y1 + u3 * dY1 + du0 * Y4 + u0 * dY4 + du4 * Y0 + u4 * dY0
+        Z4 = L[LANE_BASE + 112 + i]
+        duZ_v5 = du2 * Z2 + u2 * dZ2 + du1 * Z3 + u1 * dZ3 + du3 * Z1 + u3 * dZ1 + du0 * Z4 + u0 * dZ4 + du4 * Z0 + u4 * dZ0
+        uY_v5 = L[LANE_BASE + 1152 + i]
+        uZ_v5 = L[LANE_BASE + 1240 + i]
+        dfree_v5 = dprestress * u4 + prestress * du4 - (dstiff * uY_v5 + stiff * duY_v5) - (ddrag * uZ_v5 + drag * duZ_v5)
+        dpart141 = du2 * q2 + u2 * dq2 + du1 * q3 + u1 * dq3 + du3 * q1 + u3 * dq1 + du0 * q4 + u0 * dq4 + du4 * q0 + u4 * dq0
+        part141 = L[LANE_BASE + 872 + i]
         dsink_v5 = dK * part141 + K * dpart141
         dpart143 = dfree_v5 + dK * uY_v5 + K * duY_v5 + dG * uZ_v5 + G * duZ_v5
+        push_v5 = L[LANE_BASE + 1064 + i]
         dpull_v10 = dpull_v9 + on * dpart143 - (dheavy * push_v5 + heavy * dpush_v5) - dsink_v5
         dY5 = 0.2 * duZ_v5
         dZ5 = 0.2 * (dfree_v5 - (dshare * push_v5 + share * dpush_v5))
         du5 = 0.1 * dw4
+        u5 = L[LANE_BASE + 616 + i]
         dq5 = 2.0 * (du0 * u5 + u0 * du5 + du1 * u4 + u1 * du4 + du2 * u3 + u2 * du3)
+        q5 = L[LANE_BASE + 520 + i]
         dw5 = 0.2 * dpull_v10 - (dG * q5 + G * dq5)
-        de5 = 0.2 * (
-            du2 * d2 + u2 * dd2 + du1 * d3 + u1 * dd3 + du3 * d1 + u3 * dd1 + du0 * d4 + u0 * dd4 + du4 * d0 + u4 * dd0
-        )
+        d4 = L[LANE_BASE + 208 + i]
+        de5 = 0.2 * (du2 * d2 + u2 * dd2 + du1 * d3 + u1 * dd3 + du3 * d1 + u3 * dd1 + du0 * d4 + u0 * dd4 + du4 * d0 + u4 * dd0)
         dpart151 = (-0.2) * domega2
+        y4 = L[LANE_BASE + 712 + i]
+        part151 = L[LANE_BASE + 880 + i]
         dd5 = dpart151 * y4 + part151 * dy4
         dg5 = cubic * dq5 + quadratic * du5
         dm5 = dg5
-        dy5 = (
-            du2 * e3
-            + u2 * de3
-            + du3 * e2
-            + u3 * de2
-            + du1 * e4
-            + u1 * de4
-            + du4 * e1
-            + u4 * de1
-            + du0 * e5
-            + u0 * de5
-            + du5 * e0
-            + u5 * de0
-        )
+        e5 = L[LANE_BASE + 304 + i]
+        dy5 = du2 * e3 + u2 * de3 + du3 * e2 + u3 * de2 + du1 * e4 + u1 * de4 + du4 * e1 + u4 * de1 + du0 * e5 + u0 * de5 + du5 * e0 + u5 * de0
         dpull_v11 = df0 * u5 + f0 * du5 + dy5
-        dpush_v6 = (
-            dq2 * m3
-            + q2 * dm3
-            + dq3 * m2
-            + q3 * dm2
-            + dq1 * m4
-            + q1 * dm4
-            + dq4 * m1
-            + q4 * dm1
-            + dq0 * m5
-            + q0 * dm5
-            + dq5 * m0
-            + q5 * dm0
-        )
-        duY_v6 = (
-            du2 * Y3
-            + u2 * dY3
-            + du3 * Y2
-            + u3 * dY2
-            + du1 * Y4
-            + u1 * dY4
-            + du4 * Y1
-            + u4 * dY1
-            + du0 * Y5
-            + u0 * dY5
-            + du5 * Y0
-            + u5 * dY0
-        )
-        duZ_v6 = (
-            du2 * Z3
-            + u2 * dZ3
-            + du3 * Z2
-            + u3 * dZ2
-            + du1 * Z4
-            + u1 * dZ4
-            + du4 * Z1
-            + u4 * dZ1
-            + du0 * Z5
-            + u0 * dZ5
-            + du5 * Z0
-            + u5 * dZ0
-        )
-        dfree_v6 = (
-            dprestress * u5 + prestress * du5 - (dstiff * uY_v6 + stiff * duY_v6) - (ddrag * uZ_v6 + drag * duZ_v6)
-        )
-        dpart161 = (
-            du2 * q3
-            + u2 * dq3
-            + du3 * q2
-            + u3 * dq2
-            + du1 * q4
-            + u1 * dq4
-            + du4 * q1
-            + u4 * dq1
-            + du0 * q5
-            + u0 * dq5
-            + du5 * q0
-            + u5 * dq0
-        )
+        m5 = L[LANE_BASE + 424 + i]
+        dpush_v6 = dq2 * m3 + q2 * dm3 + dq3 * m2 + q3 * dm2 + dq1 * m4 + q1 * dm4 + dq4 * m1 + q4 * dm1 + dq0 * m5 + q0 * dm5 + dq5 * m0 + q5 * dm0
+        Y5 = L[LANE_BASE + 32 + i]
+        duY_v6 = du2 * Y3 + u2 * dY3 + du3 * Y2 + u3 * dY2 + du1 * Y4 + u1 * dY4 + du4 * Y1 + u4 * dY1 + du0 * Y5 + u0 * dY5 + du5 * Y0 + u5 * dY0
+        Z5 = L[LANE_BASE + 120 + i]
+        duZ_v6 = du2 * Z3 + u2 * dZ3 + du3 * Z2 + u3 * dZ2 + du1 * Z4 + u1 * dZ4 + du4 * Z1 + u4 * dZ1 + du0 * Z5 + u0 * dZ5 + du5 * Z0 + u5 * dZ0
+        uY_v6 = L[LANE_BASE + 1160 + i]
+        uZ_v6 = L[LANE_BASE + 1248 + i]
+        dfree_v6 = dprestress * u5 + prestress * du5 - (dstiff * uY_v6 + stiff * duY_v6) - (ddrag * uZ_v6 + drag * duZ_v6)
+        dpart161 = du2 * q3 + u2 * dq3 + du3 * q2 + u3 * dq2 + du1 * q4 + u1 * dq4 + du4 * q1 + u4 * dq1 + du0 * q5 + u0 * dq5 + du5 * q0 + u5 * dq0
+        part161 = L[LANE_BASE + 888 + i]
         dsink_v6 = dK * part161 + K * dpart161
         dpart163 = dfree_v6 + dK * uY_v6 + K * duY_v6 + dG * uZ_v6 + G * duZ_v6
+        push_v6 = L[LANE_BASE + 1072 + i]
         dpull_v12 = dpull_v11 + on * dpart163 - (dheavy * push_v6 + heavy * dpush_v6) - dsink_v6
         dY6 = 0.16666666666666666 * duZ_v6
         dZ6 = 0.16666666666666666 * (dfree_v6 - (dshare * push_v6 + share * dpush_v6))
         du6 = 0.08333333333333333 * dw5
+        u6 = L[LANE_BASE + 624 + i]
         dq6 = 2.0 * (du0 * u6 + u0 * du6 + du1 * u5 + u1 * du5 + du2 * u4 + u2 * du4) + du3 * u3 + u3 * du3
+        q6 = L[LANE_BASE + 528 + i]
         dw6 = 0.16666666666666666 * dpull_v12 - (dG * q6 + G * dq6)
-        de6 = 0.16666666666666666 * (
-            du2 * d3
-            + u2 * dd3
-            + du3 * d2
-            + u3 * dd2
-            + du1 * d4
-            + u1 * dd4
-            + du4 * d1
-            + u4 * dd1
-            + du0 * d5
-            + u0 * dd5
-            + du5 * d0
-            + u5 * dd0
-        )
+        d5 = L[LANE_BASE + 216 + i]
+        de6 = 0.16666666666666666 * (du2 * d3 + u2 * dd3 + du3 * d2 + u3 * dd2 + du1 * d4 + u1 * dd4 + du4 * d1 + u4 * dd1 + du0 * d5 + u0 * dd5 + du5 * d0 + u5 * dd0)
         dpart171 = (-0.16666666666666666) * domega2
+        y5 = L[LANE_BASE + 720 + i]
+        part171 = L[LANE_BASE + 896 + i]
         dd6 = dpart171 * y5 + part171 * dy5
         dg6 = cubic * dq6 + quadratic * du6
         dm6 = dg6
-        dy6 = (
-            du3 * e3
-            + u3 * de3
-            + du2 * e4
-            + u2 * de4
-            + du4 * e2
-            + u4 * de2
-            + du1 * e5
-            + u1 * de5
-            + du5 * e1
-            + u5 * de1
-            + du0 * e6
-            + u0 * de6
-            + du6 * e0
-            + u6 * de0
-        )
+        e6 = L[LANE_BASE + 312 + i]
+        dy6 = du3 * e3 + u3 * de3 + du2 * e4 + u2 * de4 + du4 * e2 + u4 * de2 + du1 * e5 + u1 * de5 + du5 * e1 + u5 * de1 + du0 * e6 + u0 * de6 + du6 * e0 + u6 * de0
         dpull_v13 = df0 * u6 + f0 * du6 + dy6
-        dpush_v7 = (
-            dq3 * m3
-            + q3 * dm3
-            + dq2 * m4
-            + q2 * dm4
-            + dq4 * m2
-            + q4 * dm2
-            + dq1 * m5
-            + q1 * dm5
-            + dq5 * m1
-            + q5 * dm1
-            + dq0 * m6
-            + q0 * dm6
-            + dq6 * m0
-            + q6 * dm0
-        )
-        duY_v7 = (
-            du3 * Y3
-            + u3 * dY3
-            + du2 * Y4
-            + u2 * dY4
-            + du4 * Y2
-            + u4 * dY2
-            + du1 * Y5
-            + u1 * dY5
-            + du5 * Y1
-            + u5 * dY1
-            + du0 * Y6
-            + u0 * dY6
-            + du6 * Y0
-            + u6 * dY0
-        )
-        duZ_v7 = (
-            du3 * Z3
-            + u3 * dZ3
-            + du2 * Z4
-            + u2 * dZ4
-            + du4 * Z2
-            + u4 * dZ2
-            + du1 * Z5
-            + u1 * dZ5
-            + du5 * Z1
-            + u5 * dZ1
-            + du0 * Z6
-            + u0 * dZ6
-            + du6 * Z0
-            + u6 * dZ0
-        )
-        dfree_v7 = (
-            dprestress * u6 + prestress * du6 - (dstiff * uY_v7 + stiff * duY_v7) - (ddrag * uZ_v7 + drag * duZ_v7)
-        )
-        dpart181 = (
-            du3 * q3
-            + u3 * dq3
-            + du2 * q4
-            + u2 * dq4
-            + du4 * q2
-            + u4 * dq2
-            + du1 * q5
-            + u1 * dq5
-            + du5 * q1
-            + u5 * dq1
-            + du0 * q6
-            + u0 * dq6
-            + du6 * q0
-            + u6 * dq0
-        )
+        m6 = L[LANE_BASE + 432 + i]
+        dpush_v7 = dq3 * m3 + q3 * dm3 + dq2 * m4 + q2 * dm4 + dq4 * m2 + q4 * dm2 + dq1 * m5 + q1 * dm5 + dq5 * m1 + q5 * dm1 + dq0 * m6 + q0 * dm6 + dq6 * m0 + q6 * dm0
+        Y6 = L[LANE_BASE + 40 + i]
+        duY_v7 = du3 * Y3 + u3 * dY3 + du2 * Y4 + u2 * dY4 + du4 * Y2 + u4 * dY2 + du1 * Y5 + u1 * dY5 + du5 * Y1 + u5 * dY1 + du0 * Y6 + u0 * dY6 + du6 * Y0 + u6 * dY0
+        Z6 = L[LANE_BASE + 128 + i]
+        duZ_v7 = du3 * Z3 + u3 * dZ3 + du2 * Z4 + u2 * dZ4 + du4 * Z2 + u4 * dZ2 + du1 * Z5 + u1 * dZ5 + du5 * Z1 + u5 * dZ1 + du0 * Z6 + u0 * dZ6 + du6 * Z0 + u6 * dZ0
+        uY_v7 = L[LANE_BASE + 1168 + i]
+        uZ_v7 = L[LANE_BASE + 1256 + i]
+        dfree_v7 = dprestress * u6 + prestress * du6 - (dstiff * uY_v7 + stiff * duY_v7) - (ddrag * uZ_v7 + drag * duZ_v7)
+        dpart181 = du3 * q3 + u3 * dq3 + du2 * q4 + u2 * dq4 + du4 * q2 + u4 * dq2 + du1 * q5 + u1 * dq5 + du5 * q1 + u5 * dq1 + du0 * q6 + u0 * dq6 + du6 * q0 + u6 * dq0
+        part181 = L[LANE_BASE + 904 + i]
         dsink_v7 = dK * part181 + K * dpart181
         dpart183 = dfree_v7 + dK * uY_v7 + K * duY_v7 + dG * uZ_v7 + G * duZ_v7
+        push_v7 = L[LANE_BASE + 1080 + i]
         dpull_v14 = dpull_v13 + on * dpart183 - (dheavy * push_v7 + heavy * dpush_v7) - dsink_v7
         dY7 = 0.14285714285714285 * duZ_v7
         dZ7 = 0.14285714285714285 * (dfree_v7 - (dshare * push_v7 + share * dpush_v7))
         du7 = 0.07142857142857142 * dw6
+        u7 = L[LANE_BASE + 632 + i]
         dq7 = 2.0 * (du0 * u7 + u0 * du7 + du1 * u6 + u1 * du6 + du2 * u5 + u2 * du5 + du3 * u4 + u3 * du4)
+        q7 = L[LANE_BASE + 536 + i]
         dw7 = 0.14285714285714285 * dpull_v14 - (dG * q7 + G * dq7)
-        de7 = 0.14285714285714285 * (
-            du3 * d3
-            + u3 * dd3
-            + du2 * d4
-            + u2 * dd4
-            + du4 * d2
-            + u4 * dd2
-            + du1 * d5
-            + u1 * dd5
-            + du5 * d1
-            + u5 * dd1
-            + du0 * d6
-            + u0 * dd6
-            + du6 * d0
-            + u6 * dd0
-        )
+        d6 = L[LANE_BASE + 224 + i]
+        de7 = 0.14285714285714285 * (du3 * d3 + u3 * dd3 + du2 * d4 + u2 * dd4 + du4 * d2 + u4 * dd2 + du1 * d5 + u1 * dd5 + du5 * d1 + u5 * dd1 + du0 * d6 + u0 * dd6 + du6 * d0 + u6 * dd0)
         dpart191 = (-0.14285714285714285) * domega2
+        y6 = L[LANE_BASE + 728 + i]
+        part191 = L[LANE_BASE + 912 + i]
         dd7 = dpart191 * y6 + part191 * dy6
         dg7 = cubic * dq7 + quadratic * du7
         dm7 = dg7
-        dy7 = (
-            du3 * e4
-            + u3 * de4
-            + du4 * e3
-            + u4 * de3
-            + du2 * e5
-            + u2 * de5
-            + du5 * e2
-            + u5 * de2
-            + du1 * e6
-            + u1 * de6
-            + du6 * e1
-            + u6 * de1
-            + du0 * e7
-            + u0 * de7
-            + du7 * e0
-            + u7 * de0
-        )
+        e7 = L[LANE_BASE + 320 + i]
+        dy7 = du3 * e4 + u3 * de4 + du4 * e3 + u4 * de3 + du2 * e5 + u2 * de5 + du5 * e2 + u5 * de2 + du1 * e6 + u1 * de6 + du6 * e1 + u6 * de1 + du0 * e7 + u0 * de7 + du7 * e0 + u7 * de0
         dpull_v15 = df0 * u7 + f0 * du7 + dy7
-        dpush_v8 = (
-            dq3 * m4
-            + q3 * dm4
-            + dq4 * m3
-            + q4 * dm3
-            + dq2 * m5
-            + q2 * dm5
-            + dq5 * m2
-            + q5 * dm2
-            + dq1 * m6
-            + q1 * dm6
-            + dq6 * m1
-            + q6 * dm1
-            + dq0 * m7
-            + q0 * dm7
-            + dq7 * m0
-            + q7 * dm0
-        )
-        duY_v8 = (
-            du3 * Y4
-            + u3 * dY4
-            + du4 * Y3
-            + u4 * dY3
-            + du2 * Y5
-            + u2 * dY5
-            + du5 * Y2
-            + u5 * dY2
-            + du1 * Y6
-            + u1 * dY6
-            + du6 * Y1
-            + u6 * dY1
-            + du0 * Y7
-            + u0 * dY7
-            + du7 * Y0
-            + u7 * dY0
-        )
-        duZ_v8 = (
-            du3 * Z4
-            + u3 * dZ4
-            + du4 * Z3
-            + u4 * dZ3
-            + du2 * Z5
-            + u2 * dZ5
-            + du5 * Z2
-            + u5 * dZ2
-            + du1 * Z6
-            + u1 * dZ6
-            + du6 * Z1
-            + u6 * dZ1
-            + du0 * Z7
-            + u0 * dZ7
-            + du7 * Z0
-            + u7 * dZ0
-        )
-        dfree_v8 = (
-            dprestress * u7 + prestress * du7 - (dstiff * uY_v8 + stiff * duY_v8) - (ddrag * uZ_v8 + drag * duZ_v8)
-        )
-        dpart201 = (
-            du3 * q4
-            + u3 * dq4
-            + du4 * q3
-            + u4 * dq3
-            + du2 * q5
-            + u2 * dq5
-            + du5 * q2
-            + u5 * dq2
-            + du1 * q6
-            + u1 * dq6
-            + du6 * q1
-            + u6 * dq1
-            + du0 * q7
-            + u0 * dq7
-            + du7 * q0
-            + u7 * dq0
-        )
+        m7 = L[LANE_BASE + 440 + i]
+        dpush_v8 = dq3 * m4 + q3 * dm4 + dq4 * m3 + q4 * dm3 + dq2 * m5 + q2 * dm5 + dq5 * m2 + q5 * dm2 + dq1 * m6 + q1 * dm6 + dq6 * m1 + q6 * dm1 + dq0 * m7 + q0 * dm7 + dq7 * m0 + q7 * dm0
+        Y7 = L[LANE_BASE + 48 + i]
+        duY_v8 = du3 * Y4 + u3 * dY4 + du4 * Y3 + u4 * dY3 + du2 * Y5 + u2 * dY5 + du5 * Y2 + u5 * dY2 + du1 * Y6 + u1 * dY6 + du6 * Y1 + u6 * dY1 + du0 * Y7 + u0 * dY7 + du7 * Y0 + u7 * dY0
+        Z7 = L[LANE_BASE + 136 + i]
+        duZ_v8 = du3 * Z4 + u3 * dZ4 + du4 * Z3 + u4 * dZ3 + du2 * Z5 + u2 * dZ5 + du5 * Z2 + u5 * dZ2 + du1 * Z6 + u1 * dZ6 + du6 * Z1 + u6 * dZ1 + du0 * Z7 + u0 * dZ7 + du7 * Z0 + u7 * dZ0
+        uY_v8 = L[LANE_BASE + 1176 + i]
+        uZ_v8 = L[LANE_BASE + 1264 + i]
+        dfree_v8 = dprestress * u7 + prestress * du7 - (dstiff * uY_v8 + stiff * duY_v8) - (ddrag * uZ_v8 + drag * duZ_v8)
+        dpart201 = du3 * q4 + u3 * dq4 + du4 * q3 + u4 * dq3 + du2 * q5 + u2 * dq5 + du5 * q2 + u5 * dq2 + du1 * q6 + u1 * dq6 + du6 * q1 + u6 * dq1 + du0 * q7 + u0 * dq7 + du7 * q0 + u7 * dq0
+        part201 = L[LANE_BASE + 920 + i]
         dsink_v8 = dK * part201 + K * dpart201
         dpart203 = dfree_v8 + dK * uY_v8 + K * duY_v8 + dG * uZ_v8 + G * duZ_v8
+        push_v8 = L[LANE_BASE + 1088 + i]
         dpull_v16 = dpull_v15 + on * dpart203 - (dheavy * push_v8 + heavy * dpush_v8) - dsink_v8
         dY8 = 0.125 * duZ_v8
         dZ8 = 0.125 * (dfree_v8 - (dshare * push_v8 + share * dpush_v8))
         du8 = 0.0625 * dw7
-        dq8 = (
-            2.0 * (du0 * u8 + u0 * du8 + du1 * u7 + u1 * du7 + du2 * u6 + u2 * du6 + du3 * u5 + u3 * du5)
-            + du4 * u4
-            + u4 * du4
-        )
+        u8 = L[LANE_BASE + 640 + i]
+        dq8 = 2.0 * (du0 * u8 + u0 * du8 + du1 * u7 + u1 * du7 + du2 * u6 + u2 * du6 + du3 * u5 + u3 * du5) + du4 * u4 + u4 * du4
+        q8 = L[LANE_BASE + 544 + i]
         dw8 = 0.125 * dpull_v16 - (dG * q8 + G * dq8)
-        de8 = 0.125 * (
-            du3 * d4
-            + u3 * dd4
-            + du4 * d3
-            + u4 * dd3
-            + du2 * d5
-            + u2 * dd5
-            + du5 * d2
-            + u5 * dd2
-            + du1 * d6
-            + u1 * dd6
-            + du6 * d1
-            + u6 * dd1
-            + du0 * d7
-            + u0 * dd7
-            + du7 * d0
-            + u7 * dd0
-        )
+        d7 = L[LANE_BASE + 232 + i]
+        de8 = 0.125 * (du3 * d4 + u3 * dd4 + du4 * d3 + u4 * dd3 + du2 * d5 + u2 * dd5 + du5 * d2 + u5 * dd2 + du1 * d6 + u1 * dd6 + du6 * d1 + u6 * dd1 + du0 * d7 + u0 * dd7 + du7 * d0 + u7 * dd0)
         dpart211 = (-0.125) * domega2
+        y7 = L[LANE_BASE + 736 + i]
+        part211 = L[LANE_BASE + 928 + i]
         dd8 = dpart211 * y7 + part211 * dy7
         dg8 = cubic * dq8 + quadratic * du8
         dm8 = dg8
-        dy8 = (
-            du4 * e4
-            + u4 * de4
-            + du3 * e5
-            + u3 * de5
-            + du5 * e3
-            + u5 * de3
-            + du2 * e6
-            + u2 * de6
-            + du6 * e2
-            + u6 * de2
-            + du1 * e7
-            + u1 * de7
-            + du7 * e1
-            + u7 * de1
-            + du0 * e8
-            + u0 * de8
-            + du8 * e0
-            + u8 * de0
-        )
+        e8 = L[LANE_BASE + 328 + i]
+        dy8 = du4 * e4 + u4 * de4 + du3 * e5 + u3 * de5 + du5 * e3 + u5 * de3 + du2 * e6 + u2 * de6 + du6 * e2 + u6 * de2 + du1 * e7 + u1 * de7 + du7 * e1 + u7 * de1 + du0 * e8 + u0 * de8 + du8 * e0 + u8 * de0
         dpull_v17 = df0 * u8 + f0 * du8 + dy8
-        dpush_v9 = (
-            dq4 * m4
-            + q4 * dm4
-            + dq3 * m5
-            + q3 * dm5
-            + dq5 * m3
-            + q5 * dm3
-            + dq2 * m6
-            + q2 * dm6
-            + dq6 * m2
-            + q6 * dm2
-            + dq1 * m7
-            + q1 * dm7
-            + dq7 * m1
-            + q7 * dm1
-            + dq0 * m8
-            + q0 * dm8
-            + dq8 * m0
-            + q8 * dm0
-        )
-        duY_v9 = (
-            du4 * Y4
-            + u4 * dY4
-            + du3 * Y5
-            + u3 * dY5
-            + du5 * Y3
-            + u5 * dY3
-            + du2 * Y6
-            + u2 * dY6
-            + du6 * Y2
-            + u6 * dY2
-            + du1 * Y7
-            + u1 * dY7
-            + du7 * Y1
-            + u7 * dY1
-            + du0 * Y8
-            + u0 * dY8
-            + du8 * Y0
-            + u8 * dY0
-        )
-        duZ_v9 = (
-            du4 * Z4
-            + u4 * dZ4
-            + du3 * Z5
-            + u3 * dZ5
-            + du5 * Z3
-            + u5 * dZ3
-            + du2 * Z6
-            + u2 * dZ6
-            + du6 * Z2
-            + u6 * dZ2
-            + du1 * Z7
-            + u1 * dZ7
-            + du7 * Z1
-            + u7 * dZ1
-            + du0 * Z8
-            + u0 * dZ8
-            + du8 * Z0
-            + u8 * dZ0
-        )
-        dfree_v9 = (
-            dprestress * u8 + prestress * du8 - (dstiff * uY_v9 + stiff * duY_v9) - (ddrag * uZ_v9 + drag * duZ_v9)
-        )
-        dpart221 = (
-            du4 * q4
-            + u4 * dq4
-            + du3 * q5
-            + u3 * dq5
-            + du5 * q3
-            + u5 * dq3
-            + du2 * q6
-            + u2 * dq6
-            + du6 * q2
-            + u6 * dq2
-            + du1 * q7
-            + u1 * dq7
-            + du7 * q1
-            + u7 * dq1
-            + du0 * q8
-            + u0 * dq8
-            + du8 * q0
-            + u8 * dq0
-        )
+        m8 = L[LANE_BASE + 448 + i]
+        dpush_v9 = dq4 * m4 + q4 * dm4 + dq3 * m5 + q3 * dm5 + dq5 * m3 + q5 * dm3 + dq2 * m6 + q2 * dm6 + dq6 * m2 + q6 * dm2 + dq1 * m7 + q1 * dm7 + dq7 * m1 + q7 * dm1 + dq0 * m8 + q0 * dm8 + dq8 * m0 + q8 * dm0
+        Y8 = L[LANE_BASE + 56 + i]
+        duY_v9 = du4 * Y4 + u4 * dY4 + du3 * Y5 + u3 * dY5 + du5 * Y3 + u5 * dY3 + du2 * Y6 + u2 * dY6 + du6 * Y2 + u6 * dY2 + du1 * Y7 + u1 * dY7 + du7 * Y1 + u7 * dY1 + du0 * Y8 + u0 * dY8 + du8 * Y0 + u8 * dY0
+        Z8 = L[LANE_BASE + 144 + i]
+        duZ_v9 = du4 * Z4 + u4 * dZ4 + du3 * Z5 + u3 * dZ5 + du5 * Z3 + u5 * dZ3 + du2 * Z6 + u2 * dZ6 + du6 * Z2 + u6 * dZ2 + du1 * Z7 + u1 * dZ7 + du7 * Z1 + u7 * dZ1 + du0 * Z8 + u0 * dZ8 + du8 * Z0 + u8 * dZ0
+        uY_v9 = L[LANE_BASE + 1184 + i]
+        uZ_v9 = L[LANE_BASE + 1272 + i]
+        dfree_v9 = dprestress * u8 + prestress * du8 - (dstiff * uY_v9 + stiff * duY_v9) - (ddrag * uZ_v9 + drag * duZ_v9)
+        dpart221 = du4 * q4 + u4 * dq4 + du3 * q5 + u3 * dq5 + du5 * q3 + u5 * dq3 + du2 * q6 + u2 * dq6 + du6 * q2 + u6 * dq2 + du1 * q7 + u1 * dq7 + du7 * q1 + u7 * dq1 + du0 * q8 + u0 * dq8 + du8 * q0 + u8 * dq0
+        part221 = L[LANE_BASE + 936 + i]
         dsink_v9 = dK * part221 + K * dpart221
         dpart223 = dfree_v9 + dK * uY_v9 + K * duY_v9 + dG * uZ_v9 + G * duZ_v9
+        push_v9 = L[LANE_BASE + 1096 + i]
         dpull_v18 = dpull_v17 + on * dpart223 - (dheavy * push_v9 + heavy * dpush_v9) - dsink_v9
         dY9 = 0.1111111111111111 * duZ_v9
         dZ9 = 0.1111111111111111 * (dfree_v9 - (dshare * push_v9 + share * dpush_v9))
         du9 = 0.05555555555555555 * dw8
-        dq9 = 2.0 * (
-            du0 * u9 + u0 * du9 + du1 * u8 + u1 * du8 + du2 * u7 + u2 * du7 + du3 * u6 + u3 * du6 + du4 * u5 + u4 * du5
-        )
+        u9 = L[LANE_BASE + 648 + i]
+        dq9 = 2.0 * (du0 * u9 + u0 * du9 + du1 * u8 + u1 * du8 + du2 * u7 + u2 * du7 + du3 * u6 + u3 * du6 + du4 * u5 + u4 * du5)
+        q9 = L[LANE_BASE + 552 + i]
         dw9 = 0.1111111111111111 * dpull_v18 - (dG * q9 + G * dq9)
-        de9 = 0.1111111111111111 * (
-            du4 * d4
-            + u4 * dd4
-            + du3 * d5
-            + u3 * dd5
-            + du5 * d3
-            + u5 * dd3
-            + du2 * d6
-            + u2 * dd6
-            + du6 * d2
-            + u6 * dd2
-            + du1 * d7
-            + u1 * dd7
-            + du7 * d1
-            + u7 * dd1
-            + du0 * d8
-            + u0 * dd8
-            + du8 * d0
-            + u8 * dd0
-        )
+        d8 = L[LANE_BASE + 240 + i]
+        de9 = 0.1111111111111111 * (du4 * d4 + u4 * dd4 + du3 * d5 + u3 * dd5 + du5 * d3 + u5 * dd3 + du2 * d6 + u2 * dd6 + du6 * d2 + u6 * dd2 + du1 * d7 + u1 * dd7 + du7 * d1 + u7 * dd1 + du0 * d8 + u0 * dd8 + du8 * d0 + u8 * dd0)
         dpart231 = (-0.1111111111111111) * domega2
+        y8 = L[LANE_BASE + 744 + i]
+        part231 = L[LANE_BASE + 944 + i]
         dd9 = dpart231 * y8 + part231 * dy8
         dg9 = cubic * dq9 + quadratic * du9
         dm9 = dg9
-        dy9 = (
-            du4 * e5
-            + u4 * de5
-            + du5 * e4
-            + u5 * de4
-            + du3 * e6
-            + u3 * de6
-            + du6 * e3
-            + u6 * de3
-            + du2 * e7
-            + u2 * de7
-            + du7 * e2
-            + u7 * de2
-            + du1 * e8
-            + u1 * de8
-            + du8 * e1
-            + u8 * de1
-            + du0 * e9
-            + u0 * de9
-            + du9 * e0
-            + u9 * de0
-        )
+        e9 = L[LANE_BASE + 336 + i]
+        dy9 = du4 * e5 + u4 * de5 + du5 * e4 + u5 * de4 + du3 * e6 + u3 * de6 + du6 * e3 + u6 * de3 + du2 * e7 + u2 * de7 + du7 * e2 + u7 * de2 + du1 * e8 + u1 * de8 + du8 * e1 + u8 * de1 + du0 * e9 + u0 * de9 + du9 * e0 + u9 * de0
         dpull_v19 = df0 * u9 + f0 * du9 + dy9
-        dpush_v10 = (
-            dq4 * m5
-            + q4 * dm5
-            + dq5 * m4
-            + q5 * dm4
-            + dq3 * m6
-            + q3 * dm6
-            + dq6 * m3
-            + q6 * dm3
-            + dq2 * m7
-            + q2 * dm7
-            + dq7 * m2
-            + q7 * dm2
-            + dq1 * m8
-            + q1 * dm8
-            + dq8 * m1
-            + q8 * dm1
-            + dq0 * m9
-            + q0 * dm9
-            + dq9 * m0
-            + q9 * dm0
-        )
-        duY_v10 = (
-            du4 * Y5
-            + u4 * dY5
-            + du5 * Y4
-            + u5 * dY4
-            + du3 * Y6
-            + u3 * dY6
-            + du6 * Y3
-            + u6 * dY3
-            + du2 * Y7
-            + u2 * dY7
-            + du7 * Y2
-            + u7 * dY2
-            + du1 * Y8
-            + u1 * dY8
-            + du8 * Y1
-            + u8 * dY1
-            + du0 * Y9
-            + u0 * dY9
-            + du9 * Y0
-            + u9 * dY0
-        )
-        duZ_v10 = (
-            du4 * Z5
-            + u4 * dZ5
-            + du5 * Z4
-            + u5 * dZ4
-            + du3 * Z6
-            + u3 * dZ6
-            + du6 * Z3
-            + u6 * dZ3
-            + du2 * Z7
-            + u2 * dZ7
-            + du7 * Z2
-            + u7 * dZ2
-            + du1 * Z8
-            + u1 * dZ8
-            + du8 * Z1
-            + u8 * dZ1
-            + du0 * Z9
-            + u0 * dZ9
-            + du9 * Z0
-            + u9 * dZ0
-        )
-        dfree_v10 = (
-            dprestress * u9 + prestress * du9 - (dstiff * uY_v10 + stiff * duY_v10) - (ddrag * uZ_v10 + drag * duZ_v10)
-        )
-        dpart241 = (
-            du4 * q5
-            + u4 * dq5
-            + du5 * q4
-            + u5 * dq4
-            + du3 * q6
-            + u3 * dq6
-            + du6 * q3
-            + u6 * dq3
-            + du2 * q7
-            + u2 * dq7
-            + du7 * q2
-            + u7 * dq2
-            + du1 * q8
-            + u1 * dq8
-            + du8 * q1
-            + u8 * dq1
-            + du0 * q9
-            + u0 * dq9
-            + du9 * q0
-            + u9 * dq0
-        )
+        m9 = L[LANE_BASE + 456 + i]
+        dpush_v10 = dq4 * m5 + q4 * dm5 + dq5 * m4 + q5 * dm4 + dq3 * m6 + q3 * dm6 + dq6 * m3 + q6 * dm3 + dq2 * m7 + q2 * dm7 + dq7 * m2 + q7 * dm2 + dq1 * m8 + q1 * dm8 + dq8 * m1 + q8 * dm1 + dq0 * m9 + q0 * dm9 + dq9 * m0 + q9 * dm0
+        Y9 = L[LANE_BASE + 64 + i]
+        duY_v10 = du4 * Y5 + u4 * dY5 + du5 * Y4 + u5 * dY4 + du3 * Y6 + u3 * dY6 + du6 * Y3 + u6 * dY3 + du2 * Y7 + u2 * dY7 + du7 * Y2 + u7 * dY2 + du1 * Y8 + u1 * dY8 + du8 * Y1 + u8 * dY1 + du0 * Y9 + u0 * dY9 + du9 * Y0 + u9 * dY0
+        Z9 = L[LANE_BASE + 152 + i]
+        duZ_v10 = du4 * Z5 + u4 * dZ5 + du5 * Z4 + u5 * dZ4 + du3 * Z6 + u3 * dZ6 + du6 * Z3 + u6 * dZ3 + du2 * Z7 + u2 * dZ7 + du7 * Z2 + u7 * dZ2 + du1 * Z8 + u1 * dZ8 + du8 * Z1 + u8 * dZ1 + du0 * Z9 + u0 * dZ9 + du9 * Z0 + u9 * dZ0
+        uY_v10 = L[LANE_BASE + 1192 + i]
+        uZ_v10 = L[LANE_BASE + 1280 + i]
+        dfree_v10 = dprestress * u9 + prestress * du9 - (dstiff * uY_v10 + stiff * duY_v10) - (ddrag * uZ_v10 + drag * duZ_v10)
+        dpart241 = du4 * q5 + u4 * dq5 + du5 * q4 + u5 * dq4 + du3 * q6 + u3 * dq6 + du6 * q3 + u6 * dq3 + du2 * q7 + u2 * dq7 + du7 * q2 + u7 * dq2 + du1 * q8 + u1 * dq8 + du8 * q1 + u8 * dq1 + du0 * q9 + u0 * dq9 + du9 * q0 + u9 * dq0
+        part241 = L[LANE_BASE + 952 + i]
         dsink_v10 = dK * part241 + K * dpart241
         dpart243 = dfree_v10 + dK * uY_v10 + K * duY_v10 + dG * uZ_v10 + G * duZ_v10
+        push_v10 = L[LANE_BASE + 1104 + i]
         dpull_v20 = dpull_v19 + on * dpart243 - (dheavy * push_v10 + heavy * dpush_v10) - dsink_v10
         dY10 = 0.1 * duZ_v10
         dZ10 = 0.1 * (dfree_v10 - (dshare * push_v10 + share * dpush_v10))
         du10 = 0.05 * dw9
-        dq10 = (
-            2.0
-            * (
-                du0 * u10
-                + u0 * du10
-                + du1 * u9
-                + u1 * du9
-                + du2 * u8
-                + u2 * du8
-                + du3 * u7
-                + u3 * du7
-                + du4 * u6
-                + u4 * du6
-            )
-            + du5 * u5
-            + u5 * du5
-        )
+        u10 = L[LANE_BASE + 656 + i]
+        dq10 = 2.0 * (du0 * u10 + u0 * du10 + du1 * u9 + u1 * du9 + du2 * u8 + u2 * du8 + du3 * u7 + u3 * du7 + du4 * u6 + u4 * du6) + du5 * u5 + u5 * du5
+        q10 = L[LANE_BASE + 560 + i]
         dw10 = 0.1 * dpull_v20 - (dG * q10 + G * dq10)
-        de10 = 0.1 * (
-            du4 * d5
-            + u4 * dd5
-            + du5 * d4
-            + u5 * dd4
-            + du3 * d6
-            + u3 * dd6
-            + du6 * d3
-            + u6 * dd3
-            + du2 * d7
-            + u2 * dd7
-            + du7 * d2
-            + u7 * dd2
-            + du1 * d8
-            + u1 * dd8
-            + du8 * d1
-            + u8 * dd1
-            + du0 * d9
-            + u0 * dd9
-            + du9 * d0
-            + u9 * dd0
-        )
+        d9 = L[LANE_BASE + 248 + i]
+        de10 = 0.1 * (du4 * d5 + u4 * dd5 + du5 * d4 + u5 * dd4 + du3 * d6 + u3 * dd6 + du6 * d3 + u6 * dd3 + du2 * d7 + u2 * dd7 + du7 * d2 + u7 * dd2 + du1 * d8 + u1 * dd8 + du8 * d1 + u8 * dd1 + du0 * d9 + u0 * dd9 + du9 * d0 + u9 * dd0)
         dpart251 = (-0.1) * domega2
+        y9 = L[LANE_BASE + 752 + i]
+        part251 = L[LANE_BASE + 960 + i]
         dd10 = dpart251 * y9 + part251 * dy9
         dg10 = cubic * dq10 + quadratic * du10
         dm10 = dg10
-        dy10 = (
-            du5 * e5
-            + u5 * de5
-            + du4 * e6
-            + u4 * de6
-            + du6 * e4
-            + u6 * de4
-            + du3 * e7
-            + u3 * de7
-            + du7 * e3
-            + u7 * de3
-            + du2 * e8
-            + u2 * de8
-            + du8 * e2
-            + u8 * de2
-            + du1 * e9
-            + u1 * de9
-            + du9 * e1
-            + u9 * de1
-            + du0 * e10
-            + u0 * de10
-            + du10 * e0
-            + u10 * de0
-        )
+        e10 = L[LANE_BASE + 344 + i]
+        dy10 = du5 * e5 + u5 * de5 + du4 * e6 + u4 * de6 + du6 * e4 + u6 * de4 + du3 * e7 + u3 * de7 + du7 * e3 + u7 * de3 + du2 * e8 + u2 * de8 + du8 * e2 + u8 * de2 + du1 * e9 + u1 * de9 + du9 * e1 + u9 * de1 + du0 * e10 + u0 * de10 + du10 * e0 + u10 * de0
         dpull_v21 = df0 * u10 + f0 * du10 + dy10
-        dpush_v11 = (
-            dq5 * m5
-            + q5 * dm5
-            + dq4 * m6
-            + q4 * dm6
-            + dq6 * m4
-            + q6 * dm4
-            + dq3 * m7
-            + q3 * dm7
-            + dq7 * m3
-            + q7 * dm3
-            + dq2 * m8
-            + q2 * dm8
-            + dq8 * m2
-            + q8 * dm2
-            + dq1 * m9
-            + q1 * dm9
-            + dq9 * m1
-            + q9 * dm1
-            + dq0 * m10
-            + q0 * dm10
-            + dq10 * m0
-            + q10 * dm0
-        )
-        duY_v11 = (
-            du5 * Y5
-            + u5 * dY5
-            + du4 * Y6
-            + u4 * dY6
-            + du6 * Y4
-            + u6 * dY4
-            + du3 * Y7
-            + u3 * dY7
-            + du7 * Y3
-            + u7 * dY3
-            + du2 * Y8
-            + u2 * dY8
-            + du8 * Y2
-            + u8 * dY2
-            + du1 * Y9
-            + u1 * dY9
-            + du9 * Y1
-            + u9 * dY1
-            + du0 * Y10
-            + u0 * dY10
-            + du10 * Y0
-            + u10 * dY0
-        )
-        duZ_v11 = (
-            du5 * Z5
-            + u5 * dZ5
-            + du4 * Z6
-            + u4 * dZ6
-            + du6 * Z4
-            + u6 * dZ4
-            + du3 * Z7
-            + u3 * dZ7
-            + du7 * Z3
-            + u7 * dZ3
-            + du2 * Z8
-            + u2 * dZ8
-            + du8 * Z2
-            + u8 * dZ2
-            + du1 * Z9
-            + u1 * dZ9
-            + du9 * Z1
-            + u9 * dZ1
-            + du0 * Z10
-            + u0 * dZ10
-            + du10 * Z0
-            + u10 * dZ0
-        )
-        dfree_v11 = (
-            dprestress * u10
-            + prestress * du10
-            - (dstiff * uY_v11 + stiff * duY_v11)
-            - (ddrag * uZ_v11 + drag * duZ_v11)
-        )
-        dpart261 = (
-            du5 * q5
-            + u5 * dq5
-            + du4 * q6
-            + u4 * dq6
-            + du6 * q4
-            + u6 * dq4
-            + du3 * q7
-            + u3 * dq7
-            + du7 * q3
-            + u7 * dq3
-            + du2 * q8
-            + u2 * dq8
-            + du8 * q2
-            + u8 * dq2
-            + du1 * q9
-            + u1 * dq9
-            + du9 * q1
-            + u9 * dq1
-            + du0 * q10
-            + u0 * dq10
-            + du10 * q0
-            + u10 * dq0
-        )
+        m10 = L[LANE_BASE + 464 + i]
+        dpush_v11 = dq5 * m5 + q5 * dm5 + dq4 * m6 + q4 * dm6 + dq6 * m4 + q6 * dm4 + dq3 * m7 + q3 * dm7 + dq7 * m3 + q7 * dm3 + dq2 * m8 + q2 * dm8 + dq8 * m2 + q8 * dm2 + dq1 * m9 + q1 * dm9 + dq9 * m1 + q9 * dm1 + dq0 * m10 + q0 * dm10 + dq10 * m0 + q10 * dm0
+        Y10 = L[LANE_BASE + 72 + i]
+        duY_v11 = du5 * Y5 + u5 * dY5 + du4 * Y6 + u4 * dY6 + du6 * Y4 + u6 * dY4 + du3 * Y7 + u3 * dY7 + du7 * Y3 + u7 * dY3 + du2 * Y8 + u2 * dY8 + du8 * Y2 + u8 * dY2 + du1 * Y9 + u1 * dY9 + du9 * Y1 + u9 * dY1 + du0 * Y10 + u0 * dY10 + du10 * Y0 + u10 * dY0
+        Z10 = L[LANE_BASE + 160 + i]
+        duZ_v11 = du5 * Z5 + u5 * dZ5 + du4 * Z6 + u4 * dZ6 + du6 * Z4 + u6 * dZ4 + du3 * Z7 + u3 * dZ7 + du7 * Z3 + u7 * dZ3 + du2 * Z8 + u2 * dZ8 + du8 * Z2 + u8 * dZ2 + du1 * Z9 + u1 * dZ9 + du9 * Z1 + u9 * dZ1 + du0 * Z10 + u0 * dZ10 + du10 * Z0 + u10 * dZ0
+        uY_v11 = L[LANE_BASE + 1200 + i]
+        uZ_v11 = L[LANE_BASE + 1288 + i]
+        dfree_v11 = dprestress * u10 + prestress * du10 - (dstiff * uY_v11 + stiff * duY_v11) - (ddrag * uZ_v11 + drag * duZ_v11)
+        dpart261 = du5 * q5 + u5 * dq5 + du4 * q6 + u4 * dq6 + du6 * q4 + u6 * dq4 + du3 * q7 + u3 * dq7 + du7 * q3 + u7 * dq3 + du2 * q8 + u2 * dq8 + du8 * q2 + u8 * dq2 + du1 * q9 + u1 * dq9 + du9 * q1 + u9 * dq1 + du0 * q10 + u0 * dq10 + du10 * q0 + u10 * dq0
+        part261 = L[LANE_BASE + 968 + i]
         dsink_v11 = dK * part261 + K * dpart261
         dpart263 = dfree_v11 + dK * uY_v11 + K * duY_v11 + dG * uZ_v11 + G * duZ_v11
+        push_v11 = L[LANE_BASE + 1112 + i]
         dpull_v22 = dpull_v21 + on * dpart263 - (dheavy * push_v11 + heavy * dpush_v11) - dsink_v11
         dY11 = 0.09090909090909091 * duZ_v11
         dZ11 = 0.09090909090909091 * (dfree_v11 - (dshare * push_v11 + share * dpush_v11))
         du11 = 0.045454545454545456 * dw10
-        dq11 = 2.0 * (
-            du0 * u11
-            + u0 * du11
-            + du1 * u10
-            + u1 * du10
-            + du2 * u9
-            + u2 * du9
-            + du3 * u8
-            + u3 * du8
-            + du4 * u7
-            + u4 * du7
-            + du5 * u6
-            + u5 * du6
-        )
+        u11 = L[LANE_BASE + 664 + i]
+        dq11 = 2.0 * (du0 * u11 + u0 * du11 + du1 * u10 + u1 * du10 + du2 * u9 + u2 * du9 + du3 * u8 + u3 * du8 + du4 * u7 + u4 * du7 + du5 * u6 + u5 * du6)
+        q11 = L[LANE_BASE + 568 + i]
         dw11 = 0.09090909090909091 * dpull_v22 - (dG * q11 + G * dq11)
-        de11 = 0.09090909090909091 * (
-            du5 * d5
-            + u5 * dd5
-            + du4 * d6
-            + u4 * dd6
-            + du6 * d4
-            + u6 * dd4
-            + du3 * d7
-            + u3 * dd7
-            + du7 * d3
-            + u7 * dd3
-            + du2 * d8
-            + u2 * dd8
-            + du8 * d2
-            + u8 * dd2
-            + du1 * d9
-            + u1 * dd9
-            + du9 * d1
-            + u9 * dd1
-            + du0 * d10
-            + u0 * dd10
-            + du10 * d0
-            + u10 * dd0
-        )
+        d10 = L[LANE_BASE + 256 + i]
+        de11 = 0.09090909090909091 * (du5 * d5 + u5 * dd5 + du4 * d6 + u4 * dd6 + du6 * d4 + u6 * dd4 + du3 * d7 + u3 * dd7 + du7 * d3 + u7 * dd3 + du2 * d8 + u2 * dd8 + du8 * d2 + u8 * dd2 + du1 * d9 + u1 * dd9 + du9 * d1 + u9 * dd1 + du0 * d10 + u0 * dd10 + du10 * d0 + u10 * dd0)
         dg11 = cubic * dq11 + quadratic * du11
         dm11 = dg11
-        dy11 = (
-            du5 * e6
-            + u5 * de6
-            + du6 * e5
-            + u6 * de5
-            + du4 * e7
-            + u4 * de7
-            + du7 * e4
-            + u7 * de4
-            + du3 * e8
-            + u3 * de8
-            + du8 * e3
-            + u8 * de3
-            + du2 * e9
-            + u2 * de9
-            + du9 * e2
-            + u9 * de2
-            + du1 * e10
-            + u1 * de10
-            + du10 * e1
-            + u10 * de1
-            + du0 * e11
-            + u0 * de11
-            + du11 * e0
-            + u11 * de0
-        )
+        e11 = L[LANE_BASE + 352 + i]
+        dy11 = du5 * e6 + u5 * de6 + du6 * e5 + u6 * de5 + du4 * e7 + u4 * de7 + du7 * e4 + u7 * de4 + du3 * e8 + u3 * de8 + du8 * e3 + u8 * de3 + du2 * e9 + u2 * de9 + du9 * e2 + u9 * de2 + du1 * e10 + u1 * de10 + du10 * e1 + u10 * de1 + du0 * e11 + u0 * de11 + du11 * e0 + u11 * de0
         dpull_v23 = df0 * u11 + f0 * du11 + dy11
-        dpush_v12 = (
-            dq5 * m6
-            + q5 * dm6
-            + dq6 * m5
-            + q6 * dm5
-            + dq4 * m7
-            + q4 * dm7
-            + dq7 * m4
-            + q7 * dm4
-            + dq3 * m8
-            + q3 * dm8
-            + dq8 * m3
-            + q8 * dm3
-            + dq2 * m9
-            + q2 * dm9
-            + dq9 * m2
-            + q9 * dm2
-            + dq1 * m10
-            + q1 * dm10
-            + dq10 * m1
-            + q10 * dm1
-            + dq0 * m11
-            + q0 * dm11
-            + dq11 * m0
-            + q11 * dm0
-        )
-        duY_v12 = (
-            du5 * Y6
-            + u5 * dY6
-            + du6 * Y5
-            + u6 * dY5
-            + du4 * Y7
-            + u4 * dY7
-            + du7 * Y4
-            + u7 * dY4
-            + du3 * Y8
-            + u3 * dY8
-            + du8 * Y3
-            + u8 * dY3
-            + du2 * Y9
-            + u2 * dY9
-            + du9 * Y2
-            + u9 * dY2
-            + du1 * Y10
-            + u1 * dY10
-            + du10 * Y1
-            + u10 * dY1
-            + du0 * Y11
-            + u0 * dY11
-            + du11 * Y0
-            + u11 * dY0
-        )
-        duZ_v12 = (
-            du5 * Z6
-            + u5 * dZ6
-            + du6 * Z5
-            + u6 * dZ5
-            + du4 * Z7
-            + u4 * dZ7
-            + du7 * Z4
-            + u7 * dZ4
-            + du3 * Z8
-            + u3 * dZ8
-            + du8 * Z3
-            + u8 * dZ3
-            + du2 * Z9
-            + u2 * dZ9
-            + du9 * Z2
-            + u9 * dZ2
-            + du1 * Z10
-            + u1 * dZ10
-            + du10 * Z1
-            + u10 * dZ1
-            + du0 * Z11
-            + u0 * dZ11
-            + du11 * Z0
-            + u11 * dZ0
-        )
-        dfree_v12 = (
-            dprestress * u11
-            + prestress * du11
-            - (dstiff * uY_v12 + stiff * duY_v12)
-            - (ddrag * uZ_v12 + drag * duZ_v12)
-        )
-        dpart281 = (
-            du5 * q6
-            + u5 * dq6
-            + du6 * q5
-            + u6 * dq5
-            + du4 * q7
-            + u4 * dq7
-            + du7 * q4
-            + u7 * dq4
-            + du3 * q8
-            + u3 * dq8
-            + du8 * q3
-            + u8 * dq3
-            + du2 * q9
-            + u2 * dq9
-            + du9 * q2
-            + u9 * dq2
-            + du1 * q10
-            + u1 * dq10
-            + du10 * q1
-            + u10 * dq1
-            + du0 * q11
-            + u0 * dq11
-            + du11 * q0
-            + u11 * dq0
-        )
+        m11 = L[LANE_BASE + 472 + i]
+        dpush_v12 = dq5 * m6 + q5 * dm6 + dq6 * m5 + q6 * dm5 + dq4 * m7 + q4 * dm7 + dq7 * m4 + q7 * dm4 + dq3 * m8 + q3 * dm8 + dq8 * m3 + q8 * dm3 + dq2 * m9 + q2 * dm9 + dq9 * m2 + q9 * dm2 + dq1 * m10 + q1 * dm10 + dq10 * m1 + q10 * dm1 + dq0 * m11 + q0 * dm11 + dq11 * m0 + q11 * dm0
+        Y11 = L[LANE_BASE + 80 + i]
+        duY_v12 = du5 * Y6 + u5 * dY6 + du6 * Y5 + u6 * dY5 + du4 * Y7 + u4 * dY7 + du7 * Y4 + u7 * dY4 + du3 * Y8 + u3 * dY8 + du8 * Y3 + u8 * dY3 + du2 * Y9 + u2 * dY9 + du9 * Y2 + u9 * dY2 + du1 * Y10 + u1 * dY10 + du10 * Y1 + u10 * dY1 + du0 * Y11 + u0 * dY11 + du11 * Y0 + u11 * dY0
+        Z11 = L[LANE_BASE + 168 + i]
+        duZ_v12 = du5 * Z6 + u5 * dZ6 + du6 * Z5 + u6 * dZ5 + du4 * Z7 + u4 * dZ7 + du7 * Z4 + u7 * dZ4 + du3 * Z8 + u3 * dZ8 + du8 * Z3 + u8 * dZ3 + du2 * Z9 + u2 * dZ9 + du9 * Z2 + u9 * dZ2 + du1 * Z10 + u1 * dZ10 + du10 * Z1 + u10 * dZ1 + du0 * Z11 + u0 * dZ11 + du11 * Z0 + u11 * dZ0
+        uY_v12 = L[LANE_BASE + 1208 + i]
+        uZ_v12 = L[LANE_BASE + 1296 + i]
+        dfree_v12 = dprestress * u11 + prestress * du11 - (dstiff * uY_v12 + stiff * duY_v12) - (ddrag * uZ_v12 + drag * duZ_v12)
+        dpart281 = du5 * q6 + u5 * dq6 + du6 * q5 + u6 * dq5 + du4 * q7 + u4 * dq7 + du7 * q4 + u7 * dq4 + du3 * q8 + u3 * dq8 + du8 * q3 + u8 * dq3 + du2 * q9 + u2 * dq9 + du9 * q2 + u9 * dq2 + du1 * q10 + u1 * dq10 + du10 * q1 + u10 * dq1 + du0 * q11 + u0 * dq11 + du11 * q0 + u11 * dq0
+        part281 = L[LANE_BASE + 976 + i]
         dsink_v12 = dK * part281 + K * dpart281
         dpart283 = dfree_v12 + dK * uY_v12 + K * duY_v12 + dG * uZ_v12 + G * duZ_v12
+        push_v12 = L[LANE_BASE + 1120 + i]
         dpull_v24 = dpull_v23 + on * dpart283 - (dheavy * push_v12 + heavy * dpush_v12) - dsink_v12
         dY12 = 0.08333333333333333 * duZ_v12
         dZ12 = 0.08333333333333333 * (dfree_v12 - (dshare * push_v12 + share * dpush_v12))
         du12 = 0.041666666666666664 * dw11
-        dq12 = (
-            2.0
-            * (
-                du0 * u12
-                + u0 * du12
-                + du1 * u11
-                + u1 * du11
-                + du2 * u10
-                + u2 * du10
-                + du3 * u9
-                + u3 * du9
-                + du4 * u8
-                + u4 * du8
-                + du5 * u7
-                + u5 * du7
-            )
-            + du6 * u6
-            + u6 * du6
-        )
+        u12 = L[LANE_BASE + 672 + i]
+        dq12 = 2.0 * (du0 * u12 + u0 * du12 + du1 * u11 + u1 * du11 + du2 * u10 + u2 * du10 + du3 * u9 + u3 * du9 + du4 * u8 + u4 * du8 + du5 * u7 + u5 * du7) + du6 * u6 + u6 * du6
+        q12 = L[LANE_BASE + 576 + i]
         dw12 = 0.08333333333333333 * dpull_v24 - (dG * q12 + G * dq12)
+        part294 = L[LANE_BASE + 992 + i]
         dpart295 = 0.3333333333333333 * du2 + part294 * du3
+        part297 = L[LANE_BASE + 1008 + i]
         dpart298 = 0.14285714285714285 * du6 + part297 * du7
+        h2 = L[LANE_BASE + 360 + i]
+        part296 = L[LANE_BASE + 1000 + i]
         dpart299 = 0.2 * du4 + part296 * du5 + h2 * dpart298
+        part301 = L[LANE_BASE + 1024 + i]
         dpart302 = 0.09090909090909091 * du10 + part301 * du11
+        part300 = L[LANE_BASE + 1016 + i]
         dpart303 = 0.1111111111111111 * du8 + part300 * du9 + h2 * dpart302
+        h4 = L[LANE_BASE + 368 + i]
+        h8 = L[LANE_BASE + 376 + i]
+        part293 = L[LANE_BASE + 984 + i]
         dpart304 = du0 + part293 * du1 + h2 * dpart295 + h4 * dpart299 + h8 * dpart303
+        h1 = L[LANE_LENGTH + i]
         dt = dt0 + h1 * dpart304
         dpart306 = du2 + h1 * du3
         dpart307 = du6 + h1 * du7
@@ -7297,6 +4002,7 @@ def base_general_12(L: FloatArray) -> None:
         drag = L[LANE_DECK_DRAG + i]
         share = L[LANE_SHARE + i]
         heavy = 1.0 + share
+        L[LANE_BASE + 1704 + i] = heavy
         eta = L[LANE_ETA + i]
         b0 = L[LANE_FACTOR + i]
         b1 = L[LANE_FACTOR + 8 + i]
@@ -7363,553 +4069,555 @@ def base_general_12(L: FloatArray) -> None:
         b11 = 0.0
         b12 = 0.0
         F0 = c0
+        L[LANE_BASE + i] = F0
         t1 = 1.0 * u0
+        L[LANE_BASE + 880 + i] = t1
         f0 = b0_v2
+        L[LANE_BASE + 368 + i] = f0
         q0 = u0 * u0
+        L[LANE_BASE + 776 + i] = q0
         g0 = cubic * q0 + quadratic * u0
+        L[LANE_BASE + 464 + i] = g0
         m0 = f0 * g0
+        L[LANE_BASE + 680 + i] = m0
         part252 = m0 * w0
+        L[LANE_BASE + 1712 + i] = part252
         x0 = m0 + eta * part252
+        L[LANE_BASE + 1592 + i] = x0
         pull = u0 * F0
         push = q0 * x0
+        L[LANE_BASE + 1952 + i] = push
         uY = u0 * Y0
+        L[LANE_BASE + 1688 + i] = uY
         uZ = u0 * Z0
+        L[LANE_BASE + 1696 + i] = uZ
         free = prestress * u0 - stiff * uY - drag * uZ
         part260 = u0 * q0
+        L[LANE_BASE + 1720 + i] = part260
         sink = K * part260
         part262 = free + K * uY + G * uZ
         pull_v2 = pull + on * part262 - heavy * push - sink
         Y1 = 1.0 * uZ
+        L[LANE_BASE + 192 + i] = Y1
         Z1 = 1.0 * (free - share * push)
+        L[LANE_BASE + 280 + i] = Z1
         u1 = 0.5 * w0
+        L[LANE_BASE + 1408 + i] = u1
         q1 = 2.0 * (u0 * u1)
+        L[LANE_BASE + 784 + i] = q1
         w1 = 1.0 * pull_v2 - G * q1
+        L[LANE_BASE + 1504 + i] = w1
         F1 = c1 * t1
+        L[LANE_BASE + 8 + i] = F1
         t2 = 0.5 * u1
+        L[LANE_BASE + 888 + i] = t2
         f1 = b1_v4 * t1
+        L[LANE_BASE + 376 + i] = f1
         g1 = cubic * q1 + quadratic * u1
+        L[LANE_BASE + 472 + i] = g1
         m1 = f0 * g1 + f1 * g0
+        L[LANE_BASE + 688 + i] = m1
         part274 = m0 * w1 + m1 * w0
+        L[LANE_BASE + 1728 + i] = part274
         x1 = m1 + eta * part274
+        L[LANE_BASE + 1600 + i] = x1
         pull_v3 = u0 * F1 + u1 * F0
         push_v2 = q0 * x1 + q1 * x0
+        L[LANE_BASE + 1960 + i] = push_v2
         uY_v2 = u0 * Y1 + u1 * Y0
+        L[LANE_BASE + 2048 + i] = uY_v2
         uZ_v2 = u0 * Z1 + u1 * Z0
+        L[LANE_BASE + 2136 + i] = uZ_v2
         free_v2 = prestress * u1 - stiff * uY_v2 - drag * uZ_v2
         part282 = u0 * q1 + u1 * q0
+        L[LANE_BASE + 1736 + i] = part282
         sink_v2 = K * part282
         part284 = free_v2 + K * uY_v2 + G * uZ_v2
         pull_v4 = pull_v3 + on * part284 - heavy * push_v2 - sink_v2
         Y2 = 0.5 * uZ_v2
+        L[LANE_BASE + 200 + i] = Y2
         Z2 = 0.5 * (free_v2 - share * push_v2)
+        L[LANE_BASE + 288 + i] = Z2
         u2 = 0.25 * w1
+        L[LANE_BASE + 1416 + i] = u2
         q2 = 2.0 * (u0 * u2) + u1 * u1
+        L[LANE_BASE + 792 + i] = q2
         w2 = 0.5 * pull_v4 - G * q2
+        L[LANE_BASE + 1512 + i] = w2
         t2_2 = t1 * t1
+        L[LANE_BASE + 896 + i] = t2_2
         F2 = c2 * t2_2 + c1 * t2
+        L[LANE_BASE + 16 + i] = F2
         t3 = 0.3333333333333333 * u2
+        L[LANE_BASE + 976 + i] = t3
         f2 = b2_v5 * t2_2 + b1_v4 * t2
+        L[LANE_BASE + 384 + i] = f2
         g2 = cubic * q2 + quadratic * u2
+        L[LANE_BASE + 480 + i] = g2
         m2 = f1 * g1 + f0 * g2 + f2 * g0
+        L[LANE_BASE + 696 + i] = m2
         part297 = m1 * w1 + m0 * w2 + m2 * w0
+        L[LANE_BASE + 1744 + i] = part297
         x2 = m2 + eta * part297
+        L[LANE_BASE + 1608 + i] = x2
         pull_v5 = u1 * F1 + u0 * F2 + u2 * F0
         push_v3 = q1 * x1 + q0 * x2 + q2 * x0
+        L[LANE_BASE + 1968 + i] = push_v3
         uY_v3 = u1 * Y1 + u0 * Y2 + u2 * Y0
+        L[LANE_BASE + 2056 + i] = uY_v3
         uZ_v3 = u1 * Z1 + u0 * Z2 + u2 * Z0
+        L[LANE_BASE + 2144 + i] = uZ_v3
         free_v3 = prestress * u2 - stiff * uY_v3 - drag * uZ_v3
         part305 = u1 * q1 + u0 * q2 + u2 * q0
+        L[LANE_BASE + 1752 + i] = part305
         sink_v3 = K * part305
         part307 = free_v3 + K * uY_v3 + G * uZ_v3
         pull_v6 = pull_v5 + on * part307 - heavy * push_v3 - sink_v3
         Y3 = 0.3333333333333333 * uZ_v3
+        L[LANE_BASE + 208 + i] = Y3
         Z3 = 0.3333333333333333 * (free_v3 - share * push_v3)
+        L[LANE_BASE + 296 + i] = Z3
         u3 = 0.16666666666666666 * w2
+        L[LANE_BASE + 1424 + i] = u3
         q3 = 2.0 * (u0 * u3 + u1 * u2)
+        L[LANE_BASE + 800 + i] = q3
         w3 = 0.3333333333333333 * pull_v6 - G * q3
+        L[LANE_BASE + 1520 + i] = w3
         t2_3 = 2.0 * (t1 * t2)
+        L[LANE_BASE + 904 + i] = t2_3
         t3_3 = t1 * t2_2
+        L[LANE_BASE + 984 + i] = t3_3
         F3 = c3 * t3_3 + c2 * t2_3 + c1 * t3
+        L[LANE_BASE + 24 + i] = F3
         t4 = 0.25 * u3
+        L[LANE_BASE + 1056 + i] = t4
         f3 = b3_v6 * t3_3 + b2_v5 * t2_3 + b1_v4 * t3
+        L[LANE_BASE + 392 + i] = f3
         g3 = cubic * q3 + quadratic * u3
+        L[LANE_BASE + 488 + i] = g3
         m3 = f1 * g2 + f2 * g1 + f0 * g3 + f3 * g0
+        L[LANE_BASE + 704 + i] = m3
         part321 = m1 * w2 + m2 * w1 + m0 * w3 + m3 * w0
+        L[LANE_BASE + 1760 + i] = part321
         x3 = m3 + eta * part321
+        L[LANE_BASE + 1616 + i] = x3
         pull_v7 = u1 * F2 + u2 * F1 + u0 * F3 + u3 * F0
         push_v4 = q1 * x2 + q2 * x1 + q0 * x3 + q3 * x0
+        L[LANE_BASE + 1976 + i] = push_v4
         uY_v4 = u1 * Y2 + u2 * Y1 + u0 * Y3 + u3 * Y0
+        L[LANE_BASE + 2064 + i] = uY_v4
         uZ_v4 = u1 * Z2 + u2 * Z1 + u0 * Z3 + u3 * Z0
+        L[LANE_BASE + 2152 + i] = uZ_v4
         free_v4 = prestress * u3 - stiff * uY_v4 - drag * uZ_v4
         part329 = u1 * q2 + u2 * q1 + u0 * q3 + u3 * q0
+        L[LANE_BASE + 1768 + i] = part329
         sink_v4 = K * part329
         part331 = free_v4 + K * uY_v4 + G * uZ_v4
         pull_v8 = pull_v7 + on * part331 - heavy * push_v4 - sink_v4
         Y4 = 0.25 * uZ_v4
+        L[LANE_BASE + 216 + i] = Y4
         Z4 = 0.25 * (free_v4 - share * push_v4)
+        L[LANE_BASE + 304 + i] = Z4
         u4 = 0.125 * w3
+        L[LANE_BASE + 1432 + i] = u4
         q4 = 2.0 * (u0 * u4 + u1 * u3) + u2 * u2
+        L[LANE_BASE + 808 + i] = q4
         w4 = 0.25 * pull_v8 - G * q4
+        L[LANE_BASE + 1528 + i] = w4
         t2_4 = 2.0 * (t1 * t3) + t2 * t2
+        L[LANE_BASE + 912 + i] = t2_4
         t3_4 = t2 * t2_2 + t1 * t2_3
+        L[LANE_BASE + 992 + i] = t3_4
         t4_4 = t2_2 * t2_2
+        L[LANE_BASE + 1064 + i] = t4_4
         F4 = c4 * t4_4 + c3 * t3_4 + c2 * t2_4 + c1 * t4
+        L[LANE_BASE + 32 + i] = F4
         t5 = 0.2 * u4
+        L[LANE_BASE + 1128 + i] = t5
         f4 = b4_v7 * t4_4 + b3_v6 * t3_4 + b2_v5 * t2_4 + b1_v4 * t4
+        L[LANE_BASE + 400 + i] = f4
         g4 = cubic * q4 + quadratic * u4
+        L[LANE_BASE + 496 + i] = g4
         m4 = f2 * g2 + f1 * g3 + f3 * g1 + f0 * g4 + f4 * g0
+        L[LANE_BASE + 712 + i] = m4
         part346 = m2 * w2 + m1 * w3 + m3 * w1 + m0 * w4 + m4 * w0
+        L[LANE_BASE + 1776 + i] = part346
         x4 = m4 + eta * part346
+        L[LANE_BASE + 1624 + i] = x4
         pull_v9 = u2 * F2 + u1 * F3 + u3 * F1 + u0 * F4 + u4 * F0
         push_v5 = q2 * x2 + q1 * x3 + q3 * x1 + q0 * x4 + q4 * x0
+        L[LANE_BASE + 1984 + i] = push_v5
         uY_v5 = u2 * Y2 + u1 * Y3 + u3 * Y1 + u0 * Y4 + u4 * Y0
+        L[LANE_BASE + 2072 + i] = uY_v5
         uZ_v5 = u2 * Z2 + u1 * Z3 + u3 * Z1 + u0 * Z4 + u4 * Z0
+        L[LANE_BASE + 2160 + i] = uZ_v5
         free_v5 = prestress * u4 - stiff * uY_v5 - drag * uZ_v5
         part354 = u2 * q2 + u1 * q3 + u3 * q1 + u0 * q4 + u4 * q0
+        L[LANE_BASE + 1784 + i] = part354
         sink_v5 = K * part354
         part356 = free_v5 + K * uY_v5 + G * uZ_v5
         pull_v10 = pull_v9 + on * part356 - heavy * push_v5 - sink_v5
         Y5 = 0.2 * uZ_v5
+        L[LANE_BASE + 224 + i] = Y5
         Z5 = 0.2 * (free_v5 - share * push_v5)
+        L[LANE_BASE + 312 + i] = Z5
         u5 = 0.1 * w4
+        L[LANE_BASE + 1440 + i] = u5
         q5 = 2.0 * (u0 * u5 + u1 * u4 + u2 * u3)
+        L[LANE_BASE + 816 + i] = q5
         w5 = 0.2 * pull_v10 - G * q5
+        L[LANE_BASE + 1536 + i] = w5
         t2_5 = 2.0 * (t1 * t4 + t2 * t3)
+        L[LANE_BASE + 920 + i] = t2_5
         t3_5 = t3 * t2_2 + t2 * t2_3 + t1 * t2_4
+        L[LANE_BASE + 1000 + i] = t3_5
         t4_5 = 2.0 * (t2_2 * t2_3)
+        L[LANE_BASE + 1072 + i] = t4_5
         t5_5 = t1 * t4_4
+        L[LANE_BASE + 1136 + i] = t5_5
         F5 = c5 * t5_5 + c4 * t4_5 + c3 * t3_5 + c2 * t2_5 + c1 * t5
+        L[LANE_BASE + 40 + i] = F5
         t6 = 0.16666666666666666 * u5
+        L[LANE_BASE + 1192 + i] = t6
         f5 = b5_v8 * t5_5 + b4_v7 * t4_5 + b3_v6 * t3_5 + b2_v5 * t2_5 + b1_v4 * t5
+        L[LANE_BASE + 408 + i] = f5
         g5 = cubic * q5 + quadratic * u5
+        L[LANE_BASE + 504 + i] = g5
         m5 = f2 * g3 + f3 * g2 + f1 * g4 + f4 * g1 + f0 * g5 + f5 * g0
+        L[LANE_BASE + 720 + i] = m5
         part372 = m2 * w3 + m3 * w2 + m1 * w4 + m4 * w1 + m0 * w5 + m5 * w0
+        L[LANE_BASE + 1792 + i] = part372
         x5 = m5 + eta * part372
+        L[LANE_BASE + 1632 + i] = x5
         pull_v11 = u2 * F3 + u3 * F2 + u1 * F4 + u4 * F1 + u0 * F5 + u5 * F0
         push_v6 = q2 * x3 + q3 * x2 + q1 * x4 + q4 * x1 + q0 * x5 + q5 * x0
+        L[LANE_BASE + 1992 + i] = push_v6
         uY_v6 = u2 * Y3 + u3 * Y2 + u1 * Y4 + u4 * Y1 + u0 * Y5 + u5 * Y0
+        L[LANE_BASE + 2080 + i] = uY_v6
         uZ_v6 = u2 * Z3 + u3 * Z2 + u1 * Z4 + u4 * Z1 + u0 * Z5 + u5 * Z0
+        L[LANE_BASE + 2168 + i] = uZ_v6
         free_v6 = prestress * u5 - stiff * uY_v6 - drag * uZ_v6
         part380 = u2 * q3 + u3 * q2 + u1 * q4 + u4 * q1 + u0 * q5 + u5 * q0
+        L[LANE_BASE + 1800 + i] = part380
         sink_v6 = K * part380
         part382 = free_v6 + K * uY_v6 + G * uZ_v6
         pull_v12 = pull_v11 + on * part382 - heavy * push_v6 - sink_v6
         Y6 = 0.16666666666666666 * uZ_v6
+        L[LANE_BASE + 232 + i] = Y6
         Z6 = 0.16666666666666666 * (free_v6 - share * push_v6)
+        L[LANE_BASE + 320 + i] = Z6
         u6 = 0.08333333333333333 * w5
+        L[LANE_BASE + 1448 + i] = u6
         q6 = 2.0 * (u0 * u6 + u1 * u5 + u2 * u4) + u3 * u3
+        L[LANE_BASE + 824 + i] = q6
         w6 = 0.16666666666666666 * pull_v12 - G * q6
+        L[LANE_BASE + 1544 + i] = w6
         t2_6 = 2.0 * (t1 * t5 + t2 * t4) + t3 * t3
+        L[LANE_BASE + 928 + i] = t2_6
         t3_6 = t4 * t2_2 + t3 * t2_3 + t2 * t2_4 + t1 * t2_5
+        L[LANE_BASE + 1008 + i] = t3_6
         t4_6 = 2.0 * (t2_2 * t2_4) + t2_3 * t2_3
+        L[LANE_BASE + 1080 + i] = t4_6
         t5_6 = t2 * t4_4 + t1 * t4_5
+        L[LANE_BASE + 1144 + i] = t5_6
         t6_6 = t3_3 * t3_3
+        L[LANE_BASE + 1200 + i] = t6_6
         F6 = c6 * t6_6 + c5 * t5_6 + c4 * t4_6 + c3 * t3_6 + c2 * t2_6 + c1 * t6
+        L[LANE_BASE + 48 + i] = F6
         t7 = 0.14285714285714285 * u6
+        L[LANE_BASE + 1248 + i] = t7
         f6 = b6_v9 * t6_6 + b5_v8 * t5_6 + b4_v7 * t4_6 + b3_v6 * t3_6 + b2_v5 * t2_6 + b1_v4 * t6
+        L[LANE_BASE + 416 + i] = f6
         g6 = cubic * q6 + quadratic * u6
+        L[LANE_BASE + 512 + i] = g6
         m6 = f3 * g3 + f2 * g4 + f4 * g2 + f1 * g5 + f5 * g1 + f0 * g6 + f6 * g0
+        L[LANE_BASE + 728 + i] = m6
         part399 = m3 * w3 + m2 * w4 + m4 * w2 + m1 * w5 + m5 * w1 + m0 * w6 + m6 * w0
+        L[LANE_BASE + 1808 + i] = part399
         x6 = m6 + eta * part399
+        L[LANE_BASE + 1640 + i] = x6
         pull_v13 = u3 * F3 + u2 * F4 + u4 * F2 + u1 * F5 + u5 * F1 + u0 * F6 + u6 * F0
         push_v7 = q3 * x3 + q2 * x4 + q4 * x2 + q1 * x5 + q5 * x1 + q0 * x6 + q6 * x0
+        L[LANE_BASE + 2000 + i] = push_v7
         uY_v7 = u3 * Y3 + u2 * Y4 + u4 * Y2 + u1 * Y5 + u5 * Y1 + u0 * Y6 + u6 * Y0
+        L[LANE_BASE + 2088 + i] = uY_v7
         uZ_v7 = u3 * Z3 + u2 * Z4 + u4 * Z2 + u1 * Z5 + u5 * Z1 + u0 * Z6 + u6 * Z0
+        L[LANE_BASE + 2176 + i] = uZ_v7
         free_v7 = prestress * u6 - stiff * uY_v7 - drag * uZ_v7
         part407 = u3 * q3 + u2 * q4 + u4 * q2 + u1 * q5 + u5 * q1 + u0 * q6 + u6 * q0
+        L[LANE_BASE + 1816 + i] = part407
         sink_v7 = K * part407
         part409 = free_v7 + K * uY_v7 + G * uZ_v7
         pull_v14 = pull_v13 + on * part409 - heavy * push_v7 - sink_v7
         Y7 = 0.14285714285714285 * uZ_v7
+        L[LANE_BASE + 240 + i] = Y7
         Z7 = 0.14285714285714285 * (free_v7 - share * push_v7)
+        L[LANE_BASE + 328 + i] = Z7
         u7 = 0.07142857142857142 * w6
+        L[LANE_BASE + 1456 + i] = u7
         q7 = 2.0 * (u0 * u7 + u1 * u6 + u2 * u5 + u3 * u4)
+        L[LANE_BASE + 832 + i] = q7
         w7 = 0.14285714285714285 * pull_v14 - G * q7
+        L[LANE_BASE + 1552 + i] = w7
         t2_7 = 2.0 * (t1 * t6 + t2 * t5 + t3 * t4)
+        L[LANE_BASE + 936 + i] = t2_7
         t3_7 = t5 * t2_2 + t4 * t2_3 + t3 * t2_4 + t2 * t2_5 + t1 * t2_6
+        L[LANE_BASE + 1016 + i] = t3_7
         t4_7 = 2.0 * (t2_2 * t2_5 + t2_3 * t2_4)
+        L[LANE_BASE + 1088 + i] = t4_7
         t5_7 = t3 * t4_4 + t2 * t4_5 + t1 * t4_6
+        L[LANE_BASE + 1152 + i] = t5_7
         t6_7 = 2.0 * (t3_3 * t3_4)
+        L[LANE_BASE + 1208 + i] = t6_7
         t7_7 = t1 * t6_6
+        L[LANE_BASE + 1256 + i] = t7_7
         F7 = c7 * t7_7 + c6 * t6_7 + c5 * t5_7 + c4 * t4_7 + c3 * t3_7 + c2 * t2_7 + c1 * t7
+        L[LANE_BASE + 56 + i] = F7
         t8 = 0.125 * u7
+        L[LANE_BASE + 1296 + i] = t8
         f7 = b7_v10 * t7_7 + b6_v9 * t6_7 + b5_v8 * t5_7 + b4_v7 * t4_7 + b3_v6 * t3_7 + b2_v5 * t2_7 + b1_v4 * t7
+        L[LANE_BASE + 424 + i] = f7
         g7 = cubic * q7 + quadratic * u7
+        L[LANE_BASE + 520 + i] = g7
         m7 = f3 * g4 + f4 * g3 + f2 * g5 + f5 * g2 + f1 * g6 + f6 * g1 + f0 * g7 + f7 * g0
+        L[LANE_BASE + 736 + i] = m7
         part427 = m3 * w4 + m4 * w3 + m2 * w5 + m5 * w2 + m1 * w6 + m6 * w1 + m0 * w7 + m7 * w0
+        L[LANE_BASE + 1824 + i] = part427
         x7 = m7 + eta * part427
+        L[LANE_BASE + 1648 + i] = x7
         pull_v15 = u3 * F4 + u4 * F3 + u2 * F5 + u5 * F2 + u1 * F6 + u6 * F1 + u0 * F7 + u7 * F0
         push_v8 = q3 * x4 + q4 * x3 + q2 * x5 + q5 * x2 + q1 * x6 + q6 * x1 + q0 * x7 + q7 * x0
+        L[LANE_BASE + 2008 + i] = push_v8
         uY_v8 = u3 * Y4 + u4 * Y3 + u2 * Y5 + u5 * Y2 + u1 * Y6 + u6 * Y1 + u0 * Y7 + u7 * Y0
+        L[LANE_BASE + 2096 + i] = uY_v8
         uZ_v8 = u3 * Z4 + u4 * Z3 + u2 * Z5 + u5 * Z2 + u1 * Z6 + u6 * Z1 + u0 * Z7 + u7 * Z0
+        L[LANE_BASE + 2184 + i] = uZ_v8
         free_v8 = prestress * u7 - stiff * uY_v8 - drag * uZ_v8
         part435 = u3 * q4 + u4 * q3 + u2 * q5 + u5 * q2 + u1 * q6 + u6 * q1 + u0 * q7 + u7 * q0
+        L[LANE_BASE + 1832 + i] = part435
         sink_v8 = K * part435
         part437 = free_v8 + K * uY_v8 + G * uZ_v8
         pull_v16 = pull_v15 + on * part437 - heavy * push_v8 - sink_v8
         Y8 = 0.125 * uZ_v8
+        L[LANE_BASE + 248 + i] = Y8
         Z8 = 0.125 * (free_v8 - share * push_v8)
+        L[LANE_BASE + 336 + i] = Z8
         u8 = 0.0625 * w7
+        L[LANE_BASE + 1464 + i] = u8
         q8 = 2.0 * (u0 * u8 + u1 * u7 + u2 * u6 + u3 * u5) + u4 * u4
+        L[LANE_BASE + 840 + i] = q8
         w8 = 0.125 * pull_v16 - G * q8
+        L[LANE_BASE + 1560 + i] = w8
         t2_8 = 2.0 * (t1 * t7 + t2 * t6 + t3 * t5) + t4 * t4
+        L[LANE_BASE + 944 + i] = t2_8
         t3_8 = t6 * t2_2 + t5 * t2_3 + t4 * t2_4 + t3 * t2_5 + t2 * t2_6 + t1 * t2_7
+        L[LANE_BASE + 1024 + i] = t3_8
         t4_8 = 2.0 * (t2_2 * t2_6 + t2_3 * t2_5) + t2_4 * t2_4
+        L[LANE_BASE + 1096 + i] = t4_8
         t5_8 = t4 * t4_4 + t3 * t4_5 + t2 * t4_6 + t1 * t4_7
+        L[LANE_BASE + 1160 + i] = t5_8
         t6_8 = 2.0 * (t3_3 * t3_5) + t3_4 * t3_4
+        L[LANE_BASE + 1216 + i] = t6_8
         t7_8 = t2 * t6_6 + t1 * t6_7
+        L[LANE_BASE + 1264 + i] = t7_8
         t8_8 = t4_4 * t4_4
+        L[LANE_BASE + 1304 + i] = t8_8
         F8 = c8 * t8_8 + c7 * t7_8 + c6 * t6_8 + c5 * t5_8 + c4 * t4_8 + c3 * t3_8 + c2 * t2_8 + c1 * t8
+        L[LANE_BASE + 64 + i] = F8
         t9 = 0.1111111111111111 * u8
-        f8 = (
-            b8_v2 * t8_8
-            + b7_v10 * t7_8
-            + b6_v9 * t6_8
-            + b5_v8 * t5_8
-            + b4_v7 * t4_8
-            + b3_v6 * t3_8
-            + b2_v5 * t2_8
-            + b1_v4 * t8
-        )
+        L[LANE_BASE + 1336 + i] = t9
+        f8 = b8_v2 * t8_8 + b7_v10 * t7_8 + b6_v9 * t6_8 + b5_v8 * t5_8 + b4_v7 * t4_8 + b3_v6 * t3_8 + b2_v5 * t2_8 + b1_v4 * t8
+        L[LANE_BASE + 432 + i] = f8
         g8 = cubic * q8 + quadratic * u8
+        L[LANE_BASE + 528 + i] = g8
         m8 = f4 * g4 + f3 * g5 + f5 * g3 + f2 * g6 + f6 * g2 + f1 * g7 + f7 * g1 + f0 * g8 + f8 * g0
+        L[LANE_BASE + 744 + i] = m8
         part456 = m4 * w4 + m3 * w5 + m5 * w3 + m2 * w6 + m6 * w2 + m1 * w7 + m7 * w1 + m0 * w8 + m8 * w0
+        L[LANE_BASE + 1840 + i] = part456
         x8 = m8 + eta * part456
+        L[LANE_BASE + 1656 + i] = x8
         pull_v17 = u4 * F4 + u3 * F5 + u5 * F3 + u2 * F6 + u6 * F2 + u1 * F7 + u7 * F1 + u0 * F8 + u8 * F0
         push_v9 = q4 * x4 + q3 * x5 + q5 * x3 + q2 * x6 + q6 * x2 + q1 * x7 + q7 * x1 + q0 * x8 + q8 * x0
+        L[LANE_BASE + 2016 + i] = push_v9
         uY_v9 = u4 * Y4 + u3 * Y5 + u5 * Y3 + u2 * Y6 + u6 * Y2 + u1 * Y7 + u7 * Y1 + u0 * Y8 + u8 * Y0
+        L[LANE_BASE + 2104 + i] = uY_v9
         uZ_v9 = u4 * Z4 + u3 * Z5 + u5 * Z3 + u2 * Z6 + u6 * Z2 + u1 * Z7 + u7 * Z1 + u0 * Z8 + u8 * Z0
+        L[LANE_BASE + 2192 + i] = uZ_v9
         free_v9 = prestress * u8 - stiff * uY_v9 - drag * uZ_v9
         part464 = u4 * q4 + u3 * q5 + u5 * q3 + u2 * q6 + u6 * q2 + u1 * q7 + u7 * q1 + u0 * q8 + u8 * q0
+        L[LANE_BASE + 1848 + i] = part464
         sink_v9 = K * part464
         part466 = free_v9 + K * uY_v9 + G * uZ_v9
         pull_v18 = pull_v17 + on * part466 - heavy * push_v9 - sink_v9
         Y9 = 0.1111111111111111 * uZ_v9
+        L[LANE_BASE + 256 + i] = Y9
         Z9 = 0.1111111111111111 * (free_v9 - share * push_v9)
+        L[LANE_BASE + 344 + i] = Z9
         u9 = 0.05555555555555555 * w8
+        L[LANE_BASE + 1472 + i] = u9
         q9 = 2.0 * (u0 * u9 + u1 * u8 + u2 * u7 + u3 * u6 + u4 * u5)
+        L[LANE_BASE + 848 + i] = q9
         w9 = 0.1111111111111111 * pull_v18 - G * q9
+        L[LANE_BASE + 1568 + i] = w9
         t2_9 = 2.0 * (t1 * t8 + t2 * t7 + t3 * t6 + t4 * t5)
+        L[LANE_BASE + 952 + i] = t2_9
         t3_9 = t7 * t2_2 + t6 * t2_3 + t5 * t2_4 + t4 * t2_5 + t3 * t2_6 + t2 * t2_7 + t1 * t2_8
+        L[LANE_BASE + 1032 + i] = t3_9
         t4_9 = 2.0 * (t2_2 * t2_7 + t2_3 * t2_6 + t2_4 * t2_5)
+        L[LANE_BASE + 1104 + i] = t4_9
         t5_9 = t5 * t4_4 + t4 * t4_5 + t3 * t4_6 + t2 * t4_7 + t1 * t4_8
+        L[LANE_BASE + 1168 + i] = t5_9
         t6_9 = 2.0 * (t3_3 * t3_6 + t3_4 * t3_5)
+        L[LANE_BASE + 1224 + i] = t6_9
         t7_9 = t3 * t6_6 + t2 * t6_7 + t1 * t6_8
+        L[LANE_BASE + 1272 + i] = t7_9
         t8_9 = 2.0 * (t4_4 * t4_5)
+        L[LANE_BASE + 1312 + i] = t8_9
         t9_9 = t1 * t8_8
+        L[LANE_BASE + 1344 + i] = t9_9
         F9 = c9 * t9_9 + c8 * t8_9 + c7 * t7_9 + c6 * t6_9 + c5 * t5_9 + c4 * t4_9 + c3 * t3_9 + c2 * t2_9 + c1 * t9
+        L[LANE_BASE + 72 + i] = F9
         t10 = 0.1 * u9
-        f9 = (
-            b9 * t9_9
-            + b8_v2 * t8_9
-            + b7_v10 * t7_9
-            + b6_v9 * t6_9
-            + b5_v8 * t5_9
-            + b4_v7 * t4_9
-            + b3_v6 * t3_9
-            + b2_v5 * t2_9
-            + b1_v4 * t9
-        )
+        L[LANE_BASE + 1368 + i] = t10
+        f9 = b9 * t9_9 + b8_v2 * t8_9 + b7_v10 * t7_9 + b6_v9 * t6_9 + b5_v8 * t5_9 + b4_v7 * t4_9 + b3_v6 * t3_9 + b2_v5 * t2_9 + b1_v4 * t9
+        L[LANE_BASE + 440 + i] = f9
         g9 = cubic * q9 + quadratic * u9
+        L[LANE_BASE + 536 + i] = g9
         m9 = f4 * g5 + f5 * g4 + f3 * g6 + f6 * g3 + f2 * g7 + f7 * g2 + f1 * g8 + f8 * g1 + f0 * g9 + f9 * g0
+        L[LANE_BASE + 752 + i] = m9
         part486 = m4 * w5 + m5 * w4 + m3 * w6 + m6 * w3 + m2 * w7 + m7 * w2 + m1 * w8 + m8 * w1 + m0 * w9 + m9 * w0
+        L[LANE_BASE + 1856 + i] = part486
         x9 = m9 + eta * part486
+        L[LANE_BASE + 1664 + i] = x9
         pull_v19 = u4 * F5 + u5 * F4 + u3 * F6 + u6 * F3 + u2 * F7 + u7 * F2 + u1 * F8 + u8 * F1 + u0 * F9 + u9 * F0
         push_v10 = q4 * x5 + q5 * x4 + q3 * x6 + q6 * x3 + q2 * x7 + q7 * x2 + q1 * x8 + q8 * x1 + q0 * x9 + q9 * x0
+        L[LANE_BASE + 2024 + i] = push_v10
         uY_v10 = u4 * Y5 + u5 * Y4 + u3 * Y6 + u6 * Y3 + u2 * Y7 + u7 * Y2 + u1 * Y8 + u8 * Y1 + u0 * Y9 + u9 * Y0
+        L[LANE_BASE + 2112 + i] = uY_v10
         uZ_v10 = u4 * Z5 + u5 * Z4 + u3 * Z6 + u6 * Z3 + u2 * Z7 + u7 * Z2 + u1 * Z8 + u8 * Z1 + u0 * Z9 + u9 * Z0
+        L[LANE_BASE + 2200 + i] = uZ_v10
         free_v10 = prestress * u9 - stiff * uY_v10 - drag * uZ_v10
         part494 = u4 * q5 + u5 * q4 + u3 * q6 + u6 * q3 + u2 * q7 + u7 * q2 + u1 * q8 + u8 * q1 + u0 * q9 + u9 * q0
+        L[LANE_BASE + 1864 + i] = part494
         sink_v10 = K * part494
         part496 = free_v10 + K * uY_v10 + G * uZ_v10
         pull_v20 = pull_v19 + on * part496 - heavy * push_v10 - sink_v10
         Y10 = 0.1 * uZ_v10
+        L[LANE_BASE + 264 + i] = Y10
         Z10 = 0.1 * (free_v10 - share * push_v10)
+        L[LANE_BASE + 352 + i] = Z10
         u10 = 0.05 * w9
+        L[LANE_BASE + 1480 + i] = u10
         q10 = 2.0 * (u0 * u10 + u1 * u9 + u2 * u8 + u3 * u7 + u4 * u6) + u5 * u5
+        L[LANE_BASE + 856 + i] = q10
         w10 = 0.1 * pull_v20 - G * q10
+        L[LANE_BASE + 1576 + i] = w10
         t2_10 = 2.0 * (t1 * t9 + t2 * t8 + t3 * t7 + t4 * t6) + t5 * t5
+        L[LANE_BASE + 960 + i] = t2_10
         t3_10 = t8 * t2_2 + t7 * t2_3 + t6 * t2_4 + t5 * t2_5 + t4 * t2_6 + t3 * t2_7 + t2 * t2_8 + t1 * t2_9
+        L[LANE_BASE + 1040 + i] = t3_10
         t4_10 = 2.0 * (t2_2 * t2_8 + t2_3 * t2_7 + t2_4 * t2_6) + t2_5 * t2_5
+        L[LANE_BASE + 1112 + i] = t4_10
         t5_10 = t6 * t4_4 + t5 * t4_5 + t4 * t4_6 + t3 * t4_7 + t2 * t4_8 + t1 * t4_9
+        L[LANE_BASE + 1176 + i] = t5_10
         t6_10 = 2.0 * (t3_3 * t3_7 + t3_4 * t3_6) + t3_5 * t3_5
+        L[LANE_BASE + 1232 + i] = t6_10
         t7_10 = t4 * t6_6 + t3 * t6_7 + t2 * t6_8 + t1 * t6_9
+        L[LANE_BASE + 1280 + i] = t7_10
         t8_10 = 2.0 * (t4_4 * t4_6) + t4_5 * t4_5
+        L[LANE_BASE + 1320 + i] = t8_10
         t9_10 = t2 * t8_8 + t1 * t8_9
+        L[LANE_BASE + 1352 + i] = t9_10
         t10_10 = t5_5 * t5_5
-        F10 = (
-            c10 * t10_10
-            + c9 * t9_10
-            + c8 * t8_10
-            + c7 * t7_10
-            + c6 * t6_10
-            + c5 * t5_10
-            + c4 * t4_10
-            + c3 * t3_10
-            + c2 * t2_10
-            + c1 * t10
-        )
+        L[LANE_BASE + 1376 + i] = t10_10
+        F10 = c10 * t10_10 + c9 * t9_10 + c8 * t8_10 + c7 * t7_10 + c6 * t6_10 + c5 * t5_10 + c4 * t4_10 + c3 * t3_10 + c2 * t2_10 + c1 * t10
+        L[LANE_BASE + 80 + i] = F10
         t11 = 0.09090909090909091 * u10
-        f10 = (
-            b10 * t10_10
-            + b9 * t9_10
-            + b8_v2 * t8_10
-            + b7_v10 * t7_10
-            + b6_v9 * t6_10
-            + b5_v8 * t5_10
-            + b4_v7 * t4_10
-            + b3_v6 * t3_10
-            + b2_v5 * t2_10
-            + b1_v4 * t10
-        )
+        L[LANE_BASE + 1392 + i] = t11
+        f10 = b10 * t10_10 + b9 * t9_10 + b8_v2 * t8_10 + b7_v10 * t7_10 + b6_v9 * t6_10 + b5_v8 * t5_10 + b4_v7 * t4_10 + b3_v6 * t3_10 + b2_v5 * t2_10 + b1_v4 * t10
+        L[LANE_BASE + 448 + i] = f10
         g10 = cubic * q10 + quadratic * u10
-        m10 = (
-            f5 * g5
-            + f4 * g6
-            + f6 * g4
-            + f3 * g7
-            + f7 * g3
-            + f2 * g8
-            + f8 * g2
-            + f1 * g9
-            + f9 * g1
-            + f0 * g10
-            + f10 * g0
-        )
-        part517 = (
-            m5 * w5
-            + m4 * w6
-            + m6 * w4
-            + m3 * w7
-            + m7 * w3
-            + m2 * w8
-            + m8 * w2
-            + m1 * w9
-            + m9 * w1
-            + m0 * w10
-            + m10 * w0
-        )
+        L[LANE_BASE + 544 + i] = g10
+        m10 = f5 * g5 + f4 * g6 + f6 * g4 + f3 * g7 + f7 * g3 + f2 * g8 + f8 * g2 + f1 * g9 + f9 * g1 + f0 * g10 + f10 * g0
+        L[LANE_BASE + 760 + i] = m10
+        part517 = m5 * w5 + m4 * w6 + m6 * w4 + m3 * w7 + m7 * w3 + m2 * w8 + m8 * w2 + m1 * w9 + m9 * w1 + m0 * w10 + m10 * w0
+        L[LANE_BASE + 1872 + i] = part517
         x10 = m10 + eta * part517
-        pull_v21 = (
-            u5 * F5
-            + u4 * F6
-            + u6 * F4
-            + u3 * F7
-            + u7 * F3
-            + u2 * F8
-            + u8 * F2
-            + u1 * F9
-            + u9 * F1
-            + u0 * F10
-            + u10 * F0
-        )
-        push_v11 = (
-            q5 * x5
-            + q4 * x6
-            + q6 * x4
-            + q3 * x7
-            + q7 * x3
-            + q2 * x8
-            + q8 * x2
-            + q1 * x9
-            + q9 * x1
-            + q0 * x10
-            + q10 * x0
-        )
-        uY_v11 = (
-            u5 * Y5
-            + u4 * Y6
-            + u6 * Y4
-            + u3 * Y7
-            + u7 * Y3
-            + u2 * Y8
-            + u8 * Y2
-            + u1 * Y9
-            + u9 * Y1
-            + u0 * Y10
-            + u10 * Y0
-        )
-        uZ_v11 = (
-            u5 * Z5
-            + u4 * Z6
-            + u6 * Z4
-            + u3 * Z7
-            + u7 * Z3
-            + u2 * Z8
-            + u8 * Z2
-            + u1 * Z9
-            + u9 * Z1
-            + u0 * Z10
-            + u10 * Z0
-        )
+        L[LANE_BASE + 1672 + i] = x10
+        pull_v21 = u5 * F5 + u4 * F6 + u6 * F4 + u3 * F7 + u7 * F3 + u2 * F8 + u8 * F2 + u1 * F9 + u9 * F1 + u0 * F10 + u10 * F0
+        push_v11 = q5 * x5 + q4 * x6 + q6 * x4 + q3 * x7 + q7 * x3 + q2 * x8 + q8 * x2 + q1 * x9 + q9 * x1 + q0 * x10 + q10 * x0
+        L[LANE_BASE + 2032 + i] = push_v11
+        uY_v11 = u5 * Y5 + u4 * Y6 + u6 * Y4 + u3 * Y7 + u7 * Y3 + u2 * Y8 + u8 * Y2 + u1 * Y9 + u9 * Y1 + u0 * Y10 + u10 * Y0
+        L[LANE_BASE + 2120 + i] = uY_v11
+        uZ_v11 = u5 * Z5 + u4 * Z6 + u6 * Z4 + u3 * Z7 + u7 * Z3 + u2 * Z8 + u8 * Z2 + u1 * Z9 + u9 * Z1 + u0 * Z10 + u10 * Z0
+        L[LANE_BASE + 2208 + i] = uZ_v11
         free_v11 = prestress * u10 - stiff * uY_v11 - drag * uZ_v11
-        part525 = (
-            u5 * q5
-            + u4 * q6
-            + u6 * q4
-            + u3 * q7
-            + u7 * q3
-            + u2 * q8
-            + u8 * q2
-            + u1 * q9
-            + u9 * q1
-            + u0 * q10
-            + u10 * q0
-        )
+        part525 = u5 * q5 + u4 * q6 + u6 * q4 + u3 * q7 + u7 * q3 + u2 * q8 + u8 * q2 + u1 * q9 + u9 * q1 + u0 * q10 + u10 * q0
+        L[LANE_BASE + 1880 + i] = part525
         sink_v11 = K * part525
         part527 = free_v11 + K * uY_v11 + G * uZ_v11
         pull_v22 = pull_v21 + on * part527 - heavy * push_v11 - sink_v11
         Y11 = 0.09090909090909091 * uZ_v11
+        L[LANE_BASE + 272 + i] = Y11
         Z11 = 0.09090909090909091 * (free_v11 - share * push_v11)
+        L[LANE_BASE + 360 + i] = Z11
         u11 = 0.045454545454545456 * w10
+        L[LANE_BASE + 1488 + i] = u11
         q11 = 2.0 * (u0 * u11 + u1 * u10 + u2 * u9 + u3 * u8 + u4 * u7 + u5 * u6)
+        L[LANE_BASE + 864 + i] = q11
         w11 = 0.09090909090909091 * pull_v22 - G * q11
+        L[LANE_BASE + 1584 + i] = w11
         t2_11 = 2.0 * (t1 * t10 + t2 * t9 + t3 * t8 + t4 * t7 + t5 * t6)
-        t3_11 = (
-            t9 * t2_2 + t8 * t2_3 + t7 * t2_4 + t6 * t2_5 + t5 * t2_6 + t4 * t2_7 + t3 * t2_8 + t2 * t2_9 + t1 * t2_10
-        )
+        L[LANE_BASE + 968 + i] = t2_11
+        t3_11 = t9 * t2_2 + t8 * t2_3 + t7 * t2_4 + t6 * t2_5 + t5 * t2_6 + t4 * t2_7 + t3 * t2_8 + t2 * t2_9 + t1 * t2_10
+        L[LANE_BASE + 1048 + i] = t3_11
         t4_11 = 2.0 * (t2_2 * t2_9 + t2_3 * t2_8 + t2_4 * t2_7 + t2_5 * t2_6)
+        L[LANE_BASE + 1120 + i] = t4_11
         t5_11 = t7 * t4_4 + t6 * t4_5 + t5 * t4_6 + t4 * t4_7 + t3 * t4_8 + t2 * t4_9 + t1 * t4_10
+        L[LANE_BASE + 1184 + i] = t5_11
         t6_11 = 2.0 * (t3_3 * t3_8 + t3_4 * t3_7 + t3_5 * t3_6)
+        L[LANE_BASE + 1240 + i] = t6_11
         t7_11 = t5 * t6_6 + t4 * t6_7 + t3 * t6_8 + t2 * t6_9 + t1 * t6_10
+        L[LANE_BASE + 1288 + i] = t7_11
         t8_11 = 2.0 * (t4_4 * t4_7 + t4_5 * t4_6)
+        L[LANE_BASE + 1328 + i] = t8_11
         t9_11 = t3 * t8_8 + t2 * t8_9 + t1 * t8_10
+        L[LANE_BASE + 1360 + i] = t9_11
         t10_11 = 2.0 * (t5_5 * t5_6)
+        L[LANE_BASE + 1384 + i] = t10_11
         t11_11 = t1 * t10_10
-        F11 = (
-            c11 * t11_11
-            + c10 * t10_11
-            + c9 * t9_11
-            + c8 * t8_11
-            + c7 * t7_11
-            + c6 * t6_11
-            + c5 * t5_11
-            + c4 * t4_11
-            + c3 * t3_11
-            + c2 * t2_11
-            + c1 * t11
-        )
-        f11 = (
-            b11 * t11_11
-            + b10 * t10_11
-            + b9 * t9_11
-            + b8_v2 * t8_11
-            + b7_v10 * t7_11
-            + b6_v9 * t6_11
-            + b5_v8 * t5_11
-            + b4_v7 * t4_11
-            + b3_v6 * t3_11
-            + b2_v5 * t2_11
-            + b1_v4 * t11
-        )
+        L[LANE_BASE + 1400 + i] = t11_11
+        F11 = c11 * t11_11 + c10 * t10_11 + c9 * t9_11 + c8 * t8_11 + c7 * t7_11 + c6 * t6_11 + c5 * t5_11 + c4 * t4_11 + c3 * t3_11 + c2 * t2_11 + c1 * t11
+        L[LANE_BASE + 88 + i] = F11
+        f11 = b11 * t11_11 + b10 * t10_11 + b9 * t9_11 + b8_v2 * t8_11 + b7_v10 * t7_11 + b6_v9 * t6_11 + b5_v8 * t5_11 + b4_v7 * t4_11 + b3_v6 * t3_11 + b2_v5 * t2_11 + b1_v4 * t11
+        L[LANE_BASE + 456 + i] = f11
         g11 = cubic * q11 + quadratic * u11
-        m11 = (
-            f5 * g6
-            + f6 * g5
-            + f4 * g7
-            + f7 * g4
-            + f3 * g8
-            + f8 * g3
-            + f2 * g9
-            + f9 * g2
-            + f1 * g10
-            + f10 * g1
-            + f0 * g11
-            + f11 * g0
-        )
-        part549 = (
-            m5 * w6
-            + m6 * w5
-            + m4 * w7
-            + m7 * w4
-            + m3 * w8
-            + m8 * w3
-            + m2 * w9
-            + m9 * w2
-            + m1 * w10
-            + m10 * w1
-            + m0 * w11
-            + m11 * w0
-        )
+        L[LANE_BASE + 552 + i] = g11
+        m11 = f5 * g6 + f6 * g5 + f4 * g7 + f7 * g4 + f3 * g8 + f8 * g3 + f2 * g9 + f9 * g2 + f1 * g10 + f10 * g1 + f0 * g11 + f11 * g0
+        L[LANE_BASE + 768 + i] = m11
+        part549 = m5 * w6 + m6 * w5 + m4 * w7 + m7 * w4 + m3 * w8 + m8 * w3 + m2 * w9 + m9 * w2 + m1 * w10 + m10 * w1 + m0 * w11 + m11 * w0
+        L[LANE_BASE + 1888 + i] = part549
         x11 = m11 + eta * part549
-        pull_v23 = (
-            u5 * F6
-            + u6 * F5
-            + u4 * F7
-            + u7 * F4
-            + u3 * F8
-            + u8 * F3
-            + u2 * F9
-            + u9 * F2
-            + u1 * F10
-            + u10 * F1
-            + u0 * F11
-            + u11 * F0
-        )
-        push_v12 = (
-            q5 * x6
-            + q6 * x5
-            + q4 * x7
-            + q7 * x4
-            + q3 * x8
-            + q8 * x3
-            + q2 * x9
-            + q9 * x2
-            + q1 * x10
-            + q10 * x1
-            + q0 * x11
-            + q11 * x0
-        )
-        uY_v12 = (
-            u5 * Y6
-            + u6 * Y5
-            + u4 * Y7
-            + u7 * Y4
-            + u3 * Y8
-            + u8 * Y3
-            + u2 * Y9
-            + u9 * Y2
-            + u1 * Y10
-            + u10 * Y1
-            + u0 * Y11
-            + u11 * Y0
-        )
-        uZ_v12 = (
-            u5 * Z6
-            + u6 * Z5
-            + u4 * Z7
-            + u7 * Z4
-            + u3 * Z8
-            + u8 * Z3
-            + u2 * Z9
-            + u9 * Z2
-            + u1 * Z10
-            + u10 * Z1
-            + u0 * Z11
-            + u11 * Z0
-        )
+        L[LANE_BASE + 1680 + i] = x11
+        pull_v23 = u5 * F6 + u6 * F5 + u4 * F7 + u7 * F4 + u3 * F8 + u8 * F3 + u2 * F9 + u9 * F2 + u1 * F10 + u10 * F1 + u0 * F11 + u11 * F0
+        push_v12 = q5 * x6 + q6 * x5 + q4 * x7 + q7 * x4 + q3 * x8 + q8 * x3 + q2 * x9 + q9 * x2 + q1 * x10 + q10 * x1 + q0 * x11 + q11 * x0
+        L[LANE_BASE + 2040 + i] = push_v12
+        uY_v12 = u5 * Y6 + u6 * Y5 + u4 * Y7 + u7 * Y4 + u3 * Y8 + u8 * Y3 + u2 * Y9 + u9 * Y2 + u1 * Y10 + u10 * Y1 + u0 * Y11 + u11 * Y0
+        L[LANE_BASE + 2128 + i] = uY_v12
+        uZ_v12 = u5 * Z6 + u6 * Z5 + u4 * Z7 + u7 * Z4 + u3 * Z8 + u8 * Z3 + u2 * Z9 + u9 * Z2 + u1 * Z10 + u10 * Z1 + u0 * Z11 + u11 * Z0
+        L[LANE_BASE + 2216 + i] = uZ_v12
         free_v12 = prestress * u11 - stiff * uY_v12 - drag * uZ_v12
-        part557 = (
-            u5 * q6
-            + u6 * q5
-            + u4 * q7
-            + u7 * q4
-            + u3 * q8
-            + u8 * q3
-            + u2 * q9
-            + u9 * q2
-            + u1 * q10
-            + u10 * q1
-            + u0 * q11
-            + u11 * q0
-        )
+        part557 = u5 * q6 + u6 * q5 + u4 * q7 + u7 * q4 + u3 * q8 + u8 * q3 + u2 * q9 + u9 * q2 + u1 * q10 + u10 * q1 + u0 * q11 + u11 * q0
+        L[LANE_BASE + 1896 + i] = part557
         sink_v12 = K * part557
         part559 = free_v12 + K * uY_v12 + G * uZ_v12
         pull_v24 = pull_v23 + on * part559 - heavy * push_v12 - sink_v12
         Y12 = 0.08333333333333333 * uZ_v12
         Z12 = 0.08333333333333333 * (free_v12 - share * push_v12)
         u12 = 0.041666666666666664 * w11
+        L[LANE_BASE + 1496 + i] = u12
         q12 = 2.0 * (u0 * u12 + u1 * u11 + u2 * u10 + u3 * u9 + u4 * u8 + u5 * u7) + u6 * u6
+        L[LANE_BASE + 872 + i] = q12
         w12 = 0.08333333333333333 * pull_v24 - G * q12
         sc0 = 1.0 * c1
         sc1 = 2.0 * c2
@@ -7924,50 +4632,29 @@ def base_general_12(L: FloatArray) -> None:
         sc10 = 11.0 * c11
         sc11 = 12.0 * c12
         H0 = sc0
+        L[LANE_BASE + 96 + i] = H0
         H1 = sc1 * t1
+        L[LANE_BASE + 104 + i] = H1
         H2 = sc2 * t2_2 + sc1 * t2
+        L[LANE_BASE + 112 + i] = H2
         H3 = sc3 * t3_3 + sc2 * t2_3 + sc1 * t3
+        L[LANE_BASE + 120 + i] = H3
         H4 = sc4 * t4_4 + sc3 * t3_4 + sc2 * t2_4 + sc1 * t4
+        L[LANE_BASE + 128 + i] = H4
         H5 = sc5 * t5_5 + sc4 * t4_5 + sc3 * t3_5 + sc2 * t2_5 + sc1 * t5
+        L[LANE_BASE + 136 + i] = H5
         H6 = sc6 * t6_6 + sc5 * t5_6 + sc4 * t4_6 + sc3 * t3_6 + sc2 * t2_6 + sc1 * t6
+        L[LANE_BASE + 144 + i] = H6
         H7 = sc7 * t7_7 + sc6 * t6_7 + sc5 * t5_7 + sc4 * t4_7 + sc3 * t3_7 + sc2 * t2_7 + sc1 * t7
+        L[LANE_BASE + 152 + i] = H7
         H8 = sc8 * t8_8 + sc7 * t7_8 + sc6 * t6_8 + sc5 * t5_8 + sc4 * t4_8 + sc3 * t3_8 + sc2 * t2_8 + sc1 * t8
-        H9 = (
-            sc9 * t9_9
-            + sc8 * t8_9
-            + sc7 * t7_9
-            + sc6 * t6_9
-            + sc5 * t5_9
-            + sc4 * t4_9
-            + sc3 * t3_9
-            + sc2 * t2_9
-            + sc1 * t9
-        )
-        H10 = (
-            sc10 * t10_10
-            + sc9 * t9_10
-            + sc8 * t8_10
-            + sc7 * t7_10
-            + sc6 * t6_10
-            + sc5 * t5_10
-            + sc4 * t4_10
-            + sc3 * t3_10
-            + sc2 * t2_10
-            + sc1 * t10
-        )
-        H11 = (
-            sc11 * t11_11
-            + sc10 * t10_11
-            + sc9 * t9_11
-            + sc8 * t8_11
-            + sc7 * t7_11
-            + sc6 * t6_11
-            + sc5 * t5_11
-            + sc4 * t4_11
-            + sc3 * t3_11
-            + sc2 * t2_11
-            + sc1 * t11
-        )
+        L[LANE_BASE + 160 + i] = H8
+        H9 = sc9 * t9_9 + sc8 * t8_9 + sc7 * t7_9 + sc6 * t6_9 + sc5 * t5_9 + sc4 * t4_9 + sc3 * t3_9 + sc2 * t2_9 + sc1 * t9
+        L[LANE_BASE + 168 + i] = H9
+        H10 = sc10 * t10_10 + sc9 * t9_10 + sc8 * t8_10 + sc7 * t7_10 + sc6 * t6_10 + sc5 * t5_10 + sc4 * t4_10 + sc3 * t3_10 + sc2 * t2_10 + sc1 * t10
+        L[LANE_BASE + 176 + i] = H10
+        H11 = sc11 * t11_11 + sc10 * t10_11 + sc9 * t9_11 + sc8 * t8_11 + sc7 * t7_11 + sc6 * t6_11 + sc5 * t5_11 + sc4 * t4_11 + sc3 * t3_11 + sc2 * t2_11 + sc1 * t11
+        L[LANE_BASE + 184 + i] = H11
         sb0 = 1.0 * b1_v4
         sb1 = 2.0 * b2_v5
         sb2 = 3.0 * b3_v6
@@ -7981,62 +4668,50 @@ def base_general_12(L: FloatArray) -> None:
         sb10 = 11.0 * b11
         sb11 = 12.0 * b12
         k0 = sb0
+        L[LANE_BASE + 584 + i] = k0
         k1 = sb1 * t1
+        L[LANE_BASE + 592 + i] = k1
         k2 = sb2 * t2_2 + sb1 * t2
+        L[LANE_BASE + 600 + i] = k2
         k3 = sb3 * t3_3 + sb2 * t2_3 + sb1 * t3
+        L[LANE_BASE + 608 + i] = k3
         k4 = sb4 * t4_4 + sb3 * t3_4 + sb2 * t2_4 + sb1 * t4
+        L[LANE_BASE + 616 + i] = k4
         k5 = sb5 * t5_5 + sb4 * t4_5 + sb3 * t3_5 + sb2 * t2_5 + sb1 * t5
+        L[LANE_BASE + 624 + i] = k5
         k6 = sb6 * t6_6 + sb5 * t5_6 + sb4 * t4_6 + sb3 * t3_6 + sb2 * t2_6 + sb1 * t6
+        L[LANE_BASE + 632 + i] = k6
         k7 = sb7 * t7_7 + sb6 * t6_7 + sb5 * t5_7 + sb4 * t4_7 + sb3 * t3_7 + sb2 * t2_7 + sb1 * t7
+        L[LANE_BASE + 640 + i] = k7
         k8 = sb8 * t8_8 + sb7 * t7_8 + sb6 * t6_8 + sb5 * t5_8 + sb4 * t4_8 + sb3 * t3_8 + sb2 * t2_8 + sb1 * t8
-        k9 = (
-            sb9 * t9_9
-            + sb8 * t8_9
-            + sb7 * t7_9
-            + sb6 * t6_9
-            + sb5 * t5_9
-            + sb4 * t4_9
-            + sb3 * t3_9
-            + sb2 * t2_9
-            + sb1 * t9
-        )
-        k10 = (
-            sb10 * t10_10
-            + sb9 * t9_10
-            + sb8 * t8_10
-            + sb7 * t7_10
-            + sb6 * t6_10
-            + sb5 * t5_10
-            + sb4 * t4_10
-            + sb3 * t3_10
-            + sb2 * t2_10
-            + sb1 * t10
-        )
-        k11 = (
-            sb11 * t11_11
-            + sb10 * t10_11
-            + sb9 * t9_11
-            + sb8 * t8_11
-            + sb7 * t7_11
-            + sb6 * t6_11
-            + sb5 * t5_11
-            + sb4 * t4_11
-            + sb3 * t3_11
-            + sb2 * t2_11
-            + sb1 * t11
-        )
+        L[LANE_BASE + 648 + i] = k8
+        k9 = sb9 * t9_9 + sb8 * t8_9 + sb7 * t7_9 + sb6 * t6_9 + sb5 * t5_9 + sb4 * t4_9 + sb3 * t3_9 + sb2 * t2_9 + sb1 * t9
+        L[LANE_BASE + 656 + i] = k9
+        k10 = sb10 * t10_10 + sb9 * t9_10 + sb8 * t8_10 + sb7 * t7_10 + sb6 * t6_10 + sb5 * t5_10 + sb4 * t4_10 + sb3 * t3_10 + sb2 * t2_10 + sb1 * t10
+        L[LANE_BASE + 664 + i] = k10
+        k11 = sb11 * t11_11 + sb10 * t10_11 + sb9 * t9_11 + sb8 * t8_11 + sb7 * t7_11 + sb6 * t6_11 + sb5 * t5_11 + sb4 * t4_11 + sb3 * t3_11 + sb2 * t2_11 + sb1 * t11
+        L[LANE_BASE + 672 + i] = k11
         h2 = h1 * h1
+        L[LANE_BASE + 560 + i] = h2
         h4 = h2 * h2
+        L[LANE_BASE + 568 + i] = h4
         h8 = h4 * h4
+        L[LANE_BASE + 576 + i] = h8
         part617 = h1 * 0.5
+        L[LANE_BASE + 1904 + i] = part617
         part618 = h1 * 0.25
+        L[LANE_BASE + 1912 + i] = part618
         part619 = 0.3333333333333333 * u2 + part618 * u3
         part620 = h1 * 0.16666666666666666
+        L[LANE_BASE + 1920 + i] = part620
         part621 = h1 * 0.125
+        L[LANE_BASE + 1928 + i] = part621
         part622 = 0.14285714285714285 * u6 + part621 * u7
         part623 = 0.2 * u4 + part620 * u5 + h2 * part622
         part624 = h1 * 0.1
+        L[LANE_BASE + 1936 + i] = part624
         part625 = h1 * 0.08333333333333333
+        L[LANE_BASE + 1944 + i] = part625
         part626 = 0.09090909090909091 * u10 + part625 * u11
         part627 = 0.1111111111111111 * u8 + part624 * u9 + h2 * part626
         part628 = u0 + part617 * u1 + h2 * part619 + h4 * part623 + h8 * part627
@@ -8065,284 +4740,6 @@ def base_general_12(L: FloatArray) -> None:
         part651 = Z10 + h1 * Z11
         part652 = Z8 + h1 * Z9 + h2 * part651 + h4 * Z12
         Z = Z0 + h1 * Z1 + h2 * part648 + h4 * part650 + h8 * part652
-        L[LANE_BASE + i] = F0
-        L[LANE_BASE + 8 + i] = F1
-        L[LANE_BASE + 16 + i] = F2
-        L[LANE_BASE + 24 + i] = F3
-        L[LANE_BASE + 32 + i] = F4
-        L[LANE_BASE + 40 + i] = F5
-        L[LANE_BASE + 48 + i] = F6
-        L[LANE_BASE + 56 + i] = F7
-        L[LANE_BASE + 64 + i] = F8
-        L[LANE_BASE + 72 + i] = F9
-        L[LANE_BASE + 80 + i] = F10
-        L[LANE_BASE + 88 + i] = F11
-        L[LANE_BASE + 96 + i] = H0
-        L[LANE_BASE + 104 + i] = H1
-        L[LANE_BASE + 112 + i] = H2
-        L[LANE_BASE + 120 + i] = H3
-        L[LANE_BASE + 128 + i] = H4
-        L[LANE_BASE + 136 + i] = H5
-        L[LANE_BASE + 144 + i] = H6
-        L[LANE_BASE + 152 + i] = H7
-        L[LANE_BASE + 160 + i] = H8
-        L[LANE_BASE + 168 + i] = H9
-        L[LANE_BASE + 176 + i] = H10
-        L[LANE_BASE + 184 + i] = H11
-        L[LANE_BASE + 192 + i] = Y1
-        L[LANE_BASE + 200 + i] = Y2
-        L[LANE_BASE + 208 + i] = Y3
-        L[LANE_BASE + 216 + i] = Y4
-        L[LANE_BASE + 224 + i] = Y5
-        L[LANE_BASE + 232 + i] = Y6
-        L[LANE_BASE + 240 + i] = Y7
-        L[LANE_BASE + 248 + i] = Y8
-        L[LANE_BASE + 256 + i] = Y9
-        L[LANE_BASE + 264 + i] = Y10
-        L[LANE_BASE + 272 + i] = Y11
-        L[LANE_BASE + 280 + i] = Z1
-        L[LANE_BASE + 288 + i] = Z2
-        L[LANE_BASE + 296 + i] = Z3
-        L[LANE_BASE + 304 + i] = Z4
-        L[LANE_BASE + 312 + i] = Z5
-        L[LANE_BASE + 320 + i] = Z6
-        L[LANE_BASE + 328 + i] = Z7
-        L[LANE_BASE + 336 + i] = Z8
-        L[LANE_BASE + 344 + i] = Z9
-        L[LANE_BASE + 352 + i] = Z10
-        L[LANE_BASE + 360 + i] = Z11
-        L[LANE_BASE + 368 + i] = f0
-        L[LANE_BASE + 376 + i] = f1
-        L[LANE_BASE + 384 + i] = f2
-        L[LANE_BASE + 392 + i] = f3
-        L[LANE_BASE + 400 + i] = f4
-        L[LANE_BASE + 408 + i] = f5
-        L[LANE_BASE + 416 + i] = f6
-        L[LANE_BASE + 424 + i] = f7
-        L[LANE_BASE + 432 + i] = f8
-        L[LANE_BASE + 440 + i] = f9
-        L[LANE_BASE + 448 + i] = f10
-        L[LANE_BASE + 456 + i] = f11
-        L[LANE_BASE + 464 + i] = g0
-        L[LANE_BASE + 472 + i] = g1
-        L[LANE_BASE + 480 + i] = g2
-        L[LANE_BASE + 488 + i] = g3
-        L[LANE_BASE + 496 + i] = g4
-        L[LANE_BASE + 504 + i] = g5
-        L[LANE_BASE + 512 + i] = g6
-        L[LANE_BASE + 520 + i] = g7
-        L[LANE_BASE + 528 + i] = g8
-        L[LANE_BASE + 536 + i] = g9
-        L[LANE_BASE + 544 + i] = g10
-        L[LANE_BASE + 552 + i] = g11
-        L[LANE_BASE + 560 + i] = h2
-        L[LANE_BASE + 568 + i] = h4
-        L[LANE_BASE + 576 + i] = h8
-        L[LANE_BASE + 584 + i] = k0
-        L[LANE_BASE + 592 + i] = k1
-        L[LANE_BASE + 600 + i] = k2
-        L[LANE_BASE + 608 + i] = k3
-        L[LANE_BASE + 616 + i] = k4
-        L[LANE_BASE + 624 + i] = k5
-        L[LANE_BASE + 632 + i] = k6
-        L[LANE_BASE + 640 + i] = k7
-        L[LANE_BASE + 648 + i] = k8
-        L[LANE_BASE + 656 + i] = k9
-        L[LANE_BASE + 664 + i] = k10
-        L[LANE_BASE + 672 + i] = k11
-        L[LANE_BASE + 680 + i] = m0
-        L[LANE_BASE + 688 + i] = m1
-        L[LANE_BASE + 696 + i] = m2
-        L[LANE_BASE + 704 + i] = m3
-        L[LANE_BASE + 712 + i] = m4
-        L[LANE_BASE + 720 + i] = m5
-        L[LANE_BASE + 728 + i] = m6
-        L[LANE_BASE + 736 + i] = m7
-        L[LANE_BASE + 744 + i] = m8
-        L[LANE_BASE + 752 + i] = m9
-        L[LANE_BASE + 760 + i] = m10
-        L[LANE_BASE + 768 + i] = m11
-        L[LANE_BASE + 776 + i] = q0
-        L[LANE_BASE + 784 + i] = q1
-        L[LANE_BASE + 792 + i] = q2
-        L[LANE_BASE + 800 + i] = q3
-        L[LANE_BASE + 808 + i] = q4
-        L[LANE_BASE + 816 + i] = q5
-        L[LANE_BASE + 824 + i] = q6
-        L[LANE_BASE + 832 + i] = q7
-        L[LANE_BASE + 840 + i] = q8
-        L[LANE_BASE + 848 + i] = q9
-        L[LANE_BASE + 856 + i] = q10
-        L[LANE_BASE + 864 + i] = q11
-        L[LANE_BASE + 872 + i] = q12
-        L[LANE_BASE + 880 + i] = t1
-        L[LANE_BASE + 888 + i] = t2
-        L[LANE_BASE + 896 + i] = t2_2
-        L[LANE_BASE + 904 + i] = t2_3
-        L[LANE_BASE + 912 + i] = t2_4
-        L[LANE_BASE + 920 + i] = t2_5
-        L[LANE_BASE + 928 + i] = t2_6
-        L[LANE_BASE + 936 + i] = t2_7
-        L[LANE_BASE + 944 + i] = t2_8
-        L[LANE_BASE + 952 + i] = t2_9
-        L[LANE_BASE + 960 + i] = t2_10
-        L[LANE_BASE + 968 + i] = t2_11
-        L[LANE_BASE + 976 + i] = t3
-        L[LANE_BASE + 984 + i] = t3_3
-        L[LANE_BASE + 992 + i] = t3_4
-        L[LANE_BASE + 1000 + i] = t3_5
-        L[LANE_BASE + 1008 + i] = t3_6
-        L[LANE_BASE + 1016 + i] = t3_7
-        L[LANE_BASE + 1024 + i] = t3_8
-        L[LANE_BASE + 1032 + i] = t3_9
-        L[LANE_BASE + 1040 + i] = t3_10
-        L[LANE_BASE + 1048 + i] = t3_11
-        L[LANE_BASE + 1056 + i] = t4
-        L[LANE_BASE + 1064 + i] = t4_4
-        L[LANE_BASE + 1072 + i] = t4_5
-        L[LANE_BASE + 1080 + i] = t4_6
-        L[LANE_BASE + 1088 + i] = t4_7
-        L[LANE_BASE + 1096 + i] = t4_8
-        L[LANE_BASE + 1104 + i] = t4_9
-        L[LANE_BASE + 1112 + i] = t4_10
-        L[LANE_BASE + 1120 + i] = t4_11
-        L[LANE_BASE + 1128 + i] = t5
-        L[LANE_BASE + 1136 + i] = t5_5
-        L[LANE_BASE + 1144 + i] = t5_6
-        L[LANE_BASE + 1152 + i] = t5_7
-        L[LANE_BASE + 1160 + i] = t5_8
-        L[LANE_BASE + 1168 + i] = t5_9
-        L[LANE_BASE + 1176 + i] = t5_10
-        L[LANE_BASE + 1184 + i] = t5_11
-        L[LANE_BASE + 1192 + i] = t6
-        L[LANE_BASE + 1200 + i] = t6_6
-        L[LANE_BASE + 1208 + i] = t6_7
-        L[LANE_BASE + 1216 + i] = t6_8
-        L[LANE_BASE + 1224 + i] = t6_9
-        L[LANE_BASE + 1232 + i] = t6_10
-        L[LANE_BASE + 1240 + i] = t6_11
-        L[LANE_BASE + 1248 + i] = t7
-        L[LANE_BASE + 1256 + i] = t7_7
-        L[LANE_BASE + 1264 + i] = t7_8
-        L[LANE_BASE + 1272 + i] = t7_9
-        L[LANE_BASE + 1280 + i] = t7_10
-        L[LANE_BASE + 1288 + i] = t7_11
-        L[LANE_BASE + 1296 + i] = t8
-        L[LANE_BASE + 1304 + i] = t8_8
-        L[LANE_BASE + 1312 + i] = t8_9
-        L[LANE_BASE + 1320 + i] = t8_10
-        L[LANE_BASE + 1328 + i] = t8_11
-        L[LANE_BASE + 1336 + i] = t9
-        L[LANE_BASE + 1344 + i] = t9_9
-        L[LANE_BASE + 1352 + i] = t9_10
-        L[LANE_BASE + 1360 + i] = t9_11
-        L[LANE_BASE + 1368 + i] = t10
-        L[LANE_BASE + 1376 + i] = t10_10
-        L[LANE_BASE + 1384 + i] = t10_11
-        L[LANE_BASE + 1392 + i] = t11
-        L[LANE_BASE + 1400 + i] = t11_11
-        L[LANE_BASE + 1408 + i] = u1
-        L[LANE_BASE + 1416 + i] = u2
-        L[LANE_BASE + 1424 + i] = u3
-        L[LANE_BASE + 1432 + i] = u4
-        L[LANE_BASE + 1440 + i] = u5
-        L[LANE_BASE + 1448 + i] = u6
-        L[LANE_BASE + 1456 + i] = u7
-        L[LANE_BASE + 1464 + i] = u8
-        L[LANE_BASE + 1472 + i] = u9
-        L[LANE_BASE + 1480 + i] = u10
-        L[LANE_BASE + 1488 + i] = u11
-        L[LANE_BASE + 1496 + i] = u12
-        L[LANE_BASE + 1504 + i] = w1
-        L[LANE_BASE + 1512 + i] = w2
-        L[LANE_BASE + 1520 + i] = w3
-        L[LANE_BASE + 1528 + i] = w4
-        L[LANE_BASE + 1536 + i] = w5
-        L[LANE_BASE + 1544 + i] = w6
-        L[LANE_BASE + 1552 + i] = w7
-        L[LANE_BASE + 1560 + i] = w8
-        L[LANE_BASE + 1568 + i] = w9
-        L[LANE_BASE + 1576 + i] = w10
-        L[LANE_BASE + 1584 + i] = w11
-        L[LANE_BASE + 1592 + i] = x0
-        L[LANE_BASE + 1600 + i] = x1
-        L[LANE_BASE + 1608 + i] = x2
-        L[LANE_BASE + 1616 + i] = x3
-        L[LANE_BASE + 1624 + i] = x4
-        L[LANE_BASE + 1632 + i] = x5
-        L[LANE_BASE + 1640 + i] = x6
-        L[LANE_BASE + 1648 + i] = x7
-        L[LANE_BASE + 1656 + i] = x8
-        L[LANE_BASE + 1664 + i] = x9
-        L[LANE_BASE + 1672 + i] = x10
-        L[LANE_BASE + 1680 + i] = x11
-        L[LANE_BASE + 1688 + i] = uY
-        L[LANE_BASE + 1696 + i] = uZ
-        L[LANE_BASE + 1704 + i] = heavy
-        L[LANE_BASE + 1712 + i] = part252
-        L[LANE_BASE + 1720 + i] = part260
-        L[LANE_BASE + 1728 + i] = part274
-        L[LANE_BASE + 1736 + i] = part282
-        L[LANE_BASE + 1744 + i] = part297
-        L[LANE_BASE + 1752 + i] = part305
-        L[LANE_BASE + 1760 + i] = part321
-        L[LANE_BASE + 1768 + i] = part329
-        L[LANE_BASE + 1776 + i] = part346
-        L[LANE_BASE + 1784 + i] = part354
-        L[LANE_BASE + 1792 + i] = part372
-        L[LANE_BASE + 1800 + i] = part380
-        L[LANE_BASE + 1808 + i] = part399
-        L[LANE_BASE + 1816 + i] = part407
-        L[LANE_BASE + 1824 + i] = part427
-        L[LANE_BASE + 1832 + i] = part435
-        L[LANE_BASE + 1840 + i] = part456
-        L[LANE_BASE + 1848 + i] = part464
-        L[LANE_BASE + 1856 + i] = part486
-        L[LANE_BASE + 1864 + i] = part494
-        L[LANE_BASE + 1872 + i] = part517
-        L[LANE_BASE + 1880 + i] = part525
-        L[LANE_BASE + 1888 + i] = part549
-        L[LANE_BASE + 1896 + i] = part557
-        L[LANE_BASE + 1904 + i] = part617
-        L[LANE_BASE + 1912 + i] = part618
-        L[LANE_BASE + 1920 + i] = part620
-        L[LANE_BASE + 1928 + i] = part621
-        L[LANE_BASE + 1936 + i] = part624
-        L[LANE_BASE + 1944 + i] = part625
-        L[LANE_BASE + 1952 + i] = push
-        L[LANE_BASE + 1960 + i] = push_v2
-        L[LANE_BASE + 1968 + i] = push_v3
-        L[LANE_BASE + 1976 + i] = push_v4
-        L[LANE_BASE + 1984 + i] = push_v5
-        L[LANE_BASE + 1992 + i] = push_v6
-        L[LANE_BASE + 2000 + i] = push_v7
-        L[LANE_BASE + 2008 + i] = push_v8
-        L[LANE_BASE + 2016 + i] = push_v9
-        L[LANE_BASE + 2024 + i] = push_v10
-        L[LANE_BASE + 2032 + i] = push_v11
-        L[LANE_BASE + 2040 + i] = push_v12
-        L[LANE_BASE + 2048 + i] = uY_v2
-        L[LANE_BASE + 2056 + i] = uY_v3
-        L[LANE_BASE + 2064 + i] = uY_v4
-        L[LANE_BASE + 2072 + i] = uY_v5
-        L[LANE_BASE + 2080 + i] = uY_v6
-        L[LANE_BASE + 2088 + i] = uY_v7
-        L[LANE_BASE + 2096 + i] = uY_v8
-        L[LANE_BASE + 2104 + i] = uY_v9
-        L[LANE_BASE + 2112 + i] = uY_v10
-        L[LANE_BASE + 2120 + i] = uY_v11
-        L[LANE_BASE + 2128 + i] = uY_v12
-        L[LANE_BASE + 2136 + i] = uZ_v2
-        L[LANE_BASE + 2144 + i] = uZ_v3
-        L[LANE_BASE + 2152 + i] = uZ_v4
-        L[LANE_BASE + 2160 + i] = uZ_v5
-        L[LANE_BASE + 2168 + i] = uZ_v6
-        L[LANE_BASE + 2176 + i] = uZ_v7
-        L[LANE_BASE + 2184 + i] = uZ_v8
-        L[LANE_BASE + 2192 + i] = uZ_v9
-        L[LANE_BASE + 2200 + i] = uZ_v10
-        L[LANE_BASE + 2208 + i] = uZ_v11
-        L[LANE_BASE + 2216 + i] = uZ_v12
         L[LANE_T_END + i] = t
         L[LANE_U_END + i] = u
         L[LANE_W_END + i] = w
@@ -8354,299 +4751,6 @@ def base_general_12(L: FloatArray) -> None:
 def along_general_12(L: FloatArray) -> None:
     """Go in one direction, over any path on a deck, with hysteresis."""
     for i in range(8):
-        G = L[LANE_G + i]
-        K = L[LANE_K + i]
-        Y0 = L[LANE_DECK_Y + i]
-        Z0 = L[LANE_DECK_V + i]
-        h1 = L[LANE_LENGTH + i]
-        u0 = L[LANE_U0 + i]
-        w0 = L[LANE_W0 + i]
-        on = L[LANE_ON + i]
-        eta = L[LANE_ETA + i]
-        cubic = L[LANE_CUBIC + i]
-        drag = L[LANE_DECK_DRAG + i]
-        prestress = L[LANE_PRESTRESS + i]
-        quadratic = L[LANE_QUADRATIC + i]
-        share = L[LANE_SHARE + i]
-        stiff = L[LANE_DECK_STIFF + i]
-        F0 = L[LANE_BASE + i]
-        F1 = L[LANE_BASE + 8 + i]
-        F2 = L[LANE_BASE + 16 + i]
-        F3 = L[LANE_BASE + 24 + i]
-        F4 = L[LANE_BASE + 32 + i]
-        F5 = L[LANE_BASE + 40 + i]
-        F6 = L[LANE_BASE + 48 + i]
-        F7 = L[LANE_BASE + 56 + i]
-        F8 = L[LANE_BASE + 64 + i]
-        F9 = L[LANE_BASE + 72 + i]
-        F10 = L[LANE_BASE + 80 + i]
-        F11 = L[LANE_BASE + 88 + i]
-        H0 = L[LANE_BASE + 96 + i]
-        H1 = L[LANE_BASE + 104 + i]
-        H2 = L[LANE_BASE + 112 + i]
-        H3 = L[LANE_BASE + 120 + i]
-        H4 = L[LANE_BASE + 128 + i]
-        H5 = L[LANE_BASE + 136 + i]
-        H6 = L[LANE_BASE + 144 + i]
-        H7 = L[LANE_BASE + 152 + i]
-        H8 = L[LANE_BASE + 160 + i]
-        H9 = L[LANE_BASE + 168 + i]
-        H10 = L[LANE_BASE + 176 + i]
-        H11 = L[LANE_BASE + 184 + i]
-        Y1 = L[LANE_BASE + 192 + i]
-        Y2 = L[LANE_BASE + 200 + i]
-        Y3 = L[LANE_BASE + 208 + i]
-        Y4 = L[LANE_BASE + 216 + i]
-        Y5 = L[LANE_BASE + 224 + i]
-        Y6 = L[LANE_BASE + 232 + i]
-        Y7 = L[LANE_BASE + 240 + i]
-        Y8 = L[LANE_BASE + 248 + i]
-        Y9 = L[LANE_BASE + 256 + i]
-        Y10 = L[LANE_BASE + 264 + i]
-        Y11 = L[LANE_BASE + 272 + i]
-        Z1 = L[LANE_BASE + 280 + i]
-        Z2 = L[LANE_BASE + 288 + i]
-        Z3 = L[LANE_BASE + 296 + i]
-        Z4 = L[LANE_BASE + 304 + i]
-        Z5 = L[LANE_BASE + 312 + i]
-        Z6 = L[LANE_BASE + 320 + i]
-        Z7 = L[LANE_BASE + 328 + i]
-        Z8 = L[LANE_BASE + 336 + i]
-        Z9 = L[LANE_BASE + 344 + i]
-        Z10 = L[LANE_BASE + 352 + i]
-        Z11 = L[LANE_BASE + 360 + i]
-        f0 = L[LANE_BASE + 368 + i]
-        f1 = L[LANE_BASE + 376 + i]
-        f2 = L[LANE_BASE + 384 + i]
-        f3 = L[LANE_BASE + 392 + i]
-        f4 = L[LANE_BASE + 400 + i]
-        f5 = L[LANE_BASE + 408 + i]
-        f6 = L[LANE_BASE + 416 + i]
-        f7 = L[LANE_BASE + 424 + i]
-        f8 = L[LANE_BASE + 432 + i]
-        f9 = L[LANE_BASE + 440 + i]
-        f10 = L[LANE_BASE + 448 + i]
-        f11 = L[LANE_BASE + 456 + i]
-        g0 = L[LANE_BASE + 464 + i]
-        g1 = L[LANE_BASE + 472 + i]
-        g2 = L[LANE_BASE + 480 + i]
-        g3 = L[LANE_BASE + 488 + i]
-        g4 = L[LANE_BASE + 496 + i]
-        g5 = L[LANE_BASE + 504 + i]
-        g6 = L[LANE_BASE + 512 + i]
-        g7 = L[LANE_BASE + 520 + i]
-        g8 = L[LANE_BASE + 528 + i]
-        g9 = L[LANE_BASE + 536 + i]
-        g10 = L[LANE_BASE + 544 + i]
-        g11 = L[LANE_BASE + 552 + i]
-        h2 = L[LANE_BASE + 560 + i]
-        h4 = L[LANE_BASE + 568 + i]
-        h8 = L[LANE_BASE + 576 + i]
-        k0 = L[LANE_BASE + 584 + i]
-        k1 = L[LANE_BASE + 592 + i]
-        k2 = L[LANE_BASE + 600 + i]
-        k3 = L[LANE_BASE + 608 + i]
-        k4 = L[LANE_BASE + 616 + i]
-        k5 = L[LANE_BASE + 624 + i]
-        k6 = L[LANE_BASE + 632 + i]
-        k7 = L[LANE_BASE + 640 + i]
-        k8 = L[LANE_BASE + 648 + i]
-        k9 = L[LANE_BASE + 656 + i]
-        k10 = L[LANE_BASE + 664 + i]
-        k11 = L[LANE_BASE + 672 + i]
-        m0 = L[LANE_BASE + 680 + i]
-        m1 = L[LANE_BASE + 688 + i]
-        m2 = L[LANE_BASE + 696 + i]
-        m3 = L[LANE_BASE + 704 + i]
-        m4 = L[LANE_BASE + 712 + i]
-        m5 = L[LANE_BASE + 720 + i]
-        m6 = L[LANE_BASE + 728 + i]
-        m7 = L[LANE_BASE + 736 + i]
-        m8 = L[LANE_BASE + 744 + i]
-        m9 = L[LANE_BASE + 752 + i]
-        m10 = L[LANE_BASE + 760 + i]
-        m11 = L[LANE_BASE + 768 + i]
-        q0 = L[LANE_BASE + 776 + i]
-        q1 = L[LANE_BASE + 784 + i]
-        q2 = L[LANE_BASE + 792 + i]
-        q3 = L[LANE_BASE + 800 + i]
-        q4 = L[LANE_BASE + 808 + i]
-        q5 = L[LANE_BASE + 816 + i]
-        q6 = L[LANE_BASE + 824 + i]
-        q7 = L[LANE_BASE + 832 + i]
-        q8 = L[LANE_BASE + 840 + i]
-        q9 = L[LANE_BASE + 848 + i]
-        q10 = L[LANE_BASE + 856 + i]
-        q11 = L[LANE_BASE + 864 + i]
-        q12 = L[LANE_BASE + 872 + i]
-        t1 = L[LANE_BASE + 880 + i]
-        t2 = L[LANE_BASE + 888 + i]
-        t2_2 = L[LANE_BASE + 896 + i]
-        t2_3 = L[LANE_BASE + 904 + i]
-        t2_4 = L[LANE_BASE + 912 + i]
-        t2_5 = L[LANE_BASE + 920 + i]
-        t2_6 = L[LANE_BASE + 928 + i]
-        t2_7 = L[LANE_BASE + 936 + i]
-        t2_8 = L[LANE_BASE + 944 + i]
-        t2_9 = L[LANE_BASE + 952 + i]
-        t2_10 = L[LANE_BASE + 960 + i]
-        t2_11 = L[LANE_BASE + 968 + i]
-        t3 = L[LANE_BASE + 976 + i]
-        t3_3 = L[LANE_BASE + 984 + i]
-        t3_4 = L[LANE_BASE + 992 + i]
-        t3_5 = L[LANE_BASE + 1000 + i]
-        t3_6 = L[LANE_BASE + 1008 + i]
-        t3_7 = L[LANE_BASE + 1016 + i]
-        t3_8 = L[LANE_BASE + 1024 + i]
-        t3_9 = L[LANE_BASE + 1032 + i]
-        t3_10 = L[LANE_BASE + 1040 + i]
-        t3_11 = L[LANE_BASE + 1048 + i]
-        t4 = L[LANE_BASE + 1056 + i]
-        t4_4 = L[LANE_BASE + 1064 + i]
-        t4_5 = L[LANE_BASE + 1072 + i]
-        t4_6 = L[LANE_BASE + 1080 + i]
-        t4_7 = L[LANE_BASE + 1088 + i]
-        t4_8 = L[LANE_BASE + 1096 + i]
-        t4_9 = L[LANE_BASE + 1104 + i]
-        t4_10 = L[LANE_BASE + 1112 + i]
-        t4_11 = L[LANE_BASE + 1120 + i]
-        t5 = L[LANE_BASE + 1128 + i]
-        t5_5 = L[LANE_BASE + 1136 + i]
-        t5_6 = L[LANE_BASE + 1144 + i]
-        t5_7 = L[LANE_BASE + 1152 + i]
-        t5_8 = L[LANE_BASE + 1160 + i]
-        t5_9 = L[LANE_BASE + 1168 + i]
-        t5_10 = L[LANE_BASE + 1176 + i]
-        t5_11 = L[LANE_BASE + 1184 + i]
-        t6 = L[LANE_BASE + 1192 + i]
-        t6_6 = L[LANE_BASE + 1200 + i]
-        t6_7 = L[LANE_BASE + 1208 + i]
-        t6_8 = L[LANE_BASE + 1216 + i]
-        t6_9 = L[LANE_BASE + 1224 + i]
-        t6_10 = L[LANE_BASE + 1232 + i]
-        t6_11 = L[LANE_BASE + 1240 + i]
-        t7 = L[LANE_BASE + 1248 + i]
-        t7_7 = L[LANE_BASE + 1256 + i]
-        t7_8 = L[LANE_BASE + 1264 + i]
-        t7_9 = L[LANE_BASE + 1272 + i]
-        t7_10 = L[LANE_BASE + 1280 + i]
-        t7_11 = L[LANE_BASE + 1288 + i]
-        t8 = L[LANE_BASE + 1296 + i]
-        t8_8 = L[LANE_BASE + 1304 + i]
-        t8_9 = L[LANE_BASE + 1312 + i]
-        t8_10 = L[LANE_BASE + 1320 + i]
-        t8_11 = L[LANE_BASE + 1328 + i]
-        t9 = L[LANE_BASE + 1336 + i]
-        t9_9 = L[LANE_BASE + 1344 + i]
-        t9_10 = L[LANE_BASE + 1352 + i]
-        t9_11 = L[LANE_BASE + 1360 + i]
-        t10 = L[LANE_BASE + 1368 + i]
-        t10_10 = L[LANE_BASE + 1376 + i]
-        t10_11 = L[LANE_BASE + 1384 + i]
-        t11 = L[LANE_BASE + 1392 + i]
-        t11_11 = L[LANE_BASE + 1400 + i]
-        u1 = L[LANE_BASE + 1408 + i]
-        u2 = L[LANE_BASE + 1416 + i]
-        u3 = L[LANE_BASE + 1424 + i]
-        u4 = L[LANE_BASE + 1432 + i]
-        u5 = L[LANE_BASE + 1440 + i]
-        u6 = L[LANE_BASE + 1448 + i]
-        u7 = L[LANE_BASE + 1456 + i]
-        u8 = L[LANE_BASE + 1464 + i]
-        u9 = L[LANE_BASE + 1472 + i]
-        u10 = L[LANE_BASE + 1480 + i]
-        u11 = L[LANE_BASE + 1488 + i]
-        u12 = L[LANE_BASE + 1496 + i]
-        w1 = L[LANE_BASE + 1504 + i]
-        w2 = L[LANE_BASE + 1512 + i]
-        w3 = L[LANE_BASE + 1520 + i]
-        w4 = L[LANE_BASE + 1528 + i]
-        w5 = L[LANE_BASE + 1536 + i]
-        w6 = L[LANE_BASE + 1544 + i]
-        w7 = L[LANE_BASE + 1552 + i]
-        w8 = L[LANE_BASE + 1560 + i]
-        w9 = L[LANE_BASE + 1568 + i]
-        w10 = L[LANE_BASE + 1576 + i]
-        w11 = L[LANE_BASE + 1584 + i]
-        x0 = L[LANE_BASE + 1592 + i]
-        x1 = L[LANE_BASE + 1600 + i]
-        x2 = L[LANE_BASE + 1608 + i]
-        x3 = L[LANE_BASE + 1616 + i]
-        x4 = L[LANE_BASE + 1624 + i]
-        x5 = L[LANE_BASE + 1632 + i]
-        x6 = L[LANE_BASE + 1640 + i]
-        x7 = L[LANE_BASE + 1648 + i]
-        x8 = L[LANE_BASE + 1656 + i]
-        x9 = L[LANE_BASE + 1664 + i]
-        x10 = L[LANE_BASE + 1672 + i]
-        x11 = L[LANE_BASE + 1680 + i]
-        uY = L[LANE_BASE + 1688 + i]
-        uZ = L[LANE_BASE + 1696 + i]
-        heavy = L[LANE_BASE + 1704 + i]
-        part252 = L[LANE_BASE + 1712 + i]
-        part260 = L[LANE_BASE + 1720 + i]
-        part274 = L[LANE_BASE + 1728 + i]
-        part282 = L[LANE_BASE + 1736 + i]
-        part297 = L[LANE_BASE + 1744 + i]
-        part305 = L[LANE_BASE + 1752 + i]
-        part321 = L[LANE_BASE + 1760 + i]
-        part329 = L[LANE_BASE + 1768 + i]
-        part346 = L[LANE_BASE + 1776 + i]
-        part354 = L[LANE_BASE + 1784 + i]
-        part372 = L[LANE_BASE + 1792 + i]
-        part380 = L[LANE_BASE + 1800 + i]
-        part399 = L[LANE_BASE + 1808 + i]
-        part407 = L[LANE_BASE + 1816 + i]
-        part427 = L[LANE_BASE + 1824 + i]
-        part435 = L[LANE_BASE + 1832 + i]
-        part456 = L[LANE_BASE + 1840 + i]
-        part464 = L[LANE_BASE + 1848 + i]
-        part486 = L[LANE_BASE + 1856 + i]
-        part494 = L[LANE_BASE + 1864 + i]
-        part517 = L[LANE_BASE + 1872 + i]
-        part525 = L[LANE_BASE + 1880 + i]
-        part549 = L[LANE_BASE + 1888 + i]
-        part557 = L[LANE_BASE + 1896 + i]
-        part617 = L[LANE_BASE + 1904 + i]
-        part618 = L[LANE_BASE + 1912 + i]
-        part620 = L[LANE_BASE + 1920 + i]
-        part621 = L[LANE_BASE + 1928 + i]
-        part624 = L[LANE_BASE + 1936 + i]
-        part625 = L[LANE_BASE + 1944 + i]
-        push = L[LANE_BASE + 1952 + i]
-        push_v2 = L[LANE_BASE + 1960 + i]
-        push_v3 = L[LANE_BASE + 1968 + i]
-        push_v4 = L[LANE_BASE + 1976 + i]
-        push_v5 = L[LANE_BASE + 1984 + i]
-        push_v6 = L[LANE_BASE + 1992 + i]
-        push_v7 = L[LANE_BASE + 2000 + i]
-        push_v8 = L[LANE_BASE + 2008 + i]
-        push_v9 = L[LANE_BASE + 2016 + i]
-        push_v10 = L[LANE_BASE + 2024 + i]
-        push_v11 = L[LANE_BASE + 2032 + i]
-        push_v12 = L[LANE_BASE + 2040 + i]
-        uY_v2 = L[LANE_BASE + 2048 + i]
-        uY_v3 = L[LANE_BASE + 2056 + i]
-        uY_v4 = L[LANE_BASE + 2064 + i]
-        uY_v5 = L[LANE_BASE + 2072 + i]
-        uY_v6 = L[LANE_BASE + 2080 + i]
-        uY_v7 = L[LANE_BASE + 2088 + i]
-        uY_v8 = L[LANE_BASE + 2096 + i]
-        uY_v9 = L[LANE_BASE + 2104 + i]
-        uY_v10 = L[LANE_BASE + 2112 + i]
-        uY_v11 = L[LANE_BASE + 2120 + i]
-        uY_v12 = L[LANE_BASE + 2128 + i]
-        uZ_v2 = L[LANE_BASE + 2136 + i]
-        uZ_v3 = L[LANE_BASE + 2144 + i]
-        uZ_v4 = L[LANE_BASE + 2152 + i]
-        uZ_v5 = L[LANE_BASE + 2160 + i]
-        uZ_v6 = L[LANE_BASE + 2168 + i]
-        uZ_v7 = L[LANE_BASE + 2176 + i]
-        uZ_v8 = L[LANE_BASE + 2184 + i]
-        uZ_v9 = L[LANE_BASE + 2192 + i]
-        uZ_v10 = L[LANE_BASE + 2200 + i]
-        uZ_v11 = L[LANE_BASE + 2208 + i]
-        uZ_v12 = L[LANE_BASE + 2216 + i]
         dt0 = L[LANE_OF_TIME + i]
         du0 = L[LANE_OF_U + i]
         dw0 = L[LANE_OF_W + i]
@@ -8684,1502 +4788,557 @@ def along_general_12(L: FloatArray) -> None:
         db10 = 0.0
         db11 = 0.0
         dheavy = dshare
+        H0 = L[LANE_BASE + 96 + i]
         dF0 = dc0 + (H0 * dt0)
         dt1 = 1.0 * du0
+        k0 = L[LANE_BASE + 584 + i]
         df0 = db0 + (k0 * dt0)
+        u0 = L[LANE_U0 + i]
         dq0 = du0 * u0 + u0 * du0
+        cubic = L[LANE_CUBIC + i]
+        quadratic = L[LANE_QUADRATIC + i]
         dg0 = cubic * dq0 + quadratic * du0
+        f0 = L[LANE_BASE + 368 + i]
+        g0 = L[LANE_BASE + 464 + i]
         dm0 = df0 * g0 + f0 * dg0
+        m0 = L[LANE_BASE + 680 + i]
+        w0 = L[LANE_W0 + i]
         dpart252 = dm0 * w0 + m0 * dw0
+        eta = L[LANE_ETA + i]
+        part252 = L[LANE_BASE + 1712 + i]
         dx0 = dm0 + deta * part252 + eta * dpart252
+        F0 = L[LANE_BASE + i]
         dpull = du0 * F0 + u0 * dF0
+        q0 = L[LANE_BASE + 776 + i]
+        x0 = L[LANE_BASE + 1592 + i]
         dpush = dq0 * x0 + q0 * dx0
+        Y0 = L[LANE_DECK_Y + i]
         duY = du0 * Y0 + u0 * dY0
+        Z0 = L[LANE_DECK_V + i]
         duZ = du0 * Z0 + u0 * dZ0
+        uY = L[LANE_BASE + 1688 + i]
+        uZ = L[LANE_BASE + 1696 + i]
+        drag = L[LANE_DECK_DRAG + i]
+        prestress = L[LANE_PRESTRESS + i]
+        stiff = L[LANE_DECK_STIFF + i]
         dfree = dprestress * u0 + prestress * du0 - (dstiff * uY + stiff * duY) - (ddrag * uZ + drag * duZ)
         dpart260 = du0 * q0 + u0 * dq0
+        K = L[LANE_K + i]
+        part260 = L[LANE_BASE + 1720 + i]
         dsink = dK * part260 + K * dpart260
+        G = L[LANE_G + i]
         dpart262 = dfree + dK * uY + K * duY + dG * uZ + G * duZ
+        on = L[LANE_ON + i]
+        heavy = L[LANE_BASE + 1704 + i]
+        push = L[LANE_BASE + 1952 + i]
         dpull_v2 = dpull + on * dpart262 - (dheavy * push + heavy * dpush) - dsink
         dY1 = 1.0 * duZ
+        share = L[LANE_SHARE + i]
         dZ1 = 1.0 * (dfree - (dshare * push + share * dpush))
         du1 = 0.5 * dw0
+        u1 = L[LANE_BASE + 1408 + i]
         dq1 = 2.0 * (du0 * u1 + u0 * du1)
+        q1 = L[LANE_BASE + 784 + i]
         dw1 = 1.0 * dpull_v2 - (dG * q1 + G * dq1)
+        H1 = L[LANE_BASE + 104 + i]
+        t1 = L[LANE_BASE + 880 + i]
         dF1 = dc1 * t1 + (H0 * dt1 + H1 * dt0)
         dt2 = 0.5 * du1
+        k1 = L[LANE_BASE + 592 + i]
         df1 = db1 * t1 + (k0 * dt1 + k1 * dt0)
         dg1 = cubic * dq1 + quadratic * du1
+        f1 = L[LANE_BASE + 376 + i]
+        g1 = L[LANE_BASE + 472 + i]
         dm1 = df0 * g1 + f0 * dg1 + df1 * g0 + f1 * dg0
+        m1 = L[LANE_BASE + 688 + i]
+        w1 = L[LANE_BASE + 1504 + i]
         dpart274 = dm0 * w1 + m0 * dw1 + dm1 * w0 + m1 * dw0
+        part274 = L[LANE_BASE + 1728 + i]
         dx1 = dm1 + deta * part274 + eta * dpart274
+        F1 = L[LANE_BASE + 8 + i]
         dpull_v3 = du0 * F1 + u0 * dF1 + du1 * F0 + u1 * dF0
+        x1 = L[LANE_BASE + 1600 + i]
         dpush_v2 = dq0 * x1 + q0 * dx1 + dq1 * x0 + q1 * dx0
+        Y1 = L[LANE_BASE + 192 + i]
         duY_v2 = du0 * Y1 + u0 * dY1 + du1 * Y0 + u1 * dY0
+        Z1 = L[LANE_BASE + 280 + i]
         duZ_v2 = du0 * Z1 + u0 * dZ1 + du1 * Z0 + u1 * dZ0
-        dfree_v2 = (
-            dprestress * u1 + prestress * du1 - (dstiff * uY_v2 + stiff * duY_v2) - (ddrag * uZ_v2 + drag * duZ_v2)
-        )
+        uY_v2 = L[LANE_BASE + 2048 + i]
+        uZ_v2 = L[LANE_BASE + 2136 + i]
+        dfree_v2 = dprestress * u1 + prestress * du1 - (dstiff * uY_v2 + stiff * duY_v2) - (ddrag * uZ_v2 + drag * duZ_v2)
         dpart282 = du0 * q1 + u0 * dq1 + du1 * q0 + u1 * dq0
+        part282 = L[LANE_BASE + 1736 + i]
         dsink_v2 = dK * part282 + K * dpart282
         dpart284 = dfree_v2 + dK * uY_v2 + K * duY_v2 + dG * uZ_v2 + G * duZ_v2
+        push_v2 = L[LANE_BASE + 1960 + i]
         dpull_v4 = dpull_v3 + on * dpart284 - (dheavy * push_v2 + heavy * dpush_v2) - dsink_v2
         dY2 = 0.5 * duZ_v2
         dZ2 = 0.5 * (dfree_v2 - (dshare * push_v2 + share * dpush_v2))
         du2 = 0.25 * dw1
+        u2 = L[LANE_BASE + 1416 + i]
         dq2 = 2.0 * (du0 * u2 + u0 * du2) + du1 * u1 + u1 * du1
+        q2 = L[LANE_BASE + 792 + i]
         dw2 = 0.5 * dpull_v4 - (dG * q2 + G * dq2)
+        H2 = L[LANE_BASE + 112 + i]
+        t2 = L[LANE_BASE + 888 + i]
+        t2_2 = L[LANE_BASE + 896 + i]
         dF2 = dc2 * t2_2 + dc1 * t2 + (H1 * dt1 + H0 * dt2 + H2 * dt0)
         dt3 = 0.3333333333333333 * du2
+        k2 = L[LANE_BASE + 600 + i]
         df2 = db2 * t2_2 + db1 * t2 + (k1 * dt1 + k0 * dt2 + k2 * dt0)
         dg2 = cubic * dq2 + quadratic * du2
+        f2 = L[LANE_BASE + 384 + i]
+        g2 = L[LANE_BASE + 480 + i]
         dm2 = df1 * g1 + f1 * dg1 + df0 * g2 + f0 * dg2 + df2 * g0 + f2 * dg0
+        m2 = L[LANE_BASE + 696 + i]
+        w2 = L[LANE_BASE + 1512 + i]
         dpart297 = dm1 * w1 + m1 * dw1 + dm0 * w2 + m0 * dw2 + dm2 * w0 + m2 * dw0
+        part297 = L[LANE_BASE + 1744 + i]
         dx2 = dm2 + deta * part297 + eta * dpart297
+        F2 = L[LANE_BASE + 16 + i]
         dpull_v5 = du1 * F1 + u1 * dF1 + du0 * F2 + u0 * dF2 + du2 * F0 + u2 * dF0
+        x2 = L[LANE_BASE + 1608 + i]
         dpush_v3 = dq1 * x1 + q1 * dx1 + dq0 * x2 + q0 * dx2 + dq2 * x0 + q2 * dx0
+        Y2 = L[LANE_BASE + 200 + i]
         duY_v3 = du1 * Y1 + u1 * dY1 + du0 * Y2 + u0 * dY2 + du2 * Y0 + u2 * dY0
+        Z2 = L[LANE_BASE + 288 + i]
         duZ_v3 = du1 * Z1 + u1 * dZ1 + du0 * Z2 + u0 * dZ2 + du2 * Z0 + u2 * dZ0
-        dfree_v3 = (
-            dprestress * u2 + prestress * du2 - (dstiff * uY_v3 + stiff * duY_v3) - (ddrag * uZ_v3 + drag * duZ_v3)
-        )
+        uY_v3 = L[LANE_BASE + 2056 + i]
+        uZ_v3 = L[LANE_BASE + 2144 + i]
+        dfree_v3 = dprestress * u2 + prestress * du2 - (dstiff * uY_v3 + stiff * duY_v3) - (ddrag * uZ_v3 + drag * duZ_v3)
         dpart305 = du1 * q1 + u1 * dq1 + du0 * q2 + u0 * dq2 + du2 * q0 + u2 * dq0
+        part305 = L[LANE_BASE + 1752 + i]
         dsink_v3 = dK * part305 + K * dpart305
         dpart307 = dfree_v3 + dK * uY_v3 + K * duY_v3 + dG * uZ_v3 + G * duZ_v3
+        push_v3 = L[LANE_BASE + 1968 + i]
         dpull_v6 = dpull_v5 + on * dpart307 - (dheavy * push_v3 + heavy * dpush_v3) - dsink_v3
         dY3 = 0.3333333333333333 * duZ_v3
         dZ3 = 0.3333333333333333 * (dfree_v3 - (dshare * push_v3 + share * dpush_v3))
         du3 = 0.16666666666666666 * dw2
+        u3 = L[LANE_BASE + 1424 + i]
         dq3 = 2.0 * (du0 * u3 + u0 * du3 + du1 * u2 + u1 * du2)
+        q3 = L[LANE_BASE + 800 + i]
         dw3 = 0.3333333333333333 * dpull_v6 - (dG * q3 + G * dq3)
+        H3 = L[LANE_BASE + 120 + i]
+        t2_3 = L[LANE_BASE + 904 + i]
+        t3 = L[LANE_BASE + 976 + i]
+        t3_3 = L[LANE_BASE + 984 + i]
         dF3 = dc3 * t3_3 + dc2 * t2_3 + dc1 * t3 + (H1 * dt2 + H2 * dt1 + H0 * dt3 + H3 * dt0)
         dt4 = 0.25 * du3
+        k3 = L[LANE_BASE + 608 + i]
         df3 = db3 * t3_3 + db2 * t2_3 + db1 * t3 + (k1 * dt2 + k2 * dt1 + k0 * dt3 + k3 * dt0)
         dg3 = cubic * dq3 + quadratic * du3
+        f3 = L[LANE_BASE + 392 + i]
+        g3 = L[LANE_BASE + 488 + i]
         dm3 = df1 * g2 + f1 * dg2 + df2 * g1 + f2 * dg1 + df0 * g3 + f0 * dg3 + df3 * g0 + f3 * dg0
+        m3 = L[LANE_BASE + 704 + i]
+        w3 = L[LANE_BASE + 1520 + i]
         dpart321 = dm1 * w2 + m1 * dw2 + dm2 * w1 + m2 * dw1 + dm0 * w3 + m0 * dw3 + dm3 * w0 + m3 * dw0
+        part321 = L[LANE_BASE + 1760 + i]
         dx3 = dm3 + deta * part321 + eta * dpart321
+        F3 = L[LANE_BASE + 24 + i]
         dpull_v7 = du1 * F2 + u1 * dF2 + du2 * F1 + u2 * dF1 + du0 * F3 + u0 * dF3 + du3 * F0 + u3 * dF0
+        x3 = L[LANE_BASE + 1616 + i]
         dpush_v4 = dq1 * x2 + q1 * dx2 + dq2 * x1 + q2 * dx1 + dq0 * x3 + q0 * dx3 + dq3 * x0 + q3 * dx0
+        Y3 = L[LANE_BASE + 208 + i]
         duY_v4 = du1 * Y2 + u1 * dY2 + du2 * Y1 + u2 * dY1 + du0 * Y3 + u0 * dY3 + du3 * Y0 + u3 * dY0
+        Z3 = L[LANE_BASE + 296 + i]
         duZ_v4 = du1 * Z2 + u1 * dZ2 + du2 * Z1 + u2 * dZ1 + du0 * Z3 + u0 * dZ3 + du3 * Z0 + u3 * dZ0
-        dfree_v4 = (
-            dprestress * u3 + prestress * du3 - (dstiff * uY_v4 + stiff * duY_v4) - (ddrag * uZ_v4 + drag * duZ_v4)
-        )
+        uY_v4 = L[LANE_BASE + 2064 + i]
+        uZ_v4 = L[LANE_BASE + 2152 + i]
+        dfree_v4 = dprestress * u3 + prestress * du3 - (dstiff * uY_v4 + stiff * duY_v4) - (ddrag * uZ_v4 + drag * duZ_v4)
         dpart329 = du1 * q2 + u1 * dq2 + du2 * q1 + u2 * dq1 + du0 * q3 + u0 * dq3 + du3 * q0 + u3 * dq0
+        part329 = L[LANE_BASE + 1768 + i]
         dsink_v4 = dK * part329 + K * dpart329
         dpart331 = dfree_v4 + dK * uY_v4 + K * duY_v4 + dG * uZ_v4 + G * duZ_v4
+        push_v4 = L[LANE_BASE + 1976 + i]
         dpull_v8 = dpull_v7 + on * dpart331 - (dheavy * push_v4 + heavy * dpush_v4) - dsink_v4
         dY4 = 0.25 * duZ_v4
         dZ4 = 0.25 * (dfree_v4 - (dshare * push_v4 + share * dpush_v4))
         du4 = 0.125 * dw3
+        u4 = L[LANE_BASE + 1432 + i]
         dq4 = 2.0 * (du0 * u4 + u0 * du4 + du1 * u3 + u1 * du3) + du2 * u2 + u2 * du2
+        q4 = L[LANE_BASE + 808 + i]
         dw4 = 0.25 * dpull_v8 - (dG * q4 + G * dq4)
+        H4 = L[LANE_BASE + 128 + i]
+        t2_4 = L[LANE_BASE + 912 + i]
+        t3_4 = L[LANE_BASE + 992 + i]
+        t4 = L[LANE_BASE + 1056 + i]
+        t4_4 = L[LANE_BASE + 1064 + i]
         dF4 = dc4 * t4_4 + dc3 * t3_4 + dc2 * t2_4 + dc1 * t4 + (H2 * dt2 + H1 * dt3 + H3 * dt1 + H0 * dt4 + H4 * dt0)
         dt5 = 0.2 * du4
+        k4 = L[LANE_BASE + 616 + i]
         df4 = db4 * t4_4 + db3 * t3_4 + db2 * t2_4 + db1 * t4 + (k2 * dt2 + k1 * dt3 + k3 * dt1 + k0 * dt4 + k4 * dt0)
         dg4 = cubic * dq4 + quadratic * du4
-        dm4 = (
-            df2 * g2 + f2 * dg2 + df1 * g3 + f1 * dg3 + df3 * g1 + f3 * dg1 + df0 * g4 + f0 * dg4 + df4 * g0 + f4 * dg0
-        )
-        dpart346 = (
-            dm2 * w2 + m2 * dw2 + dm1 * w3 + m1 * dw3 + dm3 * w1 + m3 * dw1 + dm0 * w4 + m0 * dw4 + dm4 * w0 + m4 * dw0
-        )
+        f4 = L[LANE_BASE + 400 + i]
+        g4 = L[LANE_BASE + 496 + i]
+        dm4 = df2 * g2 + f2 * dg2 + df1 * g3 + f1 * dg3 + df3 * g1 + f3 * dg1 + df0 * g4 + f0 * dg4 + df4 * g0 + f4 * dg0
+        m4 = L[LANE_BASE + 712 + i]
+        w4 = L[LANE_BASE + 1528 + i]
+        dpart346 = dm2 * w2 + m2 * dw2 + dm1 * w3 + m1 * dw3 + dm3 * w1 + m3 * dw1 + dm0 * w4 + m0 * dw4 + dm4 * w0 + m4 * dw0
+        part346 = L[LANE_BASE + 1776 + i]
         dx4 = dm4 + deta * part346 + eta * dpart346
-        dpull_v9 = (
-            du2 * F2 + u2 * dF2 + du1 * F3 + u1 * dF3 + du3 * F1 + u3 * dF1 + du0 * F4 + u0 * dF4 + du4 * F0 + u4 * dF0
-        )
-        dpush_v5 = (
-            dq2 * x2 + q2 * dx2 + dq1 * x3 + q1 * dx3 + dq3 * x1 + q3 * dx1 + dq0 * x4 + q0 * dx4 + dq4 * x0 + q4 * dx0
-        )
-        duY_v5 = (
-            du2 * Y2 + u2 * dY2 + du1 * Y3 + u1 * dY3 + du3 * Y1 + u3 * dY1 + du0 * Y4 + u0 * dY4 + du4 * Y0 + u4 * dY0
-        )
-        duZ_v5 = (
-            du2 * Z2 + u2 * dZ2 + du1 * Z3 + u1 * dZ3 + du3 * Z1 + u3 * dZ1 + du0 * Z4 + u0 * dZ4 + du4 * Z0 + u4 * dZ0
-        )
-        dfree_v5 = (
-            dprestress * u4 + prestress * du4 - (dstiff * uY_v5 + stiff * duY_v5) - (ddrag * uZ_v5 + drag * duZ_v5)
-        )
-        dpart354 = (
-            du2 * q2 + u2 * dq2 + du1 * q3 + u1 * dq3 + du3 * q1 + u3 * dq1 + du0 * q4 + u0 * dq4 + du4 * q0 + u4 * dq0
-        )
+        F4 = L[LANE_BASE + 32 + i]
+        dpull_v9 = du2 * F2 + u2 * dF2 + du1 * F3 + u1 * dF3 + du3 * F1 + u3 * dF1 + du0 * F4 + u0 * dF4 + du4 * F0 + u4 * dF0
+        x4 = L[LANE_BASE + 1624 + i]
+        dpush_v5 = dq2 * x2 + q2 * dx2 + dq1 * x3 + q1 * dx3 + dq3 * x1 + q3 * dx1 + dq0 * x4 + q0 * dx4 + dq4 * x0 + q4 * dx0
+        Y4 = L[LANE_BASE + 216 + i]
+        duY_v5 = du2 * Y2 + u2 * dY2 + du1 * Y3 + u1 * dY3 + du3 * Y1 + u3 * dY1 + du0 * Y4 + u0 * dY4 + du4 * Y0 + u4 * dY0
+        Z4 = L[LANE_BASE + 304 + i]
+        duZ_v5 = du2 * Z2 + u2 * dZ2 + du1 * Z3 + u1 * dZ3 + du3 * Z1 + u3 * dZ1 + du0 * Z4 + u0 * dZ4 + du4 * Z0 + u4 * dZ0
+        uY_v5 = L[LANE_BASE + 2072 + i]
+        uZ_v5 = L[LANE_BASE + 2160 + i]
+        dfree_v5 = dprestress * u4 + prestress * du4 - (dstiff * uY_v5 + stiff * duY_v5) - (ddrag * uZ_v5 + drag * duZ_v5)
+        dpart354 = du2 * q2 + u2 * dq2 + du1 * q3 + u1 * dq3 + du3 * q1 + u3 * dq1 + du0 * q4 + u0 * dq4 + du4 * q0 + u4 * dq0
+        part354 = L[LANE_BASE + 1784 + i]
         dsink_v5 = dK * part354 + K * dpart354
         dpart356 = dfree_v5 + dK * uY_v5 + K * duY_v5 + dG * uZ_v5 + G * duZ_v5
+        push_v5 = L[LANE_BASE + 1984 + i]
         dpull_v10 = dpull_v9 + on * dpart356 - (dheavy * push_v5 + heavy * dpush_v5) - dsink_v5
         dY5 = 0.2 * duZ_v5
         dZ5 = 0.2 * (dfree_v5 - (dshare * push_v5 + share * dpush_v5))
         du5 = 0.1 * dw4
+        u5 = L[LANE_BASE + 1440 + i]
         dq5 = 2.0 * (du0 * u5 + u0 * du5 + du1 * u4 + u1 * du4 + du2 * u3 + u2 * du3)
+        q5 = L[LANE_BASE + 816 + i]
         dw5 = 0.2 * dpull_v10 - (dG * q5 + G * dq5)
-        dF5 = (
-            dc5 * t5_5
-            + dc4 * t4_5
-            + dc3 * t3_5
-            + dc2 * t2_5
-            + dc1 * t5
-            + (H2 * dt3 + H3 * dt2 + H1 * dt4 + H4 * dt1 + H0 * dt5 + H5 * dt0)
-        )
+        H5 = L[LANE_BASE + 136 + i]
+        t2_5 = L[LANE_BASE + 920 + i]
+        t3_5 = L[LANE_BASE + 1000 + i]
+        t4_5 = L[LANE_BASE + 1072 + i]
+        t5 = L[LANE_BASE + 1128 + i]
+        t5_5 = L[LANE_BASE + 1136 + i]
+        dF5 = dc5 * t5_5 + dc4 * t4_5 + dc3 * t3_5 + dc2 * t2_5 + dc1 * t5 + (H2 * dt3 + H3 * dt2 + H1 * dt4 + H4 * dt1 + H0 * dt5 + H5 * dt0)
         dt6 = 0.16666666666666666 * du5
-        df5 = (
-            db5 * t5_5
-            + db4 * t4_5
-            + db3 * t3_5
-            + db2 * t2_5
-            + db1 * t5
-            + (k2 * dt3 + k3 * dt2 + k1 * dt4 + k4 * dt1 + k0 * dt5 + k5 * dt0)
-        )
+        k5 = L[LANE_BASE + 624 + i]
+        df5 = db5 * t5_5 + db4 * t4_5 + db3 * t3_5 + db2 * t2_5 + db1 * t5 + (k2 * dt3 + k3 * dt2 + k1 * dt4 + k4 * dt1 + k0 * dt5 + k5 * dt0)
         dg5 = cubic * dq5 + quadratic * du5
-        dm5 = (
-            df2 * g3
-            + f2 * dg3
-            + df3 * g2
-            + f3 * dg2
-            + df1 * g4
-            + f1 * dg4
-            + df4 * g1
-            + f4 * dg1
-            + df0 * g5
-            + f0 * dg5
-            + df5 * g0
-            + f5 * dg0
-        )
-        dpart372 = (
-            dm2 * w3
-            + m2 * dw3
-            + dm3 * w2
-            + m3 * dw2
-            + dm1 * w4
-            + m1 * dw4
-            + dm4 * w1
-            + m4 * dw1
-            + dm0 * w5
-            + m0 * dw5
-            + dm5 * w0
-            + m5 * dw0
-        )
+        f5 = L[LANE_BASE + 408 + i]
+        g5 = L[LANE_BASE + 504 + i]
+        dm5 = df2 * g3 + f2 * dg3 + df3 * g2 + f3 * dg2 + df1 * g4 + f1 * dg4 + df4 * g1 + f4 * dg1 + df0 * g5 + f0 * dg5 + df5 * g0 + f5 * dg0
+        m5 = L[LANE_BASE + 720 + i]
+        w5 = L[LANE_BASE + 1536 + i]
+        dpart372 = dm2 * w3 + m2 * dw3 + dm3 * w2 + m3 * dw2 + dm1 * w4 + m1 * dw4 + dm4 * w1 + m4 * dw1 + dm0 * w5 + m0 * dw5 + dm5 * w0 + m5 * dw0
+        part372 = L[LANE_BASE + 1792 + i]
         dx5 = dm5 + deta * part372 + eta * dpart372
-        dpull_v11 = (
-            du2 * F3
-            + u2 * dF3
-            + du3 * F2
-            + u3 * dF2
-            + du1 * F4
-            + u1 * dF4
-            + du4 * F1
-            + u4 * dF1
-            + du0 * F5
-            + u0 * dF5
-            + du5 * F0
-            + u5 * dF0
-        )
-        dpush_v6 = (
-            dq2 * x3
-            + q2 * dx3
-            + dq3 * x2
-            + q3 * dx2
-            + dq1 * x4
-            + q1 * dx4
-            + dq4 * x1
-            + q4 * dx1
-            + dq0 * x5
-            + q0 * dx5
-            + dq5 * x0
-            + q5 * dx0
-        )
-        duY_v6 = (
-            du2 * Y3
-            + u2 * dY3
-            + du3 * Y2
-            + u3 * dY2
-            + du1 * Y4
-            + u1 * dY4
-            + du4 * Y1
-            + u4 * dY1
-            + du0 * Y5
-            + u0 * dY5
-            + du5 * Y0
-            + u5 * dY0
-        )
-        duZ_v6 = (
-            du2 * Z3
-            + u2 * dZ3
-            + du3 * Z2
-            + u3 * dZ2
-            + du1 * Z4
-            + u1 * dZ4
-            + du4 * Z1
-            + u4 * dZ1
-            + du0 * Z5
-            + u0 * dZ5
-            + du5 * Z0
-            + u5 * dZ0
-        )
-        dfree_v6 = (
-            dprestress * u5 + prestress * du5 - (dstiff * uY_v6 + stiff * duY_v6) - (ddrag * uZ_v6 + drag * duZ_v6)
-        )
-        dpart380 = (
-            du2 * q3
-            + u2 * dq3
-            + du3 * q2
-            + u3 * dq2
-            + du1 * q4
-            + u1 * dq4
-            + du4 * q1
-            + u4 * dq1
-            + du0 * q5
-            + u0 * dq5
-            + du5 * q0
-            + u5 * dq0
-        )
+        F5 = L[LANE_BASE + 40 + i]
+        dpull_v11 = du2 * F3 + u2 * dF3 + du3 * F2 + u3 * dF2 + du1 * F4 + u1 * dF4 + du4 * F1 + u4 * dF1 + du0 * F5 + u0 * dF5 + du5 * F0 + u5 * dF0
+        x5 = L[LANE_BASE + 1632 + i]
+        dpush_v6 = dq2 * x3 + q2 * dx3 + dq3 * x2 + q3 * dx2 + dq1 * x4 + q1 * dx4 + dq4 * x1 + q4 * dx1 + dq0 * x5 + q0 * dx5 + dq5 * x0 + q5 * dx0
+        Y5 = L[LANE_BASE + 224 + i]
+        duY_v6 = du2 * Y3 + u2 * dY3 + du3 * Y2 + u3 * dY2 + du1 * Y4 + u1 * dY4 + du4 * Y1 + u4 * dY1 + du0 * Y5 + u0 * dY5 + du5 * Y0 + u5 * dY0
+        Z5 = L[LANE_BASE + 312 + i]
+        duZ_v6 = du2 * Z3 + u2 * dZ3 + du3 * Z2 + u3 * dZ2 + du1 * Z4 + u1 * dZ4 + du4 * Z1 + u4 * dZ1 + du0 * Z5 + u0 * dZ5 + du5 * Z0 + u5 * dZ0
+        uY_v6 = L[LANE_BASE + 2080 + i]
+        uZ_v6 = L[LANE_BASE + 2168 + i]
+        dfree_v6 = dprestress * u5 + prestress * du5 - (dstiff * uY_v6 + stiff * duY_v6) - (ddrag * uZ_v6 + drag * duZ_v6)
+        dpart380 = du2 * q3 + u2 * dq3 + du3 * q2 + u3 * dq2 + du1 * q4 + u1 * dq4 + du4 * q1 + u4 * dq1 + du0 * q5 + u0 * dq5 + du5 * q0 + u5 * dq0
+        part380 = L[LANE_BASE + 1800 + i]
         dsink_v6 = dK * part380 + K * dpart380
         dpart382 = dfree_v6 + dK * uY_v6 + K * duY_v6 + dG * uZ_v6 + G * duZ_v6
+        push_v6 = L[LANE_BASE + 1992 + i]
         dpull_v12 = dpull_v11 + on * dpart382 - (dheavy * push_v6 + heavy * dpush_v6) - dsink_v6
         dY6 = 0.16666666666666666 * duZ_v6
         dZ6 = 0.16666666666666666 * (dfree_v6 - (dshare * push_v6 + share * dpush_v6))
         du6 = 0.08333333333333333 * dw5
+        u6 = L[LANE_BASE + 1448 + i]
         dq6 = 2.0 * (du0 * u6 + u0 * du6 + du1 * u5 + u1 * du5 + du2 * u4 + u2 * du4) + du3 * u3 + u3 * du3
+        q6 = L[LANE_BASE + 824 + i]
         dw6 = 0.16666666666666666 * dpull_v12 - (dG * q6 + G * dq6)
-        dF6 = (
-            dc6 * t6_6
-            + dc5 * t5_6
-            + dc4 * t4_6
-            + dc3 * t3_6
-            + dc2 * t2_6
-            + dc1 * t6
-            + (H3 * dt3 + H2 * dt4 + H4 * dt2 + H1 * dt5 + H5 * dt1 + H0 * dt6 + H6 * dt0)
-        )
+        H6 = L[LANE_BASE + 144 + i]
+        t2_6 = L[LANE_BASE + 928 + i]
+        t3_6 = L[LANE_BASE + 1008 + i]
+        t4_6 = L[LANE_BASE + 1080 + i]
+        t5_6 = L[LANE_BASE + 1144 + i]
+        t6 = L[LANE_BASE + 1192 + i]
+        t6_6 = L[LANE_BASE + 1200 + i]
+        dF6 = dc6 * t6_6 + dc5 * t5_6 + dc4 * t4_6 + dc3 * t3_6 + dc2 * t2_6 + dc1 * t6 + (H3 * dt3 + H2 * dt4 + H4 * dt2 + H1 * dt5 + H5 * dt1 + H0 * dt6 + H6 * dt0)
         dt7 = 0.14285714285714285 * du6
-        df6 = (
-            db6 * t6_6
-            + db5 * t5_6
-            + db4 * t4_6
-            + db3 * t3_6
-            + db2 * t2_6
-            + db1 * t6
-            + (k3 * dt3 + k2 * dt4 + k4 * dt2 + k1 * dt5 + k5 * dt1 + k0 * dt6 + k6 * dt0)
-        )
+        k6 = L[LANE_BASE + 632 + i]
+        df6 = db6 * t6_6 + db5 * t5_6 + db4 * t4_6 + db3 * t3_6 + db2 * t2_6 + db1 * t6 + (k3 * dt3 + k2 * dt4 + k4 * dt2 + k1 * dt5 + k5 * dt1 + k0 * dt6 + k6 * dt0)
         dg6 = cubic * dq6 + quadratic * du6
-        dm6 = (
-            df3 * g3
-            + f3 * dg3
-            + df2 * g4
-            + f2 * dg4
-            + df4 * g2
-            + f4 * dg2
-            + df1 * g5
-            + f1 * dg5
-            + df5 * g1
-            + f5 * dg1
-            + df0 * g6
-            + f0 * dg6
-            + df6 * g0
-            + f6 * dg0
-        )
-        dpart399 = (
-            dm3 * w3
-            + m3 * dw3
-            + dm2 * w4
-            + m2 * dw4
-            + dm4 * w2
-            + m4 * dw2
-            + dm1 * w5
-            + m1 * dw5
-            + dm5 * w1
-            + m5 * dw1
-            + dm0 * w6
-            + m0 * dw6
-            + dm6 * w0
-            + m6 * dw0
-        )
+        f6 = L[LANE_BASE + 416 + i]
+        g6 = L[LANE_BASE + 512 + i]
+        dm6 = df3 * g3 + f3 * dg3 + df2 * g4 + f2 * dg4 + df4 * g2 + f4 * dg2 + df1 * g5 + f1 * dg5 + df5 * g1 + f5 * dg1 + df0 * g6 + f0 * dg6 + df6 * g0 + f6 * dg0
+        m6 = L[LANE_BASE + 728 + i]
+        w6 = L[LANE_BASE + 1544 + i]
+        dpart399 = dm3 * w3 + m3 * dw3 + dm2 * w4 + m2 * dw4 + dm4 * w2 + m4 * dw2 + dm1 * w5 + m1 * dw5 + dm5 * w1 + m5 * dw1 + dm0 * w6 + m0 * dw6 + dm6 * w0 + m6 * dw0
+        part399 = L[LANE_BASE + 1808 + i]
         dx6 = dm6 + deta * part399 + eta * dpart399
-        dpull_v13 = (
-            du3 * F3
-            + u3 * dF3
-            + du2 * F4
-            + u2 * dF4
-            + du4 * F2
-            + u4 * dF2
-            + du1 * F5
-            + u1 * dF5
-            + du5 * F1
-            + u5 * dF1
-            + du0 * F6
-            + u0 * dF6
-            + du6 * F0
-            + u6 * dF0
-        )
-        dpush_v7 = (
-            dq3 * x3
-            + q3 * dx3
-            + dq2 * x4
-            + q2 * dx4
-            + dq4 * x2
-            + q4 * dx2
-            + dq1 * x5
-            + q1 * dx5
-            + dq5 * x1
-            + q5 * dx1
-            + dq0 * x6
-            + q0 * dx6
-            + dq6 * x0
-            + q6 * dx0
-        )
-        duY_v7 = (
-            du3 * Y3
-            + u3 * dY3
-            + du2 * Y4
-            + u2 * dY4
-            + du4 * Y2
-            + u4 * dY2
-            + du1 * Y5
-            + u1 * dY5
-            + du5 * Y1
-            + u5 * dY1
-            + du0 * Y6
-            + u0 * dY6
-            + du6 * Y0
-            + u6 * dY0
-        )
-        duZ_v7 = (
-            du3 * Z3
-            + u3 * dZ3
-            + du2 * Z4
-            + u2 * dZ4
-            + du4 * Z2
-            + u4 * dZ2
-            + du1 * Z5
-            + u1 * dZ5
-            + du5 * Z1
-            + u5 * dZ1
-            + du0 * Z6
-            + u0 * dZ6
-            + du6 * Z0
-            + u6 * dZ0
-        )
-        dfree_v7 = (
-            dprestress * u6 + prestress * du6 - (dstiff * uY_v7 + stiff * duY_v7) - (ddrag * uZ_v7 + drag * duZ_v7)
-        )
-        dpart407 = (
-            du3 * q3
-            + u3 * dq3
-            + du2 * q4
-            + u2 * dq4
-            + du4 * q2
-            + u4 * dq2
-            + du1 * q5
-            + u1 * dq5
-            + du5 * q1
-            + u5 * dq1
-            + du0 * q6
-            + u0 * dq6
-            + du6 * q0
-            + u6 * dq0
-        )
+        F6 = L[LANE_BASE + 48 + i]
+        dpull_v13 = du3 * F3 + u3 * dF3 + du2 * F4 + u2 * dF4 + du4 * F2 + u4 * dF2 + du1 * F5 + u1 * dF5 + du5 * F1 + u5 * dF1 + du0 * F6 + u0 * dF6 + du6 * F0 + u6 * dF0
+        x6 = L[LANE_BASE + 1640 + i]
+        dpush_v7 = dq3 * x3 + q3 * dx3 + dq2 * x4 + q2 * dx4 + dq4 * x2 + q4 * dx2 + dq1 * x5 + q1 * dx5 + dq5 * x1 + q5 * dx1 + dq0 * x6 + q0 * dx6 + dq6 * x0 + q6 * dx0
+        Y6 = L[LANE_BASE + 232 + i]
+        duY_v7 = du3 * Y3 + u3 * dY3 + du2 * Y4 + u2 * dY4 + du4 * Y2 + u4 * dY2 + du1 * Y5 + u1 * dY5 + du5 * Y1 + u5 * dY1 + du0 * Y6 + u0 * dY6 + du6 * Y0 + u6 * dY0
+        Z6 = L[LANE_BASE + 320 + i]
+        duZ_v7 = du3 * Z3 + u3 * dZ3 + du2 * Z4 + u2 * dZ4 + du4 * Z2 + u4 * dZ2 + du1 * Z5 + u1 * dZ5 + du5 * Z1 + u5 * dZ1 + du0 * Z6 + u0 * dZ6 + du6 * Z0 + u6 * dZ0
+        uY_v7 = L[LANE_BASE + 2088 + i]
+        uZ_v7 = L[LANE_BASE + 2176 + i]
+        dfree_v7 = dprestress * u6 + prestress * du6 - (dstiff * uY_v7 + stiff * duY_v7) - (ddrag * uZ_v7 + drag * duZ_v7)
+        dpart407 = du3 * q3 + u3 * dq3 + du2 * q4 + u2 * dq4 + du4 * q2 + u4 * dq2 + du1 * q5 + u1 * dq5 + du5 * q1 + u5 * dq1 + du0 * q6 + u0 * dq6 + du6 * q0 + u6 * dq0
+        part407 = L[LANE_BASE + 1816 + i]
         dsink_v7 = dK * part407 + K * dpart407
         dpart409 = dfree_v7 + dK * uY_v7 + K * duY_v7 + dG * uZ_v7 + G * duZ_v7
+        push_v7 = L[LANE_BASE + 2000 + i]
         dpull_v14 = dpull_v13 + on * dpart409 - (dheavy * push_v7 + heavy * dpush_v7) - dsink_v7
         dY7 = 0.14285714285714285 * duZ_v7
         dZ7 = 0.14285714285714285 * (dfree_v7 - (dshare * push_v7 + share * dpush_v7))
         du7 = 0.07142857142857142 * dw6
+        u7 = L[LANE_BASE + 1456 + i]
         dq7 = 2.0 * (du0 * u7 + u0 * du7 + du1 * u6 + u1 * du6 + du2 * u5 + u2 * du5 + du3 * u4 + u3 * du4)
+        q7 = L[LANE_BASE + 832 + i]
         dw7 = 0.14285714285714285 * dpull_v14 - (dG * q7 + G * dq7)
-        dF7 = (
-            dc7 * t7_7
-            + dc6 * t6_7
-            + dc5 * t5_7
-            + dc4 * t4_7
-            + dc3 * t3_7
-            + dc2 * t2_7
-            + dc1 * t7
-            + (H3 * dt4 + H4 * dt3 + H2 * dt5 + H5 * dt2 + H1 * dt6 + H6 * dt1 + H0 * dt7 + H7 * dt0)
-        )
+        H7 = L[LANE_BASE + 152 + i]
+        t2_7 = L[LANE_BASE + 936 + i]
+        t3_7 = L[LANE_BASE + 1016 + i]
+        t4_7 = L[LANE_BASE + 1088 + i]
+        t5_7 = L[LANE_BASE + 1152 + i]
+        t6_7 = L[LANE_BASE + 1208 + i]
+        t7 = L[LANE_BASE + 1248 + i]
+        t7_7 = L[LANE_BASE + 1256 + i]
+        dF7 = dc7 * t7_7 + dc6 * t6_7 + dc5 * t5_7 + dc4 * t4_7 + dc3 * t3_7 + dc2 * t2_7 + dc1 * t7 + (H3 * dt4 + H4 * dt3 + H2 * dt5 + H5 * dt2 + H1 * dt6 + H6 * dt1 + H0 * dt7 + H7 * dt0)
         dt8 = 0.125 * du7
-        df7 = (
-            db7 * t7_7
-            + db6 * t6_7
-            + db5 * t5_7
-            + db4 * t4_7
-            + db3 * t3_7
-            + db2 * t2_7
-            + db1 * t7
-            + (k3 * dt4 + k4 * dt3 + k2 * dt5 + k5 * dt2 + k1 * dt6 + k6 * dt1 + k0 * dt7 + k7 * dt0)
-        )
+        k7 = L[LANE_BASE + 640 + i]
+        df7 = db7 * t7_7 + db6 * t6_7 + db5 * t5_7 + db4 * t4_7 + db3 * t3_7 + db2 * t2_7 + db1 * t7 + (k3 * dt4 + k4 * dt3 + k2 * dt5 + k5 * dt2 + k1 * dt6 + k6 * dt1 + k0 * dt7 + k7 * dt0)
         dg7 = cubic * dq7 + quadratic * du7
-        dm7 = (
-            df3 * g4
-            + f3 * dg4
-            + df4 * g3
-            + f4 * dg3
-            + df2 * g5
-            + f2 * dg5
-            + df5 * g2
-            + f5 * dg2
-            + df1 * g6
-            + f1 * dg6
-            + df6 * g1
-            + f6 * dg1
-            + df0 * g7
-            + f0 * dg7
-            + df7 * g0
-            + f7 * dg0
-        )
-        dpart427 = (
-            dm3 * w4
-            + m3 * dw4
-            + dm4 * w3
-            + m4 * dw3
-            + dm2 * w5
-            + m2 * dw5
-            + dm5 * w2
-            + m5 * dw2
-            + dm1 * w6
-            + m1 * dw6
-            + dm6 * w1
-            + m6 * dw1
-            + dm0 * w7
-            + m0 * dw7
-            + dm7 * w0
-            + m7 * dw0
-        )
+        f7 = L[LANE_BASE + 424 + i]
+        g7 = L[LANE_BASE + 520 + i]
+        dm7 = df3 * g4 + f3 * dg4 + df4 * g3 + f4 * dg3 + df2 * g5 + f2 * dg5 + df5 * g2 + f5 * dg2 + df1 * g6 + f1 * dg6 + df6 * g1 + f6 * dg1 + df0 * g7 + f0 * dg7 + df7 * g0 + f7 * dg0
+        m7 = L[LANE_BASE + 736 + i]
+        w7 = L[LANE_BASE + 1552 + i]
+        dpart427 = dm3 * w4 + m3 * dw4 + dm4 * w3 + m4 * dw3 + dm2 * w5 + m2 * dw5 + dm5 * w2 + m5 * dw2 + dm1 * w6 + m1 * dw6 + dm6 * w1 + m6 * dw1 + dm0 * w7 + m0 * dw7 + dm7 * w0 + m7 * dw0
+        part427 = L[LANE_BASE + 1824 + i]
         dx7 = dm7 + deta * part427 + eta * dpart427
-        dpull_v15 = (
-            du3 * F4
-            + u3 * dF4
-            + du4 * F3
-            + u4 * dF3
-            + du2 * F5
-            + u2 * dF5
-            + du5 * F2
-            + u5 * dF2
-            + du1 * F6
-            + u1 * dF6
-            + du6 * F1
-            + u6 * dF1
-            + du0 * F7
-            + u0 * dF7
-            + du7 * F0
-            + u7 * dF0
-        )
-        dpush_v8 = (
-            dq3 * x4
-            + q3 * dx4
-            + dq4 * x3
-            + q4 * dx3
-            + dq2 * x5
-            + q2 * dx5
-            + dq5 * x2
-            + q5 * dx2
-            + dq1 * x6
-            + q1 * dx6
-            + dq6 * x1
-            + q6 * dx1
-            + dq0 * x7
-            + q0 * dx7
-            + dq7 * x0
-            + q7 * dx0
-        )
-        duY_v8 = (
-            du3 * Y4
-            + u3 * dY4
-            + du4 * Y3
-            + u4 * dY3
-            + du2 * Y5
-            + u2 * dY5
-            + du5 * Y2
-            + u5 * dY2
-            + du1 * Y6
-            + u1 * dY6
-            + du6 * Y1
-            + u6 * dY1
-            + du0 * Y7
-            + u0 * dY7
-            + du7 * Y0
-            + u7 * dY0
-        )
-        duZ_v8 = (
-            du3 * Z4
-            + u3 * dZ4
-            + du4 * Z3
-            + u4 * dZ3
-            + du2 * Z5
-            + u2 * dZ5
-            + du5 * Z2
-            + u5 * dZ2
-            + du1 * Z6
-            + u1 * dZ6
-            + du6 * Z1
-            + u6 * dZ1
-            + du0 * Z7
-            + u0 * dZ7
-            + du7 * Z0
-            + u7 * dZ0
-        )
-        dfree_v8 = (
-            dprestress * u7 + prestress * du7 - (dstiff * uY_v8 + stiff * duY_v8) - (ddrag * uZ_v8 + drag * duZ_v8)
-        )
-        dpart435 = (
-            du3 * q4
-            + u3 * dq4
-            + du4 * q3
-            + u4 * dq3
-            + du2 * q5
-            + u2 * dq5
-            + du5 * q2
-            + u5 * dq2
-            + du1 * q6
-            + u1 * dq6
-            + du6 * q1
-            + u6 * dq1
-            + du0 * q7
-            + u0 * dq7
-            + du7 * q0
-            + u7 * dq0
-        )
+        F7 = L[LANE_BASE + 56 + i]
+        dpull_v15 = du3 * F4 + u3 * dF4 + du4 * F3 + u4 * dF3 + du2 * F5 + u2 * dF5 + du5 * F2 + u5 * dF2 + du1 * F6 + u1 * dF6 + du6 * F1 + u6 * dF1 + du0 * F7 + u0 * dF7 + du7 * F0 + u7 * dF0
+        x7 = L[LANE_BASE + 1648 + i]
+        dpush_v8 = dq3 * x4 + q3 * dx4 + dq4 * x3 + q4 * dx3 + dq2 * x5 + q2 * dx5 + dq5 * x2 + q5 * dx2 + dq1 * x6 + q1 * dx6 + dq6 * x1 + q6 * dx1 + dq0 * x7 + q0 * dx7 + dq7 * x0 + q7 * dx0
+        Y7 = L[LANE_BASE + 240 + i]
+        duY_v8 = du3 * Y4 + u3 * dY4 + du4 * Y3 + u4 * dY3 + du2 * Y5 + u2 * dY5 + du5 * Y2 + u5 * dY2 + du1 * Y6 + u1 * dY6 + du6 * Y1 + u6 * dY1 + du0 * Y7 + u0 * dY7 + du7 * Y0 + u7 * dY0
+        Z7 = L[LANE_BASE + 328 + i]
+        duZ_v8 = du3 * Z4 + u3 * dZ4 + du4 * Z3 + u4 * dZ3 + du2 * Z5 + u2 * dZ5 + du5 * Z2 + u5 * dZ2 + du1 * Z6 + u1 * dZ6 + du6 * Z1 + u6 * dZ1 + du0 * Z7 + u0 * dZ7 + du7 * Z0 + u7 * dZ0
+        uY_v8 = L[LANE_BASE + 2096 + i]
+        uZ_v8 = L[LANE_BASE + 2184 + i]
+        dfree_v8 = dprestress * u7 + prestress * du7 - (dstiff * uY_v8 + stiff * duY_v8) - (ddrag * uZ_v8 + drag * duZ_v8)
+        dpart435 = du3 * q4 + u3 * dq4 + du4 * q3 + u4 * dq3 + du2 * q5 + u2 * dq5 + du5 * q2 + u5 * dq2 + du1 * q6 + u1 * dq6 + du6 * q1 + u6 * dq1 + du0 * q7 + u0 * dq7 + du7 * q0 + u7 * dq0
+        part435 = L[LANE_BASE + 1832 + i]
         dsink_v8 = dK * part435 + K * dpart435
         dpart437 = dfree_v8 + dK * uY_v8 + K * duY_v8 + dG * uZ_v8 + G * duZ_v8
+        push_v8 = L[LANE_BASE + 2008 + i]
         dpull_v16 = dpull_v15 + on * dpart437 - (dheavy * push_v8 + heavy * dpush_v8) - dsink_v8
         dY8 = 0.125 * duZ_v8
         dZ8 = 0.125 * (dfree_v8 - (dshare * push_v8 + share * dpush_v8))
         du8 = 0.0625 * dw7
-        dq8 = (
-            2.0 * (du0 * u8 + u0 * du8 + du1 * u7 + u1 * du7 + du2 * u6 + u2 * du6 + du3 * u5 + u3 * du5)
-            + du4 * u4
-            + u4 * du4
-        )
+        u8 = L[LANE_BASE + 1464 + i]
+        dq8 = 2.0 * (du0 * u8 + u0 * du8 + du1 * u7 + u1 * du7 + du2 * u6 + u2 * du6 + du3 * u5 + u3 * du5) + du4 * u4 + u4 * du4
+        q8 = L[LANE_BASE + 840 + i]
         dw8 = 0.125 * dpull_v16 - (dG * q8 + G * dq8)
-        dF8 = (
-            dc8 * t8_8
-            + dc7 * t7_8
-            + dc6 * t6_8
-            + dc5 * t5_8
-            + dc4 * t4_8
-            + dc3 * t3_8
-            + dc2 * t2_8
-            + dc1 * t8
-            + (H4 * dt4 + H3 * dt5 + H5 * dt3 + H2 * dt6 + H6 * dt2 + H1 * dt7 + H7 * dt1 + H0 * dt8 + H8 * dt0)
-        )
+        H8 = L[LANE_BASE + 160 + i]
+        t2_8 = L[LANE_BASE + 944 + i]
+        t3_8 = L[LANE_BASE + 1024 + i]
+        t4_8 = L[LANE_BASE + 1096 + i]
+        t5_8 = L[LANE_BASE + 1160 + i]
+        t6_8 = L[LANE_BASE + 1216 + i]
+        t7_8 = L[LANE_BASE + 1264 + i]
+        t8 = L[LANE_BASE + 1296 + i]
+        t8_8 = L[LANE_BASE + 1304 + i]
+        dF8 = dc8 * t8_8 + dc7 * t7_8 + dc6 * t6_8 + dc5 * t5_8 + dc4 * t4_8 + dc3 * t3_8 + dc2 * t2_8 + dc1 * t8 + (H4 * dt4 + H3 * dt5 + H5 * dt3 + H2 * dt6 + H6 * dt2 + H1 * dt7 + H7 * dt1 + H0 * dt8 + H8 * dt0)
         dt9 = 0.1111111111111111 * du8
-        df8 = (
-            db8 * t8_8
-            + db7 * t7_8
-            + db6 * t6_8
-            + db5 * t5_8
-            + db4 * t4_8
-            + db3 * t3_8
-            + db2 * t2_8
-            + db1 * t8
-            + (k4 * dt4 + k3 * dt5 + k5 * dt3 + k2 * dt6 + k6 * dt2 + k1 * dt7 + k7 * dt1 + k0 * dt8 + k8 * dt0)
-        )
+        k8 = L[LANE_BASE + 648 + i]
+        df8 = db8 * t8_8 + db7 * t7_8 + db6 * t6_8 + db5 * t5_8 + db4 * t4_8 + db3 * t3_8 + db2 * t2_8 + db1 * t8 + (k4 * dt4 + k3 * dt5 + k5 * dt3 + k2 * dt6 + k6 * dt2 + k1 * dt7 + k7 * dt1 + k0 * dt8 + k8 * dt0)
         dg8 = cubic * dq8 + quadratic * du8
-        dm8 = (
-            df4 * g4
-            + f4 * dg4
-            + df3 * g5
-            + f3 * dg5
-            + df5 * g3
-            + f5 * dg3
-            + df2 * g6
-            + f2 * dg6
-            + df6 * g2
-            + f6 * dg2
-            + df1 * g7
-            + f1 * dg7
-            + df7 * g1
-            + f7 * dg1
-            + df0 * g8
-            + f0 * dg8
-            + df8 * g0
-            + f8 * dg0
-        )
-        dpart456 = (
-            dm4 * w4
-            + m4 * dw4
-            + dm3 * w5
-            + m3 * dw5
-            + dm5 * w3
-            + m5 * dw3
-            + dm2 * w6
-            + m2 * dw6
-            + dm6 * w2
-            + m6 * dw2
-            + dm1 * w7
-            + m1 * dw7
-            + dm7 * w1
-            + m7 * dw1
-            + dm0 * w8
-            + m0 * dw8
-            + dm8 * w0
-            + m8 * dw0
-        )
+        f8 = L[LANE_BASE + 432 + i]
+        g8 = L[LANE_BASE + 528 + i]
+        dm8 = df4 * g4 + f4 * dg4 + df3 * g5 + f3 * dg5 + df5 * g3 + f5 * dg3 + df2 * g6 + f2 * dg6 + df6 * g2 + f6 * dg2 + df1 * g7 + f1 * dg7 + df7 * g1 + f7 * dg1 + df0 * g8 + f0 * dg8 + df8 * g0 + f8 * dg0
+        m8 = L[LANE_BASE + 744 + i]
+        w8 = L[LANE_BASE + 1560 + i]
+        dpart456 = dm4 * w4 + m4 * dw4 + dm3 * w5 + m3 * dw5 + dm5 * w3 + m5 * dw3 + dm2 * w6 + m2 * dw6 + dm6 * w2 + m6 * dw2 + dm1 * w7 + m1 * dw7 + dm7 * w1 + m7 * dw1 + dm0 * w8 + m0 * dw8 + dm8 * w0 + m8 * dw0
+        part456 = L[LANE_BASE + 1840 + i]
         dx8 = dm8 + deta * part456 + eta * dpart456
-        dpull_v17 = (
-            du4 * F4
-            + u4 * dF4
-            + du3 * F5
-            + u3 * dF5
-            + du5 * F3
-            + u5 * dF3
-            + du2 * F6
-            + u2 * dF6
-            + du6 * F2
-            + u6 * dF2
-            + du1 * F7
-            + u1 * dF7
-            + du7 * F1
-            + u7 * dF1
-            + du0 * F8
-            + u0 * dF8
-            + du8 * F0
-            + u8 * dF0
-        )
-        dpush_v9 = (
-            dq4 * x4
-            + q4 * dx4
-            + dq3 * x5
-            + q3 * dx5
-            + dq5 * x3
-            + q5 * dx3
-            + dq2 * x6
-            + q2 * dx6
-            + dq6 * x2
-            + q6 * dx2
-            + dq1 * x7
-            + q1 * dx7
-            + dq7 * x1
-            + q7 * dx1
-            + dq0 * x8
-            + q0 * dx8
-            + dq8 * x0
-            + q8 * dx0
-        )
-        duY_v9 = (
-            du4 * Y4
-            + u4 * dY4
-            + du3 * Y5
-            + u3 * dY5
-            + du5 * Y3
-            + u5 * dY3
-            + du2 * Y6
-            + u2 * dY6
-            + du6 * Y2
-            + u6 * dY2
-            + du1 * Y7
-            + u1 * dY7
-            + du7 * Y1
-            + u7 * dY1
-            + du0 * Y8
-            + u0 * dY8
-            + du8 * Y0
-            + u8 * dY0
-        )
-        duZ_v9 = (
-            du4 * Z4
-            + u4 * dZ4
-            + du3 * Z5
-            + u3 * dZ5
-            + du5 * Z3
-            + u5 * dZ3
-            + du2 * Z6
-            + u2 * dZ6
-            + du6 * Z2
-            + u6 * dZ2
-            + du1 * Z7
-            + u1 * dZ7
-            + du7 * Z1
-            + u7 * dZ1
-            + du0 * Z8
-            + u0 * dZ8
-            + du8 * Z0
-            + u8 * dZ0
-        )
-        dfree_v9 = (
-            dprestress * u8 + prestress * du8 - (dstiff * uY_v9 + stiff * duY_v9) - (ddrag * uZ_v9 + drag * duZ_v9)
-        )
-        dpart464 = (
-            du4 * q4
-            + u4 * dq4
-            + du3 * q5
-            + u3 * dq5
-            + du5 * q3
-            + u5 * dq3
-            + du2 * q6
-            + u2 * dq6
-            + du6 * q2
-            + u6 * dq2
-            + du1 * q7
-            + u1 * dq7
-            + du7 * q1
-            + u7 * dq1
-            + du0 * q8
-            + u0 * dq8
-            + du8 * q0
-            + u8 * dq0
-        )
+        F8 = L[LANE_BASE + 64 + i]
+        dpull_v17 = du4 * F4 + u4 * dF4 + du3 * F5 + u3 * dF5 + du5 * F3 + u5 * dF3 + du2 * F6 + u2 * dF6 + du6 * F2 + u6 * dF2 + du1 * F7 + u1 * dF7 + du7 * F1 + u7 * dF1 + du0 * F8 + u0 * dF8 + du8 * F0 + u8 * dF0
+        x8 = L[LANE_BASE + 1656 + i]
+        dpush_v9 = dq4 * x4 + q4 * dx4 + dq3 * x5 + q3 * dx5 + dq5 * x3 + q5 * dx3 + dq2 * x6 + q2 * dx6 + dq6 * x2 + q6 * dx2 + dq1 * x7 + q1 * dx7 + dq7 * x1 + q7 * dx1 + dq0 * x8 + q0 * dx8 + dq8 * x0 + q8 * dx0
+        Y8 = L[LANE_BASE + 248 + i]
+        duY_v9 = du4 * Y4 + u4 * dY4 + du3 * Y5 + u3 * dY5 + du5 * Y3 + u5 * dY3 + du2 * Y6 + u2 * dY6 + du6 * Y2 + u6 * dY2 + du1 * Y7 + u1 * dY7 + du7 * Y1 + u7 * dY1 + du0 * Y8 + u0 * dY8 + du8 * Y0 + u8 * dY0
+        Z8 = L[LANE_BASE + 336 + i]
+        duZ_v9 = du4 * Z4 + u4 * dZ4 + du3 * Z5 + u3 * dZ5 + du5 * Z3 + u5 * dZ3 + du2 * Z6 + u2 * dZ6 + du6 * Z2 + u6 * dZ2 + du1 * Z7 + u1 * dZ7 + du7 * Z1 + u7 * dZ1 + du0 * Z8 + u0 * dZ8 + du8 * Z0 + u8 * dZ0
+        uY_v9 = L[LANE_BASE + 2104 + i]
+        uZ_v9 = L[LANE_BASE + 2192 + i]
+        dfree_v9 = dprestress * u8 + prestress * du8 - (dstiff * uY_v9 + stiff * duY_v9) - (ddrag * uZ_v9 + drag * duZ_v9)
+        dpart464 = du4 * q4 + u4 * dq4 + du3 * q5 + u3 * dq5 + du5 * q3 + u5 * dq3 + du2 * q6 + u2 * dq6 + du6 * q2 + u6 * dq2 + du1 * q7 + u1 * dq7 + du7 * q1 + u7 * dq1 + du0 * q8 + u0 * dq8 + du8 * q0 + u8 * dq0
+        part464 = L[LANE_BASE + 1848 + i]
         dsink_v9 = dK * part464 + K * dpart464
         dpart466 = dfree_v9 + dK * uY_v9 + K * duY_v9 + dG * uZ_v9 + G * duZ_v9
+        push_v9 = L[LANE_BASE + 2016 + i]
         dpull_v18 = dpull_v17 + on * dpart466 - (dheavy * push_v9 + heavy * dpush_v9) - dsink_v9
         dY9 = 0.1111111111111111 * duZ_v9
         dZ9 = 0.1111111111111111 * (dfree_v9 - (dshare * push_v9 + share * dpush_v9))
         du9 = 0.05555555555555555 * dw8
-        dq9 = 2.0 * (
-            du0 * u9 + u0 * du9 + du1 * u8 + u1 * du8 + du2 * u7 + u2 * du7 + du3 * u6 + u3 * du6 + du4 * u5 + u4 * du5
-        )
+        u9 = L[LANE_BASE + 1472 + i]
+        dq9 = 2.0 * (du0 * u9 + u0 * du9 + du1 * u8 + u1 * du8 + du2 * u7 + u2 * du7 + du3 * u6 + u3 * du6 + du4 * u5 + u4 * du5)
+        q9 = L[LANE_BASE + 848 + i]
         dw9 = 0.1111111111111111 * dpull_v18 - (dG * q9 + G * dq9)
-        dF9 = (
-            dc9 * t9_9
-            + dc8 * t8_9
-            + dc7 * t7_9
-            + dc6 * t6_9
-            + dc5 * t5_9
-            + dc4 * t4_9
-            + dc3 * t3_9
-            + dc2 * t2_9
-            + dc1 * t9
-            + (
-                H4 * dt5
-                + H5 * dt4
-                + H3 * dt6
-                + H6 * dt3
-                + H2 * dt7
-                + H7 * dt2
-                + H1 * dt8
-                + H8 * dt1
-                + H0 * dt9
-                + H9 * dt0
-            )
-        )
+        H9 = L[LANE_BASE + 168 + i]
+        t2_9 = L[LANE_BASE + 952 + i]
+        t3_9 = L[LANE_BASE + 1032 + i]
+        t4_9 = L[LANE_BASE + 1104 + i]
+        t5_9 = L[LANE_BASE + 1168 + i]
+        t6_9 = L[LANE_BASE + 1224 + i]
+        t7_9 = L[LANE_BASE + 1272 + i]
+        t8_9 = L[LANE_BASE + 1312 + i]
+        t9 = L[LANE_BASE + 1336 + i]
+        t9_9 = L[LANE_BASE + 1344 + i]
+        dF9 = dc9 * t9_9 + dc8 * t8_9 + dc7 * t7_9 + dc6 * t6_9 + dc5 * t5_9 + dc4 * t4_9 + dc3 * t3_9 + dc2 * t2_9 + dc1 * t9 + (H4 * dt5 + H5 * dt4 + H3 * dt6 + H6 * dt3 + H2 * dt7 + H7 * dt2 + H1 * dt8 + H8 * dt1 + H0 * dt9 + H9 * dt0)
         dt10 = 0.1 * du9
-        df9 = (
-            db9 * t9_9
-            + db8 * t8_9
-            + db7 * t7_9
-            + db6 * t6_9
-            + db5 * t5_9
-            + db4 * t4_9
-            + db3 * t3_9
-            + db2 * t2_9
-            + db1 * t9
-            + (
-                k4 * dt5
-                + k5 * dt4
-                + k3 * dt6
-                + k6 * dt3
-                + k2 * dt7
-                + k7 * dt2
-                + k1 * dt8
-                + k8 * dt1
-                + k0 * dt9
-                + k9 * dt0
-            )
-        )
+        k9 = L[LANE_BASE + 656 + i]
+        df9 = db9 * t9_9 + db8 * t8_9 + db7 * t7_9 + db6 * t6_9 + db5 * t5_9 + db4 * t4_9 + db3 * t3_9 + db2 * t2_9 + db1 * t9 + (k4 * dt5 + k5 * dt4 + k3 * dt6 + k6 * dt3 + k2 * dt7 + k7 * dt2 + k1 * dt8 + k8 * dt1 + k0 * dt9 + k9 * dt0)
         dg9 = cubic * dq9 + quadratic * du9
-        dm9 = (
-            df4 * g5
-            + f4 * dg5
-            + df5 * g4
-            + f5 * dg4
-            + df3 * g6
-            + f3 * dg6
-            + df6 * g3
-            + f6 * dg3
-            + df2 * g7
-            + f2 * dg7
-            + df7 * g2
-            + f7 * dg2
-            + df1 * g8
-            + f1 * dg8
-            + df8 * g1
-            + f8 * dg1
-            + df0 * g9
-            + f0 * dg9
-            + df9 * g0
-            + f9 * dg0
-        )
-        dpart486 = (
-            dm4 * w5
-            + m4 * dw5
-            + dm5 * w4
-            + m5 * dw4
-            + dm3 * w6
-            + m3 * dw6
-            + dm6 * w3
-            + m6 * dw3
-            + dm2 * w7
-            + m2 * dw7
-            + dm7 * w2
-            + m7 * dw2
-            + dm1 * w8
-            + m1 * dw8
-            + dm8 * w1
-            + m8 * dw1
-            + dm0 * w9
-            + m0 * dw9
-            + dm9 * w0
-            + m9 * dw0
-        )
+        f9 = L[LANE_BASE + 440 + i]
+        g9 = L[LANE_BASE + 536 + i]
+        dm9 = df4 * g5 + f4 * dg5 + df5 * g4 + f5 * dg4 + df3 * g6 + f3 * dg6 + df6 * g3 + f6 * dg3 + df2 * g7 + f2 * dg7 + df7 * g2 + f7 * dg2 + df1 * g8 + f1 * dg8 + df8 * g1 + f8 * dg1 + df0 * g9 + f0 * dg9 + df9 * g0 + f9 * dg0
+        m9 = L[LANE_BASE + 752 + i]
+        w9 = L[LANE_BASE + 1568 + i]
+        dpart486 = dm4 * w5 + m4 * dw5 + dm5 * w4 + m5 * dw4 + dm3 * w6 + m3 * dw6 + dm6 * w3 + m6 * dw3 + dm2 * w7 + m2 * dw7 + dm7 * w2 + m7 * dw2 + dm1 * w8 + m1 * dw8 + dm8 * w1 + m8 * dw1 + dm0 * w9 + m0 * dw9 + dm9 * w0 + m9 * dw0
+        part486 = L[LANE_BASE + 1856 + i]
         dx9 = dm9 + deta * part486 + eta * dpart486
-        dpull_v19 = (
-            du4 * F5
-            + u4 * dF5
-            + du5 * F4
-            + u5 * dF4
-            + du3 * F6
-            + u3 * dF6
-            + du6 * F3
-            + u6 * dF3
-            + du2 * F7
-            + u2 * dF7
-            + du7 * F2
-            + u7 * dF2
-            + du1 * F8
-            + u1 * dF8
-            + du8 * F1
-            + u8 * dF1
-            + du0 * F9
-            + u0 * dF9
-            + du9 * F0
-            + u9 * dF0
-        )
-        dpush_v10 = (
-            dq4 * x5
-            + q4 * dx5
-            + dq5 * x4
-            + q5 * dx4
-            + dq3 * x6
-            + q3 * dx6
-            + dq6 * x3
-            + q6 * dx3
-            + dq2 * x7
-            + q2 * dx7
-            + dq7 * x2
-            + q7 * dx2
-            + dq1 * x8
-            + q1 * dx8
-            + dq8 * x1
-            + q8 * dx1
-            + dq0 * x9
-            + q0 * dx9
-            + dq9 * x0
-            + q9 * dx0
-        )
-        duY_v10 = (
-            du4 * Y5
-            + u4 * dY5
-            + du5 * Y4
-            + u5 * dY4
-            + du3 * Y6
-            + u3 * dY6
-            + du6 * Y3
-            + u6 * dY3
-            + du2 * Y7
-            + u2 * dY7
-            + du7 * Y2
-            + u7 * dY2
-            + du1 * Y8
-            + u1 * dY8
-            + du8 * Y1
-            + u8 * dY1
-            + du0 * Y9
-            + u0 * dY9
-            + du9 * Y0
-            + u9 * dY0
-        )
-        duZ_v10 = (
-            du4 * Z5
-            + u4 * dZ5
-            + du5 * Z4
-            + u5 * dZ4
-            + du3 * Z6
-            + u3 * dZ6
-            + du6 * Z3
-            + u6 * dZ3
-            + du2 * Z7
-            + u2 * dZ7
-            + du7 * Z2
-            + u7 * dZ2
-            + du1 * Z8
-            + u1 * dZ8
-            + du8 * Z1
-            + u8 * dZ1
-            + du0 * Z9
-            + u0 * dZ9
-            + du9 * Z0
-            + u9 * dZ0
-        )
-        dfree_v10 = (
-            dprestress * u9 + prestress * du9 - (dstiff * uY_v10 + stiff * duY_v10) - (ddrag * uZ_v10 + drag * duZ_v10)
-        )
-        dpart494 = (
-            du4 * q5
-            + u4 * dq5
-            + du5 * q4
-            + u5 * dq4
-            + du3 * q6
-            + u3 * dq6
-            + du6 * q3
-            + u6 * dq3
-            + du2 * q7
-            + u2 * dq7
-            + du7 * q2
-            + u7 * dq2
-            + du1 * q8
-            + u1 * dq8
-            + du8 * q1
-            + u8 * dq1
-            + du0 * q9
-            + u0 * dq9
-            + du9 * q0
-            + u9 * dq0
-        )
+        F9 = L[LANE_BASE + 72 + i]
+        dpull_v19 = du4 * F5 + u4 * dF5 + du5 * F4 + u5 * dF4 + du3 * F6 + u3 * dF6 + du6 * F3 + u6 * dF3 + du2 * F7 + u2 * dF7 + du7 * F2 + u7 * dF2 + du1 * F8 + u1 * dF8 + du8 * F1 + u8 * dF1 + du0 * F9 + u0 * dF9 + du9 * F0 + u9 * dF0
+        x9 = L[LANE_BASE + 1664 + i]
+        dpush_v10 = dq4 * x5 + q4 * dx5 + dq5 * x4 + q5 * dx4 + dq3 * x6 + q3 * dx6 + dq6 * x3 + q6 * dx3 + dq2 * x7 + q2 * dx7 + dq7 * x2 + q7 * dx2 + dq1 * x8 + q1 * dx8 + dq8 * x1 + q8 * dx1 + dq0 * x9 + q0 * dx9 + dq9 * x0 + q9 * dx0
+        Y9 = L[LANE_BASE + 256 + i]
+        duY_v10 = du4 * Y5 + u4 * dY5 + du5 * Y4 + u5 * dY4 + du3 * Y6 + u3 * dY6 + du6 * Y3 + u6 * dY3 + du2 * Y7 + u2 * dY7 + du7 * Y2 + u7 * dY2 + du1 * Y8 + u1 * dY8 + du8 * Y1 + u8 * dY1 + du0 * Y9 + u0 * dY9 + du9 * Y0 + u9 * dY0
+        Z9 = L[LANE_BASE + 344 + i]
+        duZ_v10 = du4 * Z5 + u4 * dZ5 + du5 * Z4 + u5 * dZ4 + du3 * Z6 + u3 * dZ6 + du6 * Z3 + u6 * dZ3 + du2 * Z7 + u2 * dZ7 + du7 * Z2 + u7 * dZ2 + du1 * Z8 + u1 * dZ8 + du8 * Z1 + u8 * dZ1 + du0 * Z9 + u0 * dZ9 + du9 * Z0 + u9 * dZ0
+        uY_v10 = L[LANE_BASE + 2112 + i]
+        uZ_v10 = L[LANE_BASE + 2200 + i]
+        dfree_v10 = dprestress * u9 + prestress * du9 - (dstiff * uY_v10 + stiff * duY_v10) - (ddrag * uZ_v10 + drag * duZ_v10)
+        dpart494 = du4 * q5 + u4 * dq5 + du5 * q4 + u5 * dq4 + du3 * q6 + u3 * dq6 + du6 * q3 + u6 * dq3 + du2 * q7 + u2 * dq7 + du7 * q2 + u7 * dq2 + du1 * q8 + u1 * dq8 + du8 * q1 + u8 * dq1 + du0 * q9 + u0 * dq9 + du9 * q0 + u9 * dq0
+        part494 = L[LANE_BASE + 1864 + i]
         dsink_v10 = dK * part494 + K * dpart494
         dpart496 = dfree_v10 + dK * uY_v10 + K * duY_v10 + dG * uZ_v10 + G * duZ_v10
+        push_v10 = L[LANE_BASE + 2024 + i]
         dpull_v20 = dpull_v19 + on * dpart496 - (dheavy * push_v10 + heavy * dpush_v10) - dsink_v10
         dY10 = 0.1 * duZ_v10
         dZ10 = 0.1 * (dfree_v10 - (dshare * push_v10 + share * dpush_v10))
         du10 = 0.05 * dw9
-        dq10 = (
-            2.0
-            * (
-                du0 * u10
-                + u0 * du10
-                + du1 * u9
-                + u1 * du9
-                + du2 * u8
-                + u2 * du8
-                + du3 * u7
-                + u3 * du7
-                + du4 * u6
-                + u4 * du6
-            )
-            + du5 * u5
-            + u5 * du5
-        )
+        u10 = L[LANE_BASE + 1480 + i]
+        dq10 = 2.0 * (du0 * u10 + u0 * du10 + du1 * u9 + u1 * du9 + du2 * u8 + u2 * du8 + du3 * u7 + u3 * du7 + du4 * u6 + u4 * du6) + du5 * u5 + u5 * du5
+        q10 = L[LANE_BASE + 856 + i]
         dw10 = 0.1 * dpull_v20 - (dG * q10 + G * dq10)
-        dF10 = (
-            dc10 * t10_10
-            + dc9 * t9_10
-            + dc8 * t8_10
-            + dc7 * t7_10
-            + dc6 * t6_10
-            + dc5 * t5_10
-            + dc4 * t4_10
-            + dc3 * t3_10
-            + dc2 * t2_10
-            + dc1 * t10
-            + (
-                H5 * dt5
-                + H4 * dt6
-                + H6 * dt4
-                + H3 * dt7
-                + H7 * dt3
-                + H2 * dt8
-                + H8 * dt2
-                + H1 * dt9
-                + H9 * dt1
-                + H0 * dt10
-                + H10 * dt0
-            )
-        )
+        H10 = L[LANE_BASE + 176 + i]
+        t2_10 = L[LANE_BASE + 960 + i]
+        t3_10 = L[LANE_BASE + 1040 + i]
+        t4_10 = L[LANE_BASE + 1112 + i]
+        t5_10 = L[LANE_BASE + 1176 + i]
+        t6_10 = L[LANE_BASE + 1232 + i]
+        t7_10 = L[LANE_BASE + 1280 + i]
+        t8_10 = L[LANE_BASE + 1320 + i]
+        t9_10 = L[LANE_BASE + 1352 + i]
+        t10 = L[LANE_BASE + 1368 + i]
+        t10_10 = L[LANE_BASE + 1376 + i]
+        dF10 = dc10 * t10_10 + dc9 * t9_10 + dc8 * t8_10 + dc7 * t7_10 + dc6 * t6_10 + dc5 * t5_10 + dc4 * t4_10 + dc3 * t3_10 + dc2 * t2_10 + dc1 * t10 + (H5 * dt5 + H4 * dt6 + H6 * dt4 + H3 * dt7 + H7 * dt3 + H2 * dt8 + H8 * dt2 + H1 * dt9 + H9 * dt1 + H0 * dt10 + H10 * dt0)
         dt11 = 0.09090909090909091 * du10
-        df10 = (
-            db10 * t10_10
-            + db9 * t9_10
-            + db8 * t8_10
-            + db7 * t7_10
-            + db6 * t6_10
-            + db5 * t5_10
-            + db4 * t4_10
-            + db3 * t3_10
-            + db2 * t2_10
-            + db1 * t10
-            + (
-                k5 * dt5
-                + k4 * dt6
-                + k6 * dt4
-                + k3 * dt7
-                + k7 * dt3
-                + k2 * dt8
-                + k8 * dt2
-                + k1 * dt9
-                + k9 * dt1
-                + k0 * dt10
-                + k10 * dt0
-            )
-        )
+        k10 = L[LANE_BASE + 664 + i]
+        df10 = db10 * t10_10 + db9 * t9_10 + db8 * t8_10 + db7 * t7_10 + db6 * t6_10 + db5 * t5_10 + db4 * t4_10 + db3 * t3_10 + db2 * t2_10 + db1 * t10 + (k5 * dt5 + k4 * dt6 + k6 * dt4 + k3 * dt7 + k7 * dt3 + k2 * dt8 + k8 * dt2 + k1 * dt9 + k9 * dt1 + k0 * dt10 + k10 * dt0)
         dg10 = cubic * dq10 + quadratic * du10
-        dm10 = (
-            df5 * g5
-            + f5 * dg5
-            + df4 * g6
-            + f4 * dg6
-            + df6 * g4
-            + f6 * dg4
-            + df3 * g7
-            + f3 * dg7
-            + df7 * g3
-            + f7 * dg3
-            + df2 * g8
-            + f2 * dg8
-            + df8 * g2
-            + f8 * dg2
-            + df1 * g9
-            + f1 * dg9
-            + df9 * g1
-            + f9 * dg1
-            + df0 * g10
-            + f0 * dg10
-            + df10 * g0
-            + f10 * dg0
-        )
-        dpart517 = (
-            dm5 * w5
-            + m5 * dw5
-            + dm4 * w6
-            + m4 * dw6
-            + dm6 * w4
-            + m6 * dw4
-            + dm3 * w7
-            + m3 * dw7
-            + dm7 * w3
-            + m7 * dw3
-            + dm2 * w8
-            + m2 * dw8
-            + dm8 * w2
-            + m8 * dw2
-            + dm1 * w9
-            + m1 * dw9
-            + dm9 * w1
-            + m9 * dw1
-            + dm0 * w10
-            + m0 * dw10
-            + dm10 * w0
-            + m10 * dw0
-        )
+        f10 = L[LANE_BASE + 448 + i]
+        g10 = L[LANE_BASE + 544 + i]
+        dm10 = df5 * g5 + f5 * dg5 + df4 * g6 + f4 * dg6 + df6 * g4 + f6 * dg4 + df3 * g7 + f3 * dg7 + df7 * g3 + f7 * dg3 + df2 * g8 + f2 * dg8 + df8 * g2 + f8 * dg2 + df1 * g9 + f1 * dg9 + df9 * g1 + f9 * dg1 + df0 * g10 + f0 * dg10 + df10 * g0 + f10 * dg0
+        m10 = L[LANE_BASE + 760 + i]
+        w10 = L[LANE_BASE + 1576 + i]
+        dpart517 = dm5 * w5 + m5 * dw5 + dm4 * w6 + m4 * dw6 + dm6 * w4 + m6 * dw4 + dm3 * w7 + m3 * dw7 + dm7 * w3 + m7 * dw3 + dm2 * w8 + m2 * dw8 + dm8 * w2 + m8 * dw2 + dm1 * w9 + m1 * dw9 + dm9 * w1 + m9 * dw1 + dm0 * w10 + m0 * dw10 + dm10 * w0 + m10 * dw0
+        part517 = L[LANE_BASE + 1872 + i]
         dx10 = dm10 + deta * part517 + eta * dpart517
-        dpull_v21 = (
-            du5 * F5
-            + u5 * dF5
-            + du4 * F6
-            + u4 * dF6
-            + du6 * F4
-            + u6 * dF4
-            + du3 * F7
-            + u3 * dF7
-            + du7 * F3
-            + u7 * dF3
-            + du2 * F8
-            + u2 * dF8
-            + du8 * F2
-            + u8 * dF2
-            + du1 * F9
-            + u1 * dF9
-            + du9 * F1
-            + u9 * dF1
-            + du0 * F10
-            + u0 * dF10
-            + du10 * F0
-            + u10 * dF0
-        )
-        dpush_v11 = (
-            dq5 * x5
-            + q5 * dx5
-            + dq4 * x6
-            + q4 * dx6
-            + dq6 * x4
-            + q6 * dx4
-            + dq3 * x7
-            + q3 * dx7
-            + dq7 * x3
-            + q7 * dx3
-            + dq2 * x8
-            + q2 * dx8
-            + dq8 * x2
-            + q8 * dx2
-            + dq1 * x9
-            + q1 * dx9
-            + dq9 * x1
-            + q9 * dx1
-            + dq0 * x10
-            + q0 * dx10
-            + dq10 * x0
-            + q10 * dx0
-        )
-        duY_v11 = (
-            du5 * Y5
-            + u5 * dY5
-            + du4 * Y6
-            + u4 * dY6
-            + du6 * Y4
-            + u6 * dY4
-            + du3 * Y7
-            + u3 * dY7
-            + du7 * Y3
-            + u7 * dY3
-            + du2 * Y8
-            + u2 * dY8
-            + du8 * Y2
-            + u8 * dY2
-            + du1 * Y9
-            + u1 * dY9
-            + du9 * Y1
-            + u9 * dY1
-            + du0 * Y10
-            + u0 * dY10
-            + du10 * Y0
-            + u10 * dY0
-        )
-        duZ_v11 = (
-            du5 * Z5
-            + u5 * dZ5
-            + du4 * Z6
-            + u4 * dZ6
-            + du6 * Z4
-            + u6 * dZ4
-            + du3 * Z7
-            + u3 * dZ7
-            + du7 * Z3
-            + u7 * dZ3
-            + du2 * Z8
-            + u2 * dZ8
-            + du8 * Z2
-            + u8 * dZ2
-            + du1 * Z9
-            + u1 * dZ9
-            + du9 * Z1
-            + u9 * dZ1
-            + du0 * Z10
-            + u0 * dZ10
-            + du10 * Z0
-            + u10 * dZ0
-        )
-        dfree_v11 = (
-            dprestress * u10
-            + prestress * du10
-            - (dstiff * uY_v11 + stiff * duY_v11)
-            - (ddrag * uZ_v11 + drag * duZ_v11)
-        )
-        dpart525 = (
-            du5 * q5
-            + u5 * dq5
-            + du4 * q6
-            + u4 * dq6
-            + du6 * q4
-            + u6 * dq4
-            + du3 * q7
-            + u3 * dq7
-            + du7 * q3
-            + u7 * dq3
-            + du2 * q8
-            + u2 * dq8
-            + du8 * q2
-            + u8 * dq2
-            + du1 * q9
-            + u1 * dq9
-            + du9 * q1
-            + u9 * dq1
-            + du0 * q10
-            + u0 * dq10
-            + du10 * q0
-            + u10 * dq0
-        )
+        F10 = L[LANE_BASE + 80 + i]
+        dpull_v21 = du5 * F5 + u5 * dF5 + du4 * F6 + u4 * dF6 + du6 * F4 + u6 * dF4 + du3 * F7 + u3 * dF7 + du7 * F3 + u7 * dF3 + du2 * F8 + u2 * dF8 + du8 * F2 + u8 * dF2 + du1 * F9 + u1 * dF9 + du9 * F1 + u9 * dF1 + du0 * F10 + u0 * dF10 + du10 * F0 + u10 * dF0
+        x10 = L[LANE_BASE + 1672 + i]
+        dpush_v11 = dq5 * x5 + q5 * dx5 + dq4 * x6 + q4 * dx6 + dq6 * x4 + q6 * dx4 + dq3 * x7 + q3 * dx7 + dq7 * x3 + q7 * dx3 + dq2 * x8 + q2 * dx8 + dq8 * x2 + q8 * dx2 + dq1 * x9 + q1 * dx9 + dq9 * x1 + q9 * dx1 + dq0 * x10 + q0 * dx10 + dq10 * x0 + q10 * dx0
+        Y10 = L[LANE_BASE + 264 + i]
+        duY_v11 = du5 * Y5 + u5 * dY5 + du4 * Y6 + u4 * dY6 + du6 * Y4 + u6 * dY4 + du3 * Y7 + u3 * dY7 + du7 * Y3 + u7 * dY3 + du2 * Y8 + u2 * dY8 + du8 * Y2 + u8 * dY2 + du1 * Y9 + u1 * dY9 + du9 * Y1 + u9 * dY1 + du0 * Y10 + u0 * dY10 + du10 * Y0 + u10 * dY0
+        Z10 = L[LANE_BASE + 352 + i]
+        duZ_v11 = du5 * Z5 + u5 * dZ5 + du4 * Z6 + u4 * dZ6 + du6 * Z4 + u6 * dZ4 + du3 * Z7 + u3 * dZ7 + du7 * Z3 + u7 * dZ3 + du2 * Z8 + u2 * dZ8 + du8 * Z2 + u8 * dZ2 + du1 * Z9 + u1 * dZ9 + du9 * Z1 + u9 * dZ1 + du0 * Z10 + u0 * dZ10 + du10 * Z0 + u10 * dZ0
+        uY_v11 = L[LANE_BASE + 2120 + i]
+        uZ_v11 = L[LANE_BASE + 2208 + i]
+        dfree_v11 = dprestress * u10 + prestress * du10 - (dstiff * uY_v11 + stiff * duY_v11) - (ddrag * uZ_v11 + drag * duZ_v11)
+        dpart525 = du5 * q5 + u5 * dq5 + du4 * q6 + u4 * dq6 + du6 * q4 + u6 * dq4 + du3 * q7 + u3 * dq7 + du7 * q3 + u7 * dq3 + du2 * q8 + u2 * dq8 + du8 * q2 + u8 * dq2 + du1 * q9 + u1 * dq9 + du9 * q1 + u9 * dq1 + du0 * q10 + u0 * dq10 + du10 * q0 + u10 * dq0
+        part525 = L[LANE_BASE + 1880 + i]
         dsink_v11 = dK * part525 + K * dpart525
         dpart527 = dfree_v11 + dK * uY_v11 + K * duY_v11 + dG * uZ_v11 + G * duZ_v11
+        push_v11 = L[LANE_BASE + 2032 + i]
         dpull_v22 = dpull_v21 + on * dpart527 - (dheavy * push_v11 + heavy * dpush_v11) - dsink_v11
         dY11 = 0.09090909090909091 * duZ_v11
         dZ11 = 0.09090909090909091 * (dfree_v11 - (dshare * push_v11 + share * dpush_v11))
         du11 = 0.045454545454545456 * dw10
-        dq11 = 2.0 * (
-            du0 * u11
-            + u0 * du11
-            + du1 * u10
-            + u1 * du10
-            + du2 * u9
-            + u2 * du9
-            + du3 * u8
-            + u3 * du8
-            + du4 * u7
-            + u4 * du7
-            + du5 * u6
-            + u5 * du6
-        )
+        u11 = L[LANE_BASE + 1488 + i]
+        dq11 = 2.0 * (du0 * u11 + u0 * du11 + du1 * u10 + u1 * du10 + du2 * u9 + u2 * du9 + du3 * u8 + u3 * du8 + du4 * u7 + u4 * du7 + du5 * u6 + u5 * du6)
+        q11 = L[LANE_BASE + 864 + i]
         dw11 = 0.09090909090909091 * dpull_v22 - (dG * q11 + G * dq11)
-        dF11 = (
-            dc11 * t11_11
-            + dc10 * t10_11
-            + dc9 * t9_11
-            + dc8 * t8_11
-            + dc7 * t7_11
-            + dc6 * t6_11
-            + dc5 * t5_11
-            + dc4 * t4_11
-            + dc3 * t3_11
-            + dc2 * t2_11
-            + dc1 * t11
-            + (
-                H5 * dt6
-                + H6 * dt5
-                + H4 * dt7
-                + H7 * dt4
-                + H3 * dt8
-                + H8 * dt3
-                + H2 * dt9
-                + H9 * dt2
-                + H1 * dt10
-                + H10 * dt1
-                + H0 * dt11
-                + H11 * dt0
-            )
-        )
-        df11 = (
-            db11 * t11_11
-            + db10 * t10_11
-            + db9 * t9_11
-            + db8 * t8_11
-            + db7 * t7_11
-            + db6 * t6_11
-            + db5 * t5_11
-            + db4 * t4_11
-            + db3 * t3_11
-            + db2 * t2_11
-            + db1 * t11
-            + (
-                k5 * dt6
-                + k6 * dt5
-                + k4 * dt7
-                + k7 * dt4
-                + k3 * dt8
-                + k8 * dt3
-                + k2 * dt9
-                + k9 * dt2
-                + k1 * dt10
-                + k10 * dt1
-                + k0 * dt11
-                + k11 * dt0
-            )
-        )
+        H11 = L[LANE_BASE + 184 + i]
+        t2_11 = L[LANE_BASE + 968 + i]
+        t3_11 = L[LANE_BASE + 1048 + i]
+        t4_11 = L[LANE_BASE + 1120 + i]
+        t5_11 = L[LANE_BASE + 1184 + i]
+        t6_11 = L[LANE_BASE + 1240 + i]
+        t7_11 = L[LANE_BASE + 1288 + i]
+        t8_11 = L[LANE_BASE + 1328 + i]
+        t9_11 = L[LANE_BASE + 1360 + i]
+        t10_11 = L[LANE_BASE + 1384 + i]
+        t11 = L[LANE_BASE + 1392 + i]
+        t11_11 = L[LANE_BASE + 1400 + i]
+        dF11 = dc11 * t11_11 + dc10 * t10_11 + dc9 * t9_11 + dc8 * t8_11 + dc7 * t7_11 + dc6 * t6_11 + dc5 * t5_11 + dc4 * t4_11 + dc3 * t3_11 + dc2 * t2_11 + dc1 * t11 + (H5 * dt6 + H6 * dt5 + H4 * dt7 + H7 * dt4 + H3 * dt8 + H8 * dt3 + H2 * dt9 + H9 * dt2 + H1 * dt10 + H10 * dt1 + H0 * dt11 + H11 * dt0)
+        k11 = L[LANE_BASE + 672 + i]
+        df11 = db11 * t11_11 + db10 * t10_11 + db9 * t9_11 + db8 * t8_11 + db7 * t7_11 + db6 * t6_11 + db5 * t5_11 + db4 * t4_11 + db3 * t3_11 + db2 * t2_11 + db1 * t11 + (k5 * dt6 + k6 * dt5 + k4 * dt7 + k7 * dt4 + k3 * dt8 + k8 * dt3 + k2 * dt9 + k9 * dt2 + k1 * dt10 + k10 * dt1 + k0 * dt11 + k11 * dt0)
         dg11 = cubic * dq11 + quadratic * du11
-        dm11 = (
-            df5 * g6
-            + f5 * dg6
-            + df6 * g5
-            + f6 * dg5
-            + df4 * g7
-            + f4 * dg7
-            + df7 * g4
-            + f7 * dg4
-            + df3 * g8
-            + f3 * dg8
-            + df8 * g3
-            + f8 * dg3
-            + df2 * g9
-            + f2 * dg9
-            + df9 * g2
-            + f9 * dg2
-            + df1 * g10
-            + f1 * dg10
-            + df10 * g1
-            + f10 * dg1
-            + df0 * g11
-            + f0 * dg11
-            + df11 * g0
-            + f11 * dg0
-        )
-        dpart549 = (
-            dm5 * w6
-            + m5 * dw6
-            + dm6 * w5
-            + m6 * dw5
-            + dm4 * w7
-            + m4 * dw7
-            + dm7 * w4
-            + m7 * dw4
-            + dm3 * w8
-            + m3 * dw8
-            + dm8 * w3
-            + m8 * dw3
-            + dm2 * w9
-            + m2 * dw9
-            + dm9 * w2
-            + m9 * dw2
-            + dm1 * w10
-            + m1 * dw10
-            + dm10 * w1
-            + m10 * dw1
-            + dm0 * w11
-            + m0 * dw11
-            + dm11 * w0
-            + m11 * dw0
-        )
+        f11 = L[LANE_BASE + 456 + i]
+        g11 = L[LANE_BASE + 552 + i]
+        dm11 = df5 * g6 + f5 * dg6 + df6 * g5 + f6 * dg5 + df4 * g7 + f4 * dg7 + df7 * g4 + f7 * dg4 + df3 * g8 + f3 * dg8 + df8 * g3 + f8 * dg3 + df2 * g9 + f2 * dg9 + df9 * g2 + f9 * dg2 + df1 * g10 + f1 * dg10 + df10 * g1 + f10 * dg1 + df0 * g11 + f0 * dg11 + df11 * g0 + f11 * dg0
+        m11 = L[LANE_BASE + 768 + i]
+        w11 = L[LANE_BASE + 1584 + i]
+        dpart549 = dm5 * w6 + m5 * dw6 + dm6 * w5 + m6 * dw5 + dm4 * w7 + m4 * dw7 + dm7 * w4 + m7 * dw4 + dm3 * w8 + m3 * dw8 + dm8 * w3 + m8 * dw3 + dm2 * w9 + m2 * dw9 + dm9 * w2 + m9 * dw2 + dm1 * w10 + m1 * dw10 + dm10 * w1 + m10 * dw1 + dm0 * w11 + m0 * dw11 + dm11 * w0 + m11 * dw0
+        part549 = L[LANE_BASE + 1888 + i]
         dx11 = dm11 + deta * part549 + eta * dpart549
-        dpull_v23 = (
-            du5 * F6
-            + u5 * dF6
-            + du6 * F5
-            + u6 * dF5
-            + du4 * F7
-            + u4 * dF7
-            + du7 * F4
-            + u7 * dF4
-            + du3 * F8
-            + u3 * dF8
-            + du8 * F3
-            + u8 * dF3
-            + du2 * F9
-            + u2 * dF9
-            + du9 * F2
-            + u9 * dF2
-            + du1 * F10
-            + u1 * dF10
-            + du10 * F1
-            + u10 * dF1
-            + du0 * F11
-            + u0 * dF11
-            + du11 * F0
-            + u11 * dF0
-        )
-        dpush_v12 = (
-            dq5 * x6
-            + q5 * dx6
-            + dq6 * x5
-            + q6 * dx5
-            + dq4 * x7
-            + q4 * dx7
-            + dq7 * x4
-            + q7 * dx4
-            + dq3 * x8
-            + q3 * dx8
-            + dq8 * x3
-            + q8 * dx3
-            + dq2 * x9
-            + q2 * dx9
-            + dq9 * x2
-            + q9 * dx2
-            + dq1 * x10
-            + q1 * dx10
-            + dq10 * x1
-            + q10 * dx1
-            + dq0 * x11
-            + q0 * dx11
-            + dq11 * x0
-            + q11 * dx0
-        )
-        duY_v12 = (
-            du5 * Y6
-            + u5 * dY6
-            + du6 * Y5
-            + u6 * dY5
-            + du4 * Y7
-            + u4 * dY7
-            + du7 * Y4
-            + u7 * dY4
-            + du3 * Y8
-            + u3 * dY8
-            + du8 * Y3
-            + u8 * dY3
-            + du2 * Y9
-            + u2 * dY9
-            + du9 * Y2
-            + u9 * dY2
-            + du1 * Y10
-            + u1 * dY10
-            + du10 * Y1
-            + u10 * dY1
-            + du0 * Y11
-            + u0 * dY11
-            + du11 * Y0
-            + u11 * dY0
-        )
-        duZ_v12 = (
-            du5 * Z6
-            + u5 * dZ6
-            + du6 * Z5
-            + u6 * dZ5
-            + du4 * Z7
-            + u4 * dZ7
-            + du7 * Z4
-            + u7 * dZ4
-            + du3 * Z8
-            + u3 * dZ8
-            + du8 * Z3
-            + u8 * dZ3
-            + du2 * Z9
-            + u2 * dZ9
-            + du9 * Z2
-            + u9 * dZ2
-            + du1 * Z10
-            + u1 * dZ10
-            + du10 * Z1
-            + u10 * dZ1
-            + du0 * Z11
-            + u0 * dZ11
-            + du11 * Z0
-            + u11 * dZ0
-        )
-        dfree_v12 = (
-            dprestress * u11
-            + prestress * du11
-            - (dstiff * uY_v12 + stiff * duY_v12)
-            - (ddrag * uZ_v12 + drag * duZ_v12)
-        )
-        dpart557 = (
-            du5 * q6
-            + u5 * dq6
-            + du6 * q5
-            + u6 * dq5
-            + du4 * q7
-            + u4 * dq7
-            + du7 * q4
-            + u7 * dq4
-            + du3 * q8
-            + u3 * dq8
-            + du8 * q3
-            + u8 * dq3
-            + du2 * q9
-            + u2 * dq9
-            + du9 * q2
-            + u9 * dq2
-            + du1 * q10
-            + u1 * dq10
-            + du10 * q1
-            + u10 * dq1
-            + du0 * q11
-            + u0 * dq11
-            + du11 * q0
-            + u11 * dq0
-        )
+        F11 = L[LANE_BASE + 88 + i]
+        dpull_v23 = du5 * F6 + u5 * dF6 + du6 * F5 + u6 * dF5 + du4 * F7 + u4 * dF7 + du7 * F4 + u7 * dF4 + du3 * F8 + u3 * dF8 + du8 * F3 + u8 * dF3 + du2 * F9 + u2 * dF9 + du9 * F2 + u9 * dF2 + du1 * F10 + u1 * dF10 + du10 * F1 + u10 * dF1 + du0 * F11 + u0 * dF11 + du11 * F0 + u11 * dF0
+        x11 = L[LANE_BASE + 1680 + i]
+        dpush_v12 = dq5 * x6 + q5 * dx6 + dq6 * x5 + q6 * dx5 + dq4 * x7 + q4 * dx7 + dq7 * x4 + q7 * dx4 + dq3 * x8 + q3 * dx8 + dq8 * x3 + q8 * dx3 + dq2 * x9 + q2 * dx9 + dq9 * x2 + q9 * dx2 + dq1 * x10 + q1 * dx10 + dq10 * x1 + q10 * dx1 + dq0 * x11 + q0 * dx11 + dq11 * x0 + q11 * dx0
+        Y11 = L[LANE_BASE + 272 + i]
+        duY_v12 = du5 * Y6 + u5 * dY6 + du6 * Y5 + u6 * dY5 + du4 * Y7 + u4 * dY7 + du7 * Y4 + u7 * dY4 + du3 * Y8 + u3 * dY8 + du8 * Y3 + u8 * dY3 + du2 * Y9 + u2 * dY9 + du9 * Y2 + u9 * dY2 + du1 * Y10 + u1 * dY10 + du10 * Y1 + u10 * dY1 + du0 * Y11 + u0 * dY11 + du11 * Y0 + u11 * dY0
+        Z11 = L[LANE_BASE + 360 + i]
+        duZ_v12 = du5 * Z6 + u5 * dZ6 + du6 * Z5 + u6 * dZ5 + du4 * Z7 + u4 * dZ7 + du7 * Z4 + u7 * dZ4 + du3 * Z8 + u3 * dZ8 + du8 * Z3 + u8 * dZ3 + du2 * Z9 + u2 * dZ9 + du9 * Z2 + u9 * dZ2 + du1 * Z10 + u1 * dZ10 + du10 * Z1 + u10 * dZ1 + du0 * Z11 + u0 * dZ11 + du11 * Z0 + u11 * dZ0
+        uY_v12 = L[LANE_BASE + 2128 + i]
+        uZ_v12 = L[LANE_BASE + 2216 + i]
+        dfree_v12 = dprestress * u11 + prestress * du11 - (dstiff * uY_v12 + stiff * duY_v12) - (ddrag * uZ_v12 + drag * duZ_v12)
+        dpart557 = du5 * q6 + u5 * dq6 + du6 * q5 + u6 * dq5 + du4 * q7 + u4 * dq7 + du7 * q4 + u7 * dq4 + du3 * q8 + u3 * dq8 + du8 * q3 + u8 * dq3 + du2 * q9 + u2 * dq9 + du9 * q2 + u9 * dq2 + du1 * q10 + u1 * dq10 + du10 * q1 + u10 * dq1 + du0 * q11 + u0 * dq11 + du11 * q0 + u11 * dq0
+        part557 = L[LANE_BASE + 1896 + i]
         dsink_v12 = dK * part557 + K * dpart557
         dpart559 = dfree_v12 + dK * uY_v12 + K * duY_v12 + dG * uZ_v12 + G * duZ_v12
+        push_v12 = L[LANE_BASE + 2040 + i]
         dpull_v24 = dpull_v23 + on * dpart559 - (dheavy * push_v12 + heavy * dpush_v12) - dsink_v12
         dY12 = 0.08333333333333333 * duZ_v12
         dZ12 = 0.08333333333333333 * (dfree_v12 - (dshare * push_v12 + share * dpush_v12))
         du12 = 0.041666666666666664 * dw11
-        dq12 = (
-            2.0
-            * (
-                du0 * u12
-                + u0 * du12
-                + du1 * u11
-                + u1 * du11
-                + du2 * u10
-                + u2 * du10
-                + du3 * u9
-                + u3 * du9
-                + du4 * u8
-                + u4 * du8
-                + du5 * u7
-                + u5 * du7
-            )
-            + du6 * u6
-            + u6 * du6
-        )
+        u12 = L[LANE_BASE + 1496 + i]
+        dq12 = 2.0 * (du0 * u12 + u0 * du12 + du1 * u11 + u1 * du11 + du2 * u10 + u2 * du10 + du3 * u9 + u3 * du9 + du4 * u8 + u4 * du8 + du5 * u7 + u5 * du7) + du6 * u6 + u6 * du6
+        q12 = L[LANE_BASE + 872 + i]
         dw12 = 0.08333333333333333 * dpull_v24 - (dG * q12 + G * dq12)
+        part618 = L[LANE_BASE + 1912 + i]
         dpart619 = 0.3333333333333333 * du2 + part618 * du3
+        part621 = L[LANE_BASE + 1928 + i]
         dpart622 = 0.14285714285714285 * du6 + part621 * du7
+        h2 = L[LANE_BASE + 560 + i]
+        part620 = L[LANE_BASE + 1920 + i]
         dpart623 = 0.2 * du4 + part620 * du5 + h2 * dpart622
+        part625 = L[LANE_BASE + 1944 + i]
         dpart626 = 0.09090909090909091 * du10 + part625 * du11
+        part624 = L[LANE_BASE + 1936 + i]
         dpart627 = 0.1111111111111111 * du8 + part624 * du9 + h2 * dpart626
+        h4 = L[LANE_BASE + 568 + i]
+        h8 = L[LANE_BASE + 576 + i]
+        part617 = L[LANE_BASE + 1904 + i]
         dpart628 = du0 + part617 * du1 + h2 * dpart619 + h4 * dpart623 + h8 * dpart627
+        h1 = L[LANE_LENGTH + i]
         dt = dt0 + h1 * dpart628
         dpart630 = du2 + h1 * du3
         dpart631 = du6 + h1 * du7
