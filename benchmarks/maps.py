@@ -324,10 +324,9 @@ def compare_gradients(side: int, rounds: int) -> dict[str, dict[str, float]]:
         for (name, way), best in times.items():
             times[name, way] = min(best, shortest(marches[name][way], 1))
     found = {name: {way: 1e6 * times[name, way] / side**2 for way in ways} for name, ways in marches.items()}
-    print(
-        f"\nthe march of {side} x {side} cells on one thread: us a cell in lanes; its multiples alone and with gradients"
-    )
-    print(f"  {'':40}{'lanes':>9}{'alone':>9}" + "".join(f"{f'{n} par.':>9}" for n in PARAMETER_COUNTS))
+    print(f"\nthe march of {side} x {side} cells on one thread: us a cell in lanes; multiples alone and with gradients")
+    heads = "lanes", "alone", *(f"{n} par." for n in PARAMETER_COUNTS)
+    print(f"  {'':40}" + "".join(f"{head:>9}" for head in heads))
     for name, row in found.items():
         ratios = "".join(f"{took / row['lanes']:9.2f}" for way, took in row.items() if way != "lanes")
         print(f"  {name:40}{row['lanes']:9.2f}{ratios}")

@@ -294,7 +294,8 @@ def source() -> str:
     """Return the whole file."""
     made = [one for kind in KINDS for one in pair(kind)]
     text = "".join(f"\n\n{one}\n" for one in [*made, change()])
-    used = [name for name in dir(lane_rows) if name.startswith("LANE_") and re.search(rf"\b{name}\b", text)]
+    rows = sorted((name for name in dir(lane_rows) if name.startswith("LANE_")), key=str.lower)
+    used = [name for name in rows if re.search(rf"\b{name}\b", text)]
     return HEADER.format(rows="\n".join(f"    {name}," for name in used)) + text
 
 

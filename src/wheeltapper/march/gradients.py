@@ -27,7 +27,7 @@ from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
 PARAMETERS = LANES - 2
 """Number of parameters that are carried at a time. The last two lanes carry displacement and velocity at the start."""
 BY_HEIGHT, BY_VELOCITY = PARAMETERS, PARAMETERS + 1
-GRADIENT_BLOCK = 256
+GRADIENT_BLOCK = 128
 """Cells that one thread marches at a time; their steps are kept."""
 MOST_STEPS = 2**19
 """Number of steps beyond which a block is halved: they need some 90 MB."""

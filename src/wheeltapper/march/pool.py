@@ -12,20 +12,7 @@ from wheeltapper.march.borrowed import borrowed
 from wheeltapper.march.events import follow_force, log_event
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import COUNT, EVENTS, MARK, PEAKS, SCRATCH, SEEN, STATE, int64_positions
-from wheeltapper.march.program import (
-    DECK_V,
-    DECK_Y,
-    LENGTH,
-    ON_DECK,
-    PHASE,
-    PIECE,
-    SHIFT,
-    TIME,
-    A,
-    B,
-    FloatArray,
-    IntArray,
-)
+from wheeltapper.march.program import DECK_V, DECK_Y, PIECE, TIME, A, B, FloatArray, IntArray
 
 STEP_ROWS = 64
 ROOM = 16
@@ -240,16 +227,16 @@ def log_lane(
     if len(pool.log) == 0:
         return
     L, cell_row, row = pool.L, pool.rows[cell], pool.log[pool.used[USED_STEPS]]
-    row[PHASE] = phase
+    row[contract.PHASE] = phase
     row[TIME] = L[start + i]
     row[A] = L[start + at.LANES + i]
     row[B] = L[start + 2 * at.LANES + i]
     row[DECK_Y] = L[deck + i] if kind > BENT else 0.0
     row[DECK_V] = L[deck + at.LANES + i] if kind > BENT else 0.0
     row[PIECE] = cell_row[PIECE]
-    row[SHIFT] = cell_row[SHIFT]
-    row[ON_DECK] = cell_row[ON_DECK]
-    row[LENGTH] = length
+    row[contract.SHIFT] = cell_row[contract.SHIFT]
+    row[contract.ON_DECK] = cell_row[contract.ON_DECK]
+    row[contract.LENGTH] = length
     row[STEP_CELL] = cell
     pool.used[USED_STEPS] += 1
 

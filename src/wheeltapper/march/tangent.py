@@ -19,15 +19,15 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march import tangent_events, tangent_path
 from wheeltapper.march.events import is_free
-from wheeltapper.march.flight import bonded_series, flight_series
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.flight import bonded_series, flight_series, free_series
+from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import FLIGHT_ORDER, HERE_DEGREE, HERE_FACTOR_DEGREE, HERE_OMEGA, N, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import contact_series, localise
 from wheeltapper.march.step import is_plain_hertz
 from wheeltapper.march.tangent_events import AFTER, FIRST, FOURTH, PUSH, SECOND, THIRD
-from wheeltapper.march.tangent_lanes import CHUNK, Links, follow_link, link_steps
+from wheeltapper.march.tangent_lanes import LINK_ROWS, Links, follow_link, link_steps
 from wheeltapper.march.tangent_path import CARRIED, DA, DB, DBREAK, DSHIFT, DT, DW, DY, DZ, LANES, localise_tangent
 from wheeltapper.march.tangent_peaks import is_inside, peaks_inside
 from wheeltapper.march.tangent_plain import is_plain, plain_peak, plain_tangents
@@ -68,6 +68,26 @@ def _flight_tangents(
     end[SECOND] = evaluate(S, W, FLIGHT_ORDER, x)
     end[THIRD] = evaluate(S, Y, FLIGHT_ORDER, x) if deck else 0.0
     end[FOURTH] = evaluate(S, Z, FLIGHT_ORDER, x) if deck else 0.0
+
+
+@kernel
+def _free_tangents(
+    numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray
+) -> None:
+    """Carry the tangents over a step in flight; the path does not matter."""
+    K, G, x = numbers[contract.STIFFNESS], numbers[contract.DAMPING], step[LENGTH]
+    mass, on_deck = numbers[contract.DECK_MASS], step[ON_DECK] != 0.0
+    free_series(K, G, -1.0, step[A], step[B], U, W, FLIGHT_ORDER, S)
+    if mass > 0.0:
+        load = numbers[contract.PRESTRESS] / mass if on_deck else 0.0
+        stiff, drag = numbers[contract.DECK_STIFFNESS] / mass, numbers[contract.DECK_DAMPING] / mass
+        free_series(stiff, drag, load, step[DECK_Y], step[DECK_V], Y, Z, FLIGHT_ORDER, S)
+    flight_tangent(numbers, turns, on_deck, False, carried, S, D)
+    sums_at(D, U, FLIGHT_ORDER, x, carried[DA])
+    sums_at(D, W, FLIGHT_ORDER, x, carried[DB])
+    if mass > 0.0:
+        sums_at(D, Y, FLIGHT_ORDER, x, carried[DY])
+        sums_at(D, Z, FLIGHT_ORDER, x, carried[DZ])
 
 
 @kernel
@@ -137,16 +157,16 @@ def repeat_kernel(
         on_deck = step[ON_DECK] != 0.0
         linked = False
         if links is not None:
-            if i % CHUNK == 0:
+            if i % LINK_ROWS == 0:
                 link_steps(cell, i, steps, turns, bends, table, carried, bent, general, links)
-            linked = links.known[i % CHUNK] != 0
+            linked = links.known[i % LINK_ROWS] != 0
             if (
                 begun
                 and linked
                 and leapt < 0
                 and _goes_on_smoothly(pieces, numbers, steps, i, events, event, peaks, peak)
             ):
-                follow_link(i % CHUNK, numbers[contract.DECK_MASS] > 0.0, carried, end, links)
+                follow_link(i % LINK_ROWS, numbers[contract.DECK_MASS] > 0.0, carried, end, links)
                 if _turns_near(step, end):
                     localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
                     piece = -1.0
@@ -161,7 +181,7 @@ def repeat_kernel(
                     )  # fmt: skip
                 continue
             if i > 0 and leapt < 0 and _flies_on(steps, i, events, event, peaks, peak):
-                _flight_tangents(numbers, turns, step, carried, end, S, D)
+                _free_tangents(numbers, turns, step, carried, S, D)
                 tangent_events.break_moves(bends, base, table, numbers, turns, step, after, carried)
                 begun = False
                 continue
@@ -194,13 +214,16 @@ def repeat_kernel(
             _flight_tangents(numbers, turns, step, carried, end, S, D)
             peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
         elif linked:
+            while simple and is_plain(S) and is_inside(peaks, peak, after[TIME]):
+                plain_peak(numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
+                peak += 1
             if is_inside(peaks, peak, after[TIME]):
                 carry_on[:] = carried
                 _contact_tangents(numbers, turns, step, carried, end, S, D)
                 carried[:] = carry_on
                 peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
             if links is not None:
-                follow_link(i % CHUNK, numbers[contract.DECK_MASS] > 0.0, carried, end, links)
+                follow_link(i % LINK_ROWS, numbers[contract.DECK_MASS] > 0.0, carried, end, links)
             if _turns_near(step, end):
                 gentlest = min(gentlest, _approach(numbers, step, end, S))
         elif simple and is_plain(S):
@@ -314,7 +337,7 @@ def tangent_kernel(
     )  # fmt: skip
 
 
-@kernel
+@inlined_kernel
 def _turns_near(step: FloatArray, end: FloatArray) -> bool:
     """Return True where u may come near zero inside a contact step: it lies above its tangents at both ends."""
     half = 0.5 * step[LENGTH]
@@ -331,7 +354,7 @@ def _approach(numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatAr
     return tangent_events.closest_approach(step, order, end[FIRST], end[SECOND], S)
 
 
-@kernel
+@inlined_kernel
 def _holds_none(
     until: float, events: FloatArray, event: int, peaks: FloatArray, peak: int
 ) -> bool:  # fmt: skip
@@ -340,7 +363,7 @@ def _holds_none(
     return bool(none and (peak >= len(peaks) or peaks[peak, contract.PEAK_TIME] > until))
 
 
-@kernel
+@inlined_kernel
 def _goes_on_smoothly(
     pieces: FloatArray, numbers: FloatArray, steps: FloatArray, i: int, events: FloatArray, event: int,
     peaks: FloatArray, peak: int,
@@ -363,7 +386,7 @@ def _goes_on_smoothly(
     return bool(after[PIECE] == step[PIECE] + 1.0 and pieces[int(after[PIECE]), contract.JOIN] == contract.SOFT)
 
 
-@kernel
+@inlined_kernel
 def _flies_on(
     steps: FloatArray, i: int, events: FloatArray, event: int, peaks: FloatArray, peak: int
 ) -> bool:  # fmt: skip

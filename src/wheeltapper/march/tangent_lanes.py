@@ -22,12 +22,12 @@ from wheeltapper.march.apart import enter_numbers, enter_path
 from wheeltapper.march.borrowed import borrowed
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.program import CONTACT, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, FloatArray, IntArray
-from wheeltapper.march.tangent_path import DSHIFT, LANES
+from wheeltapper.march.tangent_path import DA, DB, DSHIFT, DT, DY, DZ, LANES
 
-CHUNK = 256
+LINK_ROWS = 256
 """Steps of a cell that are linked at a time."""
 STARTS = 5
-"""Rows of a link: of time, u, w and the deck's motion, at the step's start and at its end."""
+"""Rows of a link, DT to DZ: of time, u, w and the deck's motion, at the step's start and at its end."""
 LINKS = STARTS + LANES - 2
 
 
@@ -36,9 +36,9 @@ class Links(NamedTuple):
 
     pool: cells.Pool  # the cells, which have marched; their rows are scratch memory
     directions: IntArray  # the lanes of the tangents that parameters have
-    link: FloatArray  # (CHUNK, LINKS, STARTS): of the starts, then of the parameters
-    end: FloatArray  # (CHUNK, STARTS): time after the step's start, u, w and the deck's motion at the step's end
-    known: IntArray  # (CHUNK,): 1 where a step has a link
+    link: FloatArray  # (LINK_ROWS, LINKS, STARTS): of the starts, then of the parameters
+    end: FloatArray  # (LINK_ROWS, STARTS): time after the step's start, u, w and the deck's motion at the step's end
+    known: IntArray  # (LINK_ROWS,): 1 where a step has a link
     L: FloatArray  # (TANGENT_ENTRIES,)
     which: IntArray  # (LANES,): the step in each lane
     shifts: FloatArray  # (LANES, LANES): derivatives of the table's shift at the step in each lane
@@ -48,8 +48,8 @@ class Links(NamedTuple):
 def links_of(pool: cells.Pool, directions: IntArray) -> Links:
     """Return room for links of the cells of a pool."""
     return Links(
-        pool, directions, np.zeros((CHUNK, LINKS, STARTS)), np.zeros((CHUNK, STARTS)),
-        np.zeros(CHUNK, dtype=np.int64), np.zeros(at.TANGENT_ENTRIES), np.zeros(at.LANES, dtype=np.int64),
+        pool, directions, np.zeros((LINK_ROWS, LINKS, STARTS)), np.zeros((LINK_ROWS, STARTS)),
+        np.zeros(LINK_ROWS, dtype=np.int64), np.zeros(at.TANGENT_ENTRIES), np.zeros(at.LANES, dtype=np.int64),
         np.zeros((at.LANES, LANES)), np.zeros(LANES),
     )  # fmt: skip
 
@@ -109,30 +109,32 @@ def _fill_change(
     bent = table[lane] >= 0
     bend = bends[max(table[lane], 0), base + int(step[PIECE]) if bent else 0]
     pace, lift, wavenumber = numbers[contract.PACE], numbers[contract.LIFT], piece[contract.WAVENUMBER]
-    K, G, omega = L[at.LANE_K + i], L[at.LANE_G + i], L[at.LANE_OMEGA + i]
-    a, b = L[at.LANE_AMP_SIN + i], L[at.LANE_AMP_COS + i]
-    d_pace, d_lift, d_wavenumber = turns[contract.PACE, lane], turns[contract.LIFT, lane], 0.0
+    K, G = L[at.LANE_K + i], L[at.LANE_G + i]
+    d_pace, d_lift = turns[contract.PACE, lane], turns[contract.LIFT, lane]
     d_stiffness, d_damping = turns[contract.STIFFNESS, lane], turns[contract.DAMPING, lane]
-    away = pace * step[TIME] - step[SHIFT] - piece[contract.CENTRE]
     d_away = d_pace * step[TIME] - links.shifts[i, lane]
-    d_a, d_b = piece[contract.SINE] * d_lift, piece[contract.COSINE] * d_lift
     d_level = piece[contract.COEFFICIENT] * d_lift
     if bent:
         d_away -= bend[contract.CENTRE]
-        d_wavenumber = bend[contract.WAVENUMBER]
-        d_a += bend[contract.SINE] * lift
-        d_b += bend[contract.COSINE] * lift
         d_level += bend[contract.COEFFICIENT] * lift
-    d_omega = d_wavenumber * pace + wavenumber * d_pace
-    stiff, d_stiff = K - omega * omega, d_stiffness - 2.0 * omega * d_omega
-    d_drag = d_damping * omega + G * d_omega
     L[at.LANE_OF_K + i] = d_stiffness
     L[at.LANE_OF_G + i] = d_damping
     L[at.LANE_OF_LOAD + i] = d_stiffness * L[at.LANE_LEVEL + i] + K * d_level
-    L[at.LANE_OF_GAIN_SIN + i] = d_stiff * a + stiff * d_a - d_drag * b - G * omega * d_b
-    L[at.LANE_OF_GAIN_COS + i] = d_stiff * b + stiff * d_b + d_drag * a + G * omega * d_a
-    L[at.LANE_OF_OMEGA + i] = d_omega
-    L[at.LANE_OF_PHASE + i] = d_wavenumber * away + wavenumber * d_away
+    if wavenumber != 0.0:
+        omega, a, b = L[at.LANE_OMEGA + i], L[at.LANE_AMP_SIN + i], L[at.LANE_AMP_COS + i]
+        d_wavenumber, d_a, d_b = 0.0, piece[contract.SINE] * d_lift, piece[contract.COSINE] * d_lift
+        if bent:
+            d_wavenumber = bend[contract.WAVENUMBER]
+            d_a += bend[contract.SINE] * lift
+            d_b += bend[contract.COSINE] * lift
+        d_omega = d_wavenumber * pace + wavenumber * d_pace
+        stiff, d_stiff = K - omega * omega, d_stiffness - 2.0 * omega * d_omega
+        d_drag = d_damping * omega + G * d_omega
+        away = pace * step[TIME] - step[SHIFT] - piece[contract.CENTRE]
+        L[at.LANE_OF_GAIN_SIN + i] = d_stiff * a + stiff * d_a - d_drag * b - G * omega * d_b
+        L[at.LANE_OF_GAIN_COS + i] = d_stiff * b + stiff * d_b + d_drag * a + G * omega * d_a
+        L[at.LANE_OF_OMEGA + i] = d_omega
+        L[at.LANE_OF_PHASE + i] = d_wavenumber * away + wavenumber * d_away
     if kind == cells.BENT or kind == cells.GENERAL:
         L[at.LANE_OF_AHEAD + i] = d_away / piece[contract.SCALE]
         L[at.LANE_OF_PACE + i] = d_pace / piece[contract.SCALE]
@@ -185,21 +187,21 @@ def _link_lanes(
     _make_bases(kind, bent, general, L)
     for i in range(filled):
         row = links.end[links.which[i] - begin]
-        row[0] = L[at.LANE_T_END + i]
-        row[1] = L[at.LANE_U_END + i]
-        row[2] = L[at.LANE_W_END + i]
-        row[3] = L[at.LANE_DECK_Y_END + i] if kind > cells.BENT else 0.0
-        row[4] = L[at.LANE_DECK_V_END + i] if kind > cells.BENT else 0.0
+        row[DT] = L[at.LANE_T_END + i]
+        row[DA] = L[at.LANE_U_END + i]
+        row[DB] = L[at.LANE_W_END + i]
+        row[DY] = L[at.LANE_DECK_Y_END + i] if kind > cells.BENT else 0.0
+        row[DZ] = L[at.LANE_DECK_V_END + i] if kind > cells.BENT else 0.0
         links.known[links.which[i] - begin] = 1
     for k in range(at.LANE_OF_TIME, at.LANE_BASE):
         L[k] = 0.0
     parts = STARTS if kind > cells.BENT else 3
     level = kind == cells.FLAT or kind == cells.DECK_FLAT
     for start in range(parts):
-        if start == 0 and level:  # nothing depends on time
+        if start == DT and level:  # nothing depends on time
             for i in range(filled):
-                links.link[links.which[i] - begin, 0] = 0.0
-                links.link[links.which[i] - begin, 0, 0] = 1.0
+                links.link[links.which[i] - begin, DT] = 0.0
+                links.link[links.which[i] - begin, DT, DT] = 1.0
             continue
         for i in range(at.LANES):
             L[at.LANE_OF_TIME + at.LANES * start + i] = 1.0
@@ -231,7 +233,7 @@ def link_steps(
     links.known[:] = 0
     links.shift[:] = carried[DSHIFT]
     filled, kind, entered = 0, -1, False
-    for j in range(begin, min(begin + CHUNK, len(steps))):
+    for j in range(begin, min(begin + LINK_ROWS, len(steps))):
         step = steps[j]
         if j > begin and step[SHIFT] != steps[j - 1, SHIFT]:
             for lane in range(LANES):
@@ -255,7 +257,8 @@ def link_steps(
         cells.fill_lane(filled, cell, kind, pool.pieces, pool.first, pool.numbers, pool.rows, L)
         L[at.LANE_LENGTH + filled] = step[LENGTH]
         links.which[filled] = j
-        links.shifts[filled] = links.shift
+        for k in range(len(links.directions)):
+            links.shifts[filled, links.directions[k]] = links.shift[links.directions[k]]
         filled += 1
     _link_lanes(filled, begin, kind, base, steps, numbers, turns, bends, table, bent, general, links)
 
@@ -267,12 +270,12 @@ def follow_link(step: int, on_deck: bool, carried: FloatArray, end: FloatArray, 
     for part in range(STARTS):
         end[part] = links.end[step, part]
     for lane in range(LANES):
-        t, u, w = carried[0, lane], carried[1, lane], carried[2, lane]
-        y, z = (carried[3, lane], carried[4, lane]) if on_deck else (0.0, 0.0)
+        t, u, w = carried[DT, lane], carried[DA, lane], carried[DB, lane]
+        y, z = (carried[DY, lane], carried[DZ, lane]) if on_deck else (0.0, 0.0)
         for part in range(rows):
-            found = link[0, part] * t + link[1, part] * u + link[2, part] * w
+            found = link[DT, part] * t + link[DA, part] * u + link[DB, part] * w
             if on_deck:
-                found += link[3, part] * y + link[4, part] * z
+                found += link[DY, part] * y + link[DZ, part] * z
             carried[part, lane] = found
     for k in range(len(links.directions)):
         for part in range(rows):
