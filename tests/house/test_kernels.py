@@ -15,7 +15,8 @@ WRITTEN_OUT = {"plain_power.py"}
 """Straight-line code over the first coefficients of series, where the index is the coefficient's order."""
 LISTED = {"balance.py", "power.py"}
 """Modules that still list the names they import, one a line."""
-SOURCES = sorted(path for path in FOLDER.glob("*.py") if not path.name.startswith("unrolled"))
+FILES = sorted({*FOLDER.glob("*.py"), *(FOLDER / "general").rglob("*.py")})
+SOURCES = [path for path in FILES if not path.name.startswith("unrolled")]
 
 
 def kernels(source):
@@ -37,7 +38,7 @@ def bare(kernel):
     return found
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(FOLDER).as_posix())
 def test_kernels_index_by_names(path):
     if path.name in WRITTEN_OUT:
         return
@@ -51,7 +52,7 @@ def test_bare_indices_are_found():
     assert [what for _, what in bare(kernel)] == ["rows[contract.END, 0]"]
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(FOLDER).as_posix())
 def test_names_of_the_march_are_imported_in_one_line_or_qualified(path):
     if path.name in LISTED:
         return
@@ -62,8 +63,9 @@ def test_names_of_the_march_are_imported_in_one_line_or_qualified(path):
 
 def test_a_name_of_the_march_has_one_value():
     values = defaultdict(set)
-    for path in FOLDER.glob("*.py"):
-        module = import_module(f"wheeltapper.march.{path.stem}") if path.stem != "__init__" else wheeltapper.march
+    for path in FILES:
+        parts = path.relative_to(FOLDER).with_suffix("").parts
+        module = import_module(".".join(["wheeltapper.march", *(part for part in parts if part != "__init__")]))
         for node in ast.parse(path.read_text()).body:
             for target in node.targets if isinstance(node, ast.Assign) else []:
                 for name in target.elts if isinstance(target, ast.Tuple) else [target]:

@@ -19,7 +19,7 @@ from wheeltapper.lower.build import path_table
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.known import check_known
 from wheeltapper.lower.numbers import METHODS, Method, hysteresis_factor, units_of
-from wheeltapper.lower.own_law import law_table
+from wheeltapper.lower.own_law import tabulated_law
 from wheeltapper.lower.plausible import implausible_notes
 from wheeltapper.lower.track.reach import Reach, modes_of
 from wheeltapper.lower.track.ring import TrackModes
@@ -127,11 +127,10 @@ def _law(scenario: Scenario, wheelset: Wheelset, rails: float) -> tuple[general.
     """Return the law of one rail's part of a wheelset's contact, the wheelset's constant, and notes on the law."""
     contact = scenario.contact
     if isinstance(contact, Law):
-        table = law_table(contact)
-        numbers = [contact.exponent, contact.largest, *table.shape[:2], 0.0, 0.0, *table.shape[2:]]
+        law, table = tabulated_law(contact, rails)
         text = f"the table of the contact's law differs from the function by at most {table.error:.2g} of its force"
         note = Note(text, "own law", table.error, doubtful=table.error > DOUBTFUL_TABLE)
-        return general.Law(switch.TABULATED, np.array(numbers), table.cells / rails), table.constant, (note,)
+        return law, table.constant, (note,)
     alone = Fields(Scenario(vehicle=wheelset, contact=contact, speed=scenario.speed, duration=scenario.duration))
     constant = float(units_of(alone).contact_constant)
     if isinstance(contact, Linear):

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.law import Law
 from wheeltapper.ground.errors import InputError
+from wheeltapper.march.general import contract as general
+from wheeltapper.march.general.laws import switch
 
 FloatArray = NDArray[np.float64]
 FASTEST = 5.0
@@ -45,6 +47,13 @@ class LawTable(NamedTuple):
     shape: tuple[int, int, float, float, int, int]
     error: float
     constant: float
+
+
+def tabulated_law(law: Law, rails: float = 1.0) -> tuple[general.Law, LawTable]:
+    """Return one rail's part of a law for the general march, and the table of the whole."""
+    table = law_table(law)
+    numbers = [law.exponent, law.largest, *table.shape[:2], 0.0, 0.0, *table.shape[2:]]
+    return general.Law(switch.TABULATED, np.array(numbers), table.cells / rails), table
 
 
 def law_table(law: Law) -> LawTable:

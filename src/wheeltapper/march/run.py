@@ -481,11 +481,11 @@ def sections(
     return orbits.sections(cells, states, skip, keep, threads, chained, count)
 
 
-def sections_are_ready(cells: ensemble.Cells) -> bool:
-    """Return False where marching from section to section begins with compiling."""
+def sections_are_ready(cells: ensemble.Cells, many: bool) -> bool:
+    """Return False where marching from section to section, of `many` cells in lanes, begins with compiling."""
     from wheeltapper.march import orbits
 
-    return orbits.is_ready(cells)
+    return orbits.is_ready(cells, many)
 
 
 def capture(

@@ -36,7 +36,7 @@ OUTCOMES = {
     assembly.DERAILED: Outcome.DERAILED,
     layout.CHATTERS: Outcome.CHATTERING,
     layout.UNSOLVED: Outcome.UNSOLVED,
-    layout.RELEASES: Outcome.UNSOLVED,
+    layout.WOULD_PULL: Outcome.UNSOLVED,
 }
 """Outcome of each status of a march."""
 

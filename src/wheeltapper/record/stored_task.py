@@ -183,7 +183,7 @@ def _check_rows(rows: FloatArray, steps: int, contacts: int, counts: set[int]) -
     """Refuse logged parts that do not follow each other, or whose nodes do not exist."""
     check_whole("logged_rows", rows[:, layout.ROW_STEP], 0, steps - 1)
     check_whole("logged_rows", rows[:, layout.ROW_CONTACT], 0, contacts - 1)
-    check_whole("logged_rows", rows[:, layout.ROW_MAP], layout.EVEN, layout.BETWEEN)
+    check_whole("logged_rows", rows[:, layout.ROW_MAP], layout.EVENLY, layout.IMPACT_TO_LOSS)
     nodes = rows[:, layout.ROW_NODES]
     check("logged_rows", nodes, np.isin(nodes, list(counts)), f"nodes among {sorted(counts)}")
     for contact in range(contacts):

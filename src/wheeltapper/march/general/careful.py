@@ -20,7 +20,7 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout, local, paths
 from wheeltapper.march.general.crossings import NO_CROSSING, first_crossing
-from wheeltapper.march.general.layout import AFTER, BEFORE, BETWEEN, EVEN, IMPACT_AT, LOSS_AT
+from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, IMPACT_AT, IMPACT_TO_LOSS, LOSS_AT
 from wheeltapper.march.general.records import Nodes, Room, Site
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
@@ -34,18 +34,18 @@ FORESEEN = 1.5
 SHORTEST = 1e-6
 """Part of a macro step below which nothing is halved any more."""
 MOST_TRIES = 60
-FOUND, BEYOND, FAILED = range(3)
+FOUND, TOO_LATE, FAILED = range(3)
 
 
-ROWS, EVENTS_NOW = 0, 1
+ROWS_NOW, EVENTS_NOW = 0, 1
 """Counts of a contact's rows and events in the present macro step."""
 
 
 @kernel
 def log_row(step: int, i: int, start: float, end: float, how: int, origin: float, span: float, s0: float, s1: float, n: int, N: FloatArray, rows: FloatArray, counts: IntArray) -> None:  # fmt: skip  # noqa: E501
     """Write a part of a macro step in the contact's next row."""
-    row = rows[counts[ROWS]]
-    counts[ROWS] += 1
+    row = rows[counts[ROWS_NOW]]
+    counts[ROWS_NOW] += 1
     row[layout.ROW_STEP] = step
     row[layout.ROW_CONTACT] = i
     row[layout.ROW_FROM] = start
@@ -139,18 +139,18 @@ def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, se
         if at <= theta + SNAP:
             return FAILED, at, 0.0, 0.0, at, 0.0
         if at > limit + SNAP:
-            return BEYOND, at, 0.0, 0.0, at, 0.0
+            return TOO_LATE, at, 0.0, 0.0, at, 0.0
         if recent:
             span = at - impact
             s0 = local.smoothstep_inverse((theta - impact) / span)
             solved = local.solve_part(
-                nodes, q, BETWEEN, impact, span, s0, 1.0, turn > 0, settings[layout.NEWTON_LIMIT], site, room
+                nodes, q, IMPACT_TO_LOSS, impact, span, s0, 1.0, turn > 0, settings[layout.NEWTON_LIMIT], site, room
             )
         else:
             span = 0.0
             s0 = sqrt(at - theta)
             solved = local.solve_part(
-                nodes, q, BEFORE, at, span, s0, 0.0, turn > 0, settings[layout.NEWTON_LIMIT], site, room
+                nodes, q, BEFORE_LOSS, at, span, s0, 0.0, turn > 0, settings[layout.NEWTON_LIMIT], site, room
             )
         if not solved:
             return FAILED, at, 0.0, 0.0, at, 0.0
@@ -170,7 +170,7 @@ def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, se
 @kernel
 def _falls(n: int, nodes: Nodes, how: int, origin: float, span: float, s0: float, s1: float, start: float, slope: float, end: float, room: Room) -> float:  # fmt: skip  # noqa: E501
     """Return where in σ the gap D first falls through zero, or NO_CROSSING; without the zero of an impact at 0."""
-    from_impact = s0 == 0.0 and (how == AFTER or how == BETWEEN)
+    from_impact = s0 == 0.0 and (how == AFTER_IMPACT or how == IMPACT_TO_LOSS)
     room.F[layout.BEGIN] = start
     room.F[n + 1] = end
     for k in range(n):
@@ -178,7 +178,7 @@ def _falls(n: int, nodes: Nodes, how: int, origin: float, span: float, s0: float
         if from_impact:
             room.F[k + 1] /= nodes.places[k] * nodes.places[k]
     if from_impact:
-        room.F[layout.BEGIN] = slope * s1 * s1 * (1.0 if how == AFTER else 3.0 * span)
+        room.F[layout.BEGIN] = slope * s1 * s1 * (1.0 if how == AFTER_IMPACT else 3.0 * span)
     for k in range(n + 2):
         total = 0.0
         for j in range(n + 2):
@@ -209,19 +209,19 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
         if loss <= theta:
             loss = np.inf
         guess = loss if loss <= to else np.inf
-        how = EVEN
+        how = EVENLY
         origin, span, s0, s1 = theta, to - theta, 0.0, 1.0
         if guess == np.inf:
             if recent and loss - to < FORESEEN:
-                how = BETWEEN
+                how = IMPACT_TO_LOSS
                 origin, span = impact, loss - impact
                 s0 = local.smoothstep_inverse((theta - impact) / span)
                 s1 = local.smoothstep_inverse((to - impact) / span)
             elif recent:
-                how = AFTER
+                how = AFTER_IMPACT
                 origin, s0, s1 = impact, sqrt(max(theta - impact, 0.0)), sqrt(to - impact)
             elif loss - to < FORESEEN:
-                how = BEFORE
+                how = BEFORE_LOSS
                 origin, s0, s1 = loss, sqrt(loss - theta), sqrt(loss - to)
             solved = local.solve_part(
                 nodes, q, how, origin, span, s0, s1, False, settings[layout.NEWTON_LIMIT], site, room
@@ -240,10 +240,10 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
             outcome, at, s0, span, loss, slope = find_loss(theta, guess, limit, nodes, q, settings, site, room)
             if outcome == FOUND:
                 if local.released(n, site.law, room):
-                    return layout.RELEASES, theta
-                how, origin = BEFORE, at
+                    return layout.WOULD_PULL, theta
+                how, origin = BEFORE_LOSS, at
                 if recent:
-                    how, origin = BETWEEN, impact
+                    how, origin = IMPACT_TO_LOSS, impact
                 s1 = 1.0 if recent else 0.0
                 log_row(step, i, theta, at, how, origin, span, s0, s1, n, room.N, rows, counts)
                 log_event(step, i, loss, contract.LOSS, slope / site.seconds, events, counts)
@@ -251,12 +251,12 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
                 place[LOSS_AT] = np.inf
                 place[layout.BEGAN] = 0.0
                 return contract.RUNNING, at
-            place[LOSS_AT] = at if outcome == BEYOND and at < limit + FORESEEN else np.inf
+            place[LOSS_AT] = at if outcome == TOO_LATE and at < limit + FORESEEN else np.inf
             if outcome == FAILED or beyond or length < limit - theta:
                 if length < SHORTEST:
                     return layout.UNSOLVED, theta
                 length = 0.5 * min(length, guess - theta)
-            beyond = outcome == BEYOND
+            beyond = outcome == TOO_LATE
             continue
         if local.tail_of(nodes, room.N) > settings[layout.TAIL_LIMIT] and length > SHORTEST:
             length *= 0.5
@@ -270,7 +270,7 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
         if soon < to + FORESEEN and not near and soon > to:
             continue
         if local.released(n, site.law, room):
-            return layout.RELEASES, theta
+            return layout.WOULD_PULL, theta
         log_row(step, i, theta, to, how, origin, span, s0, s1, n, room.N, rows, counts)
         total = 0.0
         for k in range(n):
@@ -340,7 +340,7 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
             end = limit if at == NO_CROSSING else at
             if end > theta:
                 room.N[:1] = 0.0
-                log_row(step, i, theta, end, EVEN, theta, end - theta, 0.0, 1.0, 1, room.N, rows, counts)
+                log_row(step, i, theta, end, EVENLY, theta, end - theta, 0.0, 1.0, 1, room.N, rows, counts)
             while shared and k < q and macro.places[k] <= end:
                 sums[k, :q] = room.moments[:q]
                 k += 1
@@ -358,7 +358,7 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
             return status
         if to > theta:
             if shared:
-                k = _share(k, to, nodes, macro, q, rows[counts[ROWS] - 1], room, sums)
+                k = _share(k, to, nodes, macro, q, rows[counts[ROWS_NOW] - 1], room, sums)
             room.moments[:q] = room.after[:q]
         fresh = place[layout.FREE_NOW] != 0.0
         theta = to
@@ -371,11 +371,11 @@ def sigma_of(theta: float, row: FloatArray) -> float:
     how = row[layout.ROW_MAP]
     origin = row[layout.ROW_ORIGIN]
     s = theta - origin
-    if how == EVEN:
+    if how == EVENLY:
         return s / row[layout.ROW_SPAN]
-    if how == AFTER:
+    if how == AFTER_IMPACT:
         s = sqrt(max(s, 0.0))
-    elif how == BEFORE:
+    elif how == BEFORE_LOSS:
         s = sqrt(max(-s, 0.0))
     else:
         s = local.smoothstep_inverse(s / row[layout.ROW_SPAN])

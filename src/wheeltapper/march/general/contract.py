@@ -131,7 +131,3 @@ class Task(NamedTuple):
 
 DEFAULT = Method(2e-4, 10, 10, 1e-10, 1e-6, 1e-7, 1e-8, 1e-5, True, 1e-9)
 STRICT = Method(1e-4, 10, 12, 1e-14, 1e-10, 1e-11, 1e-11, 1e-6, False, 1e-15)
-
-# Columns of events and of peaks.
-GENERAL_TIME, GENERAL_KIND, GENERAL_RATE, GENERAL_CONTACT = range(4)
-TOP_TIME, TOP_FORCE, TOP_CONTACT = range(3)

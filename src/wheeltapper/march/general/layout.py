@@ -11,8 +11,9 @@ STATE_COLUMNS = 8
 TABLE_BEGIN, TABLE_END, TABLE_LOOP, TABLE_JOIN = range(4)
 
 # How a step between events maps σ from 0 to 1 to the part θ of a macro step; with s = S0 + (S1 - S0)·σ
-# EVEN: θ from FROM to TO. AFTER: θ = ORIGIN + s². BEFORE: θ = ORIGIN - s². BETWEEN: θ = ORIGIN + SPAN·s²·(3 - 2·s).
-EVEN, AFTER, BEFORE, BETWEEN = range(4)
+# EVENLY: θ from FROM to TO. AFTER_IMPACT: θ = ORIGIN + s². BEFORE_LOSS: θ = ORIGIN - s².
+# IMPACT_TO_LOSS: θ = ORIGIN + SPAN·s²·(3 - 2·s).
+EVENLY, AFTER_IMPACT, BEFORE_LOSS, IMPACT_TO_LOSS = range(4)
 
 # A row of the log: macro step, contact, part of the step from and to, the map, number of nodes, and forces there.
 ROW_STEP, ROW_CONTACT, ROW_FROM, ROW_TO, ROW_MAP, ROW_ORIGIN, ROW_SPAN, ROW_S0, ROW_S1, ROW_NODES, ROW_FORCES = range(
@@ -31,6 +32,9 @@ TREND_COLUMNS = 5
 MAXIMUM_STEP, MAXIMUM_PART, MAXIMUM_FORCE, MAXIMUM_CONTACT = range(4)
 MAXIMUM_COLUMNS = 4
 
+# Counts of the logs.
+LOGGED_ROWS, LOGGED_EVENTS, LOGGED_PEAKS, LOGGED_STEPS = range(4)
+
 # Parts of a complex number in tables of the modes.
 RE, IM = 0, 1
 BEGIN = 0
@@ -48,5 +52,5 @@ UNSOLVED = 20
 """A step between events did not converge, however short."""
 CHATTERS = 21
 """More than MOST_PARTS steps between events in one macro step."""
-RELEASES = 22
+WOULD_PULL = 22
 """A rate-dependent law would have pulled: its force ended before the indentation."""

@@ -16,17 +16,17 @@ from math import sqrt
 from wheeltapper.march.general import layout, paths
 from wheeltapper.march.general.algebra import factorise, solve_factorised
 from wheeltapper.march.general.laws.switch import LAW_RATED, forces
-from wheeltapper.march.general.layout import AFTER, BEFORE, EVEN
+from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY
 from wheeltapper.march.general.records import Nodes, Room, Site
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.program import FloatArray
 
 MOST_ITERATIONS = 30
-CHORD = 1e-2
+KEEPS_MATRIX = 1e-2
 """Corrections smaller than this, in static indentations, keep the matrix of the one before."""
 RELEASED_DEPTH = 1e-6
 """Indentation above which such a law's force should not be zero."""
-ROUNDING = 1e-11
+STAGNANT = 1e-11
 """Corrections smaller than this that do not shrink are rounding."""
 TOO_FAR = 1e6
 """Indentation at which a solve has diverged."""
@@ -95,13 +95,13 @@ def map_nodes(
     width = s1 - s0
     for k in range(n):
         s = s0 + width * places[k]
-        if how == EVEN:
+        if how == EVENLY:
             room.theta[k] = origin + span * places[k]
             room.pace[k] = span
-        elif how == AFTER:
+        elif how == AFTER_IMPACT:
             room.theta[k] = origin + s * s
             room.pace[k] = 2.0 * s * width
-        elif how == BEFORE:
+        elif how == BEFORE_LOSS:
             room.theta[k] = origin - s * s
             room.pace[k] = -2.0 * s * width
         else:
@@ -155,7 +155,7 @@ def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: floa
             for j in range(n):
                 total -= room.K[i, j] * room.N[j]
             room.F[i] = total
-        if turn == 0 or size > CHORD:
+        if turn == 0 or size > KEEPS_MATRIX:
             _jacobian(n, nodes.slopes, seconds, rated, room)
             factorise(room.J, n)
         solve_factorised(room.J, n, room.F)
@@ -166,8 +166,8 @@ def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: floa
             size = max(size, abs(room.F[i]))
         if not size < TOO_FAR:
             return False
-        converged = size < tolerance or (size < CHORD and size * size < tolerance * before)
-        if converged or (size < ROUNDING and size >= 0.5 * before):
+        converged = size < tolerance or (size < KEEPS_MATRIX and size * size < tolerance * before)
+        if converged or (size < STAGNANT and size >= 0.5 * before):
             if rated:
                 _rates(n, nodes.slopes, began, seconds, room)
             forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
@@ -253,11 +253,11 @@ def released(n: int, law: FloatArray, room: Room) -> bool:
 @kernel
 def part_of(how: int, origin: float, span: float, s: float) -> float:
     """Return the part θ of the macro step at s."""
-    if how == EVEN:
+    if how == EVENLY:
         return origin + span * s
-    if how == AFTER:
+    if how == AFTER_IMPACT:
         return origin + s * s
-    if how == BEFORE:
+    if how == BEFORE_LOSS:
         return origin - s * s
     return origin + span * s * s * (3.0 - 2.0 * s)
 

@@ -12,28 +12,12 @@ from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import FLIGHT_DEGREE, flight_nodes, gauss_nodes
 from wheeltapper.march.general.contract import DEFAULT, Contact, Method, System
 from wheeltapper.march.general.crossings import DEEPEST
-from wheeltapper.march.general.laws.switch import (
-    HERTZ,
-    HUNT_CROSSLEY,
-    LAW_KIND,
-    LAW_NUMBERS,
-    LAW_RATED,
-    LINEAR_LAW,
-    TABULATED,
-    forces,
-)
+from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.paths import height_and_slope, heights
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
-from wheeltapper.march.general.stepping import (
-    MODES_EVERY,
-    USED_EVENTS,
-    USED_PEAKS,
-    USED_ROWS,
-    USED_STEPS,
-    march_kernel,
-)
+from wheeltapper.march.general.stepping import MODES_EVERY, march_kernel
 from wheeltapper.march.general.structure import ComplexArray, Ring
-from wheeltapper.march.general.tables import SAME_PLACE, Grid, Units, build
+from wheeltapper.march.general.tables import SAME_PHASE, Grid, Units, build
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.telling import Tell, report_nothing
 
@@ -112,22 +96,22 @@ class Found(NamedTuple):
 def law_row(contact: Contact, units: Units, first: int) -> FloatArray:
     """Return the numbers of a contact's law in the march's units; `first` is the first row of its table."""
     kind, given = contact.law.kind, contact.law.numbers
-    row = np.zeros(LAW_NUMBERS)
-    row[LAW_KIND] = kind
+    row = np.zeros(switch.LAW_NUMBERS)
+    row[switch.LAW_KIND] = kind
     row[1 : 1 + len(given)] = given
-    if kind in (HERTZ, HUNT_CROSSLEY):
+    if kind in (switch.HERTZ, switch.HUNT_CROSSLEY):
         row[1] *= units.length**1.5 / units.force
-    if kind == LINEAR_LAW:
+    if kind == switch.LINEAR_LAW:
         row[1] *= units.length / units.force
-    if kind == HUNT_CROSSLEY:
+    if kind == switch.HUNT_CROSSLEY:
         row[2] *= units.length
-        row[LAW_RATED] = 1.0
-    if kind == TABULATED:
+        row[switch.LAW_RATED] = 1.0
+    if kind == switch.TABULATED:
         row[2] /= units.length
         row[5] = first
         row[6] = units.length ** given[0] / units.force
         row[7:9] /= units.length
-        row[LAW_RATED] = given[8] > 1 or given[9] > 1
+        row[switch.LAW_RATED] = given[8] > 1 or given[9] > 1
     return row
 
 
@@ -138,7 +122,7 @@ def indentation_of(force: float, row: FloatArray, table: FloatArray, factor: flo
     def excess(delta: float) -> float:
         N, slope, viscous = np.zeros((3, 1))
         one[0] = delta
-        forces(row, table, 1, one, np.zeros(1), np.array([factor]), N, slope, viscous)
+        switch.forces(row, table, 1, one, np.zeros(1), np.array([factor]), N, slope, viscous)
         return float(N[0]) - force
 
     low, high = 0.0, 1.0
@@ -256,16 +240,24 @@ def _path_at_start(data: Data, units: Units) -> tuple[FloatArray, FloatArray]:
     return height, factor
 
 
-def modes_at(ring: Ring, shapes: ComplexArray, x: FloatArray) -> ComplexArray:
-    """Return shapes at places along the track, as seen from the bay at zero: (places, modes)."""
-    bay = np.floor(x / ring.spacing + SAME_PLACE)
-    inside = np.maximum(x - bay * ring.spacing, 0.0)
+def bays_of(ring: Ring, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the bays of places along the track, and the places in them, m."""
+    bays = np.floor(x / ring.spacing + SAME_PHASE)
+    return bays, np.maximum(x - bays * ring.spacing, 0.0)
+
+
+def shapes_at(ring: Ring, shapes: ComplexArray, inside: FloatArray) -> ComplexArray:
+    """Return shapes at places in a bay, from 0 to the spacing: (places, modes)."""
     element = np.clip(np.searchsorted(ring.edges, inside, side="right") - 1, 0, len(ring.edges) - 2)
     left, right = ring.edges[element], ring.edges[element + 1]
     zeta = (2.0 * inside - left - right) / (right - left)
     powers = zeta[:, None] ** np.arange(shapes.shape[1])
-    found = np.einsum("xp,xpn->xn", powers, shapes[element])
-    return np.asarray(found)
+    return np.asarray(np.einsum("xp,xpn->xn", powers, shapes[element]))
+
+
+def compliance_at(ring: Ring, inside: FloatArray) -> FloatArray:
+    """Return the local compliance at places in a bay, m/N."""
+    return np.asarray(shapes_at(ring, ring.residual[:, :, None].astype(complex), inside)[:, 0].real)
 
 
 def equilibrium(system: System, data: Data, static: FloatArray, units: Units) -> Start:
@@ -280,13 +272,12 @@ def equilibrium(system: System, data: Data, static: FloatArray, units: Units) ->
     if system.ring is not None:
         ring = system.ring
         x = np.array([contact.position for contact in system.contacts])
-        bays = np.floor(x / ring.spacing + SAME_PLACE)
+        bays, inside = bays_of(ring, x)
         ahead = np.multiply.outer(bays - bays[0], np.angle(ring.turns))
-        shows = modes_at(ring, ring.deflection, x) * np.exp(1j * ahead)
-        takes = modes_at(ring, ring.drive, x) * np.exp(-1j * ahead)
+        shows = shapes_at(ring, ring.deflection, inside) * np.exp(1j * ahead)
+        takes = shapes_at(ring, ring.drive, inside) * np.exp(-1j * ahead)
         modes = -(takes.T @ static) / ring.rates
-        local = modes_at(ring, ring.residual[:, :, None].astype(complex), x)[:, 0].real
-        offsets = offsets + np.real(shows @ (ring.weights * modes)) + local * static
+        offsets = offsets + np.real(shows @ (ring.weights * modes)) + compliance_at(ring, inside) * static
     return Start(np.zeros(2 * freedoms), modes, offsets)
 
 
@@ -324,9 +315,9 @@ def _motion(system: System, method: Method, data: Data, units: Units, start: Sta
     if system.ring is not None:
         ring = system.ring
         x = np.array([contact.position for contact in system.contacts])
-        bays = np.floor(x / ring.spacing + SAME_PLACE)
+        bays, inside = bays_of(ring, x)
         turn = np.exp(1j * np.multiply.outer(bays - bays[0], np.angle(ring.turns)))
-        gap = gap - np.real((modes_at(ring, ring.deflection, x) * turn) @ (ring.weights * start.modes))
+        gap = gap - np.real((shapes_at(ring, ring.deflection, inside) * turn) @ (ring.weights * start.modes))
     places[:, layout.FREE_NOW] = gap <= 0.0
     places[:, layout.BEGAN] = np.maximum(gap / units.length, 0.0)
     trend = np.zeros((contacts, layout.TREND_COLUMNS))
@@ -340,7 +331,7 @@ def _order(ring: Ring | None) -> IntArray:
     return np.argsort(np.abs(ring.rates), kind="stable") if ring is not None else np.zeros(0, np.int64)
 
 
-CHUNK = 4096
+MACRO_CHUNK = 4096
 """Macro steps for which room is made at once."""
 
 
@@ -395,11 +386,11 @@ def run(prepared: Prepared, duration: float, tell: Tell = report_nothing) -> Fou
     done, status = 0, numbers.RUNNING
     kept: list[Logs] = []
     while done < total and status in (numbers.RUNNING, numbers.FULL):
-        logs = _logs(prepared, min(CHUNK, total - done))
-        until = min(total, done + CHUNK)
+        logs = _logs(prepared, min(MACRO_CHUNK, total - done))
+        until = min(total, done + MACRO_CHUNK)
         status = march_kernel(done, until, prepared.tables, prepared.data, motion, stage, logs, room)
         kept.append(_used(logs, done))
-        done = int(logs.used[USED_STEPS])
+        done = int(logs.used[layout.LOGGED_STEPS])
         if tell(done * prepared.grid.seconds):
             break
     return _found(prepared, numbers.DONE if done >= total else int(status), done, duration, _joined(kept))
@@ -407,11 +398,9 @@ def run(prepared: Prepared, duration: float, tell: Tell = report_nothing) -> Fou
 
 def _used(logs: Logs, first: int) -> Logs:
     """Return the part of the logs that is in use."""
-    steps = int(logs.used[USED_STEPS]) - first
+    steps = int(logs.used[layout.LOGGED_STEPS]) - first
     states = len(range(-(-first // MODES_EVERY) * MODES_EVERY, first + steps, MODES_EVERY))
-    counts = (
-        logs.used[USED_ROWS], logs.used[USED_EVENTS], logs.used[USED_PEAKS], steps, steps, steps, states,
-    )  # fmt: skip
+    counts = *logs.used[: layout.LOGGED_STEPS], steps, steps, steps, states
     tables: Any = [table[:count] for table, count in zip(logs[:-1], counts, strict=True)]
     return Logs._make([*tables, logs.used])
 

@@ -10,7 +10,7 @@ from wheeltapper.march.general.records import Nodes, Room
 from wheeltapper.march.kernel import inlined_kernel
 from wheeltapper.march.program import FloatArray
 
-APART = 1e-9
+EXTREMES_MERGE = 1e-9
 """Two extremes closer than this share of a part are one."""
 
 
@@ -72,5 +72,5 @@ def follow_row(row: FloatArray, nodes: Nodes, prominent: float, trend: FloatArra
                 int(row[layout.ROW_MAP]), row[layout.ROW_ORIGIN], row[layout.ROW_SPAN], row[layout.ROW_S0] + width * s
             )
             count = follow(step, at, force, contact, prominent, trend, peaks, count)
-            s += APART
+            s += EXTREMES_MERGE
     return follow(step, row[layout.ROW_TO], end, contact, prominent, trend, peaks, count)

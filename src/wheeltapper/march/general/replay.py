@@ -18,7 +18,7 @@ from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.careful import sigma_of
 from wheeltapper.march.general.contract import Contact
-from wheeltapper.march.general.layout import AFTER, BEFORE, EVEN, IM, RE
+from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, IM, RE
 from wheeltapper.march.general.march import Found, Prepared
 from wheeltapper.march.general.records import Motion, Stage
 from wheeltapper.march.general.stepping import MODES_EVERY, write_kernel
@@ -125,11 +125,11 @@ def _mapped(rows: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArra
     )
     s = s0 + (s1 - s0) * places
     theta = np.select(
-        [how == EVEN, how == AFTER, how == BEFORE],
+        [how == EVENLY, how == AFTER_IMPACT, how == BEFORE_LOSS],
         [origin + span * s, origin + s**2, origin - s**2], origin + span * s**2 * (3.0 - 2.0 * s),
     )  # fmt: skip
     pace = np.select(
-        [how == EVEN, how == AFTER, how == BEFORE],
+        [how == EVENLY, how == AFTER_IMPACT, how == BEFORE_LOSS],
         [span * np.ones_like(s), 2.0 * s, -2.0 * s], 6.0 * span * s * (1.0 - s),
     )  # fmt: skip
     return theta, pace * (s1 - s0)

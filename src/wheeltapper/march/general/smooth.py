@@ -11,9 +11,9 @@ from wheeltapper.march.general.records import Nodes, Room, Site
 from wheeltapper.march.kernel import inlined_kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
-ANEW, ON, AGAIN = range(3)
+FROM_GAP, CONTINUED, ONCE_MORE = range(3)
 """What a solve begins with: the gap without the new force, the last solution continued, or a solution of its own."""
-CLEAR = 0.02
+CLEARANCE = 0.02
 """Smallest indentation at a node, over the range of all of them, at which none can vanish between two nodes."""
 
 
@@ -45,9 +45,9 @@ def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin:
         room.d[k] = total
         room.r[k] = r[k]
         room.delta[k] = room.d[k]
-        if begin == AGAIN:
+        if begin == ONCE_MORE:
             room.delta[k] = guess[k]
-        elif begin == ON:
+        elif begin == CONTINUED:
             room.delta[k] = 0.0
             for m in range(q):
                 room.delta[k] += macro.ahead[k, m] * guess[m]
@@ -69,7 +69,7 @@ def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin:
     least, most = min(least, end), max(most, end)
     if local.released(q, site.law, room):
         return False
-    if least <= CLEAR * (most - least) or local.tail_of(macro, room.N) > settings[layout.TAIL_LIMIT]:
+    if least <= CLEARANCE * (most - least) or local.tail_of(macro, room.N) > settings[layout.TAIL_LIMIT]:
         return False
     loss = 1.0 + foresee_loss(end, slope, bend)
     if loss < 1.0 + FORESEEN:
@@ -83,5 +83,5 @@ def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin:
     place[layout.BEGAN] = end
     for k in range(q):
         guess[k] = room.delta[k]
-    log_row(step, i, 0.0, 1.0, layout.EVEN, 0.0, 1.0, 0.0, 1.0, q, room.N, rows, counts)
+    log_row(step, i, 0.0, 1.0, layout.EVENLY, 0.0, 1.0, 0.0, 1.0, q, room.N, rows, counts)
     return True

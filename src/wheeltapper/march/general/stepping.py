@@ -16,19 +16,18 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.borrowing import borrowed_record
-from wheeltapper.march.general.careful import EVENTS_NOW, ROWS, careful
+from wheeltapper.march.general.careful import EVENTS_NOW, ROWS_NOW, careful
 from wheeltapper.march.general.layout import BEGIN, IM, IMPACT_AT, LOSS_AT, RE
 from wheeltapper.march.general.maxima import follow_row
 from wheeltapper.march.general.modal import add_turned_back, read_modes, turn, turned, write_modes
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Site, Stage, Tables
-from wheeltapper.march.general.smooth import AGAIN, ANEW, ON, may_be_smooth, smooth
+from wheeltapper.march.general.smooth import CONTINUED, FROM_GAP, ONCE_MORE, may_be_smooth, smooth
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.program import FloatArray
 
 MOST_SWEEPS = 12
 
 
-USED_ROWS, USED_EVENTS, USED_PEAKS, USED_STEPS = range(4)
 MODES_EVERY = 64
 """Macro steps between two logged states of the modes."""
 
@@ -191,19 +190,19 @@ def _commit(step: int, i: int, data: Data, motion: Motion, stage: Stage, logs: L
     """Log a contact's macro step, and go on to the next one."""
     used = logs.used
     counts = stage.counts[i]
-    for row in range(counts[ROWS]):
-        logs.rows[used[USED_ROWS]] = stage.rows[i, row]
-        used[USED_ROWS] += 1
+    for row in range(counts[ROWS_NOW]):
+        logs.rows[used[layout.LOGGED_ROWS]] = stage.rows[i, row]
+        used[layout.LOGGED_ROWS] += 1
         nodes = data.macro
         if stage.rows[i, row, layout.ROW_NODES] != len(data.macro.places):
             nodes = data.part
-        used[USED_PEAKS] = follow_row(
+        used[layout.LOGGED_PEAKS] = follow_row(
             stage.rows[i, row], nodes, data.settings[layout.PROMINENT], motion.trend[i], logs.peaks,
-            used[USED_PEAKS], room,
+            used[layout.LOGGED_PEAKS], room,
         )  # fmt: skip
     for row in range(counts[EVENTS_NOW]):
-        logs.events[used[USED_EVENTS]] = stage.events[i, row]
-        used[USED_EVENTS] += 1
+        logs.events[used[layout.LOGGED_EVENTS]] = stage.events[i, row]
+        used[layout.LOGGED_EVENTS] += 1
     motion.contacts[i, IMPACT_AT] -= 1.0
     motion.contacts[i, LOSS_AT] -= 1.0
 
@@ -220,14 +219,14 @@ def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Moti
     contacts = len(motion.contacts)
     phases = tables.matrices.shape[1]
     used = logs.used
-    used[USED_STEPS] = first
+    used[layout.LOGGED_STEPS] = first
     q = len(data.macro.places)
     for step in range(first, last):
         margin = contacts * (layout.MOST_PARTS + 2)
         if (
-            used[USED_ROWS] + margin > len(logs.rows)
-            or used[USED_EVENTS] + margin > len(logs.events)
-            or used[USED_PEAKS] + 3 * margin > len(logs.peaks)
+            used[layout.LOGGED_ROWS] + margin > len(logs.rows)
+            or used[layout.LOGGED_EVENTS] + margin > len(logs.events)
+            or used[layout.LOGGED_PEAKS] + 3 * margin > len(logs.peaks)
         ):
             return contract.FULL
         p = step % phases
@@ -251,11 +250,11 @@ def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Moti
                 if sweep > 0 and change <= data.settings[layout.SWEEP_LIMIT]:
                     continue
                 changed = True
-                begin = ANEW
+                begin = FROM_GAP
                 if sweep > 0 and motion.contacts[i, layout.SMOOTH] != 0.0:
-                    begin = AGAIN
+                    begin = ONCE_MORE
                 elif sweep == 0 and stage.before[i, layout.SMOOTH] != 0.0:
-                    begin = ON
+                    begin = CONTINUED
                 status = _solve(step, i, p, begin, shared, tables, data, motion, stage, room)
                 if status != contract.RUNNING:
                     return status
@@ -269,5 +268,5 @@ def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Moti
                 logs.moments[begun, i, m] = stage.moments[i, m]
             _commit(step, i, data, motion, stage, logs, room)
         _write(step, tables, motion, stage, room.spare)
-        used[USED_STEPS] = step + 1
+        used[layout.LOGGED_STEPS] = step + 1
     return contract.RUNNING

@@ -35,7 +35,7 @@ class Grid(NamedTuple):
     part: FloatArray
 
 
-SAME_PLACE = 1e-6
+SAME_PHASE = 1e-6
 """Parts of a step; contacts no farther from a multiple of the step share tables."""
 FEW_MODES = 32
 """So few gain nothing from single precision."""
@@ -52,7 +52,7 @@ def grid_of(system: System, method: Method) -> Grid:
     spacing = system.ring.spacing
     least = max(1, ceil(spacing / (system.speed * method.step) - 1e-9))
     tried = [_placed(places, spacing, n) for n in range(least, int(least * DEEPER_SEARCH) + 2)]
-    kinds = [len(np.unique(np.round(part / SAME_PLACE))) + (np.abs(part).max() > SAME_PLACE) for _, part in tried]
+    kinds = [len(np.unique(np.round(part / SAME_PHASE))) + (np.abs(part).max() > SAME_PHASE) for _, part in tried]
     best = int(np.argmin(kinds))
     phases = least + best
     whole, part = tried[best]
@@ -61,9 +61,9 @@ def grid_of(system: System, method: Method) -> Grid:
 
 def _placed(places: FloatArray, spacing: float, phases: int) -> tuple[IntArray, FloatArray]:
     steps = places / (spacing / phases)
-    whole = np.floor(steps + SAME_PLACE)
+    whole = np.floor(steps + SAME_PHASE)
     part = steps - whole
-    return whole.astype(np.int64), np.where(np.abs(part) < SAME_PLACE, 0.0, part)
+    return whole.astype(np.int64), np.where(np.abs(part) < SAME_PHASE, 0.0, part)
 
 
 def slowest_modes(rates: ComplexArray, seconds: float, q: int, negligible: float) -> IntArray:
@@ -170,7 +170,7 @@ def driven_nodes(ring: Ring, order: IntArray, grid: Grid, nodes: Nodes) -> list[
 
 def _parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
     """Return the different parts of a step at which contacts begin, and which of them each contact has."""
-    parts, sets = np.unique(np.round(grid.part / SAME_PLACE) * SAME_PLACE, return_inverse=True)
+    parts, sets = np.unique(np.round(grid.part / SAME_PHASE) * SAME_PHASE, return_inverse=True)
     return parts, sets.astype(np.int64)
 
 

@@ -13,7 +13,7 @@ from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray
 
 (
-    TABLE_EXPONENT, TABLE_LARGEST, TABLE_CELLS, TABLE_TERMS, TABLE_FIRST, TABLE_FORCE, TABLE_SLOWEST, TABLE_WIDTH,
+    TABLE_EXPONENT, TABLE_LARGEST, TABLE_CELLS, TABLE_V_TERMS, TABLE_FIRST, TABLE_FORCE, TABLE_SLOWEST, TABLE_WIDTH,
     TABLE_RATES, TABLE_RATE_TERMS,
 ) = range(1, 11)  # fmt: skip
 """Columns: e, δ_most, cells in v, terms in v, first row, unit of the force, lowest rate, width of a cell in the rate,
@@ -40,7 +40,7 @@ def tabulated_force(delta: float, rate: float, numbers: FloatArray, table: Float
     share = 0.0
     by_v = 0.0
     by_rate = 0.0
-    for i in range(int(numbers[TABLE_TERMS]) - 1, -1, -1):
+    for i in range(int(numbers[TABLE_V_TERMS]) - 1, -1, -1):
         value = 0.0
         slope = 0.0
         for j in range(width - 1, -1, -1):
