@@ -14,12 +14,15 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 # Scenario: impacts, largest force over static.
 SCENARIOS = {
+    "bogie_over_weld.toml": (0, 1.562),
     "bump.toml": (11, 5.566),
     "coach_step.toml": (4, 3.488),
     "corrugation.toml": (0, 2.342),
+    "corrugation_on_slab.toml": (0, 1.723),
     "corrugation_wear.toml": (0, 2.333),
     "deck.toml": (31, 3.318),
     "drop_test.toml": (3, 4.662),
+    "flat_on_ballast.toml": (0, 2.170),
     "measured_flat.toml": (9, 21.920),
     "measured_flat_deck.toml": (9, 22.697),
     "wheel_flat.toml": (10, 3.161),
