@@ -65,5 +65,5 @@ def _draw_place(axis: Axes, record: Record) -> None:
     axis.set_ylabel("displacement [mm]")
     force = axis.twinx()
     force.plot(1e3 * found.time, found.pad_force.isel(seat=0) / 1e3, color=RED, linewidth=0.7, label=f"pad {seat}")
-    force.set_ylabel("pad force [kN]")
+    force.set_ylabel("pad force [kN]", color=RED)
     legend_above(axis)
