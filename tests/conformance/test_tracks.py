@@ -5,6 +5,7 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.describe.track.base import Track
+from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.march import run
 
 from . import samples
@@ -22,14 +23,19 @@ SAMPLES = {name: track for name, track in tracks().items() if is_marched(track)}
 REFUSED = {name: track for name, track in tracks().items() if not is_marched(track)}
 
 
-def scene(track, height=1e-4):
+def gives_way(track):
+    """Return whether sleepers excite a wheel that moves, and modes are left out."""
+    return isinstance(track, SupportedRail)
+
+
+def scene(track, height=1e-4, speed=8.0):
     return wt.Scenario(
         vehicle=wt.Wheelset(mass=1500, load=91_307, stiffness=2.44e6, damping=2e4),
         track=track,
         contact=wt.Hertz(constant=1.405e11),
         irregularity=wt.CosineBump(height=height, length=0.06, start=0.05) if height else None,
         rolling="point",
-        speed=8,
+        speed=speed,
         duration=0.06,
     )
 
@@ -41,13 +47,15 @@ def test_tracks_give_different_answers():
 
 @pytest.mark.parametrize("name", SAMPLES)
 def test_at_rest_nothing_moves(name):
-    history = wt.simulate(scene(SAMPLES[name], height=0.0)).history(1e4)
+    track = SAMPLES[name]
+    history = wt.simulate(scene(track, height=0.0, speed=0.0 if gives_way(track) else 8.0)).history(1e4)
     np.testing.assert_allclose(history.wheel_acceleration, 0.0, atol=1e-8)
 
 
 @pytest.mark.parametrize("name", SAMPLES)
 def test_energy_closes(name):
-    assert abs(wt.simulate(scene(SAMPLES[name])).energy.relative_imbalance.item()) < 1e-8
+    method = "strict" if gives_way(SAMPLES[name]) else "default"
+    assert abs(wt.simulate(scene(SAMPLES[name]), method).energy.relative_imbalance.item()) < 1e-8
 
 
 @pytest.mark.parametrize("name", REFUSED)

@@ -8,6 +8,7 @@ import pytest
 import wheeltapper as wt
 from wheeltapper.describe.placement import Placement, check_places
 from wheeltapper.lower.track import reach
+from wheeltapper.march import run
 
 EXAMPLE = wt.tracks.Ballasted.example
 RAIL = {"bending_stiffness": 6.378e6, "shear_stiffness": 2.43e8, "mass_per_length": 60.2}
@@ -108,14 +109,39 @@ def test_a_ring_shorter_than_the_train_is_refused_with_the_length_that_would_do(
         reach.modes_of(track, extent=20.0)
 
 
-@pytest.mark.parametrize("vehicle", [wt.Wheelset(mass=1200, load=1e5), wt.Wagon.erri_b176()], ids=["wheelset", "wagon"])
-def test_until_a_march_takes_them_rails_on_sleepers_are_refused_by_the_door(vehicle, tmp_path):
-    table = {"vehicle": vehicle, "track": {"type": "Ballasted"} | EXAMPLE, "speed": 20.0, "duration": 0.1}
-    with pytest.raises(wt.InputError) as caught:
-        wt.Scenario(**table)
-    assert str(caught.value) == (
-        "track: found rails on sleepers, which `simulate` does not take; allowed: a stiff track"
+def scene(**fields):
+    vehicle = wt.Wheelset(mass=1200, load=1e5)
+    return wt.Scenario(
+        **{"vehicle": vehicle, "track": {"type": "Ballasted"} | EXAMPLE, "speed": 20.0, "duration": 0.1} | fields
     )
+
+
+def test_a_wagon_on_rails_that_give_way_is_refused_by_the_door():
+    coach = wt.Wagon.erri_b176()
+    with pytest.raises(wt.InputError) as caught:
+        scene(vehicle=coach)
+    assert (caught.value.found, caught.value.allowed) == (
+        run.refusal(run.SIMULATE, coach.needs | wt.tracks.Ballasted(**EXAMPLE).needs).found,
+        run.refusal(run.SIMULATE, coach.needs | wt.tracks.Ballasted(**EXAMPLE).needs).allowed,
+    )
+    assert "rails on sleepers" in str(caught.value)
+
+
+def test_on_rails_a_wheelset_has_one_wheel_or_two():
+    with pytest.raises(
+        wt.InputError, match=r"vehicle.wheels: found 4; allowed: 2, half on each of two rails, or 1, on"
+    ):
+        scene(vehicle=wt.Wheelset(mass=1200, load=1e5, wheels=4))
+
+
+def test_places_on_one_side_are_refused_under_a_vehicle_in_the_plane():
+    bump = wt.CosineBump(height=1e-4, length=0.05, start=0.1)
+    bogie = wt.vehicles.Bogie(**wt.vehicles.Bogie.example)
+    assert scene(vehicle=bogie, irregularity={"wheelset 2": bump}).irregularities == (bump,)
+    with pytest.raises(wt.InputError, match=r"found the place 'wheelset 2 left'; allowed: .both., .wheelset 1."):
+        scene(vehicle=bogie, irregularity={"wheelset 2 left": bump})
+    with pytest.raises(wt.InputError, match="found the place 'wheelset 3'; allowed: wheelsets 1 to 2"):
+        scene(vehicle=bogie, irregularity={"wheelset 3": bump})
 
 
 def test_a_vehicle_in_the_plane_has_no_sides():

@@ -58,8 +58,6 @@ WRONG = [
     (V.Bogie, BOGIE | {"primary_damping": -1}, "primary_damping: found -1; allowed: greater than or equal to 0"),
     (V.Bogie, BOGIE | {"wheel_load": "10 t"}, "wheel_load: found '10 t', a mass where a force is needed"),
     (V.Bogie, BOGIE | {"wheels": 0}, "wheels: found 0; allowed: greater than or equal to 1"),
-    (wt.Scenario, SCENE | {"vehicle": V.Wheelsets(**V.Wheelsets.example)}, "vehicle: found Wheelsets, which"),
-    (wt.Scenario, SCENE | {"vehicle": V.Bogie(**BOGIE)}, "vehicle: found a Bogie, which `simulate` does not take;"),
     (wt.Wagon, {"bodies": 5, "axles": ()}, "bodies: found 5; allowed: a list"),
     (wt.Wagon, {"bodies": (), "axles": ()}, "axles: found 0 values; allowed: at least 1"),
     (wt.Wagon, {"bodies": (), "axles": (WHEELSET,)}, "axles.0: found Wheelset(mass=1500.0"),

@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 import wheeltapper as wt
-from wheeltapper.lower.track import bay, reach, readouts, waves
+from wheeltapper.lower.track import bay, energy, reach, readouts, waves
 from wheeltapper.lower.track import ring as rings
 from wheeltapper.lower.track.section import Section, section_of
 
@@ -395,6 +395,50 @@ def test_the_shear_force_jumps_by_the_load():
         sides.append(at_rest(modes, row, where, 0) + rest)
     assert sides[0] - sides[1] == pytest.approx(1.0, abs=1e-6)
     assert sides[0] > 0.0 > sides[1]
+
+
+# -- energy -----------------------------------------------------------------------------------------------------------
+
+
+def some_state(ring, seed=3):
+    """Return amplitudes that a track can have: an answer to many forces, at many times."""
+    numbers = np.random.default_rng(seed)
+    state = np.zeros(len(ring.rates), dtype=complex)
+    for x, force, ago in zip(
+        numbers.uniform(0.0, ring.spacing, 5), numbers.normal(size=5), numbers.uniform(0, 0.01, 5), strict=True
+    ):
+        state += shapes(ring, x)[1] * force * np.exp(ring.rates * ago)
+    return state[None]
+
+
+@pytest.mark.parametrize("name", [*TRACKS, "undamped"])
+@pytest.mark.parametrize("bays", [9, 80])
+def test_what_modes_receive_and_do_not_store_is_lost(name, bays):
+    section = section_of(UNDAMPED if name == "undamped" else TRACKS[name])
+    ring = rings.ring_of(section, bays, 5e3).ring
+    groups = energy.energy_groups(section, bays, 5e3)
+    held, forced = some_state(ring), 300.0 * shapes(ring, 0.2)[1][None]
+    rate, h = ring.rates * held + forced, 1e-8
+    change = np.diff([energy.stored_energy(groups, held + part * rate)[0] for part in (-h, h)])[0] / (2.0 * h)
+    received, lost = energy.received_power(groups, held, forced)[0], energy.lost_power(groups, held)[0]
+    assert change == pytest.approx(received - lost, rel=1e-6, abs=1e-6 * abs(received))
+    assert lost >= -1e-12 * abs(received)
+    assert (lost < 1e-9 * abs(received)) == (name == "undamped")
+    assert energy.stored_energy(groups, held)[0] > 0.0
+
+
+def test_without_damping_energy_is_half_the_work_at_rest_and_power_is_force_times_velocity():
+    section = section_of(UNDAMPED)
+    ring = rings.ring_of(section, 80, 5e3).ring
+    groups = energy.energy_groups(section, 80, 5e3)
+    for x in (0.0, 0.11, 0.3):
+        shape, drive, _ = shapes(ring, x)
+        at_rest = -drive / ring.rates
+        work = 0.5 * np.sum(ring.weights * np.real(shape * at_rest))
+        assert energy.stored_energy(groups, at_rest[None])[0] == pytest.approx(work, rel=1e-9)
+        held = some_state(ring)
+        velocity = np.sum(ring.weights * np.real(shape * ring.rates * held[0]))
+        assert energy.received_power(groups, held, drive[None])[0] == pytest.approx(velocity, rel=1e-7)
 
 
 # -- the choice of a ring ---------------------------------------------------------------------------------------------

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wheeltapper.march import ensemble, gradients, orbits
+    from wheeltapper.march.general.pressing import Pressing
     from wheeltapper.march.general.replay import Modes, Replayed, Works
     from wheeltapper.march.general.task import Marched
     from wheeltapper.march.multibody import MultibodyMarch
@@ -385,6 +386,20 @@ def works_on_rails(found: Marched) -> Works:
     from wheeltapper.march.general.replay import works
 
     return works(found.found, found.end)
+
+
+def pressing_on_rails(found: Marched, contact: int) -> Pressing:
+    """Return a rule for integrals over time with the force of a contact of a general march."""
+    from wheeltapper.march.general.pressing import pressing
+
+    return pressing(found.found, contact, found.end)
+
+
+def joints_on_rails(found: Marched) -> FloatArray:
+    """Return the times between which no force of a general march has a joint, s, from 0 to its end."""
+    from wheeltapper.march.general.pressing import joints
+
+    return joints(found.found, found.end)
 
 
 def deepest_on_rails(found: Marched) -> float:

@@ -1,4 +1,4 @@
-"""The energy balance of a vehicle on rails that give way."""
+"""The energy balance of a vehicle on rails that give way, and of the track."""
 
 from __future__ import annotations
 
@@ -6,8 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.on_rails import LoweredOnRails
+from wheeltapper.lower.track.section import section_of
 from wheeltapper.march import run
+from wheeltapper.record.energy_of_track import track_works
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,33 +23,57 @@ MEANINGS = {
     "dissipated": "energy dissipated in the vehicle's dampers",
     "into_contact": "energy that the contacts took: that of their elastic compression, and what they dissipated",
     "into_track": "energy that the contact forces gave to the track",
+    "track_stored": "change of kinetic and elastic energy of the track, the residual's included",
+    "track_dissipated": "energy dissipated in rail, pads and ballast",
     "work_of_load": "work of load and weight",
     "work_of_irregularity": "work of the irregularity",
-    "imbalance": "what is left of the vehicle's balance",
+    "work_of_traction": "work of what keeps the wheels' speed along the slope of the bent rail",
+    "imbalance": "what is left of the balance",
 }
 
 
-def balance(lowered: LoweredOnRails, march: Marched) -> xr.Dataset:
-    """Return the energy balance of the vehicle over the whole run, in J.
+def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.Dataset:
+    """Return the energy balance of vehicle and track over the whole run, in J.
 
     The vehicle has exchanged energy with loads and contacts; what the contacts took of it, beside the work of the
-    irregularity, is in them or has gone to the track. `relative_imbalance` divides by the energy exchanged: the
-    magnitudes of all works.
+    irregularity, is in them or has gone to the track. Of the track the modes that are kept take their own part of the
+    forces' power, which they store or lose (docs/theory/track.rst, section 13.7). `relative_imbalance` is what is left
+    of both balances over the energy exchanged, the magnitudes of all works; `truncation` is the share of that by which
+    the forces' power on the kept modes differs from force times velocity of the rail.
     """
     import xarray as xr
 
     found, rails = run.works_on_rails(march), lowered.force
     kinetic, elastic = found.ends[1] - found.ends[0]
     taken, path, contact = (float(one.sum()) for one in (found.bodies, found.path, found.contact))
-    imbalance = kinetic + elastic + found.dissipated + taken - found.load
     values = {
         "kinetic": kinetic, "elastic": elastic, "dissipated": found.dissipated, "into_contact": contact,
         "into_track": taken + path - contact, "work_of_load": found.load, "work_of_irregularity": path,
-        "imbalance": imbalance,
+        "imbalance": kinetic + elastic + found.dissipated + taken - found.load,
     }  # fmt: skip
     exchanged = found.dissipated + float(np.abs(found.bodies).sum() + np.abs(found.path).sum()) + abs(found.load)
+    shares = dict[str, tuple[float, str]]()
+    if lowered.modes is not None:
+        of_track = track_works(section_of(scenario.track), lowered, march)
+        values |= {
+            "track_stored": of_track.stored + of_track.residual, "track_dissipated": of_track.lost,
+            "work_of_traction": -of_track.slope,
+        }  # fmt: skip
+        values["imbalance"] += of_track.stored + of_track.lost - of_track.received
+        exchanged += of_track.lost + abs(of_track.slope)
+        missed = of_track.pressed - of_track.received
+        shares["truncation"] = (
+            missed,
+            "force times velocity of the rail, less what the kept modes take, over energy exchanged",
+        )
+    shares["relative_imbalance"] = values["imbalance"], "imbalance over energy exchanged"
     variables = {
-        name: ((), value * rails, {"units": "J", "long_name": MEANINGS[name]}) for name, value in values.items()
+        name: ((), values[name] * rails, {"units": "J", "long_name": meaning})
+        for name, meaning in MEANINGS.items()
+        if name in values
     }
-    share = {"units": "", "long_name": "imbalance over energy exchanged"}
-    return xr.Dataset(variables | {"relative_imbalance": ((), imbalance / max(exchanged, 1e-300), share)})
+    variables |= {
+        name: ((), value / max(exchanged, 1e-300), {"units": "", "long_name": meaning})
+        for name, (value, meaning) in shares.items()
+    }
+    return xr.Dataset(variables)

@@ -66,7 +66,7 @@ class Kind:
     sample
         All variables at rising times (s), in SI units; those of the wheels have the dimension `contact` last.
     integrate
-        Impulse of each contact in each step, (steps, contacts), N s, and the balance of energy.
+        Impulse of each contact in each step, (steps, contacts), N s, and the balance of energy, or what computes it.
     tables
         Tables and attributes of a file that contain the program and the rest of the march.
     read
@@ -83,7 +83,7 @@ class Kind:
     end: Callable[[Any, Any], float]
     free: Callable[[Contacts, Any], NDArray[np.bool_]]
     sample: Callable[[Scenario, Any, Any, FloatArray], Variables]
-    integrate: Callable[[Scenario, Any, Any], tuple[FloatArray, xr.Dataset]]
+    integrate: Callable[[Scenario, Any, Any], tuple[FloatArray, xr.Dataset | Callable[[], xr.Dataset]]]
     tables: Callable[[Any, Any], tuple[dict[str, Any], dict[str, Any]]]
     read: Callable[[Scenario, xr.Dataset], tuple[Any, Any]]
 

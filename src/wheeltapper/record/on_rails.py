@@ -88,10 +88,13 @@ def _sample(scenario: Scenario, lowered: LoweredOnRails, march: Marched, times: 
     return out
 
 
-def _integrate(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tuple[FloatArray, xr.Dataset]:
+def _integrate(
+    scenario: Scenario, lowered: LoweredOnRails, march: Marched
+) -> tuple[FloatArray, Callable[[], xr.Dataset]]:
     from wheeltapper.record.energy_on_rails import balance
 
-    return run.impulses_on_rails(march) * lowered.force, balance(lowered, march)
+    # The balance takes longer than the march: whoever asks for impulses only shall not wait for it.
+    return run.impulses_on_rails(march) * lowered.force, lambda: balance(scenario, lowered, march)
 
 
 def _missing_part(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> float:

@@ -25,6 +25,13 @@ class Pressing(NamedTuple):
     weights: FloatArray
 
 
+def joints(found: Found, end: float) -> FloatArray:
+    """Return the times, s, between which no force of a contact has a joint, from 0 to the end."""
+    rows, last = found.logs.rows, end / found.prepared.grid.seconds
+    edges = np.unique(np.append(rows[:, layout.ROW_STEP] + rows[:, layout.ROW_FROM], last))
+    return edges[edges <= last] * found.prepared.grid.seconds
+
+
 def pressing(found: Found, contact: int, end: float) -> Pressing:
     """Return the rule for a contact from the start up to a time, s."""
     rows, seconds = _rows_until(found, contact, end), found.prepared.grid.seconds
