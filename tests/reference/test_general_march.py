@@ -11,10 +11,12 @@ import wheeltapper as wt
 from tests import rails
 from wheeltapper.lower.build import lower
 from wheeltapper.lower.track import ring as rings
+from wheeltapper.lower.track.energy import ring_forms
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.contract import DEFAULT, STRICT, Bodies, Contact, Law, System
+from wheeltapper.march.general.energy import balance, track_energy
 from wheeltapper.march.general.laws.switch import HUNT_CROSSLEY, LINEAR_LAW
 from wheeltapper.march.general.march import Start, compliance_at, march, shapes_at
 from wheeltapper.march.general.replay import path_heights, replay
@@ -384,3 +386,47 @@ def test_more_parts_than_allowed_end_the_march():
     pieces = rails.pieces_of(lambda x: 0.0 * x, edges)
     found = march(rails.one_wheel(pieces, 20.0), DEFAULT, 0.1)
     assert found.status == layout.CHATTERS
+
+
+# -- energy ------------------------------------------------------------------------------------------------------------
+
+
+def test_the_forms_of_a_ring_give_its_static_energy():
+    section = section_of(wt.tracks.Ballasted.named(ROLLAND))
+    modes = rings.ring_of(section, 20, 5e3)
+    ring, forms = modes.ring, ring_forms(section, modes)
+    inside = np.array([0.1])
+    takes = shapes_at(ring, ring.drive, inside) * rails.LOAD
+    still = -takes / ring.rates
+    deflection = np.real((shapes_at(ring, ring.deflection, inside) * still) @ ring.weights)[0]
+    # Clapeyron: half of force times deflection; by the modes without their missing part, hence one in a thousand
+    assert track_energy(forms, still)[0] == pytest.approx(0.5 * rails.LOAD * deflection, rel=2e-3)
+    a = np.random.default_rng(5).normal(size=(3, len(ring.rates))) + 0j
+    h = 1e-9
+    later, sooner = (track_energy(forms, a * np.exp(s * h * ring.rates)) for s in (1, -1))
+    lost = 0.5 * np.real(
+        np.sum(a.conj() * (a @ forms.lost.T) + a * (a @ forms.lost_symmetric.T), axis=1)
+    )  # fmt: skip
+    assert (sooner - later) / (2.0 * h) == pytest.approx(lost, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_the_track_gets_what_the_contact_gives():
+    section = section_of(wt.tracks.Ballasted.named(ROLLAND))
+    forms = ring_forms(section, rings.ring_of(section, 80, 5e3))
+    for method, most in ((STRICT, 1e-8), (DEFAULT, 1e-5)):
+        found = finished(rails.flat_60mm(), method, 0.306)
+        told = balance(found, forms, 0.2975, 0.305)
+        assert told.exchanged > 10.0
+        assert abs(told.imbalance) < most * told.exchanged
+        assert abs(told.truncation) < 0.03 * told.exchanged
+        assert told.local_given == pytest.approx(told.local + told.local_changed, rel=1e-12)
+
+
+def test_a_law_with_losses_loses_contact_on_a_track_as_with_finer_steps():
+    law = Law(HUNT_CROSSLEY, np.array([9.4125e10, 0.1]))
+    system = rails.one_wheel(rails.wave(200e-6, 0.05, 0.6), 30.0, rails.ring(ZHAI), law)
+    found, finer = (finished(system, method, 0.06) for method in (DEFAULT, DEFAULT._replace(step=1e-4)))
+    assert kinds(found) == kinds(finer)
+    assert kinds(found).count("loss") > 15
+    assert found.events[:, 0] == pytest.approx(finer.events[:, 0], abs=1e-7, rel=0)
