@@ -11,12 +11,10 @@ import wheeltapper as wt
 from tests import rails
 from wheeltapper.lower.build import lower
 from wheeltapper.lower.track import ring as rings
-from wheeltapper.lower.track.energy import ring_forms
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.contract import DEFAULT, STRICT, Bodies, Contact, Law, System
-from wheeltapper.march.general.energy import balance, track_energy
 from wheeltapper.march.general.laws.switch import HUNT_CROSSLEY, LINEAR_LAW
 from wheeltapper.march.general.march import Start, compliance_at, march, shapes_at
 from wheeltapper.march.general.replay import path_heights, replay
@@ -388,41 +386,6 @@ def test_more_parts_than_allowed_end_the_march():
     assert found.status == layout.CHATTERS
 
 
-# -- energy ------------------------------------------------------------------------------------------------------------
-
-
-def test_the_forms_of_a_ring_give_its_static_energy():
-    section = section_of(wt.tracks.Ballasted.named(ROLLAND))
-    modes = rings.ring_of(section, 20, 5e3)
-    ring, forms = modes.ring, ring_forms(section, modes)
-    inside = np.array([0.1])
-    takes = shapes_at(ring, ring.drive, inside) * rails.LOAD
-    still = -takes / ring.rates
-    deflection = np.real((shapes_at(ring, ring.deflection, inside) * still) @ ring.weights)[0]
-    # Clapeyron: half of force times deflection; by the modes without their missing part, hence one in a thousand
-    assert track_energy(forms, still)[0] == pytest.approx(0.5 * rails.LOAD * deflection, rel=2e-3)
-    a = np.random.default_rng(5).normal(size=(3, len(ring.rates))) + 0j
-    h = 1e-9
-    later, sooner = (track_energy(forms, a * np.exp(s * h * ring.rates)) for s in (1, -1))
-    lost = 0.5 * np.real(
-        np.sum(a.conj() * (a @ forms.lost.T) + a * (a @ forms.lost_symmetric.T), axis=1)
-    )  # fmt: skip
-    assert (sooner - later) / (2.0 * h) == pytest.approx(lost, rel=1e-6)
-
-
-@pytest.mark.slow
-def test_the_track_gets_what_the_contact_gives():
-    section = section_of(wt.tracks.Ballasted.named(ROLLAND))
-    forms = ring_forms(section, rings.ring_of(section, 80, 5e3))
-    for method, most in ((STRICT, 1e-8), (DEFAULT, 1e-5)):
-        found = finished(rails.flat_60mm(), method, 0.306)
-        told = balance(found, forms, 0.2975, 0.305)
-        assert told.exchanged > 10.0
-        assert abs(told.imbalance) < most * told.exchanged
-        assert abs(told.truncation) < 0.03 * told.exchanged
-        assert told.local_given == pytest.approx(told.local + told.local_changed, rel=1e-12)
-
-
 def test_a_law_with_losses_loses_contact_on_a_track_as_with_finer_steps():
     law = Law(HUNT_CROSSLEY, np.array([9.4125e10, 0.1]))
     system = rails.one_wheel(rails.wave(200e-6, 0.05, 0.6), 30.0, rails.ring(ZHAI), law)
@@ -430,3 +393,46 @@ def test_a_law_with_losses_loses_contact_on_a_track_as_with_finer_steps():
     assert kinds(found) == kinds(finer)
     assert kinds(found).count("loss") > 15
     assert found.events[:, 0] == pytest.approx(finer.events[:, 0], abs=1e-7, rel=0)
+
+
+# -- speed zero, and corners -------------------------------------------------------------------------------------------
+
+
+def test_wheels_that_stand_stay_at_rest_and_a_dropped_one_strikes_the_track():
+    contacts = tuple(Contact(rails.level(), rails.HERTZIAN, x) for x in (0.25, -2.31))
+    system = System(rails.free_wheels(2), contacts, 0.0, rails.ring(ROLLAND))
+    still = finished(system, DEFAULT, 0.05)
+    assert len(still.events) == len(still.peaks) == 0
+    seen = replay(still, np.array([0.0, 0.021, 0.05]))
+    assert seen.force == pytest.approx(rails.LOAD, rel=1e-6)
+    assert seen.displacement == pytest.approx(0.0, abs=1e-11)
+    rest = still.prepared.start
+    dropped = rest._replace(bodies=np.array([-1e-3, 0.0, 0.0, 0.0]))
+    found = finished(system, DEFAULT, 0.02, start=dropped)
+    slow = System(system.bodies, contacts, 2.0, system.ring)
+    moving = finished(slow, DEFAULT._replace(nodes=12), 0.02, start=dropped)
+    assert kinds(found) == kinds(moving) == ["impact"]
+    assert found.events[:, 0] == pytest.approx(moving.events[:, 0], rel=2e-3)
+    assert found.peaks[:, 1].max() == pytest.approx(moving.peaks[:, 1].max(), rel=2e-2)
+
+
+def test_maxima_at_corners_are_told():
+    height, k = 1e-4, 0.5
+    rows = rails.pieces_of(lambda x: height * (1.0 - np.abs(x - k) / 0.05), np.array([0.45, 0.5, 0.55]), (0.45, 0.5))
+    rows[-1, contract.JOIN] = contract.KINK
+    found = finished(rails.one_wheel(rows, 10.0), DEFAULT, 0.08)
+    corners = found.peaks[found.peaks[:, 3] == 1.0]
+    assert len(corners) < len(found.peaks)
+    assert np.abs(10.0 * corners[:, 0, None] - np.array([0.45, 0.5, 0.55])).min(axis=1) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_wheel_that_creeps_is_refused_before_memory_is_full():
+    with pytest.raises(ValueError, match=r"below 0\.25 m/s"):
+        march(rails.one_wheel(rails.level(), 0.1, rails.ring(ROLLAND)), DEFAULT, 1e-3)
+
+
+def test_steps_follow_the_fastest_mode():
+    fast = rails.ring(ROLLAND, 20, 12e3)
+    found = march(rails.one_wheel(rails.level(), 20.0, fast), DEFAULT, 1e-3)
+    assert found.prepared.grid.seconds * np.abs(fast.rates).max() < 6.4
+    assert march(rails.flat_60mm(), DEFAULT, 1e-3).prepared.grid.seconds == pytest.approx(2e-4)

@@ -244,6 +244,8 @@ def _modes(found: Found, step: IntArray, theta: FloatArray, shares: FloatArray) 
 def _bay(prepared: Prepared, contact: int, step: int) -> int:
     """Return the bay of a contact in a macro step."""
     tables = prepared.tables
+    if prepared.grid.stride == 0.0:
+        return int(tables.bay[contact])
     return int(tables.bay[contact] + (tables.phase[contact] + step) // tables.matrices.shape[1])
 
 
