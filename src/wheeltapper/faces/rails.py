@@ -26,7 +26,7 @@ def draw_on_rails(record: Record) -> Figure:
     history = history_with_events(record)
     bends = FLEXIBLE_TRACK in record.scenario.needs
     figure = Figure(figsize=(8.0, 8.0 if bends else 3.5))
-    axes = np.atleast_1d(figure.subplots(3 if bends else 1, 1, sharex=True))
+    axes = figure.subplots(3 if bends else 1, 1, sharex=True, squeeze=False)[:, 0]
     _draw_each(axes[0], history, history.normal_force / 1e3, "normal force [kN]")
     if bends:
         _draw_each(axes[1], history, 1e3 * history.rail_displacement, "rail under the wheel [mm]")
