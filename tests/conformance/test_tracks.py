@@ -49,7 +49,8 @@ def test_tracks_give_different_answers():
 def test_at_rest_nothing_moves(name):
     track = SAMPLES[name]
     history = wt.simulate(scene(track, height=0.0, speed=0.0 if gives_way(track) else 8.0)).history(1e4)
-    np.testing.assert_allclose(history.wheel_acceleration, 0.0, atol=1e-8)
+    rounding = 2e-5 if gives_way(track) else 1e-8  # the modes' tables have single precision: 1e-7 of the static force
+    np.testing.assert_allclose(history.wheel_acceleration, 0.0, atol=rounding)
 
 
 @pytest.mark.parametrize("name", SAMPLES)

@@ -386,3 +386,55 @@ def test_more_parts_than_allowed_end_the_march():
     pieces = rails.pieces_of(lambda x: 0.0 * x, edges)
     found = march(rails.one_wheel(pieces, 20.0), DEFAULT, 0.1)
     assert found.status == layout.CHATTERS
+
+
+def test_a_law_with_losses_loses_contact_on_a_track_as_with_finer_steps():
+    law = Law(HUNT_CROSSLEY, np.array([9.4125e10, 0.1]))
+    system = rails.one_wheel(rails.wave(200e-6, 0.05, 0.6), 30.0, rails.ring(ZHAI), law)
+    found, finer = (finished(system, method, 0.06) for method in (DEFAULT, DEFAULT._replace(step=1e-4)))
+    assert kinds(found) == kinds(finer)
+    assert kinds(found).count("loss") > 15
+    assert found.events[:, 0] == pytest.approx(finer.events[:, 0], abs=1e-7, rel=0)
+
+
+# -- speed zero, and corners -------------------------------------------------------------------------------------------
+
+
+def test_wheels_that_stand_stay_at_rest_and_a_dropped_one_strikes_the_track():
+    contacts = tuple(Contact(rails.level(), rails.HERTZIAN, x) for x in (0.25, -2.31))
+    system = System(rails.free_wheels(2), contacts, 0.0, rails.ring(ROLLAND))
+    still = finished(system, DEFAULT, 0.05)
+    assert len(still.events) == len(still.peaks) == 0
+    seen = replay(still, np.array([0.0, 0.021, 0.05]))
+    assert seen.force == pytest.approx(rails.LOAD, rel=1e-6)
+    assert seen.displacement == pytest.approx(0.0, abs=1e-11)
+    rest = still.prepared.start
+    dropped = rest._replace(bodies=np.array([-1e-3, 0.0, 0.0, 0.0]))
+    found = finished(system, DEFAULT, 0.02, start=dropped)
+    slow = System(system.bodies, contacts, 2.0, system.ring)
+    moving = finished(slow, DEFAULT._replace(nodes=12), 0.02, start=dropped)
+    assert kinds(found) == kinds(moving) == ["impact"]
+    assert found.events[:, 0] == pytest.approx(moving.events[:, 0], rel=2e-3)
+    assert found.peaks[:, 1].max() == pytest.approx(moving.peaks[:, 1].max(), rel=2e-2)
+
+
+def test_maxima_at_corners_are_told():
+    height, k = 1e-4, 0.5
+    rows = rails.pieces_of(lambda x: height * (1.0 - np.abs(x - k) / 0.05), np.array([0.45, 0.5, 0.55]), (0.45, 0.5))
+    rows[-1, contract.JOIN] = contract.KINK
+    found = finished(rails.one_wheel(rows, 10.0), DEFAULT, 0.08)
+    corners = found.peaks[found.peaks[:, 3] == 1.0]
+    assert len(corners) < len(found.peaks)
+    assert np.abs(10.0 * corners[:, 0, None] - np.array([0.45, 0.5, 0.55])).min(axis=1) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_wheel_that_creeps_is_refused_before_memory_is_full():
+    with pytest.raises(ValueError, match=r"below 0\.25 m/s"):
+        march(rails.one_wheel(rails.level(), 0.1, rails.ring(ROLLAND)), DEFAULT, 1e-3)
+
+
+def test_steps_follow_the_fastest_mode():
+    fast = rails.ring(ROLLAND, 20, 12e3)
+    found = march(rails.one_wheel(rails.level(), 20.0, fast), DEFAULT, 1e-3)
+    assert found.prepared.grid.seconds * np.abs(fast.rates).max() < 6.4
+    assert march(rails.flat_60mm(), DEFAULT, 1e-3).prepared.grid.seconds == pytest.approx(2e-4)

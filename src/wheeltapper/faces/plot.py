@@ -17,13 +17,14 @@ from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
 from wheeltapper.faces.orbits import DRAWN, draw_orbit, draw_traces, is_traces
 from wheeltapper.faces.panels import RED, legend_above
+from wheeltapper.faces.rails import draw_on_rails
 from wheeltapper.faces.results import draw_comfort, draw_force, draw_modes, draw_recording, draw_records
 from wheeltapper.faces.tracks import TRACKS
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon, history_with_events
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.arguments import as_count, as_list, as_path
 from wheeltapper.ground.errors import InputError, value_text
-from wheeltapper.ground.needs import SEVERAL_BODIES
+from wheeltapper.ground.needs import BOGIE, FLEXIBLE_TRACK, SEVERAL_BODIES, WHEELSETS
 from wheeltapper.record.labels import CHART_TITLE, WEAR_TITLE
 from wheeltapper.record.record import Record
 from wheeltapper.record.recording import Recording
@@ -102,6 +103,8 @@ def plot(
             figure = draw_wagon(what) if against is None else draw_comparison(what, against, wheelset)
         elif against is not None:
             raise InputError("", "against", "a record to draw over", "None, unless `what` is the record of a wagon")
+        elif isinstance(what, Record) and what.scenario.needs & {FLEXIBLE_TRACK, WHEELSETS, BOGIE}:
+            figure = draw_on_rails(what)
         elif isinstance(what, Record):
             figure = _drawn_figure(what)
         elif isinstance(what, Marks):

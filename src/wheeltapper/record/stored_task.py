@@ -175,7 +175,7 @@ def _march_of(data: xr.Dataset, task: general.Task) -> Marched:
         stored.rising(name, rows[:, contract.EVENT_TIME], task.duration)
         check_whole(name, rows[:, contract.EVENT_CONTACT], 0, contacts - 1)
     check_whole("march_events", events[:, contract.EVENT_KIND], contract.LOSS, contract.IMPACT)
-    found = Found(prepared, stored.status_of(data), steps, events, np.empty((0, 3)), logs)
+    found = Found(prepared, stored.status_of(data), steps, events, np.empty((0, 4)), logs)
     return marched_of(task, found)._replace(peaks=peaks)
 
 

@@ -45,7 +45,8 @@ def gauss_nodes(count: int) -> Nodes:
     return Nodes(
         places, weights, values, transform, np.asarray(0.5 * integrated @ transform), end, end_slope, end_bend,
         _inverse(bernstein_values(places, count - 1)), _inverse(bernstein_values(ends, count + 1)),
-        np.asarray(derived @ _inverse(scaled)), later,
+        np.asarray(derived @ _inverse(scaled)), np.pad(derived[:, :count] @ transform, ((0, 0), (1, 0))),
+        _inverse(scaled).sum(axis=0), later,
     )  # fmt: skip
 
 

@@ -272,10 +272,7 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
         if local.released(n, site.law, room):
             return layout.WOULD_PULL, theta
         log_row(step, i, theta, to, how, origin, span, s0, s1, n, room.N, rows, counts)
-        total = 0.0
-        for k in range(n):
-            total += nodes.end[k] * room.delta[k]
-        place[layout.BEGAN] = total
+        place[layout.BEGAN] = local.end_indentation(n, nodes, place[layout.BEGAN], site.seconds, room)
         return contract.RUNNING, to
     return layout.UNSOLVED, theta
 

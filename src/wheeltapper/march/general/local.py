@@ -24,6 +24,8 @@ from wheeltapper.march.program import FloatArray
 MOST_ITERATIONS = 30
 KEEPS_MATRIX = 1e-2
 """Corrections smaller than this, in static indentations, keep the matrix of the one before."""
+SHORT_LAG = 0.05
+"""Lag of a rate-dependent indentation, over a part, below which it is not resolved."""
 RELEASED_DEPTH = 1e-6
 """Indentation above which such a law's force should not be zero."""
 STAGNANT = 1e-11
@@ -139,16 +141,36 @@ def _jacobian(n: int, slopes: FloatArray, seconds: float, rated: bool, room: Roo
 
 
 @inlined_kernel
+def lag(n: int, seconds: float, room: Room) -> float:
+    """Return the time in which a rate-dependent indentation follows the gap, over the part's length.
+
+    Under a local compliance r such a law makes the indentation a state of its own, which follows the gap with the lag
+    r·∂N/∂δ'. A short lag is not resolved: then the indentation is the one that follows smoothly.
+    """
+    most = 0.0
+    for k in range(n):
+        most = max(most, room.r[k] * room.viscous[k] / (room.pace[k] * seconds))
+    return most
+
+
+@inlined_kernel
 def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: float, seconds: float, tolerance: float, room: Room) -> bool:  # fmt: skip  # noqa: E501
     """Solve δ + r·N + K·N = d for the indentations, from those in `room.delta`; return False if that fails.
 
     K holds the structure's answer and the integration. In the end N is the force of δ.
     """
     rated = law[LAW_RATED] != 0.0
+    slopes = nodes.slopes
+    if rated:
+        for k in range(n):
+            room.rate[k] = 0.0
+        forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
+        if 0.0 < lag(n, seconds, room) < SHORT_LAG:
+            slopes = nodes.own_slopes
     size = TOO_FAR
     for turn in range(MOST_ITERATIONS):
         if rated:
-            _rates(n, nodes.slopes, began, seconds, room)
+            _rates(n, slopes, began, seconds, room)
         forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
         for i in range(n):
             total = room.d[i] - room.delta[i] - room.r[i] * room.N[i]
@@ -156,7 +178,7 @@ def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: floa
                 total -= room.K[i, j] * room.N[j]
             room.F[i] = total
         if turn == 0 or size > KEEPS_MATRIX:
-            _jacobian(n, nodes.slopes, seconds, rated, room)
+            _jacobian(n, slopes, seconds, rated, room)
             factorise(room.J, n)
         solve_factorised(room.J, n, room.F)
         before = size
@@ -169,7 +191,7 @@ def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: floa
         converged = size < tolerance or (size < KEEPS_MATRIX and size * size < tolerance * before)
         if converged or (size < STAGNANT and size >= 0.5 * before):
             if rated:
-                _rates(n, nodes.slopes, began, seconds, room)
+                _rates(n, slopes, began, seconds, room)
             forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
             return True
     return False
@@ -237,6 +259,20 @@ def tail_of(nodes: Nodes, N: FloatArray) -> float:
         last += nodes.transform[n - 1, k] * N[k]
         other += nodes.transform[n - 2, k] * N[k]
     return abs(last) + abs(other)
+
+
+@inlined_kernel
+def end_indentation(n: int, nodes: Nodes, began: float, seconds: float, room: Room) -> float:
+    """Return the indentation at a part's end, by the polynomial that the rates at the nodes were taken from."""
+    total = 0.0
+    if lag(n, seconds, room) < SHORT_LAG:
+        for k in range(n):
+            total += nodes.end[k] * room.delta[k]
+        return total
+    total = nodes.reach[layout.BEGIN] * began
+    for k in range(n):
+        total += nodes.reach[k + 1] * room.delta[k]
+    return total
 
 
 @inlined_kernel

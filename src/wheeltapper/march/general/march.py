@@ -67,7 +67,7 @@ class Found(NamedTuple):
     events
         (events, 4): time in s, LOSS or IMPACT, rate of indentation in m/s, contact.
     peaks
-        Maxima of a force, (peaks, 3): time in s, force in N, contact.
+        Maxima of a force, (peaks, 4): time in s, force in N, contact, and 1 where the path has a kink or jump there.
     logs
         For what is asked later; complete macro steps only.
     """
@@ -420,11 +420,33 @@ def _found(prepared: Prepared, status: int, steps: int, duration: float, logs: L
         logs.events[:, layout.EVENT_CONTACT_IS],
     ])  # fmt: skip
     tops = (logs.peaks[:, layout.MAXIMUM_STEP] + logs.peaks[:, layout.MAXIMUM_PART]) * seconds
+    contact = logs.peaks[:, layout.MAXIMUM_CONTACT]
     peaks = np.column_stack([
-        tops, logs.peaks[:, layout.MAXIMUM_FORCE] * units.force, logs.peaks[:, layout.MAXIMUM_CONTACT]
+        tops, logs.peaks[:, layout.MAXIMUM_FORCE] * units.force, contact, _at_corners(prepared, tops, contact)
     ])  # fmt: skip
     events, peaks = events[times <= duration], peaks[tops <= duration]
     return Found(
         prepared, status, steps, events[np.argsort(events[:, 0], kind="stable")],
         peaks[np.argsort(peaks[:, 0], kind="stable")], logs,
     )  # fmt: skip
+
+
+AT_CORNER = 1e-9
+"""Share of a macro step within which a maximum is at a corner of the path; parts of the march end there exactly."""
+
+
+def _at_corners(prepared: Prepared, times: FloatArray, contact: FloatArray) -> FloatArray:
+    """Return 1 for the maxima that are at a kink or jump of their contact's path."""
+    corner, stride = np.zeros(len(times)), prepared.grid.stride
+    for i, one in enumerate(prepared.system.contacts):
+        pieces, own = one.pieces, np.flatnonzero(contact == i)
+        hard = pieces[1:][pieces[1:, numbers.JOIN] != numbers.SOFT, numbers.START]
+        x = one.start + prepared.system.speed * times[own]
+        if one.loop < len(pieces):
+            begin, end = pieces[one.loop, numbers.START], pieces[-1, numbers.STOP]
+            x = np.where(x >= end - AT_CORNER * stride, begin + np.mod(x - begin, end - begin), x)
+            hard = np.append(hard, [begin, end]) if one.join != numbers.SOFT else hard
+        if len(hard):
+            away = np.abs(x[:, None] - hard).min(axis=1)
+            corner[own] = away <= AT_CORNER * stride + 1e-14 * np.abs(x)
+    return corner

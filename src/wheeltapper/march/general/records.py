@@ -28,6 +28,10 @@ class Nodes(NamedTuple):
         From the value at 0, the values at the nodes and the value at 1 to Bernstein coefficients, (n + 2, n + 2).
     slopes
         From the value at 0 and the values at the nodes to the derivative at the nodes, (n, n + 1).
+    own_slopes
+        The same from the nodes alone: the first column is zero.
+    reach
+        From the value at 0 and the values at the nodes to the value at 1, (n + 1,).
     ahead
         From values to those of the same polynomial, without what is above its third degree, one interval later.
     """
@@ -43,6 +47,8 @@ class Nodes(NamedTuple):
     bernstein: FloatArray
     ended: FloatArray
     slopes: FloatArray
+    own_slopes: FloatArray
+    reach: FloatArray
     ahead: FloatArray
 
 

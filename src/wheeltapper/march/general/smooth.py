@@ -80,7 +80,7 @@ def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin:
         for k in range(q):
             total += macro.weights[k] * room.N[k] * macro.values[k, m]
         room.moments[m] = total
-    place[layout.BEGAN] = end
+    place[layout.BEGAN] = local.end_indentation(q, macro, place[layout.BEGAN], site.seconds, room)
     for k in range(q):
         guess[k] = room.delta[k]
     log_row(step, i, 0.0, 1.0, layout.EVENLY, 0.0, 1.0, 0.0, 1.0, q, room.N, rows, counts)

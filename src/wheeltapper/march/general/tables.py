@@ -26,7 +26,11 @@ class Units(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Macro steps: their length in s and m, places in a bay, and each contact's first place, in steps from a seat."""
+    """Macro steps: their length in s and m, places in a bay, and where each contact begins.
+
+    That is `whole` steps from a seat and `part` m more. At speed zero each contact has one place, and `whole` counts
+    bays.
+    """
 
     seconds: float
     stride: float
@@ -37,26 +41,45 @@ class Grid(NamedTuple):
 
 SAME_PHASE = 1e-6
 """Parts of a step; contacts no farther from a multiple of the step share tables."""
+MOST_PHASES = 12_000
+"""Places in a bay; with 337 modes their tables take some 2 GB while they are made."""
 FEW_MODES = 32
 """So few gain nothing from single precision."""
 DEEPER_SEARCH = 1.15
 """Steps may be shorter by this factor for the sake of shared tables."""
 
 
+def longest_step(ring: Ring | None, method: Method) -> float:
+    """Return the longest macro step, s, over which the nodes resolve the fastest mode.
+
+    For |λ|·H = π/2·(q - 6) the error of q nodes is some 1e-6 in that mode alone.
+    """
+    fastest = np.abs(ring.rates).max(initial=0.0) if ring is not None else 0.0
+    return min(method.step, 1.001 * 0.5 * np.pi * (method.nodes - 6) / max(fastest, 1e-300))
+
+
 def grid_of(system: System, method: Method) -> Grid:
     """Choose the macro steps."""
     places = np.array([contact.position for contact in system.contacts])
+    seconds = longest_step(system.ring, method)
     if system.ring is None:
         none = np.zeros(len(places))
-        return Grid(method.step, system.speed * method.step, 1, none.astype(np.int64), none)
+        return Grid(seconds, system.speed * seconds, 1, none.astype(np.int64), none)
     spacing = system.ring.spacing
-    least = max(1, ceil(spacing / (system.speed * method.step) - 1e-9))
+    if system.speed == 0.0:
+        bays = np.floor(places / spacing + SAME_PHASE)
+        return Grid(seconds, 0.0, 1, bays.astype(np.int64), np.maximum(places - bays * spacing, 0.0))
+    least = max(1, ceil(spacing / (system.speed * seconds) - 1e-9))
+    if least > MOST_PHASES:
+        slowest = spacing / (MOST_PHASES * seconds)
+        raise ValueError(f"tables of the track take too much memory below {slowest:.2g} m/s; a wheel may stand still")
     tried = [_placed(places, spacing, n) for n in range(least, int(least * DEEPER_SEARCH) + 2)]
     kinds = [len(np.unique(np.round(part / SAME_PHASE))) + (np.abs(part).max() > SAME_PHASE) for _, part in tried]
     best = int(np.argmin(kinds))
     phases = least + best
     whole, part = tried[best]
-    return Grid(spacing / phases / system.speed, spacing / phases, phases, whole, part)
+    stride = spacing / phases
+    return Grid(stride / system.speed, stride, phases, whole, part * stride)
 
 
 def _placed(places: FloatArray, spacing: float, phases: int) -> tuple[IntArray, FloatArray]:
@@ -144,9 +167,9 @@ class _RingTables(NamedTuple):
 
 def _ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: Nodes) -> _RingTables:
     q = len(nodes.places)
-    x = grid.stride * (np.arange(grid.phases)[:, None] + part + nodes.places).ravel()
-    x = np.where(x >= ring.spacing, x - ring.spacing, x)  # beyond the last phase's end: turned below
-    over = grid.stride * (np.arange(grid.phases)[:, None] + part + nodes.places) >= ring.spacing
+    along = part + grid.stride * (np.arange(grid.phases)[:, None] + nodes.places)
+    over = along >= ring.spacing  # behind the last phase's end: turned below
+    x = np.where(over, along - ring.spacing, along).ravel()
     growth = np.exp(np.multiply.outer(nodes.places * grid.seconds, ring.rates[order]))
     shape = (grid.phases, q, len(order))
     shows = _at_places(ring.deflection[:, :, order], ring.edges, x).reshape(shape)
@@ -160,17 +183,32 @@ def _ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: No
     return _RingTables(shows, takes, residual)
 
 
+def _sets(ring: Ring, order: IntArray, grid: Grid, nodes: Nodes) -> list[_RingTables]:
+    """Return all sets of tables; at speed zero those of each contact, as seen from the bay of the first one."""
+    if grid.stride > 0.0:
+        return [_ring_tables(ring, order, grid, part, nodes) for part in _parts_of(grid)[0]]
+    made = []
+    for bay, part in zip(grid.whole, grid.part, strict=True):
+        one = _ring_tables(ring, order, grid, part, nodes)
+        turn = np.exp(1j * np.angle(ring.turns[order]) * (bay - grid.whole[0]))
+        made.append(_RingTables(one.shows * turn, one.takes / turn, one.residual))
+    return made
+
+
 def driven_nodes(ring: Ring, order: IntArray, grid: Grid, nodes: Nodes) -> list[ComplexArray]:
     """Return for each set of tables what a force at each node gives the modes, (phases, q, modes), per N.
 
     As seen from the macro step's start: exp(λt) times it is what is there at a later time.
     """
-    return [_ring_tables(ring, order, grid, part, nodes).takes for part in _parts_of(grid)[0]]
+    return [one.takes for one in _sets(ring, order, grid, nodes)]
 
 
 def _parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
-    """Return the different parts of a step at which contacts begin, and which of them each contact has."""
-    parts, sets = np.unique(np.round(grid.part / SAME_PHASE) * SAME_PHASE, return_inverse=True)
+    """Return the different parts of a step at which contacts begin, m, and which of them each contact has."""
+    if grid.stride == 0.0:
+        return grid.part, np.arange(len(grid.part))
+    same = SAME_PHASE * grid.stride
+    parts, sets = np.unique(np.round(grid.part / same) * same, return_inverse=True)
     return parts, sets.astype(np.int64)
 
 
@@ -186,17 +224,19 @@ def build(system: System, method: Method, units: Units) -> tuple[Grid, Tables]:
     nodes = gauss_nodes(method.nodes)
     q, contacts = method.nodes, len(system.contacts)
     grid = grid_of(system, method)
-    parts, sets = _parts_of(grid)
+    sets = _parts_of(grid)[1]
     scale = units.force / units.length
     states = states_of(system.bodies)
     g = np.zeros((contacts, contacts, grid.phases, q, q))
     residual = np.zeros((contacts, grid.phases, q))
     modal = _no_modes(q, grid.phases)
     phase, bay = grid.whole % grid.phases, grid.whole // grid.phases
+    if grid.stride == 0.0:
+        bay = np.full_like(bay, bay[0])
     if system.ring is not None:
         ring = system.ring
         order = np.argsort(np.abs(ring.rates), kind="stable")
-        made = [_ring_tables(ring, order, grid, part, nodes) for part in parts]
+        made = _sets(ring, order, grid, nodes)
         modal = _modal_tables(ring, order, grid, made, nodes, method, units)
         _ring_kernels(ring, order, made, sets, phase, bay, g, residual)
     _body_kernels(states, grid, nodes, g)
@@ -245,6 +285,8 @@ def _modal_tables(
         taken = np.tensordot(nodes.transform, one.takes * decay, (1, 1)).swapaxes(0, 1)
         writes[i] = _split(taken * units.force, 1.0)
     turns = np.exp(1j * np.multiply.outer(np.arange(ring.bays), np.angle(ring.turns[order])))
+    if grid.stride == 0.0:  # nobody enters another bay
+        turns = np.ones((1, len(order)), dtype=complex)
     return _ModalTables(reads, writes, first, np.stack([decay.real, decay.imag]), _split(turns, 1.0))
 
 

@@ -69,7 +69,7 @@ def marched_of(task: Task, found: Found) -> Marched:
     begins = np.concatenate([[0.0], found.events[:, contract.EVENT_TIME]])
     free = np.stack([_free(found.events, contact) for contact in range(len(task.system.contacts))], axis=1)
     peaks = np.zeros((len(found.peaks), contract.PEAK_COLUMNS))
-    peaks[:, [contract.PEAK_TIME, contract.PEAK_FORCE, contract.PEAK_CONTACT]] = found.peaks
+    peaks[:, [contract.PEAK_TIME, contract.PEAK_FORCE, contract.PEAK_CONTACT, contract.PEAK_CORNER]] = found.peaks
     steps = np.column_stack([begins, np.diff(begins, append=end)])
     return Marched(found.status, steps, free, found.events, peaks, end, found)
 
