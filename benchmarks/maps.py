@@ -38,10 +38,10 @@ import wheeltapper as wt
 from wheeltapper.ask.sensitivity import turns_of
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import LoweredCells
+from wheeltapper.march import gradients
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import core_count
 from wheeltapper.march.ensemble import Marched, march_all, march_in_lanes, march_one_by_one
-from wheeltapper.march.gradients import march_block
 
 CASE = CASES["bump"]
 FEATURES = [wt.features.impact_interval(2, 3), wt.features.force_ratio(1, 2)]
@@ -311,7 +311,7 @@ def marches_of(name: str, base: wt.Scenario, values: dict[str, FloatArray]) -> d
     }
     for count in PARAMETER_COUNTS:
         turned = turns_of(many, [many.direction_along(path) for path in parameters[:count]])
-        found[str(count)] = lambda turned=turned: march_block(*turned)  # type: ignore[misc]
+        found[str(count)] = lambda turned=turned: gradients.march_all(*turned, 1, lambda *found: None)  # type: ignore[misc]
     return found
 
 
