@@ -2,6 +2,7 @@
 
     uv run --group peers python benchmarks/maps.py [--side 256] [--samples 64] [--rounds 3] [--scaling]
     uv run python benchmarks/maps.py --models [--side 64]  # what the models cost, without peers
+    uv run python benchmarks/maps.py --gradients [--side 32]  # what their derivatives cost, without peers
 
 A map of two features over (c, m), each run stopped at its third landing: the time between the second and the third
 impact, and the ratio of the force maxima after the first and the second. The peers compute a sample of the cells,
@@ -9,7 +10,8 @@ spread over the map, in as many processes as there are cores; their times are ex
 code is the largest relative difference of a feature on its sample to our strict method, whose series has another order.
 
 The same map with other models is compared with the fastest one, a point follower with a given contact constant: the
-circle, the computed constant, a floating deck; over the bump and over a corrugation.
+circle, the computed constant, a floating deck; over the bump and over a corrugation. The march of these models with
+derivatives is compared with the march without them, in lanes and one by one, for 1, 2 and 4 parameters.
 
 diffrax finds no landings: it marches all cells to the time of the map's last third landing, and its error is that of
 the last state, against heyoka at round-off.
@@ -18,7 +20,7 @@ the last state, against heyoka at round-off.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import inf
@@ -33,10 +35,13 @@ from problems import CASES, Case, FloatArray, IntArray, Outcome, largest_end_err
 from workers import Code, Workers
 
 import wheeltapper as wt
+from wheeltapper.ask.sensitivity import turns_of
+from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import LoweredCells
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import core_count
-from wheeltapper.march.ensemble import Marched, march_all, march_in_lanes
+from wheeltapper.march.ensemble import Marched, march_all, march_in_lanes, march_one_by_one
+from wheeltapper.march.gradients import march_block
 
 CASE = CASES["bump"]
 FEATURES = [wt.features.impact_interval(2, 3), wt.features.force_ratio(1, 2)]
@@ -52,6 +57,7 @@ MORE = 16
 """How many times as many cells the compiled codes compute."""
 LARGEST_SIDE = 64
 """Cells along each axis with which the models are compared: a corrugation takes a millisecond a cell."""
+PARAMETER_COUNTS = (1, 2, 4)
 CALLS = 3
 """Calls of our own code in one round."""
 
@@ -287,6 +293,46 @@ def compare_models(side: int, rounds: int) -> dict[str, dict[str, float]]:
     return found
 
 
+def parameters_of(name: str) -> tuple[str, ...]:
+    """Return the parameters by which a model is differentiated: two of the vehicle, two of the irregularity."""
+    shape = ("amplitude", "wavelength") if name.startswith("corrugation") else ("height", "length")
+    return "vehicle.damping", "vehicle.mass", *(f"irregularity.0.{field}" for field in shape)
+
+
+def marches_of(name: str, base: wt.Scenario, values: dict[str, FloatArray]) -> dict[str, Callable[[], Any]]:
+    """Return the marches of a model's cells: in lanes, one by one, and with 1, 2 and 4 parameters."""
+    parameters = parameters_of(name)
+    fixed = {path: np.full(len(values["vehicle.mass"]), Fields(base)(path)) for path in parameters[2:]}
+    many = LoweredCells(base, values | fixed)
+    many.cells.numbers[:, contract.LAST_IMPACT] = LANDINGS
+    found: dict[str, Callable[[], Any]] = {
+        "lanes": lambda: march_in_lanes(many.cells),
+        "alone": lambda: march_one_by_one(many.cells),
+    }
+    for count in PARAMETER_COUNTS:
+        turned = turns_of(many, [many.direction_along(path) for path in parameters[:count]])
+        found[str(count)] = lambda turned=turned: march_block(*turned)  # type: ignore[misc]
+    return found
+
+
+def compare_gradients(side: int, rounds: int) -> dict[str, dict[str, float]]:
+    """Measure the march of each model with derivatives on one thread, interleaved; print and return the times."""
+    values = Map(side).values
+    marches = {name: marches_of(name, base, values) for name, (base, _) in models().items()}
+    times = {(name, way): inf for name, ways in marches.items() for way in ways}
+    for _ in range(rounds + 1):  # the first one compiles
+        for (name, way), best in times.items():
+            times[name, way] = min(best, shortest(marches[name][way], 1))
+    found = {name: {way: 1e6 * times[name, way] / side**2 for way in ways} for name, ways in marches.items()}
+    print(f"\nthe march of {side} x {side} cells on one thread: us a cell in lanes; multiples alone and with gradients")
+    heads = "lanes", "alone", *(f"{n} par." for n in PARAMETER_COUNTS)
+    print(f"  {'':40}" + "".join(f"{head:>9}" for head in heads))
+    for name, row in found.items():
+        ratios = "".join(f"{took / row['lanes']:9.2f}" for way, took in row.items() if way != "lanes")
+        print(f"  {name:40}{row['lanes']:9.2f}{ratios}")
+    return found
+
+
 def scaling() -> dict[int, float]:
     """Measure maps of many sizes, print and return their times."""
     taken = {}
@@ -311,14 +357,20 @@ def main() -> None:
     arguments(parser)
     parser.add_argument("--rounds", type=int, default=3, help="rounds of the interleaved measurement (default 3)")
     parser.add_argument("--models", action="store_true", help="only what the models cost, without peers")
+    parser.add_argument("--gradients", action="store_true", help="only what derivatives cost, without peers")
     options = parser.parse_args()
-    if not options.models:
+    if not (options.models or options.gradients):
         need_peers()
     around = prepare()
     if options.smallest:
         options.side, options.samples, options.rounds = 16, 2, 1
-    compared = {"models": compare_models(min(options.side, LARGEST_SIDE), options.rounds)}
-    if options.models:
+    side = min(options.side, LARGEST_SIDE)
+    compared = {}
+    if not options.gradients:
+        compared["models"] = compare_models(side, options.rounds)
+    if not options.models:
+        compared["gradients"] = compare_gradients(min(side, LARGEST_SIDE // 2), options.rounds)
+    if options.models or options.gradients:
         return
     result = around | compared | run(options.side, options.samples, options.rounds)
     if options.smallest:

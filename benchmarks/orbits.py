@@ -1,4 +1,4 @@
-"""The costs of orbits, in multiples of the march of the bump alone, all measured in one run on all cores.
+"""The costs of orbits, in multiples of the march of the bump alone, all measured in one run, on two cores.
 
     uv run python benchmarks/orbits.py [--rounds 3] [--only branch]
 
@@ -24,6 +24,7 @@ LIMITS = {"orbit": 15.0, "branch": 1.4e4, "diagram": 1.4e4, "basin": 4e5}
 """What each may cost, in marches of the bump."""
 OFF = 1e-2
 """Distance, in static indentations, from which Newton's method finds the orbit."""
+THREADS = 2
 REPEATS = 50
 """How often the orbit is found and the bump is marched in one round."""
 
@@ -38,15 +39,16 @@ def tasks(smallest: bool) -> dict[str, Callable[[], Any]]:
     each = SectionMap(section_of(SCENE), 1)
     wave, first = each.wave_at(), wt.orbits.find(SCENE)
     near = first.state / each.scale + OFF
-    side, speeds, top = (8, 20, 6.0) if smallest else (512, 1000, 60.0)
+    side, many, top = (8, 20, 6.0) if smallest else (512, 1000, 60.0)
+    speeds = {"speed": np.linspace(3.5, top, many)}
     starts = {
         "start.displacement": np.linspace(-1e-3, 1e-3, side), "start.velocity": np.linspace(-0.5, 0.5, side),
     }  # fmt: skip
     return {
         "orbit": lambda: each.fixed_point(wave, near),
         "branch": lambda: wt.orbits.follow(first, {"speed": (4.0 if smallest else 1.0, top)}),
-        "diagram": lambda: wt.orbits.returns(SCENE, {"speed": np.linspace(3.5, top, speeds)}, 300, 200),
-        "basin": lambda: wt.orbits.fates(SCENE, starts, 70),
+        "diagram": lambda: wt.orbits.returns(SCENE, speeds, 300, 200, threads=THREADS),
+        "basin": lambda: wt.orbits.fates(SCENE, starts, 70, threads=THREADS),
     }
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from wheeltapper._version import __version__
+from wheeltapper._version import __version__ as __version__
 from wheeltapper.ground import progress as _progress
+from wheeltapper.ground.lazily import lazily
 
 if TYPE_CHECKING:
     from wheeltapper import diagnosis as diagnosis
@@ -70,6 +70,7 @@ _HOMES = {
     "Wagon": "describe.vehicle.wagon",
     "WheelFlat": "describe.irregularity.flat",
     "Wheelset": "describe.vehicle.wheelset",
+    "__version__": "_version",
     "border": "ask.border",
     "design_site": "diagnosis.site.design",
     "diagnose": "diagnosis.diagnose",
@@ -102,7 +103,6 @@ _ROOMS = {
 __all__ = [
     *sorted(_HOMES),
     *sorted(_ROOMS),
-    "__version__",
 ]
 
 
@@ -114,17 +114,4 @@ def _progress_bar() -> AbstractContextManager[None]:
 
 _progress.bar = _progress_bar
 
-
-def __getattr__(name: str) -> Any:
-    """Import a public name when it is first used."""
-    if name in _ROOMS:
-        room: Any = import_module(f"wheeltapper.{_ROOMS[name]}")
-        room.__dir__ = lambda: sorted(room.__all__)  # what a room offers, and not what it needs itself
-        return room
-    if name not in _HOMES:
-        raise AttributeError(f"module 'wheeltapper' has no attribute {name!r}")
-    return getattr(import_module(f"wheeltapper.{_HOMES[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazily(__name__, _HOMES, _ROOMS)

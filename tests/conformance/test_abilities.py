@@ -26,12 +26,24 @@ DOCS = Path(__file__).parents[2] / "docs"
 WHEELSET = {"mass": 1500, "load": 91_307, "stiffness": 2.44e6, "damping": 5e4}
 BUMP = wt.CosineBump(height=1e-4, length=0.05, start=0.005)
 HALF = 1.405e11 / 2
+
+
+QUICK = {"cutoff": 1000, "bays": 20, "pad_damping": 3e5}
+"""A track that costs little: of few modes, and short because its waves decay soon."""
+
+
+def own_force(delta):
+    return 2 * HALF * delta**1.5
+
+
 KINDS = {
     "vehicle": {
         "wheelset": wt.Wheelset(**WHEELSET),
         "play": wt.Wheelset(**WHEELSET, damper_play=5e-5),
         "bush": wt.Wheelset(**WHEELSET, bush_stiffness=1e8),
         "wagon": wt.Wagon.erri_b176(),
+        "wheelsets": wt.vehicles.Wheelsets(wheelsets=(WHEELSET, WHEELSET), positions=(0.0, -2.56)),
+        "bogie": wt.vehicles.Bogie(**wt.vehicles.Bogie.example),
     },
     "contact": {
         "given": wt.Hertz(constant_per_wheel=HALF),
@@ -40,11 +52,12 @@ KINDS = {
         "linear": wt.Linear(stiffness=1.2e9),
         "bilateral": wt.Linear(stiffness=1.2e9, bilateral=True),
         "Thornton": wt.contact.Thornton(constant_per_wheel=HALF),
+        "own": wt.contact.Law(own_force),
     },
     "track": {
         "stiff": wt.StiffTrack(),
         "deck": wt.FloatingDeck(mass=15_000, stiffness=1.5e7, damping=5e4),
-        "rails": wt.tracks.Slab(**wt.tracks.Slab.example),
+        "rails": wt.tracks.Slab(**wt.tracks.Slab.example | QUICK),
     },
     "start": {"equilibrium": "equilibrium", "dropped": Start(displacement=1e-5)},
     "rolling": {"circle": "circle", "point": "point"},
@@ -134,6 +147,11 @@ def history(scenario, method):
 
 def energy(scenario, method):
     assert abs(float(record_of(scenario, method).energy.relative_imbalance)) < 1e-6
+
+
+def track(scenario, method):
+    found = record_of(scenario, method).track("2 kHz", rail=[0.0], seat=[0])
+    assert is_finite(*found.data_vars.values())
 
 
 def features(scenario, method):
@@ -238,6 +256,7 @@ QUESTIONS = {
     "energy": energy,
     "features": features,
     "damper_events": damper_events,
+    "track": track,
     "comfort": comfort,
     "sweep": sweep,
     "gradient": gradient,

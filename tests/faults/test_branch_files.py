@@ -55,6 +55,10 @@ def test_the_command_writes_tells_and_draws(scene_file, tmp_path, capsys):
     assert "grazing: speed = 6.747641791 m/s" in told
     assert "fold: speed = 6.753010494 m/s" in told
     assert picture.stat().st_size > 1000
+    loaded, followed = wt.load(file), wt.orbits.follow(wt.orbits.find(SCENE), {"speed": (4.9, 6.9)})
+    assert loaded.kind.values.tolist() == followed.kind.values.tolist()
+    np.testing.assert_allclose(loaded.largest_force, followed.largest_force, rtol=1e-9)
+    wt.plot(loaded)
     assert main(arguments) == 2
     assert "--resume" in capsys.readouterr().err
     assert main([*arguments, "--resume"]) == 0
@@ -91,3 +95,13 @@ def test_a_file_of_something_else_is_not_continued(scene_file, tmp_path, capsys)
     xr.Dataset({"a": ("x", [1.0])}).to_netcdf(file, engine="h5netcdf")
     assert main(["orbits", str(scene_file), "--over", "speed=4:6", "--output", str(file), "--resume"]) == 2
     assert "no branch of orbits" in capsys.readouterr().err
+
+
+def test_a_branch_without_its_orbits_is_refused(tmp_path):
+    branch = wt.orbits.follow(wt.orbits.find(SCENE), {"speed": (4.9, 5.1)})
+    assert branch.sizes["special"] == 0
+    branch.to_netcdf(tmp_path / "whole.nc", engine="h5netcdf")
+    assert wt.load(tmp_path / "whole.nc").sizes == branch.sizes
+    branch.drop_vars("displacement").to_netcdf(tmp_path / "part.nc", engine="h5netcdf")
+    with pytest.raises(wt.InputError, match="displacement"):
+        wt.load(tmp_path / "part.nc")

@@ -159,3 +159,20 @@ def test_orbits_and_what_is_asked_about_them():
         wt.orbits.ramp(CORRUGATED, {"speed": (5.0, 6.0)}, 0.01), wt.orbits.trace(orbit, fold, amplitudes),
     ):  # fmt: skip
         assert flaws(wt.plot(result)) == []
+
+
+def test_several_borders_share_one_plane_and_differ_in_their_lines():
+    orbit = wt.orbits.find(CORRUGATED)
+    branch = wt.orbits.follow(orbit, {"speed": (2.5, 8.0)})
+    folds = np.flatnonzero(branch.kind.values == "fold")[-2:]
+    depths = {"irregularity.0.amplitude": [5e-5, 4.8e-5]}
+    curves = [wt.orbits.trace(orbit, branch.isel(special=number), depths) for number in folds]
+    figure = wt.plot(curves)
+    assert flaws(figure) == []
+    (axis,) = figure.axes
+    assert [line.get_label() for line in axis.get_lines()] == ["fold 1", "fold 2"]
+    assert len({line.get_linestyle() for line in axis.get_lines()}) == 2
+    np.testing.assert_allclose(axis.get_lines()[0].get_ydata(), [50.0, 48.0])
+    other = wt.orbits.trace(orbit, branch.isel(special=folds[0]), {"vehicle.damping": [2e4]})
+    with pytest.raises(wt.InputError, match="same two fields"):
+        wt.plot([curves[0], other])

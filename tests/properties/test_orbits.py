@@ -50,7 +50,7 @@ def test_an_orbit_closes_in_its_record_and_in_a_public_run(name):
     if name != "hysteresis":
         assert abs(orbit.determinant_error) < 1e-8
         strict = wt.orbits.find(PERIODIC[name], method="strict")
-        assert abs(strict.determinant_error) < 1e-10
+        assert abs(strict.determinant_error) < 1e-12
         assert strict.closure <= 1e-12
     record = orbit.record
     assert record.outcome is wt.orbits.find(PERIODIC[name]).record.outcome
@@ -62,6 +62,95 @@ def test_an_orbit_closes_in_its_record_and_in_a_public_run(name):
         longer = record.scenario.model_copy(update={"duration": 2.0 * orbit.period})
         again = wt.simulate(longer, progress=False).at(orbit.period * np.array([0.25, 1.25])).wheel_displacement.values
         assert abs(again[1] - again[0]) < 1e-6 * HEIGHT
+
+
+RAIL = 12.5
+"""Length of a rail, m."""
+
+
+def rail_joints():
+    """Return dipped joints and a little waviness, measured over one rail, which is like all others."""
+    x = np.linspace(0.0, RAIL, 501)
+    to_joint = np.minimum(x, RAIL - x)
+    heights = -2e-3 * np.exp(-to_joint) + 3e-5 * np.cos(2 * np.pi * 7 * x / RAIL)
+    return wt.Measured(positions=tuple(x), heights=tuple(heights), beyond="repeat")
+
+
+LONG_PERIODS = {
+    "flat at 5 m/s": (scene(5.0, wt.WheelFlat(depth=1e-4, position=0.3), rolling="circle"), 2 * np.pi * 0.46),
+    "flat at 20 m/s": (scene(20.0, wt.WheelFlat(depth=1e-4, position=0.3), rolling="circle"), 2 * np.pi * 0.46),
+    "deep flat at 60 m/s": (scene(60.0, wt.WheelFlat(depth=1e-3, position=0.3), rolling="circle"), 2 * np.pi * 0.46),
+    "rails at 10 m/s": (scene(10.0, rail_joints(), rolling="circle"), RAIL),
+    "rails at 36 m/s": (scene(36.0, rail_joints(), rolling="circle"), RAIL),
+    "rails under a point": (scene(20.0, rail_joints()), RAIL),
+    "insulated joints": (
+        scene(20.0, wt.Repeated(of=wt.CosineBump(height=-2e-3, length=0.6, start=1.0), period=RAIL), rolling="circle"),
+        RAIL,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LONG_PERIODS)
+def test_a_long_plain_run_settles_on_the_orbit_over_a_revolution_or_a_rail(name):
+    scenario, length = LONG_PERIODS[name]
+    orbit = wt.orbits.find(scenario)
+    assert orbit.period == pytest.approx(length / scenario.speed, rel=1e-12)
+    assert orbit.stable
+    assert orbit.closure <= 1e-12
+    assert abs(orbit.determinant_error) < 1e-8
+    rounds = 4 + int(np.ceil(np.log(1e-9) / np.log(min(abs(orbit.multipliers[0]), 0.8))))
+    begin = (orbit.phase_zero + rounds * length) / scenario.speed
+    plain = wt.simulate(scenario.replaced({"duration": begin + orbit.period}), progress=False)
+    ends = plain.at([begin, begin + orbit.period])
+    assert np.abs(ends.wheel_displacement.values - orbit.start["displacement"]).max() < 1e-7 * HEIGHT
+    assert np.abs(ends.wheel_velocity.values - orbit.start["velocity"]).max() < 1e-7 * SPEED
+    times = np.linspace(0.0, orbit.period, 301)
+    forces = [one.normal_force.values for one in (plain.at(begin + times), orbit.record.at(times))]
+    assert np.abs(forces[0] - forces[1]).max() < 1e-5 * orbit.largest_force
+    late = plain.events.time.values[plain.events.kind.values == "loss"] > begin
+    assert orbit.losses == int(late.sum())
+    highest = plain.peaks.where(plain.peaks.time > begin, drop=True).normal_force
+    assert orbit.largest_force == pytest.approx(float(highest.max()), rel=1e-6)
+
+
+@pytest.mark.parametrize("wavelength", [0.05, 0.5, 2.0])
+@pytest.mark.parametrize("speed", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("rolling", ["point", "circle"])
+def test_a_long_calm_period_has_the_exact_determinant(rolling, speed, wavelength):
+    waves = wt.Corrugation(amplitude=5e-5, wavelength=wavelength, start=0.0)
+    for method, allowed in (("default", 1e-8), ("strict", 1e-12)):
+        orbit = wt.orbits.find(scene(speed, waves, rolling=rolling), method=method)
+        assert orbit.losses == 0
+        assert abs(orbit.determinant_error) < allowed
+
+
+@pytest.mark.parametrize(("method", "allowed"), [("default", 1e-9), ("strict", 1e-12)])
+@pytest.mark.parametrize("speed", [0.5, 2.0, 30.0])
+def test_a_linear_contact_that_never_opens_has_the_multipliers_of_its_equations(speed, method, allowed):
+    waves = wt.Corrugation(amplitude=2e-7, wavelength=0.05, start=0.0)
+    deck = wt.FloatingDeck(mass=15e3, stiffness=1.5e7, damping=5e4)
+    for track in (wt.StiffTrack(), deck):
+        orbit = wt.orbits.find(scene(speed, waves, contact=wt.Linear(stiffness=1.2e9), track=track), method=method)
+        assert orbit.losses == 0
+        m, k, c, contact = WHEEL["mass"], WHEEL["stiffness"], WHEEL["damping"], 1.2e9
+        if track is deck:
+            M, kd, cd = 15e3, 1.5e7, 5e4
+            rates = np.array([
+                [0, 1, 0, 0], [-(k + contact) / m, -c / m, contact / m, 0],
+                [0, 0, 0, 1], [contact / M, 0, -(contact + kd) / M, -cd / M],
+            ])  # fmt: skip
+        else:
+            rates = np.array([[0, 1], [-(k + contact) / m, -c / m]])
+        expected = np.exp(np.linalg.eigvals(rates) * orbit.period)
+        found = np.sort_complex(np.round(orbit.multipliers, 14))
+        np.testing.assert_allclose(found, np.sort_complex(np.round(expected, 14)), rtol=0, atol=allowed)
+
+
+def test_hysteresis_leaves_nothing_for_the_strict_method_to_mend():
+    for speed in (1.0, 3.0, 9.0):
+        worn = scene(speed, contact=wt.Hertz(constant=1.405e11, hysteresis=0.3))
+        both = [wt.orbits.find(worn, method=method).multipliers for method in ("default", "strict")]
+        np.testing.assert_allclose(*both, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["joints", "default wheel", "hysteresis", "deck"])
@@ -195,6 +284,34 @@ def test_results_do_not_depend_on_threads():
         assert ask(1).identical(ask(3))
 
 
+def test_captures_in_lanes_are_those_of_single_marches(monkeypatch):
+    from wheeltapper.march import orbits as marches
+    from wheeltapper.march import run
+    from wheeltapper.march.orbits import TRAP_COLUMNS
+    from wheeltapper.orbits.asked import section_of
+    from wheeltapper.orbits.basin import start_states
+
+    def fates(way):
+        return wt.orbits.fates(scene(**way), GRID, 150)
+
+    def after_one_wave(way):
+        found = section_of(scene(**way)).cells({"speed": np.linspace(4.0, 30.0, 40)})
+        states, none = start_states(found), np.zeros(40, dtype=np.int64)
+        states[:, 1] += np.linspace(-2.0, 2.0, 40)
+        told = run.capture(found.cells, states, 1, np.zeros((0, TRAP_COLUMNS)), none, none, 1)
+        assert np.all(told.waves == 1)
+        return states
+
+    for way in ({}, {"speed": 9.0}, {"track": wt.FloatingDeck(mass=15e3, stiffness=1.5e7, damping=5e4)}):
+        lanes = fates(way), after_one_wave(way)
+        with monkeypatch.context() as alone:
+            alone.setattr(marches, "FEW", 1_000_000)
+            single = fates(way), after_one_wave(way)
+        np.testing.assert_allclose(lanes[1], single[1], rtol=0, atol=1e-12)
+        np.testing.assert_array_equal(lanes[0].orbit, single[0].orbit)
+        np.testing.assert_array_equal(lanes[0].waves, single[0].waves)
+
+
 def test_a_fate_is_where_the_motion_is_long_after():
     found = wt.orbits.fates(scene(), GRID)
     assert int(found.orbit.min()) >= 0  # all are settled
@@ -282,6 +399,49 @@ def test_a_traced_fold_is_the_fold_of_each_branch():
     assert float(curve.speed[0]) == pytest.approx(float(here.parameter[here.kind == "fold"][0]), rel=1e-10)
 
 
+def test_traced_folds_scale_with_the_wavelength():
+    orbit = wt.orbits.find(scene(5.0))
+    branch = wt.orbits.follow(orbit, {"speed": (2.5, 8.0)})
+    for number in np.flatnonzero(branch.kind.values == "fold")[-2:]:
+        special = branch.isel(special=number)
+        curve = wt.orbits.trace(
+            orbit, special, {"irregularity.0.wavelength": [0.05, 0.1]}
+        )  # it begins at its own value
+        np.testing.assert_allclose(curve.speed, float(special.parameter) * np.array([1.0, 2.0]), rtol=1e-9)
+
+
+def test_traced_grazings_and_tori_are_those_of_other_branches():
+    orbit = wt.orbits.find(scene(9.0))
+    branch = wt.orbits.follow(orbit, {AMPLITUDE: (2e-6, 8e-5)})
+    for number, kind in ((0, "grazing"), (1, "doubling")):
+        curve = wt.orbits.trace(orbit, branch.isel(special=number), {"speed": [9.2, 9.5]})
+        assert curve.attrs["kind"] == kind
+        there = wt.orbits.follow(wt.orbits.find(scene(9.5)), {AMPLITUDE: (2e-6, 8e-5)})
+        (expected,) = there.parameter.values[there.kind.values == kind]
+        assert float(curve[AMPLITUDE][-1]) == pytest.approx(float(expected), rel=1e-9)
+
+    light = wt.orbits.find(scene(30.0, vehicle={"damping": 1e3}, track=DECK))
+    branch = wt.orbits.follow(light, {"speed": (5.0, 31.0)})
+    number = np.flatnonzero(branch.kind.values == "torus")[-1]
+    curve = wt.orbits.trace(light, branch.isel(special=number), {AMPLITUDE: [4.8e-5, 4.5e-5]})
+    start = {name: float(curve[name][-1]) for name in light.start}
+    there = light.scenario.replaced({"speed": float(curve.speed[-1]), AMPLITUDE: 4.5e-5})
+    sizes = np.abs(wt.orbits.find(there, start=start, method="strict").multipliers)
+    assert np.min(np.abs(sizes - 1.0)) < 1e-8
+
+
+def test_a_march_that_never_ends_is_given_up(monkeypatch):
+    from wheeltapper.march import orbits as marches
+    from wheeltapper.orbits.asked import section_of
+    from wheeltapper.orbits.section_map import SectionMap
+
+    monkeypatch.setattr(marches, "MOST_ROWS", 2048)
+    each = SectionMap(section_of(scene(5.0)), 1, ("speed",))
+    image = each.image(each.wave_at(1e-4), np.array([-1.0, 0.0]))
+    assert np.all(np.isnan(image.state))
+    assert np.all(np.isnan(image.slopes))
+
+
 def test_a_traced_doubling_ends_where_it_meets_another():
     orbit = wt.orbits.find(scene(12.0))
     branch = wt.orbits.follow(orbit, {"speed": (11.0, 13.0)})
@@ -317,3 +477,57 @@ def test_the_growth_exponent_at_15_m_s_is_that_of_long_runs():
     record = wt.simulate(scene(15.0))
     found = float(wt.features.growth_exponent(300_000)(record))
     assert found == pytest.approx(94.6, abs=1.5)
+
+
+def settled_and_worn(start=None, yields_at=2.0, passes=3):
+    """Return an orbit at 5 m/s, and the rail behind some wheels that begin on it."""
+    orbit = wt.orbits.find(scene(), start=start)
+    law = wt.contact.Thornton(constant=1.405e11, yield_force=yields_at * orbit.record.static_force)
+    begun = orbit.record.scenario.replaced({"contact": law, "duration": 0.2})
+    return orbit, wt.wear_in(begun, passes, every=1)
+
+
+def test_each_passage_on_a_calm_orbit_is_that_orbit_and_leaves_no_mark():
+    orbit, rail = settled_and_worn()
+    np.testing.assert_allclose(rail.largest_force, orbit.largest_force, rtol=1e-9)
+    assert float(abs(rail.permanent_indentation).max()) == 0.0
+    at_rest = scene(5.0, wt.Corrugation(amplitude=5e-5, wavelength=0.05, start=0.0))
+    law = wt.contact.Thornton(constant=1.405e11, yield_force=2.0 * orbit.record.static_force)
+    transient = wt.wear_in(at_rest.replaced({"contact": law, "duration": 0.2}), 1)
+    assert float(transient.largest_force[0]) > 1.4 * orbit.largest_force
+
+
+@pytest.mark.parametrize(
+    ("start", "grows"), [(None, True), ({"displacement": 2.04e-4, "velocity": -0.199}, False)], ids=["calm", "bouncing"]
+)
+def test_marks_of_an_orbit_lie_where_its_force_is_and_make_the_corrugation_grow_or_shrink(start, grows):
+    orbit, rail = settled_and_worn(start, yields_at=1.2)
+    x, first = rail.position.values, rail.permanent_indentation.sel(kept=1).values
+    waves = np.exp(-2j * np.pi * x / 0.05)
+    middle = (x >= 0.2) & (x < 0.8)
+    times = np.linspace(0.0, orbit.period, 400, endpoint=False)
+    force = orbit.record.at(times).normal_force.values
+    of_force = np.angle(np.mean(force * np.exp(-2j * np.pi * times / orbit.period)))
+    of_marks = np.angle(np.mean((first * waves)[middle]))
+    assert abs(np.angle(np.exp(1j * (of_force - of_marks)))) < np.radians(3.0)
+    to_profile = of_marks + 0.5 * np.pi  # phase behind a sine
+    assert (np.cos(to_profile) < 0.0) == grows  # the marks are in the troughs, or on the crests
+    amplitude = rail.amplitude.sel(wavelength=0.05, method="nearest").values
+    assert np.all(np.diff(amplitude) > 0.0) == grows
+    assert np.all(np.diff(amplitude) < 0.0) != grows
+
+
+def test_an_orbit_says_what_it_is_in_one_line():
+    bouncing = wt.orbits.find(scene(), start={"displacement": 2.04e-4, "velocity": -0.199})
+    told = "stable orbit of 1 wave, 10 ms: 1 loss of contact, largest force 6.640 of static, largest multiplier 0.9355"
+    assert str(bouncing).startswith(told)
+    assert repr(bouncing) == f"<Orbit {bouncing}>"
+
+
+def test_a_start_that_an_orbit_names_is_a_start_of_the_scenario():
+    rail = scene(5.0, wt.Corrugation(amplitude=5e-5, wavelength=0.05, start=0.0))
+    orbit = wt.orbits.find(rail)
+    record = wt.simulate(rail.replaced({"start": orbit.start, "duration": 0.1}))
+    np.testing.assert_allclose(
+        record.at(0.01 * np.arange(11)).wheel_displacement, orbit.start["displacement"], atol=1e-14
+    )

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+import wheeltapper as wt
 from tests import rails
-from wheeltapper.lower.law_table import tabulated_law
+from wheeltapper.lower.own_law import tabulated_law
 from wheeltapper.march import program as contract
 from wheeltapper.march.general.contract import DEFAULT, STRICT, Law
 from wheeltapper.march.general.laws.switch import HUNT_CROSSLEY, forces
@@ -35,8 +36,8 @@ def power(delta):
     [(hertz, 1.5, False), (hardening, 1.5, False), (hunt_crossley, 1.5, True), (power, 1.2, False)],
 )
 def test_a_table_is_the_law_and_its_slopes(force, exponent, rated):
-    law, error = tabulated_law(force, exponent, 1e-3, rated)
-    assert error < 1e-8
+    law, table = tabulated_law(wt.contact.Law(force, exponent=exponent, largest=1e-3))
+    assert table.error < 1e-8
     units = Units(1e-4, 1e5)
     row = law_row(rails.one_wheel(rails.level(), 1.0, law=law).contacts[0], units, 0)
     delta, rate = np.array([1e-6, 3e-5, 1e-4, 2.5e-4, 9e-4]), np.array([-1.5, -0.2, 0.0, 0.4, 1.1])
@@ -59,7 +60,7 @@ def test_a_table_is_the_law_and_its_slopes(force, exponent, rated):
     ("force", "law"), [(hertz, rails.HERTZIAN), (hunt_crossley, Law(HUNT_CROSSLEY, np.array([C, 0.3])))]
 )
 def test_marches_with_tables_are_those_with_formulas(force, law):
-    own, _ = tabulated_law(force, 1.5, 1e-3, force is hunt_crossley)
+    own, _ = tabulated_law(wt.contact.Law(force))
     pieces = rails.flat(0.06, 0.5)
     by_table, by_formula = (
         march(rails.one_wheel(pieces, 10.0, law=one), DEFAULT, 0.08) for one in (own, law)
@@ -72,7 +73,7 @@ def test_marches_with_tables_are_those_with_formulas(force, law):
 
 
 def test_a_force_with_another_exponent_bounces_alike_with_finer_steps():
-    own, _ = tabulated_law(power, 1.2, 1e-3)
+    own, _ = tabulated_law(wt.contact.Law(power, exponent=1.2))
     pieces = rails.flat(0.06, 0.5)
     found = march(rails.one_wheel(pieces, 10.0, law=own), DEFAULT, 0.07)
     finer = march(rails.one_wheel(pieces, 10.0, law=own), STRICT, 0.07)
@@ -81,8 +82,24 @@ def test_a_force_with_another_exponent_bounces_alike_with_finer_steps():
     assert found.events[:, 0] == pytest.approx(finer.events[:, 0], abs=1e-7, rel=0)
 
 
-def test_what_is_no_law_is_refused():
-    with pytest.raises(ValueError, match="nowhere positive"):
-        tabulated_law(lambda delta: -delta, 1.5, 1e-3)
-    with pytest.raises(ValueError, match="finite"):
-        tabulated_law(lambda delta: np.full_like(delta, np.inf), 1.5, 1e-3)
+@pytest.mark.parametrize(
+    ("force", "fields", "message"),
+    [
+        (lambda delta: -delta, {}, "force: found a function that is -0.001 at an indentation of 0.001 m"),
+        (lambda delta: np.full_like(delta, np.inf), {}, "force: found a function that is inf"),
+        (lambda delta: "strong", {}, "force: found a function that returns"),
+        (lambda delta: 1.0 / 0.0, {}, "force: found a function that raises ZeroDivisionError"),
+        (hertz, {"exponent": 0.5}, "exponent"),
+        (hertz, {"largest": 0.0}, "largest"),
+    ],
+)
+def test_what_is_no_law_is_refused(force, fields, message):
+    with pytest.raises(wt.InputError, match=message):
+        wt.contact.Law(force, **fields)
+
+
+def test_what_no_table_can_hold_is_refused():
+    with pytest.raises(wt.InputError, match=r"grows as the power 1\.2 near zero"):
+        tabulated_law(wt.contact.Law(power))
+    with pytest.raises(wt.InputError, match="its table misses by"):
+        tabulated_law(wt.contact.Law(lambda delta: np.where(delta < 3.1e-4, 1.0, 1.7) * hertz(delta)))

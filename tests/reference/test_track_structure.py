@@ -250,7 +250,7 @@ def test_all_modes_together_are_the_whole_ring(name, bays):
 
 def dense_ring(section, bays, omega):
     """Return the receptance between all nodes of a ring of bays."""
-    mass, stiffness = bay._rail_matrices(section, 2)
+    mass, stiffness = bay.rail_matrices(section, 2)
     nodes = len(mass) // 2
     free = bays * (nodes - 1)
     system = np.zeros((2 * free, 2 * free), dtype=complex)

@@ -13,7 +13,7 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.lower.build import lower
-from wheeltapper.march import flight, layout, program, series, step, unrolled, unrolled_lanes
+from wheeltapper.march import flight, layout, program, series, step, unrolled, unrolled_lane_tangents, unrolled_lanes
 from wheeltapper.march import lane_rows as at
 from wheeltapper.march.kernel import FASTMATH
 from wheeltapper.march.single import march
@@ -27,6 +27,7 @@ ROOT = Path(__file__).resolve().parents[2]
         ("unroll", "source", "unrolled.py"),
         ("unroll", "tangent_source", "unrolled_tangent.py"),
         ("unroll_lanes", "source", "unrolled_lanes.py"),
+        ("unroll_tangents", "source", "unrolled_lane_tangents.py"),
         ("unroll_dop853", "source", "unrolled_dop853.py"),
     ],
 )
@@ -180,6 +181,75 @@ def test_contact_steps_in_lanes_agree_with_the_loops(kind, order):
         assert L[at.LANE_LENGTH + i] == pytest.approx(reach, rel=1e-12)
 
 
+def end_of_steps(L, kind):
+    """Time, u, w and the deck's motion at the ends of eight steps of known length."""
+    L = L.copy()
+    getattr(unrolled_lane_tangents, f"base_{kind}_12").py_func(L)
+    ends = np.array([L[row : row + 8] for row in ENDS[: 5 if kind in DECKS else 3]])
+    ends[0] += L[at.LANE_TIME : at.LANE_TIME + 8]
+    return L, ends
+
+
+DECKS = ("deck_flat", "deck_wave", "general")
+ENDS = (at.LANE_T_END, at.LANE_U_END, at.LANE_W_END, at.LANE_DECK_Y_END, at.LANE_DECK_V_END)
+OF_ENDS = (at.LANE_OF_T_END, at.LANE_OF_U_END, at.LANE_OF_W_END, at.LANE_OF_DECK_Y_END, at.LANE_OF_DECK_V_END)
+TURNED = ("TIME", "U", "W", "K", "G", "LOAD", "GAIN_SIN", "GAIN_COS", "OMEGA")
+TURNED_ON_DECKS = ("DECK_Y", "DECK_V", "PRESTRESS", "DECK_STIFF", "DECK_DRAG", "SHARE")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_ends_of_steps_in_lanes_are_those_of_the_loops(kind):
+    L, mass = lanes_at(np.random.default_rng(3), kind)
+    L = np.concatenate([L, np.zeros(at.TANGENT_ENTRIES - len(L))])
+    L[at.LANE_LENGTH : at.LANE_LENGTH + 8] = lengths = np.linspace(0.05, 0.3, 8)
+    _, ends = end_of_steps(L, kind)
+    for i in range(8):
+        numbers, S = scratch_of(L, i, mass[i])
+        deck, on = L[[at.LANE_DECK_Y + i, at.LANE_DECK_V + i]], L[at.LANE_ON + i] != 0.0
+        series.contact_series(numbers, 12, L[at.LANE_U0 + i], L[at.LANE_W0 + i], *deck, on, S)
+        rows = (layout.T, layout.U, layout.W, layout.Y, layout.Z)[: len(ends)]
+        expected = [np.polynomial.polynomial.polyval(lengths[i], S[row : row + 13]) for row in rows]
+        expected[0] += L[at.LANE_TIME + i]
+        np.testing.assert_allclose(ends[:, i], expected, rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_tangents_of_steps_in_lanes_are_differences_of_their_ends(kind):
+    rng = np.random.default_rng(6)
+    L, _ = lanes_at(rng, kind)
+    L = np.concatenate([L, np.zeros(at.TANGENT_ENTRIES - len(L))])
+    L[at.LANE_LENGTH : at.LANE_LENGTH + 8] = np.linspace(0.05, 0.3, 8)
+    turned = {name: f"LANE_{name}{'0' if name in 'UW' else ''}" for name in TURNED}
+    turned |= {name: f"LANE_{name}" for name in TURNED_ON_DECKS if kind in DECKS}
+    turned |= {"ETA": "LANE_ETA"} if kind == "general" else {}
+    change, time = np.zeros(len(L)), L[at.LANE_TIME : at.LANE_TIME + 8]
+    for name, row in turned.items():
+        drawn = rng.uniform(-1, 1, 8)
+        change[getattr(at, row) : getattr(at, row) + 8] = drawn
+        L[getattr(at, f"LANE_OF_{name}") : getattr(at, f"LANE_OF_{name}") + 8] = drawn
+    phase = rng.uniform(-1, 1, 8)
+    change[at.LANE_OFFSET : at.LANE_OFFSET + 8] = -phase / (2 * pi)
+    L[at.LANE_OF_PHASE : at.LANE_OF_PHASE + 8] = phase
+    L[at.LANE_RATE : at.LANE_RATE + 8] = L[at.LANE_OMEGA : at.LANE_OMEGA + 8] / (2 * pi)
+    if kind in ("bent", "general"):
+        pace, origin = rng.uniform(-1, 1, 8), rng.uniform(-1, 1, 8)
+        change[at.LANE_PACE : at.LANE_PACE + 8] = L[at.LANE_OF_PACE : at.LANE_OF_PACE + 8] = pace
+        change[at.LANE_ORIGIN : at.LANE_ORIGIN + 8] = pace * time - origin
+        L[at.LANE_OF_AHEAD : at.LANE_OF_AHEAD + 8] = origin
+        for block in ("PATH", "FACTOR"):
+            drawn = rng.uniform(-1, 1, 8 * program.TERMS)
+            first, turn = getattr(at, f"LANE_{block}"), getattr(at, f"LANE_OF_{block}")
+            change[first : first + len(drawn)] = L[turn : turn + len(drawn)] = drawn
+        unrolled_lane_tangents.change_12.py_func(L)
+    based, ends = end_of_steps(L, kind)
+    getattr(unrolled_lane_tangents, f"along_{kind}_12").py_func(based)
+    found = np.array([based[row : row + 8] for row in OF_ENDS[: len(ends)]])
+    step = 1e-3
+    around = [end_of_steps(L + k * step * change, kind)[1] for k in (-2, -1, 1, 2)]
+    expected = (around[0] - 8 * around[1] + 8 * around[2] - around[3]) / (12 * step)
+    np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-8)
+
+
 @pytest.mark.parametrize("kind", ["flat", "wave", "general"])
 def test_flights_in_lanes_agree_with_the_loops(kind):
     L, mass = lanes_at(np.random.default_rng(4), kind)
@@ -219,10 +289,15 @@ def test_sine_and_cosine_in_lanes_are_exact_to_rounding():
     not llvm.get_host_cpu_features().get("fma", False) or bool(numba.config.DISABLE_JIT), reason="needs a CPU with FMA"
 )
 @pytest.mark.parametrize(
-    ("name", "fewest"), [("lanes_flat_12", 170), ("lanes_wave_12", 300), ("lanes_bent_12", 600), ("sharpen_22", 40)]
-)
+    ("name", "fewest"),
+    [
+        ("lanes_flat_12", 170), ("lanes_wave_12", 300), ("lanes_bent_12", 600), ("sharpen_22", 40),
+        ("along_flat_12", 170), ("along_bent_12", 600), ("change_12", 100),
+    ],
+)  # fmt: skip
 def test_the_machine_code_of_the_lanes_is_packed(name, fewest):
-    anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(getattr(unrolled_lanes, name).py_func)
+    module = unrolled_lanes if hasattr(unrolled_lanes, name) else unrolled_lane_tangents
+    anew = numba.njit(error_model="numpy", fastmath=FASTMATH)(getattr(module, name).py_func)
     anew.compile("void(float64[::1])")
     (code,) = anew.inspect_asm().values()
     assert len(re.findall(r"\bvfn?m(?:add|sub)\d+pd\b", code)) >= fewest

@@ -110,6 +110,7 @@ def wear_in(
     ----------
     scenario
         A scenario with an elastic-plastic contact and `rolling="point"`; or several, which are computed in parallel.
+        Each wheel begins at its start: at rest, or, with `orbit.record.scenario` of an orbit, in a motion that lasts.
     passes
         Number of wheels that pass.
     hardening
@@ -118,6 +119,7 @@ def wear_in(
     scatter
         How passes differ. "speed", "load": standard deviations over the mean. "start": the wheels begin, at rest, at
         places spread evenly over this length, m: their bouncing then has another phase.
+        A start on an orbit would lose its phase.
     seed
         Seed of the random numbers. The draws of pass n do not depend on the number of passes.
     every

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from inspect import Signature
 from math import isfinite
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_serializer, model_validator
 
@@ -31,6 +31,9 @@ class NounMeta(ModelMetaclass):
 
     def __call__(cls, *nameless: Any, **fields: Any) -> Any:  # noqa: N805 - of a metaclass
         """Make a noun."""
+        leading = cls._leading[: len(nameless)]  # type: ignore[attr-defined]
+        fields |= {name: value for name, value in zip(leading, nameless, strict=False) if name not in fields}
+        nameless = nameless[len(leading) :]
         if nameless:
             names = ", ".join(cls.model_fields) or "none"  # type: ignore[attr-defined]
             raise InputError("", "", f"{value_text(nameless[0])} without a name", f"values with names: {names}")
@@ -62,6 +65,8 @@ class Noun(BaseModel, metaclass=NounMeta):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, validate_default=False)
+    _leading: ClassVar[tuple[str, ...]] = ()
+    """Names of the fields that may be given without a name, in this order."""
 
     def __init_subclass__(cls, *, abstract: bool = False, **options: Any) -> None:
         super().__init_subclass__(**options)

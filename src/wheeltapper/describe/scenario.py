@@ -21,12 +21,10 @@ from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.track.stiff import StiffTrack
 from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.describe.vehicle.base import Vehicle
-from wheeltapper.describe.vehicle.bogie import Bogie
 from wheeltapper.describe.vehicle.wagon import Wagon, wagon_for
-from wheeltapper.describe.vehicle.wheelsets import Wheelsets
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
-from wheeltapper.ground.needs import IRREGULARITY, MEMORY, NOTHING, POINT, PROFILES, START, YIELDING, Need
+from wheeltapper.ground.needs import IRREGULARITY, MEMORY, NOTHING, OWN_LAW, POINT, PROFILES, START, YIELDING, Need
 from wheeltapper.march import run
 
 FORMAT = 1
@@ -119,11 +117,11 @@ class Scenario(Noun):
         run.choose(run.SIMULATE, self.needs)
         if isinstance(self.track, SupportedRail):
             self._check_rails()
-        if isinstance(self.vehicle, Wheelsets | Bogie):
-            check_places(self.irregularity, len(self.vehicle.positions), sides=False)
         if isinstance(self.vehicle, Wagon):
             self._check_wagon(self.vehicle)
-        elif isinstance(self.contact, Hertz) and self.contact.idle:
+            return self
+        check_places(self.irregularity, len(getattr(self.vehicle, "positions", (0.0,))), sides=False)
+        if isinstance(self.contact, Hertz) and self.contact.idle:
             raise self.contact.idle.within("contact")
         return self
 
@@ -227,13 +225,20 @@ def write_toml(noun: Noun, path: str | Path) -> None:
     try:
         path.write_text(tomli_w.dumps({"format": FORMAT} | noun.model_dump(mode="json")), encoding="utf-8")
     except PydanticSerializationError as error:
-        raise InputError(
-            str(path), "irregularity", "a Profile, which holds a Python function", "samples of it in a `Measured`"
-        ) from error
+        field, kind, instead = _held_function(noun)
+        raise InputError(str(path), field, f"a {kind}, which holds a Python function", instead) from error
     except OSError as error:
         raise InputError(
             str(path), "", f"a place that cannot be written ({error.strerror or error})", "a writable path"
         ) from error
+
+
+def _held_function(noun: Noun) -> tuple[str, str, str]:
+    """Return which field holds a Python function, the noun there, and what could stand there instead."""
+    scenario: Any = getattr(noun, "passage", noun)
+    if OWN_LAW in scenario.contact.needs:
+        return "contact", type(scenario.contact).__name__, "a law that needs no function"
+    return "irregularity", "Profile", "samples of it in a `Measured`"
 
 
 TABLES = {

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.diagnosis.case import EXPLAINED, LEFT_OUT, SURE, Case, Stretch
+from wheeltapper.diagnosis.case import EXPLAINED, LEFT_OUT, Case, Stretch
 from wheeltapper.diagnosis.faults.base import DAMPING, MASS, Fault
 from wheeltapper.diagnosis.faults.flat import Flat, flat_starts, same_edge_starts
 from wheeltapper.diagnosis.inference.estimate import priors_of
@@ -22,6 +22,7 @@ from wheeltapper.diagnosis.inference.fitting import (
     fit_over_windows,
     width_of,
 )
+from wheeltapper.diagnosis.inference.problem import SURE
 from wheeltapper.diagnosis.inference.search import NEAR, departs_at, near, ranked
 from wheeltapper.diagnosis.inference.timing import zero_of
 from wheeltapper.lower.fields import Fields

@@ -15,7 +15,7 @@ from wheeltapper.describe.site import Site
 from wheeltapper.diagnosis.faults.base import CATALOGUE, LOAD, Fault, fault_named
 from wheeltapper.diagnosis.inference.estimate import LOUD, onset, priors_of, site_at_speed
 from wheeltapper.diagnosis.inference.fitting import Fit, fit_over_windows
-from wheeltapper.diagnosis.inference.problem import Exit, FitProblem, Prior, values_of
+from wheeltapper.diagnosis.inference.problem import SURE, Exit, FitProblem, Prior, values_of
 from wheeltapper.diagnosis.inference.sensing import filtered
 from wheeltapper.diagnosis.inference.timing import timed, zero_of
 from wheeltapper.diagnosis.scale import Scale
@@ -35,10 +35,6 @@ beginning that counts, and the one where there is no beginning: the stated noise
 EARLY = 3.0
 """Standard deviations of the noise. If the model of the fastest plausible healthy wheelset stays below this up to the
 onset, the irregularity of the site cannot have caused the onset: the wheel itself has."""
-SURE = 3.5
-"""Largest deviation of the speed from the stated one, and of time zero from the trigger, that is considered plausible,
-in standard deviations; it is exceeded once in 2000 passages. The onset determines the two only if these deviations move
-the onset by at least this many samples."""
 QUIET = 2.0
 """Contact periods after its entry within which a wheel that is out of round moves the deck: it comes onto it with a
 force that differs from the static one."""
@@ -134,6 +130,7 @@ class Case:
         trigger = np.inf if self.site.trigger is None else self.site.trigger
         by_speed, plain = share * max(self.begins, 0.0), stated if trigger == 0.0 else timed(stated, 0.0)
         spread = float(np.hypot(by_speed, trigger))
+        # The onset is known to a sample: it tells of the two only where they move it by several.
         if self.moves_too_early or spread * self.recording.rate < SURE:
             return plain, False
         end = self.begins + SURE * spread if np.isfinite(spread) else float(stated.duration)

@@ -333,17 +333,15 @@ def _with_unseen(case: Case, verdict: str, fit: Fit) -> Fit:
     fault, end = case.faults[verdict], float(case.recording.times[-1])
     believed = priors_of(case.stated) | fault.believed(case.passage)
     healthy = case.fit_problem(case.passage, {})
-    for model in ranked(healthy, fault.unseen(fit.scenario), case.begins, end)[:1]:
-        if misfit(healthy, model, case.begins, end) > HOLDS * case.noise**2:
-            break
-        free = {path: prior if prior.kind == "uniform" else Prior(1.0) for path, prior in believed.items()}
-        problem = case.fit_problem(model, free | priors_of(case.stated))
-        at, converged = fit_window(problem, np.zeros(len(free)), len(problem.times), case.noise, LAST_STEPS)
-        problem = case.fit_problem(problem.model_at(at), believed)
-        other = fit_summary(problem, np.zeros(len(believed)), converged, len(problem.times))
-        if other.misfit <= fit.misfit + UNSEEN:
-            return other
-    return fit
+    alike = ranked(healthy, fault.unseen(fit.scenario), case.begins, end)
+    if not alike or misfit(healthy, alike[0], case.begins, end) > HOLDS * case.noise**2:
+        return fit
+    free = {path: prior if prior.kind == "uniform" else Prior(1.0) for path, prior in believed.items()}
+    problem = case.fit_problem(alike[0], free | priors_of(case.stated))
+    at, converged = fit_window(problem, np.zeros(len(free)), len(problem.times), case.noise, LAST_STEPS)
+    problem = case.fit_problem(problem.model_at(at), believed)
+    other = fit_summary(problem, np.zeros(len(believed)), converged, len(problem.times))
+    return other if other.misfit <= fit.misfit + UNSEEN else fit
 
 
 def _size_of(case: Case, verdict: str, fit: Fit) -> tuple[float, tuple[float, float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.faces.panels import BLUE, GREEN, RED, in_unit, legend_above, with_unit, words
 from wheeltapper.ground.errors import InputError
+from wheeltapper.record.labels import BRANCH_TITLE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 
 MARKS = {"fold": ("o", RED), "doubling": ("s", GREEN), "grazing": ("d", "0.35"), "torus": ("^", "tab:purple")}
 """Shape and colour of the mark of each kind of special point."""
+LINES = ("-", "--", ":", "-.")
+"""Lines of several borders of one kind."""
 DOT: dict[str, Any] = {"marker": ".", "linestyle": "none", "markersize": 2}
 UNSETTLED = "0.85"
 MOST_COLOURS = 10
@@ -162,16 +166,34 @@ def draw_ramp(ramp: xr.Dataset) -> Figure:
 
 def draw_trace(curve: xr.Dataset) -> Figure:
     """Draw a border in the plane of two fields."""
+    return draw_traces([curve])
+
+
+def draw_traces(curves: Sequence[xr.Dataset]) -> Figure:
+    """Draw borders in the plane of the same two fields; those of one kind differ in their line."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(6.0, 4.4))
     axis = figure.subplots()
-    x, along = _shown(curve, curve.attrs["parameter"])
-    y, up = _shown(curve, curve.attrs["second"])
-    axis.plot(x, y, "o-", markersize=3, label=curve.attrs["kind"])
+    fields = [(one.attrs["parameter"], one.attrs["second"]) for one in curves]
+    if len(set(fields)) > 1:
+        raise InputError("", "what", "borders in the planes of different fields", "borders over the same two fields")
+    (across, along), (height, up) = (_unit_of_all(curves, path) for path in fields[0])
+    kinds = [str(one.attrs["kind"]) for one in curves]
+    for i, (one, kind) in enumerate(zip(curves, kinds, strict=True)):
+        (shape, colour), number = MARKS[kind], kinds[:i].count(kind)
+        x, y = (factor * one[path].values for factor, path in zip((across, height), fields[0], strict=True))
+        name = kind if kinds.count(kind) == 1 else f"{kind} {number + 1}"
+        axis.plot(x, y, LINES[number % len(LINES)], marker=shape, color=colour, markersize=3, label=name)
     axis.set(xlabel=along, ylabel=up)
     legend_above(axis)
     return figure
+
+
+def _unit_of_all(curves: Sequence[xr.Dataset], path: str) -> tuple[float, str]:
+    """Return the factor of a unit in which a field of all curves reads well, and its label."""
+    factor, unit = in_unit(np.concatenate([one[path].values for one in curves]), curves[0][path].attrs.get("units", ""))
+    return factor, with_unit(words(path), unit)
 
 
 def draw_orbit(orbit: Orbit) -> Figure:
@@ -188,10 +210,7 @@ def draw_orbit(orbit: Orbit) -> Figure:
     phase.plot(1e6 * found.wheel_displacement, found.wheel_velocity)
     phase.plot([1e6 * orbit.start["displacement"]], [orbit.start["velocity"]], "o", color=RED, markersize=4)
     phase.set(xlabel="displacement [µm]", ylabel="velocity [m/s]")
-    kind = "undamped" if orbit.undamped else "stable" if orbit.stable else "unstable"
-    waves = f"{orbit.waves} wave{'s' if orbit.waves > 1 else ''}"
-    losses = f"{orbit.losses} loss{'' if orbit.losses == 1 else 'es'} of contact"
-    figure.suptitle(f"{kind} orbit of {waves}, {1e3 * orbit.period:.4g} ms, {losses}", fontsize=9)
+    figure.suptitle(str(orbit), fontsize=9)
     return figure
 
 
@@ -206,11 +225,18 @@ def _draw_motion(motion: Axes, force: Axes, found: Any, time: NDArray[Any], stat
     legend_above(force)
 
 
+def is_traces(what: Any) -> bool:
+    """Return True for several borders."""
+    titles = [getattr(one, "attrs", {}).get("title") for one in what] if isinstance(what, list | tuple) else []
+    return bool(titles) and all(title == TRACE for title in titles)
+
+
+TRACE = "wheeltapper trace"
 DRAWN = {
-    "wheeltapper branch": draw_branch,
+    BRANCH_TITLE: draw_branch,
     "wheeltapper returns": draw_returns,
     "wheeltapper fates": draw_fates,
     "wheeltapper ramp": draw_ramp,
-    "wheeltapper trace": draw_trace,
+    TRACE: draw_trace,
 }
 """What draws the datasets of the orbits, by their titles."""

@@ -15,15 +15,16 @@ from wheeltapper.diagnosis.performance import Performance
 from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
-from wheeltapper.faces.orbits import DRAWN, draw_orbit
+from wheeltapper.faces.orbits import DRAWN, draw_orbit, draw_traces, is_traces
 from wheeltapper.faces.panels import RED, legend_above
+from wheeltapper.faces.rails import draw_on_rails
 from wheeltapper.faces.results import draw_comfort, draw_force, draw_modes, draw_recording, draw_records
 from wheeltapper.faces.tracks import TRACKS
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon, history_with_events
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.arguments import as_count, as_list, as_path
 from wheeltapper.ground.errors import InputError, value_text
-from wheeltapper.ground.needs import SEVERAL_BODIES
+from wheeltapper.ground.needs import BOGIE, FLEXIBLE_TRACK, SEVERAL_BODIES, WHEELSETS
 from wheeltapper.record.labels import CHART_TITLE, WEAR_TITLE
 from wheeltapper.record.record import Record
 from wheeltapper.record.recording import Recording
@@ -43,13 +44,14 @@ STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 
 
 def plot(
-    what: Record | list[Record] | Recording | Force | Marks | Finding | Design | Performance | Orbit | Labelled,
+    what: Record | list[Record] | Recording | Force | Marks | Finding | Design | Performance | Orbit | Labelled
+    | list[xr.Dataset],
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
     against: Record | None = None,
     wheelset: int = 1,
-) -> Figure:
+) -> Figure:  # fmt: skip
     """Draw a result: a record or several, a chart, a recording, a finding, modes and the like.
 
     A record: path and wheel, normal force with losses shaded and impacts marked, and the deck if there is one. The
@@ -62,7 +64,7 @@ def plot(
     what
         Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site`, `modes`, `comfort`,
         `reconstructed`, `read_recording`, `load`, a function of `orbits` or a question to a track alone, of `tracks`;
-        or a list of records of a wheelset, whose forces are drawn over each other.
+        or a list of records of a wheelset, whose forces are drawn over each other, or of borders from `orbits.trace`.
     path
         Path of the picture; None: it is only returned.
     features
@@ -101,6 +103,8 @@ def plot(
             figure = draw_wagon(what) if against is None else draw_comparison(what, against, wheelset)
         elif against is not None:
             raise InputError("", "against", "a record to draw over", "None, unless `what` is the record of a wagon")
+        elif isinstance(what, Record) and what.scenario.needs & {FLEXIBLE_TRACK, WHEELSETS, BOGIE}:
+            figure = draw_on_rails(what)
         elif isinstance(what, Record):
             figure = _drawn_figure(what)
         elif isinstance(what, Marks):
@@ -119,6 +123,8 @@ def plot(
             figure = draw_orbit(what)
         elif _is_answer_of_track(what):
             figure = TRACKS[str(what.attrs["title"])](what)
+        elif is_traces(what):
+            figure = draw_traces(what)  # type: ignore[arg-type]
         elif isinstance(what, list | tuple):
             figure = draw_records(what)
         elif {"damping_ratio", "shape"} <= variables:

@@ -35,6 +35,14 @@ class Outcome(Enum):
         "shorten the duration",
     )
 
+    CHATTERING = (
+        "contact was lost and regained so often in a moment that its events cannot be told apart",
+        "check for an irregularity of very short waves, or add damping to the contact",
+    )
+    UNSOLVED = (
+        "the contact force could not be computed any further",
+        'check the contact law and the orders of magnitude, or try method="strict"',
+    )
     DERAILED = (
         "a wheel left the rails",
         "lower the irregularity or the speed, or check gauge and profiles",

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from wheeltapper.describe.contact.elastic_plastic import ElasticPlastic
 from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.creep.fastsim import Fastsim
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.deck import FloatingDeck
 from wheeltapper.describe.track.stiff import StiffTrack
+from wheeltapper.describe.track.supported import SupportedRail
+from wheeltapper.describe.vehicle.bogie import Bogie
 from wheeltapper.describe.vehicle.wagon import Wagon
 from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.describe.vehicle.wheelsets import Wheelsets
 from wheeltapper.ground.errors import InputError
 
 KNOWN: dict[str, tuple[type, ...]] = {
-    "vehicle": (Wheelset, Wagon),
-    "contact": (Hertz, Linear, ElasticPlastic),
-    "track": (StiffTrack, FloatingDeck),
+    "vehicle": (Wheelset, Wagon, Wheelsets, Bogie),
+    "contact": (Hertz, Linear, ElasticPlastic, Law),
+    "track": (StiffTrack, FloatingDeck, SupportedRail),
 }
 """By field of the scenario, what is lowered; the elements of a wagon are in `structure`."""
 

@@ -93,7 +93,7 @@ def _contact_constant(value: Fields) -> Numbers:
     return np.asarray(first_order(ellipse.contact_constant, *(value(name) for name in names)) * wheels)
 
 
-def _hysteresis_factor(value: Fields) -> Numbers:
+def hysteresis_factor(value: Fields) -> Numbers:
     """Return χ in s/m."""
     contact = value.scenario.contact
     if not isinstance(contact, Hertz):
@@ -146,7 +146,7 @@ def numbers_of(value: Fields, placing: Placing, method: Method) -> tuple[Numbers
     if isinstance(value.scenario.contact, Linear):
         columns[contract.BILATERAL] = float(value.scenario.contact.bilateral)
     else:
-        columns[contract.HYSTERESIS] = _hysteresis_factor(value) * length / time
+        columns[contract.HYSTERESIS] = hysteresis_factor(value) * length / time
     law = (float(linear), float(not linear))
     static = static_indentation(1.0, columns[contract.STIFFNESS], law, 0.0)
     prestress = law[0] * static + law[1] * static**1.5

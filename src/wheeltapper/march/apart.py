@@ -75,7 +75,7 @@ def _kind_of(numbers: FloatArray, piece: FloatArray) -> int:
 
 
 @inlined_kernel
-def _enter_path(cell: int, pool: cells.Pool) -> None:
+def enter_path(cell: int, pool: cells.Pool) -> None:
     """Write what lanes need of the present piece of a cell's path, and until when, in its row."""
     numbers = pool.numbers[cell]
     piece = pool.pieces[pool.first[cell] + int(pool.rows[cell, PIECE])]
@@ -108,7 +108,7 @@ def _enter_path(cell: int, pool: cells.Pool) -> None:
 
 
 @kernel
-def _enter_numbers(cell: int, pool: cells.Pool) -> None:
+def enter_numbers(cell: int, pool: cells.Pool) -> None:
     """Write a cell's suspension, contact and deck in its row."""
     numbers = pool.numbers[cell]
     row = pool.rows[cell, cells.LOCAL :]
@@ -148,8 +148,8 @@ def join_queue(cell: int, pool: cells.Pool) -> bool:
     corner = S[MARK + AT_BREAK]
     S[MARK + AT_BREAK] = 0.0
     cells.put_back(cell, pool.rows, S)
-    _enter_numbers(cell, pool)
-    _enter_path(cell, pool)
+    enter_numbers(cell, pool)
+    enter_path(cell, pool)
     kind = int(pool.rows[cell, cells.CELL_KIND])
     force = 0.0
     if not flying:
@@ -184,7 +184,7 @@ def cross_softly(cell: int, pool: cells.Pool) -> bool:
         return False
     rows[cell, PIECE] = after
     rows[cell, SHIFT] = shift
-    _enter_path(cell, pool)
+    enter_path(cell, pool)
     return True
 
 
@@ -209,7 +209,7 @@ def cross_breakpoint(cell: int, pool: cells.Pool) -> None:
 
 @kernel
 def go_apart(strict: bool | None, pool: cells.Pool) -> bool:
-    """March one cell alone until lanes can take it, or to its end; return False if its events need more room."""
+    """March one cell alone until lanes can take it, or to its end; return False if a table needs more room."""
     rows, queue = pool.rows, pool.queue
     cell = cells.pop(cells.APART, queue)
     pool.used[cells.VISITS] += 1
@@ -218,12 +218,17 @@ def go_apart(strict: bool | None, pool: cells.Pool) -> bool:
     S = pool.S
     cells.load_cell(cell, rows, S)
     while True:
+        if not cells.may_log(pool):
+            cells.put_back(cell, rows, S)
+            cells.push(cell, cells.APART, queue)
+            return False
         S[COUNT] = 0.0
         event, peak = int(S[COUNT + layout.EVENTS]), int(S[COUNT + layout.PEAKS])
         events = pool.events[pool.used[cells.USED_EVENTS] - event :]
         peaks = pool.peaks[pool.used[cells.USED_PEAKS] - peak : len(pool.peaks) - 1]  # a corner may need one row more
         why = advance_kernel(table, numbers, None, None, pool.steps, events, peaks, None, S, strict)
         cells.claim_rows(cell, int(S[COUNT + layout.EVENTS]) - event, int(S[COUNT + layout.PEAKS]) - peak, pool)
+        cells.log_rows(cell, int(S[COUNT]), pool)
         if why == contract.RUNNING and join_queue(cell, pool):
             return True
         if why != contract.RUNNING:

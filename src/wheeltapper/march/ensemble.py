@@ -192,14 +192,9 @@ def _marched_pool(cells: Cells, variant: Variant, motions: FloatArray) -> pools.
     return pool
 
 
-def march_in_lanes(cells: Cells, variant: Variant | None = None) -> Marched:
-    """March some cells in this thread, eight at a time wherever they wait for the same kind of step.
-
-    A cell that can never reach the impact or loss at which it is to end, because it lacks the energy, ends without the
-    force maxima that would follow, each lower than the one before.
-    """
-    total = len(cells.first)
-    pool = _marched_pool(cells, variant or Variant.of_cells(cells), AT_THEIR_STARTS)
+def _tables_of(pool: pools.Pool) -> Marched:
+    """Return the events and peaks of cells that have marched to their ends."""
+    total = len(pool.first)
     event_ends, peak_ends = np.empty(total, dtype=np.int64), np.empty(total, dtype=np.int64)
     events = np.empty((int(pool.used[pools.USED_EVENTS]), contract.EVENT_COLUMNS))
     peaks = np.empty((int(pool.used[pools.USED_PEAKS]), contract.PEAK_COLUMNS))
@@ -209,6 +204,51 @@ def march_in_lanes(cells: Cells, variant: Variant | None = None) -> Marched:
         pool.rows[:, column].copy() for column in (pools.CELL_STATUS, pools.CELL_END, pools.AIRBORNE)
     )
     return Marched(status.astype(np.int64), end, events, peaks, event_ends, peak_ends, airborne)
+
+
+def march_in_lanes(cells: Cells, variant: Variant | None = None) -> Marched:
+    """March some cells in this thread, eight at a time wherever they wait for the same kind of step.
+
+    A cell that can never reach the impact or loss at which it is to end, because it lacks the energy, ends without the
+    force maxima that would follow, each lower than the one before.
+    """
+    return _tables_of(_marched_pool(cells, variant or Variant.of_cells(cells), AT_THEIR_STARTS))
+
+
+class Steps(NamedTuple):
+    """All steps of many cells, one cell after the other."""
+
+    rows: FloatArray  # (steps, STEP_COLUMNS)
+    ends: IntArray  # (cells,): the row after a cell's last step
+    last: FloatArray  # (cells, LENGTH): the state at each cell's end
+
+
+class KeptSteps(NamedTuple):
+    """Cells that have marched, with all that they leave."""
+
+    marched: Marched
+    steps: Steps
+    pool: pools.Pool
+
+
+def march_keeping_steps(cells: Cells, variant: Variant, most: int, to_the_end: bool) -> KeptSteps | None:
+    """March some cells in lanes; return their steps too, or None if there are more than `most`.
+
+    A single cell may have any number of steps. With `to_the_end` cells do not end before, though they lack the energy
+    for the impact or loss for which they wait.
+    """
+    total = len(cells.first)
+    pool = pools.pool_of(*cells, 64 * total + pools.STEP_ROOM)
+    pool.used[pools.TO_THE_END] = 1 if to_the_end else 0
+    start_lanes(AT_THEIR_STARTS, pool)
+    while not lanes_kernel(*variant, pool):
+        if pool.used[pools.USED_STEPS] > most and total > 1:
+            return None
+        pool = pool.larger()
+    ends = np.empty(total, dtype=np.int64)
+    rows = np.empty((int(pool.used[pools.USED_STEPS]), contract.STEP_COLUMNS))
+    pools.gather_kernel(pool.log, len(rows), ends, rows)
+    return KeptSteps(_tables_of(pool), Steps(rows, ends, pool.rows[:, : contract.LENGTH].copy()), pool)
 
 
 def end_motions(cells: Cells, threads: int, motions: FloatArray = AT_THEIR_STARTS) -> tuple[FloatArray, IntArray]:

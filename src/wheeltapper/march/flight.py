@@ -32,7 +32,7 @@ def path_series(order: int, S: FloatArray) -> None:
 
 
 @kernel
-def _free_series(
+def free_series(
     K: float, G: float, load: float, y: float, v: float, row: int, rate: int, order: int, S: FloatArray
 ) -> None:
     """Fill two rows with the motion of a mass of one on its spring and damper, as series in time."""
@@ -54,13 +54,13 @@ def flight_series(
 ) -> None:
     """Fill U (y), W (v), CLEAR (y_k + Y - y) and, with a deck, Y and Z up to `order`, as series in time."""
     path_series(order, S)
-    _free_series(numbers[contract.STIFFNESS], numbers[contract.DAMPING], -1.0, y, v, U, W, order, S)
+    free_series(numbers[contract.STIFFNESS], numbers[contract.DAMPING], -1.0, y, v, U, W, order, S)
     for n in range(order + 1):
         S[layout.CLEAR + n] = S[F + n] - S[U + n]
     mass = numbers[contract.DECK_MASS]
     if mass > 0.0:
         load = numbers[contract.PRESTRESS] / mass if on_deck else 0.0
-        _free_series(
+        free_series(
             numbers[contract.DECK_STIFFNESS] / mass, numbers[contract.DECK_DAMPING] / mass, load, deck_y, deck_v,
             Y, Z, order, S,
         )  # fmt: skip

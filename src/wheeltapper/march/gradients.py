@@ -1,4 +1,4 @@
-"""Many cells with their derivatives: each is marched, and then its steps are repeated with tangents."""
+"""Many cells with their derivatives: they march in lanes, and then the steps of each are repeated with tangents."""
 
 from __future__ import annotations
 
@@ -9,22 +9,28 @@ import numpy as np
 
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
+from wheeltapper.march.borrowed import borrowed
 from wheeltapper.march.dense import OUT_COLUMNS
-from wheeltapper.march.ensemble import Cells, Marched, doubled_tables, room_for
-from wheeltapper.march.events import is_free
+from wheeltapper.march.ensemble import Cells, KeptSteps, Marched, Steps, Variant, march_keeping_steps, room_for
+from wheeltapper.march.ensemble import is_ready as lanes_are_ready
 from wheeltapper.march.kernel import is_compiled, kernel
-from wheeltapper.march.layout import COUNT, EVENTS, PEAKS, SCRATCH, STATE
-from wheeltapper.march.program import LENGTH, PHASE, TIME, FloatArray, IntArray, Program
-from wheeltapper.march.single import March, march, march_kernel, start_kernel
+from wheeltapper.march.layout import SCRATCH
+from wheeltapper.march.pool import pool_of
+from wheeltapper.march.program import TIME, FloatArray, IntArray, Program
+from wheeltapper.march.single import March, march
 from wheeltapper.march.tally import CONTACTS, HIGHEST, HIGHEST_TIME, STILL_OPEN, TALLY, tally_kernel
-from wheeltapper.march.tangent import tangent_kernel
+from wheeltapper.march.tangent import repeat_kernel, tangent_kernel
+from wheeltapper.march.tangent_lanes import Links, borrowed_links, links_of
 from wheeltapper.march.tangent_path import LANES, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
 
 PARAMETERS = LANES - 2
 """Number of parameters that are carried at a time. The last two lanes carry displacement and velocity at the start."""
 BY_HEIGHT, BY_VELOCITY = PARAMETERS, PARAMETERS + 1
-GRADIENT_BLOCK = 1024
+GRADIENT_BLOCK = 128
+"""Cells that one thread marches at a time; their steps are kept."""
+MOST_STEPS = 2**19
+"""Number of steps beyond which a block is halved: they need some 90 MB."""
 
 
 class CellTangents(NamedTuple):
@@ -46,29 +52,28 @@ class Tangents(NamedTuple):
     highest: FloatArray | None = None
     impulses: FloatArray | None = None
 
-    def larger(self) -> Tangents:
-        """Return tables with room for twice the events."""
-        return self._replace(**doubled_tables(self, ("events", "peaks", "impulses"), 0.0))
-
-    def without_room(self, events: int, peaks: int, tally: bool) -> Tangents:
-        """Return the rows in use, and the tally only where one was kept."""
-        used = (("events", events), ("peaks", peaks), ("impulses", events))
-        found = self._replace(**{name: getattr(self, name)[:rows] for name, rows in used})
-        return found if tally else found._replace(highest=None, impulses=None)
-
 
 @kernel
 def gradient_kernel(
     pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatArray, turns: FloatArray, bends: FloatArray,
-    table: IntArray, cell: int, status: IntArray, end: FloatArray, events: FloatArray, peaks: FloatArray,
-    event_ends: IntArray, peak_ends: IntArray, airborne: FloatArray, highest: FloatArray, impulses: FloatArray,
+    table: IntArray, steps: FloatArray, step_ends: IntArray, last: FloatArray, status: IntArray, events: FloatArray,
+    peaks: FloatArray, event_ends: IntArray, peak_ends: IntArray, highest: FloatArray, impulses: FloatArray,
     of_events: FloatArray, of_peaks: FloatArray, gentlest: FloatArray, amplification: FloatArray,
-    of_highest: FloatArray, of_impulses: FloatArray, steps: FloatArray, S: FloatArray, D: FloatArray,
-    strict: bool | None, tallied: bool | None,
-) -> int:  # fmt: skip
-    """March the cells from `cell` on, with tangents; return the first that finds no room, or their number."""
-    event = event_ends[cell - 1] if cell > 0 else 0
-    peak = peak_ends[cell - 1] if cell > 0 else 0
+    of_highest: FloatArray, of_impulses: FloatArray, S: FloatArray, D: FloatArray, tallied: bool | None,
+    bent: bool | None, general: bool | None, links: Links | None,
+) -> None:  # fmt: skip
+    """Repeat the steps of all cells with tangents."""
+    pieces, numbers, turns, bends, table = (
+        borrowed(pieces), borrowed(numbers), borrowed(turns), borrowed(bends), borrowed(table),
+    )  # fmt: skip
+    steps, last, events, peaks, impulses = (
+        borrowed(steps), borrowed(last), borrowed(events), borrowed(peaks), borrowed(impulses),
+    )  # fmt: skip
+    of_events, of_peaks, of_highest, of_impulses, S, D = (
+        borrowed(of_events), borrowed(of_peaks), borrowed(of_highest), borrowed(of_impulses), borrowed(S), borrowed(D),
+    )  # fmt: skip
+    if links is not None:
+        links = borrowed_links(links)
     start = np.zeros((2, LANES))
     start[OF_HEIGHT, BY_HEIGHT] = 1.0
     start[OF_VELOCITY, BY_VELOCITY] = 1.0
@@ -77,81 +82,95 @@ def gradient_kernel(
     point = np.zeros(OUT_COLUMNS)
     no_times = np.zeros(0)
     no_samples = np.zeros((0, QUANTITIES, SAMPLED))
-    while cell < len(first):
+    row = 0
+    event = 0
+    peak = 0
+    for cell in range(len(first)):
         own = pieces[first[cell] : first[cell] + many[cell]]
-        start_kernel(own, numbers[cell], events[event:], S)
-        airborne[cell] = 1.0 if is_free(S[STATE + PHASE]) else 0.0
-        why = march_kernel(own, numbers[cell], None, None, steps, events[event:], peaks[peak:], None, S, strict)
-        if why == contract.FULL:
-            return cell
-        status[cell] = why
-        end[cell] = S[STATE + TIME]
-        rows = int(S[COUNT])
-        new_events = int(S[COUNT + EVENTS])
-        new_peaks = int(S[COUNT + PEAKS])
-        last = S[STATE : STATE + LENGTH].copy()
+        made = steps[row : step_ends[cell]]
         if tallied is not None:
             tally[:] = 0.0
             tally[HIGHEST] = -np.inf
-            of_impulses[event : event + new_events] = np.nan
-            tally_kernel(own, numbers[cell], steps, rows, tally, impulses[event:], S, point)
-            if why != contract.ENOUGH and tally[STILL_OPEN] != 0.0:
+            tally_kernel(own, numbers[cell], made, len(made), tally, impulses[event:], S, point)
+            if status[cell] != contract.ENOUGH and tally[STILL_OPEN] != 0.0:
                 impulses[event + int(tally[CONTACTS]) - 1] = np.nan
             highest[cell] = tally[HIGHEST]
-        gentlest[cell] = tangent_kernel(
-            own, bends, first[cell], table, numbers[cell], turns[cell], start, steps[:rows], last,
-            events[event : event + new_events], peaks[peak : peak + new_peaks],
-            of_events[event : event + new_events], of_peaks[peak : peak + new_peaks], of_end, tally[HIGHEST_TIME],
-            of_highest[cell], of_impulses[event:], no_times, no_samples, S, D, tallied,
+        gentlest[cell] = repeat_kernel(
+            own, bends, first[cell], table, numbers[cell], turns[cell], start, made, last[cell],
+            events[event : event_ends[cell]], peaks[peak : peak_ends[cell]], of_events[event : event_ends[cell]],
+            of_peaks[peak : peak_ends[cell]], of_end, tally[HIGHEST_TIME], of_highest[cell], of_impulses[event:],
+            no_times, no_samples, S, D, tallied, cell, bent, general, links,
         )  # fmt: skip
         a, b = of_end[OF_HEIGHT, BY_HEIGHT], of_end[OF_HEIGHT, BY_VELOCITY]
         c, d = of_end[OF_VELOCITY, BY_HEIGHT], of_end[OF_VELOCITY, BY_VELOCITY]
         half = 0.5 * (a * a + b * b + c * c + d * d)
         gap = max(half * half - (a * d - b * c) ** 2, 0.0)
         amplification[cell] = np.sqrt(half + np.sqrt(gap))
-        event += new_events
-        peak += new_peaks
-        event_ends[cell] = event
-        peak_ends[cell] = peak
-        cell += 1
-    return cell
+        row = step_ends[cell]
+        event = event_ends[cell]
+        peak = peak_ends[cell]
 
 
-def _room_for(cells: int) -> Tangents:
+def _room_for(cells: int, events: int, peaks: int, tally: bool) -> Tangents:
     """Return tables beside those of the march."""
-    rows = 16 * cells + 64
     return Tangents(
-        np.zeros((rows, 2, LANES)), np.zeros((rows, 2, LANES)), np.zeros(cells), np.zeros(cells),
-        np.zeros((cells, LANES)), np.zeros((rows, LANES)),
+        np.zeros((events, 2, LANES)), np.zeros((peaks, 2, LANES)), np.zeros(cells), np.zeros(cells),
+        np.zeros((cells, LANES)), np.full((events if tally else 0, LANES), np.nan),
     )  # fmt: skip
 
 
 def _arguments(
-    cells: Cells, turns: CellTangents, cell: int, tables: Marched, tangents: Tangents, steps: FloatArray, tally: bool
+    cells: Cells, turns: CellTangents, kept: KeptSteps, tangents: Tangents, tally: bool, variant: Variant
 ) -> tuple[Any, ...]:
-    work = (steps, np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)), cells.strict, True if tally else None)
-    return (*cells, *turns, cell, *tables, *tangents, *work)
+    marched = kept.marched
+    tables = (marched.status, marched.events, marched.peaks, marched.event_ends, marched.peak_ends)
+    work = (np.zeros(SCRATCH), np.zeros((SCRATCH, LANES)), True if tally else None)
+    links: tuple[Any, ...] = (None, None, None)
+    if not (tally or variant.strict):
+        links = variant.bent, variant.general, links_of(kept.pool, _directions(turns))
+    return (*cells, *turns, *kept.steps, *tables, marched.highest, marched.impulses, *tangents, *work, *links)
 
 
-def _empty_steps(rows: int) -> FloatArray:
-    return np.empty((rows, contract.STEP_COLUMNS))
+def _directions(turns: CellTangents) -> IntArray:
+    """Return the lanes in which anything changes."""
+    turned = np.any(turns.numbers != 0.0, axis=(0, 1)) | (turns.table >= 0)
+    return np.flatnonzero(turned)
+
+
+def _with_tally(marched: Marched) -> Marched:
+    """Return tables with room for what a tally finds."""
+    return marched._replace(
+        highest=np.zeros(len(marched.status)), impulses=np.full(len(marched.events), np.nan)
+    )  # fmt: skip
 
 
 def is_ready(cells: Cells, turns: CellTangents, tally: bool) -> bool:
     """Return False if marching these cells with tangents begins with compiling."""
-    return is_compiled(gradient_kernel, _arguments(cells, turns, 0, room_for(0), _room_for(0), _empty_steps(0), tally))
+    if not lanes_are_ready(cells, tally=False):
+        return False
+    whole, none = np.empty((0, 1)), np.zeros(0, dtype=np.int64)
+    kept = KeptSteps(room_for(0), Steps(whole, none, whole), pool_of(*cells.part(slice(0, 1))))
+    arguments = _arguments(cells, turns, kept, _room_for(0, 0, 0, tally), tally, Variant.of_cells(cells))
+    return is_compiled(gradient_kernel, arguments)
 
 
-def march_block(cells: Cells, turns: CellTangents, tally: bool = False) -> tuple[Marched, Tangents]:
-    """March some cells in this thread, with tangents; with `tally`, find impulses and highest positions too."""
-    total = len(cells.first)
-    tables, tangents, rows, cell = room_for(total), _room_for(total), 1024, 0
-    while cell < total:
-        cell = gradient_kernel(*_arguments(cells, turns, cell, tables, tangents, _empty_steps(rows), tally))
-        if cell < total:
-            tables, tangents, rows = tables.larger(), tangents.larger(), 2 * rows
-    marched = tables.without_room(tally)
-    return marched, tangents.without_room(len(marched.events), len(marched.peaks), tally)
+def march_block(
+    cells: Cells, turns: CellTangents, tally: bool = False, variant: Variant | None = None
+) -> tuple[Marched, Tangents] | None:
+    """March some cells in this thread, with tangents; with `tally`, find impulses and highest positions too.
+
+    Return None if there are several cells whose steps need too much memory.
+    """
+    variant = variant or Variant.of_cells(cells)
+    kept = march_keeping_steps(cells, variant, MOST_STEPS, tally)
+    if kept is None:
+        return None
+    marched = _with_tally(kept.marched)
+    tangents = _room_for(len(cells.first), len(marched.events), len(marched.peaks), tally)
+    gradient_kernel(*_arguments(cells, turns, kept._replace(marched=marched), tangents, tally, variant))
+    if tally:
+        return marched, tangents
+    return marched._replace(highest=None, impulses=None), tangents._replace(highest=None, impulses=None)
 
 
 def sampled_tangents(
@@ -182,10 +201,16 @@ def march_all(
     tally: bool = False,
 ) -> None:
     """March all cells with tangents, block by block, and pass each block to `read`; the threads do both."""
+    variant = Variant.of_cells(cells)
 
     def march_and_read(block: slice) -> None:
-        read(
-            block, *march_block(cells.part(block), CellTangents(turns.numbers[block], turns.bends, turns.table), tally)
-        )
+        some = CellTangents(turns.numbers[block], turns.bends, turns.table)
+        found = march_block(cells.part(block), some, tally, variant)
+        if found is not None:
+            read(block, *found)
+            return
+        middle = (block.start + block.stop) // 2
+        march_and_read(slice(block.start, middle))
+        march_and_read(slice(middle, block.stop))
 
     in_blocks(len(cells.first), GRADIENT_BLOCK, threads, march_and_read)

@@ -52,6 +52,23 @@ PLAIN_NUMBERS, CELL_NUMBERS = CELL_GOAL + 1, CELL_SHARE + 1
 # lift, and of the factor, in powers of ξ; y and v of a flight (of a contact step those of the deck), the rail's height
 # in a flight, and the polynomial whose root is sought. The room after u keeps what a step writes away from places that
 # are a multiple of 4096 bytes (64 rows) behind what the next step reads: a processor takes them for the same.
-LANE_U, LANE_W, LANE_N, LANE_PATH, LANE_FACTOR, LANE_Y, LANE_V, LANE_RAIL, LANE_POLYNOMIAL, LANE_ENTRIES = _row_starts(
-    49 * LANES, 31, 23, 23, TERMS, TERMS, *[23] * 4
+# At the end time and motion at the start of the step before: a step that is no event moves a lane's start, and the
+# march with tangents keeps it.
+(
+    LANE_U, LANE_W, LANE_N, LANE_PATH, LANE_FACTOR, LANE_Y, LANE_V, LANE_RAIL, LANE_POLYNOMIAL, LANE_WAS,
+    LANE_DECK_WAS, LANE_ENTRIES,
+) = _row_starts(49 * LANES, 31, 23, 23, TERMS, TERMS, *[23] * 4, 3, 2)  # fmt: skip
+# Tangents of eight steps of known length, one direction at a time: changes of the start; of what a kind of steps has;
+# of the place and the pace on a polynomial piece; of the harmonic's phase; of t, u, w and the deck's motion at the end.
+(
+    LANE_OF_TIME, LANE_OF_U, LANE_OF_W, LANE_OF_DECK_Y, LANE_OF_DECK_V, LANE_OF_K, LANE_OF_G, LANE_OF_LOAD,
+    LANE_OF_GAIN_SIN, LANE_OF_GAIN_COS, LANE_OF_OMEGA, LANE_OF_PHASE, LANE_OF_ETA, LANE_OF_PRESTRESS,
+    LANE_OF_DECK_STIFF, LANE_OF_DECK_DRAG, LANE_OF_SHARE, LANE_OF_AHEAD, LANE_OF_PACE, LANE_OF_T_END, LANE_OF_U_END,
+    LANE_OF_W_END, LANE_OF_DECK_Y_END, LANE_OF_DECK_V_END,
+) = range(LANE_ENTRIES, LANE_ENTRIES + 24 * LANES, LANES)  # fmt: skip
+# Changes of a piece's polynomials, path and factor, in powers of ξ; of the forcing and the factor about the step's
+# start in powers of time; and the coefficients of the steps' series that their tangents need.
+BASE_ROWS = 400
+LANE_OF_PATH, LANE_OF_FACTOR, LANE_OF_FORCING, LANE_OF_FACTOR_HERE, LANE_BASE, TANGENT_ENTRIES = _row_starts(
+    LANE_ENTRIES + 24 * LANES, TERMS, TERMS, 12, TERMS, BASE_ROWS
 )

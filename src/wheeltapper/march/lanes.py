@@ -161,8 +161,10 @@ def _reaches_breakpoint(i: int, L: FloatArray) -> bool:
 
 
 @inlined_kernel
-def _commit(i: int, time: float, kind: int, L: FloatArray) -> None:
-    """Let a lane's next step begin at the end of this one."""
+def _commit(i: int, cell: int, time: float, kind: int, phase: float, length: float, pool: cells.Pool) -> None:
+    """Log a lane's step, and let the next one begin at its end."""
+    L = pool.L
+    cells.log_lane(i, cell, kind, phase, at.LANE_TIME, at.LANE_DECK_Y, length, pool)
     L[at.LANE_TIME + i] = time
     L[at.LANE_U0 + i] = L[at.LANE_U_END + i]
     L[at.LANE_W0 + i] = L[at.LANE_W_END + i]
@@ -175,7 +177,7 @@ def _commit(i: int, time: float, kind: int, L: FloatArray) -> None:
 def _reach_breakpoint(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
     """Let a lane's step end at the breakpoint."""
     L, until = pool.L, pool.L[at.LANE_UNTIL + i]
-    _commit(i, until, kind, L)
+    _commit(i, cell, until, kind, CONTACT, L[at.LANE_LENGTH + i], pool)
     cells.keep_lane(i, cell, kind, pool.rows, L)
     force = _force(cell, kind, until, L[at.LANE_U0 + i], L[at.LANE_W0 + i], pool)
     cells.track_force(cell, until, force, 1.0, pool)
@@ -245,6 +247,36 @@ def _next_queue(i: int, kind: int, L: FloatArray) -> int:
     return cells.TURN + kind if L[at.LANE_CALM + i] == 0.0 else cells.CROSS + kind
 
 
+@inlined_kernel
+def _leave_lanes(kind: int, pool: cells.Pool) -> None:
+    """Let the cells in the lanes wait for their next step in contact."""
+    for i in range(at.LANES):
+        if pool.held[i] >= 0:
+            cells.keep_lane(i, pool.held[i], kind, pool.rows, pool.L)
+            cells.push(pool.held[i], cells.COAST + kind, pool.queue)
+
+
+@inlined_kernel
+def _step_and_log(
+    kind: int, strict: bool | None, bent: bool | None, general: bool | None, pool: cells.Pool
+) -> None:  # fmt: skip
+    """Make one contact step in all lanes, and log those that move a lane's start."""
+    L = pool.L
+    if len(pool.log) == 0:
+        _step_lanes(kind, strict, bent, general, L)
+        return
+    for k in range(3 * at.LANES):
+        L[at.LANE_WAS + k] = L[at.LANE_TIME + k]
+    if kind > cells.BENT:
+        for k in range(2 * at.LANES):
+            L[at.LANE_DECK_WAS + k] = L[at.LANE_DECK_Y + k]
+    _step_lanes(kind, strict, bent, general, L)
+    for i in range(at.LANES):
+        if pool.held[i] >= 0 and L[at.LANE_GO + i] != 0.0:
+            length = L[at.LANE_LENGTH + i]
+            cells.log_lane(i, pool.held[i], kind, CONTACT, at.LANE_WAS, at.LANE_DECK_WAS, length, pool)
+
+
 @kernel
 def _step_until_event(
     kind: int, drain: bool, strict: bool | None, bent: bool | None, general: bool | None, pool: cells.Pool
@@ -255,7 +287,10 @@ def _step_until_event(
     pieces, first, numbers = pool.pieces, pool.first, pool.numbers
     busy = cells.fill_all(cells.COAST + kind, kind, pool)
     while busy > 0:
-        _step_lanes(kind, strict, bent, general, L)
+        if not cells.may_log(pool):
+            _leave_lanes(kind, pool)
+            return
+        _step_and_log(kind, strict, bent, general, pool)
         if _is_everywhere(at.LANE_GO, L):
             continue
         if kind > cells.WAVE and _meets_breakpoints(held, L):
@@ -273,10 +308,7 @@ def _step_until_event(
             if held[i] < 0:
                 busy -= 1
         if busy < before and not drain:
-            for i in range(at.LANES):
-                if held[i] >= 0:
-                    cells.keep_lane(i, held[i], kind, rows, L)
-                    cells.push(held[i], cells.COAST + kind, queue)
+            _leave_lanes(kind, pool)
             return
 
 
@@ -338,6 +370,8 @@ def _stays_for_ever(i: int, cell: int, pool: cells.Pool) -> bool:
     no further loss, and all further force maxima are lower than the one before.
     """
     L, counts, numbers = pool.L, pool.rows[cell, cells.COUNTS : cells.LOCAL], pool.numbers[cell]
+    if pool.used[cells.TO_THE_END] != 0:
+        return False
     awaited = counts[IMPACTS] < max(counts[UNTIL_IMPACT], counts[UNTIL_LOSS])
     if not awaited or L[at.LANE_UNTIL + i] != numbers[END]:
         return False
@@ -374,7 +408,8 @@ def _act(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
         else:
             _cross_hard(cell, pool)
     elif ends == CALM_END:
-        _commit(i, L[at.LANE_TIME + i] + L[at.LANE_T_END + i], kind, L)
+        time = L[at.LANE_TIME + i] + L[at.LANE_T_END + i]
+        _commit(i, cell, time, kind, CONTACT, L[at.LANE_LENGTH + i], pool)
         cells.keep_lane(i, cell, kind, rows, L)
         cells.push(cell, cells.COAST + kind, queue)
     else:
@@ -387,7 +422,7 @@ def _lose_contact(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
     L, rows = pool.L, pool.rows
     rate = L[at.LANE_W_END + i]
     time = L[at.LANE_TIME + i] + L[at.LANE_T_END + i]
-    _commit(i, time, kind, L)
+    _commit(i, cell, time, kind, CONTACT, L[at.LANE_LENGTH + i], pool)
     if kind <= cells.WAVE:
         L[at.LANE_U0 + i], L[at.LANE_W0 + i] = L[at.LANE_Y + i], L[at.LANE_V + i]
     else:
@@ -459,7 +494,8 @@ def _fly_on(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
     if not plain or (lands and at_break):
         cells.push(cell, cells.APART, pool.queue)
         return
-    _commit(i, L[at.LANE_UNTIL + i] if at_break else time, kind, L)
+    end = L[at.LANE_UNTIL + i] if at_break else time
+    _commit(i, cell, end, kind, FLIGHT, L[at.LANE_T_ROOT + i], pool)
     if lands:
         L[at.LANE_U0 + i] = 0.0
         L[at.LANE_W0 + i] = L[at.LANE_W_ROOT + i]
@@ -481,11 +517,13 @@ def _fly_on(i: int, cell: int, kind: int, pool: cells.Pool) -> None:
 
 @kernel
 def lanes_kernel(strict: bool | None, bent: bool | None, general: bool | None, pool: cells.Pool) -> bool:
-    """March all cells to their ends; return False when their events need more room."""
+    """March all cells to their ends; return False when a table needs more room."""
     pool = cells.borrowed_pool(pool)
     queue, used = pool.queue, pool.used
     while True:
         if max(used[cells.USED_EVENTS] - len(pool.events), used[cells.USED_PEAKS] - len(pool.peaks)) + cells.ROOM > 0:
+            return False
+        if not cells.may_log(pool):
             return False
         if queue[cells.WAITING, cells.APART] > 0:
             if not go_apart(strict, pool):

@@ -6,7 +6,7 @@ wave is the same, so that its march begins at time zero again.
 
 from section to section   states -> states, losses and largest force of each wave
 with tangents             the derivatives of the state after some waves by the first one: a product of matrices
-until captured            wave after wave, until the state lies within a trap: a neighbourhood of an orbit
+until captured            wave after wave, in lanes, until the state lies within a trap: a neighbourhood of an orbit
 growth                    a small change of the state is carried along, and scaled to length one after every wave
 """
 
@@ -17,16 +17,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wheeltapper.march import ensemble, layout
 from wheeltapper.march import events as event
-from wheeltapper.march import layout
 from wheeltapper.march import program as contract
 from wheeltapper.march.blocks import in_blocks
 from wheeltapper.march.ensemble import Cells, end_motions
 from wheeltapper.march.kernel import is_compiled, kernel
-from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE
+from wheeltapper.march.layout import COUNT, MARK, SCRATCH, STATE, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray, IntArray
-from wheeltapper.march.series import localise, rail_at
+from wheeltapper.march.roots import evaluate
+from wheeltapper.march.series import contact_series, localise, rail_at
 from wheeltapper.march.single import March, march_kernel, start_kernel
+from wheeltapper.march.step import fastest_rate
 from wheeltapper.march.tangent import tangent_kernel
 from wheeltapper.march.tangent_path import LANES, OF_DECK_HEIGHT, OF_DECK_VELOCITY, OF_HEIGHT, OF_VELOCITY
 from wheeltapper.march.tangent_samples import QUANTITIES, SAMPLED
@@ -45,12 +47,20 @@ UNCAUGHT = -1
 """The orbit of a cell that no trap has caught."""
 MOST_LOSSES = 1e6
 """Largest number of losses of contact in one wave."""
+MOST_ROWS = 2**18
+"""Room for the steps of one wave with tangents beyond which a march is given up: only wild guesses are so long."""
 CHANGE = 0
 """The lane of the tangents that carries the only change of a state."""
 SMALL = 1e-7
 """Length of the change of a state that is marched itself where the motion grazes and has no tangent."""
 BLOCK, FEW = 64, 16
 """Cells that one thread marches at a time, and number of them below which lanes would march mostly empty."""
+WIDE_BLOCK = 1024
+"""Cells that one thread marches until they are caught: many, because lanes run dry when few of them are free."""
+FINE = 1.0 / 16.0
+"""Part of the order of a series: the largest angle, in radians of the fastest vibration that a wheel or a deck can
+make, over which one step carries tangents. The next term of their series is then below 4e-12 with the default order,
+and below 1e-17 with the strict one."""
 
 
 @kernel
@@ -160,6 +170,15 @@ def capture_kernel(
 
 
 @kernel
+def trap_kernel(
+    states: FloatArray, traps: FloatArray, first: IntArray, end: IntArray, free: IntArray, caught: IntArray
+) -> None:
+    """Write, for each of the free cells, the orbit in one of whose traps it lies."""
+    for cell in free:
+        caught[cell] = trap_of(states[cell], traps[first[cell] : end[cell]])
+
+
+@kernel
 def trap_of(state: FloatArray, traps: FloatArray) -> int:
     """Return the orbit in whose trap a state lies, or UNCAUGHT."""
     for row in range(len(traps)):
@@ -176,15 +195,58 @@ def trap_of(state: FloatArray, traps: FloatArray) -> int:
 
 
 class TangentTables(NamedTuple):
-    """What one wave with tangents writes to."""
+    """What one wave with tangents writes to: steps, and shorter ones into which the long ones are divided."""
 
     steps: FloatArray
+    parts: FloatArray
     events: FloatArray
     peaks: FloatArray
     of_events: FloatArray
     of_peaks: FloatArray
     S: FloatArray
     D: FloatArray
+
+
+@kernel
+def divide_kernel(pieces: FloatArray, numbers: FloatArray, steps: FloatArray, parts: FloatArray, S: FloatArray) -> int:
+    """Divide steps in contact that are too long for tangents; return the number of parts, or -1 if there is no room.
+
+    A calm motion makes long steps, because a vibration that has died out is in no term of its series. Beside it the
+    vibration is alive. Other steps of the default order are halved: their length suits the motion only, whose series
+    converge faster than those of the tangents, and near a loss of contact tangents grow large in between.
+    """
+    order = int(numbers[contract.ORDER])
+    suspension = numbers[contract.STIFFNESS] + numbers[contract.DAMPING]
+    used = 0
+    for i in range(len(steps)):
+        step = steps[i]
+        many = 1
+        if step[PHASE] == contract.CONTACT:
+            many = 1 if order == contract.STRICT_ORDER else 2
+            u = max(step[A], step[A] + 0.5 * step[LENGTH] * step[B])
+            S[U], S[STATE + contract.ON_DECK] = u, step[contract.ON_DECK]
+            stiffness = u * u * (numbers[contract.QUADRATIC] + 1.5 * numbers[contract.CUBIC] * u)
+            rate = max(np.sqrt(stiffness), fastest_rate(numbers, suspension, S))
+            many = max(many, int(np.ceil(rate * step[LENGTH] / (FINE * order))))
+        if used + many > len(parts):
+            return -1
+        parts[used] = step
+        used += 1
+        for _ in range(1, many):
+            last = parts[used - 1]
+            last[LENGTH] = step[LENGTH] / many
+            localise(pieces, numbers, int(last[PIECE]), last[SHIFT], last[TIME], S)
+            on_deck = last[contract.ON_DECK] != 0.0
+            contact_series(numbers, order, last[A], last[B], last[DECK_Y], last[DECK_V], on_deck, S)
+            parts[used] = last
+            parts[used, TIME] += evaluate(S, T, order, last[LENGTH])
+            parts[used, A] = evaluate(S, U, order, last[LENGTH])
+            parts[used, B] = evaluate(S, W, order, last[LENGTH])
+            if numbers[contract.DECK_MASS] > 0.0:
+                parts[used, DECK_Y] = evaluate(S, Y, order, last[LENGTH])
+                parts[used, DECK_V] = evaluate(S, Z, order, last[LENGTH])
+            used += 1
+    return used
 
 
 @kernel
@@ -208,11 +270,15 @@ def tangent_wave_kernel(
     events = int(S[COUNT + layout.EVENTS])
     peaks = int(S[COUNT + layout.PEAKS])
     last = S[STATE : STATE + LENGTH].copy()
+    parts = divide_kernel(pieces, numbers, tables.steps[:rows], tables.parts, S)
+    if parts < 0:
+        return contract.FULL, 0.0
+    S[STATE : STATE + LENGTH] = last
     finish_kernel(pieces, numbers, S, state)
     change = along.copy()
     near = tangent_kernel(
         pieces, np.zeros((0, 0, 0)), 0, np.full(LANES, -1), numbers, np.zeros((contract.NUMBERS, LANES)), change,
-        tables.steps[:rows], last, tables.events[:events], tables.peaks[:peaks], tables.of_events[:events],
+        tables.parts[:parts], last, tables.events[:events], tables.peaks[:peaks], tables.of_events[:events],
         tables.of_peaks[:peaks], along, 0.0, np.zeros(LANES), np.zeros((0, LANES)), np.zeros(0),
         np.zeros((0, QUANTITIES, SAMPLED)), S, tables.D, None,
     )  # fmt: skip
@@ -278,7 +344,8 @@ def tangent_tables(rows: int = 1024) -> TangentTables:
     """Return tables for a whole wave."""
     steps, events, peaks, work = _work(rows)
     of_events, of_peaks = np.zeros((rows, 2, LANES)), np.zeros((rows, 2, LANES))
-    return TangentTables(steps, events, peaks, of_events, of_peaks, work, np.zeros((SCRATCH, LANES)))
+    parts = np.empty_like(steps)
+    return TangentTables(steps, parts, events, peaks, of_events, of_peaks, work, np.zeros((SCRATCH, LANES)))
 
 
 class Returned(NamedTuple):
@@ -352,10 +419,32 @@ def capture(
     def march_block(block: slice) -> None:
         orbit, waves, status = found.orbit[block], found.waves[block], found.status[block]
         own = cells.part(block), states[block], most, traps, first[block], end[block]
-        capture_kernel(*own, orbit, waves, status, *_work(), cells.strict)
+        if total < FEW:
+            capture_kernel(*own, orbit, waves, status, *_work(), cells.strict)
+        else:
+            _capture_in_lanes(*own, orbit, waves, status)
 
-    in_blocks(total, BLOCK, threads, march_block)
+    in_blocks(total, WIDE_BLOCK, threads, march_block)
     return found
+
+
+def _capture_in_lanes(
+    cells: Cells, states: FloatArray, most: int, traps: FloatArray, first: IntArray, end: IntArray,
+    orbit: IntArray, waves: IntArray, status: IntArray,
+) -> None:  # fmt: skip
+    """Do as `capture_kernel` does; in each wave those cells that are still free march in lanes."""
+    orbit[:], waves[:], status[:] = UNCAUGHT, 0, contract.DONE
+    free, own = np.arange(len(states)), cells
+    for wave in range(most + 1):
+        trap_kernel(states, traps, first, end, free, orbit)
+        goes_on = (orbit[free] == UNCAUGHT) & (status[free] == contract.DONE)
+        if not goes_on.all():
+            free = free[goes_on]
+            own = Cells(cells.pieces, cells.first[free], cells.many[free], cells.numbers[free])
+        if wave == most or not len(free):
+            return
+        states[free], status[free] = end_motions(own, 1, states[free])
+        waves[free] += 1
 
 
 class Turn(NamedTuple):
@@ -398,7 +487,7 @@ class Tangents:
             status, near = orbit_kernel(
                 program.pieces, program.numbers, state.copy(), trail, told, along, self._tables, strict
             )
-            if status != contract.FULL:
+            if status != contract.FULL or len(self._tables.steps) >= MOST_ROWS:
                 return Turn(status, trail, told, along[:, :STATE_SIZE].copy(), near)
             self._tables = tangent_tables(2 * len(self._tables.steps))
 
@@ -412,7 +501,7 @@ def growths(program: contract.Program, state: FloatArray, change: FloatArray, wa
     strict = True if program.numbers[contract.ORDER] == contract.STRICT_ORDER else None
     while True:
         why, wave = growth_kernel(program.pieces, program.numbers, state, change, out, wave, tables, strict)
-        if why != contract.FULL:
+        if why != contract.FULL or len(tables.steps) >= MOST_ROWS:
             return out
         tables = tangent_tables(2 * len(tables.steps))
 
@@ -433,7 +522,8 @@ def march_from(program: contract.Program, state: FloatArray) -> March:
     return March(status, steps[:many], events[:happened], peaks[:heights], last, contract.NO_STOPS, program.pieces)
 
 
-def is_ready(cells: Cells) -> bool:
-    """Return False if marching from section to section begins with compiling."""
+def is_ready(cells: Cells, many: bool) -> bool:
+    """Return False if marching from section to section begins with compiling; `many`: in lanes, too."""
     empty: Any = (np.empty((0, 0, STATE_SIZE)), np.empty((0, 0, TOLD)), np.zeros(0, dtype=np.int64))
-    return is_compiled(section_kernel, (cells, np.empty((0, STATE_SIZE)), 0, False, *empty, *_work(), cells.strict))
+    given = cells, np.empty((0, STATE_SIZE)), 0, False, *empty, *_work(), cells.strict
+    return is_compiled(section_kernel, given) and (not many or ensemble.is_ready(cells, False))

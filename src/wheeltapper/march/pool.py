@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,8 +31,9 @@ EMPTY = -1
 WAITING, FIRST_QUEUE = 0, 1
 """Rows of the table of queues: how many wait in each, and the first queue. The counts lie beside each other because
 they are all read before each step."""
-USED_EVENTS, USED_PEAKS, VISITS = range(3)
-"""Rows of events and of peaks in use, and visits of cells to APART."""
+USED_EVENTS, USED_PEAKS, VISITS, USED_STEPS, TO_THE_END = range(5)
+"""Rows of events and of peaks in use, visits of cells to APART, rows of the log of steps in use; and 1 where cells
+march to their ends even if what they wait for can never come."""
 
 # A cell's row: state and counts as in the scratch array from STATE on, the rows of `L` from K on, the kind of its
 # contact steps, and how it ended.
@@ -43,8 +44,10 @@ CELL_MARKS, COUNTS = int(MARK - STATE), int(COUNT - STATE)
 # Columns of motions, in which a march may begin and with which it ends.
 CELL_HEIGHT, CELL_VELOCITY, CELL_DECK_HEIGHT, CELL_DECK_VELOCITY = range(4)
 CELL_MOTIONS = 4
-# Tables of events and peaks have one more column: the cell.
-EVENT_CELL, PEAK_CELL = contract.EVENT_COLUMNS, contract.PEAK_COLUMNS
+# Tables of events, peaks and steps have one more column: the cell.
+EVENT_CELL, PEAK_CELL, STEP_CELL = contract.EVENT_COLUMNS, contract.PEAK_COLUMNS, contract.STEP_COLUMNS
+STEP_ROOM = STEP_ROWS + at.LANES
+"""Number of rows that must be free in the log of steps before cells continue."""
 
 
 class Pool(NamedTuple):
@@ -58,25 +61,41 @@ class Pool(NamedTuple):
     queue: IntArray  # (1 + QUEUES, cells at least): how many wait in each, then who
     events: FloatArray  # (rows, EVENT_COLUMNS + 1), in the order in which they were found
     peaks: FloatArray  # (rows, PEAK_COLUMNS + 1)
-    used: IntArray  # (3,): USED_EVENTS, USED_PEAKS, VISITS
+    log: FloatArray  # (rows, STEP_COLUMNS + 1): all steps, in the order in which they were made; no rows: not kept
+    used: IntArray  # (5,): from USED_EVENTS to TO_THE_END
     steps: FloatArray  # (STEP_ROWS, STEP_COLUMNS)
     S: FloatArray  # (SCRATCH,)
     L: FloatArray  # (ENTRIES,)
     held: IntArray  # (LANES,): the cell in each lane, or EMPTY
 
     def larger(self) -> Pool:
-        """Return the pool with room for twice the events and peaks."""
-        return self._replace(events=np.concatenate([self.events] * 2), peaks=np.concatenate([self.peaks] * 2))
+        """Return the pool, the tables twice as long that are nearly full."""
+        needed = {"events": (USED_EVENTS, ROOM), "peaks": (USED_PEAKS, ROOM), "log": (USED_STEPS, STEP_ROOM)}
+        held = {name: getattr(self, name) for name in needed}
+        full = [name for name, (used, room) in needed.items() if self.used[used] + room > len(held[name]) > 0]
+        longer: Any = {name: _doubled_table(held[name]) for name in full}
+        return self._replace(**longer)
 
 
-def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatArray) -> Pool:
-    """Return a pool of cells that have not started, with room for some events of each."""
+def _doubled_table(table: FloatArray) -> FloatArray:
+    """Return a table with twice as many rows; those behind are not touched, so that they take no memory yet."""
+    out = np.empty((2 * len(table), *table.shape[1:]))
+    out[: len(table)] = table
+    return out
+
+
+def pool_of(pieces: FloatArray, first: IntArray, many: IntArray, numbers: FloatArray, steps: int = 0) -> Pool:
+    """Return a pool of cells that have not started, with room for some events of each.
+
+    `steps` is the number of steps for which there is room at first; zero: they are not kept.
+    """
     cells = len(first)
     room = 8 * cells + 4 * ROOM
     return Pool(
         pieces, first, many, numbers, np.zeros((cells, COLUMNS)),
         np.zeros((1 + QUEUES, max(cells, QUEUES)), dtype=np.int64),
-        np.empty((room, EVENT_CELL + 1)), np.empty((room, PEAK_CELL + 1)), np.zeros(VISITS + 1, dtype=np.int64),
+        np.empty((room, EVENT_CELL + 1)), np.empty((room, PEAK_CELL + 1)),
+        np.empty((steps, STEP_CELL + 1)), np.zeros(TO_THE_END + 1, dtype=np.int64),
         np.empty((STEP_ROWS, contract.STEP_COLUMNS)), np.zeros(SCRATCH), np.zeros(at.LANE_ENTRIES),
         np.full(at.LANES, EMPTY, dtype=np.int64),
     )  # fmt: skip
@@ -87,8 +106,8 @@ def borrowed_pool(pool: Pool) -> Pool:
     """Return the same pool, whose references nobody counts."""
     return Pool(
         borrowed(pool.pieces), borrowed(pool.first), borrowed(pool.many), borrowed(pool.numbers), borrowed(pool.rows),
-        borrowed(pool.queue), borrowed(pool.events), borrowed(pool.peaks), borrowed(pool.used), borrowed(pool.steps),
-        borrowed(pool.S), borrowed(pool.L), borrowed(pool.held),
+        borrowed(pool.queue), borrowed(pool.events), borrowed(pool.peaks), borrowed(pool.log), borrowed(pool.used),
+        borrowed(pool.steps), borrowed(pool.S), borrowed(pool.L), borrowed(pool.held),
     )  # fmt: skip
 
 
@@ -192,6 +211,47 @@ def keep_lane(i: int, cell: int, kind: int, rows: FloatArray, L: FloatArray) -> 
     if kind > BENT:
         rows[cell, DECK_Y] = L[at.LANE_DECK_Y + i]
         rows[cell, DECK_V] = L[at.LANE_DECK_V + i]
+
+
+@inlined_kernel
+def may_log(pool: Pool) -> bool:
+    """Return True where the log of steps has room, or is not kept."""
+    return len(pool.log) == 0 or pool.used[USED_STEPS] + STEP_ROOM <= len(pool.log)
+
+
+@inlined_kernel
+def log_lane(
+    i: int, cell: int, kind: int, phase: float, start: int, deck: int, length: float, pool: Pool
+) -> None:  # fmt: skip
+    """Log a lane's step; `start` is the row of L from which time and motion at its start stand, `deck` the deck's."""
+    if len(pool.log) == 0:
+        return
+    L, cell_row, row = pool.L, pool.rows[cell], pool.log[pool.used[USED_STEPS]]
+    row[contract.PHASE] = phase
+    row[TIME] = L[start + i]
+    row[A] = L[start + at.LANES + i]
+    row[B] = L[start + 2 * at.LANES + i]
+    row[DECK_Y] = L[deck + i] if kind > BENT else 0.0
+    row[DECK_V] = L[deck + at.LANES + i] if kind > BENT else 0.0
+    row[PIECE] = cell_row[PIECE]
+    row[contract.SHIFT] = cell_row[contract.SHIFT]
+    row[contract.ON_DECK] = cell_row[contract.ON_DECK]
+    row[contract.LENGTH] = length
+    row[STEP_CELL] = cell
+    pool.used[USED_STEPS] += 1
+
+
+@kernel
+def log_rows(cell: int, count: int, pool: Pool) -> None:
+    """Log the first steps in `pool.steps` as a cell's."""
+    if len(pool.log) == 0:
+        return
+    for k in range(count):
+        row = pool.log[pool.used[USED_STEPS]]
+        for column in range(contract.STEP_COLUMNS):
+            row[column] = pool.steps[k, column]
+        row[STEP_CELL] = cell
+        pool.used[USED_STEPS] += 1
 
 
 @kernel

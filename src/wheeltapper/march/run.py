@@ -17,25 +17,30 @@ import numpy as np
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import (
     BILATERAL,
+    BOGIE,
     CREEP,
     DAMPER_END,
     DAMPER_PLAY,
     DECK,
+    FLEXIBLE_TRACK,
     HYSTERESIS,
     IRREGULARITY,
     LINEAR,
     MEMORY,
     NOTHING,
+    OWN_LAW,
     PLACES,
     POINT,
     PROFILES,
     SEVERAL_BODIES,
     START,
+    WHEELSETS,
     YIELDING,
     Need,
     rank_of,
 )
 from wheeltapper.march.assembly import Assembly
+from wheeltapper.march.general.contract import Task
 from wheeltapper.march.program import FloatArray, IntArray, Program
 from wheeltapper.march.telling import Tell, report_nothing
 
@@ -43,6 +48,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wheeltapper.march import ensemble, gradients, orbits
+    from wheeltapper.march.general.replay import Modes, Replayed, Works
+    from wheeltapper.march.general.task import Marched
     from wheeltapper.march.multibody import MultibodyMarch
     from wheeltapper.march.single import March
 
@@ -77,8 +84,12 @@ WAGON = Marcher(
     "the wagon's march",
     frozenset({SEVERAL_BODIES, DECK, CREEP, PROFILES, PLACES, IRREGULARITY, POINT}), frozenset({SEVERAL_BODIES}),
 )  # fmt: skip
+GENERAL = Marcher(
+    "the general march",
+    frozenset({FLEXIBLE_TRACK, WHEELSETS, BOGIE, OWN_LAW, LINEAR, HYSTERESIS, PLACES, IRREGULARITY, POINT}),
+)
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
-MARCHERS = (*WHEELS, WAGON)
+MARCHERS = (*WHEELS, WAGON, GENERAL)
 """All marches, the fastest first."""
 ROW = Marcher("the march of wheelsets in a row", frozenset({DECK, IRREGULARITY, POINT, DAMPER_END}))
 """The wagon's march, where wheelsets that share a deck are made a wagon: it knows a bush, but no play."""
@@ -127,6 +138,7 @@ HISTORY = Question("history", "everything over time, and at any time", MARCHERS,
 ENERGY = Question("energy", "the energy balance", MARCHERS, others=())
 FEATURES = Question("features", "a feature of a record", MARCHERS, others=())
 DAMPER_EVENTS = Question("damper_events", "stops that a damper's end meets", WHEELS, others=())
+TRACK = Question("track", "what rail, sleepers and ballast do", (GENERAL,), requires=frozenset({FLEXIBLE_TRACK}))
 COMFORT = Question("comfort", "ride comfort", (WAGON,))
 SWEEP = Question("sweep", "features over many cells", (WHEEL,))
 GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL,))
@@ -155,8 +167,9 @@ IMBALANCE = Question("imbalance", "a car body whose load lies aside", (WAGON,))
 QUESTIONS = {
     question.name: question
     for question in (
-        SIMULATE, HISTORY, ENERGY, FEATURES, DAMPER_EVENTS, COMFORT, SWEEP, GRADIENT, BORDER, MOTION_AT, TRAJECTORY,
-        DIAGNOSE, INFORMATION, COUPLED, SUPERPOSED, WEAR_IN, MARKS, MODES, CRITICAL_SPEED, REDUCED, IMBALANCE, ORBITS,
+        SIMULATE, HISTORY, ENERGY, FEATURES, DAMPER_EVENTS, TRACK, COMFORT, SWEEP, GRADIENT, BORDER, MOTION_AT,
+        TRAJECTORY, DIAGNOSE, INFORMATION, COUPLED, SUPERPOSED, WEAR_IN, MARKS, MODES, CRITICAL_SPEED, REDUCED,
+        IMBALANCE, ORBITS,
     )
 }  # fmt: skip
 """All questions by name."""
@@ -232,21 +245,24 @@ def _present_and_otherwise(need: Need, needs: frozenset[Need]) -> tuple[str, str
 # -- from a program to its march --------------------------------------------------------------------------------------
 
 
-def _kernel_module(program: Program | Assembly) -> Any:
+def _kernel_module(program: Program | Assembly | Task) -> Any:
     """Return the module of the march that takes a program."""
-    return import_module(f"wheeltapper.march.{'multibody' if isinstance(program, Assembly) else 'single'}")
+    name = "general.task" if isinstance(program, Task) else "multibody" if isinstance(program, Assembly) else "single"
+    return import_module(f"wheeltapper.march.{name}")
 
 
 @overload
 def march(program: Program, tell: Tell = report_nothing) -> March: ...
 @overload
 def march(program: Assembly, tell: Tell = report_nothing) -> MultibodyMarch: ...
-def march(program: Program | Assembly, tell: Tell = report_nothing) -> Any:
+@overload
+def march(program: Task, tell: Tell = report_nothing) -> Marched: ...
+def march(program: Program | Assembly | Task, tell: Tell = report_nothing) -> Any:
     """March a program from its start to its end."""
     return _kernel_module(program).march(program, tell)
 
 
-def is_ready(program: Program | Assembly) -> bool:
+def is_ready(program: Program | Assembly | Task) -> bool:
     """Return False where marching a program begins with compiling."""
     return bool(_kernel_module(program).is_ready(program))
 
@@ -307,8 +323,10 @@ def works(program: Assembly, found: MultibodyMarch, damping: FloatArray, places:
     return replay.works(program, found, damping, places)
 
 
-def balance_is_ready(program: Program | Assembly) -> bool:
+def balance_is_ready(program: Program | Assembly | Task) -> bool:
     """Return False where checking the energy of a program's march begins with compiling."""
+    if isinstance(program, Task):
+        return True
     from wheeltapper.march.kernel import is_compiled
 
     if isinstance(program, Assembly):
@@ -339,6 +357,41 @@ def probe(assembly: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArra
     from wheeltapper.march import multibody
 
     return multibody.start_rates(assembly, states)
+
+
+def replay_rails(found: Marched, times: FloatArray) -> Replayed:
+    """Return everything but the track's modes at rising times, s, of a general march."""
+    from wheeltapper.march.general.replay import replay
+
+    return replay(found.found, times)
+
+
+def modes_of_track(found: Marched, times: FloatArray) -> Modes:
+    """Return the track's modes at rising times, s, of a general march."""
+    from wheeltapper.march.general.replay import modes
+
+    return modes(found.found, times)
+
+
+def impulses_on_rails(found: Marched) -> FloatArray:
+    """Return the impulse of each contact in each span of a general march, (spans, contacts), N s."""
+    from wheeltapper.march.general.task import impulses_of
+
+    return impulses_of(found)
+
+
+def works_on_rails(found: Marched) -> Works:
+    """Return works and energies of a general march, J."""
+    from wheeltapper.march.general.replay import works
+
+    return works(found.found, found.end)
+
+
+def deepest_on_rails(found: Marched) -> float:
+    """Return the largest indentation of a general march, m."""
+    from wheeltapper.march.general.replay import deepest
+
+    return deepest(found.found)
 
 
 # -- many cells, and derivatives --------------------------------------------------------------------------------------
@@ -413,11 +466,11 @@ def sections(
     return orbits.sections(cells, states, skip, keep, threads, chained, count)
 
 
-def sections_are_ready(cells: ensemble.Cells) -> bool:
-    """Return False where marching from section to section begins with compiling."""
+def sections_are_ready(cells: ensemble.Cells, many: bool) -> bool:
+    """Return False where marching from section to section, of `many` cells in lanes, begins with compiling."""
     from wheeltapper.march import orbits
 
-    return orbits.is_ready(cells)
+    return orbits.is_ready(cells, many)
 
 
 def capture(

@@ -19,19 +19,20 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march import tangent_events, tangent_path
 from wheeltapper.march.events import is_free
-from wheeltapper.march.flight import bonded_series, flight_series
-from wheeltapper.march.kernel import kernel
+from wheeltapper.march.flight import bonded_series, flight_series, free_series
+from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.layout import FLIGHT_ORDER, HERE_DEGREE, HERE_FACTOR_DEGREE, HERE_OMEGA, N, T, U, W, Y, Z
 from wheeltapper.march.program import DECK_V, DECK_Y, LENGTH, ON_DECK, PHASE, PIECE, SHIFT, TIME, A, B, FloatArray
 from wheeltapper.march.roots import evaluate
 from wheeltapper.march.series import contact_series, localise
 from wheeltapper.march.step import is_plain_hertz
 from wheeltapper.march.tangent_events import AFTER, FIRST, FOURTH, PUSH, SECOND, THIRD
+from wheeltapper.march.tangent_lanes import LINK_ROWS, Links, follow_link, link_steps
 from wheeltapper.march.tangent_path import CARRIED, DA, DB, DBREAK, DSHIFT, DT, DW, DY, DZ, LANES, localise_tangent
 from wheeltapper.march.tangent_peaks import is_inside, peaks_inside
 from wheeltapper.march.tangent_plain import is_plain, plain_peak, plain_tangents
 from wheeltapper.march.tangent_samples import sample_tangents
-from wheeltapper.march.tangent_series import contact_tangent, flight_tangent, sum_at
+from wheeltapper.march.tangent_series import contact_tangent, flight_tangent, sums_at
 from wheeltapper.march.tangent_tally import add_impulse, highest_tangent
 
 GRAZING = 1e-3
@@ -57,17 +58,36 @@ def _flight_tangents(
         flight_series(numbers, FLIGHT_ORDER, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
     flight_tangent(numbers, turns, on_deck, bonded, carried, S, D)
     deck = numbers[contract.DECK_MASS] > 0.0
-    for lane in range(LANES):
-        carried[DA, lane] = sum_at(D, U, FLIGHT_ORDER, x, lane)
-        carried[DB, lane] = sum_at(D, W, FLIGHT_ORDER, x, lane)
-        if deck:
-            carried[DY, lane] = sum_at(D, Y, FLIGHT_ORDER, x, lane)
-            carried[DZ, lane] = sum_at(D, Z, FLIGHT_ORDER, x, lane)
+    sums_at(D, U, FLIGHT_ORDER, x, carried[DA])
+    sums_at(D, W, FLIGHT_ORDER, x, carried[DB])
+    if deck:
+        sums_at(D, Y, FLIGHT_ORDER, x, carried[DY])
+        sums_at(D, Z, FLIGHT_ORDER, x, carried[DZ])
     end[AFTER] = x
     end[FIRST] = evaluate(S, U, FLIGHT_ORDER, x)
     end[SECOND] = evaluate(S, W, FLIGHT_ORDER, x)
     end[THIRD] = evaluate(S, Y, FLIGHT_ORDER, x) if deck else 0.0
     end[FOURTH] = evaluate(S, Z, FLIGHT_ORDER, x) if deck else 0.0
+
+
+@kernel
+def _free_tangents(
+    numbers: FloatArray, turns: FloatArray, step: FloatArray, carried: FloatArray, S: FloatArray, D: FloatArray
+) -> None:
+    """Carry the tangents over a step in flight; the path does not matter."""
+    K, G, x = numbers[contract.STIFFNESS], numbers[contract.DAMPING], step[LENGTH]
+    mass, on_deck = numbers[contract.DECK_MASS], step[ON_DECK] != 0.0
+    free_series(K, G, -1.0, step[A], step[B], U, W, FLIGHT_ORDER, S)
+    if mass > 0.0:
+        load = numbers[contract.PRESTRESS] / mass if on_deck else 0.0
+        stiff, drag = numbers[contract.DECK_STIFFNESS] / mass, numbers[contract.DECK_DAMPING] / mass
+        free_series(stiff, drag, load, step[DECK_Y], step[DECK_V], Y, Z, FLIGHT_ORDER, S)
+    flight_tangent(numbers, turns, on_deck, False, carried, S, D)
+    sums_at(D, U, FLIGHT_ORDER, x, carried[DA])
+    sums_at(D, W, FLIGHT_ORDER, x, carried[DB])
+    if mass > 0.0:
+        sums_at(D, Y, FLIGHT_ORDER, x, carried[DY])
+        sums_at(D, Z, FLIGHT_ORDER, x, carried[DZ])
 
 
 @kernel
@@ -81,12 +101,11 @@ def _contact_tangents(
     x = step[LENGTH]
     contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], on_deck, S)
     contact_tangent(numbers, turns, order, on_deck, carried, S, D)
-    for lane in range(LANES):
-        carried[DT, lane] = sum_at(D, T, order, x, lane)
-        carried[DA, lane] = sum_at(D, U, order, x, lane)
-        carried[DB, lane] = sum_at(D, W, order, x, lane)
-        carried[DY, lane] = sum_at(D, Y, order, x, lane)
-        carried[DZ, lane] = sum_at(D, Z, order, x, lane)
+    sums_at(D, T, order, x, carried[DT])
+    sums_at(D, U, order, x, carried[DA])
+    sums_at(D, W, order, x, carried[DB])
+    sums_at(D, Y, order, x, carried[DY])
+    sums_at(D, Z, order, x, carried[DZ])
     end[AFTER] = evaluate(S, T, order, x)
     end[FIRST] = evaluate(S, U, order, x)
     end[SECOND] = evaluate(S, W, order, x)
@@ -95,23 +114,18 @@ def _contact_tangents(
 
 
 @kernel
-def tangent_kernel(
+def repeat_kernel(
     pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray,
     start: FloatArray, steps: FloatArray, last: FloatArray, events: FloatArray, peaks: FloatArray,
     of_events: FloatArray, of_peaks: FloatArray, of_end: FloatArray, highest_time: float, of_highest: FloatArray,
     of_impulses: FloatArray, times: FloatArray, samples: FloatArray, S: FloatArray, D: FloatArray,
-    tallied: bool | None,
+    tallied: bool | None, cell: int, bent: bool | None, general: bool | None, links: Links | None,
 ) -> float:  # fmt: skip
-    """Carry the tangents along all steps; return how near the motion comes to grazing: GRAZING says what is too near.
-
-    `start` holds changes of the start's displacement and velocity beside those of the numbers, (2, LANES), perhaps
-    also of the deck's, (4, LANES); `last` is the state at the march's end. Written are the derivatives of time and rate
-    of the events, of time and force of the peaks, (rows, 2, LANES), and `of_end` (4, LANES): y, v, Y, Z at the march's
-    end, at fixed time. `tallied` is True or None: True writes those of the wheel's position at `highest_time`, and of
-    the impulses, (rows, LANES), too.
-    Also written are the motion and its derivatives at rising `times`, (times, QUANTITIES, SAMPLED).
-    """
+    """Do what `tangent_kernel` says; contact steps of `cell` may go from link to link (tangent_lanes.py)."""
     carried = np.zeros((CARRIED, LANES))
+    carry_on = np.zeros((CARRIED, LANES))
+    before = np.zeros(tangent_events.JOINT)
+    behind = np.zeros(tangent_events.JOINT)
     here = np.zeros(PUSH + 1)
     end = np.zeros(5)
     L = np.zeros(12 * LANES)
@@ -141,6 +155,36 @@ def tangent_kernel(
         after = steps[i + 1] if i + 1 < len(steps) else last
         contact = step[PHASE] == contract.CONTACT
         on_deck = step[ON_DECK] != 0.0
+        linked = False
+        if links is not None:
+            if i % LINK_ROWS == 0:
+                link_steps(cell, i, steps, turns, bends, table, carried, bent, general, links)
+            linked = links.known[i % LINK_ROWS] != 0
+            if (
+                begun
+                and linked
+                and leapt < 0
+                and _goes_on_smoothly(pieces, numbers, steps, i, events, event, peaks, peak)
+            ):
+                follow_link(i % LINK_ROWS, numbers[contract.DECK_MASS] > 0.0, carried, end, links)
+                if _turns_near(step, end):
+                    localise(pieces, numbers, int(step[PIECE]), step[SHIFT], step[TIME], S)
+                    piece = -1.0
+                    gentlest = min(gentlest, _approach(numbers, step, end, S))
+                if abs(step[TIME] + end[AFTER] - after[TIME]) > 1e-9 * (1.0 + abs(after[TIME])):
+                    gentlest = 0.0
+                    carried[:] = np.nan
+                if after[PIECE] != step[PIECE] or after[SHIFT] != step[SHIFT]:
+                    tangent_events.cross_in_contact(
+                        pieces, bends, base, table, numbers, turns, step, after, end, carried, links.directions,
+                        before, behind,
+                    )  # fmt: skip
+                continue
+            if i > 0 and leapt < 0 and _flies_on(steps, i, events, event, peaks, peak):
+                _free_tangents(numbers, turns, step, carried, S, D)
+                tangent_events.break_moves(bends, base, table, numbers, turns, step, after, carried)
+                begun = False
+                continue
         if i == 0 and step[TIME] > 0.0:
             gentlest = 0.0  # it began at u = w = 0, and left that by a small leap
             carried[:] = np.nan
@@ -169,15 +213,26 @@ def tangent_kernel(
         if not contact:
             _flight_tangents(numbers, turns, step, carried, end, S, D)
             peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
+        elif linked:
+            while simple and is_plain(S) and is_inside(peaks, peak, after[TIME]):
+                plain_peak(numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
+                peak += 1
+            if is_inside(peaks, peak, after[TIME]):
+                carry_on[:] = carried
+                _contact_tangents(numbers, turns, step, carried, end, S, D)
+                carried[:] = carry_on
+                peak = peaks_inside(numbers, step, after[TIME], peaks, peak, of_peaks, S, D)
+            if links is not None:
+                follow_link(i % LINK_ROWS, numbers[contract.DECK_MASS] > 0.0, carried, end, links)
+            if _turns_near(step, end):
+                gentlest = min(gentlest, _approach(numbers, step, end, S))
         elif simple and is_plain(S):
             while is_inside(peaks, peak, after[TIME]):
                 plain_peak(numbers, turns, step, peak, peaks, of_peaks, carried, end, S, D, L)
                 peak += 1
             plain_tangents(numbers, turns, step, step[LENGTH], carried, end, S, D, L)
             if _turns_near(step, end):
-                contact_series(numbers, contract.DEFAULT_ORDER, step[A], step[B], 0.0, 0.0, False, S)
-                near = tangent_events.closest_approach(step, contract.DEFAULT_ORDER, end[FIRST], end[SECOND], S)
-                gentlest = min(gentlest, near)
+                gentlest = min(gentlest, _approach(numbers, step, end, S))
         else:
             _contact_tangents(numbers, turns, step, carried, end, S, D)
             if _turns_near(step, end):
@@ -260,9 +315,84 @@ def tangent_kernel(
 
 
 @kernel
+def tangent_kernel(
+    pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray,
+    start: FloatArray, steps: FloatArray, last: FloatArray, events: FloatArray, peaks: FloatArray,
+    of_events: FloatArray, of_peaks: FloatArray, of_end: FloatArray, highest_time: float, of_highest: FloatArray,
+    of_impulses: FloatArray, times: FloatArray, samples: FloatArray, S: FloatArray, D: FloatArray,
+    tallied: bool | None,
+) -> float:  # fmt: skip
+    """Carry the tangents along all steps; return how near the motion comes to grazing: GRAZING says what is too near.
+
+    `start` holds changes of the start's displacement and velocity beside those of the numbers, (2, LANES), perhaps
+    also of the deck's, (4, LANES); `last` is the state at the march's end. Written are the derivatives of time and rate
+    of the events, of time and force of the peaks, (rows, 2, LANES), and `of_end` (4, LANES): y, v, Y, Z at the march's
+    end, at fixed time. `tallied` is True or None: True writes those of the wheel's position at `highest_time`, and of
+    the impulses, (rows, LANES), too.
+    Also written are the motion and its derivatives at rising `times`, (times, QUANTITIES, SAMPLED).
+    """
+    return repeat_kernel(
+        pieces, bends, base, table, numbers, turns, start, steps, last, events, peaks, of_events, of_peaks, of_end,
+        highest_time, of_highest, of_impulses, times, samples, S, D, tallied, 0, None, None, None,
+    )  # fmt: skip
+
+
+@inlined_kernel
 def _turns_near(step: FloatArray, end: FloatArray) -> bool:
     """Return True where u may come near zero inside a contact step: it lies above its tangents at both ends."""
     half = 0.5 * step[LENGTH]
     return bool(
         step[B] < 0.0 < end[SECOND] and max(step[A] + half * step[B], end[FIRST] - half * end[SECOND]) < NEAR_GRAZING
     )
+
+
+@kernel
+def _approach(numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatArray) -> float:
+    """Return how near a localised contact step comes to grazing."""
+    order = int(numbers[contract.ORDER])
+    contact_series(numbers, order, step[A], step[B], step[DECK_Y], step[DECK_V], step[ON_DECK] != 0.0, S)
+    return tangent_events.closest_approach(step, order, end[FIRST], end[SECOND], S)
+
+
+@inlined_kernel
+def _holds_none(
+    until: float, events: FloatArray, event: int, peaks: FloatArray, peak: int
+) -> bool:  # fmt: skip
+    """Return True where the next event and the next force maximum come after a time."""
+    none = event >= len(events) or events[event, contract.EVENT_TIME] > until
+    return bool(none and (peak >= len(peaks) or peaks[peak, contract.PEAK_TIME] > until))
+
+
+@inlined_kernel
+def _goes_on_smoothly(
+    pieces: FloatArray, numbers: FloatArray, steps: FloatArray, i: int, events: FloatArray, event: int,
+    peaks: FloatArray, peak: int,
+) -> bool:  # fmt: skip
+    """Return True where a contact step ends in contact, in its piece or behind a smooth joint, and holds nothing."""
+    if i + 1 >= len(steps):
+        return False
+    step, after = steps[i], steps[i + 1]
+    if after[PHASE] != contract.CONTACT or after[ON_DECK] != step[ON_DECK]:
+        return False
+    if not _holds_none(after[TIME], events, event, peaks, peak):
+        return False
+    if after[PIECE] != step[PIECE] and after[A] < NEAR_GRAZING:
+        return False
+    if after[SHIFT] != step[SHIFT]:
+        looped = step[PIECE] == len(pieces) - 1.0 and after[PIECE] == numbers[contract.LOOP]
+        return bool(looped and numbers[contract.LOOP_JOIN] == contract.SOFT)
+    if after[PIECE] == step[PIECE]:
+        return True
+    return bool(after[PIECE] == step[PIECE] + 1.0 and pieces[int(after[PIECE]), contract.JOIN] == contract.SOFT)
+
+
+@inlined_kernel
+def _flies_on(
+    steps: FloatArray, i: int, events: FloatArray, event: int, peaks: FloatArray, peak: int
+) -> bool:  # fmt: skip
+    """Return True where a step in flight ends in flight, and holds nothing."""
+    if i + 1 >= len(steps):
+        return False
+    step, after = steps[i], steps[i + 1]
+    flies = step[PHASE] == contract.FLIGHT and after[PHASE] == contract.FLIGHT and after[ON_DECK] == step[ON_DECK]
+    return bool(flies and _holds_none(after[TIME], events, event, peaks, peak))

@@ -21,6 +21,12 @@ AFTER, FIRST, SECOND, THIRD, FOURTH = range(5)
     DECK_BEND, PUSH,
 ) = range(10)  # fmt: skip
 
+# The path on one of the pieces that meet at a joint.
+(
+    JOINT_AWAY, JOINT_X, JOINT_Y, JOINT_SLOPE, JOINT_BEND, JOINT_SINE, JOINT_COSINE, JOINT_PUSH,
+) = range(8)  # fmt: skip
+JOINT = 8
+
 
 @kernel
 def motion_at_end(numbers: FloatArray, step: FloatArray, end: FloatArray, S: FloatArray, here: FloatArray) -> None:
@@ -250,3 +256,150 @@ def force_jump(
     for lane in range(LANES):
         carried[DB, lane] += leap * carried[DBREAK, lane]
         carried[DZ, lane] += deck_leap * carried[DBREAK, lane]
+
+
+@kernel
+def _fill_joint(
+    pieces: FloatArray, numbers: FloatArray, step: FloatArray, time: float, u: float, w: float, here: FloatArray
+) -> None:  # fmt: skip
+    """Write what a piece of the path is at a joint: place, polynomial with derivatives, harmonic, force."""
+    row = pieces[int(step[PIECE])]
+    away = numbers[contract.PACE] * time - step[SHIFT] - row[contract.CENTRE]
+    x = away / row[contract.SCALE]
+    y, slope, bend = 0.0, 0.0, 0.0
+    for k in range(int(row[contract.DEGREE]), -1, -1):
+        bend = bend * x + 2.0 * slope
+        slope = slope * x + y
+        y = y * x + row[contract.COEFFICIENT + k]
+    factor = 1.0
+    if row[contract.FACTOR_DEGREE] >= 0.0:
+        factor = 0.0
+        for k in range(int(row[contract.FACTOR_DEGREE]), -1, -1):
+            factor = factor * x + row[contract.FACTOR + k]
+    law = u * u * (numbers[contract.QUADRATIC] + numbers[contract.CUBIC] * u)
+    here[JOINT_AWAY] = away
+    here[JOINT_X] = x
+    here[JOINT_Y] = y
+    here[JOINT_SLOPE] = slope
+    here[JOINT_BEND] = bend
+    here[JOINT_SINE] = 0.0
+    here[JOINT_COSINE] = 1.0
+    if row[contract.WAVENUMBER] != 0.0:
+        here[JOINT_SINE] = np.sin(row[contract.WAVENUMBER] * away)
+        here[JOINT_COSINE] = np.cos(row[contract.WAVENUMBER] * away)
+    here[JOINT_PUSH] = max(factor * law * (1.0 + numbers[contract.HYSTERESIS] * w), 0.0)
+
+
+@kernel
+def _acceleration_there(pieces: FloatArray, numbers: FloatArray, step: FloatArray, here: FloatArray) -> float:
+    """Return the acceleration of the path under a wheel at a joint."""
+    row = pieces[int(step[PIECE])]
+    rate = numbers[contract.PACE] / row[contract.SCALE]
+    omega = row[contract.WAVENUMBER] * numbers[contract.PACE]
+    wave = row[contract.SINE] * here[JOINT_SINE] + row[contract.COSINE] * here[JOINT_COSINE]
+    return numbers[contract.LIFT] * (here[JOINT_BEND] * rate * rate - omega * omega * wave)
+
+
+@kernel
+def _path_there(
+    pieces: FloatArray, numbers: FloatArray, step: FloatArray, here: FloatArray
+) -> tuple[float, float]:  # fmt: skip
+    """Return the path's height and velocity at a joint."""
+    row = pieces[int(step[PIECE])]
+    omega = row[contract.WAVENUMBER] * numbers[contract.PACE]
+    height = here[JOINT_Y] + row[contract.SINE] * here[JOINT_SINE] + row[contract.COSINE] * here[JOINT_COSINE]
+    velocity = here[JOINT_SLOPE] * numbers[contract.PACE] / row[contract.SCALE]
+    velocity += omega * (row[contract.SINE] * here[JOINT_COSINE] - row[contract.COSINE] * here[JOINT_SINE])
+    return numbers[contract.LIFT] * height, numbers[contract.LIFT] * velocity
+
+
+@kernel
+def _path_change(
+    pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray,
+    step: FloatArray, time: float, lane: int, shift: float, here: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
+    """Return the derivatives, at fixed time, of the path's height and velocity at a joint, on one of its pieces."""
+    piece = int(step[PIECE])
+    row = pieces[piece]
+    pace, lift, wavenumber = numbers[contract.PACE], numbers[contract.LIFT], row[contract.WAVENUMBER]
+    d_pace, d_lift = turns[contract.PACE, lane], turns[contract.LIFT, lane]
+    rate, d_rate = pace / row[contract.SCALE], d_pace / row[contract.SCALE]
+    d_away = d_pace * time - shift
+    d_wavenumber, d_sine, d_cosine, moved, moved_slope = 0.0, 0.0, 0.0, 0.0, 0.0
+    if table[lane] >= 0:
+        bend = bends[table[lane], base + piece]
+        d_away -= bend[contract.CENTRE]
+        d_wavenumber = bend[contract.WAVENUMBER]
+        d_sine, d_cosine = bend[contract.SINE] * lift, bend[contract.COSINE] * lift
+        for k in range(int(row[contract.DEGREE]), -1, -1):
+            moved_slope = moved_slope * here[JOINT_X] + moved
+            moved = moved * here[JOINT_X] + bend[contract.COEFFICIENT + k]
+    d_x = d_away / row[contract.SCALE]
+    height = d_lift * here[JOINT_Y] + lift * (here[JOINT_SLOPE] * d_x + moved)
+    velocity = d_lift * here[JOINT_SLOPE] * rate
+    velocity += lift * ((here[JOINT_BEND] * d_x + moved_slope) * rate + here[JOINT_SLOPE] * d_rate)
+    if wavenumber != 0.0:
+        d_sine += row[contract.SINE] * d_lift
+        d_cosine += row[contract.COSINE] * d_lift
+        s, c = here[JOINT_SINE], here[JOINT_COSINE]
+        omega, d_omega = wavenumber * pace, d_wavenumber * pace + wavenumber * d_pace
+        d_phase = d_wavenumber * here[JOINT_AWAY] + wavenumber * d_away
+        across = lift * (row[contract.SINE] * c - row[contract.COSINE] * s)
+        height += d_sine * s + d_cosine * c + across * d_phase
+        velocity += d_omega * across + omega * (d_sine * c - d_cosine * s)
+        velocity -= omega * lift * (row[contract.SINE] * s + row[contract.COSINE] * c) * d_phase
+    return height, velocity
+
+
+@kernel
+def cross_in_contact(
+    pieces: FloatArray, bends: FloatArray, base: int, table: contract.IntArray, numbers: FloatArray, turns: FloatArray,
+    step: FloatArray, after: FloatArray, end: FloatArray, carried: FloatArray, directions: contract.IntArray,
+    before: FloatArray, behind: FloatArray,
+) -> None:  # fmt: skip
+    """Take tangents at fixed s over a smooth joint of two pieces, where only accelerations jump.
+
+    The changed motion reaches the joint DBREAK - DT later than `s` says; until then the rates before it hold. At fixed
+    time the wheel keeps displacement and velocity. The tangents of two pieces of the path differ by what the joint
+    moves, and by what their fits leave. Behind the joint s counts so that DT is zero there.
+    """
+    u, w, time = end[FIRST], end[SECOND], after[TIME]
+    _fill_joint(pieces, numbers, step, time, u, w, before)
+    _fill_joint(pieces, numbers, after, time, u, w, behind)
+    for k in range(len(directions)):
+        lane = directions[k]
+        height, velocity = _path_change(
+            pieces, bends, base, table, numbers, turns, step, time, lane, carried[DSHIFT, lane], before
+        )
+        carried[DU, lane], carried[DW, lane] = height, velocity
+    break_moves(bends, base, table, numbers, turns, step, after, carried)
+    for k in range(len(directions)):
+        lane = directions[k]
+        height, velocity = _path_change(
+            pieces, bends, base, table, numbers, turns, after, time, lane, carried[DSHIFT, lane], behind
+        )
+        carried[DA, lane] += (height - carried[DU, lane]) / (2.0 * u)
+        carried[DB, lane] += velocity - carried[DW, lane]
+    on_deck = step[ON_DECK] != 0.0
+    leap = _acceleration_there(pieces, numbers, step, before)
+    bend = _acceleration_there(pieces, numbers, after, behind)
+    leap -= bend
+    lighter = before[JOINT_PUSH] - behind[JOINT_PUSH]
+    deck_leap = -lighter / numbers[contract.DECK_MASS] if on_deck else 0.0
+    y, v = _path_there(pieces, numbers, after, behind)
+    y -= u * u
+    v -= w
+    deck_bend = deck_acceleration(numbers, end[THIRD], end[FOURTH], on_deck, behind[JOINT_PUSH])
+    if on_deck:
+        y += end[THIRD]
+        v += end[FOURTH]
+        bend += deck_bend
+    bend += 1.0 + numbers[contract.STIFFNESS] * y + numbers[contract.DAMPING] * v - behind[JOINT_PUSH]
+    for lane in range(LANES):
+        dt = carried[DT, lane]
+        delay = carried[DBREAK, lane] - dt
+        carried[DA, lane] -= 0.5 * w / u * dt
+        carried[DB, lane] += (deck_leap - lighter) * delay - (leap + bend) * dt
+        carried[DY, lane] -= end[FOURTH] * dt
+        carried[DZ, lane] += deck_leap * delay - deck_bend * dt
+        carried[DT, lane] = 0.0

@@ -24,6 +24,16 @@ def sum_at(D: FloatArray, row: int, n: int, x: float, lane: int) -> float:
 
 
 @kernel
+def sums_at(D: FloatArray, row: int, n: int, x: float, out: FloatArray) -> None:
+    """Write Σ D[row + k, lane]·x^k, k = 0 … n, of all lanes."""
+    for lane in range(LANES):
+        out[lane] = D[row + n, lane]
+    for k in range(n - 1, -1, -1):
+        for lane in range(LANES):
+            out[lane] = out[lane] * x + D[row + k, lane]
+
+
+@kernel
 def _horner_tangent(n: int, degree: int, first: int, rows: int, S: FloatArray, D: FloatArray) -> None:
     """Advance the tangents of the nested series to order n: those of R^k = c_k + t(s)·R^{k+1}."""
     for lane in range(LANES):

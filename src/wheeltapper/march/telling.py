@@ -13,6 +13,8 @@ CHUNK = 20_000
 0.1 s."""
 WAGON_CHUNK = 4_000
 """The same for a wagon's march, whose steps take longer."""
+GENERAL_CHUNK = 512
+"""Macro steps of the general march after which it reports."""
 Tell = Callable[[float], bool]
 """Called with the time (of the program) that a march has reached. If it returns True, the march ends as FULL."""
 

@@ -24,8 +24,8 @@ START = {"displacement": "m", "velocity": "m/s", "deck_displacement": "m", "deck
 """Entries of a state at a section, with their units; the last two only where there is a deck."""
 
 
-def section_of(scenario: Scenario | str | Path, method: str = "default") -> Section:
-    """Return a scenario, lowered from section to section.
+def section_of(scenario: Scenario | str | Path, method: str = "default", many: bool = False) -> Section:
+    """Return a scenario, lowered from section to section; say so if a march of it, or of `many`, begins with compiling.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def section_of(scenario: Scenario | str | Path, method: str = "default") -> Sect
         raise InputError("", "track.start", "a deck that begins or ends", "a deck without start, all along the line")
     section = Section(scenario, method)
     warn_of(section.notes)
-    if not run.sections_are_ready(section.cells({}).cells):
+    if not run.sections_are_ready(section.cells({}).cells, many):
         say_that_it_compiles("the orbits")
     return section
 

@@ -26,7 +26,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.blocks import core_count
 from wheeltapper.march.ensemble import Cells
-from wheeltapper.march.orbits import TRAP_COLUMNS, UNCAUGHT
+from wheeltapper.march.orbits import STATE_SIZE, TRAP_CENTRE, TRAP_COLUMNS, TRAP_NORM, TRAP_REACH, UNCAUGHT
 from wheeltapper.orbits.asked import START, axes_of, is_undamped, section_of
 from wheeltapper.orbits.diagram import all_cells, start_states
 from wheeltapper.orbits.orbit import multipliers_of
@@ -84,6 +84,18 @@ class World:
         """Return True if a state lies on a known orbit."""
         trails = [found.image.trail for _, found in self.orbits]
         return any(np.abs(trail - state).max(axis=1).min() < SAME for trail in trails)
+
+    def catches(self, trail: FloatArray) -> bool:
+        """Return True if one of some states, (many, n), is in a trap."""
+        if not self.traps:
+            return False
+        rows, many = np.vstack(self.traps), len(trail)
+        states = np.zeros((many, STATE_SIZE))
+        states[:, : trail.shape[1]] = trail * self.wave.to_program
+        off = states[:, None] - rows[:, TRAP_CENTRE : TRAP_CENTRE + STATE_SIZE]
+        norms = rows[:, TRAP_NORM:].reshape(-1, STATE_SIZE, STATE_SIZE)
+        sizes = (np.einsum("tij,stj->sti", norms, off) ** 2).sum(axis=2)
+        return bool(np.any(sizes <= rows[:, TRAP_REACH]))
 
 
 class Search:
@@ -177,7 +189,10 @@ class Search:
             state = self.states[cell, :size] / world.wave.to_program
             if not np.all(np.isfinite(state)):
                 continue
-            for many in self._periods(world.wave, state):
+            trail = self.maps[LONGEST_PERIOD].trail(world.wave, state)
+            if world.catches(trail):  # a motion that only needs more waves
+                continue
+            for many in nearly_periods(trail, state):
                 found = self.maps[many].fixed_point(world.wave, state)
                 near = found.closed and np.abs(found.state - state).max() < NEAR
                 sooner = shortest_period(found)
@@ -191,13 +206,13 @@ class Search:
                     break
         return new
 
-    def _periods(self, wave: Wave, state: FloatArray) -> list[int]:
-        """Return after how many waves a state nearly returns to itself, fewer before more."""
-        trail = self.maps[LONGEST_PERIOD].trail(wave, state)
-        away = np.abs(trail - state).max(axis=1)
-        away[~np.isfinite(away)] = np.inf
-        order = np.flatnonzero(away < RECURS)
-        return [int(many) + 1 for many in order if away[many] <= 2.0 * away.min() + SAME][:3]
+
+def nearly_periods(trail: FloatArray, state: FloatArray) -> list[int]:
+    """Return after how many waves a state nearly returns to itself, fewer before more."""
+    away = np.abs(trail - state).max(axis=1)
+    away[~np.isfinite(away)] = np.inf
+    order = np.flatnonzero(away < RECURS)
+    return [int(many) + 1 for many in order if away[many] <= 2.0 * away.min() + SAME][:3]
 
 
 def shortest_period(found: FixedPoint) -> int:
@@ -249,7 +264,7 @@ def fates(
     """
     settle = as_count(settle, "settle")
     scenario, axes = axes_of(as_scenario(scenario), over)
-    section = section_of(scenario, method)
+    section = section_of(scenario, method, many=True)
     if is_undamped(section):
         raise InputError("", "vehicle.damping", "0 N s/m, with which no motion settles", "more; `find` takes it")
     shape, changed = all_cells(axes)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 RANGE = 1.3
 """The special point is looked for within this ratio of the first field to its last value."""
-HALVINGS = 6
+HALVINGS = 10
 """How often the way from one value of the second field to the next is halved, where nothing is found."""
 FAR, CLOSE = 0.2, 0.02
 """Largest distance of a special point from the last one, in the branch's own measure; it may lie off where it is
@@ -62,7 +62,7 @@ class _Tracer:
         away, off = (float(np.linalg.norm(special.place - place)) for place in (self.known[-1][1], expected))
         if away > FAR or off > max(CLOSE, 0.5 * away):
             return None  # another one, perhaps
-        self.known.append((value, special.place))
+        self.known = [(one, place) for one, place in self.known if one != value] + [(value, special.place)]
         return special.place
 
     def reach(self, value: float, halvings: int = HALVINGS) -> FloatArray | None:

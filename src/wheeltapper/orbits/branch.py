@@ -22,6 +22,7 @@ from wheeltapper.lower.fields import Fields
 from wheeltapper.orbits.asked import START, is_undamped, range_of
 from wheeltapper.orbits.orbit import Orbit, multipliers_of
 from wheeltapper.orbits.section_map import BESIDE, CLOSED, Image, SectionMap
+from wheeltapper.record.labels import BRANCH_TITLE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,6 +40,8 @@ GOAL, LONGER = 0.7, 1.5
 """What of this a step should use, and the largest ratio of two steps in a row."""
 ITERATIONS = 8
 """Largest number of Newton's steps in one plane."""
+ASTRAY = 0.5
+"""Distance from the range of the parameter, as the branch measures it, beyond which Newton's method is lost."""
 HARD = 5
 """A point that needed so many of them makes the next step shorter."""
 ROUGH = 1e-5
@@ -129,6 +132,8 @@ class Branch:
         place, best, one = guess.copy(), np.inf, np.eye(len(guess) - 1)
         along = self.along(guess)
         for iteration in range(ITERATIONS + 1):
+            if not self.measure(self.low) - ASTRAY <= place[-1] <= self.measure(self.high) + ASTRAY:
+                return None
             wave = self.each.wave_at(self.value(place))
             image = self.each.image(wave, place[:-1])
             off = image.state - place[:-1]
@@ -137,7 +142,6 @@ class Branch:
                 return None
             slopes = np.column_stack([image.slopes - one, along])
             if size <= 0.1 * CLOSED or (size <= CLOSED and size >= 0.5 * best):
-                image = self.each.refined(wave, place[:-1], image)
                 return Point(place, image, _tangent(slopes, like), iteration)
             best = min(best, size)
             if iteration > 0 and size > ROUGH:
@@ -152,7 +156,7 @@ class Branch:
     def point_at(self, place: FloatArray, like: FloatArray) -> Point:
         """Return a place that is known to be on the branch as a point."""
         wave = self.each.wave_at(self.value(place))
-        image = self.each.refined(wave, place[:-1], self.each.image(wave, place[:-1]))
+        image = self.each.image(wave, place[:-1])
         slopes = np.column_stack([image.slopes - np.eye(len(place) - 1), self.along(place)])
         return Point(place, image, _tangent(slopes, like))
 
@@ -382,7 +386,7 @@ def _dataset(
         for name, column in zip(START, (places[:, :-1] * scale).T, strict=False)
     }
     attributes = {
-        "title": "wheeltapper branch", "parameter": path, "waves": orbit.waves, "method": orbit.method,
+        "title": BRANCH_TITLE, "parameter": path, "waves": orbit.waves, "method": orbit.method,
         "static_force": branch.each.static_force, "begins": ended[0], "ends": ended[1],
     }  # fmt: skip
     return xr.Dataset(data, coordinates, attributes)

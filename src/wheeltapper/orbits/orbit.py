@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from wheeltapper.describe.scenario import Scenario, Start
 from wheeltapper.ground.arguments import as_count
 from wheeltapper.ground.errors import InputError
 from wheeltapper.lower.build import lower
-from wheeltapper.lower.section import Section
+from wheeltapper.lower.section import Section, section_place
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.orbits.asked import START, given_start, is_undamped, section_of
@@ -31,7 +31,7 @@ SETTLED = 0.05
 """Largest distance, in static indentations, of a settled motion from the orbit that it settles on."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Orbit:
     """A motion that repeats after some waves of the irregularity.
 
@@ -74,7 +74,21 @@ class Orbit:
     losses: int
     largest_force: float
     undamped: bool
-    _section: Section = field(repr=False, compare=False)
+    _section: Section
+
+    def __str__(self) -> str:
+        kind = "undamped" if self.undamped else "stable" if self.stable else "unstable"
+        waves = f"{self.waves} wave{'' if self.waves == 1 else 's'}"
+        losses = f"{self.losses} loss{'' if self.losses == 1 else 'es'} of contact"
+        over = self.largest_force / float(self._section.cells({}).units.static_force[0])
+        size = abs(self.multipliers[0])
+        return (
+            f"{kind} orbit of {waves}, {1e3 * self.period:.4g} ms: {losses}, largest force {over:.3f} of static, "
+            f"largest multiplier {size:.4g}, closes to {self.closure:.1g}"
+        )
+
+    def __repr__(self) -> str:
+        return f"<Orbit {self}>"
 
     @property
     def stable(self) -> bool:
@@ -86,9 +100,21 @@ class Orbit:
         """Its start as an array, in the order of `start`."""
         return np.array(list(self.start.values()))
 
+    @property
+    def phase_zero(self) -> float:
+        """Where phase zero lies on the rail of the scenario, m; also one period of the irregularity farther, and so on.
+
+        The irregularity repeats from there on. A flat is met half a revolution behind it.
+        """
+        return section_place(self.scenario)
+
     @cached_property
     def record(self) -> Record:
-        """The record of one period, from phase zero."""
+        """The record of one period, from phase zero.
+
+        Its scenario begins on the orbit, as a start for `simulate` and `wear_in`. A deck's motion is in no scenario's
+        start: there a deck begins at rest.
+        """
         start = Start(displacement=self.start["displacement"], velocity=self.start["velocity"])
         scenario = self._section.public().model_copy(update={"duration": self.period, "start": start})
         lowered = lower(scenario, self.method, self._section.table())

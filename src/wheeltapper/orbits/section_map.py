@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.lower.numbers import METHODS, Units
+from wheeltapper.lower.numbers import Units
 from wheeltapper.lower.section import Section, SectionCells
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
@@ -23,8 +23,6 @@ ROUNDING = 2e-15
 """Relative error that a state may have from rounding."""
 ITERATIONS = 40
 """Largest number of steps of Newton's method."""
-EXACT = 5e-9
-"""Largest error of a determinant beyond which slopes are computed once more, with the strict order."""
 LONGEST = 1.0
 """Longest step of Newton's method, in scaled units: one static indentation."""
 BESIDE = 1e-6
@@ -158,19 +156,6 @@ class SectionMap:
         run.sections(found.cells, full, self.waves, 0)
         return np.asarray(full[:, : self.size] / own)
 
-    def refined(self, wave: Wave, state: FloatArray, image: Image) -> Image:
-        """Return an image with better slopes, where their determinant shows that the steps were too long for them.
-
-        The steps follow the motion, and not its neighbours: a fast vibration that has died out in it may live in them.
-        """
-        off = abs(float(np.linalg.det(image.slopes)) - exact_determinant(wave.program, self.waves))
-        if not off > EXACT or wave.program.numbers[contract.ORDER] == contract.STRICT_ORDER:
-            return image
-        numbers = wave.program.numbers.copy()
-        numbers[[contract.ORDER, contract.TOLERANCE]] = METHODS["strict"].order, METHODS["strict"].tolerance
-        better = self.image(wave._replace(program=wave.program._replace(numbers=numbers)), state)
-        return image._replace(slopes=better.slopes) if np.all(np.isfinite(better.slopes)) else image
-
     def trail(self, wave: Wave, state: FloatArray) -> FloatArray:
         """Return the states after each wave, (waves, n), without derivatives."""
         kept = run.sections(_repeated(wave.program, 1), self._full(wave, state)[None], 0, self.waves).kept
@@ -201,8 +186,7 @@ class SectionMap:
             if better is None:
                 break
             best = better
-        image = self.refined(wave, best.state, best.image)
-        return best._replace(image=image, closed=bool(best.closure <= max(CLOSED, _rounding(best))))
+        return best._replace(closed=bool(best.closure <= max(CLOSED, _rounding(best))))
 
     def _shorter(self, wave: Wave, best: FixedPoint, step: FloatArray) -> FixedPoint | None:
         """Return the state behind a step, or behind a part of it, that closes better; None if none does."""

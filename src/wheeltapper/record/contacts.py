@@ -41,7 +41,12 @@ class Contacts:
 
     @property
     def has_several(self) -> bool:
-        """Whether tables have wheelsets and sides in public."""
+        """Whether tables name the contact in public."""
+        return len(self.position) > 1
+
+    @property
+    def has_sides(self) -> bool:
+        """Whether every wheel has contacts of its own."""
         return self.sides > 1
 
     @property
@@ -53,7 +58,7 @@ class Contacts:
     def labels(self) -> dict[str, NDArray[Any]]:
         """Wheelset, from 1, side and surface of each contact."""
         surface, wheel = np.divmod(np.arange(len(self.lanes)), len(self.static_force))
-        names = SIDES if self.has_several else SIDES[-1:]
+        names = SIDES if self.has_sides else SIDES[-1:]
         return {
             "wheelset": wheel // self.sides + 1,
             "side": np.array(names)[wheel % self.sides],
@@ -61,11 +66,17 @@ class Contacts:
         }
 
     @property
+    def public_labels(self) -> dict[str, NDArray[Any]]:
+        """What tells contacts apart: nothing, the wheelset, or wheelset, side and surface."""
+        if self.has_sides:
+            return self.labels
+        return {"wheelset": self.labels["wheelset"]} if self.has_several else {}
+
+    @property
     def axis_names(self) -> dict[str, list[Any]]:
         """Names of wheelsets and sides where there are several."""
-        if not self.has_several:
-            return {}
-        return {"wheelset": [*range(1, self.wheelsets + 1)], "side": [*SIDES[: self.sides]]}
+        sides = {"side": [*SIDES[: self.sides]]} if self.has_sides else {}
+        return {"wheelset": [*range(1, self.wheelsets + 1)], **sides} if self.has_several else {}
 
     def contact_of_rows(self, rows: FloatArray) -> IntArray:
         """Return the contact of each event or maximum of a march."""
@@ -78,4 +89,6 @@ class Contacts:
         """Return values over the wheels (..., wheels) with the dimensions that they have in public."""
         if not self.has_several:
             return (), values[..., 0]
+        if not self.has_sides:
+            return ("wheelset",), values
         return ("wheelset", "side"), values.reshape(*values.shape[:-1], self.wheelsets, self.sides)

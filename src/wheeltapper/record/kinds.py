@@ -1,4 +1,4 @@
-"""What a record must know of the march behind it, as data: `wheel` and `wagon` each state it."""
+"""What a record must know of the march behind it, as data: `wheel`, `wagon` and `on_rails` each state it."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from wheeltapper.ground.notes import Note
 from wheeltapper.ground.outcome import Outcome
 from wheeltapper.march import assembly, run
 from wheeltapper.march import program as contract
+from wheeltapper.march.general import layout
 from wheeltapper.record import balanced
 from wheeltapper.record.contacts import Contacts
 
@@ -33,6 +34,9 @@ OUTCOMES = {
     contract.STALLED: Outcome.STALLED,
     contract.END_OF_PATH: Outcome.END_OF_PATH,
     assembly.DERAILED: Outcome.DERAILED,
+    layout.CHATTERS: Outcome.CHATTERING,
+    layout.UNSOLVED: Outcome.UNSOLVED,
+    layout.WOULD_PULL: Outcome.UNSOLVED,
 }
 """Outcome of each status of a march."""
 
@@ -86,10 +90,15 @@ class Kind:
 
 def kind_of(scenario: Scenario) -> Kind:
     """Return what is known of the march that simulates a scenario."""
-    if run.choose(run.SIMULATE, scenario.needs) is run.WAGON:
+    marcher = run.choose(run.SIMULATE, scenario.needs)
+    if marcher is run.WAGON:
         from wheeltapper.record.wagon import WAGON
 
         return WAGON
+    if marcher is run.GENERAL:
+        from wheeltapper.record.on_rails import ON_RAILS
+
+        return ON_RAILS
     from wheeltapper.record.wheel import WHEEL
 
     return WHEEL

@@ -17,6 +17,8 @@ WEAR_TITLE = "wheeltapper wear"
 RECEPTANCE_TITLE, STATIC_TITLE = "wheeltapper receptance", "wheeltapper static deflection"
 DECAY_TITLE, PINNED_TITLE = "wheeltapper decay rate", "wheeltapper pinned-pinned frequency"
 """Titles of what is asked of a track alone."""
+BRANCH_TITLE = "wheeltapper branch"
+"""Title of the datasets of `orbits.follow`."""
 EVENT_KINDS = ("loss", "impact", "yield")
 """Names of the kinds of events, in the order of their numbers."""
 
@@ -44,6 +46,22 @@ LABELS = {
     "friction_use": ("", "creep force over the limit of friction, on the tread"),
     "indentation": ("m", "indentation, negative in flight"),
     "constraint": ("m", "path of the rigid wheel's centre over the irregularity"),
+    "rail_displacement": ("m", "displacement of the rail, upwards; in histories under the wheel"),
+    "rail": ("m", "position along the rail"),
+    "rail_acceleration": ("m/s^2", "acceleration of the rail, upwards"),
+    "rail_strain": ("", "longitudinal strain of the rail's foot in bending, positive in tension"),
+    "rail_shear": ("N", "shear force in the rail, positive behind a wheel and negative ahead of it"),
+    "seat": ("", "number of the seat, from that at first_sleeper"),
+    "sleeper_displacement": ("m", "displacement of the sleeper, upwards"),
+    "sleeper_acceleration": ("m/s^2", "acceleration of the sleeper, upwards"),
+    "pad_force": ("N", "force in the rail pad, positive in compression"),
+    "ballast_force": ("N", "force under the half sleeper, positive in compression"),
+    "frame": ("m", "displacement of the frame's centre from its static position, upwards"),
+    "frame_velocity": ("m/s", "velocity of the frame's centre, upwards"),
+    "frame_acceleration": ("m/s^2", "acceleration of the frame's centre, upwards"),
+    "frame_pitch": ("rad", "pitch of the frame, upwards in front"),
+    "frame_pitch_velocity": ("rad/s", "rate of the frame's pitch"),
+    "frame_pitch_acceleration": ("rad/s^2", "acceleration of the frame's pitch"),
     "lateral_shift": ("m", "shift of the wheel from its middle position, outwards"),
     "permanent_indentation": ("m", "indentation that is left if the contact unloads now, of both bodies together"),
     "displacement": ("m or rad", "displacement of a body's centre of gravity from unstretched springs, or rotation"),

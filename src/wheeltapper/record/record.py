@@ -70,7 +70,7 @@ class Record:
     @property
     def static_forces(self) -> xr.DataArray:
         """Static contact force of each wheel, N; of a single wheelset one number."""
-        return self._per_wheel(self._contacts.static_force, attributes_of("static_force", self._contacts.has_several))
+        return self._per_wheel(self._contacts.static_force, attributes_of("static_force", self._contacts.has_sides))
 
     @property
     def contact_constant(self) -> float:
@@ -123,9 +123,9 @@ class Record:
 
     def _public_table(self, dimension: str, columns: Columns) -> xr.Dataset:
         """Return a table as it is in public: several contacts have names."""
-        several = self._contacts.has_several
-        names = {name: all_of[columns["contact"]] for name, all_of in self._contacts.labels.items()} if several else {}
-        return dataset({name: (dimension, held) for name, held in (columns | names).items()}, names, several)
+        names = {name: all_of[columns["contact"]] for name, all_of in self._contacts.public_labels.items()}
+        held = {name: (dimension, values) for name, values in (columns | names).items()}
+        return dataset(held, names, self._contacts.has_sides)
 
     @cached_property
     def events(self) -> xr.Dataset:
@@ -217,6 +217,38 @@ class Record:
         extent.check_samples("times", "too many", len(wanted), self._sample_columns)
         return self._labelled_at(wanted)
 
+    def track(
+        self, rate: float | str | None = None, rail: Sequence[float | str] = (), seat: Sequence[int] = ()
+    ) -> xr.Dataset:
+        """Return what rail, pads, sleepers and ballast do, at places of one rail over time.
+
+        Parameters
+        ----------
+        rate
+            Samples per second, Hz or as "20 kHz". By default there are about 20 000 samples.
+        rail
+            Positions along the rail, m.
+        seat
+            Numbers of seats; that at `first_sleeper` is 0.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over `time` and `rail`: rail_displacement, rail_acceleration, rail_strain (in bending, at the foot, tension
+            positive), rail_shear. Over `time` and `seat`: sleeper_displacement, sleeper_acceleration, pad_force,
+            ballast_force (compression positive); on a slab the pad's force alone. Displacements and accelerations are
+            upwards. All of it is of one rail. NaN where a wheel is farther away than half the ring that stands for the
+            track.
+
+        Raises
+        ------
+        InputError
+            On another track, or without a place.
+        """
+        from wheeltapper.record.track import track
+
+        return track(self, rate, rail, seat)
+
     @cached_property
     def _sample_columns(self) -> int:
         """Number of numbers in memory for each sample of the dense solution: in rows, in order, and in columns."""
@@ -236,7 +268,7 @@ class Record:
                 variables[name] = (*dimensions[:-1], *among), by_wheel
             else:
                 variables[name] = dimensions, over_time
-        return dataset(variables, several=self._contacts.has_several)
+        return dataset(variables, several=self._contacts.has_sides)
 
     def _per_wheel(self, values: FloatArray, attributes: dict[str, str]) -> xr.DataArray:
         """Return one value per wheel as it is in public."""
@@ -278,7 +310,7 @@ class Record:
         impacts, largest = self._impacts_and_ratio()
         peak = "no force maximum"
         if largest is not None:
-            of = "wheel" if self._contacts.has_several else "wheelset"
+            of = "wheel" if self._contacts.has_sides else "wheelset"
             peak = f"largest force {largest:.3f} of static ({largest * self.static_force / 1e3:.1f} kN per {of})"
         plural = "impact" if impacts == 1 else "impacts"
         state = self.outcome.sentence if self.outcome is not Outcome.COMPLETED else f"completed, {self.end:.6g} s"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wheeltapper.ground.needs import DECK
+from wheeltapper.ground.needs import DECK, FLEXIBLE_TRACK, SEVERAL_BODIES
 from wheeltapper.ground.notes import Note
 
 if TYPE_CHECKING:
@@ -30,10 +30,10 @@ NOTE = Note(
 def rigid_track(record: Record) -> tuple[Note, ...]:
     """Return a note if a kink on a rigid track causes a large force."""
     scenario = record.scenario
-    if DECK in scenario.needs or (record._impacts_and_ratio()[1] or 0.0) <= LARGE:
+    if scenario.needs & {DECK, FLEXIBLE_TRACK} or (record._impacts_and_ratio()[1] or 0.0) <= LARGE:
         return ()
     vehicle: Any = scenario.vehicle
-    radius = vehicle.radius if hasattr(vehicle, "radius") else vehicle.axles[0].radius
+    radius = vehicle.axles[0].radius if SEVERAL_BODIES in scenario.needs else vehicle.plane.wheelsets[0].radius
     return (NOTE,) if any(has_kink(item.course(radius)) for item in scenario.irregularities) else ()
 
 

@@ -18,7 +18,7 @@ from wheeltapper.record.chart_store import load_chart
 from wheeltapper.record.checksum import is_damaged
 from wheeltapper.record.contacts import SIDES, SURFACES
 from wheeltapper.record.kinds import kind_of
-from wheeltapper.record.labels import EVENT_KINDS, WEAR_TITLE, attributes_of, flag_variable
+from wheeltapper.record.labels import BRANCH_TITLE, EVENT_KINDS, WEAR_TITLE, attributes_of, flag_variable
 from wheeltapper.record.reading_arrays import check_hdf5
 from wheeltapper.record.record import Record
 from wheeltapper.record.stored import FORMAT, UNDAMAGED, method_of, notes, rising, table, version_of
@@ -41,7 +41,7 @@ def save(record: Record, path: Path) -> None:
         "contact_wheelset": ("contact", named["wheelset"], attributes_of("wheelset")),
         "contact_side": flag_variable("contact", named["side"], SIDES),
         "contact_surface": flag_variable("contact", named["surface"], SURFACES),
-        "static_force": ("contact", static, attributes_of("static_force", contacts.has_several)),
+        "static_force": ("contact", static, attributes_of("static_force", contacts.has_sides)),
         "march_steps": (("step", "step_column"), march.steps),
         "march_events": (("event", "event_column"), march.events),
         "march_peaks": (("peak", "peak_column"), march.peaks),
@@ -89,7 +89,9 @@ RECORD = "a record saved by wheeltapper"
 
 
 def load(path: str | Path, *, largest: float = LARGEST) -> Any:
-    """Load by suffix: .toml is a `Scenario` or a `Site`, .nc a record or a result of `wear_in`, .zarr a chart.
+    """Load by suffix: .toml is a `Scenario` or a `Site`, .nc a record, a wear or a branch, .zarr a chart.
+
+    A wear is what `wear_in` keeps in a file, a branch what the command `orbits` writes.
 
     Parameters
     ----------
@@ -134,6 +136,8 @@ def _load_record(path: Path, largest: float) -> Any:
         raise InputError("", "", "a damaged file", UNDAMAGED)
     if data.attrs.get("title") == WEAR_TITLE:
         return check_wear(data)
+    if data.attrs.get("title") == BRANCH_TITLE:
+        return check_branch(data)
     if data.attrs.get("format") is None or "march_steps" not in data:
         raise InputError("", "", "a file that wheeltapper did not write", RECORD)
     version_of(data)
@@ -150,7 +154,16 @@ def _scenario_of(data: Any) -> Scenario:
         raise InputError("", f"scenario, {error.field}", error.found, error.allowed) from None
     except (ValueError, RecursionError):
         found = "a Python function, which a file cannot hold" if text.startswith("Scenario(") else repr(text[:60])
-        raise InputError("", "scenario", found, "a scenario without a Profile") from None
+        raise InputError("", "scenario", found, "a scenario without a Profile or a Law") from None
+
+
+def check_branch(data: Any) -> Any:
+    """Return a branch of orbits; refuse a damaged one."""
+    points, special = (data.sizes.get(name, -1) for name in ("point", "special"))
+    for name in (str(data.attrs.get("parameter")), "displacement", "velocity", "largest_force"):
+        table(data, name, points)
+    table(data, "parameter", special)
+    return data
 
 
 def check_wear(data: Any) -> Any:

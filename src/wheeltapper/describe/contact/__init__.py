@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from wheeltapper.describe.contact.hertz import Hertz as Hertz
     from wheeltapper.describe.contact.jackson_green import JacksonGreen as JacksonGreen
     from wheeltapper.describe.contact.kogut_etsion import KogutEtsion as KogutEtsion
+    from wheeltapper.describe.contact.law import Law as Law
     from wheeltapper.describe.contact.linear import Linear as Linear
     from wheeltapper.describe.contact.restitution import hysteresis_from_restitution as hysteresis_from_restitution
     from wheeltapper.describe.contact.stronge import Stronge as Stronge

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from wheeltapper.describe.noun import Damping, Inertia, Mass, PositiveForce, PositiveLength, Stiffness
 from wheeltapper.describe.vehicle.base import Vehicle
+from wheeltapper.describe.vehicle.plane import FloatArray, PlaneVehicle
+from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.needs import BOGIE, Need
 
 
@@ -67,3 +70,22 @@ class Bogie(Vehicle):
     def positions(self) -> tuple[float, ...]:
         """The x of each wheelset from the leading one, m."""
         return 0.0, -self.wheelbase
+
+    @property
+    def plane(self) -> PlaneVehicle:
+        """The bogie as numbers, for a track that gives way; the frame pitches upwards in front."""
+        half = 0.5 * float(self.wheelbase)
+        primary = np.array([[1.0, 0.0, -1.0, -half], [0.0, 1.0, -1.0, half]])
+        secondary = np.array([0.0, 0.0, 1.0, 0.0])
+
+        def joined(first: float, second: float) -> FloatArray:
+            return np.asarray(first * primary.T @ primary + second * np.outer(secondary, secondary))
+
+        mass = np.diag([float(self.wheelset_mass)] * 2 + [float(self.frame_mass), float(self.pitch_inertia)])
+        damping = joined(self.primary_damping, self.secondary_damping)
+        stiffness = joined(self.primary_stiffness, self.secondary_stiffness)
+        alone = Wheelset(
+            mass=self.wheelset_mass, load=self.wheel_load, gravity=0.0, radius=self.radius, wheels=self.wheels
+        )
+        names = ("wheelset 1", "wheelset 2", "frame", "frame pitch")
+        return PlaneVehicle(names, mass, damping, stiffness, self.positions, (alone, alone))

@@ -15,6 +15,7 @@ from wheeltapper.describe.noun import (
     Stiffness,
 )
 from wheeltapper.describe.vehicle.base import Vehicle
+from wheeltapper.describe.vehicle.plane import PlaneVehicle, side_by_side
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import DAMPER_END, DAMPER_PLAY, NOTHING, Need
 
@@ -124,3 +125,8 @@ class Wheelset(Vehicle):
     def weight(self) -> float:
         """P + m·g in N."""
         return float(self.load + self.mass * self.gravity)
+
+    @property
+    def plane(self) -> PlaneVehicle:
+        """The wheelset as numbers, for a track that gives way."""
+        return side_by_side((self,), (0.0,))

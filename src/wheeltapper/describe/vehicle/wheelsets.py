@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from wheeltapper.describe.noun import Length
 from wheeltapper.describe.vehicle.base import Vehicle
+from wheeltapper.describe.vehicle.plane import PlaneVehicle, side_by_side
 from wheeltapper.describe.vehicle.wheelset import Wheelset
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import WHEELSETS, Need
@@ -58,3 +59,8 @@ class Wheelsets(Vehicle):
     def wheels(self) -> int:
         """Number of wheels of each wheelset."""
         return self.wheelsets[0].wheels
+
+    @property
+    def plane(self) -> PlaneVehicle:
+        """The wheelsets as numbers, for a track that gives way."""
+        return side_by_side(self.wheelsets, self.positions)

@@ -13,7 +13,7 @@ from wheeltapper.describe.irregularity.out_of_round import OutOfRound
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.diagnosis.faults.base import Fault, with_item
 from wheeltapper.diagnosis.inference.fitting import keeps_step, rms
-from wheeltapper.diagnosis.inference.problem import FitProblem, Prior
+from wheeltapper.diagnosis.inference.problem import SURE, FitProblem, Prior
 from wheeltapper.diagnosis.inference.search import near, ranked
 from wheeltapper.diagnosis.inference.timing import TIME_ZERO, zero_of
 
@@ -28,8 +28,6 @@ SMALL = 0.01
 WAVES, PHASES = 8, 12
 """Waves of the highest order before the site's irregularity from which a spectrum is taken, and number of phases that
 are tried."""
-SURE = 3.0
-"""Largest deviation of the speed from the stated one that is plausible, in standard deviations."""
 AVERAGED = 2.0
 """Contact periods over which the difference between model and recording is averaged where the contact's own frequency
 is not to count."""

@@ -22,6 +22,9 @@ from wheeltapper.march import program as contract
 from wheeltapper.record.recording import Recording
 
 FloatArray = NDArray[np.float64]
+SURE = 3.5
+"""Largest deviation of the speed from the stated one, and of time zero from the trigger, that is considered plausible,
+in standard deviations; it is exceeded once in 2000 passages."""
 FARTHEST = 4.0
 """Standard deviations of a lognormal prior beyond which a parameter is not sought. A fault's size would run to where
 nothing shows it any more, and a bush would become so stiff that its motion is slow to compute."""

@@ -82,7 +82,7 @@ def _element_integrals() -> tuple[FloatArray, FloatArray, FloatArray]:
     )
 
 
-def _rail_matrices(section: Section, elements: int) -> tuple[FloatArray, FloatArray]:
+def rail_matrices(section: Section, elements: int) -> tuple[FloatArray, FloatArray]:
     """Return mass and stiffness of the rail of one bay with both ends free; deflections first, then rotations."""
     half, nodes = 0.5 * section.spacing / elements, elements * DEGREE + 1
     both, slope, slopes = _element_integrals()
@@ -134,7 +134,7 @@ def matrices(section: Section, elements: int, turns: FloatArray) -> Bay:
     sleeper = section.sleeper > 0.0
     shapes = _shapes(elements, turns, sleeper)
     rail = shapes[:, :-1]
-    mass, stiffness = (np.real(rail.conj().swapaxes(1, 2) @ one @ rail) for one in _rail_matrices(section, elements))
+    mass, stiffness = (np.real(rail.conj().swapaxes(1, 2) @ one @ rail) for one in rail_matrices(section, elements))
     damping = section.loss * stiffness
     for matrix, pad, ballast in (
         (stiffness, section.pad, section.ballast),

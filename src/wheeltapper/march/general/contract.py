@@ -121,5 +121,13 @@ class Method(NamedTuple):
     negligible: float
 
 
+class Task(NamedTuple):
+    """A system, how it is marched, and for how long, s."""
+
+    system: System
+    method: Method
+    duration: float
+
+
 DEFAULT = Method(2e-4, 10, 10, 1e-10, 1e-6, 1e-7, 1e-8, 1e-5, True, 1e-9)
 STRICT = Method(1e-4, 10, 12, 1e-14, 1e-10, 1e-11, 1e-11, 1e-6, False, 1e-15)

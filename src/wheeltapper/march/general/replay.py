@@ -1,8 +1,9 @@
-"""What happened at any time of a march, computed again from its log: forces, indentations, bodies, modes.
+"""Everything over time from a march's logs: forces between the nodes, indentations, bodies, and the modes of the track.
 
-The log holds forces at the nodes of every part between events, and of each macro step the polynomial c of each gap and
-the bodies' state. Moments of the force up to a time follow by integrating the forces' polynomials; with them the gap,
-the bodies and the modes are those that the march itself had (local.py, tables.py).
+A logged part holds its force as a polynomial of σ (layout.py), so that the moments m_l(θ) of the force up to any part θ
+of a macro step are known. With them come the gap, as in `local.py`, and the structure: a state that is x0 at the macro
+step's start and answers a unit force by b is exp(λθH)·(x0 + Σ_l w_l·m_l(θ)), where w_l are the Legendre coefficients of
+H·exp(-λθ'H)·b over the macro step.
 """
 
 from __future__ import annotations
@@ -12,259 +13,463 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from wheeltapper.march import program as numbers
+from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import gauss_nodes
+from wheeltapper.march.general.careful import sigma_of
 from wheeltapper.march.general.contract import Contact
-from wheeltapper.march.general.march import Found, Prepared, _order
-from wheeltapper.march.general.stepping import MODES_EVERY
+from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, IM, RE
+from wheeltapper.march.general.march import Found, Prepared
+from wheeltapper.march.general.records import Motion, Stage
+from wheeltapper.march.general.stepping import MODES_EVERY, write_kernel
 from wheeltapper.march.general.structure import ComplexArray
-from wheeltapper.march.general.tables import driven_nodes, exponential, states_of
+from wheeltapper.march.general.tables import exponential, states_of
+from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
+
+CHUNK = 8192
+"""Samples that are computed at a time."""
 
 
 class Replayed(NamedTuple):
-    """The motion at some times.
+    """Everything at some times, in SI units; deflections and motions positive downwards.
 
     Attributes
     ----------
-    force, indentation
-        Of the contacts, N and m; an indentation below zero is a gap: (times, contacts).
-    path, rail
-        Height of the path under each contact, and deflection of the rail or deck there, positive down, m.
+    force, indentation, rail, path
+        Of the contacts, (times, contacts); the rail's deflection at the contact.
     displacement, velocity, acceleration
-        Of the bodies' freedoms, positive down, (times, freedoms).
-    bay, place
-        Of the first contact: its bay, and its position from the bay's beginning, m, (times,).
-    amplitudes
-        Of the ring's modes as seen from that bay, (times, modes); None if they were not asked for.
+        Of the bodies' freedoms, (times, freedoms).
     """
 
     force: FloatArray
     indentation: FloatArray
-    path: FloatArray
     rail: FloatArray
+    path: FloatArray
     displacement: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
-    bay: IntArray
-    place: FloatArray
-    amplitudes: ComplexArray | None
 
 
-class _Parts(NamedTuple):
-    """Of one contact at some times: force in units, and moments since the macro step's start, (times, q)."""
+class _Rows(NamedTuple):
+    """The logged parts of one contact, one after the other.
+
+    Attributes
+    ----------
+    rows
+        As in layout.py.
+    starts
+        Where they begin, in macro steps.
+    theta, pace, force
+        At the nodes, (rows, MOST_NODES), zero beyond a row's own nodes; θ, dθ/dσ, and the force.
+    before
+        Moments of the macro step up to the row's start, (rows, q).
+    total
+        Those of the row alone.
+    """
+
+    rows: FloatArray
+    starts: FloatArray
+    theta: FloatArray
+    pace: FloatArray
+    force: FloatArray
+    before: FloatArray
+    total: FloatArray
+
+
+def _rows_until(found: Found, contact: int, end: float) -> _Rows:
+    """Return the logged parts of a contact up to a time, s; the last one is cut there."""
+    whole, stop = _rows_of(found, contact), end / found.prepared.grid.seconds
+    held = _Rows(*(part[: int(np.searchsorted(whole.starts, stop))].copy() for part in whole))
+    row, last = held.rows[-1], len(held.rows) - 1
+    at, count = stop - row[layout.ROW_STEP], int(row[layout.ROW_NODES])
+    if at >= row[layout.ROW_TO]:
+        return held
+    if count > 1:
+        sigma, nodes = sigma_of(at, row), gauss_nodes(count)
+        row[layout.ROW_S1] = row[layout.ROW_S0] + sigma * (row[layout.ROW_S1] - row[layout.ROW_S0])
+        values = legendre.legvander(2.0 * sigma * nodes.places - 1.0, count - 1)
+        held.force[last, :count] = values @ nodes.transform @ held.force[last, :count]
+        theta, pace = _mapped(row[None], nodes.places)
+        held.theta[last, :count], held.pace[last, :count] = theta[0], pace[0]
+        powers = legendre.legvander(2.0 * theta[0] - 1.0, held.total.shape[1] - 1)
+        held.total[last] = (nodes.weights * pace[0] * held.force[last, :count]) @ powers
+    row[layout.ROW_TO] = at
+    return held
+
+
+def _rows_of(found: Found, contact: int) -> _Rows:
+    q = found.prepared.method.nodes
+    rows = found.logs.rows[found.logs.rows[:, layout.ROW_CONTACT] == contact]
+    counts = rows[:, layout.ROW_NODES].astype(int)
+    theta, pace = np.zeros((2, len(rows), layout.MOST_NODES))
+    total = np.zeros((len(rows), q))
+    force = np.zeros((len(rows), layout.MOST_NODES))
+    for count in np.unique(counts[counts > 1]):
+        some, nodes = counts == count, gauss_nodes(int(count))
+        theta[some, :count], pace[some, :count] = _mapped(rows[some], nodes.places)
+        force[some, :count] = rows[some, layout.ROW_FORCES : layout.ROW_FORCES + count]
+        powers = legendre.legvander(2.0 * theta[some, :count] - 1.0, q - 1)
+        total[some] = np.einsum("rk,rkm->rm", nodes.weights * pace[some, :count] * force[some, :count], powers)
+    steps = rows[:, layout.ROW_STEP]
+    summed = np.cumsum(total, axis=0) - total
+    first = np.searchsorted(steps, steps)
+    return _Rows(rows, steps + rows[:, layout.ROW_FROM], theta, pace, force, summed - summed[first], total)
+
+
+def _mapped(rows: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return θ and dθ/dσ at places of rows."""
+    how, origin, span, s0, s1 = (
+        rows[:, [column]]
+        for column in (layout.ROW_MAP, layout.ROW_ORIGIN, layout.ROW_SPAN, layout.ROW_S0, layout.ROW_S1)
+    )
+    s = s0 + (s1 - s0) * places
+    theta = np.select(
+        [how == EVENLY, how == AFTER_IMPACT, how == BEFORE_LOSS],
+        [origin + span * s, origin + s**2, origin - s**2], origin + span * s**2 * (3.0 - 2.0 * s),
+    )  # fmt: skip
+    pace = np.select(
+        [how == EVENLY, how == AFTER_IMPACT, how == BEFORE_LOSS],
+        [span * np.ones_like(s), 2.0 * s, -2.0 * s], 6.0 * span * s * (1.0 - s),
+    )  # fmt: skip
+    return theta, pace * (s1 - s0)
+
+
+@kernel
+def _sigmas(theta: FloatArray, index: IntArray, rows: FloatArray, out: FloatArray) -> None:
+    for k in range(len(theta)):
+        out[k] = sigma_of(theta[k], rows[index[k]])
+
+
+class _At(NamedTuple):
+    """Samples of one contact: its forces and its moments there."""
 
     force: FloatArray
     moments: FloatArray
 
 
-def replay(found: Found, times: FloatArray, modes: bool = False) -> Replayed:
-    """Return the motion at some times, s, in any order, not after the march's end; `modes` asks for those too."""
+def _sampled(rows: _Rows, step: IntArray, theta: FloatArray) -> _At:
+    q = rows.total.shape[1]
+    index = np.searchsorted(rows.starts, step + theta, side="right") - 1
+    index = np.clip(index, np.searchsorted(rows.starts, step), np.searchsorted(rows.starts, step + 1.0) - 1)
+    sigma = np.zeros(len(theta))
+    _sigmas(theta, index, rows.rows, sigma)
+    sigma = np.clip(sigma, 0.0, 1.0)
+    force, moments = np.zeros(len(theta)), rows.before[index]
+    counts = rows.rows[index, layout.ROW_NODES].astype(int)
+    for count in np.unique(counts[counts > 1]):
+        some, nodes = np.flatnonzero(counts == count), gauss_nodes(int(count))
+        own, z = index[some], 2.0 * sigma[some] - 1.0
+        values = np.asarray(legendre.legvander(z, count), dtype=float)
+        coefficients = rows.force[own, :count] @ nodes.transform.T
+        force[some] = (coefficients * values[:, :count]).sum(axis=1)
+        powers = np.asarray(legendre.legvander(2.0 * rows.theta[own, :count] - 1.0, q - 1), dtype=float)
+        rates = (rows.pace[own, :count] * rows.force[own, :count])[:, :, None] * powers  # (samples, nodes, q)
+        changes = np.einsum("jk,skm->sjm", nodes.transform, rates)
+        moments[some] += np.einsum("sj,sjm->sm", _integrated(values), changes)
+    return _At(np.maximum(force, 0.0), moments)
+
+
+def _integrated(values: FloatArray) -> FloatArray:
+    """Return the integrals over σ from 0 of P_j(2σ - 1), from the values of these up to one degree more."""
+    out = np.empty((len(values), values.shape[1] - 1))
+    out[:, 0] = 0.5 * (values[:, 1] + 1.0)
+    j = np.arange(1, out.shape[1])
+    out[:, 1:] = 0.5 * (values[:, 2:] - values[:, :-2]) / (2.0 * j + 1.0)
+    return out
+
+
+def _places(found: Found, times: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the macro step of each time, and the part of it."""
+    at = times / found.prepared.grid.seconds
+    step = np.clip(np.floor(at).astype(np.int64), 0, found.steps - 1)
+    return step, np.clip(at - step, 0.0, 1.0)
+
+
+def replay(found: Found, times: FloatArray) -> Replayed:
+    """Return everything but the modes at some times, s."""
+    contacts, freedoms = len(found.prepared.system.contacts), len(found.prepared.system.bodies.mass)
+    widths = (contacts,) * 4 + (freedoms,) * 3
+    out = Replayed(*(np.empty((len(times), width)) for width in widths))
+    logged = [_rows_of(found, contact) for contact in range(contacts)]
+    for first in range(0, len(times), CHUNK):
+        chunk = slice(first, first + CHUNK)
+        for whole, part in zip(out, _replayed(found, logged, times[chunk]), strict=True):
+            whole[chunk] = part
+    return out
+
+
+def _replayed(found: Found, logged: list[_Rows], times: FloatArray) -> tuple[FloatArray, ...]:
     prepared = found.prepared
-    step, theta = _steps_of(found, np.asarray(times, dtype=float))
-    contacts = range(len(prepared.system.contacts))
-    parts = [_parts(found, i, step, theta) for i in contacts]
-    force = np.column_stack([part.force for part in parts])
-    stride = prepared.system.speed * prepared.grid.seconds
-    along = stride * (step + theta)
-    path = np.column_stack([path_heights(one, one.start + along) for one in prepared.system.contacts])
-    indentation = np.column_stack([_indentation(found, i, step, theta, parts[i], path[:, i]) for i in contacts])
-    shares = np.stack([part.moments @ gauss_nodes(prepared.method.nodes).transform for part in parts], axis=1)
-    bodies, rates = _bodies(found, step, theta, force, shares)
-    count = len(prepared.system.bodies.mass)
-    wheel = bodies[:, :count] @ prepared.system.bodies.shapes + found.sinking
-    spacing = 0.0 if prepared.system.ring is None else prepared.system.ring.spacing
-    bay = np.array([_bay(prepared, 0, one) for one in step])
-    return Replayed(
-        force * prepared.units.force, indentation, path, wheel + path - indentation, bodies[:, :count],
-        bodies[:, count:-1], rates[:, count:-1], bay, prepared.system.contacts[0].position + along - bay * spacing,
-        _modes(found, step, theta, shares) if modes else None,
-    )  # fmt: skip
-
-
-def _steps_of(found: Found, times: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return macro steps and parts of them."""
-    steps = times / found.prepared.grid.seconds
-    if times.size and (times.min() < 0.0 or steps.max() > found.steps * (1.0 + 1e-9)):
-        raise ValueError(f"times are from 0 to the march's end at {found.time} s")
-    step = np.minimum(steps.astype(np.int64), found.steps - 1)
-    return step, steps - step
-
-
-# -- one contact ------------------------------------------------------------------------------------------------------
-
-
-def map_parts(rows: FloatArray, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return θ and dθ/dσ at σ, (rows, places), of logged rows."""
-    how = rows[:, layout.ROW_MAP][:, None]
-    origin, span = rows[:, layout.ROW_ORIGIN][:, None], rows[:, layout.ROW_SPAN][:, None]
-    width = (rows[:, layout.ROW_S1] - rows[:, layout.ROW_S0])[:, None]
-    s = rows[:, layout.ROW_S0][:, None] + width * sigma
-    even, after, before = how == layout.EVENLY, how == layout.AFTER_IMPACT, how == layout.BEFORE_LOSS
-    theta = np.where(before, origin - s * s, origin + span * s * s * (3.0 - 2.0 * s))
-    theta = np.where(even, origin + span * s, np.where(after, origin + s * s, theta))
-    pace = np.where(before, -2.0 * s * width, 6.0 * span * s * (1.0 - s) * width)
-    return theta, np.where(even, span, np.where(after, 2.0 * s * width, pace))
-
-
-def sigma_of_parts(rows: FloatArray, theta: FloatArray) -> FloatArray:
-    """Return σ at one part θ of each logged row."""
-    how, origin, span = rows[:, layout.ROW_MAP], rows[:, layout.ROW_ORIGIN], rows[:, layout.ROW_SPAN]
-    safe = np.where(span == 0.0, 1.0, span)
-    away = theta - origin
-    root = np.sqrt(np.maximum(np.where(how == layout.BEFORE_LOSS, -away, away), 0.0))
-    x = np.clip(away / safe, 0.0, 1.0)
-    smoothstep = 0.5 - np.sin(np.arcsin(1.0 - 2.0 * x) / 3.0)
-    for _ in range(3):  # the closed form loses digits at both ends
-        slope = 6.0 * smoothstep * (1.0 - smoothstep)
-        error = smoothstep * smoothstep * (3.0 - 2.0 * smoothstep) - x
-        smoothstep -= np.where(slope > 1e-6, error / np.where(slope > 1e-6, slope, 1.0), 0.0)
-    s = np.where(how == layout.EVENLY, away / safe, np.where(how == layout.IMPACT_TO_LOSS, smoothstep, root))
-    s0 = rows[:, layout.ROW_S0]
-    return np.asarray(np.clip((s - s0) / (rows[:, layout.ROW_S1] - s0), 0.0, 1.0))
-
-
-def _parts(found: Found, contact: int, step: IntArray, theta: FloatArray) -> _Parts:
-    """Return force and moments of one contact."""
-    rows = found.logs.rows[found.logs.rows[:, layout.ROW_CONTACT] == contact]
-    at = np.searchsorted(rows[:, layout.ROW_STEP] + rows[:, layout.ROW_FROM], step + theta, side="right") - 1
-    first = np.searchsorted(rows[:, layout.ROW_STEP], step, side="left")
-    at = np.maximum(at, first)
-    q = found.prepared.method.nodes
-    force, moments = np.zeros(len(step)), np.zeros((len(step), q))
-    most = int((at - first).max(initial=0))
-    for back in range(most + 1):  # the part itself, then those before it in the same macro step
-        there = at - back >= first
-        chosen = rows[(at - back)[there]]
-        until = sigma_of_parts(chosen, theta[there]) if back == 0 else np.ones(len(chosen))
-        for nodes in np.unique(chosen[:, layout.ROW_NODES]).astype(int):
-            if nodes == 1:  # a flight
-                continue
-            some = chosen[:, layout.ROW_NODES] == nodes
-            target = np.flatnonzero(there)[some]
-            value, integral = _forces_to(chosen[some], nodes, until[some], q)
-            moments[target] += integral
-            if back == 0:
-                force[target] = value
-    return _Parts(force, moments)
-
-
-def _forces_to(rows: FloatArray, count: int, sigma: FloatArray, q: int) -> tuple[FloatArray, FloatArray]:
-    """Return the force at σ of each row, and its moments from the row's start to there."""
-    nodes = gauss_nodes(count)
-    N = rows[:, layout.ROW_FORCES : layout.ROW_FORCES + count]
-    z = 2.0 * sigma - 1.0
-    polynomials = legendre.legvander(z, count)
-    value = np.einsum("rl,ln,rn->r", polynomials[:, :count], nodes.transform, N)
-    theta, pace = map_parts(rows, np.broadcast_to(nodes.places, N.shape))
-    weighted = (pace * N)[:, :, None] * legendre.legvander(2.0 * theta - 1.0, q - 1)
-    degrees = np.arange(count)
-    below = np.concatenate([-np.ones((len(z), 1)), polynomials[:, : count - 1]], axis=1)
-    integrals = 0.5 * (polynomials[:, 1:] - below) / (2.0 * degrees + 1.0)
-    integrals[:, 0] = 0.5 * (z + 1.0)
-    return np.maximum(value, 0.0), np.einsum("rl,ln,rnm->rm", integrals, nodes.transform, weighted)
+    system, units, tables = prepared.system, prepared.units, prepared.tables
+    step, theta = _places(found, times)
+    values = legendre.legvander(2.0 * theta - 1.0, prepared.method.nodes - 1)
+    phase = step % tables.matrices.shape[1]
+    at = [_sampled(rows, step, theta) for rows in logged]
+    states = _body_states(found, step, theta, at)
+    freedoms = len(system.bodies.mass)
+    down = states[:, :freedoms] @ system.bodies.shapes + prepared.start.offsets
+    force, indentation, rail, path = np.empty((4, len(times), len(at)))
+    for i, one in enumerate(at):
+        contact = system.contacts[i]
+        height = path_heights(contact, contact.start + system.speed * times)
+        free = found.logs.gaps[step, i] - np.einsum("tlm,tm->tl", tables.kernels[i, phase], one.moments)
+        gap = (values * free).sum(axis=1) + height / units.length
+        local = (values * tables.residual[i, phase]).sum(axis=1)
+        force[:, i] = one.force * units.force
+        indentation[:, i] = (gap - local * one.force) * units.length
+        path[:, i] = height
+        rail[:, i] = down[:, i] + height - indentation[:, i]
+    rates = states_of(system.bodies)
+    acceleration = (states @ rates.A.T - force @ rates.B.T)[:, freedoms:-1]
+    return force, indentation, rail, path, states[:, :freedoms], states[:, freedoms:-1], acceleration
 
 
 def path_heights(contact: Contact, x: FloatArray) -> FloatArray:
     """Return the height of a contact's path, m, at places of its own table."""
-    pieces = contact.pieces
-    if contact.loop < len(pieces):
-        begin, end = pieces[contact.loop, numbers.START], pieces[-1, numbers.STOP]
-        x = np.where(x >= end, begin + np.mod(x - begin, end - begin), x)
-    rows = pieces[np.maximum(np.searchsorted(pieces[:, numbers.START], x, side="right") - 1, 0)]
-    from_centre = x - rows[:, numbers.CENTRE]
-    xi = from_centre / rows[:, numbers.SCALE]
-    height = np.zeros(len(x))
-    for k in range(numbers.MAX_DEGREE, -1, -1):
-        height = height * xi + rows[:, numbers.COEFFICIENT + k]
-    phase = rows[:, numbers.WAVENUMBER] * from_centre
-    return np.asarray(height + rows[:, numbers.SINE] * np.sin(phase) + rows[:, numbers.COSINE] * np.cos(phase))
+    rows, from_centre = _pieces_at(contact, x)
+    xi = from_centre / rows[:, contract.SCALE]
+    out = np.zeros_like(x)
+    for k in range(contract.TERMS - 1, -1, -1):
+        out = out * xi + np.where(k <= rows[:, contract.DEGREE], rows[:, contract.COEFFICIENT + k], 0.0)
+    wave = rows[:, contract.WAVENUMBER] * from_centre
+    return np.asarray(out + rows[:, contract.SINE] * np.sin(wave) + rows[:, contract.COSINE] * np.cos(wave))
 
 
-def _indentation(found: Found, i: int, step: IntArray, theta: FloatArray, part: _Parts, path: FloatArray) -> FloatArray:
-    """Return the indentation of one contact, m."""
-    prepared, tables = found.prepared, found.prepared.tables
-    p = step % tables.matrices.shape[1]
-    polynomials = legendre.legvander(2.0 * theta - 1.0, prepared.method.nodes - 1)
-    answered = np.einsum("tlm,tm->tl", tables.kernels[i, p], part.moments)
-    gap = np.sum(polynomials * (found.logs.gaps[step, i] - answered), axis=1)
-    local = np.sum(polynomials * tables.residual[i, p], axis=1) * part.force
-    return np.asarray((gap - local) * prepared.units.length + path)
-
-
-# -- bodies and modes -------------------------------------------------------------------------------------------------
-
-
-def _lagrange(prepared: Prepared, theta: FloatArray) -> FloatArray:
-    """Return Lagrange's polynomials of the macro nodes at parts of a step, (times, q)."""
-    polynomials = legendre.legvander(2.0 * theta - 1.0, prepared.method.nodes - 1)
-    return np.asarray(polynomials @ gauss_nodes(prepared.method.nodes).transform)
-
-
-def _bodies(
-    found: Found, step: IntArray, theta: FloatArray, forces: FloatArray, shares: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return states of the bodies and their rates."""
+def _body_states(found: Found, step: IntArray, theta: FloatArray, at: list[_At]) -> FloatArray:
+    """Return the bodies' states, (times, states)."""
     prepared = found.prepared
-    seconds, unit = prepared.grid.seconds, prepared.units.force
+    seconds, nodes = prepared.grid.seconds, gauss_nodes(prepared.method.nodes)
     states = states_of(prepared.system.bodies)
-    places = gauss_nodes(prepared.method.nodes).places * seconds
-    free = np.stack([exponential(states.A * place) for place in places])
-    driven = np.stack([[exponential(states.A * (a - b)) @ states.B for b in places] for a in places])
-    now = np.einsum("kab,tb->tka", free, found.logs.bodies[step])
-    now -= seconds * unit * np.einsum("kjac,tcj->tka", driven, shares)
-    x = np.einsum("tk,tka->ta", _lagrange(prepared, theta), now)
-    return x, x @ states.A.T - unit * forces @ states.B.T
+    back = np.stack([exponential(states.A * (-place * seconds)) @ states.B for place in nodes.places])
+    answers = np.tensordot(nodes.transform, back, (1, 0)) * (-seconds * prepared.units.force)  # (q, states, contacts)
+    held = found.logs.bodies[step].copy()
+    for i, one in enumerate(at):
+        held += one.moments @ answers[:, :, i]
+    return np.einsum("tij,tj->ti", _exponentials(states.A * seconds, theta), held)
 
 
-def _modes(found: Found, step: IntArray, theta: FloatArray, shares: FloatArray) -> ComplexArray:
-    """Return the amplitudes as seen from the bay of the first contact."""
-    prepared, tables = found.prepared, found.prepared.tables
-    ring = prepared.system.ring
+def _exponentials(matrix: FloatArray, theta: FloatArray) -> FloatArray:
+    """Return exp(θ·matrix), (times, states, states), for θ from 0 to 1."""
+    squarings = max(0, int(np.ceil(np.log2(max(np.abs(matrix).sum(axis=1).max(), 1e-300)))) + 2)
+    scaled = theta[:, None, None] * matrix / 2.0**squarings
+    term = total = np.broadcast_to(np.eye(len(matrix)), scaled.shape)
+    for k in range(1, 16):
+        term = term @ scaled / k
+        total = total + term
+    for _ in range(squarings):
+        total = total @ total
+    return np.asarray(total)
+
+
+# -- the track --------------------------------------------------------------------------------------------------------
+
+
+class Modes(NamedTuple):
+    """The track's modes at some times.
+
+    Attributes
+    ----------
+    amplitudes, forced
+        (times, modes): a, and Ψ·N summed over the contacts, as a port sees them that lies in `bay`; a' = λ·a + forced.
+    bay
+        Number of the bay from which they are seen, (times,).
+    """
+
+    amplitudes: ComplexArray
+    forced: ComplexArray
+    bay: IntArray
+
+
+def modes(found: Found, times: FloatArray) -> Modes:
+    """Return the track's modes at some times, s."""
+    prepared = found.prepared
+    tables, ring = prepared.tables, prepared.system.ring
     if ring is None:
-        return np.zeros((len(step), 0), dtype=complex)
-    order = _order(ring)
-    angles, rates = np.angle(ring.turns[order]), ring.rates[order] * prepared.grid.seconds
-    phases = tables.matrices.shape[1]
-    takes = driven_nodes(ring, order, prepared.grid, gauss_nodes(prepared.method.nodes))
-    out = np.zeros((len(step), len(ring.rates)), dtype=complex)
-    state, at = np.zeros(len(rates), dtype=complex), -1
-    for t in np.argsort(step, kind="stable"):
-        state, at = _modes_at_step(found, state, at, int(step[t]))
-        now = state
-        for i in range(len(prepared.system.contacts)):
-            drive = (shares[t, i] * prepared.units.force) @ takes[tables.sets[i]][(tables.phase[i] + step[t]) % phases]
-            ahead = _bay(prepared, i, step[t]) - _bay(prepared, 0, step[t])
-            now = now + (drive if ahead == 0 else drive * np.exp(-1j * angles * ahead))
-        out[t, order] = now * np.exp(rates * theta[t])
+        raise ValueError("a rigid rail has no modes")
+    step, theta = _places(found, times)
+    order = np.argsort(np.abs(ring.rates), kind="stable")
+    rates, seconds = ring.rates[order], prepared.grid.seconds
+    phases = tables.reads.shape[1]
+    at = [_sampled(_rows_of(found, i), step, theta) for i in range(len(prepared.system.contacts))]
+    decay = tables.decay[RE] + 1j * tables.decay[IM]
+    values = legendre.legvander(2.0 * theta - 1.0, prepared.method.nodes - 1)
+    amplitudes, forced = np.empty((2, len(times), len(rates)), dtype=complex)
+    starts = _mode_starts(found, np.unique(step))
+    for one, begins in starts.items():
+        some = np.flatnonzero(step == one)
+        held = np.broadcast_to(begins, (len(some), len(rates))).copy()
+        pressed = np.zeros_like(held)
+        grown = np.exp(np.multiply.outer(theta[some] * seconds, rates))
+        for i, sample in enumerate(at):
+            rows = tables.writes[tables.sets[i], (tables.phase[i] + one) % phases]
+            turn = tables.turns[_bays_ahead(found, one, i)]
+            takes = (rows[:, RE] + 1j * rows[:, IM]) / decay * (turn[RE] - 1j * turn[IM])  # (q, modes)
+            held += sample.moments[some] @ takes
+            pressed += (values[some] * sample.force[some, None]) @ takes / seconds * grown
+        amplitudes[some] = held * grown
+        forced[some] = pressed
+    back = np.argsort(order)
+    bay = tables.bay[0] + (tables.phase[0] + step) // phases
+    if prepared.grid.stride == 0.0:
+        bay = np.full_like(step, tables.bay[0])
+    return Modes(amplitudes[:, back], forced[:, back], bay)
+
+
+def _bays_ahead(found: Found, step: int, contact: int) -> int:
+    """Return how many bays a contact is ahead of the first one, of those of the ring."""
+    tables = found.prepared.tables
+    phases = tables.reads.shape[1]
+    own, first = (tables.bay[i] + (tables.phase[i] + step) // phases for i in (contact, 0))
+    return int((own - first) % tables.turns.shape[0])
+
+
+def _mode_starts(found: Found, wanted: IntArray) -> dict[int, ComplexArray]:
+    """Return the modes at the start of some macro steps, from the logged states and moments."""
+    prepared, logs = found.prepared, found.logs
+    contacts, q = logs.moments.shape[1:]
+    count = logs.modes.shape[2]
+    line, cube = np.zeros((1, 1)), np.zeros((1, 1, 1))
+    stage = Stage(
+        cube, cube, np.zeros((1, 2), np.int64), line, line, line, line, cube, line, np.zeros((contacts, q)),
+        np.zeros((2, count)),
+    )  # fmt: skip
+    out: dict[int, ComplexArray] = {}
+    motion, reached = _motion_of(logs.modes[0], prepared, contacts), 0
+    for step in wanted.tolist():
+        checkpoint = step // MODES_EVERY
+        if checkpoint * MODES_EVERY > reached:
+            reached = checkpoint * MODES_EVERY
+            motion = _motion_of(logs.modes[checkpoint], prepared, contacts)
+        write_kernel(reached, step, prepared.tables, motion, stage, logs.moments)
+        reached = step
+        out[step] = motion.modes[RE] + 1j * motion.modes[IM]
     return out
 
 
-def _bay(prepared: Prepared, contact: int, step: int) -> int:
-    """Return the bay of a contact in a macro step."""
-    tables = prepared.tables
-    if prepared.grid.stride == 0.0:
-        return int(tables.bay[contact])
-    return int(tables.bay[contact] + (tables.phase[contact] + step) // tables.matrices.shape[1])
+def _motion_of(modes_then: FloatArray, prepared: Prepared, contacts: int) -> Motion:
+    """Return a state of the modes alone."""
+    states = len(prepared.tables.bodies_step)
+    one = np.zeros((1, 1))
+    return Motion(modes_then.copy(), np.zeros(states), np.zeros((contacts, 1)), one, one, one)
 
 
-def _modes_at_step(found: Found, state: ComplexArray, at: int, step: int) -> tuple[ComplexArray, int]:
-    """Return the amplitudes at the start of a macro step, from those at an earlier one or from the log."""
-    prepared, tables, logs = found.prepared, found.prepared.tables, found.logs
-    if at < 0 or step // MODES_EVERY > at // MODES_EVERY:
-        at = step // MODES_EVERY * MODES_EVERY
-        state = logs.modes[at // MODES_EVERY, 0] + 1j * logs.modes[at // MODES_EVERY, 1]
-    phases, bays = tables.matrices.shape[1], len(tables.turns)
-    while at < step:
-        state = state * (tables.decay[0] + 1j * tables.decay[1])
-        for i in range(len(tables.phase)):
-            rows = tables.writes[tables.sets[i], (tables.phase[i] + at) % phases]
-            gained = logs.moments[at, i] @ rows[:, 0] + 1j * (logs.moments[at, i] @ rows[:, 1])
-            turn = tables.turns[(_bay(prepared, i, at) - _bay(prepared, 0, at)) % bays]
-            state = state + gained * (turn[0] - 1j * turn[1])
-        if _bay(prepared, 0, at + 1) > _bay(prepared, 0, at):
-            turn = tables.turns[1 % bays]
-            state = state * (turn[0] + 1j * turn[1])
-        at += 1
-    return state, at
+# -- sums over the logged parts ---------------------------------------------------------------------------------------
+
+
+def impulses(found: Found, contact: int, begins: FloatArray, end: float) -> FloatArray:
+    """Return the impulse of a contact between each of some times and the next, the last up to an end, N s."""
+    rows, seconds = _rows_until(found, contact, end), found.prepared.grid.seconds
+    total = np.append(0.0, np.cumsum(rows.total[:, 0])) * seconds * found.prepared.units.force
+    first = np.searchsorted(rows.starts, begins / seconds - 1e-9)
+    return np.diff(total[np.append(first, len(rows.rows))])
+
+
+def deepest(found: Found) -> float:
+    """Return the largest indentation at the nodes of any contact, m."""
+    largest = 0.0
+    for contact in range(len(found.prepared.system.contacts)):
+        rows = _rows_of(found, contact)
+        there = rows.force > 0.0
+        if there.any():
+            steps = np.broadcast_to(rows.rows[:, [layout.ROW_STEP]], there.shape)[there]
+            times = np.unique((steps + rows.theta[there]) * found.prepared.grid.seconds)
+            largest = max(largest, float(replay(found, times).indentation[:, contact].max()))
+    return largest
+
+
+class Works(NamedTuple):
+    """Works and energies of a march, J.
+
+    Attributes
+    ----------
+    contact
+        What the contacts took, ∫ N·δ' dt.
+    path
+        What the paths gave, ∫ N·y' dt.
+    bodies
+        What the contacts took from the bodies, ∫ N·shapes'·v dt.
+    dissipated
+        In the bodies' dampers.
+    ends
+        Kinetic energy, and energy of the springs, of the bodies at the start and at the end: (2, 2).
+    load
+        Work of the loads.
+    """
+
+    contact: FloatArray
+    path: FloatArray
+    bodies: FloatArray
+    dissipated: float
+    ends: FloatArray
+    load: float
+
+
+def works(found: Found, end: float) -> Works:
+    """Return works and energies from the start up to a time, s; those of the contacts each on its own."""
+    prepared = found.prepared
+    system, seconds = prepared.system, prepared.grid.seconds
+    contacts = len(system.contacts)
+    contact, path, bodies = np.zeros((3, contacts))
+    for i in range(contacts):
+        rows = _rows_until(found, i, end)
+        counts = rows.rows[:, layout.ROW_NODES].astype(int)
+        for count in np.unique(counts[counts > 1]).tolist():
+            some, nodes = counts == count, gauss_nodes(count)
+            steps = rows.rows[some][:, [layout.ROW_STEP]]
+            theta = np.column_stack([rows.rows[some][:, layout.ROW_FROM], rows.theta[some, :count]])
+            times = (steps + theta) * seconds
+            order = np.argsort(times.ravel(), kind="stable")
+            held = replay(found, times.ravel()[order])
+            back = np.argsort(order, kind="stable")
+            delta = held.indentation[back, i].reshape(times.shape)
+            moving = (held.velocity @ system.bodies.shapes)[back, i].reshape(times.shape)[:, 1:]
+            counted = nodes.weights * rows.force[some, :count] * prepared.units.force
+            lasting = counted * rows.pace[some, :count] * seconds
+            contact[i] += (counted * (delta @ nodes.slopes.T)).sum()
+            along = system.contacts[i].start + system.speed * times[:, 1:]
+            path[i] += (lasting * system.speed * path_slopes(system.contacts[i], along)).sum()
+            bodies[i] += (lasting * moving).sum()
+    return Works(contact, path, bodies, *_of_bodies(found, end))
+
+
+def _of_bodies(found: Found, end: float) -> tuple[float, FloatArray, float]:
+    """Return what the bodies' dampers took, energies at both ends, and the loads' work."""
+    bodies, seconds = found.prepared.system.bodies, found.prepared.grid.seconds
+    rows = found.logs.rows
+    edges = np.unique(np.append(rows[:, layout.ROW_STEP] + rows[:, layout.ROW_FROM], end / seconds))
+    edges = edges[edges <= end / seconds] * seconds
+    nodes = gauss_nodes(found.prepared.method.nodes)
+    times = (edges[:-1, None] + np.diff(edges)[:, None] * nodes.places).ravel()
+    velocity = replay(found, times).velocity
+    powers = np.einsum("ti,ij,tj->t", velocity, bodies.damping, velocity)
+    lost = float(powers @ (np.diff(edges)[:, None] * nodes.weights).ravel())
+    at = replay(found, np.array([0.0, end]))
+    kinetic = 0.5 * np.einsum("ti,ij,tj->t", at.velocity, bodies.mass, at.velocity)
+    springs = 0.5 * np.einsum("ti,ij,tj->t", at.displacement, bodies.stiffness, at.displacement)
+    load = float((at.displacement[1] - at.displacement[0]) @ bodies.load)
+    return lost, np.column_stack([kinetic, springs]), load
+
+
+def path_slopes(contact: Contact, x: FloatArray) -> FloatArray:
+    """Return the slope of a contact's path at places of its own table."""
+    rows, from_centre = _pieces_at(contact, x)
+    xi = from_centre / rows[..., contract.SCALE]
+    out = np.zeros_like(from_centre)
+    for k in range(contract.TERMS - 1, 0, -1):
+        out = out * xi + np.where(k <= rows[..., contract.DEGREE], k * rows[..., contract.COEFFICIENT + k], 0.0)
+    number = rows[..., contract.WAVENUMBER]
+    sine, cosine = rows[..., contract.SINE], rows[..., contract.COSINE]
+    wave = number * from_centre
+    return np.asarray(out / rows[..., contract.SCALE] + number * (sine * np.cos(wave) - cosine * np.sin(wave)))
+
+
+def _pieces_at(contact: Contact, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the pieces of a path at places of its own table, and how far their centres lie back."""
+    pieces = contact.pieces
+    if contact.loop < len(pieces):
+        begin, end = pieces[contact.loop, contract.START], pieces[-1, contract.STOP]
+        x = np.where(x >= end, begin + np.mod(x - begin, end - begin), x)
+    piece = np.clip(np.searchsorted(pieces[:, contract.START], x, side="right") - 1, 0, len(pieces) - 1)
+    rows = pieces[piece]
+    return rows, x - rows[..., contract.CENTRE]

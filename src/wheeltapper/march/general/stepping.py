@@ -95,6 +95,15 @@ def _write(step: int, tables: Tables, motion: Motion, stage: Stage, spare: Float
         turn(tables.turns[1 % tables.turns.shape[0]], re, im)
 
 
+@kernel
+def write_kernel(first: int, last: int, tables: Tables, motion: Motion, stage: Stage, moments: FloatArray) -> None:
+    """Move modes and bodies from one macro step to another, by the logged moments."""
+    spare = np.zeros(max(32, len(motion.bodies)))
+    for step in range(first, last):
+        stage.moments[:] = moments[step]
+        _write(step, tables, motion, stage, spare)
+
+
 @inlined_kernel
 def _expect(i: int, data: Data, motion: Motion, stage: Stage) -> None:
     """Write what the others will feel of a contact whose force goes on as it went."""

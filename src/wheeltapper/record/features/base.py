@@ -109,7 +109,7 @@ class Feature:
             raise InputError("", self.name, f"a {type(of).__name__}", "a record: what `wheeltapper.simulate` returns")
         contacts, whole = of._contacts, of.outcome is Outcome.COMPLETED
         values = self._of_trains(trains_of(of, self.tally)) if whole else np.full(len(contacts.static_force), np.nan)
-        meaning = of_wheels(self.definition) if contacts.has_several else self.definition
+        meaning = of_wheels(self.definition) if contacts.has_sides else self.definition
         return of._per_wheel(values, {"units": self.unit, "long_name": meaning})
 
     def _of_trains(self, trains: Trains) -> Values:

@@ -26,6 +26,8 @@ def tabulated_force(delta: float, rate: float, numbers: FloatArray, table: Float
     if delta <= 0.0:
         return 0.0, 0.0, 0.0
     v = sqrt(delta / numbers[TABLE_LARGEST])
+    beyond = v > 1.0
+    v = min(v, 1.0)
     cells = numbers[TABLE_CELLS]
     cell = min(int(v * cells), int(cells) - 1)
     xi = v * cells - cell
@@ -54,5 +56,7 @@ def tabulated_force(delta: float, rate: float, numbers: FloatArray, table: Float
     force = numbers[TABLE_FORCE] * power
     if share <= 0.0:
         return 0.0, 0.0, 0.0
+    if beyond:
+        by_v = 0.0
     slope = force / delta * (exponent * share + 0.5 * v * cells * by_v)
     return force * share, slope, force * by_rate / numbers[TABLE_WIDTH]

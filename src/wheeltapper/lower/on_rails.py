@@ -1,0 +1,141 @@
+"""From a scenario on rails that give way to a system for the general march: bodies, contacts, paths and the ring."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.contact.law import Law
+from wheeltapper.describe.contact.linear import Linear
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.track.supported import SupportedRail
+from wheeltapper.describe.vehicle.plane import PlaneVehicle
+from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.ground.notes import Note
+from wheeltapper.lower import ellipse
+from wheeltapper.lower.build import path_table
+from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.known import check_known
+from wheeltapper.lower.numbers import METHODS, Method, hysteresis_factor, units_of
+from wheeltapper.lower.own_law import tabulated_law
+from wheeltapper.lower.plausible import implausible_notes
+from wheeltapper.lower.track.reach import Reach, modes_of
+from wheeltapper.lower.track.ring import TrackModes
+from wheeltapper.march.general import contract as general
+from wheeltapper.march.general.laws import switch
+
+FloatArray = NDArray[np.float64]
+GENERAL_METHODS = {"default": general.DEFAULT, "strict": general.STRICT}
+DOUBTFUL_TABLE = 1e-5
+"""Error of a law's table from which on its note is a warning."""
+SUDDEN = Note(
+    "the track is at rest under the wheels at t = 0, which then move at full speed: what follows in the first 0.1 s or "
+    "so is also the answer to this start",
+    "sudden start",
+)
+"""What a start at speed from a static state means."""
+
+
+@dataclass(frozen=True)
+class LoweredOnRails:
+    """A task for the general march, with what is needed to read its results.
+
+    Attributes
+    ----------
+    program
+        The task; of two equal rails it has one, with half of the vehicle on it.
+    plane
+        The vehicle in the vertical plane.
+    modes, reach
+        The track's modes, and how they were chosen; None on a rigid rail.
+    seat
+        Position of the seat from which the march counts, m.
+    static_force
+        Of each wheelset, N.
+    contact_constant
+        Of the first wheelset, N/m^1.5, if linear N/m.
+    notes
+        What the user should know about track and paths.
+    length, time
+        Units of the program in m and s.
+    force
+        Force of a wheelset for a force of one of the program, N: the number of rails.
+    """
+
+    program: general.Task
+    plane: PlaneVehicle
+    modes: TrackModes | None
+    reach: Reach | None
+    seat: float
+    static_force: FloatArray
+    contact_constant: float
+    notes: tuple[Note, ...]
+    force: float
+    length: float = 1.0
+    time: float = 1.0
+
+
+def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRails:
+    """Lower a scenario to a task of the general march."""
+    check_known(scenario)
+    plane, track = scenario.vehicle.plane, scenario.track
+    rails = float(plane.rails)
+    modes, reach, seat = None, None, 0.0
+    if isinstance(track, SupportedRail):
+        modes, reach = modes_of(track, method, plane.extent)
+        seat = float(track.first_sleeper)
+    forces = np.array([wheelset.weight for wheelset in plane.wheelsets])
+    laws = [_law(scenario, wheelset, rails) for wheelset in plane.wheelsets]
+    contacts, notes = _contacts(scenario, plane, METHODS[method], seat, [law for law, _, _ in laws])
+    count, wheels = len(plane.freedoms), len(plane.wheelsets)
+    shapes = np.eye(count, wheels)
+    bodies = general.Bodies(
+        plane.mass / rails, plane.damping / rails, plane.stiffness / rails, shapes, shapes @ forces / rails
+    )
+    system = general.System(bodies, contacts, float(scenario.speed), None if modes is None else modes.ring)
+    task = general.Task(system, GENERAL_METHODS[method], float(scenario.duration))
+    said = (*implausible_notes(scenario), *laws[0][2], *notes, *(() if reach is None else reach.notes))
+    if modes is not None and scenario.speed > 0.0:
+        said = (*said, SUDDEN)
+    return LoweredOnRails(task, plane, modes, reach, seat, forces, laws[0][1], said, rails)
+
+
+def _contacts(
+    scenario: Scenario, plane: PlaneVehicle, method: Method, seat: float, laws: list[general.Law]
+) -> tuple[tuple[general.Contact, ...], list[Note]]:
+    """Return the contacts of all wheelsets, and notes on their paths."""
+    end = float(scenario.speed * scenario.duration)
+    out, notes = list[general.Contact](), list[Note]()
+    for number, (wheelset, position) in enumerate(zip(plane.wheelsets, plane.positions, strict=True), 1):
+        items = scenario.irregularities_on(number, "left")
+        courses = [item.course(wheelset.radius).moved(-position) for item in items]
+        factor = ellipse.factor_function(scenario.contact, wheelset)
+        table, said = path_table(courses, end, method, scenario.rolling, wheelset.radius, factor)
+        out.append(
+            general.Contact(
+                table.rows, laws[number - 1], position - seat, 0.0, table.loop, table.loop_join
+            )
+        )  # fmt: skip
+        several = f"wheelset {number}, x from {position:g} m: " if len(plane.wheelsets) > 1 else ""
+        notes += [note.reworded(f"{several}{note}") for note in said]
+    return tuple(out), notes
+
+
+def _law(scenario: Scenario, wheelset: Wheelset, rails: float) -> tuple[general.Law, float, tuple[Note, ...]]:
+    """Return the law of one rail's part of a wheelset's contact, the wheelset's constant, and notes on the law."""
+    contact = scenario.contact
+    if isinstance(contact, Law):
+        law, table = tabulated_law(contact, rails)
+        text = f"the table of the contact's law differs from the function by at most {table.error:.2g} of its force"
+        note = Note(text, "own law", table.error, doubtful=table.error > DOUBTFUL_TABLE)
+        return law, table.constant, (note,)
+    alone = Fields(Scenario(vehicle=wheelset, contact=contact, speed=scenario.speed, duration=scenario.duration))
+    constant = float(units_of(alone).contact_constant)
+    if isinstance(contact, Linear):
+        return general.Law(switch.LINEAR_LAW, np.array([constant / rails])), constant, ()
+    loss = float(hysteresis_factor(alone))
+    if loss:
+        return general.Law(switch.HUNT_CROSSLEY, np.array([constant / rails, loss])), constant, ()
+    return general.Law(switch.HERTZ, np.array([constant / rails])), constant, ()

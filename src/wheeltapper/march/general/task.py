@@ -1,0 +1,91 @@
+"""The general march of a task, and what comes of it in the columns that all records share."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.general import march as general
+from wheeltapper.march.general.contract import Task
+from wheeltapper.march.general.march import Found
+from wheeltapper.march.general.replay import impulses
+from wheeltapper.march.general.stepping import march_kernel
+from wheeltapper.march.program import FloatArray
+from wheeltapper.march.telling import Tell, report_nothing
+
+SPAN_BEGIN, SPAN_LENGTH = range(2)
+"""Columns of the rows of `Marched.steps`."""
+
+
+class Marched(NamedTuple):
+    """A march of a task.
+
+    Attributes
+    ----------
+    status
+        Why it ended.
+    steps
+        Spans between two events of any contact: time and length, s, (spans, 2).
+    free
+        (spans, contacts): where a contact has no force.
+    events, peaks
+        As in `wheeltapper.march.program`, in SI units.
+    end
+        Time at the end, s.
+    found
+        The march itself.
+    """
+
+    status: int
+    steps: FloatArray
+    free: NDArray[np.bool_]
+    events: FloatArray
+    peaks: FloatArray
+    end: float
+    found: Found
+
+    @property
+    def state(self) -> FloatArray:
+        """The bodies' state at the start of the last macro step."""
+        return self.found.logs.bodies[-1]
+
+
+def march(task: Task, tell: Tell = report_nothing) -> Marched:
+    """March a task."""
+    return marched_of(task, general.march(task.system, task.method, task.duration, tell=tell))
+
+
+def is_ready(task: Task) -> bool:
+    """Return False where marching a task begins with compiling."""
+    return bool(march_kernel.signatures)
+
+
+def marched_of(task: Task, found: Found) -> Marched:
+    """Return a march in the columns of records."""
+    end = min(found.time, task.duration)
+    begins = np.concatenate([[0.0], found.events[:, contract.EVENT_TIME]])
+    free = np.stack([_free(found.events, contact) for contact in range(len(task.system.contacts))], axis=1)
+    peaks = np.zeros((len(found.peaks), contract.PEAK_COLUMNS))
+    peaks[:, [contract.PEAK_TIME, contract.PEAK_FORCE, contract.PEAK_CONTACT]] = found.peaks
+    steps = np.column_stack([begins, np.diff(begins, append=end)])
+    return Marched(found.status, steps, free, found.events, peaks, end, found)
+
+
+def _free(events: FloatArray, contact: int) -> NDArray[np.bool_]:
+    """Return for the spans between all events where a contact has no force."""
+    own = np.flatnonzero(events[:, contract.EVENT_CONTACT] == contact)
+    losses = events[own, contract.EVENT_KIND] == contract.LOSS
+    changes = np.zeros(len(events) + 1, dtype=np.int64)
+    changes[own + 1] = np.where(losses, 1, -1)
+    changes[0] = len(own) > 0 and not losses[0]
+    return np.cumsum(changes) > 0
+
+
+def impulses_of(found: Marched) -> FloatArray:
+    """Return the impulse of each contact in each span, (spans, contacts), N s."""
+    contacts = range(found.free.shape[1])
+    begins = found.steps[:, SPAN_BEGIN]
+    return np.stack([impulses(found.found, contact, begins, found.end) for contact in contacts], axis=1)

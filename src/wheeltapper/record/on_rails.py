@@ -1,0 +1,116 @@
+"""What a record must know of the general march: contacts on rails that give way, the plane motions of the vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.contact.law import Law
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.notes import Note
+from wheeltapper.lower.on_rails import LoweredOnRails, lower_on_rails
+from wheeltapper.march import run
+from wheeltapper.march.general.layout import ROW_COLUMNS
+from wheeltapper.march.general.task import SPAN_BEGIN, SPAN_LENGTH, Marched
+from wheeltapper.march.telling import GENERAL_CHUNK
+from wheeltapper.record import extent
+from wheeltapper.record.contacts import Contacts
+from wheeltapper.record.kinds import Kind, Variables
+from wheeltapper.record.stored_task import read, tables
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+WHEELSET = ("wheel_displacement", "wheel_velocity", "wheel_acceleration")
+"""Variables of the motion of a wheelset's centre; other freedoms have variables of their own names."""
+MOTIONS = ("", "_velocity", "_acceleration")
+"""What follows a freedom's name: its displacement or rotation, and the two derivatives."""
+
+
+def _row_bytes(scenario: Scenario) -> float:
+    return 8.0 * ROW_COLUMNS * len(scenario.vehicle.plane.positions)
+
+
+def _lower(scenario: Scenario, method: str) -> LoweredOnRails:
+    lowered = lower_on_rails(scenario, method)
+    extent.check_duration(scenario, scenario.duration / lowered.program.method.step, _row_bytes(scenario))
+    return lowered
+
+
+def _teller(scenario: Scenario, lowered: LoweredOnRails) -> Callable[[float], bool]:
+    return extent.progress_function("marching", 1.0, scenario.duration, GENERAL_CHUNK, _row_bytes(scenario))
+
+
+def _beyond(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tuple[Note, ...]:
+    """Return a note where a run went beyond the table of a law of one's own."""
+    if not isinstance(scenario.contact, Law):
+        return ()
+    deepest, largest = run.deepest_on_rails(march), float(scenario.contact.largest)
+    if deepest <= largest:
+        return ()
+    text = (
+        f"the indentation reached {1e3 * deepest:.4g} mm; the table of the contact's law ends at "
+        f"{1e3 * largest:.4g} mm and goes on there with the power of its exponent"
+    )
+    return (Note(text, "own law", deepest / largest, doubtful=True),)
+
+
+def _contacts(scenario: Scenario, lowered: LoweredOnRails) -> Contacts:
+    positions = np.array(lowered.plane.positions)
+    return Contacts(lowered.static_force, positions, np.arange(len(positions)), sides=1)
+
+
+def _sample(scenario: Scenario, lowered: LoweredOnRails, march: Marched, times: FloatArray) -> Variables:
+    found = run.replay_rails(march, times)
+    wheels = len(lowered.plane.wheelsets)
+    along, touching = ("time",), ("time", "contact")
+    sinking = march.found.prepared.start.offsets  # of the wheels, below the height of first touch
+    motions = (-found.displacement, -found.velocity, -found.acceleration)
+    out: Variables = {
+        name: (touching, values[:, :wheels] - (sinking if name == WHEELSET[0] else 0.0))
+        for name, values in zip(WHEELSET, motions, strict=True)
+    }
+    out |= {
+        "normal_force": (touching, found.force * lowered.force),
+        "indentation": (touching, found.indentation),
+        "constraint": (touching, found.path),
+    }
+    if lowered.modes is not None:
+        out["rail_displacement"] = touching, -found.rail
+    for freedom in range(wheels, len(lowered.plane.freedoms)):
+        name = lowered.plane.freedoms[freedom].replace(" ", "_")
+        for after, values in zip(MOTIONS, motions, strict=True):
+            out[name + after] = along, values[:, freedom]
+    return out
+
+
+def _integrate(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tuple[FloatArray, xr.Dataset]:
+    from wheeltapper.record.energy_on_rails import balance
+
+    return run.impulses_on_rails(march) * lowered.force, balance(lowered, march)
+
+
+def _missing_part(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> float:
+    return 0.0
+
+
+ON_RAILS = Kind(
+    begin=SPAN_BEGIN,
+    length=SPAN_LENGTH,
+    lower=_lower,
+    teller=_teller,
+    beyond=_beyond,
+    missing_part=_missing_part,
+    contacts=_contacts,
+    end=lambda lowered, march: march.end,
+    free=lambda contacts, march: march.free,
+    sample=_sample,
+    integrate=_integrate,
+    tables=tables,
+    read=read,
+)
+"""Contacts per wheelset, SI units, the motions of the vehicle in the vertical plane."""

@@ -1,0 +1,138 @@
+"""What rail, pads, sleepers and ballast do in a run: readings at places of the track (docs/theory/track.rst, 13.6)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ground.arguments import as_list, as_quantity
+from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.lower.on_rails import LoweredOnRails
+from wheeltapper.lower.track.readouts import place_of, rail_rows, seat_rest, seat_rows, static_rest
+from wheeltapper.lower.track.ring import TrackModes
+from wheeltapper.lower.track.section import Section, section_of
+from wheeltapper.march import run
+from wheeltapper.record import extent
+from wheeltapper.record.arrays import as_array
+from wheeltapper.record.labels import dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wheeltapper.record.record import Record
+
+ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
+RAIL = ("rail_displacement", "rail_acceleration", "rail_strain", "rail_shear")
+SEAT = ("sleeper_displacement", "sleeper_acceleration", "pad_force", "ballast_force")
+PLACES = 'positions in m, or as "600 mm"'
+CHUNK = 2048
+"""Times that are read at once."""
+
+
+class _Place(NamedTuple):
+    """A place that reads its displacement and two more quantities.
+
+    Attributes
+    ----------
+    x
+        m from the seat from which the march counts.
+    bay
+        Its number.
+    rows, rate_rows
+        What amplitudes, and what their rates give, (3, modes) each.
+    rest
+        What the modes miss of the static field of unit forces at positions, (positions, 3).
+    """
+
+    x: float
+    bay: int
+    rows: ComplexArray
+    rate_rows: ComplexArray
+    rest: Any
+
+
+def track(
+    record: Record, rate: float | str | None = None, rail: Sequence[float | str] = (), seat: Sequence[int] = ()
+) -> xr.Dataset:
+    """Return what the track does at places of the rail (m), and at seats, over time; see `Record.track`."""
+    run.choose(run.TRACK, record.scenario.needs)
+    lowered: LoweredOnRails = record._lowered
+    assert lowered.modes is not None
+    x, seats = np.atleast_1d(as_array(rail, "rail", PLACES, "length")).tolist(), _as_seats(seat)
+    if not x and not seats:
+        raise InputError("", "rail", "no place and no seat", "positions in m, or seats by their numbers")
+    rate = 20_000 / record.end if rate is None else as_quantity(rate, "rate", "frequency")
+    extent.check_samples("rate", f"{rate:g} per second", record.end * rate + 1.0, 8 * (len(x) + len(seats)))
+    times = np.arange(int(np.floor(record.end * rate * (1 + 1e-12))) + 1) / rate
+    section, foot = section_of(record.scenario.track), float(record.scenario.track.rail.foot_distance)
+    places = [_rail_place(section, foot, lowered.modes, one - lowered.seat) for one in x]
+    places += [_seat_place(section, lowered.modes, number) for number in seats]
+    read = np.empty((len(times), len(places), 4))
+    for first in range(0, len(times), CHUNK):
+        chunk = slice(first, first + CHUNK)
+        read[chunk] = _readings(record, lowered, places, times[chunk])
+    variables: dict[str, Any] = {"time": (("time",), times)}
+    both = ("rail", RAIL, x, slice(len(x))), ("seat", SEAT, seats, slice(len(x), None))
+    for axis, names, where, columns in both:
+        if where:
+            variables[axis] = ((axis,), list(where))
+            for column, name in enumerate(names):
+                variables[name] = ("time", axis), read[:, columns, column]
+    if not record.scenario.track.under_pads:
+        for name in ("sleeper_displacement", "sleeper_acceleration", "ballast_force"):
+            variables.pop(name, None)
+    return dataset(variables)
+
+
+def _as_seats(given: Any) -> list[int]:
+    seats = as_list(given, "seat", "numbers of seats")
+    for i, number in enumerate(seats):
+        if isinstance(number, bool) or not isinstance(number, int | np.integer):
+            raise InputError("", f"seat.{i}", value_text(number), "a whole number: the seat at first_sleeper is 0")
+    return [int(number) for number in seats]
+
+
+def _rail_place(section: Section, foot: float, modes: TrackModes, x: float) -> _Place:
+    at_rest, moving = (np.stack(rail_rows(one, foot, modes, x)) for one in (_undamped(section), section))
+    return _Place(
+        x, place_of(modes.ring, x).bay, at_rest, (moving - at_rest) / modes.ring.rates,
+        lambda where: static_rest(section, foot, modes, x, where),
+    )  # fmt: skip
+
+
+def _seat_place(section: Section, modes: TrackModes, number: int) -> _Place:
+    at_rest, moving = (np.stack(seat_rows(one, modes)) for one in (_undamped(section), section))
+    return _Place(
+        number * section.spacing, number, at_rest, (moving - at_rest) / modes.ring.rates,
+        lambda where: seat_rest(section, modes, number, where),
+    )  # fmt: skip
+
+
+def _undamped(section: Section) -> Section:
+    """Return a section whose dampers are gone: the rows of readings are then those of the amplitudes alone."""
+    return section._replace(loss=0.0, pad_damping=0.0, ballast_damping=0.0)
+
+
+def _readings(record: Record, lowered: LoweredOnRails, places: list[_Place], times: FloatArray) -> FloatArray:
+    """Return displacement, acceleration and two more readings, (times, places, 4); NaN beyond half the ring."""
+    assert lowered.modes is not None
+    ring = lowered.modes.ring
+    found = run.modes_of_track(record._march, times)
+    forces = run.replay_rails(record._march, times).force
+    wheels = np.add.outer(record.scenario.speed * times, [one.position for one in lowered.program.system.contacts])
+    rates = ring.rates * found.amplitudes + found.forced
+    out = np.empty((len(times), len(places), 4))
+    for i, place in enumerate(places):
+        turn = ring.weights * ring.turns ** (place.bay - found.bay)[:, None]
+        read = np.real((turn * found.amplitudes) @ place.rows.T + (turn * rates) @ place.rate_rows.T)
+        for wheel, force in zip(wheels.T, forces.T, strict=True):
+            read += place.rest(wheel) * force[:, None]
+        out[:, i, 0] = -read[:, 0]
+        out[:, i, 1] = -np.real((turn * rates) @ (ring.rates * place.rows[0]))
+        out[:, i, 2:] = read[:, 1:]
+        out[(np.abs(wheels - place.x) > 0.5 * ring.bays * ring.spacing).any(axis=1), i] = np.nan
+    return out
