@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import gauss_nodes
-from wheeltapper.march.general.careful import sigma_of
+from wheeltapper.march.general.careful import sigma_of, sigmas_of
 from wheeltapper.march.general.contract import Contact
 from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, IM, RE
 from wheeltapper.march.general.march import Found, Prepared
@@ -24,7 +24,6 @@ from wheeltapper.march.general.records import Motion, Stage
 from wheeltapper.march.general.stepping import MODES_EVERY, write_kernel
 from wheeltapper.march.general.structure import ComplexArray
 from wheeltapper.march.general.tables import exponential, states_of
-from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
 CHUNK = 8192
@@ -135,12 +134,6 @@ def _mapped(rows: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArra
     return theta, pace * (s1 - s0)
 
 
-@kernel
-def _sigmas(theta: FloatArray, index: IntArray, rows: FloatArray, out: FloatArray) -> None:
-    for k in range(len(theta)):
-        out[k] = sigma_of(theta[k], rows[index[k]])
-
-
 class _At(NamedTuple):
     """Samples of one contact: its forces and its moments there."""
 
@@ -153,7 +146,7 @@ def _sampled(rows: _Rows, step: IntArray, theta: FloatArray) -> _At:
     index = np.searchsorted(rows.starts, step + theta, side="right") - 1
     index = np.clip(index, np.searchsorted(rows.starts, step), np.searchsorted(rows.starts, step + 1.0) - 1)
     sigma = np.zeros(len(theta))
-    _sigmas(theta, index, rows.rows, sigma)
+    sigmas_of(theta, index, rows.rows, sigma)
     sigma = np.clip(sigma, 0.0, 1.0)
     force, moments = np.zeros(len(theta)), rows.before[index]
     counts = rows.rows[index, layout.ROW_NODES].astype(int)
