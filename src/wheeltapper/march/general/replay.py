@@ -26,7 +26,7 @@ from wheeltapper.march.general.structure import ComplexArray
 from wheeltapper.march.general.tables import exponential, states_of
 from wheeltapper.march.program import FloatArray, IntArray
 
-CHUNK = 8192
+AT_ONCE = 8192
 """Samples that are computed at a time."""
 
 
@@ -185,8 +185,8 @@ def replay(found: Found, times: FloatArray) -> Replayed:
     widths = (contacts,) * 4 + (freedoms,) * 3
     out = Replayed(*(np.empty((len(times), width)) for width in widths))
     logged = [_rows_of(found, contact) for contact in range(contacts)]
-    for first in range(0, len(times), CHUNK):
-        chunk = slice(first, first + CHUNK)
+    for first in range(0, len(times), AT_ONCE):
+        chunk = slice(first, first + AT_ONCE)
         for whole, part in zip(out, _replayed(found, logged, times[chunk]), strict=True):
             whole[chunk] = part
     return out
