@@ -380,6 +380,13 @@ def sigma_of(theta: float, row: FloatArray) -> float:
 
 
 @kernel
+def sigmas_of(theta: FloatArray, index: IntArray, rows: FloatArray, out: FloatArray) -> None:
+    """Write σ of parts θ, each in the row that its index tells."""
+    for k in range(len(theta)):
+        out[k] = sigma_of(theta[k], rows[index[k]])
+
+
+@kernel
 def _share(k: int, to: float, nodes: Nodes, macro: Nodes, q: int, row: FloatArray, room: Room, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
     """Write the moments up to the macro nodes in a solved part, from node k on; return the first node behind it."""
     n = len(nodes.places)

@@ -10,7 +10,7 @@ import numpy as np
 from wheeltapper.march import program as numbers
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import FLIGHT_DEGREE, flight_nodes, gauss_nodes
-from wheeltapper.march.general.contract import DEFAULT, Contact, Method, System
+from wheeltapper.march.general.contract import DEFAULT, Bodies, Contact, Law, Method, System
 from wheeltapper.march.general.crossings import DEEPEST
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.paths import height_and_slope, heights
@@ -18,6 +18,7 @@ from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, T
 from wheeltapper.march.general.stepping import MODES_EVERY, march_kernel
 from wheeltapper.march.general.structure import ComplexArray, Ring
 from wheeltapper.march.general.tables import SAME_PHASE, Grid, Units, build
+from wheeltapper.march.kernel import is_compiled
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.telling import Tell, report_nothing
 
@@ -394,6 +395,20 @@ def run(prepared: Prepared, duration: float, tell: Tell = report_nothing) -> Fou
         if tell(done * prepared.grid.seconds):
             break
     return _found(prepared, numbers.DONE if done >= total else int(status), done, duration, _joined(kept))
+
+
+def is_ready(method: Method, modes: bool = True) -> bool:
+    """Return False where a march begins with compiling its kernel; `modes`: on a track of more than a few modes."""
+    one = np.ones((1, 1))
+    level = np.zeros((1, numbers.PIECE_COLUMNS))
+    level[0, [numbers.START, numbers.STOP, numbers.SCALE, numbers.FACTOR_DEGREE]] = -np.inf, np.inf, 1.0, -1.0
+    contact = Contact(level, Law(switch.HERTZ, np.ones(1)))
+    small = prepare(System(Bodies(one, 0.0 * one, 0.0 * one, one, np.ones(1)), (contact,), 1.0), method)
+    tables: Any = small.tables
+    if method.single and modes:
+        tables = tables._replace(reads=tables.reads.astype(np.float32), writes=tables.writes.astype(np.float32))
+    motion, stage, room, logs = small.motion, _stage(1, method.nodes, 0), _room(3), _logs(small, 1)
+    return is_compiled(march_kernel, (0, 1, tables, small.data, motion, stage, logs, room))
 
 
 def _used(logs: Logs, first: int) -> Logs:

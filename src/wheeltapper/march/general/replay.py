@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.basis import gauss_nodes
-from wheeltapper.march.general.careful import sigma_of
+from wheeltapper.march.general.careful import sigma_of, sigmas_of
 from wheeltapper.march.general.contract import Contact
 from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, IM, RE
 from wheeltapper.march.general.march import Found, Prepared
@@ -24,10 +24,9 @@ from wheeltapper.march.general.records import Motion, Stage
 from wheeltapper.march.general.stepping import MODES_EVERY, write_kernel
 from wheeltapper.march.general.structure import ComplexArray
 from wheeltapper.march.general.tables import exponential, states_of
-from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
-CHUNK = 8192
+AT_ONCE = 8192
 """Samples that are computed at a time."""
 
 
@@ -135,12 +134,6 @@ def _mapped(rows: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArra
     return theta, pace * (s1 - s0)
 
 
-@kernel
-def _sigmas(theta: FloatArray, index: IntArray, rows: FloatArray, out: FloatArray) -> None:
-    for k in range(len(theta)):
-        out[k] = sigma_of(theta[k], rows[index[k]])
-
-
 class _At(NamedTuple):
     """Samples of one contact: its forces and its moments there."""
 
@@ -153,7 +146,7 @@ def _sampled(rows: _Rows, step: IntArray, theta: FloatArray) -> _At:
     index = np.searchsorted(rows.starts, step + theta, side="right") - 1
     index = np.clip(index, np.searchsorted(rows.starts, step), np.searchsorted(rows.starts, step + 1.0) - 1)
     sigma = np.zeros(len(theta))
-    _sigmas(theta, index, rows.rows, sigma)
+    sigmas_of(theta, index, rows.rows, sigma)
     sigma = np.clip(sigma, 0.0, 1.0)
     force, moments = np.zeros(len(theta)), rows.before[index]
     counts = rows.rows[index, layout.ROW_NODES].astype(int)
@@ -192,8 +185,8 @@ def replay(found: Found, times: FloatArray) -> Replayed:
     widths = (contacts,) * 4 + (freedoms,) * 3
     out = Replayed(*(np.empty((len(times), width)) for width in widths))
     logged = [_rows_of(found, contact) for contact in range(contacts)]
-    for first in range(0, len(times), CHUNK):
-        chunk = slice(first, first + CHUNK)
+    for first in range(0, len(times), AT_ONCE):
+        chunk = slice(first, first + AT_ONCE)
         for whole, part in zip(out, _replayed(found, logged, times[chunk]), strict=True):
             whole[chunk] = part
     return out
@@ -311,6 +304,8 @@ def modes(found: Found, times: FloatArray) -> Modes:
         forced[some] = pressed
     back = np.argsort(order)
     bay = tables.bay[0] + (tables.phase[0] + step) // phases
+    if prepared.grid.stride == 0.0:
+        bay = np.full_like(step, tables.bay[0])
     return Modes(amplitudes[:, back], forced[:, back], bay)
 
 
