@@ -127,11 +127,14 @@ def test_a_wheel_off_the_rails_is_an_outcome_with_its_time(tmp_path, capsys):
     assert wt.load(tmp_path / "kept.nc").end == record.end
 
 
-def test_places_and_creep_are_for_wagons_only():
+def test_sides_and_creep_are_for_wagons_only():
     wheelset = {"mass": 1500, "load": 9e4, "stiffness": 0, "damping": 0, "radius": 0.46, "type": "Wheelset"}
     base = {"vehicle": wheelset, "speed": 5, "duration": 0.1}
     step = {"type": "Step", "height": 1e-4, "position": 0.1}
-    for more, said in (({"irregularity": {"left": step}}, "with a Wheelset"), ({"creep": {"type": "Polach"}}, "Wagon")):
+    for more, said in (
+        ({"irregularity": {"left": step}}, '\'left\'; allowed: "both", "wheelset 1"'),
+        ({"creep": {"type": "Polach"}}, "Wagon"),
+    ):
         with pytest.raises(wt.InputError, match=said):
             wt.Scenario.of(base | more)
 

@@ -117,7 +117,7 @@ def test_every_noun_refuses_unknown_names_and_values_without_one(kind):
     with pytest.raises(wt.InputError, match=r"^no_such: found the unknown name 'no_such'; allowed:"):
         kind(no_such=1)
     with pytest.raises(wt.InputError, match="found 5 without a name"):
-        kind(5)
+        kind(*[None] * len(kind._leading), 5)
 
 
 def test_a_file_and_python_say_the_same(tmp_path):

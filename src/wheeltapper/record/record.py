@@ -300,6 +300,11 @@ class Record:
             return found()
 
     @property
+    def _known_energy(self) -> xr.Dataset | None:
+        """The energy balance, unless it takes long and nobody has asked for it."""
+        return None if callable(self._step_integrals[1]) and "energy" not in vars(self) else self.energy
+
+    @property
     def time_in_air(self) -> float:
         """Total time without contact force, s; of a wagon the sum over all wheels."""
         lengths = self._march.steps[:, self._kind.length] * self._lowered.time
@@ -368,7 +373,10 @@ class Record:
         return comfort(self, body, at, rate, vertical_weighting=vertical_weighting, settling=settling)
 
     def save(self, path: str | Path) -> None:
-        """Write the record as netCDF (.nc); it opens in plain xarray, and with `wheeltapper.load`."""
+        """Write the record as netCDF (.nc); it opens in plain xarray, and with `wheeltapper.load`.
+
+        Of a run on rails the file has the energy balance if it was asked for before: it takes longer than the run.
+        """
         from wheeltapper.record.store import save
 
         path = as_path(path, "path", "a path with the suffix .nc")

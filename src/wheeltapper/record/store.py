@@ -64,7 +64,8 @@ def save(record: Record, path: Path) -> None:
     if "program_damper" in tables:
         parts.append(damper.stored_events(record.damper_events))
     data = xr.merge(parts, combine_attrs="override").assign_attrs(attributes)
-    for name, value in record.energy.data_vars.items():
+    energy = record._known_energy
+    for name, value in (energy.data_vars if energy is not None else {}).items():
         data[f"energy_{name}"] = value
     try:
         data.to_netcdf(path, engine="h5netcdf")

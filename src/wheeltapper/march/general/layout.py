@@ -47,10 +47,10 @@ SETTINGS = 9
 MOST_PARTS = 200
 """Steps between events in one macro step of one contact."""
 
-# Why the kernel returned, beside those of `wheeltapper.march.program`.
-UNSOLVED = 20
+# Why the kernel returned, beside those of `wheeltapper.march.program`; a wagon's march has others.
+UNSOLVED = 30
 """A step between events did not converge, however short."""
-CHATTERS = 21
+CHATTERS = 31
 """More than MOST_PARTS steps between events in one macro step."""
-WOULD_PULL = 22
+WOULD_PULL = 32
 """A rate-dependent law would have pulled: its force ended before the indentation."""
