@@ -159,3 +159,9 @@ def test_a_file_may_describe_the_rail_as_a_table_or_by_its_name():
         text = '[track]\nspacing = 0.6\npad_stiffness = "180 kN/mm"\npad_damping = 18e3\n'
         found = wt.tracks.Slab.model_validate(tomllib.loads(text + rail)["track"])
         assert found == wt.tracks.Slab(rail="UIC60", spacing=0.6, pad_stiffness=1.8e8, pad_damping=18e3)
+
+
+def test_a_speed_whose_tables_do_not_fit_is_refused():
+    for method, slowest in (("default", "0.25"), ("strict", "0.51")):
+        with pytest.raises(wt.InputError, match=rf"speed: found 0.1 m/s on rails, .* or at least {slowest} m/s"):
+            wt.simulate(scene(vehicle=wt.Wheelset(mass=1200, load=1e5), speed=0.1), method)

@@ -13,6 +13,8 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.describe.vehicle.plane import PlaneVehicle
 from wheeltapper.describe.vehicle.wheelset import Wheelset
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower import ellipse
 from wheeltapper.lower.build import path_table
@@ -25,9 +27,13 @@ from wheeltapper.lower.track.reach import Reach, modes_of
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general.laws import switch
+from wheeltapper.march.general.structure import Ring
+from wheeltapper.march.general.tables import MOST_PHASES, longest_step
 
 FloatArray = NDArray[np.float64]
 GENERAL_METHODS = {"default": general.DEFAULT, "strict": general.STRICT}
+TABLE_BYTES = 50.0
+"""Memory for each place in a bay, node and mode, while tables of single precision are made."""
 DOUBTFUL_TABLE = 1e-5
 """Error of a law's table from which on its note is a warning."""
 SUDDEN = Note(
@@ -88,6 +94,8 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
         seat = float(track.first_sleeper)
     forces = np.array([wheelset.weight for wheelset in plane.wheelsets])
     laws = [_law(scenario, wheelset, rails) for wheelset in plane.wheelsets]
+    if modes is not None:
+        _check_speed(float(scenario.speed), modes.ring, GENERAL_METHODS[method])
     contacts, notes = _contacts(scenario, plane, METHODS[method], seat, [law for law, _, _ in laws])
     count, wheels = len(plane.freedoms), len(plane.wheelsets)
     shapes = np.eye(count, wheels)
@@ -100,6 +108,19 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
     if modes is not None and scenario.speed > 0.0:
         said = (*said, SUDDEN)
     return LoweredOnRails(task, plane, modes, reach, seat, forces, laws[0][1], said, rails)
+
+
+def _check_speed(speed: float, ring: Ring, method: general.Method) -> None:
+    """Refuse a speed so low that the tables for its places in a bay would not fit."""
+    if speed == 0.0:
+        return
+    places = ring.spacing / (speed * longest_step(ring, method))
+    found = f"{speed:g} m/s on rails, with tables for {places:.3g} places in a bay"
+    if places > MOST_PHASES:
+        slowest = 1.01 * speed * places / MOST_PHASES
+        raise InputError("", "speed", found, f"0 m/s, or at least {slowest:.2g} m/s")
+    needed = places * method.nodes * len(ring.rates) * TABLE_BYTES * (1.0 if method.single else 2.0)
+    check_room("speed", found, needed, lambda share: f"0 m/s, or at least {speed / share:.2g} m/s")
 
 
 def _contacts(
