@@ -165,3 +165,17 @@ def test_a_speed_whose_tables_do_not_fit_is_refused():
     for method, slowest in (("default", "0.25"), ("strict", "0.51")):
         with pytest.raises(wt.InputError, match=rf"speed: found 0.1 m/s on rails, .* or at least {slowest} m/s"):
             wt.simulate(scene(vehicle=wt.Wheelset(mass=1200, load=1e5), speed=0.1), method)
+
+
+def test_a_wheel_faster_than_the_waves_of_the_rail_is_refused():
+    """The critical speed of the even track, as in `test_track_structure.py`."""
+    with pytest.raises(wt.InputError, match=r"speed: found 940 m/s; allowed: less than 9[\d.]+ m/s, at which waves"):
+        wt.simulate(scene(vehicle=wt.Wheelset(mass=1200, load=1e5), speed=940.0, duration=0.01))
+
+
+def test_a_cutoff_below_what_the_irregularity_excites_is_told():
+    wave = wt.Corrugation(amplitude=1e-6, wavelength=0.02, start=0.1)
+    run = scene(vehicle=wt.Wheelset(mass=1200, load=1e5), irregularity=wave, duration=0.02, speed=60.0)
+    with pytest.warns(UserWarning, match=r"excites up to 3000 Hz.* up to 2000 Hz; a cutoff of 6000 Hz would do"):
+        wt.simulate(run.replaced({"track.cutoff": 2000}))
+    assert not [note for note in wt.simulate(run.replaced({"track.cutoff": 6000})).notes if "excites" in note]

@@ -23,8 +23,9 @@ from wheeltapper.lower.known import check_known
 from wheeltapper.lower.numbers import METHODS, Method, hysteresis_factor, units_of
 from wheeltapper.lower.own_law import tabulated_law
 from wheeltapper.lower.plausible import implausible_notes
-from wheeltapper.lower.track.reach import Reach, modes_of
+from wheeltapper.lower.track.reach import Reach, critical_speed, cutoff_note, modes_of
 from wheeltapper.lower.track.ring import TrackModes
+from wheeltapper.lower.track.section import section_of
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.structure import Ring
@@ -95,7 +96,7 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
     forces = np.array([wheelset.weight for wheelset in plane.wheelsets])
     laws = [_law(scenario, wheelset, rails) for wheelset in plane.wheelsets]
     if modes is not None:
-        _check_speed(float(scenario.speed), modes.ring, GENERAL_METHODS[method])
+        _check_speed(float(scenario.speed), track, modes.ring, GENERAL_METHODS[method])
     contacts, notes = _contacts(scenario, plane, METHODS[method], seat, [law for law, _, _ in laws])
     count, wheels = len(plane.freedoms), len(plane.wheelsets)
     shapes = np.eye(count, wheels)
@@ -104,14 +105,29 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
     )
     system = general.System(bodies, contacts, float(scenario.speed), None if modes is None else modes.ring)
     task = general.Task(system, GENERAL_METHODS[method], float(scenario.duration))
-    said = (*implausible_notes(scenario), *laws[0][2], *notes, *(() if reach is None else reach.notes))
+    said = (*implausible_notes(scenario), *laws[0][2], *notes)
+    if reach is not None:
+        said = (*said, *reach.notes, *_excitation_note(scenario, plane, reach))
     if modes is not None and scenario.speed > 0.0:
         said = (*said, SUDDEN)
     return LoweredOnRails(task, plane, modes, reach, seat, forces, laws[0][1], said, rails)
 
 
-def _check_speed(speed: float, ring: Ring, method: general.Method) -> None:
-    """Refuse a speed so low that the tables for its places in a bay would not fit."""
+def _excitation_note(scenario: Scenario, plane: PlaneVehicle, reach: Reach) -> tuple[Note, ...]:
+    """Return a note where the irregularities excite more than the modes of the track know."""
+    waves = [item.shortest_wave(plane.wheelsets[0].radius) for item in scenario.irregularities]
+    lengths = [length for length in waves if length is not None]
+    note = cutoff_note(reach, float(scenario.speed) / min(lengths)) if lengths else None
+    return () if note is None else (note,)
+
+
+def _check_speed(speed: float, track: SupportedRail, ring: Ring, method: general.Method) -> None:
+    """Refuse a speed above that of the rail's waves, or so low that the tables for its places in a bay do not fit."""
+    fastest = critical_speed(section_of(track))
+    if speed >= fastest:
+        raise InputError(
+            "", "speed", f"{speed:g} m/s", f"less than {fastest:.4g} m/s, at which waves go along the rail"
+        )
     if speed == 0.0:
         return
     places = ring.spacing / (speed * longest_step(ring, method))

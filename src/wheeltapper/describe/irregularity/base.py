@@ -30,6 +30,10 @@ class Irregularity(Noun, abstract=True):
         """Return the fields that only scale the height, scale the length, or move the place."""
         return {}
 
+    def shortest_wave(self, radius: float) -> float | None:
+        """Return the length of the shortest wave of a smooth form under a wheel of this radius, m; None: not known."""
+        return None
+
     def moved(self, distance: float) -> Self:
         """Return the same irregularity farther along the rail (m).
 

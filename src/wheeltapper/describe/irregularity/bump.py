@@ -32,6 +32,10 @@ class CosineBump(Irregularity):
         """Return what the fields scale."""
         return {"height": "lift", "length": "rate", "start": "offset"}
 
+    def shortest_wave(self, radius: float) -> float | None:
+        """Return the length of the bump, one wave."""
+        return float(self.length)
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         end = self.start + self.length

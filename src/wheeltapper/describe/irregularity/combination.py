@@ -69,6 +69,11 @@ class Repeated(Irregularity):
         """Return the same irregularities farther along the rail (m)."""
         return self.model_copy(update={"of": self.of.moved(distance)})
 
+    def shortest_wave(self, radius: float) -> float | None:
+        """Return that of what is repeated."""
+        found: float | None = self.of.shortest_wave(radius)
+        return found
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         once = self.of.course(radius)

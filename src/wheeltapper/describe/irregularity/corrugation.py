@@ -46,6 +46,10 @@ class Corrugation(Irregularity):
             return {"amplitude": "lift", "wavelength": "rate", "start": "offset"}
         return {"amplitude": "lift"}
 
+    def shortest_wave(self, radius: float) -> float | None:
+        """Return the wavelength."""
+        return float(self.wavelength)
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         k = 2 * pi / self.wavelength

@@ -89,6 +89,10 @@ class OutOfRound(Irregularity):
         """The spline near the samples, for each radius in use."""
         return {}
 
+    def shortest_wave(self, radius: float) -> float | None:
+        """Return the wave of the highest order; of measured deviations it is not known."""
+        return 2.0 * pi * radius / max(self.orders) if self.orders else None
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         turn = 2.0 * pi * radius

@@ -162,6 +162,15 @@ def _image_note(section: Section, asked: Accuracy, length: float, image: float, 
     )  # fmt: skip
 
 
+def critical_speed(section: Section) -> float:
+    """Return the speed at which waves of the rail on an even foundation travel along with the load, m/s.
+
+    (4·k·EI/m²)^¼ of Euler's beam on Winkler's foundation, k the stiffness of a seat over the spacing.
+    """
+    seat = section.pad * section.ballast / (section.pad + section.ballast) if section.sleeper > 0.0 else section.pad
+    return float((4.0 * seat / section.spacing * section.bending / section.mass**2) ** 0.25)
+
+
 def cutoff_note(reach: Reach, frequency: float) -> Note | None:
     """Return a note where an excitation, up to a frequency in Hz, asks for more modes than are kept; else None."""
     if HEADROOM * frequency <= reach.cutoff:
