@@ -38,7 +38,7 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
     The vehicle has exchanged energy with loads and contacts; what the contacts took of it, beside the work of the
     irregularity, is in them or has gone to the track. Of the track the modes that are kept take their own part of the
     forces' power, which they store or lose (docs/theory/track.rst, section 13.7). `relative_imbalance` is what is left
-    of both balances over the energy exchanged, the magnitudes of all works; `truncation` is the share of that by which
+    of both balances over the energy exchanged, the magnitudes of all works, and the energy at rest; `truncation` is the share of that by which
     the forces' power on the kept modes differs from force times velocity of the rail.
     """
     import xarray as xr
@@ -66,14 +66,20 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
             missed,
             "force times velocity of the rail, less what the kept modes take, over energy exchanged",
         )
-    shares["relative_imbalance"] = values["imbalance"], "imbalance over energy exchanged"
+    shares["relative_imbalance"] = values["imbalance"], "imbalance over energy exchanged and energy at rest"
     variables = {
         name: ((), values[name] * rails, {"units": "J", "long_name": meaning})
         for name, meaning in MEANINGS.items()
         if name in values
     }
+    scale = {"relative_imbalance": exchanged + _energy_at_rest(lowered, march)}  # at rest nothing is exchanged
     variables |= {
-        name: ((), value / max(exchanged, 1e-300), {"units": "", "long_name": meaning})
+        name: ((), value / max(scale.get(name, exchanged), 1e-300), {"units": "", "long_name": meaning})
         for name, (value, meaning) in shares.items()
     }
     return xr.Dataset(variables)
+
+
+def _energy_at_rest(lowered: LoweredOnRails, march: Marched) -> float:
+    """Return about how much energy contacts and track hold under the wheels at rest, J, of one rail."""
+    return float(0.5 * (lowered.static_force / lowered.force) @ np.abs(march.found.sinking))
