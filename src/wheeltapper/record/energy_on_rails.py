@@ -38,8 +38,9 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
     The vehicle has exchanged energy with loads and contacts; what the contacts took of it, beside the work of the
     irregularity, is in them or has gone to the track. Of the track the modes that are kept take their own part of the
     forces' power, which they store or lose (docs/theory/track.rst, section 13.7). `relative_imbalance` is what is left
-    of both balances over the energy exchanged, the magnitudes of all works, and the energy at rest; `truncation` is the share of that by which
-    the forces' power on the kept modes differs from force times velocity of the rail.
+    of both balances over the energy exchanged, the magnitudes of all works, and the energy at rest; `truncation` is the
+    share of the energy exchanged by which the forces' power on the kept modes differs from force times velocity of the
+    rail.
     """
     import xarray as xr
 
