@@ -428,6 +428,14 @@ def capture(
     return found
 
 
+def trapped(states: FloatArray, traps: FloatArray) -> IntArray:
+    """Return the orbit in one of whose traps (traps, TRAP_COLUMNS) each state lies, or UNCAUGHT."""
+    every, none = np.arange(len(states)), np.zeros(len(states), dtype=np.int64)
+    caught = np.empty_like(none)
+    trap_kernel(states, traps, none, none + len(traps), every, caught)
+    return caught
+
+
 def _capture_in_lanes(
     cells: Cells, states: FloatArray, most: int, traps: FloatArray, first: IntArray, end: IntArray,
     orbit: IntArray, waves: IntArray, status: IntArray,

@@ -26,7 +26,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.blocks import core_count
 from wheeltapper.march.ensemble import Cells
-from wheeltapper.march.orbits import STATE_SIZE, TRAP_CENTRE, TRAP_COLUMNS, TRAP_NORM, TRAP_REACH, UNCAUGHT
+from wheeltapper.march.orbits import STATE_SIZE, TRAP_COLUMNS, UNCAUGHT
 from wheeltapper.orbits.asked import START, axes_of, is_undamped, section_of
 from wheeltapper.orbits.diagram import all_cells, start_states
 from wheeltapper.orbits.orbit import multipliers_of
@@ -89,13 +89,9 @@ class World:
         """Return True if one of some states, (many, n), is in a trap."""
         if not self.traps:
             return False
-        rows, many = np.vstack(self.traps), len(trail)
-        states = np.zeros((many, STATE_SIZE))
+        states = np.zeros((len(trail), STATE_SIZE))
         states[:, : trail.shape[1]] = trail * self.wave.to_program
-        off = states[:, None] - rows[:, TRAP_CENTRE : TRAP_CENTRE + STATE_SIZE]
-        norms = rows[:, TRAP_NORM:].reshape(-1, STATE_SIZE, STATE_SIZE)
-        sizes = (np.einsum("tij,stj->sti", norms, off) ** 2).sum(axis=2)
-        return bool(np.any(sizes <= rows[:, TRAP_REACH]))
+        return bool(np.any(run.trapped(states, np.vstack(self.traps)) != UNCAUGHT))
 
 
 class Search:
