@@ -1,5 +1,8 @@
 """Laws from tables in the general march, against the same laws by their own formulas."""
 
+import re
+import warnings
+
 import numpy as np
 import pytest
 
@@ -103,3 +106,36 @@ def test_what_no_table_can_hold_is_refused():
         tabulated_law(wt.contact.Law(power))
     with pytest.raises(wt.InputError, match="its table misses by"):
         tabulated_law(wt.contact.Law(lambda delta: np.where(delta < 3.1e-4, 1.0, 1.7) * hertz(delta)))
+
+
+def test_beyond_its_rates_a_table_stays_what_it_is():
+    law, _ = tabulated_law(wt.contact.Law(lambda delta, rate: C * delta**1.5 * (1.0 + 0.01 * rate)))
+    units = Units(1e-4, 1e5)
+    row = law_row(rails.one_wheel(rails.level(), 1.0, law=law).contacts[0], units, 0)
+    rate = np.array([-50.0, -5.0, 5.0, 50.0])
+    N, slope, viscous = np.zeros((3, 4))
+    forces(row, law.table, 4, np.ones(4), rate / units.length, np.ones(4), N, slope, viscous)
+    assert N[[0, 3]] == pytest.approx(N[[1, 2]], rel=1e-12)
+    assert viscous[[0, 3]].tolist() == [0.0, 0.0]
+    assert N[2] / N[1] == pytest.approx(1.05 / 0.95, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("force", "largest", "bump", "said"),
+    [
+        (hertz, 1e-4, None, r"the indentation reached 0\.108\d* mm; the table of the contact's law ends at 0\.1 mm"),
+        (
+            hunt_crossley, 2e-2, wt.CosineBump(height=3e-3, length=0.03, start=0.02),
+            r"the indentation's rate reached [\d.]+ m/s; the table of the contact's law ends at 5 m/s",
+        ),
+    ],
+)  # fmt: skip
+def test_a_run_beyond_the_table_is_told(force, largest, bump, said):
+    scene = wt.Scenario(
+        vehicle=wt.Wheelset(mass=600, load=1e5), contact=wt.contact.Law(force, largest=largest), irregularity=bump,
+        rolling="point", speed=30.0, duration=0.002,
+    )  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that it is told, and that the bump is a sharp one
+        record = wt.simulate(scene)
+    assert [note for note in record.notes if re.search(said, note) and note.doubtful]

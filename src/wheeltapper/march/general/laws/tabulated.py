@@ -2,7 +2,8 @@
 
 A row of the table is one cell in v and in the rate: Σ_ij row[i·(RATE_TERMS) + j]·ξ^i·ρ^j, ξ and ρ from 0 to 1 over the
 cell. The cells are equal in v and in the rate, those of one rate behind each other. A force of the indentation alone
-has one cell in the rate, and terms with j = 0 only.
+has one cell in the rate, and terms with j = 0 only. Beyond δ_most, and beyond the rates of the table, s stays what
+it is there.
 """
 
 from __future__ import annotations
@@ -33,7 +34,9 @@ def tabulated_force(delta: float, rate: float, numbers: FloatArray, table: Float
     xi = v * cells - cell
     rates = int(numbers[TABLE_RATES])
     along = (rate - numbers[TABLE_SLOWEST]) / numbers[TABLE_WIDTH]
-    band = min(max(int(along), 0), rates - 1)
+    outside = along < 0.0 or along > rates
+    along = min(max(along, 0.0), float(rates))
+    band = min(int(along), rates - 1)
     rho = along - band
     row = int(numbers[TABLE_FIRST]) + band * int(cells) + cell
     width = int(numbers[TABLE_RATE_TERMS])
@@ -58,5 +61,7 @@ def tabulated_force(delta: float, rate: float, numbers: FloatArray, table: Float
         return 0.0, 0.0, 0.0
     if beyond:
         by_v = 0.0
+    if outside:
+        by_rate = 0.0
     slope = force / delta * (exponent * share + 0.5 * v * cells * by_v)
     return force * share, slope, force * by_rate / numbers[TABLE_WIDTH]
