@@ -29,6 +29,8 @@ def parts(record):
 def test_strictly_the_energy_closes_to_1e_8(scene):
     found = parts(wt.simulate(scene, "strict"))
     assert abs(found["relative_imbalance"]) < 1e-8
+    exchanged = ("track_dissipated", "dissipated", "work_of_irregularity", "work_of_load", "work_of_traction")
+    assert abs(found["imbalance"]) < 1e-8 * sum(abs(found[name]) for name in exchanged)
     assert found["track_dissipated"] > 0.0
 
 

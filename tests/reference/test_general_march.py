@@ -375,6 +375,21 @@ def test_a_path_that_ends_ends_the_march():
     assert found.time == pytest.approx(0.03, abs=2e-4)
 
 
+def test_who_is_told_of_the_progress_may_end_the_march():
+    told = []
+
+    def tell(reached):
+        told.append(reached)
+        return len(told) == 2
+
+    system = rails.one_wheel(rails.wave(1e-5, 0.05, 0.1), 20.0)
+    found = march(system, DEFAULT, 10.0, tell=tell)
+    assert found.status == contract.FULL
+    assert found.time == told[-1] == pytest.approx(2.0 * told[0])
+    assert found.time < 10.0
+    assert march(system, DEFAULT, told[0], tell=lambda reached: True).status == contract.DONE  # nothing is left
+
+
 def test_a_law_that_would_pull_ends_the_march():
     law = Law(HUNT_CROSSLEY, np.array([9.4125e10, 20.0]))
     found = march(rails.one_wheel(rails.flat(0.06, 0.5), 10.0, law=law), DEFAULT, 0.1)

@@ -74,7 +74,7 @@ class Scenario(Noun):
     track
         `StiffTrack`, `FloatingDeck`, or rails on sleepers of `wheeltapper.tracks`.
     contact
-        `Hertz`, `Linear`, or an elastic-plastic law of `wheeltapper.contact`.
+        `Hertz`, `Linear`, or a law of `wheeltapper.contact`: one that yields, or one of your own.
     creep
         None: no tangential force (the core models have none); on a wagon a law of `wheeltapper.creep`.
     profiles

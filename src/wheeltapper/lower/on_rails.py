@@ -55,8 +55,8 @@ class LoweredOnRails:
         The task; of two equal rails it has one, with half of the vehicle on it.
     plane
         The vehicle in the vertical plane.
-    modes, reach
-        The track's modes, and how they were chosen; None on a rigid rail.
+    modes
+        The track's modes; None on a rigid rail.
     seat
         Position of the seat from which the march counts, m.
     static_force
@@ -74,7 +74,6 @@ class LoweredOnRails:
     program: general.Task
     plane: PlaneVehicle
     modes: TrackModes | None
-    reach: Reach | None
     seat: float
     static_force: FloatArray
     contact_constant: float
@@ -110,7 +109,7 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
         said = (*said, *reach.notes, *_excitation_note(scenario, plane, reach))
     if modes is not None and scenario.speed > 0.0:
         said = (*said, SUDDEN)
-    return LoweredOnRails(task, plane, modes, reach, seat, forces, laws[0][1], said, rails)
+    return LoweredOnRails(task, plane, modes, seat, forces, laws[0][1], said, rails)
 
 
 def _excitation_note(scenario: Scenario, plane: PlaneVehicle, reach: Reach) -> tuple[Note, ...]:

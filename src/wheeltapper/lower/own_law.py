@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -56,6 +57,7 @@ def tabulated_law(law: Law, rails: float = 1.0) -> tuple[general.Law, LawTable]:
     return general.Law(switch.TABULATED, np.array(numbers), table.cells / rails), table
 
 
+@lru_cache(maxsize=16)
 def law_table(law: Law) -> LawTable:
     """Return the coarsest table that is exact, or the finest one that is tried.
 

@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wheeltapper.march import ensemble, gradients, orbits
-    from wheeltapper.march.general.pressing import Pressing
-    from wheeltapper.march.general.replay import Modes, Replayed, Works
+    from wheeltapper.march.general.integrals import Pressing, Works
+    from wheeltapper.march.general.replay import Modes, Replayed
     from wheeltapper.march.general.task import Marched
     from wheeltapper.march.multibody import MultibodyMarch
     from wheeltapper.march.single import March
@@ -361,14 +361,14 @@ def probe(assembly: Assembly, states: FloatArray) -> tuple[FloatArray, FloatArra
 
 
 def replay_rails(found: Marched, times: FloatArray) -> Replayed:
-    """Return everything but the track's modes at rising times, s, of a general march."""
+    """Return everything but the track's modes at some times, s, of a general march."""
     from wheeltapper.march.general.replay import replay
 
     return replay(found.found, times)
 
 
 def modes_of_track(found: Marched, times: FloatArray) -> Modes:
-    """Return the track's modes at rising times, s, of a general march."""
+    """Return the track's modes at some times, s, of a general march."""
     from wheeltapper.march.general.replay import modes
 
     return modes(found.found, times)
@@ -383,30 +383,30 @@ def impulses_on_rails(found: Marched) -> FloatArray:
 
 def works_on_rails(found: Marched) -> Works:
     """Return works and energies of a general march, J."""
-    from wheeltapper.march.general.replay import works
+    from wheeltapper.march.general.integrals import works
 
     return works(found.found, found.end)
 
 
 def pressing_on_rails(found: Marched, contact: int) -> Pressing:
     """Return a rule for integrals over time with the force of a contact of a general march."""
-    from wheeltapper.march.general.pressing import pressing
+    from wheeltapper.march.general.integrals import pressing
 
     return pressing(found.found, contact, found.end)
 
 
 def joints_on_rails(found: Marched) -> FloatArray:
     """Return the times between which no force of a general march has a joint, s, from 0 to its end."""
-    from wheeltapper.march.general.pressing import joints
+    from wheeltapper.march.general.integrals import joints
 
     return joints(found.found, found.end)
 
 
-def deepest_on_rails(found: Marched) -> float:
-    """Return the largest indentation of a general march, m."""
-    from wheeltapper.march.general.replay import deepest
+def extremes_on_rails(found: Marched) -> tuple[float, float]:
+    """Return the largest indentation of a general march, m, and its largest rate either way, m/s."""
+    from wheeltapper.march.general.integrals import extremes
 
-    return deepest(found.found)
+    return extremes(found.found, found.end)
 
 
 # -- many cells, and derivatives --------------------------------------------------------------------------------------
@@ -496,6 +496,13 @@ def capture(
     from wheeltapper.march import orbits
 
     return orbits.capture(cells, states, most, traps, first, end, threads)
+
+
+def trapped(states: FloatArray, traps: FloatArray) -> IntArray:
+    """Return the orbit in one of whose traps each state lies, or `orbits.UNCAUGHT`."""
+    from wheeltapper.march import orbits
+
+    return orbits.trapped(states, traps)
 
 
 def section_tangents() -> orbits.Tangents:

@@ -13,8 +13,9 @@ CHUNK = 20_000
 0.1 s."""
 WAGON_CHUNK = 4_000
 """The same for a wagon's march, whose steps take longer."""
-GENERAL_CHUNK = 512
-"""Macro steps of the general march after which it reports."""
+GENERAL_CHUNK = 4_096
+"""Macro steps of the general march for which it makes room at once, and after which it reports; a second or so of
+motion."""
 Tell = Callable[[float], bool]
 """Called with the time (of the program) that a march has reached. If it returns True, the march ends as FULL."""
 

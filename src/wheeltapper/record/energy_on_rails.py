@@ -10,6 +10,7 @@ from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower.on_rails import LoweredOnRails
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.march import run
+from wheeltapper.record.balanced import AT_REST
 from wheeltapper.record.energy_of_track import track_works
 
 if TYPE_CHECKING:
@@ -38,9 +39,9 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
     The vehicle has exchanged energy with loads and contacts; what the contacts took of it, beside the work of the
     irregularity, is in them or has gone to the track. Of the track the modes that are kept take their own part of the
     forces' power, which they store or lose (docs/theory/track.rst, section 13.7). `relative_imbalance` is what is left
-    of both balances over the energy exchanged, the magnitudes of all works, and the energy at rest; `truncation` is the
-    share of the energy exchanged by which the forces' power on the kept modes differs from force times velocity of the
-    rail.
+    of both balances over the energy exchanged, the magnitudes of all works, and that of the contacts at rest, as in
+    `wheeltapper.record.balanced`; `truncation` is the share of the energy exchanged by which the forces' power on the
+    kept modes differs from force times velocity of the rail.
     """
     import xarray as xr
 
@@ -67,7 +68,7 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
             missed,
             "force times velocity of the rail, less what the kept modes take, over energy exchanged",
         )
-    shares["relative_imbalance"] = values["imbalance"], "imbalance over energy exchanged and energy at rest"
+    shares["relative_imbalance"] = values["imbalance"], "imbalance over energy exchanged and that of contacts at rest"
     variables = {
         name: ((), values[name] * rails, {"units": "J", "long_name": meaning})
         for name, meaning in MEANINGS.items()
@@ -82,5 +83,6 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
 
 
 def _energy_at_rest(lowered: LoweredOnRails, march: Marched) -> float:
-    """Return about how much energy contacts and track hold under the wheels at rest, J, of one rail."""
-    return float(0.5 * (lowered.static_force / lowered.force) @ np.abs(march.found.sinking))
+    """Return the elastic energy of the contacts at rest, as Hertz's law has it, J, of one rail."""
+    indentation = run.replay_rails(march, np.zeros(1)).indentation[0]
+    return float(AT_REST * (lowered.static_force / lowered.force) @ indentation)

@@ -66,11 +66,13 @@ class Kind:
     sample
         All variables at rising times (s), in SI units; those of the wheels have the dimension `contact` last.
     integrate
-        Impulse of each contact in each step, (steps, contacts), N s, and the balance of energy, or what computes it.
+        Impulse of each contact in each step, (steps, contacts), N s, and what returns the balance of energy.
     tables
         Tables and attributes of a file that contain the program and the rest of the march.
     read
         From a file's contents to both; what no march can have written is refused.
+    balance_is_dear
+        Whether the balance takes longer than the march, so that only who asks for it waits for it.
     """
 
     begin: int
@@ -83,9 +85,10 @@ class Kind:
     end: Callable[[Any, Any], float]
     free: Callable[[Contacts, Any], NDArray[np.bool_]]
     sample: Callable[[Scenario, Any, Any, FloatArray], Variables]
-    integrate: Callable[[Scenario, Any, Any], tuple[FloatArray, xr.Dataset | Callable[[], xr.Dataset]]]
+    integrate: Callable[[Scenario, Any, Any], tuple[FloatArray, Callable[[], xr.Dataset]]]
     tables: Callable[[Any, Any], tuple[dict[str, Any], dict[str, Any]]]
     read: Callable[[Scenario, xr.Dataset], tuple[Any, Any]]
+    balance_is_dear: bool = False
 
 
 def kind_of(scenario: Scenario) -> Kind:

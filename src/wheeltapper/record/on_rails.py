@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.describe.contact.law import Law
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.needs import OWN_LAW
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.on_rails import LoweredOnRails, lower_on_rails
+from wheeltapper.lower.own_law import FASTEST
 from wheeltapper.march import run
 from wheeltapper.march.general.layout import ROW_COLUMNS
+from wheeltapper.march.general.tables import longest_step
 from wheeltapper.march.general.task import SPAN_BEGIN, SPAN_LENGTH, Marched
 from wheeltapper.march.telling import GENERAL_CHUNK
 from wheeltapper.record import extent
@@ -37,7 +39,8 @@ def _row_bytes(scenario: Scenario) -> float:
 
 def _lower(scenario: Scenario, method: str) -> LoweredOnRails:
     lowered = lower_on_rails(scenario, method)
-    extent.check_duration(scenario, scenario.duration / lowered.program.method.step, _row_bytes(scenario))
+    task = lowered.program
+    extent.check_duration(scenario, task.duration / longest_step(task.system.ring, task.method), _row_bytes(scenario))
     return lowered
 
 
@@ -46,17 +49,20 @@ def _teller(scenario: Scenario, lowered: LoweredOnRails) -> Callable[[float], bo
 
 
 def _beyond(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> tuple[Note, ...]:
-    """Return a note where a run went beyond the table of a law of one's own."""
-    if not isinstance(scenario.contact, Law):
+    """Return notes where a run went beyond the table of a law of one's own."""
+    if OWN_LAW not in scenario.needs:
         return ()
-    deepest, largest = run.deepest_on_rails(march), float(scenario.contact.largest)
-    if deepest <= largest:
-        return ()
-    text = (
+    (deepest, fastest), largest = run.extremes_on_rails(march), float(scenario.contact.largest)
+    depth = (
         f"the indentation reached {1e3 * deepest:.4g} mm; the table of the contact's law ends at "
         f"{1e3 * largest:.4g} mm and goes on there with the power of its exponent"
     )
-    return (Note(text, "own law", deepest / largest, doubtful=True),)
+    rate = (
+        f"the indentation's rate reached {fastest:.4g} m/s; the table of the contact's law ends at {FASTEST:g} m/s, "
+        "beyond which the rate makes no difference"
+    )
+    gone = ((depth, deepest / largest), (rate, fastest / FASTEST if scenario.contact.takes_rate else 0.0))
+    return tuple(Note(text, "own law", ratio, doubtful=True) for text, ratio in gone if ratio > 1.0)
 
 
 def _contacts(scenario: Scenario, lowered: LoweredOnRails) -> Contacts:
@@ -93,7 +99,6 @@ def _integrate(
 ) -> tuple[FloatArray, Callable[[], xr.Dataset]]:
     from wheeltapper.record.energy_on_rails import balance
 
-    # The balance takes longer than the march: whoever asks for impulses only shall not wait for it.
     return run.impulses_on_rails(march) * lowered.force, lambda: balance(scenario, lowered, march)
 
 
@@ -114,6 +119,7 @@ ON_RAILS = Kind(
     free=lambda contacts, march: march.free,
     sample=_sample,
     integrate=_integrate,
+    balance_is_dear=True,
     tables=tables,
     read=read,
 )

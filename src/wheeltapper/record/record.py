@@ -280,8 +280,8 @@ class Record:
     # -- energy and summary -----------------------------------------------------------------------------------------
 
     @cached_property
-    def _step_integrals(self) -> tuple[FloatArray, xr.Dataset | Callable[[], xr.Dataset]]:
-        """Impulse of each contact in each step, (steps, contacts), and the balance of energy, or what computes it."""
+    def _step_integrals(self) -> tuple[FloatArray, Callable[[], xr.Dataset]]:
+        """Impulse of each contact in each step, (steps, contacts), and what returns the balance of energy."""
         with (
             progress_shown(True),
             np.errstate(over="ignore", invalid="ignore"),
@@ -292,17 +292,14 @@ class Record:
     @cached_property
     def energy(self) -> xr.Dataset:
         """Energy balance over the whole run, J: kinetic, elastic, dissipated, works, and the imbalance."""
-        found = self._step_integrals[1]
-        if not callable(found):
-            return found
-        with progress_shown(True):
+        with progress_shown(True), np.errstate(over="ignore", invalid="ignore"):
             report("integrating over every step", 0.0, 0.0)
-            return found()
+            return self._step_integrals[1]()
 
     @property
     def _known_energy(self) -> xr.Dataset | None:
         """The energy balance, unless it takes long and nobody has asked for it."""
-        return None if callable(self._step_integrals[1]) and "energy" not in vars(self) else self.energy
+        return None if self._kind.balance_is_dear and "energy" not in vars(self) else self.energy
 
     @property
     def time_in_air(self) -> float:

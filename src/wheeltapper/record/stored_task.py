@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import FLEXIBLE_TRACK
 from wheeltapper.lower.on_rails import LoweredOnRails
-from wheeltapper.lower.track.reach import reach_of
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import contract as general
@@ -81,20 +80,17 @@ def _parts_of(lowered: LoweredOnRails) -> dict[str, Any]:
 def read(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredOnRails, Marched]:
     """Return the task and the march from a file's contents; refuse contents that no march can have written."""
     parts = _stored_parts(data)
-    plane, track = scenario.vehicle.plane, scenario.track
-    modes, reach = None, None
+    plane = scenario.vehicle.plane
     try:
         task, modes = _task_of(parts, len(plane.positions))
     except KeyError as error:
         raise InputError("", "task_parts", f"nothing of {error.args[0]}", UNDAMAGED) from None
-    if isinstance(track, SupportedRail):
-        reach = reach_of(track, stored.method_of(data), plane.extent)
-    if (modes is None) != (reach is None):
+    if (modes is None) == (FLEXIBLE_TRACK in scenario.needs):
         raise InputError("", "task_parts", "another track than the scenario's", UNDAMAGED)
     units = table(data, "units", 3)
     check("units", units[1:], units[1:] > 0.0, "positive numbers")
     lowered = LoweredOnRails(
-        task, plane, modes, reach, float(units[0]), np.array([one.weight for one in plane.wheelsets]),
+        task, plane, modes, float(units[0]), np.array([one.weight for one in plane.wheelsets]),
         float(units[1]), stored.notes(data), float(units[2]),
     )  # fmt: skip
     return lowered, _march_of(data, task)

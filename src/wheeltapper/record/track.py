@@ -29,6 +29,8 @@ FloatArray = NDArray[np.float64]
 RAIL = ("rail_displacement", "rail_acceleration", "rail_strain", "rail_shear")
 SEAT = ("sleeper_displacement", "sleeper_acceleration", "pad_force", "ballast_force")
 PLACES = 'positions in m, or as "600 mm"'
+BESIDE = 5e-4
+"""Distance over which what the modes miss is differenced along the rail, m."""
 CHUNK = 2048
 """Times that are read at once."""
 
@@ -46,6 +48,8 @@ class _Place(NamedTuple):
         What amplitudes, and what their rates give, (3, modes) each.
     rest
         What the modes miss of the static field of unit forces at positions, (positions, 3).
+    lags
+        What the rates of these add to them, s.
     """
 
     x: float
@@ -53,6 +57,7 @@ class _Place(NamedTuple):
     rows: ComplexArray
     rate_rows: ComplexArray
     rest: Any
+    lags: FloatArray
 
 
 def track(
@@ -100,7 +105,7 @@ def _rail_place(section: Section, foot: float, modes: TrackModes, x: float) -> _
     at_rest, moving = (np.stack(rail_rows(one, foot, modes, x)) for one in (_undamped(section), section))
     return _Place(
         x, place_of(modes.ring, x).bay, at_rest, (moving - at_rest) / modes.ring.rates,
-        lambda where: static_rest(section, foot, modes, x, where),
+        lambda where: static_rest(section, foot, modes, x, where), np.array([0.0, 0.0, section.loss]),
     )  # fmt: skip
 
 
@@ -109,6 +114,7 @@ def _seat_place(section: Section, modes: TrackModes, number: int) -> _Place:
     return _Place(
         number * section.spacing, number, at_rest, (moving - at_rest) / modes.ring.rates,
         lambda where: seat_rest(section, modes, number, where),
+        np.array([0.0, section.pad_damping / section.pad, section.ballast_damping / max(section.ballast, 1e-300)]),
     )  # fmt: skip
 
 
@@ -121,18 +127,37 @@ def _readings(record: Record, lowered: LoweredOnRails, places: list[_Place], tim
     """Return displacement, acceleration and two more readings, (times, places, 4); NaN beyond half the ring."""
     assert lowered.modes is not None
     ring = lowered.modes.ring
-    found = run.modes_of_track(record._march, times)
-    forces = run.replay_rails(record._march, times).force
-    wheels = np.add.outer(record.scenario.speed * times, [one.position for one in lowered.program.system.contacts])
+    found, shown = run.modes_of_track(record._march, times), run.replay_rails(record._march, times)
+    speed = float(record.scenario.speed)
+    wheels = np.add.outer(speed * times, [one.position for one in lowered.program.system.contacts])
     rates = ring.rates * found.amplitudes + found.forced
+    speeding = ring.rates * rates + found.forced_rate
     out = np.empty((len(times), len(places), 4))
     for i, place in enumerate(places):
         turn = ring.weights * ring.turns ** (place.bay - found.bay)[:, None]
         read = np.real((turn * found.amplitudes) @ place.rows.T + (turn * rates) @ place.rate_rows.T)
-        for wheel, force in zip(wheels.T, forces.T, strict=True):
-            read += place.rest(wheel) * force[:, None]
+        accelerated = np.real((turn * speeding) @ place.rows[0])
+        for wheel in range(wheels.shape[1]):
+            force = shown.force[:, wheel], shown.force_rate[:, wheel], shown.force_bend[:, wheel]
+            missed, missed_rate, missed_bend = _missed(place, wheels[:, wheel], speed, force)
+            read += missed + place.lags * missed_rate
+            accelerated += missed_bend
         out[:, i, 0] = -read[:, 0]
-        out[:, i, 1] = -np.real((turn * rates) @ (ring.rates * place.rows[0]))
+        out[:, i, 1] = -accelerated
         out[:, i, 2:] = read[:, 1:]
         out[(np.abs(wheels - place.x) > 0.5 * ring.bays * ring.spacing).any(axis=1), i] = np.nan
     return out
+
+
+def _missed(
+    place: _Place, wheel: FloatArray, speed: float, force: tuple[FloatArray, FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what the modes miss under a wheel on its way, its rate, (times, 3) both, and its displacement's bend.
+
+    `force` is the wheel's, with its two derivatives.
+    """
+    behind, here, ahead = (place.rest(wheel + shift) for shift in (-BESIDE, 0.0, BESIDE))
+    slope, bend = (ahead - behind) / (2.0 * BESIDE), (ahead - 2.0 * here + behind)[:, 0] / BESIDE**2
+    N, rate, turning = (one[:, None] for one in force)
+    accelerated = speed**2 * bend * N[:, 0] + 2.0 * speed * slope[:, 0] * rate[:, 0] + here[:, 0] * turning[:, 0]
+    return here * N, speed * slope * N + here * rate, accelerated

@@ -136,10 +136,12 @@ def _wheel_variables(scenario: Scenario, rows: dict[str, FloatArray]) -> dict[st
     }
 
 
-def _integrate(scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch) -> tuple[FloatArray, xr.Dataset]:
+def _integrate(
+    scenario: Scenario, lowered: LoweredWagon, march: MultibodyMarch
+) -> tuple[FloatArray, Callable[[], xr.Dataset]]:
     works = wagon_energy.works(lowered, march, scenario)
     impulses = works[1][:, _contacts(scenario, lowered).lanes]
-    return impulses, wagon_energy.balance(lowered, march, works, scenario)
+    return impulses, lambda: wagon_energy.balance(lowered, march, works, scenario)
 
 
 def _tables(lowered: LoweredWagon, march: MultibodyMarch) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -70,9 +70,9 @@ def _sample(scenario: Scenario, lowered: Lowered, march: March, times: FloatArra
     return out
 
 
-def _integrate(scenario: Scenario, lowered: Lowered, march: March) -> tuple[FloatArray, xr.Dataset]:
+def _integrate(scenario: Scenario, lowered: Lowered, march: March) -> tuple[FloatArray, Callable[[], xr.Dataset]]:
     found = energy.integrate(lowered, march)
-    return found.impulse[:, None] * lowered.force * lowered.time, energy.balance(lowered, found)
+    return found.impulse[:, None] * lowered.force * lowered.time, lambda: energy.balance(lowered, found)
 
 
 def _tables(lowered: Lowered, march: March) -> tuple[dict[str, Any], dict[str, Any]]:

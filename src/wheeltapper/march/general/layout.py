@@ -4,8 +4,8 @@ from __future__ import annotations
 
 # A contact's state. Times are parts of the macro step, counted from its start: of the last impact, and of the loss that
 # is foreseen. BEGAN: the indentation, plus the residual's, at the step's start. SMOOTH: the last step was smooth.
-FREE_NOW, IMPACT_AT, LOSS_AT, PIECE_NOW, SHIFT_NOW, BEGAN, SMOOTH, STARTED = range(8)
-STATE_COLUMNS = 8
+FREE_NOW, IMPACT_AT, LOSS_AT, PIECE_NOW, SHIFT_NOW, BEGAN, SMOOTH = range(7)
+STATE_COLUMNS = 7
 
 # Of a contact's table of pieces: its first row, the one behind its last, the piece it goes on with, and how that joins.
 TABLE_BEGIN, TABLE_END, TABLE_LOOP, TABLE_JOIN = range(4)

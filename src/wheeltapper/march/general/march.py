@@ -17,10 +17,10 @@ from wheeltapper.march.general.paths import height_and_slope, heights
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
 from wheeltapper.march.general.stepping import MODES_EVERY, march_kernel
 from wheeltapper.march.general.structure import ComplexArray, Ring
-from wheeltapper.march.general.tables import SAME_PHASE, Grid, Units, build
+from wheeltapper.march.general.tables import SAME_PHASE, Grid, Units, build, compliance_at, shapes_at
 from wheeltapper.march.kernel import is_compiled
 from wheeltapper.march.program import FloatArray, IntArray
-from wheeltapper.march.telling import Tell, report_nothing
+from wheeltapper.march.telling import GENERAL_CHUNK, Tell, report_nothing
 
 
 class Start(NamedTuple):
@@ -247,20 +247,6 @@ def bays_of(ring: Ring, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     return bays, np.maximum(x - bays * ring.spacing, 0.0)
 
 
-def shapes_at(ring: Ring, shapes: ComplexArray, inside: FloatArray) -> ComplexArray:
-    """Return shapes at places in a bay, from 0 to the spacing: (places, modes)."""
-    element = np.clip(np.searchsorted(ring.edges, inside, side="right") - 1, 0, len(ring.edges) - 2)
-    left, right = ring.edges[element], ring.edges[element + 1]
-    zeta = (2.0 * inside - left - right) / (right - left)
-    powers = zeta[:, None] ** np.arange(shapes.shape[1])
-    return np.asarray(np.einsum("xp,xpn->xn", powers, shapes[element]))
-
-
-def compliance_at(ring: Ring, inside: FloatArray) -> FloatArray:
-    """Return the local compliance at places in a bay, m/N."""
-    return np.asarray(shapes_at(ring, ring.residual[:, :, None].astype(complex), inside)[:, 0].real)
-
-
 def equilibrium(system: System, data: Data, static: FloatArray, units: Units) -> Start:
     """Return the joint static state of all contacts and the track, the bodies' springs unstretched."""
     freedoms = len(system.bodies.mass)
@@ -332,10 +318,6 @@ def _order(ring: Ring | None) -> IntArray:
     return np.argsort(np.abs(ring.rates), kind="stable") if ring is not None else np.zeros(0, np.int64)
 
 
-MACRO_CHUNK = 4096
-"""Macro steps for which room is made at once."""
-
-
 def _logs(prepared: Prepared, steps: int) -> Logs:
     contacts, q = len(prepared.data.starts), prepared.method.nodes
     margin = contacts * (layout.MOST_PARTS + 2)
@@ -387,12 +369,13 @@ def run(prepared: Prepared, duration: float, tell: Tell = report_nothing) -> Fou
     done, status = 0, numbers.RUNNING
     kept: list[Logs] = []
     while done < total and status in (numbers.RUNNING, numbers.FULL):
-        logs = _logs(prepared, min(MACRO_CHUNK, total - done))
-        until = min(total, done + MACRO_CHUNK)
+        logs = _logs(prepared, min(GENERAL_CHUNK, total - done))
+        until = min(total, done + GENERAL_CHUNK)
         status = march_kernel(done, until, prepared.tables, prepared.data, motion, stage, logs, room)
         kept.append(_used(logs, done))
         done = int(logs.used[layout.LOGGED_STEPS])
-        if tell(done * prepared.grid.seconds):
+        if tell(done * prepared.grid.seconds) and done < total:
+            status = numbers.FULL
             break
     return _found(prepared, numbers.DONE if done >= total else int(status), done, duration, _joined(kept))
 

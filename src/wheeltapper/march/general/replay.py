@@ -23,7 +23,7 @@ from wheeltapper.march.general.march import Found, Prepared
 from wheeltapper.march.general.records import Motion, Stage
 from wheeltapper.march.general.stepping import MODES_EVERY, write_kernel
 from wheeltapper.march.general.structure import ComplexArray
-from wheeltapper.march.general.tables import exponential, states_of
+from wheeltapper.march.general.tables import exponentials, states_of
 from wheeltapper.march.program import FloatArray, IntArray
 
 AT_ONCE = 8192
@@ -35,13 +35,17 @@ class Replayed(NamedTuple):
 
     Attributes
     ----------
-    force, indentation, rail, path
-        Of the contacts, (times, contacts); the rail's deflection at the contact.
+    force, force_rate, force_bend
+        Of the contacts, and its two derivatives, (times, contacts): N, N/s, N/s².
+    indentation, rail, path
+        Of the contacts too; the rail's deflection at the contact.
     displacement, velocity, acceleration
         Of the bodies' freedoms, (times, freedoms).
     """
 
     force: FloatArray
+    force_rate: FloatArray
+    force_bend: FloatArray
     indentation: FloatArray
     rail: FloatArray
     path: FloatArray
@@ -50,7 +54,7 @@ class Replayed(NamedTuple):
     acceleration: FloatArray
 
 
-class _Rows(NamedTuple):
+class Rows(NamedTuple):
     """The logged parts of one contact, one after the other.
 
     Attributes
@@ -76,10 +80,10 @@ class _Rows(NamedTuple):
     total: FloatArray
 
 
-def _rows_until(found: Found, contact: int, end: float) -> _Rows:
+def rows_until(found: Found, contact: int, end: float) -> Rows:
     """Return the logged parts of a contact up to a time, s; the last one is cut there."""
-    whole, stop = _rows_of(found, contact), end / found.prepared.grid.seconds
-    held = _Rows(*(part[: int(np.searchsorted(whole.starts, stop))].copy() for part in whole))
+    whole, stop = rows_of(found, contact), end / found.prepared.grid.seconds
+    held = Rows(*(part[: int(np.searchsorted(whole.starts, stop))].copy() for part in whole))
     row, last = held.rows[-1], len(held.rows) - 1
     at, count = stop - row[layout.ROW_STEP], int(row[layout.ROW_NODES])
     if at >= row[layout.ROW_TO]:
@@ -97,7 +101,8 @@ def _rows_until(found: Found, contact: int, end: float) -> _Rows:
     return held
 
 
-def _rows_of(found: Found, contact: int) -> _Rows:
+def rows_of(found: Found, contact: int) -> Rows:
+    """Return the logged parts of a contact."""
     q = found.prepared.method.nodes
     rows = found.logs.rows[found.logs.rows[:, layout.ROW_CONTACT] == contact]
     counts = rows[:, layout.ROW_NODES].astype(int)
@@ -113,7 +118,7 @@ def _rows_of(found: Found, contact: int) -> _Rows:
     steps = rows[:, layout.ROW_STEP]
     summed = np.cumsum(total, axis=0) - total
     first = np.searchsorted(steps, steps)
-    return _Rows(rows, steps + rows[:, layout.ROW_FROM], theta, pace, force, summed - summed[first], total)
+    return Rows(rows, steps + rows[:, layout.ROW_FROM], theta, pace, force, summed - summed[first], total)
 
 
 def _mapped(rows: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -135,32 +140,56 @@ def _mapped(rows: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArra
 
 
 class _At(NamedTuple):
-    """Samples of one contact: its forces and its moments there."""
+    """Samples of one contact: its force, what that becomes by θ, and by θ again, and its moments there."""
 
     force: FloatArray
+    rate: FloatArray
+    bend: FloatArray
     moments: FloatArray
 
 
-def _sampled(rows: _Rows, step: IntArray, theta: FloatArray) -> _At:
+STILL = 1e-6
+"""dθ/dσ, in macro steps, below which a sample is at an impact or a loss, where the force begins with no slope."""
+
+
+def _sampled(rows: Rows, step: IntArray, theta: FloatArray) -> _At:
     q = rows.total.shape[1]
     index = np.searchsorted(rows.starts, step + theta, side="right") - 1
     index = np.clip(index, np.searchsorted(rows.starts, step), np.searchsorted(rows.starts, step + 1.0) - 1)
     sigma = np.zeros(len(theta))
     sigmas_of(theta, index, rows.rows, sigma)
     sigma = np.clip(sigma, 0.0, 1.0)
-    force, moments = np.zeros(len(theta)), rows.before[index]
+    (force, rate, bend), moments = np.zeros((3, len(theta))), rows.before[index]
     counts = rows.rows[index, layout.ROW_NODES].astype(int)
     for count in np.unique(counts[counts > 1]):
         some, nodes = np.flatnonzero(counts == count), gauss_nodes(int(count))
         own, z = index[some], 2.0 * sigma[some] - 1.0
         values = np.asarray(legendre.legvander(z, count), dtype=float)
         coefficients = rows.force[own, :count] @ nodes.transform.T
-        force[some] = (coefficients * values[:, :count]).sum(axis=1)
+        by_sigma = _derivatives(int(count))
+        force[some], slope, curve = (
+            (coefficients @ np.linalg.matrix_power(by_sigma, order) * values[:, :count]).sum(axis=1)
+            for order in range(3)
+        )
+        pace, turn = _pace_at(rows.rows[own], sigma[some])
+        moves = np.abs(pace) > STILL
+        rate[some[moves]] = slope[moves] / pace[moves]
+        bend[some[moves]] = (curve[moves] - rate[some[moves]] * turn[moves]) / pace[moves] ** 2
         powers = np.asarray(legendre.legvander(2.0 * rows.theta[own, :count] - 1.0, q - 1), dtype=float)
         rates = (rows.pace[own, :count] * rows.force[own, :count])[:, :, None] * powers  # (samples, nodes, q)
         changes = np.einsum("jk,skm->sjm", nodes.transform, rates)
         moments[some] += np.einsum("sj,sjm->sm", _integrated(values), changes)
-    return _At(np.maximum(force, 0.0), moments)
+    return _At(np.maximum(force, 0.0), rate, bend, moments)
+
+
+def _pace_at(rows: FloatArray, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return dθ/dσ and d²θ/dσ² at one σ of each row."""
+    how, span = rows[:, layout.ROW_MAP], rows[:, layout.ROW_SPAN]
+    width = rows[:, layout.ROW_S1] - rows[:, layout.ROW_S0]
+    s = rows[:, layout.ROW_S0] + width * sigma
+    kinds = [how == EVENLY, how == AFTER_IMPACT, how == BEFORE_LOSS]
+    turn = np.select(kinds, [0.0 * s, 2.0 + 0.0 * s, -2.0 + 0.0 * s], 6.0 * span * (1.0 - 2.0 * s)) * width**2
+    return _mapped(rows, sigma[:, None])[1][:, 0], turn
 
 
 def _integrated(values: FloatArray) -> FloatArray:
@@ -182,9 +211,9 @@ def _places(found: Found, times: FloatArray) -> tuple[IntArray, FloatArray]:
 def replay(found: Found, times: FloatArray) -> Replayed:
     """Return everything but the modes at some times, s."""
     contacts, freedoms = len(found.prepared.system.contacts), len(found.prepared.system.bodies.mass)
-    widths = (contacts,) * 4 + (freedoms,) * 3
+    widths = (contacts,) * 6 + (freedoms,) * 3
     out = Replayed(*(np.empty((len(times), width)) for width in widths))
-    logged = [_rows_of(found, contact) for contact in range(contacts)]
+    logged = [rows_of(found, contact) for contact in range(contacts)]
     for first in range(0, len(times), AT_ONCE):
         chunk = slice(first, first + AT_ONCE)
         for whole, part in zip(out, _replayed(found, logged, times[chunk]), strict=True):
@@ -192,7 +221,7 @@ def replay(found: Found, times: FloatArray) -> Replayed:
     return out
 
 
-def _replayed(found: Found, logged: list[_Rows], times: FloatArray) -> tuple[FloatArray, ...]:
+def _replayed(found: Found, logged: list[Rows], times: FloatArray) -> tuple[FloatArray, ...]:
     prepared = found.prepared
     system, units, tables = prepared.system, prepared.units, prepared.tables
     step, theta = _places(found, times)
@@ -215,18 +244,9 @@ def _replayed(found: Found, logged: list[_Rows], times: FloatArray) -> tuple[Flo
         rail[:, i] = down[:, i] + height - indentation[:, i]
     rates = states_of(system.bodies)
     acceleration = (states @ rates.A.T - force @ rates.B.T)[:, freedoms:-1]
-    return force, indentation, rail, path, states[:, :freedoms], states[:, freedoms:-1], acceleration
-
-
-def path_heights(contact: Contact, x: FloatArray) -> FloatArray:
-    """Return the height of a contact's path, m, at places of its own table."""
-    rows, from_centre = _pieces_at(contact, x)
-    xi = from_centre / rows[:, contract.SCALE]
-    out = np.zeros_like(x)
-    for k in range(contract.TERMS - 1, -1, -1):
-        out = out * xi + np.where(k <= rows[:, contract.DEGREE], rows[:, contract.COEFFICIENT + k], 0.0)
-    wave = rows[:, contract.WAVENUMBER] * from_centre
-    return np.asarray(out + rows[:, contract.SINE] * np.sin(wave) + rows[:, contract.COSINE] * np.cos(wave))
+    by_time = units.force / prepared.grid.seconds
+    rate, bend = np.stack([[one.rate, one.bend / prepared.grid.seconds] for one in at], axis=2) * by_time
+    return force, rate, bend, indentation, rail, path, states[:, :freedoms], states[:, freedoms:-1], acceleration
 
 
 def _body_states(found: Found, step: IntArray, theta: FloatArray, at: list[_At]) -> FloatArray:
@@ -234,25 +254,12 @@ def _body_states(found: Found, step: IntArray, theta: FloatArray, at: list[_At])
     prepared = found.prepared
     seconds, nodes = prepared.grid.seconds, gauss_nodes(prepared.method.nodes)
     states = states_of(prepared.system.bodies)
-    back = np.stack([exponential(states.A * (-place * seconds)) @ states.B for place in nodes.places])
+    back = exponentials(states.A * seconds, -nodes.places) @ states.B
     answers = np.tensordot(nodes.transform, back, (1, 0)) * (-seconds * prepared.units.force)  # (q, states, contacts)
     held = found.logs.bodies[step].copy()
     for i, one in enumerate(at):
         held += one.moments @ answers[:, :, i]
-    return np.einsum("tij,tj->ti", _exponentials(states.A * seconds, theta), held)
-
-
-def _exponentials(matrix: FloatArray, theta: FloatArray) -> FloatArray:
-    """Return exp(θ·matrix), (times, states, states), for θ from 0 to 1."""
-    squarings = max(0, int(np.ceil(np.log2(max(np.abs(matrix).sum(axis=1).max(), 1e-300)))) + 2)
-    scaled = theta[:, None, None] * matrix / 2.0**squarings
-    term = total = np.broadcast_to(np.eye(len(matrix)), scaled.shape)
-    for k in range(1, 16):
-        term = term @ scaled / k
-        total = total + term
-    for _ in range(squarings):
-        total = total @ total
-    return np.asarray(total)
+    return np.einsum("tij,tj->ti", exponentials(states.A * seconds, theta), held)
 
 
 # -- the track --------------------------------------------------------------------------------------------------------
@@ -263,14 +270,16 @@ class Modes(NamedTuple):
 
     Attributes
     ----------
-    amplitudes, forced
-        (times, modes): a, and Ψ·N summed over the contacts, as a port sees them that lies in `bay`; a' = λ·a + forced.
+    amplitudes, forced, forced_rate
+        (times, modes): a, Ψ·N summed over the contacts, and its derivative, as a port sees them that lies in `bay`;
+        a' = λ·a + forced.
     bay
         Number of the bay from which they are seen, (times,).
     """
 
     amplitudes: ComplexArray
     forced: ComplexArray
+    forced_rate: ComplexArray
     bay: IntArray
 
 
@@ -284,29 +293,44 @@ def modes(found: Found, times: FloatArray) -> Modes:
     order = np.argsort(np.abs(ring.rates), kind="stable")
     rates, seconds = ring.rates[order], prepared.grid.seconds
     phases = tables.reads.shape[1]
-    at = [_sampled(_rows_of(found, i), step, theta) for i in range(len(prepared.system.contacts))]
+    at = [_sampled(rows_of(found, i), step, theta) for i in range(len(prepared.system.contacts))]
     decay = tables.decay[RE] + 1j * tables.decay[IM]
     values = legendre.legvander(2.0 * theta - 1.0, prepared.method.nodes - 1)
-    amplitudes, forced = np.empty((2, len(times), len(rates)), dtype=complex)
+    steep = _legendre_slopes(theta, prepared.method.nodes)
+    amplitudes, forced, forced_rate = np.empty((3, len(times), len(rates)), dtype=complex)
     starts = _mode_starts(found, np.unique(step))
     for one, begins in starts.items():
         some = np.flatnonzero(step == one)
         held = np.broadcast_to(begins, (len(some), len(rates))).copy()
-        pressed = np.zeros_like(held)
+        pressed, changing = np.zeros_like(held), np.zeros_like(held)
         grown = np.exp(np.multiply.outer(theta[some] * seconds, rates))
         for i, sample in enumerate(at):
             rows = tables.writes[tables.sets[i], (tables.phase[i] + one) % phases]
             turn = tables.turns[_bays_ahead(found, one, i)]
             takes = (rows[:, RE] + 1j * rows[:, IM]) / decay * (turn[RE] - 1j * turn[IM])  # (q, modes)
             held += sample.moments[some] @ takes
-            pressed += (values[some] * sample.force[some, None]) @ takes / seconds * grown
+            here = values[some] * sample.force[some, None]
+            pressed += here @ takes / seconds
+            there = steep[some] * sample.force[some, None] + values[some] * sample.rate[some, None]
+            changing += there @ takes / seconds**2
         amplitudes[some] = held * grown
-        forced[some] = pressed
+        forced[some] = pressed * grown
+        forced_rate[some] = (changing + rates * pressed) * grown
     back = np.argsort(order)
     bay = tables.bay[0] + (tables.phase[0] + step) // phases
     if prepared.grid.stride == 0.0:
         bay = np.full_like(step, tables.bay[0])
-    return Modes(amplitudes[:, back], forced[:, back], bay)
+    return Modes(amplitudes[:, back], forced[:, back], forced_rate[:, back], bay)
+
+
+def _legendre_slopes(theta: FloatArray, count: int) -> FloatArray:
+    """Return the derivatives of P_l(2θ - 1) by θ, (times, count)."""
+    return np.asarray(legendre.legvander(2.0 * theta - 1.0, count - 1) @ _derivatives(count).T)
+
+
+def _derivatives(count: int) -> FloatArray:
+    """Return the coefficients of the derivatives of P_l(2θ - 1) by θ, (l, degree)."""
+    return 2.0 * np.stack([np.append(legendre.legder(one), 0.0)[:count] for one in np.eye(count)])
 
 
 def _bays_ahead(found: Found, step: int, contact: int) -> int:
@@ -347,101 +371,18 @@ def _motion_of(modes_then: FloatArray, prepared: Prepared, contacts: int) -> Mot
     return Motion(modes_then.copy(), np.zeros(states), np.zeros((contacts, 1)), one, one, one)
 
 
-# -- sums over the logged parts ---------------------------------------------------------------------------------------
+# -- the path ---------------------------------------------------------------------------------------------------------
 
 
-def impulses(found: Found, contact: int, begins: FloatArray, end: float) -> FloatArray:
-    """Return the impulse of a contact between each of some times and the next, the last up to an end, N s."""
-    rows, seconds = _rows_until(found, contact, end), found.prepared.grid.seconds
-    total = np.append(0.0, np.cumsum(rows.total[:, 0])) * seconds * found.prepared.units.force
-    first = np.searchsorted(rows.starts, begins / seconds - 1e-9)
-    return np.diff(total[np.append(first, len(rows.rows))])
-
-
-def deepest(found: Found) -> float:
-    """Return the largest indentation at the nodes of any contact, m."""
-    largest = 0.0
-    for contact in range(len(found.prepared.system.contacts)):
-        rows = _rows_of(found, contact)
-        there = rows.force > 0.0
-        if there.any():
-            steps = np.broadcast_to(rows.rows[:, [layout.ROW_STEP]], there.shape)[there]
-            times = np.unique((steps + rows.theta[there]) * found.prepared.grid.seconds)
-            largest = max(largest, float(replay(found, times).indentation[:, contact].max()))
-    return largest
-
-
-class Works(NamedTuple):
-    """Works and energies of a march, J.
-
-    Attributes
-    ----------
-    contact
-        What the contacts took, ∫ N·δ' dt.
-    path
-        What the paths gave, ∫ N·y' dt.
-    bodies
-        What the contacts took from the bodies, ∫ N·shapes'·v dt.
-    dissipated
-        In the bodies' dampers.
-    ends
-        Kinetic energy, and energy of the springs, of the bodies at the start and at the end: (2, 2).
-    load
-        Work of the loads.
-    """
-
-    contact: FloatArray
-    path: FloatArray
-    bodies: FloatArray
-    dissipated: float
-    ends: FloatArray
-    load: float
-
-
-def works(found: Found, end: float) -> Works:
-    """Return works and energies from the start up to a time, s; those of the contacts each on its own."""
-    prepared = found.prepared
-    system, seconds = prepared.system, prepared.grid.seconds
-    contacts = len(system.contacts)
-    contact, path, bodies = np.zeros((3, contacts))
-    for i in range(contacts):
-        rows = _rows_until(found, i, end)
-        counts = rows.rows[:, layout.ROW_NODES].astype(int)
-        for count in np.unique(counts[counts > 1]).tolist():
-            some, nodes = counts == count, gauss_nodes(count)
-            steps = rows.rows[some][:, [layout.ROW_STEP]]
-            theta = np.column_stack([rows.rows[some][:, layout.ROW_FROM], rows.theta[some, :count]])
-            times = (steps + theta) * seconds
-            order = np.argsort(times.ravel(), kind="stable")
-            held = replay(found, times.ravel()[order])
-            back = np.argsort(order, kind="stable")
-            delta = held.indentation[back, i].reshape(times.shape)
-            moving = (held.velocity @ system.bodies.shapes)[back, i].reshape(times.shape)[:, 1:]
-            counted = nodes.weights * rows.force[some, :count] * prepared.units.force
-            lasting = counted * rows.pace[some, :count] * seconds
-            contact[i] += (counted * (delta @ nodes.slopes.T)).sum()
-            along = system.contacts[i].start + system.speed * times[:, 1:]
-            path[i] += (lasting * system.speed * path_slopes(system.contacts[i], along)).sum()
-            bodies[i] += (lasting * moving).sum()
-    return Works(contact, path, bodies, *_of_bodies(found, end))
-
-
-def _of_bodies(found: Found, end: float) -> tuple[float, FloatArray, float]:
-    """Return what the bodies' dampers took, energies at both ends, and the loads' work."""
-    bodies, seconds = found.prepared.system.bodies, found.prepared.grid.seconds
-    rows = found.logs.rows
-    edges = np.unique(np.append(rows[:, layout.ROW_STEP] + rows[:, layout.ROW_FROM], end / seconds))
-    edges = edges[edges <= end / seconds] * seconds
-    nodes = gauss_nodes(found.prepared.method.nodes)
-    times = (edges[:-1, None] + np.diff(edges)[:, None] * nodes.places).ravel()
-    velocity = replay(found, times).velocity
-    powers = np.einsum("ti,ij,tj->t", velocity, bodies.damping, velocity)
-    lost = float(powers @ (np.diff(edges)[:, None] * nodes.weights).ravel())
-    at = replay(found, np.array([0.0, end]))
-    kinetic = 0.5 * np.einsum("ti,ij,tj->t", at.velocity, bodies.mass, at.velocity)
-    springs = 0.5 * np.einsum("ti,ij,tj->t", at.displacement, bodies.stiffness, at.displacement)
-    load = float((at.displacement[1] - at.displacement[0]) @ bodies.load)
-    return lost, np.column_stack([kinetic, springs]), load
+def path_heights(contact: Contact, x: FloatArray) -> FloatArray:
+    """Return the height of a contact's path, m, at places of its own table."""
+    rows, from_centre = _pieces_at(contact, x)
+    xi = from_centre / rows[:, contract.SCALE]
+    out = np.zeros_like(x)
+    for k in range(contract.TERMS - 1, -1, -1):
+        out = out * xi + np.where(k <= rows[:, contract.DEGREE], rows[:, contract.COEFFICIENT + k], 0.0)
+    wave = rows[:, contract.WAVENUMBER] * from_centre
+    return np.asarray(out + rows[:, contract.SINE] * np.sin(wave) + rows[:, contract.COSINE] * np.cos(wave))
 
 
 def path_slopes(contact: Contact, x: FloatArray) -> FloatArray:

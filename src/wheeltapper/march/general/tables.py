@@ -101,12 +101,12 @@ def slowest_modes(rates: ComplexArray, seconds: float, q: int, negligible: float
     return np.array([np.argmax(row > negligible) if (row > negligible).any() else len(x) for row in sizes], np.int64)
 
 
-def exponential(matrix: FloatArray) -> FloatArray:
-    """Return the exponential of a small matrix, by scaling and squaring."""
-    size = np.abs(matrix).sum(axis=1).max() if matrix.size else 0.0
+def exponentials(matrix: FloatArray, factors: FloatArray) -> FloatArray:
+    """Return the exponentials of a small matrix times each factor, (factors, n, n), by scaling and squaring."""
+    size = np.abs(matrix).sum(axis=1).max(initial=0.0) * np.abs(factors).max(initial=0.0)
     squarings = max(0, ceil(np.log2(max(size, 1e-300))) + 3)
-    scaled = matrix / 2.0**squarings
-    term = total = np.eye(len(matrix))
+    scaled = factors[:, None, None] * matrix / 2.0**squarings
+    term = total = np.broadcast_to(np.eye(len(matrix)), scaled.shape)
     for k in range(1, 20):
         term = term @ scaled / k
         total = total + term
@@ -139,17 +139,22 @@ def states_of(bodies: Bodies) -> States:
     return States(A, B, S)
 
 
-def _at_places(shapes: ComplexArray, edges: FloatArray, x: FloatArray) -> ComplexArray:
-    """Return shapes at places in a bay: (places, modes)."""
-    element = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
-    left, right = edges[element], edges[element + 1]
-    zeta = (2.0 * x - left - right) / (right - left)
-    out = np.empty((len(x), shapes.shape[2]), dtype=complex)
+def shapes_at(ring: Ring, shapes: ComplexArray, inside: FloatArray) -> ComplexArray:
+    """Return shapes at places in a bay, from 0 to the spacing: (places, modes)."""
+    element = np.clip(np.searchsorted(ring.edges, inside, side="right") - 1, 0, len(ring.edges) - 2)
+    left, right = ring.edges[element], ring.edges[element + 1]
+    zeta = (2.0 * inside - left - right) / (right - left)
+    out = np.empty((len(inside), shapes.shape[2]), dtype=complex)
     powers = zeta[:, None] ** np.arange(shapes.shape[1])
-    for number in range(len(edges) - 1):
+    for number in range(len(ring.edges) - 1):
         there = element == number
         out[there] = powers[there] @ shapes[number]
     return out
+
+
+def compliance_at(ring: Ring, inside: FloatArray) -> FloatArray:
+    """Return the local compliance at places in a bay, m/N."""
+    return np.asarray(shapes_at(ring, ring.residual[:, :, None].astype(complex), inside)[:, 0].real)
 
 
 def _split(values: ComplexArray, sign: float) -> FloatArray:
@@ -172,14 +177,14 @@ def _ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: No
     x = np.where(over, along - ring.spacing, along).ravel()
     growth = np.exp(np.multiply.outer(nodes.places * grid.seconds, ring.rates[order]))
     shape = (grid.phases, q, len(order))
-    shows = _at_places(ring.deflection[:, :, order], ring.edges, x).reshape(shape)
-    takes = _at_places(ring.drive[:, :, order], ring.edges, x).reshape(shape)
+    shows = shapes_at(ring, ring.deflection[:, :, order], x).reshape(shape)
+    takes = shapes_at(ring, ring.drive[:, :, order], x).reshape(shape)
     if over.any():
         shows[over] *= ring.turns[order]
         takes[over] *= ring.turns[order].conj()
     shows *= ring.weights[order] * growth
     takes *= grid.seconds / growth
-    residual = _at_places(ring.residual[:, :, None].astype(complex), ring.edges, x).real.reshape(grid.phases, q)
+    residual = compliance_at(ring, x).reshape(grid.phases, q)
     return _RingTables(shows, takes, residual)
 
 
@@ -193,14 +198,6 @@ def _sets(ring: Ring, order: IntArray, grid: Grid, nodes: Nodes) -> list[_RingTa
         turn = np.exp(1j * np.angle(ring.turns[order]) * (bay - grid.whole[0]))
         made.append(_RingTables(one.shows * turn, one.takes / turn, one.residual))
     return made
-
-
-def driven_nodes(ring: Ring, order: IntArray, grid: Grid, nodes: Nodes) -> list[ComplexArray]:
-    """Return for each set of tables what a force at each node gives the modes, (phases, q, modes), per N.
-
-    As seen from the macro step's start: exp(λt) times it is what is there at a later time.
-    """
-    return [one.takes for one in _sets(ring, order, grid, nodes)]
 
 
 def _parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
@@ -312,21 +309,21 @@ def _ring_kernels(
 
 def _body_kernels(states: States, grid: Grid, nodes: Nodes, g: FloatArray) -> None:
     """Add what bodies answer to forces at the nodes."""
-    places, q = nodes.places * grid.seconds, len(nodes.places)
-    for k in range(q):
-        for m in range(q):
-            answer = states.S @ exponential(states.A * (places[k] - places[m])) @ states.B
-            g[:, :, :, k, m] += grid.seconds * answer[:, :, None]
+    q = len(nodes.places)
+    later = np.subtract.outer(nodes.places, nodes.places).ravel()
+    answers = states.S @ exponentials(states.A * grid.seconds, later) @ states.B
+    g += grid.seconds * np.moveaxis(answers.reshape(q, q, *answers.shape[1:]), (0, 1), (2, 3))[:, :, None]
 
 
 def _body_tables(states: States, grid: Grid, nodes: Nodes, units: Units) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return what bodies show to contacts, what forces do to them, and one step of theirs."""
     seconds = grid.seconds
-    shown = np.stack([states.S @ exponential(states.A * (place * seconds)) for place in nodes.places])
-    taken = np.stack([exponential(states.A * ((1.0 - place) * seconds)) @ states.B for place in nodes.places])
+    over = states.A * seconds
+    shown = states.S @ exponentials(over, nodes.places)
+    taken = exponentials(over, 1.0 - nodes.places) @ states.B
     read = np.tensordot(nodes.transform, shown, (1, 0)) / units.length  # (q, contacts, states)
     write = np.tensordot(nodes.transform, taken, (1, 0)) * (-seconds * units.force)  # (q, states, contacts)
     return (
         np.ascontiguousarray(read.transpose(1, 0, 2)), np.ascontiguousarray(write.transpose(2, 0, 1)),
-        exponential(states.A * seconds),
+        exponentials(over, np.ones(1))[0],
     )  # fmt: skip

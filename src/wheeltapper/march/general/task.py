@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import march as general
 from wheeltapper.march.general.contract import Task
+from wheeltapper.march.general.integrals import impulses
 from wheeltapper.march.general.march import Found
-from wheeltapper.march.general.replay import impulses
 from wheeltapper.march.general.stepping import march_kernel
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.telling import Tell, report_nothing

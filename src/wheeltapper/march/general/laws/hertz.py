@@ -17,10 +17,3 @@ def hertz_force(delta: float, numbers: FloatArray) -> tuple[float, float]:
     root = sqrt(max(delta, 0.0))
     slope = numbers[HERTZ_CONSTANT] * root
     return slope * root * root, 1.5 * slope
-
-
-@inlined_kernel
-def hertz_energy(delta: float, numbers: FloatArray) -> float:
-    """Return the energy that is stored."""
-    root = sqrt(max(delta, 0.0))
-    return 0.4 * numbers[HERTZ_CONSTANT] * root * root * root * root * root

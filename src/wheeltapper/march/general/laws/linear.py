@@ -15,9 +15,3 @@ def linear_force(delta: float, numbers: FloatArray) -> tuple[float, float]:
     if delta <= 0.0:
         return 0.0, 0.0
     return numbers[LINEAR_STIFFNESS] * delta, numbers[LINEAR_STIFFNESS]
-
-
-@inlined_kernel
-def linear_energy(delta: float, numbers: FloatArray) -> float:
-    """Return the energy that is stored."""
-    return 0.5 * numbers[LINEAR_STIFFNESS] * max(delta, 0.0) ** 2
