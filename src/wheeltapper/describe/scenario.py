@@ -171,17 +171,13 @@ class Scenario(Noun):
         return tuple(self.irregularity)
 
     def check_extent(self, end: float | None = None) -> None:
-        """Refuse a run (to x = `end`, m, if given) beyond the end of its irregularities."""
+        """Refuse a run (to x = `end`, m, if given) in which an irregularity cannot be met as it is described."""
         end = float(self.speed * self.duration) if end is None else end
         for i, item in enumerate(self.irregularities):
-            missing = item.beyond_known(end)
-            if missing:
-                raise InputError(
-                    "",
-                    f"irregularity.{i}",
-                    missing,
-                    'a run within the samples, or what lies beyond them: beyond = "flat" or "repeat"',
-                )
+            try:
+                item.check_run(end)
+            except InputError as error:
+                raise error.within(f"irregularity.{i}") from None
 
     def replaced(self, changes: dict[str, Any]) -> Scenario:
         """Return a changed copy; keys are paths such as "vehicle.mass" or "irregularity.0.height"."""

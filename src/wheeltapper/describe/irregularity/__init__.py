@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from wheeltapper.describe.irregularity.course import harmonic as harmonic
     from wheeltapper.describe.irregularity.course import level as level
     from wheeltapper.describe.irregularity.flat import WheelFlat as WheelFlat
+    from wheeltapper.describe.irregularity.joint import DippedJoint as DippedJoint
     from wheeltapper.describe.irregularity.measured import Measured as Measured
     from wheeltapper.describe.irregularity.out_of_round import OutOfRound as OutOfRound
     from wheeltapper.describe.irregularity.profile import Profile as Profile

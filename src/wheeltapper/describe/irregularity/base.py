@@ -49,6 +49,11 @@ class Irregularity(Noun, abstract=True):
             )
         return self.model_copy(update={name: place + distance for name, place in places.items()})
 
-    def beyond_known(self, end: float) -> str | None:
-        """Return what is missing for a run to x = end (m), or None if nothing is."""
-        return None
+    def check_run(self, end: float) -> None:
+        """Refuse a run to x = end (m) in which this irregularity cannot be met as it is described.
+
+        Raises
+        ------
+        InputError
+            With what is missing.
+        """
