@@ -9,7 +9,7 @@ from wheeltapper.ground.lazily import lazily
 if TYPE_CHECKING:
     from wheeltapper.describe.sensor import Sensor as Sensor
     from wheeltapper.describe.site import Site as Site
-    from wheeltapper.diagnosis.alarms import read_rules as read_rules
+    from wheeltapper.record.limits.rule import read_rules as read_rules
     from wheeltapper.diagnosis.detection.hit_miss import hit_miss as hit_miss
     from wheeltapper.diagnosis.detection.roc import false_calls as false_calls
     from wheeltapper.diagnosis.detection.roc import roc as roc
@@ -55,7 +55,7 @@ _HOMES = {
     "imitation_map": "diagnosis.force.imitation_map",
     "information": "diagnosis.inference.information",
     "noise_threshold": "diagnosis.detection.signal_response",
-    "read_rules": "diagnosis.alarms",
+    "read_rules": "record.limits.rule",
     "reconstructed": "diagnosis.force.reconstruction",
     "roc": "diagnosis.detection.roc",
     "signal_response": "diagnosis.detection.signal_response",

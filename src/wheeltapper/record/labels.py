@@ -39,6 +39,7 @@ LABELS = {
     "lateral_force": ("N", "lateral force on the wheel, leftwards, of normal and creep forces together, per wheel"),
     "lateral_creep_force": ("N", "creep force on the tread leftwards, per wheel"),
     "flange_force": ("N", "normal contact force on the flange, per wheel"),
+    "vertical_force": ("N", "force of the rail on the wheel upwards, of tread and flange together, per wheel"),
     "spin_moment": ("N m", "creep moment on the tread about z, per wheel"),
     "longitudinal_creepage": ("", "slip of the tread forwards over speed"),
     "lateral_creepage": ("", "slip of the tread leftwards over speed"),

@@ -115,7 +115,8 @@ def _wheel_variables(scenario: Scenario, rows: dict[str, FloatArray]) -> dict[st
     along, across = (tread[name] * (normal > 0.0) * rolls for name in ("fx", "fy"))
     on_flange = flange["normal"] > 0.0
     flange_along, flange_across = (flange[name] * on_flange * rolls for name in ("fx", "fy"))
-    sideways = flange_across / steep - sides * flange["g"] * flange["normal"]
+    climb = sides * flange["g"]
+    sideways = flange_across / steep - climb * flange["normal"]
     with np.errstate(divide="ignore", invalid="ignore"):
         limit = normal * (1.0 if law is None else law.friction)
         used = np.where(normal > 0.0, np.hypot(along, across) / limit, 0.0)
@@ -125,6 +126,7 @@ def _wheel_variables(scenario: Scenario, rows: dict[str, FloatArray]) -> dict[st
         "lateral_force": across - sides * tread["g"] * normal + sideways,
         "lateral_creep_force": across,
         "flange_force": flange["normal"] * steep,
+        "vertical_force": normal + flange["normal"] + climb * flange_across / steep,
         "spin_moment": tread["mz"] * (normal > 0.0) * rolls,
         "longitudinal_creepage": tread["slip_x"] * rolls / speed,
         "lateral_creepage": tread["slip_y"] * rolls / speed,
