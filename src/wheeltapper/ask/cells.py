@@ -223,7 +223,7 @@ def others_of(many: LoweredCells, block: slice) -> Others:
             one = many.scenario.replaced({path: float(values[cell]) for path, values in changed.items()})
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", ModelWarning)  # the cells have said theirs
-                record = simulate(one, many.method, progress=False)
+                record = simulate(one, many.method, progress=False)  # type: ignore[call-overload]
             yield record.history(rate).normal_force.values
 
     return Others(

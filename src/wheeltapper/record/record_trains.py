@@ -67,7 +67,7 @@ def trains_of(record: Record, tally: bool) -> Trains:
             return (place - record._contacts.position) / float(record.scenario.speed)
 
     def force_histories(rate: float) -> Iterable[FloatArray]:
-        return record.history(rate).normal_force.values.reshape(-1, cells).T
+        return np.asarray(record.history(rate).normal_force.values.reshape(-1, cells).T)
 
     return Trains(marched, Units(one, one, one, static, one), missing_energy, growth, meets, force_histories)
 
