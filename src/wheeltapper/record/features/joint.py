@@ -15,7 +15,7 @@ def P1(position: float | str = 0.0) -> Feature:  # noqa: N802 - its name in the 
     """Return P1, the first maximum of the contact force after the wheel is at a joint, N.
 
     It is the force between the masses of wheel and rail, over by half a millisecond (Jenkins et al., Railway
-    Engineering Journal 3 (1974) 2-23). Nothing is filtered.
+    Engineering Journal 3 (1974)). Nothing is filtered.
 
     Parameters
     ----------
