@@ -20,7 +20,7 @@ from wheeltapper.diagnosis.finding import HEALTHY, KIP, NOT_EXPLAINED, Finding
 from wheeltapper.diagnosis.folder import undiagnosed_entry
 from wheeltapper.diagnosis.processes import Lost, in_processes
 from wheeltapper.ground.arguments import as_count, as_list, check_text
-from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.record.arguments import as_recordings
 from wheeltapper.record.limits.rule import Rule, Rules, as_rules
@@ -305,7 +305,7 @@ def diagnose_train(
     progress
         As for `wheeltapper.simulate`.
     """
-    site, asked, chosen = as_site(site), as_recordings(recordings), _checked_rules(rules, countries)
+    site, asked, chosen = as_site(site), as_recordings(recordings), as_rules(rules, countries)
     check_text(name, "name")
     check_text(date, "date")
     compared = None if faults is None else tuple(as_list(faults, "faults", "names of faults"))

@@ -17,6 +17,8 @@ WEAR_TITLE = "wheeltapper wear"
 RECEPTANCE_TITLE, STATIC_TITLE = "wheeltapper receptance", "wheeltapper static deflection"
 DECAY_TITLE, PINNED_TITLE = "wheeltapper decay rate", "wheeltapper pinned-pinned frequency"
 """Titles of what is asked of a track alone."""
+JOINT_TITLE = "wheeltapper joint"
+"""Title of what is asked of a joint over speed."""
 BRANCH_TITLE = "wheeltapper branch"
 """Title of the datasets of `orbits.follow`."""
 EVENT_KINDS = ("loss", "impact", "yield")

@@ -34,6 +34,10 @@ class Irregularity(Noun, abstract=True):
         """Return the length of the shortest wave of a smooth form under a wheel of this radius, m; None: not known."""
         return None
 
+    def limited(self, radius: float) -> dict[str, float]:
+        """Return sizes that limits are stated for, of a wheel of this radius (m): flat_length, out_of_roundness, m."""
+        return {}
+
     def moved(self, distance: float) -> Self:
         """Return the same irregularity farther along the rail (m).
 
