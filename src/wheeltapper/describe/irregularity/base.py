@@ -34,6 +34,15 @@ class Irregularity(Noun, abstract=True):
         """Return the length of the shortest wave of a smooth form under a wheel of this radius, m; None: not known."""
         return None
 
+    def on_rail(self, side: str) -> Self:
+        """Return what this is on the "left" or "right" rail; most are the same on both."""
+        return self
+
+    @property
+    def filters(self) -> bool:
+        """Whether it is already what a patch of contact, or a circle, leaves of it."""
+        return False
+
     def moved(self, distance: float) -> Self:
         """Return the same irregularity farther along the rail (m).
 
