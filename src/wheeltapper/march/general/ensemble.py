@@ -273,11 +273,13 @@ class _Block:
             *self.nodes, self.paths.rows, lanes.ends[0], lanes.laws[0], self.law_tables.rows, lanes.starts[0],
             lanes.settings[0],
         )  # fmt: skip
-        rooms = self._rooms(logs)
+        stage, room, own = self._rooms()
         events, peaks = [], []
         while (lanes.status == contract.RUNNING).any() and not stopped():
             logs.used[:] = 0
-            step = cells_kernel(step, step + GENERAL_CHUNK, *until, self.shared.tables, kinds, lanes, data, *rooms)
+            step = cells_kernel(
+                step, step + GENERAL_CHUNK, *until, self.shared.tables, kinds, lanes, data, stage, logs, room, own
+            )
             events.append(logs.events[: logs.used[layout.LOGGED_EVENTS]].copy())
             peaks.append(logs.peaks[: logs.used[layout.LOGGED_PEAKS]].copy())
         return self._found(np.vstack(events), np.vstack(peaks))
@@ -312,14 +314,14 @@ class _Block:
             none, none, empty, none, np.zeros(4, np.int64),
         )  # fmt: skip
 
-    def _rooms(self, logs: Logs) -> tuple[Stage, Logs, Room, Own]:
+    def _rooms(self) -> tuple[Stage, Room, Own]:
         """Return scratch memory."""
         contacts, q = self.lanes.starts.shape[1], self.method.nodes
         own = Own(
             np.zeros((contacts, 1, q, q)), np.zeros((contacts, 1, q, q)), np.zeros((contacts, contacts, 1, q, q)),
             np.zeros((contacts, 1, q)), np.zeros((contacts, 1, q)), np.zeros((q, *self.lanes.modes.shape[1:])),
         )  # fmt: skip
-        return general.stage_of(contacts, q, 0), logs, general.room_of(self.lanes.bodies.shape[1]), own
+        return general.stage_of(contacts, q, 0), general.room_of(self.lanes.bodies.shape[1]), own
 
     def _found(self, events: FloatArray, peaks: FloatArray) -> MarchedCells:
         """Return what came of the cells, without what is behind their ends."""
@@ -387,9 +389,9 @@ def is_ready(task: Task) -> bool:
     tables: Any = block.shared.tables
     if task.method.single and system.ring is not None and len(system.ring.rates) > FEW_MODES:
         tables = tables._replace(reads=tables.reads.astype(np.float32), writes=tables.writes.astype(np.float32))
-    lanes, logs = block.lanes, block._logs()
+    lanes, (stage, room, own) = block.lanes, block._rooms()
     data = Data(
         *block.nodes, block.paths.rows, lanes.ends[0], lanes.laws[0], block.law_tables.rows, lanes.starts[0],
         lanes.settings[0],
     )  # fmt: skip
-    return is_compiled(cells_kernel, (0, 1, 0, 0, tables, block._kinds(), lanes, data, *block._rooms(logs)))
+    return is_compiled(cells_kernel, (0, 1, 0, 0, tables, block._kinds(), lanes, data, stage, block._logs(), room, own))
