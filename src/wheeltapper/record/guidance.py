@@ -1,16 +1,16 @@
 """Guiding forces of a wagon's wheels, and their statistics by the rules for accepting running behaviour (EN 14363).
 
-Y is the lateral force of a wheel on its rail, outwards; Q the vertical one, downwards; both of tread and flange, normal
-and creep forces together. EN 14363 and UIC 518 low-pass them at 20 Hz or more, average Y/Q and ΣY over 2 m of way every
-0.5 m, and take the 0.15 and 99.85 % percentiles of what results. Their table is read here as GENSYS gives it, of UIC 518
-and the draft of EN 14363 (gensys.se/course/UIC518_tests.html, without an edition); the standards themselves could not be
+Y is the lateral force of a wheel on its rail, outwards; Q the vertical one, downwards; both of tread and flange, of
+normal and creep forces together. EN 14363 and UIC 518 low-pass them at 20 Hz or more, average Y/Q and ΣY over 2 m of way
+every 0.5 m, and take the 0.15 and 99.85 % percentiles of what results. That is read from GENSYS's table of UIC 518 and
+the draft of EN 14363 (gensys.se/course/UIC518_tests.html, without an edition); the standards themselves could not be
 consulted. T-gamma is the energy that creepage dissipates over a metre of way. The term of spin is often left out of it
 (gensys.se, "Wheel/rail wear calculations", shows both); here it is in, and its share is given.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ RESULTS = {
     "wheel_force": ("N", "Q: vertical force of the wheel on its rail, low-passed"),
     "unloading": ("", "ΔQ/Q0: what Q lacks of the static force, over that force"),
     "derailment_quotient": ("", "Y/Q of the low-passed forces, sliding mean; infinite where Q is not above zero"),
-    "sum_of_guiding_forces": ("N", "ΣY: lateral force of the wheelset on the track, leftwards, low-passed, sliding mean"),
+    "sum_of_guiding_forces": ("N", "ΣY: lateral force of a wheelset on the track, leftwards, low-passed, sliding mean"),
     "t_gamma": ("N", "T-gamma: creep forces and spin moment times creepages, sliding mean"),
     "spin_t_gamma": ("N", "share of the spin moment in T-gamma, of tread and flange, sliding mean"),
 }  # fmt: skip
@@ -98,7 +98,7 @@ def guidance(
         found = f"{window:g} m, of {speed * record.end:.4g} m of way with {settling:g} s of settling"
         raise InputError("", "window", found, "less than what is left of the way, or 0 for no mean")
     history = record.history(rate)
-    begin, half = int(np.ceil(settling * rate)), int(round(0.5 * window * rate / speed)) if window else 0
+    begin, half = int(np.ceil(settling * rate)), round(0.5 * window * rate / speed) if window else 0
 
     def filtered(samples: FloatArray) -> FloatArray:
         return (samples if cutoff is None else low_passed(samples, rate, cutoff, order))[begin:]
