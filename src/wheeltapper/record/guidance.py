@@ -1,11 +1,11 @@
 """Guiding forces of a wagon's wheels, and their statistics by the rules for accepting running behaviour (EN 14363).
 
 Y is the lateral force of a wheel on its rail, outwards; Q the vertical one, downwards; both of tread and flange, of
-normal and creep forces together. EN 14363 and UIC 518 low-pass them at 20 Hz or more, average Y/Q and ΣY over 2 m of way
-every 0.5 m, and take the 0.15 and 99.85 % percentiles of what results. That is read from GENSYS's table of UIC 518 and
-the draft of EN 14363 (gensys.se/course/UIC518_tests.html, without an edition); the standards themselves could not be
-consulted. T-gamma is the energy that creepage dissipates over a metre of way. The term of spin is often left out of it
-(gensys.se, "Wheel/rail wear calculations", shows both); here it is in, and its share is given.
+normal and creep forces together. EN 14363 and UIC 518 low-pass them at 20 Hz or more, average Y/Q and ΣY over 2 m of
+way every 0.5 m, and take the 0.15 and 99.85 % percentiles of what results. That is read from GENSYS's table of UIC 518
+and the draft of EN 14363 (gensys.se/course/UIC518_tests.html, without an edition); the standards themselves could not
+be consulted. T-gamma is the energy that creepage dissipates over a metre of way. The term of spin is often left out of
+it (gensys.se, "Wheel/rail wear calculations", shows both); here it is in, and its share is given.
 """
 
 from __future__ import annotations

@@ -38,6 +38,15 @@ class Irregularity(Noun, abstract=True):
         """Return sizes that limits are stated for, of a wheel of this radius (m): flat_length, out_of_roundness, m."""
         return {}
 
+    def on_rail(self, side: str) -> Self:
+        """Return what this is on the "left" or "right" rail; most are the same on both."""
+        return self
+
+    @property
+    def filters(self) -> bool:
+        """Whether it is already what a patch of contact, or a circle, leaves of it."""
+        return False
+
     def moved(self, distance: float) -> Self:
         """Return the same irregularity farther along the rail (m).
 
