@@ -17,6 +17,7 @@ from wheeltapper.diagnosis.performance import Performance
 from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
+from wheeltapper.faces.joints import draw_limits
 from wheeltapper.faces.orbits import DRAWN, draw_orbit, draw_traces, is_traces
 from wheeltapper.faces.panels import RED, legend_above
 from wheeltapper.faces.rails import draw_on_rails
@@ -29,6 +30,7 @@ from wheeltapper.ground.arguments import as_count, as_list, as_path
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import BOGIE, FLEXIBLE_TRACK, SEVERAL_BODIES, WHEELSETS
 from wheeltapper.record.labels import CHART_TITLE, WEAR_TITLE
+from wheeltapper.record.limits.comparison import LimitCheck
 from wheeltapper.record.record import Record
 from wheeltapper.record.recording import Recording
 
@@ -47,8 +49,8 @@ STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 
 
 def plot(
-    what: Record | list[Record] | Vehicle | Recording | Force | Marks | Finding | Design | Performance | Orbit
-    | Labelled | list[xr.Dataset],
+    what: Record | list[Record] | Vehicle | Recording | Force | Marks | Finding | Design | Performance | LimitCheck
+    | Orbit | Labelled | list[xr.Dataset],
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
@@ -67,9 +69,9 @@ def plot(
     ----------
     what
         Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site`, `modes`, `comfort`,
-        `reconstructed`, `read_recording`, `load`, a function of `orbits` or a question to a track alone, of `tracks`;
+        `reconstructed`, `read_recording`, `load`, `limits.check`, a function of `orbits` or `tracks`; a `Wagon`;
         or a list of records of a wheelset, whose forces are drawn over each other, of modes at rising speeds, or of
-        borders from `orbits.trace`. Or a `Wagon`.
+        borders from `orbits.trace`.
     path
         Path of the picture; None: it is only returned.
     features
@@ -120,6 +122,8 @@ def plot(
             figure = draw_finding(what)
         elif isinstance(what, Design):
             figure = draw_design(what)
+        elif isinstance(what, LimitCheck):
+            figure = draw_limits(what)
         elif isinstance(what, Performance):
             figure = draw_performance(what)
         elif isinstance(what, Recording):
@@ -129,7 +133,7 @@ def plot(
         elif _is_orbit(what):
             figure = draw_orbit(what)
         elif _is_answer_of_track(what):
-            figure = TRACKS[str(what.attrs["title"])](what)
+            figure = TRACKS[str(what.attrs["title"])](what)  # type: ignore[operator]
         elif is_traces(what):
             figure = draw_traces(what)  # type: ignore[arg-type]
         elif isinstance(what, list | tuple) and len(what) and all(map(is_modes, what)):

@@ -2,7 +2,7 @@
 
 Most rules limit the force of a wheel. A wagon's forces are per wheel. Those of all other vehicles are per wheelset:
 both of its wheels meet the irregularity, and each has an equal share. Forces without a filter are the located maxima;
-filtered ones are sampled, and filtered without phase (docs/theory/track.rst, section 13.10).
+filtered ones are sampled, and filtered without phase (docs/theory/joints.rst, section 14.1).
 """
 
 from __future__ import annotations
