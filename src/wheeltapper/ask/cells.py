@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +16,13 @@ from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.ground.progress import counted_from, progress_counter
+from wheeltapper.lower.fields import Fields
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.general import layout
 from wheeltapper.record.balanced import missing_parts
 from wheeltapper.record.growth import Growth, growth_of
-from wheeltapper.record.simulate import say_that_it_compiles, warn_caller
+from wheeltapper.record.simulate import ModelWarning, say_that_it_compiles, simulate, warn_caller
 
 if TYPE_CHECKING:
     from wheeltapper.lower.many import LoweredCells
@@ -200,7 +202,7 @@ def _computed_values(asked: Study, many: LoweredCells, threads: int) -> Computed
     values, status = np.empty((len(asked.features), total)), np.empty(total, dtype=np.int64)
 
     def read_block(block: slice, marched: Marched) -> None:
-        trains = Trains(marched, many.units.part(block), missing_energies(many, block), growths(many, block))
+        trains = Trains(marched, many.units.part(block), *others_of(many, block))
         for row, feature in zip(values, asked.features, strict=True):
             row[block] = feature(trains)
         status[block] = STATUS_OF_MARCH[marched.status]
@@ -212,15 +214,39 @@ def _computed_values(asked: Study, many: LoweredCells, threads: int) -> Computed
     return ComputedCells(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)
 
 
-def missing_energies(many: LoweredCells, block: slice) -> Callable[[], FloatArray]:
-    """Return a function that marches some cells once more, one by one, and checks their work and energy."""
-    return cache(lambda: missing_parts(many.program(cell) for cell in range(block.start, block.stop)))
+class Others(NamedTuple):
+    """What features ask of cells beyond their trains; the fields are those at the end of `Trains`."""
+
+    missing_energy: Callable[[], FloatArray]
+    growth: Callable[[int], Growth]
+    meets: Callable[[float], FloatArray]
+    force_histories: Callable[[float], Iterable[FloatArray]]
 
 
-def growths(many: LoweredCells, block: slice) -> Callable[[int], Growth]:
-    """Return a function that marches some cells over some waves, and finds how fast small deviations grow."""
+def others_of(many: LoweredCells, block: slice) -> Others:
+    """Return what features ask of some cells beyond their trains, each computed when it is asked for.
+
+    The work and energy of a cell, its force over time and its deviations are those of another march of this cell alone.
+    """
     changed = {path: values[block] for path, values in many.changed.items()}
-    return cache(lambda waves: growth_of(many.scenario, changed, many.method, waves))
+    cells = range(block.start, block.stop)
+
+    def meets(place: float) -> FloatArray:
+        with np.errstate(divide="ignore", invalid="ignore"):  # of a wheel that does not roll
+            return np.broadcast_to(place / Fields(many.scenario, changed)("speed"), len(cells))
+
+    def force_histories(rate: float) -> Iterable[FloatArray]:
+        for cell in range(len(cells)):
+            one = many.scenario.replaced({path: float(values[cell]) for path, values in changed.items()})
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ModelWarning)  # the cells have said theirs
+                record = simulate(one, many.method, progress=False)  # type: ignore[call-overload]
+            yield record.history(rate).normal_force.values
+
+    return Others(
+        cache(lambda: missing_parts(many.program(cell) for cell in cells)),
+        cache(lambda waves: growth_of(many.scenario, changed, many.method, waves)), meets, force_histories,
+    )  # fmt: skip
 
 
 def _computed_gradients(asked: Study, many: LoweredCells, threads: int) -> ComputedCells:

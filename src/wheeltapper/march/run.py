@@ -144,6 +144,7 @@ FEATURES = Question("features", "a feature of a record", MARCHERS, others=())
 DAMPER_EVENTS = Question("damper_events", "stops that a damper's end meets", WHEELS, others=())
 TRACK = Question("track", "what rail, sleepers and ballast do", (GENERAL,), requires=frozenset({FLEXIBLE_TRACK}))
 COMFORT = Question("comfort", "ride comfort", (WAGON,))
+GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON,))
 SWEEP = Question("sweep", "features over many cells", (WHEEL, GENERAL))
 GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL,))
 BORDER = Question("border", "where contact begins to be lost", (WHEEL, UNDAMPED))
@@ -171,9 +172,9 @@ IMBALANCE = Question("imbalance", "a car body whose load lies aside", (WAGON,))
 QUESTIONS = {
     question.name: question
     for question in (
-        SIMULATE, HISTORY, ENERGY, FEATURES, DAMPER_EVENTS, TRACK, COMFORT, SWEEP, GRADIENT, BORDER, MOTION_AT,
-        TRAJECTORY, DIAGNOSE, INFORMATION, COUPLED, SUPERPOSED, WEAR_IN, MARKS, MODES, CRITICAL_SPEED, REDUCED,
-        IMBALANCE, ORBITS,
+        SIMULATE, HISTORY, ENERGY, FEATURES, DAMPER_EVENTS, TRACK, COMFORT, GUIDANCE, SWEEP, GRADIENT, BORDER,
+        MOTION_AT, TRAJECTORY, DIAGNOSE, INFORMATION, COUPLED, SUPERPOSED, WEAR_IN, MARKS, MODES, CRITICAL_SPEED,
+        REDUCED, IMBALANCE, ORBITS,
     )
 }  # fmt: skip
 """All questions by name."""
