@@ -105,7 +105,7 @@ def trains_of(many: CellsOnRails, numbers: IntArray, marched: MarchedCells) -> T
 
     def meets(place: float) -> FloatArray:
         with np.errstate(divide="ignore", invalid="ignore"):  # of a wheel that does not roll
-            return (place - positions) / speeds
+            return np.asarray((place - positions) / speeds)
 
     def force_histories(rate: float) -> Iterable[FloatArray]:
         """March each cell once more, alone."""
