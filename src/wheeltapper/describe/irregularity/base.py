@@ -34,6 +34,10 @@ class Irregularity(Noun, abstract=True):
         """Return the length of the shortest wave of a smooth form under a wheel of this radius, m; None: not known."""
         return None
 
+    def span_given(self, end: float) -> float | None:
+        """Return the span of heights that are given one by one, up to x = end (m); None where a formula gives them."""
+        return None
+
     def on_rail(self, side: str) -> Self:
         """Return what this is on the "left" or "right" rail; most are the same on both."""
         return self
