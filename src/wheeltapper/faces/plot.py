@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wheeltapper.ask.marks import Marks
+from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.diagnosis.finding import Finding
 from wheeltapper.diagnosis.force.imitation_map import TITLE as IMITATION
 from wheeltapper.diagnosis.force.reconstruction import Force
@@ -15,6 +16,7 @@ from wheeltapper.diagnosis.performance import Performance
 from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
+from wheeltapper.faces.irregularities import draw_irregularity
 from wheeltapper.faces.orbits import DRAWN, draw_orbit, draw_traces, is_traces
 from wheeltapper.faces.panels import RED, legend_above
 from wheeltapper.faces.rails import draw_on_rails
@@ -44,8 +46,8 @@ STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 
 
 def plot(
-    what: Record | list[Record] | Recording | Force | Marks | Finding | Design | Performance | Orbit | Labelled
-    | list[xr.Dataset],
+    what: Record | list[Record] | Irregularity | Recording | Force | Marks | Finding | Design | Performance | Orbit
+    | Labelled | list[xr.Dataset],
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
@@ -64,7 +66,8 @@ def plot(
     what
         Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site`, `modes`, `comfort`,
         `reconstructed`, `read_recording`, `load`, a function of `orbits` or a question to a track alone, of `tracks`;
-        or a list of records of a wheelset, whose forces are drawn over each other, or of borders from `orbits.trace`.
+        an irregularity; or a list of records of a wheelset, whose forces are drawn over each other, or of borders from
+        `orbits.trace`.
     path
         Path of the picture; None: it is only returned.
     features
@@ -107,6 +110,8 @@ def plot(
             figure = draw_on_rails(what)
         elif isinstance(what, Record):
             figure = _drawn_figure(what)
+        elif isinstance(what, Irregularity):
+            figure = draw_irregularity(what)
         elif isinstance(what, Marks):
             figure = draw_marks(what)
         elif isinstance(what, Finding):
