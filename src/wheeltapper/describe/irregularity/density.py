@@ -127,7 +127,7 @@ def filter_of_patch(wavenumber: FloatArray, radius: float) -> FloatArray:
     """Return |H|², what a circular patch of contact leaves of a wave's variance (Remington 1976).
 
     |H|² = 1/(1 + π/4·(2π·k·a)³): the mean over the patch, (2·J₁(2π·k·a)/(2π·k·a))², without its zeros
-    (docs/theory/irregularities.rst, section 14.4).
+    (docs/theory/irregularities.rst, section 15.5).
 
     Parameters
     ----------
