@@ -38,6 +38,10 @@ class Irregularity(Noun, abstract=True):
         """Return the span of heights that are given one by one, up to x = end (m); None where a formula gives them."""
         return None
 
+    def limited(self, radius: float) -> dict[str, float]:
+        """Return sizes that limits are stated for, of a wheel of this radius (m): flat_length, out_of_roundness, m."""
+        return {}
+
     def on_rail(self, side: str) -> Self:
         """Return what this is on the "left" or "right" rail; most are the same on both."""
         return self
