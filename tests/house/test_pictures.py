@@ -6,6 +6,8 @@ from matplotlib.colors import to_hex
 
 import wheeltapper as wt
 from tests.looks import flaws
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.registry import makeable_nouns
 
 from .test_charts import BUMP, OVER, PAIR
 
@@ -237,3 +239,28 @@ def test_several_borders_share_one_plane_and_differ_in_their_lines():
     other = wt.orbits.trace(orbit, branch.isel(special=folds[0]), {"vehicle.damping": [2e4]})
     with pytest.raises(wt.InputError, match="same two fields"):
         wt.plot([curves[0], other])
+
+
+SHAPES = {kind.__name__: kind(**kind.example) for kind in makeable_nouns(Irregularity)}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_an_irregularity_along_its_rail_or_wheel(name):
+    figure = wt.plot(SHAPES[name])
+    assert flaws(figure) == []
+    (line,) = figure.axes[0].get_lines()
+    x, y = line.get_data()
+    course = SHAPES[name].course(0.46)
+    scale = np.abs(y).max() / np.abs(course.value(x)).max()
+    np.testing.assert_allclose(y, scale * course.value(x), rtol=1e-9, atol=1e-12)
+    assert np.ptp(y) > 0.0
+
+
+def test_a_spectrum_beside_what_is_stated_and_its_limit():
+    rough = wt.irregularities.Spectrum(curve="ISO 3095:2005", wavelengths=("1 cm", "50 cm"), seed=1)
+    figure = wt.plot(rough)
+    assert flaws(figure) == []
+    stated, realised, limit = figure.axes[1].get_lines()
+    np.testing.assert_allclose(realised.get_ydata(), stated.get_ydata(), atol=0.05)
+    assert stated.get_ydata()[8] == pytest.approx(6.9, abs=0.05)  # dB at 8 cm
+    assert limit.get_ydata()[0] == 17.1

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wheeltapper.ask.marks import Marks
+from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.describe.vehicle.wagon import Wagon, wagon_for
 from wheeltapper.diagnosis.finding import Finding
@@ -17,6 +18,7 @@ from wheeltapper.diagnosis.performance import Performance
 from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
+from wheeltapper.faces.irregularities import draw_irregularity
 from wheeltapper.faces.joints import draw_limits
 from wheeltapper.faces.orbits import DRAWN, draw_orbit, draw_traces, is_traces
 from wheeltapper.faces.panels import RED, legend_above
@@ -49,8 +51,8 @@ STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 
 
 def plot(
-    what: Record | list[Record] | Vehicle | Recording | Force | Marks | Finding | Design | Performance | LimitCheck
-    | Orbit | Labelled | list[xr.Dataset],
+    what: Record | list[Record] | Vehicle | Irregularity | Recording | Force | Marks | Finding | Design | Performance
+    | LimitCheck | Orbit | Labelled | list[xr.Dataset],
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
@@ -69,9 +71,9 @@ def plot(
     ----------
     what
         Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site`, `modes`, `comfort`,
-        `reconstructed`, `read_recording`, `load`, `limits.check`, a function of `orbits` or `tracks`; a `Wagon`;
-        or a list of records of a wheelset, whose forces are drawn over each other, of modes at rising speeds, or of
-        borders from `orbits.trace`.
+        `reconstructed`, `read_recording`, `load`, `limits.check`, a function of `orbits` or `tracks`; a `Wagon`; an
+        irregularity; or a list of records of a wheelset, whose forces are drawn over each other, of modes at rising
+        speeds, or of borders from `orbits.trace`.
     path
         Path of the picture; None: it is only returned.
     features
@@ -116,6 +118,8 @@ def plot(
             figure = _drawn_figure(what)
         elif isinstance(what, Vehicle):
             figure = _drawn_vehicle(what)
+        elif isinstance(what, Irregularity):
+            figure = draw_irregularity(what)
         elif isinstance(what, Marks):
             figure = draw_marks(what)
         elif isinstance(what, Finding):
