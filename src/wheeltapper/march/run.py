@@ -16,6 +16,7 @@ import numpy as np
 
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import (
+    ANOMALY,
     BILATERAL,
     BOGIE,
     CREEP,
@@ -87,7 +88,7 @@ WAGON = Marcher(
 )  # fmt: skip
 GENERAL = Marcher(
     "the general march",
-    frozenset({FLEXIBLE_TRACK, WHEELSETS, BOGIE, OWN_LAW, LINEAR, HYSTERESIS, PLACES, IRREGULARITY, POINT}),
+    frozenset({FLEXIBLE_TRACK, ANOMALY, WHEELSETS, BOGIE, OWN_LAW, LINEAR, HYSTERESIS, PLACES, IRREGULARITY, POINT}),
 )
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
 MARCHERS = (*WHEELS, WAGON, GENERAL)

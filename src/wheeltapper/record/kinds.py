@@ -36,7 +36,6 @@ OUTCOMES = {
     assembly.DERAILED: Outcome.DERAILED,
     layout.CHATTERS: Outcome.CHATTERING,
     layout.UNSOLVED: Outcome.UNSOLVED,
-    layout.WOULD_PULL: Outcome.PULLED,
 }
 """Outcome of each status of a march."""
 
