@@ -23,9 +23,13 @@ from wheeltapper.lower.known import check_known
 from wheeltapper.lower.numbers import METHODS, Method, hysteresis_factor, units_of
 from wheeltapper.lower.own_law import tabulated_law
 from wheeltapper.lower.plausible import implausible_notes
-from wheeltapper.lower.track.reach import Reach, critical_speed, cutoff_note, modes_of
+from wheeltapper.lower.table import blank_rows
+from wheeltapper.lower.track.anomalies import NONE, Anomalies, Void, check_seats
+from wheeltapper.lower.track.irregular import IrregularModes
+from wheeltapper.lower.track.reach import Reach, critical_speed, cutoff_note, modes_of, reach_of
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.lower.track.section import section_of
+from wheeltapper.march import program as contract
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.structure import Ring
@@ -55,8 +59,8 @@ class LoweredOnRails:
         The task; of two equal rails it has one, with half of the vehicle on it.
     plane
         The vehicle in the vertical plane.
-    modes
-        The track's modes; None on a rigid rail.
+    modes, anomalies
+        The track's modes, None on a rigid rail, and what is not regular on it.
     seat
         Position of the seat from which the march counts, m.
     static_force
@@ -73,12 +77,13 @@ class LoweredOnRails:
 
     program: general.Task
     plane: PlaneVehicle
-    modes: TrackModes | None
+    modes: TrackModes | IrregularModes | None
     seat: float
     static_force: FloatArray
     contact_constant: float
     notes: tuple[Note, ...]
     force: float
+    anomalies: Anomalies = NONE
     length: float = 1.0
     time: float = 1.0
 
@@ -88,28 +93,31 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
     check_known(scenario)
     plane, track = scenario.vehicle.plane, scenario.track
     rails = float(plane.rails)
-    modes, reach, seat = None, None, 0.0
+    modes, reach, seat, anomalies, recurring = None, None, 0.0, NONE, ()
     if isinstance(track, SupportedRail):
-        modes, reach = modes_of(track, method, plane.extent)
         seat = float(track.first_sleeper)
+        recurring = _check_way(scenario, track, plane, method)
+        modes, anomalies, reach = modes_of(track, method, plane.extent)
     forces = np.array([wheelset.weight for wheelset in plane.wheelsets])
     laws = [_law(scenario, wheelset, rails) for wheelset in plane.wheelsets]
     if modes is not None:
-        _check_speed(float(scenario.speed), track, modes.ring, GENERAL_METHODS[method])
+        _check_speed(scenario, track, modes.ring, GENERAL_METHODS[method])
     contacts, notes = _contacts(scenario, plane, METHODS[method], seat, [law for law, _, _ in laws])
     count, wheels = len(plane.freedoms), len(plane.wheelsets)
     shapes = np.eye(count, wheels)
+    ports = tuple(_port(modes, void) for void in anomalies.voids) if isinstance(modes, IrregularModes) else ()
     bodies = general.Bodies(
-        plane.mass / rails, plane.damping / rails, plane.stiffness / rails, shapes, shapes @ forces / rails
-    )
-    system = general.System(bodies, contacts, float(scenario.speed), None if modes is None else modes.ring)
+        plane.mass / rails, plane.damping / rails, plane.stiffness / rails,
+        np.pad(shapes, ((0, 0), (0, len(ports)))), shapes @ forces / rails,
+    )  # fmt: skip
+    system = general.System(bodies, contacts + ports, float(scenario.speed), None if modes is None else modes.ring)
     task = general.Task(system, GENERAL_METHODS[method], float(scenario.duration))
     said = (*implausible_notes(scenario), *laws[0][2], *notes)
     if reach is not None:
-        said = (*said, *reach.notes, *_excitation_note(scenario, plane, reach))
+        said = (*said, *reach.notes, *recurring, *_excitation_note(scenario, plane, reach))
     if modes is not None and scenario.speed > 0.0:
         said = (*said, SUDDEN)
-    return LoweredOnRails(task, plane, modes, seat, forces, laws[0][1], said, rails)
+    return LoweredOnRails(task, plane, modes, seat, forces, laws[0][1], said, rails, anomalies)
 
 
 def _excitation_note(scenario: Scenario, plane: PlaneVehicle, reach: Reach) -> tuple[Note, ...]:
@@ -120,8 +128,29 @@ def _excitation_note(scenario: Scenario, plane: PlaneVehicle, reach: Reach) -> t
     return () if note is None else (note,)
 
 
-def _check_speed(speed: float, track: SupportedRail, ring: Ring, method: general.Method) -> None:
+def _check_way(scenario: Scenario, track: SupportedRail, plane: PlaneVehicle, method: str) -> tuple[Note, ...]:
+    """Return notes on the anomalies on the wheels' way; refuse those that are far from it."""
+    way = float(scenario.speed * scenario.duration)
+    first, last = min(plane.positions) - track.first_sleeper, max(plane.positions) + way - track.first_sleeper
+    return check_seats(track, reach_of(track, method, plane.extent).bays, float(first), float(last))
+
+
+def _port(modes: IrregularModes, void: Void) -> general.Contact:
+    """Return the contact between a sleeper and the ballast below a void; its force presses the sleeper up."""
+    place = void.seat % len(modes.sleeper)
+    level = blank_rows(1)
+    level[0, [contract.START, contract.STOP]] = -np.inf, np.inf
+    law = general.Law(switch.LINEAR_LAW, np.array([void.stiffness]))
+    if void.damping > 0.0:
+        law = general.Law(switch.KELVIN, np.array([void.stiffness, void.damping]))
+    return general.Contact(
+        level, law, port=general.Port(-modes.sleeper[place], -modes.sleeper_drive[place], void.gap)
+    )
+
+
+def _check_speed(scenario: Scenario, track: SupportedRail, ring: Ring, method: general.Method) -> None:
     """Refuse a speed above that of the rail's waves, or so low that the tables for its places in a bay do not fit."""
+    speed = float(scenario.speed)
     fastest = critical_speed(section_of(track))
     if speed >= fastest:
         raise InputError(
@@ -129,12 +158,13 @@ def _check_speed(speed: float, track: SupportedRail, ring: Ring, method: general
         )
     if speed == 0.0:
         return
-    places = ring.spacing / (speed * longest_step(ring, method))
+    places = ring.spacing / (ring.seats * speed * longest_step(ring, method))
     found = f"{speed:g} m/s on rails, with tables for {places:.3g} places in a bay"
     if places > MOST_PHASES:
         slowest = 1.01 * speed * places / MOST_PHASES
         raise InputError("", "speed", found, f"0 m/s, or at least {slowest:.2g} m/s")
-    needed = places * method.nodes * len(ring.rates) * TABLE_BYTES * (1.0 if method.single else 2.0)
+    bays = min(ring.seats, speed * float(scenario.duration) / track.spacing + 1.0) if ring.seats > 1 else 1.0
+    needed = bays * places * method.nodes * len(ring.rates) * TABLE_BYTES * (1.0 if method.single else 2.0)
     check_room("speed", found, needed, lambda share: f"0 m/s, or at least {speed / share:.2g} m/s")
 
 

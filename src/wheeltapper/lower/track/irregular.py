@@ -7,7 +7,7 @@ from everywhere, and shapes go once around (docs/theory/track.rst, section 13.10
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -133,6 +133,43 @@ def _all_around(shapes: ComplexArray) -> ComplexArray:
     return np.pad(shapes.reshape(bays * elements, terms, modes), wanted)
 
 
+class StaticField(NamedTuple):
+    """The irregular track at rest under unit forces at the points of each element, (bays, points).
+
+    Attributes
+    ----------
+    x
+        The points, m from seat 0.
+    felt
+        Of the regular track at each extra, (bays, points, extras), m/N.
+    forces
+        Of the extras, (bays, points, extras), N/N.
+    """
+
+    x: FloatArray
+    felt: FloatArray
+    forces: FloatArray
+
+
+@cache
+def points() -> FloatArray:
+    """Return the points of one element, from -1 to 1."""
+    return np.asarray(chebyshev.chebpts1(RESIDUAL_DEGREE + 1))
+
+
+@lru_cache(maxsize=4)
+def static_field(section: Section, bays: int, elements: int, extras: tuple[Extra, ...]) -> StaticField:
+    """Return the static field of a ring of some bays, of a number of elements each."""
+    length = bays * section.spacing
+    inside = ((np.arange(elements)[:, None] + 0.5 * (points() + 1.0)) * section.spacing / elements).ravel()
+    around = np.add.outer(np.arange(bays) * section.spacing, inside)
+    share = responses.shares(section, extras)[0].real
+    rail = waves.response(section, 0.0, 0.0, responses.nearest(around, length))[..., 0].real
+    behind = (np.arange(bays)[:, None] - [extra.seat for extra in extras]) % bays
+    felt = share * np.moveaxis(rail[behind], 1, -1)
+    return StaticField(around, felt, responses.forces(section, extras, 0.0, felt, length).real)
+
+
 class _Missed(NamedTuple):
     """What kept modes miss at rest.
 
@@ -157,31 +194,36 @@ def _missed(
     drives: ComplexArray,
 ) -> _Missed:  # fmt: skip
     """Return what the modes of the regular ring miss; `reads` and `drives` are the extras', (extras, modes)."""
-    bays, length, statics = ring.bays, ring.bays * ring.spacing, -drives / ring.rates
-    exact = responses.between(section, extras, 0.0, length).real
-    places = chebyshev.chebpts1(RESIDUAL_DEGREE + 1)
-    x = 0.5 * (ring.edges[:-1, None] + ring.edges[1:, None] + places * np.diff(ring.edges)[:, None])
-    ahead = responses.nearest(np.add.outer(np.arange(bays) * ring.spacing, x), length)
-    share = responses.shares(section, extras)[0].real
-    behind = (np.arange(bays)[:, None] - [extra.seat for extra in extras]) % bays
-    felt = share * np.moveaxis(waves.response(section, 0.0, 0.0, ahead)[..., 0].real[behind], 1, -1)
-    force = responses.forces(section, extras, 0.0, felt, length).real
-    static = waves.response(section, 0.0, x, x)[..., 0].real + (felt * force).sum(axis=-1)
-    powers = places[:, None] ** np.arange(ring.deflection.shape[1])
+    field, statics = static_field(section, ring.bays, len(ring.edges) - 1, extras), -drives / ring.rates
+    exact = responses.between(section, extras, 0.0, ring.bays * ring.spacing).real
+    regular = waves.response(section, 0.0, field.x[0], field.x[0])[..., 0].real
+    static = regular + (field.felt * field.forces).sum(axis=-1)
+    powers = points()[:, None] ** np.arange(ring.deflection.shape[1])
     shown = _rows(ring.weights * turns[:, None, None] * (powers @ ring.deflection)) @ _columns(statics).T
-    along = _by_powers(places, (felt - shown).reshape(-1, len(places), len(extras)))
-    return _Missed(exact - _rows(reads) @ _columns(statics).T, along, static.reshape(-1, len(places)))
+    along = by_powers((field.felt - shown.reshape(field.felt.shape)).reshape(-1, len(points()), len(extras)))
+    return _Missed(exact - _rows(reads) @ _columns(statics).T, along, static.reshape(-1, len(points())))
 
 
-def _by_powers(places: FloatArray, values: FloatArray) -> FloatArray:
-    """Return values at places of each element, (elements, places, ...), as polynomials."""
-    found = np.linalg.solve(places[:, None] ** np.arange(len(places)), values.reshape(len(values), len(places), -1))
-    return np.asarray(found.reshape(values.shape))
+def by_powers(values: FloatArray) -> FloatArray:
+    """Return values at the points of each element, (elements, points, ...), as polynomials."""
+    powers = points()[:, None] ** np.arange(len(points()))
+    return np.asarray(np.linalg.solve(powers, values.reshape(*values.shape[:2], -1)).reshape(values.shape))
 
 
 def _residual(ring: Ring, static: FloatArray) -> FloatArray:
     """Return the compliance that the modes leave to be added, by powers."""
-    places = chebyshev.chebpts1(RESIDUAL_DEGREE + 1)
-    powers = places[:, None] ** np.arange(RESIDUAL_DEGREE + 1)
+    powers = points()[:, None] ** np.arange(RESIDUAL_DEGREE + 1)
     there = (powers @ ring.deflection) * (powers @ ring.drive)
-    return _by_powers(places, static - np.real(there @ (-ring.weights / ring.rates)))
+    return by_powers(static - np.real(there @ (-ring.weights / ring.rates)))
+
+
+def regular_amplitudes(modes: IrregularModes, amplitudes: ComplexArray) -> ComplexArray:
+    """Return amplitudes (times, modes) as those of the regular ring, seen from seat 0."""
+    parts = np.real((modes.ring.weights * amplitudes) @ modes.vectors.T)
+    count = parts.shape[1] // 2
+    return np.asarray(parts[:, :count] + 1j * parts[:, count:])
+
+
+def pressed_by_extras(modes: IrregularModes, amplitudes: ComplexArray) -> ComplexArray:
+    """Return what the extras' forces do to the amplitudes of the regular ring, (times, regular modes)."""
+    return np.asarray(np.real((modes.ring.weights * amplitudes) @ modes.forces.T) @ modes.drives.T)

@@ -49,8 +49,8 @@ FORESEEN = 1.5
 SHORTEST = 1e-6
 """Part of a macro step below which nothing is halved any more."""
 MOST_TRIES = 60
-PULLS = 1e-9
-"""Force, in static units or as a share of the law's, below which a contact that begins is released at once."""
+PULLS = 1e-6
+"""What a law may pull when a part begins, and what it may press while it is released, by the error of an event."""
 FOUND, TOO_LATE, FAILED = range(3)
 
 
@@ -152,7 +152,8 @@ def drift(theta: float, limit: float, q: int, places: FloatArray, matrix: FloatA
         value, slope = local.gap_at(theta + length * places[k], q, room.free, site)
         room.F[k] = value
         room.spare[k] = trend(site.law, site.table, value, slope / site.seconds)
-    if room.spare[layout.BEGIN] > PULLS:  # behind a kink of the path
+    start = room.spare[layout.BEGIN]
+    if start > PULLS or (start > 0.0 and room.spare[1] > start):  # behind a kink of the path
         return theta, True
     over = _crossing(n, matrix, room.F, -1.0, room)
     again = _crossing(n, matrix, room.spare, 1.0, room)
