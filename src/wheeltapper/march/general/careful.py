@@ -174,14 +174,14 @@ def _crossing(n: int, matrix: FloatArray, values: FloatArray, direction: float, 
 
 
 @kernel
-def _pulls(nodes: Nodes, site: Site, room: Room) -> float:
-    """Return where in σ the law of a solved part begins to pull, or NO_CROSSING."""
+def _pulls(nodes: Nodes, limit: float, site: Site, room: Room) -> float:
+    """Return where in σ the law of a solved part begins to pull, or NO_CROSSING; `limit` is that of resolved forces."""
     if site.law[LAW_RATED] == 0.0:
         return NO_CROSSING
     n = len(nodes.places)
     local.trends(n, site.law, site.table, room, room.F)
     root = _crossing(n, nodes.bernstein, room.F, -1.0, room)
-    if room.bernstein[layout.BEGIN] < -PULLS:
+    if room.bernstein[layout.BEGIN] < -PULLS and local.tail_of(nodes, room.N) <= limit:
         return 0.0
     return root
 
@@ -348,7 +348,7 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
             local.free_sum(q, site.c, site.B, room.after, room.spare)
             end, end_slope = local.gap_at(to, q, room.spare, site)
             root = _falls(n, nodes, how, origin, span, s0, s1, start, start_slope, end, room)
-            pulls = _pulls(nodes, site, room)
+            pulls = _pulls(nodes, settings[layout.TAIL_LIMIT], site, room)
             if pulls != NO_CROSSING and (root == NO_CROSSING or pulls < root):
                 guess = min(local.part_of(how, origin, span, s0 + (s1 - s0) * pulls), to)
                 outcome, at = release(
@@ -369,7 +369,7 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
                 if recent:
                     how, origin = IMPACT_TO_LOSS, impact
                 s1 = 1.0 if recent else 0.0
-                pulls = _pulls(nodes, site, room)
+                pulls = _pulls(nodes, settings[layout.TAIL_LIMIT], site, room)
                 if pulls != NO_CROSSING:
                     guess = local.part_of(how, origin, span, s0 + (s1 - s0) * pulls)
                     outcome, at = release(

@@ -163,7 +163,7 @@ def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: floa
         for k in range(n):
             room.rate[k] = 0.0
         forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
-        if 0.0 < lag(n, seconds, room) < SHORT_LAG:
+        if lag(n, seconds, room) < SHORT_LAG:
             slopes = nodes.own_slopes
     size = TOO_FAR
     for turn in range(MOST_ITERATIONS):

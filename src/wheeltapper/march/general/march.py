@@ -296,6 +296,8 @@ def _forces_of_ports(system: System, shows: ComplexArray, takes: ComplexArray, s
     """
     ring, wheels, fixed = system.ring, len(system.wheels), system.contacts[len(system.wheels) :]
     assert ring is not None
+    if not fixed:
+        return np.zeros(0)
     gives = np.real((shows[wheels:] * (-ring.weights / ring.rates)) @ takes.T)
     near = -gives[:, :wheels] @ static - [port.gap for port in system.ports]
     softness = np.diag([1.0 / contact.law.numbers[0] for contact in fixed])
