@@ -1,4 +1,4 @@
-"""Anomalies of a track against the program of finite elements: a hanging sleeper, a void, a missing pad, random ballast.
+"""Anomalies of a track against the program of finite elements: hanging sleeper, void, missing pad, random ballast.
 
 Newmark's small steps; the force below a void is solved for in each, with that of the wheel. Nothing of it is shared
 with the package but the random numbers.
@@ -54,7 +54,8 @@ def newmark_motion(pads, ballasts, void):
             pressed = contact_force(fallen - shares @ (free[nodes] + below * lifted[nodes]), gives)
             before = below
             if void is not None:
-                below = ballast_force(free[sleeper] + pressed * unit[sleeper], lifted[sleeper], u[sleeper], v[sleeper], void)
+                deflected = free[sleeper] + pressed * unit[sleeper]
+                below = ballast_force(deflected, lifted[sleeper], u[sleeper], v[sleeper], void)
             if abs(below - before) < 1e-6:
                 break
         new = free + pressed * unit + below * lifted

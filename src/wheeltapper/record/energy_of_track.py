@@ -124,9 +124,7 @@ def _residual(ring: Ring, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     )
 
 
-def _lost(
-    modes: TrackModes | IrregularModes, groups: tuple[Group, ...], march: Marched
-) -> tuple[float, float]:
+def _lost(modes: TrackModes | IrregularModes, groups: tuple[Group, ...], march: Marched) -> tuple[float, float]:
     """Return what the track's dampers take, and what the kept modes take of what differs at seats.
 
     By Gauss rules between the joints of all contacts' forces.

@@ -133,9 +133,7 @@ def _rail_place(
     )  # fmt: skip
 
 
-def _seat_place(
-    section: Section, modes: TrackModes | IrregularModes, anomalies: Anomalies, number: int
-) -> _Place:
+def _seat_place(section: Section, modes: TrackModes | IrregularModes, anomalies: Anomalies, number: int) -> _Place:
     own, void = section, None
     if isinstance(modes, IrregularModes):
         seat = number % modes.ring.seats

@@ -1,8 +1,8 @@
 """A ring with some seats that differ, in modes of its own: the regular ring's modes, coupled by what differs.
 
-The kept modes of the regular ring, with the additional springs and dampers as forces on them, are a linear system again;
-its eigenvectors are the modes of the irregular ring. The bay of that ring is the whole of it: amplitudes are the same
-from everywhere, and shapes go once around (docs/theory/track.rst, section 13.10).
+The kept modes of the regular ring, with the additional springs and dampers as forces on them, are a linear system
+again; its eigenvectors are the modes of the irregular ring. The bay of that ring is the whole of it: amplitudes are the
+same from everywhere, and shapes go once around (docs/theory/track.rst, section 13.10).
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def _columns(drives: ComplexArray) -> FloatArray:
 
 
 def _eigenvectors(system: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Return rates, right vectors in columns and left ones in rows, of each conjugate pair one, by rising rates."""
+    """Return rates, right vectors in columns and left ones in rows, one of each conjugate pair, by rising rates."""
     rates, right = np.linalg.eig(system)
     left = np.linalg.inv(right)
     real = np.abs(rates.imag) <= REAL * np.abs(rates)

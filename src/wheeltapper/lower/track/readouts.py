@@ -238,9 +238,7 @@ def rest_beside(
     return RestAround(modes.ring, by_powers(missed.reshape(len(modes.ring.edges) - 1, -1, 3)))
 
 
-def seat_rest_around(
-    section: Section, modes: IrregularModes, extras: tuple[Extra, ...], seat: int
-) -> RestAround:
+def seat_rest_around(section: Section, modes: IrregularModes, extras: tuple[Extra, ...], seat: int) -> RestAround:
     """Return what the modes miss at a seat of the ring: sleeper in m/N, forces of pad and ballast in N/N."""
     ring = modes.ring
     elements = (len(ring.edges) - 1) // ring.seats

@@ -4,7 +4,7 @@
         at a breakpoint      enter the next piece; where the path jumps, choose contact or flight anew
         flying               search D for the first touch (every crossing, by Descartes); none: fly to the limit
         released             the surfaces indent each other, but a law that depends on the rate would pull: no force.
-                             Search for where it would press again, which is an impact, and for where D falls below zero,
+                             Search for where it would press again, an impact, and for where D falls below zero,
                              from where it is a flight
         in contact           solve to the limit, on nodes that suit a recent impact and a foreseen loss
             not converged, or forces not resolved: half as far

@@ -22,9 +22,7 @@ cells in the rate, terms in the rate."""
 
 
 @kernel
-def tabulated_share(
-    delta: float, rate: float, numbers: FloatArray, table: FloatArray
-) -> tuple[float, float, float]:
+def tabulated_share(delta: float, rate: float, numbers: FloatArray, table: FloatArray) -> tuple[float, float, float]:
     """Return s of an indentation and its rate, and its derivatives by v and by the rate."""
     v = sqrt(max(delta, 0.0) / numbers[TABLE_LARGEST])
     beyond = v > 1.0
