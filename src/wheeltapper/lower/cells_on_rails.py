@@ -33,6 +33,7 @@ from wheeltapper.lower.on_rails import (
 from wheeltapper.lower.plausible import implausible_cells
 from wheeltapper.lower.table import PathTable
 from wheeltapper.lower.track.reach import Reach, cutoff_note
+from wheeltapper.lower.track.irregular import IrregularModes
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.march.general.contract import System, Task
 
@@ -44,7 +45,7 @@ class _Track(NamedTuple):
     """A track under a vehicle."""
 
     scenario: Scenario
-    modes: TrackModes | None
+    modes: TrackModes | IrregularModes | None
     reach: Reach | None
     seat: float
 

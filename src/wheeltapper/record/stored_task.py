@@ -152,9 +152,9 @@ def _task_of(parts: dict[str, Any], wheels: int) -> tuple[general.Task, TrackMod
     modes: TrackModes | IrregularModes | None = None
     if "ring.rates" in parts:
         arrays = {name: parts[f"ring.{name}"] for name in Ring._fields}
-        ring = Ring(**arrays)._replace(spacing=float(arrays["spacing"]), **{
-            name: int(arrays[name]) for name in ("bays", "seats")
-        })  # fmt: skip
+        ring = Ring(**arrays)._replace(
+            spacing=float(arrays["spacing"]), bays=int(arrays["bays"]), seats=int(arrays["seats"])
+        )
         kind: Any = IrregularModes if "track.vectors" in parts else TrackModes
         held_modes = {name: parts[f"track.{name}"] for name in kind._fields if name != "ring"}
         modes = kind(ring=ring, **held_modes | {"cutoff": float(parts["track.cutoff"])})

@@ -8,7 +8,7 @@ same from everywhere, and shapes go once around (docs/theory/track.rst, section 
 from __future__ import annotations
 
 from functools import cache, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -70,12 +70,12 @@ def irregular_ring(section: Section, bays: int, cutoff: float, extras: tuple[Ext
     stiff, damp = _feedback(extras, missed.own)
     pushed = _columns(turns.conj()[:, None, None] * ring.drive)
     at_once = np.linalg.inv(np.eye(len(extras)) - damp @ _rows(reads) @ _columns(drives).T)
-    forces = at_once @ (stiff @ _rows(reads) + damp @ _rows(reads * ring.rates))
+    shown = at_once @ (stiff @ _rows(reads) + damp @ _rows(reads * ring.rates))
     system = np.block([
         [np.diag(ring.rates.real), -np.diag(ring.rates.imag)], [np.diag(ring.rates.imag), np.diag(ring.rates.real)]
     ])  # fmt: skip
-    rates, right, left = _eigenvectors(system + _columns(drives).T @ forces)
-    forces = forces @ right
+    rates, right, left = _eigenvectors(system + _columns(drives).T @ shown)
+    forces = np.asarray(shown @ right)
     deflection, rotation = (
         _rows(weights * turns[:, None, None] * shapes) @ right for shapes in (ring.deflection, regular.rotation)
     )
@@ -90,7 +90,7 @@ def irregular_ring(section: Section, bays: int, cutoff: float, extras: tuple[Ext
     )  # fmt: skip
     return IrregularModes(
         long._replace(residual=_residual(long, missed.static)), _all_around(rotation),
-        *(_rows(weights * turns * one) @ right for one in (rail, regular.sleeper)),
+        _rows(weights * turns * rail) @ right, _rows(weights * turns * regular.sleeper) @ right,
         _columns(turns.conj() * regular.sleeper_drive) @ left.T, cutoff, right, forces, drives.T,
     )  # fmt: skip
 
@@ -126,7 +126,7 @@ def _feedback(extras: tuple[Extra, ...], own: FloatArray) -> tuple[FloatArray, F
     return -given * stiffness, -given @ (damping[:, None] * np.linalg.inv(np.eye(len(extras)) + own * stiffness))
 
 
-def _all_around(shapes: ComplexArray) -> ComplexArray:
+def _all_around(shapes: NDArray[Any]) -> NDArray[Any]:
     """Return shapes by bays, (bays, elements, degree + 1, modes), as those of all elements, of the residual's degree."""
     bays, elements, terms, modes = shapes.shape
     wanted = ((0, 0), (0, RESIDUAL_DEGREE + 1 - terms), (0, 0))

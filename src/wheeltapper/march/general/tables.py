@@ -366,14 +366,9 @@ def _modal_tables(
     if grid.stride == 0.0:  # nobody enters another bay
         turns = np.ones((1, len(order)), dtype=complex)
     return ModalTables(
-        reads,
-        writes,
-        first,
-        np.stack([decay.real, decay.imag]),
-        _split(turns, 1.0),
-        fixed_reads[:, 0],
+        reads, writes, first, np.stack([decay.real, decay.imag]), _split(turns, 1.0), fixed_reads[:, 0],
         fixed_writes[:, 0],
-    )
+    )  # fmt: skip
 
 
 def _fixed_tables(ring: Ring, order: IntArray, grid: Grid, port: Port, nodes: Nodes) -> _RingTables:

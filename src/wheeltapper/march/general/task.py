@@ -70,10 +70,8 @@ def marched_of(task: Task, found: Found) -> Marched:
     """Return a march in the columns of records."""
     end, wheels = min(found.time, task.duration), len(task.system.wheels)
     moves = found.events[:, contract.EVENT_CONTACT] < wheels
-    events, seated = (
-        found.events[moves],
-        found.events[~moves] - np.eye(contract.EVENT_COLUMNS)[contract.EVENT_CONTACT] * wheels,
-    )
+    events, seated = found.events[moves], found.events[~moves]
+    seated[:, contract.EVENT_CONTACT] -= wheels
     begins = np.concatenate([[0.0], events[:, contract.EVENT_TIME]])
     free = np.stack([_free(events, contact) for contact in range(wheels)], axis=1)
     tops = found.peaks[found.peaks[:, 2] < wheels]
