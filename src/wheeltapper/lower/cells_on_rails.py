@@ -32,8 +32,8 @@ from wheeltapper.lower.on_rails import (
 )
 from wheeltapper.lower.plausible import implausible_cells
 from wheeltapper.lower.table import PathTable
-from wheeltapper.lower.track.reach import Reach, cutoff_note
 from wheeltapper.lower.track.irregular import IrregularModes
+from wheeltapper.lower.track.reach import Reach, cutoff_note
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.march.general.contract import System, Task
 

@@ -79,9 +79,9 @@ def irregular_ring(section: Section, bays: int, cutoff: float, extras: tuple[Ext
     deflection, rotation = (
         _times(_rows(weights * turns[:, None, None] * shapes), right) for shapes in (ring.deflection, regular.rotation)
     )
-    given = missed.along @ stiff.T + _all_around(pushed @ _rows(reads).T) @ damp.T
+    given: FloatArray = missed.along @ stiff.T + _all_around(pushed @ _rows(reads).T) @ damp.T
     deflection = _all_around(deflection) + _times(missed.along, forces)
-    entered = _times(at_once.T, _times(_columns(drives), left.T))
+    entered = _times(np.asarray(at_once.T, dtype=float), _times(_columns(drives), left.T))
     drive = _all_around(_times(pushed, left.T)) + _times(given, entered)
     drive = drive + _times(missed.along @ damp.T, entered * rates)
     edges = np.append(np.add.outer(np.arange(bays) * ring.spacing, ring.edges[:-1]).ravel(), bays * ring.spacing)
@@ -134,7 +134,7 @@ def _feedback(extras: tuple[Extra, ...], own: FloatArray) -> tuple[FloatArray, F
 
 
 def _all_around(shapes: NDArray[Any]) -> NDArray[Any]:
-    """Return shapes by bays, (bays, elements, degree + 1, modes), as those of all elements, of the residual's degree."""
+    """Return shapes (bays, elements, degree + 1, modes) as those of all elements, of the residual's degree."""
     bays, elements, terms, modes = shapes.shape
     wanted = ((0, 0), (0, RESIDUAL_DEGREE + 1 - terms), (0, 0))
     return np.pad(shapes.reshape(bays * elements, terms, modes), wanted)
