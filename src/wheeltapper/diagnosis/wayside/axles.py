@@ -15,8 +15,10 @@ APART = 45.0
 """Longest distance of two axles of one train, m."""
 AROUND = 15
 """Number of pulses of which the median gives the first slowness."""
-NEIGHBOURS = 4
-"""Axles on either side with which an axle's speed is found, by a straight line over time."""
+NEIGHBOURS = (2, 40)
+"""Axles on either side with which an axle's speed is found, by a straight line over time: as many as it takes, at most,"""
+STEADY = 3e-4
+"""for this standard error of the speed, over the speed."""
 ALIKE = 0.2
 """A pulse as far as this, m, from where the others have its axle, is not counted for the speed."""
 
@@ -169,7 +171,8 @@ def _passage(
         [np.median(seen.time[m] - direction * (seen.place[m] - middle) * paces[i]) for i, m in enumerate(clusters)]
     )
     weights = np.array([max(float(np.sum((seen.place[m] - seen.place[m].mean()) ** 2)), 1e-6) for m in clusters])
-    paces = _smooth_paces(at_middle, paces, weights)
+    error = float(np.median(np.abs(np.diff(np.log(paces))))) if len(paces) > 1 else 0.0
+    paces = _smooth_paces(at_middle, paces, weights, int(np.clip((error / STEADY) ** 2 / 2.0, *NEIGHBOURS)))
     at_middle, spread = _middles(seen, clusters, paces, direction, middle)
     speeds = 1.0 / paces
     places = np.concatenate(([0.0], np.cumsum(np.diff(at_middle) * 0.5 * (speeds[1:] + speeds[:-1]))))
@@ -177,11 +180,11 @@ def _passage(
     return Passage(at_middle - direction * middle * paces, direction * speeds, places, numbers, spread, notes)
 
 
-def _smooth_paces(times: FloatArray, paces: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return each slowness by a line over time through its neighbours', weighted; outliers do not count."""
+def _smooth_paces(times: FloatArray, paces: FloatArray, weights: FloatArray, count: int) -> FloatArray:
+    """Return each slowness by a line over time through those of so many neighbours on either side; outliers do not count."""
     out = np.empty(len(paces))
     for i in range(len(paces)):
-        near = slice(max(i - NEIGHBOURS, 0), i + NEIGHBOURS + 1)
+        near = slice(max(i - count, 0), i + count + 1)
         t, s, w = times[near] - times[i], paces[near], weights[near].copy()
         w[np.abs(s / np.median(s) - 1.0) > max(0.02, 5.0 * float(np.median(np.abs(s / np.median(s) - 1.0))))] = 0.0
         mean_t, mean_s = np.average(t, weights=w), np.average(s, weights=w)

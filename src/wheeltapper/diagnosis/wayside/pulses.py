@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, foot_line
 
@@ -17,8 +18,10 @@ JOINED = 0.3
 """Pulses closer than this share of their lengths are one, in which the wheel left the rail."""
 SEATS = 0.12
 """Least prominence of a pulse at a seat, over the largest force of the channel."""
-SHORT = 0.4
+SHORT = 0.6
 """A pulse shorter, and lower, than this share of the usual ones is none: it rings after a strike elsewhere."""
+AROUND = 15
+"""Number of pulses of which the median is the usual duration."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +77,7 @@ def pulses_of(channel: Channel) -> Pulses:
 def _noise(force: FloatArray) -> float:
     """Return the standard deviation of what lies below the zero line and as much above: most samples have no axle."""
     low = force[force < np.median(force)]
-    return float(1.4826 * np.median(np.median(force) - low) / 1.0) if len(low) else 0.0
+    return float(1.4826 * np.median(np.median(force) - low)) if len(low) else 0.0
 
 
 def _spans(force: FloatArray, level: float) -> NDArray[np.int64]:
@@ -134,4 +137,5 @@ def _real(durations: FloatArray, heights: FloatArray) -> NDArray[np.bool_]:
     """Return which pulses are of wheels, and not of what rings after a strike beside the sensor."""
     if not len(durations):
         return np.zeros(0, dtype=bool)
-    return np.array((durations > SHORT * np.median(durations)) | (heights > SHORT * np.median(heights)))
+    usual = median_filter(durations, size=min(AROUND, len(durations)), mode="nearest")
+    return np.array((durations > SHORT * usual) | (heights > SHORT * np.median(heights)))
