@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ NEIGHBOURS = (2, 40)
 """Axles on either side with which an axle's speed is found, by a straight line over time: as many as it takes, at most,"""
 STEADY = 3e-4
 """for this standard error of the speed, over the speed."""
+FAINT = 0.3
+"""Pulses in no more than half of the channels are an axle's only if they are as high as this share of the usual ones."""
 ALIKE = 0.2
 """A pulse as far as this, m, from where the others have its axle, is not counted for the speed."""
 
@@ -60,6 +62,7 @@ class _Seen:
     time: FloatArray
     place: FloatArray
     slowness: FloatArray
+    height: FloatArray
 
 
 def passages_of(several: list[Pulses]) -> list[Passage]:
@@ -74,21 +77,51 @@ def passages_of(several: list[Pulses]) -> list[Passage]:
     known = np.ptp(seen.place) > 0.0
     out = []
     for members in _split(seen, clusters, slowness):
-        out.append(_passage(seen, members, slowness, direction, several, known, told[0] == told[1]))
+        axles, others = _told_apart(seen, members, len(several))
+        if not axles:
+            continue
+        passage = _passage(seen, axles, slowness, direction, several, known, told[0] == told[1])
+        out.append(replace(passage, notes=(*passage.notes, *(_other_note(seen, one, several) for one in others))))
     return out
+
+
+def _told_apart(
+    seen: _Seen, clusters: list[NDArray[np.int64]], channels: int
+) -> tuple[list[NDArray[np.int64]], list[NDArray[np.int64]]]:
+    """Return the pulses that are of axles, and those that are of none: a few faint ones, in few channels."""
+    axles, others = [], []
+    for members in clusters:
+        few = 2 * len(np.unique(seen.channel[members])) <= channels
+        (others if few and np.median(seen.height[members]) < FAINT else axles).append(members)
+    return axles, others
+
+
+def _other_note(seen: _Seen, members: NDArray[np.int64], several: list[Pulses]) -> str:
+    share, names = float(np.median(seen.height[members])), _names(several, seen.channel[members])
+    return f"a pulse at {seen.time[members].mean():.4g} s, {100 * share:.0f} % of the usual ones, counts as no axle: only in {names}"
+
+
+def _names(several: list[Pulses], numbers: NDArray[np.int64]) -> str:
+    """Return the names of channels, of which many are counted."""
+    names = [several[k].channel.sensor.name for k in np.unique(numbers)]
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
 def _all_pulses(several: list[Pulses]) -> _Seen:
     rows = [
         (np.full(len(p.times), k), np.arange(len(p.times)), p.times, np.full(len(p.times), p.channel.place),
-         p.durations / p.channel.length)
+         p.durations / p.channel.length, p.heights / np.median(p.heights))
         for k, p in enumerate(several)
+        if len(p.times)
     ]  # fmt: skip
-    channel, number, time, place, slowness = (np.concatenate(part) for part in zip(*rows, strict=True))
+    if not rows:
+        return _Seen(*np.zeros((2, 0), dtype=np.int64), *np.zeros((4, 0)))
+    channel, number, time, place, slowness, height = (np.concatenate(part) for part in zip(*rows, strict=True))
     order = np.argsort(time, kind="stable")
     return _Seen(
-        channel[order].astype(np.int64), number[order].astype(np.int64), time[order], place[order], slowness[order]
-    )
+        channel[order].astype(np.int64), number[order].astype(np.int64), time[order], place[order], slowness[order],
+        height[order],
+    )  # fmt: skip
 
 
 def _clustered(seen: _Seen, direction: float) -> tuple[list[NDArray[np.int64]], FloatArray]:
@@ -162,9 +195,6 @@ def _passage(
     known: bool, either: bool,
 ) -> Passage:  # fmt: skip
     """Return a train: times and speeds of its axles by lines through their pulses and their neighbours'."""
-    numbers = np.full((len(clusters), len(several)), -1)
-    for axle, members in enumerate(clusters):
-        numbers[axle, seen.channel[members]] = seen.number[members]
     paces = np.array([float(np.median(slowness[members])) for members in clusters])
     middle = float(np.mean([p.channel.place for p in several]))
     at_middle = np.array(
@@ -174,6 +204,12 @@ def _passage(
     error = float(np.median(np.abs(np.diff(np.log(paces))))) if len(paces) > 1 else 0.0
     paces = _smooth_paces(at_middle, paces, weights, int(np.clip((error / STEADY) ** 2 / 2.0, *NEIGHBOURS)))
     at_middle, spread = _middles(seen, clusters, paces, direction, middle)
+    numbers = np.full((len(clusters), len(several)), -1)
+    for axle, members in enumerate(clusters):  # of several pulses in a channel, the highest, if it is where the others are
+        at = seen.time[members] - direction * (seen.place[members] - middle) * paces[axle]
+        own = members[np.abs(at - at_middle[axle]) <= CLOSEST * paces[axle]]
+        own = own[np.argsort(seen.height[own], kind="stable")]
+        numbers[axle, seen.channel[own]] = seen.number[own]
     speeds = 1.0 / paces
     places = np.concatenate(([0.0], np.cumsum(np.diff(at_middle) * 0.5 * (speeds[1:] + speeds[:-1]))))
     notes = _notes(numbers, several, speeds, known, either)
@@ -217,9 +253,8 @@ def _notes(
         notes.append("the pulses fit both directions; that of growing x is taken")
     for axle, lost in enumerate(numbers < 0, 1):
         if lost.any():
-            names = ", ".join(p.channel.sensor.name for p, gone in zip(several, lost, strict=True) if gone)
-            word = "perhaps no axle: " if lost.sum() > 0.5 * len(lost) else ""
-            notes.append(f"axle {axle}: {word}no pulse stands out in {int(lost.sum())} of {len(lost)} channels: {names}"[:160])
+            where = f"{int(lost.sum())} of {len(lost)} channels: {_names(several, np.flatnonzero(lost))}"
+            notes.append(f"axle {axle}: lost in {where}")
     if len(speeds) > 1 and speeds.min() < 0.8 * speeds.max():
         notes.append(f"the speed changes from {3.6 * speeds[0]:.1f} to {3.6 * speeds[-1]:.1f} km/h, with {3.6 * speeds.min():.1f} as the lowest")
     return tuple(notes)
