@@ -12,8 +12,8 @@ from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, f
 
 FAINTEST = 6.0
 """A pulse rises at least this many standard deviations of the noise above the zero line,"""
-SMALLEST = 0.05
-"""and this share of the largest force of the channel."""
+SMALLEST = (0.3, 0.1, 0.05)
+"""and this share of the largest force of the channel: the last one, once the zero line is drawn ever better."""
 JOINED = 0.3
 """Pulses closer than this share of their lengths are one, in which the wheel left the rail."""
 SEATS = 0.12
@@ -61,10 +61,10 @@ def pulses_of(channel: Channel) -> Pulses:
     """Return the pulses of a channel; its zero line is drawn through the gaps between them."""
     smooth = channel.smooth(PEAKS)
     zero = foot_line(smooth, channel.rate)
-    for _ in range(3):
+    for share in SMALLEST:
         force = smooth - zero
         noise = noise_of(force, channel.rate, PEAKS)
-        spans = _spans(force, max(FAINTEST * noise, SMALLEST * float(force.max(initial=0.0))))
+        spans = _spans(force, max(FAINTEST * noise, share * float(force.max(initial=0.0))))
         lengths = spans[:, 1] - spans[:, 0]
         zero = _zero_line(smooth, spans[lengths >= SHORT * np.median(lengths)] if len(spans) else spans, zero)
     force = smooth - zero
