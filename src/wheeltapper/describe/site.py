@@ -86,7 +86,9 @@ class Site(Noun):
             return data
         if data.get("sensors"):
             raise InputError("", "sensors", "more sensors besides a list of them in `sensor`", "one list")
-        kinds = [one.get("kind", DECK) if isinstance(one, dict) else getattr(one, "kind", DECK) for one in data["sensor"]]
+        kinds = [
+            one.get("kind", DECK) if isinstance(one, dict) else getattr(one, "kind", DECK) for one in data["sensor"]
+        ]
         decks = [one for one, kind in zip(data["sensor"], kinds, strict=True) if kind == DECK]
         if len(decks) > 1:
             raise InputError("", "sensor", f"{len(decks)} sensors of the kind {DECK!r}", "one, on the deck")
@@ -141,6 +143,13 @@ class Site(Noun):
             if isinstance(held, bool) or not isinstance(held, int | float):
                 raise InputError("", "uncertainty", f"{path!r}, where there is no number", "paths of numbers")
         return self
+
+    @property
+    def wheel_radius(self) -> float | None:
+        """The stated radius of the wheels, m: its own, or that of the passage; or None."""
+        if self.radius is not None or self.passage is None:
+            return self.radius
+        return float(self.passage.vehicle.radius)
 
     def __hash__(self) -> int:
         own = (self.passage, self.sensor, self.sensors, self.spacing, self.radius)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,8 @@ STEADY = 3e-4
 """for this standard error of the speed, over the speed."""
 FAINT = 0.3
 """Pulses in no more than half of the channels are an axle's only if they are as high as this share of the usual ones."""
+AS_KNOWN = 0.03
+"""Largest deviation of a train's distances of axles from those of the known vehicle, over them."""
 ALIKE = 0.2
 """A pulse as far as this, m, from where the others have its axle, is not counted for the speed."""
 
@@ -43,6 +46,8 @@ class Passage:
         Standard deviation of the pulses' times about the axles', as a way, m.
     notes
         What was found.
+    sure
+        Whether speed and direction follow from channels at several places.
     """
 
     times: FloatArray
@@ -51,6 +56,7 @@ class Passage:
     pulses: NDArray[np.int64]
     spread: float
     notes: tuple[str, ...]
+    sure: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,9 +184,7 @@ def _score(seen: _Seen, clusters: list[NDArray[np.int64]]) -> float:
     return float(sum(len(np.unique(seen.channel[members])) ** 2 for members in clusters))
 
 
-def _split(
-    seen: _Seen, clusters: list[NDArray[np.int64]], slowness: FloatArray
-) -> list[list[NDArray[np.int64]]]:
+def _split(seen: _Seen, clusters: list[NDArray[np.int64]], slowness: FloatArray) -> list[list[NDArray[np.int64]]]:
     """Return the axles of each train."""
     times = np.array([seen.time[members].mean() for members in clusters])
     paces = np.array([np.median(slowness[members]) for members in clusters])
@@ -205,7 +209,9 @@ def _passage(
     paces = _smooth_paces(at_middle, paces, weights, int(np.clip((error / STEADY) ** 2 / 2.0, *NEIGHBOURS)))
     at_middle, spread = _middles(seen, clusters, paces, direction, middle)
     numbers = np.full((len(clusters), len(several)), -1)
-    for axle, members in enumerate(clusters):  # of several pulses in a channel, the highest, if it is where the others are
+    for axle, members in enumerate(
+        clusters
+    ):  # of several pulses in a channel, the highest, if it is where the others are
         at = seen.time[members] - direction * (seen.place[members] - middle) * paces[axle]
         own = members[np.abs(at - at_middle[axle]) <= CLOSEST * paces[axle]]
         own = own[np.argsort(seen.height[own], kind="stable")]
@@ -213,7 +219,7 @@ def _passage(
     speeds = 1.0 / paces
     places = np.concatenate(([0.0], np.cumsum(np.diff(at_middle) * 0.5 * (speeds[1:] + speeds[:-1]))))
     notes = _notes(numbers, several, speeds, known, either)
-    return Passage(at_middle - direction * middle * paces, direction * speeds, places, numbers, spread, notes)
+    return Passage(at_middle - direction * middle * paces, direction * speeds, places, numbers, spread, notes, known)
 
 
 def _smooth_paces(times: FloatArray, paces: FloatArray, weights: FloatArray, count: int) -> FloatArray:
@@ -248,7 +254,9 @@ def _notes(
 ) -> tuple[str, ...]:
     notes = []
     if not known:
-        notes.append("all channels are at one place: speeds are from the lengths of pulses, and the direction is unknown")
+        notes.append(
+            "all channels are at one place: speeds are from the lengths of pulses, and the direction is unknown"
+        )
     elif either:
         notes.append("the pulses fit both directions; that of growing x is taken")
     for axle, lost in enumerate(numbers < 0, 1):
@@ -256,5 +264,33 @@ def _notes(
             where = f"{int(lost.sum())} of {len(lost)} channels: {_names(several, np.flatnonzero(lost))}"
             notes.append(f"axle {axle}: lost in {where}")
     if len(speeds) > 1 and speeds.min() < 0.8 * speeds.max():
-        notes.append(f"the speed changes from {3.6 * speeds[0]:.1f} to {3.6 * speeds[-1]:.1f} km/h, with {3.6 * speeds.min():.1f} as the lowest")
+        notes.append(
+            f"the speed changes from {3.6 * speeds[0]:.1f} to {3.6 * speeds[-1]:.1f} km/h, with {3.6 * speeds.min():.1f} as the lowest"
+        )
     return tuple(notes)
+
+
+def with_known_distances(passage: Passage, distances: Sequence[float]) -> Passage:
+    """Return a passage whose speeds follow from known distances of neighbouring axles, m, somewhere in the train.
+
+    Where channels at several places give the speed, it is kept, and a note says by how much the other one differs.
+    """
+    gaps, known = np.abs(np.diff(passage.times)), np.array(distances)
+    best = (np.inf, 0, 1.0)
+    for first in range(len(gaps) - len(known) + 1):
+        part = gaps[first : first + len(known)]
+        speed = float(known @ known / (known @ part))
+        off = float(np.max(np.abs(part * speed / known - 1.0)))
+        best = min(best, (off, first, speed))
+    off, first, speed = best
+    if off > AS_KNOWN:
+        note = "the known distances of axles are nowhere in this train"
+        return replace(passage, notes=(*passage.notes, note))
+    own = float(np.mean(np.abs(passage.speeds[first : first + len(known) + 1])))
+    told = f"the known vehicle begins at axle {first + 1}; by its distances the speed is {3.6 * speed:.2f} km/h"
+    if passage.sure:
+        return replace(passage, notes=(*passage.notes, f"{told}, by the channels {3.6 * own:.2f} km/h"))
+    factor = speed / own
+    return replace(
+        passage, speeds=passage.speeds * factor, places=passage.places * factor, notes=(*passage.notes, told)
+    )

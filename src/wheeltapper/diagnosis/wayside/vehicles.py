@@ -95,7 +95,9 @@ def _step_cost(before: list[Vehicle], vehicle: Vehicle, gaps: Sequence[float]) -
     link = gaps[vehicle.axles[0] - 1]
     own, other = (_distances(one, gaps) for one in (vehicle, last))
     alike = len(own) == len(other) and all(abs(a - b) <= 2 * EQUAL * a for a, b in zip(own, other, strict=True))
-    shortest = max((min(one) for kind, one in ((vehicle.kind, own), (last.kind, other)) if "bogies" in kind), default=0.0)
+    shortest = max(
+        (min(one) for kind, one in ((vehicle.kind, own), (last.kind, other)) if "bogies" in kind), default=0.0
+    )
     return (0.0 if alike else UNEQUAL) + (UNEQUAL if link < shortest else 0.0)
 
 

@@ -177,9 +177,7 @@ def _view(passage: Passage, pulses: Pulses, number: int, axle: int) -> _View | N
     return _View(first, last, at, count, (0.5 - edge / length) * count, stands)
 
 
-def _usual_shape(
-    views: dict[tuple[int, int], _View], quick: Sequence[FloatArray], means: FloatArray
-) -> FloatArray:
+def _usual_shape(views: dict[tuple[int, int], _View], quick: Sequence[FloatArray], means: FloatArray) -> FloatArray:
     """Return what a sensor reads of a wheel as it passes, over its mean force, at `SHARES`: the median of all."""
     rows = [
         np.interp(SHARES, view.shares, quick[k][view.first : view.last] / means[axle, k], left=0.0, right=0.0)
@@ -197,7 +195,9 @@ def _strikes(
     usual = float(np.nanmedian(sure)) if np.isfinite(sure).any() else 0.0
     scatter = 1.4826 * float(np.nanmedian(np.abs(sure - usual))) if np.isfinite(sure).any() else 0.0
     with np.errstate(invalid="ignore"):
-        found = (excess > STRIKE * mean[:, None]) & (excess > STANDS_OUT * noise) & (sure > usual + STANDS_OUT * scatter)
+        found = (
+            (excess > STRIKE * mean[:, None]) & (excess > STANDS_OUT * noise) & (sure > usual + STANDS_OUT * scatter)
+        )
     out: list[list[Strike]] = [[] for _ in mean]
     for axle, k in zip(*np.nonzero(found), strict=True):
         when = float(whens[axle, k])
