@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.cells import growths, missing_energies
+from wheeltapper.ask.cells import others_of
 from wheeltapper.ground.progress import progress_counter
 from wheeltapper.lower.many import EPSILON, Direction, LoweredCells
 from wheeltapper.lower.table import used_degree
@@ -114,7 +114,7 @@ def _slopes_of_block(
     def read_block(block: slice, marched: Marched, tangents: Tangents) -> None:
         out.status[block], out.gentlest[block] = marched.status, tangents.gentlest
         out.amplification[block] = tangents.amplification
-        others = missing_energies(many, block), growths(many, block)
+        others = others_of(many, block)
         for lane, direction in enumerate(directions):
             rates = _Rates.along(tangents, lane)
             units = direction.units.part(block)

@@ -147,9 +147,8 @@ class Site(Noun):
     @property
     def wheel_radius(self) -> float | None:
         """The stated radius of the wheels, m: its own, or that of the passage; or None."""
-        if self.radius is not None or self.passage is None:
-            return self.radius
-        return float(self.passage.vehicle.radius)
+        own = self.radius if self.radius is not None or self.passage is None else self.passage.vehicle.radius
+        return None if own is None else float(own)
 
     def __hash__(self) -> int:
         own = (self.passage, self.sensor, self.sensors, self.spacing, self.radius)

@@ -20,7 +20,7 @@ from wheeltapper.diagnosis.finding import HEALTHY, KIP, NOT_EXPLAINED, Finding
 from wheeltapper.diagnosis.folder import undiagnosed_entry
 from wheeltapper.diagnosis.processes import Lost, in_processes
 from wheeltapper.ground.arguments import as_count, as_list, check_text
-from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.record.arguments import as_recordings
 from wheeltapper.record.limits.rule import Rule, Rules, as_rules
@@ -30,7 +30,8 @@ from wheeltapper.record.simulate import simulate
 FORMAT = 1
 """Version of the layout of a train's JSON."""
 COLUMNS = (
-    ("vehicle", "vehicle", "d"), ("axle", "axle", "d"), ("side", "side", "s"), ("speed_kmh", "km/h", ".1f"), ("static_kn", "static kN", ".1f"),
+    ("vehicle", "vehicle", "d"), ("axle", "axle", "d"), ("side", "side", "s"),
+    ("speed_kmh", "km/h", ".1f"), ("static_kn", "static kN", ".1f"),
     ("peak_kn", "peak kN", ".1f"), ("peak_kips", "peak kips", ".1f"), ("dynamic_ratio", "peak/static", ".2f"),
     ("dynamic_increment", "(peak-static)/static", ".2f"),
     ("level_kn", "level kN", ".1f"), ("forces_from", "forces from", "s"), ("verdict", "verdict", "s"),
@@ -70,9 +71,9 @@ class TrainFinding:
     notes
         What was found in the recordings of a train that was measured without a model.
     vehicles
-        Of such a train: for each vehicle its number, kind, first_axle, last_axle, axles, wheelbases (m), distance of its
-        outer axles (m), load (N), and left_right, front_rear and diagonal: (a - b)/(a + b) of the loads of its sides,
-        its outer bogies, and front left with rear right against the others.
+        Of such a train: for each vehicle its number, kind, first_axle, last_axle, axles, wheelbases (m), distance of
+        its outer axles (m), load (N), and left_right, front_rear and diagonal: (a - b)/(a + b) of the loads of its
+        sides, its outer bogies, and front left with rear right against the others.
     """
 
     axles: tuple[dict[str, Any], ...]
@@ -96,9 +97,10 @@ class TrainFinding:
 
         Keys: axle, speed_kmh, static_kn, peak_kn, peak_kips, dynamic_ratio (peak over static), dynamic_increment
         ((peak - static) over static), level_kn (peak on level track), forces_from ("model" or "recording"), verdict,
-        probability, size (as text), alarms (names of the rules). Forces are those of the wheelset, in kN and in kips. In
-        a row of a wheel they are the wheel's, and there are vehicle, side, axle_kn (static force of the axle), left_right
-        ((left - right) over their sum), strikes (their number), repeats_after (m, if it is a wheel's circumference).
+        probability, size (as text), alarms (names of the rules). Forces are those of the wheelset, in kN and in kips.
+        In a row of a wheel they are the wheel's, and there are vehicle, side, axle_kn (static force of the axle),
+        left_right ((left - right) over their sum), strikes (their number), repeats_after (m, if it is a wheel's
+        circumference).
         """
         rows = []
         for number, entry in enumerate(self.axles, 1):
@@ -110,7 +112,7 @@ class TrainFinding:
 
     def to_dataframe(self) -> Any:
         """Return the table as a pandas DataFrame."""
-        import pandas as pd
+        import pandas as pd  # type: ignore[import-untyped]
 
         return pd.DataFrame(self.table(), columns=[key for key, _, _ in self._columns()])
 
@@ -377,7 +379,7 @@ def diagnose_train(
     progress
         As for `wheeltapper.simulate`.
     """
-    site, asked, chosen = as_site(site), as_recordings(recordings), _checked_rules(rules, countries)
+    site, asked, chosen = as_site(site), as_recordings(recordings), as_rules(rules, countries)
     check_text(name, "name")
     check_text(date, "date")
     compared = None if faults is None else tuple(as_list(faults, "faults", "names of faults"))

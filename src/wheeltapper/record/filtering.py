@@ -12,9 +12,11 @@ from wheeltapper.ground.errors import InputError
 
 FloatArray = NDArray[np.float64]
 PER_PERIOD = 100.0
-"""Samples in a period of the cut-off frequency, at least: with fewer, sharp events fold back into the pass band."""
-SLOWEST = 10e3
-"""Samples per second, at least."""
+"""Samples in a period of the cut-off frequency, at least."""
+LEAST_PER_PERIOD = 10.0
+"""Samples in a period that may be asked for."""
+SLOWEST = 20e3
+"""Samples per second, at least: impacts last about a millisecond, and what is sampled too coarsely folds back."""
 
 
 def usual_rate(cutoff: float) -> float:
@@ -61,3 +63,12 @@ def sliding_mean(samples: FloatArray, width: int) -> FloatArray:
     """Return the mean over each window of so many samples along the first axis, which ends inside the record."""
     total = np.cumsum(np.insert(samples, 0, 0.0, axis=0), axis=0)
     return np.asarray((total[width:] - total[:-width]) / width)
+
+
+def checked_rate(rate: float | str, cutoff: float) -> float:
+    """Return the samples per second, Hz, that are asked for."""
+    found = as_quantity(rate, "rate", "frequency")
+    if found < LEAST_PER_PERIOD * cutoff:
+        least = f"at least {LEAST_PER_PERIOD * cutoff:g} Hz, {LEAST_PER_PERIOD:g} times the cut-off"
+        raise InputError("", "rate", f"{found:g} Hz for a cut-off of {cutoff:g} Hz", least)
+    return found

@@ -34,6 +34,23 @@ class Irregularity(Noun, abstract=True):
         """Return the length of the shortest wave of a smooth form under a wheel of this radius, m; None: not known."""
         return None
 
+    def span_given(self, end: float) -> float | None:
+        """Return the span of heights that are given one by one, up to x = end (m); None where a formula gives them."""
+        return None
+
+    def limited(self, radius: float) -> dict[str, float]:
+        """Return sizes that limits are stated for, of a wheel of this radius (m): flat_length, out_of_roundness, m."""
+        return {}
+
+    def on_rail(self, side: str) -> Self:
+        """Return what this is on the "left" or "right" rail; most are the same on both."""
+        return self
+
+    @property
+    def filters(self) -> bool:
+        """Whether it is already what a patch of contact, or a circle, leaves of it."""
+        return False
+
     def moved(self, distance: float) -> Self:
         """Return the same irregularity farther along the rail (m).
 

@@ -8,20 +8,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.diagnosis.wayside.pulses import FloatArray, Pulses
+from wheeltapper.diagnosis.wayside.channels import FloatArray
+from wheeltapper.diagnosis.wayside.pulses import Pulses
 
 CLOSEST = 0.5
 """Pulses that lie closer than this, m, after the way between their channels, are of one axle."""
+SEAT_LENGTHS = tuple(np.geomspace(0.4, 1.6, 9).tolist())
+"""Lengths of pulses at seats between half heights, m, that are tried: they depend on the track."""
 APART = 45.0
 """Longest distance of two axles of one train, m."""
 AROUND = 15
 """Number of pulses of which the median gives the first slowness."""
 NEIGHBOURS = (2, 40)
-"""Axles on either side with which an axle's speed is found, by a straight line over time: as many as it takes, at most,"""
+"""Axles on either side with which an axle's speed is found, by a line over time: as many as it takes, at most,"""
 STEADY = 3e-4
 """for this standard error of the speed, over the speed."""
 FAINT = 0.3
-"""Pulses in no more than half of the channels are an axle's only if they are as high as this share of the usual ones."""
+"""Pulses in no more than half of the channels are an axle's only if they have this share of the usual height."""
 AS_KNOWN = 0.03
 """Largest deviation of a train's distances of axles from those of the known vehicle, over them."""
 ALIKE = 0.2
@@ -73,14 +76,19 @@ class _Seen:
 
 def passages_of(several: list[Pulses]) -> list[Passage]:
     """Return the trains in the pulses of channels, in the order of time."""
-    seen = _all_pulses(several)
-    if not len(seen.time):
-        return []
-    found = [_clustered(seen, direction) for direction in (1.0, -1.0)]
-    told = [_score(seen, clusters) for clusters, _ in found]
-    clusters, slowness = found[int(told[1] > told[0])]
-    direction = 1.0 if told[0] >= told[1] else -1.0
-    known = np.ptp(seen.place) > 0.0
+    at_seats = any(np.isnan(p.channel.length) for p in several)
+    told = [0.0, 0.0]
+    for length in SEAT_LENGTHS if at_seats else (1.0,):
+        tried = _all_pulses(several, length)
+        if not len(tried.time):
+            return []
+        for number, way in enumerate((1.0, -1.0)):
+            found = _clustered(tried, way)
+            score = _score(tried, found[0])
+            if score > max(told):
+                seen, (clusters, slowness), direction = tried, found, way
+            told[number] = max(told[number], score)
+    known = bool(np.ptp(seen.place) > 0.0)
     out = []
     for members in _split(seen, clusters, slowness):
         axles, others = _told_apart(seen, members, len(several))
@@ -95,7 +103,8 @@ def _told_apart(
     seen: _Seen, clusters: list[NDArray[np.int64]], channels: int
 ) -> tuple[list[NDArray[np.int64]], list[NDArray[np.int64]]]:
     """Return the pulses that are of axles, and those that are of none: a few faint ones, in few channels."""
-    axles, others = [], []
+    axles: list[NDArray[np.int64]] = []
+    others: list[NDArray[np.int64]] = []
     for members in clusters:
         few = 2 * len(np.unique(seen.channel[members])) <= channels
         (others if few and np.median(seen.height[members]) < FAINT else axles).append(members)
@@ -104,7 +113,8 @@ def _told_apart(
 
 def _other_note(seen: _Seen, members: NDArray[np.int64], several: list[Pulses]) -> str:
     share, names = float(np.median(seen.height[members])), _names(several, seen.channel[members])
-    return f"a pulse at {seen.time[members].mean():.4g} s, {100 * share:.0f} % of the usual ones, counts as no axle: only in {names}"
+    what = f"a pulse at {seen.time[members].mean():.4g} s, {100 * share:.0f} % of the usual ones"
+    return f"{what}, counts as no axle: only in {names}"
 
 
 def _names(several: list[Pulses], numbers: NDArray[np.int64]) -> str:
@@ -113,10 +123,11 @@ def _names(several: list[Pulses], numbers: NDArray[np.int64]) -> str:
     return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
-def _all_pulses(several: list[Pulses]) -> _Seen:
+def _all_pulses(several: list[Pulses], at_seats: float) -> _Seen:
+    """Return the pulses of all channels; those at seats last as if the sensors there had this length, m."""
     rows = [
         (np.full(len(p.times), k), np.arange(len(p.times)), p.times, np.full(len(p.times), p.channel.place),
-         p.durations / p.channel.length, p.heights / np.median(p.heights))
+         p.durations / np.nan_to_num(p.channel.length, nan=at_seats), p.heights / np.median(p.heights))
         for k, p in enumerate(several)
         if len(p.times)
     ]  # fmt: skip
@@ -223,7 +234,7 @@ def _passage(
 
 
 def _smooth_paces(times: FloatArray, paces: FloatArray, weights: FloatArray, count: int) -> FloatArray:
-    """Return each slowness by a line over time through those of so many neighbours on either side; outliers do not count."""
+    """Return each slowness by a line over time through so many neighbours' on either side, without outliers."""
     out = np.empty(len(paces))
     for i in range(len(paces)):
         near = slice(max(i - count, 0), i + count + 1)
@@ -265,7 +276,8 @@ def _notes(
             notes.append(f"axle {axle}: lost in {where}")
     if len(speeds) > 1 and speeds.min() < 0.8 * speeds.max():
         notes.append(
-            f"the speed changes from {3.6 * speeds[0]:.1f} to {3.6 * speeds[-1]:.1f} km/h, with {3.6 * speeds.min():.1f} as the lowest"
+            f"the speed changes from {3.6 * speeds[0]:.1f} to {3.6 * speeds[-1]:.1f} km/h, "
+            f"with {3.6 * speeds.min():.1f} km/h as the lowest"
         )
     return tuple(notes)
 

@@ -174,8 +174,8 @@ def _lost_forces(sides: Sequence[Side]) -> list[str]:
     out = []
     for side in sides:
         where = f" {side.side}" if side.side else ""
-        for axle in np.flatnonzero(~np.isfinite(side.mean)):
-            out.append(f"axle {axle + 1}{where}: no channel shows its whole passage; it has no force")
+        lost = np.flatnonzero(~np.isfinite(side.mean)) + 1
+        out += [f"axle {axle}{where}: no channel shows its whole passage; it has no force" for axle in lost]
         if side.clipped.any():
             axles = ", ".join(str(axle + 1) for axle in np.flatnonzero(side.clipped))
             out.append(f"axles {axles}{where}: clipped or missing samples in a channel, which does not count for them")

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
+from scipy.signal import find_peaks, peak_prominences, peak_widths
 
 from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, foot_line
+from wheeltapper.record.filtering import low_passed
 
 FAINTEST = 6.0
 """A pulse rises at least this many standard deviations of the noise above the zero line,"""
@@ -16,8 +18,8 @@ SMALLEST = (0.3, 0.1, 0.05)
 """and this share of the largest force of the channel: the last one, once the zero line is drawn ever better."""
 JOINED = 0.3
 """Pulses closer than this share of their lengths are one, in which the wheel left the rail."""
-SEATS = 0.12
-"""Least prominence of a pulse at a seat, over the largest force of the channel."""
+SEATS, AXLES = 0.12, 60.0
+"""Least prominence of a pulse at a seat, over its height, and the cut-off of the force where it is looked for, Hz."""
 SHORT = 0.6
 """A pulse shorter than this share of the usual ones rings after a strike elsewhere,"""
 HIGH = 0.4
@@ -69,7 +71,10 @@ def pulses_of(channel: Channel) -> Pulses:
         zero = _zero_line(smooth, spans[lengths >= SHORT * np.median(lengths)] if len(spans) else spans, zero)
     force = smooth - zero
     noise = noise_of(force, channel.rate, PEAKS)
-    rows = [row for span in spans if (row := _half_height(force, *span)) is not None]
+    if np.isnan(channel.length):
+        rows = _at_seat(force, channel.rate, max(FAINTEST * noise, SMALLEST[-1] * float(force.max(initial=0.0))))
+    else:
+        rows = [row for span in spans if (row := _half_height(force, *span)) is not None]
     begin, end, heights = np.array(rows).reshape(-1, 3).T
     durations = (end - begin) / channel.rate
     real = _real(durations, heights)
@@ -118,6 +123,20 @@ def _zero_line(smooth: FloatArray, spans: NDArray[np.int64], before: FloatArray)
         middles += (0.5 * (cuts[1:] + cuts[:-1])).tolist()
         feet += [float(np.median(smooth[i:k])) for i, k in zip(cuts[:-1], cuts[1:], strict=True)]
     return np.interp(np.arange(len(smooth)), middles, feet)
+
+
+def _at_seat(force: FloatArray, rate: float, level: float) -> list[tuple[float, float, float]]:
+    """Return where the pulses at a seat begin and end, in samples, and their heights; those of a bogie overlap."""
+    slow = low_passed(force, rate, AXLES) if rate > 2.5 * AXLES else force
+    at, _ = find_peaks(slow, height=level)
+    at = at[peak_prominences(slow, at)[0] >= SEATS * slow[at]]
+    widths = peak_widths(slow, at, rel_height=0.5)[0]
+    out = []
+    for i, width in zip(at, widths, strict=True):
+        before, here, behind = slow[i - 1 : i + 2]
+        middle = i + 0.5 * (before - behind) / min(before - 2.0 * here + behind, -1e-9)
+        out.append((float(middle - 0.5 * width), float(middle + 0.5 * width), float(here)))
+    return out
 
 
 def _half_height(force: FloatArray, first: int, last: int) -> tuple[float, float, float] | None:

@@ -129,8 +129,8 @@ def _side(side: str | None, passage: Passage, several: Sequence[Pulses], numbers
 class _View:
     """The samples of a channel in which a wheel is near its sensor.
 
-    `middle` is when the wheel is in the middle, in samples, `count` how many samples it takes over the length, `sure` the
-    half of the part in which peaks count, in samples.
+    `middle` is when the wheel is in the middle, in samples, `count` how many samples it takes over the length, `sure`
+    the half of the part in which peaks count, in samples.
     """
 
     first: int
@@ -150,7 +150,7 @@ class _View:
         return slice(int(np.ceil(self.middle - half)), int(np.floor(self.middle + half)) + 1)
 
     def mean(self, total: FloatArray) -> float:
-        """Return the mean force: the area of the pulse over its length, or, of a wheel that stands, of its middle half."""
+        """Return the mean force: the area of the pulse over its length; of a wheel that stands, in its middle half."""
         if self.stands:
             part = self.within(0.25 * self.count)
             return float((total[part.stop] - total[part.start]) / (part.stop - part.start))
@@ -184,7 +184,7 @@ def _usual_shape(views: dict[tuple[int, int], _View], quick: Sequence[FloatArray
         for (axle, k), view in views.items()
         if means[axle, k] > 0.0
     ]
-    return np.median(rows, axis=0) if rows else np.zeros(len(SHARES))
+    return np.asarray(np.median(rows, axis=0), dtype=float) if rows else np.zeros(len(SHARES))
 
 
 def _strikes(
