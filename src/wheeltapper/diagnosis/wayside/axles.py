@@ -27,6 +27,10 @@ FAINT = 0.3
 """Pulses in no more than half of the channels are an axle's only if they have this share of the usual height."""
 AS_KNOWN = 0.03
 """Largest deviation of a train's distances of axles from those of the known vehicle, over them."""
+CHANGED = 0.1
+"""Axles whose slowness differs from another's by this share say nothing of its speed."""
+STOOD = 3.0
+"""An axle that is among the channels for so many times what its speed says has stopped there."""
 ALIKE = 0.2
 """A pulse as far as this, m, from where the others have its axle, is not counted for the speed."""
 
@@ -89,6 +93,7 @@ def passages_of(several: list[Pulses]) -> list[Passage]:
                 seen, (clusters, slowness), direction = tried, found, way
             told[number] = max(told[number], score)
     known = bool(np.ptp(seen.place) > 0.0)
+    clusters = _in_order(seen, clusters, len(several))
     out = []
     for members in _split(seen, clusters, slowness):
         axles, others = _told_apart(seen, members, len(several))
@@ -191,17 +196,29 @@ def _robust_slope(x: FloatArray, t: FloatArray, far: float) -> float:
 
 
 def _score(seen: _Seen, clusters: list[NDArray[np.int64]]) -> float:
-    """Return how many pairs of pulses in different channels belong to one axle: most, if the direction is right."""
-    return float(sum(len(np.unique(seen.channel[members])) ** 2 for members in clusters))
+    """Return how well pulses of different channels make axles: best, if slowness and direction are right."""
+    counts = [(len(members), len(np.unique(seen.channel[members]))) for members in clusters]
+    return float(sum(channels**2 - 4 * (pulses - channels) for pulses, channels in counts))
+
+
+def _in_order(seen: _Seen, clusters: list[NDArray[np.int64]], channels: int) -> list[NDArray[np.int64]]:
+    """Return the axles by the order of their pulses, if some are not whole and each channel has as many pulses.
+
+    So it is where a train stops among the channels: no axle overtakes another.
+    """
+    each = [np.flatnonzero(seen.channel == k) for k in range(channels)]
+    if len({len(one) for one in each}) > 1 or all(len(members) == channels for members in clusters):
+        return clusters
+    return list(np.column_stack(each))
 
 
 def _split(seen: _Seen, clusters: list[NDArray[np.int64]], slowness: FloatArray) -> list[list[NDArray[np.int64]]]:
-    """Return the axles of each train."""
-    times = np.array([seen.time[members].mean() for members in clusters])
+    """Return the axles of each train: no axle is between the channels for as long as a long way takes."""
+    first = np.array([seen.time[members].min() for members in clusters])
+    last = np.array([seen.time[members].max() for members in clusters])
     paces = np.array([np.median(slowness[members]) for members in clusters])
-    gaps = np.diff(times) / np.maximum(paces[1:], paces[:-1])
-    cuts = np.flatnonzero(gaps > APART) + 1
-    ends = [0, *cuts.tolist(), len(clusters)]
+    gaps = (first[1:] - last[:-1]) / np.maximum(paces[1:], paces[:-1])
+    ends = [0, *(np.flatnonzero(gaps > APART) + 1).tolist(), len(clusters)]
     return [clusters[a:b] for a, b in zip(ends[:-1], ends[1:], strict=True)]
 
 
@@ -211,13 +228,12 @@ def _passage(
 ) -> Passage:  # fmt: skip
     """Return a train: times and speeds of its axles by lines through their pulses and their neighbours'."""
     paces = np.array([float(np.median(slowness[members])) for members in clusters])
-    middle = float(np.mean([p.channel.place for p in several]))
+    middle = _place_of_slope(np.array([p.channel.place for p in several]))
     at_middle = np.array(
         [np.median(seen.time[m] - direction * (seen.place[m] - middle) * paces[i]) for i, m in enumerate(clusters)]
     )
     weights = np.array([max(float(np.sum((seen.place[m] - seen.place[m].mean()) ** 2)), 1e-6) for m in clusters])
-    error = float(np.median(np.abs(np.diff(np.log(paces))))) if len(paces) > 1 else 0.0
-    paces = _smooth_paces(at_middle, paces, weights, int(np.clip((error / STEADY) ** 2 / 2.0, *NEIGHBOURS)))
+    paces = _smooth_paces(at_middle, paces, weights, _pace_error(at_middle, paces))
     at_middle, spread = _middles(seen, clusters, paces, direction, middle)
     numbers = np.full((len(clusters), len(several)), -1)
     for axle, members in enumerate(
@@ -228,21 +244,62 @@ def _passage(
         own = own[np.argsort(seen.height[own], kind="stable")]
         numbers[axle, seen.channel[own]] = seen.number[own]
     speeds = 1.0 / paces
-    places = np.concatenate(([0.0], np.cumsum(np.diff(at_middle) * 0.5 * (speeds[1:] + speeds[:-1]))))
+    steps = np.array([_least_step(seen, a, b) for a, b in zip(clusters[:-1], clusters[1:], strict=True)])
+    longest = STOOD * float(np.ptp(seen.place)) * paces
+    stood = [i for i, members in enumerate(clusters) if np.ptp(seen.time[members]) > longest[i]]
+    steps = steps if stood else np.diff(at_middle)
+    places = np.concatenate(([0.0], np.cumsum(steps * 0.5 * (speeds[1:] + speeds[:-1]))))
     notes = _notes(numbers, several, speeds, known, either)
+    if stood and known:
+        which = ", ".join(str(i + 1) for i in stood)
+        told = f"the train stopped with axles {which} among the channels: speeds and distances there are uncertain"
+        notes = (told, *notes)
     return Passage(at_middle - direction * middle * paces, direction * speeds, places, numbers, spread, notes, known)
 
 
-def _smooth_paces(times: FloatArray, paces: FloatArray, weights: FloatArray, count: int) -> FloatArray:
-    """Return each slowness by a line over time through so many neighbours' on either side, without outliers."""
+def _least_step(seen: _Seen, a: NDArray[np.int64], b: NDArray[np.int64]) -> float:
+    """Return the time between two axles in the channel in which it is the least, s: there the train did not stop."""
+    common = np.intersect1d(seen.channel[a], seen.channel[b])
+    steps = [
+        float(seen.time[b][seen.channel[b] == k].mean() - seen.time[a][seen.channel[a] == k].mean()) for k in common
+    ]
+    return min(steps, default=float(seen.time[b].mean() - seen.time[a].mean()))
+
+
+def _place_of_slope(places: FloatArray) -> float:
+    """Return where a train that brakes or accelerates has the slowness of the line through its times at the places."""
+    x = places - places.mean()
+    spread = float(x @ x)
+    return float(places.mean()) + (float(x @ x**2) / (2.0 * spread) if spread > 0.0 else 0.0)
+
+
+def _pace_error(times: FloatArray, paces: FloatArray) -> float:
+    """Return the standard error of one slowness, over it: how far each is from the line through its neighbours."""
+    if len(paces) < 3:
+        return 0.0
+    share = np.diff(times)[:-1] / np.maximum(times[2:] - times[:-2], 1e-9)
+    off = paces[1:-1] - (1.0 - share) * paces[:-2] - share * paces[2:]
+    return float(1.4826 * np.median(np.abs(off) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2) / paces[1:-1]))
+
+
+def _smooth_paces(times: FloatArray, paces: FloatArray, weights: FloatArray, error: float) -> FloatArray:
+    """Return each slowness by a line over time through its neighbours', as many as the error of one asks for.
+
+    Neighbours that are far from the median of the nearest do not count: there the speed has changed, or is wrong.
+    """
+    count = int(np.clip((error / STEADY) ** 2 / 2.0, *NEIGHBOURS))
+    local, far = _running_median(paces, 5), max(CHANGED, 5.0 * error)
     out = np.empty(len(paces))
     for i in range(len(paces)):
         near = slice(max(i - count, 0), i + count + 1)
-        t, s, w = times[near] - times[i], paces[near], weights[near].copy()
-        w[np.abs(s / np.median(s) - 1.0) > max(0.02, 5.0 * float(np.median(np.abs(s / np.median(s) - 1.0))))] = 0.0
+        t, s = times[near] - times[i], paces[near]
+        w = weights[near] * (np.abs(s / local[i] - 1.0) <= far)
+        if not w.any():
+            out[i] = local[i]
+            continue
         mean_t, mean_s = np.average(t, weights=w), np.average(s, weights=w)
         spread = float(w @ (t - mean_t) ** 2)
-        slope = float(w @ ((t - mean_t) * (s - mean_s))) / spread if np.count_nonzero(w) > 3 and spread > 0.0 else 0.0
+        slope = float(w @ ((t - mean_t) * (s - mean_s))) / spread if np.count_nonzero(w) > 2 and spread > 0.0 else 0.0
         out[i] = mean_s - slope * mean_t
     return out
 

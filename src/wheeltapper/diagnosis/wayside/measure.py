@@ -93,6 +93,9 @@ def _train(passage: Passage, several: Sequence[Pulses], site: Site, rules: Any, 
                 entry = _entry(axle, passage, sides, site)
                 entries.append(entry | {"vehicle": number, "bogie": bogie})
     notes = [note for pulses in several for note in pulses.channel.notes]
+    alone = [str(one.axles[0] + 1) for one in vehicles if one.kind == "alone"]
+    if alone and len(vehicles) > 1:
+        notes.append(f"axles {', '.join(alone)}: by the distances in no vehicle; perhaps an axle beside them was lost")
     notes += [*passage.notes, *_lost_forces(sides), *_what_forces_are(several)]
     return TrainFinding(
         tuple(entries), site, rules, alarms_of(entries, rules, site), name, date, notes=tuple(dict.fromkeys(notes)),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
-from scipy.signal import find_peaks, peak_prominences, peak_widths
+from scipy.signal import find_peaks, peak_prominences
 
 from wheeltapper.diagnosis.wayside.channels import PEAKS, Channel, FloatArray, foot_line
 from wheeltapper.record.filtering import low_passed
@@ -18,7 +18,7 @@ SMALLEST = (0.3, 0.1, 0.05)
 """and this share of the largest force of the channel: the last one, once the zero line is drawn ever better."""
 JOINED = 0.3
 """Pulses closer than this share of their lengths are one, in which the wheel left the rail."""
-SEATS, AXLES = 0.12, 60.0
+SEATS, AXLES = 0.03, 60.0
 """Least prominence of a pulse at a seat, over its height, and the cut-off of the force where it is looked for, Hz."""
 SHORT = 0.6
 """A pulse shorter than this share of the usual ones rings after a strike elsewhere,"""
@@ -130,12 +130,13 @@ def _at_seat(force: FloatArray, rate: float, level: float) -> list[tuple[float, 
     slow = low_passed(force, rate, AXLES) if rate > 2.5 * AXLES else force
     at, _ = find_peaks(slow, height=level)
     at = at[peak_prominences(slow, at)[0] >= SEATS * slow[at]]
-    widths = peak_widths(slow, at, rel_height=0.5)[0]
+    apart = max(round(rate / AXLES / 4.0), 1)
     out = []
-    for i, width in zip(at, widths, strict=True):
-        before, here, behind = slow[i - 1 : i + 2]
-        middle = i + 0.5 * (before - behind) / min(before - 2.0 * here + behind, -1e-9)
-        out.append((float(middle - 0.5 * width), float(middle + 0.5 * width), float(here)))
+    for i in at[(at >= apart) & (at < len(slow) - apart)]:
+        before, here, behind = slow[[i - apart, i, i + apart]]
+        bend = min(before - 2.0 * here + behind, -1e-9 * here)  # a parabola through three points
+        middle, half = i + 0.5 * apart * (before - behind) / bend, apart * np.sqrt(-here / bend)
+        out.append((float(middle - half), float(middle + half), float(here)))
     return out
 
 

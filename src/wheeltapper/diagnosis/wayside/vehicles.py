@@ -44,7 +44,7 @@ def vehicles_of(places: Sequence[float]) -> list[Vehicle]:
     """
     gaps = [b - a for a, b in zip(places[:-1], places[1:], strict=True)]
     count = len(places)
-    best: list[tuple[float, list[Vehicle]]] = [(0.0, [])] + [(inf, [])] * count
+    best: list[tuple[float, list[Vehicle]]] = [(0.0, []), *[(inf, list[Vehicle]())] * count]
     for end in range(1, count + 1):
         for begin in range(max(end - 16, 0), end):
             if begin and not LINKED[0] <= gaps[begin - 1] <= LINKED[1] and end - begin > 1:

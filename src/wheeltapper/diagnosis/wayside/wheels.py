@@ -184,7 +184,7 @@ def _usual_shape(views: dict[tuple[int, int], _View], quick: Sequence[FloatArray
         for (axle, k), view in views.items()
         if means[axle, k] > 0.0
     ]
-    return np.asarray(np.median(rows, axis=0), dtype=float) if rows else np.zeros(len(SHARES))
+    return np.array(np.median(rows, axis=0) if rows else 0.0 * SHARES, dtype=np.float64)
 
 
 def _strikes(
