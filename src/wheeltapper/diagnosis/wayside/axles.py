@@ -27,8 +27,9 @@ FAINT = 0.3
 """Pulses in no more than half of the channels are an axle's only if they have this share of the usual height."""
 AS_KNOWN = 0.03
 """Largest deviation of a train's distances of axles from those of the known vehicle, over them."""
-CHANGED = 0.1
-"""Axles whose slowness differs from another's by this share say nothing of its speed."""
+CHANGED = (0.02, 0.1)
+"""Axles whose slowness differs from another's by so much say nothing of its speed: by more than five times the median,
+and these shares."""
 STOOD = 3.0
 """An axle that is among the channels for so many times what its speed says has stopped there."""
 ALIKE = 0.2
@@ -288,12 +289,13 @@ def _smooth_paces(times: FloatArray, paces: FloatArray, weights: FloatArray, err
     Neighbours that are far from the median of the nearest do not count: there the speed has changed, or is wrong.
     """
     count = int(np.clip((error / STEADY) ** 2 / 2.0, *NEIGHBOURS))
-    local, far = _running_median(paces, 5), max(CHANGED, 5.0 * error)
+    local = _running_median(paces, 5)
     out = np.empty(len(paces))
     for i in range(len(paces)):
         near = slice(max(i - count, 0), i + count + 1)
         t, s = times[near] - times[i], paces[near]
-        w = weights[near] * (np.abs(s / local[i] - 1.0) <= far)
+        off = np.abs(s / local[i] - 1.0)
+        w = weights[near] * (off <= np.clip(5.0 * np.median(off), *CHANGED))
         if not w.any():
             out[i] = local[i]
             continue
