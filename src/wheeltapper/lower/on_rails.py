@@ -23,6 +23,7 @@ from wheeltapper.lower.known import check_known
 from wheeltapper.lower.numbers import METHODS, Method, hysteresis_factor, units_of
 from wheeltapper.lower.own_law import tabulated_law
 from wheeltapper.lower.plausible import implausible_notes
+from wheeltapper.lower.table import PathTable
 from wheeltapper.lower.track.reach import Reach, critical_speed, cutoff_note, modes_of
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.lower.track.section import section_of
@@ -69,6 +70,8 @@ class LoweredOnRails:
         Units of the program in m and s.
     force
         Force of a wheelset for a force of one of the program, N: the number of rails.
+    paths
+        Tables of the wheelsets' paths.
     """
 
     program: general.Task
@@ -79,6 +82,7 @@ class LoweredOnRails:
     contact_constant: float
     notes: tuple[Note, ...]
     force: float
+    paths: tuple[PathTable, ...] = ()
     length: float = 1.0
     time: float = 1.0
 
@@ -93,10 +97,10 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
         modes, reach = modes_of(track, method, plane.extent)
         seat = float(track.first_sleeper)
     forces = np.array([wheelset.weight for wheelset in plane.wheelsets])
-    laws = [_law(scenario, wheelset, rails) for wheelset in plane.wheelsets]
+    laws = [law_of(scenario, wheelset, rails) for wheelset in plane.wheelsets]
     if modes is not None:
         _check_speed(float(scenario.speed), track, modes.ring, GENERAL_METHODS[method])
-    contacts, notes = _contacts(scenario, plane, METHODS[method], seat, [law for law, _, _ in laws])
+    contacts, paths, notes = _contacts(scenario, plane, METHODS[method], seat, [law for law, _, _ in laws])
     count, wheels = len(plane.freedoms), len(plane.wheelsets)
     shapes = np.eye(count, wheels)
     bodies = general.Bodies(
@@ -109,7 +113,7 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
         said = (*said, *reach.notes, *_excitation_note(scenario, plane, reach))
     if modes is not None and scenario.speed > 0.0:
         said = (*said, SUDDEN)
-    return LoweredOnRails(task, plane, modes, seat, forces, laws[0][1], said, rails)
+    return LoweredOnRails(task, plane, modes, seat, forces, laws[0][1], said, rails, paths)
 
 
 def _excitation_note(scenario: Scenario, plane: PlaneVehicle, reach: Reach) -> tuple[Note, ...]:
@@ -140,15 +144,16 @@ def _check_speed(speed: float, track: SupportedRail, ring: Ring, method: general
 
 def _contacts(
     scenario: Scenario, plane: PlaneVehicle, method: Method, seat: float, laws: list[general.Law]
-) -> tuple[tuple[general.Contact, ...], list[Note]]:
-    """Return the contacts of all wheelsets, and notes on their paths."""
+) -> tuple[tuple[general.Contact, ...], tuple[PathTable, ...], list[Note]]:
+    """Return the contacts of all wheelsets, their paths, and notes on these."""
     end = float(scenario.speed * scenario.duration)
-    out, notes = list[general.Contact](), list[Note]()
+    out, paths, notes = list[general.Contact](), list[PathTable](), list[Note]()
     for number, (wheelset, position) in enumerate(zip(plane.wheelsets, plane.positions, strict=True), 1):
         items = scenario.irregularities_on(number, "left")
         courses = [item.course(wheelset.radius).moved(-position) for item in items]
         factor = ellipse.factor_function(scenario.contact, wheelset)
         table, said = path_table(courses, end, method, scenario.rolling, wheelset.radius, factor)
+        paths.append(table)
         out.append(
             general.Contact(
                 table.rows, laws[number - 1], position - seat, 0.0, table.loop, table.loop_join
@@ -156,10 +161,10 @@ def _contacts(
         )  # fmt: skip
         several = f"wheelset {number}, x from {position:g} m: " if len(plane.wheelsets) > 1 else ""
         notes += [note.reworded(f"{several}{note}") for note in said]
-    return tuple(out), notes
+    return tuple(out), tuple(paths), notes
 
 
-def _law(scenario: Scenario, wheelset: Wheelset, rails: float) -> tuple[general.Law, float, tuple[Note, ...]]:
+def law_of(scenario: Scenario, wheelset: Wheelset, rails: float) -> tuple[general.Law, float, tuple[Note, ...]]:
     """Return the law of one rail's part of a wheelset's contact, the wheelset's constant, and notes on the law."""
     contact = scenario.contact
     if isinstance(contact, Law):

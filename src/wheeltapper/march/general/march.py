@@ -218,7 +218,7 @@ def prepare(system: System, method: Method = DEFAULT, start: Start | None = None
     return Prepared(system, method, units, grid, tables, data, start, _motion(system, method, data, units, start))
 
 
-def _first_places(data: Data) -> FloatArray:
+def first_places(data: Data) -> FloatArray:
     """Return the state's rows with the piece under each contact at time zero."""
     rows = np.zeros((len(data.starts), layout.STATE_COLUMNS))
     rows[:, layout.IMPACT_AT], rows[:, layout.LOSS_AT] = -np.inf, np.inf
@@ -229,10 +229,10 @@ def _first_places(data: Data) -> FloatArray:
     return rows
 
 
-def _path_at_start(data: Data, units: Units) -> tuple[FloatArray, FloatArray]:
+def path_at_start(data: Data, units: Units) -> tuple[FloatArray, FloatArray]:
     """Return the paths' heights, in units of length, and the factors on the forces at time zero."""
     height, factor = np.empty((2, len(data.starts)))
-    for i, place in enumerate(_first_places(data)):
+    for i, place in enumerate(first_places(data)):
         lift = 1.0 / units.length
         height[i] = height_and_slope(data.pieces, place, data.starts[i], 0.0, lift, 0.0)[0]
         ignored, one = np.zeros((2, 1))
@@ -247,13 +247,19 @@ def bays_of(ring: Ring, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     return bays, np.maximum(x - bays * ring.spacing, 0.0)
 
 
-def equilibrium(system: System, data: Data, static: FloatArray, units: Units) -> Start:
-    """Return the joint static state of all contacts and the track, the bodies' springs unstretched."""
-    freedoms = len(system.bodies.mass)
-    height, factor = _path_at_start(data, units)
+def static_indentations(data: Data, static: FloatArray, units: Units) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the indentations at rest, in units of length, the paths' heights there, and the factors on the forces."""
+    height, factor = path_at_start(data, units)
     delta = np.array([
         indentation_of(force / units.force, data.laws[i], data.table, factor[i]) for i, force in enumerate(static)
     ])  # fmt: skip
+    return delta, height, factor
+
+
+def equilibrium(system: System, data: Data, static: FloatArray, units: Units) -> Start:
+    """Return the joint static state of all contacts and the track, the bodies' springs unstretched."""
+    freedoms = len(system.bodies.mass)
+    delta, height, _ = static_indentations(data, static, units)
     offsets = (delta - height) * units.length
     modes = np.zeros(0, dtype=complex)
     if system.ring is not None:
@@ -271,7 +277,7 @@ def equilibrium(system: System, data: Data, static: FloatArray, units: Units) ->
 # -- marching ---------------------------------------------------------------------------------------------------------
 
 
-def _room(states: int) -> Room:
+def room_of(states: int) -> Room:
     """Return scratch memory."""
     vectors = np.zeros((17, max(32, states)))
     matrices = np.zeros((4, layout.MOST_NODES, layout.MOST_NODES))
@@ -279,7 +285,8 @@ def _room(states: int) -> Room:
     return Room._make([*vectors, *matrices, stack])
 
 
-def _stage(contacts: int, q: int, modes: int) -> Stage:
+def stage_of(contacts: int, q: int, modes: int) -> Stage:
+    """Return scratch memory of a macro step."""
     rows = layout.MOST_PARTS + 2
     return Stage(
         np.zeros((contacts, rows, layout.ROW_COLUMNS)), np.zeros((contacts, rows, layout.EVENT_COLUMNS_GENERAL)),
@@ -292,12 +299,12 @@ def _stage(contacts: int, q: int, modes: int) -> Stage:
 def _motion(system: System, method: Method, data: Data, units: Units, start: Start) -> Motion:
     """Return the state at time zero."""
     contacts, q = len(data.starts), method.nodes
-    places = _first_places(data)
-    order = _order(system.ring)
+    places = first_places(data)
+    order = order_of(system.ring)
     modes = start.modes[order]
     bodies = np.append(start.bodies, 1.0)
     freedoms = len(start.bodies) // 2
-    height, _ = _path_at_start(data, units)
+    height, _ = path_at_start(data, units)
     gap = height * units.length + system.bodies.shapes.T @ start.bodies[:freedoms] + start.offsets
     if system.ring is not None:
         ring = system.ring
@@ -313,7 +320,7 @@ def _motion(system: System, method: Method, data: Data, units: Units, start: Sta
     return Motion(np.stack([modes.real, modes.imag]), bodies, places, np.zeros((contacts, q)), forces_now, trend)
 
 
-def _order(ring: Ring | None) -> IntArray:
+def order_of(ring: Ring | None) -> IntArray:
     """Return the order of the modes in the tables."""
     return np.argsort(np.abs(ring.rates), kind="stable") if ring is not None else np.zeros(0, np.int64)
 
@@ -364,8 +371,8 @@ def run(prepared: Prepared, duration: float, tell: Tell = report_nothing) -> Fou
     total = max(1, ceil(duration / prepared.grid.seconds - 1e-9))
     motion = Motion(*(table.copy() for table in prepared.motion))
     contacts, q = len(prepared.data.starts), prepared.method.nodes
-    stage = _stage(contacts, q, motion.modes.shape[1])
-    room = _room(len(motion.bodies))
+    stage = stage_of(contacts, q, motion.modes.shape[1])
+    room = room_of(len(motion.bodies))
     done, status = 0, numbers.RUNNING
     kept: list[Logs] = []
     while done < total and status in (numbers.RUNNING, numbers.FULL):
@@ -390,7 +397,7 @@ def is_ready(method: Method, modes: bool = True) -> bool:
     tables: Any = small.tables
     if method.single and modes:
         tables = tables._replace(reads=tables.reads.astype(np.float32), writes=tables.writes.astype(np.float32))
-    motion, stage, room, logs = small.motion, _stage(1, method.nodes, 0), _room(3), _logs(small, 1)
+    motion, stage, room, logs = small.motion, stage_of(1, method.nodes, 0), room_of(3), _logs(small, 1)
     return is_compiled(march_kernel, (0, 1, tables, small.data, motion, stage, logs, room))
 
 

@@ -6,6 +6,7 @@ share their tables of modes. Units of length and force make the tables' numbers 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import ceil
 from typing import Any, NamedTuple
 
@@ -162,7 +163,7 @@ def _split(values: ComplexArray, sign: float) -> FloatArray:
     return np.stack([values.real, sign * values.imag], axis=-2)
 
 
-class _RingTables(NamedTuple):
+class RingTables(NamedTuple):
     """Of one set: at the nodes of all phases, (phases, q, modes) complex, and of the residual (phases, q)."""
 
     shows: ComplexArray
@@ -170,7 +171,8 @@ class _RingTables(NamedTuple):
     residual: FloatArray
 
 
-def _ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: Nodes) -> _RingTables:
+def ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: Nodes) -> RingTables:
+    """Return one set of tables."""
     q = len(nodes.places)
     along = part + grid.stride * (np.arange(grid.phases)[:, None] + nodes.places)
     over = along >= ring.spacing  # behind the last phase's end: turned below
@@ -185,28 +187,34 @@ def _ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: No
     shows *= ring.weights[order] * growth
     takes *= grid.seconds / growth
     residual = compliance_at(ring, x).reshape(grid.phases, q)
-    return _RingTables(shows, takes, residual)
+    return RingTables(shows, takes, residual)
 
 
-def _sets(ring: Ring, order: IntArray, grid: Grid, nodes: Nodes) -> list[_RingTables]:
-    """Return all sets of tables; at speed zero those of each contact, as seen from the bay of the first one."""
+def sets_of(ring: Ring, order: IntArray, grid: Grid, made_at: Callable[[float], RingTables]) -> list[RingTables]:
+    """Return the tables of all sets; at speed zero those of each contact, as seen from the bay of the first one."""
     if grid.stride > 0.0:
-        return [_ring_tables(ring, order, grid, part, nodes) for part in _parts_of(grid)[0]]
+        return [made_at(part) for part in parts_of(grid)[0]]
     made = []
     for bay, part in zip(grid.whole, grid.part, strict=True):
-        one = _ring_tables(ring, order, grid, part, nodes)
+        one = made_at(part)
         turn = np.exp(1j * np.angle(ring.turns[order]) * (bay - grid.whole[0]))
-        made.append(_RingTables(one.shows * turn, one.takes / turn, one.residual))
+        made.append(RingTables(one.shows * turn, one.takes / turn, one.residual))
     return made
 
 
-def _parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
+def parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
     """Return the different parts of a step at which contacts begin, m, and which of them each contact has."""
     if grid.stride == 0.0:
         return grid.part, np.arange(len(grid.part))
     same = SAME_PHASE * grid.stride
     parts, sets = np.unique(np.round(grid.part / same) * same, return_inverse=True)
     return parts, sets.astype(np.int64)
+
+
+def phases_and_bays(grid: Grid) -> tuple[IntArray, IntArray]:
+    """Return where in a bay each contact begins, in macro steps, and in which bay."""
+    phase, bay = grid.whole % grid.phases, grid.whole // grid.phases
+    return phase, np.full_like(bay, bay[0]) if grid.stride == 0.0 else bay
 
 
 def _products(shows: ComplexArray, takes: ComplexArray) -> FloatArray:
@@ -221,21 +229,19 @@ def build(system: System, method: Method, units: Units) -> tuple[Grid, Tables]:
     nodes = gauss_nodes(method.nodes)
     q, contacts = method.nodes, len(system.contacts)
     grid = grid_of(system, method)
-    sets = _parts_of(grid)[1]
+    sets = parts_of(grid)[1]
     scale = units.force / units.length
     states = states_of(system.bodies)
     g = np.zeros((contacts, contacts, grid.phases, q, q))
     residual = np.zeros((contacts, grid.phases, q))
     modal = _no_modes(q, grid.phases)
-    phase, bay = grid.whole % grid.phases, grid.whole // grid.phases
-    if grid.stride == 0.0:
-        bay = np.full_like(bay, bay[0])
+    phase, bay = phases_and_bays(grid)
     if system.ring is not None:
         ring = system.ring
         order = np.argsort(np.abs(ring.rates), kind="stable")
-        made = _sets(ring, order, grid, nodes)
-        modal = _modal_tables(ring, order, grid, made, nodes, method, units)
-        _ring_kernels(ring, order, made, sets, phase, bay, g, residual)
+        made = sets_of(ring, order, grid, lambda part: ring_tables(ring, order, grid, part, nodes))
+        modal = modal_tables(ring, order, grid, made, nodes, method, units)
+        ring_kernels(ring, order, made, sets, phase, bay, g, residual)
     _body_kernels(states, grid, nodes, g)
     g *= scale
     own = np.arange(contacts)
@@ -266,9 +272,10 @@ def _no_modes(q: int, phases: int) -> _ModalTables:
     return _ModalTables(empty, empty.copy(), np.zeros(q, np.int64), np.zeros((2, 0)), np.zeros((1, 2, 0)))
 
 
-def _modal_tables(
-    ring: Ring, order: IntArray, grid: Grid, made: list[_RingTables], nodes: Nodes, method: Method, units: Units
+def modal_tables(
+    ring: Ring, order: IntArray, grid: Grid, made: list[RingTables], nodes: Nodes, method: Method, units: Units
 ) -> _ModalTables:
+    """Return the Legendre coefficients of what modes show and take, in the units of the march."""
     number: Any = np.float32 if method.single and len(order) > FEW_MODES else np.float64
     rates = ring.rates[order]
     decay = np.exp(rates * grid.seconds)
@@ -287,8 +294,8 @@ def _modal_tables(
     return _ModalTables(reads, writes, first, np.stack([decay.real, decay.imag]), _split(turns, 1.0))
 
 
-def _ring_kernels(
-    ring: Ring, order: IntArray, made: list[_RingTables], sets: IntArray, phase: IntArray, bay: IntArray,
+def ring_kernels(
+    ring: Ring, order: IntArray, made: list[RingTables], sets: IntArray, phase: IntArray, bay: IntArray,
     g: FloatArray, residual: FloatArray,
 ) -> None:  # fmt: skip
     """Write what forces at the nodes of each contact do at those of each other, for all places of the first one."""
