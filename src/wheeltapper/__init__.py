@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from wheeltapper.faces.plot import plot as plot
     from wheeltapper.ground.errors import InputError as InputError
     from wheeltapper.record import features as features
+    from wheeltapper.record import limits as limits
     from wheeltapper.record.read_recording import read_recording as read_recording
     from wheeltapper.record.record import Record as Record
     from wheeltapper.record.simulate import simulate as simulate
@@ -92,6 +93,7 @@ _ROOMS = {
     "diagnosis": "diagnosis",
     "features": "record.features",
     "irregularities": "describe.irregularity",
+    "limits": "record.limits",
     "orbits": "orbits",
     "profiles": "describe.profile",
     "stability": "ask.stability",

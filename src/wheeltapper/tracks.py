@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from wheeltapper.describe.registry import front
 
 if TYPE_CHECKING:
+    from wheeltapper.ask.joints import jenkins as jenkins
+    from wheeltapper.ask.joints import joint_forces as joint_forces
     from wheeltapper.ask.tracks import decay_rate as decay_rate
     from wheeltapper.ask.tracks import pinned_pinned as pinned_pinned
     from wheeltapper.ask.tracks import receptance as receptance
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
     from wheeltapper.describe.track import Track as Track
 else:
     _ASKED = ("decay_rate", "pinned_pinned", "receptance", "static_deflection")
+    _OF_JOINTS = ("jenkins", "joint_forces")
     __getattr__, __dir__ = front(
-        __name__, "wheeltapper.describe.track", dict.fromkeys(_ASKED, "wheeltapper.ask.tracks")
+        __name__,
+        "wheeltapper.describe.track",
+        dict.fromkeys(_ASKED, "wheeltapper.ask.tracks") | dict.fromkeys(_OF_JOINTS, "wheeltapper.ask.joints"),
     )

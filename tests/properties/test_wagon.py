@@ -152,6 +152,14 @@ def test_a_hunting_coach_hits_its_rails_with_its_flanges():
     assert float(history.lateral_shift.values[on_flange].min()) > 5e-3  # m: the clearance
     pushed = history.lateral_force.sel(side="left").values[on_flange[:, :, 0]]
     assert np.median(pushed) < 0.0  # the left rail pushes to the right
+    # what all rails push upwards, with the weight, is what all bodies gain
+    vehicle = scene.vehicle
+    masses = [part.mass for part in (*vehicle.bodies, *vehicle.axles)]
+    gained = sum(
+        mass * history.acceleration.sel(body=name, motion="z") for name, mass in zip(vehicle.names, masses, strict=True)
+    )
+    weight = vehicle.gravity * sum(masses)
+    np.testing.assert_allclose(history.vertical_force.sum(("wheelset", "side")) - weight, gained, atol=1e-6 * weight)
 
 
 def test_the_picture_of_a_wagon_and_of_its_reduced_model(tmp_path):

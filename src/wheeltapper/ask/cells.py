@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +16,13 @@ from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.ground.progress import counted_from, progress_counter
+from wheeltapper.lower.fields import Fields
 from wheeltapper.march import program as contract
 from wheeltapper.march import run
+from wheeltapper.march.general import layout
 from wheeltapper.record.balanced import missing_parts
 from wheeltapper.record.growth import Growth, growth_of
-from wheeltapper.record.simulate import say_that_it_compiles, warn_caller
+from wheeltapper.record.simulate import ModelWarning, say_that_it_compiles, simulate, warn_caller
 
 if TYPE_CHECKING:
     from wheeltapper.lower.many import LoweredCells
@@ -28,20 +31,24 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-SLAB = 2**20
+SLAB, SLAB_ON_RAILS = 2**20, 2**15
 """Largest number of cells that are lowered together. Larger studies are computed slab by slab, which bounds the
-memory."""
+memory. Cells on rails are lowered to an object each."""
 
 MOST_REFUSALS = 100
 """Largest number of reasons for refused cells that are kept; further ones are dropped."""
 
 # Status of a cell, in the order of the numbers that a chart stores.
-COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED = range(6)
-STATUS = ("complete", "event_limit", "not_finite", "stalled", "end_of_path", "refused")
-_OF_MARCH = np.zeros(8, dtype=np.int64)
-_OF_MARCH[[contract.TOO_MANY_EVENTS, contract.NOT_FINITE, contract.STALLED, contract.END_OF_PATH]] = (
+COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED, CHATTERING, UNSOLVED, PULLED = range(9)
+STATUS = (
+    "complete", "event_limit", "not_finite", "stalled", "end_of_path", "refused", "chattering", "unsolved", "pulled",
+)  # fmt: skip
+STATUS_OF_MARCH = np.zeros(64, dtype=np.int64)
+"""Status of a cell by that of its march."""
+STATUS_OF_MARCH[[contract.TOO_MANY_EVENTS, contract.NOT_FINITE, contract.STALLED, contract.END_OF_PATH]] = (
     EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH,
 )  # fmt: skip
+STATUS_OF_MARCH[[layout.CHATTERS, layout.UNSOLVED, layout.WOULD_PULL]] = CHATTERING, UNSOLVED, PULLED
 # How far a gradient can be trusted.
 EXACT, GRAZING, NEAR_CHAOTIC = range(3)
 TRUST = ("exact", "grazing", "near_chaotic")
@@ -54,7 +61,8 @@ class ComputedCells:
     Attributes
     ----------
     values
-        (features, cells), SI units; NaN if a cell has too few impacts or could not be computed.
+        (features, cells), SI units; NaN if a cell has too few impacts or could not be computed. Of several wheelsets
+        (features, wheelsets, cells).
     status
         (cells,), places in `STATUS`.
     gradient
@@ -112,8 +120,8 @@ class ComputedCells:
         """Return one cell that cannot be computed."""
         features, parameters = len(asked.features), len(asked.gradient)
         return ComputedCells(
-            np.full((features, 1), np.nan), np.array([REFUSED]), np.full((features, parameters, 1), np.nan),
-            np.array([EXACT]), np.full(1, np.nan),
+            np.full((features, *asked.wheel_shape, 1), np.nan), np.array([REFUSED]),
+            np.full((features, parameters, 1), np.nan), np.array([EXACT]), np.full(1, np.nan),
             tuple(Shared(Note(f"cannot be computed: {error}", "refused"), 1) for error in why), why,
         )  # fmt: skip
 
@@ -122,7 +130,7 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
     """Compute some cells of a study: those in which the varied fields have the given values."""
     from wheeltapper.lower.many import LoweredCells
 
-    cells = len(next(iter(changed.values())))
+    cells, on_rails = len(next(iter(changed.values()))), asked.marcher is run.GENERAL
 
     def compute_range(*bounds: int) -> list[ComputedCells]:
         parts = []
@@ -131,9 +139,14 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
                 parts.append(compute_cells(asked, {path: values[a:b] for path, values in changed.items()}, threads))
         return parts
 
-    if cells > SLAB:
-        return ComputedCells.joined_parts(compute_range(*range(0, cells, SLAB), cells))
+    slab = SLAB_ON_RAILS if on_rails else SLAB
+    if cells > slab:
+        return ComputedCells.joined_parts(compute_range(*range(0, cells, slab), cells))
     try:
+        if on_rails:
+            from wheeltapper.ask.on_rails import computed_on_rails
+
+            return computed_on_rails(asked, changed, threads)
         many = LoweredCells(asked.scenario, changed, asked.method)
         _set_end(asked, many.cells.numbers)
         return _computed_gradients(asked, many, threads) if asked.gradient else _computed_values(asked, many, threads)
@@ -152,6 +165,10 @@ def is_ready(asked: Study) -> bool:
 
     first = asked.changed_values(tuple(slice(0, 1) for _ in asked.shape))
     try:
+        if asked.marcher is run.GENERAL:
+            from wheeltapper.ask import on_rails
+
+            return on_rails.is_ready(asked, first)
         many = LoweredCells(asked.scenario, first, asked.method)
     except InputError:
         return True  # not known yet; the first chunk will compile
@@ -160,18 +177,20 @@ def is_ready(asked: Study) -> bool:
     return run.cells_are_ready(many.cells, asked.needs_tally)
 
 
-def _set_end(asked: Study, numbers: FloatArray) -> None:
-    """Let each march end as soon as the last feature is known."""
+def last_events(asked: Study) -> tuple[int, int]:
+    """Return the impact, or the impact before a loss, at which the last feature is known; -1 where none tells."""
     if any(feature.until == "end" for feature in asked.features):
-        return
+        return -1, -1
     impact, loss = (
         max((feature.impacts for feature in asked.features if feature.until == until), default=-1)
         for until in ("impact", "loss")
     )
-    if impact > loss:
-        numbers[:, contract.LAST_IMPACT] = impact
-    else:
-        numbers[:, contract.LAST_LOSS] = loss
+    return (impact, -1) if impact > loss else (-1, loss)
+
+
+def _set_end(asked: Study, numbers: FloatArray) -> None:
+    """Let each march end as soon as the last feature is known."""
+    numbers[:, contract.LAST_IMPACT], numbers[:, contract.LAST_LOSS] = last_events(asked)
 
 
 def _computed_values(asked: Study, many: LoweredCells, threads: int) -> ComputedCells:
@@ -183,10 +202,10 @@ def _computed_values(asked: Study, many: LoweredCells, threads: int) -> Computed
     values, status = np.empty((len(asked.features), total)), np.empty(total, dtype=np.int64)
 
     def read_block(block: slice, marched: Marched) -> None:
-        trains = Trains(marched, many.units.part(block), missing_energies(many, block), growths(many, block))
+        trains = Trains(marched, many.units.part(block), *others_of(many, block))
         for row, feature in zip(values, asked.features, strict=True):
             row[block] = feature(trains)
-        status[block] = _OF_MARCH[marched.status]
+        status[block] = STATUS_OF_MARCH[marched.status]
         count(block.stop - block.start)
 
     count = progress_counter("cells", total)
@@ -195,15 +214,39 @@ def _computed_values(asked: Study, many: LoweredCells, threads: int) -> Computed
     return ComputedCells(values, status, empty, np.zeros(total, dtype=np.int64), np.full(total, np.nan), many.notes)
 
 
-def missing_energies(many: LoweredCells, block: slice) -> Callable[[], FloatArray]:
-    """Return a function that marches some cells once more, one by one, and checks their work and energy."""
-    return cache(lambda: missing_parts(many.program(cell) for cell in range(block.start, block.stop)))
+class Others(NamedTuple):
+    """What features ask of cells beyond their trains; the fields are those at the end of `Trains`."""
+
+    missing_energy: Callable[[], FloatArray]
+    growth: Callable[[int], Growth]
+    meets: Callable[[float], FloatArray]
+    force_histories: Callable[[float], Iterable[FloatArray]]
 
 
-def growths(many: LoweredCells, block: slice) -> Callable[[int], Growth]:
-    """Return a function that marches some cells over some waves, and finds how fast small deviations grow."""
+def others_of(many: LoweredCells, block: slice) -> Others:
+    """Return what features ask of some cells beyond their trains, each computed when it is asked for.
+
+    The work and energy of a cell, its force over time and its deviations are those of another march of this cell alone.
+    """
     changed = {path: values[block] for path, values in many.changed.items()}
-    return cache(lambda waves: growth_of(many.scenario, changed, many.method, waves))
+    cells = range(block.start, block.stop)
+
+    def meets(place: float) -> FloatArray:
+        with np.errstate(divide="ignore", invalid="ignore"):  # of a wheel that does not roll
+            return np.broadcast_to(place / Fields(many.scenario, changed)("speed"), len(cells))
+
+    def force_histories(rate: float) -> Iterable[FloatArray]:
+        for cell in range(len(cells)):
+            one = many.scenario.replaced({path: float(values[cell]) for path, values in changed.items()})
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ModelWarning)  # the cells have said theirs
+                record = simulate(one, many.method, progress=False)  # type: ignore[call-overload]
+            yield record.history(rate).normal_force.values
+
+    return Others(
+        cache(lambda: missing_parts(many.program(cell) for cell in cells)),
+        cache(lambda waves: growth_of(many.scenario, changed, many.method, waves)), meets, force_histories,
+    )  # fmt: skip
 
 
 def _computed_gradients(asked: Study, many: LoweredCells, threads: int) -> ComputedCells:
@@ -214,4 +257,6 @@ def _computed_gradients(asked: Study, many: LoweredCells, threads: int) -> Compu
     trust = np.where(
         found.gentlest < GENTLE, GRAZING, np.where(found.amplification > asked.chaos_limit, NEAR_CHAOTIC, EXACT)
     )
-    return ComputedCells(found.values, _OF_MARCH[found.status], found.gradient, trust, found.amplification, many.notes)
+    return ComputedCells(
+        found.values, STATUS_OF_MARCH[found.status], found.gradient, trust, found.amplification, many.notes
+    )

@@ -28,9 +28,13 @@ def chart_dataset(asked: Study, found: ComputedCells) -> xr.Dataset:
     named: dict[str, Any] = {
         axis.path: (axis.path if asked.grid else "cell", axis.values, {"units": axis.unit}) for axis in asked.axes
     }
+    wheelset = ("wheelset",) * len(asked.wheel_shape)
+    for count in asked.wheel_shape:
+        named["wheelset"] = ("wheelset", np.arange(1, count + 1))
     data: dict[str, Any] = {
         feature.name: (
-            dimensions, column.reshape(asked.shape), {"units": feature.unit, "long_name": feature.definition},
+            (*wheelset, *dimensions), column.reshape(*asked.wheel_shape, *asked.shape),
+            {"units": feature.unit, "long_name": feature.definition},
         )
         for feature, column in zip(asked.features, found.values, strict=True)
     }  # fmt: skip

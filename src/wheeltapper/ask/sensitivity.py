@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.ask.cells import growths, missing_energies
+from wheeltapper.ask.cells import others_of
 from wheeltapper.ground.progress import progress_counter
 from wheeltapper.lower.many import EPSILON, Direction, LoweredCells
 from wheeltapper.lower.table import used_degree
@@ -116,7 +116,7 @@ def _slopes_of_block(
     def read_block(block: slice, marched: Marched, tangents: Tangents) -> None:
         out.status[block], out.gentlest[block] = marched.status, tangents.gentlest
         out.amplification[block] = tangents.amplification
-        others = missing_energies(many, block), growths(many, block)
+        others = others_of(many, block)
         for lane, direction in enumerate(directions):
             rates = Rates.along(tangents, lane)
             units = direction.units.part(block)
@@ -175,6 +175,7 @@ class Rates(NamedTuple):
 
     @staticmethod
     def along(tangents: Tangents, lane: int) -> Rates:
+        """Return those of one direction."""
         none = np.empty((0, lane + 1))
         highest = none if tangents.highest is None else tangents.highest
         impulses = none if tangents.impulses is None else tangents.impulses
@@ -182,6 +183,7 @@ class Rates(NamedTuple):
 
     @property
     def has_gaps(self) -> bool:
+        """Whether some are unknown."""
         return any(bool(np.isnan(rates).any()) for rates in self)
 
     def known(self, gap: float) -> Rates:

@@ -1,7 +1,8 @@
-"""Exact derivatives of features of a run on rails: each wheelset of the vehicle is a cell."""
+"""Exact derivatives of features of runs on rails."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +12,11 @@ from wheeltapper.ask import cells as status_of
 from wheeltapper.ask.cells import ComputedCells
 from wheeltapper.ask.sensitivity import Rates, derivatives
 from wheeltapper.ask.study import Study
+from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.notes import Shared
 from wheeltapper.ground.outcome import Outcome
+from wheeltapper.ground.progress import progress_counter
+from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.many import EPSILON
 from wheeltapper.lower.turns_on_rails import turn_along
 from wheeltapper.march import program as contract
@@ -27,6 +31,7 @@ if TYPE_CHECKING:
     from wheeltapper.lower.on_rails import LoweredOnRails
     from wheeltapper.march.general.gradients import Tangents
     from wheeltapper.march.general.task import Marched
+    from wheeltapper.march.general.turned import SystemTurn
 
 FloatArray = NDArray[np.float64]
 AT_ONCE = 4
@@ -34,47 +39,56 @@ AT_ONCE = 4
 OF_TIME, OF_SIZE = range(2)
 
 
-def slopes_on_rails(asked: Study) -> ComputedCells:
-    """Compute the features of one scenario on rails and their derivatives; the cells are the wheelsets."""
-    scenario = asked.scenario
+def slopes_on_rails(asked: Study, changed: dict[str, FloatArray]) -> ComputedCells:
+    """Compute some cells of a study on rails, one after the other: features and their derivatives."""
+    count, parts = progress_counter("cells", len(next(iter(changed.values())))), []
+    for values in zip(*changed.values(), strict=True):
+        beside = {
+            path: value for path, value in zip(changed, values, strict=True) if value != Fields(asked.scenario)(path)
+        }
+        parts.append(_slopes_of(asked, asked.scenario.replaced(beside) if beside else asked.scenario))
+        count(1)
+    return ComputedCells.joined_parts(parts)
+
+
+def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
+    """Compute one cell; the trains of its wheelsets are like those of cells."""
     lowered: LoweredOnRails = kind_of(scenario).lower(scenario, asked.method)
     turns = [turn_along(scenario, path, lowered) for path in asked.gradient]
     if not run.is_ready(lowered.program):
-        say_that_it_compiles()
+        say_that_it_compiles(run.GENERAL.name)
     marched = run.march(lowered.program)
     record = Record(scenario, asked.method, lowered, marched)
-    trains = trains_of(record, asked.needs_tally)
-    wheels = trains.cell_count
-    values = np.empty((len(asked.features), wheels))
+    trains, whole = trains_of(record, asked.needs_tally), record.outcome is Outcome.COMPLETED
+    wheels, amplification = trains.cell_count, np.nan
+    values = np.full((len(asked.features), wheels), np.nan)
     gradient = np.full((len(asked.features), len(turns), wheels), np.nan)
-    whole = record.outcome is Outcome.COMPLETED
-    amplification = np.full(wheels, np.nan)
-    for row, feature in enumerate(asked.features):
-        values[row] = feature(trains) if whole else np.nan
     for first in range(0, len(turns) if whole else 0, AT_ONCE):
         group = turns[first : first + AT_ONCE]
         if not run.rail_tangents_are_ready(marched, group):
             say_that_it_compiles("the tangents on rails")
         found = run.rail_tangents(marched, group)
-        amplification[:] = _amplification(lowered, marched, found)
-        for lane, turn in enumerate(group):
-            rates = _rates(trains, lowered, marched, found, lane)
-            ends = float(asked.gradient[first + lane] == "duration")
-            static = turn.static * lowered.force
+        amplification = _amplification(lowered, marched, found)
+        for lane, turn in enumerate(group, first):
+            rates = _rates(trains, lowered, marched, found, lane - first)
+            ends = float(asked.gradient[lane] == "duration")
 
-            def tilted(gap: float, rates: Rates = rates, ends: float = ends, static: FloatArray = static) -> Trains:
-                return _tilted(trains, rates.known(gap), ends, static)
+            def tilted(gap: float, rates: Rates = rates, ends: float = ends, turn: SystemTurn = turn) -> Trains:
+                return _tilted(trains, rates.known(gap), ends, turn.static * lowered.force)
 
-            for row, (_, slope) in enumerate(derivatives(asked.features, tilted, rates.has_gaps)):
-                gradient[row, first + lane] = slope
-    gentle = _gentlest(lowered, marched) < GRAZING
-    trust = np.where(
-        gentle, status_of.GRAZING,
-        np.where(amplification > asked.chaos_limit, status_of.NEAR_CHAOTIC, status_of.EXACT),
+            for row, (value, slope) in enumerate(derivatives(asked.features, tilted, rates.has_gaps)):
+                values[row], gradient[row, lane] = value, slope
+    trust = status_of.EXACT
+    if _gentlest(lowered, marched) < GRAZING:
+        trust = status_of.GRAZING
+    elif amplification > asked.chaos_limit:
+        trust = status_of.NEAR_CHAOTIC
+    each = *asked.wheel_shape, 1
+    return ComputedCells(
+        values.reshape(len(asked.features), *each), status_of.STATUS_OF_MARCH[[marched.status]],
+        gradient.reshape(len(asked.features), len(turns), *each), np.array([trust]), np.array([amplification]),
+        tuple(Shared(note, 1) for note in record.notes),
     )  # fmt: skip
-    status = np.full(wheels, status_of.COMPLETE if whole else status_of.STALLED)
-    notes = tuple(Shared(note, wheels) for note in record.notes)
-    return ComputedCells(values, status, gradient, trust, amplification, notes)
 
 
 GRAZING = 1e-3
@@ -111,16 +125,14 @@ def _tilted(trains: Trains, rates: Rates, ends: float, static: FloatArray) -> Tr
     units: Any = type(trains.units)(
         **(vars(trains.units) | {"static_force": trains.units.static_force + 1j * EPSILON * static})
     )
-    return Trains(marched._replace(**changed), units, trains.missing_energy, trains.growth)
+    return replace(trains, marched=marched._replace(**changed), units=units)
 
 
-def _gentlest(lowered: LoweredOnRails, marched: Marched) -> FloatArray:
-    """Return the smallest rate of indentation at an event of each wheelset, scaled."""
-    rate = np.abs(marched.events[:, contract.EVENT_RATE])
-    contact, speeds = marched.events[:, contract.EVENT_CONTACT], _speed_units(lowered, marched)
-    return np.array([
-        rate[contact == i].min(initial=np.inf) / speeds[i] for i in range(len(speeds))
-    ])  # fmt: skip
+def _gentlest(lowered: LoweredOnRails, marched: Marched) -> float:
+    """Return the smallest rate of indentation at an event, scaled."""
+    of_contact = marched.events[:, contract.EVENT_CONTACT].astype(np.int64)
+    rates = np.abs(marched.events[:, contract.EVENT_RATE]) / _speed_units(lowered, marched)[of_contact]
+    return float(rates.min(initial=np.inf))
 
 
 def _speed_units(lowered: LoweredOnRails, marched: Marched) -> FloatArray:

@@ -25,6 +25,7 @@ from wheeltapper.ask.study import Study
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Shared
+from wheeltapper.march import run
 from wheeltapper.record.chart_store import FORMAT, MISSING, THERE, chunk_places, state_of
 from wheeltapper.record.labels import CHART_TITLE
 
@@ -33,19 +34,20 @@ EVERY_CHUNK = {"array.write_empty_chunks": True}
 computed."""
 MOST_CHUNKS = 1_000_000
 """Largest number of chunks of a store. Each chunk has one file for every variable."""
-CHUNK = 32_768
-"""Approximate number of cells in a chunk, unless the study says otherwise."""
+CHUNK, CHUNK_ON_RAILS = 32_768, 512
+"""Approximate number of cells in a chunk, unless the study says otherwise: a second or so of work."""
 
+LEADING = ("parameter", "wheelset")
+"""Dimensions that come before those of the cells."""
 Block = tuple[slice, ...]
 
 
-def chunk_shape(shape: tuple[int, ...], cells: int) -> tuple[int, ...]:
-    """Return the shape of a chunk: whole rows of the last axes as long as they fit."""
-    left = cells
-    out: list[int] = []
-    for length in reversed(shape):
-        out.insert(0, max(1, min(length, left)))
-        left //= out[0]
+def chunk_shape(shape: tuple[int, ...], cells: int, dear: tuple[int, ...] = ()) -> tuple[int, ...]:
+    """Return the shape of a chunk: whole rows of the last axes as long as they fit, of `dear` axes after all others."""
+    left, out = cells, [1] * len(shape)
+    for axis in sorted(range(len(shape)), key=lambda axis: (axis in dear, -axis)):
+        out[axis] = max(1, min(shape[axis], left))
+        left //= out[axis]
     return tuple(out)
 
 
@@ -63,7 +65,8 @@ class Store:
     def __init__(self, path: Path, spec: dict[str, Any]) -> None:
         self.path, self.spec = path, spec
         self.study: Study = described_study(spec)
-        self._sizes = chunk_shape(self.study.shape, int(spec.get("chunk", CHUNK)))
+        usual = CHUNK_ON_RAILS if self.study.marcher is run.GENERAL else CHUNK
+        self._sizes = chunk_shape(self.study.shape, int(spec.get("chunk", usual)), self.study.dear_axes)
         together = prod(self._sizes)
         check_room(
             "chunk", f"{together:.4g} cells", 8.0 * self.study.numbers_in_memory(together), "fewer cells in a chunk"
@@ -102,17 +105,17 @@ class Store:
         one = tuple(slice(0, 1) for _ in self.study.shape)
         template = chart_dataset(self._block_study(one), ComputedCells.refused_cell(self.study))
         shape, sizes = self.study.shape, self._sizes
-        parameters = len(self.study.gradient)
+        leading = {name: len(values) for name, values in template.coords.items() if name in LEADING}
         group = zarr.create_group(path, attributes=self._store_attributes())
         for name, variable in template.variables.items():
             whole = template[str(name)].dims
             if str(name) in template.coords:
                 continue
-            along = whole[:1] == ("parameter",)
+            first = tuple(leading[name] for name in whole if name in leading)
             group.create_array(
                 str(name),
-                shape=(parameters, *shape) if along else shape,
-                chunks=(parameters, *sizes) if along else sizes,
+                shape=(*first, *shape),
+                chunks=(*first, *sizes),
                 dtype=variable.dtype,
                 fill_value=MISSING if variable.dtype == np.int8 else np.nan,
                 dimension_names=[str(dimension) for dimension in whole],
@@ -128,14 +131,10 @@ class Store:
                 attributes={"units": axis.unit},
                 compressors=codecs,
             )
-        if parameters:
-            width = max(len(path) for path in self.study.gradient)
+        for name in leading:
             group.create_array(
-                "parameter",
-                data=np.array(self.study.gradient, dtype=f"<U{width}"),
-                dimension_names=("parameter",),
-                compressors=codecs,
-            )
+                name, data=template[name].values, dimension_names=(name,), compressors=codecs
+            )  # fmt: skip
         zarr.consolidate_metadata(path)
 
     def _block_study(self, block: Block) -> Study:
@@ -199,9 +198,11 @@ class Store:
             left.unlink(missing_ok=True)
         with zarr.config.set(EVERY_CHUNK):
             group = zarr.open_group(self.path, mode="r+", use_consolidated=False)
-            known = {axis.path: axis.values for axis in self.study.axes}
+            known: dict[str, Any] = {axis.path: axis.values for axis in self.study.axes}
             if self.study.gradient:
                 known["parameter"] = np.array(self.study.gradient)
+            for count in self.study.wheel_shape:
+                known["wheelset"] = np.arange(1, count + 1)
             for name, values in known.items():
                 array: Any = group[name]
                 array[:] = values
@@ -211,7 +212,7 @@ class Store:
         import zarr
 
         group = zarr.open_group(self.path, mode="r", use_consolidated=False)
-        known = {"parameter", *(axis.path for axis in self.study.axes)}
+        known = {*LEADING, *(axis.path for axis in self.study.axes)}
         along = {str(name): self._parameter_place(array) for name, array in group.arrays() if name not in known}
         return [
             place
@@ -235,8 +236,8 @@ class Store:
             group = zarr.open_group(self.path, mode="r+")
             for name in [*names, "status"]:
                 array: Any = group[name]
-                along = part[name].dims[:1] == ("parameter",)
-                array[(slice(None), *block) if along else block] = part[name].values
+                before = (slice(None),) * (part[name].ndim - len(block))
+                array[(*before, *block)] = part[name].values
         return len(found.status), found.notes
 
     def chunk_ranges(self, place: tuple[int, ...]) -> str:

@@ -29,7 +29,7 @@ CHAOS_LIMIT = 1e4
 given."""
 BESIDE = 1e-12
 """As good as zero, and not zero: in SI units, and far below what is plausible."""
-RESERVED = ("status", "parameter", "cell", "gradient_status", "amplification", "condition")
+RESERVED = ("status", "parameter", "wheelset", "cell", "gradient_status", "amplification", "condition")
 """Names of variables that every chart has; no feature may have one of them."""
 DERIVED = ("_gradient", "_elasticity", "_angle")
 """Endings that follow a feature's name in the names of its derivatives."""
@@ -89,9 +89,31 @@ class Study:
 
     def numbers_in_memory(self, cells: int) -> int:
         """Return the number of numbers in memory while `cells` cells are computed together."""
-        features, parameters, fields = len(self.features), len(self.gradient), len(self.axes) + len(self.gradient)
+        features, parameters = len(self.features) * prod(self.wheel_shape), len(self.gradient)
+        fields = len(self.axes) + len(self.gradient)
         found = features * (1 + parameters) + 3  # and status, trust, amplification; twice, because parts are joined
         return cells * (2 * found + 2 * fields + 2 * features * parameters)
+
+    @property
+    def marcher(self) -> run.Marcher:
+        """The march that computes the cells."""
+        return run.choose(run.SWEEP, self.scenario.needs)
+
+    @property
+    def wheel_shape(self) -> tuple[int, ...]:
+        """Number of wheelsets, each of which has a value of every feature; nothing where there is but one."""
+        wheelsets = len(getattr(self.scenario.vehicle, "positions", (0.0,)))
+        return (wheelsets,) if wheelsets > 1 else ()
+
+    @property
+    def dear_axes(self) -> tuple[int, ...]:
+        """Axes along which tables of the track differ: cells that share them should be computed together."""
+        if self.marcher is not run.GENERAL or not self.grid:
+            return ()
+        return tuple(
+            number for number, axis in enumerate(self.axes)
+            if axis.path == "speed" or axis.path.startswith("track.") or axis.path.partition(".")[2] == "wheelbase"
+        )  # fmt: skip
 
     @property
     def needs_tally(self) -> bool:
@@ -242,8 +264,20 @@ def study_of(
         raise InputError("", "over", f"lists of different lengths {lengths}", "lists of one length where zipped")
     for path in by:
         field_at(scenario, path)
+    if by:
+        run.choose(run.GRADIENT, scenario.needs)
     check_along(question, scenario, by)
+    _check_questions(asked, question, scenario)
     return Study(scenario, axes, not side_by_side, asked, method, by, chaos_limit)
+
+
+def _check_questions(features: tuple[Feature, ...], question: run.Question, scenario: Scenario) -> None:
+    """Refuse features that ask what the march of these cells does not know."""
+    marcher = run.choose(question, scenario.needs)
+    for feature in features:
+        other = run.QUESTIONS[feature.asks] if feature.asks else question
+        if marcher not in other.marchers:
+            raise run.refusal(other, scenario.needs, f"features.{feature.name}")
 
 
 def as_features(given: Asked) -> tuple[Feature, ...]:

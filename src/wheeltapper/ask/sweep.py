@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from wheeltapper.ask.cells import compute_cells
 from wheeltapper.ask.chart import chart_dataset
-from wheeltapper.ask.sensitivity_on_rails import slopes_on_rails
 from wheeltapper.ask.study import CHAOS_LIMIT, Asked, Sampling, field_at, study_of
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list
@@ -132,23 +131,19 @@ def gradient(
     import numpy as np
 
     scenario = as_scenario(scenario)
-    marcher = run.choose(run.GRADIENT, scenario.needs)
+    run.choose(run.GRADIENT, scenario.needs)
     parameters = as_list(parameters, "parameters", 'paths of continuous fields, as ["vehicle.damping"]')
     for path in parameters:
         field_at(scenario, path)
-    wheels = len(scenario.vehicle.plane.wheelsets) if marcher is run.GENERAL else 1
-    here = {path: [float(Fields(scenario)(path))] * wheels for path in parameters}
+    here = {path: [float(Fields(scenario)(path))] for path in parameters}
     asked = study_of(
         scenario, here, features, gradient=tuple(parameters), zipped=True, method=method, chaos_limit=chaos_limit,
         question=run.GRADIENT,
     )  # fmt: skip
-    computed = slopes_on_rails(asked) if marcher is run.GENERAL else compute_cells(asked, asked.changed_values(), 1)
+    computed = compute_cells(asked, asked.changed_values(), 1)
     computed.check_refusals()
     warn_of(note.sentence_of(1) for note in computed.notes)
-    found = chart_dataset(asked, computed)
-    found = found.drop_vars([name for name in found.coords if name != "parameter"])
-    if wheels == 1:
-        found = found.isel(cell=0)
-    else:
-        found = found.rename(cell="wheelset").assign_coords(wheelset=np.arange(1, wheels + 1))
-    return found.assign_coords(value=("parameter", np.array([here[path][0] for path in parameters])))
+    found = chart_dataset(asked, computed).isel(cell=0)
+    return found.drop_vars([name for name in found.coords if name not in ("parameter", "wheelset")]).assign_coords(
+        value=("parameter", np.array([here[path][0] for path in parameters]))
+    )

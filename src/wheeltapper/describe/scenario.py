@@ -114,6 +114,9 @@ class Scenario(Noun):
             raise InputError("", "speed", f"{self.speed:g} m/s", "0 m/s or more")
         if self.speed == 0 and self.irregularity:
             raise InputError("", "speed", "0 m/s together with an irregularity", "more than 0 m/s (0 is a drop test)")
+        if self.rolling == "circle" and any(item.filters for item in self.irregularities):
+            found = 'a filter by the patch of contact, besides rolling = "circle", which leaves out short waves itself'
+            raise InputError("", "irregularity", found, 'rolling = "point", or no patch')
         run.choose(run.SIMULATE, self.needs)
         if isinstance(self.track, SupportedRail):
             self._check_rails()
@@ -166,22 +169,18 @@ class Scenario(Noun):
 
     def irregularities_on(self, wheelset: int, side: str) -> tuple[Any, ...]:
         """Return the irregularities that one wheel of a wagon meets; wheelsets count from 1."""
-        if isinstance(self.irregularity, Placement):
-            return self.irregularity.on(wheelset, side)
-        return tuple(self.irregularity)
+        here = self.irregularity
+        items = here.on(wheelset, side) if isinstance(here, Placement) else tuple(here)
+        return tuple(item.on_rail(side) for item in items)
 
     def check_extent(self, end: float | None = None) -> None:
-        """Refuse a run (to x = `end`, m, if given) beyond the end of its irregularities."""
+        """Refuse a run (to x = `end`, m, if given) in which an irregularity cannot be met as it is described."""
         end = float(self.speed * self.duration) if end is None else end
         for i, item in enumerate(self.irregularities):
-            missing = item.beyond_known(end)
-            if missing:
-                raise InputError(
-                    "",
-                    f"irregularity.{i}",
-                    missing,
-                    'a run within the samples, or what lies beyond them: beyond = "flat" or "repeat"',
-                )
+            try:
+                item.check_run(end)
+            except InputError as error:
+                raise error.within(f"irregularity.{i}") from None
 
     def replaced(self, changes: dict[str, Any]) -> Scenario:
         """Return a changed copy; keys are paths such as "vehicle.mass" or "irregularity.0.height"."""

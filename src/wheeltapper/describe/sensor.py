@@ -1,17 +1,49 @@
-"""The sensor: between the deck's acceleration and the numbers in a file."""
+"""The sensor: between what it is placed on and the numbers in a file."""
 
 from __future__ import annotations
 
-from pydantic import Field
+from typing import Literal
 
-from wheeltapper.describe.noun import Frequency, NoiseDensity, Noun, PositiveAcceleration, SignedAcceleration
+from pydantic import Field, model_validator
+
+from wheeltapper.describe.noun import Frequency, Length, NoiseDensity, Noun, PositiveAcceleration, Share, SignedAcceleration
+from wheeltapper.ground.errors import InputError
+
+DECK = "deck acceleration"
+BETWEEN_GAUGES = ("contact force", "rail shear force")
+"""Kinds that read the force of a wheel while it is between two places, and nothing of it elsewhere."""
+AT_A_SEAT = ("pad force", "sleeper force")
+"""Kinds that share the force of a wheel with the seats beside them."""
+OF_THE_DECK = ("noise", "range", "bits", "cutoff", "order", "offset", "drift")
+"""Fields of the deck's accelerometer alone."""
 
 
 class Sensor(Noun):
-    """An accelerometer on the deck, with its filter and converter.
+    """A sensor on the deck or on the track: an accelerometer with its filter and converter, or a channel of forces.
 
     Parameters
     ----------
+    kind
+        "deck acceleration", m/s², upwards; or a force, N: "contact force" of an instrumented length from x1 to x2, "rail
+        shear force" between two gauges at x1 and x2 (the difference of the two shear forces: what stands on the rail
+        between them), "pad force" of a seat, "sleeper force" (on the ballast, or of a load cell under the sleeper).
+        Compression is positive.
+    name
+        Name of its column (channel) in the files, or of its file where a file has one column.
+    x1, x2
+        Positions along the track, m: of the two gauges, or of both ends of an instrumented length.
+    x
+        Position along the track of a seat, m.
+    seat
+        Number of the seat, instead of x: it lies at this times the site's spacing.
+    side
+        "left" or "right": the rail, seen in the direction of growing x. None: not told, or of both rails.
+    unit
+        What a 1 in the file is, if the file does not say it: "kN", "1.3 kN".
+    gain
+        What it reads, over the true value; readings are divided by it.
+    gain_uncertainty
+        Relative standard deviation of the gain.
     rate
         Samples per second, Hz.
     noise
@@ -26,6 +58,16 @@ class Sensor(Noun):
         Offset that is added, m/s², and its growth, m/s² per s.
     """
 
+    kind: Literal["deck acceleration", "contact force", "rail shear force", "pad force", "sleeper force"] = DECK
+    name: str = ""
+    x1: Length | None = None
+    x2: Length | None = None
+    x: Length | None = None
+    seat: int | None = None
+    side: Literal["left", "right"] | None = None
+    unit: str | None = None
+    gain: float = Field(default=1.0, gt=0, allow_inf_nan=False)
+    gain_uncertainty: Share = 0.0
     rate: Frequency = 20_000.0
     noise: NoiseDensity = 0.0
     range: PositiveAcceleration | None = None
@@ -34,3 +76,32 @@ class Sensor(Noun):
     order: int = Field(default=8, ge=1, le=12)
     offset: SignedAcceleration = 0.0
     drift: float = 0.0
+
+    @model_validator(mode="after")
+    def _check_place(self) -> Sensor:
+        places = ("x1", "x2") if self.kind in BETWEEN_GAUGES else ("x", "seat") if self.kind in AT_A_SEAT else ()
+        others = {"x1", "x2", "x", "seat"} - set(places)
+        if self.kind == DECK:
+            others |= {"side", "gain", "gain_uncertainty", "unit"}
+        else:
+            others |= set(OF_THE_DECK)
+        fields = type(self).model_fields
+        for name in fields:
+            if name in others and getattr(self, name) != fields[name].default:
+                raise InputError("", name, f"it for a sensor of the kind {self.kind!r}", _fields_text(self.kind))
+        if self.x1 is not None and self.x2 is not None:
+            if not self.x1 < self.x2:
+                raise InputError("", "x2", f"{self.x2:g} m with x1 at {self.x1:g} m", "a place beyond x1")
+        elif self.kind in BETWEEN_GAUGES:
+            raise InputError("", "x1", f"no places of a {self.kind}", _fields_text(self.kind))
+        if self.kind in AT_A_SEAT and (self.x is None) == (self.seat is None):
+            found = "both x and seat" if self.seat is not None else f"no place of a {self.kind}"
+            raise InputError("", "x", found, "either x or seat")
+        return self
+
+
+def _fields_text(kind: str) -> str:
+    """Return which fields a sensor of a kind has, for messages."""
+    if kind == DECK:
+        return "name, rate, noise, range, bits, cutoff, order, offset, drift"
+    return f"{'x1 and x2' if kind in BETWEEN_GAUGES else 'x or seat'}, name, side, unit, gain, gain_uncertainty, rate"

@@ -1,15 +1,15 @@
-"""A site: a deck with an irregularity, its sensor, and the uncertainties of all of it."""
+"""A site: sensors along a track, or a deck with an irregularity and its sensor; and the uncertainties of all of it."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BeforeValidator, Field, field_serializer, field_validator, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, field_serializer, field_validator, model_validator
 
-from wheeltapper.describe.noun import Noun, Share, Spread
+from wheeltapper.describe.noun import Noun, PositiveLength, Share, Spread
 from wheeltapper.describe.scenario import Scenario, relative_paths, toml_table
-from wheeltapper.describe.sensor import Sensor
+from wheeltapper.describe.sensor import DECK, Sensor
 from wheeltapper.ground.arguments import as_path
 from wheeltapper.ground.errors import InputError
 from wheeltapper.march import run
@@ -22,15 +22,33 @@ def _none_or_given(value: Any) -> Any:
     return None if value == NO_TRIGGER else value
 
 
+def _complete_schema(schema: dict[str, Any]) -> None:
+    """Say in the schema what a file may hold: sensors in a list, and either a passage or sensors."""
+    one, several = schema["properties"]["sensor"], schema["properties"]["sensors"]
+    schema["properties"]["sensor"] = {"anyOf": [{"$ref": several["items"]["$ref"]}, several]} | (
+        {"description": one["description"]} if "description" in one else {}
+    )
+    schema["anyOf"] = [{"required": ["passage"]}, {"required": ["sensor"]}, {"required": ["sensors"]}]
+
+
 class Site(Noun):
-    """A floating deck in the track that weighs wheelsets as they bounce.
+    """A floating deck in the track that weighs wheelsets as they bounce; or a track with sensors, or both.
 
     Parameters
     ----------
     passage
         A healthy wheelset's passage: vehicle, deck, irregularity, contact, speed; time zero is the trigger, at x = 0.
+        Without it the site has no model: forces are those of its `sensors`.
     sensor
         Sensor on the deck.
+    sensors
+        Sensors along the track, each with the name of its column. In a file every sensor is a `[[sensor]]`, and a
+        single `[sensor]` is that on the deck.
+    spacing
+        Distance of the seats, m.
+    radius
+        Radius of the wheels, m, if it is known: that of the passage by default. Strikes then repeat with its
+        circumference.
     uncertainty
         By path ("contact.constant", "irregularity.0.height", "speed", "track.mass"), the relative standard deviation of
         the stated value, which is normally distributed. Fields that are not named are known exactly, except those that
@@ -45,12 +63,36 @@ class Site(Noun):
         Name of the site.
     """
 
-    passage: Scenario
+    model_config = ConfigDict(json_schema_extra=_complete_schema)
+
+    if TYPE_CHECKING:
+        passage: Scenario  # `as_site` refuses a site without it, so that only `as_any_site` returns such
+    else:
+        passage: Scenario | None = None
     sensor: Sensor = Sensor()
+    sensors: tuple[Sensor, ...] = ()
+    spacing: PositiveLength | None = None
+    radius: PositiveLength | None = None
     uncertainty: dict[str, Share] = Field(default_factory=dict)
     misfit: Share = 0.0
     trigger: Annotated[Spread | None, BeforeValidator(_none_or_given)] = 0.0
     name: str = ""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sort_sensors(cls, data: Any) -> Any:
+        """Tell the deck's sensor from those of the track, where a file lists them together."""
+        if not isinstance(data, dict) or not isinstance(data.get("sensor"), list | tuple):
+            return data
+        if data.get("sensors"):
+            raise InputError("", "sensors", "more sensors besides a list of them in `sensor`", "one list")
+        kinds = [one.get("kind", DECK) if isinstance(one, dict) else getattr(one, "kind", DECK) for one in data["sensor"]]
+        decks = [one for one, kind in zip(data["sensor"], kinds, strict=True) if kind == DECK]
+        if len(decks) > 1:
+            raise InputError("", "sensor", f"{len(decks)} sensors of the kind {DECK!r}", "one, on the deck")
+        others = [one for one, kind in zip(data["sensor"], kinds, strict=True) if kind != DECK]
+        rest = {name: value for name, value in data.items() if name != "sensor"}
+        return rest | {"sensors": others} | ({"sensor": decks[0]} if decks else {})
 
     @field_validator("uncertainty", mode="after")
     @classmethod
@@ -62,7 +104,27 @@ class Site(Noun):
         return NO_TRIGGER if value is None else value
 
     @model_validator(mode="after")
+    def _check_sensors(self) -> Site:
+        names = [one.name for one in self.sensors]
+        for number, one in enumerate(self.sensors):
+            if one.kind == DECK:
+                raise InputError("", f"sensors.{number}.kind", repr(DECK), "a force; the deck's sensor is `sensor`")
+            if one.seat is not None and self.spacing is None:
+                raise InputError("", "spacing", f"none, with a sensor at seat {one.seat}", "the distance of the seats")
+            if not one.name or names.count(one.name) > 1:
+                found = f"{names.count(one.name)} sensors with the name {one.name!r}" if one.name else "no name"
+                raise InputError("", f"sensors.{number}.name", found, "the name of its column, which no other has")
+        return self
+
+    @model_validator(mode="after")
     def _check_passage(self) -> Site:
+        if self.passage is None:
+            of_the_model = {"uncertainty": self.uncertainty, "misfit": self.misfit, "trigger": self.trigger != 0.0}
+            given = [name for name, value in of_the_model.items() if value]
+            if given or not self.sensors:
+                allowed = "a healthy wheelset's passage over the deck" + ("" if given else ", or sensors of the track")
+                raise InputError("", "passage", "none" + (f", with {given[0]} of its model" if given else ""), allowed)
+            return self
         try:
             run.choose(run.DIAGNOSE, self.passage.needs)
         except InputError as error:
@@ -81,7 +143,8 @@ class Site(Noun):
         return self
 
     def __hash__(self) -> int:
-        return hash((self.passage, self.sensor, tuple(self.uncertainty.items()), self.misfit, self.trigger, self.name))
+        own = (self.passage, self.sensor, self.sensors, self.spacing, self.radius)
+        return hash((*own, tuple(self.uncertainty.items()), self.misfit, self.trigger, self.name))
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Site:
@@ -100,7 +163,16 @@ class Site(Noun):
 
 
 def as_site(given: Any) -> Site:
-    """Return a site; for a path, the one that the TOML file describes."""
+    """Return a site with a deck and its model; for a path, the one that the TOML file describes."""
+    site, source = as_any_site(given), "" if isinstance(given, Site) else str(given)
+    if site.passage is None:
+        allowed = "a site with the passage of a healthy wheelset over a deck; sensors alone are for `measure_trains`"
+        raise InputError(source, "passage", "none", allowed)
+    return site
+
+
+def as_any_site(given: Any) -> Site:
+    """Return a site, be it without a model; for a path, the one that the TOML file describes."""
     if isinstance(given, Site):
         return given
     return Site.from_toml(as_path(given, "site", "a Site, or the path of its TOML file"))

@@ -9,7 +9,6 @@ from wheeltapper.ground.lazily import lazily
 if TYPE_CHECKING:
     from wheeltapper.describe.sensor import Sensor as Sensor
     from wheeltapper.describe.site import Site as Site
-    from wheeltapper.diagnosis.alarms import read_rules as read_rules
     from wheeltapper.diagnosis.detection.hit_miss import hit_miss as hit_miss
     from wheeltapper.diagnosis.detection.roc import false_calls as false_calls
     from wheeltapper.diagnosis.detection.roc import roc as roc
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
     from wheeltapper.diagnosis.site.neighbours import Neighbour as Neighbour
     from wheeltapper.diagnosis.site.synthetic import synthesise_train as synthesise_train
     from wheeltapper.diagnosis.train import diagnose_train as diagnose_train
+    from wheeltapper.record.limits.rule import read_rules as read_rules
     from wheeltapper.record.read_recording import write_recording as write_recording
     from wheeltapper.record.recording import Recording as Recording
 
@@ -55,7 +55,7 @@ _HOMES = {
     "imitation_map": "diagnosis.force.imitation_map",
     "information": "diagnosis.inference.information",
     "noise_threshold": "diagnosis.detection.signal_response",
-    "read_rules": "diagnosis.alarms",
+    "read_rules": "record.limits.rule",
     "reconstructed": "diagnosis.force.reconstruction",
     "roc": "diagnosis.detection.roc",
     "signal_response": "diagnosis.detection.signal_response",

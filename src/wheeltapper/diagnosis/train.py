@@ -13,22 +13,22 @@ import numpy as np
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.site import Site, as_site
 from wheeltapper.describe.track.stiff import StiffTrack
-from wheeltapper.diagnosis.alarms import Alarm, Rule, alarms_of, in_countries, read_rules, wheel_forces
+from wheeltapper.diagnosis.alarms import Alarm, alarms_of, wheel_forces
 from wheeltapper.diagnosis.diagnose import diagnose
 from wheeltapper.diagnosis.faults.base import CATALOGUE
 from wheeltapper.diagnosis.finding import HEALTHY, KIP, NOT_EXPLAINED, Finding
 from wheeltapper.diagnosis.folder import undiagnosed_entry
 from wheeltapper.diagnosis.processes import Lost, in_processes
 from wheeltapper.ground.arguments import as_count, as_list, check_text
-from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.progress import Progress, progress_shown, report
 from wheeltapper.record.arguments import as_recordings
+from wheeltapper.record.limits.rule import Rule, Rules, as_rules
 from wheeltapper.record.recording import Recording
 from wheeltapper.record.simulate import simulate
 
 FORMAT = 1
 """Version of the layout of a train's JSON."""
-Rules = str | Path | Sequence[Rule] | None
 COLUMNS = (
     ("axle", "axle", "d"), ("speed_kmh", "km/h", ".1f"), ("static_kn", "static kN", ".1f"),
     ("peak_kn", "peak kN", ".1f"), ("peak_kips", "peak kips", ".1f"), ("dynamic_ratio", "peak/static", ".2f"),
@@ -228,7 +228,7 @@ def train_of(
     findings = tuple(one for one in found if isinstance(one, Finding))
     ratio = healthy_ratio(site)
     entries = tuple(_train_entry(one, site, ratio) for one in found)
-    chosen = _checked_rules(rules, countries)
+    chosen = as_rules(rules, countries)
     return TrainFinding(
         entries, site, chosen, alarms_of(entries, chosen, site), name, date, ratio,
         findings if len(findings) == len(entries) else (),
@@ -269,17 +269,6 @@ def _level_force(entry: Mapping[str, Any], model: Scenario | None, site: Site, r
     return float(simulate(level).peaks.normal_force.values.max(initial=static))
 
 
-def _checked_rules(given: Rules, countries: Sequence[str] | None) -> tuple[Rule, ...]:
-    if given is None or isinstance(given, str | Path):
-        return read_rules(given, countries)
-    what = "Rules, or the path of their TOML file"
-    rules = as_list(given, "rules", what)
-    wrong = next((one for one in rules if not isinstance(one, Rule)), None)
-    if wrong is not None:
-        raise InputError("", "rules", value_text(wrong), what)
-    return in_countries(rules, countries)
-
-
 def healthy_ratio(site: Site) -> float:
     """Return the ratio of the largest to the static force of the site's stated healthy wheelset."""
     record = simulate(site.passage)
@@ -316,7 +305,7 @@ def diagnose_train(
     progress
         As for `wheeltapper.simulate`.
     """
-    site, asked, chosen = as_site(site), as_recordings(recordings), _checked_rules(rules, countries)
+    site, asked, chosen = as_site(site), as_recordings(recordings), as_rules(rules, countries)
     check_text(name, "name")
     check_text(date, "date")
     compared = None if faults is None else tuple(as_list(faults, "faults", "names of faults"))

@@ -67,12 +67,12 @@ def diagnose(
     speeds
         Table of the measured speeds of several recordings: a column "file" and a column "speed [km/h]".
     """
-    from wheeltapper.describe.site import Site
+    from wheeltapper.describe.site import as_site
     from wheeltapper.diagnosis.folder import NOT_DIAGNOSED, NOT_READ, diagnose_all
     from wheeltapper.diagnosis.processes import ProcessError
 
     files = _recording_files(recordings)
-    place = Site.from_toml(site)
+    place = as_site(site)
     given = {"unit": unit, "rate": rate, "column": column, "speed": speed}
     reading = {name: value for name, value in given.items() if value is not None}
     if output is not None:
@@ -185,11 +185,11 @@ def assess(
         check_target("--output", output, (".json",))
     if plot is not None:
         check_target("--plot", plot, PICTURES)
-    from wheeltapper.describe.site import Site
+    from wheeltapper.describe.site import as_site
     from wheeltapper.diagnosis.performance import assess as measure
     from wheeltapper.diagnosis.processes import ProcessError
 
-    place = Site.from_toml(site)
+    place = as_site(site)
     kept = None if output is None else output.with_suffix(".jsonl")
     chosen = _parsed_faults(faults)
     try:
@@ -295,10 +295,10 @@ def design(
     for option, values in (("--parameters", parameters), ("--speeds", speeds), ("--shapes", shapes)):
         _check_given(option, values)
     from wheeltapper.describe.scenario import write_toml
-    from wheeltapper.describe.site import Site
+    from wheeltapper.describe.site import as_site
     from wheeltapper.diagnosis.site.design import Interrupted, design_site
 
-    place = Site.from_toml(site)
+    place = as_site(site)
     try:
         found = design_site(
             place, parameters, speeds, rail={

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,41 +92,85 @@ class LoweredOnRails:
 def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRails:
     """Lower a scenario to a task of the general march."""
     check_known(scenario)
-    plane, track = scenario.vehicle.plane, scenario.track
+    vehicle = on_wheels(scenario)
+    modes, reach, seat = under_wheels(scenario, vehicle.plane.extent, method)
+    if modes is not None:
+        check_speed(float(scenario.speed), scenario.track, modes.ring, GENERAL_METHODS[method])
+    tables, notes = paths_of(scenario, vehicle.plane, float(scenario.speed * scenario.duration), METHODS[method])
+    contacts = contacts_of(tables, vehicle, seat)
+    system = general.System(vehicle.bodies, contacts, float(scenario.speed), None if modes is None else modes.ring)
+    task = general.Task(system, GENERAL_METHODS[method], float(scenario.duration))
+    said = (*implausible_notes(scenario), *vehicle.notes, *notes)
+    if reach is not None:
+        said = (*said, *reach.notes, *_excitation_note(scenario, vehicle.plane, reach))
+    if modes is not None and scenario.speed > 0.0:
+        said = (*said, SUDDEN)
+    return LoweredOnRails(
+        task, vehicle.plane, modes, seat, vehicle.static_force, vehicle.contact_constant, said,
+        float(vehicle.plane.rails), tuple(tables),
+    )  # fmt: skip
+
+
+class OnWheels(NamedTuple):
+    """A vehicle, and its contact laws: what the march is told of them.
+
+    Attributes
+    ----------
+    plane
+        The vehicle in the vertical plane.
+    bodies, laws
+        Of one of its equal rails.
+    static_force
+        Of each wheelset, N.
+    contact_constant
+        Of the first wheelset, N/m^1.5, if linear N/m.
+    notes
+        On the laws.
+    """
+
+    plane: PlaneVehicle
+    bodies: general.Bodies
+    laws: tuple[general.Law, ...]
+    static_force: FloatArray
+    contact_constant: float
+    notes: tuple[Note, ...]
+
+
+def on_wheels(scenario: Scenario) -> OnWheels:
+    """Return the vehicle of a scenario, with its contact laws."""
+    plane = scenario.vehicle.plane
     rails = float(plane.rails)
-    modes, reach, seat = None, None, 0.0
-    if isinstance(track, SupportedRail):
-        modes, reach = modes_of(track, method, plane.extent)
-        seat = float(track.first_sleeper)
     forces = np.array([wheelset.weight for wheelset in plane.wheelsets])
     laws = [law_of(scenario, wheelset, rails) for wheelset in plane.wheelsets]
-    if modes is not None:
-        _check_speed(float(scenario.speed), track, modes.ring, GENERAL_METHODS[method])
-    contacts, paths, notes = _contacts(scenario, plane, METHODS[method], seat, [law for law, _, _ in laws])
-    count, wheels = len(plane.freedoms), len(plane.wheelsets)
-    shapes = np.eye(count, wheels)
+    shapes = np.eye(len(plane.freedoms), len(plane.wheelsets))
     bodies = general.Bodies(
         plane.mass / rails, plane.damping / rails, plane.stiffness / rails, shapes, shapes @ forces / rails
     )
-    system = general.System(bodies, contacts, float(scenario.speed), None if modes is None else modes.ring)
-    task = general.Task(system, GENERAL_METHODS[method], float(scenario.duration))
-    said = (*implausible_notes(scenario), *laws[0][2], *notes)
-    if reach is not None:
-        said = (*said, *reach.notes, *_excitation_note(scenario, plane, reach))
-    if modes is not None and scenario.speed > 0.0:
-        said = (*said, SUDDEN)
-    return LoweredOnRails(task, plane, modes, seat, forces, laws[0][1], said, rails, paths)
+    return OnWheels(plane, bodies, tuple(law for law, _, _ in laws), forces, laws[0][1], laws[0][2])
+
+
+def under_wheels(scenario: Scenario, extent: float, method: str) -> tuple[TrackModes | None, Reach | None, float]:
+    """Return the modes of a track, how they were chosen, and the seat from which the march counts, m."""
+    track = scenario.track
+    if not isinstance(track, SupportedRail):
+        return None, None, 0.0
+    return *modes_of(track, method, extent), float(track.first_sleeper)
+
+
+def shortest_wave(scenario: Scenario, plane: PlaneVehicle) -> float | None:
+    """Return the shortest wave of the irregularities, m; None where none is told."""
+    waves = [item.shortest_wave(plane.wheelsets[0].radius) for item in scenario.irregularities]
+    return min((length for length in waves if length is not None), default=None)
 
 
 def _excitation_note(scenario: Scenario, plane: PlaneVehicle, reach: Reach) -> tuple[Note, ...]:
     """Return a note where the irregularities excite more than the modes of the track know."""
-    waves = [item.shortest_wave(plane.wheelsets[0].radius) for item in scenario.irregularities]
-    lengths = [length for length in waves if length is not None]
-    note = cutoff_note(reach, float(scenario.speed) / min(lengths)) if lengths else None
+    length = shortest_wave(scenario, plane)
+    note = cutoff_note(reach, float(scenario.speed) / length) if length is not None else None
     return () if note is None else (note,)
 
 
-def _check_speed(speed: float, track: SupportedRail, ring: Ring, method: general.Method) -> None:
+def check_speed(speed: float, track: SupportedRail, ring: Ring, method: general.Method) -> None:
     """Refuse a speed above that of the rail's waves, or so low that the tables for its places in a bay do not fit."""
     fastest = critical_speed(section_of(track))
     if speed >= fastest:
@@ -142,26 +188,28 @@ def _check_speed(speed: float, track: SupportedRail, ring: Ring, method: general
     check_room("speed", found, needed, lambda share: f"0 m/s, or at least {speed / share:.2g} m/s")
 
 
-def _contacts(
-    scenario: Scenario, plane: PlaneVehicle, method: Method, seat: float, laws: list[general.Law]
-) -> tuple[tuple[general.Contact, ...], tuple[PathTable, ...], list[Note]]:
-    """Return the contacts of all wheelsets, their paths, and notes on these."""
-    end = float(scenario.speed * scenario.duration)
-    out, paths, notes = list[general.Contact](), list[PathTable](), list[Note]()
+def paths_of(
+    scenario: Scenario, plane: PlaneVehicle, end: float, method: Method
+) -> tuple[list[PathTable], list[Note]]:  # fmt: skip
+    """Return the paths of all wheelsets until the vehicle has come to x = `end`, m, and notes on them."""
+    out, notes = list[PathTable](), list[Note]()
     for number, (wheelset, position) in enumerate(zip(plane.wheelsets, plane.positions, strict=True), 1):
         items = scenario.irregularities_on(number, "left")
         courses = [item.course(wheelset.radius).moved(-position) for item in items]
         factor = ellipse.factor_function(scenario.contact, wheelset)
         table, said = path_table(courses, end, method, scenario.rolling, wheelset.radius, factor)
-        paths.append(table)
-        out.append(
-            general.Contact(
-                table.rows, laws[number - 1], position - seat, 0.0, table.loop, table.loop_join
-            )
-        )  # fmt: skip
+        out.append(table)
         several = f"wheelset {number}, x from {position:g} m: " if len(plane.wheelsets) > 1 else ""
         notes += [note.reworded(f"{several}{note}") for note in said]
-    return tuple(out), tuple(paths), notes
+    return out, notes
+
+
+def contacts_of(tables: Sequence[PathTable], vehicle: OnWheels, seat: float) -> tuple[general.Contact, ...]:
+    """Return the contacts of all wheelsets on their paths; the march counts from a seat."""
+    return tuple(
+        general.Contact(table.rows, law, position - seat, 0.0, table.loop, table.loop_join)
+        for table, law, position in zip(tables, vehicle.laws, vehicle.plane.positions, strict=True)
+    )
 
 
 def law_of(scenario: Scenario, wheelset: Wheelset, rails: float) -> tuple[general.Law, float, tuple[Note, ...]]:

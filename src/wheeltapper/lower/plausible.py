@@ -91,6 +91,9 @@ USUAL: dict[str, dict[str, Usual]] = {
     }),
     "Step": {"height": HEIGHT},
     "CosineBump": {"height": HEIGHT, "length": WAVE},
+    "DippedJoint": {
+        "depth": HEIGHT, "length": WAVE, "angle": Usual("angle", "mrad", (1, 30), 0.0, 200),
+    },
     "Corrugation": {"amplitude": HEIGHT, "wavelength": WAVE},
     "WheelFlat": {
         "depth": Usual("length", "mm", (0.05, 3), 0.0, 20),

@@ -137,31 +137,50 @@ def add_waves(rows: FloatArray, waves: list[tuple[Harmonic, float]]) -> None:
         rows[:, contract.WAVENUMBER] = form.wavenumber
 
 
+def _knots(present: list[PlacedStretch], start: float, end: float) -> FloatArray:
+    """Return the places of [start, end] between which all stretches that are polynomial are one polynomial each."""
+    edges = [np.array([start, end])]
+    for p in present:
+        if isinstance(p.stretch.exact, Polynomials):
+            breaks = p.stretch.exact.breaks + p.shift
+            edges.append(breaks[(breaks > start + SLIVER) & (breaks < end - SLIVER)])
+    found = np.unique(np.concatenate(edges))
+    return found[np.diff(found, prepend=-inf) > SLIVER] if len(edges) > 2 else found
+
+
+def _sum_at(forms: list[tuple[Polynomials, float]], edges: FloatArray) -> FloatArray:
+    """Return the coefficients of the sum of polynomials (with their shifts) between edges, from the left ones on."""
+    middle = 0.5 * (edges[:-1] + edges[1:])
+    out = np.zeros((len(middle), max(form.coefficients.shape[1] for form, _ in forms)))
+    for form, shift in forms:
+        piece = np.clip(np.searchsorted(form.breaks + shift, middle, side="right") - 1, 0, len(form.breaks) - 2)
+        moved, away = form.coefficients[piece].copy(), edges[:-1] - (form.breaks + shift)[piece]
+        last = moved.shape[1] - 1
+        for low in range(last):  # Taylor's series about the left edge, by Horner's scheme
+            for k in range(last - 1, low - 1, -1):
+                moved[:, k] += away * moved[:, k + 1]
+        out[:, : last + 1] += moved
+    return out
+
+
 def _polynomial_rows(
-    placed: PlacedStretch, start: float, end: float, others: tuple[float, list[tuple[Harmonic, float]]], height: float
-) -> FloatArray:
-    """Return the exact pieces of a stretch that is polynomial, cut to [start, end], plus offset and waves."""
+    present: list[PlacedStretch], start: float, end: float, others: tuple[float, list[tuple[Harmonic, float]]],
+    height: float,
+) -> FloatArray:  # fmt: skip
+    """Return the exact pieces of stretches that are polynomial, cut to [start, end], plus offset and waves."""
     offset, waves = others
-    form = placed.stretch.exact
-    assert isinstance(form, Polynomials)
-    breaks = form.breaks + placed.shift
-    first = max(int(np.searchsorted(breaks, start, side="right")) - 1, 0)
-    last = min(int(np.searchsorted(breaks, end, side="left")), len(breaks) - 1)
-    coefficients = form.coefficients[first:last].copy()
+    edges = _knots(present, start, end)
+    coefficients = _sum_at(
+        [(p.stretch.exact, p.shift) for p in present if isinstance(p.stretch.exact, Polynomials)], edges
+    )
     coefficients[:, 0] += offset
-    scale = np.diff(breaks)[first:last]
-    cut = np.concatenate([[max(start, breaks[first])], breaks[first + 1 : last], [min(end, breaks[last])]])
+    scale = np.diff(edges)
     scaled = coefficients * scale[:, None] ** np.arange(coefficients.shape[1])
-    rows = polynomial_rows(cut[:-1], cut[1:], scaled, 1e-18 * height)
-    rows[:, contract.CENTRE] = breaks[first:last]
+    rows = polynomial_rows(edges[:-1], edges[1:], scaled, 1e-18 * height)
+    rows[:, contract.CENTRE] = edges[:-1]
     rows[:, contract.SCALE] = scale
     add_waves(rows, waves)
     return rows
-
-
-def _is_polynomial(present: list[PlacedStretch]) -> bool:
-    others = [p for p in present if not isinstance(p.stretch.exact, Polynomials)]
-    return len(others) == len(present) - 1 and common_harmonics(others) is not None
 
 
 def _cell_rows(
@@ -173,10 +192,9 @@ def _cell_rows(
     bent = factor is not None and not (exact is not None and not exact[1])
     if exact is not None and not bent:
         return harmonic_row(start, end, *exact)
-    if _is_polynomial(present) and not bent:
-        form = next(p for p in present if isinstance(p.stretch.exact, Polynomials))
-        others = common_harmonics([p for p in present if p is not form])
-        return _polynomial_rows(form, start, end, others or (0.0, []), height)
+    others = common_harmonics([p for p in present if not isinstance(p.stretch.exact, Polynomials)])
+    if others is not None and not bent:
+        return _polynomial_rows(present, start, end, others, height)
     value, slope, curvature = (sum_function(present, name) for name in ("value", "slope", "curvature"))
 
     def sample(x: FloatArray, _: IntArray) -> list[SampledFunction]:
@@ -184,7 +202,9 @@ def _cell_rows(
         return [*path, factor.sampled_factor(curvature(x))] if bent and factor is not None else path
 
     tolerances = [tolerance * height, tolerance] if bent else [tolerance * height]
-    left, right, fitted = fit(sample, np.array([[start, end]]), np.zeros(1, dtype=np.int64), tolerances)
+    edges = _knots(present, start, end)
+    intervals = np.column_stack([edges[:-1], edges[1:]])
+    left, right, fitted = fit(sample, intervals, np.zeros(len(intervals), dtype=np.int64), tolerances)
     rows = polynomial_rows(left, right, fitted[0], 1e-18 * height)
     if bent:
         set_factor(rows, fitted[1])

@@ -45,9 +45,10 @@ from wheeltapper.march.program import FloatArray, IntArray, Program
 from wheeltapper.march.telling import Tell, report_nothing
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from wheeltapper.march import ensemble, gradients, orbits
+    from wheeltapper.march.general.ensemble import MarchedCells
     from wheeltapper.march.general.gradients import Tangents as RailTangents
     from wheeltapper.march.general.integrals import Pressing, Works
     from wheeltapper.march.general.replay import Modes, Replayed
@@ -143,7 +144,8 @@ FEATURES = Question("features", "a feature of a record", MARCHERS, others=())
 DAMPER_EVENTS = Question("damper_events", "stops that a damper's end meets", WHEELS, others=())
 TRACK = Question("track", "what rail, sleepers and ballast do", (GENERAL,), requires=frozenset({FLEXIBLE_TRACK}))
 COMFORT = Question("comfort", "ride comfort", (WAGON,))
-SWEEP = Question("sweep", "features over many cells", (WHEEL,))
+GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON,))
+SWEEP = Question("sweep", "features over many cells", (WHEEL, GENERAL))
 GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL, GENERAL))
 BORDER = Question("border", "where contact begins to be lost", (WHEEL,))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
@@ -170,9 +172,9 @@ IMBALANCE = Question("imbalance", "a car body whose load lies aside", (WAGON,))
 QUESTIONS = {
     question.name: question
     for question in (
-        SIMULATE, HISTORY, ENERGY, FEATURES, DAMPER_EVENTS, TRACK, COMFORT, SWEEP, GRADIENT, BORDER, MOTION_AT,
-        TRAJECTORY, DIAGNOSE, INFORMATION, COUPLED, SUPERPOSED, WEAR_IN, MARKS, MODES, CRITICAL_SPEED, REDUCED,
-        IMBALANCE, ORBITS,
+        SIMULATE, HISTORY, ENERGY, FEATURES, DAMPER_EVENTS, TRACK, COMFORT, GUIDANCE, SWEEP, GRADIENT, BORDER,
+        MOTION_AT, TRAJECTORY, DIAGNOSE, INFORMATION, COUPLED, SUPERPOSED, WEAR_IN, MARKS, MODES, CRITICAL_SPEED,
+        REDUCED, IMBALANCE, ORBITS,
     )
 }  # fmt: skip
 """All questions by name."""
@@ -489,6 +491,35 @@ def margins_are_ready(cells: ensemble.Cells) -> bool:
     from wheeltapper.march.margin import is_ready
 
     return is_ready(cells)
+
+
+def march_tasks(
+    tasks: Sequence[Task], threads: int, read: Callable[[IntArray, MarchedCells], None],
+    impact: int = -1, loss: int = -1,
+) -> None:  # fmt: skip
+    """March many cells of the general march, and hand each block, with the cells' numbers, to `read`.
+
+    Cells may end before their time: at an impact, or at the first loss after an impact, of each of their contacts.
+    """
+    from wheeltapper.march.general.ensemble import Until, march_all
+
+    march_all(tasks, threads, read, Until(impact, loss))
+
+
+def march_tasks_alone(tasks: Sequence[Task], threads: int, read: Callable[[int, Marched], None]) -> None:
+    """March many cells of the general march one by one, with all that is logged, and hand each to `read`."""
+    from wheeltapper.march.general.ensemble import march_alone
+    from wheeltapper.march.general.task import marched_of
+
+    march_alone(tasks, threads, lambda number, found: read(number, marched_of(tasks[number], found)))
+
+
+def tasks_are_ready(task: Task, alone: bool) -> bool:
+    """Return False where marching cells like this one, each `alone` or in step, begins with compiling."""
+    from wheeltapper.march.general import ensemble
+    from wheeltapper.march.general import task as single
+
+    return single.is_ready(task) if alone else ensemble.is_ready(task)
 
 
 # -- from section to section of a periodic path -----------------------------------------------------------------------

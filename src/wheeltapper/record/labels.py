@@ -17,6 +17,8 @@ WEAR_TITLE = "wheeltapper wear"
 RECEPTANCE_TITLE, STATIC_TITLE = "wheeltapper receptance", "wheeltapper static deflection"
 DECAY_TITLE, PINNED_TITLE = "wheeltapper decay rate", "wheeltapper pinned-pinned frequency"
 """Titles of what is asked of a track alone."""
+JOINT_TITLE = "wheeltapper joint"
+"""Title of what is asked of a joint over speed."""
 BRANCH_TITLE = "wheeltapper branch"
 """Title of the datasets of `orbits.follow`."""
 EVENT_KINDS = ("loss", "impact", "yield")
@@ -39,10 +41,14 @@ LABELS = {
     "lateral_force": ("N", "lateral force on the wheel, leftwards, of normal and creep forces together, per wheel"),
     "lateral_creep_force": ("N", "creep force on the tread leftwards, per wheel"),
     "flange_force": ("N", "normal contact force on the flange, per wheel"),
+    "vertical_force": ("N", "force of the rail on the wheel upwards, of tread and flange together, per wheel"),
     "spin_moment": ("N m", "creep moment on the tread about z, per wheel"),
     "longitudinal_creepage": ("", "slip of the tread forwards over speed"),
     "lateral_creepage": ("", "slip of the tread leftwards over speed"),
     "spin_creepage": ("1/m", "slip of the tread about the normal over speed"),
+    "t_gamma": ("N", "creep forces and spin moment times creepages, of tread and flange together, per wheel"),
+    "flange_t_gamma": ("N", "creep forces and spin moment times creepages, of the flange, per wheel"),
+    "spin_t_gamma": ("N", "share of the spin moments in t_gamma, per wheel"),
     "friction_use": ("", "creep force over the limit of friction, on the tread"),
     "indentation": ("m", "indentation, negative in flight"),
     "constraint": ("m", "path of the rigid wheel's centre over the irregularity"),

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from numbers import Integral
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.table.content import LARGEST
+from wheeltapper.describe.table.text import column_named
 from wheeltapper.describe.table.units import plain_unit
 from wheeltapper.ground.arguments import as_path, as_quantity, check_choice, check_flag
 from wheeltapper.ground.errors import InputError, value_text
@@ -26,7 +28,7 @@ from wheeltapper.record.reading_table import (
     plain_name,
     speed_column,
 )
-from wheeltapper.record.reading_units import column_meaning, has_number
+from wheeltapper.record.reading_units import DIMENSIONS, column_meaning, has_number
 from wheeltapper.record.reading_writing import write_recording
 from wheeltapper.record.recording import QUANTITIES, Quantity, Recording
 
@@ -106,6 +108,49 @@ def read_recording(
         return _checked_recording(path, table, samples, clock, quantity, unit, stated, speed)
     except InputError as error:
         raise error.at(str(path)) from None
+
+
+class Channel(NamedTuple):
+    """A channel that a file may hold: what it measures, its unit if the file has none, its rate if the file has none."""
+
+    quantity: Quantity
+    unit: str | None = None
+    rate: float | None = None
+
+
+def read_channels_of(
+    path: Path, wanted: Mapping[str, Channel], *, largest: float = LARGEST, apart: bool = False
+) -> dict[str, Recording]:
+    """Return the recordings of those channels, by their names, that are columns of a file; the file is read once.
+
+    A file of one column has the channel that is called like the file, without its suffix.
+    """
+    try:
+        table = (read_apart if apart else read_file)(path, largest)
+        out = {}
+        for name, channel in wanted.items():
+            column = _column_of(table, name, path)
+            if column is None:
+                continue
+            samples, clock = choose_columns(table, column, None, channel.quantity)
+            in_file = table.facts.get("rate")
+            stated = _stated_rate(in_file, channel.rate)
+            out[name] = _checked_recording(path, table, samples, clock, channel.quantity, channel.unit, stated, None)
+        return out
+    except InputError as error:
+        raise error.at(str(path)) from None
+
+
+def _column_of(table: RecordingTable, name: str, path: Path) -> str | int | None:
+    """Return which column of a file a name means; None if no column bears it."""
+    try:
+        column_named(table.columns, "column", name, DIMENSIONS)
+        return name
+    except InputError:
+        if path.name.split(".")[0] != name:
+            return None
+    only, _ = choose_columns(table, None, None, None)
+    return next(i for i, one in enumerate(table.columns) if one is only)
 
 
 def _checked_recording(

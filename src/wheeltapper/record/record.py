@@ -369,6 +369,49 @@ class Record:
         check_choice(body, "body", self.scenario.vehicle.names)
         return comfort(self, body, at, rate, vertical_weighting=vertical_weighting, settling=settling)
 
+    def guidance(
+        self, *, low_pass: float | str | None = 20.0, order: int = 4, window: float | str = 2.0,
+        settling: float | str = 0.0, rate: float | str | None = None,
+    ) -> xr.Dataset:  # fmt: skip
+        """Return Y, Q, Y/Q, ΣY, unloading and T-gamma of a wagon's wheels over time, filtered (EN 14363).
+
+        Parameters
+        ----------
+        low_pass
+            Frequency at which Y and Q are low-passed, -3 dB, without phase, Hz, or as "20 Hz"; None: not at all.
+        order
+            Even order of the filter: 4 falls by 24 dB per octave.
+        window
+            Length of way of the sliding mean of Y/Q, ΣY and T-gamma, m; 0: no mean.
+        settling
+            Seconds at the beginning that are filtered but not returned.
+        rate
+            Samples per second, Hz; by default 100 for a period of the cut-off frequency, and at least 10 000.
+
+        Returns
+        -------
+        xarray.Dataset
+            As `wheeltapper.record.guidance.guidance` says, over time, wheelset, side and surface.
+
+        Raises
+        ------
+        InputError
+            For a record without lateral forces, an odd order, a rate of no more than twice the cut-off, or a run that
+            is too short.
+        """
+        from wheeltapper.record.guidance import guidance
+
+        return guidance(self, low_pass=low_pass, order=order, window=window, settling=settling, rate=rate)
+
+    def running_safety(self, **options: Any) -> xr.Dataset:
+        """Return extremes, percentiles (0.15, 50 and 99.85 %) and mean of what `guidance` returns with these options.
+
+        They are over "statistic": "least", "0.15 %", "50 %", "99.85 %", "largest" and "mean".
+        """
+        from wheeltapper.record.guidance import statistics
+
+        return statistics(self.guidance(**options))
+
     def save(self, path: str | Path) -> None:
         """Write the record as netCDF (.nc); it opens in plain xarray, and with `wheeltapper.load`.
 

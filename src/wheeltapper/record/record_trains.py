@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 
 import numpy as np
@@ -61,7 +62,14 @@ def trains_of(record: Record, tally: bool) -> Trains:
     def growth(waves: int) -> Growth:
         return Growth(*(one * values for values in growth_of(record.scenario, {}, record.method, waves)))
 
-    return Trains(marched, Units(one, one, one, static, one), missing_energy, growth)
+    def meets(place: float) -> FloatArray:
+        with np.errstate(divide="ignore", invalid="ignore"):  # of a wheel that does not roll
+            return (place - record._contacts.position) / float(record.scenario.speed)
+
+    def force_histories(rate: float) -> Iterable[FloatArray]:
+        return np.asarray(record.history(rate).normal_force.values.reshape(-1, cells).T)
+
+    return Trains(marched, Units(one, one, one, static, one), missing_energy, growth, meets, force_histories)
 
 
 def _by_train(table: Columns, cells: int) -> tuple[IntArray, Columns]:

@@ -114,7 +114,7 @@ def load(path: str | Path, *, largest: float = LARGEST) -> Any:
         found = "a folder" if path.is_dir() else "a file" if path.exists() else "no such file or folder"
         raise InputError(str(path), "", found, LOADED)
     if suffix == ".toml":
-        is_site = "passage" in toml_table(path, "a scenario or a site")
+        is_site = not {"passage", "sensor"}.isdisjoint(toml_table(path, "a scenario or a site"))
         return Site.from_toml(path) if is_site else Scenario.from_toml(path)
     try:
         return _load_record(path, largest) if suffix == ".nc" else load_chart(path)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -92,6 +92,8 @@ class Trains:
     units: Units
     missing_energy: Callable[[], FloatArray]  # (cells,): share of the exchanged energy that is missing
     growth: Callable[[int], Growth]  # of small deviations, over so many waves
+    meets: Callable[[float], FloatArray]  # (cells,) when the wheel is at a position (m), s
+    force_histories: Callable[[float], Iterable[FloatArray]]  # N of each cell, so many times in a second
 
     @property
     def cell_count(self) -> int:
@@ -167,6 +169,17 @@ class Trains:
             "rate": events[rows, contract.EVENT_RATE] * np.repeat(units.length / units.time, count),
         }
         return Rows(first, columns)
+
+    def first_peak_after(self, place: float) -> Values:
+        """Return the first maximum of the force (N) after the wheel is at a place (m); NaN if there is none."""
+        peaks = self.peaks
+        later = peaks.columns["time"].real > self.meets(place)[peaks.row_cells]
+        rows = np.flatnonzero(later)
+        rows = rows[_group_starts(peaks.row_cells[rows])]
+        values = peaks.columns["force"]
+        out = np.full(self.cell_count, np.nan, dtype=values.dtype)
+        out[peaks.row_cells[rows]] = values[rows]
+        return out
 
     def impact_peak(self, n: int, column: str) -> Values:
         """Return time or force of the largest force between impact n and the next; NaN if there is none."""

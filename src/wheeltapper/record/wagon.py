@@ -115,25 +115,38 @@ def _wheel_variables(scenario: Scenario, rows: dict[str, FloatArray]) -> dict[st
     along, across = (tread[name] * (normal > 0.0) * rolls for name in ("fx", "fy"))
     on_flange = flange["normal"] > 0.0
     flange_along, flange_across = (flange[name] * on_flange * rolls for name in ("fx", "fy"))
-    sideways = flange_across / steep - sides * flange["g"] * flange["normal"]
+    climb = sides * flange["g"]
+    sideways = flange_across / steep - climb * flange["normal"]
     with np.errstate(divide="ignore", invalid="ignore"):
         limit = normal * (1.0 if law is None else law.friction)
         used = np.where(normal > 0.0, np.hypot(along, across) / limit, 0.0)
+    losses, spins = zip(*(_t_gamma(on, rolls / speed) for on in (tread, flange)), strict=True)
     return {
         "normal_force": normal,
         "longitudinal_force": along + flange_along,
         "lateral_force": across - sides * tread["g"] * normal + sideways,
         "lateral_creep_force": across,
         "flange_force": flange["normal"] * steep,
+        "vertical_force": normal + flange["normal"] + climb * flange_across / steep,
         "spin_moment": tread["mz"] * (normal > 0.0) * rolls,
         "longitudinal_creepage": tread["slip_x"] * rolls / speed,
         "lateral_creepage": tread["slip_y"] * rolls / speed,
         "spin_creepage": tread["slip_turn"] * rolls / speed,
         "friction_use": used,
+        "t_gamma": losses[0] + losses[1],
+        "flange_t_gamma": losses[1],
+        "spin_t_gamma": spins[0] + spins[1],
         "indentation": tread["delta"],
         "constraint": tread["path"],
         "lateral_shift": tread["u"],
     }
+
+
+def _t_gamma(on: dict[str, FloatArray], over_speed: float) -> tuple[FloatArray, FloatArray]:
+    """Return what a contact's slips dissipate over a metre of way, N, and the share of its spin in it."""
+    touches = (on["normal"] > 0.0) * over_speed
+    spin = -touches * on["mz"] * on["slip_turn"]
+    return spin - touches * (on["fx"] * on["slip_x"] + on["fy"] * on["slip_y"]), spin
 
 
 def _integrate(

@@ -34,6 +34,19 @@ class Irregularity(Noun, abstract=True):
         """Return the length of the shortest wave of a smooth form under a wheel of this radius, m; None: not known."""
         return None
 
+    def limited(self, radius: float) -> dict[str, float]:
+        """Return sizes that limits are stated for, of a wheel of this radius (m): flat_length, out_of_roundness, m."""
+        return {}
+
+    def on_rail(self, side: str) -> Self:
+        """Return what this is on the "left" or "right" rail; most are the same on both."""
+        return self
+
+    @property
+    def filters(self) -> bool:
+        """Whether it is already what a patch of contact, or a circle, leaves of it."""
+        return False
+
     def moved(self, distance: float) -> Self:
         """Return the same irregularity farther along the rail (m).
 
@@ -49,6 +62,11 @@ class Irregularity(Noun, abstract=True):
             )
         return self.model_copy(update={name: place + distance for name, place in places.items()})
 
-    def beyond_known(self, end: float) -> str | None:
-        """Return what is missing for a run to x = end (m), or None if nothing is."""
-        return None
+    def check_run(self, end: float) -> None:
+        """Refuse a run to x = end (m) in which this irregularity cannot be met as it is described.
+
+        Raises
+        ------
+        InputError
+            With what is missing.
+        """

@@ -59,6 +59,10 @@ class WheelFlat(Irregularity):
         half = 0.5 * (self.length or 0.0)
         return half**2 / (radius + sqrt(radius**2 - half**2)), 2.0 * half
 
+    def limited(self, radius: float) -> dict[str, float]:
+        """Return the flat's length, m."""
+        return {"flat_length": self.size(radius)[1]}
+
     def similarity(self) -> Similarity:
         """Return what the fields scale."""
         return {"position": "offset"}

@@ -104,9 +104,11 @@ class Measured(Irregularity):
             return Course(parts, height, part.end - part.start, part.start)
         return Course(parts, height)
 
-    def beyond_known(self, end: float) -> str | None:
-        """Return what is missing for a run to x = end."""
+    def check_run(self, end: float) -> None:
+        """Refuse a run to x = end behind the last sample, unless it is said what lies there."""
         last = float(self.samples[0][-1])
-        if self.beyond is not None or end <= last:
-            return None
-        return f"samples up to {last:.6g} m for a run to {end:.6g} m"
+        if self.beyond is None and end > last:
+            raise InputError(
+                "", "", f"samples up to {last:.6g} m for a run to {end:.6g} m",
+                'a run within the samples, or what lies beyond them: beyond = "flat" or "repeat"',
+            )  # fmt: skip

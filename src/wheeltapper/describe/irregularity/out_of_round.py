@@ -93,6 +93,13 @@ class OutOfRound(Irregularity):
         """Return the wave of the highest order; of measured deviations it is not known."""
         return 2.0 * pi * radius / max(self.orders) if self.orders else None
 
+    def limited(self, radius: float) -> dict[str, float]:
+        """Return the largest less the smallest radius, m."""
+        if not self.orders:
+            return {"out_of_roundness": float(np.ptp(self.samples[1]))}
+        arc = np.linspace(0.0, 2.0 * pi * radius, 200 * max(self.orders), endpoint=False)
+        return {"out_of_roundness": float(np.ptp(self._harmonic_sum(radius, 0)(arc)))}
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         turn = 2.0 * pi * radius

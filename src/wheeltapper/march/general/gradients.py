@@ -108,36 +108,47 @@ def _turns(found: Found, each: list[_Direction]) -> Turns:
     held: Any = (np.stack([one.reads for one in modal]), np.stack([one.writes for one in modal])) if modal else (
         np.zeros((1, 1, 1, q, 2, 0), tables.reads.dtype), np.zeros((1, 1, 1, q, 2, 0), tables.reads.dtype)
     )  # fmt: skip
+    changed: Any = {
+        name: _stacked(each, name, getattr(tables, name), axis)
+        for name, axis in (
+            ("bodies_read", None), ("bodies_write", None), ("bodies_step", None), ("kernels", 1), ("cross", 2),
+            ("residual", 1),
+        )
+    }  # fmt: skip
     return Turns(
-        np.where([one.pieces is not None for one in each], bent, -1),
-        np.stack(bends) if bends else np.zeros((1, *data.pieces.shape)),
-        np.stack([one.laws for one in each]), np.array([one.seconds for one in each]),
-        np.array([one.tables is not None for one in each], dtype=np.int64),
-        _stacked(each, "bodies_read", tables.bodies_read), _stacked(each, "bodies_write", tables.bodies_write),
-        _stacked(each, "bodies_step", tables.bodies_step), _stacked(each, "kernels", tables.kernels, 1),
-        _stacked(each, "cross", tables.cross, 2), _stacked(each, "residual", tables.residual, 1),
-        np.where([one.tables is not None and bool(one.tables.decay.size) for one in each], which, -1), *held,
-        np.stack([one.decay for one in modal]) if modal else np.zeros((1, 2, 0)),
+        bent=np.where([one.pieces is not None for one in each], bent, -1),
+        bends=np.stack(bends) if bends else np.zeros((1, *data.pieces.shape)),
+        laws=np.stack([one.laws for one in each]), seconds=np.array([one.seconds for one in each]),
+        structured=np.array([one.tables is not None for one in each], dtype=np.int64), **changed,
+        modal=np.where([one.tables is not None and bool(one.tables.decay.size) for one in each], which, -1),
+        reads=held[0], writes=held[1], decay=np.stack([one.decay for one in modal]) if modal else np.zeros((1, 2, 0)),
     )  # fmt: skip
 
 
 def _scratch(contacts: int, directions: int, q: int, modes: int, states: int) -> tuple[Posed, Carried]:
     parts, nodes = layout.MOST_PARTS + 2, layout.MOST_NODES
-    whole = np.int64
+
+    def of_parts(*more: int) -> FloatArray:
+        return np.zeros((contacts, parts, *more))
+
+    def whole(*more: int) -> IntArray:
+        return np.zeros((contacts, *more), dtype=np.int64)
+
+    def along(*more: int) -> FloatArray:
+        return np.zeros((directions, contacts, *more))
+
     posed = Posed(
-        np.zeros((contacts, 2), whole), np.zeros((contacts, parts), whole), np.zeros((contacts, parts, nodes, nodes)),
-        np.zeros((contacts, parts, nodes)), np.zeros((contacts, parts, nodes, nodes)),
-        np.zeros((contacts, parts, nodes, nodes)), *np.zeros((3, contacts, parts, nodes)),
-        np.zeros((contacts, parts), whole), *np.zeros((2, contacts, parts, directions, nodes)),
-        np.zeros((contacts, parts), whole), np.zeros((contacts, parts)),
-        *np.zeros((2, contacts, parts, directions)),
-        *np.zeros((2, contacts, parts), whole), *np.zeros((2, contacts, parts)), np.zeros((contacts, parts), whole),
-        np.zeros((contacts, parts, 2, directions)), np.zeros((contacts, directions, parts, nodes)),
+        counts=whole(2), rows=whole(parts), P=of_parts(nodes, nodes), pace=of_parts(nodes), J=of_parts(nodes, nodes),
+        K=of_parts(nodes, nodes), r=of_parts(nodes), slope=of_parts(nodes), viscous=of_parts(nodes),
+        smoothly=whole(parts), given=of_parts(directions, nodes), direct=of_parts(directions, nodes),
+        jumps=whole(parts), drop=of_parts(), moved=of_parts(directions), risen=of_parts(directions),
+        after=whole(parts), events=whole(parts), steep=of_parts(), bend=of_parts(), leaps=whole(parts),
+        raised=of_parts(2, directions), forces=np.zeros((contacts, directions, parts, nodes)),
     )  # fmt: skip
     carried = Carried(
-        *np.zeros((3, directions, contacts, q)), np.zeros((directions, contacts)), np.zeros((directions, contacts, q)),
-        np.zeros((directions + 1, contacts, q, q)), np.zeros((q, q)), np.zeros((directions, 2, modes)), np.zeros(max(32, states)),
-        np.zeros(q),
+        free=along(q), change=along(q), moments=along(q), began=along(), felt=along(q),
+        shares=np.zeros((directions + 1, contacts, q, q)), sums=np.zeros((q, q)),
+        modes=np.zeros((directions, 2, modes)), spare=np.zeros(max(32, states)), gap=np.zeros(q),
     )  # fmt: skip
     return posed, carried
 

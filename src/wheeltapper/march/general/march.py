@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil
+from math import ceil, log2
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +17,17 @@ from wheeltapper.march.general.paths import height_and_slope, heights
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
 from wheeltapper.march.general.stepping import MODES_EVERY, march_kernel
 from wheeltapper.march.general.structure import ComplexArray, Ring
-from wheeltapper.march.general.tables import SAME_PHASE, Grid, Units, build, compliance_at, shapes_at
+from wheeltapper.march.general.tables import (
+    SAME_PHASE,
+    Grid,
+    TrackTables,
+    Units,
+    body_tables,
+    compliance_at,
+    joined,
+    shapes_at,
+    track_tables,
+)
 from wheeltapper.march.kernel import is_compiled
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.telling import GENERAL_CHUNK, Tell, report_nothing
@@ -117,24 +127,30 @@ def law_row(contact: Contact, units: Units, first: int) -> FloatArray:
 
 
 def indentation_of(force: float, row: FloatArray, table: FloatArray, factor: float) -> float:
-    """Return the indentation at rest under a force, in the march's units, by bisection and secants."""
-    one = np.empty(1)
+    """Return the indentation at rest under a force, in the march's units, by Newton's method between bounds."""
+    delta, rate, N, slope, viscous = np.zeros((5, 1))
 
-    def excess(delta: float) -> float:
-        N, slope, viscous = np.zeros((3, 1))
-        one[0] = delta
-        switch.forces(row, table, 1, one, np.zeros(1), np.array([factor]), N, slope, viscous)
-        return float(N[0]) - force
+    def pressed(x: float) -> tuple[float, float]:
+        delta[0] = x
+        switch.forces(row, table, 1, delta, rate, np.array([factor]), N, slope, viscous)
+        return float(N[0]) - force, float(slope[0])
 
     low, high = 0.0, 1.0
-    while excess(high) < 0.0:
+    while pressed(high)[0] < 0.0:
         low, high = high, 2.0 * high
         if high > 1e12:
             raise ValueError("the contact's law never reaches its static force")
+    x = high
     for _ in range(200):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
-    return 0.5 * (low + high)
+        excess, steepness = pressed(x)
+        low, high = (x, high) if excess < 0.0 else (low, x)
+        new = x - excess / steepness if steepness > 0.0 else low
+        if not low < new < high:
+            new = 0.5 * (low + high)
+        if abs(new - x) <= 2e-16 * x:
+            return new
+        x = new
+    return x
 
 
 # -- preparing --------------------------------------------------------------------------------------------------------
@@ -157,16 +173,20 @@ def static_forces(system: System) -> FloatArray:
     return found
 
 
-def _units(system: System, static: FloatArray) -> Units:
+def units_of(contacts: tuple[Contact, ...], static: FloatArray) -> Units:
+    """Return the units: powers of two near the largest static force and its indentation.
+
+    Tables of one track then differ by exact factors, whatever stands on it.
+    """
     force = float(static.max())
-    number = int(static.argmax())
-    unscaled = Units(1.0, 1.0)
-    contact = system.contacts[number]
-    row = law_row(contact, unscaled, 0)
-    return Units(indentation_of(force, row, _table_of(contact), 1.0), force)
+    contact = contacts[int(static.argmax())]
+    row = law_row(contact, Units(1.0, 1.0), 0)
+    indentation = indentation_of(force, row, table_of(contact), 1.0)
+    return Units(*(2.0 ** round(log2(size)) for size in (indentation, force)))
 
 
-def _table_of(contact: Contact) -> FloatArray:
+def table_of(contact: Contact) -> FloatArray:
+    """Return the table of a contact's law, as kernels take it."""
     return contact.law.table if contact.law.table.size else np.zeros((1, 1))
 
 
@@ -174,7 +194,7 @@ def _law_tables(system: System, units: Units) -> tuple[FloatArray, FloatArray]:
     """Return the laws' numbers, and their tables behind each other."""
     rows, tables, first = [], [], 0
     for contact in system.contacts:
-        table = _table_of(contact)
+        table = table_of(contact)
         rows.append(law_row(contact, units, first))
         tables.append(table)
         first += len(table)
@@ -182,7 +202,7 @@ def _law_tables(system: System, units: Units) -> tuple[FloatArray, FloatArray]:
     return np.array(rows), np.vstack([np.pad(table, ((0, 0), (0, width - table.shape[1]))) for table in tables])
 
 
-def _path_tables(system: System) -> tuple[FloatArray, FloatArray]:
+def path_tables(system: System) -> tuple[FloatArray, FloatArray]:
     """Return all contacts' pieces behind each other, and where each contact's begin, end and loop."""
     ends, first = np.zeros((len(system.contacts), 4)), 0
     for row, contact in zip(ends, system.contacts, strict=True):
@@ -193,11 +213,28 @@ def _path_tables(system: System) -> tuple[FloatArray, FloatArray]:
 
 def prepare(system: System, method: Method = DEFAULT, start: Start | None = None) -> Prepared:
     """Make the tables of a system; it starts from equilibrium at rest unless a state is given."""
-    static = carried_loads(system)
-    units = _units(system, static)
-    grid, tables = build(system, method, units)
+    units = units_of(system.contacts, carried_loads(system))
+    return prepared_on(track_tables(system, method, units), system, method, start)
+
+
+def prepared_on(track: TrackTables, system: System, method: Method, start: Start | None = None) -> Prepared:
+    """Make the tables of a system whose track has tables already."""
+    units, grid = units_of(system.contacts, carried_loads(system)), track.grid
+    tables = joined(track, body_tables(system.bodies, grid, method, units), method, units)
     laws, table = _law_tables(system, units)
-    pieces, ends = _path_tables(system)
+    pieces, ends = path_tables(system)
+    starts = np.array([contact.start for contact in system.contacts])
+    data = Data(
+        gauss_nodes(method.nodes), gauss_nodes(method.careful_nodes), *flight_nodes(), pieces, ends, laws, table,
+        starts, settings_of(system, method, units, grid),
+    )  # fmt: skip
+    start = start or equilibrium(system, data, static_forces(system), units, rest_of(system))
+    tables.bodies_read[:, 0, -1] += start.offsets / units.length
+    return Prepared(system, method, units, grid, tables, data, start, _motion(system, method, data, units, start))
+
+
+def settings_of(system: System, method: Method, units: Units, grid: Grid) -> FloatArray:
+    """Return the settings of a march, as its kernel takes them."""
     settings = np.zeros(layout.SETTINGS)
     settings[layout.NEWTON_LIMIT] = method.newton
     settings[layout.TAIL_LIMIT] = method.tail
@@ -208,14 +245,7 @@ def prepare(system: System, method: Method = DEFAULT, start: Start | None = None
     settings[layout.FORCE_UNIT] = units.force
     settings[layout.SPEED_NOW] = system.speed
     settings[layout.STEP_NOW] = grid.seconds
-    starts = np.array([contact.start for contact in system.contacts])
-    data = Data(
-        gauss_nodes(method.nodes), gauss_nodes(method.careful_nodes), *flight_nodes(), pieces, ends, laws, table,
-        starts, settings,
-    )  # fmt: skip
-    start = start or equilibrium(system, data, static_forces(system), units)
-    tables.bodies_read[:, 0, -1] += start.offsets / units.length
-    return Prepared(system, method, units, grid, tables, data, start, _motion(system, method, data, units, start))
+    return settings
 
 
 def first_places(data: Data) -> FloatArray:
@@ -247,6 +277,36 @@ def bays_of(ring: Ring, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     return bays, np.maximum(x - bays * ring.spacing, 0.0)
 
 
+class Rest(NamedTuple):
+    """What a track does under forces of the contacts at rest.
+
+    Attributes
+    ----------
+    amplitudes
+        Of the modes, per force of each contact, (contacts, modes).
+    deflections
+        At each contact, per force of each other, (contact, other), m/N.
+    """
+
+    amplitudes: ComplexArray
+    deflections: FloatArray
+
+
+def rest_of(system: System) -> Rest:
+    """Return what a system's track does under the contacts at rest."""
+    contacts, ring = len(system.contacts), system.ring
+    if ring is None:
+        return Rest(np.zeros((contacts, 0), dtype=complex), np.zeros((contacts, contacts)))
+    x = np.array([contact.position for contact in system.contacts])
+    bays, inside = bays_of(ring, x)
+    ahead = np.multiply.outer(bays - bays[0], np.angle(ring.turns))
+    shows = shapes_at(ring, ring.deflection, inside) * np.exp(1j * ahead)
+    takes = shapes_at(ring, ring.drive, inside) * np.exp(-1j * ahead)
+    amplitudes = -takes / ring.rates
+    deflections = np.real(shows @ (ring.weights * amplitudes).T) + np.diag(compliance_at(ring, inside))
+    return Rest(amplitudes, deflections)
+
+
 def static_indentations(data: Data, static: FloatArray, units: Units) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the indentations at rest, in units of length, the paths' heights there, and the factors on the forces."""
     height, factor = path_at_start(data, units)
@@ -256,22 +316,11 @@ def static_indentations(data: Data, static: FloatArray, units: Units) -> tuple[F
     return delta, height, factor
 
 
-def equilibrium(system: System, data: Data, static: FloatArray, units: Units) -> Start:
+def equilibrium(system: System, data: Data, static: FloatArray, units: Units, rest: Rest) -> Start:
     """Return the joint static state of all contacts and the track, the bodies' springs unstretched."""
-    freedoms = len(system.bodies.mass)
     delta, height, _ = static_indentations(data, static, units)
-    offsets = (delta - height) * units.length
-    modes = np.zeros(0, dtype=complex)
-    if system.ring is not None:
-        ring = system.ring
-        x = np.array([contact.position for contact in system.contacts])
-        bays, inside = bays_of(ring, x)
-        ahead = np.multiply.outer(bays - bays[0], np.angle(ring.turns))
-        shows = shapes_at(ring, ring.deflection, inside) * np.exp(1j * ahead)
-        takes = shapes_at(ring, ring.drive, inside) * np.exp(-1j * ahead)
-        modes = -(takes.T @ static) / ring.rates
-        offsets = offsets + np.real(shows @ (ring.weights * modes)) + compliance_at(ring, inside) * static
-    return Start(np.zeros(2 * freedoms), modes, offsets)
+    offsets = (delta - height) * units.length + rest.deflections @ static
+    return Start(np.zeros(2 * len(system.bodies.mass)), static @ rest.amplitudes, offsets)
 
 
 # -- marching ---------------------------------------------------------------------------------------------------------
@@ -286,7 +335,7 @@ def room_of(states: int) -> Room:
 
 
 def stage_of(contacts: int, q: int, modes: int) -> Stage:
-    """Return scratch memory of a macro step."""
+    """Return scratch memory of what the contacts exchange."""
     rows = layout.MOST_PARTS + 2
     return Stage(
         np.zeros((contacts, rows, layout.ROW_COLUMNS)), np.zeros((contacts, rows, layout.EVENT_COLUMNS_GENERAL)),
@@ -387,13 +436,18 @@ def run(prepared: Prepared, duration: float, tell: Tell = report_nothing) -> Fou
     return _found(prepared, numbers.DONE if done >= total else int(status), done, duration, _joined(kept))
 
 
+def one_body() -> Bodies:
+    """Return the smallest vehicle: one mass under one load."""
+    one = np.ones((1, 1))
+    return Bodies(one, 0.0 * one, 0.0 * one, one, np.ones(1))
+
+
 def is_ready(method: Method, modes: bool = True) -> bool:
     """Return False where a march begins with compiling its kernel; `modes`: on a track of more than a few modes."""
-    one = np.ones((1, 1))
     level = np.zeros((1, numbers.PIECE_COLUMNS))
     level[0, [numbers.START, numbers.STOP, numbers.SCALE, numbers.FACTOR_DEGREE]] = -np.inf, np.inf, 1.0, -1.0
     contact = Contact(level, Law(switch.HERTZ, np.ones(1)))
-    small = prepare(System(Bodies(one, 0.0 * one, 0.0 * one, one, np.ones(1)), (contact,), 1.0), method)
+    small = prepare(System(one_body(), (contact,), 1.0), method)
     tables: Any = small.tables
     if method.single and modes:
         tables = tables._replace(reads=tables.reads.astype(np.float32), writes=tables.writes.astype(np.float32))

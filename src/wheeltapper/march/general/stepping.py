@@ -185,7 +185,39 @@ def _solve(step: int, i: int, p: int, begin: int, shared: bool, tables: Tables, 
 
 
 @inlined_kernel
-def _commit(step: int, i: int, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> None:
+def solve_contacts(step: int, p: int, tables: Tables, data: Data, motion: Motion, stage: Stage, room: Room) -> int:
+    """Solve all contacts over a macro step from their free motions in `stage.free`; return a status."""
+    contacts = len(motion.contacts)
+    shared = contacts > 1
+    stage.before[:] = motion.contacts
+    if shared:
+        for i in range(contacts):
+            stage.felt[i] = 0.0
+            _expect(i, data, motion, stage)
+    for sweep in range(MOST_SWEEPS):
+        changed = False
+        for i in range(contacts):
+            change = np.inf
+            if shared:
+                change = _feel(i, p, tables, stage)
+            if sweep > 0 and change <= data.settings[layout.SWEEP_LIMIT]:
+                continue
+            changed = True
+            begin = FROM_GAP
+            if sweep > 0 and motion.contacts[i, layout.SMOOTH] != 0.0:
+                begin = ONCE_MORE
+            elif sweep == 0 and stage.before[i, layout.SMOOTH] != 0.0:
+                begin = CONTINUED
+            status = _solve(step, i, p, begin, shared, tables, data, motion, stage, room)
+            if status != contract.RUNNING:
+                return status
+        if not changed or not shared:
+            return contract.RUNNING
+    return layout.UNSOLVED
+
+
+@inlined_kernel
+def commit(step: int, i: int, data: Data, motion: Motion, stage: Stage, logs: Logs, room: Room) -> None:
     """Log a contact's macro step, and go on to the next one."""
     used = logs.used
     counts = stage.counts[i]
@@ -233,39 +265,16 @@ def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Moti
         if step % MODES_EVERY == 0:
             logs.modes[step // MODES_EVERY - (first + MODES_EVERY - 1) // MODES_EVERY] = motion.modes
         logs.bodies[begun] = motion.bodies
-        stage.before[:] = motion.contacts
         for i in range(contacts):
             _read(step, i, tables, motion, stage)
-            if contacts > 1:
-                stage.felt[i] = 0.0
-                _expect(i, data, motion, stage)
-        for sweep in range(MOST_SWEEPS):
-            changed = False
-            for i in range(contacts):
-                shared = contacts > 1
-                change = np.inf
-                if shared:
-                    change = _feel(i, p, tables, stage)
-                if sweep > 0 and change <= data.settings[layout.SWEEP_LIMIT]:
-                    continue
-                changed = True
-                begin = FROM_GAP
-                if sweep > 0 and motion.contacts[i, layout.SMOOTH] != 0.0:
-                    begin = ONCE_MORE
-                elif sweep == 0 and stage.before[i, layout.SMOOTH] != 0.0:
-                    begin = CONTINUED
-                status = _solve(step, i, p, begin, shared, tables, data, motion, stage, room)
-                if status != contract.RUNNING:
-                    return status
-            if not changed or contacts == 1:
-                break
-            if sweep == MOST_SWEEPS - 1:
-                return layout.UNSOLVED
+        status = solve_contacts(step, p, tables, data, motion, stage, room)
+        if status != contract.RUNNING:
+            return status
         for i in range(contacts):
             for m in range(q):
                 logs.gaps[begun, i, m] = stage.c[i, m]
                 logs.moments[begun, i, m] = stage.moments[i, m]
-            _commit(step, i, data, motion, stage, logs, room)
+            commit(step, i, data, motion, stage, logs, room)
         write_step(step, tables, motion, stage, room.spare)
         used[layout.LOGGED_STEPS] = step + 1
     return contract.RUNNING

@@ -224,14 +224,58 @@ def _products(shows: ComplexArray, takes: ComplexArray) -> FloatArray:
     return np.asarray(left @ right.swapaxes(1, 2))
 
 
-def build(system: System, method: Method, units: Units) -> tuple[Grid, Tables]:
-    """Return the macro steps and the tables of a structure."""
+class ModalTables(NamedTuple):
+    """As the first entries of `Tables`."""
+
+    reads: FloatArray
+    writes: FloatArray
+    first: IntArray
+    decay: FloatArray
+    turns: FloatArray
+
+
+class TrackTables(NamedTuple):
+    """What a track is to contacts that go along at one speed, whatever stands on it.
+
+    Attributes
+    ----------
+    units
+        Of what follows; for others it differs by exact factors.
+    grid
+        Macro steps.
+    modal
+        Of the modes.
+    sets, phase, bay, residual
+        As in `Tables`.
+    answers
+        To forces at the nodes: (contact, other, phases, q, q).
+    """
+
+    units: Units
+    grid: Grid
+    modal: ModalTables
+    sets: IntArray
+    phase: IntArray
+    bay: IntArray
+    residual: FloatArray
+    answers: FloatArray
+
+
+class BodyTables(NamedTuple):
+    """What bodies are to the contacts: as in `Tables`, and their answers, (contact, other, q, q)."""
+
+    read: FloatArray
+    write: FloatArray
+    step: FloatArray
+    answers: FloatArray
+
+
+def track_tables(system: System, method: Method, units: Units) -> TrackTables:
+    """Return the tables of a system's track for its speed and the places of its contacts."""
     nodes = gauss_nodes(method.nodes)
     q, contacts = method.nodes, len(system.contacts)
     grid = grid_of(system, method)
     sets = parts_of(grid)[1]
-    scale = units.force / units.length
-    states = states_of(system.bodies)
     g = np.zeros((contacts, contacts, grid.phases, q, q))
     residual = np.zeros((contacts, grid.phases, q))
     modal = _no_modes(q, grid.phases)
@@ -242,39 +286,62 @@ def build(system: System, method: Method, units: Units) -> tuple[Grid, Tables]:
         made = sets_of(ring, order, grid, lambda part: ring_tables(ring, order, grid, part, nodes))
         modal = modal_tables(ring, order, grid, made, nodes, method, units)
         ring_kernels(ring, order, made, sets, phase, bay, g, residual)
-    _body_kernels(states, grid, nodes, g)
+    scale = units.force / units.length
     g *= scale
+    residual *= scale
+    return TrackTables(units, grid, modal, sets, phase.astype(np.int64), bay.astype(np.int64), residual, g)
+
+
+def body_tables(bodies: Bodies, grid: Grid, method: Method, units: Units) -> BodyTables:
+    """Return the tables of bodies for some macro steps."""
+    nodes, states = gauss_nodes(method.nodes), states_of(bodies)
+    answers = _body_answers(states, grid, nodes) * (units.force / units.length)
+    return BodyTables(*_body_tables(states, grid, nodes, units), answers)
+
+
+def joined(track: TrackTables, bodies: BodyTables, method: Method, units: Units) -> Tables:
+    """Return the tables of a track and of bodies on it, in the bodies' units."""
+    nodes, contacts = gauss_nodes(method.nodes), len(track.sets)
+    length, force = units.length / track.units.length, units.force / track.units.force
+    modal = track.modal
+    if length != 1.0 or force != 1.0:
+        number = modal.reads.dtype.type
+        modal = modal._replace(reads=modal.reads * number(1.0 / length), writes=modal.writes * number(force))
+    g = track.answers * (force / length) + bodies.answers[:, :, None]
+    residual = track.residual * (force / length)
     own = np.arange(contacts)
     kernels = nodes.transform @ g[own, own] @ nodes.transform.T
-    coupled = (np.abs(g).max(axis=(2, 3, 4)) > method.newton * 1e-2) & ~np.eye(contacts, dtype=bool)
-    residual *= scale
-    read, write, step = _body_tables(states, grid, nodes, units)
-    return grid, Tables(
+    coupled = are_coupled(g, method)
+    return Tables(
         modal.reads, modal.writes, modal.first, modal.decay, modal.turns,
-        sets, phase.astype(np.int64), bay.astype(np.int64), read, write, step,
+        track.sets, track.phase, track.bay, bodies.read, bodies.write, bodies.step,
         np.ascontiguousarray(kernels), np.ascontiguousarray(g[own, own] * nodes.integrals), g,
-        coupled.astype(np.int64), residual @ nodes.transform.T, residual,
+        coupled, residual @ nodes.transform.T, residual,
     )  # fmt: skip
 
 
-class _ModalTables(NamedTuple):
-    """As the first entries of `Tables`."""
-
-    reads: FloatArray
-    writes: FloatArray
-    first: IntArray
-    decay: FloatArray
-    turns: FloatArray
+def are_coupled(answers: FloatArray, method: Method) -> IntArray:
+    """Return which contacts feel which others, from (contact, other, phases, q, q), 1 or 0."""
+    felt = np.abs(answers).max(axis=(2, 3, 4)) > method.newton * 1e-2
+    return (felt & ~np.eye(len(felt), dtype=bool)).astype(np.int64)
 
 
-def _no_modes(q: int, phases: int) -> _ModalTables:
+def without_bodies(track: TrackTables, method: Method) -> Tables:
+    """Return the tables of a track alone, in its own units."""
+    contacts, _, _, q, _ = track.answers.shape
+    nothing = np.zeros((contacts, q, 1))
+    bodies = BodyTables(nothing, nothing, np.ones((1, 1)), np.zeros((contacts, contacts, q, q)))
+    return joined(track, bodies, method, track.units)
+
+
+def _no_modes(q: int, phases: int) -> ModalTables:
     empty = np.zeros((1, phases, q, 2, 0))
-    return _ModalTables(empty, empty.copy(), np.zeros(q, np.int64), np.zeros((2, 0)), np.zeros((1, 2, 0)))
+    return ModalTables(empty, empty.copy(), np.zeros(q, np.int64), np.zeros((2, 0)), np.zeros((1, 2, 0)))
 
 
 def modal_tables(
     ring: Ring, order: IntArray, grid: Grid, made: list[RingTables], nodes: Nodes, method: Method, units: Units
-) -> _ModalTables:
+) -> ModalTables:
     """Return the Legendre coefficients of what modes show and take, in the units of the march."""
     number: Any = np.float32 if method.single and len(order) > FEW_MODES else np.float64
     rates = ring.rates[order]
@@ -291,7 +358,7 @@ def modal_tables(
     turns = np.exp(1j * np.multiply.outer(np.arange(ring.bays), np.angle(ring.turns[order])))
     if grid.stride == 0.0:  # nobody enters another bay
         turns = np.ones((1, len(order)), dtype=complex)
-    return _ModalTables(reads, writes, first, np.stack([decay.real, decay.imag]), _split(turns, 1.0))
+    return ModalTables(reads, writes, first, np.stack([decay.real, decay.imag]), _split(turns, 1.0))
 
 
 def ring_kernels(
@@ -314,12 +381,12 @@ def ring_kernels(
                 g[i, j] += _products(made[sets[i]].shows[at[i]] * turn, made[sets[j]].takes[at[j]])
 
 
-def _body_kernels(states: States, grid: Grid, nodes: Nodes, g: FloatArray) -> None:
-    """Add what bodies answer to forces at the nodes."""
+def _body_answers(states: States, grid: Grid, nodes: Nodes) -> FloatArray:
+    """Return what bodies answer to forces at the nodes, (contact, other, q, q)."""
     q = len(nodes.places)
     later = np.subtract.outer(nodes.places, nodes.places).ravel()
     answers = states.S @ exponentials(states.A * grid.seconds, later) @ states.B
-    g += grid.seconds * np.moveaxis(answers.reshape(q, q, *answers.shape[1:]), (0, 1), (2, 3))[:, :, None]
+    return np.asarray(grid.seconds * np.moveaxis(answers.reshape(q, q, *answers.shape[1:]), (0, 1), (2, 3)))
 
 
 def _body_tables(states: States, grid: Grid, nodes: Nodes, units: Units) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -5,10 +5,10 @@ parameter, written Δ, changes them by
 
     (1 + (r + K)·N_δ)·Δδ = Δd - Δr·N - ΔK·N - (r + K)·N_p,    ΔN = N_δ·Δδ + N_p,
 
-N_δ the law's slope and N_p its direct derivative. The matrix is that of Newton's method, the same in all directions; the
-moments of ΔN change what follows, the modes and the bodies, as those of N do. The ends of parts move, too, but N is zero
-at losses and impacts, so that moments do not feel it. Where the force jumps with the path, or with the factor on it, they
-change by this jump times the way of the joint. Events move by Δθ = -ΔD/D' at fixed moments.
+N_δ the law's slope and N_p its direct derivative. The matrix is that of Newton's method, the same in all directions;
+the moments of ΔN change what follows, the modes and the bodies, as those of N do. The ends of parts move, too, but N is
+zero at losses and impacts, so that moments do not feel it. Where the force jumps with the path, or with the factor on
+it, they change by this jump times the way of the joint. Events move by Δθ = -ΔD/D' at fixed moments.
 """
 
 from __future__ import annotations
@@ -717,7 +717,7 @@ def _write_base_shares(last: int, i: int, data: Data, logs: Logs, posed: Posed, 
 
 @inlined_kernel
 def _feel(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: Data, carried: Carried) -> tuple[float, float]:  # fmt: skip  # noqa: E501
-    """Write what a contact feels of others along a direction, and its change of c; return their largest change and size."""
+    """Write what a contact feels of others along a direction, and its change of c; return the change and the size."""
     q = len(data.macro.places)
     felt = carried.felt[direction, i]
     last = carried.shares.shape[0] - 1

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from wheeltapper.record.features.forces import impulse as impulse
     from wheeltapper.record.features.forces import largest_force as largest_force
     from wheeltapper.record.features.growth import growth_exponent as growth_exponent
+    from wheeltapper.record.features.joint import P1 as P1
+    from wheeltapper.record.features.joint import P2 as P2
+    from wheeltapper.record.features.joint import filtered_force as filtered_force
     from wheeltapper.record.features.motion import largest_displacement as largest_displacement
     from wheeltapper.record.features.times import contact_frequency as contact_frequency
     from wheeltapper.record.features.times import first_loss as first_loss

@@ -50,6 +50,8 @@ class Feature:
         False where it counts something: then it has no gradient.
     tally
         True where it needs impulses or the highest position, which cost more than events and force maxima.
+    asks
+        Name of the question that a march has to answer for it; "": any march has what it needs.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Feature:
     of: Callable[[Trains], Values]
     differentiable: bool = True
     tally: bool = False
+    asks: str = ""
 
     def __post_init__(self) -> None:
         for name in ("name", "unit", "definition"):

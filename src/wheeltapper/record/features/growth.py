@@ -22,8 +22,15 @@ def growth_exponent(waves: int = 25_000, error: bool = False) -> Feature:
     if error:
         return Feature(
             "growth_exponent_error", "1/s", f"standard error of the {words}", 0, "end",
-            lambda trains: trains.growth(waves).error, differentiable=False,
+            lambda trains: trains.growth(waves).error, differentiable=False, asks="orbits",
         )  # fmt: skip
     return Feature(
-        "growth_exponent", "1/s", words, 0, "end", lambda trains: trains.growth(waves).exponent, differentiable=False
+        "growth_exponent",
+        "1/s",
+        words,
+        0,
+        "end",
+        lambda trains: trains.growth(waves).exponent,
+        differentiable=False,
+        asks="orbits",
     )

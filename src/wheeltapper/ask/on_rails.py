@@ -1,0 +1,108 @@
+"""Computing the cells of a study on rails that give way: those of one speed share the tables of the track."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask.cells import STATUS_OF_MARCH, ComputedCells, last_events
+from wheeltapper.ground.progress import progress_counter
+from wheeltapper.lower.cells_on_rails import CellsOnRails
+from wheeltapper.lower.numbers import Units
+from wheeltapper.march import program as contract
+from wheeltapper.march import run
+from wheeltapper.record.growth import Growth
+from wheeltapper.record.simulate import say_that_it_compiles
+from wheeltapper.record.trains import Trains
+
+if TYPE_CHECKING:
+    from wheeltapper.ask.study import Study
+    from wheeltapper.march.general.ensemble import MarchedCells
+    from wheeltapper.march.general.task import Marched as MarchedAlone
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def is_ready(asked: Study, changed: dict[str, FloatArray]) -> bool:
+    """Return False if computing these cells begins with compiling."""
+    return run.tasks_are_ready(CellsOnRails(asked.scenario, changed, asked.method).tasks[0], asked.needs_tally)
+
+
+def computed_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int) -> ComputedCells:
+    """Compute some cells of a study: those in which the varied fields have the given values."""
+    many = CellsOnRails(asked.scenario, changed, asked.method)
+    if not run.tasks_are_ready(many.tasks[0], asked.needs_tally):
+        say_that_it_compiles(run.GENERAL.name)
+    values = np.empty((len(asked.features), *asked.wheel_shape, many.cells))
+    status = np.empty(many.cells, dtype=np.int64)
+    count = progress_counter("cells", many.cells)
+
+    def read_block(numbers: IntArray, marched: MarchedCells) -> None:
+        trains = trains_of(many, numbers, marched)
+        for row, feature in zip(values, asked.features, strict=True):
+            row[..., numbers] = feature(trains).reshape(len(numbers), *asked.wheel_shape).T
+        status[numbers] = STATUS_OF_MARCH[marched.status]
+        count(len(numbers))
+
+    def read_cell(number: int, marched: MarchedAlone) -> None:
+        from wheeltapper.record.record import Record
+
+        record = Record(many.scenario_of(number), asked.method, many.lowered(number), marched)
+        for row, feature in zip(values, asked.features, strict=True):
+            row[..., number] = feature(record).values
+        status[number] = STATUS_OF_MARCH[marched.status]
+        count(1)
+
+    if asked.needs_tally:
+        run.march_tasks_alone(many.tasks, threads, read_cell)
+    else:
+        run.march_tasks(many.tasks, threads, read_block, *last_events(asked))
+    empty = np.empty((len(asked.features), 0, many.cells))
+    return ComputedCells(
+        values, status, empty, np.zeros(many.cells, dtype=np.int64), np.full(many.cells, np.nan), many.notes
+    )
+
+
+def trains_of(many: CellsOnRails, numbers: IntArray, marched: MarchedCells) -> Trains:
+    """Return the impact trains of all contacts of some cells, in SI units, cell after cell."""
+    from wheeltapper.march.ensemble import Marched
+
+    static = many.static_force[numbers]
+    cells, wheels = static.shape
+    trains = np.arange(cells * wheels)
+    of_event = marched.events[:, contract.EVENT_CONTACT].astype(np.int64)
+    of_peak = marched.peaks[:, 2].astype(np.int64)
+    events = np.zeros((len(of_event), contract.EVENT_COLUMNS))
+    events[:, : contract.EVENT_CAUSE] = marched.events[:, : contract.EVENT_CAUSE]
+    peaks = np.zeros((len(of_peak), contract.PEAK_COLUMNS))
+    peaks[:, contract.PEAK_TIME] = marched.peaks[:, 0]
+    peaks[:, contract.PEAK_FORCE] = marched.peaks[:, 1] * many.rails
+    hits = events[:, contract.EVENT_KIND] == contract.IMPACT
+    peaks[:, contract.PEAK_IMPACT] = _impacts_before(of_event[hits], events[hits, contract.EVENT_TIME], of_peak, peaks)
+    event_ends, peak_ends = (np.searchsorted(owner, trains, side="right") for owner in (of_event, of_peak))
+    firsts = np.append(0, event_ends)[:-1]
+    begun = firsts < event_ends
+    airborne = np.zeros(len(trains))
+    airborne[begun] = events[firsts[begun], contract.EVENT_KIND] == contract.IMPACT
+    one = np.ones(len(trains))
+    found = Marched(
+        np.repeat(marched.status, wheels), np.repeat(marched.end, wheels), events, peaks, event_ends, peak_ends,
+        airborne,
+    )  # fmt: skip
+    units = Units(one, one, one, static.ravel(), one)
+    return Trains(found, units, lambda: 0.0 * one, lambda waves: Growth(np.nan * one, np.nan * one))
+
+
+def _impacts_before(of_hit: IntArray, hits: FloatArray, of_peak: IntArray, peaks: FloatArray) -> FloatArray:
+    """Return how many impacts of its train came before each force maximum."""
+    both = np.concatenate([hits, peaks[:, contract.PEAK_TIME]])
+    owner = np.concatenate([of_hit, of_peak])
+    is_hit = np.arange(len(both)) < len(hits)
+    order = np.lexsort((~is_hit, both, owner))  # an impact counts at its own time
+    before = np.empty(len(both))
+    before[order] = np.cumsum(is_hit[order])
+    first = np.searchsorted(of_hit, of_peak)
+    return before[len(hits) :] - first

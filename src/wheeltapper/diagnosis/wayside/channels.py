@@ -1,0 +1,153 @@
+"""Channels of forces along a track: read from files, with their places, missing samples and zero lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.sensor import BETWEEN_GAUGES, Sensor
+from wheeltapper.describe.site import Site, as_any_site
+from wheeltapper.ground.arguments import as_list, as_path
+from wheeltapper.ground.errors import InputError, with_suggestion
+from wheeltapper.record.filtering import low_passed
+from wheeltapper.record.read_recording import Channel as Wanted
+from wheeltapper.record.read_recording import read_channels_of
+from wheeltapper.record.recording import Recording
+
+FloatArray = NDArray[np.float64]
+PEAKS = 500.0
+"""Cut-off of the forces whose edges and peaks are taken, Hz."""
+STRIKES = 2000.0
+"""Cut-off of the forces in which strikes are looked for, Hz: at high speeds those of flats are short."""
+BLOCKS, SHORTEST_BLOCK = 16, 4.0
+"""Number of blocks of which each gives one point of the first zero line, and their least length, s."""
+FOOT = 0.3
+"""Share of the samples below the first zero line: wheels stand on a sensor for less than half of the time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """A channel of forces: its sensor, what it reads, N, and its notes.
+
+    Attributes
+    ----------
+    place, length
+        Middle, m, and length, m, of the part of the rail that it weighs; the length is NaN at a seat.
+    forces
+        Readings over the gain, N; missing ones are interpolated.
+    missing
+        Where there were none, or they are clipped.
+    """
+
+    sensor: Sensor
+    place: float
+    length: float
+    rate: float
+    start: float
+    forces: FloatArray
+    missing: NDArray[np.bool_]
+    notes: tuple[str, ...]
+
+    @property
+    def times(self) -> FloatArray:
+        """Time of each sample, s."""
+        return self.start + np.arange(len(self.forces)) / self.rate
+
+    def smooth(self, cutoff: float) -> FloatArray:
+        """Return the forces after a low-pass without phase; as they are, where the rate is too low for it."""
+        return low_passed(self.forces, self.rate, cutoff) if 2.5 * cutoff < self.rate else self.forces
+
+
+def read_channels(files: Any, site: Site | str | Path) -> dict[str, Recording]:
+    """Read the channels of a site's sensors from one file or several.
+
+    Parameters
+    ----------
+    files
+        A path, or several: left and right, one for each channel, or all in one. A column belongs to the sensor that
+        bears its name, or its number in the file; a file with one column to the sensor with the file's name.
+    site
+        The site, or the path of its TOML file.
+
+    Returns
+    -------
+    dict
+        The recording of each sensor, by its name. Files share one clock: times are those in them, or begin together.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, two files hold the same channel, or one is in none of them.
+    """
+    site, what = as_any_site(site), "paths of recordings"
+    paths = [as_path(one, "files", what) for one in as_list([files] if isinstance(files, Path) else files, "files", what)]
+    wanted = {
+        one.name: Wanted("force", one.unit, one.rate if "rate" in one.model_fields_set else None)
+        for one in _sensors_of(site)
+    }
+    found: dict[str, Recording] = {}
+    for path in paths:
+        here = read_channels_of(path, wanted)
+        twice = next((name for name in here if name in found), None)
+        if twice is not None:
+            raise InputError(str(path), twice, f"a channel that is also in {found[twice].source}", "one file for each")
+        found |= here
+    lost = [name for name in wanted if name not in found]
+    if lost:
+        source = str(paths[0]) if len(paths) == 1 else ""
+        raise InputError(source, "sensor.name", f"no column {lost[0]!r}", "a column or a file for each sensor")
+    return found
+
+
+def _sensors_of(site: Site) -> tuple[Sensor, ...]:
+    if not site.sensors:
+        raise InputError("", "sensor", "none along the track", "sensors of forces, each a [[sensor]] of the site")
+    return site.sensors
+
+
+def channels_of(recordings: Mapping[str, Recording] | Iterable[str | Path] | str | Path, site: Site) -> list[Channel]:
+    """Return a site's channels, ordered by their places; read them if files are given."""
+    sensors = {one.name: one for one in _sensors_of(site)}
+    found = recordings if isinstance(recordings, Mapping) else read_channels(recordings, site)
+    for name, one in found.items():
+        if name not in sensors:
+            raise InputError("", "recordings", f"{name!r}", with_suggestion(str(name), sensors))
+        if not isinstance(one, Recording) or one.quantity != "force":
+            raise InputError("", f"recordings.{name}", f"{one!r}"[:80], "a Recording of a force")
+    lost = next((name for name in sensors if name not in found), None)
+    if lost is not None:
+        raise InputError("", "recordings", f"none of the sensor {lost!r}", "a recording of each sensor of the site")
+    return sorted((_channel(one, found[name], site) for name, one in sensors.items()), key=lambda one: one.place)
+
+
+def _channel(sensor: Sensor, recording: Recording, site: Site) -> Channel:
+    if sensor.kind in BETWEEN_GAUGES:
+        assert sensor.x1 is not None
+        assert sensor.x2 is not None
+        place, length = 0.5 * (sensor.x1 + sensor.x2), sensor.x2 - sensor.x1
+    else:
+        place, length = sensor.x if sensor.x is not None else (sensor.seat or 0) * (site.spacing or 0.0), np.nan
+    forces, lost = recording.samples / sensor.gain, np.isnan(recording.samples)
+    if lost.any():
+        there = np.flatnonzero(~lost)
+        forces = np.interp(np.arange(len(forces)), there, forces[there])
+    notes = tuple(f"channel {sensor.name!r}: {note}" for note in recording.notes)
+    return Channel(
+        sensor, place, float(length), recording.rate, recording.start, forces, lost | recording.clipped, notes
+    )
+
+
+def foot_line(smooth: FloatArray, rate: float) -> FloatArray:
+    """Return a first zero line, N: a foot of each block, and lines between them; a wheel that stands is no foot."""
+    count = int(np.clip(len(smooth) / (SHORTEST_BLOCK * rate), 1, BLOCKS))
+    edges = np.linspace(0, len(smooth), count + 1).astype(int)
+    feet = np.array([np.quantile(smooth[a:b], FOOT) for a, b in zip(edges[:-1], edges[1:], strict=True)])
+    middle = float(np.median(feet))
+    high = feet > middle + 0.25 * (float(smooth.max()) - middle)
+    feet[high] = np.interp(np.flatnonzero(high), np.flatnonzero(~high), feet[~high])
+    return np.interp(np.arange(len(smooth)), 0.5 * (edges[:-1] + edges[1:]), feet)

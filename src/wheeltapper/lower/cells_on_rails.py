@@ -1,0 +1,200 @@
+"""From a scenario on rails that give way, and fields that differ from cell to cell, to tasks that share what is equal.
+
+A vehicle, a track or a path is lowered once for each of its values. Cells hold the same objects, by which the march
+knows what they share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.notes import Shared, shared_notes
+from wheeltapper.lower import ellipse
+from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.known import check_known
+from wheeltapper.lower.numbers import METHODS
+from wheeltapper.lower.on_rails import (
+    GENERAL_METHODS,
+    SUDDEN,
+    LoweredOnRails,
+    check_speed,
+    contacts_of,
+    on_wheels,
+    paths_of,
+    shortest_wave,
+    under_wheels,
+)
+from wheeltapper.lower.plausible import implausible_cells
+from wheeltapper.lower.table import PathTable
+from wheeltapper.lower.track.reach import Reach, cutoff_note
+from wheeltapper.lower.track.ring import TrackModes
+from wheeltapper.march.general.contract import System, Task
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class _Track(NamedTuple):
+    """A track under a vehicle."""
+
+    scenario: Scenario
+    modes: TrackModes | None
+    reach: Reach | None
+    seat: float
+
+
+class CellsOnRails:
+    """Cells of a scenario on rails, lowered together.
+
+    Parameters
+    ----------
+    scenario
+        The scenario that all cells share.
+    changed
+        By path, one number per cell in SI units.
+    method
+        "default" or "strict".
+
+    Attributes
+    ----------
+    tasks
+        Of all cells.
+    vehicles
+        Of all cells; equal ones are the same object.
+    """
+
+    def __init__(self, scenario: Scenario, changed: dict[str, FloatArray], method: str = "default") -> None:
+        check_known(scenario)
+        self.scenario, self.changed, self.method = scenario, changed, method
+        value = Fields(scenario, changed)
+        self.cells = value.cells
+        self._speed, self._duration = (
+            np.broadcast_to(np.asarray(value(path), dtype=float), self.cells) for path in ("speed", "duration")
+        )
+        for path in ("speed", "duration"):
+            for number in np.unique(changed.get(path, [])).tolist():
+                scenario.replaced({path: number})
+        self._on, on_wheel = self._variants("vehicle.", "contact.")
+        self._rough, rough = self._variants("irregularity.")
+        self._under, under = self._variants("track.")
+        kinds = [on_wheels(scenario.replaced(changes)) for changes in on_wheel]
+        self.vehicles = [kinds[kind] for kind in self._on]
+        self._path_of, self._paths, self._path_notes, self._waves = self._lowered_paths(on_wheel, rough)
+        self._tracks = self._lowered_tracks(under)
+        self.tasks = list(self._made_tasks())
+
+    def _variants(self, *starts: str) -> tuple[IntArray, list[dict[str, Any]]]:
+        """Return for each cell the number of its values of some fields, and these values."""
+        paths = [path for path in self.changed if path.startswith(starts)]
+        if not paths:
+            return np.zeros(self.cells, dtype=np.int64), [{}]
+        columns = np.column_stack([self.changed[path] for path in paths])
+        found, owner = np.unique(columns, axis=0, return_inverse=True)
+        return owner.ravel(), [dict(zip(paths, row.tolist(), strict=True)) for row in found]
+
+    def _lowered_paths(
+        self, on_wheel: list[dict[str, Any]], rough: list[dict[str, Any]]
+    ) -> tuple[IntArray, list[list[PathTable]], list[list[Any]], FloatArray]:
+        """Return the number of each cell's paths, all paths, the notes on them, and their shortest waves, m."""
+        numbers: dict[tuple[Any, ...], int] = {}
+        owner = np.empty(self.cells, dtype=np.int64)
+        for cell, (kind, shape, vehicle) in enumerate(zip(self._on, self._rough, self.vehicles, strict=True)):
+            wheelsets = vehicle.plane.wheelsets
+            follows = any(ellipse.factor_function(self.scenario.contact, wheelset) for wheelset in wheelsets[:1])
+            radii = tuple(wheelset.radius for wheelset in wheelsets)
+            key = shape, radii, vehicle.plane.positions, kind if follows else None
+            owner[cell] = numbers.setdefault(key, len(numbers))
+        paths, notes, waves = list[list[PathTable]](), list[list[Any]](), np.full(len(numbers), np.inf)
+        for number in range(len(numbers)):
+            mine = np.flatnonzero(owner == number)
+            one = mine[0]
+            shaped = self.scenario.replaced(rough[self._rough[one]] | on_wheel[self._on[one]])
+            ends = self._speed[mine] * self._duration[mine]
+            for end in (float(ends.min()), float(ends.max())):
+                shaped.check_extent(end)
+            plane = self.vehicles[one].plane
+            tables, said = paths_of(shaped, plane, float(ends.max()), METHODS[self.method])
+            paths.append(tables)
+            notes.append(said)
+            waves[number] = shortest_wave(shaped, plane) or np.inf
+        return owner, paths, notes, waves
+
+    def _lowered_tracks(self, under: list[dict[str, Any]]) -> list[_Track]:
+        """Return the track of each cell."""
+        made: dict[tuple[int, float], _Track] = {}
+        checked = set[tuple[int, float, float]]()
+        out = []
+        for number, vehicle, speed in zip(self._under.tolist(), self.vehicles, self._speed.tolist(), strict=True):
+            key = number, vehicle.plane.extent
+            if key not in made:
+                scenario = self.scenario.replaced(under[number])
+                made[key] = _Track(scenario, *under_wheels(scenario, vehicle.plane.extent, self.method))
+            track = made[key]
+            if track.modes is not None and (*key, speed) not in checked:
+                check_speed(speed, track.scenario.track, track.modes.ring, GENERAL_METHODS[self.method])
+                checked.add((*key, speed))
+            out.append(track)
+        return out
+
+    def _made_tasks(self) -> Iterator[Task]:
+        method = GENERAL_METHODS[self.method]
+        for cell, (vehicle, track) in enumerate(zip(self.vehicles, self._tracks, strict=True)):
+            contacts = contacts_of(self._paths[self._path_of[cell]], vehicle, track.seat)
+            ring = None if track.modes is None else track.modes.ring
+            system = System(vehicle.bodies, contacts, float(self._speed[cell]), ring)
+            yield Task(system, method, float(self._duration[cell]))
+
+    def lowered(self, cell: int) -> LoweredOnRails:
+        """Return one cell as if it were lowered alone, without notes."""
+        vehicle, track = self.vehicles[cell], self._tracks[cell]
+        return LoweredOnRails(
+            self.tasks[cell], vehicle.plane, track.modes, track.seat, vehicle.static_force, vehicle.contact_constant,
+            (), self.rails,
+        )  # fmt: skip
+
+    def scenario_of(self, cell: int) -> Scenario:
+        """Return the scenario of one cell."""
+        return self.scenario.replaced({path: float(values[cell]) for path, values in self.changed.items()})
+
+    @property
+    def rails(self) -> float:
+        """Number of equal rails: a wheelset's force for one of a task."""
+        return float(self.vehicles[0].plane.rails)
+
+    @cached_property
+    def static_force(self) -> FloatArray:
+        """Of each wheelset, N, (cells, wheelsets)."""
+        return np.stack([vehicle.static_force for vehicle in self.vehicles])
+
+    @cached_property
+    def notes(self) -> tuple[Shared, ...]:
+        """What the user should know, one note for each cause."""
+        told = list(implausible_cells(self.scenario, self.changed, self.cells))
+        told += [Shared(note, count) for vehicle, count in _counted(self.vehicles) for note in vehicle.notes]
+        for number, said in enumerate(self._path_notes):
+            told += [Shared(note, int((self._path_of == number).sum())) for note in said]
+        for track, count in _counted(self._tracks):
+            if track.reach is not None:
+                told += [Shared(note, count) for note in track.reach.notes]
+        for cell, track in enumerate(self._tracks):
+            frequency = self._speed[cell] / self._waves[self._path_of[cell]]
+            note = None if track.reach is None else cutoff_note(track.reach, float(frequency))
+            told += [] if note is None else [Shared(note, 1)]
+        moving = sum(
+            track.modes is not None and speed > 0.0 for track, speed in zip(self._tracks, self._speed, strict=True)
+        )
+        return shared_notes([*told, *([Shared(SUDDEN, int(moving))] if moving else [])])
+
+
+def _counted(items: list[Any]) -> list[tuple[Any, int]]:
+    """Return the different ones of some objects, and how often each is there."""
+    found: dict[int, list[Any]] = {}
+    for item in items:
+        found.setdefault(id(item), [item, 0])[1] += 1
+    return [(item, count) for item, count in found.values()]

@@ -1,0 +1,372 @@
+"""Cells of one track and one speed, in step: their modes together as a matrix, their contacts one after the other.
+
+In each macro step of all cells
+
+1. every contact of every cell reads its free motion: the table of its place times the matrix of modes and cells;
+2. every cell solves its contacts as if it were alone;
+3. the modes of all cells take the moments of all forces: the transposed product.
+
+Tables are read once for all cells. Four cells are multiplied at a time, always four, so that what comes of a cell does
+not depend on the others.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.general import layout
+from wheeltapper.march.general.borrowing import borrowed_record
+from wheeltapper.march.general.layout import BEGIN, IM, RE
+from wheeltapper.march.general.modal import turn
+from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
+from wheeltapper.march.general.stepping import commit, solve_contacts
+from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.program import FloatArray, IntArray
+
+TOGETHER = 4
+"""Cells that are multiplied at a time."""
+IMPACTS, ENDED = 0, 1
+"""Columns of `Lanes.met`: impacts of a contact, and 1 once it has come as far as was asked."""
+
+
+class Lanes(NamedTuple):
+    """Cells that march in step; the number of lanes is a multiple of TOGETHER.
+
+    Attributes
+    ----------
+    modes
+        (lanes, 2, modes).
+    bodies, contacts, guess, forces, trend
+        As in `Motion`, of each lane.
+    ends, laws, starts, settings
+        As in `Data`, of each lane.
+    sinking
+        Of the bodies at each contact from first touch to rest, (lanes, contacts), in the lane's units.
+    kind
+        Which of `Kinds` the lane has, (lanes,).
+    scales
+        The lane's units over those of the track's tables, (lanes, 2): of length and force.
+    steps, status, met
+        Macro steps to make; why the lane ended, or RUNNING; and (lanes, contacts, 2).
+    seen, moments
+        Scratch of the products: (contacts, lanes, q) both.
+    """
+
+    modes: FloatArray
+    bodies: FloatArray
+    contacts: FloatArray
+    guess: FloatArray
+    forces: FloatArray
+    trend: FloatArray
+    ends: FloatArray
+    laws: FloatArray
+    starts: FloatArray
+    settings: FloatArray
+    sinking: FloatArray
+    kind: IntArray
+    scales: FloatArray
+    steps: IntArray
+    status: IntArray
+    met: IntArray
+    seen: FloatArray
+    moments: FloatArray
+
+
+class Kinds(NamedTuple):
+    """Tables of the different bodies under which cells differ: as in `Tables`, one place in a bay, for each kind."""
+
+    read: FloatArray
+    write: FloatArray
+    step: FloatArray
+    kernels: FloatArray
+    matrices: FloatArray
+    cross: FloatArray
+    coupled: IntArray
+
+
+class Own(NamedTuple):
+    """Scratch: tables of one cell at one place in the bay, and of a contact's modes as the first contact sees them."""
+
+    kernels: FloatArray
+    matrices: FloatArray
+    cross: FloatArray
+    residual: FloatArray
+    residual_nodes: FloatArray
+    rows: FloatArray
+
+
+@kernel
+def seen_from_first(rows: FloatArray, factor: FloatArray, out: FloatArray) -> None:
+    """Write a contact's rows, (q, 2, modes), for amplitudes as the first contact sees them."""
+    real, imaginary = factor[RE], factor[IM]
+    for m in range(len(rows)):
+        x, y = rows[m, RE], rows[m, IM]
+        to_re, to_im = out[m, RE], out[m, IM]
+        for n in range(len(x)):
+            to_re[n] = x[n] * real[n] + y[n] * imaginary[n]
+            to_im[n] = y[n] * real[n] - x[n] * imaginary[n]
+
+
+@kernel
+def _products(one: FloatArray, two: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> tuple[float, float, float, float, float, float, float, float]:  # fmt: skip  # noqa: E501
+    """Return the products of two rows with each of four columns."""
+    a1, b1, c1, d1, a2, b2, c2, d2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for n in range(len(one)):
+        first, second = float(one[n]), float(two[n])
+        a1 += first * a[n]
+        b1 += first * b[n]
+        c1 += first * c[n]
+        d1 += first * d[n]
+        a2 += second * a[n]
+        b2 += second * b[n]
+        c2 += second * c[n]
+        d2 += second * d[n]
+    return a1, b1, c1, d1, a2, b2, c2, d2
+
+
+@kernel
+def _products_of_one(one: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> tuple[float, float, float, float]:  # fmt: skip  # noqa: E501
+    """Return the products of a row with each of four columns."""
+    a1, b1, c1, d1 = 0.0, 0.0, 0.0, 0.0
+    for n in range(len(one)):
+        first = float(one[n])
+        a1 += first * a[n]
+        b1 += first * b[n]
+        c1 += first * c[n]
+        d1 += first * d[n]
+    return a1, b1, c1, d1
+
+
+@kernel
+def read_lanes(rows: FloatArray, first: IntArray, modes: FloatArray, out: FloatArray) -> None:
+    """Write what the modes' free motion gives each lane, (lanes, q); `rows` is (q, 2, modes)."""
+    q = len(rows)
+    for w in range(0, len(modes), TOGETHER):
+        for m in range(0, q, 2):
+            other = min(m + 1, q - 1)
+            begin, both = first[m], first[other]
+            for i in range(TOGETHER):
+                out[w + i, m] = 0.0
+                out[w + i, other] = 0.0
+            for part in range(2):
+                row, pair = rows[m, part], rows[other, part]
+                a, b, c, d = modes[w, part], modes[w + 1, part], modes[w + 2, part], modes[w + 3, part]
+                if both > begin:  # modes of which the second row has nothing
+                    a1, b1, c1, d1 = _products_of_one(
+                        row[begin:both], a[begin:both], b[begin:both], c[begin:both], d[begin:both]
+                    )
+                    out[w, m] += a1
+                    out[w + 1, m] += b1
+                    out[w + 2, m] += c1
+                    out[w + 3, m] += d1
+                a1, b1, c1, d1, a2, b2, c2, d2 = _products(
+                    row[both:], pair[both:], a[both:], b[both:], c[both:], d[both:]
+                )
+                out[w, m] += a1
+                out[w + 1, m] += b1
+                out[w + 2, m] += c1
+                out[w + 3, m] += d1
+                if other > m:
+                    out[w, other] += a2
+                    out[w + 1, other] += b2
+                    out[w + 2, other] += c2
+                    out[w + 3, other] += d2
+
+
+@kernel
+def _add(one: FloatArray, two: FloatArray, a1: float, b1: float, c1: float, d1: float, a2: float, b2: float, c2: float, d2: float, a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> None:  # fmt: skip  # noqa: E501
+    """Add two rows, times a factor each, to each of four columns."""
+    for n in range(len(one)):
+        first, second = float(one[n]), float(two[n])
+        a[n] += a1 * first + a2 * second
+        b[n] += b1 * first + b2 * second
+        c[n] += c1 * first + c2 * second
+        d[n] += d1 * first + d2 * second
+
+
+@kernel
+def write_lanes(rows: FloatArray, first: IntArray, moments: FloatArray, modes: FloatArray) -> None:
+    """Add to the amplitudes of each lane what the moments of its force give, (lanes, q)."""
+    q = len(rows)
+    for w in range(0, len(modes), TOGETHER):
+        for m in range(0, q, 2):
+            other = min(m + 1, q - 1)
+            begin, more = first[m], 1.0 if other > m else 0.0
+            for part in range(2):
+                _add(
+                    rows[m, part, begin:], rows[other, part, begin:],
+                    moments[w, m], moments[w + 1, m], moments[w + 2, m], moments[w + 3, m],
+                    more * moments[w, other], more * moments[w + 1, other],
+                    more * moments[w + 2, other], more * moments[w + 3, other],
+                    modes[w, part, begin:], modes[w + 1, part, begin:],
+                    modes[w + 2, part, begin:], modes[w + 3, part, begin:],
+                )  # fmt: skip
+
+
+@inlined_kernel
+def _ahead(step: int, i: int, track: Tables) -> int:
+    """Return how many bays a contact is ahead of the first one."""
+    phases = track.reads.shape[1]
+    own = track.bay[i] + (track.phase[i] + step) // phases
+    first = track.bay[BEGIN] + (track.phase[BEGIN] + step) // phases
+    return (own - first) % track.turns.shape[0]
+
+
+@inlined_kernel
+def _read_all(step: int, track: Tables, lanes: Lanes, own: Own) -> None:
+    """Write what the modes show to all contacts of all lanes."""
+    phases = track.reads.shape[1]
+    for i in range(len(lanes.seen)):
+        rows = track.reads[track.sets[i], (track.phase[i] + step) % phases]
+        if i == 0:
+            read_lanes(rows, track.first, lanes.modes, lanes.seen[i])
+        else:
+            seen_from_first(rows, track.turns[_ahead(step, i, track)], own.rows)
+            read_lanes(own.rows, track.first, lanes.modes, lanes.seen[i])
+
+
+@inlined_kernel
+def _write_all(step: int, track: Tables, lanes: Lanes, own: Own) -> None:
+    """Move the modes of all lanes over the macro step."""
+    phases = track.reads.shape[1]
+    for w in range(len(lanes.modes)):
+        turn(track.decay, lanes.modes[w, RE], lanes.modes[w, IM])
+    for i in range(len(lanes.moments)):
+        rows = track.writes[track.sets[i], (track.phase[i] + step) % phases]
+        if i == 0:
+            write_lanes(rows, track.first, lanes.moments[i], lanes.modes)
+        else:
+            seen_from_first(rows, track.turns[_ahead(step, i, track)], own.rows)
+            write_lanes(own.rows, track.first, lanes.moments[i], lanes.modes)
+    if (track.phase[BEGIN] + step + 1) % phases == 0:
+        for w in range(len(lanes.modes)):
+            turn(track.turns[1 % track.turns.shape[0]], lanes.modes[w, RE], lanes.modes[w, IM])
+
+
+@inlined_kernel
+def _tables_at(p: int, k: int, length: float, force: float, track: Tables, kinds: Kinds, own: Own) -> None:
+    """Write the tables of one cell at a place in the bay: those of the track in its units, and those of its bodies."""
+    contacts, q = own.residual.shape[0], own.residual.shape[2]
+    scale = force / length
+    for i in range(contacts):
+        for m in range(q):
+            own.residual[i, BEGIN, m] = scale * track.residual[i, p, m]
+            own.residual_nodes[i, BEGIN, m] = scale * track.residual_nodes[i, p, m]
+            for j in range(q):
+                own.kernels[i, BEGIN, m, j] = scale * track.kernels[i, p, m, j] + kinds.kernels[k, i, m, j]
+                own.matrices[i, BEGIN, m, j] = scale * track.matrices[i, p, m, j] + kinds.matrices[k, i, m, j]
+        for other in range(contacts):
+            if kinds.coupled[k, i, other] != 0:
+                for m in range(q):
+                    for j in range(q):
+                        own.cross[i, other, BEGIN, m, j] = (
+                            scale * track.cross[i, other, p, m, j] + kinds.cross[k, i, other, m, j]
+                        )
+
+
+@inlined_kernel
+def _count(first: int, last: int, contacts: int, impact: int, loss: int, events: FloatArray, met: IntArray) -> bool:
+    """Count a cell's new events; return True once all of its contacts have come as far as was asked."""
+    for row in range(first, last):
+        i = int(events[row, layout.EVENT_CONTACT_IS]) % contacts
+        if events[row, layout.EVENT_KIND_IS] == contract.IMPACT:
+            met[i, IMPACTS] += 1
+            if met[i, IMPACTS] == impact:
+                met[i, ENDED] = 1
+        elif met[i, IMPACTS] == loss:
+            met[i, ENDED] = 1
+    ended = 0
+    for i in range(contacts):
+        ended += met[i, ENDED]
+    return ended == contacts
+
+
+@kernel
+def cells_kernel(step: int, last: int, impact: int, loss: int, track: Tables, kinds: Kinds, lanes: Lanes, data: Data, stage: Stage, logs: Logs, room: Room, own: Own) -> int:  # fmt: skip  # noqa: E501
+    """March all lanes from a macro step on, to another or until all have ended or a log is full; return how far.
+
+    A lane ends after its macro steps, or at impact number `impact` of each of its contacts, or at the first loss after
+    impact number `loss`. Contacts in the logs are counted over all lanes.
+    """
+    track = borrowed_record(track)
+    kinds = borrowed_record(kinds)
+    lanes = borrowed_record(lanes)
+    data = borrowed_record(data)
+    stage = borrowed_record(stage)
+    logs = borrowed_record(logs)
+    room = borrowed_record(room)
+    own = borrowed_record(own)
+    contacts, q = lanes.forces.shape[1], lanes.forces.shape[2]
+    phases = track.reads.shape[1]
+    used = logs.used
+    states = lanes.bodies.shape[1]
+    margin = len(lanes.modes) * contacts * (layout.MOST_PARTS + 2)
+    while True:
+        if used[layout.LOGGED_EVENTS] + margin > len(logs.events) or used[layout.LOGGED_PEAKS] + margin > len(
+            logs.peaks
+        ):
+            return step
+        running = False
+        for w in range(len(lanes.steps)):
+            if lanes.status[w] == contract.RUNNING and step >= lanes.steps[w]:
+                lanes.status[w] = contract.DONE
+            running = running or lanes.status[w] == contract.RUNNING
+        if not running:
+            return step
+        p = step % phases
+        _read_all(step, track, lanes, own)
+        for w in range(len(lanes.steps)):
+            lanes.moments[:, w] = 0.0
+            if lanes.status[w] != contract.RUNNING:
+                continue
+            k = lanes.kind[w]
+            length, force = lanes.scales[w, 0], lanes.scales[w, 1]
+            bodies = lanes.bodies[w]
+            _tables_at(p, k, length, force, track, kinds, own)
+            for i in range(contacts):
+                for m in range(q):
+                    total = lanes.seen[i, w, m] / length
+                    for s in range(states):
+                        total += kinds.read[k, i, m, s] * bodies[s]
+                    stage.free[i, m] = total
+                stage.free[i, BEGIN] += lanes.sinking[w, i]
+            tables = Tables(
+                track.reads, track.writes, track.first, track.decay, track.turns, track.sets, track.phase, track.bay,
+                kinds.read[k], kinds.write[k], kinds.step[k], own.kernels, own.matrices, own.cross, kinds.coupled[k],
+                own.residual, own.residual_nodes,
+            )  # fmt: skip
+            here = Data(
+                data.macro, data.part, data.places, data.matrix, data.pieces, lanes.ends[w], lanes.laws[w], data.table,
+                lanes.starts[w], lanes.settings[w],
+            )  # fmt: skip
+            motion = Motion(
+                lanes.modes[w], bodies, lanes.contacts[w], lanes.guess[w], lanes.forces[w], lanes.trend[w]
+            )  # fmt: skip
+            status = solve_contacts(step, BEGIN, tables, here, motion, stage, room)
+            if status != contract.RUNNING:
+                lanes.status[w] = status
+                continue
+            used[layout.LOGGED_ROWS] = 0
+            events, peaks = used[layout.LOGGED_EVENTS], used[layout.LOGGED_PEAKS]
+            for i in range(contacts):
+                commit(step, i, here, motion, stage, logs, room)
+            for row in range(events, used[layout.LOGGED_EVENTS]):
+                logs.events[row, layout.EVENT_CONTACT_IS] += w * contacts
+            for row in range(peaks, used[layout.LOGGED_PEAKS]):
+                logs.peaks[row, layout.MAXIMUM_CONTACT] += w * contacts
+            for s in range(states):
+                total = 0.0
+                for j in range(states):
+                    total += kinds.step[k, s, j] * bodies[j]
+                room.spare[s] = total
+            for i in range(contacts):
+                for m in range(q):
+                    lanes.moments[i, w, m] = force * stage.moments[i, m]
+                    for s in range(states):
+                        room.spare[s] += stage.moments[i, m] * kinds.write[k, i, m, s]
+            bodies[:] = room.spare[:states]
+            if _count(events, used[layout.LOGGED_EVENTS], contacts, impact, loss, logs.events, lanes.met[w]):
+                lanes.status[w] = contract.ENOUGH
+        _write_all(step, track, lanes, own)
+        step += 1

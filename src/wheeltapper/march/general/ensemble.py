@@ -1,0 +1,397 @@
+"""Many cells of the general march: those of one track, speed and geometry share its tables and march in step.
+
+What comes of a cell depends neither on the number of threads nor on the cells beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from math import ceil
+from threading import Event, Lock
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.general import layout
+from wheeltapper.march.general import march as general
+from wheeltapper.march.general.basis import flight_nodes, gauss_nodes
+from wheeltapper.march.general.cells import TOGETHER, Kinds, Lanes, Own, cells_kernel
+from wheeltapper.march.general.contract import Contact, System, Task
+from wheeltapper.march.general.laws import switch
+from wheeltapper.march.general.march import Found, Rest
+from wheeltapper.march.general.records import Data, Logs, Room, Stage, Tables
+from wheeltapper.march.general.structure import ComplexArray
+from wheeltapper.march.general.tables import (
+    FEW_MODES,
+    BodyTables,
+    TrackTables,
+    Units,
+    are_coupled,
+    body_tables,
+    track_tables,
+    without_bodies,
+)
+from wheeltapper.march.kernel import is_compiled
+from wheeltapper.march.program import FloatArray, IntArray
+from wheeltapper.march.telling import GENERAL_CHUNK
+
+MOST_LANES = 64
+"""Cells that march in step; the modes of more of them leave the processor's cache."""
+
+
+class Until(NamedTuple):
+    """Where cells may end before their time: at an impact, or at the first loss after an impact; -1: they do not."""
+
+    impact: int = -1
+    loss: int = -1
+
+
+TO_THE_END = Until()
+
+
+class MarchedCells(NamedTuple):
+    """What comes of some cells, in SI units; rows are sorted by cell, contact and time.
+
+    Attributes
+    ----------
+    status
+        Why each cell ended, (cells,).
+    end
+        s, (cells,).
+    events
+        As in `wheeltapper.march.program`, with the contact counted over all cells: cell times contacts plus contact.
+    peaks
+        Time in s, force in N, contact.
+    """
+
+    status: IntArray
+    end: FloatArray
+    events: FloatArray
+    peaks: FloatArray
+
+
+# -- tables that cells share ------------------------------------------------------------------------------------------
+
+
+class Shared(NamedTuple):
+    """What tasks share: tables of their track, also in the kernel's form, and the track under forces at rest."""
+
+    track: TrackTables
+    tables: Tables
+    rest: Rest
+
+
+class SharedTrack:
+    """Tables of the track of some tasks that share them; made once, when first asked for, and given up in the end."""
+
+    def __init__(self, task: Task, users: int) -> None:
+        self._task, self._users, self._lock = task, users, Lock()
+        self._made: Shared | None = None
+
+    def __enter__(self) -> Shared:
+        system, method, _ = self._task
+        with self._lock:
+            if self._made is None:
+                units = general.units_of(system.contacts, general.carried_loads(system))
+                track = track_tables(system, method, units)
+                self._made = Shared(track, without_bodies(track, method), general.rest_of(system))
+            return self._made
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._users -= 1
+            if not self._users:
+                self._made = None
+
+
+def same_track(task: Task) -> tuple[Any, ...]:
+    """Return what tasks have in common that share the tables of a track."""
+    system = task.system
+    return id(system.ring), system.speed, tuple(contact.position for contact in system.contacts), task.method
+
+
+class Work(NamedTuple):
+    """Some tasks that march together, by their numbers, and their track."""
+
+    numbers: IntArray
+    track: SharedTrack
+
+
+def works_of(tasks: Sequence[Task], threads: int, most: int = MOST_LANES) -> list[Work]:
+    """Return all tasks as works, the longest first; `most` tasks together."""
+    groups: dict[tuple[Any, ...], list[int]] = {}
+    for number, task in enumerate(tasks):
+        groups.setdefault(same_track(task), []).append(number)
+    together = min(most, max(TOGETHER, ceil(len(tasks) / (2 * threads))))
+    found = []
+    for numbers in sorted(groups.values(), key=lambda numbers: tasks[numbers[0]].system.speed or np.inf):
+        parts = np.array_split(np.array(numbers), ceil(len(numbers) / together))
+        track = SharedTrack(tasks[numbers[0]], len(parts))
+        found += [Work(part, track) for part in parts]
+    return found
+
+
+def on_threads(works: Sequence[Work], threads: int, one: Callable[[Work, Callable[[], bool]], None]) -> None:
+    """Do all works; an error of one, or an interruption, soon ends all: `one` is given what tells it to stop."""
+    stop = Event()
+    if threads == 1 or len(works) < 2:
+        for work in works:
+            one(work, stop.is_set)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for done in as_completed([pool.submit(one, work, stop.is_set) for work in works]):
+                done.result()
+        finally:
+            stop.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+# -- cells in step ----------------------------------------------------------------------------------------------------
+
+
+class _Kind(NamedTuple):
+    """What cells share that differ in their paths only."""
+
+    number: int
+    units: Units
+    static: FloatArray
+    laws: FloatArray
+    sinking: FloatArray  # of the track under each contact at rest, m
+    amplitudes: ComplexArray
+    tables: BodyTables
+    law_tables: list[FloatArray]
+
+
+class _Stack:
+    """Tables behind each other, each but once."""
+
+    def __init__(self) -> None:
+        self._tables: dict[int, FloatArray] = {}
+        self._first: dict[int, int] = {}
+        self._rows = np.zeros((1, 1))
+
+    def first_row(self, table: FloatArray) -> int:
+        """Return the first row of a table, which is added where it is new."""
+        if id(table) not in self._tables:
+            self._first[id(table)] = sum(map(len, self._tables.values()))
+            self._tables[id(table)] = table
+            width = max(one.shape[1] for one in self._tables.values())
+            parts = [np.pad(one, ((0, 0), (0, width - one.shape[1]))) for one in self._tables.values()]
+            self._rows = np.ascontiguousarray(np.vstack(parts))
+        return self._first[id(table)]
+
+    @property
+    def rows(self) -> FloatArray:
+        """All tables."""
+        return self._rows
+
+
+class _Block:
+    """Some tasks of one track as lanes for the kernel."""
+
+    def __init__(self, tasks: Sequence[Task], shared: Shared) -> None:
+        self.tasks, self.shared = tasks, shared
+        self.method, self.grid = tasks[0].method, shared.track.grid
+        self.nodes = gauss_nodes(self.method.nodes), gauss_nodes(self.method.careful_nodes), *flight_nodes()
+        self.known: dict[tuple[int, ...], _Kind] = {}
+        self.law_tables, self.paths = _Stack(), _Stack()
+        self.kinds = [self._kind(task.system) for task in tasks]
+        self.lanes = self._lanes()
+
+    def _kind(self, system: System) -> _Kind:
+        """Return what a system has beside its paths."""
+        key = id(system.bodies), *(id(contact.law) for contact in system.contacts)
+        if key not in self.known:
+            static, rest = general.static_forces(system), self.shared.rest
+            units = general.units_of(system.contacts, static)
+            tables = [general.table_of(contact) for contact in system.contacts]
+            laws = [
+                general.law_row(contact, units, self.law_tables.first_row(table))
+                for contact, table in zip(system.contacts, tables, strict=True)
+            ]
+            self.known[key] = _Kind(
+                len(self.known), units, static, np.array(laws), rest.deflections @ static, static @ rest.amplitudes,
+                body_tables(system.bodies, self.grid, self.method, units), tables,
+            )  # fmt: skip
+        return self.known[key]
+
+    def _lanes(self) -> Lanes:
+        """Return the lanes of all cells at rest; what is left over up to a multiple of TOGETHER has ended."""
+        first, q = self.tasks[0].system, self.method.nodes
+        contacts, modes = len(first.contacts), self.shared.tables.decay.shape[1]
+        count = TOGETHER * ceil(len(self.tasks) / TOGETHER)
+        each = count, contacts
+        lanes = Lanes(
+            np.zeros((count, 2, modes)), np.zeros((count, 2 * len(first.bodies.mass) + 1)),
+            np.zeros((*each, layout.STATE_COLUMNS)), np.zeros((*each, q)), np.zeros((*each, q)),
+            np.zeros((*each, layout.TREND_COLUMNS)), np.zeros((*each, 4)), np.zeros((*each, switch.LAW_NUMBERS)),
+            np.zeros(each), np.zeros((count, layout.SETTINGS)), np.zeros(each), np.zeros(count, np.int64),
+            np.ones((count, 2)), np.zeros(count, np.int64), np.full(count, contract.DONE),
+            np.zeros((*each, 2), np.int64), np.zeros((contacts, count, q)), np.zeros((contacts, count, q)),
+        )  # fmt: skip
+        lanes.bodies[:, -1] = 1.0
+        lanes.trend[:, :, layout.LOWEST_SINCE] = np.inf
+        units, order = self.shared.track.units, general.order_of(first.ring)
+        for w, (task, kind) in enumerate(zip(self.tasks, self.kinds, strict=True)):
+            lanes.laws[w], lanes.kind[w] = kind.laws, kind.number
+            lanes.settings[w] = general.settings_of(task.system, self.method, kind.units, self.grid)
+            lanes.scales[w] = kind.units.length / units.length, kind.units.force / units.force
+            lanes.steps[w] = max(1, ceil(task.duration / self.grid.seconds - 1e-9))
+            lanes.status[w] = contract.RUNNING
+            lanes.modes[w] = np.stack([kind.amplitudes.real, kind.amplitudes.imag])[:, order]
+            for i, contact in enumerate(task.system.contacts):
+                self._set_at_rest(w, i, contact, kind, lanes)
+        return lanes
+
+    def _set_at_rest(self, w: int, i: int, contact: Contact, kind: _Kind, lanes: Lanes) -> None:
+        """Write a contact's path, and its state in equilibrium."""
+        begin, pieces = self.paths.first_row(contact.pieces), len(contact.pieces)
+        lanes.ends[w, i] = begin, begin + pieces, contact.loop, contact.join
+        lanes.starts[w, i] = contact.start
+        ends = np.array([[0.0, pieces, contact.loop, contact.join]])
+        data = Data(
+            *self.nodes, contact.pieces, ends, kind.laws[i : i + 1], kind.law_tables[i], lanes.starts[w, i : i + 1],
+            lanes.settings[w],
+        )  # fmt: skip
+        height, factor = general.path_at_start(data, kind.units)
+        law = general.law_row(contact, kind.units, 0)
+        force = float(kind.static[i]) / kind.units.force
+        delta = general.indentation_of(force, law, kind.law_tables[i], float(factor[0]))
+        lanes.contacts[w, i] = general.first_places(data)[0]
+        lanes.contacts[w, i, layout.PIECE_NOW] += begin
+        lanes.contacts[w, i, layout.BEGAN] = delta
+        lanes.sinking[w, i] = delta - height[0] + kind.sinking[i] / kind.units.length
+        lanes.forces[w, i] = force
+
+    def march(self, until: Until, stopped: Callable[[], bool]) -> MarchedCells:
+        """March all cells to their ends."""
+        lanes, kinds, logs, step = self.lanes, self._kinds(), self._logs(), 0
+        data = Data(
+            *self.nodes, self.paths.rows, lanes.ends[0], lanes.laws[0], self.law_tables.rows, lanes.starts[0],
+            lanes.settings[0],
+        )  # fmt: skip
+        stage, room, own = self._rooms()
+        events, peaks = [], []
+        while (lanes.status == contract.RUNNING).any() and not stopped():
+            logs.used[:] = 0
+            step = cells_kernel(
+                step, step + GENERAL_CHUNK, *until, self.shared.tables, kinds, lanes, data, stage, logs, room, own
+            )
+            events.append(logs.events[: logs.used[layout.LOGGED_EVENTS]].copy())
+            peaks.append(logs.peaks[: logs.used[layout.LOGGED_PEAKS]].copy())
+        return self._found(np.vstack(events), np.vstack(peaks))
+
+    def _kinds(self) -> Kinds:
+        """Return the tables of all kinds."""
+        nodes, track = self.nodes[0], self.shared.track
+        made = [kind.tables for kind in self.known.values()]
+        scales = [kind.units.force / kind.units.length for kind in self.known.values()]
+        one = track.units.force / track.units.length
+        coupled = [
+            are_coupled(track.answers * (scale / one) + bodies.answers[:, :, None], self.method)
+            for scale, bodies in zip(scales, made, strict=True)
+        ]
+        g = np.stack([bodies.answers for bodies in made])
+        own = np.arange(g.shape[1])
+        return Kinds(
+            np.stack([bodies.read for bodies in made]), np.stack([bodies.write for bodies in made]),
+            np.stack([bodies.step for bodies in made]),
+            np.ascontiguousarray(nodes.transform @ g[:, own, own] @ nodes.transform.T),
+            np.ascontiguousarray(g[:, own, own] * nodes.integrals), g, np.stack(coupled),
+        )  # fmt: skip
+
+    def _logs(self) -> Logs:
+        """Return logs with room for the worst macro step of all lanes, and for many usual ones."""
+        count, contacts = self.lanes.starts.shape
+        margin = count * contacts * (layout.MOST_PARTS + 2)
+        none, empty = np.zeros((0, 1, 1)), np.zeros((0, 1))
+        return Logs(
+            np.empty((contacts * (layout.MOST_PARTS + 2), layout.ROW_COLUMNS)),
+            np.empty((2 * margin, layout.EVENT_COLUMNS_GENERAL)), np.empty((4 * margin, layout.MAXIMUM_COLUMNS)),
+            none, none, empty, none, np.zeros(4, np.int64),
+        )  # fmt: skip
+
+    def _rooms(self) -> tuple[Stage, Room, Own]:
+        """Return scratch memory."""
+        contacts, q = self.lanes.starts.shape[1], self.method.nodes
+        own = Own(
+            np.zeros((contacts, 1, q, q)), np.zeros((contacts, 1, q, q)), np.zeros((contacts, contacts, 1, q, q)),
+            np.zeros((contacts, 1, q)), np.zeros((contacts, 1, q)), np.zeros((q, *self.lanes.modes.shape[1:])),
+        )  # fmt: skip
+        return general.stage_of(contacts, q, 0), general.room_of(self.lanes.bodies.shape[1]), own
+
+    def _found(self, events: FloatArray, peaks: FloatArray) -> MarchedCells:
+        """Return what came of the cells, without what is behind their ends."""
+        length, force = (np.array([kind.units[column] for kind in self.kinds]) for column in range(2))
+        when, owner, kept = self._in_order(events, layout.EVENT_STEP, layout.EVENT_PART, layout.EVENT_CONTACT_IS)
+        rate = events[kept, layout.EVENT_RATE_IS] * length[owner]
+        happened = np.column_stack([
+            when, events[kept, layout.EVENT_KIND_IS], rate, events[kept, layout.EVENT_CONTACT_IS]
+        ])  # fmt: skip
+        at, owner, kept = self._in_order(
+            peaks, layout.MAXIMUM_STEP, layout.MAXIMUM_PART, layout.MAXIMUM_CONTACT
+        )  # fmt: skip
+        tops = np.column_stack([
+            at, peaks[kept, layout.MAXIMUM_FORCE] * force[owner], peaks[kept, layout.MAXIMUM_CONTACT]
+        ])  # fmt: skip
+        durations = np.array([task.duration for task in self.tasks])
+        return MarchedCells(self.lanes.status[: len(self.tasks)].copy(), durations, happened, tops)
+
+    def _in_order(self, rows: FloatArray, step: int, part: int, contact: int) -> tuple[FloatArray, IntArray, IntArray]:
+        """Return times, cells and numbers of rows up to their cells' ends, sorted by contact and time."""
+        times = (rows[:, step] + rows[:, part]) * self.grid.seconds
+        owner = rows[:, contact].astype(np.int64) // self.lanes.starts.shape[1]
+        ends = np.array([task.duration for task in self.tasks])
+        kept = np.flatnonzero(times <= ends[owner])
+        kept = kept[np.lexsort((times[kept], rows[kept, contact]))]
+        return times[kept], owner[kept], kept
+
+
+# -- marching ---------------------------------------------------------------------------------------------------------
+
+
+def march_all(
+    tasks: Sequence[Task], threads: int, read: Callable[[IntArray, MarchedCells], None], until: Until = TO_THE_END
+) -> None:
+    """March all cells, and hand each block, with the cells' numbers, to `read`; the threads do both."""
+
+    def march_work(work: Work, stopped: Callable[[], bool]) -> None:
+        with work.track as shared:
+            found = _Block([tasks[number] for number in work.numbers], shared).march(until, stopped)
+        if not stopped():
+            read(work.numbers, found)
+
+    on_threads(works_of(tasks, threads), threads, march_work)
+
+
+def march_alone(tasks: Sequence[Task], threads: int, read: Callable[[int, Found], None]) -> None:
+    """March all cells one by one with all their logs, and hand each to `read`; the threads do both."""
+
+    def march_work(work: Work, stopped: Callable[[], bool]) -> None:
+        with work.track as shared:
+            for number in work.numbers.tolist():
+                if stopped():
+                    return
+                task = tasks[number]
+                read(number, general.run(general.prepared_on(shared.track, task.system, task.method), task.duration))
+
+    on_threads(works_of(tasks, threads), threads, march_work)
+
+
+def is_ready(task: Task) -> bool:
+    """Return False where marching cells like this one begins with compiling."""
+    system = task.system
+    small = system._replace(ring=None, contacts=system.contacts[:1], bodies=general.one_body())
+    block = _Block([task._replace(system=small)], SharedTrack(task._replace(system=small), 1).__enter__())
+    tables: Any = block.shared.tables
+    if task.method.single and system.ring is not None and len(system.ring.rates) > FEW_MODES:
+        tables = tables._replace(reads=tables.reads.astype(np.float32), writes=tables.writes.astype(np.float32))
+    lanes, (stage, room, own) = block.lanes, block._rooms()
+    data = Data(
+        *block.nodes, block.paths.rows, lanes.ends[0], lanes.laws[0], block.law_tables.rows, lanes.starts[0],
+        lanes.settings[0],
+    )  # fmt: skip
+    return is_compiled(cells_kernel, (0, 1, 0, 0, tables, block._kinds(), lanes, data, stage, block._logs(), room, own))

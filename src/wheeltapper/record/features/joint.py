@@ -1,0 +1,82 @@
+"""The forces of a joint, P1 and P2, and forces that are low-passed before they are compared."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wheeltapper.ground.arguments import as_quantity, check_flag
+from wheeltapper.record.features.base import Feature, feature
+from wheeltapper.record.filtering import checked_filter, checked_rate, low_passed, usual_rate
+from wheeltapper.record.trains import Trains, Values
+
+
+@feature
+def P1(position: float | str = 0.0) -> Feature:  # noqa: N802 - its name in the field
+    """Return P1, the first maximum of the contact force after the wheel is at a joint, N.
+
+    It is the force between the masses of wheel and rail, over by half a millisecond (Jenkins et al., Railway
+    Engineering Journal 3 (1974)). Nothing is filtered.
+
+    Parameters
+    ----------
+    position
+        Of the joint, m.
+    """
+    position = as_quantity(position, "position", "length", positive=False)
+    return Feature(
+        "P1", "N", f"first maximum of the contact force after x = {position:g} m, per wheelset", 0, "end",
+        lambda trains: trains.first_peak_after(position),
+    )  # fmt: skip
+
+
+@feature
+def P2(cutoff: float | str = 90.0, order: int = 4, rate: float | str | None = None) -> Feature:  # noqa: N802
+    """Return P2, the largest contact force below 90 Hz, N: that of the wheel and the track together on the ballast.
+
+    It is `filtered_force` with the cut-off that is usual for joints.
+
+    Parameters
+    ----------
+    cutoff, order, rate
+        As of `filtered_force`.
+    """
+    return filtered_force(cutoff, order, rate).renamed("P2")
+
+
+@feature
+def filtered_force(
+    cutoff: float | str = 20.0, order: int = 4, rate: float | str | None = None, over_static: bool = False
+) -> Feature:
+    """Return the largest low-passed contact force, N; `over_static`: divided by the static force N0.
+
+    The filter has no phase, loses 3 dB at the cut-off, and 24 dB per octave beyond it if its order is 4: a Butterworth
+    filter of half the order, forwards and backwards. 20 Hz is the cut-off of EN 14363. NaN where the run is shorter
+    than a period of the cut-off. There are no gradients, and each cell of a map is simulated once more, alone.
+
+    Parameters
+    ----------
+    cutoff
+        Where 3 dB are lost, Hz.
+    order
+        An even number.
+    rate
+        Samples per second; None: 100 for each period of the cut-off, and at least 20 kHz.
+    over_static
+        Whether the force is divided by the static force.
+    """
+    cutoff, order = checked_filter(cutoff, order)
+    check_flag(over_static, "over_static")
+    rate = usual_rate(cutoff) if rate is None else checked_rate(rate, cutoff)
+
+    def largest(trains: Trains) -> Values:
+        forces = trains.force_histories(rate)
+        found = np.array([
+            low_passed(force, rate, cutoff, order).max() if len(force) * cutoff >= rate else np.nan for force in forces
+        ])  # fmt: skip
+        return found / trains.static_force if over_static else found
+
+    words = f"largest contact force below {cutoff:g} Hz (order {order}, no phase)"
+    if over_static:
+        words = f"{words}, over the static force"
+        return Feature("filtered_force_over_static", "", words, 0, "end", largest, differentiable=False)
+    return Feature("filtered_force", "N", f"{words}, per wheelset", 0, "end", largest, differentiable=False)

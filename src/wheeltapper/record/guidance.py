@@ -1,0 +1,157 @@
+"""Guiding forces of a wagon's wheels, and their statistics by the rules for accepting running behaviour (EN 14363).
+
+Y is the lateral force of a wheel on its rail, outwards; Q the vertical one, downwards; both of tread and flange, of
+normal and creep forces together. EN 14363 and UIC 518 low-pass them at 20 Hz or more, average Y/Q and ΣY over 2 m of
+way every 0.5 m, and take the 0.15 and 99.85 % percentiles of what results. That is read from GENSYS's table of UIC 518
+and the draft of EN 14363 (gensys.se/course/UIC518_tests.html, without an edition); the standards themselves could not
+be consulted. T-gamma is the energy that creepage dissipates over a metre of way. The term of spin is often left out of
+it (gensys.se, "Wheel/rail wear calculations", shows both); here it is in, and its share is given.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ground.arguments import as_quantity
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.filtering import checked_filter, low_passed, sliding_mean, usual_rate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wheeltapper.record.record import Record
+
+__all__ = ["PERCENTILES", "RESULTS", "guidance", "statistics"]
+
+FloatArray = NDArray[np.float64]
+
+CUTOFF, WINDOW = 20.0, 2.0
+"""Low-pass of the forces, Hz, and length of the sliding mean, m (EN 14363, UIC 518)."""
+PERCENTILES = (0.15, 50.0, 99.85)
+"""F1, F0 and F2, %: the middle one of quasi-static values, the others of extreme ones (EN 14363, UIC 518)."""
+OUTWARDS = np.array([1.0, -1.0])
+"""What makes a force leftwards on the left and on the right rail one outwards."""
+
+RESULTS = {
+    "guiding_force": ("N", "Y: lateral force of the wheel on its rail, outwards, low-passed"),
+    "wheel_force": ("N", "Q: vertical force of the wheel on its rail, low-passed"),
+    "unloading": ("", "ΔQ/Q0: what Q lacks of the static force, over that force"),
+    "derailment_quotient": ("", "Y/Q of the low-passed forces, sliding mean; infinite where Q is not above zero"),
+    "sum_of_guiding_forces": ("N", "ΣY: lateral force of a wheelset on the track, leftwards, low-passed, sliding mean"),
+    "t_gamma": ("N", "T-gamma: creep forces and spin moment times creepages, sliding mean"),
+    "spin_t_gamma": ("N", "share of the spin moment in T-gamma, of tread and flange, sliding mean"),
+}  # fmt: skip
+"""What `guidance` returns: unit and meaning of each."""
+
+
+def guidance(
+    record: Record, *, low_pass: float | str | None = CUTOFF, order: int = 4, window: float | str = WINDOW,
+    settling: float | str = 0.0, rate: float | str | None = None,
+) -> xr.Dataset:  # fmt: skip
+    """Return guiding forces, their quotients and T-gamma of a wagon's wheels over time, filtered and averaged.
+
+    Parameters
+    ----------
+    record
+        Of a wagon.
+    low_pass
+        Frequency at which Y and Q are low-passed, -3 dB, without phase, Hz; None: not at all.
+    order
+        Even order of the filter: 4 falls by 24 dB per octave.
+    window
+        Length of way of the sliding mean, m, rounded to an odd number of samples; 0: no mean.
+    settling
+        Seconds at the beginning that are filtered but not returned.
+    rate
+        Samples per second, Hz; by default 100 for a period of the cut-off frequency, and at least 10 000.
+
+    Returns
+    -------
+    xarray.Dataset
+        `RESULTS` over time, wheelset and side: ΣY without side, T-gamma also over surface (tread, flange). A mean
+        stands at the middle of its window; where that is not all in the run, or in the settling, it is NaN. Forces are
+        filtered first, then divided, then averaged. T-gamma is averaged only.
+
+    Raises
+    ------
+    InputError
+        For a record without lateral forces, an odd order, a rate of no more than twice the cut-off, or a run that is
+        too short.
+    """
+    import xarray as xr
+
+    from wheeltapper.march import run
+
+    scenario = record.scenario
+    run.choose(run.GUIDANCE, scenario.needs)
+    cutoff, order = (None, order) if low_pass is None else checked_filter(low_pass, order)
+    window = as_quantity(window, "window", "length", positive=False)
+    settling = as_quantity(settling, "settling", "time", positive=False)
+    rate = usual_rate(cutoff or CUTOFF) if rate is None else as_quantity(rate, "rate", "frequency")
+    if cutoff is not None and not rate > 2.0 * cutoff:
+        raise InputError("", "rate", f"{rate:g} per second", f"more than 2·{cutoff:g} Hz, twice the cut-off")
+    speed = float(scenario.speed)
+    if not window < speed * (record.end - settling):
+        found = f"{window:g} m, of {speed * record.end:.4g} m of way with {settling:g} s of settling"
+        raise InputError("", "window", found, "less than what is left of the way, or 0 for no mean")
+    history = record.history(rate)
+    begin, half = int(np.ceil(settling * rate)), round(0.5 * window * rate / speed) if window else 0
+
+    def filtered(samples: FloatArray) -> FloatArray:
+        return (samples if cutoff is None else low_passed(samples, rate, cutoff, order))[begin:]
+
+    def mean(samples: FloatArray) -> FloatArray:
+        out = np.full(samples.shape, np.nan)
+        out[half : len(out) - half] = sliding_mean(samples, 2 * half + 1)
+        return out
+
+    leftwards = filtered(-history.lateral_force.values)
+    outwards, pressing = OUTWARDS * leftwards, filtered(history.vertical_force.values)
+    lifted = pressing <= 0.0
+    quotient = mean(np.where(lifted, 0.0, outwards) / np.where(lifted, 1.0, pressing))
+    quotient[mean(lifted.astype(float)) > 0.0] = np.inf
+    flange = history.flange_t_gamma.values[begin:]
+    tread = history.t_gamma.values[begin:] - flange
+    wheels = ("time", "wheelset", "side")
+    held: dict[str, tuple[tuple[str, ...], FloatArray]] = {
+        "guiding_force": (wheels, outwards),
+        "wheel_force": (wheels, pressing),
+        "unloading": (wheels, 1.0 - pressing / record.static_forces.values),
+        "derailment_quotient": (wheels, quotient),
+        "sum_of_guiding_forces": (wheels[:2], mean(leftwards.sum(axis=-1))),
+        "t_gamma": (("time", "surface", *wheels[1:]), mean(np.stack([tread, flange], axis=1))),
+        "spin_t_gamma": (wheels, mean(history.spin_t_gamma.values[begin:])),
+    }
+    labels = {name: {"units": unit, "long_name": meaning} for name, (unit, meaning) in RESULTS.items()}
+    return xr.Dataset(
+        {name: (*held[name], labels[name]) for name in RESULTS},
+        {
+            "time": history.time[begin:], "surface": ["tread", "flange"], "wheelset": history.wheelset,
+            "side": history.side,
+        },
+        {"low_pass": cutoff or np.inf, "order": order, "window": window, "settling": settling, "rate": rate},
+    )  # fmt: skip
+
+
+def statistics(found: xr.Dataset) -> xr.Dataset:
+    """Return extremes, percentiles and mean over time of what `guidance` returns.
+
+    Over "statistic": "least", "0.15 %", "50 %", "99.85 %", "largest" and "mean". A percentile is a value that occurs
+    (the inverse of the empirical distribution).
+    """
+    import xarray as xr
+
+    parts = [
+        found.min("time"),
+        *(found.quantile(p / 100.0, "time", method="inverted_cdf").drop_vars("quantile") for p in PERCENTILES),
+        found.max("time"),
+        found.mean("time"),
+    ]
+    names = ["least", *(f"{p:g} %" for p in PERCENTILES), "largest", "mean"]
+    table = xr.concat(parts, xr.Variable("statistic", names), combine_attrs="override")
+    for name in table.data_vars:
+        table[name].attrs.update(found[name].attrs)
+    return table.assign_attrs(found.attrs)

@@ -1,0 +1,331 @@
+"""Whether a run exceeds limits: the largest value of every wheel against what each rule allows.
+
+Most rules limit the force of a wheel. A wagon's forces are per wheel. Those of all other vehicles are per wheelset:
+both of its wheels meet the irregularity, and each has an equal share. Forces without a filter are the located maxima;
+filtered ones are sampled, and filtered without phase (docs/theory/track.rst, section 13.10).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import isfinite, nan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.outcome import Outcome
+from wheeltapper.record.contacts import SIDES
+from wheeltapper.record.filtering import checked_rate, low_passed, sliding_mean, usual_rate
+from wheeltapper.record.limits.rule import LATERAL, OF_FAULTS, QUANTITIES, VERIFY, Rule, Rules, as_rules
+from wheeltapper.record.record import Record
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FloatArray = NDArray[np.float64]
+UNITS = {"force": "N", "length": "m", "number": ""}
+HEADINGS = ("limit", "quantity", "value", "allowed", "exceeded", "where", "edition")
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One limit, and the wheel or axle of a run that comes nearest to it, or exceeds it most.
+
+    Attributes
+    ----------
+    rule
+        The limit, with its document.
+    value, allowed
+        Of the limited quantity, in SI units.
+    static
+        Static force of this wheel or axle, N.
+    exceeded
+        Whether the limit is violated.
+    wheelset, side
+        Which: numbered from the leading wheelset, 1; "left", "right" or "both".
+    time, position
+        When, s, and where the wheel was then, m; NaN for the size of a fault.
+    """
+
+    rule: Rule
+    value: float
+    allowed: float
+    static: float
+    exceeded: bool
+    wheelset: int
+    side: str
+    time: float
+    position: float
+
+    @property
+    def name(self) -> str:
+        """The limit's name."""
+        return self.rule.name
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything, in SI units; None: there is no such value."""
+        rule = self.rule
+        return {
+            "limit": rule.name, "level": rule.level, "quantity": rule.quantity, "per": rule.per,
+            "unit": UNITS[QUANTITIES[rule.quantity]], "value": self.value, "allowed": self.allowed,
+            "exceeded": self.exceeded, "static_force": self.static, "wheelset": self.wheelset, "side": self.side,
+            "time": _or_none(self.time), "position": _or_none(self.position), "low_pass": _or_none(rule.low_pass),
+            "sliding_mean": rule.sliding_mean or None, "body": rule.body, "country": rule.country,
+            "source": rule.source, "edition": rule.edition, "date": rule.date, "applies": rule.applies,
+            "basis": rule.basis, "verify": rule.verify,
+        }  # fmt: skip
+
+    def _cells(self) -> tuple[str, ...]:
+        rule = self.rule
+        quantity = f"{rule.quantity.replace('_', ' ')} per {rule.per}"
+        quantity += f" below {rule.low_pass:g} Hz" if isfinite(rule.low_pass) else ""
+        where = f"wheelset {self.wheelset}" + ("" if self.side == "both" else f" {self.side}")
+        where += f", {self.time:.4f} s, x = {self.position:.3f} m" if isfinite(self.time) else ""
+        shown = rule.text_of(self.value), rule.text_of(self.allowed)
+        return rule.name, quantity, *shown, "yes" if self.exceeded else "no", where, rule.edition
+
+
+@dataclass(frozen=True)
+class LimitCheck(Sequence[Compared]):
+    """What was compared with limits: rows, one for each limit; it prints as a table.
+
+    Attributes
+    ----------
+    rows
+        The compared limits, in the order of the rules.
+    left_out
+        Names of the rules that were not compared, and why.
+    notes
+        What the numbers mean.
+    """
+
+    rows: tuple[Compared, ...]
+    left_out: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...]
+
+    @property
+    def exceeded(self) -> tuple[Compared, ...]:
+        """The rows whose limits are exceeded."""
+        return tuple(row for row in self.rows if row.exceeded)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, which: Any) -> Any:
+        """Return a row by its number, or by the name of its limit."""
+        if not isinstance(which, str):
+            return self.rows[which]
+        found = next((row for row in self.rows if row.name == which), None)
+        if found is None:
+            raise InputError("", "limit", value_text(which), ", ".join(repr(row.name) for row in self.rows))
+        return found
+
+    def __iter__(self) -> Iterator[Compared]:
+        return iter(self.rows)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return one line per limit, in SI units, with source, edition and date."""
+        import pandas as pd
+
+        return pd.DataFrame([row.to_dict() for row in self.rows])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything for JSON, in SI units."""
+        left_out = [{"limit": name, "reason": reason} for name, reason in self.left_out]
+        return {"limits": [row.to_dict() for row in self.rows], "left_out": left_out, "notes": list(self.notes)}
+
+    def __str__(self) -> str:
+        table = [HEADINGS, *(row._cells() for row in self.rows)]
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)][:-1]
+        lines = [
+            "  ".join([*(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=False)), row[-1]])
+            for row in table
+        ]
+        for row in self.exceeded:
+            rule = row.rule
+            lines.append(f"exceeded: {rule.name}: {rule.source}; {rule.edition}; {rule.verify}")
+        lines += [f"not compared: {name}: {reason}" for name, reason in self.left_out]
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+
+
+def check(
+    record: Record, rules: Rules = None, countries: Sequence[str] | None = None, *, rate: float | str | None = None
+) -> LimitCheck:
+    """Compare a run with dated limits: forces of wheels, ratios, Y/Q, sizes of flats.
+
+    Each limit is compared where the record knows its quantity: lateral forces of wagons only, flats where the scenario
+    has one. A figure is a copy of a document that changes, and some are remembered, not read: "verify current edition".
+    Standards that take percentiles over many sections of track meet the largest value here.
+
+    Parameters
+    ----------
+    record
+        Of any vehicle on any track. Forces of a wheelset are shared equally by its wheels.
+    rules
+        `Rule` objects, or the path of a TOML file with them; by default those of the package.
+    countries
+        Take only the rules that name one of these, such as ("SE", "EU").
+    rate
+        Samples per second where forces are filtered, Hz; None: 100 for each period of the cut-off, at least 20 kHz.
+
+    Returns
+    -------
+    LimitCheck
+        One row per limit: value, what is allowed, whether it is exceeded, where and when; the rules left out, and why.
+
+    Raises
+    ------
+    InputError
+        If it is no record, or a rule is wrong.
+    """
+    if not isinstance(record, Record):
+        raise InputError("", "record", value_text(record), "a record: what `wheeltapper.simulate` returns")
+    run, rows, left_out = _Run(record, rate), list[Compared](), list[tuple[str, str]]()
+    for rule in as_rules(rules, countries):
+        reason = run.missing_for(rule)
+        if reason:
+            left_out.append((rule.name, reason))
+        else:
+            rows.append(run.compared(rule))
+    return LimitCheck(tuple(rows), tuple(left_out), run.notes())
+
+
+class _Run:
+    """What limits are compared with; arrays are over wheelsets and sides, the core models' have one side: "both"."""
+
+    def __init__(self, record: Record, rate: float | str | None) -> None:
+        self.record, self.rate = record, rate
+        self.speed = float(record.scenario.speed)
+        self.contacts = record._contacts
+        self.grid = (self.contacts.wheelsets, self.contacts.sides)
+        vehicle = record.scenario.vehicle
+        if self.contacts.has_sides:
+            self.radii, self.wheels = [float(axle.radius) for axle in vehicle.axles], 1
+        else:
+            self.radii, self.wheels = [float(one.radius) for one in vehicle.plane.wheelsets], vehicle.plane.rails
+        self._filtered: dict[tuple[bool, float], tuple[FloatArray, FloatArray]] = {}
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """Names of the sides."""
+        return SIDES[:2] if self.contacts.has_sides else SIDES[2:]
+
+    def static(self, per: str) -> FloatArray:
+        """Return static forces of wheels, or of axles with one side, N."""
+        return self._of(self.contacts.static_force.reshape(self.grid), per)
+
+    def _of(self, forces: FloatArray, per: str) -> FloatArray:
+        """Return forces of the contacts (..., wheelsets, sides) as those of wheels, or of axles."""
+        return forces.sum(axis=-1, keepdims=True) if per == "axle" else forces / self.wheels
+
+    def missing_for(self, rule: Rule) -> str:
+        """Return why a rule cannot be compared, or "" if it can."""
+        if rule.quantity in LATERAL and not self.contacts.has_sides:
+            return "no lateral forces in this model"
+        if rule.quantity in OF_FAULTS and not np.isfinite(self._sizes(rule.quantity)).any():
+            return f"the scenario states no {rule.quantity.replace('_', ' ')}"
+        reasons = [rule.misfit(2.0 * radius, self.speed) for radius in self.radii]
+        if all(reasons):
+            return reasons[0]
+        end = self.record.end
+        if isfinite(rule.low_pass) and end * rule.low_pass < 1.0:
+            return f"{end:g} s are shorter than a period of {rule.low_pass:g} Hz"
+        if rule.sliding_mean and not end * self.speed > rule.sliding_mean:
+            return f"{end * self.speed:g} m are no longer than the mean over {rule.sliding_mean:g} m"
+        return ""
+
+    def compared(self, rule: Rule) -> Compared:
+        """Return a rule with the wheel or axle that comes nearest to its limit, or exceeds it most."""
+        static = self.static(rule.per)
+        if rule.quantity in OF_FAULTS:
+            values = self._sizes(rule.quantity)
+            times = np.full_like(values, nan)
+        elif rule.quantity in LATERAL:
+            values, times = self._lateral(rule)
+        else:
+            values, times = self._largest_forces(rule)
+            if rule.quantity != "peak_force":
+                values = values / static - (rule.quantity == "dynamic_increment")
+        allowed = np.vectorize(rule.allowed)(static)
+        fits = np.array([not rule.misfit(2.0 * radius, self.speed) for radius in self.radii])[:, None]
+        near = np.where(fits & ~np.isnan(values), values / allowed, -np.inf)
+        worst = np.unravel_index(int(np.argmax(near)), near.shape)
+        wheelset, side = int(worst[0]), int(worst[1])
+        value, force, time = float(values[worst]), float(static[worst]), float(times[worst])
+        begin = float(self.contacts.position[wheelset * self.contacts.sides])
+        return Compared(
+            rule, value, float(allowed[worst]), force, rule.raised_by(value, force), wheelset + 1,
+            self.sides[side] if values.shape[1] == len(self.sides) else SIDES[2], time, begin + self.speed * time,
+        )  # fmt: skip
+
+    # -- values of all wheels, and their times ------------------------------------------------------------------------
+
+    def _largest_forces(self, rule: Rule) -> tuple[FloatArray, FloatArray]:
+        if rule.is_of_bare_forces and not (rule.per == "axle" and self.contacts.has_sides):
+            values, times = self._located
+            return self._of(values, rule.per), times
+        rate = self._rate(rule.low_pass)
+        forces = self._of(self._vertical(rate), rule.per)
+        if isfinite(rule.low_pass):
+            forces = low_passed(forces, rate, rule.low_pass)
+        late = 0.0
+        if rule.sliding_mean:
+            width = max(round(rule.sliding_mean / self.speed * rate), 1)
+            forces, late = sliding_mean(forces, width), 0.5 * (width - 1) / rate
+        return forces.max(axis=0), forces.argmax(axis=0) / rate + late
+
+    @cached_property
+    def _located(self) -> tuple[FloatArray, FloatArray]:
+        """The largest located maximum of each wheel's tread, or the force at an end of the run, and its time."""
+        ends = np.array([0.0, self.record.end])
+        at_ends = self.record.at(ends).normal_force.values.reshape(2, -1)
+        peaks, count = self.record._peaks, at_ends.shape[1]
+        contact = np.concatenate([peaks["contact"], np.tile(np.arange(count), 2)])
+        force = np.concatenate([peaks["normal_force"], at_ends.ravel()])
+        time = np.concatenate([peaks["time"], np.repeat(ends, count)])
+        best = [int(np.argmax(np.where(contact == one, force, -np.inf))) for one in range(count)]
+        return force[best].reshape(self.grid), time[best].reshape(self.grid)
+
+    def _vertical(self, rate: float) -> FloatArray:
+        history = self.record.history(rate)
+        forces = history.vertical_force if self.contacts.has_sides else history.normal_force
+        return np.asarray(forces.values).reshape(-1, *self.grid)
+
+    def _rate(self, cutoff: float) -> float:
+        if self.rate is None:
+            return usual_rate(cutoff if isfinite(cutoff) else 0.0)
+        return checked_rate(self.rate, cutoff if isfinite(cutoff) else 0.0)
+
+    def _lateral(self, rule: Rule) -> tuple[FloatArray, FloatArray]:
+        cutoff = rule.low_pass if isfinite(rule.low_pass) else None
+        found = self.record.guidance(low_pass=cutoff, window=rule.sliding_mean, rate=self._rate(rule.low_pass))
+        size = np.abs(found[rule.quantity].values).reshape(found.sizes["time"], self.grid[0], -1)
+        size = np.where(np.isnan(size), -np.inf, size)  # where the window of the mean is not all in the run
+        return size.max(axis=0), found.time.values[size.argmax(axis=0)]
+
+    def _sizes(self, quantity: str) -> FloatArray:
+        """Return the size of the worst fault of each wheel, m; NaN without one."""
+        scenario, out = self.record.scenario, np.full(self.grid, nan)
+        for wheelset, radius in enumerate(self.radii):
+            for side, name in enumerate(SIDES[: self.grid[1]]):
+                met = scenario.irregularities_on(wheelset + 1, name)
+                sizes = [size for item in met if (size := item.limited(radius).get(quantity)) is not None]
+                out[wheelset, side] = max(sizes, default=nan)
+        return out
+
+    def notes(self) -> tuple[str, ...]:
+        """Return what the numbers mean."""
+        notes = [f"figures are copies of documents that change, some remembered: {VERIFY} of each"]
+        if self.wheels > 1:
+            notes.append(f"the force of a wheelset is shared equally by its {self.wheels} wheels")
+        if self.record.outcome is not Outcome.COMPLETED:
+            notes.append(f"{self.record.outcome.sentence}: compared up to {self.record.end:g} s")
+        return tuple(notes)
+
+
+def _or_none(value: float) -> float | None:
+    return value if isfinite(value) else None

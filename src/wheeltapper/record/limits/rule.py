@@ -1,0 +1,249 @@
+"""Dated limits of railways and standards as data: what each limits, its figure, its document."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from datetime import date
+from importlib.resources import files
+from math import inf, isfinite
+from pathlib import Path
+from typing import Any
+
+from wheeltapper.describe.scenario import toml_table
+from wheeltapper.ground.arguments import as_list, as_names, as_path
+from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.ground.quantities import to_si
+
+VERIFY = "verify current edition"
+"""What every rule says by default of itself: its figure is a copy of a document that changes."""
+QUANTITIES = {
+    "peak_force": "force", "dynamic_ratio": "number", "dynamic_increment": "number", "derailment_quotient": "number",
+    "sum_of_guiding_forces": "force", "flat_length": "length", "out_of_roundness": "length",
+}  # fmt: skip
+"""What a rule can limit, and the dimension of its limit ("number": a ratio)."""
+LATERAL = ("derailment_quotient", "sum_of_guiding_forces")
+"""Quantities that need lateral forces."""
+CHOICES = {
+    "quantity": tuple(QUANTITIES), "per": ("wheel", "axle"), "when": ("exceeded", "reached"),
+    "level": ("warning", "maintain", "stop"),
+}  # fmt: skip
+"""The values that each of these fields of a rule may have; any other value is refused."""
+COUNTRIES = 'names of countries, as ("SE", "EU")'
+MEASURES = {
+    "diameter_above": "length", "diameter_up_to": "length", "speed_above": "speed", "speed_up_to": "speed",
+    "low_pass": "frequency", "sliding_mean": "length", "plus_static": "number",
+}  # fmt: skip
+"""Fields of a rule that hold a positive quantity, and the dimension of each."""
+OF_FAULTS = ("flat_length", "out_of_roundness")
+"""Quantities that the size of a fault gives; all others are forces, or ratios of forces."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One figure of one document.
+
+    Attributes
+    ----------
+    name, body, country
+        Name of the rule here, the body that states it, and the countries in which it is in use.
+    quantity
+        A key of `QUANTITIES`.
+    limit
+        N, m or a plain number.
+    level
+        "warning", "maintain" or "stop".
+    edition, date
+        Edition and date of the document, in words and as year-month-day ("" if unknown).
+    source
+        The document's number and title.
+    basis
+        Source of the figure here, and how certain it is.
+    per
+        "wheel" or "axle": the force of which of them is limited.
+    when
+        "exceeded" or "reached": whether the limit itself already counts.
+    diameter_above, diameter_up_to
+        Diameters of the wheels to which the rule applies, m.
+    speed_above, speed_up_to
+        Speeds at which it applies, m/s.
+    low_pass
+        Frequency at which the forces are low-passed, Hz; infinite: not at all.
+    sliding_mean
+        Length of the way over which they are then averaged, m; 0: not at all.
+    plus_static, at_most
+        What is allowed grows with the static force, limit + plus_static·static, up to `at_most`.
+    applies
+        Other conditions, in words.
+    verify
+        What to do before relying on the rule.
+    """
+
+    name: str
+    quantity: str
+    limit: float
+    level: str
+    body: str = ""
+    country: str = ""
+    edition: str = ""
+    date: str = ""
+    source: str = ""
+    basis: str = ""
+    per: str = "wheel"
+    when: str = "exceeded"
+    diameter_above: float = 0.0
+    diameter_up_to: float = inf
+    speed_above: float = -inf
+    speed_up_to: float = inf
+    low_pass: float = inf
+    sliding_mean: float = 0.0
+    plus_static: float = 0.0
+    at_most: float = inf
+    applies: str = ""
+    verify: str = VERIFY
+
+    @property
+    def limit_text(self) -> str:
+        """The limit as text."""
+        if self.plus_static:
+            most = f", at most {self.text_of(self.at_most)}" if isfinite(self.at_most) else ""
+            return f"{self.text_of(self.limit)} and {self.plus_static:.4g} of the static force{most}"
+        if self.quantity == "peak_force":
+            return f"{self.limit / 1e3:.4g} kN ({self.limit / to_si('1 kip', 'force'):.4g} kips) per {self.per}"
+        return self.text_of(self.limit)
+
+    def text_of(self, value: float) -> str:
+        """Return a value of the limited quantity as text, with its unit."""
+        factor, unit = {"force": (1e-3, " kN"), "length": (1e3, " mm")}.get(QUANTITIES[self.quantity], (1.0, ""))
+        return f"{factor * value:.4g}{unit}"
+
+    @property
+    def is_of_bare_forces(self) -> bool:
+        """Whether it limits vertical forces as they are, neither filtered nor averaged."""
+        return self.quantity not in LATERAL and not isfinite(self.low_pass) and not self.sliding_mean
+
+    def allowed(self, static: float) -> float:
+        """Return what is allowed of a wheel or axle with this static force (N), in SI units."""
+        return min(self.limit + self.plus_static * static, self.at_most) if self.plus_static else self.limit
+
+    def misfit(self, diameter: float, speed: float) -> str:
+        """Return why the rule does not apply to wheels of this diameter (m) at this speed (m/s); "" if it does."""
+        if not self.diameter_above < diameter <= self.diameter_up_to:
+            return f"not for wheels of {1e3 * diameter:.4g} mm"
+        if not self.speed_above < speed <= self.speed_up_to:
+            return f"not for {3.6 * speed:.4g} km/h"
+        return ""
+
+    def is_in(self, countries: Sequence[str]) -> bool:
+        """Return whether the rule names one of these countries."""
+        named = as_names(countries, "countries", COUNTRIES)
+        return not {part.strip() for part in self.country.split(",")}.isdisjoint(named)
+
+    def raised_by(self, value: float, static: float = 0.0) -> bool:
+        """Return whether a value raises the alarm, of a wheel or axle with this static force (N); NaN does not."""
+        value, allowed = to_si(value, QUANTITIES[self.quantity], "value"), self.allowed(static)
+        return value >= allowed if self.when == "reached" else value > allowed
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it for JSON; in SI units."""
+        return {
+            field.name: value for field in fields(self) if not isinstance(value := getattr(self, field.name), float)
+            or isfinite(value)
+        }  # fmt: skip
+
+
+Rules = str | Path | Sequence[Rule] | None
+"""Rules, the path of their file, or None for those of the package."""
+
+
+def as_rules(given: Rules, countries: Sequence[str] | None) -> tuple[Rule, ...]:
+    """Return the rules that are given, or read, and that name one of the countries."""
+    if given is None or isinstance(given, str | Path):
+        return read_rules(given, countries)
+    what = "Rules, or the path of their TOML file"
+    rules = as_list(given, "rules", what)
+    wrong = next((one for one in rules if not isinstance(one, Rule)), None)
+    if wrong is not None:
+        raise InputError("", "rules", value_text(wrong), what)
+    return in_countries(rules, countries)
+
+
+# -- rules in a file --------------------------------------------------------------------------------------------------
+
+
+def read_rules(path: str | Path | None = None, countries: Sequence[str] | None = None) -> tuple[Rule, ...]:
+    """Read rules, each with one limit.
+
+    Parameters
+    ----------
+    path
+        A file like the one in the package, which is the default.
+    countries
+        Take only the rules that name one of these, such as ("SE", "EU").
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or a rule in it is wrong; the message names the rule and its field.
+    """
+    given = None if path is None else as_path(path, "path", "the path of a TOML file with rules")
+    source = "" if given is None else str(given)
+    data = toml_table(given or Path(str(files(__package__) / "rules.toml")), "rules")
+    table = data.pop("rule", None)
+    if data:
+        name = next(iter(data))
+        raise InputError(source, name, f"the unknown name {name!r}", "format, rule")
+    if not isinstance(table, list) or not table or not all(isinstance(entry, dict) for entry in table):
+        raise InputError(
+            source, "rule", "none" if not table else repr(table)[:80], "tables [[rule]], one for each rule"
+        )
+    rules = tuple(_checked_rule(entry, f"rule.{number}", source) for number, entry in enumerate(table, 1))
+    names = [rule.name for rule in rules]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(source, "rule", f"the name {twice!r} twice", "names that differ")
+    return in_countries(rules, countries)
+
+
+def in_countries(rules: Sequence[Rule], countries: Sequence[str] | None) -> tuple[Rule, ...]:
+    """Return the rules that name one of the countries; all rules for None."""
+    if countries is None:
+        return tuple(rules)
+    names = as_names(countries, "countries", COUNTRIES)
+    return tuple(rule for rule in rules if rule.is_in(names))
+
+
+def _checked_rule(entry: dict[str, Any], where: str, source: str) -> Rule:
+    known = [field.name for field in fields(Rule)]
+    for name in entry:
+        if name not in known:
+            raise InputError(source, f"{where}.{name}", f"the unknown name {name!r}", ", ".join(known))
+    for name in ("name", "quantity", "limit", "level"):
+        if name not in entry:
+            raise InputError(source, f"{where}.{name}", "nothing", "a value, which is required here")
+    values = dict(entry)
+    for name, choices in CHOICES.items():
+        if name in values and values[name] not in choices:
+            raise InputError(source, f"{where}.{name}", repr(values[name]), ", ".join(choices))
+    values["limit"] = _positive_number(values["limit"], QUANTITIES[values["quantity"]], f"{where}.limit", source)
+    measures = MEASURES | {"at_most": QUANTITIES[values["quantity"]]}
+    for name, dimension in measures.items():
+        if name in values:
+            values[name] = _positive_number(values[name], dimension, f"{where}.{name}", source)
+    if isinstance(values.get("date"), date):
+        values["date"] = values["date"].isoformat()
+    for name, value in values.items():
+        if name not in ("limit", *measures) and not isinstance(value, str):
+            raise InputError(source, f"{where}.{name}", repr(value), "a text" if name != "date" else "a date")
+    return Rule(**values)
+
+
+def _positive_number(value: Any, dimension: str, where: str, source: str) -> float:
+    try:
+        number = to_si(value, dimension)
+    except ValueError as error:
+        found, _, allowed = str(error).removeprefix("found ").partition("; allowed: ")
+        raise InputError(source, where, found, allowed) from error
+    if not 0.0 < number < inf:
+        raise InputError(source, where, repr(value), f"a positive {dimension}")
+    return number

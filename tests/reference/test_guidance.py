@@ -1,0 +1,174 @@
+"""Guiding forces, Y/Q and T-gamma: geometry, momentum and energy, Fourier's filter, loops over a finer grid."""
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.record.guidance import PERCENTILES, statistics
+
+CONICITY, ARM, RADIUS, LOAD = 0.05, 0.75, 0.46, 1e5
+AXLE = wt.vehicles.Axle(mass=1500.0, inertia=(1120.0, 112.0, 1120.0), position=0.0, load=LOAD, radius=RADIUS)
+CENTRE = {"between": ("wheelset 1", "ground"), "at": (0.0, 0.0, RADIUS)}
+HELD = (
+    wt.vehicles.Spring(name="springs", stiffness=(1e7, 5e6, 0.0), bending=(0.0, 0.0, 1e7), **CENTRE),
+    wt.vehicles.Damper(name="dampers", damping=(1e5, 1e5, 4e4), **CENTRE),
+)
+
+
+def wheelset(irregularity=(), elements=HELD, **changes):
+    fields = {
+        "contact": wt.Hertz(constant_per_wheel=9e10), "profiles": wt.profiles.Cones(conicity=CONICITY, arm=ARM),
+        "rolling": "point", "speed": 10.0, "duration": 1.0, "vehicle.elements": elements,
+    } | changes  # fmt: skip
+    scene = wt.Scenario(
+        vehicle=wt.Wagon(bodies=(), axles=(AXLE,)), contact=wt.Hertz(), irregularity=irregularity, speed=1, duration=1
+    )
+    return scene.replaced(fields)
+
+
+@pytest.fixture(scope="module")
+def swaying():
+    """A wheelset over a dip under its right wheel, with creep."""
+    dip = wt.CosineBump(height=-1e-3, length=1.0, start=2.0)
+    return wt.simulate(wheelset({"right": dip}, creep=wt.creep.Polach(friction=0.35)))
+
+
+def test_without_friction_y_over_q_is_the_slope_of_the_wheel_on_its_rail():
+    found = wt.simulate(wheelset(duration=0.5)).guidance()
+    np.testing.assert_allclose(found.derailment_quotient.dropna("time"), CONICITY, rtol=1e-9)
+    np.testing.assert_allclose(found.wheel_force, (LOAD + AXLE.mass * 9.81) / 2.0, rtol=1e-9)
+    np.testing.assert_allclose(found.unloading, 0.0, atol=1e-9)
+    assert float(abs(found.sum_of_guiding_forces).max()) < 1e-6
+    assert float(abs(found.t_gamma).max()) == 0.0
+
+
+def test_on_a_rail_that_lies_higher_the_slope_is_that_of_the_rolled_wheelset():
+    hill = 4e-3
+    record = wt.simulate(wheelset({"left": wt.CosineBump(height=hill, length=20.0, start=0.1)}, duration=1.02))
+    time = 1.01  # s: on the crest
+    at = record.guidance(window=0).sel(time=time, method="nearest").sel(wheelset=1)
+    body = record.at([time]).displacement.sel(body="wheelset 1").squeeze()
+    roll, shift = float(body.sel(motion="roll")), float(body.sel(motion="y"))
+    # δ is the same but for the difference of the two forces: R·φ = hill, less the lift of the cones as they shift
+    cone_lift = 2 * CONICITY * (shift + RADIUS * roll)
+    assert roll == pytest.approx((hill + cone_lift) / (2 * ARM), rel=2e-2)
+    np.testing.assert_allclose(at.derailment_quotient, [CONICITY + roll, CONICITY - roll], rtol=2e-3)
+    assert float(at.sum_of_guiding_forces) == pytest.approx(-5e6 * shift, rel=2e-2)
+
+
+def test_guiding_forces_change_the_momentum_of_all_bodies():
+    bump = wt.CosineBump(height=1e-3, length=1.0, start=0.3)
+    scene = wt.Scenario(
+        vehicle=wt.Wagon.erri_b176(), contact=wt.Hertz(constant_per_wheel=7.025e10),
+        creep=wt.creep.Polach(friction=0.35), irregularity={"left": bump}, speed=40.0, duration=0.1,
+    )  # fmt: skip
+    record = wt.simulate(scene)
+    found, moved = record.guidance(low_pass=None, window=0, rate=1e4), record.history(1e4).acceleration.sel(motion="y")
+    bodies = {body.name: body.mass for body in scene.vehicle.bodies}
+    bodies |= {f"wheelset {i}": axle.mass for i, axle in enumerate(scene.vehicle.axles, 1)}
+    gained = sum(mass * moved.sel(body=name) for name, mass in bodies.items())
+    total = -found.sum_of_guiding_forces.sum("wheelset")
+    assert float(abs(gained).max()) > 500.0
+    np.testing.assert_allclose(total, gained, atol=1e-6 * float(abs(gained).max()))
+    # what friction takes, over the way
+    worn = float(found.t_gamma.sum(("surface", "wheelset", "side")).integrate("time")) * scene.speed
+    assert worn == pytest.approx(float(record.energy.friction), rel=1e-4)
+
+
+def test_t_gamma_over_the_way_is_the_energy_that_friction_dissipates(swaying):
+    found = swaying.guidance(window=0, rate=2e4)
+    lost = found.t_gamma.sum(("surface", "wheelset", "side"))
+    worn = float(lost.integrate("time")) * swaying.scenario.speed
+    assert worn == pytest.approx(float(swaying.energy.friction), rel=1e-5)
+    assert float(found.t_gamma.min()) >= 0.0
+    history = swaying.at(found.time)  # the tread alone: cones have no flange
+    spin = -history.spin_moment * history.spin_creepage
+    slip = -history.longitudinal_force * history.longitudinal_creepage
+    slip -= history.lateral_creep_force * history.lateral_creepage
+    np.testing.assert_allclose(found.spin_t_gamma, spin, atol=1e-12)
+    np.testing.assert_allclose(found.t_gamma.sel(surface="tread"), spin + slip, rtol=1e-9, atol=1e-12)
+
+
+def fourier_low_pass(samples, rate, cutoff):
+    """Return samples without what a fourth-order Butterworth filter without phase takes, 1/√2 at the cut-off."""
+    before = len(samples)
+    padded = np.concatenate([np.repeat(samples[:1], before, 0), samples, np.repeat(samples[-1:], before, 0)])
+    frequency = np.fft.rfftfreq(len(padded), 1.0 / rate)
+    left = 1.0 / (1.0 + (np.sqrt(2.0) - 1.0) * (frequency / cutoff) ** 4)
+    spectrum = np.fft.rfft(padded - padded[0], axis=0) * left[:, None]
+    return (np.fft.irfft(spectrum, len(padded), axis=0) + padded[0])[before : 2 * before]
+
+
+def test_filters_and_means_are_those_of_fourier_and_of_a_loop_over_a_finer_grid(swaying):
+    window, rate, speed = 2.0, 4e4, swaying.scenario.speed
+    history = swaying.history(rate)
+    outwards = -history.lateral_force.values[:, 0] * [1.0, -1.0]
+    guiding, pressing = (
+        fourier_low_pass(values, rate, 20.0) for values in (outwards, history.vertical_force.values[:, 0])
+    )
+    found = swaying.guidance(window=window)
+    assert float(found.guiding_force.max() - found.guiding_force.min()) > 1000.0
+    coarse = slice(None, None, round(rate / found.rate))
+    np.testing.assert_allclose(found.guiding_force[:, 0], guiding[coarse], atol=2.0)
+    np.testing.assert_allclose(found.wheel_force[:, 0], pressing[coarse], atol=20.0)
+    half = round(0.5 * window / speed * rate)
+    sums = (guiding * [1.0, -1.0]).sum(axis=1)
+    for time in np.arange(0.15, 0.85, 0.05):
+        k = round(time * rate)
+        quotient = np.trapezoid(guiding[k - half : k + half + 1] / pressing[k - half : k + half + 1], axis=0)
+        at = found.sel(time=time, method="nearest").sel(wheelset=1)
+        np.testing.assert_allclose(at.derailment_quotient, quotient / (2 * half), atol=3e-4 * CONICITY)
+        total = np.trapezoid(sums[k - half : k + half + 1]) / (2 * half)
+        assert float(at.sum_of_guiding_forces) == pytest.approx(total, abs=1.0)
+
+
+def test_a_mirrored_run_has_mirrored_guiding_forces():
+    dip = wt.CosineBump(height=-1e-3, length=1.0, start=2.0)
+    creep = wt.creep.Polach(friction=0.35)
+    left, right = (
+        wt.simulate(wheelset({side: dip}, creep=creep, duration=0.5)).guidance() for side in ("left", "right")
+    )
+    assert float(abs(left.sum_of_guiding_forces).max()) > 100.0
+    for name in ("guiding_force", "wheel_force", "derailment_quotient", "t_gamma"):
+        one, other = left[name].sel(side="left"), right[name].sel(side="right")
+        np.testing.assert_allclose(one, other, atol=1e-7 * float(abs(one).max()), err_msg=name)
+    np.testing.assert_allclose(left.sum_of_guiding_forces, -right.sum_of_guiding_forces, atol=1e-3)
+
+
+def test_a_wheel_that_is_off_its_rail_has_no_finite_quotient():
+    fall = {"right": wt.Step(height="-10 mm", position=5.0), "left": wt.Step(height="-10 mm", position=5.0)}
+    light = wheelset(fall, (), **{"vehicle.axles.0.load": 0.0}, duration=0.6)
+    found = wt.simulate(light).guidance()
+    lifted = (found.wheel_force <= 0.0).values[:, 0, 0]
+    assert 0.02 < lifted.mean() < 0.5
+    means = found.derailment_quotient.values[:, 0, 0]
+    assert np.isnan(means).sum() == 2000  # half of the window at both ends
+    touched = np.convolve(lifted, np.ones(2001), "valid") > 0.0  # any of the window, 2 m
+    assert 0.1 < touched.mean() < 0.9
+    np.testing.assert_array_equal(np.isinf(means[1000:-1000]), touched)
+    assert np.isinf(statistics(found).derailment_quotient.sel(statistic="largest")).all()
+    assert float(found.unloading.max()) > 1.0
+
+
+def test_statistics_are_those_of_sorted_samples(swaying):
+    found = swaying.guidance(settling=0.1)
+    assert float(found.time[0]) == pytest.approx(0.1)
+    table = swaying.running_safety(settling=0.1)
+    for name in ("derailment_quotient", "wheel_force", "sum_of_guiding_forces"):
+        column = found[name].isel(wheelset=0) if name == "sum_of_guiding_forces" else found[name][:, 0, 1]
+        ordered = np.sort(column.dropna("time").values)
+        row = table[name].isel(wheelset=0) if name == "sum_of_guiding_forces" else table[name][:, 0, 1]
+        expected = [ordered[0], *(ordered[int(np.ceil(p / 100.0 * len(ordered))) - 1] for p in PERCENTILES)]
+        np.testing.assert_allclose(row, [*expected, ordered[-1], ordered.mean()], rtol=1e-12)
+    assert list(table.statistic.values) == ["least", "0.15 %", "50 %", "99.85 %", "largest", "mean"]
+    assert table.derailment_quotient.attrs["long_name"].startswith("Y/Q")
+
+
+def test_a_run_that_is_shorter_than_its_window_is_refused(swaying):
+    with pytest.raises(wt.InputError, match=r"12 m, of 10 m of way"):
+        swaying.guidance(window=12.0)
+    with pytest.raises(wt.InputError, match="more than 2·20 Hz"):
+        swaying.guidance(rate=30.0)
+    single = wt.simulate(wt.load("examples/bump.toml"))
+    with pytest.raises(wt.InputError, match="guidance"):
+        single.guidance()

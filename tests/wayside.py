@@ -1,0 +1,271 @@
+"""Recordings of trains by a program of its own: a finite-element rail on sleepers, Newmark's steps, wheels on Hertz
+springs over roughness and flats, and gauges that read what stands on a piece of rail.
+
+Nothing of it is shared with the package. The track is linear, so that a train is the sum of its wheels: `Line.passages`
+computes many wheels side by side, each alone on its own copy of the rail, and `Line.train` adds them up in time. Wheels
+do not feel each other through the rail, and both rails do not know of each other.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.signal import butter, sosfiltfilt
+
+RADIUS, MASS, HERTZ = 0.46, 600.0, 9.4125e10
+BENDING, RAIL_MASS = 2.1e11 * 3.04e-5, 60.2  # 60E1
+PAD, PAD_DAMPING, SLEEPER, BALLAST, BALLAST_DAMPING = 2e8, 3e4, 150.0, 8e7, 6e4
+ELEMENT, PER_BAY, SPACING = 0.1, 6, 0.6
+GAUGE = 0.1
+"""Length over which a shear gauge takes the mean, m: about what a rail's web does."""
+ISO_3095 = {
+    0.4: 17.1, 0.315: 15.0, 0.25: 13.0, 0.2: 11.0, 0.16: 9.0, 0.125: 7.0, 0.1: 4.9, 0.08: 2.9, 0.063: 0.9, 0.05: -1.1,
+    0.04: -3.2, 0.0315: -5.0, 0.025: -5.6, 0.02: -6.2,
+}  # fmt: skip
+"""ISO 3095:2013, limit of the rail's roughness: wavelength, m, and level of the third of an octave, dB over 1 um."""
+
+
+def roughness(seed):
+    """Return a path with the roughness of the limit, m, as a function of the way."""
+    rng = np.random.default_rng(seed)
+    waves = np.concatenate([length * 2.0 ** rng.uniform(-1 / 6, 1 / 6, 6) for length in ISO_3095])
+    sizes = np.repeat([np.sqrt(2.0 / 6.0) * 1e-6 * 10.0 ** (level / 20.0) for level in ISO_3095.values()], 6)
+    phases = rng.uniform(0.0, 2.0 * np.pi, len(waves))
+    return lambda x: sizes @ np.cos(2.0 * np.pi * x / waves + phases)
+
+
+def flat(length, first):
+    """Return the path over a fresh flat that meets the rail at `first` and at each turn of the wheel, m."""
+    turn = 2.0 * np.pi * RADIUS
+
+    def path(x):
+        u = max(0.5 * length - abs((x - first + 0.5 * turn) % turn - 0.5 * turn), 0.0)
+        return -(u**2) / (RADIUS + np.sqrt(RADIUS**2 - u**2))
+
+    return path
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A wheel: its static force, N, the seed of its roughness (None: smooth), its flat's length and place, m."""
+
+    load: float
+    seed: int | None = None
+    flat: tuple[float, float] | None = None
+
+    def path(self, x):
+        """Return the height of the path of its centre at x, m, upwards."""
+        rough = 0.0 if self.seed is None else self._rough(x)
+        return rough + (0.0 if self.flat is None else self._flat(x))
+
+    @cached_property
+    def _rough(self):
+        return roughness(self.seed)
+
+    @cached_property
+    def _flat(self):
+        return flat(*self.flat)
+
+
+@dataclass(frozen=True)
+class Passages:
+    """What wheels do alone: places x of the wheel, m, forces (wheel, x), readings (wheel, channel, x), N."""
+
+    x: np.ndarray
+    forces: np.ndarray
+    readings: np.ndarray
+
+
+@dataclass
+class Line:
+    """A rail on sleepers at the multiples of 0.6 m, with channels: ("pair", x1, x2), ("pad", x), ("sleeper", x)."""
+
+    channels: list
+    before: float = 6.0
+    run_in: float = 3.0
+    size: int = field(init=False)
+
+    def __post_init__(self):
+        ends = [x for _, *places in self.channels for x in places]
+        self.first = SPACING * np.floor((min(ends) - self.before) / SPACING)
+        bays = int(np.ceil((max(ends) + self.before - self.first) / SPACING))
+        nodes = bays * PER_BAY + 1
+        self.nodes = self.first + ELEMENT * np.arange(nodes)
+        seats = np.arange(0, nodes, PER_BAY)
+        before = np.zeros(nodes, dtype=int)
+        before[seats[:-1] + 1] = 1
+        self.deflections = 2 * np.arange(nodes) + np.cumsum(before)  # a sleeper's stands after its node
+        self.tops, self.sleepers = self.deflections[seats], self.deflections[seats] + 2
+        self.seats = self.nodes[seats]
+        self.size = 2 * nodes + len(seats)
+        h = ELEMENT
+        bend = BENDING / h**3 * np.array(
+            [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h], [-12, -6 * h, 12, -6 * h],
+             [6 * h, 2 * h * h, -6 * h, 4 * h * h]])  # fmt: skip
+        mass = RAIL_MASS * h / 420.0 * np.array(
+            [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h], [54, 13 * h, 156, -22 * h],
+             [-13 * h, -3 * h * h, -22 * h, 4 * h * h]])  # fmt: skip
+        tops, own = self._at(self.tops), self._at(self.sleepers)
+        pads = tops + own - self._at(self.tops, self.sleepers) - self._at(self.sleepers, self.tops)
+        self.rail_mass = self._chain(mass)
+        self.mass = self.rail_mass + SLEEPER * own
+        self.stiffness = self._chain(bend) + PAD * pads + BALLAST * own
+        self.damping = 1e-6 * self._chain(bend) + PAD_DAMPING * pads + BALLAST_DAMPING * own
+
+    def _chain(self, element):
+        d = self.deflections
+        ends = np.stack([d[:-1], d[:-1] + 1, d[1:], d[1:] + 1])
+        rows, columns = np.repeat(ends, 4, axis=0), np.tile(ends, (4, 1))
+        values = np.repeat(element.reshape(16, 1), ends.shape[1], axis=1)
+        return sparse.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=(self.size, self.size))
+
+    def _at(self, rows, columns=None):
+        where = (rows, rows if columns is None else columns)
+        return sparse.csr_matrix((np.ones(len(rows)), where), shape=(self.size, self.size))
+
+    def _factor(self, matrix):
+        upper = np.zeros((6, self.size))
+        for k in range(6):
+            upper[5 - k, k:] = matrix.diagonal(k)
+        return cholesky_banded(upper), False
+
+    def _shapes(self, x):
+        number, s = divmod((x - self.first) / ELEMENT, 1.0)
+        d = self.deflections[int(number) : int(number) + 2]
+        shares = [1 - 3 * s**2 + 2 * s**3, ELEMENT * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, ELEMENT * (s**3 - s**2)]
+        return np.array([d[0], d[0] + 1, d[1], d[1] + 1]), np.array(shares)
+
+    def window(self, channel, x):
+        """Return what a pair of gauges reads of 1 N at x that moves slowly."""
+        _, x1, x2 = self.channels[channel]
+        return np.clip((x - x1) / GAUGE + 0.5, 0, 1) - np.clip((x - x2) / GAUGE + 0.5, 0, 1)
+
+    def _readers(self):
+        """Return matrices that give all readings from displacements, speeds and accelerations."""
+        stiff, damp, inert = np.zeros((3, len(self.channels), self.size))
+        for row, (kind, *places) in enumerate(self.channels):
+            if kind == "pair":
+                shape = np.zeros(self.size)
+                shape[self.deflections] = self.window(row, self.nodes)
+                inert[row] = -(self.rail_mass @ shape)
+                shares = self.window(row, self.seats)
+                stiff[row, self.tops], stiff[row, self.sleepers] = -PAD * shares, PAD * shares
+                damp[row, self.tops], damp[row, self.sleepers] = -PAD_DAMPING * shares, PAD_DAMPING * shares
+                continue
+            seat = int(np.argmin(abs(self.seats - places[0])))
+            top, own = self.tops[seat], self.sleepers[seat]
+            if kind == "pad":
+                stiff[row, [top, own]], damp[row, [top, own]] = (PAD, -PAD), (PAD_DAMPING, -PAD_DAMPING)
+            else:
+                stiff[row, own], damp[row, own] = BALLAST, BALLAST_DAMPING
+        return stiff, damp, inert
+
+    @property
+    def way(self):
+        """Where the wheels run, m."""
+        return self.first + self.run_in, self.nodes[-1] - self.run_in
+
+    def passages(self, wheels, speed, rate):
+        """Return what wheels do on the line, each alone, at samples of this rate; steps are at most 50 us."""
+        every = int(np.ceil(20e3 / rate))
+        h = 1.0 / (every * rate)
+        a, b = self.way
+        count = int((b - a) / speed * rate)
+        loads = np.array([wheel.load for wheel in wheels])
+        readers = [sparse.csr_matrix(one) for one in self._readers()]
+        factor = self._factor(self.stiffness + 2.0 / h * self.damping + 4.0 / h**2 * self.mass)
+        dofs, shapes = self._shapes(a)
+        force = np.zeros((self.size, len(wheels)))
+        force[dofs] = np.outer(shapes, loads)
+        u = cho_solve_banded(self._factor(self.stiffness), force)
+        v, acc = np.zeros_like(u), np.zeros_like(u)
+        path = np.array([wheel.path(a) for wheel in wheels])
+        wheel_u = shapes @ u[dofs] + (loads / HERTZ) ** (2.0 / 3.0) - path
+        wheel_v, wheel_a = np.zeros((2, len(wheels)))
+        forces, readings = np.empty((len(wheels), count)), np.empty((len(wheels), len(self.channels), count))
+        own, now = 0.25 * h**2 / MASS, loads.copy()
+        unit_load = np.zeros(self.size)
+        for step in range(count * every):
+            x = a + speed * step * h
+            dofs, shapes = self._shapes(x)
+            if step:
+                held = self.mass @ (4 / h**2 * u + 4 / h * v + acc) + self.damping @ (2 / h * u + v)
+                unit_load[:] = 0.0
+                unit_load[dofs] = shapes
+                solved = cho_solve_banded(factor, np.column_stack([held, unit_load]), check_finite=False)
+                free, unit = solved[:, :-1], solved[:, -1]
+                gives = shapes @ unit[dofs] + own
+                fallen = wheel_u + h * wheel_v + 0.25 * h**2 * wheel_a + own * loads
+                path = np.array([wheel.path(x) for wheel in wheels])
+                now = _contact(fallen + path - shapes @ free[dofs], gives, now)
+                new = free + np.outer(unit, now)
+                change = 4 / h**2 * (new - u) - 4 / h * v - acc
+                v, u, acc = v + 0.5 * h * (acc + change), new, change
+                fall = (loads - now) / MASS
+                wheel_u = wheel_u + h * wheel_v + 0.25 * h**2 * (wheel_a + fall)
+                wheel_v, wheel_a = wheel_v + 0.5 * h * (wheel_a + fall), fall
+            if step % every == 0:
+                forces[:, step // every] = now
+                seen = readers[0] @ u + readers[1] @ v + readers[2] @ acc
+                for row, (kind, *_) in enumerate(self.channels):
+                    readings[:, row, step // every] = seen[row] + (now * self.window(row, x) if kind == "pair" else 0)
+        return Passages(a + speed / rate * np.arange(count), forces, readings)
+
+    def influence(self, x):
+        """Return what each channel reads of 1 N that stands at x, (channel, x)."""
+        factor, readers = self._factor(self.stiffness), self._readers()[0]
+        loads = np.zeros((self.size, len(x)))
+        for column, place in enumerate(x):
+            dofs, shapes = self._shapes(place)
+            loads[dofs, column] = shapes
+        read = readers @ cho_solve_banded(factor, loads)
+        for row, (kind, *_) in enumerate(self.channels):
+            read[row] += self.window(row, x) if kind == "pair" else 0.0
+        return read
+
+
+def _contact(open_deflection, gives, guess):
+    """Return forces N with N = C·δ^1.5 and δ = open_deflection - gives·N, by Newton."""
+    n = np.maximum(guess, 1.0)
+    for _ in range(12):
+        n = np.maximum(n - (n - HERTZ * (d := np.maximum(open_deflection - gives * n, 0.0)) ** 1.5)
+                       / (1.0 + 1.5 * HERTZ * np.sqrt(d) * gives), 0.0)  # fmt: skip
+    return n
+
+
+def train_of(line, passages, speed, rate, axles, chosen, direction=1):
+    """Return readings (channel, time) of a train at constant speed, and the time at which each axle is at x = 0.
+
+    `axles` are distances behind the leading one, m, `chosen` the number of each axle's passage.
+    """
+    a, b = line.way
+    lead = (axles[-1] + (b - a) + 2.0) / speed
+    out = np.zeros((len(line.channels), int(lead * rate) + 1))
+    begin = 0.5 / speed
+    times = []
+    for behind, number in zip(axles, chosen, strict=True):
+        first = round((begin + behind / speed) * rate)
+        readings = passages.readings[number]
+        if direction < 0:
+            raise NotImplementedError
+        out[:, first : first + readings.shape[1]] += readings
+        times.append(first / rate - a / speed)
+    return out, np.array(times)
+
+
+def spoiled(readings, rate, windows, level, gains, drift, rng):
+    """Return readings with wrong gains, drift over the record, N, and noise `level` dB below the rms under axles."""
+    out = gains[:, None] * readings
+    time = np.arange(readings.shape[1]) / rate
+    for row in range(len(out)):
+        rms = np.sqrt(np.mean(readings[row][windows[row]] ** 2))
+        slow = np.sin(2.0 * np.pi * time / max(3.0 * time[-1], 1e-9) + rng.uniform(0, 6.28))
+        out[row] += rng.normal(0, 1) * drift * slow + rms * 10.0 ** (-level / 20.0) * rng.standard_normal(out.shape[1])
+    return out
+
+
+def low_passed(samples, rate, cutoff=500.0):
+    """Return samples after a Butterworth filter of order 4 that runs both ways."""
+    return sosfiltfilt(butter(4, cutoff, fs=rate, output="sos"), samples)
