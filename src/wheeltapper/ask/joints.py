@@ -1,7 +1,7 @@
 """The forces of a dipped joint over speed: by the exact march, and by the formulas of Jenkins and others.
 
 H. H. Jenkins, J. E. Stephenson, G. A. Clayton, G. W. Morland, D. Lyon: The effect of track and vehicle parameters on
-wheel/rail vertical dynamic forces. Railway Engineering Journal 3 (1974). docs/theory/track.rst, section 13.10.
+wheel/rail vertical dynamic forces. Railway Engineering Journal 3 (1974). docs/theory/joints.rst, section 14.2.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def jenkins(
     P2 = P0 + 2α·V·√(m_u/(m_u + m_t))·[1 - π·c_t/(4·√(k_t·(m_u + m_t)))]·√(k_t·m_u), of one wheel. K_H is the slope of
     the contact's force at P0, m_u the wheel's half of the wheelset. The track is a beam on an elastic foundation,
     reduced to the point of the force by Rayleigh's method: m_e is the rail on its pads alone, and m_t, k_t, c_t are
-    rail, pads, sleepers and ballast together (docs/theory/track.rst, section 13.10). The reduction is this program's;
+    rail, pads, sleepers and ballast together (docs/theory/joints.rst, section 14.2). The reduction is this program's;
     the authors give numbers of their own tracks.
 
     Parameters
@@ -125,14 +125,14 @@ def joint_forces(
 ) -> xr.Dataset:  # fmt: skip
     """Return P1 and P2 of a dipped joint over speed by the exact march, beside the formulas of Jenkins and others.
 
-    At each speed the joint lies so far ahead, by whole bays, that the start has died away before, and the run ends 0.1 s
+    At each speed the joint lies so far ahead, by whole bays, that the start has died away before it; the run ends 0.1 s
     after it.
 
     Parameters
     ----------
     scenario
-        A vehicle over a `DippedJoint` on rails and sleepers, or the path of its TOML file. Its speed and its duration do
-        not matter.
+        A vehicle over a `DippedJoint` on rails and sleepers, or the path of its TOML file. Its speed and its duration
+        do not matter.
     speed
         m/s; one, or several.
     cutoff, order

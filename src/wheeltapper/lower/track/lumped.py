@@ -16,7 +16,7 @@ class Lumped(NamedTuple):
 
 
 def lumped(bending: float, foundation: float, mass: float, damping: float = 0.0) -> Lumped:
-    """Return a beam on an elastic foundation as one mass, by Rayleigh's method (docs/theory/track.rst, section 13.10).
+    """Return a beam on an elastic foundation as one mass, by Rayleigh's method (docs/theory/joints.rst, section 14.2).
 
     Its static deflection is w(x) = w0·e^(-βx)·(cos βx + sin βx) with β = (k/4EI)^(1/4), on both sides. Force over
     deflection is 2k/β = 2·(4EI)^(1/4)·k^(3/4), and ∫w²dx/w0² = 3/(2β) is the length of mass and damping that moves.
