@@ -100,7 +100,7 @@ def test_a_corrugation_that_shakes_the_wheel_off():
         ),
         ({"vehicle": TWO}, {"vehicle.wheelsets.0.mass": 0.3, "vehicle.wheelsets.1.load": 80.0, "speed": 6e-4}, 12),
         (
-            {"vehicle": TWO, "irregularity": {"wheelset 2": wt.Corrugation(amplitude=2e-4, wavelength=0.05, start=-2.4)}},
+            {"vehicle": TWO, "irregularity": {"wheelset 2": WAVES.model_copy(update={"start": -2.4})}},
             {"irregularity.wheelset 2.0.amplitude": 4e-9, "vehicle.wheelsets.0.stiffness": 4e4}, 2,
         ),
         (

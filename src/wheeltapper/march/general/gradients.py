@@ -153,7 +153,7 @@ def _scratch(contacts: int, directions: int, q: int, modes: int, states: int) ->
     return posed, carried
 
 
-def _arguments(found: Found, turns: list[SystemTurn]) -> tuple[Any, ...]:
+def tangent_arguments(found: Found, turns: list[SystemTurn]) -> tuple[Any, ...]:
     """Return the arguments of the kernel: the directions, and two more of all wheels' height and velocity at the start.
 
     They tell how a small change of the start grows.
@@ -190,12 +190,12 @@ def _arguments(found: Found, turns: list[SystemTurn]) -> tuple[Any, ...]:
 
 def is_ready(found: Found, turns: list[SystemTurn]) -> bool:
     """Return False where finding derivatives begins with compiling."""
-    return is_compiled(tangent_kernel, _arguments(found, turns))
+    return is_compiled(tangent_kernel, tangent_arguments(found, turns))
 
 
 def tangents(found: Found, turns: list[SystemTurn]) -> Tangents:
     """Return the derivatives of a march along some directions."""
-    arguments = _arguments(found, turns)
+    arguments = tangent_arguments(found, turns)
     tables, told = arguments[1], arguments[-2]
     if not tangent_kernel(*arguments):
         raise ArithmeticError("contacts do not settle with each other")

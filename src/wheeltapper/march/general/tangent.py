@@ -16,6 +16,8 @@ from __future__ import annotations
 from math import cos, sin
 from typing import NamedTuple
 
+import numpy as np
+
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout, local, paths
 from wheeltapper.march.general.algebra import factorise, solve_factorised
@@ -40,8 +42,12 @@ from wheeltapper.march.program import FloatArray, IntArray
 SAME_PLACE = 4e-8
 """Parts of a macro step; an event no farther from the end of a logged part is at it."""
 MOST_TURN_SWEEPS = 60
+INDENTED = 1e-6
+"""Gap at an event, in units of length, above which the surfaces indent each other."""
 SETTLED = 1e-12
 """Change of what contacts feel of each other, over all that they feel, at which it is known."""
+STAYS, LEAPS, RELEASES = range(3)
+"""Events where D falls or rises through zero, where the path jumps, and where a law begins or ends to pull."""
 OF_TIME, OF_SIZE = 0, 1
 """Rows of an event's derivatives: of its part of a macro step, and of the rate of indentation there."""
 LAW_SCALE, LAW_LOSS = 1, 2
@@ -128,7 +134,8 @@ class Posed(NamedTuple):
         Whether the path jumps where a part begins, by how much the force drops there, how far its beginning moves, and
         the gap there rises at fixed moments.
     after, events, steep, bend, leaps
-        Of the events: behind how many parts, logged row, D' and D'', and whether it is the path's jump.
+        Of the events: behind how many parts, logged row, D' and D'', and whether it is at a jump of the path, or of a
+        law that would pull: such an event's time has no derivative.
     raised
         Change of the gap and of its slope at fixed moments, (contacts, events, 2, directions).
     forces
@@ -432,7 +439,12 @@ def _pose(step: int, i: int, p: int, rows: tuple[int, int], events: tuple[int, i
             posed.bend[i, told] = bend_at(at, q, room.free) + path_bend(
                 site.pieces, place, site.x0, site.stride, site.lift, at
             )
-            posed.leaps[i, told] = 1 if jumps else 0
+            gap, _ = local.gap_at(at, q, room.free, site)
+            posed.leaps[i, told] = STAYS
+            if jumps:
+                posed.leaps[i, told] = LEAPS
+            elif gap > INDENTED:
+                posed.leaps[i, told] = RELEASES
             for direction in range(directions):
                 value, slope = _turn_at(direction, at, turns, shifts, site)
                 if turns.structured[direction] != 0:
@@ -443,7 +455,7 @@ def _pose(step: int, i: int, p: int, rows: tuple[int, int], events: tuple[int, i
                 posed.raised[i, told, OF_TIME, direction] = value
                 posed.raised[i, told, OF_SIZE, direction] = slope
             if not jumps:
-                place[layout.BEGAN] = 0.0
+                place[layout.BEGAN] = gap if gap > INDENTED else 0.0
             event += 1
             told += 1
         if k == count:
@@ -613,11 +625,15 @@ def _carry(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: D
             value, slope = local.sum_at(at, q, f)
             value += posed.raised[i, event, OF_TIME, direction]
             slope += posed.raised[i, event, OF_SIZE, direction]
-            later = posed.moved[i, k, direction] if posed.leaps[i, event] != 0 else -value / posed.steep[i, event]
+            later = -value / posed.steep[i, event]
+            if posed.leaps[i, event] == LEAPS:
+                later = posed.moved[i, k, direction]
+            elif posed.leaps[i, event] == RELEASES:
+                later = np.nan
             slope += posed.bend[i, event] * later - posed.steep[i, event] * turns.seconds[direction]
             told.events[row, OF_TIME, direction] = later
             told.events[row, OF_SIZE, direction] = slope / seconds
-            if posed.leaps[i, event] == 0:
+            if posed.leaps[i, event] != LEAPS:
                 began = value if logs.events[row, layout.EVENT_KIND_IS] == contract.IMPACT else 0.0
             event += 1
         if k == parts:
