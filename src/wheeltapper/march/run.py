@@ -16,6 +16,7 @@ import numpy as np
 
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import (
+    ANOMALY,
     BILATERAL,
     BOGIE,
     CREEP,
@@ -90,7 +91,7 @@ WAGON = Marcher(
 )  # fmt: skip
 GENERAL = Marcher(
     "the general march",
-    frozenset({FLEXIBLE_TRACK, WHEELSETS, BOGIE, OWN_LAW, LINEAR, HYSTERESIS, PLACES, IRREGULARITY, POINT}),
+    frozenset({FLEXIBLE_TRACK, ANOMALY, WHEELSETS, BOGIE, OWN_LAW, LINEAR, HYSTERESIS, PLACES, IRREGULARITY, POINT}),
 )
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
 UNDAMPED = Marcher(GENERAL.name, GENERAL.covers - {HYSTERESIS})
@@ -147,8 +148,8 @@ DAMPER_EVENTS = Question("damper_events", "stops that a damper's end meets", WHE
 TRACK = Question("track", "what rail, sleepers and ballast do", (GENERAL,), requires=frozenset({FLEXIBLE_TRACK}))
 COMFORT = Question("comfort", "ride comfort", (WAGON,))
 GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON,))
-SWEEP = Question("sweep", "features over many cells", (WHEEL, GENERAL))
-GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL, GENERAL))
+SWEEP = Question("sweep", "features over many cells", (WHEEL, GENERAL), frozenset({ANOMALY}))
+GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL, GENERAL), frozenset({ANOMALY}))
 BORDER = Question("border", "where contact begins to be lost", (WHEEL, UNDAMPED))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
 TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))

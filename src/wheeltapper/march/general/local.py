@@ -15,7 +15,7 @@ from math import sqrt
 
 from wheeltapper.march.general import layout, paths
 from wheeltapper.march.general.algebra import factorise, solve_factorised
-from wheeltapper.march.general.laws.switch import LAW_RATED, forces
+from wheeltapper.march.general.laws.switch import LAW_RATED, forces, trend
 from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY
 from wheeltapper.march.general.records import Nodes, Room, Site
 from wheeltapper.march.kernel import inlined_kernel, kernel
@@ -26,8 +26,6 @@ KEEPS_MATRIX = 1e-2
 """Corrections smaller than this, in static indentations, keep the matrix of the one before."""
 SHORT_LAG = 0.05
 """Lag of a rate-dependent indentation, over a part, below which it is not resolved."""
-RELEASED_DEPTH = 1e-6
-"""Indentation above which such a law's force should not be zero."""
 STAGNANT = 1e-11
 """Corrections smaller than this that do not shrink are rounding."""
 TOO_FAR = 1e6
@@ -165,7 +163,7 @@ def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: floa
         for k in range(n):
             room.rate[k] = 0.0
         forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
-        if 0.0 < lag(n, seconds, room) < SHORT_LAG:
+        if lag(n, seconds, room) < SHORT_LAG:
             slopes = nodes.own_slopes
     size = TOO_FAR
     for turn in range(MOST_ITERATIONS):
@@ -286,15 +284,26 @@ def end_indentation(n: int, nodes: Nodes, began: float, seconds: float, room: Ro
     return total
 
 
+@kernel
+def trends(n: int, law: FloatArray, table: FloatArray, room: Room, out: FloatArray) -> None:
+    """Write at the nodes what has the sign of a rate-dependent law's force."""
+    for k in range(n):
+        out[k] = trend(law, table, room.delta[k], room.rate[k])
+
+
 @inlined_kernel
-def released(n: int, law: FloatArray, room: Room) -> bool:
-    """Return True where a rate-dependent law has no force although the surfaces indent each other."""
+def would_pull(nodes: Nodes, law: FloatArray, table: FloatArray, room: Room) -> bool:
+    """Return True where a rate-dependent law pulls at a node or at the end."""
     if law[LAW_RATED] == 0.0:
         return False
-    ends = False
+    n = len(nodes.places)
+    trends(n, law, table, room, room.F)
+    least = room.F[layout.BEGIN]
+    end = 0.0
     for k in range(n):
-        ends = ends or (room.N[k] <= 0.0 and room.delta[k] > RELEASED_DEPTH)
-    return ends
+        least = min(least, room.F[k])
+        end += nodes.end[k] * room.F[k]
+    return min(least, end) <= 0.0
 
 
 @kernel

@@ -305,9 +305,7 @@ def modes(found: Found, times: FloatArray) -> Modes:
         pressed, changing = np.zeros_like(held), np.zeros_like(held)
         grown = np.exp(np.multiply.outer(theta[some] * seconds, rates))
         for i, sample in enumerate(at):
-            rows = tables.writes[tables.sets[i], (tables.phase[i] + one) % phases]
-            turn = tables.turns[_bays_ahead(found, one, i)]
-            takes = (rows[:, RE] + 1j * rows[:, IM]) / decay * (turn[RE] - 1j * turn[IM])  # (q, modes)
+            takes = _taken(found, one, i) / decay  # (q, modes)
             held += sample.moments[some] @ takes
             here = values[some] * sample.force[some, None]
             pressed += here @ takes / seconds
@@ -321,6 +319,18 @@ def modes(found: Found, times: FloatArray) -> Modes:
     if prepared.grid.stride == 0.0:
         bay = np.full_like(step, tables.bay[0])
     return Modes(amplitudes[:, back], forced[:, back], forced_rate[:, back], bay)
+
+
+def _taken(found: Found, step: int, contact: int) -> ComplexArray:
+    """Return what the moments of a contact's force in a macro step do to the modes at its end, (q, modes)."""
+    tables = found.prepared.tables
+    wheels, phases = len(tables.sets), tables.reads.shape[1]
+    if contact >= wheels:
+        rows = tables.fixed_writes[contact - wheels]
+        return np.asarray(rows[:, RE] + 1j * rows[:, IM])
+    rows = tables.writes[tables.sets[contact], (tables.phase[contact] + step) % phases]
+    turn = tables.turns[_bays_ahead(found, step, contact)]
+    return np.asarray((rows[:, RE] + 1j * rows[:, IM]) * (turn[RE] - 1j * turn[IM]))
 
 
 def _legendre_slopes(theta: FloatArray, count: int) -> FloatArray:

@@ -43,6 +43,10 @@ def _read(step: int, i: int, tables: Tables, motion: Motion, stage: Stage) -> No
         c[m] = total
     if motion.modes.shape[1] == 0:
         return
+    wheels = len(tables.sets)
+    if i >= wheels:
+        read_modes(tables.fixed_reads[i - wheels], tables.first, motion.modes[RE], motion.modes[IM], c)
+        return
     phases = tables.reads.shape[1]
     rows = tables.reads[tables.sets[i], (tables.phase[i] + step) % phases]
     if i == 0:
@@ -82,7 +86,10 @@ def write_step(step: int, tables: Tables, motion: Motion, stage: Stage, spare: F
     phases = tables.reads.shape[1]
     re, im = motion.modes[RE], motion.modes[IM]
     turn(tables.decay, re, im)
-    for i in range(contacts):
+    wheels = len(tables.sets)
+    for i in range(wheels, contacts):
+        write_modes(tables.fixed_writes[i - wheels], tables.first, stage.moments[i], re, im)
+    for i in range(wheels):
         rows = tables.writes[tables.sets[i], (tables.phase[i] + step) % phases]
         if i == 0:
             write_modes(rows, tables.first, stage.moments[i], re, im)

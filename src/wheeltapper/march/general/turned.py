@@ -190,7 +190,7 @@ def turned_tables(prepared: Prepared, turn: SystemTurn, offsets: FloatArray) -> 
     slower, scale, size = slowed(prepared, turn), units.force / units.length, len(prepared.tables.bodies_step)
     bodies = _turned_bodies(prepared, turn, slower)
     ring, changes = system.ring, system.ring is not None and bool(turn.speed or turn.ring is not None)
-    g = np.zeros((contacts, contacts, grid.phases if changes else 1, q, q))
+    g = np.zeros((contacts, contacts, grid.rows if changes else 1, q, q))
     residual = np.zeros((contacts, g.shape[2], q))
     modal = np.zeros((0, 0, q, 2, 0)), np.zeros((0, 0, q, 2, 0)), np.zeros((2, 0))
     if ring is not None and changes:
@@ -202,9 +202,9 @@ def turned_tables(prepared: Prepared, turn: SystemTurn, offsets: FloatArray) -> 
         )  # fmt: skip
         places = parts_of(grid)[1], *phases_and_bays(grid)
         mixed = [RingTables(one.shows, by.takes, by.residual) for one, by in zip(base, made, strict=True)]
-        ring_kernels(ring, order, mixed, *places, g, residual)
+        ring_kernels(ring, order, mixed, *places, [], g, residual)
         mixed = [RingTables(by.shows, one.takes, by.residual) for one, by in zip(base, made, strict=True)]
-        ring_kernels(ring, order, mixed, *places, g, residual)
+        ring_kernels(ring, order, mixed, *places, [], g, residual)
         faster = grid.seconds * ring.rates[order] * slower
         if turn.ring is not None:
             faster = faster + grid.seconds * turn.ring.rates[order]
@@ -212,7 +212,7 @@ def turned_tables(prepared: Prepared, turn: SystemTurn, offsets: FloatArray) -> 
             RingTables(by.shows, by.takes + one.takes * faster, by.residual)
             for one, by in zip(base, made, strict=True)
         ]  # fmt: skip
-        tables = modal_tables(ring, order, grid, written, nodes, method, units)
+        tables = modal_tables(ring, order, grid, written, [], nodes, method, units)
         decay = np.exp(ring.rates[order] * grid.seconds) * faster
         modal = tables.reads, tables.writes, np.stack([decay.real, decay.imag])
     later = np.subtract.outer(nodes.places, nodes.places).ravel()
