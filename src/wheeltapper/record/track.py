@@ -145,7 +145,8 @@ def _seat_place(section: Section, modes: TrackModes | IrregularModes, anomalies:
     at_rest, moving = (np.stack(seat_rows(one, modes, number)) for one in (_undamped(own), own))
     return _Place(
         number * section.spacing, number, at_rest, (moving - at_rest) / modes.ring.rates, rest,
-        np.array([0.0, section.pad_damping / section.pad, section.ballast_damping / max(section.ballast, 1e-300)]), void,
+        np.array([0.0, section.pad_damping / section.pad, section.ballast_damping / max(section.ballast, 1e-300)]),
+        void,
     )  # fmt: skip
 
 

@@ -75,14 +75,15 @@ def irregular_ring(section: Section, bays: int, cutoff: float, extras: tuple[Ext
         [np.diag(ring.rates.real), -np.diag(ring.rates.imag)], [np.diag(ring.rates.imag), np.diag(ring.rates.real)]
     ])  # fmt: skip
     rates, right, left = _eigenvectors(system + _columns(drives).T @ shown)
-    forces = np.asarray(shown @ right)
+    forces = _times(shown, right)
     deflection, rotation = (
-        _rows(weights * turns[:, None, None] * shapes) @ right for shapes in (ring.deflection, regular.rotation)
+        _times(_rows(weights * turns[:, None, None] * shapes), right) for shapes in (ring.deflection, regular.rotation)
     )
-    given = missed.along @ stiff.T + _all_around(pushed @ _rows(reads).T) @ damp.T
-    deflection = _all_around(deflection) + missed.along @ forces
-    entered = at_once.T @ (_columns(drives) @ left.T)
-    drive = _all_around(pushed @ left.T) + given @ entered + missed.along @ damp.T @ (entered * rates)
+    given: FloatArray = missed.along @ stiff.T + _all_around(pushed @ _rows(reads).T) @ damp.T
+    deflection = _all_around(deflection) + _times(missed.along, forces)
+    entered = _times(np.asarray(at_once.T, dtype=float), _times(_columns(drives), left.T))
+    drive = _all_around(_times(pushed, left.T)) + _times(given, entered)
+    drive = drive + _times(missed.along @ damp.T, entered * rates)
     edges = np.append(np.add.outer(np.arange(bays) * ring.spacing, ring.edges[:-1]).ravel(), bays * ring.spacing)
     long = Ring(
         rates, np.ones(len(rates), dtype=complex), np.where(rates.imag == 0.0, 1.0, 2.0), edges, deflection, drive,
@@ -90,8 +91,8 @@ def irregular_ring(section: Section, bays: int, cutoff: float, extras: tuple[Ext
     )  # fmt: skip
     return IrregularModes(
         long._replace(residual=_residual(long, missed.static)), _all_around(rotation),
-        _rows(weights * turns * rail) @ right, _rows(weights * turns * regular.sleeper) @ right,
-        _columns(turns.conj() * regular.sleeper_drive) @ left.T, cutoff, right, forces, drives.T,
+        _times(_rows(weights * turns * rail), right), _times(_rows(weights * turns * regular.sleeper), right),
+        _times(_columns(turns.conj() * regular.sleeper_drive), left.T), cutoff, right, forces, drives.T,
     )  # fmt: skip
 
 
@@ -103,6 +104,12 @@ def _rows(reads: ComplexArray) -> FloatArray:
 def _columns(drives: ComplexArray) -> FloatArray:
     """Return what forces do to amplitudes (..., modes) as what they do to their real and imaginary parts."""
     return np.concatenate([drives.real, drives.imag], axis=-1)
+
+
+def _times(real: FloatArray, matrix: ComplexArray) -> ComplexArray:
+    """Return real rows (..., n) times a complex matrix, in real arithmetic."""
+    product = real.reshape(-1, real.shape[-1]) @ np.ascontiguousarray(matrix).view(float)
+    return np.asarray(product.view(complex).reshape(*real.shape[:-1], matrix.shape[1]))
 
 
 def _eigenvectors(system: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
@@ -127,7 +134,7 @@ def _feedback(extras: tuple[Extra, ...], own: FloatArray) -> tuple[FloatArray, F
 
 
 def _all_around(shapes: NDArray[Any]) -> NDArray[Any]:
-    """Return shapes by bays, (bays, elements, degree + 1, modes), as those of all elements, of the residual's degree."""
+    """Return shapes (bays, elements, degree + 1, modes) as those of all elements, of the residual's degree."""
     bays, elements, terms, modes = shapes.shape
     wanted = ((0, 0), (0, RESIDUAL_DEGREE + 1 - terms), (0, 0))
     return np.pad(shapes.reshape(bays * elements, terms, modes), wanted)
@@ -213,7 +220,8 @@ def by_powers(values: FloatArray) -> FloatArray:
 def _residual(ring: Ring, static: FloatArray) -> FloatArray:
     """Return the compliance that the modes leave to be added, by powers."""
     powers = points()[:, None] ** np.arange(RESIDUAL_DEGREE + 1)
-    there = (powers @ ring.deflection) * (powers @ ring.drive)
+    shows, takes = ((powers @ one.view(float)).view(complex) for one in (ring.deflection, ring.drive))
+    there = shows * takes
     return by_powers(static - np.real(there @ (-ring.weights / ring.rates)))
 
 

@@ -102,4 +102,7 @@ def forces(section: Section, extras: tuple[Extra, ...], omega: Any, felt: Any, p
     """Return the forces of all extras, (..., extras), N, where the regular track would have the deflections `felt`."""
     stiff = stiffnesses(extras, omega)
     matrix = np.eye(len(extras)) + stiff[..., :, None] * between(section, extras, omega, period)
-    return np.asarray((np.linalg.inv(matrix) @ -(stiff * felt)[..., None])[..., 0])
+    solved = np.linalg.inv(matrix).swapaxes(-1, -2)
+    if solved.ndim == 2:
+        return np.asarray(-(stiff * felt) @ solved)
+    return np.asarray((-(stiff * felt)[..., None, :] @ solved)[..., 0, :])
