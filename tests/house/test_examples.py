@@ -21,11 +21,13 @@ SCENARIOS = {
     "corrugation_on_slab.toml": (0, 1.723),
     "corrugation_wear.toml": (0, 2.333),
     "deck.toml": (31, 3.318),
+    "dipped_joint.toml": (0, 2.003),
     "drop_test.toml": (3, 4.662),
     "flat_on_ballast.toml": (0, 2.170),
     "joint.toml": (0, 2.055),
     "measured_flat.toml": (9, 21.920),
     "measured_flat_deck.toml": (9, 22.697),
+    "rough_rail_on_ballast.toml": (0, 1.218),
     "wheel_flat.toml": (10, 3.161),
 }
 # Script: what it prints, and the number in it.

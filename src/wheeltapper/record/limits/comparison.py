@@ -302,7 +302,7 @@ class _Run:
 
     def _lateral(self, rule: Rule) -> tuple[FloatArray, FloatArray]:
         cutoff = rule.low_pass if isfinite(rule.low_pass) else None
-        found = self.record.guidance(low_pass=cutoff, window=rule.sliding_mean, rate=self._rate(rule.low_pass))
+        found = self.record.guidance(cutoff=cutoff, window=rule.sliding_mean, rate=self._rate(rule.low_pass))
         size = np.abs(found[rule.quantity].values).reshape(found.sizes["time"], self.grid[0], -1)
         size = np.where(np.isnan(size), -np.inf, size)  # where the window of the mean is not all in the run
         return size.max(axis=0), found.time.values[size.argmax(axis=0)]
