@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.colors import to_hex
 
 import wheeltapper as wt
@@ -126,11 +125,73 @@ def test_a_design_marks_what_it_chose(site):
         assert "chosen" in [str(line.get_label()) for line in axis.get_lines()]
 
 
-def test_modes_comfort_and_several_records():
-    assert flaws(wt.plot(wt.modes(wt.Scenario(**COACH)))) == []
-    blocks = {"continuous_comfort": (("axis", "block"), np.ones((3, 2))), "mean_comfort": 1.5}
-    axes = {"axis": ["longitudinal", "lateral", "vertical"], "block": [5.0, 10.0]}
-    assert flaws(wt.plot(xr.Dataset(blocks, axes, {"body": "car body"}))) == []
+def test_a_wagon_shows_its_bodies_to_scale_and_names_all_elements():
+    coach = wt.Wagon.erri_b176()
+    figure = wt.plot(coach)
+    assert flaws(figure) == []
+    side = figure.axes[0]
+    boxes = [patch.get_extents().transformed(side.transData.inverted()) for patch in side.patches]
+    # the homogeneous box of the mass and the moments: m·(b² + c²)/12
+    assert boxes[0].width == pytest.approx(np.sqrt(6 * (2 * 1.97e6 - 56_800) / 32e3), rel=1e-9)
+    assert {round(box.width, 6) for box in boxes if box.y0 < 1e-9} == {0.92}  # wheels stand on the rail
+    (named,) = figure.legends
+    said = ", ".join(text.get_text() for text in named.get_texts())
+    assert sorted(said.split(", ")) == sorted(element.name for element in coach.elements)
+    alone = wt.Wagon(bodies=(), axles=coach.axles[:1])
+    assert flaws(wt.plot(alone)) == []
+    assert len(wt.plot(wt.vehicles.ErriB176()).axes) == 3
+    with pytest.raises(wt.InputError, match="what"):
+        wt.plot(wt.Wheelset(mass=1500))
+
+
+def test_modes_show_roots_and_shapes():
+    modes = wt.modes(wt.Scenario(**COACH))
+    assert flaws(wt.plot(modes)) == []
+    bounce = modes.isel(mode=list(modes.name.values).index("car body bounce"))
+    figure = wt.plot(bounce)
+    assert flaws(figure) == []
+    (dots,) = figure.axes[2].collections
+    (root,) = dots.get_offsets()
+    size, ratio = 2 * np.pi * float(bounce.frequency), float(bounce.damping_ratio)
+    np.testing.assert_allclose(root, [-ratio * size, float(bounce.frequency) * np.sqrt(1 - ratio**2)])
+    side = figure.axes[3]
+    still, moved = side.patches[0].get_xy(), side.patches[1].get_xy()
+    up = (moved - still)[:4, 1]
+    np.testing.assert_allclose(up, up[0])  # the car body goes up as a whole, by a share of the vehicle's length
+    assert up[0] > 0.5
+
+
+def test_modes_over_speed_follow_what_becomes_unstable():
+    running = wt.Scenario(**COACH, creep=wt.creep.Polach(friction=0.35), contact=wt.Hertz(constant_per_wheel=7.025e10))
+    several = [wt.modes(running.replaced({"speed": speed})) for speed in (60.0, 70.0, 80.0)]
+    figure = wt.plot(several)
+    assert flaws(figure) == []
+    named = [line for line in figure.axes[1].get_lines() if str(line.get_label()).startswith("bogie lateral")]
+    assert len(named) == 2
+    for line in named:
+        ratios = line.get_ydata()
+        assert ratios[0] > 0.0 > ratios[-1]
+        assert (np.diff(ratios) < 0.0).all()
+    with pytest.raises(wt.InputError, match="rising speeds"):
+        wt.plot(several[::-1])
+
+
+def test_comfort_shows_accelerations_running_rms_and_blocks():
+    bump = wt.CosineBump(height=2e-3, length=2.0, start=1.0)
+    record = wt.simulate(wt.Scenario(**COACH | {"duration": 6.0}, irregularity=bump))
+    comfort = record.comfort(rate=250.0)
+    np.testing.assert_allclose(comfort.running_rms.max("time"), comfort.maximum_transient_vibration)
+    block = comfort.weighted_acceleration.isel(time=slice(0, 1250))
+    np.testing.assert_allclose(np.sqrt((block**2).mean("time")), comfort.continuous_comfort.isel(block=0))
+    figure = wt.plot(comfort)
+    assert flaws(figure) == []
+    assert len(figure.axes) == 3
+    assert f"{float(comfort.mean_comfort):.3g}" in figure.get_suptitle()
+    short = record.comfort(rate=250.0, settling=5.5)
+    assert flaws(wt.plot(short)) == []
+
+
+def test_several_records():
     records = [wt.simulate(BUMP.replaced({"vehicle.damping": damping})) for damping in (2e4, 5e4)]
     figure = wt.plot(records)
     assert flaws(figure) == []

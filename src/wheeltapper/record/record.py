@@ -22,7 +22,7 @@ from wheeltapper.record import damper, extent
 from wheeltapper.record.arrays import as_array
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.kinds import OUTCOMES, Variables, kind_of
-from wheeltapper.record.labels import EVENT_KINDS, attributes_of, dataset
+from wheeltapper.record.labels import EVENT_KINDS, NO_SEAT, attributes_of, dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -123,18 +123,30 @@ class Record:
 
     def _public_table(self, dimension: str, columns: Columns) -> xr.Dataset:
         """Return a table as it is in public: several contacts have names."""
-        names = {name: all_of[columns["contact"]] for name, all_of in self._contacts.public_labels.items()}
+        contact = columns["contact"]
+        labels = self._contacts.public_labels.items()
+        names = {name: np.where(contact == NO_SEAT, all_of.dtype.type(), all_of[contact]) for name, all_of in labels}
         held = {name: (dimension, values) for name, values in (columns | names).items()}
         return dataset(held, names, self._contacts.has_sides)
 
     @cached_property
     def events(self) -> xr.Dataset:
-        """Losses of contact, impacts and onsets of yield: time, kind, contact, position, indentation rate."""
+        """Losses of contact, impacts and onsets of yield: time, kind, contact, position, indentation rate.
+
+        On a track with voids also where these close and open: these have the number of their `seat`, the seat's
+        position, the rate of the sleeper's deflection, and -1 for the contact; wheels' events have the seat -1.
+        """
         held = dict(self._events)
         rate, place = held.pop("indentation_rate"), self._contacts.position
-        position = self.scenario.speed * held["time"] + place[held["contact"] % len(place)]
-        kind = np.array(EVENT_KINDS)[held["kind"]]
-        return self._public_table("event", held | {"kind": kind, "position": position, "indentation_rate": rate})
+        held["position"] = self.scenario.speed * held["time"] + place[held["contact"] % len(place)]
+        held["indentation_rate"] = rate
+        seated = self._kind.seat_events(self.scenario, self._lowered, self._march)
+        if seated is not None:
+            held["seat"] = np.full(len(rate), NO_SEAT)
+            seated["contact"] = np.full(len(seated["time"]), NO_SEAT)
+            order = np.argsort(np.append(held["time"], seated["time"]), kind="stable")
+            held = {name: np.append(values, seated[name])[order] for name, values in held.items()}
+        return self._public_table("event", held | {"kind": np.array(EVENT_KINDS)[held["kind"]]})
 
     @cached_property
     def peaks(self) -> xr.Dataset:
@@ -370,14 +382,14 @@ class Record:
         return comfort(self, body, at, rate, vertical_weighting=vertical_weighting, settling=settling)
 
     def guidance(
-        self, *, low_pass: float | str | None = 20.0, order: int = 4, window: float | str = 2.0,
+        self, *, cutoff: float | str | None = 20.0, order: int = 4, window: float | str = 2.0,
         settling: float | str = 0.0, rate: float | str | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return Y, Q, Y/Q, ΣY, unloading and T-gamma of a wagon's wheels over time, filtered (EN 14363).
 
         Parameters
         ----------
-        low_pass
+        cutoff
             Frequency at which Y and Q are low-passed, -3 dB, without phase, Hz, or as "20 Hz"; None: not at all.
         order
             Even order of the filter: 4 falls by 24 dB per octave.
@@ -386,7 +398,7 @@ class Record:
         settling
             Seconds at the beginning that are filtered but not returned.
         rate
-            Samples per second, Hz; by default 100 for a period of the cut-off frequency, and at least 10 000.
+            Samples per second, Hz; by default 100 for a period of the cut-off frequency, and at least 20 000.
 
         Returns
         -------
@@ -396,12 +408,12 @@ class Record:
         Raises
         ------
         InputError
-            For a record without lateral forces, an odd order, a rate of no more than twice the cut-off, or a run that
-            is too short.
+            For a record without lateral forces, an odd order, a rate of less than 10 for a period of the cut-off, or a
+            run that is too short.
         """
         from wheeltapper.record.guidance import guidance
 
-        return guidance(self, low_pass=low_pass, order=order, window=window, settling=settling, rate=rate)
+        return guidance(self, cutoff=cutoff, order=order, window=window, settling=settling, rate=rate)
 
     def running_safety(self, **options: Any) -> xr.Dataset:
         """Return extremes, percentiles (0.15, 50 and 99.85 %) and mean of what `guidance` returns with these options.

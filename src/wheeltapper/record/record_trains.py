@@ -67,7 +67,9 @@ def trains_of(record: Record, tally: bool) -> Trains:
             return (place - record._contacts.position) / float(record.scenario.speed)
 
     def force_histories(rate: float) -> Iterable[FloatArray]:
-        return np.asarray(record.history(rate).normal_force.values.reshape(-1, cells).T)
+        history = record.history(rate)
+        forces = history.vertical_force if record._contacts.has_sides else history.normal_force
+        return np.asarray(forces.values.reshape(-1, cells).T)
 
     return Trains(marched, Units(one, one, one, static, one), missing_energy, growth, meets, force_histories)
 
@@ -120,6 +122,7 @@ def _wheelset_motion(record: Record, times: FloatArray) -> tuple[FloatArray, Flo
     """Return displacement and velocity, upwards, of the wheelsets at some times, each (times, wheelsets)."""
     found = record.at(times)
     if "body" not in found.coords:
-        return found.wheel_displacement.values[:, None], found.wheel_velocity.values[:, None]
+        height, speed = (one.values.reshape(len(times), -1) for one in (found.wheel_displacement, found.wheel_velocity))
+        return height, speed
     wheelsets = {"body": [name for name in found.body.values if name.startswith("wheelset ")], "motion": MOTIONS[2]}
     return found.displacement.sel(wheelsets).values, found.velocity.sel(wheelsets).values
