@@ -178,11 +178,9 @@ def mass_and_load(scenario):
     vehicle = scenario.vehicle
     if hasattr(vehicle, "wheelsets"):
         return "vehicle.wheelsets.0.mass", "vehicle.wheelsets.0.load"
-    return (
-        ("vehicle.mass", "vehicle.load")
-        if hasattr(vehicle, "mass")
-        else ("vehicle.wheelset_mass", "vehicle.wheel_load")
-    )
+    if hasattr(vehicle, "wheelset_mass"):
+        return "vehicle.wheelset_mass", "vehicle.wheel_load"
+    return "vehicle.mass", "vehicle.load"
 
 
 def sweep(scenario, method):
