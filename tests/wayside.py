@@ -134,7 +134,12 @@ class Line:
     def _shapes(self, x):
         number, s = divmod((x - self.first) / ELEMENT, 1.0)
         d = self.deflections[int(number) : int(number) + 2]
-        shares = [1 - 3 * s**2 + 2 * s**3, ELEMENT * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, ELEMENT * (s**3 - s**2)]
+        shares = [
+            1 - 3 * s**2 + 2 * s**3,
+            ELEMENT * (s - 2 * s**2 + s**3),
+            3 * s**2 - 2 * s**3,
+            ELEMENT * (s**3 - s**2),
+        ]
         return np.array([d[0], d[0] + 1, d[1], d[1] + 1]), np.array(shares)
 
     def window(self, channel, x):

@@ -11,11 +11,11 @@ import wheeltapper as wt
 from wheeltapper.describe.registry import unregister
 from wheeltapper.describe.scenario import write_toml
 from wheeltapper.diagnosis import CATALOGUE, Fault, Prior, diagnose_train, read_rules
-from wheeltapper.diagnosis.alarms import OF_FAULTS
 from wheeltapper.diagnosis.faults.base import PLAIN, listed
 from wheeltapper.diagnosis.scale import Scale
 from wheeltapper.faces.cli import main
 from wheeltapper.lower.fields import Fields
+from wheeltapper.record.limits.rule import OF_FAULTS
 
 SOURCE = Path(__file__).parents[2] / "src" / "wheeltapper"
 SITE = wt.load("examples/site.toml")

@@ -6,7 +6,7 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.describe.site import Site
-from wheeltapper.diagnosis.alarms import read_rules
+from wheeltapper.diagnosis import read_rules
 from wheeltapper.diagnosis.site.neighbours import Condition, Neighbour, deck_motion
 from wheeltapper.diagnosis.site.synthetic import synthesise, synthesise_train
 from wheeltapper.diagnosis.train import diagnose_train, train_of

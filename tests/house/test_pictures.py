@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.colors import to_hex
 
 import wheeltapper as wt
 from tests.looks import flaws
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.registry import makeable_nouns
 
 from .test_charts import BUMP, OVER, PAIR
 
@@ -124,11 +125,73 @@ def test_a_design_marks_what_it_chose(site):
         assert "chosen" in [str(line.get_label()) for line in axis.get_lines()]
 
 
-def test_modes_comfort_and_several_records():
-    assert flaws(wt.plot(wt.modes(wt.Scenario(**COACH)))) == []
-    blocks = {"continuous_comfort": (("axis", "block"), np.ones((3, 2))), "mean_comfort": 1.5}
-    axes = {"axis": ["longitudinal", "lateral", "vertical"], "block": [5.0, 10.0]}
-    assert flaws(wt.plot(xr.Dataset(blocks, axes, {"body": "car body"}))) == []
+def test_a_wagon_shows_its_bodies_to_scale_and_names_all_elements():
+    coach = wt.Wagon.erri_b176()
+    figure = wt.plot(coach)
+    assert flaws(figure) == []
+    side = figure.axes[0]
+    boxes = [patch.get_extents().transformed(side.transData.inverted()) for patch in side.patches]
+    # the homogeneous box of the mass and the moments: m·(b² + c²)/12
+    assert boxes[0].width == pytest.approx(np.sqrt(6 * (2 * 1.97e6 - 56_800) / 32e3), rel=1e-9)
+    assert {round(box.width, 6) for box in boxes if box.y0 < 1e-9} == {0.92}  # wheels stand on the rail
+    (named,) = figure.legends
+    said = ", ".join(text.get_text() for text in named.get_texts())
+    assert sorted(said.split(", ")) == sorted(element.name for element in coach.elements)
+    alone = wt.Wagon(bodies=(), axles=coach.axles[:1])
+    assert flaws(wt.plot(alone)) == []
+    assert flaws(wt.plot(wt.vehicles.ErriB176())) == []
+    with pytest.raises(wt.InputError, match="what"):
+        wt.plot(wt.Wheelset(mass=1500))
+
+
+def test_modes_show_roots_and_shapes():
+    modes = wt.modes(wt.Scenario(**COACH))
+    assert flaws(wt.plot(modes)) == []
+    bounce = modes.isel(mode=list(modes.name.values).index("car body bounce"))
+    figure = wt.plot(bounce)
+    assert flaws(figure) == []
+    (dots,) = figure.axes[2].collections
+    (root,) = dots.get_offsets()
+    size, ratio = 2 * np.pi * float(bounce.frequency), float(bounce.damping_ratio)
+    np.testing.assert_allclose(root, [-ratio * size, float(bounce.frequency) * np.sqrt(1 - ratio**2)])
+    side = figure.axes[3]
+    still, moved = side.patches[0].get_xy(), side.patches[1].get_xy()
+    up = (moved - still)[:4, 1]
+    np.testing.assert_allclose(up, up[0])  # the car body goes up as a whole, by a share of the vehicle's length
+    assert up[0] > 0.5
+
+
+def test_modes_over_speed_follow_what_becomes_unstable():
+    running = wt.Scenario(**COACH, creep=wt.creep.Polach(friction=0.35), contact=wt.Hertz(constant_per_wheel=7.025e10))
+    several = [wt.modes(running.replaced({"speed": speed})) for speed in (60.0, 70.0, 80.0)]
+    figure = wt.plot(several)
+    assert flaws(figure) == []
+    named = [line for line in figure.axes[1].get_lines() if str(line.get_label()).startswith("bogie lateral")]
+    assert len(named) == 2
+    for line in named:
+        ratios = line.get_ydata()
+        assert ratios[0] > 0.0 > ratios[-1]
+        assert (np.diff(ratios) < 0.0).all()
+    with pytest.raises(wt.InputError, match="rising speeds"):
+        wt.plot(several[::-1])
+
+
+def test_comfort_shows_accelerations_running_rms_and_blocks():
+    bump = wt.CosineBump(height=2e-3, length=2.0, start=1.0)
+    record = wt.simulate(wt.Scenario(**COACH | {"duration": 6.0}, irregularity=bump))
+    comfort = record.comfort(rate=250.0)
+    np.testing.assert_allclose(comfort.running_rms.max("time"), comfort.maximum_transient_vibration)
+    block = comfort.weighted_acceleration.isel(time=slice(0, 1250))
+    np.testing.assert_allclose(np.sqrt((block**2).mean("time")), comfort.continuous_comfort.isel(block=0))
+    figure = wt.plot(comfort)
+    assert flaws(figure) == []
+    assert len(figure.axes) == 3
+    assert f"{float(comfort.mean_comfort):.3g}" in figure.get_suptitle()
+    short = record.comfort(rate=250.0, settling=5.5)
+    assert flaws(wt.plot(short)) == []
+
+
+def test_several_records():
     records = [wt.simulate(BUMP.replaced({"vehicle.damping": damping})) for damping in (2e4, 5e4)]
     figure = wt.plot(records)
     assert flaws(figure) == []
@@ -176,3 +239,28 @@ def test_several_borders_share_one_plane_and_differ_in_their_lines():
     other = wt.orbits.trace(orbit, branch.isel(special=folds[0]), {"vehicle.damping": [2e4]})
     with pytest.raises(wt.InputError, match="same two fields"):
         wt.plot([curves[0], other])
+
+
+SHAPES = {kind.__name__: kind(**kind.example) for kind in makeable_nouns(Irregularity)}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_an_irregularity_along_its_rail_or_wheel(name):
+    figure = wt.plot(SHAPES[name])
+    assert flaws(figure) == []
+    (line,) = figure.axes[0].get_lines()
+    x, y = line.get_data()
+    course = SHAPES[name].course(0.46)
+    scale = np.abs(y).max() / np.abs(course.value(x)).max()
+    np.testing.assert_allclose(y, scale * course.value(x), rtol=1e-9, atol=1e-12)
+    assert np.ptp(y) > 0.0
+
+
+def test_a_spectrum_beside_what_is_stated_and_its_limit():
+    rough = wt.irregularities.Spectrum(curve="ISO 3095:2005", wavelengths=("1 cm", "50 cm"), seed=1)
+    figure = wt.plot(rough)
+    assert flaws(figure) == []
+    stated, realised, limit = figure.axes[1].get_lines()
+    np.testing.assert_allclose(realised.get_ydata(), stated.get_ydata(), atol=0.05)
+    assert stated.get_ydata()[8] == pytest.approx(6.9, abs=0.05)  # dB at 8 cm
+    assert limit.get_ydata()[0] == 17.1

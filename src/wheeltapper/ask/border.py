@@ -19,7 +19,7 @@ from wheeltapper.march import run
 from wheeltapper.march.blocks import core_count
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.features import first_loss
-from wheeltapper.record.simulate import say_that_it_compiles
+from wheeltapper.record.simulate import say_that_it_compiles, warn_caller
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -96,6 +96,8 @@ class _Plane:
 
     def margin(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the margin in m at each pair of values."""
+        if run.choose(run.BORDER, self.scenario.needs) is not run.WHEEL:
+            return self._margin_on_rails(x, y)
         from wheeltapper.lower.many import LoweredCells
 
         many = LoweredCells(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
@@ -104,6 +106,18 @@ class _Plane:
             say_that_it_compiles()
         found = run.margins(many.cells, self.losses, self.threads)
         return np.asarray((found * many.units.length).reshape(x.shape))
+
+    def _margin_on_rails(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        from wheeltapper.lower.cells_on_rails import CellsOnRails
+
+        many = CellsOnRails(self.scenario, {self.paths[0]: x.ravel(), self.paths[1]: y.ravel()}, self.method)
+        if not run.tasks_are_ready(many.tasks[0], alone=True):
+            say_that_it_compiles(run.GENERAL.name)
+        found = run.margins_on_rails(many.tasks, self.losses, self.threads)
+        broken = int(np.isnan(found).sum())
+        if broken:
+            warn_caller(f"{broken} of {len(found)} runs broke off; where they are no border is drawn")
+        return found.reshape(x.shape)
 
     def border_curves(self, x: FloatArray, y: FloatArray) -> list[FloatArray]:
         """Return the curves as arrays (points, 2): those of the grid, each point moved to the root on its line."""

@@ -1,7 +1,7 @@
 """The forces of a dipped joint over speed: by the exact march, and by the formulas of Jenkins and others.
 
 H. H. Jenkins, J. E. Stephenson, G. A. Clayton, G. W. Morland, D. Lyon: The effect of track and vehicle parameters on
-wheel/rail vertical dynamic forces. Railway Engineering Journal 3 (1974). docs/theory/track.rst, section 13.10.
+wheel/rail vertical dynamic forces. Railway Engineering Journal 3 (1974). docs/theory/joints.rst, section 14.2.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.contact.hertz import Hertz
-from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.irregularity.joint import DippedJoint
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.supported import SupportedRail
@@ -23,9 +22,7 @@ from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.ground.arguments import as_quantities, as_quantity
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.progress import Progress, progress_shown, report
-from wheeltapper.lower.fields import Fields
-from wheeltapper.lower.numbers import units_of
-from wheeltapper.lower.track.lumped import rail_on_pads, whole_track
+from wheeltapper.lower.track.lumped import contact_stiffness, rail_on_pads, whole_track
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.features.forces import largest_force
@@ -58,7 +55,7 @@ def jenkins(
     P2 = P0 + 2α·V·√(m_u/(m_u + m_t))·[1 - π·c_t/(4·√(k_t·(m_u + m_t)))]·√(k_t·m_u), of one wheel. K_H is the slope of
     the contact's force at P0, m_u the wheel's half of the wheelset. The track is a beam on an elastic foundation,
     reduced to the point of the force by Rayleigh's method: m_e is the rail on its pads alone, and m_t, k_t, c_t are
-    rail, pads, sleepers and ballast together (docs/theory/track.rst, section 13.10). The reduction is this program's;
+    rail, pads, sleepers and ballast together (docs/theory/joints.rst, section 14.2). The reduction is this program's;
     the authors give numbers of their own tracks.
 
     Parameters
@@ -100,7 +97,7 @@ def jenkins(
     wheelset = scenario.vehicle.plane.wheelsets[0]
     wheels = float(wheelset.wheels)
     P0, m_u = wheelset.weight / wheels, float(wheelset.mass) / wheels
-    K_H = _contact_stiffness(scenario) / wheels
+    K_H = contact_stiffness(scenario) / wheels
     section = section_of(track)
     m_e = rail_on_pads(section).mass
     m_t, k_t, c_t = whole_track(section)
@@ -125,14 +122,14 @@ def joint_forces(
 ) -> xr.Dataset:  # fmt: skip
     """Return P1 and P2 of a dipped joint over speed by the exact march, beside the formulas of Jenkins and others.
 
-    At each speed the joint lies so far ahead, by whole bays, that the start has died away before, and the run ends 0.1 s
+    At each speed the joint lies so far ahead, by whole bays, that the start has died away before it; the run ends 0.1 s
     after it.
 
     Parameters
     ----------
     scenario
-        A vehicle over a `DippedJoint` on rails and sleepers, or the path of its TOML file. Its speed and its duration do
-        not matter.
+        A vehicle over a `DippedJoint` on rails and sleepers, or the path of its TOML file. Its speed and its duration
+        do not matter.
     speed
         m/s; one, or several.
     cutoff, order
@@ -199,13 +196,3 @@ def _labels(name: str) -> dict[str, str]:
 def _speeds(given: Speeds) -> NDArray[np.float64]:
     listed = given if isinstance(given, str) or np.ndim(given) else [given]
     return np.array(as_quantities(listed, "speed", "speed", 'a speed in m/s, or as "90 km/h", or a list of them'))
-
-
-def _contact_stiffness(scenario: Scenario) -> float:
-    """Return the slope of the first wheelset's contact force over its indentation at the static force, N/m."""
-    wheelset, contact = scenario.vehicle.plane.wheelsets[0], scenario.contact
-    if not isinstance(contact, Hertz | Linear):
-        raise InputError("", "contact", f"a {type(contact).__name__}", "Hertz or Linear")
-    alone = Fields(Scenario(vehicle=wheelset, contact=contact, speed=scenario.speed, duration=scenario.duration))
-    constant = float(np.real(units_of(alone).contact_constant))
-    return constant if isinstance(contact, Linear) else 1.5 * constant ** (2.0 / 3.0) * wheelset.weight ** (1.0 / 3.0)

@@ -80,7 +80,9 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
     xarray.Dataset
         Over "mode", by rising frequency: `frequency` (Hz, of the undamped mode), `damping_ratio` (negative: the mode
         grows; 1 or more: it does not oscillate), `name`, and the complex `shape` over "body" and "motion". The shape is
-        in m and rad, scaled so that the largest translation of a body, or rotation times 1 m, is one.
+        in m and rad, scaled so that the largest translation of a body, or rotation times 1 m, is one. For pictures, the
+        coordinates `centre` and `edges` (m) of a box for each body, over "body" and "along": that of its mass and
+        moments, of a wheelset that around its wheels.
 
     Raises
     ------
@@ -111,6 +113,12 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
     shapes = np.array([_normalised_shape(shape) for shape in shapes]).reshape(shapes.shape)
     names = [_mode_name(shape, energy, bodies) for shape, energy in zip(shapes, energies, strict=True)]
     axes = {"mode": np.arange(1, len(values) + 1), "body": bodies, "motion": list(MOTIONS)}
+    centres, edges = (np.array(found) for found in zip(*(scenario.vehicle.boxes[body] for body in bodies), strict=True))
+    boxes = {
+        "along": ["x", "y", "z"],
+        "centre": (("body", "along"), centres, {"units": "m", "long_name": "place of the body at rest"}),
+        "edges": (("body", "along"), edges, {"units": "m", "long_name": "length, width and height"}),
+    }
     size = np.abs(values)
     return xr.Dataset(
         {
@@ -119,7 +127,7 @@ def modes(scenario: Scenario | str | Path, *, fixed_wheelsets: bool = False) -> 
             "name": ("mode", names, {"long_name": "what moves most"}),
             "shape": (("mode", "body", "motion"), shapes, {"units": "m or rad", "long_name": "complex shape"}),
         },
-        axes,
+        axes | boxes,
         {"speed": float(scenario.speed)},
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from wheeltapper.ask.study import Study
     from wheeltapper.march.general.ensemble import MarchedCells
     from wheeltapper.march.general.task import Marched as MarchedAlone
+    from wheeltapper.record.record import Record
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -48,9 +50,7 @@ def computed_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int
         count(len(numbers))
 
     def read_cell(number: int, marched: MarchedAlone) -> None:
-        from wheeltapper.record.record import Record
-
-        record = Record(many.scenario_of(number), asked.method, many.lowered(number), marched)
+        record = _record(many, number, marched)
         for row, feature in zip(values, asked.features, strict=True):
             row[..., number] = feature(record).values
         status[number] = STATUS_OF_MARCH[marched.status]
@@ -64,6 +64,13 @@ def computed_on_rails(asked: Study, changed: dict[str, FloatArray], threads: int
     return ComputedCells(
         values, status, empty, np.zeros(many.cells, dtype=np.int64), np.full(many.cells, np.nan), many.notes
     )
+
+
+def _record(many: CellsOnRails, number: int, marched: MarchedAlone) -> Record:
+    """Return the record of one cell."""
+    from wheeltapper.record.record import Record
+
+    return Record(many.scenario_of(number), many.method, many.lowered(number), marched)
 
 
 def trains_of(many: CellsOnRails, numbers: IntArray, marched: MarchedCells) -> Trains:
@@ -93,7 +100,27 @@ def trains_of(many: CellsOnRails, numbers: IntArray, marched: MarchedCells) -> T
         airborne,
     )  # fmt: skip
     units = Units(one, one, one, static.ravel(), one)
-    return Trains(found, units, lambda: 0.0 * one, lambda waves: Growth(np.nan * one, np.nan * one))
+    positions = np.concatenate([many.vehicles[number].plane.positions for number in numbers])
+    speeds = np.repeat([many.tasks[number].system.speed for number in numbers], wheels)
+
+    def meets(place: float) -> FloatArray:
+        with np.errstate(divide="ignore", invalid="ignore"):  # of a wheel that does not roll
+            return np.asarray((place - positions) / speeds)
+
+    def force_histories(rate: float) -> Iterable[FloatArray]:
+        """March each cell once more, alone."""
+        out = list[FloatArray]()
+
+        def read_cell(number: int, marched: MarchedAlone) -> None:
+            forces = _record(many, int(numbers[number]), marched).history(rate).normal_force.values
+            out.extend(forces.reshape(-1, wheels).T)
+
+        run.march_tasks_alone([many.tasks[number] for number in numbers], 1, read_cell)
+        return out
+
+    return Trains(
+        found, units, lambda: 0.0 * one, lambda waves: Growth(np.nan * one, np.nan * one), meets, force_histories
+    )
 
 
 def _impacts_before(of_hit: IntArray, hits: FloatArray, of_peak: IntArray, peaks: FloatArray) -> FloatArray:

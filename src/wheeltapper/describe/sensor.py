@@ -6,7 +6,15 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from wheeltapper.describe.noun import Frequency, Length, NoiseDensity, Noun, PositiveAcceleration, Share, SignedAcceleration
+from wheeltapper.describe.noun import (
+    Frequency,
+    Length,
+    NoiseDensity,
+    Noun,
+    PositiveAcceleration,
+    Share,
+    SignedAcceleration,
+)
 from wheeltapper.ground.errors import InputError
 
 DECK = "deck acceleration"

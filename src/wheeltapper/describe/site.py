@@ -86,7 +86,9 @@ class Site(Noun):
             return data
         if data.get("sensors"):
             raise InputError("", "sensors", "more sensors besides a list of them in `sensor`", "one list")
-        kinds = [one.get("kind", DECK) if isinstance(one, dict) else getattr(one, "kind", DECK) for one in data["sensor"]]
+        kinds = [
+            one.get("kind", DECK) if isinstance(one, dict) else getattr(one, "kind", DECK) for one in data["sensor"]
+        ]
         decks = [one for one, kind in zip(data["sensor"], kinds, strict=True) if kind == DECK]
         if len(decks) > 1:
             raise InputError("", "sensor", f"{len(decks)} sensors of the kind {DECK!r}", "one, on the deck")

@@ -12,6 +12,7 @@ compared as it is: an alarm that is too early is the safe error.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import nan
 from typing import Any, NamedTuple
 
@@ -37,7 +38,7 @@ class Alarm(NamedTuple):
         }  # fmt: skip
 
     def __str__(self) -> str:
-        value = Rule("", self.rule.quantity, self.value, "", per=self.rule.per).limit_text
+        value = replace(self.rule, limit=self.value, plus_static=0.0).limit_text
         word = "at least" if self.rule.when == "reached" else "more than"
         measured = " from the recording" if self.forces_from == "recording" else ""
         edition = f", {self.rule.edition}" if self.rule.edition else ""

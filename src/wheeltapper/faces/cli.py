@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Parameter
 
 from wheeltapper._version import __version__
+from wheeltapper.faces.cli_limits import limits
 from wheeltapper.faces.cli_orbits import orbits
 from wheeltapper.faces.cli_site import assess, design, diagnose
 from wheeltapper.faces.exits import DONE, NOT_FINISHED, PICTURES, WRONG_INPUT, check_target, make_folder
@@ -28,7 +29,7 @@ app = App(
 )
 app.register_install_completion_command(help="Install completion for this shell (bash, zsh, fish).")
 
-for command in (diagnose, assess, design, orbits):
+for command in (limits, diagnose, assess, design, orbits):
     app.command(command)
 
 
@@ -275,7 +276,7 @@ def completion(shell: Literal["bash", "zsh", "fish"]) -> int:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code: 0 done, 1 a claim failed, 2 wrong input, 3 could not finish."""
+    """Run the command line; return the exit code: 0 done, 1 a claim or limit failed, 2 wrong input, 3 not finished."""
     import warnings
 
     from wheeltapper.faces.interrupts import interruptible

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wheeltapper.ask.marks import Marks
+from wheeltapper.describe.irregularity.base import Irregularity
+from wheeltapper.describe.vehicle.base import Vehicle
+from wheeltapper.describe.vehicle.wagon import Wagon, wagon_for
 from wheeltapper.diagnosis.finding import Finding
 from wheeltapper.diagnosis.force.imitation_map import TITLE as IMITATION
 from wheeltapper.diagnosis.force.reconstruction import Force
@@ -15,17 +18,21 @@ from wheeltapper.diagnosis.performance import Performance
 from wheeltapper.diagnosis.site.design import Design
 from wheeltapper.faces.charts import draw_border, draw_chart, features_of
 from wheeltapper.faces.findings import draw_design, draw_finding, draw_imitation, draw_performance
+from wheeltapper.faces.irregularities import draw_irregularity
+from wheeltapper.faces.joints import draw_limits
 from wheeltapper.faces.orbits import DRAWN, draw_orbit, draw_traces, is_traces
 from wheeltapper.faces.panels import RED, legend_above
 from wheeltapper.faces.rails import draw_on_rails
-from wheeltapper.faces.results import draw_comfort, draw_force, draw_modes, draw_recording, draw_records
+from wheeltapper.faces.results import draw_comfort, draw_force, draw_recording, draw_records
 from wheeltapper.faces.tracks import TRACKS
+from wheeltapper.faces.vehicles import draw_modes, draw_modes_over_speed, draw_vehicle, is_modes
 from wheeltapper.faces.wagons import draw_comparison, draw_wagon, history_with_events
 from wheeltapper.faces.wear import draw_marks, draw_wear
 from wheeltapper.ground.arguments import as_count, as_list, as_path
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import BOGIE, FLEXIBLE_TRACK, SEVERAL_BODIES, WHEELSETS
 from wheeltapper.record.labels import CHART_TITLE, WEAR_TITLE
+from wheeltapper.record.limits.comparison import LimitCheck
 from wheeltapper.record.record import Record
 from wheeltapper.record.recording import Recording
 
@@ -44,27 +51,29 @@ STYLE = Path(__file__).with_name("wheeltapper.mplstyle")
 
 
 def plot(
-    what: Record | list[Record] | Recording | Force | Marks | Finding | Design | Performance | Orbit | Labelled
-    | list[xr.Dataset],
+    what: Record | list[Record] | Vehicle | Irregularity | Recording | Force | Marks | Finding | Design | Performance
+    | LimitCheck | Orbit | Labelled | list[xr.Dataset],
     path: str | Path | None = None,
     features: list[str] | None = None,
     border: xr.Dataset | None = None,
     against: Record | None = None,
     wheelset: int = 1,
 ) -> Figure:  # fmt: skip
-    """Draw a result: a record or several, a chart, a recording, a finding, modes and the like.
+    """Draw a result: a record or several, a chart, a recording, a finding, modes and the like; or a wagon.
 
     A record: path and wheel, normal force with losses shaded and impacts marked, and the deck if there is one. The
     record of a wagon: normal forces of all wheels, and the acceleration of the car body. A chart of two varied fields:
     level curves of each feature, with arrows of the gradient and its specificity if there are gradients; cells without
-    a value or a reliable gradient are hatched. A chart of one field: lines; of samples: clouds.
+    a value or a reliable gradient are hatched. A chart of one field: lines; of samples: clouds. A wagon: side view, end
+    view and plan, with its elements by name. Its modes: their roots, and the shapes of those that last longest.
 
     Parameters
     ----------
     what
         Result of `simulate`, `sweep`, `marks`, `wear_in`, `diagnose`, `assess`, `design_site`, `modes`, `comfort`,
-        `reconstructed`, `read_recording`, `load`, a function of `orbits` or a question to a track alone, of `tracks`;
-        or a list of records of a wheelset, whose forces are drawn over each other, or of borders from `orbits.trace`.
+        `reconstructed`, `read_recording`, `load`, `limits.check`, a function of `orbits` or `tracks`; a `Wagon`; an
+        irregularity; or a list of records of a wheelset, whose forces are drawn over each other, of modes at rising
+        speeds, or of borders from `orbits.trace`.
     path
         Path of the picture; None: it is only returned.
     features
@@ -107,12 +116,18 @@ def plot(
             figure = draw_on_rails(what)
         elif isinstance(what, Record):
             figure = _drawn_figure(what)
+        elif isinstance(what, Vehicle):
+            figure = _drawn_vehicle(what)
+        elif isinstance(what, Irregularity):
+            figure = draw_irregularity(what)
         elif isinstance(what, Marks):
             figure = draw_marks(what)
         elif isinstance(what, Finding):
             figure = draw_finding(what)
         elif isinstance(what, Design):
             figure = draw_design(what)
+        elif isinstance(what, LimitCheck):
+            figure = draw_limits(what)
         elif isinstance(what, Performance):
             figure = draw_performance(what)
         elif isinstance(what, Recording):
@@ -122,14 +137,16 @@ def plot(
         elif _is_orbit(what):
             figure = draw_orbit(what)
         elif _is_answer_of_track(what):
-            figure = TRACKS[str(what.attrs["title"])](what)
+            figure = TRACKS[str(what.attrs["title"])](what)  # type: ignore[operator]
         elif is_traces(what):
             figure = draw_traces(what)  # type: ignore[arg-type]
+        elif isinstance(what, list | tuple) and len(what) and all(map(is_modes, what)):
+            figure = draw_modes_over_speed(what)  # type: ignore[arg-type]
         elif isinstance(what, list | tuple):
             figure = draw_records(what)
-        elif {"damping_ratio", "shape"} <= variables:
-            figure = draw_modes(what)
-        elif {"mean_comfort", "continuous_comfort"} <= variables:
+        elif is_modes(what):
+            figure = draw_modes(what)  # type: ignore[arg-type]
+        elif {"weighted_acceleration", "mean_comfort"} <= variables:
             figure = draw_comfort(what)
         elif title == WEAR_TITLE:
             figure = draw_wear(what)
@@ -160,6 +177,13 @@ def _is_orbit(what: Any) -> TypeIs[Orbit]:
 
 def _is_answer_of_track(what: Any) -> TypeIs[xr.DataArray]:
     return getattr(what, "attrs", {}).get("title") in TRACKS
+
+
+def _drawn_vehicle(vehicle: Vehicle) -> Figure:
+    wagon = wagon_for(vehicle)
+    if not isinstance(wagon, Wagon):
+        raise InputError("", "what", value_text(vehicle), "a Wagon; other vehicles have no bodies to draw")
+    return draw_vehicle(wagon)
 
 
 def _drawn_figure(record: Record) -> Figure:

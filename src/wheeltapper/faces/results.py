@@ -1,4 +1,4 @@
-"""Pictures of what is not a record: recordings, forces, modes, comfort; and of several records together."""
+"""Pictures of what is not a record: recordings, forces, comfort; and of several records together."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wheeltapper.diagnosis.force.reconstruction import Force
-from wheeltapper.faces.panels import BLUE, RED, legend_above
+from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import SEVERAL_BODIES
 from wheeltapper.record.record import Record
@@ -56,34 +56,41 @@ def draw_force(force: Force) -> Figure:
     return figure
 
 
-def draw_modes(modes: xr.Dataset) -> Figure:
-    """Draw frequency and damping ratio of each mode, by its name."""
+def draw_comfort(comfort: xr.Dataset) -> Figure:
+    """Draw the weighted accelerations along each axis, their running r.m.s., and that of each block."""
     from matplotlib.figure import Figure
 
-    count = modes.sizes["mode"]
-    figure = Figure(figsize=(10.0, 1.5 + 0.2 * count))
-    frequencies, ratios = figure.subplots(1, 2, sharey=True)
-    rows = np.arange(count)
-    frequencies.plot(modes.frequency, rows, "o", color=BLUE, markersize=4)
-    frequencies.set_yticks(rows, [str(name) for name in modes.name.values], fontsize=7)
-    frequencies.set(xscale="log", xlabel="frequency [Hz]", ylim=(count - 0.5, -0.5))
-    ratios.plot(100.0 * modes.damping_ratio, rows, "o", color=RED, markersize=4)
-    ratios.axvline(0.0, color="0.5", linewidth=0.8)
-    ratios.set(xlabel="damping ratio [%]")
-    figure.suptitle(f"modes at {float(modes.attrs['speed']):g} m/s")
+    has_blocks = bool(comfort.sizes["block"])
+    figure = Figure(figsize=(9.0, 6.5 + 2.0 * has_blocks))
+    axes = figure.subplots(2 + has_blocks, 1, sharex=True)
+    for number, name in enumerate(comfort.axis.values):
+        along = comfort.sel(axis=name)
+        style = {"color": (BLUE, RED, GREEN)[number], "linewidth": 0.8}
+        axes[0].plot(comfort.time, along.weighted_acceleration, label=str(name), **style)
+        axes[1].plot(
+            comfort.time, along.running_rms, label=_with_value("MTVV", along.maximum_transient_vibration), **style
+        )
+        if has_blocks:
+            high = _with_value("95 %:", along.percentile_95)
+            axes[2].plot(comfort.block, along.continuous_comfort, "o-", markersize=4, label=high, **style)
+    rail = f"Wd and {comfort.attrs['vertical_weighting'].split()[0]}"
+    means = "root mean square over"
+    titles = (f"weighted by {rail}", f"{means} 1 s, by Wd and Wk (ISO 2631-1)", f"{means} 5 s, by {rail} (EN 12299)")
+    for axis, title in zip(axes, titles, strict=False):
+        axis.set_title(title)
+        axis.set_ylabel("acceleration [m/s²]")
+        legend_above(axis)
+    for axis in axes[1:]:
+        axis.set_ylim(bottom=0.0)
+    axes[-1].set_xlabel("time [s]")
+    mean = f"{float(comfort.mean_comfort):.3g}" if has_blocks else "unknown, it needs a block of 5 s"
+    figure.suptitle(f"comfort, {comfort.attrs['body']}: mean comfort (EN 12299) {mean}")
     return figure
 
 
-def draw_comfort(comfort: xr.Dataset) -> Figure:
-    """Draw the weighted acceleration of each block along each axis."""
-    figure, axis = _one_panel()
-    for name in comfort.axis.values:
-        block = comfort.continuous_comfort.sel(axis=name)
-        axis.plot(comfort.block, block, "o-", markersize=4, label=str(name))
-    axis.set(xlabel="end of the block [s]", ylabel="weighted acceleration [m/s²]", ylim=(0.0, None))
-    legend_above(axis)
-    figure.suptitle(f"comfort, {comfort.attrs['body']}: mean comfort (EN 12299) {float(comfort.mean_comfort):.3g}")
-    return figure
+def _with_value(name: str, found: xr.DataArray) -> str:
+    value = float(found)
+    return f"{name} {round(value, 6):.3g} m/s²" if np.isfinite(value) else f"{name} unknown"
 
 
 def draw_records(records: Sequence[Any]) -> Figure:

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wheeltapper.faces.joints import draw_joint
 from wheeltapper.faces.panels import BLUE, RED, legend_above
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record.labels import DECAY_TITLE, PINNED_TITLE, RECEPTANCE_TITLE, STATIC_TITLE
+from wheeltapper.record.labels import DECAY_TITLE, JOINT_TITLE, PINNED_TITLE, RECEPTANCE_TITLE, STATIC_TITLE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -114,5 +115,6 @@ TRACKS = {
     STATIC_TITLE: draw_static,
     DECAY_TITLE: draw_decay,
     PINNED_TITLE: draw_pinned,
+    JOINT_TITLE: draw_joint,
 }
 """What draws the answers about tracks, by their titles."""

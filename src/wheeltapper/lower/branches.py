@@ -142,7 +142,9 @@ def _refined_samples(
         owners.append(np.repeat(owner[::4], 3))
         count += len(added[-1])
         if count > MOST_ADDED:
-            found = f"heights that vary within less than {right[0] - left[0]:.2g} m at x = {left[0]:.6g} m"
+            found = (
+                f"heights with kinks or crests within {right[0] - left[0]:.2g} m of each other at x = {left[0]:.6g} m"
+            )
             raise InputError("", "irregularity", found, SMOOTHER)
     s, cell = np.concatenate(added), np.concatenate(owners)
     order = np.lexsort((s, cell))

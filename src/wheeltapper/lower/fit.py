@@ -173,7 +173,7 @@ def fit(
         if fitted + len(ends) > most:
             raise InputError(
                 "", "irregularity", f"heights that {most} pieces cannot follow (here near x = {ends[0, 0]:.6g} m)",
-                "heights that are smooth between their breakpoints, or a shorter run",
+                "heights that are smooth between their breakpoints (samples: as `Measured`), or a shorter run",
             )  # fmt: skip
         levels = max((AT_ONCE // len(ends) + 1).bit_length() - 1, 1)
         pieces = _halved_intervals(ends, levels)

@@ -12,9 +12,6 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.base import Irregularity
 from wheeltapper.describe.irregularity.combination import Repeated
-from wheeltapper.describe.irregularity.measured import Measured
-from wheeltapper.describe.irregularity.out_of_round import OutOfRound
-from wheeltapper.describe.irregularity.profile import Profile
 from wheeltapper.describe.noun import Noun
 from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
@@ -93,6 +90,11 @@ USUAL: dict[str, dict[str, Usual]] = {
     "CosineBump": {"height": HEIGHT, "length": WAVE},
     "DippedJoint": {
         "depth": HEIGHT, "length": WAVE, "angle": Usual("angle", "mrad", (1, 30), 0.0, 200),
+    },
+    "Weld": {"height": HEIGHT, "length": WAVE},
+    "Spectrum": {
+        "deviation": Usual("length", "mm", (0.3, 5), 0.0, 50),
+        "patch": Usual("length", "mm", (2, 12), 0.1, 50),
     },
     "Corrugation": {"amplitude": HEIGHT, "wavelength": WAVE},
     "WheelFlat": {
@@ -205,14 +207,8 @@ def _doubtful_numbers(where: str, noun: Noun) -> Iterator[tuple[str, float, Usua
 
 def _implausible_span(where: str, noun: Noun, end: float) -> Iterator[tuple[str, float, Usual]]:
     """Return the span of samples, or of a user's function up to x = `end`, m, where it is implausible."""
-    if isinstance(noun, Measured) or (isinstance(noun, OutOfRound) and not noun.orders):
-        span = float(np.ptp(noun.samples[1]))
-    elif isinstance(noun, Profile):
-        first, last = max(noun.start or 0.0, 0.0), end if noun.end is None else min(noun.end, end)
-        span = noun.span(first, last) if first < last else 0.0
-    else:
-        return
-    if not _is_plausible(span, SPAN):
+    span = noun.span_given(end) if isinstance(noun, Irregularity) else None
+    if span is not None and not _is_plausible(span, SPAN):
         yield f"the span of {where}'s heights", span, SPAN
 
 

@@ -92,6 +92,8 @@ GENERAL = Marcher(
     frozenset({FLEXIBLE_TRACK, ANOMALY, WHEELSETS, BOGIE, OWN_LAW, LINEAR, HYSTERESIS, PLACES, IRREGULARITY, POINT}),
 )
 WHEELS = (WHEEL, YIELDING_WHEEL, ENDED_WHEEL)
+UNDAMPED = Marcher(GENERAL.name, GENERAL.covers - {HYSTERESIS})
+"""The general march of contacts that lose their force only where they part."""
 MARCHERS = (*WHEELS, WAGON, GENERAL)
 """All marches, the fastest first."""
 ROW = Marcher("the march of wheelsets in a row", frozenset({DECK, IRREGULARITY, POINT, DAMPER_END}))
@@ -146,7 +148,7 @@ COMFORT = Question("comfort", "ride comfort", (WAGON,))
 GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON,))
 SWEEP = Question("sweep", "features over many cells", (WHEEL, GENERAL), frozenset({ANOMALY}))
 GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL,))
-BORDER = Question("border", "where contact begins to be lost", (WHEEL,))
+BORDER = Question("border", "where contact begins to be lost", (WHEEL, UNDAMPED))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
 TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))
 DIAGNOSE = Question("diagnose", "the faults that a site's recordings show", WHEELS, _SPOT, _SITE)
@@ -490,6 +492,16 @@ def march_tasks_alone(tasks: Sequence[Task], threads: int, read: Callable[[int, 
     from wheeltapper.march.general.task import marched_of
 
     march_alone(tasks, threads, lambda number, found: read(number, marched_of(tasks[number], found)))
+
+
+def margins_on_rails(tasks: Sequence[Task], losses: int, threads: int) -> FloatArray:
+    """Return how far each cell of the general march is from the `losses`-th loss of a contact, m; negative beyond it.
+
+    NaN where a march broke off.
+    """
+    from wheeltapper.march.general.margin import margins_of
+
+    return margins_of(tasks, losses, threads)
 
 
 def tasks_are_ready(task: Task, alone: bool) -> bool:

@@ -132,11 +132,7 @@ def ride_comfort(
     duration, settling = samples.shape[-1] / rate, as_quantity(settling, "settling", "time", positive=False)
     if not settling < duration:
         raise InputError("", "settling", f"{settling:g} s", f"0 to less than the record's {duration:g} s")
-    begin = int(settling * rate)
-    flat = weighted(samples[:2], rate, "Wd")
-    iso, rail = (
-        np.concatenate([flat, weighted(samples[2:], rate, name)])[:, begin:] for name in ("Wk", vertical_weighting)
-    )
+    iso, rail = _weighted_axes(samples, rate, vertical_weighting, settling)
     rms = _root_mean_square(iso)
     transients = running_rms(iso, rate, TRANSIENT)
     return {
@@ -147,6 +143,15 @@ def ride_comfort(
         "vibration_dose": ((iso**4).sum(axis=-1) / rate) ** 0.25,
         **_mean_comfort(rail, rate),
     }
+
+
+def _weighted_axes(
+    samples: FloatArray, rate: float, vertical_weighting: str, settling: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the counted samples (3, samples) weighted by Wd, Wd, Wk, and by Wd, Wd and the weighting for rail."""
+    begin, flat = int(settling * rate), weighted(samples[:2], rate, "Wd")
+    iso, rail = (np.concatenate([flat, weighted(samples[2:], rate, name)]) for name in ("Wk", vertical_weighting))
+    return iso[:, begin:], rail[:, begin:]
 
 
 def _mean_comfort(rail: FloatArray, rate: float) -> dict[str, Any]:
@@ -210,8 +215,10 @@ def comfort(
     Returns
     -------
     xarray.Dataset
-        The numbers of `ride_comfort` over "axis" and "block" (its end, s), each with `units` and `long_name`. The
-        attribute `note` names the numbers for which the record is too short.
+        The numbers of `ride_comfort` over "axis" and "block" (its end, s), each with `units` and `long_name`. Also over
+        "time", m/s^2: `weighted_acceleration` by Wd, Wd and the vertical weighting for rail, and `running_rms`, over
+        the 1 s that ends there, by Wd, Wd, Wk (ISO 2631-1). The attribute `note` names the numbers for which the record
+        is too short.
 
     Raises
     ------
@@ -228,19 +235,30 @@ def comfort(
         raise InputError("", "at", value_text(at), allowed)
     if not hasattr(record, "history"):
         raise InputError("", "record", value_text(record), "the record of a wagon")
-    x, y, z = _point_acceleration(record.history(rate), body, offset)
+    samples = _point_acceleration(record.history(rate), body, offset)
+    x, y, z = samples
     found = ride_comfort(x, y, z, rate, vertical_weighting=vertical_weighting, settling=settling)
+    iso, rail = _weighted_axes(samples, rate, vertical_weighting, settling)
+    counted, transients = rail.shape[1], running_rms(iso, rate, TRANSIENT)
+    running = np.full(rail.shape, np.nan)
+    running[:, counted - transients.shape[1] :] = transients
     ends = settling + BLOCK * np.arange(1, found["blocks"] + 1)
+    numbers = {name: (("axis", "block")[: np.ndim(found[name])], found[name], _result_labels(name)) for name in RESULTS}
+    unit, first = {"units": "m/s^2"}, samples.shape[1] - counted
     return xr.Dataset(
-        {name: (("axis", "block")[: np.ndim(found[name])], found[name], _result_labels(name)) for name in RESULTS},
+        numbers | {
+            "weighted_acceleration": (("axis", "time"), rail, unit | {"long_name": "weighted acceleration for rail"}),
+            "running_rms": (("axis", "time"), running, unit | {"long_name": "running r.m.s., 1 s (ISO 2631-1:1997)"}),
+        },
         coords={
+            "time": ("time", np.arange(first, first + counted) / rate, {"units": "s", "long_name": "time"}),
             "axis": ("axis", list(AXES), {"units": "", "long_name": "axis of the body"}),
             "block": ("block", ends, {"units": "s", "long_name": "end of the block"}),
         },
         attrs={
             "body": body, "at": offset, "rate": rate, "settling": settling, "vertical_weighting": vertical_weighting,
             "vertical_weighting_source": WEIGHTINGS[vertical_weighting].source,
-            "note": _too_short(found["blocks"], len(x) / rate - settling),
+            "note": _too_short(found["blocks"], samples.shape[1] / rate - settling),
         },
     )  # fmt: skip
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from wheeltapper.ground.arguments import as_quantity
 from wheeltapper.ground.errors import InputError
-from wheeltapper.record.filtering import checked_filter, low_passed, sliding_mean, usual_rate
+from wheeltapper.record.filtering import checked_filter, checked_rate, low_passed, sliding_mean, usual_rate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +48,7 @@ RESULTS = {
 
 
 def guidance(
-    record: Record, *, low_pass: float | str | None = CUTOFF, order: int = 4, window: float | str = WINDOW,
+    record: Record, *, cutoff: float | str | None = CUTOFF, order: int = 4, window: float | str = WINDOW,
     settling: float | str = 0.0, rate: float | str | None = None,
 ) -> xr.Dataset:  # fmt: skip
     """Return guiding forces, their quotients and T-gamma of a wagon's wheels over time, filtered and averaged.
@@ -57,7 +57,7 @@ def guidance(
     ----------
     record
         Of a wagon.
-    low_pass
+    cutoff
         Frequency at which Y and Q are low-passed, -3 dB, without phase, Hz; None: not at all.
     order
         Even order of the filter: 4 falls by 24 dB per octave.
@@ -66,7 +66,7 @@ def guidance(
     settling
         Seconds at the beginning that are filtered but not returned.
     rate
-        Samples per second, Hz; by default 100 for a period of the cut-off frequency, and at least 10 000.
+        Samples per second, Hz; by default 100 for a period of the cut-off frequency, and at least 20 000.
 
     Returns
     -------
@@ -78,8 +78,8 @@ def guidance(
     Raises
     ------
     InputError
-        For a record without lateral forces, an odd order, a rate of no more than twice the cut-off, or a run that is
-        too short.
+        For a record without lateral forces, an odd order, a rate of less than 10 for a period of the cut-off, or a run
+        that is too short.
     """
     import xarray as xr
 
@@ -87,12 +87,10 @@ def guidance(
 
     scenario = record.scenario
     run.choose(run.GUIDANCE, scenario.needs)
-    cutoff, order = (None, order) if low_pass is None else checked_filter(low_pass, order)
+    cutoff, order = (None, order) if cutoff is None else checked_filter(cutoff, order)
     window = as_quantity(window, "window", "length", positive=False)
     settling = as_quantity(settling, "settling", "time", positive=False)
-    rate = usual_rate(cutoff or CUTOFF) if rate is None else as_quantity(rate, "rate", "frequency")
-    if cutoff is not None and not rate > 2.0 * cutoff:
-        raise InputError("", "rate", f"{rate:g} per second", f"more than 2·{cutoff:g} Hz, twice the cut-off")
+    rate = usual_rate(cutoff or CUTOFF) if rate is None else checked_rate(rate, cutoff or 0.0)
     speed = float(scenario.speed)
     if not window < speed * (record.end - settling):
         found = f"{window:g} m, of {speed * record.end:.4g} m of way with {settling:g} s of settling"
@@ -132,7 +130,7 @@ def guidance(
             "time": history.time[begin:], "surface": ["tread", "flange"], "wheelset": history.wheelset,
             "side": history.side,
         },
-        {"low_pass": cutoff or np.inf, "order": order, "window": window, "settling": settling, "rate": rate},
+        {"cutoff": cutoff or np.inf, "order": order, "window": window, "settling": settling, "rate": rate},
     )  # fmt: skip
 
 

@@ -382,14 +382,14 @@ class Record:
         return comfort(self, body, at, rate, vertical_weighting=vertical_weighting, settling=settling)
 
     def guidance(
-        self, *, low_pass: float | str | None = 20.0, order: int = 4, window: float | str = 2.0,
+        self, *, cutoff: float | str | None = 20.0, order: int = 4, window: float | str = 2.0,
         settling: float | str = 0.0, rate: float | str | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return Y, Q, Y/Q, ΣY, unloading and T-gamma of a wagon's wheels over time, filtered (EN 14363).
 
         Parameters
         ----------
-        low_pass
+        cutoff
             Frequency at which Y and Q are low-passed, -3 dB, without phase, Hz, or as "20 Hz"; None: not at all.
         order
             Even order of the filter: 4 falls by 24 dB per octave.
@@ -398,7 +398,7 @@ class Record:
         settling
             Seconds at the beginning that are filtered but not returned.
         rate
-            Samples per second, Hz; by default 100 for a period of the cut-off frequency, and at least 10 000.
+            Samples per second, Hz; by default 100 for a period of the cut-off frequency, and at least 20 000.
 
         Returns
         -------
@@ -408,12 +408,12 @@ class Record:
         Raises
         ------
         InputError
-            For a record without lateral forces, an odd order, a rate of no more than twice the cut-off, or a run that
-            is too short.
+            For a record without lateral forces, an odd order, a rate of less than 10 for a period of the cut-off, or a
+            run that is too short.
         """
         from wheeltapper.record.guidance import guidance
 
-        return guidance(self, low_pass=low_pass, order=order, window=window, settling=settling, rate=rate)
+        return guidance(self, cutoff=cutoff, order=order, window=window, settling=settling, rate=rate)
 
     def running_safety(self, **options: Any) -> xr.Dataset:
         """Return extremes, percentiles (0.15, 50 and 99.85 %) and mean of what `guidance` returns with these options.

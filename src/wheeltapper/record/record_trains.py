@@ -67,7 +67,9 @@ def trains_of(record: Record, tally: bool) -> Trains:
             return (place - record._contacts.position) / float(record.scenario.speed)
 
     def force_histories(rate: float) -> Iterable[FloatArray]:
-        return np.asarray(record.history(rate).normal_force.values.reshape(-1, cells).T)
+        history = record.history(rate)
+        forces = history.vertical_force if record._contacts.has_sides else history.normal_force
+        return np.asarray(forces.values.reshape(-1, cells).T)
 
     return Trains(marched, Units(one, one, one, static, one), missing_energy, growth, meets, force_histories)
 

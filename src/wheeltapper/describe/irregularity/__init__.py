@@ -24,5 +24,6 @@ if TYPE_CHECKING:
     from wheeltapper.describe.irregularity.profile import Profile as Profile
     from wheeltapper.describe.irregularity.spectrum import Spectrum as Spectrum
     from wheeltapper.describe.irregularity.step import Step as Step
+    from wheeltapper.describe.irregularity.weld import Weld as Weld
 else:
     __getattr__, __dir__ = room(__name__)

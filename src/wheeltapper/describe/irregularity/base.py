@@ -34,6 +34,10 @@ class Irregularity(Noun, abstract=True):
         """Return the length of the shortest wave of a smooth form under a wheel of this radius, m; None: not known."""
         return None
 
+    def span_given(self, end: float) -> float | None:
+        """Return the span of heights that are given one by one, up to x = end (m); None where a formula gives them."""
+        return None
+
     def limited(self, radius: float) -> dict[str, float]:
         """Return sizes that limits are stated for, of a wheel of this radius (m): flat_length, out_of_roundness, m."""
         return {}

@@ -28,6 +28,8 @@ HALF_BAND = 10.0**0.05
 """Ratio of the upper wavenumber of a third-octave band (base ten, IEC 61260-1) to its middle."""
 ZERO_DB = 1e-6
 """R.m.s. height of the level 0 dB, m."""
+FEWEST_LINES = 3.0
+"""Fewest lines of a periodogram in a band whose level is told."""
 NOMINAL = 0.1
 """How far, in bands, a stated middle (0.315 m) may be from the exact one (0.31623 m)."""
 
@@ -107,11 +109,25 @@ def density_of_table(densities: Table) -> Density:
     return Density(density, (float(wave[-1]), float(wave[0])), "a table")
 
 
+def bands_of_levels(name: str) -> tuple[FloatArray, FloatArray]:
+    """Return wavelengths (m) and levels (dB re 1 µm) of a published table of levels."""
+    waves, levels = np.array(published_densities()[name]["levels"]).T
+    return waves, levels
+
+
+def variance_in_bands(k: FloatArray, variance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the middles of third-octave bands, m, from long to short, and the sum of the waves' variances in each."""
+    band = np.rint(10.0 * np.log10(k)).astype(int)
+    sums = np.bincount(band - band.min(), variance)
+    middles = 10.0 ** (-0.1 * (band.min() + np.arange(len(sums))))
+    return middles[sums > 0.0], sums[sums > 0.0]
+
+
 def filter_of_patch(wavenumber: FloatArray, radius: float) -> FloatArray:
     """Return |H|², what a circular patch of contact leaves of a wave's variance (Remington 1976).
 
     |H|² = 1/(1 + π/4·(2π·k·a)³): the mean over the patch, (2·J₁(2π·k·a)/(2π·k·a))², without its zeros
-    (docs/theory/irregularities.rst, section 14.4).
+    (docs/theory/irregularities.rst, section 15.5).
 
     Parameters
     ----------
@@ -156,9 +172,7 @@ def third_octave_levels(heights: NDArray[Any], spacing: float) -> tuple[FloatArr
     window = np.hanning(len(y) + 1)[:-1]
     power = 2.0 * np.abs(np.fft.rfft(y * window)) ** 2 / (len(y) * (window @ window))
     k = np.fft.rfftfreq(len(y), spacing)
-    band = np.rint(10.0 * np.log10(k[1:])).astype(int)
-    first = band[0]
-    lines, sums = np.bincount(band - first), np.bincount(band - first, power[1:])
-    middle = 10.0 ** (0.1 * (first + np.arange(len(lines))))
-    kept = (lines >= 3) & (middle * HALF_BAND <= k[-1]) & (sums > 0.0)
-    return 1.0 / middle[kept], 10.0 * np.log10(sums[kept] / ZERO_DB**2)
+    waves, sums = variance_in_bands(k[1:], power[1:])
+    lines = (HALF_BAND - 1.0 / HALF_BAND) / waves / k[1]
+    kept = (lines >= FEWEST_LINES) & (HALF_BAND / waves <= k[-1])
+    return waves[kept], 10.0 * np.log10(sums[kept] / ZERO_DB**2)

@@ -19,7 +19,7 @@ class DippedJoint(Irregularity):
     """y_r = -depth·(1 - 2·|X|/length)² for |X| < length/2, X = x - position, and zero elsewhere.
 
     Two parabolas that meet level rail without a kink, and each other at the angle 2α = 8·depth/length, the total change
-    of slope by which the wheel is turned upwards (Jenkins et al., *Railway Engineering Journal* 3 (1974) 2-23).
+    of slope by which the wheel is turned upwards (Jenkins et al., *Railway Engineering Journal* 3 (1974) 2-16).
 
     Parameters
     ----------

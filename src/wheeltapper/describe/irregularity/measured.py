@@ -92,6 +92,10 @@ class Measured(Irregularity):
         given = {name: getattr(self, name) for name in type(self).model_fields}  # a copy would keep the old samples
         return Measured(**given | {"start": float(self.samples[0][0]) + distance})
 
+    def span_given(self, end: float) -> float:
+        """Return the span of the samples' heights."""
+        return float(np.ptp(self.samples[1]))
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         _, y = self.samples

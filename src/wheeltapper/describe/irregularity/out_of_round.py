@@ -93,6 +93,10 @@ class OutOfRound(Irregularity):
         """Return the wave of the highest order; of measured deviations it is not known."""
         return 2.0 * pi * radius / max(self.orders) if self.orders else None
 
+    def span_given(self, end: float) -> float | None:
+        """Return the span of the samples' deviations."""
+        return None if self.orders else float(np.ptp(self.samples[1]))
+
     def limited(self, radius: float) -> dict[str, float]:
         """Return the largest less the smallest radius, m."""
         if not self.orders:

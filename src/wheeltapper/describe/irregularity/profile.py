@@ -73,6 +73,11 @@ class Profile(Irregularity):
         """Return how much the heights differ from start to end, m, as samples show it."""
         return float(np.ptp(self._checked_values(np.linspace(start, end, 4097))))
 
+    def span_given(self, end: float) -> float:
+        """Return the span of the heights from x = 0 to x = end (m)."""
+        first, last = max(self.start or 0.0, 0.0), end if self.end is None else min(self.end, end)
+        return self.span(first, last) if first < last else 0.0
+
     def course(self, radius: float) -> Course:
         """Return the deviation over the rolled distance."""
         first = -inf if self.start is None else self.start

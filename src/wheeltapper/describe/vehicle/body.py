@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Literal
 
 from pydantic import Field
@@ -34,6 +35,13 @@ class Body(Noun):
     inertia: tuple[Inertia, Inertia, Inertia]
     position: tuple[Length, Length, Length]
     held: tuple[Motion, ...] = ()
+
+    @property
+    def box(self) -> tuple[float, float, float]:
+        """Length, width and height of the homogeneous box of this mass and these moments, m; 0 where there is none."""
+        total = sum(self.inertia)
+        length, width, height = (sqrt(max(6.0 * (total - 2.0 * own) / self.mass, 0.0)) for own in self.inertia)
+        return length, width, height
 
 
 class Axle(Noun):

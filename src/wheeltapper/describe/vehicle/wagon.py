@@ -17,6 +17,8 @@ from wheeltapper.describe.vehicle.element import GROUND, Damper, Element, Spring
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
 from wheeltapper.ground.needs import SEVERAL_BODIES, Need
 
+TREADS_APART = 1.5
+"""Distance of the treads in pictures, m: that of the rails' middles on standard gauge."""
 AnyElement = Annotated[Element, OneOf(Element)]
 
 
@@ -68,6 +70,15 @@ class Wagon(Vehicle):
     def names(self) -> tuple[str, ...]:
         """The names of the bodies, then of the wheelsets."""
         return (*(body.name for body in self.bodies), *(f"wheelset {i + 1}" for i in range(len(self.axles))))
+
+    @property
+    def boxes(self) -> dict[str, tuple[tuple[float, ...], tuple[float, ...]]]:
+        """Centre (x, y, z) and edges of a box for each body and wheelset, m; of a wheelset around both wheels."""
+        bodies = {body.name: (body.position, body.box) for body in self.bodies}
+        return bodies | {
+            f"wheelset {number}": ((axle.position, 0.0, axle.radius), (2 * axle.radius, TREADS_APART, 2 * axle.radius))
+            for number, axle in enumerate(self.axles, 1)
+        }
 
     @property
     def mass(self) -> float:

@@ -143,9 +143,7 @@ def _score(seen: _Seen, clusters: list[NDArray[np.int64]]) -> float:
     return float(sum(len(np.unique(seen.channel[members])) ** 2 for members in clusters))
 
 
-def _split(
-    seen: _Seen, clusters: list[NDArray[np.int64]], slowness: FloatArray
-) -> list[list[NDArray[np.int64]]]:
+def _split(seen: _Seen, clusters: list[NDArray[np.int64]], slowness: FloatArray) -> list[list[NDArray[np.int64]]]:
     """Return the axles of each train."""
     times = np.array([seen.time[members].mean() for members in clusters])
     paces = np.array([np.median(slowness[members]) for members in clusters])
@@ -209,14 +207,20 @@ def _notes(
 ) -> tuple[str, ...]:
     notes = []
     if not known:
-        notes.append("all channels are at one place: speeds are from the lengths of pulses, and the direction is unknown")
+        notes.append(
+            "all channels are at one place: speeds are from the lengths of pulses, and the direction is unknown"
+        )
     elif either:
         notes.append("the pulses fit both directions; that of growing x is taken")
     for axle, lost in enumerate(numbers < 0, 1):
         if lost.any():
             names = ", ".join(p.channel.sensor.name for p, gone in zip(several, lost, strict=True) if gone)
             word = "perhaps no axle: " if lost.sum() > 0.5 * len(lost) else ""
-            notes.append(f"axle {axle}: {word}no pulse stands out in {int(lost.sum())} of {len(lost)} channels: {names}"[:160])
+            notes.append(
+                f"axle {axle}: {word}no pulse stands out in {int(lost.sum())} of {len(lost)} channels: {names}"[:160]
+            )
     if len(speeds) > 1 and speeds.min() < 0.8 * speeds.max():
-        notes.append(f"the speed changes from {3.6 * speeds[0]:.1f} to {3.6 * speeds[-1]:.1f} km/h, with {3.6 * speeds.min():.1f} as the lowest")
+        notes.append(
+            f"the speed changes from {3.6 * speeds[0]:.1f} to {3.6 * speeds[-1]:.1f} km/h, with {3.6 * speeds.min():.1f} as the lowest"
+        )
     return tuple(notes)

@@ -85,7 +85,9 @@ def read_channels(files: Any, site: Site | str | Path) -> dict[str, Recording]:
         If a file cannot be read, two files hold the same channel, or one is in none of them.
     """
     site, what = as_any_site(site), "paths of recordings"
-    paths = [as_path(one, "files", what) for one in as_list([files] if isinstance(files, Path) else files, "files", what)]
+    paths = [
+        as_path(one, "files", what) for one in as_list([files] if isinstance(files, Path) else files, "files", what)
+    ]
     wanted = {
         one.name: Wanted("force", one.unit, one.rate if "rate" in one.model_fields_set else None)
         for one in _sensors_of(site)

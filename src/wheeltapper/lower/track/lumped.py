@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.contact.linear import Linear
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.numbers import units_of
 from wheeltapper.lower.track.section import Section
 
 
@@ -16,7 +22,7 @@ class Lumped(NamedTuple):
 
 
 def lumped(bending: float, foundation: float, mass: float, damping: float = 0.0) -> Lumped:
-    """Return a beam on an elastic foundation as one mass, by Rayleigh's method (docs/theory/track.rst, section 13.10).
+    """Return a beam on an elastic foundation as one mass, by Rayleigh's method (docs/theory/joints.rst, section 14.2).
 
     Its static deflection is w(x) = w0·e^(-βx)·(cos βx + sin βx) with β = (k/4EI)^(1/4), on both sides. Force over
     deflection is 2k/β = 2·(4EI)^(1/4)·k^(3/4), and ∫w²dx/w0² = 3/(2β) is the length of mass and damping that moves.
@@ -51,3 +57,19 @@ def whole_track(section: Section) -> Lumped:
     damping = both**2 * (section.pad_damping / section.pad**2 + section.ballast_damping / section.ballast**2)
     mass = section.mass + (both / section.ballast) ** 2 * section.sleeper / a
     return lumped(section.bending, both / a, mass, damping / a)
+
+
+def contact_stiffness(scenario: Scenario) -> float:
+    """Return the slope of the first wheelset's contact force over its indentation at the static force, N/m.
+
+    Raises
+    ------
+    InputError
+        If the contact's law has no such constant.
+    """
+    wheelset, contact = scenario.vehicle.plane.wheelsets[0], scenario.contact
+    if not isinstance(contact, Hertz | Linear):
+        raise InputError("", "contact", f"a {type(contact).__name__}", "Hertz or Linear")
+    alone = Fields(Scenario(vehicle=wheelset, contact=contact, speed=scenario.speed, duration=scenario.duration))
+    constant = float(units_of(alone).contact_constant)
+    return constant if isinstance(contact, Linear) else 1.5 * constant ** (2.0 / 3.0) * wheelset.weight ** (1.0 / 3.0)

@@ -169,24 +169,23 @@ class _Stack:
     """Tables behind each other, each but once."""
 
     def __init__(self) -> None:
-        self._tables: dict[int, FloatArray] = {}
+        self._tables: list[FloatArray] = []
         self._first: dict[int, int] = {}
-        self._rows = np.zeros((1, 1))
+        self._count = 0
 
     def first_row(self, table: FloatArray) -> int:
         """Return the first row of a table, which is added where it is new."""
-        if id(table) not in self._tables:
-            self._first[id(table)] = sum(map(len, self._tables.values()))
-            self._tables[id(table)] = table
-            width = max(one.shape[1] for one in self._tables.values())
-            parts = [np.pad(one, ((0, 0), (0, width - one.shape[1]))) for one in self._tables.values()]
-            self._rows = np.ascontiguousarray(np.vstack(parts))
+        if id(table) not in self._first:
+            self._first[id(table)] = self._count
+            self._count += len(table)
+            self._tables.append(table)  # which keeps its id
         return self._first[id(table)]
 
     @property
     def rows(self) -> FloatArray:
         """All tables."""
-        return self._rows
+        width = max(one.shape[1] for one in self._tables)
+        return np.vstack([np.pad(one, ((0, 0), (0, width - one.shape[1]))) for one in self._tables])
 
 
 class _Block:

@@ -13,6 +13,7 @@ import numpy as np
 
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.contract import Bodies, Method, Port, System
+from wheeltapper.march.general.layout import IM, RE
 from wheeltapper.march.general.records import Nodes, Tables
 from wheeltapper.march.general.structure import ComplexArray, Ring
 from wheeltapper.march.program import FloatArray, IntArray
@@ -152,8 +153,13 @@ def shapes_at(ring: Ring, shapes: ComplexArray, inside: FloatArray) -> ComplexAr
     powers = zeta[:, None] ** np.arange(shapes.shape[1])
     for number in range(len(ring.edges) - 1):
         there = element == number
-        out[there] = powers[there] @ shapes[number]
+        out[there] = real_times(powers[there], shapes[number])
     return out
+
+
+def real_times(matrix: FloatArray, values: ComplexArray) -> ComplexArray:
+    """Return a real matrix times complex ones, without making it complex."""
+    return np.asarray((matrix @ np.ascontiguousarray(values).view(float)).view(complex))
 
 
 def compliance_at(ring: Ring, inside: FloatArray) -> FloatArray:
@@ -358,10 +364,10 @@ def _modal_tables(
     )
     for tables, read, write in ((made, reads, writes), (fixed, fixed_reads, fixed_writes)):
         for i, one in enumerate(tables):
-            shown = np.tensordot(nodes.transform, one.shows, (1, 1)).swapaxes(0, 1)
-            read[i] = _split(-shown / units.length, -1.0)
-            taken = np.tensordot(nodes.transform, one.takes * decay, (1, 1)).swapaxes(0, 1)
-            write[i] = _split(taken * units.force, 1.0)
+            shown = real_times(nodes.transform / -units.length, one.shows)
+            read[i, :, :, RE], read[i, :, :, IM] = shown.real, -shown.imag
+            taken = real_times(nodes.transform * units.force, one.takes * decay)
+            write[i, :, :, RE], write[i, :, :, IM] = taken.real, taken.imag
     turns = np.exp(1j * np.multiply.outer(np.arange(ring.bays), np.angle(ring.turns[order])))
     if grid.stride == 0.0:  # nobody enters another bay
         turns = np.ones((1, len(order)), dtype=complex)

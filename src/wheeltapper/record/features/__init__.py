@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from wheeltapper.record.features.joint import P1 as P1
     from wheeltapper.record.features.joint import P2 as P2
     from wheeltapper.record.features.joint import filtered_force as filtered_force
+    from wheeltapper.record.features.joint import wheel_unloading as wheel_unloading
     from wheeltapper.record.features.motion import largest_displacement as largest_displacement
     from wheeltapper.record.features.times import contact_frequency as contact_frequency
     from wheeltapper.record.features.times import first_loss as first_loss

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from wheeltapper.ground.arguments import as_quantity, check_flag
@@ -69,10 +71,7 @@ def filtered_force(
     rate = usual_rate(cutoff) if rate is None else checked_rate(rate, cutoff)
 
     def largest(trains: Trains) -> Values:
-        forces = trains.force_histories(rate)
-        found = np.array([
-            low_passed(force, rate, cutoff, order).max() if len(force) * cutoff >= rate else np.nan for force in forces
-        ])  # fmt: skip
+        found = _extreme_forces(trains, rate, cutoff, order, np.max)
         return found / trains.static_force if over_static else found
 
     words = f"largest contact force below {cutoff:g} Hz (order {order}, no phase)"
@@ -80,3 +79,35 @@ def filtered_force(
         words = f"{words}, over the static force"
         return Feature("filtered_force_over_static", "", words, 0, "end", largest, differentiable=False)
     return Feature("filtered_force", "N", f"{words}, per wheelset", 0, "end", largest, differentiable=False)
+
+
+@feature
+def wheel_unloading(cutoff: float | str = 20.0, order: int = 4, rate: float | str | None = None) -> Feature:
+    """Return the wheel unloading ΔQ/Q0: the largest share of the static force that the low-passed force lacks.
+
+    The filter, its cost and its arguments are those of `filtered_force`. Of a wagon's wheels it is the vertical force
+    of tread and flange. Rules on safety against derailment limit it, each for its own conditions: EN 14363 at rest on
+    twisted track.
+
+    Parameters
+    ----------
+    cutoff, order, rate
+        As of `filtered_force`.
+    """
+    cutoff, order = checked_filter(cutoff, order)
+    rate = usual_rate(cutoff) if rate is None else checked_rate(rate, cutoff)
+    return Feature(
+        "wheel_unloading", "", f"largest share of the static force that the force below {cutoff:g} Hz lacks", 0, "end",
+        lambda trains: 1.0 - _extreme_forces(trains, rate, cutoff, order, np.min) / trains.static_force,
+        differentiable=False,
+    )  # fmt: skip
+
+
+def _extreme_forces(
+    trains: Trains, rate: float, cutoff: float, order: int, extreme: Callable[[Values], float]
+) -> Values:
+    """Return the largest or the least of each train's low-passed forces; NaN for less than a period of the cut-off."""
+    return np.array([
+        extreme(low_passed(force, rate, cutoff, order)) if len(force) * cutoff >= rate else np.nan
+        for force in trains.force_histories(rate)
+    ])  # fmt: skip

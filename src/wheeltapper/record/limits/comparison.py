@@ -2,7 +2,7 @@
 
 Most rules limit the force of a wheel. A wagon's forces are per wheel. Those of all other vehicles are per wheelset:
 both of its wheels meet the irregularity, and each has an equal share. Forces without a filter are the located maxima;
-filtered ones are sampled, and filtered without phase (docs/theory/track.rst, section 13.10).
+filtered ones are sampled, and filtered without phase (docs/theory/joints.rst, section 14.1).
 """
 
 from __future__ import annotations
@@ -302,7 +302,7 @@ class _Run:
 
     def _lateral(self, rule: Rule) -> tuple[FloatArray, FloatArray]:
         cutoff = rule.low_pass if isfinite(rule.low_pass) else None
-        found = self.record.guidance(low_pass=cutoff, window=rule.sliding_mean, rate=self._rate(rule.low_pass))
+        found = self.record.guidance(cutoff=cutoff, window=rule.sliding_mean, rate=self._rate(rule.low_pass))
         size = np.abs(found[rule.quantity].values).reshape(found.sizes["time"], self.grid[0], -1)
         size = np.where(np.isnan(size), -np.inf, size)  # where the window of the mean is not all in the run
         return size.max(axis=0), found.time.values[size.argmax(axis=0)]

@@ -41,7 +41,7 @@ OF_FAULTS = ("flat_length", "out_of_roundness")
 
 @dataclass(frozen=True)
 class Rule:
-    """One figure of one document.
+    """One figure of one document; quantities may be texts with a unit, as "350 kN".
 
     Attributes
     ----------
@@ -101,6 +101,20 @@ class Rule:
     at_most: float = inf
     applies: str = ""
     verify: str = VERIFY
+
+    def __post_init__(self) -> None:
+        for name, choices in CHOICES.items():
+            if getattr(self, name) not in choices:
+                raise InputError("", name, value_text(getattr(self, name)), ", ".join(choices))
+        dimension = QUANTITIES[self.quantity]
+        numbers = {"limit": dimension, "at_most": dimension} | MEASURES
+        for field in fields(self):
+            given = getattr(self, field.name)
+            if field.name not in numbers:
+                if not isinstance(given, str):
+                    raise InputError("", field.name, value_text(given), "a date" if field.name == "date" else "a text")
+            elif given != field.default:
+                object.__setattr__(self, field.name, _positive_number(given, numbers[field.name], field.name))
 
     @property
     def limit_text(self) -> str:
@@ -214,6 +228,7 @@ def in_countries(rules: Sequence[Rule], countries: Sequence[str] | None) -> tupl
 
 
 def _checked_rule(entry: dict[str, Any], where: str, source: str) -> Rule:
+    """Return the rule that a table of a file describes."""
     known = [field.name for field in fields(Rule)]
     for name in entry:
         if name not in known:
@@ -221,29 +236,16 @@ def _checked_rule(entry: dict[str, Any], where: str, source: str) -> Rule:
     for name in ("name", "quantity", "limit", "level"):
         if name not in entry:
             raise InputError(source, f"{where}.{name}", "nothing", "a value, which is required here")
-    values = dict(entry)
-    for name, choices in CHOICES.items():
-        if name in values and values[name] not in choices:
-            raise InputError(source, f"{where}.{name}", repr(values[name]), ", ".join(choices))
-    values["limit"] = _positive_number(values["limit"], QUANTITIES[values["quantity"]], f"{where}.limit", source)
-    measures = MEASURES | {"at_most": QUANTITIES[values["quantity"]]}
-    for name, dimension in measures.items():
-        if name in values:
-            values[name] = _positive_number(values[name], dimension, f"{where}.{name}", source)
-    if isinstance(values.get("date"), date):
-        values["date"] = values["date"].isoformat()
-    for name, value in values.items():
-        if name not in ("limit", *measures) and not isinstance(value, str):
-            raise InputError(source, f"{where}.{name}", repr(value), "a text" if name != "date" else "a date")
-    return Rule(**values)
-
-
-def _positive_number(value: Any, dimension: str, where: str, source: str) -> float:
+    day = entry.get("date")
+    values = entry | ({"date": day.isoformat()} if isinstance(day, date) else {})
     try:
-        number = to_si(value, dimension)
-    except ValueError as error:
-        found, _, allowed = str(error).removeprefix("found ").partition("; allowed: ")
-        raise InputError(source, where, found, allowed) from error
+        return Rule(**values)
+    except InputError as error:
+        raise error.within(where).at(source) from None
+
+
+def _positive_number(value: Any, dimension: str, field: str) -> float:
+    number = to_si(value, dimension, field)
     if not 0.0 < number < inf:
-        raise InputError(source, where, repr(value), f"a positive {dimension}")
+        raise InputError("", field, value_text(value), f"a positive {dimension}")
     return number

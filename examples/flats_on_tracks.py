@@ -1,0 +1,63 @@
+"""
+At which speed is a flat worst? That depends on the track
+=========================================================
+
+The largest force of a fresh flat over speed and length, on a rigid rail, on a one-mass track and on rails over sleepers
+and slabs, from 18 to 216 km/h. A rigid rail and one mass say that a flat is worst at some speed. On rails that bend, the
+force of flats up to 5 cm rises with the speed all the way.
+"""  # noqa: D205, D400 - a title for the gallery
+
+import numpy as np
+
+import wheeltapper as wt
+
+wheelset = wt.Wheelset(mass=1200, load=188_228)  # 100 kN per wheel with its weight
+scene = wt.Scenario(
+    vehicle=wheelset,
+    contact=wt.Hertz(constant=1.8825e11),
+    irregularity=wt.WheelFlat(length="40 mm", position="50 mm"),
+    speed=20,
+    duration=0.05,
+)
+tracks = {
+    "rigid": wt.StiffTrack(),
+    "one mass": wt.FloatingDeck(mass=300, stiffness=1.2e8, damping=1.2e5),
+    "soft pads": wt.tracks.Ballasted.named("Zhai2004"),
+    "stiff pads": wt.tracks.Ballasted.named("railFE_default"),
+    "slab": wt.tracks.Slab(rail="UIC60", spacing=0.65, pad_stiffness=40e6, pad_damping=12e3),
+}
+over = {"speed": np.linspace(5.0, 60.0, 12), "irregularity.0.length": np.array([0.02, 0.03, 0.04, 0.05, 0.06])}
+charts = {
+    name: wt.sweep(scene.replaced({"track": track}), over, wt.features.largest_force(over_static=True))
+    for name, track in tracks.items()
+}
+
+# %%
+# The worst speed of each track for each flat, where it is inside the range.
+
+
+def worst_speeds(chart):
+    """Return the speed of the largest force for each length, m/s; NaN where the force still rises at the end."""
+    force = chart.largest_force_over_static
+    inside = force.max("speed") > force.isel(speed=-1)
+    return force.idxmax("speed").where(inside)
+
+
+for name, chart in charts.items():
+    found = ", ".join(f"{3.6 * speed:.0f}" if speed == speed else "-" for speed in worst_speeds(chart).values)
+    print(f"{name}: worst at {found} km/h")
+rail = float(charts["stiff pads"].largest_force_over_static.sel({"speed": 60.0, "irregularity.0.length": 0.04}))
+print(f"40 mm at 216 km/h on sleepers: {rail:.3f} times the static force")
+
+# %%
+# The same as a picture.
+
+import matplotlib.pyplot as plt  # noqa: E402 - only where it is drawn
+
+figure, axes = plt.subplots(1, len(charts), figsize=(15, 3.4), sharey=True, layout="constrained")
+for axis, (name, chart) in zip(axes, charts.items(), strict=True):
+    for length, force in chart.largest_force_over_static.groupby("irregularity.0.length"):
+        axis.plot(3.6 * chart.speed, force.squeeze(), label=f"{1e3 * length:.0f} mm")
+    axis.set(title=name, xlabel="speed in km/h", yscale="log")
+axes[0].set_ylabel("largest force over static")
+axes[-1].legend(title="flat")

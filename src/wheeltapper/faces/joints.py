@@ -1,0 +1,71 @@
+"""Pictures of a joint's forces over speed, and of a run beside its limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wheeltapper.faces.panels import BLUE, GREEN, RED, legend_above
+from wheeltapper.ground.errors import InputError
+from wheeltapper.record.limits.comparison import LimitCheck
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+LINES = {
+    "P1": ("P1, first maximum", BLUE, "o-"),
+    "P1_jenkins": ("P1, Jenkins", BLUE, "--"),
+    "P2": ("P2, below {cutoff:g} Hz", RED, "s-"),
+    "P2_jenkins": ("P2, Jenkins", RED, "--"),
+    "largest_force": ("largest", GREEN, ":"),
+}
+"""Label, colour and line of each force."""
+
+
+def draw_joint(joint: xr.Dataset) -> Figure:
+    """Draw P1 and P2 over speed, of the march and by Jenkins' formulas; several wheelsets in panels of their own."""
+    from matplotlib.figure import Figure
+
+    wheelsets = joint.wheelset.values if "wheelset" in joint.dims else [None]
+    figure = Figure(figsize=(8.0, 4.8 * len(wheelsets)))
+    panels = figure.subplots(len(wheelsets), 1, sharex=True, squeeze=False)[:, 0]
+    for axis, wheelset in zip(panels, wheelsets, strict=True):
+        for name, (label, colour, line) in LINES.items():
+            if name in joint:
+                force = joint[name] if wheelset is None or "wheelset" not in joint[name].dims else joint[name].sel(
+                    wheelset=wheelset
+                )  # fmt: skip
+                words = label.format(cutoff=joint.attrs.get("cutoff", np.nan))
+                axis.plot(joint.speed, force / 1e3, line, color=colour, markersize=4, label=words)
+        of = "" if wheelset is None else f" {wheelset}"
+        axis.set_ylabel(f"force of the wheelset{of} [kN]")
+        legend_above(axis, 3)
+    panels[-1].set_xlabel("speed [m/s]")
+    figure.suptitle(f"joint with an angle of {1e3 * joint.attrs['angle']:.4g} mrad", x=0.02, ha="left")
+    return figure
+
+
+def draw_limits(found: LimitCheck) -> Figure:
+    """Draw each limit's value over what is allowed."""
+    from matplotlib.figure import Figure
+
+    if not len(found):
+        raise InputError("", "what", "no limit that was compared", "a check with one limit or more")
+    figure = Figure(figsize=(8.0, 1.4 + 0.32 * len(found)))
+    axis = figure.subplots()
+    rows = np.arange(len(found))
+    shares = [row.value / row.allowed for row in found]
+    colours = [RED if row.exceeded else BLUE for row in found]
+    axis.barh(rows, shares, color=colours, height=0.6)
+    axis.axvline(1.0, color="0.3", linewidth=1.0)
+    axis.set_yticks(rows, [f"{row.name}: {row.rule.text_of(row.allowed)}" for row in found], fontsize=8)
+    for y, row, share in zip(rows, found, shares, strict=True):
+        axis.annotate(
+            row.rule.text_of(row.value), (share, y), (3, 0), textcoords="offset points", va="center", fontsize=8
+        )
+    axis.set(xlabel="value over what is allowed", xlim=(0.0, 1.2 * max(1.0, *shares)), ylim=(len(found) - 0.5, -0.5))
+    exceeded = len(found.exceeded)
+    figure.suptitle(f"{exceeded} of {len(found)} limits exceeded; verify the current editions", fontsize=9)
+    return figure

@@ -1,0 +1,132 @@
+"""The gap D = δ + r·N along the logged parts of a march: the polynomial by which the march finds losses and impacts."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.march.general import layout, local, paths
+from wheeltapper.march.general.careful import SNAP
+from wheeltapper.march.general.crossings import NO_CROSSING, bernstein_value, first_crossing
+from wheeltapper.march.general.layout import BEGIN
+from wheeltapper.march.general.maxima import EXTREMES_MERGE
+from wheeltapper.march.general.records import Nodes, Room, Site
+from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.program import FloatArray
+
+BoolArray = NDArray[np.bool_]
+
+
+@inlined_kernel
+def _smallest(n: int, room: Room) -> float:
+    """Return the smallest value of the polynomial of degree n in `room.bernstein` on its interval."""
+    lowest = min(room.bernstein[BEGIN], room.bernstein[n])
+    for k in range(n):
+        room.F[k] = room.bernstein[k + 1] - room.bernstein[k]
+    at = 0.0
+    while True:
+        at = first_crossing(room.F, n - 1, 0.0, at, room.stack)
+        if at == NO_CROSSING:
+            return lowest
+        lowest = min(lowest, bernstein_value(room.bernstein, n, at, room.spare))
+        at += EXTREMES_MERGE
+
+
+@inlined_kernel
+def _press(row: FloatArray, nodes: Nodes, q: int, room: Room) -> None:
+    """Write the nodes of a part in contact and its forces; `room.after` takes the moments at its end."""
+    n = len(nodes.places)
+    local.map_nodes(
+        n, nodes.places, int(row[layout.ROW_MAP]), row[layout.ROW_ORIGIN], row[layout.ROW_SPAN], row[layout.ROW_S0],
+        row[layout.ROW_S1], room,
+    )  # fmt: skip
+    local.legendre_rows(n, room.theta, q, room.P)
+    for m in range(q):
+        room.after[m] = room.moments[m]
+    for k in range(n):
+        room.N[k] = row[layout.ROW_FORCES + k] * room.pace[k]
+        for m in range(q):
+            room.after[m] += nodes.weights[k] * room.N[k] * room.P[k, m]
+
+
+@inlined_kernel
+def _smallest_in_contact(row: FloatArray, nodes: Nodes, q: int, site: Site, room: Room) -> float:
+    """Return the smallest D of a part in contact, of which `_press` has written the nodes."""
+    n = len(nodes.places)
+    paths.heights(site.pieces, site.place, site.x0, site.stride, site.lift, n, room.theta, room.height, room.factor)
+    room.d[BEGIN], _ = local.gap_at(row[layout.ROW_FROM], q, room.free, site)
+    for k in range(n):  # with the moments up to each node
+        for m in range(q):
+            room.F[m] = room.moments[m]
+            for i in range(n):
+                room.F[m] += nodes.integrals[k, i] * room.N[i] * room.P[i, m]
+        local.free_sum(q, site.c, site.B, room.F, room.spare)
+        room.d[k + 1] = room.height[k]
+        for m in range(q):
+            room.d[k + 1] += room.P[k, m] * room.spare[m]
+    local.free_sum(q, site.c, site.B, room.after, room.spare)
+    room.d[n + 1], _ = local.gap_at(row[layout.ROW_TO], q, room.spare, site)
+    for k in range(n + 2):
+        total = 0.0
+        for j in range(n + 2):
+            total += nodes.ended[k, j] * room.d[j]
+        room.bernstein[k] = total
+    return _smallest(n + 1, room)
+
+
+@inlined_kernel
+def _smallest_in_flight(row: FloatArray, places: FloatArray, matrix: FloatArray, q: int, site: Site, room: Room) -> float:  # fmt: skip  # noqa: E501
+    """Return the smallest D of a part without force."""
+    n, start = len(places), row[layout.ROW_FROM]
+    for k in range(n):
+        room.d[k], _ = local.gap_at(start + (row[layout.ROW_TO] - start) * places[k], q, room.free, site)
+    for k in range(n):
+        total = 0.0
+        for j in range(n):
+            total += matrix[k, j] * room.d[j]
+        room.bernstein[k] = total
+    return _smallest(n - 1, room)
+
+
+@kernel
+def smallest_kernel(rows: FloatArray, wanted: BoolArray, gaps: FloatArray, kernels: FloatArray, residual: FloatArray, macro: Nodes, part: Nodes, places: FloatArray, matrix: FloatArray, pieces: FloatArray, ends: FloatArray, place: FloatArray, law: FloatArray, table: FloatArray, settings: FloatArray, begin: float, room: Room) -> float:  # fmt: skip  # noqa: E501
+    """Return the smallest D in the wanted ones of a contact's rows.
+
+    `gaps` are its c of each macro step, `kernels` and `residual` its tables over the places in a bay, `place` is its
+    state at time zero.
+    """
+    q = gaps.shape[1]
+    stride = settings[layout.SPEED_NOW] * settings[layout.STEP_NOW]
+    smallest = np.inf
+    now = -1
+    for r in range(len(rows)):
+        row = rows[r]
+        step = int(row[layout.ROW_STEP])
+        p = step % len(kernels)
+        site = Site(
+            gaps[step], kernels[p], residual[p], pieces, place, ends, law, table, begin + step * stride, stride,
+            1.0 / settings[layout.LENGTH_UNIT], settings[layout.STEP_NOW],
+        )  # fmt: skip
+        if step != now:
+            room.moments[:q] = 0.0
+            now = step
+        while paths.piece_stop(pieces, place, site.x0, stride) <= row[layout.ROW_FROM] + SNAP:
+            joined = paths.enter_next_piece(
+                pieces, int(ends[layout.TABLE_BEGIN]), int(ends[layout.TABLE_END]), int(ends[layout.TABLE_LOOP]),
+                int(ends[layout.TABLE_JOIN]), place,
+            )  # fmt: skip
+            if joined < 0:
+                return smallest
+        local.free_sum(q, site.c, site.B, room.moments, room.free)
+        if row[layout.ROW_NODES] == 1.0:
+            if wanted[r]:
+                smallest = min(smallest, _smallest_in_flight(row, places, matrix, q, site, room))
+            continue
+        nodes = macro
+        if row[layout.ROW_NODES] != len(macro.places):
+            nodes = part
+        _press(row, nodes, q, room)
+        if wanted[r]:
+            smallest = min(smallest, _smallest_in_contact(row, nodes, q, site, room))
+        room.moments[:q] = room.after[:q]
+    return smallest

@@ -1,0 +1,74 @@
+"""Distance of a contact from a further loss, on rails that give way: a margin that passes zero when the loss appears.
+
+D = δ + r·N, the indentation and the local deflection of the track, is positive in contact and negative in flight.
+
+the loss happened      the smallest D of its flight: minus the largest clearance
+it did not             the smallest D in contact since the impact before it
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.general import layout
+from wheeltapper.march.general.careful import SNAP
+from wheeltapper.march.general.contract import Task
+from wheeltapper.march.general.ensemble import march_alone
+from wheeltapper.march.general.gap_along import smallest_kernel
+from wheeltapper.march.general.march import Found, first_places, room_of
+from wheeltapper.march.program import FloatArray
+
+NEAR = 2.0, 0.1
+"""A part may hold the smallest D if its smallest force at a node is at most so many times that of all parts, plus so
+many static units."""
+
+
+def _wanted_rows(rows: FloatArray, events: FloatArray, losses: int) -> NDArray[np.bool_]:
+    """Return the rows of a contact in which its margin can be, from times in macro steps and kinds of its events."""
+    times, kinds = events[:, contract.EVENT_TIME], events[:, contract.EVENT_KIND]
+    lost, hit = times[kinds == contract.LOSS], times[kinds == contract.IMPACT]
+    begins = rows[:, layout.ROW_STEP] + rows[:, layout.ROW_FROM]
+    flying = rows[:, layout.ROW_NODES] == 1.0
+    if len(lost) >= losses:
+        until = hit[losses - 1] if len(hit) >= losses else np.inf
+        return np.asarray(flying & (begins >= lost[losses - 1] - SNAP) & (begins < until))
+    since = -1.0 if losses == 1 else hit[losses - 2] if len(hit) >= losses - 1 else np.inf
+    held = ~flying & (begins > since + SNAP)
+    nodes = np.arange(layout.MOST_NODES) < rows[:, [layout.ROW_NODES]]
+    least = np.where(nodes, rows[:, layout.ROW_FORCES :], np.inf).min(axis=1)
+    return np.asarray(held & (least <= NEAR[0] * least[held].min(initial=np.inf) + NEAR[1]))
+
+
+def margin_of(found: Found, losses: int) -> float:
+    """Return how far a march is from the `losses`-th loss of any of its contacts, m; negative where it happened."""
+    prepared, logs = found.prepared, found.logs
+    data, tables, room = prepared.data, prepared.tables, room_of(len(prepared.motion.bodies))
+    out = np.inf
+    for i, place in enumerate(first_places(data)):
+        events = found.events[found.events[:, contract.EVENT_CONTACT] == i] / [prepared.grid.seconds, 1.0, 1.0, 1.0]
+        rows = logs.rows[logs.rows[:, layout.ROW_CONTACT] == i]
+        lost = int((events[:, contract.EVENT_KIND] == contract.LOSS).sum())
+        here = smallest_kernel(
+            rows, _wanted_rows(rows, events, losses), np.ascontiguousarray(logs.gaps[:, i]), tables.kernels[i],
+            tables.residual[i], data.macro, data.part, data.places, data.matrix, data.pieces, data.ends[i], place,
+            data.laws[i], data.table, data.settings, float(data.starts[i]), room,
+        )  # fmt: skip
+        none = 0.0 if lost >= losses else 1.0  # a loss that ends as it begins; or none before this one either
+        out = min(out, here if np.isfinite(here) else none)
+    return out * prepared.units.length
+
+
+def margins_of(tasks: Sequence[Task], losses: int, threads: int) -> FloatArray:
+    """Return the margin of each cell from the `losses`-th loss of any of its contacts, m; NaN where it broke off."""
+    out = np.full(len(tasks), np.nan)
+
+    def read(number: int, found: Found) -> None:
+        if found.status == contract.DONE:
+            out[number] = margin_of(found, losses)
+
+    march_alone(tasks, threads, read)
+    return out

@@ -1,0 +1,181 @@
+"""Maps and borders on rails that give way: single records, the march of one wheel on a rigid rail, and bisection."""
+
+import numpy as np
+import pytest
+
+import wheeltapper as wt
+from wheeltapper.ask.border import _Plane
+from wheeltapper.describe.registry import registered_in
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.cells_on_rails import CellsOnRails
+from wheeltapper.march.general.ensemble import works_of
+from wheeltapper.record.features.base import ROOM
+
+pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")
+TRACK = wt.tracks.Ballasted.named("rolland_UIC60_example").model_copy(update={"cutoff": 3000.0, "bays": 40})
+FLAT = wt.Scenario(
+    vehicle=wt.Wheelset(mass=1200, load=188_228), track=TRACK, contact=wt.Hertz(constant=1.8825e11),
+    irregularity=wt.WheelFlat(length=0.06, position=0.05), speed=20, duration=0.03,
+)  # fmt: skip
+BEHIND = wt.vehicles.Wheelsets(
+    wheelsets=(wt.Wheelset(mass=1200, load=188_228), wt.Wheelset(mass=1000, load=150e3)), positions=(0.0, -1.8)
+)
+OWN = wt.contact.Law(lambda depth: 1.8825e11 * depth**1.5, largest=2e-3)
+PAIR = FLAT.replaced({"vehicle": BEHIND, "contact": OWN})
+ON_SLAB = FLAT.replaced({
+    "vehicle": wt.vehicles.Bogie(**wt.vehicles.Bogie.example),
+    "track": wt.tracks.Slab(**wt.tracks.Slab.example, cutoff=3000.0, bays=40),
+    "irregularity": wt.Corrugation(amplitude=6e-5, wavelength=0.05, start=0.02), "rolling": "point",
+})  # fmt: skip
+F = wt.features
+PLAIN = [
+    F.largest_force(), F.largest_force(over_static=True), F.number_of_impacts(), F.time_in_air(), F.first_loss(),
+    F.last_loss(), F.force_ratio(), F.impact_interval(), F.impact_interval(between="peaks").renamed("between_peaks"),
+    F.contact_frequency(), F.decay_rate(), F.missing_energy(),
+]  # fmt: skip
+CASES = {
+    "a wheelset": (
+        FLAT,
+        {"speed": [20.0, 31.0], "irregularity.0.length": [0.02, 0.06], "vehicle.mass": [900.0, 1300.0]},
+    ),
+    "masses and springs": (FLAT, {"vehicle.load": [1e5, 2e5], "track.pad_stiffness": [1e8, 3e8]}),
+    "two wheelsets, a law of one's own": (PAIR, {"speed": [20.0, 26.0], "vehicle.positions.1": [-1.8, -2.5]}),
+    "a bogie on a slab": (ON_SLAB, {"irregularity.0.wavelength": [0.04, 0.05], "vehicle.frame_mass": [2e3, 3e3]}),
+}
+
+
+def swept(scene, over, features, **more):
+    return wt.sweep(scene, over, features, progress=False, **more)
+
+
+def far(found, expected):
+    """Return the relative difference of values, both of which may be NaN."""
+    found, expected = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
+    assert np.array_equal(np.isnan(found), np.isnan(expected))
+    return np.nanmax(np.abs(found - expected) / np.maximum(np.abs(expected), 1e-30), initial=0.0)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_map_holds_what_records_say(name):
+    scene, over = CASES[name]
+    chart = swept(scene, over, PLAIN)
+    assert (chart.status == 0).all()
+    several = len(getattr(scene.vehicle, "positions", (0.0,))) > 1
+    assert chart.largest_force.dims == (("wheelset",) if several else ()) + tuple(over)
+    hit = 0
+    for cell in np.ndindex(*(len(values) for values in over.values())):
+        one = {path: values[i] for (path, values), i in zip(over.items(), cell, strict=True)}
+        record = wt.simulate(scene.replaced(one), progress=False)
+        hit += len(record.events.time)
+        for feature in PLAIN:
+            loose = 1e-10 if feature.name == "decay_rate" else 1e-12  # small differences of logarithms
+            assert far(chart[feature.name].values[(..., *cell)], feature(record).values) < loose, feature.name
+    assert hit > 4
+
+
+def test_what_comes_of_a_cell_depends_on_no_other_cell_and_no_thread():
+    over = {"speed": [20.0, 31.0], "irregularity.0.length": np.linspace(0.02, 0.08, 7)}
+    whole = swept(FLAT, over, PLAIN, threads=1)
+    assert swept(FLAT, over, PLAIN, threads=2).equals(whole)
+    some = swept(FLAT, {"speed": [31.0], "irregularity.0.length": over["irregularity.0.length"][3:5]}, PLAIN)
+    assert some.equals(whole.sel(speed=[31.0]).isel({"irregularity.0.length": slice(3, 5)}))
+
+
+def test_cells_of_one_speed_share_the_tables_of_the_track():
+    over = {"speed": np.repeat([20.0, 30.0], 3), "vehicle.mass": np.array([900.0, 1000.0, 1100.0] * 2)}
+    many = CellsOnRails(FLAT, over)
+    assert sorted(len(work.numbers) for work in works_of(many.tasks, 1)) == [3, 3]
+    assert len({id(task.system.ring) for task in many.tasks}) == 1
+    assert len({id(task.system.contacts[0].pieces) for task in many.tasks}) == 1
+    assert len({id(task.system.bodies) for task in many.tasks}) == 3
+
+
+@pytest.mark.parametrize("name", sorted(registered_in(ROOM)))
+def test_every_feature_works_as_in_a_record_or_is_refused_by_name(name):
+    feature = F.named(name)
+    if name == "growth_exponent":
+        with pytest.raises(InputError, match=r"features.growth_exponent.*`orbits` does not take"):
+            swept(FLAT, {"speed": [20.0]}, [feature])
+        return
+    chart = swept(FLAT, {"speed": [20.0, 31.0]}, [feature])
+    for i, speed in enumerate((20.0, 31.0)):
+        record = wt.simulate(FLAT.replaced({"speed": speed}), progress=False)
+        assert far(chart[feature.name].values[i], float(feature(record))) < 1e-12
+
+
+def test_a_map_that_ends_early_says_the_same():
+    over = {"irregularity.0.length": [0.05, 0.07]}
+    short = swept(FLAT, over, [F.first_loss(), F.impact_interval()])
+    whole = swept(FLAT, over, [F.first_loss(), F.impact_interval(), F.largest_force()])
+    assert far(short.first_loss, whole.first_loss) == 0.0
+    assert far(short.impact_interval, whole.impact_interval) == 0.0
+
+
+def test_cells_that_cannot_be_computed_are_refused_one_by_one():
+    with pytest.warns(UserWarning, match="1 of 2 cells"):
+        chart = swept(FLAT, {"speed": [20.0, 900.0]}, [F.largest_force()])
+    assert list(chart.status.values) == [0, 5]
+    assert np.isnan(chart.largest_force.values[1])
+    assert chart.largest_force.values[0] > 1e5
+
+
+# -- borders ----------------------------------------------------------------------------------------------------------
+
+DIP = wt.Scenario(
+    vehicle=wt.Wheelset(mass=1500, load=85_285), contact=wt.Hertz(constant=9e10), rolling="point", speed=5,
+    irregularity=wt.CosineBump(height=-6e-5, length=0.02, start=0.05), duration=0.2,
+)  # fmt: skip
+GENERALLY = DIP.replaced({"vehicle": wt.vehicles.Wheelsets(wheelsets=(DIP.vehicle,), positions=(0.0,))})
+PATHS = ("irregularity.0.height", "speed")
+
+
+@pytest.mark.parametrize("losses", [1, 2])
+def test_on_a_rigid_rail_the_margin_is_that_of_the_wheels_march(losses):
+    height, speed = np.meshgrid(np.linspace(-1.5e-4, -3e-5, 6), np.linspace(3.0, 8.0, 4))
+    general = _Plane(GENERALLY, PATHS, losses, "strict", 2).margin(height, speed)
+    wheel = _Plane(DIP, PATHS, losses, "strict", 2).margin(height, speed)
+    assert np.array_equal(general < 0.0, wheel < 0.0)
+    if losses == 1:
+        assert np.abs(general - wheel).max() < 1e-11
+    assert np.abs(general - wheel)[wheel < 0.0].max() < 1e-11
+
+
+def test_the_threshold_of_the_dip():
+    """0.06407 mm at 5 m/s, and no contact change below (docs/theory/accuracy.rst, section 10.3)."""
+    over = {"irregularity.0.height": [-6.6e-5, -6.2e-5], "speed": [4.9, 5.1]}
+    curve = wt.border(GENERALLY, over, resolution=2, progress=False)
+    onset = float(curve["irregularity.0.height"].values[np.abs(curve.speed.values - 5.0) < 1e-12][0])
+    assert -onset == pytest.approx(0.06407e-3, abs=1e-8)
+    changes = [
+        len(wt.simulate(GENERALLY.replaced({"irregularity.0.height": share * onset}), progress=False).events.time)
+        for share in (1.0005, 1.0 - 1e-9, 0.9995)
+    ]
+    assert changes[1:] == [0, 0]
+    assert changes[0] > 0
+
+
+def test_a_border_on_rails_is_where_bisection_of_runs_finds_it():
+    over = {"speed": [12.0, 28.0], "irregularity.0.length": [0.03, 0.055]}
+    curve = wt.border(FLAT, over, resolution=4, progress=False)
+    assert curve.sizes["point"] >= 3
+    assert np.abs(curve.margin.values).max() < 1e-11
+    number = curve.sizes["point"] // 2
+    speed, length = float(curve.speed[number]), float(curve["irregularity.0.length"][number])
+
+    def loses(length):
+        one = FLAT.replaced({"speed": speed, "irregularity.0.length": length})
+        return len(wt.simulate(one, progress=False).events.time) > 0
+
+    low, high = 0.98 * length, 1.02 * length
+    assert loses(high)
+    assert not loses(low)
+    while high - low > 1e-9 * length:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if loses(middle) else (middle, high)
+    assert low == pytest.approx(length, rel=1e-6)
+
+
+def test_a_border_with_damping_in_the_contact_is_refused_by_name():
+    damped = FLAT.replaced({"contact": wt.Hertz(constant=1.8825e11, restitution=0.8)})
+    with pytest.raises(InputError, match="`border` does not take"):
+        wt.border(damped, {"speed": [10.0, 20.0], "irregularity.0.length": [0.03, 0.06]})
