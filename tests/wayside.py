@@ -240,24 +240,31 @@ def _contact(open_deflection, gives, guess):
     return n
 
 
-def train_of(line, passages, speed, rate, axles, chosen, direction=1):
+def train_of(line, passages, speed, rate, axles, chosen):
     """Return readings (channel, time) of a train at constant speed, and the time at which each axle is at x = 0.
 
     `axles` are distances behind the leading one, m, `chosen` the number of each axle's passage.
     """
     a, b = line.way
-    lead = (axles[-1] + (b - a) + 2.0) / speed
-    out = np.zeros((len(line.channels), int(lead * rate) + 1))
-    begin = 0.5 / speed
+    out = np.zeros((len(line.channels), int((axles[-1] + (b - a) + 2.0) / speed * rate) + 1))
     times = []
     for behind, number in zip(axles, chosen, strict=True):
-        first = round((begin + behind / speed) * rate)
+        first = round((0.5 + behind) / speed * rate)
         readings = passages.readings[number]
-        if direction < 0:
-            raise NotImplementedError
         out[:, first : first + readings.shape[1]] += readings
         times.append(first / rate - a / speed)
     return out, np.array(times)
+
+
+def slow_train(line, lead, axles, loads):
+    """Return readings (channel, time) of axles that move slowly; `lead` is where the leading one is, m, at each time."""
+    x = np.linspace(*line.way, 1600)
+    shown = line.influence(x)
+    out = np.zeros((len(line.channels), len(lead)))
+    for behind, load in zip(axles, loads, strict=True):
+        for row, one in zip(out, shown, strict=True):
+            row += load * np.interp(lead - behind, x, one, left=0.0, right=0.0)
+    return out
 
 
 def spoiled(readings, rate, windows, level, gains, drift, rng):

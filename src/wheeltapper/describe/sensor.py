@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Final, Literal
 
 from pydantic import Field, model_validator
 
@@ -17,7 +17,7 @@ from wheeltapper.describe.noun import (
 )
 from wheeltapper.ground.errors import InputError
 
-DECK = "deck acceleration"
+DECK: Final = "deck acceleration"
 BETWEEN_GAUGES = ("contact force", "rail shear force")
 """Kinds that read the force of a wheel while it is between two places, and nothing of it elsewhere."""
 AT_A_SEAT = ("pad force", "sleeper force")
@@ -32,10 +32,10 @@ class Sensor(Noun):
     Parameters
     ----------
     kind
-        "deck acceleration", m/s², upwards; or a force, N: "contact force" of an instrumented length from x1 to x2, "rail
-        shear force" between two gauges at x1 and x2 (the difference of the two shear forces: what stands on the rail
-        between them), "pad force" of a seat, "sleeper force" (on the ballast, or of a load cell under the sleeper).
-        Compression is positive.
+        "deck acceleration", m/s², upwards; or a force, N, compression positive: "contact force" of an instrumented
+        length from x1 to x2; "rail shear force" between two gauges at x1 and x2 (the difference of the two shear
+        forces: what stands on the rail between them); "pad force" of a seat; "sleeper force" (on the ballast, or of a
+        load cell under the sleeper).
     name
         Name of its column (channel) in the files, or of its file where a file has one column.
     x1, x2

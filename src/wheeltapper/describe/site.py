@@ -144,6 +144,12 @@ class Site(Noun):
                 raise InputError("", "uncertainty", f"{path!r}, where there is no number", "paths of numbers")
         return self
 
+    @property
+    def wheel_radius(self) -> float | None:
+        """The stated radius of the wheels, m: its own, or that of the passage; or None."""
+        own = self.radius if self.radius is not None or self.passage is None else self.passage.vehicle.radius
+        return None if own is None else float(own)
+
     def __hash__(self) -> int:
         own = (self.passage, self.sensor, self.sensors, self.spacing, self.radius)
         return hash((*own, tuple(self.uncertainty.items()), self.misfit, self.trigger, self.name))

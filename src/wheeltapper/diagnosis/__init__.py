@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from wheeltapper.diagnosis.site.neighbours import Neighbour as Neighbour
     from wheeltapper.diagnosis.site.synthetic import synthesise_train as synthesise_train
     from wheeltapper.diagnosis.train import diagnose_train as diagnose_train
+    from wheeltapper.diagnosis.wayside.channels import read_channels as read_channels
+    from wheeltapper.diagnosis.wayside.measure import calibrated as calibrated
+    from wheeltapper.diagnosis.wayside.measure import measure_trains as measure_trains
     from wheeltapper.record.limits.rule import read_rules as read_rules
     from wheeltapper.record.read_recording import write_recording as write_recording
     from wheeltapper.record.recording import Recording as Recording
@@ -45,6 +48,7 @@ _HOMES = {
     "Sensor": "describe.sensor",
     "Site": "describe.site",
     "assess": "diagnosis.performance",
+    "calibrated": "diagnosis.wayside.measure",
     "combinations": "diagnosis.inference.combinations",
     "diagnose_all": "diagnosis.folder",
     "diagnose_train": "diagnosis.train",
@@ -54,7 +58,9 @@ _HOMES = {
     "imitation": "diagnosis.force.reconstruction",
     "imitation_map": "diagnosis.force.imitation_map",
     "information": "diagnosis.inference.information",
+    "measure_trains": "diagnosis.wayside.measure",
     "noise_threshold": "diagnosis.detection.signal_response",
+    "read_channels": "diagnosis.wayside.channels",
     "read_rules": "record.limits.rule",
     "reconstructed": "diagnosis.force.reconstruction",
     "roc": "diagnosis.detection.roc",

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import nan
+from math import inf, nan
 from typing import Any, NamedTuple
 
 from wheeltapper.describe.site import Site
@@ -29,11 +29,13 @@ class Alarm(NamedTuple):
     rule: Rule
     value: float  # SI
     forces_from: str = "model"  # or "recording"
+    side: str = ""  # of the wheel, if it is known
 
     def to_dict(self) -> dict[str, Any]:
         """Return it for JSON; in SI units."""
+        side = {"side": self.side} if self.side else {}
         return {
-            "axle": self.axle, "rule": self.rule.name, "level": self.rule.level, "quantity": self.rule.quantity,
+            "axle": self.axle, **side, "rule": self.rule.name, "level": self.rule.level, "quantity": self.rule.quantity,
             "value": self.value, "forces_from": self.forces_from, "limit": self.rule.limit, "verify": self.rule.verify,
         }  # fmt: skip
 
@@ -42,7 +44,8 @@ class Alarm(NamedTuple):
         word = "at least" if self.rule.when == "reached" else "more than"
         measured = " from the recording" if self.forces_from == "recording" else ""
         edition = f", {self.rule.edition}" if self.rule.edition else ""
-        text = f"axle {self.axle}: {self.rule.level}: {self.rule.quantity.replace('_', ' ')} {value}{measured}"
+        where = f"axle {self.axle} {self.side}".strip()
+        text = f"{where}: {self.rule.level}: {self.rule.quantity.replace('_', ' ')} {value}{measured}"
         return f"{text}, {word} {self.rule.limit_text}; {self.rule.name}{edition}; {self.rule.verify}"
 
 
@@ -103,12 +106,37 @@ def alarms_of(entries: Sequence[Mapping[str, Any]], rules: Sequence[Rule], site:
     """Return all alarms of the wheelsets, beginning with the leading one."""
     out = []
     for axle, entry in enumerate(entries, 1):
+        if "wheels" in entry:
+            out += _alarms_of_wheels(axle, entry, rules, site)
+            continue
         source = str(entry.get("forces_from") or "model")
         for rule in rules:
             value = compared_value(entry, rule, site)
             if rule.raised_by(value, _static_force(entry, rule, site)):
                 out.append(Alarm(axle, rule, value, source))
     return tuple(out)
+
+
+def _alarms_of_wheels(axle: int, entry: Mapping[str, Any], rules: Sequence[Rule], site: Site) -> list[Alarm]:
+    """Return the alarms of an axle whose wheels were measured each by itself.
+
+    A rule for wheels of certain diameters is compared only if the site states the radius. The largest force of an axle
+    is at most the sum of its wheels' largest.
+    """
+    out = []
+    radius, wheels = site.wheel_radius, [one for one in entry["wheels"] if one["static_force"] is not None]
+    forces = [(str(one["side"] or ""), one["static_force"], one["largest_force"]) for one in wheels]
+    both = [("", sum(one[1] for one in forces), sum(one[2] for one in forces))] if len(forces) == 2 else []
+    for rule in rules:
+        any_diameter = rule.diameter_above == 0.0 and rule.diameter_up_to == inf
+        diameter = 2.0 * radius if radius is not None else 1.0 if any_diameter else nan
+        if rule.quantity in OF_FAULTS or not rule.is_of_bare_forces or rule.misfit(diameter, entry["speed"]):
+            continue
+        for side, static, peak in both if rule.per == "axle" else forces:
+            value = peak if rule.quantity == "peak_force" else peak / static - (rule.quantity == "dynamic_increment")
+            if rule.raised_by(value, static):
+                out.append(Alarm(axle, rule, value, "recording", side))
+    return out
 
 
 def _number_or_nan(value: Any) -> float:

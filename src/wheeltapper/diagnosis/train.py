@@ -30,13 +30,20 @@ from wheeltapper.record.simulate import simulate
 FORMAT = 1
 """Version of the layout of a train's JSON."""
 COLUMNS = (
-    ("axle", "axle", "d"), ("speed_kmh", "km/h", ".1f"), ("static_kn", "static kN", ".1f"),
+    ("vehicle", "vehicle", "d"), ("axle", "axle", "d"), ("side", "side", "s"),
+    ("speed_kmh", "km/h", ".1f"), ("static_kn", "static kN", ".1f"),
     ("peak_kn", "peak kN", ".1f"), ("peak_kips", "peak kips", ".1f"), ("dynamic_ratio", "peak/static", ".2f"),
     ("dynamic_increment", "(peak-static)/static", ".2f"),
     ("level_kn", "level kN", ".1f"), ("forces_from", "forces from", "s"), ("verdict", "verdict", "s"),
-    ("probability", "probability", ".3f"), ("size", "size", "s"), ("alarms", "alarms", "s"),
+    ("probability", "probability", ".3f"), ("size", "size", "s"), ("axle_kn", "axle kN", ".1f"),
+    ("left_right", "left-right", "+.3f"), ("strikes", "strikes", "d"), ("repeats_after", "every m", ".2f"),
+    ("alarms", "alarms", "s"),
 )  # fmt: skip
 """Columns of the table: key, heading, and the format of the values."""
+OF_WHEELS = ("vehicle", "side", "axle_kn", "left_right", "strikes", "repeats_after")
+"""Columns that only trains have whose wheels were measured each by itself."""
+OF_MODELS = ("level_kn", "probability", "size")
+"""Columns that only a model fills."""
 FEWEST = 6
 """Largest number of alarms of one axle that are printed in full; the rest are counted."""
 
@@ -61,6 +68,12 @@ class TrainFinding:
         irregularity.
     findings
         The findings themselves, if they were given.
+    notes
+        What was found in the recordings of a train that was measured without a model.
+    vehicles
+        Of such a train: for each vehicle its number, kind, first_axle, last_axle, axles, wheelbases (m), distance of
+        its outer axles (m), load (N), and left_right, front_rear and diagonal: (a - b)/(a + b) of the loads of its
+        sides, its outer bogies, and front left with rear right against the others.
     """
 
     axles: tuple[dict[str, Any], ...]
@@ -71,6 +84,8 @@ class TrainFinding:
     date: str = ""
     healthy_ratio: float = np.nan
     findings: tuple[Finding, ...] = ()
+    notes: tuple[str, ...] = ()
+    vehicles: tuple[dict[str, Any], ...] = ()
 
     def alarms_at(self, axle: int) -> tuple[Alarm, ...]:
         """Return the alarms of one wheelset, numbered from 1."""
@@ -78,13 +93,45 @@ class TrainFinding:
         return tuple(alarm for alarm in self.alarms if alarm.axle == axle)
 
     def table(self) -> list[dict[str, Any]]:
-        """Return one row per wheelset; None stands for values that do not exist.
+        """Return one row per wheelset, or per wheel where each was measured; None stands for what does not exist.
 
         Keys: axle, speed_kmh, static_kn, peak_kn, peak_kips, dynamic_ratio (peak over static), dynamic_increment
         ((peak - static) over static), level_kn (peak on level track), forces_from ("model" or "recording"), verdict,
         probability, size (as text), alarms (names of the rules). Forces are those of the wheelset, in kN and in kips.
+        In a row of a wheel they are the wheel's, and there are vehicle, side, axle_kn (static force of the axle),
+        left_right ((left - right) over their sum), strikes (their number), repeats_after (m, if it is a wheel's
+        circumference).
         """
-        return [self._axle_row(number, entry) for number, entry in enumerate(self.axles, 1)]
+        rows = []
+        for number, entry in enumerate(self.axles, 1):
+            wheels = entry.get("wheels")
+            rows += [self._axle_row(number, entry)] if wheels is None else [
+                self._wheel_row(number, entry, wheel) for wheel in wheels
+            ]  # fmt: skip
+        return rows
+
+    def to_dataframe(self) -> Any:
+        """Return the table as a pandas DataFrame."""
+        import pandas as pd  # type: ignore[import-untyped]
+
+        return pd.DataFrame(self.table(), columns=[key for key, _, _ in self._columns()])
+
+    def _columns(self) -> list[tuple[str, str, str]]:
+        """Return the columns that this train can have."""
+        measured = any("wheels" in entry for entry in self.axles)
+        left_out = OF_MODELS if measured else OF_WHEELS
+        return [column for column in COLUMNS if column[0] not in left_out]
+
+    def _wheel_row(self, number: int, entry: Mapping[str, Any], wheel: Mapping[str, Any]) -> dict[str, Any]:
+        row = self._axle_row(number, {**entry, **wheel})
+        load, side = entry.get("static_force"), wheel["side"]
+        alarms = [one.rule.name for one in self.alarms_at(number) if one.side in ("", side or "")]
+        more = {
+            "vehicle": entry["vehicle"], "side": side, "axle_kn": None if load is None else 1e-3 * load,
+            "left_right": entry["left_right"], "strikes": len(wheel["strikes"]),
+            "repeats_after": wheel["repeats_after"], "alarms": alarms,
+        }  # fmt: skip
+        return {key: (row | more)[key] for key, _, _ in self._columns()}
 
     def _axle_row(self, number: int, entry: Mapping[str, Any]) -> dict[str, Any]:
         static, peak, speed = (entry.get(name) for name in ("static_force", "largest_force", "speed"))
@@ -108,9 +155,12 @@ class TrainFinding:
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything for one JSON; in SI units."""
-        wheels = self.site.passage.vehicle.wheels
         axles = []
-        for row, entry in zip(self.table(), self.axles, strict=True):
+        for number, entry in enumerate(self.axles, 1):
+            if "wheels" in entry:
+                axles.append({"axle": number, **entry, "alarms": [one.to_dict() for one in self.alarms_at(number)]})
+                continue
+            row, wheels = self._axle_row(number, entry), self.site.passage.vehicle.wheels
             more = {name: row[name] for name in ("dynamic_ratio", "dynamic_increment")}
             largest = wheel_forces(entry, wheels)[1]
             alarms = [alarm.to_dict() for alarm in self.alarms_at(row["axle"])]
@@ -123,6 +173,7 @@ class TrainFinding:
             "site": self.site.name,
             "healthy_dynamic_ratio": _or_none(self.healthy_ratio),
             "axles": axles,
+            **({"vehicles": list(self.vehicles)} if self.vehicles else {}),
             "rules": [rule.to_dict() for rule in self.rules],
             "notes": list(self._train_notes()),
         }
@@ -130,9 +181,9 @@ class TrainFinding:
     def __str__(self) -> str:
         """Return the table, the alarms and notes about them."""
         head = ", ".join(part for part in (self.name, self.date, self.site.name) if part)
-        faulty = [str(row["axle"]) for row in self.table() if row["verdict"] != HEALTHY]
-        count = f"{len(self.axles)} axles, " + (f"not healthy: {', '.join(faulty)}" if faulty else "all healthy")
-        lines = [f"{head}: {count}" if head else count, *_aligned_lines(self.table())]
+        count = f"{len(self.axles)} axles, {self._faulty_text()}"
+        lines = [f"{head}: {count}" if head else count, *_aligned_lines(self.table(), self._columns())]
+        lines += [_vehicle_line(vehicle) for vehicle in self.vehicles]
         for axle in range(1, len(self.axles) + 1):
             alarms = self.alarms_at(axle)
             lines += [str(alarm) for alarm in alarms[:FEWEST]]
@@ -140,7 +191,18 @@ class TrainFinding:
                 lines.append(f"axle {axle}: and {len(alarms) - FEWEST} more alarms")
         return "\n".join([*lines, *self._train_notes()])
 
+    def _faulty_text(self) -> str:
+        rows = self.table()
+        if any("wheels" in entry for entry in self.axles):
+            struck = [f"{row['axle']} {row['side'] or ''}".strip() for row in rows if row["strikes"]]
+            return f"strikes: axle {', '.join(struck)}" if struck else "no strikes"
+        faulty = [str(row["axle"]) for row in rows if row["verdict"] != HEALTHY]
+        return f"not healthy: {', '.join(faulty)}" if faulty else "all healthy"
+
     def _train_notes(self) -> tuple[str, ...]:
+        if any("wheels" in entry for entry in self.axles):
+            verify = ("alarm rules are to compare with; each says: verify current edition",) if self.alarms else ()
+            return (*self.notes, *verify)
         notes = ["peaks and ratios are those of the wheelset, over this site's irregularity"]
         if np.isfinite(self.healthy_ratio):
             notes[0] += f", where a healthy wheelset as stated has {self.healthy_ratio:.2f} times its static force"
@@ -176,7 +238,19 @@ def _or_none(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _aligned_lines(rows: list[dict[str, Any]]) -> list[str]:
+def _vehicle_line(vehicle: Mapping[str, Any]) -> str:
+    """Return a vehicle as a line of text."""
+    first, last = vehicle["first_axle"], vehicle["last_axle"]
+    axles = f"axles {first} to {last}" if last > first else f"axle {first}"
+    text = f"vehicle {vehicle['vehicle']}: {axles}, {vehicle['kind']}"
+    if vehicle["load"] is not None:
+        text += f", {1e-3 * vehicle['load']:.1f} kN ({vehicle['load'] / 9.80665e3:.1f} t)"
+    names = {"left_right": "left-right", "front_rear": "front-rear", "diagonal": "diagonal"}
+    parts = [f"{name} {vehicle[key]:+.3f}" for key, name in names.items() if vehicle[key] is not None]
+    return ", ".join([text, *parts])
+
+
+def _aligned_lines(rows: list[dict[str, Any]], columns: Sequence[tuple[str, str, str]]) -> list[str]:
     """Return a table as lines of text: numbers aligned to the right, words to the left."""
 
     def cell_text(value: Any, form: str) -> str:
@@ -185,11 +259,11 @@ def _aligned_lines(rows: list[dict[str, Any]]) -> list[str]:
         return ", ".join(value) if isinstance(value, list) else format(value, form)
 
     cells = [
-        [heading for _, heading, _ in COLUMNS],
-        *([cell_text(row[key], form) for key, _, form in COLUMNS] for row in rows),
+        [heading for _, heading, _ in columns],
+        *([cell_text(row[key], form) for key, _, form in columns] for row in rows),
     ]
-    widths = [max(len(line[i]) for line in cells) for i in range(len(COLUMNS))]
-    left = [form == "s" for _, _, form in COLUMNS]
+    widths = [max(len(line[i]) for line in cells) for i in range(len(columns))]
+    left = [form == "s" for _, _, form in columns]
     return [
         "  ".join(
             cell.ljust(width) if words else cell.rjust(width)

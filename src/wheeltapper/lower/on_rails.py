@@ -94,27 +94,20 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
     """Lower a scenario to a task of the general march."""
     check_known(scenario)
     vehicle = on_wheels(scenario)
-    places = vehicle.plane.positions
-    modes, reach, seat = under_wheels(scenario, vehicle.plane.extent, method)
-    way, anomalies, recurring = float(scenario.speed * scenario.duration), NONE, tuple[Note, ...]()
-    if modes is not None and reach is not None:
-        check_speed(float(scenario.speed), scenario.track, modes.ring, GENERAL_METHODS[method], way)
-        recurring = check_seats(scenario.track, reach.bays, min(places) - seat, max(places) + way - seat)
-        anomalies = anomalies_of(scenario.track, section_of(scenario.track), reach.bays)
+    under = under_wheels(scenario, vehicle.plane.extent, method)
+    way = float(scenario.speed * scenario.duration)
+    recurring = checked_way(scenario, vehicle.plane, under, float(scenario.speed), way, method)
     tables, notes = paths_of(scenario, vehicle.plane, way, METHODS[method])
-    ports = tuple(_port(modes, void) for void in anomalies.voids) if isinstance(modes, IrregularModes) else ()
-    bodies = vehicle.bodies._replace(shapes=np.pad(vehicle.bodies.shapes, ((0, 0), (0, len(ports)))))
-    contacts = contacts_of(tables, vehicle, seat) + ports
-    system = general.System(bodies, contacts, float(scenario.speed), None if modes is None else modes.ring)
+    system = system_of(vehicle, under, tables, float(scenario.speed))
     task = general.Task(system, GENERAL_METHODS[method], float(scenario.duration))
     said = (*implausible_notes(scenario), *vehicle.notes, *notes)
-    if reach is not None:
-        said = (*said, *reach.notes, *recurring, *_excitation_note(scenario, vehicle.plane, reach))
-    if modes is not None and scenario.speed > 0.0:
+    if under.reach is not None:
+        said = (*said, *under.reach.notes, *recurring, *_excitation_note(scenario, vehicle.plane, under.reach))
+    if under.modes is not None and scenario.speed > 0.0:
         said = (*said, SUDDEN)
     return LoweredOnRails(
-        task, vehicle.plane, modes, seat, vehicle.static_force, vehicle.contact_constant, said,
-        float(vehicle.plane.rails), anomalies,
+        task, vehicle.plane, under.modes, under.seat, vehicle.static_force, vehicle.contact_constant, said,
+        float(vehicle.plane.rails), under.anomalies,
     )  # fmt: skip
 
 
@@ -156,14 +149,58 @@ def on_wheels(scenario: Scenario) -> OnWheels:
     return OnWheels(plane, bodies, tuple(law for law, _, _ in laws), forces, laws[0][1], laws[0][2])
 
 
-def under_wheels(
-    scenario: Scenario, extent: float, method: str
-) -> tuple[TrackModes | IrregularModes | None, Reach | None, float]:
-    """Return the modes of a track, how they were chosen, and the seat from which the march counts, m."""
+class UnderWheels(NamedTuple):
+    """A track below a vehicle.
+
+    Attributes
+    ----------
+    modes
+        None on a rigid rail.
+    reach
+        How they were chosen.
+    seat
+        Position of the seat from which the march counts, m.
+    anomalies
+        What is not regular.
+    """
+
+    modes: TrackModes | IrregularModes | None = None
+    reach: Reach | None = None
+    seat: float = 0.0
+    anomalies: Anomalies = NONE
+
+
+def under_wheels(scenario: Scenario, extent: float, method: str) -> UnderWheels:
+    """Return the track of a scenario below a vehicle so long, m."""
     track = scenario.track
     if not isinstance(track, SupportedRail):
-        return None, None, 0.0
-    return *modes_of(track, method, extent), float(track.first_sleeper)
+        return UnderWheels()
+    modes, reach = modes_of(track, method, extent)
+    return UnderWheels(
+        modes, reach, float(track.first_sleeper), anomalies_of(track, section_of(track), reach.bays)
+    )  # fmt: skip
+
+
+def checked_way(
+    scenario: Scenario, plane: PlaneVehicle, under: UnderWheels, speed: float, way: float, method: str
+) -> tuple[Note, ...]:  # fmt: skip
+    """Refuse a speed or a way, m, that the track's tables do not take; return notes on how its anomalies recur."""
+    if under.modes is None or under.reach is None:
+        return ()
+    places = plane.positions
+    check_speed(speed, scenario.track, under.modes.ring, GENERAL_METHODS[method], way)
+    return check_seats(scenario.track, under.reach.bays, min(places) - under.seat, max(places) + way - under.seat)
+
+
+def system_of(vehicle: OnWheels, under: UnderWheels, tables: Sequence[PathTable], speed: float) -> general.System:
+    """Return a vehicle on its paths and its track as the march takes it."""
+    modes, contacts = under.modes, contacts_of(tables, vehicle, under.seat)
+    ring = None if modes is None else modes.ring
+    if not isinstance(modes, IrregularModes):
+        return general.System(vehicle.bodies, contacts, speed, ring)
+    ports = tuple(_port(modes, void) for void in under.anomalies.voids)
+    bodies = vehicle.bodies._replace(shapes=np.pad(vehicle.bodies.shapes, ((0, 0), (0, len(ports)))))
+    return general.System(bodies if ports else vehicle.bodies, contacts + ports, speed, ring)
 
 
 def shortest_wave(scenario: Scenario, plane: PlaneVehicle) -> float | None:

@@ -111,7 +111,7 @@ def read_recording(
 
 
 class Channel(NamedTuple):
-    """A channel that a file may hold: what it measures, its unit if the file has none, its rate if the file has none."""
+    """A channel that a file may hold: what it measures, and its unit and rate if the file has none."""
 
     quantity: Quantity
     unit: str | None = None

@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.diagnosis.wayside.pulses import FloatArray, Pulses
+from wheeltapper.diagnosis.wayside.channels import FloatArray
+from wheeltapper.diagnosis.wayside.pulses import Pulses
 
 CLOSEST = 0.5
 """Pulses that lie closer than this, m, after the way between their channels, are of one axle."""
+SEAT_LENGTHS = tuple(np.geomspace(0.4, 1.6, 9).tolist())
+"""Lengths of pulses at seats between half heights, m, that are tried: they depend on the track."""
 APART = 45.0
 """Longest distance of two axles of one train, m."""
 AROUND = 15
 """Number of pulses of which the median gives the first slowness."""
-NEIGHBOURS = 4
-"""Axles on either side with which an axle's speed is found, by a straight line over time."""
+NEIGHBOURS = (2, 40)
+"""Axles on either side with which an axle's speed is found, by a line over time: as many as it takes, at most,"""
+STEADY = 3e-4
+"""for this standard error of the speed, over the speed."""
+FAINT = 0.3
+"""Pulses in no more than half of the channels are an axle's only if they have this share of the usual height."""
+AS_KNOWN = 0.03
+"""Largest deviation of a train's distances of axles from those of the known vehicle, over them."""
+CHANGED = 0.1
+"""Axles whose slowness differs from another's by this share say nothing of its speed."""
+STOOD = 3.0
+"""An axle that is among the channels for so many times what its speed says has stopped there."""
 ALIKE = 0.2
 """A pulse as far as this, m, from where the others have its axle, is not counted for the speed."""
 
@@ -39,6 +53,8 @@ class Passage:
         Standard deviation of the pulses' times about the axles', as a way, m.
     notes
         What was found.
+    sure
+        Whether speed and direction follow from channels at several places.
     """
 
     times: FloatArray
@@ -47,6 +63,7 @@ class Passage:
     pulses: NDArray[np.int64]
     spread: float
     notes: tuple[str, ...]
+    sure: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,35 +75,75 @@ class _Seen:
     time: FloatArray
     place: FloatArray
     slowness: FloatArray
+    height: FloatArray
 
 
 def passages_of(several: list[Pulses]) -> list[Passage]:
     """Return the trains in the pulses of channels, in the order of time."""
-    seen = _all_pulses(several)
-    if not len(seen.time):
-        return []
-    found = [_clustered(seen, direction) for direction in (1.0, -1.0)]
-    told = [_score(seen, clusters) for clusters, _ in found]
-    clusters, slowness = found[int(told[1] > told[0])]
-    direction = 1.0 if told[0] >= told[1] else -1.0
-    known = np.ptp(seen.place) > 0.0
+    at_seats = any(np.isnan(p.channel.length) for p in several)
+    told = [0.0, 0.0]
+    for length in SEAT_LENGTHS if at_seats else (1.0,):
+        tried = _all_pulses(several, length)
+        if not len(tried.time):
+            return []
+        for number, way in enumerate((1.0, -1.0)):
+            found = _clustered(tried, way)
+            score = _score(tried, found[0])
+            if score > max(told):
+                seen, (clusters, slowness), direction = tried, found, way
+            told[number] = max(told[number], score)
+    known = bool(np.ptp(seen.place) > 0.0)
+    clusters = _in_order(seen, clusters, len(several))
     out = []
     for members in _split(seen, clusters, slowness):
-        out.append(_passage(seen, members, slowness, direction, several, known, told[0] == told[1]))
+        axles, others = _told_apart(seen, members, len(several))
+        if not axles:
+            continue
+        passage = _passage(seen, axles, slowness, direction, several, known, told[0] == told[1])
+        out.append(replace(passage, notes=(*passage.notes, *(_other_note(seen, one, several) for one in others))))
     return out
 
 
-def _all_pulses(several: list[Pulses]) -> _Seen:
+def _told_apart(
+    seen: _Seen, clusters: list[NDArray[np.int64]], channels: int
+) -> tuple[list[NDArray[np.int64]], list[NDArray[np.int64]]]:
+    """Return the pulses that are of axles, and those that are of none: a few faint ones, in few channels."""
+    axles: list[NDArray[np.int64]] = []
+    others: list[NDArray[np.int64]] = []
+    for members in clusters:
+        few = 2 * len(np.unique(seen.channel[members])) <= channels
+        (others if few and np.median(seen.height[members]) < FAINT else axles).append(members)
+    return axles, others
+
+
+def _other_note(seen: _Seen, members: NDArray[np.int64], several: list[Pulses]) -> str:
+    share, names = float(np.median(seen.height[members])), _names(several, seen.channel[members])
+    what = f"a pulse at {seen.time[members].mean():.4g} s, {100 * share:.0f} % of the usual ones"
+    return f"{what}, counts as no axle: only in {names}"
+
+
+def _names(several: list[Pulses], numbers: NDArray[np.int64]) -> str:
+    """Return the names of channels, of which many are counted."""
+    names = [several[k].channel.sensor.name for k in np.unique(numbers)]
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+
+
+def _all_pulses(several: list[Pulses], at_seats: float) -> _Seen:
+    """Return the pulses of all channels; those at seats last as if the sensors there had this length, m."""
     rows = [
         (np.full(len(p.times), k), np.arange(len(p.times)), p.times, np.full(len(p.times), p.channel.place),
-         p.durations / p.channel.length)
+         p.durations / np.nan_to_num(p.channel.length, nan=at_seats), p.heights / np.median(p.heights))
         for k, p in enumerate(several)
+        if len(p.times)
     ]  # fmt: skip
-    channel, number, time, place, slowness = (np.concatenate(part) for part in zip(*rows, strict=True))
+    if not rows:
+        return _Seen(*np.zeros((2, 0), dtype=np.int64), *np.zeros((4, 0)))
+    channel, number, time, place, slowness, height = (np.concatenate(part) for part in zip(*rows, strict=True))
     order = np.argsort(time, kind="stable")
     return _Seen(
-        channel[order].astype(np.int64), number[order].astype(np.int64), time[order], place[order], slowness[order]
-    )
+        channel[order].astype(np.int64), number[order].astype(np.int64), time[order], place[order], slowness[order],
+        height[order],
+    )  # fmt: skip
 
 
 def _clustered(seen: _Seen, direction: float) -> tuple[list[NDArray[np.int64]], FloatArray]:
@@ -139,17 +196,29 @@ def _robust_slope(x: FloatArray, t: FloatArray, far: float) -> float:
 
 
 def _score(seen: _Seen, clusters: list[NDArray[np.int64]]) -> float:
-    """Return how many pairs of pulses in different channels belong to one axle: most, if the direction is right."""
-    return float(sum(len(np.unique(seen.channel[members])) ** 2 for members in clusters))
+    """Return how well pulses of different channels make axles: best, if slowness and direction are right."""
+    counts = [(len(members), len(np.unique(seen.channel[members]))) for members in clusters]
+    return float(sum(channels**2 - 4 * (pulses - channels) for pulses, channels in counts))
+
+
+def _in_order(seen: _Seen, clusters: list[NDArray[np.int64]], channels: int) -> list[NDArray[np.int64]]:
+    """Return the axles by the order of their pulses, if some are not whole and each channel has as many pulses.
+
+    So it is where a train stops among the channels: no axle overtakes another.
+    """
+    each = [np.flatnonzero(seen.channel == k) for k in range(channels)]
+    if len({len(one) for one in each}) > 1 or all(len(members) == channels for members in clusters):
+        return clusters
+    return list(np.column_stack(each))
 
 
 def _split(seen: _Seen, clusters: list[NDArray[np.int64]], slowness: FloatArray) -> list[list[NDArray[np.int64]]]:
-    """Return the axles of each train."""
-    times = np.array([seen.time[members].mean() for members in clusters])
+    """Return the axles of each train: no axle is between the channels for as long as a long way takes."""
+    first = np.array([seen.time[members].min() for members in clusters])
+    last = np.array([seen.time[members].max() for members in clusters])
     paces = np.array([np.median(slowness[members]) for members in clusters])
-    gaps = np.diff(times) / np.maximum(paces[1:], paces[:-1])
-    cuts = np.flatnonzero(gaps > APART) + 1
-    ends = [0, *cuts.tolist(), len(clusters)]
+    gaps = (first[1:] - last[:-1]) / np.maximum(paces[1:], paces[:-1])
+    ends = [0, *(np.flatnonzero(gaps > APART) + 1).tolist(), len(clusters)]
     return [clusters[a:b] for a, b in zip(ends[:-1], ends[1:], strict=True)]
 
 
@@ -158,33 +227,79 @@ def _passage(
     known: bool, either: bool,
 ) -> Passage:  # fmt: skip
     """Return a train: times and speeds of its axles by lines through their pulses and their neighbours'."""
-    numbers = np.full((len(clusters), len(several)), -1)
-    for axle, members in enumerate(clusters):
-        numbers[axle, seen.channel[members]] = seen.number[members]
     paces = np.array([float(np.median(slowness[members])) for members in clusters])
-    middle = float(np.mean([p.channel.place for p in several]))
+    middle = _place_of_slope(np.array([p.channel.place for p in several]))
     at_middle = np.array(
         [np.median(seen.time[m] - direction * (seen.place[m] - middle) * paces[i]) for i, m in enumerate(clusters)]
     )
     weights = np.array([max(float(np.sum((seen.place[m] - seen.place[m].mean()) ** 2)), 1e-6) for m in clusters])
-    paces = _smooth_paces(at_middle, paces, weights)
+    paces = _smooth_paces(at_middle, paces, weights, _pace_error(at_middle, paces))
     at_middle, spread = _middles(seen, clusters, paces, direction, middle)
+    numbers = np.full((len(clusters), len(several)), -1)
+    for axle, members in enumerate(
+        clusters
+    ):  # of several pulses in a channel, the highest, if it is where the others are
+        at = seen.time[members] - direction * (seen.place[members] - middle) * paces[axle]
+        own = members[np.abs(at - at_middle[axle]) <= CLOSEST * paces[axle]]
+        own = own[np.argsort(seen.height[own], kind="stable")]
+        numbers[axle, seen.channel[own]] = seen.number[own]
     speeds = 1.0 / paces
-    places = np.concatenate(([0.0], np.cumsum(np.diff(at_middle) * 0.5 * (speeds[1:] + speeds[:-1]))))
+    steps = np.array([_least_step(seen, a, b) for a, b in zip(clusters[:-1], clusters[1:], strict=True)])
+    longest = STOOD * float(np.ptp(seen.place)) * paces
+    stood = [i for i, members in enumerate(clusters) if np.ptp(seen.time[members]) > longest[i]]
+    steps = steps if stood else np.diff(at_middle)
+    places = np.concatenate(([0.0], np.cumsum(steps * 0.5 * (speeds[1:] + speeds[:-1]))))
     notes = _notes(numbers, several, speeds, known, either)
-    return Passage(at_middle - direction * middle * paces, direction * speeds, places, numbers, spread, notes)
+    if stood and known:
+        which = ", ".join(str(i + 1) for i in stood)
+        told = f"the train stopped with axles {which} among the channels: speeds and distances there are uncertain"
+        notes = (told, *notes)
+    return Passage(at_middle - direction * middle * paces, direction * speeds, places, numbers, spread, notes, known)
 
 
-def _smooth_paces(times: FloatArray, paces: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return each slowness by a line over time through its neighbours', weighted; outliers do not count."""
+def _least_step(seen: _Seen, a: NDArray[np.int64], b: NDArray[np.int64]) -> float:
+    """Return the time between two axles in the channel in which it is the least, s: there the train did not stop."""
+    common = np.intersect1d(seen.channel[a], seen.channel[b])
+    steps = [
+        float(seen.time[b][seen.channel[b] == k].mean() - seen.time[a][seen.channel[a] == k].mean()) for k in common
+    ]
+    return min(steps, default=float(seen.time[b].mean() - seen.time[a].mean()))
+
+
+def _place_of_slope(places: FloatArray) -> float:
+    """Return where a train that brakes or accelerates has the slowness of the line through its times at the places."""
+    x = places - places.mean()
+    spread = float(x @ x)
+    return float(places.mean()) + (float(x @ x**2) / (2.0 * spread) if spread > 0.0 else 0.0)
+
+
+def _pace_error(times: FloatArray, paces: FloatArray) -> float:
+    """Return the standard error of one slowness, over it: how far each is from the line through its neighbours."""
+    if len(paces) < 3:
+        return 0.0
+    share = np.diff(times)[:-1] / np.maximum(times[2:] - times[:-2], 1e-9)
+    off = paces[1:-1] - (1.0 - share) * paces[:-2] - share * paces[2:]
+    return float(1.4826 * np.median(np.abs(off) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2) / paces[1:-1]))
+
+
+def _smooth_paces(times: FloatArray, paces: FloatArray, weights: FloatArray, error: float) -> FloatArray:
+    """Return each slowness by a line over time through its neighbours', as many as the error of one asks for.
+
+    Neighbours that are far from the median of the nearest do not count: there the speed has changed, or is wrong.
+    """
+    count = int(np.clip((error / STEADY) ** 2 / 2.0, *NEIGHBOURS))
+    local, far = _running_median(paces, 5), max(CHANGED, 5.0 * error)
     out = np.empty(len(paces))
     for i in range(len(paces)):
-        near = slice(max(i - NEIGHBOURS, 0), i + NEIGHBOURS + 1)
-        t, s, w = times[near] - times[i], paces[near], weights[near].copy()
-        w[np.abs(s / np.median(s) - 1.0) > max(0.02, 5.0 * float(np.median(np.abs(s / np.median(s) - 1.0))))] = 0.0
+        near = slice(max(i - count, 0), i + count + 1)
+        t, s = times[near] - times[i], paces[near]
+        w = weights[near] * (np.abs(s / local[i] - 1.0) <= far)
+        if not w.any():
+            out[i] = local[i]
+            continue
         mean_t, mean_s = np.average(t, weights=w), np.average(s, weights=w)
         spread = float(w @ (t - mean_t) ** 2)
-        slope = float(w @ ((t - mean_t) * (s - mean_s))) / spread if np.count_nonzero(w) > 3 and spread > 0.0 else 0.0
+        slope = float(w @ ((t - mean_t) * (s - mean_s))) / spread if np.count_nonzero(w) > 2 and spread > 0.0 else 0.0
         out[i] = mean_s - slope * mean_t
     return out
 
@@ -214,13 +329,37 @@ def _notes(
         notes.append("the pulses fit both directions; that of growing x is taken")
     for axle, lost in enumerate(numbers < 0, 1):
         if lost.any():
-            names = ", ".join(p.channel.sensor.name for p, gone in zip(several, lost, strict=True) if gone)
-            word = "perhaps no axle: " if lost.sum() > 0.5 * len(lost) else ""
-            notes.append(
-                f"axle {axle}: {word}no pulse stands out in {int(lost.sum())} of {len(lost)} channels: {names}"[:160]
-            )
+            where = f"{int(lost.sum())} of {len(lost)} channels: {_names(several, np.flatnonzero(lost))}"
+            notes.append(f"axle {axle}: lost in {where}")
     if len(speeds) > 1 and speeds.min() < 0.8 * speeds.max():
         notes.append(
-            f"the speed changes from {3.6 * speeds[0]:.1f} to {3.6 * speeds[-1]:.1f} km/h, with {3.6 * speeds.min():.1f} as the lowest"
+            f"the speed changes from {3.6 * speeds[0]:.1f} to {3.6 * speeds[-1]:.1f} km/h, "
+            f"with {3.6 * speeds.min():.1f} km/h as the lowest"
         )
     return tuple(notes)
+
+
+def with_known_distances(passage: Passage, distances: Sequence[float]) -> Passage:
+    """Return a passage whose speeds follow from known distances of neighbouring axles, m, somewhere in the train.
+
+    Where channels at several places give the speed, it is kept, and a note says by how much the other one differs.
+    """
+    gaps, known = np.abs(np.diff(passage.times)), np.array(distances)
+    best = (np.inf, 0, 1.0)
+    for first in range(len(gaps) - len(known) + 1):
+        part = gaps[first : first + len(known)]
+        speed = float(known @ known / (known @ part))
+        off = float(np.max(np.abs(part * speed / known - 1.0)))
+        best = min(best, (off, first, speed))
+    off, first, speed = best
+    if off > AS_KNOWN:
+        note = "the known distances of axles are nowhere in this train"
+        return replace(passage, notes=(*passage.notes, note))
+    own = float(np.mean(np.abs(passage.speeds[first : first + len(known) + 1])))
+    told = f"the known vehicle begins at axle {first + 1}; by its distances the speed is {3.6 * speed:.2f} km/h"
+    if passage.sure:
+        return replace(passage, notes=(*passage.notes, f"{told}, by the channels {3.6 * own:.2f} km/h"))
+    factor = speed / own
+    return replace(
+        passage, speeds=passage.speeds * factor, places=passage.places * factor, notes=(*passage.notes, told)
+    )

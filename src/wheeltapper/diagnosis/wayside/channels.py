@@ -152,4 +152,4 @@ def foot_line(smooth: FloatArray, rate: float) -> FloatArray:
     middle = float(np.median(feet))
     high = feet > middle + 0.25 * (float(smooth.max()) - middle)
     feet[high] = np.interp(np.flatnonzero(high), np.flatnonzero(~high), feet[~high])
-    return np.interp(np.arange(len(smooth)), 0.5 * (edges[:-1] + edges[1:]), feet)
+    return np.asarray(np.interp(np.arange(len(smooth)), 0.5 * (edges[:-1] + edges[1:]), feet))

@@ -48,6 +48,8 @@ FORESEEN = 1.5
 """Macro steps before a loss in which it is felt."""
 SHORTEST = 1e-6
 """Part of a macro step below which nothing is halved any more."""
+GRAZE = 1e-12
+"""A dip of D less deep than this, in static indentations, is rounding and no loss."""
 MOST_TRIES = 60
 PULLS = 1e-6
 """What a law may pull when a part begins, and what it may press while it is released, by the error of an event."""
@@ -297,7 +299,7 @@ def _falls(n: int, nodes: Nodes, how: int, origin: float, span: float, s0: float
         total = 0.0
         for j in range(n + 2):
             total += nodes.ended[k, j] * room.F[j]
-        room.bernstein[k] = total
+        room.bernstein[k] = total + GRAZE
     return first_crossing(room.bernstein, n + 1, -1.0, 0.0, room.stack)
 
 

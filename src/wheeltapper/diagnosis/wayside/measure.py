@@ -1,0 +1,261 @@
+"""Trains in the recordings of a site's sensors: one table for each, with the forces of every wheel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from math import isfinite, nan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wheeltapper.describe.site import Site, as_any_site
+from wheeltapper.diagnosis.alarms import alarms_of
+from wheeltapper.diagnosis.train import TrainFinding
+from wheeltapper.diagnosis.wayside.axles import Passage, passages_of, with_known_distances
+from wheeltapper.diagnosis.wayside.channels import PEAKS, channels_of
+from wheeltapper.diagnosis.wayside.pulses import Pulses, pulses_of
+from wheeltapper.diagnosis.wayside.vehicles import Vehicle, vehicles_of
+from wheeltapper.diagnosis.wayside.wheels import Side, imbalance, sides_of, turn_between
+from wheeltapper.ground.arguments import as_list, as_quantity, check_text
+from wheeltapper.ground.errors import InputError, value_text
+from wheeltapper.record.limits.rule import Rules, as_rules
+from wheeltapper.record.recording import Recording
+
+STRIKES, NO_STRIKES, NO_FORCE = "strikes", "no strikes", "no force"
+"""Verdicts on a wheel without a model."""
+KINDS = {"bogies": "bogies", "shared bogies": "shared bogies", "axles": "single axles", "alone": "not told"}
+
+
+def measure_trains(
+    recordings: Mapping[str, Recording] | Iterable[str | Path] | str | Path,
+    site: Site | str | Path,
+    *,
+    distances: Sequence[float] | None = None,
+    rules: Rules = None,
+    countries: Sequence[str] | None = None,
+    name: str = "",
+    date: str = "",
+) -> tuple[TrainFinding, ...]:
+    """Measure the trains in recordings of a track's sensors, without a model.
+
+    Axles are found in each channel and told by all of them together; speed and direction follow from the channels'
+    places, or from known distances of axles; bogies and vehicles from the axles' distances. Forces are those of each
+    wheel while it is on the sensors of its rail. What strikes elsewhere is not measured.
+
+    Parameters
+    ----------
+    recordings
+        Paths of files with the channels (`read_channels`), or recordings by the names of the site's sensors.
+    site
+        The site with its sensors, or the path of its TOML file.
+    distances
+        Distances of neighbouring axles of a vehicle that is in each train, m. The speed follows from them where all
+        sensors are at one place.
+    rules, countries
+        Alarm rules, or their file; by default those of the package, of all countries.
+    name, date
+        Name of the recording and date of the passage; both are only repeated in the results.
+
+    Returns
+    -------
+    tuple of TrainFinding
+        One for each train, in the order of time; none if no axle is found.
+
+    Raises
+    ------
+    InputError
+        If a file or a channel is missing or wrong, or the site has no sensors along the track.
+    """
+    site, chosen = as_any_site(site), as_rules(rules, countries)
+    check_text(name, "name")
+    check_text(date, "date")
+    what = "distances of neighbouring axles, m"
+    known = (
+        None
+        if distances is None
+        else [as_quantity(one, "distances", "length") for one in as_list(distances, "distances", what)]
+    )
+    several = [pulses_of(channel) for channel in channels_of(recordings, site)]
+    trains = []
+    for passage in passages_of(several):
+        found = passage if known is None else with_known_distances(passage, known)
+        trains.append(_train(found, several, site, chosen, name, date))
+    return tuple(trains)
+
+
+def _train(passage: Passage, several: Sequence[Pulses], site: Site, rules: Any, name: str, date: str) -> TrainFinding:
+    vehicles, sides = vehicles_of(passage.places.tolist()), sides_of(passage, several)
+    entries = []
+    for number, vehicle in enumerate(vehicles, 1):
+        for bogie, axles in enumerate(vehicle.bogies, 1):
+            for axle in axles:
+                entry = _entry(axle, passage, sides, site)
+                entries.append(entry | {"vehicle": number, "bogie": bogie})
+    notes = [note for pulses in several for note in pulses.channel.notes]
+    alone = [str(one.axles[0] + 1) for one in vehicles if one.kind == "alone"]
+    if alone and len(vehicles) > 1:
+        notes.append(f"axles {', '.join(alone)}: by the distances in no vehicle; perhaps an axle beside them was lost")
+    notes += [*passage.notes, *_lost_forces(sides), *_what_forces_are(several)]
+    return TrainFinding(
+        tuple(entries), site, rules, alarms_of(entries, rules, site), name, date, notes=tuple(dict.fromkeys(notes)),
+        vehicles=tuple(_vehicle(number, one, entries) for number, one in enumerate(vehicles, 1)),
+    )  # fmt: skip
+
+
+def _entry(axle: int, passage: Passage, sides: Sequence[Side], site: Site) -> dict[str, Any]:
+    """Return what is known of an axle, in SI units."""
+    wheels = [_wheel(axle, side, site) for side in sides]
+    forces = {wheel["side"]: wheel["static_force"] for wheel in wheels}
+    whole = [forces.get("left"), forces.get("right")]
+    verdicts = [wheel["verdict"] for wheel in wheels]
+    verdict = next((one for one in (STRIKES, NO_STRIKES) if one in verdicts), NO_FORCE)
+    return {
+        "verdict": verdict,
+        "forces_from": "recording",
+        "speed": abs(float(passage.speeds[axle])),
+        "direction": 1 if passage.speeds[axle] > 0.0 else -1,
+        "time": float(passage.times[axle]),
+        "place": float(passage.places[axle]),
+        "channels_lost": int((passage.pulses[axle] < 0).sum()),
+        "static_force": None if None in whole else sum(whole),  # type: ignore[arg-type]
+        "left_right": imbalance(*whole),
+        "wheels": wheels,
+    }
+
+
+def _wheel(axle: int, side: Side, site: Site) -> dict[str, Any]:
+    strikes = side.strikes[axle]
+    seen = isfinite(side.mean[axle])
+    means = {name: float(one) for name, one in zip(side.names, side.of_channels[axle], strict=True) if isfinite(one)}
+    gains = [one.gain_uncertainty for one in site.sensors if one.name in means]
+    turn = turn_between(strikes, site.wheel_radius)
+    return {
+        "side": side.side,
+        "verdict": NO_FORCE if not seen else STRIKES if strikes else NO_STRIKES,
+        "static_force": float(side.mean[axle]) if seen else None,
+        "static_uncertainty": float(np.sqrt(np.sum(np.square(gains))) / len(gains)) if gains else None,
+        "largest_force": float(side.peak[axle]) if seen else None,
+        "strikes": [one._asdict() for one in strikes],
+        "repeats_after": turn,
+        "channels": means,
+    }
+
+
+def _vehicle(number: int, vehicle: Vehicle, entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return what is known of a vehicle: its loads and how they are out of balance."""
+    first, last = vehicle.axles[0], vehicle.axles[-1]
+    loads = [[_loads(entries, bogie, side) for side in ("left", "right")] for bogie in vehicle.bogies]
+    (fl, fr), (rl, rr) = loads[0], loads[-1]
+    every = [load for bogie in loads for load in bogie]
+    crossed = None if len(loads) < 2 or None in (fl, fr, rl, rr) else imbalance(fl + rr, fr + rl)  # type: ignore[operator]
+    return {
+        "vehicle": number,
+        "kind": KINDS[vehicle.kind],
+        "first_axle": first + 1,
+        "last_axle": last + 1,
+        "axles": len(vehicle.axles),
+        "wheelbases": [round(float(entries[b[-1]]["place"] - entries[b[0]]["place"]), 3) for b in vehicle.bogies],
+        "distance": float(entries[last]["place"] - entries[first]["place"]),
+        "load": None if None in every else sum(every),  # type: ignore[arg-type]
+        "left_right": imbalance(_loads(entries, vehicle.axles, "left"), _loads(entries, vehicle.axles, "right")),
+        "front_rear": imbalance(_sum(loads[0]), _sum(loads[-1])) if len(loads) > 1 else None,
+        "diagonal": crossed,
+    }
+
+
+def _loads(entries: Sequence[Mapping[str, Any]], axles: Iterable[int], side: str) -> float | None:
+    """Return the static force of one side of axles, N, or None."""
+    return _sum([next((w["static_force"] for w in entries[a]["wheels"] if w["side"] == side), None) for a in axles])
+
+
+def _sum(values: Sequence[float | None]) -> float | None:
+    return None if None in values else sum(values)  # type: ignore[arg-type]
+
+
+def _lost_forces(sides: Sequence[Side]) -> list[str]:
+    out = []
+    for side in sides:
+        where = f" {side.side}" if side.side else ""
+        lost = np.flatnonzero(~np.isfinite(side.mean)) + 1
+        out += [f"axle {axle}{where}: no channel shows its whole passage; it has no force" for axle in lost]
+        if side.clipped.any():
+            axles = ", ".join(str(axle + 1) for axle in np.flatnonzero(side.clipped))
+            out.append(f"axles {axles}{where}: clipped or missing samples in a channel, which does not count for them")
+    return out
+
+
+def _what_forces_are(several: Sequence[Pulses]) -> list[str]:
+    sensors = [pulses.channel.sensor for pulses in several]
+    gains = [one.gain_uncertainty for one in sensors]
+    out = [
+        f"forces are from the recording: static is the mean over the sensors, peak the largest below {PEAKS:g} Hz "
+        "while a wheel is between gauges and 1 ms from either; what strikes elsewhere is not measured"
+    ]
+    if max(gains) > 0.0:
+        out.append(f"gains of single channels are known to {100 * max(gains):.3g} %")
+    if any(not isfinite(pulses.channel.length) for pulses in several):
+        out.append("sensors at seats count for axles and speeds; no force is taken from them")
+    if {one.side for one in sensors} in ({"left"}, {"right"}, {None}):
+        out.append("sensors of one rail: no axle loads and no imbalance")
+    return out
+
+
+def calibrated(
+    site: Site | str | Path, train: TrainFinding, loads: Mapping[int, float | str | Sequence[float | str]]
+) -> Site:
+    """Return the site with gains that follow from a train of known loads.
+
+    Parameters
+    ----------
+    site
+        The site with which the train was measured, or the path of its TOML file.
+    train
+        The result of `measure_trains` for that passage: slow, so that forces are static.
+    loads
+        Known loads by the numbers of the axles, from 1: of the axle, N, half on each rail, or of the left and the right
+        wheel.
+
+    Returns
+    -------
+    Site
+        Each sensor's `gain` is what it read over the truth, the mean of all these wheels; `gain_uncertainty` is the
+        standard error of that mean.
+
+    Raises
+    ------
+    InputError
+        If an axle does not exist, or a sensor saw fewer than two known wheels.
+    """
+    site = as_any_site(site)
+    ratios: dict[str, list[float]] = {one.name: [] for one in site.sensors if isfinite(_length(one))}
+    if not isinstance(loads, Mapping) or not loads:
+        raise InputError("", "loads", value_text(loads), "loads by the numbers of axles, as {1: 220e3, 2: 221e3}")
+    for axle, given in loads.items():
+        if not isinstance(axle, int) or not 1 <= axle <= len(train.axles):
+            raise InputError("", "loads", f"axle {value_text(axle)}", f"1 to {len(train.axles)}")
+        several = isinstance(given, Sequence) and not isinstance(given, str)
+        values = [as_quantity(one, f"loads.{axle}", "force") for one in (given if several else (given, given))]  # type: ignore[union-attr]
+        if len(values) != 2:
+            raise InputError("", f"loads.{axle}", value_text(given), "a load, or those of the left and the right wheel")
+        known = dict(zip(("left", "right"), values if several else [0.5 * one for one in values], strict=True))
+        for wheel in train.axles[axle - 1].get("wheels", ()):
+            truth = known.get(wheel["side"], known["left"])
+            for name, mean in wheel["channels"].items():
+                if name in ratios:
+                    ratios[name].append(mean / truth)
+    sensors = []
+    for one in site.sensors:
+        seen = ratios.get(one.name)
+        if seen is None:
+            sensors.append(one)
+            continue
+        if len(seen) < 2:
+            raise InputError("", "loads", f"{len(seen)} known wheels on the sensor {one.name!r}", "2 or more")
+        error = float(np.std(seen, ddof=1) / np.sqrt(len(seen)) / np.mean(seen))
+        sensors.append(one.model_copy(update={"gain": one.gain * float(np.mean(seen)), "gain_uncertainty": error}))
+    return site.model_copy(update={"sensors": tuple(sensors)})
+
+
+def _length(sensor: Any) -> float:
+    return nan if sensor.x1 is None else float(sensor.x2 - sensor.x1)
