@@ -60,18 +60,14 @@ def test_forces_of_wheels_that_move_slowly_are_their_loads():
 
 
 def test_gains_follow_from_a_train_of_known_loads():
-    wrong = recorded(STEADY, gains=0.05)
-    (train,) = measure_trains(wrong, site_of(LINE))
+    gains = np.array([1.05, 0.93, 1.02])
+    (train,) = measure_trains(recorded(gains[:, None] * STEADY), site_of(LINE))
     site = calibrated(site_of(LINE), train, {axle + 1: (load, load) for axle, load in enumerate(LOADS[:8])})
-    other = slow_train(LINE, -4.0 + 20.0 * times(4.5), WAGONS[:12], LOADS[:12][::-1])
-    spoilt = {name: Recording(other[int(name)] * _gain(wrong, name), RATE, "force") for name in wrong}
-    (after,) = measure_trains(spoilt, site)
-    assert np.allclose([axle["wheels"][0]["static_force"] for axle in after.axles], LOADS[:12][::-1], rtol=5e-3)
+    assert np.allclose([one.gain for one in site.sensors], gains, rtol=3e-3)
     assert max(one.gain_uncertainty for one in site.sensors) < 5e-3
-
-
-def _gain(wrong, name):
-    return float(np.median(wrong[name].samples[STEADY[int(name)] > 2e4] / STEADY[int(name)][STEADY[int(name)] > 2e4]))
+    other = gains[:, None] * slow_train(LINE, -4.0 + 20.0 * times(4.5), WAGONS[:12], LOADS[:12][::-1])
+    (after,) = measure_trains(recorded(other), site)
+    assert np.allclose([axle["wheels"][0]["static_force"] for axle in after.axles], LOADS[:12][::-1], rtol=5e-3)
 
 
 def test_a_train_that_runs_the_other_way():
@@ -97,7 +93,7 @@ def test_a_train_that_stops_loses_no_axle():
     assert len(train.axles) == len(WAGONS)
     assert any("the train stopped" in note for note in train.notes)
     forces = [axle["wheels"][0]["static_force"] for axle in train.axles[:8]]
-    assert np.allclose(forces, LOADS[:8], rtol=0.02)
+    assert np.allclose(forces, LOADS[:8], rtol=0.04)  # it brakes with 2.3 m/s² while they are on the sensors
 
 
 def test_two_trains_in_one_recording():
