@@ -144,10 +144,7 @@ def main() -> None:
     all_cores, chart = wall_time(lambda: swept(cores), rounds)
     unit = min(unit, shortest_cpu(bump, 10))
     print(f"\none bump on a stiff rail: {1e6 * unit:.0f} us; {side} x {side} cells, largest force over speed and flat")
-    scaled = all_cores / unit * (64 / side) ** 2
-    print(
-        f"  {cores} threads: {all_cores:.2f} s, {all_cores / unit:.3g} bumps (64 x 64: at most {MOST:.3g}; {scaled:.3g})"
-    )
+    print(f"  {cores} threads: {all_cores:.2f} s, {all_cores / unit:.3g} bumps (at most {MOST:.3g} for 64 x 64)")
     print(f"  one thread: {one:.2f} s, {one / all_cores:.2f} times as long")
     print(f"  the same bits from 1 and {cores} threads: {chart.equals(alone)}")
     with tempfile.TemporaryDirectory() as folder:

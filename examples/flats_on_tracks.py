@@ -3,8 +3,7 @@ At which speed is a flat worst? That depends on the track
 =========================================================
 
 The largest force of a fresh flat over speed and length, on a rigid rail, on a one-mass track and on rails over sleepers
-and slabs, from 18 to 216 km/h. A rigid rail and one mass say that a flat is worst at some speed. On rails that bend, the
-force of flats up to 5 cm rises with the speed all the way.
+and a slab, from 18 to 216 km/h.
 """  # noqa: D205, D400 - a title for the gallery
 
 import numpy as np

@@ -48,12 +48,9 @@ def linear(track, where):
     wavenumber, variance = rough.variances()
     omega = 2 * np.pi * speed * wavenumber
     contact = 1 / (1.5 * constant ** (2 / 3) * static ** (1 / 3))
-    seen = np.geomspace(omega[0], omega[-1], 1500)
-    squares = [
-        np.abs(contact + 0.5 * wt.tracks.receptance(track, seen / (2 * np.pi), where=x).values - 1 / (mass * seen**2))
-        ** -2
-        for x in where
-    ]
+    seen = np.geomspace(0.9 * omega[0], 1.1 * omega[-1], 250)
+    rail = 0.5 * wt.tracks.receptance(track, seen / (2 * np.pi), where=list(where)).transpose("place", ...).values
+    squares = np.abs(contact + rail - 1 / (mass * seen**2)) ** -2
     mean = np.exp(np.interp(np.log(omega), np.log(seen), np.log(np.mean(squares, axis=0))))
     return in_bands(omega / (2 * np.pi), variance * mean)
 
@@ -82,9 +79,10 @@ print(f"seats 0.1 m apart: the largest difference is {near:.2f} dB; 0.6 m apart:
 
 figure = Figure(figsize=(8.0, 6.5))
 above, below = figure.subplots(2, 1, sharex=True)
-frequencies = np.geomspace(45.0, 2200.0, 600)
-for where, name in ((0.0, "over a sleeper"), (0.3, "between two")):
-    above.loglog(frequencies, 1e9 * np.abs(wt.tracks.receptance(usual, frequencies, where=where)), label=name)
+frequencies = np.geomspace(45.0, 2200.0, 250)
+seen = np.abs(wt.tracks.receptance(usual, frequencies, where=[0.0, 0.3])).transpose("place", ...)
+for line, name in zip(seen.values, ("over a sleeper", "between two"), strict=True):
+    above.loglog(frequencies, 1e9 * line, label=name)
 above.set_ylabel("receptance [nm/N]")
 above.legend()
 for spacing, found in difference.items():

@@ -168,6 +168,11 @@ def comfort(scenario, method):
     assert is_finite(found.weighted_rms, found.vibration_dose)  # for others the run is too short
 
 
+def guidance(scenario, method):
+    found = record_of(scenario, method).guidance(window=0)
+    assert is_finite(found.guiding_force, found.unloading, found.sum_of_guiding_forces, found.t_gamma)
+
+
 def sweep(scenario, method):
     over = {"vehicle.mass": [1500, 1510]}
     found = wt.sweep(scenario, over, ["time_in_air"], method=method)
@@ -258,6 +263,7 @@ QUESTIONS = {
     "damper_events": damper_events,
     "track": track,
     "comfort": comfort,
+    "guidance": guidance,
     "sweep": sweep,
     "gradient": gradient,
     "border": border,

@@ -24,6 +24,7 @@ SCENARIOS = {
     "dipped_joint.toml": (0, 2.003),
     "drop_test.toml": (3, 4.662),
     "flat_on_ballast.toml": (0, 2.170),
+    "joint.toml": (0, 2.055),
     "measured_flat.toml": (9, 21.920),
     "measured_flat_deck.toml": (9, 22.697),
     "rough_rail_on_ballast.toml": (0, 1.218),
@@ -33,6 +34,7 @@ SCENARIOS = {
 SCRIPTS = {
     "bouncing_for_ever.py": (r"two motions from ([\d.]+) to", 2.996),
     "bump.py": (r"first interval ([\d.]+) ms", 8.7033),
+    "joint_over_speed.py": (r"P2 at 50 m/s: ([\d.]+) kN per wheel", 240.7),
     "compare_bilateral.py": (r"two-sided contact: no impact, largest force ([\d.]+)", 21.2),
     "measured_flat.py": (r"lands at ([\d.]+) m", 0.5273),
     "flat_across_the_tread.py": (r"as the rail feels it: ([\d.]+) mm", 1.138),
@@ -40,7 +42,7 @@ SCRIPTS = {
 
 
 # Study: a feature, and its mean over the cells.
-STUDIES = {"bump_study.toml": ("impact_interval", 0.0095148269)}
+STUDIES = {"bump_study.toml": ("impact_interval", 0.0095148269), "joint_study.toml": ("P2", 317447.613)}
 # Site: a recording made there, its verdict, and the fault's size.
 SITES = {"site.toml": ("deck_flat.csv.gz", "wheel flat", 0.04)}
 

@@ -25,7 +25,7 @@ PAIR = FLAT.replaced({"vehicle": BEHIND, "contact": OWN})
 ON_SLAB = FLAT.replaced({
     "vehicle": wt.vehicles.Bogie(**wt.vehicles.Bogie.example),
     "track": wt.tracks.Slab(**wt.tracks.Slab.example, cutoff=3000.0, bays=40),
-    "irregularity": wt.Corrugation(amplitude=6e-5, wavelength=0.05, start=0.02), "rolling": "point",
+    "irregularity": wt.Corrugation(amplitude=2e-4, wavelength=0.05, start=0.02), "rolling": "point",
 })  # fmt: skip
 F = wt.features
 PLAIN = [
@@ -52,7 +52,8 @@ def far(found, expected):
     """Return the relative difference of values, both of which may be NaN."""
     found, expected = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
     assert np.array_equal(np.isnan(found), np.isnan(expected))
-    return np.nanmax(np.abs(found - expected) / np.maximum(np.abs(expected), 1e-30), initial=0.0)
+    known = ~np.isnan(expected)
+    return np.max(np.abs(found - expected)[known] / np.maximum(np.abs(expected[known]), 1e-30), initial=0.0)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -113,7 +114,7 @@ def test_a_map_that_ends_early_says_the_same():
 
 def test_cells_that_cannot_be_computed_are_refused_one_by_one():
     with pytest.warns(UserWarning, match="1 of 2 cells"):
-        chart = swept(FLAT, {"speed": [20.0, 900.0]}, [F.largest_force()])
+        chart = swept(FLAT, {"speed": [20.0, 1500.0]}, [F.largest_force()])
     assert list(chart.status.values) == [0, 5]
     assert np.isnan(chart.largest_force.values[1])
     assert chart.largest_force.values[0] > 1e5
@@ -176,6 +177,6 @@ def test_a_border_on_rails_is_where_bisection_of_runs_finds_it():
 
 
 def test_a_border_with_damping_in_the_contact_is_refused_by_name():
-    damped = FLAT.replaced({"contact": wt.Hertz(constant=1.8825e11, restitution=0.8)})
+    damped = FLAT.replaced({"contact": wt.Hertz(constant=1.8825e11, restitution=0.8, impact_speed=0.1)})
     with pytest.raises(InputError, match="`border` does not take"):
         wt.border(damped, {"speed": [10.0, 20.0], "irregularity.0.length": [0.03, 0.06]})

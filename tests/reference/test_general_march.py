@@ -20,6 +20,7 @@ from wheeltapper.march.general.march import Start, compliance_at, march, shapes_
 from wheeltapper.march.general.replay import modes, path_heights, replay
 from wheeltapper.march.general.structure import Ring
 
+METHODS = {"default": DEFAULT, "strict": STRICT}
 ROLLAND, ZHAI = "rolland_UIC60_example", "Zhai2004"
 
 
@@ -390,10 +391,22 @@ def test_who_is_told_of_the_progress_may_end_the_march():
     assert march(system, DEFAULT, told[0], tell=lambda reached: True).status == contract.DONE  # nothing is left
 
 
-def test_a_law_that_would_pull_ends_the_march():
-    law = Law(HUNT_CROSSLEY, np.array([9.4125e10, 20.0]))
-    found = march(rails.one_wheel(rails.flat(0.06, 0.5), 10.0, law=law), DEFAULT, 0.1)
-    assert found.status == layout.WOULD_PULL
+@pytest.mark.parametrize("loss", [1.0, 5.0, 20.0])
+@pytest.mark.parametrize(("method", "most"), [("default", 1e-9), ("strict", 1e-11)])
+def test_a_law_that_would_pull_is_released_as_in_the_wheel_march(loss, method, most):
+    """A flat in the surface of a law that would pull in every rebound faster than 1/loss."""
+    flat = wt.WheelFlat(length=0.06, position=0.5, repeat=False)
+    scene = wt.Scenario(
+        vehicle=wt.Wheelset(mass=600.0, load=1e5 - 9.81 * 600.0, wheels=1, radius=rails.RADIUS),
+        contact=wt.Hertz(constant=9.4125e10, hysteresis=loss), irregularity=flat, speed=10.0, duration=0.1,
+    )  # fmt: skip
+    events = wt.simulate(scene, method).events
+    law = Law(HUNT_CROSSLEY, np.array([9.4125e10, loss]))
+    found = finished(rails.one_wheel(rails.flat(0.06, 0.5), 10.0, law=law), METHODS[method], 0.1)
+    assert kinds(found) == events.kind.values.tolist()
+    assert found.events[:, 0] == pytest.approx(events.time.values, abs=most, rel=0)
+    released = found.events[(found.events[:, 1] == contract.LOSS), 2] + 1.0 / loss
+    assert (np.abs(released) < 1e-6).any() or loss == 1.0
 
 
 def test_more_parts_than_allowed_end_the_march():

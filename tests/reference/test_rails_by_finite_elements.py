@@ -27,9 +27,12 @@ WHEEL = wt.Wheelset(mass=MASS, load=LOAD - 9.81 * MASS, wheels=1, radius=RADIUS)
 
 
 class FiniteRail:
-    """A rail on sleepers: matrices, with the unknowns of each node together, and a sleeper's after its seat."""
+    """A rail on sleepers: matrices, with the unknowns of each node together, and a sleeper's after its seat.
 
-    def __init__(self, track, bays, per_bay):
+    `pads` and `ballasts` are factors at seats that differ.
+    """
+
+    def __init__(self, track, bays, per_bay, pads=None, ballasts=None):
         rail = track.rail
         self.length = track.spacing / per_bay
         self.shear = rail.shear_stiffness
@@ -47,11 +50,15 @@ class FiniteRail:
         stiffness = self._chain(element)
         mass = self._chain(self.length / 6.0 * np.kron([[2.0, 1.0], [1.0, 2.0]], weights))
         top, sleeper = self.deflections[seats], self.deflections[seats] + 2
-        pads = self._at(top, top) + self._at(sleeper, sleeper) - self._at(top, sleeper) - self._at(sleeper, top)
-        ground = self._at(sleeper, sleeper)
-        self.stiffness = stiffness + track.pad_stiffness * pads + track.ballast_stiffness * ground
-        self.damping = rail.damping * stiffness + track.pad_damping * pads + track.ballast_damping * ground
-        self.mass = mass + track.sleeper_mass * ground
+        number = np.arange(len(seats)) - bays // 4
+        share = np.array([(pads or {}).get(int(seat), 1.0) for seat in number])
+        own = np.array([(ballasts or {}).get(int(seat), 1.0) for seat in number])
+        tied = [self._at(a, b, share) for a, b in ((top, top), (sleeper, sleeper), (top, sleeper), (sleeper, top))]
+        held = tied[0] + tied[1] - tied[2] - tied[3]
+        ground = self._at(sleeper, sleeper, own)
+        self.stiffness = stiffness + track.pad_stiffness * held + track.ballast_stiffness * ground
+        self.damping = rail.damping * stiffness + track.pad_damping * held + track.ballast_damping * ground
+        self.mass = mass + track.sleeper_mass * self._at(sleeper, sleeper)
 
     def _chain(self, element):
         ends = np.stack(
@@ -61,8 +68,8 @@ class FiniteRail:
         values = np.repeat(element.reshape(16, 1), ends.shape[1], axis=1)
         return sparse.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=(self.size, self.size))
 
-    def _at(self, rows, columns):
-        return sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(self.size, self.size))
+    def _at(self, rows, columns, values=1.0):
+        return sparse.csr_matrix((values * np.ones(len(rows)), (rows, columns)), shape=(self.size, self.size))
 
     def factor(self, matrix):
         """Return Cholesky's factor of a matrix of this band."""

@@ -39,16 +39,16 @@ MOST_REFUSALS = 100
 """Largest number of reasons for refused cells that are kept; further ones are dropped."""
 
 # Status of a cell, in the order of the numbers that a chart stores.
-COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED, CHATTERING, UNSOLVED, PULLED = range(9)
+COMPLETE, EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH, REFUSED, CHATTERING, UNSOLVED = range(8)
 STATUS = (
-    "complete", "event_limit", "not_finite", "stalled", "end_of_path", "refused", "chattering", "unsolved", "pulled",
+    "complete", "event_limit", "not_finite", "stalled", "end_of_path", "refused", "chattering", "unsolved",
 )  # fmt: skip
 STATUS_OF_MARCH = np.zeros(64, dtype=np.int64)
 """Status of a cell by that of its march."""
 STATUS_OF_MARCH[[contract.TOO_MANY_EVENTS, contract.NOT_FINITE, contract.STALLED, contract.END_OF_PATH]] = (
     EVENT_LIMIT, NOT_FINITE, STALLED, END_OF_PATH,
 )  # fmt: skip
-STATUS_OF_MARCH[[layout.CHATTERS, layout.UNSOLVED, layout.WOULD_PULL]] = CHATTERING, UNSOLVED, PULLED
+STATUS_OF_MARCH[[layout.CHATTERS, layout.UNSOLVED]] = CHATTERING, UNSOLVED
 # How far a gradient can be trusted.
 EXACT, GRAZING, NEAR_CHAOTIC = range(3)
 TRUST = ("exact", "grazing", "near_chaotic")
@@ -121,7 +121,7 @@ class ComputedCells:
         features, parameters = len(asked.features), len(asked.gradient)
         return ComputedCells(
             np.full((features, *asked.wheel_shape, 1), np.nan), np.array([REFUSED]),
-            np.full((features, parameters, 1), np.nan), np.array([EXACT]), np.full(1, np.nan),
+            np.full((features, parameters, *asked.wheel_shape, 1), np.nan), np.array([EXACT]), np.full(1, np.nan),
             tuple(Shared(Note(f"cannot be computed: {error}", "refused"), 1) for error in why), why,
         )  # fmt: skip
 
@@ -145,8 +145,9 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
     try:
         if on_rails:
             from wheeltapper.ask.on_rails import computed_on_rails
+            from wheeltapper.ask.sensitivity_on_rails import slopes_on_rails
 
-            return computed_on_rails(asked, changed, threads)
+            return slopes_on_rails(asked, changed) if asked.gradient else computed_on_rails(asked, changed, threads)
         many = LoweredCells(asked.scenario, changed, asked.method)
         _set_end(asked, many.cells.numbers)
         return _computed_gradients(asked, many, threads) if asked.gradient else _computed_values(asked, many, threads)

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.contact.hertz import Hertz
-from wheeltapper.describe.contact.linear import Linear
 from wheeltapper.describe.irregularity.joint import DippedJoint
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.describe.track.supported import SupportedRail
@@ -23,9 +22,7 @@ from wheeltapper.describe.vehicle.base import Vehicle
 from wheeltapper.ground.arguments import as_quantities, as_quantity
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.progress import Progress, progress_shown, report
-from wheeltapper.lower.fields import Fields
-from wheeltapper.lower.numbers import units_of
-from wheeltapper.lower.track.lumped import rail_on_pads, whole_track
+from wheeltapper.lower.track.lumped import contact_stiffness, rail_on_pads, whole_track
 from wheeltapper.lower.track.section import section_of
 from wheeltapper.record.arguments import as_scenario
 from wheeltapper.record.features.forces import largest_force
@@ -100,7 +97,7 @@ def jenkins(
     wheelset = scenario.vehicle.plane.wheelsets[0]
     wheels = float(wheelset.wheels)
     P0, m_u = wheelset.weight / wheels, float(wheelset.mass) / wheels
-    K_H = _contact_stiffness(scenario) / wheels
+    K_H = contact_stiffness(scenario) / wheels
     section = section_of(track)
     m_e = rail_on_pads(section).mass
     m_t, k_t, c_t = whole_track(section)
@@ -199,13 +196,3 @@ def _labels(name: str) -> dict[str, str]:
 def _speeds(given: Speeds) -> NDArray[np.float64]:
     listed = given if isinstance(given, str) or np.ndim(given) else [given]
     return np.array(as_quantities(listed, "speed", "speed", 'a speed in m/s, or as "90 km/h", or a list of them'))
-
-
-def _contact_stiffness(scenario: Scenario) -> float:
-    """Return the slope of the first wheelset's contact force over its indentation at the static force, N/m."""
-    wheelset, contact = scenario.vehicle.plane.wheelsets[0], scenario.contact
-    if not isinstance(contact, Hertz | Linear):
-        raise InputError("", "contact", f"a {type(contact).__name__}", "Hertz or Linear")
-    alone = Fields(Scenario(vehicle=wheelset, contact=contact, speed=scenario.speed, duration=scenario.duration))
-    constant = float(np.real(units_of(alone).contact_constant))
-    return constant if isinstance(contact, Linear) else 1.5 * constant ** (2.0 / 3.0) * wheelset.weight ** (1.0 / 3.0)

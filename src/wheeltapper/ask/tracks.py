@@ -1,6 +1,7 @@
 """What can be asked of a track alone: receptance, static deflection, decay of its waves, pinned-pinned frequency.
 
-All of it is of the infinite track, exactly: by transfer matrices, without modes (docs/theory/track.rst, section 13.2).
+All of it is of the infinite track, exactly: by transfer matrices, without modes (docs/theory/track.rst, sections 13.2
+and 13.10); decay and pinned-pinned frequency are those of its regular seats.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.ground.arguments import as_list
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.quantities import to_si
-from wheeltapper.lower.track import waves
+from wheeltapper.lower.track import responses, waves
+from wheeltapper.lower.track.anomalies import linear_extras
 from wheeltapper.lower.track.section import Section, section_of
 from wheeltapper.record.labels import DECAY_TITLE, PINNED_TITLE, RECEPTANCE_TITLE, STATIC_TITLE
 
@@ -39,7 +41,7 @@ def receptance(
     Parameters
     ----------
     track
-        `Ballasted` or `Slab`.
+        `Ballasted` or `Slab`, with missing pads or sleepers without ballast if it has some.
     frequencies
         Hz, 0 or more; one, or several.
     where
@@ -59,9 +61,10 @@ def receptance(
         If the track has no flexible rail, or an argument is wrong.
     """
     section = _section(track)
+    extras = linear_extras(track, section)
     f, (x, y) = _frequencies(frequencies, section), _places(where, at)
     omega = 2.0 * np.pi * f.reshape(f.shape + (1,) * x.ndim)
-    found = waves.response(section, omega, x, y)[..., 0]
+    found = responses.response(section, extras, omega, x, y)[..., 0]
     over = {"where": (x, "place of the force, from a seat"), "at": (y, "place of the deflection, from a seat")}
     return _labelled(found, f, over, (RECEPTANCE_TITLE, "m/N", "receptance"), section)
 
@@ -72,9 +75,9 @@ def static_deflection(track: SupportedRail, where: Quantities) -> xr.DataArray:
     Parameters
     ----------
     track
-        `Ballasted` or `Slab`.
+        `Ballasted` or `Slab`, with missing pads or sleepers without ballast if it has some.
     where
-        Places, m from a seat; one, or several.
+        Places, m from the seat 0; one, or several.
 
     Returns
     -------
@@ -87,7 +90,7 @@ def static_deflection(track: SupportedRail, where: Quantities) -> xr.DataArray:
         If the track has no flexible rail, or a place is no length.
     """
     section, (x, _) = _section(track), _places(where, None)
-    found = waves.response(section, 0.0, x, x)[..., 0].real
+    found = responses.response(section, linear_extras(track, section), 0.0, x, x)[..., 0].real
     over = {"where": (x, "place of the force, from a seat")}
     return _labelled(found, None, over, (STATIC_TITLE, "m/N", "static deflection over force"), section)
 

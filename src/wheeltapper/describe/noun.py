@@ -145,6 +145,7 @@ def quantity_type(dimension: str, **bounds: Any) -> Any:
 
 Length = quantity_type("length")
 PositiveLength = quantity_type("length", gt=0)
+Gap = quantity_type("length", ge=0)
 Mass = quantity_type("mass", gt=0)
 Force = quantity_type("force")
 PositiveForce = quantity_type("force", gt=0)

@@ -34,8 +34,9 @@ def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str]) -> None:
     """Draw some of a chart's features side by side: maps of two fields, lines over one, clouds of samples."""
     for name in features:
         check_choice(name, "features", features_of(chart))
-    axes = figure.subplots(1, len(features), squeeze=False)[0]
-    for axis, name in zip(axes, features, strict=True):
+    panels = [(name, one) for name in features for one in _of_each_wheelset(chart, name)]
+    axes = figure.subplots(1, len(panels), squeeze=False)[0]
+    for axis, (name, (number, chart)) in zip(axes, panels, strict=True):
         dimensions = chart[name].dims
         if dimensions == ("cell",):
             _draw_cloud(axis, chart, name)
@@ -50,6 +51,15 @@ def draw_chart(figure: Figure, chart: xr.Dataset, features: list[str]) -> None:
                 f"{len(dimensions)} varied fields",
                 "one or two; choose a slice with chart.sel or chart.isel",
             )
+        if number is not None:
+            axis.set_title(f"wheelset {number}\n{axis.get_title()}".rstrip(), fontsize=9)
+
+
+def _of_each_wheelset(chart: xr.Dataset, name: str) -> list[tuple[int | None, xr.Dataset]]:
+    """Return the charts of all wheelsets, with their numbers, where a feature has a value for each; or the chart."""
+    if "wheelset" not in chart[name].dims:
+        return [(None, chart)]
+    return [(int(number), chart.sel(wheelset=number)) for number in chart.wheelset.values]
 
 
 def _read(chart: xr.Dataset, name: str) -> tuple[FloatArray, str]:

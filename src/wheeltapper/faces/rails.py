@@ -20,7 +20,10 @@ PLACES = 3_000
 
 
 def draw_on_rails(record: Record) -> Figure:
-    """Draw the forces of all wheelsets, the rail under them, and rail and sleeper where the force was largest."""
+    """Draw the forces of all wheelsets, the rail under them, and rail and sleeper at one place.
+
+    That is the first seat that is told to be an anomaly, or else where the force was largest.
+    """
     from matplotlib.figure import Figure
 
     history = history_with_events(record)
@@ -49,13 +52,15 @@ def _draw_each(axis: Axes, history: Any, values: Any, label: str) -> None:
 
 
 def _draw_place(axis: Axes, record: Record) -> None:
-    """Draw what rail and sleeper do nearest to where the force was largest."""
+    """Draw what rail and sleeper do at an anomaly, or nearest to where the force was largest."""
     track = record.scenario.track
+    named = [seat for item in track.anomalies for seat in item.places]
     x = record.scenario.speed * record.end / 2.0
     if record.peaks.sizes["peak"]:
         top = record.peaks.isel(peak=int(np.argmax(record.peaks.normal_force.data)))
         x = float(record.scenario.speed * top.time + record._contacts.position[int(top.contact)])
-    seat = round((x - track.first_sleeper) / track.spacing)
+    seat = named[0] if named else round((x - track.first_sleeper) / track.spacing)
+    x = track.first_sleeper + seat * track.spacing if named else x
     found = record.track(PLACES / record.end, rail=[x], seat=[seat])
     place = f"rail at x = {x:.3f} m"
     axis.plot(1e3 * found.time, 1e3 * found.rail_displacement.isel(rail=0), color=BLUE, linewidth=0.9, label=place)
@@ -66,4 +71,11 @@ def _draw_place(axis: Axes, record: Record) -> None:
     force = axis.twinx()
     force.plot(1e3 * found.time, found.pad_force.isel(seat=0) / 1e3, color=RED, linewidth=0.7, label=f"pad {seat}")
     force.set_ylabel("pad force [kN]", color=RED)
+    if named and "ballast_force" in found:
+        ballast = found.ballast_force.isel(seat=0) / 1e3
+        force.plot(1e3 * found.time, ballast, color=RED, linewidth=0.7, linestyle="--")
+        force.set_ylabel("pad force, ballast force (dashed) [kN]", color=RED)
+        events = record.events
+        for time in events.time.values[np.char.startswith(events.kind.values.astype(str), "void")]:
+            axis.axvline(1e3 * time, color=GREEN, linewidth=0.5)
     legend_above(axis)

@@ -34,6 +34,7 @@ DAMPER_END = Need("damper's end", "vehicle", "a damper with play or a bush", "a 
 DAMPER_PLAY = Need("damper's play", "vehicle.damper_play", "play of the damper", "0 m")
 DECK = Need("deck", "track", "a floating deck", "a stiff track")
 FLEXIBLE_TRACK = Need("rails on sleepers", "track", "rails on sleepers", "a stiff track")
+ANOMALY = Need("anomalies", "track.anomalies", "anomalies of the track", "none")
 YIELDING = Need("elastic-plastic", "contact", "an elastic-plastic contact", "an elastic contact")
 OWN_LAW = Need("own law", "contact", "a law of one's own", "Hertz")
 LINEAR = Need("linear", "contact", "a linear contact", "Hertz")
@@ -48,7 +49,7 @@ START = Need("start", "start", "a displacement or a velocity", '"equilibrium"')
 MEMORY = Need("one spot", "speed", "0 m/s on a contact that yields", "more than 0 m/s")
 
 VOCABULARY = (
-    SEVERAL_BODIES, WHEELSETS, BOGIE, DAMPER_END, DAMPER_PLAY, DECK, FLEXIBLE_TRACK, YIELDING, OWN_LAW, LINEAR,
+    SEVERAL_BODIES, WHEELSETS, BOGIE, DAMPER_END, DAMPER_PLAY, DECK, FLEXIBLE_TRACK, ANOMALY, YIELDING, OWN_LAW, LINEAR,
     BILATERAL, HYSTERESIS, CREEP, PROFILES, PLACES, IRREGULARITY, POINT, START, MEMORY,
 )  # fmt: skip
 """All needs, in the order in which they are told: from what makes another model to what is changed most easily."""

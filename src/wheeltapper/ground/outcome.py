@@ -43,10 +43,6 @@ class Outcome(Enum):
         "the contact force could not be computed any further",
         'check the contact law and the orders of magnitude, or try method="strict"',
     )
-    PULLED = (
-        "the damping of the contact would have made it pull, which this march cannot follow",
-        "lower the contact's damping",
-    )
     DERAILED = (
         "a wheel left the rails",
         "lower the irregularity or the speed, or check gauge and profiles",

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
-from wheeltapper.ground.notes import Shared, shared_notes
+from wheeltapper.ground.notes import Note, Shared, shared_notes
 from wheeltapper.lower import ellipse
 from wheeltapper.lower.fields import Fields
 from wheeltapper.lower.known import check_known
@@ -23,30 +23,21 @@ from wheeltapper.lower.on_rails import (
     GENERAL_METHODS,
     SUDDEN,
     LoweredOnRails,
-    check_speed,
-    contacts_of,
+    UnderWheels,
+    checked_way,
     on_wheels,
     paths_of,
     shortest_wave,
+    system_of,
     under_wheels,
 )
 from wheeltapper.lower.plausible import implausible_cells
 from wheeltapper.lower.table import PathTable
-from wheeltapper.lower.track.reach import Reach, cutoff_note
-from wheeltapper.lower.track.ring import TrackModes
-from wheeltapper.march.general.contract import System, Task
+from wheeltapper.lower.track.reach import cutoff_note
+from wheeltapper.march.general.contract import Task
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-
-class _Track(NamedTuple):
-    """A track under a vehicle."""
-
-    scenario: Scenario
-    modes: TrackModes | None
-    reach: Reach | None
-    seat: float
 
 
 class CellsOnRails:
@@ -86,6 +77,7 @@ class CellsOnRails:
         kinds = [on_wheels(scenario.replaced(changes)) for changes in on_wheel]
         self.vehicles = [kinds[kind] for kind in self._on]
         self._path_of, self._paths, self._path_notes, self._waves = self._lowered_paths(on_wheel, rough)
+        self._recurring = list[Shared]()
         self._tracks = self._lowered_tracks(under)
         self.tasks = list(self._made_tasks())
 
@@ -125,29 +117,28 @@ class CellsOnRails:
             waves[number] = shortest_wave(shaped, plane) or np.inf
         return owner, paths, notes, waves
 
-    def _lowered_tracks(self, under: list[dict[str, Any]]) -> list[_Track]:
+    def _lowered_tracks(self, under: list[dict[str, Any]]) -> list[UnderWheels]:
         """Return the track of each cell."""
-        made: dict[tuple[int, float], _Track] = {}
-        checked = set[tuple[int, float, float]]()
+        scenarios = [self.scenario.replaced(changes) for changes in under]
+        made: dict[tuple[int, float], UnderWheels] = {}
+        checked: dict[tuple[Any, ...], tuple[Note, ...]] = {}
         out = []
-        for number, vehicle, speed in zip(self._under.tolist(), self.vehicles, self._speed.tolist(), strict=True):
+        for cell, (number, vehicle) in enumerate(zip(self._under.tolist(), self.vehicles, strict=True)):
             key = number, vehicle.plane.extent
             if key not in made:
-                scenario = self.scenario.replaced(under[number])
-                made[key] = _Track(scenario, *under_wheels(scenario, vehicle.plane.extent, self.method))
-            track = made[key]
-            if track.modes is not None and (*key, speed) not in checked:
-                check_speed(speed, track.scenario.track, track.modes.ring, GENERAL_METHODS[self.method])
-                checked.add((*key, speed))
-            out.append(track)
+                made[key] = under_wheels(scenarios[number], vehicle.plane.extent, self.method)
+            speed, way = float(self._speed[cell]), float(self._speed[cell] * self._duration[cell])
+            going = *key, vehicle.plane.positions, speed, way
+            if going not in checked:
+                checked[going] = checked_way(scenarios[number], vehicle.plane, made[key], speed, way, self.method)
+            self._recurring += [Shared(note, 1) for note in checked[going]]
+            out.append(made[key])
         return out
 
     def _made_tasks(self) -> Iterator[Task]:
         method = GENERAL_METHODS[self.method]
         for cell, (vehicle, track) in enumerate(zip(self.vehicles, self._tracks, strict=True)):
-            contacts = contacts_of(self._paths[self._path_of[cell]], vehicle, track.seat)
-            ring = None if track.modes is None else track.modes.ring
-            system = System(vehicle.bodies, contacts, float(self._speed[cell]), ring)
+            system = system_of(vehicle, track, self._paths[self._path_of[cell]], float(self._speed[cell]))
             yield Task(system, method, float(self._duration[cell]))
 
     def lowered(self, cell: int) -> LoweredOnRails:
@@ -155,7 +146,7 @@ class CellsOnRails:
         vehicle, track = self.vehicles[cell], self._tracks[cell]
         return LoweredOnRails(
             self.tasks[cell], vehicle.plane, track.modes, track.seat, vehicle.static_force, vehicle.contact_constant,
-            (), self.rails,
+            (), self.rails, track.anomalies,
         )  # fmt: skip
 
     def scenario_of(self, cell: int) -> Scenario:
@@ -175,7 +166,7 @@ class CellsOnRails:
     @cached_property
     def notes(self) -> tuple[Shared, ...]:
         """What the user should know, one note for each cause."""
-        told = list(implausible_cells(self.scenario, self.changed, self.cells))
+        told = [*implausible_cells(self.scenario, self.changed, self.cells), *self._recurring]
         told += [Shared(note, count) for vehicle, count in _counted(self.vehicles) for note in vehicle.notes]
         for number, said in enumerate(self._path_notes):
             told += [Shared(note, int((self._path_of == number).sum())) for note in said]

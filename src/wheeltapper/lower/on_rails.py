@@ -25,10 +25,13 @@ from wheeltapper.lower.known import check_known
 from wheeltapper.lower.numbers import METHODS, Method, hysteresis_factor, units_of
 from wheeltapper.lower.own_law import tabulated_law
 from wheeltapper.lower.plausible import implausible_notes
-from wheeltapper.lower.table import PathTable
+from wheeltapper.lower.table import PathTable, blank_rows
+from wheeltapper.lower.track.anomalies import NONE, Anomalies, Void, anomalies_of, check_seats
+from wheeltapper.lower.track.irregular import IrregularModes
 from wheeltapper.lower.track.reach import Reach, critical_speed, cutoff_note, modes_of
 from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.lower.track.section import section_of
+from wheeltapper.march import program as contract
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.structure import Ring
@@ -58,8 +61,8 @@ class LoweredOnRails:
         The task; of two equal rails it has one, with half of the vehicle on it.
     plane
         The vehicle in the vertical plane.
-    modes
-        The track's modes; None on a rigid rail.
+    modes, anomalies
+        The track's modes, None on a rigid rail, and what is not regular on it.
     seat
         Position of the seat from which the march counts, m.
     static_force
@@ -72,16 +75,20 @@ class LoweredOnRails:
         Units of the program in m and s.
     force
         Force of a wheelset for a force of one of the program, N: the number of rails.
+    paths
+        Tables of the wheelsets' paths.
     """
 
     program: general.Task
     plane: PlaneVehicle
-    modes: TrackModes | None
+    modes: TrackModes | IrregularModes | None
     seat: float
     static_force: FloatArray
     contact_constant: float
     notes: tuple[Note, ...]
     force: float
+    anomalies: Anomalies = NONE
+    paths: tuple[PathTable, ...] = ()
     length: float = 1.0
     time: float = 1.0
 
@@ -90,21 +97,20 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
     """Lower a scenario to a task of the general march."""
     check_known(scenario)
     vehicle = on_wheels(scenario)
-    modes, reach, seat = under_wheels(scenario, vehicle.plane.extent, method)
-    if modes is not None:
-        check_speed(float(scenario.speed), scenario.track, modes.ring, GENERAL_METHODS[method])
-    tables, notes = paths_of(scenario, vehicle.plane, float(scenario.speed * scenario.duration), METHODS[method])
-    contacts = contacts_of(tables, vehicle, seat)
-    system = general.System(vehicle.bodies, contacts, float(scenario.speed), None if modes is None else modes.ring)
+    under = under_wheels(scenario, vehicle.plane.extent, method)
+    way = float(scenario.speed * scenario.duration)
+    recurring = checked_way(scenario, vehicle.plane, under, float(scenario.speed), way, method)
+    tables, notes = paths_of(scenario, vehicle.plane, way, METHODS[method])
+    system = system_of(vehicle, under, tables, float(scenario.speed))
     task = general.Task(system, GENERAL_METHODS[method], float(scenario.duration))
     said = (*implausible_notes(scenario), *vehicle.notes, *notes)
-    if reach is not None:
-        said = (*said, *reach.notes, *_excitation_note(scenario, vehicle.plane, reach))
-    if modes is not None and scenario.speed > 0.0:
+    if under.reach is not None:
+        said = (*said, *under.reach.notes, *recurring, *_excitation_note(scenario, vehicle.plane, under.reach))
+    if under.modes is not None and scenario.speed > 0.0:
         said = (*said, SUDDEN)
     return LoweredOnRails(
-        task, vehicle.plane, modes, seat, vehicle.static_force, vehicle.contact_constant, said,
-        float(vehicle.plane.rails),
+        task, vehicle.plane, under.modes, under.seat, vehicle.static_force, vehicle.contact_constant, said,
+        float(vehicle.plane.rails), under.anomalies, tuple(tables),
     )  # fmt: skip
 
 
@@ -138,7 +144,7 @@ def on_wheels(scenario: Scenario) -> OnWheels:
     plane = scenario.vehicle.plane
     rails = float(plane.rails)
     forces = np.array([wheelset.weight for wheelset in plane.wheelsets])
-    laws = [_law(scenario, wheelset, rails) for wheelset in plane.wheelsets]
+    laws = [law_of(scenario, wheelset, rails) for wheelset in plane.wheelsets]
     shapes = np.eye(len(plane.freedoms), len(plane.wheelsets))
     bodies = general.Bodies(
         plane.mass / rails, plane.damping / rails, plane.stiffness / rails, shapes, shapes @ forces / rails
@@ -146,12 +152,58 @@ def on_wheels(scenario: Scenario) -> OnWheels:
     return OnWheels(plane, bodies, tuple(law for law, _, _ in laws), forces, laws[0][1], laws[0][2])
 
 
-def under_wheels(scenario: Scenario, extent: float, method: str) -> tuple[TrackModes | None, Reach | None, float]:
-    """Return the modes of a track, how they were chosen, and the seat from which the march counts, m."""
+class UnderWheels(NamedTuple):
+    """A track below a vehicle.
+
+    Attributes
+    ----------
+    modes
+        None on a rigid rail.
+    reach
+        How they were chosen.
+    seat
+        Position of the seat from which the march counts, m.
+    anomalies
+        What is not regular.
+    """
+
+    modes: TrackModes | IrregularModes | None = None
+    reach: Reach | None = None
+    seat: float = 0.0
+    anomalies: Anomalies = NONE
+
+
+def under_wheels(scenario: Scenario, extent: float, method: str) -> UnderWheels:
+    """Return the track of a scenario below a vehicle so long, m."""
     track = scenario.track
     if not isinstance(track, SupportedRail):
-        return None, None, 0.0
-    return *modes_of(track, method, extent), float(track.first_sleeper)
+        return UnderWheels()
+    modes, reach = modes_of(track, method, extent)
+    return UnderWheels(
+        modes, reach, float(track.first_sleeper), anomalies_of(track, section_of(track), reach.bays)
+    )  # fmt: skip
+
+
+def checked_way(
+    scenario: Scenario, plane: PlaneVehicle, under: UnderWheels, speed: float, way: float, method: str
+) -> tuple[Note, ...]:  # fmt: skip
+    """Refuse a speed or a way, m, that the track's tables do not take; return notes on how its anomalies recur."""
+    if under.modes is None or under.reach is None:
+        return ()
+    places = plane.positions
+    check_speed(speed, scenario.track, under.modes.ring, GENERAL_METHODS[method], way)
+    return check_seats(scenario.track, under.reach.bays, min(places) - under.seat, max(places) + way - under.seat)
+
+
+def system_of(vehicle: OnWheels, under: UnderWheels, tables: Sequence[PathTable], speed: float) -> general.System:
+    """Return a vehicle on its paths and its track as the march takes it."""
+    modes, contacts = under.modes, contacts_of(tables, vehicle, under.seat)
+    ring = None if modes is None else modes.ring
+    if not isinstance(modes, IrregularModes):
+        return general.System(vehicle.bodies, contacts, speed, ring)
+    ports = tuple(_port(modes, void) for void in under.anomalies.voids)
+    bodies = vehicle.bodies._replace(shapes=np.pad(vehicle.bodies.shapes, ((0, 0), (0, len(ports)))))
+    return general.System(bodies if ports else vehicle.bodies, contacts + ports, speed, ring)
 
 
 def shortest_wave(scenario: Scenario, plane: PlaneVehicle) -> float | None:
@@ -167,8 +219,22 @@ def _excitation_note(scenario: Scenario, plane: PlaneVehicle, reach: Reach) -> t
     return () if note is None else (note,)
 
 
-def check_speed(speed: float, track: SupportedRail, ring: Ring, method: general.Method) -> None:
-    """Refuse a speed above that of the rail's waves, or so low that the tables for its places in a bay do not fit."""
+def _port(modes: IrregularModes, void: Void) -> general.Contact:
+    """Return the contact between a sleeper and the ballast below a void; its force presses the sleeper up."""
+    place = void.seat % len(modes.sleeper)
+    level = blank_rows(1)
+    level[0, [contract.START, contract.STOP]] = -np.inf, np.inf
+    law = general.Law(switch.LINEAR_LAW, np.array([void.stiffness]))
+    if void.damping > 0.0:
+        law = general.Law(switch.KELVIN, np.array([void.stiffness, void.damping]))
+    return general.Contact(level, law, port=general.Port(-modes.sleeper[place], -modes.sleeper_drive[place], void.gap))
+
+
+def check_speed(speed: float, track: SupportedRail, ring: Ring, method: general.Method, way: float = 0.0) -> None:
+    """Refuse a speed above that of the rail's waves, or so low that the tables for its places in a bay do not fit.
+
+    `way` is what the wheels go, m, where bays differ.
+    """
     fastest = critical_speed(section_of(track))
     if speed >= fastest:
         raise InputError(
@@ -176,12 +242,13 @@ def check_speed(speed: float, track: SupportedRail, ring: Ring, method: general.
         )
     if speed == 0.0:
         return
-    places = ring.spacing / (speed * longest_step(ring, method))
+    places = ring.spacing / (ring.seats * speed * longest_step(ring, method))
     found = f"{speed:g} m/s on rails, with tables for {places:.3g} places in a bay"
     if places > MOST_PHASES:
         slowest = 1.01 * speed * places / MOST_PHASES
         raise InputError("", "speed", found, f"0 m/s, or at least {slowest:.2g} m/s")
-    needed = places * method.nodes * len(ring.rates) * TABLE_BYTES * (1.0 if method.single else 2.0)
+    bays = min(float(ring.seats), way / track.spacing + 1.0)  # whose tables differ
+    needed = bays * places * method.nodes * len(ring.rates) * TABLE_BYTES * (1.0 if method.single else 2.0)
     check_room("speed", found, needed, lambda share: f"0 m/s, or at least {speed / share:.2g} m/s")
 
 
@@ -209,7 +276,7 @@ def contacts_of(tables: Sequence[PathTable], vehicle: OnWheels, seat: float) -> 
     )
 
 
-def _law(scenario: Scenario, wheelset: Wheelset, rails: float) -> tuple[general.Law, float, tuple[Note, ...]]:
+def law_of(scenario: Scenario, wheelset: Wheelset, rails: float) -> tuple[general.Law, float, tuple[Note, ...]]:
     """Return the law of one rail's part of a wheelset's contact, the wheelset's constant, and notes on the law."""
     contact = scenario.contact
     if isinstance(contact, Law):

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from wheeltapper.lower.on_rails import LoweredOnRails
 from wheeltapper.lower.track.energy import Group, energy_groups, lost_power, received_power, stored_energy
+from wheeltapper.lower.track.irregular import IrregularModes, pressed_by_extras, regular_amplitudes
 from wheeltapper.lower.track.readouts import places_of
+from wheeltapper.lower.track.ring import TrackModes
 from wheeltapper.lower.track.section import Section
 from wheeltapper.march import run
 from wheeltapper.march.general.structure import Ring
@@ -36,7 +38,9 @@ class TrackWorks(NamedTuple):
     lost
         Dissipated in rail, pads and ballast.
     received
-        What the kept modes took of the contact forces.
+        What the kept modes took of the contact forces, and of what differs at anomalous seats.
+    anomalies
+        What they took of the latter alone, and of the ballast under voids.
     pressed
         The forces times the velocity of the rail under them, as the kept modes have it.
     slope
@@ -46,6 +50,7 @@ class TrackWorks(NamedTuple):
     stored: float
     residual: float
     lost: float
+    anomalies: float
     received: float
     pressed: float
     slope: float
@@ -55,27 +60,42 @@ def track_works(section: Section, lowered: LoweredOnRails, march: Marched) -> Tr
     """Return energies and works of the track of a run."""
     assert lowered.modes is not None
     ring, modes = lowered.modes.ring, lowered.modes
-    groups = energy_groups(section, ring.bays, modes.cutoff)
+    groups = energy_groups(section, ring.bays * ring.seats, modes.cutoff)
     both = np.array([0.0, march.end])
-    stored = float(np.diff(stored_energy(groups, run.modes_of_track(march, both).amplitudes))[0])
+    stored = float(np.diff(stored_energy(groups, _regular(modes, run.modes_of_track(march, both).amplitudes)))[0])
     forces = run.replay_rails(march, both).force
     speed, held = lowered.program.system.speed, 0.0
     sums = np.zeros(3)
-    for number, contact in enumerate(lowered.program.system.contacts):
+    for number, contact in enumerate(lowered.program.system.wheels):
         held += float(np.diff(_residual(ring, speed * both + contact.position)[0] * forces[:, number] ** 2)[0])
         rule = run.pressing_on_rails(march, number)
         for first in range(0, len(rule.times), CHUNK):
             some = slice(first, first + CHUNK)
-            powers = _powers(ring, groups, march, rule.times[some], contact.position, speed, rule.force[some])
+            powers = _powers(modes, groups, march, rule.times[some], contact.position, speed, rule.force[some])
             sums += powers @ (rule.force[some] * rule.weights[some])
-    return TrackWorks(stored, 0.5 * held, _lost(groups, march), *sums.tolist())
+    lost, anomalies = _lost(modes, groups, march)
+    for number, port in enumerate(lowered.program.system.ports, len(lowered.program.system.wheels)):
+        rule = run.pressing_on_rails(march, number)
+        for first in range(0, len(rule.times), CHUNK):
+            some = slice(first, first + CHUNK)
+            here = _regular(modes, run.modes_of_track(march, rule.times[some]).amplitudes)
+            taken = received_power(groups, here, np.broadcast_to(_regular(modes, port.drive[None]), here.shape))
+            anomalies += float(taken @ (rule.force[some] * rule.weights[some]))
+    sums[0] += anomalies
+    return TrackWorks(stored, 0.5 * held, lost, anomalies, *sums.tolist())
+
+
+def _regular(modes: TrackModes | IrregularModes, amplitudes: ComplexArray) -> ComplexArray:
+    """Return amplitudes as those of the ring of equal bays, whose energy is known."""
+    return regular_amplitudes(modes, amplitudes) if isinstance(modes, IrregularModes) else amplitudes
 
 
 def _powers(
-    ring: Ring, groups: tuple[Group, ...], march: Marched, times: FloatArray, position: float, speed: float,
-    force: FloatArray,
+    modes: TrackModes | IrregularModes, groups: tuple[Group, ...], march: Marched, times: FloatArray, position: float,
+    speed: float, force: FloatArray,
 ) -> FloatArray:  # fmt: skip
     """Return, per unit of a contact's force, what modes receive, the rail's velocity, its slope's power: (3, times)."""
+    ring = modes.ring
     found = run.modes_of_track(march, times)
     x = speed * times + position
     at = places_of(ring, x)
@@ -89,7 +109,8 @@ def _powers(
         slopes[some] = powers[some, :-1] @ polynomial.polyder(ring.deflection[one]) / half
     steep = np.real((slopes * here) @ ring.weights) + 0.5 * force * _residual(ring, x)[1]
     velocity = np.real((shapes * ring.rates * here) @ ring.weights)
-    return np.stack([received_power(groups, here, drives), velocity, speed * steep])
+    received = received_power(groups, _regular(modes, here), _regular(modes, drives))
+    return np.stack([received, velocity, speed * steep])
 
 
 def _residual(ring: Ring, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -103,14 +124,21 @@ def _residual(ring: Ring, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     )
 
 
-def _lost(groups: tuple[Group, ...], march: Marched) -> float:
-    """Return what the track's dampers take: Gauss rules between the joints of all contacts' forces."""
+def _lost(modes: TrackModes | IrregularModes, groups: tuple[Group, ...], march: Marched) -> tuple[float, float]:
+    """Return what the track's dampers take, and what the kept modes take of what differs at seats.
+
+    By Gauss rules between the joints of all contacts' forces.
+    """
     edges = run.joints_on_rails(march)
     places, weights = np.polynomial.legendre.leggauss(NODES)
     times = edges[:-1, None] + 0.5 * np.diff(edges)[:, None] * (places + 1.0)
     factors = (0.5 * np.diff(edges)[:, None] * weights).ravel()
-    total = 0.0
+    lost = taken = 0.0
     for first in range(0, times.size, CHUNK):
         some = slice(first, first + CHUNK)
-        total += float(lost_power(groups, run.modes_of_track(march, times.ravel()[some]).amplitudes) @ factors[some])
-    return total
+        own = run.modes_of_track(march, times.ravel()[some]).amplitudes
+        here = _regular(modes, own)
+        lost += float(lost_power(groups, here) @ factors[some])
+        if isinstance(modes, IrregularModes):
+            taken += float(received_power(groups, here, pressed_by_extras(modes, own)) @ factors[some])
+    return lost, taken

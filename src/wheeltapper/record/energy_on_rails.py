@@ -26,6 +26,7 @@ MEANINGS = {
     "into_track": "energy that the contact forces gave to the track",
     "track_stored": "change of kinetic and elastic energy of the track, the residual's included",
     "track_dissipated": "energy dissipated in rail, pads and ballast",
+    "into_anomalies": "energy that went into what differs at anomalous seats, and into the ballast below voids",
     "work_of_load": "work of load and weight",
     "work_of_irregularity": "work of the irregularity",
     "work_of_traction": "work of what keeps the wheels' speed along the slope of the bent rail",
@@ -47,7 +48,8 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
 
     found, rails = run.works_on_rails(march), lowered.force
     kinetic, elastic = found.ends[1] - found.ends[0]
-    taken, path, contact = (float(one.sum()) for one in (found.bodies, found.path, found.contact))
+    wheels = len(lowered.program.system.wheels)
+    taken, path, contact = (float(one[:wheels].sum()) for one in (found.bodies, found.path, found.contact))
     values = {
         "kinetic": kinetic, "elastic": elastic, "dissipated": found.dissipated, "into_contact": contact,
         "into_track": taken + path - contact, "work_of_load": found.load, "work_of_irregularity": path,
@@ -61,6 +63,9 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
             "track_stored": of_track.stored + of_track.residual, "track_dissipated": of_track.lost,
             "work_of_traction": -of_track.slope,
         }  # fmt: skip
+        if lowered.anomalies.extras:
+            values["into_anomalies"] = -of_track.anomalies
+            exchanged += abs(of_track.anomalies)
         values["imbalance"] += of_track.stored + of_track.lost - of_track.received
         exchanged += of_track.lost + abs(of_track.slope)
         missed = of_track.pressed - of_track.received
@@ -84,5 +89,5 @@ def balance(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> xr.D
 
 def _energy_at_rest(lowered: LoweredOnRails, march: Marched) -> float:
     """Return the elastic energy of the contacts at rest, as Hertz's law has it, J, of one rail."""
-    indentation = run.replay_rails(march, np.zeros(1)).indentation[0]
+    indentation = run.replay_rails(march, np.zeros(1)).indentation[0, : len(lowered.static_force)]
     return float(AT_REST * (lowered.static_force / lowered.force) @ indentation)

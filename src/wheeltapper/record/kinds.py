@@ -36,7 +36,6 @@ OUTCOMES = {
     assembly.DERAILED: Outcome.DERAILED,
     layout.CHATTERS: Outcome.CHATTERING,
     layout.UNSOLVED: Outcome.UNSOLVED,
-    layout.WOULD_PULL: Outcome.PULLED,
 }
 """Outcome of each status of a march."""
 
@@ -71,6 +70,8 @@ class Kind:
         Tables and attributes of a file that contain the program and the rest of the march.
     read
         From a file's contents to both; what no march can have written is refused.
+    seat_events
+        Events at seats of the track: time in s, kind, seat, position in m, rate in m/s; None where there are none.
     balance_is_dear
         Whether the balance takes longer than the march, so that only who asks for it waits for it.
     """
@@ -88,6 +89,7 @@ class Kind:
     integrate: Callable[[Scenario, Any, Any], tuple[FloatArray, Callable[[], xr.Dataset]]]
     tables: Callable[[Any, Any], tuple[dict[str, Any], dict[str, Any]]]
     read: Callable[[Scenario, xr.Dataset], tuple[Any, Any]]
+    seat_events: Callable[[Scenario, Any, Any], dict[str, NDArray[Any]] | None] = lambda scenario, lowered, march: None
     balance_is_dear: bool = False
 
 

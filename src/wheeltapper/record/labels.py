@@ -21,8 +21,11 @@ JOINT_TITLE = "wheeltapper joint"
 """Title of what is asked of a joint over speed."""
 BRANCH_TITLE = "wheeltapper branch"
 """Title of the datasets of `orbits.follow`."""
-EVENT_KINDS = ("loss", "impact", "yield")
+EVENT_KINDS = ("loss", "impact", "yield", "void opens", "void closes")
 """Names of the kinds of events, in the order of their numbers."""
+VOID_OPENS = EVENT_KINDS.index("void opens")
+NO_SEAT = -1
+"""The seat of a wheel's event, and the contact of an event at a seat."""
 
 LABELS = {
     "time": ("s", "time since the wheel was at x = 0"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from wheeltapper.ground.needs import OWN_LAW
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.on_rails import LoweredOnRails, lower_on_rails
 from wheeltapper.lower.own_law import FASTEST
+from wheeltapper.march import program as contract
 from wheeltapper.march import run
 from wheeltapper.march.general.layout import ROW_COLUMNS
 from wheeltapper.march.general.tables import longest_step
@@ -21,6 +22,7 @@ from wheeltapper.march.telling import GENERAL_CHUNK
 from wheeltapper.record import extent
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.kinds import Kind, Variables
+from wheeltapper.record.labels import VOID_OPENS
 from wheeltapper.record.stored_task import read, tables
 
 if TYPE_CHECKING:
@@ -70,23 +72,39 @@ def _contacts(scenario: Scenario, lowered: LoweredOnRails) -> Contacts:
     return Contacts(lowered.static_force, positions, np.arange(len(positions)), sides=1)
 
 
+def _seat_events(scenario: Scenario, lowered: LoweredOnRails, march: Marched) -> dict[str, NDArray[Any]] | None:
+    """Return where voids below sleepers close and open; a rate is that of the sleeper, downwards."""
+    if not lowered.anomalies.voids:
+        return None
+    rows = march.seat_events
+    seats = np.array([void.seat for void in lowered.anomalies.voids])
+    seat = seats[rows[:, contract.EVENT_CONTACT].astype(int)]
+    return {
+        "time": rows[:, contract.EVENT_TIME],
+        "kind": rows[:, contract.EVENT_KIND].astype(int) + VOID_OPENS,
+        "seat": seat,
+        "position": lowered.seat + seat * float(scenario.track.spacing),
+        "indentation_rate": rows[:, contract.EVENT_RATE],
+    }
+
+
 def _sample(scenario: Scenario, lowered: LoweredOnRails, march: Marched, times: FloatArray) -> Variables:
     found = run.replay_rails(march, times)
     wheels = len(lowered.plane.wheelsets)
     along, touching = ("time",), ("time", "contact")
-    sinking = march.found.prepared.start.offsets  # of the wheels, below the height of first touch
+    sinking = march.found.prepared.start.offsets[:wheels]  # below the height of first touch
     motions = (-found.displacement, -found.velocity, -found.acceleration)
     out: Variables = {
         name: (touching, values[:, :wheels] - (sinking if name == WHEELSET[0] else 0.0))
         for name, values in zip(WHEELSET, motions, strict=True)
     }
     out |= {
-        "normal_force": (touching, found.force * lowered.force),
-        "indentation": (touching, found.indentation),
-        "constraint": (touching, found.path),
+        "normal_force": (touching, found.force[:, :wheels] * lowered.force),
+        "indentation": (touching, found.indentation[:, :wheels]),
+        "constraint": (touching, found.path[:, :wheels]),
     }
     if lowered.modes is not None:
-        out["rail_displacement"] = touching, -found.rail
+        out["rail_displacement"] = touching, -found.rail[:, :wheels]
     for freedom in range(wheels, len(lowered.plane.freedoms)):
         name = lowered.plane.freedoms[freedom].replace(" ", "_")
         for after, values in zip(MOTIONS, motions, strict=True):
@@ -118,6 +136,7 @@ ON_RAILS = Kind(
     end=lambda lowered, march: march.end,
     free=lambda contacts, march: march.free,
     sample=_sample,
+    seat_events=_seat_events,
     integrate=_integrate,
     balance_is_dear=True,
     tables=tables,

@@ -22,7 +22,7 @@ from wheeltapper.record import damper, extent
 from wheeltapper.record.arrays import as_array
 from wheeltapper.record.contacts import Contacts
 from wheeltapper.record.kinds import OUTCOMES, Variables, kind_of
-from wheeltapper.record.labels import EVENT_KINDS, attributes_of, dataset
+from wheeltapper.record.labels import EVENT_KINDS, NO_SEAT, attributes_of, dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -123,18 +123,30 @@ class Record:
 
     def _public_table(self, dimension: str, columns: Columns) -> xr.Dataset:
         """Return a table as it is in public: several contacts have names."""
-        names = {name: all_of[columns["contact"]] for name, all_of in self._contacts.public_labels.items()}
+        contact = columns["contact"]
+        labels = self._contacts.public_labels.items()
+        names = {name: np.where(contact == NO_SEAT, all_of.dtype.type(), all_of[contact]) for name, all_of in labels}
         held = {name: (dimension, values) for name, values in (columns | names).items()}
         return dataset(held, names, self._contacts.has_sides)
 
     @cached_property
     def events(self) -> xr.Dataset:
-        """Losses of contact, impacts and onsets of yield: time, kind, contact, position, indentation rate."""
+        """Losses of contact, impacts and onsets of yield: time, kind, contact, position, indentation rate.
+
+        On a track with voids also where these close and open: these have the number of their `seat`, the seat's
+        position, the rate of the sleeper's deflection, and -1 for the contact; wheels' events have the seat -1.
+        """
         held = dict(self._events)
         rate, place = held.pop("indentation_rate"), self._contacts.position
-        position = self.scenario.speed * held["time"] + place[held["contact"] % len(place)]
-        kind = np.array(EVENT_KINDS)[held["kind"]]
-        return self._public_table("event", held | {"kind": kind, "position": position, "indentation_rate": rate})
+        held["position"] = self.scenario.speed * held["time"] + place[held["contact"] % len(place)]
+        held["indentation_rate"] = rate
+        seated = self._kind.seat_events(self.scenario, self._lowered, self._march)
+        if seated is not None:
+            held["seat"] = np.full(len(rate), NO_SEAT)
+            seated["contact"] = np.full(len(seated["time"]), NO_SEAT)
+            order = np.argsort(np.append(held["time"], seated["time"]), kind="stable")
+            held = {name: np.append(values, seated[name])[order] for name, values in held.items()}
+        return self._public_table("event", held | {"kind": np.array(EVENT_KINDS)[held["kind"]]})
 
     @cached_property
     def peaks(self) -> xr.Dataset:

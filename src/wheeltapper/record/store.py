@@ -43,7 +43,7 @@ def save(record: Record, path: Path) -> None:
         "contact_surface": flag_variable("contact", named["surface"], SURFACES),
         "static_force": ("contact", static, attributes_of("static_force", contacts.has_sides)),
         "march_steps": (("step", "step_column"), march.steps),
-        "march_events": (("event", "event_column"), march.events),
+        "march_events": (("march_event", "event_column"), march.events),
         "march_peaks": (("peak", "peak_column"), march.peaks),
         "march_state": (("state",), march.state),
     }

@@ -10,10 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.scenario import Scenario
+from wheeltapper.describe.track.supported import SupportedRail
 from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.needs import FLEXIBLE_TRACK
 from wheeltapper.lower.on_rails import LoweredOnRails
+from wheeltapper.lower.track.anomalies import NONE, anomalies_of
+from wheeltapper.lower.track.irregular import IrregularModes
 from wheeltapper.lower.track.ring import TrackModes
+from wheeltapper.lower.track.section import section_of
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import contract as general
 from wheeltapper.march.general import layout
@@ -45,6 +49,8 @@ def tables(lowered: LoweredOnRails, march: Marched) -> tuple[dict[str, Any], dic
         out[f"logged_{name}"] = (tuple(f"{name}_{axis}" for axis in range(axes)), values)
     numbers = [lowered.seat, lowered.contact_constant, lowered.force]
     out["units"] = (("unit",), np.array(numbers))
+    if march.found.prepared.system.ports:
+        out["seat_events"] = ("seat_event", "event_column"), march.seat_events
     attributes = {
         "task_parts": json.dumps([[name, np.shape(part), np.asarray(part).dtype.kind] for name, part in parts.items()]),
         "steps_made": march.found.steps,
@@ -69,6 +75,8 @@ def _parts_of(lowered: LoweredOnRails) -> dict[str, Any]:
         out[head + "law"] = np.append(float(contact.law.kind), contact.law.numbers)
         out[head + "table"] = contact.law.table
         out[head + "numbers"] = np.array([float(getattr(contact, name)) for name in CONTACT])
+        if contact.port is not None:
+            out |= {f"{head}port.{name}": value for name, value in contact.port._asdict().items()}
     out["method"] = np.array(task.method, dtype=float)
     out["run"] = np.array([system.speed, task.duration])
     if lowered.modes is not None:
@@ -80,18 +88,24 @@ def _parts_of(lowered: LoweredOnRails) -> dict[str, Any]:
 def read(scenario: Scenario, data: xr.Dataset) -> tuple[LoweredOnRails, Marched]:
     """Return the task and the march from a file's contents; refuse contents that no march can have written."""
     parts = _stored_parts(data)
-    plane = scenario.vehicle.plane
+    plane, anomalies = scenario.vehicle.plane, NONE
     try:
         task, modes = _task_of(parts, len(plane.positions))
     except KeyError as error:
         raise InputError("", "task_parts", f"nothing of {error.args[0]}", UNDAMAGED) from None
     if (modes is None) == (FLEXIBLE_TRACK in scenario.needs):
         raise InputError("", "task_parts", "another track than the scenario's", UNDAMAGED)
+    if isinstance(scenario.track, SupportedRail) and modes is not None:
+        ring = modes.ring
+        anomalies = anomalies_of(scenario.track, section_of(scenario.track), ring.bays * ring.seats)
+    seats = len(anomalies.voids), bool(anomalies.extras)
+    if seats != (len(task.system.ports), isinstance(modes, IrregularModes)):
+        raise InputError("", "task_parts", "other anomalies than the scenario's", UNDAMAGED)
     units = table(data, "units", 3)
     check("units", units[1:], units[1:] > 0.0, "positive numbers")
     lowered = LoweredOnRails(
         task, plane, modes, float(units[0]), np.array([one.weight for one in plane.wheelsets]),
-        float(units[1]), stored.notes(data), float(units[2]),
+        float(units[1]), stored.notes(data), float(units[2]), anomalies,
     )  # fmt: skip
     return lowered, _march_of(data, task)
 
@@ -116,11 +130,12 @@ def _stored_parts(data: xr.Dataset) -> dict[str, Any]:
     return parts
 
 
-def _task_of(parts: dict[str, Any], contacts: int) -> tuple[general.Task, TrackModes | None]:
+def _task_of(parts: dict[str, Any], wheels: int) -> tuple[general.Task, TrackModes | IrregularModes | None]:
     """Return a task and its track from their arrays."""
-    made = []
-    for number in range(contacts):
+    made, number = [], 0
+    while number < wheels or f"contacts.{number}.port.gap" in parts:
         head = f"contacts.{number}."
+        number += 1
         pieces, law = parts[head + "pieces"], parts[head + "law"]
         if pieces.ndim != 2 or pieces.shape[1] != contract.PIECE_COLUMNS or not len(pieces) or law.ndim != 1:
             raise InputError("", "task", f"a path of shape {pieces.shape}", UNDAMAGED)
@@ -128,13 +143,21 @@ def _task_of(parts: dict[str, Any], contacts: int) -> tuple[general.Task, TrackM
         position, start, loop, join = parts[head + "numbers"].tolist()
         check_whole("task, loop", np.array([loop]), 0, len(pieces))
         held = general.Law(int(law[0]), law[1:], parts[head + "table"])
-        made.append(general.Contact(pieces, held, position, start, int(loop), int(join)))
+        port = None
+        if f"{head}port.gap" in parts:
+            deflection, drive, gap = (parts[f"{head}port.{name}"] for name in general.Port._fields)
+            port = general.Port(deflection, drive, float(gap))
+        made.append(general.Contact(pieces, held, position, start, int(loop), int(join), port))
     bodies = general.Bodies(*(parts[f"bodies.{name}"] for name in general.Bodies._fields))
-    modes = None
+    modes: TrackModes | IrregularModes | None = None
     if "ring.rates" in parts:
         arrays = {name: parts[f"ring.{name}"] for name in Ring._fields}
-        ring = Ring(**arrays)._replace(spacing=float(arrays["spacing"]), bays=int(arrays["bays"]))
-        modes = TrackModes(ring, parts["track.rotation"], parts["track.sleeper"], float(parts["track.cutoff"]))
+        ring = Ring(**arrays)._replace(
+            spacing=float(arrays["spacing"]), bays=int(arrays["bays"]), seats=int(arrays["seats"])
+        )
+        kind: Any = IrregularModes if "track.vectors" in parts else TrackModes
+        held_modes = {name: parts[f"track.{name}"] for name in kind._fields if name != "ring"}
+        modes = kind(ring=ring, **held_modes | {"cutoff": float(parts["track.cutoff"])})
     speed, duration = parts["run"].tolist()
     system = general.System(bodies, tuple(made), speed, None if modes is None else modes.ring)
     return general.Task(system, _method_of(parts["method"]), duration), modes
@@ -153,7 +176,7 @@ def _march_of(data: xr.Dataset, task: general.Task) -> Marched:
     """Return the march from its logs."""
     steps = stored.stored_attribute(data, "steps_made", int)
     try:
-        prepared = prepare(task.system, task.method)
+        prepared = prepare(task.system, task.method, duration=task.duration)
     except (ValueError, IndexError, np.linalg.LinAlgError) as error:
         raise InputError("", "task", f"numbers of no vehicle on a track ({error})"[:120], UNDAMAGED) from error
     contacts, q, states = len(task.system.contacts), task.method.nodes, len(prepared.tables.bodies_step)
@@ -169,10 +192,17 @@ def _march_of(data: xr.Dataset, task: general.Task) -> Marched:
     peaks = table(data, "march_peaks", None, contract.PEAK_COLUMNS)
     for name, rows in (("march_events", events), ("march_peaks", peaks)):
         stored.rising(name, rows[:, contract.EVENT_TIME], task.duration)
-        check_whole(name, rows[:, contract.EVENT_CONTACT], 0, contacts - 1)
+        check_whole(name, rows[:, contract.EVENT_CONTACT], 0, len(task.system.wheels) - 1)
     check_whole("march_events", events[:, contract.EVENT_KIND], contract.LOSS, contract.IMPACT)
+    if task.system.ports:
+        seated = table(data, "seat_events", None, contract.EVENT_COLUMNS)
+        stored.rising("seat_events", seated[:, contract.EVENT_TIME], task.duration)
+        check_whole("seat_events", seated[:, contract.EVENT_CONTACT], 0, len(task.system.ports) - 1)
+        check_whole("seat_events", seated[:, contract.EVENT_KIND], contract.LOSS, contract.IMPACT)
+    else:
+        seated = np.empty((0, contract.EVENT_COLUMNS))
     found = Found(prepared, stored.status_of(data), steps, events, np.empty((0, 4)), logs)
-    return marched_of(task, found)._replace(peaks=peaks)
+    return marched_of(task, found)._replace(peaks=peaks, seat_events=seated)
 
 
 def _check_rows(rows: FloatArray, steps: int, contacts: int, counts: set[int]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -11,8 +12,19 @@ from numpy.typing import NDArray
 from wheeltapper.ground.arguments import as_list, as_quantity
 from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.lower.on_rails import LoweredOnRails
-from wheeltapper.lower.track.readouts import place_of, rail_rows, seat_rest, seat_rows, static_rest
-from wheeltapper.lower.track.ring import TrackModes
+from wheeltapper.lower.track.anomalies import Anomalies
+from wheeltapper.lower.track.irregular import IrregularModes
+from wheeltapper.lower.track.readouts import (
+    place_of,
+    rail_rows,
+    rest_beside,
+    seat_rest,
+    seat_rest_around,
+    seat_rows,
+    section_at,
+    static_rest,
+)
+from wheeltapper.lower.track.ring import TrackModes, ring_of
 from wheeltapper.lower.track.section import Section, section_of
 from wheeltapper.march import run
 from wheeltapper.record import extent
@@ -50,6 +62,8 @@ class _Place(NamedTuple):
         What the modes miss of the static field of unit forces at positions, (positions, 3).
     lags
         What the rates of these add to them, s.
+    void
+        Number of the contact below the void there, among those of seats; None where there is none.
     """
 
     x: float
@@ -58,6 +72,7 @@ class _Place(NamedTuple):
     rate_rows: ComplexArray
     rest: Any
     lags: FloatArray
+    void: int | None = None
 
 
 def track(
@@ -74,8 +89,9 @@ def track(
     extent.check_samples("rate", f"{rate:g} per second", record.end * rate + 1.0, 8 * (len(x) + len(seats)))
     times = np.arange(int(np.floor(record.end * rate * (1 + 1e-12))) + 1) / rate
     section, foot = section_of(record.scenario.track), float(record.scenario.track.rail.foot_distance)
-    places = [_rail_place(section, foot, lowered.modes, one - lowered.seat) for one in x]
-    places += [_seat_place(section, lowered.modes, number) for number in seats]
+    anomalies = lowered.anomalies
+    places = [_rail_place(section, foot, lowered.modes, anomalies, one - lowered.seat) for one in x]
+    places += [_seat_place(section, lowered.modes, anomalies, number) for number in seats]
     read = np.empty((len(times), len(places), 4))
     for first in range(0, len(times), CHUNK):
         chunk = slice(first, first + CHUNK)
@@ -101,20 +117,36 @@ def _as_seats(given: Any) -> list[int]:
     return [int(number) for number in seats]
 
 
-def _rail_place(section: Section, foot: float, modes: TrackModes, x: float) -> _Place:
+def _rail_place(
+    section: Section, foot: float, modes: TrackModes | IrregularModes, anomalies: Anomalies, x: float
+) -> _Place:
     at_rest, moving = (np.stack(rail_rows(one, foot, modes, x)) for one in (_undamped(section), section))
+    if isinstance(modes, IrregularModes):
+        regular = ring_of(section, modes.ring.seats, modes.cutoff)
+        beside = rest_beside(section, foot, modes, anomalies.extras, x)
+        rest: Any = lambda where: static_rest(section, foot, regular, x, where) + beside.at(where)  # noqa: E731
+    else:
+        rest = partial(static_rest, section, foot, modes, x)
     return _Place(
-        x, place_of(modes.ring, x).bay, at_rest, (moving - at_rest) / modes.ring.rates,
-        lambda where: static_rest(section, foot, modes, x, where), np.array([0.0, 0.0, section.loss]),
+        x, place_of(modes.ring, x).bay, at_rest, (moving - at_rest) / modes.ring.rates, rest,
+        np.array([0.0, 0.0, section.loss]),
     )  # fmt: skip
 
 
-def _seat_place(section: Section, modes: TrackModes, number: int) -> _Place:
-    at_rest, moving = (np.stack(seat_rows(one, modes)) for one in (_undamped(section), section))
+def _seat_place(section: Section, modes: TrackModes | IrregularModes, anomalies: Anomalies, number: int) -> _Place:
+    own, void = section, None
+    if isinstance(modes, IrregularModes):
+        seat = number % modes.ring.seats
+        own = section_at(section, anomalies.extras, seat)
+        rest: Any = seat_rest_around(section, modes, anomalies.extras, seat).at
+        void = next((i for i, one in enumerate(anomalies.voids) if (one.seat - seat) % modes.ring.seats == 0), None)
+    else:
+        rest = partial(seat_rest, section, modes, number)
+    at_rest, moving = (np.stack(seat_rows(one, modes, number)) for one in (_undamped(own), own))
     return _Place(
-        number * section.spacing, number, at_rest, (moving - at_rest) / modes.ring.rates,
-        lambda where: seat_rest(section, modes, number, where),
+        number * section.spacing, number, at_rest, (moving - at_rest) / modes.ring.rates, rest,
         np.array([0.0, section.pad_damping / section.pad, section.ballast_damping / max(section.ballast, 1e-300)]),
+        void,
     )  # fmt: skip
 
 
@@ -129,7 +161,7 @@ def _readings(record: Record, lowered: LoweredOnRails, places: list[_Place], tim
     ring = lowered.modes.ring
     found, shown = run.modes_of_track(record._march, times), run.replay_rails(record._march, times)
     speed = float(record.scenario.speed)
-    wheels = np.add.outer(speed * times, [one.position for one in lowered.program.system.contacts])
+    wheels = np.add.outer(speed * times, [one.position for one in lowered.program.system.wheels])
     rates = ring.rates * found.amplitudes + found.forced
     speeding = ring.rates * rates + found.forced_rate
     out = np.empty((len(times), len(places), 4))
@@ -145,6 +177,8 @@ def _readings(record: Record, lowered: LoweredOnRails, places: list[_Place], tim
         out[:, i, 0] = -read[:, 0]
         out[:, i, 1] = -accelerated
         out[:, i, 2:] = read[:, 1:]
+        if place.void is not None:
+            out[:, i, 3] = shown.force[:, wheels.shape[1] + place.void]
         out[(np.abs(wheels - place.x) > 0.5 * ring.bays * ring.spacing).any(axis=1), i] = np.nan
     return out
 

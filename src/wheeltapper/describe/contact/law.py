@@ -13,7 +13,7 @@ from pydantic import Field, field_serializer, model_validator
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.noun import PositiveLength
 from wheeltapper.ground.errors import InputError
-from wheeltapper.ground.needs import OWN_LAW, Need
+from wheeltapper.ground.needs import HYSTERESIS, OWN_LAW, Need
 
 FloatArray = NDArray[np.float64]
 ARGUMENTS = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
@@ -66,8 +66,8 @@ class Law(Contact):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """A law of one's own."""
-        return frozenset({OWN_LAW})
+        """A law of one's own, perhaps with hysteresis."""
+        return frozenset({OWN_LAW, HYSTERESIS}) if self.takes_rate else frozenset({OWN_LAW})
 
     @property
     def takes_rate(self) -> bool:

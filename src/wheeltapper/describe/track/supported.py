@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 
+from wheeltapper.describe.choice import OneOf
 from wheeltapper.describe.noun import CutoffFrequency, Damping, Length, PositiveLength, PositiveStiffness
+from wheeltapper.describe.track.anomaly import Anomaly
 from wheeltapper.describe.track.base import Track
 from wheeltapper.describe.track.rail import Rail, as_rail
-from wheeltapper.ground.needs import FLEXIBLE_TRACK, Need
+from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.needs import ANOMALY, FLEXIBLE_TRACK, NOTHING, Need
+
+
+def _as_tuple(value: Any) -> Any:
+    return (value,) if isinstance(value, Anomaly | dict) else value
 
 
 class SupportedRail(Track, abstract=True):
@@ -32,6 +39,8 @@ class SupportedRail(Track, abstract=True):
         decay slowly.
     source
         Where the numbers come from; it has no effect.
+    anomalies
+        Seats that are not like the others: `HangingSleeper`, `MissingPad`, `Scatter`.
     """
 
     rail: Annotated[Rail, BeforeValidator(as_rail, json_schema_input_type=Rail | str)]
@@ -42,11 +51,24 @@ class SupportedRail(Track, abstract=True):
     cutoff: CutoffFrequency | None = None
     bays: int | None = Field(default=None, ge=8)
     source: str = ""
+    anomalies: Annotated[tuple[Annotated[Any, OneOf(Anomaly)], ...], BeforeValidator(_as_tuple)] = ()
+
+    @model_validator(mode="after")
+    def _check_anomalies(self) -> SupportedRail:
+        for i, item in enumerate(self.anomalies):
+            field, name = f"anomalies.{i}", type(item).__name__
+            if item.of_ballast and not self.under_pads:
+                raise InputError("", field, f"a {name} of ballast on a {type(self).__name__}", "anomalies of pads")
+            same = [other for other in self.anomalies[:i] if type(other) is type(item)]
+            if any(other.places == item.places for other in same):
+                where = f" at seat {item.places[0]}" if item.places else ""
+                raise InputError("", field, f"a second {name}{where}", "one")
+        return self
 
     @property
     def needs(self) -> frozenset[Need]:
-        """Rails on sleepers."""
-        return frozenset({FLEXIBLE_TRACK})
+        """Rails on sleepers, and their anomalies."""
+        return frozenset({FLEXIBLE_TRACK}) | (frozenset({ANOMALY}) if self.anomalies else NOTHING)
 
     @property
     def under_pads(self) -> tuple[float, ...]:

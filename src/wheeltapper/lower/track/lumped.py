@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from wheeltapper.describe.contact.hertz import Hertz
+from wheeltapper.describe.contact.linear import Linear
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.numbers import units_of
 from wheeltapper.lower.track.section import Section
 
 
@@ -51,3 +57,19 @@ def whole_track(section: Section) -> Lumped:
     damping = both**2 * (section.pad_damping / section.pad**2 + section.ballast_damping / section.ballast**2)
     mass = section.mass + (both / section.ballast) ** 2 * section.sleeper / a
     return lumped(section.bending, both / a, mass, damping / a)
+
+
+def contact_stiffness(scenario: Scenario) -> float:
+    """Return the slope of the first wheelset's contact force over its indentation at the static force, N/m.
+
+    Raises
+    ------
+    InputError
+        If the contact's law has no such constant.
+    """
+    wheelset, contact = scenario.vehicle.plane.wheelsets[0], scenario.contact
+    if not isinstance(contact, Hertz | Linear):
+        raise InputError("", "contact", f"a {type(contact).__name__}", "Hertz or Linear")
+    alone = Fields(Scenario(vehicle=wheelset, contact=contact, speed=scenario.speed, duration=scenario.duration))
+    constant = float(units_of(alone).contact_constant)
+    return constant if isinstance(contact, Linear) else 1.5 * constant ** (2.0 / 3.0) * wheelset.weight ** (1.0 / 3.0)

@@ -18,6 +18,8 @@ from wheeltapper.ground.errors import InputError
 from wheeltapper.ground.memory import check_room
 from wheeltapper.ground.notes import Note
 from wheeltapper.lower.track import bay, waves
+from wheeltapper.lower.track.anomalies import anomalies_of
+from wheeltapper.lower.track.irregular import IrregularModes, irregular_ring
 from wheeltapper.lower.track.ring import TrackModes, ring_of
 from wheeltapper.lower.track.section import Section, section_of
 
@@ -122,10 +124,15 @@ def reach_of(track: SupportedRail, accuracy: str = "default", extent: float = 0.
     return Reach(cutoff, bays, image, notes)
 
 
-def modes_of(track: SupportedRail, accuracy: str = "default", extent: float = 0.0) -> tuple[TrackModes, Reach]:
-    """Return the ring that stands for a track, and how it was chosen."""
-    reach = reach_of(track, accuracy, extent)
-    return ring_of(section_of(track), reach.bays, reach.cutoff), reach
+def modes_of(
+    track: SupportedRail, accuracy: str = "default", extent: float = 0.0
+) -> tuple[TrackModes | IrregularModes, Reach]:
+    """Return the ring that stands for a track, with its anomalies, and how it was chosen."""
+    reach, section = reach_of(track, accuracy, extent), section_of(track)
+    extras = anomalies_of(track, section, reach.bays).extras
+    if not extras:
+        return ring_of(section, reach.bays, reach.cutoff), reach
+    return irregular_ring(section, reach.bays, reach.cutoff, extras), reach
 
 
 def _bays_for(section: Section, asked: Accuracy) -> int:

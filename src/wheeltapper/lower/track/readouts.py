@@ -13,8 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wheeltapper.lower.track import waves
-from wheeltapper.lower.track.ring import TrackModes
+from wheeltapper.lower.track import responses, waves
+from wheeltapper.lower.track.irregular import IrregularModes, by_powers, static_field
+from wheeltapper.lower.track.responses import BALLAST, PAD, Extra
+from wheeltapper.lower.track.ring import TrackModes, ring_of
 from wheeltapper.lower.track.section import Section
 from wheeltapper.march.general.structure import Ring
 
@@ -87,7 +89,7 @@ def place_of(ring: Ring, x: float) -> Place:
     return Place(int(bay), int(element), float(zeta))
 
 
-def rail_rows(section: Section, foot: float, modes: TrackModes, x: float) -> RailRows:
+def rail_rows(section: Section, foot: float, modes: TrackModes | IrregularModes, x: float) -> RailRows:
     """Return the rows of a place of the rail; `foot` is the distance from the neutral axis to the strain."""
     ring = modes.ring
     _, element, zeta = place_of(ring, x)
@@ -103,13 +105,30 @@ def rail_rows(section: Section, foot: float, modes: TrackModes, x: float) -> Rai
     )
 
 
-def seat_rows(section: Section, modes: TrackModes) -> SeatRows:
-    """Return the rows of the seat at the beginning of a bay."""
+def seat_rows(section: Section, modes: TrackModes | IrregularModes, seat: int) -> SeatRows:
+    """Return the rows of a seat, whose pad and ballast are those of the section."""
     ring = modes.ring
-    rail = (-1.0) ** np.arange(ring.deflection.shape[1]) @ ring.deflection[0]
-    pad = (section.pad + section.pad_damping * ring.rates) * (rail - modes.sleeper)
-    ballast = (section.ballast + section.ballast_damping * ring.rates) * modes.sleeper
-    return SeatRows(modes.sleeper, pad, ballast)
+    if isinstance(modes, IrregularModes):
+        rail, sleeper = modes.rail[seat % ring.seats], modes.sleeper[seat % ring.seats]
+    else:
+        rail, sleeper = (-1.0) ** np.arange(ring.deflection.shape[1]) @ ring.deflection[0], modes.sleeper
+    pad = (section.pad + section.pad_damping * ring.rates) * (rail - sleeper)
+    ballast = (section.ballast + section.ballast_damping * ring.rates) * sleeper
+    return SeatRows(sleeper, pad, ballast)
+
+
+def section_at(section: Section, extras: tuple[Extra, ...], seat: int) -> Section:
+    """Return the section with pad and ballast of one seat of the ring."""
+    for extra in extras:
+        if extra.seat == seat and extra.kind == PAD:
+            section = section._replace(
+                pad=section.pad + extra.stiffness, pad_damping=section.pad_damping + extra.damping
+            )
+        if extra.seat == seat and extra.kind == BALLAST:
+            section = section._replace(
+                ballast=section.ballast + extra.stiffness, ballast_damping=section.ballast_damping + extra.damping
+            )
+    return section
 
 
 def modes_at_rest(ring: Ring, rows: ComplexArray, bay: int, where: FloatArray) -> FloatArray:
@@ -178,3 +197,68 @@ def seat_rest(section: Section, modes: TrackModes, seat: int, where: FloatArray)
     shapes = (-1.0) ** np.arange(ring.deflection.shape[1]) @ ring.deflection[0]
     rows = modes.sleeper, section.pad * (shapes - modes.sleeper), section.ballast * modes.sleeper
     return np.asarray(exact - modes_at_rest(ring, np.stack(rows), seat, where))
+
+
+class RestAround(NamedTuple):
+    """What modes miss at rest of a reading of a ring with seats that differ, by powers of the place of the force.
+
+    Attributes
+    ----------
+    ring
+        The ring.
+    powers
+        (elements, 15, readings).
+    """
+
+    ring: Ring
+    powers: FloatArray
+
+    def at(self, where: FloatArray) -> FloatArray:
+        """Return it for unit forces at places, m from seat 0, (positions, readings)."""
+        place = places_of(self.ring, where)
+        zeta = place.zeta[:, None] ** np.arange(self.powers.shape[1])
+        return np.asarray(np.einsum("xp,xpr->xr", zeta, self.powers[place.element]))
+
+
+def rest_beside(
+    section: Section, foot: float, modes: IrregularModes, extras: tuple[Extra, ...], at: float
+) -> RestAround:
+    """Return by how much what the modes miss at a place of the rail differs from what the regular ring's modes miss."""
+    bays = modes.ring.seats
+    regular = ring_of(section, bays, modes.cutoff)
+    field = static_field(section, bays, len(regular.ring.edges) - 1, extras)
+    ahead = at - np.array([extra.seat for extra in extras]) * section.spacing
+    ahead = responses.nearest(ahead, bays * section.spacing)
+    state = responses.shares(section, extras)[0].real[:, None] * waves.response(section, 0.0, 0.0, ahead).real
+    shown = np.stack([state[:, 0], -foot / section.bending * state[:, 2], state[:, 3]], axis=-1)
+    missed = (field.forces @ shown).reshape(-1, 3)
+    for one, sign in ((modes, -1.0), (regular, 1.0)):
+        rows = rail_rows(section._replace(loss=0.0), foot, one, at)
+        missed += sign * modes_at_rest(one.ring, np.stack(rows), place_of(one.ring, at).bay, field.x.ravel())
+    return RestAround(modes.ring, by_powers(missed.reshape(len(modes.ring.edges) - 1, -1, 3)))
+
+
+def seat_rest_around(section: Section, modes: IrregularModes, extras: tuple[Extra, ...], seat: int) -> RestAround:
+    """Return what the modes miss at a seat of the ring: sleeper in m/N, forces of pad and ballast in N/N."""
+    ring = modes.ring
+    elements = (len(ring.edges) - 1) // ring.seats
+    field = static_field(section, ring.seats, elements, extras)
+    length = ring.seats * section.spacing
+    seats = np.array([extra.seat for extra in extras])
+    kinds = np.array([extra.kind for extra in extras])
+    ahead = responses.nearest(seat * section.spacing - field.x, length)
+    beside = responses.nearest((seat - seats) * section.spacing, length)
+    share = responses.shares(section, extras)[0].real
+    rail = waves.response(section, 0.0, 0.0, ahead)[..., 0].real
+    rail = rail + field.forces @ (share * waves.response(section, 0.0, 0.0, beside)[..., 0].real)
+    of_pad, of_ballast = (field.forces @ ((seats == seat) & (kinds == kind)).astype(float) for kind in (PAD, BALLAST))
+    sleeper = np.zeros_like(rail)
+    if section.sleeper > 0.0:
+        sleeper = (section.pad * rail - of_pad + of_ballast) / (section.pad + section.ballast)
+    exact = np.stack([
+        sleeper, section.pad * (rail - sleeper) - of_pad, section.ballast * sleeper - of_ballast
+    ], axis=-1)  # fmt: skip
+    own = section_at(section, extras, seat)._replace(pad_damping=0.0, ballast_damping=0.0)
+    shown = modes_at_rest(ring, np.stack(seat_rows(own, modes, seat)), 0, field.x.ravel())
+    missed = exact.reshape(-1, 3) - shown
+    return RestAround(ring, by_powers(missed.reshape(len(ring.edges) - 1, -1, 3)))

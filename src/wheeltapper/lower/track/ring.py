@@ -35,8 +35,9 @@ class TrackModes(NamedTuple):
         As the march takes it.
     rotation
         Of the rail's cross-section, as `ring.deflection`: (elements, degree + 1, modes), 1/m per unit of amplitude.
-    sleeper
-        Deflection of the sleeper at the beginning of the bay, (modes,); zero where there is none.
+    sleeper, sleeper_drive
+        Deflection of the sleeper at the beginning of the bay, as `ring.deflection`, and what a force on it does, as
+        `ring.drive`, (modes,); zero where there is none.
     cutoff
         f_cut, Hz: no kept rate is larger than 2π times it.
     """
@@ -44,6 +45,7 @@ class TrackModes(NamedTuple):
     ring: Ring
     rotation: ComplexArray
     sleeper: ComplexArray
+    sleeper_drive: ComplexArray
     cutoff: float
 
 
@@ -70,7 +72,7 @@ def ring_of(section: Section, bays: int, cutoff: float) -> TrackModes:
     ring = Ring(
         modes.rates, modes.turns, modes.weights, edges, deflection, drive, residual, section.spacing, bays
     )  # fmt: skip
-    return TrackModes(ring, rotation, modes.values[-1], cutoff)
+    return TrackModes(ring, rotation, modes.values[-1], modes.driven[-1], cutoff)
 
 
 def _modes(section: Section, elements: int, bays: int, most: float) -> _Modes:

@@ -3,9 +3,13 @@
     while the macro step has not ended:
         at a breakpoint      enter the next piece; where the path jumps, choose contact or flight anew
         flying               search D for the first touch (every crossing, by Descartes); none: fly to the limit
+        released             the surfaces indent each other, but a law that depends on the rate would pull: no force.
+                             Search for where it would press again, an impact, and for where D falls below zero,
+                             from where it is a flight
         in contact           solve to the limit, on nodes that suit a recent impact and a foreseen loss
             not converged, or forces not resolved: half as far
             D falls below zero: find the loss by Newton on D = 0 with the moments held: exact, since N = 0 there
+            the law would pull: find where its force falls through zero, a loss after which the contact is released
             a loss is foreseen soon behind the limit: once more, on nodes that suit it
 
 The limit is the macro step's end, a breakpoint, or some part of a wave of the path.
@@ -20,7 +24,18 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout, local, paths
 from wheeltapper.march.general.crossings import NO_CROSSING, first_crossing
-from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, IMPACT_AT, IMPACT_TO_LOSS, LOSS_AT
+from wheeltapper.march.general.laws.switch import LAW_RATED, trend
+from wheeltapper.march.general.layout import (
+    AFTER_IMPACT,
+    BEFORE_LOSS,
+    EVENLY,
+    FLYING,
+    IMPACT_AT,
+    IMPACT_TO_LOSS,
+    LOSS_AT,
+    RELEASED,
+    TOUCHING,
+)
 from wheeltapper.march.general.records import Nodes, Room, Site
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
@@ -33,7 +48,11 @@ FORESEEN = 1.5
 """Macro steps before a loss in which it is felt."""
 SHORTEST = 1e-6
 """Part of a macro step below which nothing is halved any more."""
+GRAZE = 1e-12
+"""A dip of D less deep than this, in static indentations, is rounding and no loss."""
 MOST_TRIES = 60
+PULLS = 1e-6
+"""What a law may pull when a part begins, and what it may press while it is released, by the error of an event."""
 FOUND, TOO_LATE, FAILED = range(3)
 
 
@@ -127,6 +146,103 @@ def fly(theta: float, limit: float, fresh: bool, q: int, places: FloatArray, mat
 
 
 @kernel
+def drift(theta: float, limit: float, q: int, places: FloatArray, matrix: FloatArray, site: Site, room: Room) -> tuple[float, bool]:  # fmt: skip  # noqa: E501
+    """Return where a released contact ends before `limit`, or NO_CROSSING, and whether the law presses again there."""
+    n = len(places)
+    length = limit - theta
+    for k in range(n):
+        value, slope = local.gap_at(theta + length * places[k], q, room.free, site)
+        room.F[k] = value
+        room.spare[k] = trend(site.law, site.table, value, slope / site.seconds)
+    start = room.spare[layout.BEGIN]
+    if start > PULLS or (start > 0.0 and room.spare[1] > start):  # behind a kink of the path
+        return theta, True
+    over = _crossing(n, matrix, room.F, -1.0, room)
+    again = _crossing(n, matrix, room.spare, 1.0, room)
+    if again != NO_CROSSING and (over == NO_CROSSING or again < over):
+        return theta + length * again, True
+    return NO_CROSSING if over == NO_CROSSING else theta + length * over, False
+
+
+@kernel
+def _crossing(n: int, matrix: FloatArray, values: FloatArray, direction: float, room: Room) -> float:
+    """Return the first crossing from 0 to 1 of the polynomial with n values, by their matrix to Bernstein's form."""
+    for k in range(n):
+        total = 0.0
+        for j in range(n):
+            total += matrix[k, j] * values[j]
+        room.bernstein[k] = total
+    return first_crossing(room.bernstein, n - 1, direction, 0.0, room.stack)
+
+
+@kernel
+def _pulls(nodes: Nodes, limit: float, site: Site, room: Room) -> float:
+    """Return where in σ the law of a solved part begins to pull, or NO_CROSSING; `limit` is that of resolved forces."""
+    if site.law[LAW_RATED] == 0.0:
+        return NO_CROSSING
+    n = len(nodes.places)
+    local.trends(n, site.law, site.table, room, room.F)
+    root = _crossing(n, nodes.bernstein, room.F, -1.0, room)
+    if room.bernstein[layout.BEGIN] < -PULLS and local.tail_of(nodes, room.N) <= limit:
+        return 0.0
+    return root
+
+
+@kernel
+def release(step: int, i: int, theta: float, guess: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room, rows: FloatArray, events: FloatArray, counts: IntArray) -> tuple[int, float]:  # fmt: skip  # noqa: E501
+    """Go on in contact from θ to where the law would pull, near a guess; return an outcome and where.
+
+    Moments behind it are in `room.after`.
+    """
+    n = len(nodes.places)
+    place = site.place
+    impact = place[IMPACT_AT]
+    recent = theta - impact < RECENT
+    at = guess
+    if at <= theta + SNAP:
+        _, slope = local.gap_at(theta, q, room.free, site)
+        log_event(step, i, theta, contract.LOSS, slope / site.seconds, events, counts)
+        place[layout.FREE_NOW] = RELEASED
+        place[LOSS_AT] = np.inf
+        return FOUND, theta
+    for turn in range(12):
+        if at <= theta + SNAP:
+            return FAILED, at
+        if at > limit + SNAP:
+            return TOO_LATE, at
+        how, origin, span, s0, s1 = EVENLY, theta, at - theta, 0.0, 1.0
+        pace = span
+        if recent:
+            how, origin, s0, s1 = AFTER_IMPACT, impact, sqrt(max(theta - impact, 0.0)), sqrt(at - impact)
+            pace = 2.0 * s1 * (s1 - s0)
+        solved = local.solve_part(
+            nodes, q, how, origin, span, s0, s1, turn > 0, settings[layout.NEWTON_LIMIT], site, room
+        )
+        if not solved:
+            return FAILED, at
+        local.trends(n, site.law, site.table, room, room.F)
+        value, slope, rate = 0.0, 0.0, 0.0
+        for k in range(n):
+            value += nodes.end[k] * room.F[k]
+            slope += nodes.end_slope[k] * room.F[k] / pace
+            rate += nodes.end[k] * room.rate[k]
+        if slope >= 0.0:
+            return FAILED, at
+        away = -value / slope
+        if abs(away) < settings[layout.LOSS_LIMIT]:
+            if local.tail_of(nodes, room.N) > settings[layout.TAIL_LIMIT] and at - theta > SHORTEST:
+                return FAILED, at
+            log_row(step, i, theta, at, how, origin, span, s0, s1, n, room.N, rows, counts)
+            log_event(step, i, at + away, contract.LOSS, rate, events, counts)
+            place[layout.FREE_NOW] = RELEASED
+            place[LOSS_AT] = np.inf
+            place[layout.BEGAN] = local.end_indentation(n, nodes, place[layout.BEGAN], site.seconds, room)
+            return FOUND, at
+        at += min(max(away, 0.5 * (theta - at)), at - theta)
+    return FAILED, at
+
+
+@kernel
 def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, settings: FloatArray, site: Site, room: Room) -> tuple[int, float, float, float, float, float]:  # fmt: skip  # noqa: E501
     """Find the end of a contact that lasts from θ on; return an outcome, where its part ends, s0 and span of its map.
 
@@ -183,7 +299,7 @@ def _falls(n: int, nodes: Nodes, how: int, origin: float, span: float, s0: float
         total = 0.0
         for j in range(n + 2):
             total += nodes.ended[k, j] * room.F[j]
-        room.bernstein[k] = total
+        room.bernstein[k] = total + GRAZE
     return first_crossing(room.bernstein, n + 1, -1.0, 0.0, room.stack)
 
 
@@ -197,7 +313,7 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
     start, start_slope = local.gap_at(theta, q, room.free, site)
     if start <= 0.0 and start_slope < 0.0:
         log_event(step, i, theta, contract.LOSS, start_slope / site.seconds, events, counts)
-        place[layout.FREE_NOW] = 1.0
+        place[layout.FREE_NOW] = FLYING
         return contract.RUNNING, theta
     length = limit - theta
     beyond = False
@@ -234,20 +350,43 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
             local.free_sum(q, site.c, site.B, room.after, room.spare)
             end, end_slope = local.gap_at(to, q, room.spare, site)
             root = _falls(n, nodes, how, origin, span, s0, s1, start, start_slope, end, room)
+            pulls = _pulls(nodes, settings[layout.TAIL_LIMIT], site, room)
+            if pulls != NO_CROSSING and (root == NO_CROSSING or pulls < root):
+                guess = min(local.part_of(how, origin, span, s0 + (s1 - s0) * pulls), to)
+                outcome, at = release(
+                    step, i, theta, guess, limit, nodes, q, settings, site, room, rows, events, counts
+                )
+                if outcome == FOUND:
+                    return contract.RUNNING, at
+                if length < SHORTEST:
+                    return layout.UNSOLVED, theta
+                length *= 0.5
+                continue
             if root != NO_CROSSING:
                 guess = min(local.part_of(how, origin, span, s0 + (s1 - s0) * root), to)
         if guess != np.inf:
             outcome, at, s0, span, loss, slope = find_loss(theta, guess, limit, nodes, q, settings, site, room)
             if outcome == FOUND:
-                if local.released(n, site.law, room):
-                    return layout.WOULD_PULL, theta
                 how, origin = BEFORE_LOSS, at
                 if recent:
                     how, origin = IMPACT_TO_LOSS, impact
                 s1 = 1.0 if recent else 0.0
+                pulls = _pulls(nodes, settings[layout.TAIL_LIMIT], site, room)
+                if pulls != NO_CROSSING:
+                    guess = local.part_of(how, origin, span, s0 + (s1 - s0) * pulls)
+                    outcome, at = release(
+                        step, i, theta, guess, limit, nodes, q, settings, site, room, rows, events, counts
+                    )
+                    if outcome == FOUND:
+                        return contract.RUNNING, at
+                    if length < SHORTEST:
+                        return layout.UNSOLVED, theta
+                    length = 0.5 * min(length, guess - theta)
+                    place[LOSS_AT] = np.inf
+                    continue
                 log_row(step, i, theta, at, how, origin, span, s0, s1, n, room.N, rows, counts)
                 log_event(step, i, loss, contract.LOSS, slope / site.seconds, events, counts)
-                place[layout.FREE_NOW] = 1.0
+                place[layout.FREE_NOW] = FLYING
                 place[LOSS_AT] = np.inf
                 place[layout.BEGAN] = 0.0
                 return contract.RUNNING, at
@@ -269,8 +408,6 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
         place[LOSS_AT] = soon if soon < to + 2.0 * FORESEEN else np.inf
         if soon < to + FORESEEN and not near and soon > to:
             continue
-        if local.released(n, site.law, room):
-            return layout.WOULD_PULL, theta
         log_row(step, i, theta, to, how, origin, span, s0, s1, n, room.N, rows, counts)
         place[layout.BEGAN] = local.end_indentation(n, nodes, place[layout.BEGAN], site.seconds, room)
         return contract.RUNNING, to
@@ -293,13 +430,15 @@ def _cross(step: int, i: int, theta: float, q: int, site: Site, room: Room, even
         value, slope = local.gap_at(theta, q, room.free, site)
         place[LOSS_AT] = np.inf
         place[layout.BEGAN] = max(value, 0.0)
-        if value > 0.0 and place[layout.FREE_NOW] != 0.0:
+        if value > 0.0 and place[layout.FREE_NOW] == FLYING:
             log_event(step, i, theta, contract.IMPACT, slope / site.seconds, events, counts)
-            place[layout.FREE_NOW] = 0.0
+            place[layout.FREE_NOW] = TOUCHING
             place[IMPACT_AT] = -np.inf
-        elif value <= 0.0 and place[layout.FREE_NOW] == 0.0:
+        elif value <= 0.0 and place[layout.FREE_NOW] == TOUCHING:
             log_event(step, i, theta, contract.LOSS, slope / site.seconds, events, counts)
-            place[layout.FREE_NOW] = 1.0
+            place[layout.FREE_NOW] = FLYING
+        elif value <= 0.0:
+            place[layout.FREE_NOW] = FLYING
     return contract.RUNNING
 
 
@@ -331,8 +470,13 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
         if limit > 1.0 - SNAP:
             limit = 1.0
         local.free_sum(q, site.c, site.B, room.moments, room.free)
-        if place[layout.FREE_NOW] != 0.0:
-            at = fly(theta, limit, fresh, q, places, matrix, site, room)
+        if place[layout.FREE_NOW] != TOUCHING:
+            released = place[layout.FREE_NOW] == RELEASED
+            presses = True
+            if released:
+                at, presses = drift(theta, limit, q, places, matrix, site, room)
+            else:
+                at = fly(theta, limit, fresh, q, places, matrix, site, room)
             fresh = False
             end = limit if at == NO_CROSSING else at
             if end > theta:
@@ -342,22 +486,25 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
                 sums[k, :q] = room.moments[:q]
                 k += 1
             theta = end
-            if at != NO_CROSSING:
-                _, slope = local.gap_at(at, q, room.free, site)
+            if at != NO_CROSSING and presses:
+                value, slope = local.gap_at(at, q, room.free, site)
                 log_event(step, i, at, contract.IMPACT, slope / site.seconds, events, counts)
-                place[layout.FREE_NOW] = 0.0
-                place[IMPACT_AT] = at
+                place[layout.FREE_NOW] = TOUCHING
+                place[IMPACT_AT] = -np.inf if released else at
                 place[LOSS_AT] = np.inf
-                place[layout.BEGAN] = 0.0
+                place[layout.BEGAN] = value if released else 0.0
+            elif at != NO_CROSSING:
+                place[layout.FREE_NOW] = FLYING
+                fresh = True
             continue
         status, to = press(step, i, theta, limit, nodes, q, settings, site, room, rows, events, counts)
         if status != contract.RUNNING:
             return status
         if to > theta:
             if shared:
-                k = _share(k, to, nodes, macro, q, rows[counts[ROWS_NOW] - 1], room, sums)
+                k = share_part(k, to, nodes, macro, q, rows[counts[ROWS_NOW] - 1], room, sums)
             room.moments[:q] = room.after[:q]
-        fresh = place[layout.FREE_NOW] != 0.0
+        fresh = place[layout.FREE_NOW] == FLYING
         theta = to
     return layout.CHATTERS
 
@@ -387,7 +534,7 @@ def sigmas_of(theta: FloatArray, index: IntArray, rows: FloatArray, out: FloatAr
 
 
 @kernel
-def _share(k: int, to: float, nodes: Nodes, macro: Nodes, q: int, row: FloatArray, room: Room, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
+def share_part(k: int, to: float, nodes: Nodes, macro: Nodes, q: int, row: FloatArray, room: Room, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
     """Write the moments up to the macro nodes in a solved part, from node k on; return the first node behind it."""
     n = len(nodes.places)
     first = k

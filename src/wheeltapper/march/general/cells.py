@@ -334,7 +334,7 @@ def cells_kernel(step: int, last: int, impact: int, loss: int, track: Tables, ki
             tables = Tables(
                 track.reads, track.writes, track.first, track.decay, track.turns, track.sets, track.phase, track.bay,
                 kinds.read[k], kinds.write[k], kinds.step[k], own.kernels, own.matrices, own.cross, kinds.coupled[k],
-                own.residual, own.residual_nodes,
+                own.residual, own.residual_nodes, track.fixed_reads, track.fixed_writes,
             )  # fmt: skip
             here = Data(
                 data.macro, data.part, data.places, data.matrix, data.pieces, lanes.ends[w], lanes.laws[w], data.table,

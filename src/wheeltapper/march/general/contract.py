@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheeltapper.march.general.structure import Ring
+from wheeltapper.march.general.structure import ComplexArray, Ring
 from wheeltapper.march.program import FloatArray
 
 
@@ -43,6 +43,22 @@ class Law(NamedTuple):
     table: FloatArray = np.empty((0, 0))
 
 
+class Port(NamedTuple):
+    """A place of the structure at which a contact stays: what meets there is no wheel.
+
+    Attributes
+    ----------
+    deflection, drive
+        As Φ and Ψ of a ring of one bay, (modes,); the direction is that in which the contact's force acts.
+    gap
+        To be closed before there is a force, m.
+    """
+
+    deflection: ComplexArray
+    drive: ComplexArray
+    gap: float
+
+
 class Contact(NamedTuple):
     """One contact.
 
@@ -58,6 +74,8 @@ class Contact(NamedTuple):
         In the table of the path at time zero, m.
     loop, join
         The piece with which the table goes on after its last one, and how; the number of pieces where it ends.
+    port
+        Where a contact that does not move acts; None: under a wheel. Such contacts come after those of the wheels.
     """
 
     pieces: FloatArray
@@ -66,6 +84,7 @@ class Contact(NamedTuple):
     start: float = 0.0
     loop: int = 1 << 30
     join: int = 0
+    port: Port | None = None
 
 
 class System(NamedTuple):
@@ -87,6 +106,16 @@ class System(NamedTuple):
     contacts: tuple[Contact, ...]
     speed: float
     ring: Ring | None = None
+
+    @property
+    def wheels(self) -> tuple[Contact, ...]:
+        """The contacts that move along the track."""
+        return tuple(contact for contact in self.contacts if contact.port is None)
+
+    @property
+    def ports(self) -> tuple[Port, ...]:
+        """Where the others act."""
+        return tuple(contact.port for contact in self.contacts if contact.port is not None)
 
 
 class Method(NamedTuple):

@@ -86,16 +86,17 @@ class Shared(NamedTuple):
 class SharedTrack:
     """Tables of the track of some tasks that share them; made once, when first asked for, and given up in the end."""
 
-    def __init__(self, task: Task, users: int) -> None:
-        self._task, self._users, self._lock = task, users, Lock()
+    def __init__(self, tasks: Sequence[Task], users: int) -> None:
+        self._task, self._users, self._lock = tasks[0], users, Lock()
+        self._duration = max(task.duration for task in tasks)
         self._made: Shared | None = None
 
     def __enter__(self) -> Shared:
         system, method, _ = self._task
         with self._lock:
             if self._made is None:
-                units = general.units_of(system.contacts, general.carried_loads(system))
-                track = track_tables(system, method, units)
+                units = general.units_of(system.wheels, general.carried_loads(system))
+                track = track_tables(system, method, units, self._duration)
                 self._made = Shared(track, without_bodies(track, method), general.rest_of(system))
             return self._made
 
@@ -128,7 +129,7 @@ def works_of(tasks: Sequence[Task], threads: int, most: int = MOST_LANES) -> lis
     found = []
     for numbers in sorted(groups.values(), key=lambda numbers: tasks[numbers[0]].system.speed or np.inf):
         parts = np.array_split(np.array(numbers), ceil(len(numbers) / together))
-        track = SharedTrack(tasks[numbers[0]], len(parts))
+        track = SharedTrack([tasks[number] for number in numbers], len(parts))
         found += [Work(part, track) for part in parts]
     return found
 
@@ -349,6 +350,26 @@ class _Block:
         return times[kept], owner[kept], kept
 
 
+def _one_by_one(tasks: Sequence[Task], shared: Shared, stopped: Callable[[], bool]) -> MarchedCells:
+    """March cells with contacts that stay where they are, to their ends; tell of the wheels alone."""
+    status, parts = np.full(len(tasks), contract.FULL), [(np.empty((0, 4)), np.empty((0, 3)))]
+    for number, task in enumerate(tasks):
+        if stopped():
+            break
+        found = general.run(general.prepared_on(shared.track, task.system, task.method), task.duration)
+        wheels = len(task.system.wheels)
+        events, peaks = (
+            table[table[:, column] < wheels] for table, column in ((found.events, 3), (found.peaks[:, :3], 2))
+        )
+        events[:, contract.EVENT_CONTACT] += wheels * number
+        peaks[:, 2] += wheels * number
+        orders = np.argsort(events[:, contract.EVENT_CONTACT], kind="stable"), np.argsort(peaks[:, 2], kind="stable")
+        parts.append((events[orders[0]], peaks[orders[1]]))
+        status[number] = found.status
+    all_events, all_peaks = (np.vstack(tables) for tables in zip(*parts, strict=True))
+    return MarchedCells(status, np.array([task.duration for task in tasks]), all_events, all_peaks)
+
+
 # -- marching ---------------------------------------------------------------------------------------------------------
 
 
@@ -359,7 +380,11 @@ def march_all(
 
     def march_work(work: Work, stopped: Callable[[], bool]) -> None:
         with work.track as shared:
-            found = _Block([tasks[number] for number in work.numbers], shared).march(until, stopped)
+            mine = [tasks[number] for number in work.numbers]
+            if mine[0].system.ports:
+                found = _one_by_one(mine, shared, stopped)
+            else:
+                found = _Block(mine, shared).march(until, stopped)
         if not stopped():
             read(work.numbers, found)
 
@@ -384,10 +409,11 @@ def is_ready(task: Task) -> bool:
     """Return False where marching cells like this one begins with compiling."""
     system = task.system
     small = system._replace(ring=None, contacts=system.contacts[:1], bodies=general.one_body())
-    block = _Block([task._replace(system=small)], SharedTrack(task._replace(system=small), 1).__enter__())
+    block = _Block([task._replace(system=small)], SharedTrack([task._replace(system=small)], 1).__enter__())
     tables: Any = block.shared.tables
+    names = "reads", "writes", "fixed_reads", "fixed_writes"
     if task.method.single and system.ring is not None and len(system.ring.rates) > FEW_MODES:
-        tables = tables._replace(reads=tables.reads.astype(np.float32), writes=tables.writes.astype(np.float32))
+        tables = tables._replace(**{name: getattr(tables, name).astype(np.float32) for name in names})
     lanes, (stage, room, own) = block.lanes, block._rooms()
     data = Data(
         *block.nodes, block.paths.rows, lanes.ends[0], lanes.laws[0], block.law_tables.rows, lanes.starts[0],

@@ -117,9 +117,9 @@ def solved_parts(found: Found, contact: int, end: float) -> Iterator[SolvedParts
 
 
 def extremes(found: Found, end: float) -> tuple[float, float]:
-    """Return the largest indentation, m, and its largest rate either way, m/s, of any contact in which there is one."""
+    """Return the largest indentation, m, and its largest rate either way, m/s, of any wheel's contact."""
     deepest = fastest = 0.0
-    for contact in range(len(found.prepared.system.contacts)):
+    for contact in range(len(found.prepared.system.wheels)):
         for part in solved_parts(found, contact, end):
             deepest = max(deepest, float(part.delta.max()))
             fastest = max(fastest, float(np.abs(part.slope / part.pace).max()))

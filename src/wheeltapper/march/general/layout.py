@@ -7,6 +7,9 @@ from __future__ import annotations
 FREE_NOW, IMPACT_AT, LOSS_AT, PIECE_NOW, SHIFT_NOW, BEGAN, SMOOTH = range(7)
 STATE_COLUMNS = 7
 
+# What FREE_NOW says: in contact, in flight, or released, where the surfaces indent each other but their law would pull.
+TOUCHING, FLYING, RELEASED = 0.0, 1.0, 2.0
+
 # Of a contact's table of pieces: its first row, the one behind its last, the piece it goes on with, and how that joins.
 TABLE_BEGIN, TABLE_END, TABLE_LOOP, TABLE_JOIN = range(4)
 
@@ -52,5 +55,3 @@ UNSOLVED = 30
 """A step between events did not converge, however short."""
 CHATTERS = 31
 """More than MOST_PARTS steps between events in one macro step."""
-WOULD_PULL = 32
-"""A rate-dependent law would have pulled: its force ended before the indentation."""

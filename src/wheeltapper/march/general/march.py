@@ -117,6 +117,9 @@ def law_row(contact: Contact, units: Units, first: int) -> FloatArray:
     if kind == switch.HUNT_CROSSLEY:
         row[2] *= units.length
         row[switch.LAW_RATED] = 1.0
+    if kind == switch.KELVIN:
+        row[1:3] *= units.length / units.force
+        row[switch.LAW_RATED] = 1.0
     if kind == switch.TABULATED:
         row[2] /= units.length
         row[5] = first
@@ -157,16 +160,17 @@ def indentation_of(force: float, row: FloatArray, table: FloatArray, factor: flo
 
 
 def carried_loads(system: System) -> FloatArray:
-    """Return the forces that come nearest to carrying the loads alone, N; they give the units."""
-    found = np.linalg.lstsq(system.bodies.shapes, system.bodies.load, rcond=None)[0]
+    """Return the forces of the wheels that come nearest to carrying the loads alone, N; they give the units."""
+    shapes = system.bodies.shapes[:, : len(system.wheels)]
+    found = np.linalg.lstsq(shapes, system.bodies.load, rcond=None)[0]
     if not (found > 0.0).all():
         raise ValueError("a contact has no static force")
     return np.asarray(found)
 
 
 def static_forces(system: System) -> FloatArray:
-    """Return the forces that carry the loads while no spring of the bodies is stretched, N."""
-    shapes, load = system.bodies.shapes, system.bodies.load
+    """Return the forces of the wheels that carry the loads while no spring of the bodies is stretched, N."""
+    shapes, load = system.bodies.shapes[:, : len(system.wheels)], system.bodies.load
     found = carried_loads(system)
     if not np.allclose(shapes @ found, load, rtol=1e-9, atol=1e-9 * np.abs(load).max()):
         raise ValueError("the contacts do not carry the bodies' loads")
@@ -211,15 +215,15 @@ def path_tables(system: System) -> tuple[FloatArray, FloatArray]:
     return np.ascontiguousarray(np.vstack([contact.pieces for contact in system.contacts])), ends
 
 
-def prepare(system: System, method: Method = DEFAULT, start: Start | None = None) -> Prepared:
-    """Make the tables of a system; it starts from equilibrium at rest unless a state is given."""
-    units = units_of(system.contacts, carried_loads(system))
-    return prepared_on(track_tables(system, method, units), system, method, start)
+def prepare(system: System, method: Method = DEFAULT, start: Start | None = None, duration: float = np.inf) -> Prepared:
+    """Make the tables of a system, enough for a duration; it starts from equilibrium unless a state is given."""
+    units = units_of(system.wheels, carried_loads(system))
+    return prepared_on(track_tables(system, method, units, duration), system, method, start)
 
 
 def prepared_on(track: TrackTables, system: System, method: Method, start: Start | None = None) -> Prepared:
     """Make the tables of a system whose track has tables already."""
-    units, grid = units_of(system.contacts, carried_loads(system)), track.grid
+    units, grid = units_of(system.wheels, carried_loads(system)), track.grid
     tables = joined(track, body_tables(system.bodies, grid, method, units), method, units)
     laws, table = _law_tables(system, units)
     pieces, ends = path_tables(system)
@@ -297,24 +301,69 @@ def rest_of(system: System) -> Rest:
     contacts, ring = len(system.contacts), system.ring
     if ring is None:
         return Rest(np.zeros((contacts, 0), dtype=complex), np.zeros((contacts, contacts)))
-    x = np.array([contact.position for contact in system.contacts])
-    bays, inside = bays_of(ring, x)
-    ahead = np.multiply.outer(bays - bays[0], np.angle(ring.turns))
-    shows = shapes_at(ring, ring.deflection, inside) * np.exp(1j * ahead)
-    takes = shapes_at(ring, ring.drive, inside) * np.exp(-1j * ahead)
+    shows, takes, inside = _shown_and_taken(system)
     amplitudes = -takes / ring.rates
-    deflections = np.real(shows @ (ring.weights * amplitudes).T) + np.diag(compliance_at(ring, inside))
+    local = np.append(compliance_at(ring, inside), np.zeros(len(system.ports)))
+    deflections = np.real(shows @ (ring.weights * amplitudes).T) + np.diag(local)
     return Rest(amplitudes, deflections)
 
 
-def equilibrium(system: System, data: Data, static: FloatArray, units: Units, rest: Rest) -> Start:
-    """Return the joint static state of all contacts and the track, the bodies' springs unstretched."""
+def static_indentations(data: Data, static: FloatArray, units: Units) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the indentations at rest, in units of length, the paths' heights there, and the factors on the forces."""
     height, factor = path_at_start(data, units)
     delta = np.array([
         indentation_of(force / units.force, data.laws[i], data.table, factor[i]) for i, force in enumerate(static)
     ])  # fmt: skip
-    offsets = (delta - height) * units.length + rest.deflections @ static
-    return Start(np.zeros(2 * len(system.bodies.mass)), static @ rest.amplitudes, offsets)
+    return delta, height, factor
+
+
+def equilibrium(system: System, data: Data, static: FloatArray, units: Units, rest: Rest) -> Start:
+    """Return the joint static state of all contacts and the track, the bodies' springs unstretched."""
+    wheels = len(system.wheels)
+    delta, height, _ = static_indentations(data, static, units)
+    force = np.append(static, _forces_of_ports(system, rest, static))
+    offsets = (delta - height[:wheels]) * units.length + (rest.deflections @ force)[:wheels]
+    offsets = np.append(offsets, [-port.gap for port in system.ports])
+    return Start(np.zeros(2 * len(system.bodies.mass)), force @ rest.amplitudes, offsets)
+
+
+def _shown_and_taken(system: System) -> tuple[ComplexArray, ComplexArray, FloatArray]:
+    """Return Φ and Ψ of all contacts at time zero, (contacts, modes), seen from the first, and places in bays, m."""
+    ring = system.ring
+    assert ring is not None
+    bays, inside = bays_of(ring, np.array([contact.position for contact in system.wheels]))
+    turn = np.exp(1j * np.multiply.outer(bays - bays[0], np.angle(ring.turns)))
+    shows, takes = shapes_at(ring, ring.deflection, inside) * turn, shapes_at(ring, ring.drive, inside) / turn
+    fixed = system.ports
+    return (
+        np.vstack([shows, *(port.deflection for port in fixed)]), np.vstack([takes, *(port.drive for port in fixed)]),
+        inside,
+    )  # fmt: skip
+
+
+def _forces_of_ports(system: System, rest: Rest, static: FloatArray) -> FloatArray:
+    """Return the forces at rest of the contacts that stay where they are, under those of the wheels, N.
+
+    Those that the structure does not press together by their gaps have none: their number grows or shrinks until that
+    is true of all of them. Their laws are linear at rest.
+    """
+    wheels, fixed = len(static), system.contacts[len(static) :]
+    gives = rest.deflections[wheels:]
+    near = -gives[:, :wheels] @ static - [port.gap for port in system.ports]
+    softness = np.diag(np.array([1.0 / contact.law.numbers[0] for contact in fixed]))
+    touching = near > 0.0
+    force = np.zeros(len(fixed))
+    if not fixed:
+        return force
+    for _ in range(2 * len(fixed) + 1):
+        some = np.flatnonzero(touching)
+        force[:] = 0.0
+        force[some] = np.linalg.solve((softness + gives[:, wheels:])[np.ix_(some, some)], near[some])
+        wanted = np.where(touching, force > 0.0, near - gives[:, wheels:] @ force > 0.0)
+        if (wanted == touching).all():
+            break
+        touching = wanted
+    return force
 
 
 # -- marching ---------------------------------------------------------------------------------------------------------
@@ -350,16 +399,13 @@ def _motion(system: System, method: Method, data: Data, units: Units, start: Sta
     height, _ = path_at_start(data, units)
     gap = height * units.length + system.bodies.shapes.T @ start.bodies[:freedoms] + start.offsets
     if system.ring is not None:
-        ring = system.ring
-        x = np.array([contact.position for contact in system.contacts])
-        bays, inside = bays_of(ring, x)
-        turn = np.exp(1j * np.multiply.outer(bays - bays[0], np.angle(ring.turns)))
-        gap = gap - np.real((shapes_at(ring, ring.deflection, inside) * turn) @ (ring.weights * start.modes))
+        gap = gap - np.real(_shown_and_taken(system)[0] @ (system.ring.weights * start.modes))
     places[:, layout.FREE_NOW] = gap <= 0.0
     places[:, layout.BEGAN] = np.maximum(gap / units.length, 0.0)
     trend = np.zeros((contacts, layout.TREND_COLUMNS))
     trend[:, layout.LOWEST_SINCE] = np.inf
-    forces_now = np.tile(carried_loads(system)[:, None] / units.force, (1, q))
+    carried = np.append(carried_loads(system), np.zeros(len(system.ports)))
+    forces_now = np.tile(carried[:, None] / units.force, (1, q))
     return Motion(np.stack([modes.real, modes.imag]), bodies, places, np.zeros((contacts, q)), forces_now, trend)
 
 
@@ -406,7 +452,7 @@ def march(
     """
     if static is not None:
         system = system._replace(bodies=system.bodies._replace(load=system.bodies.shapes @ static))
-    return run(prepare(system, method, start), duration, tell)
+    return run(prepare(system, method, start, duration), duration, tell)
 
 
 def run(prepared: Prepared, duration: float, tell: Tell = report_nothing) -> Found:
@@ -444,7 +490,8 @@ def is_ready(method: Method, modes: bool = True) -> bool:
     small = prepare(System(one_body(), (contact,), 1.0), method)
     tables: Any = small.tables
     if method.single and modes:
-        tables = tables._replace(reads=tables.reads.astype(np.float32), writes=tables.writes.astype(np.float32))
+        names = "reads", "writes", "fixed_reads", "fixed_writes"
+        tables = tables._replace(**{name: getattr(tables, name).astype(np.float32) for name in names})
     motion, stage, room, logs = small.motion, stage_of(1, method.nodes, 0), room_of(3), _logs(small, 1)
     return is_compiled(march_kernel, (0, 1, tables, small.data, motion, stage, logs, room))
 

@@ -48,7 +48,7 @@ def margin_of(found: Found, losses: int) -> float:
     prepared, logs = found.prepared, found.logs
     data, tables, room = prepared.data, prepared.tables, room_of(len(prepared.motion.bodies))
     out = np.inf
-    for i, place in enumerate(first_places(data)):
+    for i, place in enumerate(first_places(data)[: len(prepared.system.wheels)]):
         events = found.events[found.events[:, contract.EVENT_CONTACT] == i] / [prepared.grid.seconds, 1.0, 1.0, 1.0]
         rows = logs.rows[logs.rows[:, layout.ROW_CONTACT] == i]
         lost = int((events[:, contract.EVENT_KIND] == contract.LOSS).sum())

@@ -78,6 +78,9 @@ class Tables(NamedTuple):
         Which of these are not zero, (contact, other).
     residual, residual_nodes
         Local compliance: Legendre coefficients, and at the nodes, (contacts, phases, q).
+    fixed_reads, fixed_writes
+        As `reads` and `writes`, of the contacts that stay where they are, (ports, q, 2, modes). `sets`, `phase` and
+        `bay` are those of the wheels.
     """
 
     reads: FloatArray
@@ -97,6 +100,8 @@ class Tables(NamedTuple):
     coupled: IntArray
     residual: FloatArray
     residual_nodes: FloatArray
+    fixed_reads: FloatArray
+    fixed_writes: FloatArray
 
 
 class Site(NamedTuple):

@@ -171,7 +171,7 @@ def _sampled(rows: Rows, step: IntArray, theta: FloatArray) -> _At:
             (coefficients @ np.linalg.matrix_power(by_sigma, order) * values[:, :count]).sum(axis=1)
             for order in range(3)
         )
-        pace, turn = _pace_at(rows.rows[own], sigma[some])
+        pace, turn = pace_at(rows.rows[own], sigma[some])
         moves = np.abs(pace) > STILL
         rate[some[moves]] = slope[moves] / pace[moves]
         bend[some[moves]] = (curve[moves] - rate[some[moves]] * turn[moves]) / pace[moves] ** 2
@@ -182,7 +182,7 @@ def _sampled(rows: Rows, step: IntArray, theta: FloatArray) -> _At:
     return _At(np.maximum(force, 0.0), rate, bend, moments)
 
 
-def _pace_at(rows: FloatArray, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
+def pace_at(rows: FloatArray, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return dθ/dσ and d²θ/dσ² at one σ of each row."""
     how, span = rows[:, layout.ROW_MAP], rows[:, layout.ROW_SPAN]
     width = rows[:, layout.ROW_S1] - rows[:, layout.ROW_S0]
@@ -305,9 +305,7 @@ def modes(found: Found, times: FloatArray) -> Modes:
         pressed, changing = np.zeros_like(held), np.zeros_like(held)
         grown = np.exp(np.multiply.outer(theta[some] * seconds, rates))
         for i, sample in enumerate(at):
-            rows = tables.writes[tables.sets[i], (tables.phase[i] + one) % phases]
-            turn = tables.turns[_bays_ahead(found, one, i)]
-            takes = (rows[:, RE] + 1j * rows[:, IM]) / decay * (turn[RE] - 1j * turn[IM])  # (q, modes)
+            takes = _taken(found, one, i) / decay  # (q, modes)
             held += sample.moments[some] @ takes
             here = values[some] * sample.force[some, None]
             pressed += here @ takes / seconds
@@ -321,6 +319,18 @@ def modes(found: Found, times: FloatArray) -> Modes:
     if prepared.grid.stride == 0.0:
         bay = np.full_like(step, tables.bay[0])
     return Modes(amplitudes[:, back], forced[:, back], forced_rate[:, back], bay)
+
+
+def _taken(found: Found, step: int, contact: int) -> ComplexArray:
+    """Return what the moments of a contact's force in a macro step do to the modes at its end, (q, modes)."""
+    tables = found.prepared.tables
+    wheels, phases = len(tables.sets), tables.reads.shape[1]
+    if contact >= wheels:
+        rows = tables.fixed_writes[contact - wheels]
+        return np.asarray(rows[:, RE] + 1j * rows[:, IM])
+    rows = tables.writes[tables.sets[contact], (tables.phase[contact] + step) % phases]
+    turn = tables.turns[_bays_ahead(found, step, contact)]
+    return np.asarray((rows[:, RE] + 1j * rows[:, IM]) * (turn[RE] - 1j * turn[IM]))
 
 
 def _legendre_slopes(theta: FloatArray, count: int) -> FloatArray:

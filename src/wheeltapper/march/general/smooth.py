@@ -67,7 +67,7 @@ def smooth(step: int, i: int, macro: Nodes, G: FloatArray, r: FloatArray, begin:
         slope += macro.end_slope[k] * delta
         bend += macro.end_bend[k] * delta
     least, most = min(least, end), max(most, end)
-    if local.released(q, site.law, room):
+    if local.would_pull(macro, site.law, site.table, room):
         return False
     if least <= CLEARANCE * (most - least) or local.tail_of(macro, room.N) > settings[layout.TAIL_LIMIT]:
         return False

@@ -42,6 +42,8 @@ class Ring(NamedTuple):
         a, m.
     bays
         Number of bays of the ring.
+    seats
+        Equal parts of a bay, at whose ends its shapes have kinks; macro steps end there.
     """
 
     rates: ComplexArray
@@ -53,3 +55,4 @@ class Ring(NamedTuple):
     residual: FloatArray
     spacing: float
     bays: int
+    seats: int = 1

@@ -6,13 +6,14 @@ share their tables of modes. Units of length and force make the tables' numbers 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from wheeltapper.march.general.basis import gauss_nodes
-from wheeltapper.march.general.contract import Bodies, Method, System
+from wheeltapper.march.general.contract import Bodies, Method, Port, System
 from wheeltapper.march.general.layout import IM, RE
 from wheeltapper.march.general.records import Nodes, Tables
 from wheeltapper.march.general.structure import ComplexArray, Ring
@@ -30,7 +31,7 @@ class Grid(NamedTuple):
     """Macro steps: their length in s and m, places in a bay, and where each contact begins.
 
     That is `whole` steps from a seat and `part` m more. At speed zero each contact has one place, and `whole` counts
-    bays.
+    bays. Tables have `rows` of the places, from the place `first` on.
     """
 
     seconds: float
@@ -38,6 +39,8 @@ class Grid(NamedTuple):
     phases: int
     whole: IntArray
     part: FloatArray
+    first: int
+    rows: int
 
 
 SAME_PHASE = 1e-6
@@ -59,28 +62,30 @@ def longest_step(ring: Ring | None, method: Method) -> float:
     return min(method.step, 1.001 * 0.5 * np.pi * (method.nodes - 6) / max(fastest, 1e-300))
 
 
-def grid_of(system: System, method: Method) -> Grid:
-    """Choose the macro steps."""
-    places = np.array([contact.position for contact in system.contacts])
+def grid_of(system: System, method: Method, duration: float = np.inf) -> Grid:
+    """Choose the macro steps; of a ring with seats of its own all around, rows for a duration, s, are enough."""
+    places = np.array([contact.position for contact in system.wheels])
     seconds = longest_step(system.ring, method)
     if system.ring is None:
         none = np.zeros(len(places))
-        return Grid(seconds, system.speed * seconds, 1, none.astype(np.int64), none)
-    spacing = system.ring.spacing
+        return Grid(seconds, system.speed * seconds, 1, none.astype(np.int64), none, 0, 1)
+    spacing, seats = system.ring.spacing, system.ring.seats
     if system.speed == 0.0:
         bays = np.floor(places / spacing + SAME_PHASE)
-        return Grid(seconds, 0.0, 1, bays.astype(np.int64), np.maximum(places - bays * spacing, 0.0))
-    least = max(1, ceil(spacing / (system.speed * seconds) - 1e-9))
+        return Grid(seconds, 0.0, 1, bays.astype(np.int64), np.maximum(places - bays * spacing, 0.0), 0, 1)
+    least = max(1, ceil(spacing / (seats * system.speed * seconds) - 1e-9))
     if least > MOST_PHASES:
-        slowest = spacing / (MOST_PHASES * seconds)
+        slowest = spacing / (seats * MOST_PHASES * seconds)
         raise ValueError(f"tables of the track take too much memory below {slowest:.2g} m/s; a wheel may stand still")
-    tried = [_placed(places, spacing, n) for n in range(least, int(least * DEEPER_SEARCH) + 2)]
+    tried = [_placed(places, spacing, seats * n) for n in range(least, int(least * DEEPER_SEARCH) + 2)]
     kinds = [len(np.unique(np.round(part / SAME_PHASE))) + (np.abs(part).max() > SAME_PHASE) for _, part in tried]
     best = int(np.argmin(kinds))
-    phases = least + best
+    phases = seats * (least + best)
     whole, part = tried[best]
     stride = spacing / phases
-    return Grid(stride / system.speed, stride, phases, whole, part * stride)
+    passed = np.ptp(whole) + duration * system.speed / stride + 2.0
+    first, rows = (int(whole.min()), int(passed)) if seats > 1 and passed < phases else (0, phases)
+    return Grid(stride / system.speed, stride, phases, whole, part * stride, first, rows)
 
 
 def _placed(places: FloatArray, spacing: float, phases: int) -> tuple[IntArray, FloatArray]:
@@ -168,7 +173,7 @@ def _split(values: ComplexArray, sign: float) -> FloatArray:
     return np.stack([values.real, sign * values.imag], axis=-2)
 
 
-class _RingTables(NamedTuple):
+class RingTables(NamedTuple):
     """Of one set: at the nodes of all phases, (phases, q, modes) complex, and of the residual (phases, q)."""
 
     shows: ComplexArray
@@ -176,43 +181,51 @@ class _RingTables(NamedTuple):
     residual: FloatArray
 
 
-def _ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: Nodes) -> _RingTables:
+def ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: Nodes) -> RingTables:
+    """Return one set of tables."""
     q = len(nodes.places)
-    along = part + grid.stride * (np.arange(grid.phases)[:, None] + nodes.places)
-    over = along >= ring.spacing  # behind the last phase's end: turned below
-    x = np.where(over, along - ring.spacing, along).ravel()
+    along = part + grid.stride * (grid.first + np.arange(grid.rows)[:, None] + nodes.places)
+    laps = np.floor(along / ring.spacing)
+    over = laps > 0.0  # behind the last phase's end: turned below
+    x = (along - laps * ring.spacing).ravel()
     growth = np.exp(np.multiply.outer(nodes.places * grid.seconds, ring.rates[order]))
-    shape = (grid.phases, q, len(order))
+    shape = (grid.rows, q, len(order))
     shows = shapes_at(ring, ring.deflection[:, :, order], x).reshape(shape)
     takes = shapes_at(ring, ring.drive[:, :, order], x).reshape(shape)
-    if over.any():
+    if ring.bays > 1 and over.any():
         shows[over] *= ring.turns[order]
         takes[over] *= ring.turns[order].conj()
     shows *= ring.weights[order] * growth
     takes *= grid.seconds / growth
-    residual = compliance_at(ring, x).reshape(grid.phases, q)
-    return _RingTables(shows, takes, residual)
+    residual = compliance_at(ring, x).reshape(grid.rows, q)
+    return RingTables(shows, takes, residual)
 
 
-def _sets(ring: Ring, order: IntArray, grid: Grid, nodes: Nodes) -> list[_RingTables]:
-    """Return all sets of tables; at speed zero those of each contact, as seen from the bay of the first one."""
+def sets_of(ring: Ring, order: IntArray, grid: Grid, made_at: Callable[[float], RingTables]) -> list[RingTables]:
+    """Return the tables of all sets; at speed zero those of each contact, as seen from the bay of the first one."""
     if grid.stride > 0.0:
-        return [_ring_tables(ring, order, grid, part, nodes) for part in _parts_of(grid)[0]]
+        return [made_at(part) for part in parts_of(grid)[0]]
     made = []
     for bay, part in zip(grid.whole, grid.part, strict=True):
-        one = _ring_tables(ring, order, grid, part, nodes)
+        one = made_at(part)
         turn = np.exp(1j * np.angle(ring.turns[order]) * (bay - grid.whole[0]))
-        made.append(_RingTables(one.shows * turn, one.takes / turn, one.residual))
+        made.append(RingTables(one.shows * turn, one.takes / turn, one.residual))
     return made
 
 
-def _parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
+def parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
     """Return the different parts of a step at which contacts begin, m, and which of them each contact has."""
     if grid.stride == 0.0:
         return grid.part, np.arange(len(grid.part))
     same = SAME_PHASE * grid.stride
     parts, sets = np.unique(np.round(grid.part / same) * same, return_inverse=True)
     return parts, sets.astype(np.int64)
+
+
+def phases_and_bays(grid: Grid) -> tuple[IntArray, IntArray]:
+    """Return where in a bay each contact begins, in macro steps, and in which bay."""
+    phase, bay = (grid.whole - grid.first) % grid.phases, grid.whole // grid.phases
+    return phase, np.full_like(bay, bay[0]) if grid.stride == 0.0 else bay
 
 
 def _products(shows: ComplexArray, takes: ComplexArray) -> FloatArray:
@@ -223,13 +236,15 @@ def _products(shows: ComplexArray, takes: ComplexArray) -> FloatArray:
 
 
 class ModalTables(NamedTuple):
-    """As the first entries of `Tables`."""
+    """As entries of `Tables`."""
 
     reads: FloatArray
     writes: FloatArray
     first: IntArray
     decay: FloatArray
     turns: FloatArray
+    fixed_reads: FloatArray
+    fixed_writes: FloatArray
 
 
 class TrackTables(NamedTuple):
@@ -268,24 +283,23 @@ class BodyTables(NamedTuple):
     answers: FloatArray
 
 
-def track_tables(system: System, method: Method, units: Units) -> TrackTables:
-    """Return the tables of a system's track for its speed and the places of its contacts."""
+def track_tables(system: System, method: Method, units: Units, duration: float = np.inf) -> TrackTables:
+    """Return the tables of a system's track for its speed and the places of its contacts, enough for a duration, s."""
     nodes = gauss_nodes(method.nodes)
     q, contacts = method.nodes, len(system.contacts)
-    grid = grid_of(system, method)
-    sets = _parts_of(grid)[1]
-    g = np.zeros((contacts, contacts, grid.phases, q, q))
-    residual = np.zeros((contacts, grid.phases, q))
-    modal = _no_modes(q, grid.phases)
-    phase, bay = grid.whole % grid.phases, grid.whole // grid.phases
-    if grid.stride == 0.0:
-        bay = np.full_like(bay, bay[0])
+    grid = grid_of(system, method, duration)
+    sets = parts_of(grid)[1]
+    g = np.zeros((contacts, contacts, grid.rows, q, q))
+    residual = np.zeros((contacts, grid.rows, q))
+    modal = _no_modes(q, grid.rows)
+    phase, bay = phases_and_bays(grid)
     if system.ring is not None:
         ring = system.ring
         order = np.argsort(np.abs(ring.rates), kind="stable")
-        made = _sets(ring, order, grid, nodes)
-        modal = _modal_tables(ring, order, grid, made, nodes, method, units)
-        _ring_kernels(ring, order, made, sets, phase, bay, g, residual)
+        made = sets_of(ring, order, grid, lambda part: ring_tables(ring, order, grid, part, nodes))
+        fixed = [_fixed_tables(ring, order, grid, port, nodes) for port in system.ports]
+        modal = modal_tables(ring, order, grid, made, fixed, nodes, method, units)
+        ring_kernels(ring, order, made, sets, phase, bay, fixed, g, residual)
     scale = units.force / units.length
     g *= scale
     residual *= scale
@@ -301,12 +315,15 @@ def body_tables(bodies: Bodies, grid: Grid, method: Method, units: Units) -> Bod
 
 def joined(track: TrackTables, bodies: BodyTables, method: Method, units: Units) -> Tables:
     """Return the tables of a track and of bodies on it, in the bodies' units."""
-    nodes, contacts = gauss_nodes(method.nodes), len(track.sets)
+    nodes, contacts = gauss_nodes(method.nodes), len(track.answers)
     length, force = units.length / track.units.length, units.force / track.units.force
     modal = track.modal
     if length != 1.0 or force != 1.0:
         number = modal.reads.dtype.type
-        modal = modal._replace(reads=modal.reads * number(1.0 / length), writes=modal.writes * number(force))
+        modal = modal._replace(
+            reads=modal.reads * number(1.0 / length), writes=modal.writes * number(force),
+            fixed_reads=modal.fixed_reads * number(1.0 / length), fixed_writes=modal.fixed_writes * number(force),
+        )  # fmt: skip
     g = track.answers * (force / length) + bodies.answers[:, :, None]
     residual = track.residual * (force / length)
     own = np.arange(contacts)
@@ -316,7 +333,7 @@ def joined(track: TrackTables, bodies: BodyTables, method: Method, units: Units)
         modal.reads, modal.writes, modal.first, modal.decay, modal.turns,
         track.sets, track.phase, track.bay, bodies.read, bodies.write, bodies.step,
         np.ascontiguousarray(kernels), np.ascontiguousarray(g[own, own] * nodes.integrals), g,
-        coupled, residual @ nodes.transform.T, residual,
+        coupled, residual @ nodes.transform.T, residual, modal.fixed_reads, modal.fixed_writes,
     )  # fmt: skip
 
 
@@ -335,34 +352,49 @@ def without_bodies(track: TrackTables, method: Method) -> Tables:
 
 
 def _no_modes(q: int, phases: int) -> ModalTables:
-    empty = np.zeros((1, phases, q, 2, 0))
-    return ModalTables(empty, empty.copy(), np.zeros(q, np.int64), np.zeros((2, 0)), np.zeros((1, 2, 0)))
+    empty, none = np.zeros((1, phases, q, 2, 0)), np.zeros((0, q, 2, 0))
+    return ModalTables(empty, empty.copy(), np.zeros(q, np.int64), np.zeros((2, 0)), np.zeros((1, 2, 0)), none, none)
 
 
-def _modal_tables(
-    ring: Ring, order: IntArray, grid: Grid, made: list[_RingTables], nodes: Nodes, method: Method, units: Units
-) -> ModalTables:
+def modal_tables(
+    ring: Ring, order: IntArray, grid: Grid, made: list[RingTables], fixed: list[RingTables], nodes: Nodes,
+    method: Method, units: Units,
+) -> ModalTables:  # fmt: skip
+    """Return the Legendre coefficients of what modes show and take, in the units of the march."""
     number: Any = np.float32 if method.single and len(order) > FEW_MODES else np.float64
     rates = ring.rates[order]
     decay = np.exp(rates * grid.seconds)
     first = slowest_modes(rates, grid.seconds, len(nodes.places), method.negligible)
-    shape = (len(made), grid.phases, len(nodes.places), 2, len(order))
-    reads: Any = np.empty(shape, number)
-    writes: Any = np.empty(shape, number)
-    for i, one in enumerate(made):
-        shown = real_times(nodes.transform / -units.length, one.shows)
-        reads[i, :, :, RE], reads[i, :, :, IM] = shown.real, -shown.imag
-        taken = real_times(nodes.transform * units.force, one.takes * decay)
-        writes[i, :, :, RE], writes[i, :, :, IM] = taken.real, taken.imag
+    q = len(nodes.places)
+    reads, writes, fixed_reads, fixed_writes = (
+        np.empty((*count, q, 2, len(order)), number) for count in 2 * [(len(made), grid.rows)] + 2 * [(len(fixed), 1)]
+    )
+    for tables, read, write in ((made, reads, writes), (fixed, fixed_reads, fixed_writes)):
+        for i, one in enumerate(tables):
+            shown = real_times(nodes.transform / -units.length, one.shows)
+            read[i, :, :, RE], read[i, :, :, IM] = shown.real, -shown.imag
+            taken = real_times(nodes.transform * units.force, one.takes * decay)
+            write[i, :, :, RE], write[i, :, :, IM] = taken.real, taken.imag
     turns = np.exp(1j * np.multiply.outer(np.arange(ring.bays), np.angle(ring.turns[order])))
     if grid.stride == 0.0:  # nobody enters another bay
         turns = np.ones((1, len(order)), dtype=complex)
-    return ModalTables(reads, writes, first, np.stack([decay.real, decay.imag]), _split(turns, 1.0))
+    return ModalTables(
+        reads, writes, first, np.stack([decay.real, decay.imag]), _split(turns, 1.0), fixed_reads[:, 0],
+        fixed_writes[:, 0],
+    )  # fmt: skip
 
 
-def _ring_kernels(
-    ring: Ring, order: IntArray, made: list[_RingTables], sets: IntArray, phase: IntArray, bay: IntArray,
-    g: FloatArray, residual: FloatArray,
+def _fixed_tables(ring: Ring, order: IntArray, grid: Grid, port: Port, nodes: Nodes) -> RingTables:
+    """Return the tables of a contact that stays where it is, as of one place."""
+    growth = np.exp(np.multiply.outer(nodes.places * grid.seconds, ring.rates[order]))
+    shows = ring.weights[order] * port.deflection[order] * growth
+    takes = port.drive[order] * grid.seconds / growth
+    return RingTables(shows[None], takes[None], np.zeros((1, len(nodes.places))))
+
+
+def ring_kernels(
+    ring: Ring, order: IntArray, made: list[RingTables], sets: IntArray, phase: IntArray, bay: IntArray,
+    fixed: list[RingTables], g: FloatArray, residual: FloatArray,
 ) -> None:  # fmt: skip
     """Write what forces at the nodes of each contact do at those of each other, for all places of the first one."""
     phases = g.shape[2]
@@ -378,6 +410,12 @@ def _ring_kernels(
                 ahead = (bays[i] - bays[j])[:, None, None]
                 turn = np.exp(1j * ahead * np.angle(ring.turns[order]))
                 g[i, j] += _products(made[sets[i]].shows[at[i]] * turn, made[sets[j]].takes[at[j]])
+        for k, port in enumerate(fixed, len(sets)):
+            g[i, k] += _products(made[sets[i]].shows[at[i]], port.takes)
+            g[k, i] += _products(port.shows, made[sets[i]].takes[at[i]])
+    for k, port in enumerate(fixed, len(sets)):
+        for m, other in enumerate(fixed, len(sets)):
+            g[k, m] += _products(port.shows, other.takes)
 
 
 def _body_answers(states: States, grid: Grid, nodes: Nodes) -> FloatArray:

@@ -32,11 +32,13 @@ class Marched(NamedTuple):
     free
         (spans, contacts): where a contact has no force.
     events, peaks
-        As in `wheeltapper.march.program`, in SI units.
+        Of the wheels, as in `wheeltapper.march.program`, in SI units.
     end
         Time at the end, s.
     found
         The march itself.
+    seat_events
+        Of the contacts that stay where they are, as `events`; the last column is the number of the contact among these.
     """
 
     status: int
@@ -46,6 +48,7 @@ class Marched(NamedTuple):
     peaks: FloatArray
     end: float
     found: Found
+    seat_events: FloatArray
 
     @property
     def state(self) -> FloatArray:
@@ -65,13 +68,17 @@ def is_ready(task: Task) -> bool:
 
 def marched_of(task: Task, found: Found) -> Marched:
     """Return a march in the columns of records."""
-    end = min(found.time, task.duration)
-    begins = np.concatenate([[0.0], found.events[:, contract.EVENT_TIME]])
-    free = np.stack([_free(found.events, contact) for contact in range(len(task.system.contacts))], axis=1)
-    peaks = np.zeros((len(found.peaks), contract.PEAK_COLUMNS))
-    peaks[:, [contract.PEAK_TIME, contract.PEAK_FORCE, contract.PEAK_CONTACT, contract.PEAK_CORNER]] = found.peaks
+    end, wheels = min(found.time, task.duration), len(task.system.wheels)
+    moves = found.events[:, contract.EVENT_CONTACT] < wheels
+    events, seated = found.events[moves], found.events[~moves]
+    seated[:, contract.EVENT_CONTACT] -= wheels
+    begins = np.concatenate([[0.0], events[:, contract.EVENT_TIME]])
+    free = np.stack([_free(events, contact) for contact in range(wheels)], axis=1)
+    tops = found.peaks[found.peaks[:, 2] < wheels]
+    peaks = np.zeros((len(tops), contract.PEAK_COLUMNS))
+    peaks[:, [contract.PEAK_TIME, contract.PEAK_FORCE, contract.PEAK_CONTACT, contract.PEAK_CORNER]] = tops
     steps = np.column_stack([begins, np.diff(begins, append=end)])
-    return Marched(found.status, steps, free, found.events, peaks, end, found)
+    return Marched(found.status, steps, free, events, peaks, end, found, seated)
 
 
 def _free(events: FloatArray, contact: int) -> NDArray[np.bool_]:

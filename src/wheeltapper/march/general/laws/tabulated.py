@@ -22,11 +22,9 @@ cells in the rate, terms in the rate."""
 
 
 @kernel
-def tabulated_force(delta: float, rate: float, numbers: FloatArray, table: FloatArray) -> tuple[float, float, float]:
-    """Return the force of an indentation and its rate, and its derivatives by both."""
-    if delta <= 0.0:
-        return 0.0, 0.0, 0.0
-    v = sqrt(delta / numbers[TABLE_LARGEST])
+def tabulated_share(delta: float, rate: float, numbers: FloatArray, table: FloatArray) -> tuple[float, float, float]:
+    """Return s of an indentation and its rate, and its derivatives by v and by the rate."""
+    v = sqrt(max(delta, 0.0) / numbers[TABLE_LARGEST])
     beyond = v > 1.0
     v = min(v, 1.0)
     cells = numbers[TABLE_CELLS]
@@ -52,16 +50,24 @@ def tabulated_force(delta: float, rate: float, numbers: FloatArray, table: Float
         by_v = by_v * xi + share
         share = share * xi + value
         by_rate = by_rate * xi + slope
+    return share, 0.0 if beyond else cells * by_v, 0.0 if outside else by_rate / numbers[TABLE_WIDTH]
+
+
+@kernel
+def tabulated_force(delta: float, rate: float, numbers: FloatArray, table: FloatArray) -> tuple[float, float, float]:
+    """Return the force of an indentation and its rate, and its derivatives by both.
+
+    It is negative where a law that depends on the rate would pull; one that does not never is.
+    """
+    if delta <= 0.0:
+        return 0.0, 0.0, 0.0
+    share, by_v, by_rate = tabulated_share(delta, rate, numbers, table)
+    if share <= 0.0 and numbers[TABLE_RATE_TERMS] <= 1.0 and numbers[TABLE_RATES] <= 1.0:
+        return 0.0, 0.0, 0.0
     exponent = numbers[TABLE_EXPONENT]
     power = delta * sqrt(delta)
     if exponent != 1.5:
         power = delta**exponent
     force = numbers[TABLE_FORCE] * power
-    if share <= 0.0:
-        return 0.0, 0.0, 0.0
-    if beyond:
-        by_v = 0.0
-    if outside:
-        by_rate = 0.0
-    slope = force / delta * (exponent * share + 0.5 * v * cells * by_v)
-    return force * share, slope, force * by_rate / numbers[TABLE_WIDTH]
+    v = min(sqrt(delta / numbers[TABLE_LARGEST]), 1.0)
+    return force * share, force / delta * (exponent * share + 0.5 * v * by_v), force * by_rate

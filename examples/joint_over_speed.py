@@ -1,0 +1,29 @@
+"""
+A joint over speed
+==================
+
+A dipped joint of 20 mrad: P1, P2 and the largest force by the exact march, beside the formulas of Jenkins and others
+(1974), which take the track as one mass. They lie above: a rail carries waves away, and falls away before the joint.
+"""
+
+import wheeltapper as wt
+
+scene = wt.load("examples/joint.toml")
+study = wt.tracks.joint_forces(scene, [10, 15, 20, 25, 30, 35, 40, 45, 50])
+figure = wt.plot(study)
+print(
+    f"P2 at 50 m/s: {float(study.P2[-1]) / 2e3:.1f} kN per wheel, by the formula {float(study.P2_jenkins[-1]) / 2e3:.1f}"
+)
+
+# %%
+# Softer pads that damp more: P1 is larger, P2 lower.
+soft = wt.tracks.joint_forces(scene.replaced({"track": wt.tracks.Ballasted.named("Zhai2004")}), study.speed.values)
+figure = wt.plot(soft)
+print(f"P2 at 50 m/s on softer pads: {float(soft.P2[-1]) / 2e3:.1f} kN per wheel")
+
+# %%
+# What limits say of the fastest run, each a copy of a document that changes.
+fastest = wt.simulate(scene.replaced({"speed": 50.0, "duration": 0.15}))
+limits = wt.limits.check(fastest, countries=["GB", "SE", "EU"])
+figure = wt.plot(limits)
+print(f"{len(limits.exceeded)} of {len(limits)} limits are exceeded")

@@ -1,0 +1,50 @@
+"""What every anomaly of a track is."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, NamedTuple
+
+from wheeltapper.describe.noun import Noun
+
+
+class Change(NamedTuple):
+    """What an anomaly makes of one seat.
+
+    Attributes
+    ----------
+    seat
+        Its number; that at `first_sleeper` is 0.
+    pad, ballast
+        Factors on stiffness and damping.
+    void
+        Gap between sleeper and ballast at rest, m; None: there is none, and the ballast acts both ways.
+    """
+
+    seat: int
+    pad: float = 1.0
+    ballast: float = 1.0
+    void: float | None = None
+
+
+class Anomaly(Noun, abstract=True):
+    """Seats of a track that are not like the others; in a scenario `track.anomalies`, in a file `[[track.anomalies]]`.
+
+    A ring of bays stands for the track, so that anomalies recur every ring length; the record's notes say it.
+    """
+
+    example: ClassVar[dict[str, Any]] = {}
+    """Fields of one of them; the conformance tests try it."""
+
+    @property
+    def of_ballast(self) -> bool:
+        """Whether it is of sleepers on ballast."""
+        return False
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """Numbers of the seats that it names; none where it is of all seats."""
+        return ()
+
+    def changes(self, seats: range) -> tuple[Change, ...]:
+        """Return what it makes of these seats."""
+        raise NotImplementedError

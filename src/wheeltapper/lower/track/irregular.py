@@ -1,0 +1,237 @@
+"""A ring with some seats that differ, in modes of its own: the regular ring's modes, coupled by what differs.
+
+The kept modes of the regular ring, with the additional springs and dampers as forces on them, are a linear system
+again; its eigenvectors are the modes of the irregular ring. The bay of that ring is the whole of it: amplitudes are the
+same from everywhere, and shapes go once around (docs/theory/track.rst, section 13.10).
+"""
+
+from __future__ import annotations
+
+from functools import cache, lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from wheeltapper.lower.track import responses, waves
+from wheeltapper.lower.track.responses import PAD, Extra
+from wheeltapper.lower.track.ring import RESIDUAL_DEGREE, ring_of
+from wheeltapper.lower.track.section import Section
+from wheeltapper.march.general.structure import Ring
+
+ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
+REAL = 1e-12
+"""A rate is real where its imaginary part is smaller than this share of it."""
+
+
+class IrregularModes(NamedTuple):
+    """A ring with some seats that differ, and what else its modes move; `TrackModes` of one bay, that is all of it.
+
+    Attributes
+    ----------
+    ring, rotation, cutoff
+        As of `TrackModes`; the bay is the whole ring.
+    rail, sleeper, sleeper_drive
+        At each seat: of the rail and the sleeper, (bays, modes).
+    vectors
+        What each mode is in those of the regular ring, real parts above imaginary parts, (2·regular modes, modes).
+    forces
+        Of what differs, per amplitude, (extras, modes), N.
+    drives
+        What these do to the modes of the regular ring, (regular modes, extras).
+    """
+
+    ring: Ring
+    rotation: ComplexArray
+    rail: ComplexArray
+    sleeper: ComplexArray
+    sleeper_drive: ComplexArray
+    cutoff: float
+    vectors: ComplexArray
+    forces: ComplexArray
+    drives: ComplexArray
+
+
+@lru_cache(maxsize=4)
+def irregular_ring(section: Section, bays: int, cutoff: float, extras: tuple[Extra, ...]) -> IrregularModes:
+    """Return the ring of some bays with what differs at some seats, 0 to bays - 1."""
+    regular = ring_of(section, bays, cutoff)
+    ring, weights = regular.ring, regular.ring.weights
+    turns = np.exp(1j * np.multiply.outer(np.arange(bays), np.angle(ring.turns)))
+    at_seat = (-1.0) ** np.arange(ring.deflection.shape[1])
+    rail, rail_drive = at_seat @ ring.deflection[0], at_seat @ ring.drive[0]
+    seats = np.array([extra.seat for extra in extras])
+    pad = np.array([extra.kind == PAD for extra in extras])[:, None]
+    reads = weights * turns[seats] * np.where(pad, rail - regular.sleeper, regular.sleeper)
+    drives = turns[seats].conj() * np.where(pad, rail_drive - regular.sleeper_drive, regular.sleeper_drive)
+    missed = _missed(section, ring, turns, extras, reads, drives)
+    stiff, damp = _feedback(extras, missed.own)
+    pushed = _columns(turns.conj()[:, None, None] * ring.drive)
+    at_once = np.linalg.inv(np.eye(len(extras)) - damp @ _rows(reads) @ _columns(drives).T)
+    shown = at_once @ (stiff @ _rows(reads) + damp @ _rows(reads * ring.rates))
+    system = np.block([
+        [np.diag(ring.rates.real), -np.diag(ring.rates.imag)], [np.diag(ring.rates.imag), np.diag(ring.rates.real)]
+    ])  # fmt: skip
+    rates, right, left = _eigenvectors(system + _columns(drives).T @ shown)
+    forces = _times(shown, right)
+    deflection, rotation = (
+        _times(_rows(weights * turns[:, None, None] * shapes), right) for shapes in (ring.deflection, regular.rotation)
+    )
+    given: FloatArray = missed.along @ stiff.T + _all_around(pushed @ _rows(reads).T) @ damp.T
+    deflection = _all_around(deflection) + _times(missed.along, forces)
+    entered = _times(np.asarray(at_once.T, dtype=float), _times(_columns(drives), left.T))
+    drive = _all_around(_times(pushed, left.T)) + _times(given, entered)
+    drive = drive + _times(missed.along @ damp.T, entered * rates)
+    edges = np.append(np.add.outer(np.arange(bays) * ring.spacing, ring.edges[:-1]).ravel(), bays * ring.spacing)
+    long = Ring(
+        rates, np.ones(len(rates), dtype=complex), np.where(rates.imag == 0.0, 1.0, 2.0), edges, deflection, drive,
+        np.zeros((len(edges) - 1, RESIDUAL_DEGREE + 1)), bays * ring.spacing, 1, bays,
+    )  # fmt: skip
+    return IrregularModes(
+        long._replace(residual=_residual(long, missed.static)), _all_around(rotation),
+        _times(_rows(weights * turns * rail), right), _times(_rows(weights * turns * regular.sleeper), right),
+        _times(_columns(turns.conj() * regular.sleeper_drive), left.T), cutoff, right, forces, drives.T,
+    )  # fmt: skip
+
+
+def _rows(reads: ComplexArray) -> FloatArray:
+    """Return readings of amplitudes (..., modes), weighted, as those of their real and imaginary parts."""
+    return np.concatenate([reads.real, -reads.imag], axis=-1)
+
+
+def _columns(drives: ComplexArray) -> FloatArray:
+    """Return what forces do to amplitudes (..., modes) as what they do to their real and imaginary parts."""
+    return np.concatenate([drives.real, drives.imag], axis=-1)
+
+
+def _times(real: FloatArray, matrix: ComplexArray) -> ComplexArray:
+    """Return real rows (..., n) times a complex matrix, in real arithmetic."""
+    product = real.reshape(-1, real.shape[-1]) @ np.ascontiguousarray(matrix).view(float)
+    return np.asarray(product.view(complex).reshape(*real.shape[:-1], matrix.shape[1]))
+
+
+def _eigenvectors(system: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Return rates, right vectors in columns and left ones in rows, one of each conjugate pair, by rising rates."""
+    rates, right = np.linalg.eig(system)
+    left = np.linalg.inv(right)
+    real = np.abs(rates.imag) <= REAL * np.abs(rates)
+    kept = np.flatnonzero(real | (rates.imag > 0.0))
+    kept = kept[np.argsort(np.abs(rates[kept]), kind="stable")]
+    found = np.where(real, rates.real, rates)[kept].astype(complex)
+    return found, right[:, kept].astype(complex), left[kept].astype(complex)
+
+
+def _feedback(extras: tuple[Extra, ...], own: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the extras' forces per deflection, and per rate of deflection, that the kept modes show them.
+
+    The deflections that the modes miss, `own` per force, are added at rest.
+    """
+    stiffness, damping = (np.array([getattr(extra, name) for extra in extras]) for name in ("stiffness", "damping"))
+    given = np.linalg.inv(np.eye(len(extras)) + stiffness[:, None] * own)
+    return -given * stiffness, -given @ (damping[:, None] * np.linalg.inv(np.eye(len(extras)) + own * stiffness))
+
+
+def _all_around(shapes: NDArray[Any]) -> NDArray[Any]:
+    """Return shapes (bays, elements, degree + 1, modes) as those of all elements, of the residual's degree."""
+    bays, elements, terms, modes = shapes.shape
+    wanted = ((0, 0), (0, RESIDUAL_DEGREE + 1 - terms), (0, 0))
+    return np.pad(shapes.reshape(bays * elements, terms, modes), wanted)
+
+
+class StaticField(NamedTuple):
+    """The irregular track at rest under unit forces at the points of each element, (bays, points).
+
+    Attributes
+    ----------
+    x
+        The points, m from seat 0.
+    felt
+        Of the regular track at each extra, (bays, points, extras), m/N.
+    forces
+        Of the extras, (bays, points, extras), N/N.
+    """
+
+    x: FloatArray
+    felt: FloatArray
+    forces: FloatArray
+
+
+@cache
+def points() -> FloatArray:
+    """Return the points of one element, from -1 to 1."""
+    return np.asarray(chebyshev.chebpts1(RESIDUAL_DEGREE + 1))
+
+
+@lru_cache(maxsize=4)
+def static_field(section: Section, bays: int, elements: int, extras: tuple[Extra, ...]) -> StaticField:
+    """Return the static field of a ring of some bays, of a number of elements each."""
+    length = bays * section.spacing
+    inside = ((np.arange(elements)[:, None] + 0.5 * (points() + 1.0)) * section.spacing / elements).ravel()
+    around = np.add.outer(np.arange(bays) * section.spacing, inside)
+    share = responses.shares(section, extras)[0].real
+    rail = waves.response(section, 0.0, 0.0, responses.nearest(around, length))[..., 0].real
+    behind = (np.arange(bays)[:, None] - [extra.seat for extra in extras]) % bays
+    felt = share * np.moveaxis(rail[behind], 1, -1)
+    return StaticField(around, felt, responses.forces(section, extras, 0.0, felt, length).real)
+
+
+class _Missed(NamedTuple):
+    """What kept modes miss at rest.
+
+    Attributes
+    ----------
+    own
+        Of what extras feel of each other, (extras, extras), m/N.
+    along
+        Of what the rail feels of them, by powers, (all elements, 15, extras).
+    static
+        Deflection of the irregular track under a force at the same place, at the points of each element,
+        (all elements, 15), m/N.
+    """
+
+    own: FloatArray
+    along: FloatArray
+    static: FloatArray
+
+
+def _missed(
+    section: Section, ring: Ring, turns: ComplexArray, extras: tuple[Extra, ...], reads: ComplexArray,
+    drives: ComplexArray,
+) -> _Missed:  # fmt: skip
+    """Return what the modes of the regular ring miss; `reads` and `drives` are the extras', (extras, modes)."""
+    field, statics = static_field(section, ring.bays, len(ring.edges) - 1, extras), -drives / ring.rates
+    exact = responses.between(section, extras, 0.0, ring.bays * ring.spacing).real
+    regular = waves.response(section, 0.0, field.x[0], field.x[0])[..., 0].real
+    static = regular + (field.felt * field.forces).sum(axis=-1)
+    powers = points()[:, None] ** np.arange(ring.deflection.shape[1])
+    shown = _rows(ring.weights * turns[:, None, None] * (powers @ ring.deflection)) @ _columns(statics).T
+    along = by_powers((field.felt - shown.reshape(field.felt.shape)).reshape(-1, len(points()), len(extras)))
+    return _Missed(exact - _rows(reads) @ _columns(statics).T, along, static.reshape(-1, len(points())))
+
+
+def by_powers(values: FloatArray) -> FloatArray:
+    """Return values at the points of each element, (elements, points, ...), as polynomials."""
+    powers = points()[:, None] ** np.arange(len(points()))
+    return np.asarray(np.linalg.solve(powers, values.reshape(*values.shape[:2], -1)).reshape(values.shape))
+
+
+def _residual(ring: Ring, static: FloatArray) -> FloatArray:
+    """Return the compliance that the modes leave to be added, by powers."""
+    powers = points()[:, None] ** np.arange(RESIDUAL_DEGREE + 1)
+    shows, takes = ((powers @ one.view(float)).view(complex) for one in (ring.deflection, ring.drive))
+    there = shows * takes
+    return by_powers(static - np.real(there @ (-ring.weights / ring.rates)))
+
+
+def regular_amplitudes(modes: IrregularModes, amplitudes: ComplexArray) -> ComplexArray:
+    """Return amplitudes (times, modes) as those of the regular ring, seen from seat 0."""
+    parts = np.real((modes.ring.weights * amplitudes) @ modes.vectors.T)
+    count = parts.shape[1] // 2
+    return np.asarray(parts[:, :count] + 1j * parts[:, count:])
+
+
+def pressed_by_extras(modes: IrregularModes, amplitudes: ComplexArray) -> ComplexArray:
+    """Return what the extras' forces do to the amplitudes of the regular ring, (times, regular modes)."""
+    return np.asarray(np.real((modes.ring.weights * amplitudes) @ modes.forces.T) @ modes.drives.T)

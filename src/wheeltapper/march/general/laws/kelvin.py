@@ -1,0 +1,19 @@
+"""Kelvin and Voigt's spring and damper, which presses only: N = k·δ + c·δ'."""
+
+from __future__ import annotations
+
+from wheeltapper.march.kernel import inlined_kernel
+from wheeltapper.march.program import FloatArray
+
+KELVIN_STIFFNESS = 1
+"""Column of k."""
+KELVIN_DAMPING = 2
+"""Column of c."""
+
+
+@inlined_kernel
+def kelvin_force(delta: float, rate: float, numbers: FloatArray) -> tuple[float, float, float]:
+    """Return the force of an indentation and its rate, and its derivatives by both; negative where it would pull."""
+    stiffness = numbers[KELVIN_STIFFNESS]
+    damping = numbers[KELVIN_DAMPING]
+    return stiffness * delta + damping * rate, stiffness, damping
