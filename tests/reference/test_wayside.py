@@ -192,7 +192,8 @@ def test_wheels_of_fast_trains(speed, rate):
     windows = np.array([CRIBS.window(k, alone.x) for k in range(len(CRIBS.channels))])
     means = (alone.forces * windows.sum(axis=0)).sum(axis=1) / windows.sum()
     rng = np.random.default_rng(5)
-    right, axles, false, off, wrong_speed = 0, 0, 0, [], []
+    right, axles, false, wrong_speed = 0, 0, 0, []
+    off = {40.0: [], 30.0: [], 20.0: []}
     for number, level in enumerate([40.0, 30.0, 20.0] * 4):
         chosen = rng.integers(0, 10, len(WAGONS))
         struck = int(rng.integers(len(WAGONS)))
@@ -205,14 +206,16 @@ def test_wheels_of_fast_trains(speed, rate):
         right += found == [struck]
         false += len(set(found) - {struck})
         axles += len(WAGONS) - 1
-        off += [wheel["static_force"] / means[kind] - 1.0 for wheel, kind in zip(wheels, chosen, strict=True)]
+        off[level] += [wheel["static_force"] / means[kind] - 1.0 for wheel, kind in zip(wheels, chosen, strict=True)]
         wrong_speed += [axle["speed"] / speed - 1.0 for axle in train.axles]
-    print(f"{speed:g} m/s: flats {right} of 12, false {false} of {axles}, static {np.std(off):.2e} rms, "
-          f"{np.abs(off).max():.2e} at most, speed {np.abs(wrong_speed).max():.2e}")  # fmt: skip
+    told = ", ".join(f"{level:g} dB {np.abs(one).max():.1e}" for level, one in off.items())
+    print(f"{speed:g} m/s: flats {right} of 12, false {false} of {axles}, static at most {told}, "
+          f"speed {np.abs(wrong_speed).max():.1e}")  # fmt: skip
     assert right >= 11
     assert false == 0
-    assert np.abs(off).max() < 0.015
-    assert np.std(off) < 5e-3
+    assert max(np.abs(off[40.0]).max(), np.abs(off[30.0]).max()) < 0.01
+    assert np.abs(off[20.0]).max() < 0.02  # white noise alone is 0.7 % of the lightest wheels
+    assert np.std(off[20.0]) < 5e-3
     assert np.abs(wrong_speed).max() < 3e-3
 
 
