@@ -423,11 +423,11 @@ def rail_tangents(found: Marched, turns: list[SystemTurn]) -> RailTangents:
     return tangents(found.found, turns)
 
 
-def rail_tangents_are_ready(found: Marched, turns: list[SystemTurn]) -> bool:
+def rail_tangents_are_ready(found: Marched) -> bool:
     """Return False where finding them begins with compiling."""
     from wheeltapper.march.general.gradients import is_ready
 
-    return is_ready(found.found, turns)
+    return is_ready(found.found)
 
 
 def rail_impulse_rates(found: Marched, rates: RailTangents, contact: int) -> FloatArray:
