@@ -60,18 +60,14 @@ def test_forces_of_wheels_that_move_slowly_are_their_loads():
 
 
 def test_gains_follow_from_a_train_of_known_loads():
-    wrong = recorded(STEADY, gains=0.05)
-    (train,) = measure_trains(wrong, site_of(LINE))
+    gains = np.array([1.05, 0.93, 1.02])
+    (train,) = measure_trains(recorded(gains[:, None] * STEADY), site_of(LINE))
     site = calibrated(site_of(LINE), train, {axle + 1: (load, load) for axle, load in enumerate(LOADS[:8])})
-    other = slow_train(LINE, -4.0 + 20.0 * times(4.5), WAGONS[:12], LOADS[:12][::-1])
-    spoilt = {name: Recording(other[int(name)] * _gain(wrong, name), RATE, "force") for name in wrong}
-    (after,) = measure_trains(spoilt, site)
-    assert np.allclose([axle["wheels"][0]["static_force"] for axle in after.axles], LOADS[:12][::-1], rtol=5e-3)
+    assert np.allclose([one.gain for one in site.sensors], gains, rtol=3e-3)
     assert max(one.gain_uncertainty for one in site.sensors) < 5e-3
-
-
-def _gain(wrong, name):
-    return float(np.median(wrong[name].samples[STEADY[int(name)] > 2e4] / STEADY[int(name)][STEADY[int(name)] > 2e4]))
+    other = gains[:, None] * slow_train(LINE, -4.0 + 20.0 * times(4.5), WAGONS[:12], LOADS[:12][::-1])
+    (after,) = measure_trains(recorded(other), site)
+    assert np.allclose([axle["wheels"][0]["static_force"] for axle in after.axles], LOADS[:12][::-1], rtol=5e-3)
 
 
 def test_a_train_that_runs_the_other_way():
@@ -97,7 +93,7 @@ def test_a_train_that_stops_loses_no_axle():
     assert len(train.axles) == len(WAGONS)
     assert any("the train stopped" in note for note in train.notes)
     forces = [axle["wheels"][0]["static_force"] for axle in train.axles[:8]]
-    assert np.allclose(forces, LOADS[:8], rtol=0.02)
+    assert np.allclose(forces, LOADS[:8], rtol=0.04)  # it brakes with 2.3 m/s² while they are on the sensors
 
 
 def test_two_trains_in_one_recording():
@@ -196,7 +192,8 @@ def test_wheels_of_fast_trains(speed, rate):
     windows = np.array([CRIBS.window(k, alone.x) for k in range(len(CRIBS.channels))])
     means = (alone.forces * windows.sum(axis=0)).sum(axis=1) / windows.sum()
     rng = np.random.default_rng(5)
-    right, axles, false, off, wrong_speed = 0, 0, 0, [], []
+    right, axles, false, wrong_speed = 0, 0, 0, []
+    off = {40.0: [], 30.0: [], 20.0: []}
     for number, level in enumerate([40.0, 30.0, 20.0] * 4):
         chosen = rng.integers(0, 10, len(WAGONS))
         struck = int(rng.integers(len(WAGONS)))
@@ -209,14 +206,16 @@ def test_wheels_of_fast_trains(speed, rate):
         right += found == [struck]
         false += len(set(found) - {struck})
         axles += len(WAGONS) - 1
-        off += [wheel["static_force"] / means[kind] - 1.0 for wheel, kind in zip(wheels, chosen, strict=True)]
+        off[level] += [wheel["static_force"] / means[kind] - 1.0 for wheel, kind in zip(wheels, chosen, strict=True)]
         wrong_speed += [axle["speed"] / speed - 1.0 for axle in train.axles]
-    print(f"{speed:g} m/s: flats {right} of 12, false {false} of {axles}, static {np.std(off):.2e} rms, "
-          f"{np.abs(off).max():.2e} at most, speed {np.abs(wrong_speed).max():.2e}")  # fmt: skip
+    told = ", ".join(f"{level:g} dB {np.abs(one).max():.1e}" for level, one in off.items())
+    print(f"{speed:g} m/s: flats {right} of 12, false {false} of {axles}, static at most {told}, "
+          f"speed {np.abs(wrong_speed).max():.1e}")  # fmt: skip
     assert right >= 11
     assert false == 0
-    assert np.abs(off).max() < 0.015
-    assert np.std(off) < 5e-3
+    assert max(np.abs(off[40.0]).max(), np.abs(off[30.0]).max()) < 0.01
+    assert np.abs(off[20.0]).max() < 0.02  # white noise alone is 0.7 % of the lightest wheels
+    assert np.std(off[20.0]) < 5e-3
     assert np.abs(wrong_speed).max() < 3e-3
 
 

@@ -59,14 +59,14 @@ def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
         say_that_it_compiles(run.GENERAL.name)
     marched = run.march(lowered.program)
     record = Record(scenario, asked.method, lowered, marched)
+    if not run.rail_tangents_are_ready(marched):
+        say_that_it_compiles("the tangents on rails")
     trains, whole = trains_of(record, asked.needs_tally), record.outcome is Outcome.COMPLETED
     wheels, amplification = trains.cell_count, np.nan
     values = np.full((len(asked.features), wheels), np.nan)
     gradient = np.full((len(asked.features), len(turns), wheels), np.nan)
     for first in range(0, len(turns) if whole else 0, AT_ONCE):
         group = turns[first : first + AT_ONCE]
-        if not run.rail_tangents_are_ready(marched, group):
-            say_that_it_compiles("the tangents on rails")
         found = run.rail_tangents(marched, group)
         amplification = _amplification(lowered, marched, found)
         for lane, turn in enumerate(group, first):

@@ -150,7 +150,7 @@ COMFORT = Question("comfort", "ride comfort", (WAGON,))
 GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON,))
 SWEEP = Question("sweep", "features over many cells", (WHEEL, GENERAL), frozenset({ANOMALY}))
 GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL, GENERAL), frozenset({ANOMALY}))
-BORDER = Question("border", "where contact begins to be lost", (WHEEL, UNDAMPED))
+BORDER = Question("border", "where contact begins to be lost", (WHEEL, UNDAMPED), frozenset({ANOMALY}))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
 TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))
 DIAGNOSE = Question("diagnose", "the faults that a site's recordings show", WHEELS, _SPOT, _SITE)
@@ -423,11 +423,11 @@ def rail_tangents(found: Marched, turns: list[SystemTurn]) -> RailTangents:
     return tangents(found.found, turns)
 
 
-def rail_tangents_are_ready(found: Marched, turns: list[SystemTurn]) -> bool:
+def rail_tangents_are_ready(found: Marched) -> bool:
     """Return False where finding them begins with compiling."""
     from wheeltapper.march.general.gradients import is_ready
 
-    return is_ready(found.found, turns)
+    return is_ready(found.found)
 
 
 def rail_impulse_rates(found: Marched, rates: RailTangents, contact: int) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.diagnosis.wayside.channels import FloatArray
-from wheeltapper.diagnosis.wayside.pulses import Pulses
+from wheeltapper.diagnosis.wayside.pulses import Pulses, usual_height
 
 CLOSEST = 0.5
 """Pulses that lie closer than this, m, after the way between their channels, are of one axle."""
@@ -23,6 +23,8 @@ NEIGHBOURS = (2, 40)
 """Axles on either side with which an axle's speed is found, by a line over time: as many as it takes, at most,"""
 STEADY = 3e-4
 """for this standard error of the speed, over the speed."""
+FEW = 0.25
+"""Pulses in no more than this share of the channels are of no axle."""
 FAINT = 0.3
 """Pulses in no more than half of the channels are an axle's only if they have this share of the usual height."""
 AS_KNOWN = 0.03
@@ -112,8 +114,9 @@ def _told_apart(
     axles: list[NDArray[np.int64]] = []
     others: list[NDArray[np.int64]] = []
     for members in clusters:
-        few = 2 * len(np.unique(seen.channel[members])) <= channels
-        (others if few and np.median(seen.height[members]) < FAINT else axles).append(members)
+        share = len(np.unique(seen.channel[members])) / channels
+        faint = share <= 0.5 and np.median(seen.height[members]) < FAINT
+        (others if faint or share <= FEW else axles).append(members)
     return axles, others
 
 
@@ -133,7 +136,7 @@ def _all_pulses(several: list[Pulses], at_seats: float) -> _Seen:
     """Return the pulses of all channels; those at seats last as if the sensors there had this length, m."""
     rows = [
         (np.full(len(p.times), k), np.arange(len(p.times)), p.times, np.full(len(p.times), p.channel.place),
-         p.durations / np.nan_to_num(p.channel.length, nan=at_seats), p.heights / np.median(p.heights))
+         p.durations / np.nan_to_num(p.channel.length, nan=at_seats), p.heights / usual_height(p.heights))
         for k, p in enumerate(several)
         if len(p.times)
     ]  # fmt: skip

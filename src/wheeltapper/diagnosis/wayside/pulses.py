@@ -160,6 +160,11 @@ def _crossing(force: FloatArray, i: int, level: float) -> float:
     return float(i + (np.clip((level - force[i]) / step, 0.0, 1.0) if step else 0.5))
 
 
+def usual_height(heights: FloatArray) -> float:
+    """Return the median of the heights, N, of pulses that are certainly of wheels."""
+    return float(np.median(heights[heights >= SURE * heights.max()]))
+
+
 def _real(durations: FloatArray, heights: FloatArray) -> NDArray[np.bool_]:
     """Return which pulses are of wheels, and not of what rings after a strike beside the sensor."""
     if not len(durations):
@@ -167,4 +172,4 @@ def _real(durations: FloatArray, heights: FloatArray) -> NDArray[np.bool_]:
     sure = np.flatnonzero(heights >= SURE * heights.max())
     near = median_filter(durations[sure], size=min(AROUND, len(sure)), mode="nearest")
     usual = np.interp(np.arange(len(durations)), sure, near)
-    return np.array((durations > SHORT * usual) | (heights > HIGH * np.median(heights[sure])))
+    return np.array((durations > SHORT * usual) | (heights > HIGH * usual_height(heights)))

@@ -188,9 +188,9 @@ def tangent_arguments(found: Found, turns: list[SystemTurn]) -> tuple[Any, ...]:
     )  # fmt: skip
 
 
-def is_ready(found: Found, turns: list[SystemTurn]) -> bool:
-    """Return False where finding derivatives begins with compiling."""
-    return is_compiled(tangent_kernel, tangent_arguments(found, turns))
+def is_ready(found: Found) -> bool:
+    """Return False where finding derivatives of a march begins with compiling."""
+    return is_compiled(tangent_kernel, tangent_arguments(found, []))
 
 
 def tangents(found: Found, turns: list[SystemTurn]) -> Tangents:
