@@ -34,6 +34,7 @@ SCENARIOS = {
 SCRIPTS = {
     "bouncing_for_ever.py": (r"two motions from ([\d.]+) to", 2.996),
     "bump.py": (r"first interval ([\d.]+) ms", 8.7033),
+    "flats_on_tracks.py": (r"40 mm at 216 km/h on sleepers: ([\d.]+) times", 2.666),
     "joint_over_speed.py": (r"P2 at 50 m/s: ([\d.]+) kN per wheel", 240.7),
     "compare_bilateral.py": (r"two-sided contact: no impact, largest force ([\d.]+)", 21.2),
     "rough_rail.py": (r"over a sleeper: the largest difference is ([\d.]+) dB", 5.1),
@@ -45,7 +46,11 @@ SCRIPTS = {
 LONG = ("rough_rail.py",)
 """Scripts that take tens of seconds."""
 # Study: a feature, and its mean over the cells.
-STUDIES = {"bump_study.toml": ("impact_interval", 0.0095148269), "joint_study.toml": ("P2", 317447.613)}
+STUDIES = {
+    "bump_study.toml": ("impact_interval", 0.0095148269),
+    "joint_study.toml": ("P2", 317447.613),
+    "flat_map.toml": ("largest_force", 481734.541),
+}
 # Site: a recording made there, its verdict, and the fault's size.
 SITES = {"site.toml": ("deck_flat.csv.gz", "wheel flat", 0.04)}
 
