@@ -22,9 +22,13 @@ from options import parser_of
 from own import march_case
 from peer_newmark import Newmark
 
-from wheeltapper.march.general.contract import STRICT, Contact, System
+from wheeltapper.march import program as contract
+from wheeltapper.march.general.contract import STRICT, Bodies, Contact, System
+from wheeltapper.march.general.gradients import tangent_arguments
 from wheeltapper.march.general.march import Found, Prepared, march, run
 from wheeltapper.march.general.march import prepare as prepare_march
+from wheeltapper.march.general.tangent import tangent_kernel
+from wheeltapper.march.general.turned import SystemTurn
 from wheeltapper.march.program import LOSS
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -97,6 +101,54 @@ def arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
+def shaken_off() -> System:
+    """Return a wheel that a corrugation of 200 µm shakes off the rail more than 500 times a second, at 36 m/s."""
+    return rails.one_wheel(rails.wave(200e-6, 0.05, 0.6), 36.0, rails.ring(ZHAI))
+
+
+def directions(system: System) -> dict[str, list[SystemTurn]]:
+    """Return one, two and four directions for a wheel's derivatives, and four with the speed."""
+    one, none = np.ones((1, 1)), np.zeros((1, 1))
+    idle = SystemTurn(Bodies(none, none, none, none, np.zeros(1)), np.zeros(1), (np.zeros(1),), (None,))
+    path = np.zeros_like(system.contacts[0].pieces)
+    path[:, contract.COEFFICIENT : contract.WAVENUMBER] = system.contacts[0].pieces[
+        :, contract.COEFFICIENT : contract.WAVENUMBER
+    ]
+    height, constant = idle._replace(paths=(path,)), idle._replace(laws=(np.ones(1),))
+    mass, damping = (idle._replace(bodies=idle.bodies._replace(**{name: one})) for name in ("mass", "damping"))
+    speed = idle._replace(speed=1.0)
+    return {
+        "the height": [height], "height and constant": [height, constant],
+        "height, constant, mass, damping": [height, constant, mass, damping],
+        "height, constant, mass, speed": [height, constant, mass, speed],
+    }  # fmt: skip
+
+
+def with_tangents(rounds: int, duration: float) -> dict[str, dict[str, float]]:
+    """Print what runs with derivatives cost, in runs without; return it. The march alone, without tables."""
+    rows = {}
+    for name, system in (("corrugation of 200 um, 36 m/s", shaken_off()), ("flat of 40 mm, 20 m/s", one_wheel())):
+        prepared = prepare_march(system)
+        found = run(prepared, duration)
+        print(f"\n{name}: runs with derivatives, in runs without (aim 2.5 for four); {len(found.events)} events")
+        rows[name] = {}
+        for by, turns in directions(system).items():
+            passed = shortest_pass(found, turns, rounds)
+            plain = shortest(lambda prepared=prepared: run(prepared, duration), rounds)
+            rows[name][by] = 1.0 + passed / plain
+            print(f"  by {by:38} {rows[name][by]:5.2f}")
+    return rows
+
+
+def shortest_pass(found: Found, turns: list[SystemTurn], rounds: int) -> float:
+    """Return the shortest time of some passes of the tangents over a march, s; they change what they are given."""
+    times = []
+    for _ in range(rounds + 1):
+        given = tangent_arguments(found, turns)
+        times.append(cpu_time(lambda given=given: tangent_kernel(*given)))
+    return min(times[1:])
+
+
 def against_newmark(rounds: int, steps: tuple[float, ...]) -> None:
     """Print what a plain program costs, and what it would at our error, by the order of its convergence."""
     system, duration = one_wheel(), 0.152
@@ -136,9 +188,10 @@ def main() -> None:
         print(f"  {name:42} {ratio:7.0f}   (at most {most:.0f}, aim {aim:.0f}; {losses(found):.0f} losses per s)")
     cost = shortest(built, rounds) / unit
     print(f"  {'ring and tables of one wheel at 20 m/s':42} {cost:7.0f}   (at most {BUILDING:.0f}, in all)")
+    tangents = with_tangents(rounds, 0.02 if options.smallest else 0.4)
     against_newmark(rounds, (1e-5,) if options.smallest else (8e-6, 4e-6, 2e-6, 1e-6))
     if not options.smallest:
-        store("track", around | {"bump": unit, "rows": rows, "building": cost})
+        store("track", around | {"bump": unit, "rows": rows, "building": cost, "tangents": tangents})
 
 
 if __name__ == "__main__":

@@ -121,7 +121,7 @@ class ComputedCells:
         features, parameters = len(asked.features), len(asked.gradient)
         return ComputedCells(
             np.full((features, *asked.wheel_shape, 1), np.nan), np.array([REFUSED]),
-            np.full((features, parameters, 1), np.nan), np.array([EXACT]), np.full(1, np.nan),
+            np.full((features, parameters, *asked.wheel_shape, 1), np.nan), np.array([EXACT]), np.full(1, np.nan),
             tuple(Shared(Note(f"cannot be computed: {error}", "refused"), 1) for error in why), why,
         )  # fmt: skip
 
@@ -145,8 +145,9 @@ def compute_cells(asked: Study, changed: dict[str, FloatArray], threads: int) ->
     try:
         if on_rails:
             from wheeltapper.ask.on_rails import computed_on_rails
+            from wheeltapper.ask.sensitivity_on_rails import slopes_on_rails
 
-            return computed_on_rails(asked, changed, threads)
+            return slopes_on_rails(asked, changed) if asked.gradient else computed_on_rails(asked, changed, threads)
         many = LoweredCells(asked.scenario, changed, asked.method)
         _set_end(asked, many.cells.numbers)
         return _computed_gradients(asked, many, threads) if asked.gradient else _computed_values(asked, many, threads)

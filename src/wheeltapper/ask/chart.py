@@ -41,7 +41,7 @@ def chart_dataset(asked: Study, found: ComputedCells) -> xr.Dataset:
     data["status"] = (dimensions, found.status.astype(np.int8).reshape(asked.shape), flag_attributes(STATUS))
     if asked.gradient:
         named["parameter"] = ("parameter", np.array(asked.gradient))
-        data |= _gradient_variables(asked, found, dimensions)
+        data |= _gradient_variables(asked, found, wheelset, dimensions)
     return xr.Dataset(
         data, named, chart_attributes(asked, tuple(note.sentence_of(asked.cell_count) for note in found.notes))
     )
@@ -52,10 +52,13 @@ def flag_attributes(meanings: tuple[str, ...]) -> dict[str, Any]:
     return {"flag_values": np.arange(len(meanings), dtype=np.int8), "flag_meanings": " ".join(meanings)}
 
 
-def _gradient_variables(asked: Study, found: ComputedCells, dimensions: tuple[str, ...]) -> dict[str, Any]:
-    shape, parameters = asked.shape, len(asked.gradient)
-    along = ("parameter", *dimensions)
+def _gradient_variables(
+    asked: Study, found: ComputedCells, wheelset: tuple[str, ...], dimensions: tuple[str, ...]
+) -> dict[str, Any]:
+    shape, parameters, each = asked.shape, len(asked.gradient), (*asked.wheel_shape, *asked.shape)
+    along = ("parameter", *wheelset, *dimensions)
     held = np.stack([asked.field_values(path) for path in asked.gradient])
+    held = held.reshape(parameters, *(1 for _ in wheelset), -1)
     elastic = {}
     data: dict[str, Any] = {
         "gradient_status": (dimensions, found.trust.astype(np.int8).reshape(shape), flag_attributes(TRUST)),
@@ -71,24 +74,25 @@ def _gradient_variables(asked: Study, found: ComputedCells, dimensions: tuple[st
         with np.errstate(divide="ignore", invalid="ignore"):
             elastic[feature.name] = slope * held / values
         data[f"{feature.name}_gradient"] = (
-            along, slope.reshape(parameters, *shape),
+            along, slope.reshape(parameters, *each),
             {
                 "units": feature.unit, "parameter_units": json.dumps(units),
                 "long_name": f"derivative of: {feature.definition}; per unit of the parameter",
             },
         )  # fmt: skip
         data[f"{feature.name}_elasticity"] = (
-            along, elastic[feature.name].reshape(parameters, *shape),
+            along, elastic[feature.name].reshape(parameters, *each),
             {"units": "", "long_name": f"d ln f / d ln p of: {feature.definition}"},
         )  # fmt: skip
         if parameters > 1:
             data[f"{feature.name}_angle"] = (
-                along, _axis_angles(elastic[feature.name]).reshape(parameters, *shape),
+                along, _axis_angles(elastic[feature.name]).reshape(parameters, *each),
                 {"units": "deg", "long_name": f"angle of the elasticities to a parameter's axis: {feature.definition}"},
             )  # fmt: skip
     if len(elastic) > 1 and parameters > 1:
         data["condition"] = (
-            dimensions, _condition_number(np.stack(list(elastic.values()))).reshape(shape),
+            (*wheelset, *dimensions),
+            _condition_number(np.stack(list(elastic.values())).reshape(len(elastic), parameters, -1)).reshape(each),
             {"units": "", "long_name": "condition number of the elasticities of all features by all parameters"},
         )  # fmt: skip
     return data

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,6 +21,7 @@ from wheeltapper.record.simulate import say_that_it_compiles
 if TYPE_CHECKING:
     from wheeltapper.march.ensemble import Cells, Marched
     from wheeltapper.march.gradients import CellTangents, Tangents
+    from wheeltapper.record.trains import Trains
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -116,24 +118,16 @@ def _slopes_of_block(
         out.amplification[block] = tangents.amplification
         others = others_of(many, block)
         for lane, direction in enumerate(directions):
-            rates = _Rates.along(tangents, lane)
+            rates = Rates.along(tangents, lane)
             units = direction.units.part(block)
-            trains = Trains(_with_imaginary_rates(marched, rates.known(0.0), direction, block), units, *others)
-            other = (
-                Trains(_with_imaginary_rates(marched, rates.known(1.0), direction, block), units, *others)
-                if rates.has_gaps
-                else None
-            )
-            for row, feature in enumerate(features):
-                values = feature(trains)
-                out.values[row, block] = values.real
-                if not feature.differentiable:
-                    out.gradient[row, lane, block] = np.nan
-                    continue
-                unknown = np.isnan(values)
-                if other is not None:
-                    unknown |= feature(other).imag != values.imag
-                out.gradient[row, lane, block] = np.where(unknown, np.nan, values.imag / EPSILON)
+
+            def tilted(
+                gap: float, rates: Rates = rates, direction: Direction = direction, units: Any = units
+            ) -> Trains:
+                return Trains(_with_imaginary_rates(marched, rates.known(gap), direction, block), units, *others)
+
+            for row, (values, slope) in enumerate(derivatives(features, tilted, rates.has_gaps)):
+                out.values[row, block], out.gradient[row, lane, block] = values, slope
         count(block.stop - block.start)
 
     count = progress_counter("cells", total)
@@ -141,7 +135,33 @@ def _slopes_of_block(
     return out
 
 
-class _Rates(NamedTuple):
+def derivatives(
+    features: tuple[Feature, ...], tilted: Callable[[float], Trains], has_gaps: bool
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Return each feature and its derivative along one direction, NaN where it has none.
+
+    Parameters
+    ----------
+    features
+        The features.
+    tilted
+        Trains with derivatives as imaginary parts; unknown ones are filled with numbers of the order of its argument.
+    has_gaps
+        Whether some are unknown.
+    """
+    trains, other = tilted(0.0), tilted(1.0) if has_gaps else None
+    for feature in features:
+        values = feature(trains)
+        if not feature.differentiable:
+            yield values.real, np.full(values.shape, np.nan)
+            continue
+        unknown = np.isnan(values)
+        if other is not None:
+            unknown |= feature(other).imag != values.imag
+        yield values.real, np.where(unknown, np.nan, values.imag / EPSILON)
+
+
+class Rates(NamedTuple):
     """Derivatives of the results of a march along one direction; NaN where they are unknown.
 
     A NaN as an imaginary part would make the real part NaN, too. Therefore gaps are filled with numbers. A feature
@@ -154,23 +174,25 @@ class _Rates(NamedTuple):
     impulses: FloatArray  # (events,)
 
     @staticmethod
-    def along(tangents: Tangents, lane: int) -> _Rates:
+    def along(tangents: Tangents, lane: int) -> Rates:
+        """Return those of one direction."""
         none = np.empty((0, lane + 1))
         highest = none if tangents.highest is None else tangents.highest
         impulses = none if tangents.impulses is None else tangents.impulses
-        return _Rates(tangents.events[:, :, lane], tangents.peaks[:, :, lane], highest[:, lane], impulses[:, lane])
+        return Rates(tangents.events[:, :, lane], tangents.peaks[:, :, lane], highest[:, lane], impulses[:, lane])
 
     @property
     def has_gaps(self) -> bool:
+        """Whether some are unknown."""
         return any(bool(np.isnan(rates).any()) for rates in self)
 
-    def known(self, gap: float) -> _Rates:
+    def known(self, gap: float) -> Rates:
         """Return the same with different numbers of the order of `gap` in the gaps."""
         fills = (np.linspace(gap, 2.0 * gap, rates.size).reshape(rates.shape) for rates in self)
-        return _Rates(*(np.where(np.isnan(rates), fill, rates) for rates, fill in zip(self, fills, strict=True)))
+        return Rates(*(np.where(np.isnan(rates), fill, rates) for rates, fill in zip(self, fills, strict=True)))
 
 
-def _with_imaginary_rates(marched: Marched, rates: _Rates, direction: Direction, block: slice) -> Marched:
+def _with_imaginary_rates(marched: Marched, rates: Rates, direction: Direction, block: slice) -> Marched:
     """Return the results of a march with their derivatives along one direction as imaginary parts."""
     from wheeltapper.march.tangent_path import OF_SIZE, OF_TIME
 

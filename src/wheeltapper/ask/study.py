@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.noun import Noun
+from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.ground.arguments import as_count, as_list, as_quantity, check_choice, check_flag
 from wheeltapper.ground.errors import InputError, value_text, with_suggestion
@@ -158,6 +159,8 @@ def field_at(scenario: Scenario, path: str) -> tuple[Noun, str]:
             value = getattr(value, part)
         elif isinstance(value, tuple) and part.isdigit() and int(part) < len(value):
             value = value[int(part)]
+        elif isinstance(value, Placement) and part in value:
+            value = value[part]
         else:
             items = value if isinstance(value, tuple) else ()
             known = type(value).model_fields if isinstance(value, Noun) else range(len(items))

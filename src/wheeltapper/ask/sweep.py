@@ -121,12 +121,12 @@ def gradient(
     Returns
     -------
     xarray.Dataset
-        The variables of `sweep` with gradients, for one cell.
+        The variables of `sweep` with gradients, for one cell; of several wheelsets on rails over `wheelset`.
 
     Raises
     ------
     InputError
-        If a path names no continuous field.
+        If a path names no continuous field, or on rails one with respect to which nothing is differentiated.
     """
     import numpy as np
 
@@ -144,6 +144,6 @@ def gradient(
     computed.check_refusals()
     warn_of(note.sentence_of(1) for note in computed.notes)
     found = chart_dataset(asked, computed).isel(cell=0)
-    return found.drop_vars([name for name in found.coords if name != "parameter"]).assign_coords(
+    return found.drop_vars([name for name in found.coords if name not in ("parameter", "wheelset")]).assign_coords(
         value=("parameter", np.array([here[path][0] for path in parameters]))
     )

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.describe.irregularity.course import Course
+from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
 from wheeltapper.lower import ellipse
 from wheeltapper.lower.ellipse import FactorSlopes
@@ -36,7 +37,7 @@ hundreds of waves, whose phase changes with the number of waves."""
 class Courses:
     """The courses of a scenario (`base`, if they exist already) and of neighbours that differ in one field."""
 
-    def __init__(self, scenario: Scenario, path: str, base: list[Course] | None = None) -> None:
+    def __init__(self, scenario: Scenario, path: str, base: list[Course] | None = None, ahead: float = 0.0) -> None:
         held = float(Fields(scenario)(path))
         self.step = STEP * (abs(held) or 1e-2)
         radius = float(scenario.vehicle.radius)
@@ -47,10 +48,11 @@ class Courses:
             if path.startswith("irregularity."):
                 _, index, *rest = path.split(".")
                 items = tuple(
-                    _with_field(item, rest, value) if i == int(index) else item for i, item in enumerate(items)
+                    with_field(item, rest, value) if i == int(index) else item for i, item in enumerate(items)
                 )
-            self._near[k] = [item.course(value if path == "vehicle.radius" else radius) for item in items]
-        self.base = base or [item.course(radius) for item in scenario.irregularities]
+            near = value if path == "vehicle.radius" else radius
+            self._near[k] = [_moved(item.course(near), ahead) for item in items]
+        self.base = base or [_moved(item.course(radius), ahead) for item in scenario.irregularities]
         self._place = {id(s): (i, j) for i, course in enumerate(self.base) for j, s in enumerate(course.stretches)}
 
     def stretch_away(self, placed: PlacedStretch, k: int) -> PlacedStretch:
@@ -94,14 +96,21 @@ class Courses:
         return float(self.central_difference(lambda k: self._near[k][i].period))
 
 
-def _with_field(value: Any, rest: list[str], new: float) -> Any:
+def _moved(course: Course, ahead: float) -> Course:
+    return course.moved(ahead) if ahead else course
+
+
+def with_field(value: Any, rest: list[str], new: float) -> Any:
+    """Return a noun, or nouns, with another number at a path; nothing is checked, as steps may lead beyond a bound."""
     if not rest:
         return new
     head, *deeper = rest
+    if isinstance(value, Placement):
+        return Placement(value | {head: with_field(value[head], deeper, new)})
     if head.isdigit():
         i = int(head)
-        return (*value[:i], _with_field(value[i], deeper, new), *value[i + 1 :])
-    return value.model_copy(update={head: _with_field(getattr(value, head), deeper, new)})
+        return (*value[:i], with_field(value[i], deeper, new), *value[i + 1 :])
+    return value.model_copy(update={head: with_field(getattr(value, head), deeper, new)})
 
 
 def _tangent_nodes(rows: FloatArray) -> FloatArray:
@@ -130,7 +139,7 @@ def _write_polynomials(rows: FloatArray, nodes: FloatArray, values: FloatArray, 
         out[i, source : source + DEGREE + 1] = line.convert(domain=own, window=[-1, 1]).coef[: DEGREE + 1]
 
 
-def table_tangent(scenario: Scenario, path: str, table: PathTable) -> FloatArray:
+def table_tangent(scenario: Scenario, path: str, table: PathTable, ahead: float = 0.0) -> FloatArray:
     """Return the derivatives of a table's pieces with respect to a field that shapes the path.
 
     Parameters
@@ -141,9 +150,11 @@ def table_tangent(scenario: Scenario, path: str, table: PathTable) -> FloatArray
         Path of the field.
     table
         Table of the path of the wheel.
+    ahead
+        How far the irregularities are moved forward in the table, m.
     """
     rolled = table.origin
-    changing = Courses(scenario, path, rolled.all if rolled else None)
+    changing = Courses(scenario, path, rolled.all if rolled else None, ahead)
     factor_slopes = ellipse.factor_slopes(scenario.contact, scenario.vehicle, path)
     rows = table.rows
     out = np.zeros_like(rows)

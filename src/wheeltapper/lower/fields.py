@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wheeltapper.describe.placement import Placement
 from wheeltapper.describe.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
@@ -27,5 +28,8 @@ class Fields:
             return self.changed[path]
         value: Any = self.scenario
         for part in path.split("."):
-            value = value[int(part)] if part.isdigit() else getattr(value, part)
+            if isinstance(value, Placement):
+                value = value[part]
+            else:
+                value = value[int(part)] if part.isdigit() else getattr(value, part)
         return value

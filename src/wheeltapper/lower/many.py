@@ -38,7 +38,7 @@ EPSILON = 1e-30
 """Imaginary step of complex-step derivatives. It is so small that its square vanishes beside any real part."""
 
 
-def _shapes_the_path(scenario: Scenario, path: str) -> bool:
+def shapes_the_path(scenario: Scenario, path: str) -> bool:
     """Return True if a field may change the path of the wheel's centre, or the factor on the contact force along it."""
     if path.startswith("irregularity."):
         return True
@@ -97,7 +97,7 @@ class LoweredCells:
         self.scenario, self.changed, self._tabled = scenario, changed, tabled
         self.method, self._method = method, METHODS[method]
         self._kinds, self._reference = self._similar_fields()
-        self._shaping = [path for path in changed if path not in self._kinds and _shapes_the_path(scenario, path)]
+        self._shaping = [path for path in changed if path not in self._kinds and shapes_the_path(scenario, path)]
         self._shaped, self._owner, self._said = self._lowered_tables()
         tables = [shaped.table for shaped in self._shaped]
         numbers, units = numbers_of(self._field_value, self._cell_placing(self._field_value), self._method)

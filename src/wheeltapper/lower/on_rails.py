@@ -75,6 +75,8 @@ class LoweredOnRails:
         Units of the program in m and s.
     force
         Force of a wheelset for a force of one of the program, N: the number of rails.
+    paths
+        Tables of the wheelsets' paths.
     """
 
     program: general.Task
@@ -86,6 +88,7 @@ class LoweredOnRails:
     notes: tuple[Note, ...]
     force: float
     anomalies: Anomalies = NONE
+    paths: tuple[PathTable, ...] = ()
     length: float = 1.0
     time: float = 1.0
 
@@ -107,7 +110,7 @@ def lower_on_rails(scenario: Scenario, method: str = "default") -> LoweredOnRail
         said = (*said, SUDDEN)
     return LoweredOnRails(
         task, vehicle.plane, under.modes, under.seat, vehicle.static_force, vehicle.contact_constant, said,
-        float(vehicle.plane.rails), under.anomalies,
+        float(vehicle.plane.rails), under.anomalies, tuple(tables),
     )  # fmt: skip
 
 
@@ -141,7 +144,7 @@ def on_wheels(scenario: Scenario) -> OnWheels:
     plane = scenario.vehicle.plane
     rails = float(plane.rails)
     forces = np.array([wheelset.weight for wheelset in plane.wheelsets])
-    laws = [_law(scenario, wheelset, rails) for wheelset in plane.wheelsets]
+    laws = [law_of(scenario, wheelset, rails) for wheelset in plane.wheelsets]
     shapes = np.eye(len(plane.freedoms), len(plane.wheelsets))
     bodies = general.Bodies(
         plane.mass / rails, plane.damping / rails, plane.stiffness / rails, shapes, shapes @ forces / rails
@@ -276,7 +279,7 @@ def contacts_of(tables: Sequence[PathTable], vehicle: OnWheels, seat: float) -> 
     )
 
 
-def _law(scenario: Scenario, wheelset: Wheelset, rails: float) -> tuple[general.Law, float, tuple[Note, ...]]:
+def law_of(scenario: Scenario, wheelset: Wheelset, rails: float) -> tuple[general.Law, float, tuple[Note, ...]]:
     """Return the law of one rail's part of a wheelset's contact, the wheelset's constant, and notes on the law."""
     contact = scenario.contact
     if isinstance(contact, Law):

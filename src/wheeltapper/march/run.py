@@ -50,9 +50,11 @@ if TYPE_CHECKING:
 
     from wheeltapper.march import ensemble, gradients, orbits
     from wheeltapper.march.general.ensemble import MarchedCells
+    from wheeltapper.march.general.gradients import Tangents as RailTangents
     from wheeltapper.march.general.integrals import Pressing, Works
     from wheeltapper.march.general.replay import Modes, Replayed
     from wheeltapper.march.general.task import Marched
+    from wheeltapper.march.general.turned import SystemTurn
     from wheeltapper.march.multibody import MultibodyMarch
     from wheeltapper.march.single import March
 
@@ -147,7 +149,7 @@ TRACK = Question("track", "what rail, sleepers and ballast do", (GENERAL,), requ
 COMFORT = Question("comfort", "ride comfort", (WAGON,))
 GUIDANCE = Question("guidance", "guiding forces, Y/Q and T-gamma", (WAGON,))
 SWEEP = Question("sweep", "features over many cells", (WHEEL, GENERAL), frozenset({ANOMALY}))
-GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL,))
+GRADIENT = Question("gradient", "exact derivatives of features", (WHEEL, GENERAL), frozenset({ANOMALY}))
 BORDER = Question("border", "where contact begins to be lost", (WHEEL, UNDAMPED), frozenset({ANOMALY}))
 MOTION_AT = Question("motion_at", "force and deck's acceleration at given times", WHEELS)
 TRAJECTORY = Question("trajectory", "these with exact derivatives", (WHEEL,), others=("simulate", "motion_at"))
@@ -412,6 +414,27 @@ def extremes_on_rails(found: Marched) -> tuple[float, float]:
     from wheeltapper.march.general.integrals import extremes
 
     return extremes(found.found, found.end)
+
+
+def rail_tangents(found: Marched, turns: list[SystemTurn]) -> RailTangents:
+    """Return the derivatives of a general march along some directions."""
+    from wheeltapper.march.general.gradients import tangents
+
+    return tangents(found.found, turns)
+
+
+def rail_tangents_are_ready(found: Marched) -> bool:
+    """Return False where finding them begins with compiling."""
+    from wheeltapper.march.general.gradients import is_ready
+
+    return is_ready(found.found)
+
+
+def rail_impulse_rates(found: Marched, rates: RailTangents, contact: int) -> FloatArray:
+    """Return the derivatives of the impulses of a contact from each impact to the next loss, (impacts, directions)."""
+    from wheeltapper.march.general.gradients import impulse_rates
+
+    return impulse_rates(found.found, rates, contact)
 
 
 # -- many cells, and derivatives --------------------------------------------------------------------------------------

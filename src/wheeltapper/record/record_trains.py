@@ -122,6 +122,7 @@ def _wheelset_motion(record: Record, times: FloatArray) -> tuple[FloatArray, Flo
     """Return displacement and velocity, upwards, of the wheelsets at some times, each (times, wheelsets)."""
     found = record.at(times)
     if "body" not in found.coords:
-        return found.wheel_displacement.values[:, None], found.wheel_velocity.values[:, None]
+        height, speed = (one.values.reshape(len(times), -1) for one in (found.wheel_displacement, found.wheel_velocity))
+        return height, speed
     wheelsets = {"body": [name for name in found.body.values if name.startswith("wheelset ")], "motion": MOTIONS[2]}
     return found.displacement.sel(wheelsets).values, found.velocity.sel(wheelsets).values

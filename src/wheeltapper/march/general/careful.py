@@ -502,7 +502,7 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
             return status
         if to > theta:
             if shared:
-                k = _share(k, to, nodes, macro, q, rows[counts[ROWS_NOW] - 1], room, sums)
+                k = share_part(k, to, nodes, macro, q, rows[counts[ROWS_NOW] - 1], room, sums)
             room.moments[:q] = room.after[:q]
         fresh = place[layout.FREE_NOW] == FLYING
         theta = to
@@ -534,7 +534,7 @@ def sigmas_of(theta: FloatArray, index: IntArray, rows: FloatArray, out: FloatAr
 
 
 @kernel
-def _share(k: int, to: float, nodes: Nodes, macro: Nodes, q: int, row: FloatArray, room: Room, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
+def share_part(k: int, to: float, nodes: Nodes, macro: Nodes, q: int, row: FloatArray, room: Room, sums: FloatArray) -> int:  # fmt: skip  # noqa: E501
     """Write the moments up to the macro nodes in a solved part, from node k on; return the first node behind it."""
     n = len(nodes.places)
     first = k

@@ -110,7 +110,7 @@ def map_nodes(
 
 
 @kernel
-def _rates(n: int, slopes: FloatArray, began: float, seconds: float, room: Room) -> None:
+def rates(n: int, slopes: FloatArray, began: float, seconds: float, room: Room) -> None:
     """Write the indentation's rate at the nodes, from its polynomial through the start and the nodes."""
     for k in range(n):
         total = slopes[k, layout.BEGIN] * began
@@ -120,7 +120,7 @@ def _rates(n: int, slopes: FloatArray, began: float, seconds: float, room: Room)
 
 
 @inlined_kernel
-def _jacobian(n: int, slopes: FloatArray, seconds: float, rated: bool, room: Room) -> None:
+def jacobian(n: int, slopes: FloatArray, seconds: float, rated: bool, room: Room) -> None:
     """Write the derivative of the residual by the indentations in J."""
     for i in range(n):
         for j in range(n):
@@ -168,7 +168,7 @@ def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: floa
     size = TOO_FAR
     for turn in range(MOST_ITERATIONS):
         if rated:
-            _rates(n, slopes, began, seconds, room)
+            rates(n, slopes, began, seconds, room)
         forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
         for i in range(n):
             total = room.d[i] - room.delta[i] - room.r[i] * room.N[i]
@@ -176,7 +176,7 @@ def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: floa
                 total -= room.K[i, j] * room.N[j]
             room.F[i] = total
         if turn == 0 or size > KEEPS_MATRIX:
-            _jacobian(n, slopes, seconds, rated, room)
+            jacobian(n, slopes, seconds, rated, room)
             factorise(room.J, n)
         solve_factorised(room.J, n, room.F)
         before = size
@@ -189,7 +189,7 @@ def newton(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began: floa
         converged = size < tolerance or (size < KEEPS_MATRIX and size * size < tolerance * before)
         if converged or (size < STAGNANT and size >= 0.5 * before):
             if rated:
-                _rates(n, slopes, began, seconds, room)
+                rates(n, slopes, began, seconds, room)
             forces(law, table, n, room.delta, room.rate, room.factor, room.N, room.slope, room.viscous)
             return True
     return False
@@ -201,11 +201,11 @@ def newton_apart(n: int, nodes: Nodes, law: FloatArray, table: FloatArray, began
     return newton(n, nodes, law, table, began, seconds, tolerance, room)
 
 
-@kernel
-def solve_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: float, s1: float, again: bool, tolerance: float, site: Site, room: Room) -> bool:  # fmt: skip  # noqa: E501
-    """Solve for the forces of one part; write the moments at its end. `again`: δ holds a good guess.
+@inlined_kernel
+def pose_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: float, s1: float, site: Site, room: Room) -> None:  # fmt: skip  # noqa: E501
+    """Write what the problem of one part consists of at its nodes: θ, its pace, D without the force, r, factor, and K.
 
-    `room.free` and `room.moments` hold D's coefficients and the moments at the part's start.
+    `room.free` holds D's coefficients at the part's start.
     """
     n = len(nodes.places)
     map_nodes(n, nodes.places, how, origin, span, s0, s1, room)
@@ -233,6 +233,17 @@ def solve_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: f
             for m in range(q):
                 total += room.T[k, m] * P[i, m]
             room.K[k, i] = total * nodes.integrals[k, i] * room.pace[i]
+
+
+@kernel
+def solve_part(nodes: Nodes, q: int, how: int, origin: float, span: float, s0: float, s1: float, again: bool, tolerance: float, site: Site, room: Room) -> bool:  # fmt: skip  # noqa: E501
+    """Solve for the forces of one part; write the moments at its end. `again`: δ holds a good guess.
+
+    `room.free` and `room.moments` hold D's coefficients and the moments at the part's start.
+    """
+    n = len(nodes.places)
+    pose_part(nodes, q, how, origin, span, s0, s1, site, room)
+    P = room.P
     if not again:
         for k in range(n):
             room.delta[k] = room.d[k]

@@ -313,13 +313,19 @@ def rest_of(system: System) -> Rest:
     return Rest(amplitudes, deflections)
 
 
-def equilibrium(system: System, data: Data, static: FloatArray, units: Units, rest: Rest) -> Start:
-    """Return the joint static state of all contacts and the track, the bodies' springs unstretched."""
-    wheels = len(system.wheels)
+def static_indentations(data: Data, static: FloatArray, units: Units) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the indentations at rest, in units of length, the paths' heights there, and the factors on the forces."""
     height, factor = path_at_start(data, units)
     delta = np.array([
         indentation_of(force / units.force, data.laws[i], data.table, factor[i]) for i, force in enumerate(static)
     ])  # fmt: skip
+    return delta, height, factor
+
+
+def equilibrium(system: System, data: Data, static: FloatArray, units: Units, rest: Rest) -> Start:
+    """Return the joint static state of all contacts and the track, the bodies' springs unstretched."""
+    wheels = len(system.wheels)
+    delta, height, _ = static_indentations(data, static, units)
     force = np.append(static, _forces_of_ports(system, rest, static))
     offsets = (delta - height[:wheels]) * units.length + (rest.deflections @ force)[:wheels]
     offsets = np.append(offsets, [-port.gap for port in system.ports])

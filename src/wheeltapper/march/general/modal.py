@@ -75,3 +75,62 @@ def add_turned_back(factor: FloatArray, more_re: FloatArray, more_im: FloatArray
     for n in range(len(re)):
         re[n] += more_re[n] * real[n] + more_im[n] * imaginary[n]
         im[n] += more_im[n] * real[n] - more_re[n] * imaginary[n]
+
+
+@kernel
+def read_modes_of_all(rows: FloatArray, first: IntArray, modes: FloatArray, c: FloatArray) -> None:
+    """Do as `read_modes` for several amplitudes, (many, 2, modes), three at a time: c is (many, q)."""
+    many = len(modes)
+    for one in range(0, many, 3):
+        two = min(one + 1, many - 1)
+        three = min(one + 2, many - 1)
+        for m in range(c.shape[1]):
+            begin = first[m]
+            real, imaginary = rows[m, RE, begin:], rows[m, IM, begin:]
+            x1, y1 = modes[one, RE, begin:], modes[one, IM, begin:]
+            x2, y2 = modes[two, RE, begin:], modes[two, IM, begin:]
+            x3, y3 = modes[three, RE, begin:], modes[three, IM, begin:]
+            total1, total2, total3 = 0.0, 0.0, 0.0
+            for n in range(len(x1)):
+                total1 += real[n] * x1[n] + imaginary[n] * y1[n]
+                total2 += real[n] * x2[n] + imaginary[n] * y2[n]
+                total3 += real[n] * x3[n] + imaginary[n] * y3[n]
+            c[one, m] += total1
+            if two > one:
+                c[two, m] += total2
+            if three > two:
+                c[three, m] += total3
+
+
+@kernel
+def _write_three(
+    first: FloatArray, second: FloatArray, a1: float, b1: float, a2: float, b2: float, a3: float, b3: float,
+    x1: FloatArray, x2: FloatArray, x3: FloatArray,
+) -> None:  # fmt: skip
+    for n in range(len(x1)):
+        x1[n] += a1 * first[n] + b1 * second[n]
+        x2[n] += a2 * first[n] + b2 * second[n]
+        x3[n] += a3 * first[n] + b3 * second[n]
+
+
+@kernel
+def write_modes_of_all(rows: FloatArray, first: IntArray, moments: FloatArray, modes: FloatArray) -> None:
+    """Do as `write_modes` for several moments, (many, q), and amplitudes, (many, 2, modes), three at a time."""
+    many, q = moments.shape
+    for one in range(0, many, 3):
+        if one + 2 >= many:
+            for left in range(one, many):
+                write_modes(rows, first, moments[left], modes[left, RE], modes[left, IM])
+            break
+        for m in range(0, q, 2):
+            other = min(m + 1, q - 1)
+            begin = first[m]
+            pair = 1.0 if other > m else 0.0
+            a1, b1 = moments[one, m], pair * moments[one, other]
+            a2, b2 = moments[one + 1, m], pair * moments[one + 1, other]
+            a3, b3 = moments[one + 2, m], pair * moments[one + 2, other]
+            for part in range(2):
+                _write_three(
+                    rows[m, part, begin:], rows[other, part, begin:], a1, b1, a2, b2, a3, b3,
+                    modes[one, part, begin:], modes[one + 1, part, begin:], modes[one + 2, part, begin:],
+                )  # fmt: skip

@@ -171,7 +171,7 @@ def _sampled(rows: Rows, step: IntArray, theta: FloatArray) -> _At:
             (coefficients @ np.linalg.matrix_power(by_sigma, order) * values[:, :count]).sum(axis=1)
             for order in range(3)
         )
-        pace, turn = _pace_at(rows.rows[own], sigma[some])
+        pace, turn = pace_at(rows.rows[own], sigma[some])
         moves = np.abs(pace) > STILL
         rate[some[moves]] = slope[moves] / pace[moves]
         bend[some[moves]] = (curve[moves] - rate[some[moves]] * turn[moves]) / pace[moves] ** 2
@@ -182,7 +182,7 @@ def _sampled(rows: Rows, step: IntArray, theta: FloatArray) -> _At:
     return _At(np.maximum(force, 0.0), rate, bend, moments)
 
 
-def _pace_at(rows: FloatArray, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
+def pace_at(rows: FloatArray, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return dθ/dσ and d²θ/dσ² at one σ of each row."""
     how, span = rows[:, layout.ROW_MAP], rows[:, layout.ROW_SPAN]
     width = rows[:, layout.ROW_S1] - rows[:, layout.ROW_S0]

@@ -52,14 +52,13 @@ def _read(step: int, i: int, tables: Tables, motion: Motion, stage: Stage) -> No
     if i == 0:
         read_modes(rows, tables.first, motion.modes[RE], motion.modes[IM], c)
     else:
-        turned(
-            tables.turns[_ahead(step, i, tables)], motion.modes[RE], motion.modes[IM], stage.modes[RE], stage.modes[IM]
-        )
+        ahead = tables.turns[bays_ahead(step, i, tables)]
+        turned(ahead, motion.modes[RE], motion.modes[IM], stage.modes[RE], stage.modes[IM])
         read_modes(rows, tables.first, stage.modes[RE], stage.modes[IM], c)
 
 
 @inlined_kernel
-def _ahead(step: int, i: int, tables: Tables) -> int:
+def bays_ahead(step: int, i: int, tables: Tables) -> int:
     """Return how many bays a contact is ahead of the first one."""
     phases = tables.reads.shape[1]
     own = tables.bay[i] + (tables.phase[i] + step) // phases
@@ -68,7 +67,7 @@ def _ahead(step: int, i: int, tables: Tables) -> int:
 
 
 @inlined_kernel
-def _write(step: int, tables: Tables, motion: Motion, stage: Stage, spare: FloatArray) -> None:
+def write_step(step: int, tables: Tables, motion: Motion, stage: Stage, spare: FloatArray) -> None:
     """Move modes and bodies over the macro step."""
     contacts = len(motion.contacts)
     states = len(motion.bodies)
@@ -97,7 +96,7 @@ def _write(step: int, tables: Tables, motion: Motion, stage: Stage, spare: Float
         else:
             stage.modes[:] = 0.0
             write_modes(rows, tables.first, stage.moments[i], stage.modes[RE], stage.modes[IM])
-            add_turned_back(tables.turns[_ahead(step, i, tables)], stage.modes[RE], stage.modes[IM], re, im)
+            add_turned_back(tables.turns[bays_ahead(step, i, tables)], stage.modes[RE], stage.modes[IM], re, im)
     if (tables.phase[BEGIN] + step + 1) % phases == 0:
         turn(tables.turns[1 % tables.turns.shape[0]], re, im)
 
@@ -108,7 +107,7 @@ def write_kernel(first: int, last: int, tables: Tables, motion: Motion, stage: S
     spare = np.zeros(max(32, len(motion.bodies)))
     for step in range(first, last):
         stage.moments[:] = moments[step]
-        _write(step, tables, motion, stage, spare)
+        write_step(step, tables, motion, stage, spare)
 
 
 @inlined_kernel
@@ -283,6 +282,6 @@ def march_kernel(first: int, last: int, tables: Tables, data: Data, motion: Moti
                 logs.gaps[begun, i, m] = stage.c[i, m]
                 logs.moments[begun, i, m] = stage.moments[i, m]
             commit(step, i, data, motion, stage, logs, room)
-        _write(step, tables, motion, stage, room.spare)
+        write_step(step, tables, motion, stage, room.spare)
         used[layout.LOGGED_STEPS] = step + 1
     return contract.RUNNING

@@ -6,6 +6,7 @@ share their tables of modes. Units of length and force make the tables' numbers 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import ceil
 from typing import Any, NamedTuple
 
@@ -172,7 +173,7 @@ def _split(values: ComplexArray, sign: float) -> FloatArray:
     return np.stack([values.real, sign * values.imag], axis=-2)
 
 
-class _RingTables(NamedTuple):
+class RingTables(NamedTuple):
     """Of one set: at the nodes of all phases, (phases, q, modes) complex, and of the residual (phases, q)."""
 
     shows: ComplexArray
@@ -180,7 +181,8 @@ class _RingTables(NamedTuple):
     residual: FloatArray
 
 
-def _ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: Nodes) -> _RingTables:
+def ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: Nodes) -> RingTables:
+    """Return one set of tables."""
     q = len(nodes.places)
     along = part + grid.stride * (grid.first + np.arange(grid.rows)[:, None] + nodes.places)
     laps = np.floor(along / ring.spacing)
@@ -196,28 +198,34 @@ def _ring_tables(ring: Ring, order: IntArray, grid: Grid, part: float, nodes: No
     shows *= ring.weights[order] * growth
     takes *= grid.seconds / growth
     residual = compliance_at(ring, x).reshape(grid.rows, q)
-    return _RingTables(shows, takes, residual)
+    return RingTables(shows, takes, residual)
 
 
-def _sets(ring: Ring, order: IntArray, grid: Grid, nodes: Nodes) -> list[_RingTables]:
-    """Return all sets of tables; at speed zero those of each contact, as seen from the bay of the first one."""
+def sets_of(ring: Ring, order: IntArray, grid: Grid, made_at: Callable[[float], RingTables]) -> list[RingTables]:
+    """Return the tables of all sets; at speed zero those of each contact, as seen from the bay of the first one."""
     if grid.stride > 0.0:
-        return [_ring_tables(ring, order, grid, part, nodes) for part in _parts_of(grid)[0]]
+        return [made_at(part) for part in parts_of(grid)[0]]
     made = []
     for bay, part in zip(grid.whole, grid.part, strict=True):
-        one = _ring_tables(ring, order, grid, part, nodes)
+        one = made_at(part)
         turn = np.exp(1j * np.angle(ring.turns[order]) * (bay - grid.whole[0]))
-        made.append(_RingTables(one.shows * turn, one.takes / turn, one.residual))
+        made.append(RingTables(one.shows * turn, one.takes / turn, one.residual))
     return made
 
 
-def _parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
+def parts_of(grid: Grid) -> tuple[FloatArray, IntArray]:
     """Return the different parts of a step at which contacts begin, m, and which of them each contact has."""
     if grid.stride == 0.0:
         return grid.part, np.arange(len(grid.part))
     same = SAME_PHASE * grid.stride
     parts, sets = np.unique(np.round(grid.part / same) * same, return_inverse=True)
     return parts, sets.astype(np.int64)
+
+
+def phases_and_bays(grid: Grid) -> tuple[IntArray, IntArray]:
+    """Return where in a bay each contact begins, in macro steps, and in which bay."""
+    phase, bay = (grid.whole - grid.first) % grid.phases, grid.whole // grid.phases
+    return phase, np.full_like(bay, bay[0]) if grid.stride == 0.0 else bay
 
 
 def _products(shows: ComplexArray, takes: ComplexArray) -> FloatArray:
@@ -280,20 +288,18 @@ def track_tables(system: System, method: Method, units: Units, duration: float =
     nodes = gauss_nodes(method.nodes)
     q, contacts = method.nodes, len(system.contacts)
     grid = grid_of(system, method, duration)
-    sets = _parts_of(grid)[1]
+    sets = parts_of(grid)[1]
     g = np.zeros((contacts, contacts, grid.rows, q, q))
     residual = np.zeros((contacts, grid.rows, q))
     modal = _no_modes(q, grid.rows)
-    phase, bay = (grid.whole - grid.first) % grid.phases, grid.whole // grid.phases
-    if grid.stride == 0.0:
-        bay = np.full_like(bay, bay[0])
+    phase, bay = phases_and_bays(grid)
     if system.ring is not None:
         ring = system.ring
         order = np.argsort(np.abs(ring.rates), kind="stable")
-        made = _sets(ring, order, grid, nodes)
+        made = sets_of(ring, order, grid, lambda part: ring_tables(ring, order, grid, part, nodes))
         fixed = [_fixed_tables(ring, order, grid, port, nodes) for port in system.ports]
-        modal = _modal_tables(ring, order, grid, made, fixed, nodes, method, units)
-        _ring_kernels(ring, order, made, sets, phase, bay, fixed, g, residual)
+        modal = modal_tables(ring, order, grid, made, fixed, nodes, method, units)
+        ring_kernels(ring, order, made, sets, phase, bay, fixed, g, residual)
     scale = units.force / units.length
     g *= scale
     residual *= scale
@@ -350,10 +356,11 @@ def _no_modes(q: int, phases: int) -> ModalTables:
     return ModalTables(empty, empty.copy(), np.zeros(q, np.int64), np.zeros((2, 0)), np.zeros((1, 2, 0)), none, none)
 
 
-def _modal_tables(
-    ring: Ring, order: IntArray, grid: Grid, made: list[_RingTables], fixed: list[_RingTables], nodes: Nodes,
+def modal_tables(
+    ring: Ring, order: IntArray, grid: Grid, made: list[RingTables], fixed: list[RingTables], nodes: Nodes,
     method: Method, units: Units,
 ) -> ModalTables:  # fmt: skip
+    """Return the Legendre coefficients of what modes show and take, in the units of the march."""
     number: Any = np.float32 if method.single and len(order) > FEW_MODES else np.float64
     rates = ring.rates[order]
     decay = np.exp(rates * grid.seconds)
@@ -377,17 +384,17 @@ def _modal_tables(
     )  # fmt: skip
 
 
-def _fixed_tables(ring: Ring, order: IntArray, grid: Grid, port: Port, nodes: Nodes) -> _RingTables:
+def _fixed_tables(ring: Ring, order: IntArray, grid: Grid, port: Port, nodes: Nodes) -> RingTables:
     """Return the tables of a contact that stays where it is, as of one place."""
     growth = np.exp(np.multiply.outer(nodes.places * grid.seconds, ring.rates[order]))
     shows = ring.weights[order] * port.deflection[order] * growth
     takes = port.drive[order] * grid.seconds / growth
-    return _RingTables(shows[None], takes[None], np.full((1, len(nodes.places)), port.residual))
+    return RingTables(shows[None], takes[None], np.full((1, len(nodes.places)), port.residual))
 
 
-def _ring_kernels(
-    ring: Ring, order: IntArray, made: list[_RingTables], sets: IntArray, phase: IntArray, bay: IntArray,
-    fixed: list[_RingTables], g: FloatArray, residual: FloatArray,
+def ring_kernels(
+    ring: Ring, order: IntArray, made: list[RingTables], sets: IntArray, phase: IntArray, bay: IntArray,
+    fixed: list[RingTables], g: FloatArray, residual: FloatArray,
 ) -> None:  # fmt: skip
     """Write what forces at the nodes of each contact do at those of each other, for all places of the first one."""
     phases = g.shape[2]

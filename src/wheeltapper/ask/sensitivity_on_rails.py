@@ -1,0 +1,150 @@
+"""Exact derivatives of features of runs on rails."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.ask import cells as status_of
+from wheeltapper.ask.cells import ComputedCells
+from wheeltapper.ask.sensitivity import Rates, derivatives
+from wheeltapper.ask.study import Study
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.notes import Shared
+from wheeltapper.ground.outcome import Outcome
+from wheeltapper.ground.progress import progress_counter
+from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.many import EPSILON
+from wheeltapper.lower.turns_on_rails import turn_along
+from wheeltapper.march import program as contract
+from wheeltapper.march import run
+from wheeltapper.record.kinds import kind_of
+from wheeltapper.record.record import Record
+from wheeltapper.record.record_trains import trains_of
+from wheeltapper.record.simulate import say_that_it_compiles
+from wheeltapper.record.trains import Trains
+
+if TYPE_CHECKING:
+    from wheeltapper.lower.on_rails import LoweredOnRails
+    from wheeltapper.march.general.gradients import Tangents
+    from wheeltapper.march.general.task import Marched
+    from wheeltapper.march.general.turned import SystemTurn
+
+FloatArray = NDArray[np.float64]
+AT_ONCE = 4
+"""Parameters that are carried along at a time."""
+OF_TIME, OF_SIZE = range(2)
+
+
+def slopes_on_rails(asked: Study, changed: dict[str, FloatArray]) -> ComputedCells:
+    """Compute some cells of a study on rails, one after the other: features and their derivatives."""
+    count, parts = progress_counter("cells", len(next(iter(changed.values())))), []
+    for values in zip(*changed.values(), strict=True):
+        beside = {
+            path: value for path, value in zip(changed, values, strict=True) if value != Fields(asked.scenario)(path)
+        }
+        parts.append(_slopes_of(asked, asked.scenario.replaced(beside) if beside else asked.scenario))
+        count(1)
+    return ComputedCells.joined_parts(parts)
+
+
+def _slopes_of(asked: Study, scenario: Scenario) -> ComputedCells:
+    """Compute one cell; the trains of its wheelsets are like those of cells."""
+    lowered: LoweredOnRails = kind_of(scenario).lower(scenario, asked.method)
+    turns = [turn_along(scenario, path, lowered) for path in asked.gradient]
+    if not run.is_ready(lowered.program):
+        say_that_it_compiles(run.GENERAL.name)
+    marched = run.march(lowered.program)
+    record = Record(scenario, asked.method, lowered, marched)
+    if not run.rail_tangents_are_ready(marched):
+        say_that_it_compiles("the tangents on rails")
+    trains, whole = trains_of(record, asked.needs_tally), record.outcome is Outcome.COMPLETED
+    wheels, amplification = trains.cell_count, np.nan
+    values = np.full((len(asked.features), wheels), np.nan)
+    gradient = np.full((len(asked.features), len(turns), wheels), np.nan)
+    for first in range(0, len(turns) if whole else 0, AT_ONCE):
+        group = turns[first : first + AT_ONCE]
+        found = run.rail_tangents(marched, group)
+        amplification = _amplification(lowered, marched, found)
+        for lane, turn in enumerate(group, first):
+            rates = _rates(trains, lowered, marched, found, lane - first)
+            ends = float(asked.gradient[lane] == "duration")
+
+            def tilted(gap: float, rates: Rates = rates, ends: float = ends, turn: SystemTurn = turn) -> Trains:
+                return _tilted(trains, rates.known(gap), ends, turn.static * lowered.force)
+
+            for row, (value, slope) in enumerate(derivatives(asked.features, tilted, rates.has_gaps)):
+                values[row], gradient[row, lane] = value, slope
+    trust = status_of.EXACT
+    if _gentlest(lowered, marched) < GRAZING:
+        trust = status_of.GRAZING
+    elif amplification > asked.chaos_limit:
+        trust = status_of.NEAR_CHAOTIC
+    each = *asked.wheel_shape, 1
+    return ComputedCells(
+        values.reshape(len(asked.features), *each), status_of.STATUS_OF_MARCH[[marched.status]],
+        gradient.reshape(len(asked.features), len(turns), *each), np.array([trust]), np.array([amplification]),
+        tuple(Shared(note, 1) for note in record.notes),
+    )  # fmt: skip
+
+
+GRAZING = 1e-3
+"""Rate of indentation at an event, in static indentations and the time sqrt(m·δ0/N0), below which a derivative means
+nothing."""
+
+
+def _rates(trains: Trains, lowered: LoweredOnRails, marched: Marched, found: Tangents, lane: int) -> Rates:
+    """Return derivatives along one direction in the order of the trains."""
+    by_train = np.argsort(marched.events[:, contract.EVENT_CONTACT], kind="stable")
+    of_peaks = np.argsort(marched.peaks[:, contract.PEAK_CONTACT], kind="stable")
+    events, peaks = found.events[by_train, :, lane], found.peaks[of_peaks, :, lane].copy()
+    peaks[:, OF_SIZE] *= lowered.force
+    cells, tally = trains.cell_count, trains.marched.impulses is not None
+    impulses = np.full(len(events) if tally else 0, np.nan)
+    first = 0
+    for contact in range(cells if tally else 0):
+        own = run.rail_impulse_rates(marched, found, contact)[:, lane] * lowered.force
+        impulses[first : first + len(own)] = own
+        first += int(np.sum(marched.events[:, contract.EVENT_CONTACT] == contact))
+    return Rates(events, peaks, np.full(cells if tally else 0, np.nan), impulses)
+
+
+def _tilted(trains: Trains, rates: Rates, ends: float, static: FloatArray) -> Trains:
+    """Return trains with their derivatives along one direction as imaginary parts."""
+    marched = trains.marched
+    events, peaks = marched.events.astype(complex), marched.peaks.astype(complex)
+    events[:, [contract.EVENT_TIME, contract.EVENT_RATE]] += 1j * EPSILON * rates.events
+    peaks[:, [contract.PEAK_TIME, contract.PEAK_FORCE]] += 1j * EPSILON * rates.peaks
+    changed: Any = {"events": events, "peaks": peaks, "end": marched.end + 1j * EPSILON * ends}
+    if marched.impulses is not None and marched.highest is not None:
+        changed["impulses"] = marched.impulses + 1j * EPSILON * rates.impulses
+        changed["highest"] = marched.highest + 1j * EPSILON * rates.highest
+    units: Any = type(trains.units)(
+        **(vars(trains.units) | {"static_force": trains.units.static_force + 1j * EPSILON * static})
+    )
+    return replace(trains, marched=marched._replace(**changed), units=units)
+
+
+def _gentlest(lowered: LoweredOnRails, marched: Marched) -> float:
+    """Return the smallest rate of indentation at an event, scaled."""
+    of_contact = marched.events[:, contract.EVENT_CONTACT].astype(np.int64)
+    rates = np.abs(marched.events[:, contract.EVENT_RATE]) / _speed_units(lowered, marched)[of_contact]
+    return float(rates.min(initial=np.inf))
+
+
+def _speed_units(lowered: LoweredOnRails, marched: Marched) -> FloatArray:
+    """Return δ0 over the time sqrt(m·δ0/N0) of each wheelset, m/s."""
+    mass = np.diag(lowered.plane.mass)[: len(lowered.static_force)]
+    return np.sqrt(marched.found.prepared.units.length * lowered.static_force / mass)
+
+
+def _amplification(lowered: LoweredOnRails, marched: Marched, found: Tangents) -> float:
+    """Return how much a small change of the start has grown at the end: of all wheels' heights or velocities alike."""
+    length, speed = marched.found.prepared.units.length, float(_speed_units(lowered, marched).mean())
+    freedoms = len(lowered.plane.freedoms)
+    scale = np.repeat([length, speed], freedoms)
+    grown = found.of_starts / scale * np.array([[length], [speed]])
+    return float(np.linalg.svd(grown, compute_uv=False)[0] / np.sqrt(len(lowered.static_force)))

@@ -1,0 +1,117 @@
+"""Derivatives of the system that a scenario on rails is lowered to, with respect to one of its fields.
+
+Matrices of the vehicle, static forces and numbers of the laws are polynomials of a field, or smooth: their central
+differences of sixth order are exact but for rounding. Paths change as everywhere (`bends.py`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wheeltapper.describe.contact.law import Law
+from wheeltapper.describe.placement import Placement, parsed_place
+from wheeltapper.describe.scenario import Scenario
+from wheeltapper.ground.errors import InputError
+from wheeltapper.lower.bends import table_tangent, with_field
+from wheeltapper.lower.fields import Fields
+from wheeltapper.lower.first_order import STEP, WEIGHTS
+from wheeltapper.lower.many import shapes_the_path
+from wheeltapper.lower.on_rails import LoweredOnRails, law_of
+from wheeltapper.march.general.contract import Bodies
+from wheeltapper.march.general.turned import SystemTurn
+
+FloatArray = NDArray[np.float64]
+OFFERED = "a field of the vehicle, the contact or the irregularity, the speed or the duration"
+"""With respect to what features of runs on rails are differentiated."""
+
+
+def turn_along(scenario: Scenario, path: str, lowered: LoweredOnRails) -> SystemTurn:
+    """Return the derivatives of a lowered scenario's system with respect to a field.
+
+    Raises
+    ------
+    InputError
+        If the field changes what is not differentiated on rails.
+    """
+    _check(scenario, path)
+    system = lowered.program.system
+    wheels = len(system.contacts)
+    by = _difference(scenario, path, lowered) if path.startswith(("vehicle.", "contact.")) else None
+    mass, damping, stiffness, static, laws = by or (*(0.0 * one for one in system.bodies[:3]), *np.zeros((2, wheels)))
+    bodies = Bodies(mass, damping, stiffness, 0.0 * system.bodies.shapes, system.bodies.shapes @ static)
+    paths = tuple(_bent(scenario, path, number, lowered) for number in range(1, wheels + 1))
+    return SystemTurn(
+        bodies, static, tuple(np.atleast_1d(laws[i]) for i in range(wheels)), paths, float(path == "speed")
+    )
+
+
+def _check(scenario: Scenario, path: str) -> None:
+    """Refuse fields that change what is not differentiated."""
+    head, *rest = path.split(".")
+    what = ""
+    if head == "track":
+        what = "a field of the track, which changes its modes"
+    elif head == "contact" and isinstance(scenario.contact, Law):
+        what = "a field of a law of one's own, which changes its table"
+    elif head == "vehicle" and (rest[0] == "positions" or rest[-1] == "wheelbase"):
+        what = "a distance between wheelsets, which moves them along the track"
+    elif path == "speed" and scenario.speed == 0.0:
+        what = "a speed of 0 m/s, at which nothing is rolled over"
+    if what:
+        raise InputError("", path, f"{what}: `gradient` does not differentiate with respect to it", OFFERED)
+
+
+def _difference(scenario: Scenario, path: str, lowered: LoweredOnRails) -> tuple[FloatArray, ...]:
+    """Return derivatives of mass, damping, stiffness, static forces and laws of one rail's part of the vehicle."""
+    held = float(Fields(scenario)(path))
+    step, rails = STEP * abs(held) or 1.0, lowered.force
+
+    def numbers_at(k: int) -> tuple[FloatArray, ...]:
+        near = with_field(scenario, path.split("."), held + k * step)
+        plane = near.vehicle.plane
+        weights = np.array([wheelset.weight for wheelset in plane.wheelsets])
+        laws = np.zeros((len(weights), 2))
+        for row, wheelset in zip(laws, plane.wheelsets, strict=True):
+            if not isinstance(scenario.contact, Law):
+                numbers = law_of(near, wheelset, rails)[0].numbers
+                row[: len(numbers)] = numbers
+        return plane.mass / rails, plane.damping / rails, plane.stiffness / rails, weights / rails, laws
+
+    near = {k: numbers_at(k) for k in (*WEIGHTS, *(-k for k in WEIGHTS))}
+    return tuple(
+        np.asarray(sum(weight * (near[k][n] - near[-k][n]) for k, weight in WEIGHTS.items()) / step) for n in range(5)
+    )
+
+
+def _bent(scenario: Scenario, path: str, number: int, lowered: LoweredOnRails) -> FloatArray | None:
+    """Return the derivatives of the pieces of a wheelset's path; None where they do not change."""
+    wheelset = lowered.plane.wheelsets[number - 1]
+    own = _own_path(scenario, path, number)
+    items = scenario.irregularities_on(number, "left")
+    alone = scenario.model_copy(update={"vehicle": wheelset, "irregularity": items})
+    if own is None or not items or not shapes_the_path(alone, own):
+        return None
+    return table_tangent(alone, own, lowered.paths[number - 1], -lowered.plane.positions[number - 1])
+
+
+def _own_path(scenario: Scenario, path: str, number: int) -> str | None:
+    """Return the path of a field for a wheelset alone; None where it is not one of its own."""
+    head, *rest = path.split(".")
+    if head == "vehicle" and rest[0] == "wheelsets":
+        return ".".join(["vehicle", *rest[2:]]) if int(rest[1]) == number - 1 else None
+    if head == "irregularity" and isinstance(scenario.irregularity, Placement):
+        return _own_place(scenario.irregularity, rest, number)
+    return path
+
+
+def _own_place(placement: Placement, rest: list[str], number: int) -> str | None:
+    """Return the path of a field of an irregularity at a place among those that a wheelset meets."""
+    where, index, *field = rest
+    before = 0
+    for place, items in placement.items():
+        meets = parsed_place(place)[0] in (None, number)
+        if place == where:
+            return ".".join(["irregularity", str(before + int(index)), *field]) if meets else None
+        before += len(items) if meets else 0
+    return None

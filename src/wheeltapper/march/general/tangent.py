@@ -1,0 +1,940 @@
+"""Tangents of a march: its logged parts once more, linearised at fixed nodes, along several directions at a time.
+
+A part solves δ + r·N + K·N = d for the indentations δ at its nodes (local.py). At the same nodes a small change of a
+parameter, written Δ, changes them by
+
+    (1 + (r + K)·N_δ)·Δδ = Δd - Δr·N - ΔK·N - (r + K)·N_p,    ΔN = N_δ·Δδ + N_p,
+
+N_δ the law's slope and N_p its direct derivative. The matrix is that of Newton's method, the same in all directions;
+the moments of ΔN change what follows, the modes and the bodies, as those of N do. The ends of parts move, too, but N is
+zero at losses and impacts, so that moments do not feel it. Where the force jumps with the path, or with the factor on
+it, they change by this jump times the way of the joint. Events move by Δθ = -ΔD/D' at fixed moments.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from wheeltapper.march import program as contract
+from wheeltapper.march.general import layout, local, paths
+from wheeltapper.march.general.algebra import factorise, solve_factorised
+from wheeltapper.march.general.borrowing import borrowed_record
+from wheeltapper.march.general.careful import SNAP, share_part
+from wheeltapper.march.general.laws.switch import LAW_RATED, forces
+from wheeltapper.march.general.layout import BEGIN, EVENLY, IM, RE
+from wheeltapper.march.general.modal import (
+    add_turned_back,
+    read_modes,
+    read_modes_of_all,
+    turn,
+    turned,
+    write_modes,
+    write_modes_of_all,
+)
+from wheeltapper.march.general.records import Data, Logs, Motion, Nodes, Room, Site, Stage, Tables
+from wheeltapper.march.general.stepping import bays_ahead, write_step
+from wheeltapper.march.kernel import inlined_kernel, kernel
+from wheeltapper.march.program import FloatArray, IntArray
+
+SAME_PLACE = 4e-8
+"""Parts of a macro step; an event no farther from the end of a logged part is at it."""
+MOST_TURN_SWEEPS = 60
+INDENTED = 1e-6
+"""Gap at an event, in units of length, above which the surfaces indent each other."""
+SETTLED = 1e-12
+"""Change of what contacts feel of each other, over all that they feel, at which it is known."""
+STAYS, LEAPS, RELEASES = range(3)
+"""Events where D falls or rises through zero, where the path jumps, and where a law begins or ends to pull."""
+OF_TIME, OF_SIZE = 0, 1
+"""Rows of an event's derivatives: of its part of a macro step, and of the rate of indentation there."""
+LAW_SCALE, LAW_LOSS = 1, 2
+"""Columns of a law's numbers that may change: its constant, and the loss of Hunt and Crossley."""
+
+
+class Turns(NamedTuple):
+    """Derivatives along some directions, in the march's units.
+
+    Attributes
+    ----------
+    bent
+        The table of `bends` that each direction has, -1 for none, (directions,).
+    bends
+        Of the path's pieces at fixed places, (tables, pieces, PIECE_COLUMNS), m; their DEGREE and FACTOR_DEGREE are
+        those of the derivatives themselves.
+    laws
+        (directions, contacts, LAW_NUMBERS).
+    seconds
+        Of the macro step, over its length, (directions,).
+    structured
+        1 where tables of the structure change, (directions,).
+    bodies_read, bodies_write, bodies_step, kernels, cross, residual
+        Of these tables, behind the direction's axis; `residual` at the nodes' Legendre coefficients.
+    modal
+        The table of the next three that each direction has, -1 for none, (directions,).
+    reads, writes, decay
+        Of the modes' tables, behind an axis of tables.
+    """
+
+    bent: IntArray
+    bends: FloatArray
+    laws: FloatArray
+    seconds: FloatArray
+    structured: IntArray
+    bodies_read: FloatArray
+    bodies_write: FloatArray
+    bodies_step: FloatArray
+    kernels: FloatArray
+    cross: FloatArray
+    residual: FloatArray
+    modal: IntArray
+    reads: FloatArray
+    writes: FloatArray
+    decay: FloatArray
+
+
+class Turned(NamedTuple):
+    """Derivatives of the state, which go along.
+
+    Attributes
+    ----------
+    modes, bodies, began
+        (directions, 2, modes), (directions, states), (directions, contacts).
+    shifts
+        How the path's table has moved under each contact, m, (directions, contacts).
+    pressed
+        Force at the end of each contact's last part, (contacts,).
+    """
+
+    modes: FloatArray
+    bodies: FloatArray
+    began: FloatArray
+    shifts: FloatArray
+    pressed: FloatArray
+
+
+class Posed(NamedTuple):
+    """The parts and events of a macro step, ready for all directions: of contact, part (or event) and so on.
+
+    Attributes
+    ----------
+    counts
+        Parts and events of each contact, (contacts, 2).
+    rows
+        Their logged rows, (contacts, parts).
+    P, pace, J, K, slope, viscous
+        As in `Room`, J factorised.
+    smoothly
+        Whether the rate is taken from the nodes alone.
+    given, direct
+        Right-hand side, and N_p, (contacts, parts, directions, nodes).
+    jumps, drop, moved, risen
+        Whether the path jumps where a part begins, by how much the force drops there, how far its beginning moves, and
+        the gap there rises at fixed moments.
+    after, events, steep, bend, leaps
+        Of the events: behind how many parts, logged row, D' and D'', and whether it is at a jump of the path, or of a
+        law that would pull: such an event's time has no derivative.
+    raised
+        Change of the gap and of its slope at fixed moments, (contacts, events, 2, directions).
+    forces
+        The solution, (contacts, directions, parts, nodes).
+    """
+
+    counts: IntArray
+    rows: IntArray
+    P: FloatArray
+    pace: FloatArray
+    J: FloatArray
+    K: FloatArray
+    r: FloatArray
+    slope: FloatArray
+    viscous: FloatArray
+    smoothly: IntArray
+    given: FloatArray
+    direct: FloatArray
+    jumps: IntArray
+    drop: FloatArray
+    moved: FloatArray
+    risen: FloatArray
+    after: IntArray
+    events: IntArray
+    steep: FloatArray
+    bend: FloatArray
+    leaps: IntArray
+    raised: FloatArray
+    forces: FloatArray
+
+
+class Carried(NamedTuple):
+    """What directions carry over a macro step.
+
+    Attributes
+    ----------
+    free, change
+        Of c, without and with the forces of other contacts, (directions, contacts, q).
+    moments
+        Of the forces, (directions, contacts, q).
+    began
+        Of the indentation at the part's start, (directions, contacts).
+    felt
+        At the nodes, of other contacts, (directions, contacts, q).
+    shares, sums
+        As in `Stage`, (directions + 1, contacts, q, q) and (q, q); the last is that of the forces themselves.
+    modes
+        Scratch memory, (directions, 2, modes).
+    spare, gap
+        (states,) and (q,).
+    """
+
+    free: FloatArray
+    change: FloatArray
+    moments: FloatArray
+    began: FloatArray
+    felt: FloatArray
+    shares: FloatArray
+    sums: FloatArray
+    modes: FloatArray
+    spare: FloatArray
+    gap: FloatArray
+
+
+class Told(NamedTuple):
+    """What is found: derivatives of logged rows.
+
+    Attributes
+    ----------
+    forces
+        At the nodes of parts, (rows, directions, nodes).
+    moved
+        Of where they begin at a breakpoint of the path, parts of a macro step, (rows, directions).
+    drops
+        By how much the force drops there, (rows,).
+    events
+        (events, 2, directions).
+    bodies
+        At the start of macro steps, (steps + 1, directions, states).
+    """
+
+    forces: FloatArray
+    moved: FloatArray
+    drops: FloatArray
+    events: FloatArray
+    bodies: FloatArray
+
+
+# -- the path ---------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def path_bend(pieces: FloatArray, place: FloatArray, x0: float, stride: float, lift: float, theta: float) -> float:
+    """Return the second derivative of the path's height by θ, times `lift`."""
+    piece = int(place[layout.PIECE_NOW])
+    scale = 1.0 / pieces[piece, contract.SCALE]
+    from_centre = x0 - place[layout.SHIFT_NOW] - pieces[piece, contract.CENTRE] + stride * theta
+    xi = from_centre * scale
+    total = 0.0
+    for j in range(int(pieces[piece, contract.DEGREE]), 1, -1):
+        total = total * xi + j * (j - 1) * pieces[piece, contract.COEFFICIENT + j]
+    number = pieces[piece, contract.WAVENUMBER]
+    phase = number * from_centre
+    wave = pieces[piece, contract.SINE] * sin(phase) + pieces[piece, contract.COSINE] * cos(phase)
+    return lift * stride * stride * (total * scale * scale - number * number * wave)
+
+
+@kernel
+def path_turn(pieces: FloatArray, bent: FloatArray, shifted: float, place: FloatArray, x0: float, stride: float, lift: float, theta: float) -> tuple[float, float]:  # fmt: skip  # noqa: E501
+    """Return the derivatives of the path's height, times `lift`, and of its slope by θ, at a part θ."""
+    piece = int(place[layout.PIECE_NOW])
+    scale = 1.0 / pieces[piece, contract.SCALE]
+    from_centre = x0 - place[layout.SHIFT_NOW] - pieces[piece, contract.CENTRE] + stride * theta
+    xi = from_centre * scale
+    value = 0.0
+    slope = 0.0
+    for j in range(int(bent[piece, contract.DEGREE]), -1, -1):
+        slope = slope * xi + value
+        value = value * xi + bent[piece, contract.COEFFICIENT + j]
+    slope *= scale
+    number = pieces[piece, contract.WAVENUMBER]
+    sine = pieces[piece, contract.SINE]
+    cosine = pieces[piece, contract.COSINE]
+    sine_turn = bent[piece, contract.SINE]
+    cosine_turn = bent[piece, contract.COSINE]
+    if sine != 0.0 or cosine != 0.0 or sine_turn != 0.0 or cosine_turn != 0.0:
+        s = sin(number * from_centre)
+        c = cos(number * from_centre)
+        faster = bent[piece, contract.WAVENUMBER]
+        across = sine * c - cosine * s
+        value += sine_turn * s + cosine_turn * c + across * faster * from_centre
+        slope += number * (sine_turn * c - cosine_turn * s) + across * faster
+        slope -= number * (sine * s + cosine * c) * faster * from_centre
+    value *= lift
+    slope *= lift * stride
+    if shifted != 0.0:
+        _, steepness = paths.height_and_slope(pieces, place, x0, stride, lift, theta)
+        value -= steepness / stride * shifted
+        slope -= path_bend(pieces, place, x0, stride, lift, theta) / stride * shifted
+    return value, slope
+
+
+@kernel
+def factor_turn(pieces: FloatArray, bent: FloatArray, shifted: float, place: FloatArray, x0: float, stride: float, theta: float) -> float:  # fmt: skip  # noqa: E501
+    """Return the derivative of the path's factor on the force, at a part θ."""
+    piece = int(place[layout.PIECE_NOW])
+    scale = 1.0 / pieces[piece, contract.SCALE]
+    xi = (x0 - place[layout.SHIFT_NOW] - pieces[piece, contract.CENTRE] + stride * theta) * scale
+    total = 0.0
+    for j in range(int(bent[piece, contract.FACTOR_DEGREE]), -1, -1):
+        total = total * xi + bent[piece, contract.FACTOR + j]
+    slope = 0.0
+    for j in range(int(pieces[piece, contract.FACTOR_DEGREE]), 0, -1):
+        slope = slope * xi + j * pieces[piece, contract.FACTOR + j]
+    return total - slope * scale * shifted
+
+
+@kernel
+def bend_at(theta: float, q: int, a: FloatArray) -> float:
+    """Return the second derivative by θ of Σ a_l P_l(2θ - 1)."""
+    z = 2.0 * theta - 1.0
+    before, value = 1.0, z
+    slope_before, slope = 0.0, 1.0
+    bend_before, bend = 0.0, 0.0
+    total = 0.0
+    for m in range(1, q):
+        total += a[m] * bend
+        later = ((2 * m + 1) * z * value - m * before) / (m + 1)
+        slope_later = slope_before + (2 * m + 1) * value
+        bend_later = bend_before + (2 * m + 1) * slope
+        before, value = value, later
+        slope_before, slope = slope, slope_later
+        bend_before, bend = bend, bend_later
+    return 4.0 * total
+
+
+@inlined_kernel
+def _turn_at(direction: int, theta: float, turns: Turns, shifts: FloatArray, site: Site) -> tuple[float, float]:
+    """Return the derivatives of the path's height and slope along a direction; zero where it changes no path."""
+    if turns.bent[direction] < 0:
+        return 0.0, 0.0
+    return path_turn(
+        site.pieces, turns.bends[turns.bent[direction]], shifts[direction], site.place, site.x0, site.stride,
+        site.lift, theta,
+    )  # fmt: skip
+
+
+@inlined_kernel
+def _answered(theta: float, q: int, kernel_turn: FloatArray, moments: FloatArray, out: FloatArray) -> tuple[float, float]:  # fmt: skip  # noqa: E501
+    """Return P(θ)·ΔB·moments, and its derivative by θ."""
+    for j in range(q):
+        total = 0.0
+        for m in range(q):
+            total += kernel_turn[j, m] * moments[m]
+        out[j] = total
+    return local.sum_at(theta, q, out)
+
+
+# -- posing the parts -------------------------------------------------------------------------------------------------
+
+
+@inlined_kernel
+def _edge(n: int, nodes: Nodes, N: FloatArray, sign: float) -> float:
+    """Return a force at the end (sign 1) or the start (-1) of its part."""
+    total = 0.0
+    for m in range(n):
+        coefficient = 0.0
+        for k in range(n):
+            coefficient += nodes.transform[m, k] * N[k]
+        total += coefficient if sign > 0.0 or m % 2 == 0 else -coefficient
+    return total
+
+
+@inlined_kernel
+def _enter(i: int, k: int, theta: float, n: int, nodes: Nodes, row: FloatArray, turns: Turns, shifts: FloatArray, pressed: FloatArray, site: Site, posed: Posed, room: Room) -> bool:  # fmt: skip  # noqa: E501
+    """Enter the pieces of the path that begin where part k does; return whether the path jumps there."""
+    place, ends = site.place, site.ends
+    first, last = int(ends[layout.TABLE_BEGIN]), int(ends[layout.TABLE_END])
+    jumps = False
+    moves = False
+    for direction in range(len(turns.bent)):
+        posed.moved[i, k, direction] = 0.0
+    posed.drop[i, k] = 0.0
+    while theta < 1.0 and paths.piece_stop(site.pieces, place, site.x0, site.stride) <= theta + SNAP:
+        before = int(place[layout.PIECE_NOW])
+        join = paths.enter_next_piece(
+            site.pieces, first, last, int(ends[layout.TABLE_LOOP]), int(ends[layout.TABLE_JOIN]), place
+        )
+        if join < 0:
+            break
+        jumps = jumps or join == contract.JUMP
+        piece = int(place[layout.PIECE_NOW])
+        for direction in range(len(turns.bent)):
+            if turns.bent[direction] >= 0:
+                bent = turns.bends[turns.bent[direction]]
+                if piece <= before:
+                    shifts[direction] += bent[before, contract.STOP] - bent[piece, contract.START]
+                way = bent[piece, contract.START] + shifts[direction]
+                if piece <= before or bent[piece, contract.START] != 0.0 or join == contract.JUMP:
+                    posed.moved[i, k, direction] = way / site.stride
+                    moves = True
+    if moves:
+        after = 0.0
+        if n > 1:
+            for j in range(n):
+                room.N[j] = row[layout.ROW_FORCES + j]
+            after = _edge(n, nodes, room.N, -1.0)
+        posed.drop[i, k] = pressed[i] - after
+    return jumps
+
+
+@inlined_kernel
+def _pose(step: int, i: int, p: int, rows: tuple[int, int], events: tuple[int, int], tables: Tables, turns: Turns, data: Data, logs: Logs, begun: int, motion: Motion, state: Turned, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
+    """Write the linearised problems of a contact's parts in a macro step."""
+    q = len(data.macro.places)
+    directions = len(turns.bent)
+    place = motion.contacts[i]
+    stride = data.settings[layout.SPEED_NOW] * data.settings[layout.STEP_NOW]
+    law = data.laws[i]
+    site = Site(
+        logs.gaps[begun, i], tables.kernels[i, p], tables.residual[i, p], data.pieces, place, data.ends[i], law,
+        data.table, data.starts[i] + step * stride, stride, 1.0 / data.settings[layout.LENGTH_UNIT],
+        data.settings[layout.STEP_NOW],
+    )  # fmt: skip
+    shifts = state.shifts[:, i]
+    rated = law[LAW_RATED] != 0.0
+    paced = rated
+    for direction in range(directions):
+        paced = paced or turns.laws[direction, i, LAW_LOSS] != 0.0
+    room.moments[:q] = 0.0
+    event, told = events[0], 0
+    count = rows[1] - rows[0]
+    for k in range(count + 1):
+        row = logs.rows[rows[0] + min(k, count - 1)]
+        n = int(row[layout.ROW_NODES])
+        theta = row[layout.ROW_FROM] if k < count else 2.0
+        nodes = data.macro
+        if n != q:
+            nodes = data.part
+        jumps = False
+        if k < count:
+            posed.rows[i, k] = rows[0] + k
+            posed.jumps[i, k] = 0
+            jumps = _enter(i, k, theta, n, nodes, row, turns, shifts, state.pressed, site, posed, room)
+        local.free_sum(q, site.c, site.B, room.moments, room.free)
+        if jumps:
+            posed.jumps[i, k] = 1
+            value, _ = local.gap_at(theta, q, room.free, site)
+            place[layout.BEGAN] = max(value, 0.0)
+            for direction in range(directions):
+                risen, _ = _turn_at(direction, theta, turns, shifts, site)
+                if turns.structured[direction] != 0:
+                    kernel_turn = turns.kernels[direction, i, p % turns.kernels.shape[2]]
+                    risen -= _answered(theta, q, kernel_turn, room.moments, room.spare)[0]
+                posed.risen[i, k, direction] = risen
+        while event < events[1] and logs.events[event, layout.EVENT_PART] <= theta + SAME_PLACE:
+            at = logs.events[event, layout.EVENT_PART]
+            posed.after[i, told] = k
+            posed.events[i, told] = event
+            posed.steep[i, told] = logs.events[event, layout.EVENT_RATE_IS] * site.seconds
+            posed.bend[i, told] = bend_at(at, q, room.free) + path_bend(
+                site.pieces, place, site.x0, site.stride, site.lift, at
+            )
+            gap, _ = local.gap_at(at, q, room.free, site)
+            posed.leaps[i, told] = STAYS
+            if jumps:
+                posed.leaps[i, told] = LEAPS
+            elif gap > INDENTED:
+                posed.leaps[i, told] = RELEASES
+            for direction in range(directions):
+                value, slope = _turn_at(direction, at, turns, shifts, site)
+                if turns.structured[direction] != 0:
+                    kernel_turn = turns.kernels[direction, i, p % turns.kernels.shape[2]]
+                    less, less_steep = _answered(at, q, kernel_turn, room.moments, room.spare)
+                    value -= less
+                    slope -= less_steep
+                posed.raised[i, told, OF_TIME, direction] = value
+                posed.raised[i, told, OF_SIZE, direction] = slope
+            if not jumps:
+                place[layout.BEGAN] = gap if gap > INDENTED else 0.0
+            event += 1
+            told += 1
+        if k == count:
+            break
+        state.pressed[i] = 0.0
+        if n == 1:
+            continue
+        _pose_part(i, k, p, n, nodes, row, rated, paced, tables, turns, data, shifts, site, posed, carried, room)
+        state.pressed[i] = _edge(n, nodes, room.N, 1.0)
+        for j in range(n):
+            share = nodes.weights[j] * room.pace[j] * room.N[j]
+            for m in range(q):
+                room.moments[m] += share * room.P[j, m]
+        if paced:
+            place[layout.BEGAN] = local.end_indentation(n, nodes, place[layout.BEGAN], site.seconds, room)
+    posed.counts[i, 0] = count
+    posed.counts[i, 1] = told
+
+
+@inlined_kernel
+def _pose_part(i: int, k: int, p: int, n: int, nodes: Nodes, row: FloatArray, rated: bool, paced: bool, tables: Tables, turns: Turns, data: Data, shifts: FloatArray, site: Site, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
+    """Write the linearised problem of one part; its forces are in `room.N`."""
+    q = len(data.macro.places)
+    how = int(row[layout.ROW_MAP])
+    origin, span = row[layout.ROW_ORIGIN], row[layout.ROW_SPAN]
+    whole = how == EVENLY and n == q and row[layout.ROW_FROM] == 0.0 and row[layout.ROW_TO] == 1.0
+    for a in range(n):
+        room.N[a] = row[layout.ROW_FORCES + a]
+    if whole:
+        paths.heights(
+            site.pieces, site.place, site.x0, site.stride, site.lift, n, nodes.places, room.height, room.factor
+        )
+        for a in range(n):
+            room.theta[a] = nodes.places[a]
+            room.pace[a] = 1.0
+            room.r[a] = tables.residual_nodes[i, p, a]
+            total = room.height[a]
+            for m in range(q):
+                room.P[a, m] = nodes.values[a, m]
+                room.K[a, m] = tables.matrices[i, p, a, m]
+                total += nodes.values[a, m] * site.c[m]
+            room.d[a] = total
+    else:
+        local.pose_part(nodes, q, how, origin, span, row[layout.ROW_S0], row[layout.ROW_S1], site, room)
+    for a in range(n):
+        total = room.d[a] - room.r[a] * room.N[a]
+        for b in range(n):
+            total -= room.K[a, b] * room.N[b]
+        room.delta[a] = total
+        room.rate[a] = 0.0
+    slopes = nodes.slopes
+    smoothly = 0
+    if paced:
+        forces(site.law, site.table, n, room.delta, room.rate, room.factor, room.F, room.slope, room.viscous)
+        if rated and 0.0 < local.lag(n, site.seconds, room) < local.SHORT_LAG:
+            slopes = nodes.own_slopes
+            smoothly = 1
+        local.rates(n, slopes, site.place[layout.BEGAN], site.seconds, room)
+    forces(site.law, site.table, n, room.delta, room.rate, room.factor, room.F, room.slope, room.viscous)
+    local.jacobian(n, slopes, site.seconds, rated, room)
+    factorise(room.J, n)
+    posed.smoothly[i, k] = smoothly
+    for a in range(n):
+        posed.pace[i, k, a] = room.pace[a]
+        posed.slope[i, k, a] = room.slope[a]
+        posed.viscous[i, k, a] = room.viscous[a] / (room.pace[a] * site.seconds) if rated else 0.0
+        posed.r[i, k, a] = room.r[a]
+        for m in range(q):
+            posed.P[i, k, a, m] = room.P[a, m]
+        for b in range(n):
+            posed.J[i, k, a, b] = room.J[a, b]
+            posed.K[i, k, a, b] = room.K[a, b]
+    for direction in range(len(turns.bent)):
+        _pose_direction(direction, i, k, p, n, q, nodes, rated, turns, shifts, site, posed, carried, room)
+
+
+@inlined_kernel
+def _pose_direction(direction: int, i: int, k: int, p: int, n: int, q: int, nodes: Nodes, rated: bool, turns: Turns, shifts: FloatArray, site: Site, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
+    """Write N_p and the right-hand side of one part along a direction, without what was before this macro step."""
+    given, direct = posed.given[i, k, direction], posed.direct[i, k, direction]
+    stronger = turns.laws[direction, i, LAW_SCALE]
+    lossier = turns.laws[direction, i, LAW_LOSS]
+    slower = turns.seconds[direction]
+    bent = turns.bent[direction]
+    plain = stronger == 0.0 and lossier == 0.0
+    if not plain:
+        stronger /= site.law[LAW_SCALE]
+    for a in range(n):
+        total = 0.0
+        if not plain:
+            total = room.N[a] * stronger
+            if lossier != 0.0:
+                total += room.N[a] * lossier * room.rate[a] / (1.0 + site.law[LAW_LOSS] * room.rate[a])
+        if rated and slower != 0.0:
+            total -= room.viscous[a] * room.rate[a] * slower
+        value = 0.0
+        if bent >= 0:
+            value, _ = _turn_at(direction, room.theta[a], turns, shifts, site)
+            if site.pieces[int(site.place[layout.PIECE_NOW]), contract.FACTOR_DEGREE] >= 0.0:
+                total += (
+                    room.N[a]
+                    / room.factor[a]
+                    * factor_turn(
+                        site.pieces,
+                        turns.bends[bent],
+                        shifts[direction],
+                        site.place,
+                        site.x0,
+                        site.stride,
+                        room.theta[a],
+                    )
+                )
+        direct[a] = total
+        given[a] = value
+    for a in range(n):
+        total = room.r[a] * direct[a]
+        for b in range(n):
+            total += room.K[a, b] * direct[b]
+        given[a] -= total
+    if turns.structured[direction] == 0:
+        return
+    kernel_turn = turns.kernels[direction, i, p % turns.kernels.shape[2]]
+    residual_turn = turns.residual[direction, i, p % turns.residual.shape[2]]
+    for a in range(n):
+        for m in range(q):
+            total = room.moments[m]
+            for b in range(n):
+                total += nodes.integrals[a, b] * room.pace[b] * room.N[b] * room.P[b, m]
+            carried.gap[m] = total
+        for j in range(q):
+            total = residual_turn[j] * room.N[a]
+            for m in range(q):
+                total += kernel_turn[j, m] * carried.gap[m]
+            given[a] -= room.P[a, j] * total
+
+
+# -- carrying directions over the parts -------------------------------------------------------------------------------
+
+
+@inlined_kernel
+def _carry(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: Data, logs: Logs, state: Turned, posed: Posed, carried: Carried, told: Told, room: Room) -> None:  # fmt: skip  # noqa: E501
+    """Solve the parts of a contact along one direction, from its change of c; write moments, forces and events."""
+    q = len(data.macro.places)
+    seconds = data.settings[layout.STEP_NOW]
+    rated = data.laws[i, LAW_RATED] != 0.0
+    c, m, f, x = carried.change[direction, i], carried.moments[direction, i], room.free, room.F
+    began = state.began[direction, i]
+    for j in range(q):
+        m[j] = 0.0
+    event = 0
+    parts = posed.counts[i, 0]
+    for k in range(parts + 1):
+        leap = 0.0
+        if k < parts and posed.drop[i, k] != 0.0:
+            leap = posed.moved[i, k, direction]
+            room.theta[BEGIN] = logs.rows[posed.rows[i, k], layout.ROW_FROM]
+            local.legendre_rows(1, room.theta, q, room.P)
+            for j in range(q):
+                m[j] += posed.drop[i, k] * leap * room.P[BEGIN, j]
+        local.free_sum(q, c, tables.kernels[i, p], m, f)
+        if k < parts and posed.jumps[i, k] != 0:
+            room.theta[BEGIN] = logs.rows[posed.rows[i, k], layout.ROW_FROM]
+            began = posed.risen[i, k, direction] + local.sum_at(room.theta[BEGIN], q, f)[0]
+        while event < posed.counts[i, 1] and posed.after[i, event] == k:
+            row = posed.events[i, event]
+            at = logs.events[row, layout.EVENT_PART]
+            value, slope = local.sum_at(at, q, f)
+            value += posed.raised[i, event, OF_TIME, direction]
+            slope += posed.raised[i, event, OF_SIZE, direction]
+            later = -value / posed.steep[i, event]
+            if posed.leaps[i, event] == LEAPS:
+                later = posed.moved[i, k, direction]
+            elif posed.leaps[i, event] == RELEASES:
+                later = np.nan
+            slope += posed.bend[i, event] * later - posed.steep[i, event] * turns.seconds[direction]
+            told.events[row, OF_TIME, direction] = later
+            told.events[row, OF_SIZE, direction] = slope / seconds
+            if posed.leaps[i, event] != LEAPS:
+                began = value if logs.events[row, layout.EVENT_KIND_IS] == contract.IMPACT else 0.0
+            event += 1
+        if k == parts:
+            break
+        n = int(logs.rows[posed.rows[i, k], layout.ROW_NODES])
+        if n == 1:
+            continue
+        nodes = data.macro
+        if n != q:
+            nodes = data.part
+        slopes = nodes.slopes
+        if posed.smoothly[i, k] != 0:
+            slopes = nodes.own_slopes
+        P, given = posed.P[i, k], posed.given[i, k, direction]
+        for a in range(n):
+            total = given[a]
+            for j in range(q):
+                total += P[a, j] * f[j]
+            x[a] = total
+        if rated:
+            for a in range(n):
+                share = posed.viscous[i, k, a] * slopes[a, BEGIN] * began
+                x[a] -= posed.r[i, k, a] * share
+                for b in range(n):
+                    x[b] -= posed.K[i, k, b, a] * share
+        solve_factorised(posed.J[i, k], n, x)
+        N = posed.forces[i, direction, k]
+        for a in range(n):
+            N[a] = posed.slope[i, k, a] * x[a] + posed.direct[i, k, direction, a]
+        if rated:
+            for a in range(n):
+                total = slopes[a, BEGIN] * began
+                for b in range(n):
+                    total += slopes[a, b + 1] * x[b]
+                N[a] += posed.viscous[i, k, a] * total
+            ended = 0.0
+            for a in range(n):
+                ended += nodes.end[a] * x[a] if posed.smoothly[i, k] != 0 else nodes.reach[a + 1] * x[a]
+            began = ended if posed.smoothly[i, k] != 0 else ended + nodes.reach[BEGIN] * began
+        for a in range(n):
+            share = nodes.weights[a] * posed.pace[i, k, a] * N[a]
+            for j in range(q):
+                m[j] += share * P[a, j]
+    carried.began[direction, i] = began
+
+
+@inlined_kernel
+def _write_shares(direction: int, i: int, data: Data, logs: Logs, posed: Posed, carried: Carried, room: Room) -> None:
+    """Write what others feel of a contact's change of force, or behind the last direction of its force."""
+    q = len(data.macro.places)
+    base = direction == posed.forces.shape[1]
+    out = carried.shares[direction, i]
+    room.moments[:q] = 0.0
+    node = 0
+    for k in range(posed.counts[i, 0]):
+        row = logs.rows[posed.rows[i, k]]
+        n = int(row[layout.ROW_NODES])
+        if not base and posed.drop[i, k] != 0.0:
+            room.theta[BEGIN] = row[layout.ROW_FROM]
+            local.legendre_rows(1, room.theta, q, room.P)
+            for j in range(q):
+                room.moments[j] += posed.drop[i, k] * posed.moved[i, k, direction] * room.P[BEGIN, j]
+        if n == 1:
+            while node < q and data.macro.places[node] <= row[layout.ROW_TO]:
+                carried.sums[node, :q] = room.moments[:q]
+                node += 1
+            continue
+        nodes = data.macro
+        if n != q:
+            nodes = data.part
+        for a in range(n):
+            room.N[a] = row[layout.ROW_FORCES + a] if base else posed.forces[i, direction, k, a]
+            room.pace[a] = posed.pace[i, k, a]
+            for j in range(q):
+                room.P[a, j] = posed.P[i, k, a, j]
+        node = share_part(node, row[layout.ROW_TO], nodes, data.macro, q, row, room, carried.sums)
+        for a in range(n):
+            share = nodes.weights[a] * room.pace[a] * room.N[a]
+            for j in range(q):
+                room.moments[j] += share * room.P[a, j]
+    while node < q:
+        carried.sums[node, :q] = room.moments[:q]
+        node += 1
+    for k in range(q):
+        for m in range(q):
+            total = 0.0
+            for j in range(q):
+                total += carried.sums[k, j] * data.macro.transform[j, m]
+            out[k, m] = total
+
+
+@kernel
+def _write_base_shares(last: int, i: int, data: Data, logs: Logs, posed: Posed, carried: Carried, room: Room) -> None:
+    """Do as `_write_shares`, of the forces themselves."""
+    _write_shares(last, i, data, logs, posed, carried, room)
+
+
+@inlined_kernel
+def _feel(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: Data, carried: Carried) -> tuple[float, float]:  # fmt: skip  # noqa: E501
+    """Write what a contact feels of others along a direction, and its change of c; return the change and the size."""
+    q = len(data.macro.places)
+    felt = carried.felt[direction, i]
+    last = carried.shares.shape[0] - 1
+    change, size = 0.0, 0.0
+    for k in range(q):
+        total = 0.0
+        for j in range(carried.felt.shape[1]):
+            if tables.coupled[i, j] != 0:
+                for m in range(q):
+                    total += tables.cross[i, j, p, k, m] * carried.shares[direction, j, k, m]
+                if turns.structured[direction] != 0:
+                    crossed = turns.cross[direction, i, j, p % turns.cross.shape[3]]
+                    for m in range(q):
+                        total += crossed[k, m] * carried.shares[last, j, k, m]
+        change = max(change, abs(total - felt[k]))
+        size = max(size, abs(total))
+        felt[k] = total
+    for m in range(q):
+        total = carried.free[direction, i, m]
+        for k in range(q):
+            total -= data.macro.transform[m, k] * felt[k]
+        carried.change[direction, i, m] = total
+        size = max(size, abs(total))
+    return change, size
+
+
+# -- the structure ----------------------------------------------------------------------------------------------------
+
+
+@inlined_kernel
+def _read_turned(step: int, i: int, tables: Tables, turns: Turns, motion: Motion, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
+    """Write the change of a contact's free motion, along all directions."""
+    phases = tables.reads.shape[1]
+    at = (tables.phase[i] + step) % phases
+    many, q = carried.free.shape[0], carried.free.shape[2]
+    for direction in range(many):
+        for m in range(q):
+            total = 0.0
+            for s in range(len(motion.bodies)):
+                total += tables.bodies_read[i, m, s] * state.bodies[direction, s]
+                if turns.structured[direction] != 0:
+                    total += turns.bodies_read[direction, i, m, s] * motion.bodies[s]
+            carried.free[direction, i, m] = total
+    if motion.modes.shape[1] == 0:
+        return
+    rows = tables.reads[tables.sets[i], at]
+    if i == 0:
+        read_modes_of_all(rows, tables.first, state.modes, carried.free[:, i])
+    else:
+        ahead = tables.turns[bays_ahead(step, i, tables)]
+        for direction in range(many):
+            turned(
+                ahead, state.modes[direction, RE], state.modes[direction, IM], carried.modes[direction, RE],
+                carried.modes[direction, IM],
+            )  # fmt: skip
+        read_modes_of_all(rows, tables.first, carried.modes, carried.free[:, i])
+    for direction in range(many):
+        which = turns.modal[direction]
+        if which >= 0:
+            re, im = motion.modes[RE], motion.modes[IM]
+            if i > 0:
+                re, im = carried.modes[BEGIN, RE], carried.modes[BEGIN, IM]
+                turned(tables.turns[bays_ahead(step, i, tables)], motion.modes[RE], motion.modes[IM], re, im)
+            read_modes(turns.reads[which, tables.sets[i], at], tables.first, re, im, carried.free[direction, i])
+
+
+@inlined_kernel
+def _write_bodies(direction: int, tables: Tables, turns: Turns, motion: Motion, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
+    """Move the change of the bodies over a macro step; `moments` are those of the forces, `motion` before it."""
+    contacts, states, q = len(moments), len(motion.bodies), moments.shape[1]
+    structured = turns.structured[direction] != 0
+    bodies, spare = state.bodies[direction], carried.spare
+    for s in range(states):
+        total = 0.0
+        for j in range(states):
+            total += tables.bodies_step[s, j] * bodies[j]
+            if structured:
+                total += turns.bodies_step[direction, s, j] * motion.bodies[j]
+        spare[s] = total
+    for i in range(contacts):
+        for m in range(q):
+            for s in range(states):
+                spare[s] += carried.moments[direction, i, m] * tables.bodies_write[i, m, s]
+                if structured:
+                    spare[s] += moments[i, m] * turns.bodies_write[direction, i, m, s]
+    for s in range(states):
+        bodies[s] = spare[s]
+
+
+@inlined_kernel
+def _write_turned(step: int, tables: Tables, turns: Turns, motion: Motion, moments: FloatArray, state: Turned, carried: Carried) -> None:  # fmt: skip  # noqa: E501
+    """Move the change of modes over a macro step, along all directions."""
+    phases, many = tables.reads.shape[1], len(state.modes)
+    for direction in range(many):
+        turn(tables.decay, state.modes[direction, RE], state.modes[direction, IM])
+        which = turns.modal[direction]
+        if which >= 0:
+            re, im = carried.modes[direction, RE], carried.modes[direction, IM]
+            turned(turns.decay[which], motion.modes[RE], motion.modes[IM], re, im)
+            for n in range(len(re)):
+                state.modes[direction, RE, n] += re[n]
+                state.modes[direction, IM, n] += im[n]
+    for i in range(len(moments)):
+        at = (tables.phase[i] + step) % phases
+        out = state.modes
+        if i > 0:
+            out = carried.modes
+            out[:] = 0.0
+        write_modes_of_all(tables.writes[tables.sets[i], at], tables.first, carried.moments[:, i], out)
+        for direction in range(many):
+            which = turns.modal[direction]
+            if which >= 0:
+                rows = turns.writes[which, tables.sets[i], at]
+                write_modes(rows, tables.first, moments[i], out[direction, RE], out[direction, IM])
+            if i > 0:
+                add_turned_back(
+                    tables.turns[bays_ahead(step, i, tables)], out[direction, RE], out[direction, IM],
+                    state.modes[direction, RE], state.modes[direction, IM],
+                )  # fmt: skip
+    if (tables.phase[BEGIN] + step + 1) % phases == 0:
+        for direction in range(many):
+            turn(tables.turns[1 % tables.turns.shape[0]], state.modes[direction, RE], state.modes[direction, IM])
+
+
+@kernel
+def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion: Motion, stage: Stage, state: Turned, posed: Posed, carried: Carried, told: Told, room: Room) -> bool:  # fmt: skip  # noqa: E501
+    """Carry some directions along a march from its start; return False where contacts do not settle with each other."""
+    tables, turns, data, logs = (
+        borrowed_record(tables), borrowed_record(turns), borrowed_record(data), borrowed_record(logs),
+    )  # fmt: skip
+    motion, stage, state = borrowed_record(motion), borrowed_record(stage), borrowed_record(state)
+    posed, carried, told, room = (
+        borrowed_record(posed), borrowed_record(carried), borrowed_record(told), borrowed_record(room),
+    )  # fmt: skip
+    contacts, directions = len(motion.contacts), len(turns.bent)
+    phases = tables.matrices.shape[1]
+    marched = False
+    crossed = False
+    for direction in range(directions):
+        marched = marched or turns.modal[direction] >= 0
+        crossed = crossed or turns.structured[direction] != 0
+    row, event = 0, 0
+    for step in range(len(logs.moments)):
+        p = step % phases
+        motion.bodies[:] = logs.bodies[step]
+        told.bodies[step] = state.bodies
+        for i in range(contacts):
+            first_row, first_event = row, event
+            while row < len(logs.rows) and logs.rows[row, layout.ROW_STEP] == step and logs.rows[row, layout.ROW_CONTACT] == i:  # fmt: skip  # noqa: E501
+                row += 1
+            while event < len(logs.events) and logs.events[event, layout.EVENT_STEP] == step and logs.events[event, layout.EVENT_CONTACT_IS] == i:  # fmt: skip  # noqa: E501
+                event += 1
+            _read_turned(step, i, tables, turns, motion, state, carried)
+            _pose(
+                step, i, p, (first_row, row), (first_event, event), tables, turns, data, logs, step, motion, state,
+                posed, carried, room,
+            )  # fmt: skip
+            if contacts > 1 and crossed:
+                _write_base_shares(directions, i, data, logs, posed, carried, room)
+        shared = contacts > 1
+        if shared:
+            carried.felt[:] = 0.0
+            carried.shares[:directions] = 0.0
+        settled = False
+        for sweep in range(MOST_TURN_SWEEPS):
+            settled = True
+            for direction in range(directions):
+                change, size = 0.0, 0.0
+                for i in range(contacts):
+                    changed, large = 0.0, 0.0
+                    if shared:
+                        changed, large = _feel(direction, i, p, tables, turns, data, carried)
+                        change, size = max(change, changed), max(size, large)
+                    else:
+                        for m in range(carried.free.shape[2]):
+                            carried.change[direction, i, m] = carried.free[direction, i, m]
+                    if sweep == 0 or changed > 0.0:
+                        _carry(direction, i, p, tables, turns, data, logs, state, posed, carried, told, room)
+                        if shared:
+                            _write_shares(direction, i, data, logs, posed, carried, room)
+                settled = settled and change <= SETTLED * size
+            if settled:
+                break
+        if not settled:
+            return False
+        state.began[:] = carried.began
+        for i in range(contacts):
+            for k in range(posed.counts[i, 0]):
+                at = posed.rows[i, k]
+                told.drops[at] = posed.drop[i, k]
+                pressed = logs.rows[at, layout.ROW_NODES] > 1.0
+                for direction in range(directions):
+                    told.moved[at, direction] = posed.moved[i, k, direction]
+                    for n in range(int(logs.rows[at, layout.ROW_NODES])):
+                        told.forces[at, direction, n] = posed.forces[i, direction, k, n] if pressed else 0.0
+        for direction in range(directions):
+            _write_bodies(direction, tables, turns, motion, logs.moments[step], state, carried)
+        if motion.modes.shape[1] > 0:
+            _write_turned(step, tables, turns, motion, logs.moments[step], state, carried)
+        if marched:
+            stage.moments[:] = logs.moments[step]
+            write_step(step, tables, motion, stage, room.spare)
+    told.bodies[len(logs.moments)] = state.bodies
+    return True
