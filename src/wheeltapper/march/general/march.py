@@ -308,7 +308,7 @@ def rest_of(system: System) -> Rest:
         return Rest(np.zeros((contacts, 0), dtype=complex), np.zeros((contacts, contacts)))
     shows, takes, inside = _shown_and_taken(system)
     amplitudes = -takes / ring.rates
-    local = np.append(compliance_at(ring, inside), np.zeros(len(system.ports)))
+    local = np.append(compliance_at(ring, inside), [port.residual for port in system.ports])
     deflections = np.real(shows @ (ring.weights * amplitudes).T) + np.diag(local)
     return Rest(amplitudes, deflections)
 
