@@ -53,10 +53,19 @@ STUDIES = {
 }
 # Site: a recording made there, its verdict, and the fault's size.
 SITES = {"site.toml": ("deck_flat.csv.gz", "wheel flat", 0.04)}
+DETECTORS = {"detector.toml": ("rail shear force", 6)}
+
+
+@pytest.mark.parametrize("name", DETECTORS)
+def test_a_detector_has_its_sensors(name):
+    kind, count = DETECTORS[name]
+    site = wt.load(EXAMPLES / name)
+    assert [sensor.kind for sensor in site.sensors] == [kind] * count
 
 
 def test_every_example_has_its_number() -> None:
-    assert {path.name for path in EXAMPLES.glob("*.toml")} == set(SCENARIOS) | set(STUDIES) | set(SITES)
+    held = {path.name for path in EXAMPLES.glob("*.toml")}
+    assert held == set(SCENARIOS) | set(STUDIES) | set(SITES) | set(DETECTORS)
     assert {path.name for path in EXAMPLES.glob("*.py")} == set(SCRIPTS)
 
 

@@ -147,7 +147,7 @@ class _View:
     @property
     def shares(self) -> FloatArray:
         """Place of the wheel at each sample, over the length, from the middle."""
-        return (np.arange(self.first, self.last) - self.middle) / self.count
+        return np.asarray((np.arange(self.first, self.last) - self.middle) / self.count, dtype=np.float64)
 
     def within(self, half: float) -> slice:
         """Return the samples about the middle."""
@@ -188,7 +188,8 @@ def _usual_shape(views: dict[tuple[int, int], _View], quick: Sequence[FloatArray
         for (axle, k), view in views.items()
         if means[axle, k] > 0.0
     ]
-    return np.array(np.median(rows, axis=0) if rows else 0.0 * SHARES, dtype=np.float64)
+    usual: FloatArray = np.median(np.array(rows), axis=0) if rows else np.zeros(len(SHARES))
+    return usual
 
 
 def _strikes(
