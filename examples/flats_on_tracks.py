@@ -14,7 +14,7 @@ wheelset = wt.Wheelset(mass=1200, load=188_228)  # 100 kN per wheel with its wei
 scene = wt.Scenario(
     vehicle=wheelset,
     contact=wt.Hertz(constant=1.8825e11),
-    irregularity=wt.WheelFlat(length="40 mm", position="50 mm"),
+    irregularity=wt.WheelFlat(length="40 mm", position="50 mm", repeat=False),
     speed=20,
     duration=0.05,
 )

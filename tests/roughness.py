@@ -35,18 +35,19 @@ def roughness(seed):
     )
 
 
-def linear_levels(rough, rails, where):
-    """Return the force's levels in dB re 1 N, from the mean of |N/r|² over places of the wheel."""
+def linear_response(rails, where, points=250):
+    """Return frequencies, and the mean of |N/r|² over places of the wheel, (N/m)²."""
+    grid = np.geomspace(0.9 * SPEED / 0.446, 1.1 * SPEED / 0.008, points)
+    stiffness = 1.5 * CONSTANT ** (2 / 3) * (LOAD + MASS * 9.81) ** (1 / 3)
+    rail = 0.5 * wt.tracks.receptance(rails, grid, where=list(where)).transpose("place", ...).values
+    return grid, np.mean(np.abs(1.0 / stiffness + rail - 1.0 / (MASS * (2 * np.pi * grid) ** 2)) ** -2, axis=0)
+
+
+def linear_levels(rough, response):
+    """Return the force's levels in dB re 1 N by a linear response."""
     k, variance = rough.variances()
-    frequency = SPEED * k
-    grid = np.geomspace(frequency[0], frequency[-1], 2000)
-    static = LOAD + MASS * 9.81
-    stiffness = 1.5 * CONSTANT ** (2 / 3) * static ** (1 / 3)
-    mean = np.zeros_like(grid)
-    for place in where:
-        rail = 0.5 * wt.tracks.receptance(rails, grid, where=place).values
-        mean += np.abs(1.0 / (1.0 / stiffness + rail - 1.0 / (MASS * (2 * np.pi * grid) ** 2))) ** 2 / len(where)
-    return in_bands(frequency, variance * np.exp(np.interp(np.log(frequency), np.log(grid), np.log(mean))))
+    grid, square = response
+    return in_bands(SPEED * k, variance * np.exp(np.interp(np.log(SPEED * k), np.log(grid), np.log(square))))
 
 
 def in_bands(frequency, power):

@@ -7,7 +7,6 @@ do not feel each other through the rail, and both rails do not know of each othe
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -28,12 +27,12 @@ ISO_3095 = {
 
 
 def roughness(seed):
-    """Return a path with the roughness of the limit, m, as a function of the way."""
+    """Return a path with the roughness of the limit, m, as a function of places."""
     rng = np.random.default_rng(seed)
     waves = np.concatenate([length * 2.0 ** rng.uniform(-1 / 6, 1 / 6, 6) for length in ISO_3095])
     sizes = np.repeat([np.sqrt(2.0 / 6.0) * 1e-6 * 10.0 ** (level / 20.0) for level in ISO_3095.values()], 6)
     phases = rng.uniform(0.0, 2.0 * np.pi, len(waves))
-    return lambda x: sizes @ np.cos(2.0 * np.pi * x / waves + phases)
+    return lambda x: sum(a * np.cos(2.0 * np.pi * x / w + p) for a, w, p in zip(sizes, waves, phases, strict=True))
 
 
 def flat(length, first):
@@ -41,7 +40,7 @@ def flat(length, first):
     turn = 2.0 * np.pi * RADIUS
 
     def path(x):
-        u = max(0.5 * length - abs((x - first + 0.5 * turn) % turn - 0.5 * turn), 0.0)
+        u = np.maximum(0.5 * length - np.abs((x - first + 0.5 * turn) % turn - 0.5 * turn), 0.0)
         return -(u**2) / (RADIUS + np.sqrt(RADIUS**2 - u**2))
 
     return path
@@ -56,17 +55,9 @@ class Wheel:
     flat: tuple[float, float] | None = None
 
     def path(self, x):
-        """Return the height of the path of its centre at x, m, upwards."""
-        rough = 0.0 if self.seed is None else self._rough(x)
-        return rough + (0.0 if self.flat is None else self._flat(x))
-
-    @cached_property
-    def _rough(self):
-        return roughness(self.seed)
-
-    @cached_property
-    def _flat(self):
-        return flat(*self.flat)
+        """Return the height of the path of its centre at places, m, upwards."""
+        rough = 0.0 * x if self.seed is None else roughness(self.seed)(x)
+        return rough + (0.0 if self.flat is None else flat(*self.flat)(x))
 
 
 @dataclass(frozen=True)
@@ -186,7 +177,8 @@ class Line:
         force[dofs] = np.outer(shapes, loads)
         u = cho_solve_banded(self._factor(self.stiffness), force)
         v, acc = np.zeros_like(u), np.zeros_like(u)
-        path = np.array([wheel.path(a) for wheel in wheels])
+        paths = np.array([wheel.path(a + speed * h * np.arange(count * every)) for wheel in wheels])
+        path = paths[:, 0]
         wheel_u = shapes @ u[dofs] + (loads / HERTZ) ** (2.0 / 3.0) - path
         wheel_v, wheel_a = np.zeros((2, len(wheels)))
         forces, readings = np.empty((len(wheels), count)), np.empty((len(wheels), len(self.channels), count))
@@ -203,7 +195,7 @@ class Line:
                 free, unit = solved[:, :-1], solved[:, -1]
                 gives = shapes @ unit[dofs] + own
                 fallen = wheel_u + h * wheel_v + 0.25 * h**2 * wheel_a + own * loads
-                path = np.array([wheel.path(x) for wheel in wheels])
+                path = paths[:, step]
                 now = _contact(fallen + path - shapes @ free[dofs], gives, now)
                 new = free + np.outer(unit, now)
                 change = 4 / h**2 * (new - u) - 4 / h * v - acc
@@ -257,7 +249,7 @@ def train_of(line, passages, speed, rate, axles, chosen):
 
 
 def slow_train(line, lead, axles, loads):
-    """Return readings (channel, time) of axles that move slowly; `lead` is where the leading one is, m, at each time."""
+    """Return readings (channel, time) of slow axles; `lead` is where the leading one is at each time, m."""
     x = np.linspace(*line.way, 1600)
     shown = line.influence(x)
     out = np.zeros((len(line.channels), len(lead)))

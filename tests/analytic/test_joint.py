@@ -109,3 +109,23 @@ def test_bad_sizes_are_refused_in_one_line(fields, message):
 def test_a_joint_longer_than_the_run_is_refused():
     with pytest.raises(wt.InputError, match=r"irregularity\.0\.length: found 0\.8 m, in a run over 0\.6 m; allowed"):
         wt.simulate(SCENE.replaced({"duration": 0.03}))
+
+
+STRICT_AROUND = {
+    "irregularity.0.depth": JOINT,
+    "irregularity.0.length": JOINT,
+    "irregularity.0.angle": wt.irregularities.DippedJoint(angle=0.02, length=LENGTH, position=POSITION),
+}
+
+
+@pytest.mark.parametrize("rolling", ["point", "circle"])
+@pytest.mark.parametrize("path", STRICT_AROUND)
+def test_gradients_are_those_of_strict_runs_nearby(path, rolling):
+    scene = SCENE.replaced({"irregularity": [STRICT_AROUND[path]], "rolling": rolling})
+    exact = float(wt.gradient(scene, "largest_force", [path]).largest_force_gradient.item())
+    held = getattr(STRICT_AROUND[path], path.rpartition(".")[2])
+    low, high = (
+        float(wt.simulate(scene.replaced({path: held * (1 + side)}), method="strict").peaks.normal_force.max())
+        for side in (-1e-5, 1e-5)
+    )
+    assert exact == pytest.approx((high - low) / (2e-5 * held), rel=1e-6)

@@ -168,21 +168,36 @@ def comfort(scenario, method):
     assert is_finite(found.weighted_rms, found.vibration_dose)  # for others the run is too short
 
 
+def guidance(scenario, method):
+    found = record_of(scenario, method).guidance(window=0)
+    assert is_finite(found.guiding_force, found.unloading, found.sum_of_guiding_forces, found.t_gamma)
+
+
+def mass_and_load(scenario):
+    """Return the paths of the mass and the load of a vehicle's first wheelset."""
+    vehicle = scenario.vehicle
+    if hasattr(vehicle, "wheelsets"):
+        return "vehicle.wheelsets.0.mass", "vehicle.wheelsets.0.load"
+    if hasattr(vehicle, "wheelset_mass"):
+        return "vehicle.wheelset_mass", "vehicle.wheel_load"
+    return "vehicle.mass", "vehicle.load"
+
+
 def sweep(scenario, method):
-    over = {"vehicle.mass": [1500, 1510]}
+    over = {mass_and_load(scenario)[0]: [1500, 1510]}
     found = wt.sweep(scenario, over, ["time_in_air"], method=method)
     assert is_finite(found.time_in_air)
     assert not found.status.any()
 
 
 def gradient(scenario, method):
-    found = wt.gradient(scenario, ["time_in_air"], ["vehicle.mass"], method=method)
+    found = wt.gradient(scenario, ["time_in_air"], [mass_and_load(scenario)[0]], method=method)
     assert is_finite(found.time_in_air, found.time_in_air_gradient)
     assert found.status == 0
 
 
 def border(scenario, method):
-    over = {"vehicle.mass": [1400, 1500], "vehicle.load": [8e4, 9e4]}
+    over = dict(zip(mass_and_load(scenario), ([1400, 1500], [8e4, 9e4]), strict=True))
     assert is_finite(wt.border(scenario, over, resolution=2, method=method).margin)
 
 
@@ -258,6 +273,7 @@ QUESTIONS = {
     "damper_events": damper_events,
     "track": track,
     "comfort": comfort,
+    "guidance": guidance,
     "sweep": sweep,
     "gradient": gradient,
     "border": border,

@@ -36,11 +36,14 @@ SCRIPTS = {
     "bump.py": (r"first interval ([\d.]+) ms", 8.7033),
     "joint_over_speed.py": (r"P2 at 50 m/s: ([\d.]+) kN per wheel", 240.7),
     "compare_bilateral.py": (r"two-sided contact: no impact, largest force ([\d.]+)", 21.2),
+    "rough_rail.py": (r"over a sleeper: the largest difference is ([\d.]+) dB", 5.1),
     "measured_flat.py": (r"lands at ([\d.]+) m", 0.5273),
     "flat_across_the_tread.py": (r"as the rail feels it: ([\d.]+) mm", 1.138),
 }
 
 
+LONG = ("rough_rail.py",)
+"""Scripts that take tens of seconds."""
 # Study: a feature, and its mean over the cells.
 STUDIES = {"bump_study.toml": ("impact_interval", 0.0095148269), "joint_study.toml": ("P2", 317447.613)}
 # Site: a recording made there, its verdict, and the fault's size.
@@ -87,7 +90,7 @@ def test_the_study_fills_a_store_on_the_command_line(name: str, tmp_path: Path) 
     assert int(chart.status.max()) == 0
 
 
-@pytest.mark.parametrize("name", SCRIPTS)
+@pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one in LONG else one for one in SCRIPTS])
 def test_the_script_runs_and_prints_its_number(
     name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -8,7 +8,7 @@ import wheeltapper as wt
 from tests.reference.test_rails_by_finite_elements import FiniteRail
 
 TRACK = wt.tracks.Ballasted.named("rolland_UIC60_example")
-SMALL = {"bays": 24, "cutoff": 1500.0}
+SMALL = {"bays": 40, "cutoff": 2000.0}
 """A ring of few modes: what it says of a run is rough, what it says of limits and energy is not."""
 HANGING, WITHOUT_PAD = wt.tracks.HangingSleeper(seat=2), wt.tracks.MissingPad(seat=2)
 ANOMALIES = {
@@ -170,5 +170,5 @@ def test_deviates_depend_on_seed_and_seat_alone():
 
 def test_a_run_that_meets_an_anomaly_again_is_told():
     with pytest.warns(UserWarning, match="meets some of them again"):
-        record = simulated(with_anomalies(HANGING), speed=60.0, duration=0.3)
-    assert any("recur every 14.4 m" in note for note in record.notes)
+        record = simulated(with_anomalies(HANGING), speed=60.0, duration=0.5)
+    assert any("recur every 24 m" in note for note in record.notes)

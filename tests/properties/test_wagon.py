@@ -152,6 +152,11 @@ def test_a_hunting_coach_hits_its_rails_with_its_flanges():
     assert float(history.lateral_shift.values[on_flange].min()) > 5e-3  # m: the clearance
     pushed = history.lateral_force.sel(side="left").values[on_flange[:, :, 0]]
     assert np.median(pushed) < 0.0  # the left rail pushes to the right
+    # T-gamma of treads and flanges over the way is what friction takes
+    fine = record.history(5000)
+    lost = scene.speed * float(fine.t_gamma.sum(("wheelset", "side")).integrate("time"))
+    assert lost == pytest.approx(float(record.energy.friction), rel=1e-3)
+    assert float(fine.flange_t_gamma.sum()) > 0.3 * float(fine.t_gamma.sum())
     # what all rails push upwards, with the weight, is what all bodies gain
     vehicle = scene.vehicle
     masses = [part.mass for part in (*vehicle.bodies, *vehicle.axles)]

@@ -172,10 +172,12 @@ def test_statistics_are_those_of_sorted_samples(swaying):
 
 
 def test_a_run_that_is_shorter_than_its_window_is_refused(swaying):
-    with pytest.raises(wt.InputError, match=r"12 m, of 10 m of way"):
-        swaying.guidance(window=12.0)
+    with pytest.raises(wt.InputError, match=r"12 m, in 9 m of way"):
+        swaying.guidance(window=12.0, settling=0.1)
     with pytest.raises(wt.InputError, match="rate"):
         swaying.guidance(rate=30.0)
+    with pytest.raises(wt.InputError, match="settling"):
+        swaying.guidance(settling=1.0)
     single = wt.simulate(wt.load("examples/bump.toml"))
     with pytest.raises(wt.InputError, match="guidance"):
         single.guidance()

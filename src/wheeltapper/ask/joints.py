@@ -87,6 +87,8 @@ def jenkins(
     turn, V = as_quantity(angle, "angle", "angle"), _speeds(speed)
     if not isinstance(track, SupportedRail):
         raise InputError("", "track", value_text(track), "a track with a flexible rail, as wt.tracks.Ballasted")
+    if track.anomalies:
+        raise InputError("", "track.anomalies", f"{len(track.anomalies)} of them", "none: all seats alike")
     scenario = Scenario(
         vehicle=vehicle,
         track=track,

@@ -30,7 +30,7 @@ def draw_irregularity(item: Irregularity) -> Figure:
 
     spectral = isinstance(item, Spectrum)
     figure = Figure(figsize=(8.0, 7.0 if spectral else 3.5))
-    axes = np.atleast_1d(figure.subplots(2 if spectral else 1, 1))
+    axes = figure.subplots(2 if spectral else 1, 1, squeeze=False)[:, 0]
     _draw_heights(axes[0], item)
     if isinstance(item, Spectrum):
         _draw_levels(axes[1], item)

@@ -92,9 +92,12 @@ def guidance(
     settling = as_quantity(settling, "settling", "time", positive=False)
     rate = usual_rate(cutoff or CUTOFF) if rate is None else checked_rate(rate, cutoff or 0.0)
     speed = float(scenario.speed)
-    if not window < speed * (record.end - settling):
-        found = f"{window:g} m, of {speed * record.end:.4g} m of way with {settling:g} s of settling"
-        raise InputError("", "window", found, "less than what is left of the way, or 0 for no mean")
+    if not settling < record.end:
+        raise InputError("", "settling", f"{settling:g} s", f"less than the run's {record.end:g} s")
+    way = speed * (record.end - settling)
+    if window and not window < way:
+        found = f"{window:g} m, in {way:.4g} m of way after settling"
+        raise InputError("", "window", found, "less than that way, or 0 for no mean")
     history = record.history(rate)
     begin, half = int(np.ceil(settling * rate)), round(0.5 * window * rate / speed) if window else 0
 

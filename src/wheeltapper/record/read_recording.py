@@ -142,13 +142,15 @@ def read_channels_of(
 
 
 def _column_of(table: RecordingTable, name: str, path: Path) -> str | int | None:
-    """Return which column of a file a name means; None if no column bears it."""
+    """Return which column of a file a name means; None if no column bears it. A single column has no number."""
     try:
-        column_named(table.columns, "column", name, DIMENSIONS)
-        return name
+        if not (name.isdecimal() and len(table.columns) == 1):
+            column_named(table.columns, "column", name, DIMENSIONS)
+            return name
     except InputError:
-        if path.name.split(".")[0] != name:
-            return None
+        pass
+    if path.name.split(".")[0] != name:
+        return None
     only, _ = choose_columns(table, None, None, None)
     return next(i for i, one in enumerate(table.columns) if one is only)
 

@@ -12,7 +12,7 @@ from pydantic import Field, field_serializer, model_validator
 
 from wheeltapper.describe.contact.base import Contact
 from wheeltapper.describe.noun import PositiveLength
-from wheeltapper.ground.errors import InputError
+from wheeltapper.ground.errors import InputError, value_text
 from wheeltapper.ground.needs import HYSTERESIS, OWN_LAW, Need
 
 FloatArray = NDArray[np.float64]
@@ -20,7 +20,10 @@ ARGUMENTS = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
 
 
 def _law_error(found: str) -> InputError:
-    allowed = "a function from arrays of indentations in m, or of indentations and rates in m/s, to forces in N"
+    allowed = (
+        "a Python function, which a file cannot hold, from arrays of indentations in m, or of indentations and rates in "
+        "m/s, to forces in N"
+    )
     return InputError("", "force", found, allowed)
 
 
@@ -55,6 +58,14 @@ class Law(Contact):
     @field_serializer("force")
     def _refuse_text(self, value: Any) -> str:
         raise ValueError("a Law holds a Python function and cannot be written to a file")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _a_function(cls, data: Any) -> Any:
+        if isinstance(data, dict) and not callable(data.get("force")):
+            found = value_text(data["force"]) if "force" in data else "nothing"
+            raise _law_error(found)
+        return data
 
     @model_validator(mode="after")
     def _callable_with_arrays(self) -> Law:

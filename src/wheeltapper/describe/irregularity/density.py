@@ -118,7 +118,7 @@ def bands_of_levels(name: str) -> tuple[FloatArray, FloatArray]:
 def variance_in_bands(k: FloatArray, variance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the middles of third-octave bands, m, from long to short, and the sum of the waves' variances in each."""
     band = np.rint(10.0 * np.log10(k)).astype(int)
-    sums = np.bincount(band - band.min(), variance)
+    sums = np.asarray(np.bincount(band - band.min(), variance), dtype=np.float64)
     middles = 10.0 ** (-0.1 * (band.min() + np.arange(len(sums))))
     return middles[sums > 0.0], sums[sums > 0.0]
 
@@ -171,7 +171,7 @@ def third_octave_levels(heights: NDArray[Any], spacing: float) -> tuple[FloatArr
     y = y - y.mean() - along * (along @ y) / (along @ along)
     window = np.hanning(len(y) + 1)[:-1]
     power = 2.0 * np.abs(np.fft.rfft(y * window)) ** 2 / (len(y) * (window @ window))
-    k = np.fft.rfftfreq(len(y), spacing)
+    k = np.asarray(np.fft.rfftfreq(len(y), spacing), dtype=np.float64)
     waves, sums = variance_in_bands(k[1:], power[1:])
     lines = (HALF_BAND - 1.0 / HALF_BAND) / waves / k[1]
     kept = (lines >= FEWEST_LINES) & (HALF_BAND / waves <= k[-1])

@@ -29,7 +29,7 @@ Rows = tuple[tuple[PositiveLength, float], ...]
 
 PIECES_PER_WAVE = 2.5
 """Pieces of the path in the shortest wave at least; what they differ from the sum of waves is 2e-4 of that wave."""
-GRID = 2.0**-30
+GRID = 2.0**-40
 """Borders of pieces are multiples of this, m: exact numbers wherever they are moved to, so that nothing jumps there."""
 USUAL_PERIOD = 200.0
 """Shortest period that is chosen by itself, m."""
@@ -74,10 +74,9 @@ class Spectrum(Irregularity):
         Radius of the patch of contact, m, which filters waves that are not long against it (Remington 1976); for
         rolling="point" only, as a circle does not follow short waves anyway. None: no filter.
     period
-        Length after which the irregularity repeats, m, to 1 nm for each piece; None: 40 of the longest waves, and at
-        least 200 m.
+        Length after which the irregularity repeats, m; None: 40 of the longest waves, and at least 200 m.
     position
-        How far the realisation is moved along the rail, m, to 1 nm.
+        How far the realisation is moved along the rail, m.
     """
 
     example: ClassVar[dict[str, Any]] = {"curve": "ISO 3095:2013", "wavelengths": (0.04, 0.4), "added": 20.0, "seed": 1}

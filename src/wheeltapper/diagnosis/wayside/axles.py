@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wheeltapper.diagnosis.wayside.channels import FloatArray
-from wheeltapper.diagnosis.wayside.pulses import Pulses
+from wheeltapper.diagnosis.wayside.pulses import Pulses, usual_height
 
 CLOSEST = 0.5
 """Pulses that lie closer than this, m, after the way between their channels, are of one axle."""
@@ -23,12 +23,15 @@ NEIGHBOURS = (2, 40)
 """Axles on either side with which an axle's speed is found, by a line over time: as many as it takes, at most,"""
 STEADY = 3e-4
 """for this standard error of the speed, over the speed."""
+FEW = 0.25
+"""Pulses in no more than this share of the channels are of no axle."""
 FAINT = 0.3
 """Pulses in no more than half of the channels are an axle's only if they have this share of the usual height."""
 AS_KNOWN = 0.03
 """Largest deviation of a train's distances of axles from those of the known vehicle, over them."""
-CHANGED = 0.1
-"""Axles whose slowness differs from another's by this share say nothing of its speed."""
+CHANGED = (0.02, 0.1)
+"""Axles whose slowness differs from another's by so much say nothing of its speed: by more than five times the median,
+and these shares."""
 STOOD = 3.0
 """An axle that is among the channels for so many times what its speed says has stopped there."""
 ALIKE = 0.2
@@ -111,8 +114,9 @@ def _told_apart(
     axles: list[NDArray[np.int64]] = []
     others: list[NDArray[np.int64]] = []
     for members in clusters:
-        few = 2 * len(np.unique(seen.channel[members])) <= channels
-        (others if few and np.median(seen.height[members]) < FAINT else axles).append(members)
+        share = len(np.unique(seen.channel[members])) / channels
+        faint = share <= 0.5 and np.median(seen.height[members]) < FAINT
+        (others if faint or share <= FEW else axles).append(members)
     return axles, others
 
 
@@ -132,7 +136,7 @@ def _all_pulses(several: list[Pulses], at_seats: float) -> _Seen:
     """Return the pulses of all channels; those at seats last as if the sensors there had this length, m."""
     rows = [
         (np.full(len(p.times), k), np.arange(len(p.times)), p.times, np.full(len(p.times), p.channel.place),
-         p.durations / np.nan_to_num(p.channel.length, nan=at_seats), p.heights / np.median(p.heights))
+         p.durations / np.nan_to_num(p.channel.length, nan=at_seats), p.heights / usual_height(p.heights))
         for k, p in enumerate(several)
         if len(p.times)
     ]  # fmt: skip
@@ -288,12 +292,13 @@ def _smooth_paces(times: FloatArray, paces: FloatArray, weights: FloatArray, err
     Neighbours that are far from the median of the nearest do not count: there the speed has changed, or is wrong.
     """
     count = int(np.clip((error / STEADY) ** 2 / 2.0, *NEIGHBOURS))
-    local, far = _running_median(paces, 5), max(CHANGED, 5.0 * error)
+    local = _running_median(paces, 5)
     out = np.empty(len(paces))
     for i in range(len(paces)):
         near = slice(max(i - count, 0), i + count + 1)
         t, s = times[near] - times[i], paces[near]
-        w = weights[near] * (np.abs(s / local[i] - 1.0) <= far)
+        off = np.abs(s / local[i] - 1.0)
+        w = weights[near] * (off <= np.clip(5.0 * np.median(off), *CHANGED))
         if not w.any():
             out[i] = local[i]
             continue

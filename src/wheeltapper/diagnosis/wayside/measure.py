@@ -85,7 +85,7 @@ def measure_trains(
 
 
 def _train(passage: Passage, several: Sequence[Pulses], site: Site, rules: Any, name: str, date: str) -> TrainFinding:
-    vehicles, sides = vehicles_of(passage.places.tolist()), sides_of(passage, several)
+    vehicles, sides = vehicles_of(passage.places.tolist()), sides_of(passage, several, site.wheel_radius)
     entries = []
     for number, vehicle in enumerate(vehicles, 1):
         for bogie, axles in enumerate(vehicle.bogies, 1):

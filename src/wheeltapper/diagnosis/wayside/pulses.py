@@ -24,6 +24,8 @@ SHORT = 0.6
 """A pulse shorter than this share of the usual ones rings after a strike elsewhere,"""
 HIGH = 0.4
 """if it is not as high as this share of them, so that it may be of a wheel that left the rail."""
+SURE = 0.25
+"""Pulses of this share of the highest are certainly of wheels: by them the usual ones are known."""
 AROUND = 15
 """Number of pulses of which the median is the usual duration."""
 
@@ -158,9 +160,16 @@ def _crossing(force: FloatArray, i: int, level: float) -> float:
     return float(i + (np.clip((level - force[i]) / step, 0.0, 1.0) if step else 0.5))
 
 
+def usual_height(heights: FloatArray) -> float:
+    """Return the median of the heights, N, of pulses that are certainly of wheels."""
+    return float(np.median(heights[heights >= SURE * heights.max()]))
+
+
 def _real(durations: FloatArray, heights: FloatArray) -> NDArray[np.bool_]:
     """Return which pulses are of wheels, and not of what rings after a strike beside the sensor."""
     if not len(durations):
         return np.zeros(0, dtype=bool)
-    usual = median_filter(durations, size=min(AROUND, len(durations)), mode="nearest")
-    return np.array((durations > SHORT * usual) | (heights > HIGH * np.median(heights)))
+    sure = np.flatnonzero(heights >= SURE * heights.max())
+    near = median_filter(durations[sure], size=min(AROUND, len(sure)), mode="nearest")
+    usual = np.interp(np.arange(len(durations)), sure, near)
+    return np.array((durations > SHORT * usual) | (heights > HIGH * usual_height(heights)))

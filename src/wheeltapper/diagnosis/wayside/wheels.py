@@ -24,13 +24,15 @@ EDGE = 0.1
 """What lies closer than this to a gauge, m, does not count, but at most a quarter of the length on either side."""
 BEFORE_GAUGE = 1e-3
 """Peaks closer than this to a gauge in time, s, do not count."""
+ALONE = 0.8
+"""A strike that does not repeat is one only if it exceeds the mean by this share of it."""
 STRIKE = 0.4
 """A strike is a force that exceeds the mean by this share of it,"""
 STANDS_OUT = 6.0
 """and by this many standard deviations of what the wheels of the train show, and of the noise."""
 NOISE = 4.0
 """Standard deviations of the noise that the largest of a wheel's samples may be."""
-TURNS = (1.9, 3.9)
+TURNS = (2.2, 3.6)
 """Circumferences of wheels, m, where no radius is stated."""
 SAME_PLACE = 0.08
 """Largest deviation of two strikes' distance from a number of circumferences, m."""
@@ -81,17 +83,19 @@ class Side:
     clipped: NDArray[np.bool_]
 
 
-def sides_of(passage: Passage, several: Sequence[Pulses]) -> list[Side]:
-    """Return what each rail shows of a train's wheels."""
+def sides_of(passage: Passage, several: Sequence[Pulses], radius: float | None = None) -> list[Side]:
+    """Return what each rail shows of a train's wheels, of this radius, m, if it is known."""
     sides: dict[str | None, list[int]] = {}
     for number, pulses in enumerate(several):
         if np.isfinite(pulses.channel.length):
             sides.setdefault(pulses.channel.sensor.side, []).append(number)
     order = [side for side in ("left", "right", None) if side in sides]
-    return [_side(side, passage, several, sides[side]) for side in order]
+    return [_side(side, passage, several, sides[side], radius) for side in order]
 
 
-def _side(side: str | None, passage: Passage, several: Sequence[Pulses], numbers: list[int]) -> Side:
+def _side(
+    side: str | None, passage: Passage, several: Sequence[Pulses], numbers: list[int], radius: float | None
+) -> Side:
     axles, names = len(passage.times), tuple(several[number].channel.sensor.name for number in numbers)
     means, peaks, excess, whens = np.full((4, axles, len(numbers)), np.nan)
     clipped = np.zeros(axles, dtype=bool)
@@ -121,7 +125,7 @@ def _side(side: str | None, passage: Passage, several: Sequence[Pulses], numbers
     seen = np.isfinite(means).any(axis=1)
     mean, peak = np.full((2, axles), np.nan)
     mean[seen], peak[seen] = np.nanmean(means[seen], axis=1), np.nanmax(peaks[seen], axis=1)
-    strikes = _strikes(passage, mean, excess, whens, noise, names)
+    strikes = _strikes(passage, mean, excess, whens, noise, names, radius)
     return Side(side, mean, peak, means, names, strikes, clipped)
 
 
@@ -188,10 +192,16 @@ def _usual_shape(views: dict[tuple[int, int], _View], quick: Sequence[FloatArray
 
 
 def _strikes(
-    passage: Passage, mean: FloatArray, excess: FloatArray, whens: FloatArray, noise: FloatArray, names: Sequence[str]
+    passage: Passage,
+    mean: FloatArray,
+    excess: FloatArray,
+    whens: FloatArray,
+    noise: FloatArray,
+    names: Sequence[str],
+    radius: float | None,
 ) -> tuple[tuple[Strike, ...], ...]:
     """Return the strikes of each wheel: forces far above its mean, and above what the other wheels show."""
-    sure = np.maximum(excess - NOISE * noise, 0.0) / mean[:, None]
+    sure = np.maximum(excess - NOISE * noise, 0.0)  # of roughness, which adds the same to light and heavy wheels
     usual = float(np.nanmedian(sure)) if np.isfinite(sure).any() else 0.0
     scatter = 1.4826 * float(np.nanmedian(np.abs(sure - usual))) if np.isfinite(sure).any() else 0.0
     with np.errstate(invalid="ignore"):
@@ -203,11 +213,15 @@ def _strikes(
         when = float(whens[axle, k])
         x = float(passage.speeds[axle] * (when - passage.times[axle]))
         out[axle].append(Strike(when, x, float(excess[axle, k]), names[k]))
-    return _own_strikes([sorted(each) for each in out], passage)
+    return _own_strikes([sorted(each) for each in out], mean, passage, radius)
 
 
-def _own_strikes(found: list[list[Strike]], passage: Passage) -> tuple[tuple[Strike, ...], ...]:
+def _own_strikes(
+    found: list[list[Strike]], mean: FloatArray, passage: Passage, radius: float | None
+) -> tuple[tuple[Strike, ...], ...]:
     """Return each wheel's own strikes, and not the echoes of another wheel's in the sensor on which it is.
+
+    One strike that does not repeat may be of the rail, and counts only if it is strong.
 
     Those come with the other wheel's strikes, or whole turns of that wheel before or after one, where it has left the
     sensors, and are weaker.
@@ -218,6 +232,8 @@ def _own_strikes(found: list[list[Strike]], passage: Passage) -> tuple[tuple[Str
     for axle in np.argsort(-strongest, kind="stable"):
         speed = abs(float(passage.speeds[axle]))
         kept = [one for one in found[axle] if not any(_is_echo(one, speed, *other) for other in echoing)]
+        if kept and turn_between(kept, radius) is None and max(one.excess for one in kept) < ALONE * mean[axle]:
+            continue
         out[axle] = tuple(kept)
         if kept:
             echoing.append((float(strongest[axle]), turn_between(kept, None), np.array([one.time for one in kept])))
@@ -242,12 +258,9 @@ def turn_between(strikes: Sequence[Strike], radius: float | None) -> float | Non
     x = np.array([one.x for one in strikes])
     ways = np.abs(x[:, None] - x[None, :])[np.triu_indices(len(x), 1)]
     ways = ways[ways > 0.5]
-    tried = [2.0 * pi * radius] if radius is not None else [w / n for w in ways for n in (1, 2, 3)]
-    limits = (0.0, np.inf) if radius is not None else TURNS
+    stated = [] if radius is None else [2.0 * pi * radius]
     best: tuple[int, float] | None = None
-    for turn in tried:
-        if not limits[0] <= turn <= limits[1]:
-            continue
+    for turn in stated or ways[(ways >= TURNS[0]) & (ways <= TURNS[1])].tolist():
         turns = np.rint(ways / turn)
         near = (turns > 0) & (np.abs(ways - turns * turn) <= SAME_PLACE * np.sqrt(np.maximum(turns, 1.0)))
         if near.any() and (best is None or int(near.sum()) > best[0]):

@@ -19,6 +19,7 @@ from wheeltapper.lower.track.responses import PAD, Extra
 from wheeltapper.lower.track.ring import RESIDUAL_DEGREE, ring_of
 from wheeltapper.lower.track.section import Section
 from wheeltapper.march.general.structure import Ring
+from wheeltapper.march.general.tables import real_times
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -81,7 +82,7 @@ def irregular_ring(section: Section, bays: int, cutoff: float, extras: tuple[Ext
     )
     given: FloatArray = missed.along @ stiff.T + _all_around(pushed @ _rows(reads).T) @ damp.T
     deflection = _all_around(deflection) + _times(missed.along, forces)
-    entered = _times(np.asarray(at_once.T, dtype=float), _times(_columns(drives), left.T))
+    entered = _times(at_once.T, _times(_columns(drives), left.T))
     drive = _all_around(_times(pushed, left.T)) + _times(given, entered)
     drive = drive + _times(missed.along @ damp.T, entered * rates)
     edges = np.append(np.add.outer(np.arange(bays) * ring.spacing, ring.edges[:-1]).ravel(), bays * ring.spacing)
@@ -106,10 +107,10 @@ def _columns(drives: ComplexArray) -> FloatArray:
     return np.concatenate([drives.real, drives.imag], axis=-1)
 
 
-def _times(real: FloatArray, matrix: ComplexArray) -> ComplexArray:
-    """Return real rows (..., n) times a complex matrix, in real arithmetic."""
-    product = real.reshape(-1, real.shape[-1]) @ np.ascontiguousarray(matrix).view(float)
-    return np.asarray(product.view(complex).reshape(*real.shape[:-1], matrix.shape[1]))
+def _times(real: NDArray[Any], matrix: ComplexArray) -> ComplexArray:
+    """Return real rows (..., n) times a complex matrix."""
+    product = real_times(real.reshape(-1, real.shape[-1]), matrix)
+    return np.asarray(product.reshape(*real.shape[:-1], matrix.shape[1]))
 
 
 def _eigenvectors(system: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
@@ -220,8 +221,7 @@ def by_powers(values: FloatArray) -> FloatArray:
 def _residual(ring: Ring, static: FloatArray) -> FloatArray:
     """Return the compliance that the modes leave to be added, by powers."""
     powers = points()[:, None] ** np.arange(RESIDUAL_DEGREE + 1)
-    shows, takes = ((powers @ one.view(float)).view(complex) for one in (ring.deflection, ring.drive))
-    there = shows * takes
+    there = real_times(powers, ring.deflection) * real_times(powers, ring.drive)
     return by_powers(static - np.real(there @ (-ring.weights / ring.rates)))
 
 

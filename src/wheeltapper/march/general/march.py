@@ -237,11 +237,16 @@ def prepared_on(track: TrackTables, system: System, method: Method, start: Start
     return Prepared(system, method, units, grid, tables, data, start, _motion(system, method, data, units, start))
 
 
+RATED_TAIL = 1e-9
+"""Least error of forces' polynomials, in static units, where a law depends on the rate: rounding of the rate."""
+
+
 def settings_of(system: System, method: Method, units: Units, grid: Grid) -> FloatArray:
     """Return the settings of a march, as its kernel takes them."""
     settings = np.zeros(layout.SETTINGS)
     settings[layout.NEWTON_LIMIT] = method.newton
-    settings[layout.TAIL_LIMIT] = method.tail
+    rated = any(law_row(contact, units, 0)[switch.LAW_RATED] for contact in system.contacts)
+    settings[layout.TAIL_LIMIT] = max(method.tail, RATED_TAIL if rated else 0.0)
     settings[layout.SWEEP_LIMIT] = method.sweep
     settings[layout.LOSS_LIMIT] = method.loss
     settings[layout.PROMINENT] = method.prominence

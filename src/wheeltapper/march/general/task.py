@@ -12,7 +12,7 @@ from wheeltapper.march.general import march as general
 from wheeltapper.march.general.contract import Task
 from wheeltapper.march.general.integrals import impulses
 from wheeltapper.march.general.march import Found
-from wheeltapper.march.general.stepping import march_kernel
+from wheeltapper.march.general.tables import FEW_MODES
 from wheeltapper.march.program import FloatArray
 from wheeltapper.march.telling import Tell, report_nothing
 
@@ -63,7 +63,8 @@ def march(task: Task, tell: Tell = report_nothing) -> Marched:
 
 def is_ready(task: Task) -> bool:
     """Return False where marching a task begins with compiling."""
-    return bool(march_kernel.signatures)
+    ring = task.system.ring
+    return general.is_ready(task.method, ring is not None and len(ring.rates) > FEW_MODES)
 
 
 def marched_of(task: Task, found: Found) -> Marched:
