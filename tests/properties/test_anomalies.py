@@ -141,11 +141,10 @@ def test_events_of_voids_are_not_those_of_wheels():
     )  # fmt: skip
     record = wt.simulate(scene)
     events = record.events
-    assert events.kind.values.tolist() == ["void closes", "void opens"] * 2
+    assert events.kind.values.tolist() == ["void closes"]  # one of the wheels is always near
     assert set(events.wheelset.values) == {0}
     assert set(events.seat.values) == {2}
     np.testing.assert_allclose(events.position, 1.2)
-    assert (np.diff(events.time) > 0.0).all()
     assert record.impacts.sizes["impact"] == 0
     assert record.time_in_air == 0.0
     assert record.peaks.wheelset.isin([1, 2]).all()
