@@ -233,11 +233,11 @@ def _own_strikes(
     for axle in np.argsort(-strongest, kind="stable"):
         speed = abs(float(passage.speeds[axle]))
         kept = [one for one in found[axle] if not any(_is_echo(one, speed, *other) for other in echoing)]
-        if kept and turn_between(kept, radius) is None and max(one.excess for one in kept) < ALONE * mean[axle]:
+        if not kept:
             continue
-        out[axle] = tuple(kept)
-        if kept:
-            echoing.append((float(strongest[axle]), turn_between(kept, None), np.array([one.time for one in kept])))
+        if turn_between(kept, radius) is not None or max(one.excess for one in kept) >= ALONE * mean[axle]:
+            out[axle] = tuple(kept)
+        echoing.append((float(strongest[axle]), turn_between(kept, None), np.array([one.time for one in kept])))
     return tuple(out)
 
 
