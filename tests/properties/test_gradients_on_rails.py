@@ -41,7 +41,7 @@ def features():
         custom(lambda train: train.loss_time.sum(), "losses", "s"),
         custom(lambda train: train.impact_time.sum(), "impacts", "s"),
         custom(lambda train: train.closing_speed.sum(), "speeds", "m/s"),
-        custom(lambda train: train.peak_force.sum(), "forces", "N"),
+        custom(lambda train: train.peak_force[train.peak_impact >= 1].sum(), "forces", "N"),
         custom(lambda train: train.peak_time[train.peak_impact >= 1].sum(), "tops", "s"),
     ]  # fmt: skip
 
