@@ -4,16 +4,15 @@ A joint over speed
 
 A dipped joint of 20 mrad: P1, P2 and the largest force by the exact march, beside the formulas of Jenkins and others
 (1974), which take the track as one mass. They lie above: a rail carries waves away, and falls away before the joint.
-"""
+"""  # noqa: D205, D400 - a title for the gallery
 
 import wheeltapper as wt
 
 scene = wt.load("examples/joint.toml")
 study = wt.tracks.joint_forces(scene, [10, 15, 20, 25, 30, 35, 40, 45, 50])
 figure = wt.plot(study)
-print(
-    f"P2 at 50 m/s: {float(study.P2[-1]) / 2e3:.1f} kN per wheel, by the formula {float(study.P2_jenkins[-1]) / 2e3:.1f}"
-)
+exact, formula = float(study.P2[-1]) / 2e3, float(study.P2_jenkins[-1]) / 2e3
+print(f"P2 at 50 m/s: {exact:.1f} kN per wheel, by the formula {formula:.1f}")
 
 # %%
 # Softer pads that damp more: P1 is larger, P2 lower.
