@@ -8,7 +8,17 @@ A dipped joint of 20 mrad: P1, P2 and the largest force by the exact march, besi
 
 import wheeltapper as wt
 
-scene = wt.load("examples/joint.toml")
+scene = wt.Scenario(
+    vehicle=wt.Wheelset(mass="1200 kg", load="188.228 kN"),  # with the weight 100 kN per wheel
+    track=wt.tracks.Ballasted(
+        rail="60E1", spacing=0.6, pad_stiffness="180 kN/mm", pad_damping="18 kN s/m", sleeper_mass=150,
+        ballast_stiffness="105 kN/mm", ballast_damping="48 kN s/m",
+    ),
+    contact=wt.Hertz(constant=1.8825e11),
+    irregularity=wt.irregularities.DippedJoint(angle="20 mrad", length=1.0, position=3.0),
+    speed="90 km/h",
+    duration=0.22,
+)  # fmt: skip
 study = wt.tracks.joint_forces(scene, [10, 15, 20, 25, 30, 35, 40, 45, 50])
 figure = wt.plot(study)
 exact, formula = float(study.P2[-1]) / 2e3, float(study.P2_jenkins[-1]) / 2e3
