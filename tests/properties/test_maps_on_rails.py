@@ -188,3 +188,15 @@ def test_a_border_with_damping_in_the_contact_is_refused_by_name():
     damped = FLAT.replaced({"contact": wt.Hertz(constant=1.8825e11, restitution=0.8, impact_speed=0.1)})
     with pytest.raises(InputError, match="`border` does not take"):
         wt.border(damped, {"speed": [10.0, 20.0], "irregularity.0.length": [0.03, 0.06]})
+
+
+def test_a_border_over_a_void_is_where_runs_begin_to_lose_contact():
+    margin = _Plane(HANGING, ("track.anomalies.0.void", "irregularity.0.length"), 1, "default", 2).margin
+    lengths = np.array([0.02, 0.03, 0.05, 0.06])
+    found = margin(np.full(4, 2e-4), lengths)
+    for length, here in zip(lengths, found, strict=True):
+        record = wt.simulate(HANGING.replaced({"irregularity.0.length": length}), progress=False)
+        assert (len(record.events.time) > 0) == (here < 0.0)
+        if here < 0.0:  # the largest clearance
+            lowest = record.history(rate=2e5).indentation.min()
+            assert here == pytest.approx(float(lowest), rel=1e-3)
