@@ -11,7 +11,8 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.general.contract import STRICT, Bodies
 from wheeltapper.march.general.gradients import tangents
 from wheeltapper.march.general.laws.switch import LINEAR_LAW
-from wheeltapper.march.general.march import compliance_at, march, shapes_at
+from wheeltapper.march.general.march import march
+from wheeltapper.march.general.tables import compliance_at, shapes_at
 from wheeltapper.march.general.turned import SystemTurn
 
 pytestmark = pytest.mark.filterwarnings("ignore::wheeltapper.record.simulate.ModelWarning")

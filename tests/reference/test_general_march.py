@@ -16,9 +16,10 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.general.contract import DEFAULT, STRICT, Bodies, Contact, Law, System
 from wheeltapper.march.general.laws.switch import HUNT_CROSSLEY, LINEAR_LAW
-from wheeltapper.march.general.march import Start, compliance_at, march, shapes_at
+from wheeltapper.march.general.march import Start, march
 from wheeltapper.march.general.replay import modes, path_heights, replay
 from wheeltapper.march.general.structure import Ring
+from wheeltapper.march.general.tables import compliance_at, shapes_at
 
 METHODS = {"default": DEFAULT, "strict": STRICT}
 ROLLAND, ZHAI = "rolland_UIC60_example", "Zhai2004"
