@@ -8,36 +8,17 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.general import layout
+from wheeltapper.march.general import layout, tangent, turned
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.careful import sigmas_of
 from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.march import Found, room_of, stage_of
 from wheeltapper.march.general.records import Motion
 from wheeltapper.march.general.replay import Rows, pace_at, rows_of
-from wheeltapper.march.general.tangent import (
-    OF_SIZE,
-    OF_TIME,
-    SAME_PLACE,
-    Carried,
-    Posed,
-    Told,
-    Turned,
-    Turns,
-    tangent_kernel,
-)
-from wheeltapper.march.general.turned import (
-    SystemTurn,
-    slowed,
-    turned_laws,
-    turned_pieces,
-    turned_start,
-    turned_tables,
-)
 from wheeltapper.march.kernel import is_compiled
 from wheeltapper.march.program import FloatArray, IntArray
 
-SAME = 1e-9
+AT_PART_START = 1e-9
 """Macro steps; a maximum no farther from where a part begins is there."""
 
 
@@ -75,13 +56,17 @@ class _Direction(NamedTuple):
     start: Any
 
 
-def _direction(found: Found, turn: SystemTurn) -> _Direction:
+def _direction(found: Found, turn: turned.SystemTurn) -> _Direction:
     prepared = found.prepared
-    pieces, laws = turned_pieces(prepared, turn), turned_laws(prepared, turn)
-    start = turned_start(prepared, turn, laws, pieces)
+    pieces, laws = turned.turned_pieces(prepared, turn), turned.turned_laws(prepared, turn)
+    start = turned.turned_start(prepared, turn, laws, pieces)
     moved = turn.is_structured or bool(np.any(start.offsets))
     return _Direction(
-        pieces, laws, slowed(prepared, turn), turned_tables(prepared, turn, start.offsets) if moved else None, start
+        pieces,
+        laws,
+        turned.slowed(prepared, turn),
+        turned.turned_tables(prepared, turn, start.offsets) if moved else None,
+        start,
     )
 
 
@@ -99,7 +84,7 @@ def _stacked(each: list[_Direction], name: str, like: FloatArray, axis: int | No
     return out
 
 
-def _turns(found: Found, each: list[_Direction]) -> Turns:
+def _turns(found: Found, each: list[_Direction]) -> tangent.Turns:
     tables, data, q = found.prepared.tables, found.prepared.data, found.prepared.method.nodes
     bends = [one.pieces for one in each if one.pieces is not None]
     bent = np.cumsum([one.pieces is not None for one in each]) - 1
@@ -115,7 +100,7 @@ def _turns(found: Found, each: list[_Direction]) -> Turns:
             ("residual", 1),
         )
     }  # fmt: skip
-    return Turns(
+    return tangent.Turns(
         bent=np.where([one.pieces is not None for one in each], bent, -1),
         bends=np.stack(bends) if bends else np.zeros((1, *data.pieces.shape)),
         laws=np.stack([one.laws for one in each]), seconds=np.array([one.seconds for one in each]),
@@ -125,7 +110,7 @@ def _turns(found: Found, each: list[_Direction]) -> Turns:
     )  # fmt: skip
 
 
-def _scratch(contacts: int, directions: int, q: int, modes: int, states: int) -> tuple[Posed, Carried]:
+def _scratch(contacts: int, directions: int, q: int, modes: int, states: int) -> tuple[tangent.Posed, tangent.Carried]:
     parts, nodes = layout.MOST_PARTS + 2, layout.MOST_NODES
 
     def of_parts(*more: int) -> FloatArray:
@@ -137,7 +122,7 @@ def _scratch(contacts: int, directions: int, q: int, modes: int, states: int) ->
     def along(*more: int) -> FloatArray:
         return np.zeros((directions, contacts, *more))
 
-    posed = Posed(
+    posed = tangent.Posed(
         counts=whole(2), rows=whole(parts), P=of_parts(nodes, nodes), pace=of_parts(nodes), J=of_parts(nodes, nodes),
         K=of_parts(nodes, nodes), r=of_parts(nodes), slope=of_parts(nodes), viscous=of_parts(nodes),
         smoothly=whole(parts), given=of_parts(directions, nodes), direct=of_parts(directions, nodes),
@@ -145,7 +130,7 @@ def _scratch(contacts: int, directions: int, q: int, modes: int, states: int) ->
         after=whole(parts), events=whole(parts), steep=of_parts(), bend=of_parts(), leaps=whole(parts),
         raised=of_parts(2, directions), forces=np.zeros((contacts, directions, parts, nodes)),
     )  # fmt: skip
-    carried = Carried(
+    carried = tangent.Carried(
         free=along(q), change=along(q), moments=along(q), began=along(), felt=along(q),
         shares=np.zeros((directions + 1, contacts, q, q)), sums=np.zeros((q, q)),
         modes=np.zeros((directions, 2, modes)), spare=np.zeros(max(32, states)), gap=np.zeros(q),
@@ -153,7 +138,7 @@ def _scratch(contacts: int, directions: int, q: int, modes: int, states: int) ->
     return posed, carried
 
 
-def tangent_arguments(found: Found, turns: list[SystemTurn]) -> tuple[Any, ...]:
+def tangent_arguments(found: Found, turns: list[turned.SystemTurn]) -> tuple[Any, ...]:
     """Return the arguments of the kernel: the directions, and two more of all wheels' height and velocity at the start.
 
     They tell how a small change of the start grows.
@@ -165,7 +150,7 @@ def tangent_arguments(found: Found, turns: list[SystemTurn]) -> tuple[Any, ...]:
     idle = _Direction(None, np.zeros((contacts, switch.LAW_NUMBERS)), 0.0, None, None)
     all_of = [*each, idle, idle]
     count = len(all_of)
-    state = Turned(
+    state = tangent.Turned(
         np.zeros((count, 2, modes)), np.zeros((count, states)), np.zeros((count, contacts)),
         np.zeros((count, contacts)), np.zeros(contacts),
     )  # fmt: skip
@@ -177,7 +162,7 @@ def tangent_arguments(found: Found, turns: list[SystemTurn]) -> tuple[Any, ...]:
     state.began[-2] = 1.0 / prepared.units.length
     motion = Motion(*(table.copy() for table in prepared.motion))
     posed, carried = _scratch(contacts, count, q, modes, states)
-    told = Told(
+    told = tangent.Told(
         np.zeros((len(logs.rows), count, layout.MOST_NODES)), np.zeros((len(logs.rows), count)),
         np.zeros(len(logs.rows)), np.zeros((len(logs.events), 2, count)),
         np.zeros((len(logs.moments) + 1, count, states)),
@@ -190,14 +175,14 @@ def tangent_arguments(found: Found, turns: list[SystemTurn]) -> tuple[Any, ...]:
 
 def is_ready(found: Found) -> bool:
     """Return False where finding derivatives of a march begins with compiling."""
-    return is_compiled(tangent_kernel, tangent_arguments(found, []))
+    return is_compiled(tangent.tangent_kernel, tangent_arguments(found, []))
 
 
-def tangents(found: Found, turns: list[SystemTurn]) -> Tangents:
+def tangents(found: Found, turns: list[turned.SystemTurn]) -> Tangents:
     """Return the derivatives of a march along some directions."""
     arguments = tangent_arguments(found, turns)
     tables, told = arguments[1], arguments[-2]
-    if not tangent_kernel(*arguments):
+    if not tangent.tangent_kernel(*arguments):
         raise ArithmeticError("contacts do not settle with each other")
     prepared, logs, count = found.prepared, found.logs, len(turns)
     seconds, units = prepared.grid.seconds, prepared.units
@@ -205,8 +190,8 @@ def tangents(found: Found, turns: list[SystemTurn]) -> Tangents:
     order = np.argsort(at, kind="stable")[: len(found.events)]
     slower = tables.seconds[:count]
     events = told.events[order][:, :, :count]
-    events[:, OF_TIME] = (events[:, OF_TIME] + at[order, None] * slower) * seconds
-    events[:, OF_SIZE] *= units.length
+    events[:, tangent.OF_TIME] = (events[:, tangent.OF_TIME] + at[order, None] * slower) * seconds
+    events[:, tangent.OF_SIZE] *= units.length
     peaks = _of_peaks(found, told, slower)
     return Tangents(
         events, peaks, told.bodies[-1, :count, :-1], _of_impulses(found, told, slower), told.bodies[-1, count:, :-1]
@@ -216,7 +201,7 @@ def tangents(found: Found, turns: list[SystemTurn]) -> Tangents:
 # -- from parts to maxima and impulses --------------------------------------------------------------------------------
 
 
-def _of_peaks(found: Found, told: Told, slower: FloatArray) -> FloatArray:
+def _of_peaks(found: Found, told: tangent.Told, slower: FloatArray) -> FloatArray:
     """Return the derivatives of time and force of the maxima, (peaks, 2, directions)."""
     prepared, logs = found.prepared, found.logs
     at = logs.peaks[:, layout.MAXIMUM_STEP] + logs.peaks[:, layout.MAXIMUM_PART]
@@ -233,21 +218,21 @@ def _of_peaks(found: Found, told: Told, slower: FloatArray) -> FloatArray:
         pace = pace_at(rows.rows[row], sigma)[0][:, None]
         with np.errstate(divide="ignore", invalid="ignore"):
             later = -change[1] / force[2] * pace
-        out[smooth, OF_TIME] = later[:, : len(slower)]
-        out[smooth, OF_SIZE] = change[0][:, : len(slower)]
+        out[smooth, tangent.OF_TIME] = later[:, : len(slower)]
+        out[smooth, tangent.OF_SIZE] = change[0][:, : len(slower)]
         _of_corners(found, told, rows, mine, own[found.peaks[own, 3] != 0.0], at, out)
-    out[:, OF_TIME] = (out[:, OF_TIME] + at[:, None] * slower) * prepared.grid.seconds
-    out[:, OF_SIZE] *= prepared.units.force
+    out[:, tangent.OF_TIME] = (out[:, tangent.OF_TIME] + at[:, None] * slower) * prepared.grid.seconds
+    out[:, tangent.OF_SIZE] *= prepared.units.force
     return out
 
 
 def _of_corners(
-    found: Found, told: Told, rows: Rows, mine: IntArray, peaks: IntArray, at: FloatArray, out: FloatArray
+    found: Found, told: tangent.Told, rows: Rows, mine: IntArray, peaks: IntArray, at: FloatArray, out: FloatArray
 ) -> None:
     """Write the derivatives of maxima where the path has a kink or jumps: they move with it."""
     ends = rows.rows[:, layout.ROW_STEP] + rows.rows[:, layout.ROW_TO]
     for peak in peaks:
-        begins, stops = (np.flatnonzero(np.abs(edge - at[peak]) < SAME) for edge in (rows.starts, ends))
+        begins, stops = (np.flatnonzero(np.abs(edge - at[peak]) < AT_PART_START) for edge in (rows.starts, ends))
         if not len(begins):
             continue
         moved = told.moved[mine[begins[-1]], : out.shape[2]]
@@ -263,7 +248,7 @@ def _of_corners(
                 best = abs(force[0][0, 0] - size)
                 change = _along(told.forces[mine], rows, where, there)[0][0, : out.shape[2]]
                 pace = pace_at(rows.rows[where], there)[0]
-                out[peak, OF_TIME], out[peak, OF_SIZE] = moved, change + force[1][0] / pace * moved
+                out[peak, tangent.OF_TIME], out[peak, tangent.OF_SIZE] = moved, change + force[1][0] / pace * moved
 
 
 def _sigma(rows: Rows, row: IntArray, at: FloatArray) -> FloatArray:
@@ -289,7 +274,7 @@ def _along(values: FloatArray, rows: Rows, row: IntArray, sigma: FloatArray) -> 
     return out
 
 
-def _of_impulses(found: Found, told: Told, slower: FloatArray) -> FloatArray:
+def _of_impulses(found: Found, told: tangent.Told, slower: FloatArray) -> FloatArray:
     """Return the derivatives of the impulse of each logged part, N·s, (rows, directions)."""
     logs, units, seconds = found.logs, found.prepared.units, found.prepared.grid.seconds
     out = np.zeros((len(logs.rows), len(slower)))
@@ -318,6 +303,6 @@ def impulse_rates(found: Found, rates: Tangents, contact: int) -> FloatArray:
     out = np.full((len(impacts), rates.pressed.shape[1]), np.nan)
     for number, impact in enumerate(impacts):
         if impact + 1 < len(events):
-            first, last = np.searchsorted(starts, events[impact : impact + 2, 0] / seconds - SAME_PLACE)
+            first, last = np.searchsorted(starts, events[impact : impact + 2, 0] / seconds - tangent.AT_PART_END)
             out[number] = total[last] - total[first]
     return out

@@ -19,38 +19,29 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.march import program as contract
-from wheeltapper.march.general import layout, local, paths
+from wheeltapper.march.general import layout, local, modal, paths
 from wheeltapper.march.general.algebra import factorise, solve_factorised
 from wheeltapper.march.general.borrowing import borrowed_record
-from wheeltapper.march.general.careful import SNAP, share_part
+from wheeltapper.march.general.careful import EVENTS_NOW, ROWS_NOW, SNAP, share_part
 from wheeltapper.march.general.laws.switch import LAW_RATED, forces
 from wheeltapper.march.general.layout import BEGIN, EVENLY, IM, RE
-from wheeltapper.march.general.modal import (
-    add_turned_back,
-    read_modes,
-    read_modes_of_all,
-    turn,
-    turned,
-    write_modes,
-    write_modes_of_all,
-)
 from wheeltapper.march.general.records import Data, Logs, Motion, Nodes, Room, Site, Stage, Tables
 from wheeltapper.march.general.stepping import bays_ahead, write_step
 from wheeltapper.march.kernel import inlined_kernel, kernel
 from wheeltapper.march.program import FloatArray, IntArray
 
-SAME_PLACE = 4e-8
+AT_PART_END = 4e-8
 """Parts of a macro step; an event no farther from the end of a logged part is at it."""
 MOST_TURN_SWEEPS = 60
 INDENTED = 1e-6
 """Gap at an event, in units of length, above which the surfaces indent each other."""
 SETTLED = 1e-12
 """Change of what contacts feel of each other, over all that they feel, at which it is known."""
-STAYS, LEAPS, RELEASES = range(3)
+STAYS, LEAPS, PULLS_THERE = range(3)
 """Events where D falls or rises through zero, where the path jumps, and where a law begins or ends to pull."""
 OF_TIME, OF_SIZE = 0, 1
 """Rows of an event's derivatives: of its part of a macro step, and of the rate of indentation there."""
-LAW_SCALE, LAW_LOSS = 1, 2
+LAW_CONSTANT, LAW_LOSS = 1, 2
 """Columns of a law's numbers that may change: its constant, and the loss of Hunt and Crossley."""
 
 
@@ -165,6 +156,36 @@ class Posed(NamedTuple):
     leaps: IntArray
     raised: FloatArray
     forces: FloatArray
+
+
+class Logged(NamedTuple):
+    """Which logged rows and events a contact has in a macro step: the first, and the one behind the last."""
+
+    first_row: int
+    end_row: int
+    first_event: int
+    end_event: int
+
+
+class Part(NamedTuple):
+    """A part of a macro step with contact.
+
+    Attributes
+    ----------
+    i, k, p
+        Its contact, its place among the contact's parts, and the phase of the macro step.
+    n, nodes
+        Its nodes.
+    rated
+        Whether the law depends on the rate.
+    """
+
+    i: int
+    k: int
+    p: int
+    n: int
+    nodes: Nodes
+    rated: bool
 
 
 class Carried(NamedTuple):
@@ -388,15 +409,16 @@ def _enter(i: int, k: int, theta: float, n: int, nodes: Nodes, row: FloatArray, 
 
 
 @inlined_kernel
-def _pose(step: int, i: int, p: int, rows: tuple[int, int], events: tuple[int, int], tables: Tables, turns: Turns, data: Data, logs: Logs, begun: int, motion: Motion, state: Turned, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
+def _pose(step: int, i: int, logged: Logged, tables: Tables, turns: Turns, data: Data, logs: Logs, motion: Motion, state: Turned, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Write the linearised problems of a contact's parts in a macro step."""
     q = len(data.macro.places)
+    p = step % tables.matrices.shape[1]
     directions = len(turns.bent)
     place = motion.contacts[i]
     stride = data.settings[layout.SPEED_NOW] * data.settings[layout.STEP_NOW]
     law = data.laws[i]
     site = Site(
-        logs.gaps[begun, i], tables.kernels[i, p], tables.residual[i, p], data.pieces, place, data.ends[i], law,
+        logs.gaps[step, i], tables.kernels[i, p], tables.residual[i, p], data.pieces, place, data.ends[i], law,
         data.table, data.starts[i] + step * stride, stride, 1.0 / data.settings[layout.LENGTH_UNIT],
         data.settings[layout.STEP_NOW],
     )  # fmt: skip
@@ -406,10 +428,10 @@ def _pose(step: int, i: int, p: int, rows: tuple[int, int], events: tuple[int, i
     for direction in range(directions):
         paced = paced or turns.laws[direction, i, LAW_LOSS] != 0.0
     room.moments[:q] = 0.0
-    event, told = events[0], 0
-    count = rows[1] - rows[0]
+    event, told = logged.first_event, 0
+    count = logged.end_row - logged.first_row
     for k in range(count + 1):
-        row = logs.rows[rows[0] + min(k, count - 1)]
+        row = logs.rows[logged.first_row + min(k, count - 1)]
         n = int(row[layout.ROW_NODES])
         theta = row[layout.ROW_FROM] if k < count else 2.0
         nodes = data.macro
@@ -417,7 +439,7 @@ def _pose(step: int, i: int, p: int, rows: tuple[int, int], events: tuple[int, i
             nodes = data.part
         jumps = False
         if k < count:
-            posed.rows[i, k] = rows[0] + k
+            posed.rows[i, k] = logged.first_row + k
             posed.jumps[i, k] = 0
             jumps = _enter(i, k, theta, n, nodes, row, turns, shifts, state.pressed, site, posed, room)
         local.free_sum(q, site.c, site.B, room.moments, room.free)
@@ -429,9 +451,10 @@ def _pose(step: int, i: int, p: int, rows: tuple[int, int], events: tuple[int, i
                 risen, _ = _turn_at(direction, theta, turns, shifts, site)
                 if turns.structured[direction] != 0:
                     kernel_turn = turns.kernels[direction, i, p % turns.kernels.shape[2]]
-                    risen -= _answered(theta, q, kernel_turn, room.moments, room.spare)[0]
+                    less, _ = _answered(theta, q, kernel_turn, room.moments, room.spare)
+                    risen -= less
                 posed.risen[i, k, direction] = risen
-        while event < events[1] and logs.events[event, layout.EVENT_PART] <= theta + SAME_PLACE:
+        while event < logged.end_event and logs.events[event, layout.EVENT_PART] <= theta + AT_PART_END:
             at = logs.events[event, layout.EVENT_PART]
             posed.after[i, told] = k
             posed.events[i, told] = event
@@ -444,7 +467,7 @@ def _pose(step: int, i: int, p: int, rows: tuple[int, int], events: tuple[int, i
             if jumps:
                 posed.leaps[i, told] = LEAPS
             elif gap > INDENTED:
-                posed.leaps[i, told] = RELEASES
+                posed.leaps[i, told] = PULLS_THERE
             for direction in range(directions):
                 value, slope = _turn_at(direction, at, turns, shifts, site)
                 if turns.structured[direction] != 0:
@@ -463,7 +486,8 @@ def _pose(step: int, i: int, p: int, rows: tuple[int, int], events: tuple[int, i
         state.pressed[i] = 0.0
         if n == 1:
             continue
-        _pose_part(i, k, p, n, nodes, row, rated, paced, tables, turns, data, shifts, site, posed, carried, room)
+        part = Part(i, k, p, n, nodes, rated)
+        _pose_part(part, row, paced, tables, turns, data, shifts, site, posed, carried, room)
         state.pressed[i] = _edge(n, nodes, room.N, 1.0)
         for j in range(n):
             share = nodes.weights[j] * room.pace[j] * room.N[j]
@@ -471,13 +495,14 @@ def _pose(step: int, i: int, p: int, rows: tuple[int, int], events: tuple[int, i
                 room.moments[m] += share * room.P[j, m]
         if paced:
             place[layout.BEGAN] = local.end_indentation(n, nodes, place[layout.BEGAN], site.seconds, room)
-    posed.counts[i, 0] = count
-    posed.counts[i, 1] = told
+    posed.counts[i, ROWS_NOW] = count
+    posed.counts[i, EVENTS_NOW] = told
 
 
 @inlined_kernel
-def _pose_part(i: int, k: int, p: int, n: int, nodes: Nodes, row: FloatArray, rated: bool, paced: bool, tables: Tables, turns: Turns, data: Data, shifts: FloatArray, site: Site, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
+def _pose_part(part: Part, row: FloatArray, paced: bool, tables: Tables, turns: Turns, data: Data, shifts: FloatArray, site: Site, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Write the linearised problem of one part; its forces are in `room.N`."""
+    i, k, p, n, nodes, rated = part
     q = len(data.macro.places)
     how = int(row[layout.ROW_MAP])
     origin, span = row[layout.ROW_ORIGIN], row[layout.ROW_SPAN]
@@ -529,20 +554,21 @@ def _pose_part(i: int, k: int, p: int, n: int, nodes: Nodes, row: FloatArray, ra
             posed.J[i, k, a, b] = room.J[a, b]
             posed.K[i, k, a, b] = room.K[a, b]
     for direction in range(len(turns.bent)):
-        _pose_direction(direction, i, k, p, n, q, nodes, rated, turns, shifts, site, posed, carried, room)
+        _pose_direction(direction, q, part, turns, shifts, site, posed, carried, room)
 
 
 @inlined_kernel
-def _pose_direction(direction: int, i: int, k: int, p: int, n: int, q: int, nodes: Nodes, rated: bool, turns: Turns, shifts: FloatArray, site: Site, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
+def _pose_direction(direction: int, q: int, part: Part, turns: Turns, shifts: FloatArray, site: Site, posed: Posed, carried: Carried, room: Room) -> None:  # fmt: skip  # noqa: E501
     """Write N_p and the right-hand side of one part along a direction, without what was before this macro step."""
+    i, k, p, n, nodes, rated = part
     given, direct = posed.given[i, k, direction], posed.direct[i, k, direction]
-    stronger = turns.laws[direction, i, LAW_SCALE]
+    stronger = turns.laws[direction, i, LAW_CONSTANT]
     lossier = turns.laws[direction, i, LAW_LOSS]
     slower = turns.seconds[direction]
     bent = turns.bent[direction]
     plain = stronger == 0.0 and lossier == 0.0
     if not plain:
-        stronger /= site.law[LAW_SCALE]
+        stronger /= site.law[LAW_CONSTANT]
     for a in range(n):
         total = 0.0
         if not plain:
@@ -606,7 +632,7 @@ def _carry(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: D
     for j in range(q):
         m[j] = 0.0
     event = 0
-    parts = posed.counts[i, 0]
+    parts = posed.counts[i, ROWS_NOW]
     for k in range(parts + 1):
         leap = 0.0
         if k < parts and posed.drop[i, k] != 0.0:
@@ -618,8 +644,9 @@ def _carry(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: D
         local.free_sum(q, c, tables.kernels[i, p], m, f)
         if k < parts and posed.jumps[i, k] != 0:
             room.theta[BEGIN] = logs.rows[posed.rows[i, k], layout.ROW_FROM]
-            began = posed.risen[i, k, direction] + local.sum_at(room.theta[BEGIN], q, f)[0]
-        while event < posed.counts[i, 1] and posed.after[i, event] == k:
+            began, _ = local.sum_at(room.theta[BEGIN], q, f)
+            began += posed.risen[i, k, direction]
+        while event < posed.counts[i, EVENTS_NOW] and posed.after[i, event] == k:
             row = posed.events[i, event]
             at = logs.events[row, layout.EVENT_PART]
             value, slope = local.sum_at(at, q, f)
@@ -628,7 +655,7 @@ def _carry(direction: int, i: int, p: int, tables: Tables, turns: Turns, data: D
             later = -value / posed.steep[i, event]
             if posed.leaps[i, event] == LEAPS:
                 later = posed.moved[i, k, direction]
-            elif posed.leaps[i, event] == RELEASES:
+            elif posed.leaps[i, event] == PULLS_THERE:
                 later = np.nan
             slope += posed.bend[i, event] * later - posed.steep[i, event] * turns.seconds[direction]
             told.events[row, OF_TIME, direction] = later
@@ -688,7 +715,7 @@ def _write_shares(direction: int, i: int, data: Data, logs: Logs, posed: Posed, 
     out = carried.shares[direction, i]
     room.moments[:q] = 0.0
     node = 0
-    for k in range(posed.counts[i, 0]):
+    for k in range(posed.counts[i, ROWS_NOW]):
         row = logs.rows[posed.rows[i, k]]
         n = int(row[layout.ROW_NODES])
         if not base and posed.drop[i, k] != 0.0:
@@ -781,23 +808,23 @@ def _read_turned(step: int, i: int, tables: Tables, turns: Turns, motion: Motion
         return
     rows = tables.reads[tables.sets[i], at]
     if i == 0:
-        read_modes_of_all(rows, tables.first, state.modes, carried.free[:, i])
+        modal.read_modes_of_all(rows, tables.first, state.modes, carried.free[:, i])
     else:
         ahead = tables.turns[bays_ahead(step, i, tables)]
         for direction in range(many):
-            turned(
+            modal.turned(
                 ahead, state.modes[direction, RE], state.modes[direction, IM], carried.modes[direction, RE],
                 carried.modes[direction, IM],
             )  # fmt: skip
-        read_modes_of_all(rows, tables.first, carried.modes, carried.free[:, i])
+        modal.read_modes_of_all(rows, tables.first, carried.modes, carried.free[:, i])
     for direction in range(many):
         which = turns.modal[direction]
         if which >= 0:
             re, im = motion.modes[RE], motion.modes[IM]
             if i > 0:
                 re, im = carried.modes[BEGIN, RE], carried.modes[BEGIN, IM]
-                turned(tables.turns[bays_ahead(step, i, tables)], motion.modes[RE], motion.modes[IM], re, im)
-            read_modes(turns.reads[which, tables.sets[i], at], tables.first, re, im, carried.free[direction, i])
+                modal.turned(tables.turns[bays_ahead(step, i, tables)], motion.modes[RE], motion.modes[IM], re, im)
+            modal.read_modes(turns.reads[which, tables.sets[i], at], tables.first, re, im, carried.free[direction, i])
 
 
 @inlined_kernel
@@ -828,11 +855,11 @@ def _write_turned(step: int, tables: Tables, turns: Turns, motion: Motion, momen
     """Move the change of modes over a macro step, along all directions."""
     phases, many = tables.reads.shape[1], len(state.modes)
     for direction in range(many):
-        turn(tables.decay, state.modes[direction, RE], state.modes[direction, IM])
+        modal.turn(tables.decay, state.modes[direction, RE], state.modes[direction, IM])
         which = turns.modal[direction]
         if which >= 0:
             re, im = carried.modes[direction, RE], carried.modes[direction, IM]
-            turned(turns.decay[which], motion.modes[RE], motion.modes[IM], re, im)
+            modal.turned(turns.decay[which], motion.modes[RE], motion.modes[IM], re, im)
             for n in range(len(re)):
                 state.modes[direction, RE, n] += re[n]
                 state.modes[direction, IM, n] += im[n]
@@ -842,20 +869,20 @@ def _write_turned(step: int, tables: Tables, turns: Turns, motion: Motion, momen
         if i > 0:
             out = carried.modes
             out[:] = 0.0
-        write_modes_of_all(tables.writes[tables.sets[i], at], tables.first, carried.moments[:, i], out)
+        modal.write_modes_of_all(tables.writes[tables.sets[i], at], tables.first, carried.moments[:, i], out)
         for direction in range(many):
             which = turns.modal[direction]
             if which >= 0:
                 rows = turns.writes[which, tables.sets[i], at]
-                write_modes(rows, tables.first, moments[i], out[direction, RE], out[direction, IM])
+                modal.write_modes(rows, tables.first, moments[i], out[direction, RE], out[direction, IM])
             if i > 0:
-                add_turned_back(
+                modal.add_turned_back(
                     tables.turns[bays_ahead(step, i, tables)], out[direction, RE], out[direction, IM],
                     state.modes[direction, RE], state.modes[direction, IM],
                 )  # fmt: skip
     if (tables.phase[BEGIN] + step + 1) % phases == 0:
         for direction in range(many):
-            turn(tables.turns[1 % tables.turns.shape[0]], state.modes[direction, RE], state.modes[direction, IM])
+            modal.turn(tables.turns[1 % tables.turns.shape[0]], state.modes[direction, RE], state.modes[direction, IM])
 
 
 @kernel
@@ -888,8 +915,8 @@ def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion:
                 event += 1
             _read_turned(step, i, tables, turns, motion, state, carried)
             _pose(
-                step, i, p, (first_row, row), (first_event, event), tables, turns, data, logs, step, motion, state,
-                posed, carried, room,
+                step, i, Logged(first_row, row, first_event, event), tables, turns, data, logs, motion, state, posed,
+                carried, room,
             )  # fmt: skip
             if contacts > 1 and crossed:
                 _write_base_shares(directions, i, data, logs, posed, carried, room)
@@ -921,7 +948,7 @@ def tangent_kernel(tables: Tables, turns: Turns, data: Data, logs: Logs, motion:
             return False
         state.began[:] = carried.began
         for i in range(contacts):
-            for k in range(posed.counts[i, 0]):
+            for k in range(posed.counts[i, ROWS_NOW]):
                 at = posed.rows[i, k]
                 told.drops[at] = posed.drop[i, k]
                 pressed = logs.rows[at, layout.ROW_NODES] > 1.0

@@ -11,34 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from wheeltapper.march import program as contract
+from wheeltapper.march.general import march as general
+from wheeltapper.march.general import tables
 from wheeltapper.march.general.basis import gauss_nodes
 from wheeltapper.march.general.contract import Bodies, Law
 from wheeltapper.march.general.laws import switch
-from wheeltapper.march.general.march import (
-    Prepared,
-    bays_of,
-    first_places,
-    law_row,
-    order_of,
-    static_forces,
-    static_indentations,
-)
 from wheeltapper.march.general.structure import ComplexArray, Ring
-from wheeltapper.march.general.tables import (
-    Grid,
-    RingTables,
-    compliance_at,
-    exponentials,
-    modal_tables,
-    parts_of,
-    phases_and_bays,
-    ring_kernels,
-    ring_tables,
-    sets_of,
-    shapes_at,
-    states_of,
-)
-from wheeltapper.march.general.tangent import LAW_SCALE, factor_turn, path_turn
+from wheeltapper.march.general.tangent import LAW_CONSTANT, factor_turn, path_turn
 from wheeltapper.march.program import FloatArray, IntArray
 
 
@@ -97,7 +76,7 @@ class TurnedStart(NamedTuple):
     began: FloatArray
 
 
-def slowed(prepared: Prepared, turn: SystemTurn) -> float:
+def slowed(prepared: general.Prepared, turn: SystemTurn) -> float:
     """Return the derivative of the macro step's length in time, over that length."""
     return -turn.speed / prepared.system.speed if turn.speed else 0.0
 
@@ -105,7 +84,7 @@ def slowed(prepared: Prepared, turn: SystemTurn) -> float:
 # -- the path and the laws --------------------------------------------------------------------------------------------
 
 
-def turned_pieces(prepared: Prepared, turn: SystemTurn) -> FloatArray | None:
+def turned_pieces(prepared: general.Prepared, turn: SystemTurn) -> FloatArray | None:
     """Return the derivatives of all contacts' pieces behind each other; their degrees are their own."""
     if all(one is None for one in turn.paths):
         return None
@@ -123,7 +102,7 @@ def turned_pieces(prepared: Prepared, turn: SystemTurn) -> FloatArray | None:
     return out
 
 
-def turned_laws(prepared: Prepared, turn: SystemTurn) -> FloatArray:
+def turned_laws(prepared: general.Prepared, turn: SystemTurn) -> FloatArray:
     """Return the derivatives of the laws' numbers in the march's units, (contacts, LAW_NUMBERS)."""
     out = np.zeros((len(turn.laws), switch.LAW_NUMBERS))
     for row, contact, numbers in zip(out, prepared.system.contacts, turn.laws, strict=True):
@@ -131,7 +110,7 @@ def turned_laws(prepared: Prepared, turn: SystemTurn) -> FloatArray:
             continue
         linear = contact.law.kind == switch.LINEAR_LAW
         law = Law(switch.LINEAR_LAW if linear else switch.HUNT_CROSSLEY, numbers)
-        row[1 : 1 + len(numbers)] = law_row(contact._replace(law=law), prepared.units, 0)[1 : 1 + len(numbers)]
+        row[1 : 1 + len(numbers)] = general.law_row(contact._replace(law=law), prepared.units, 0)[1 : 1 + len(numbers)]
     return out
 
 
@@ -146,9 +125,9 @@ class _TurnedBodies(NamedTuple):
     S: FloatArray
 
 
-def _turned_bodies(prepared: Prepared, turn: SystemTurn, slower: float) -> _TurnedBodies:
+def _turned_bodies(prepared: general.Prepared, turn: SystemTurn, slower: float) -> _TurnedBodies:
     bodies, seconds, by = prepared.system.bodies, prepared.grid.seconds, turn.bodies
-    states, count = states_of(bodies), len(bodies.mass)
+    states, count = tables.states_of(bodies), len(bodies.mass)
     inverse = np.linalg.inv(bodies.mass)
     less = by.mass @ states.A[count:-1]  # of M·A = (-K, -C, load)
     right = np.hstack([-by.stiffness, -by.damping, by.load[:, None]])
@@ -166,10 +145,17 @@ def _turned_bodies(prepared: Prepared, turn: SystemTurn, slower: float) -> _Turn
 
 
 def _turned_ring(
-    ring: Ring, by: Ring | None, order: IntArray, grid: Grid, part: float, nodes: FloatArray, slower: float, count: int
-) -> RingTables:
-    """Return the derivatives of `ring_tables`."""
-    held = ring_tables(ring, order, grid, part, gauss_nodes(count))
+    ring: Ring,
+    by: Ring | None,
+    order: IntArray,
+    grid: tables.Grid,
+    part: float,
+    nodes: FloatArray,
+    slower: float,
+    count: int,
+) -> tables.RingTables:
+    """Return the derivatives of `tables.ring_tables`."""
+    held = tables.ring_tables(ring, order, grid, part, gauss_nodes(count))
     faster = grid.seconds * ring.rates[order] * slower
     residual = np.zeros_like(held.residual)
     if by is not None:
@@ -178,12 +164,12 @@ def _turned_ring(
     shows, takes = held.shows * grown, held.takes * (slower - grown)
     if by is not None:
         moved = ring._replace(deflection=by.deflection, drive=by.drive, residual=by.residual)
-        more = ring_tables(moved, order, grid, part, gauss_nodes(count))
+        more = tables.ring_tables(moved, order, grid, part, gauss_nodes(count))
         shows, takes, residual = shows + more.shows, takes + more.takes, more.residual
-    return RingTables(shows, takes, residual)
+    return tables.RingTables(shows, takes, residual)
 
 
-def turned_tables(prepared: Prepared, turn: SystemTurn, offsets: FloatArray) -> TurnedTables:
+def turned_tables(prepared: general.Prepared, turn: SystemTurn, offsets: FloatArray) -> TurnedTables:
     """Return the derivatives of the tables; `offsets` are those of the start's, m."""
     system, method, units, grid = prepared.system, prepared.method, prepared.units, prepared.grid
     nodes, q, contacts = gauss_nodes(method.nodes), method.nodes, len(system.contacts)
@@ -194,71 +180,74 @@ def turned_tables(prepared: Prepared, turn: SystemTurn, offsets: FloatArray) -> 
     residual = np.zeros((contacts, g.shape[2], q))
     modal = np.zeros((0, 0, q, 2, 0)), np.zeros((0, 0, q, 2, 0)), np.zeros((2, 0))
     if ring is not None and changes:
-        order = order_of(ring)
-        base = sets_of(ring, order, grid, lambda part: ring_tables(ring, order, grid, part, nodes))
-        made = sets_of(
+        order = general.order_of(ring)
+        base = tables.sets_of(ring, order, grid, lambda part: tables.ring_tables(ring, order, grid, part, nodes))
+        made = tables.sets_of(
             ring, order, grid,
             lambda part: _turned_ring(ring, turn.ring, order, grid, part, nodes.places, slower, q),
         )  # fmt: skip
-        places = parts_of(grid)[1], *phases_and_bays(grid)
-        mixed = [RingTables(one.shows, by.takes, by.residual) for one, by in zip(base, made, strict=True)]
-        ring_kernels(ring, order, mixed, *places, [], g, residual)
-        mixed = [RingTables(by.shows, one.takes, by.residual) for one, by in zip(base, made, strict=True)]
-        ring_kernels(ring, order, mixed, *places, [], g, residual)
+        places = tables.parts_of(grid)[1], *tables.phases_and_bays(grid)
+        mixed = [tables.RingTables(one.shows, by.takes, by.residual) for one, by in zip(base, made, strict=True)]
+        tables.ring_kernels(ring, order, mixed, *places, [], g, residual)
+        mixed = [tables.RingTables(by.shows, one.takes, by.residual) for one, by in zip(base, made, strict=True)]
+        tables.ring_kernels(ring, order, mixed, *places, [], g, residual)
         faster = grid.seconds * ring.rates[order] * slower
         if turn.ring is not None:
             faster = faster + grid.seconds * turn.ring.rates[order]
         written = [
-            RingTables(by.shows, by.takes + one.takes * faster, by.residual)
+            tables.RingTables(by.shows, by.takes + one.takes * faster, by.residual)
             for one, by in zip(base, made, strict=True)
         ]  # fmt: skip
-        tables = modal_tables(ring, order, grid, written, [], nodes, method, units)
+        made_modal = tables.modal_tables(ring, order, grid, written, [], nodes, method, units)
         decay = np.exp(ring.rates[order] * grid.seconds) * faster
-        modal = tables.reads, tables.writes, np.stack([decay.real, decay.imag])
+        modal = made_modal.reads, made_modal.writes, np.stack([decay.real, decay.imag])
     later = np.subtract.outer(nodes.places, nodes.places).ravel()
-    answers = bodies.S @ exponentials(bodies.over, later) @ bodies.B
+    answers = bodies.S @ tables.exponentials(bodies.over, later) @ bodies.B
     straight = _answers_of(prepared, later)
     answers = grid.seconds * (answers + slower * straight)
     g += np.moveaxis(answers.reshape(q, q, contacts, contacts), (0, 1), (2, 3))[:, :, None]
     g *= scale
     own = np.arange(contacts)
-    shown = (bodies.S @ exponentials(bodies.over, nodes.places))[:, :, :size]
-    later_still = exponentials(bodies.over, 1.0 - nodes.places) @ bodies.B
+    shown = (bodies.S @ tables.exponentials(bodies.over, nodes.places))[:, :, :size]
+    later_still = tables.exponentials(bodies.over, 1.0 - nodes.places) @ bodies.B
     taken = later_still[:, size:] + slower * later_still[:, :size]
     read = (np.tensordot(nodes.transform, shown, (1, 0)) / units.length).transpose(1, 0, 2)
     write = np.tensordot(nodes.transform, taken, (1, 0)) * (-grid.seconds * units.force)
     read = np.ascontiguousarray(read)
     read[:, 0, -1] += offsets / units.length
     return TurnedTables(
-        read, np.ascontiguousarray(write.transpose(2, 0, 1)), exponentials(bodies.over, np.ones(1))[0, size:, :size],
+        read, np.ascontiguousarray(write.transpose(2, 0, 1)),
+        tables.exponentials(bodies.over, np.ones(1))[0, size:, :size],
         np.ascontiguousarray(nodes.transform @ g[own, own] @ nodes.transform.T), g,
         residual * scale @ nodes.transform.T, *modal,
     )  # fmt: skip
 
 
-def _answers_of(prepared: Prepared, later: FloatArray) -> FloatArray:
+def _answers_of(prepared: general.Prepared, later: FloatArray) -> FloatArray:
     """Return what bodies answer after some times, in macro steps."""
-    states = states_of(prepared.system.bodies)
-    return np.asarray(states.S @ exponentials(states.A * prepared.grid.seconds, later) @ states.B)
+    states = tables.states_of(prepared.system.bodies)
+    return np.asarray(states.S @ tables.exponentials(states.A * prepared.grid.seconds, later) @ states.B)
 
 
 # -- the start --------------------------------------------------------------------------------------------------------
 
 
-def turned_start(prepared: Prepared, turn: SystemTurn, laws: FloatArray, pieces: FloatArray | None) -> TurnedStart:
+def turned_start(
+    prepared: general.Prepared, turn: SystemTurn, laws: FloatArray, pieces: FloatArray | None
+) -> TurnedStart:
     """Return the derivatives of the static state that `equilibrium` finds.
 
     `laws` and `pieces` are those of `turned_laws` and `turned_pieces`.
     """
     system, data, units = prepared.system, prepared.data, prepared.units
-    static, contacts = static_forces(system), len(data.starts)
-    deltas, _, factors = static_indentations(data, static, units)
+    static, contacts = general.static_forces(system), len(data.starts)
+    deltas, _, factors = general.static_indentations(data, static, units)
     sinking, rising = np.zeros((2, contacts))
-    for i, place in enumerate(first_places(data)):
+    for i, place in enumerate(general.first_places(data)):
         force, slope, viscous = np.zeros((3, 1))
         law, given = data.laws[i], (np.array([deltas[i]]), np.zeros(1), np.array([factors[i]]))
         switch.forces(law, data.table, 1, *given, force, slope, viscous)
-        direct = force[0] * laws[i, LAW_SCALE] / law[LAW_SCALE] if laws[i, LAW_SCALE] else 0.0
+        direct = force[0] * laws[i, LAW_CONSTANT] / law[LAW_CONSTANT] if laws[i, LAW_CONSTANT] else 0.0
         if pieces is not None:
             at = data.starts[i], 0.0
             rising[i] = path_turn(data.pieces, pieces, 0.0, place, *at, 1.0 / units.length, 0.0)[0]
@@ -274,23 +263,23 @@ def turned_start(prepared: Prepared, turn: SystemTurn, laws: FloatArray, pieces:
 
 
 def _turned_rest(
-    prepared: Prepared, turn: SystemTurn, static: FloatArray
+    prepared: general.Prepared, turn: SystemTurn, static: FloatArray
 ) -> tuple[ComplexArray, FloatArray, FloatArray]:
     """Return how the static amplitudes change, the rail's deflections through modes, and those beyond them, m."""
     system, by = prepared.system, turn.ring
-    ring, order = system.ring, order_of(system.ring)
+    ring, order = system.ring, general.order_of(system.ring)
     assert ring is not None
-    bays, inside = bays_of(ring, np.array([contact.position for contact in system.contacts]))
+    bays, inside = general.bays_of(ring, np.array([contact.position for contact in system.contacts]))
     ahead = np.exp(1j * np.multiply.outer(bays - bays[0], np.angle(ring.turns)))
-    shows = shapes_at(ring, ring.deflection, inside) * ahead
-    takes = shapes_at(ring, ring.drive, inside) / ahead
+    shows = tables.shapes_at(ring, ring.deflection, inside) * ahead
+    takes = tables.shapes_at(ring, ring.drive, inside) / ahead
     moved = -(takes.T @ turn.static) / ring.rates
-    local = compliance_at(ring, inside) * turn.static
+    local = tables.compliance_at(ring, inside) * turn.static
     if by is None:
         return moved[order], np.real(shows @ (ring.weights * moved)), local
     held = -(takes.T @ static) / ring.rates
-    moved = moved - ((shapes_at(ring, by.drive, inside) / ahead).T @ static + held * by.rates) / ring.rates
-    shown = shapes_at(ring, by.deflection, inside) * ahead
+    moved = moved - ((tables.shapes_at(ring, by.drive, inside) / ahead).T @ static + held * by.rates) / ring.rates
+    shown = tables.shapes_at(ring, by.deflection, inside) * ahead
     deflected = np.real(shows @ (ring.weights * moved) + shown @ (ring.weights * held))
-    local = local + compliance_at(ring._replace(residual=by.residual), inside) * static
+    local = local + tables.compliance_at(ring._replace(residual=by.residual), inside) * static
     return moved[order], deflected, local
