@@ -24,6 +24,7 @@ SCENARIOS = {
     "dipped_joint.toml": (0, 2.003),
     "drop_test.toml": (3, 4.662),
     "flat_on_ballast.toml": (0, 2.170),
+    "hanging_sleeper.toml": (0, 1.032),
     "joint.toml": (0, 2.055),
     "measured_flat.toml": (9, 21.920),
     "measured_flat_deck.toml": (9, 22.697),
@@ -53,10 +54,19 @@ STUDIES = {
 }
 # Site: a recording made there, its verdict, and the fault's size.
 SITES = {"site.toml": ("deck_flat.csv.gz", "wheel flat", 0.04)}
+DETECTORS = {"detector.toml": ("rail shear force", 6)}
+
+
+@pytest.mark.parametrize("name", DETECTORS)
+def test_a_detector_has_its_sensors(name):
+    kind, count = DETECTORS[name]
+    site = wt.load(EXAMPLES / name)
+    assert [sensor.kind for sensor in site.sensors] == [kind] * count
 
 
 def test_every_example_has_its_number() -> None:
-    assert {path.name for path in EXAMPLES.glob("*.toml")} == set(SCENARIOS) | set(STUDIES) | set(SITES)
+    held = {path.name for path in EXAMPLES.glob("*.toml")}
+    assert held == set(SCENARIOS) | set(STUDIES) | set(SITES) | set(DETECTORS)
     assert {path.name for path in EXAMPLES.glob("*.py")} == set(SCRIPTS)
 
 

@@ -41,8 +41,8 @@ def features():
         custom(lambda train: train.loss_time.sum(), "losses", "s"),
         custom(lambda train: train.impact_time.sum(), "impacts", "s"),
         custom(lambda train: train.closing_speed.sum(), "speeds", "m/s"),
-        custom(lambda train: train.peak_force.sum(), "forces", "N"),
-        custom(lambda train: train.peak_time.sum(), "tops", "s"),
+        custom(lambda train: train.peak_force[train.peak_impact >= 1].sum(), "forces", "N"),
+        custom(lambda train: train.peak_time[train.peak_impact >= 1].sum(), "tops", "s"),
     ]  # fmt: skip
 
 
@@ -54,7 +54,11 @@ def difference(scene, path, step, of):
 
 
 def check(scene, paths, impacts, method="strict", most=1e-6):
-    """Compare all features' derivatives, in units of feature over parameter, with differences."""
+    """Compare all features' derivatives with differences.
+
+    What is compared is the derivative, or a hundredth of feature over parameter where it is smaller than that. Maxima
+    are flat, so that differences know their times less well.
+    """
     found = wt.gradient(scene, [*features(), "number_of_impacts"], list(paths), method=method)
     assert float(found.number_of_impacts.max()) >= impacts
     assert set(np.atleast_1d(found.gradient_status.values)) == {0}
@@ -63,10 +67,12 @@ def check(scene, paths, impacts, method="strict", most=1e-6):
         expected = difference(scene, path, step, lambda record: np.array([each(record).values for each in asked]))
         for feature, slope in zip(asked, expected, strict=True):
             own = found[f"{feature.name}_gradient"].values[number]
-            known = np.isfinite(slope)
+            known, value = np.isfinite(slope), found[feature.name].values
             np.testing.assert_array_equal(np.isfinite(own), known)
-            size = np.abs(slope[known]).max(initial=0.0) if slope.ndim else np.abs(slope)
-            np.testing.assert_allclose(own, slope, rtol=0, atol=most * size, err_msg=f"{feature.name} by {path}")
+            weak = 0.01 * np.abs(np.nan_to_num(value)) / abs(float(Fields(scene)(path)))
+            error = np.abs(own - slope) / np.maximum(np.maximum(np.abs(slope), weak), 1e-300)
+            limit = 1e-2 if feature.name == "tops" else most
+            assert not np.any(error[known] > limit), f"{feature.name} by {path}: {own} instead of {slope}"
 
 
 OF_THE_WHEEL = {"vehicle.mass": 0.3, "vehicle.load": 10.0, "vehicle.stiffness": 4e4, "vehicle.damping": 200.0}
@@ -107,7 +113,7 @@ def test_a_corrugation_that_shakes_the_wheel_off():
         ),
         (
             {"vehicle": wt.vehicles.Bogie(**wt.vehicles.Bogie.example)},
-            {"vehicle.wheelset_mass": 0.3, "vehicle.frame_mass": 3.0, "vehicle.pitch_inertia": 3.0,
+            {"vehicle.wheelset_mass": 0.3, "vehicle.frame_mass": 60.0, "vehicle.pitch_inertia": 60.0,
              "vehicle.primary_stiffness": 5e4, "vehicle.secondary_damping": 800.0, "vehicle.wheel_load": 10.0}, 12,
         ),
     ],
@@ -212,10 +218,12 @@ def test_a_stiff_track_has_the_derivatives_of_the_wheels_march():
     """Two wheelsets far apart on a rigid rail are two wheels of the wheel's march."""
     paths = ["irregularity.0.height", "irregularity.0.length", "speed", "contact.constant"]
     bump = wt.CosineBump(height=4e-4, length=0.05, start=0.1)
-    alone = BASE.replaced({"track": wt.StiffTrack(), "irregularity": bump, "duration": 0.05})
+    wheel = WHEEL.model_copy(update={"stiffness": 0.0})  # which the wheel's march stretches at rest
+    alone = BASE.replaced({"vehicle": wheel, "track": wt.StiffTrack(), "irregularity": bump, "duration": 0.05})
+    pair = wt.vehicles.Wheelsets(wheelsets=(wheel, wheel), positions=(0.0, -9.0))
     of = [*features()[:4], features()[8]]
     expected = wt.gradient(alone, of, paths, method="strict")
-    found = wt.gradient(alone.replaced({"vehicle": TWO.model_copy(update={"positions": (0.0, -9.0)})}), of, paths, method="strict")  # fmt: skip  # noqa: E501
+    found = wt.gradient(alone.replaced({"vehicle": pair}), of, paths, method="strict")
     for feature in of:
         name = f"{feature.name}_gradient"
         np.testing.assert_allclose(found[name].sel(wheelset=1), expected[name], rtol=1e-6, err_msg=name)
@@ -231,7 +239,11 @@ def test_a_stiff_track_has_the_derivatives_of_the_wheels_march():
         (BASE, "track.pad_stiffness", "a field of the track, which changes its modes"),
         (BASE, "track.rail.bending_stiffness", "a field of the track"),
         (BASE.replaced({"vehicle": TWO}), "vehicle.positions.1", "a distance between wheelsets"),
-        (BASE.replaced({"contact": wt.contact.Law(lambda d: 1.88e11 * d**1.5)}), "contact.largest", "one's own"),
+        (
+            BASE.replaced({"contact": wt.contact.Law(lambda d: 1.88e11 * d**1.5)}),
+            "contact.largest",
+            "a field of a law of one's own",
+        ),
     ],
 )
 def test_other_fields_are_refused_by_name(scene, path, words):

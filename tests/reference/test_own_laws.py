@@ -92,6 +92,7 @@ def test_a_force_with_another_exponent_bounces_alike_with_finer_steps():
         (lambda delta: np.full_like(delta, np.inf), {}, "force: found a function that is inf"),
         (lambda delta: "strong", {}, "force: found a function that returns"),
         (lambda delta: 1.0 / 0.0, {}, "force: found a function that raises ZeroDivisionError"),
+        ("1e9*d", {}, "force: found '1e9\\*d'; allowed: a Python function, which a file cannot hold"),
         (hertz, {"exponent": 0.5}, "exponent"),
         (hertz, {"largest": 0.0}, "largest"),
     ],

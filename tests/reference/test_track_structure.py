@@ -368,7 +368,7 @@ def test_strain_and_shear_at_rest_are_those_of_the_deflection_line(name):
 def test_pads_and_ballast_carry_the_load():
     track = named("Zhai2004")
     section, modes = section_of(track), ring_of(track, 80, 5e3)
-    rows = readouts.seat_rows(section, modes)
+    rows = readouts.seat_rows(section, modes, 0)
     rates = modes.ring.rates
     pad, ballast = (
         row * stiffness / (stiffness + damping * rates)

@@ -12,7 +12,7 @@ from wheeltapper._version import __version__
 from wheeltapper.ask.cells import STATUS, TRUST, ComputedCells
 from wheeltapper.ask.study import Study, unit_of
 from wheeltapper.record.chart_store import FORMAT
-from wheeltapper.record.labels import CHART_TITLE
+from wheeltapper.record.labels import CHART_TITLE, flag_attributes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,11 +45,6 @@ def chart_dataset(asked: Study, found: ComputedCells) -> xr.Dataset:
     return xr.Dataset(
         data, named, chart_attributes(asked, tuple(note.sentence_of(asked.cell_count) for note in found.notes))
     )
-
-
-def flag_attributes(meanings: tuple[str, ...]) -> dict[str, Any]:
-    """Return the attributes of a variable whose values are positions in a list of words (CF conventions)."""
-    return {"flag_values": np.arange(len(meanings), dtype=np.int8), "flag_meanings": " ".join(meanings)}
 
 
 def _gradient_variables(

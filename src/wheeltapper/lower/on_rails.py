@@ -227,7 +227,10 @@ def _port(modes: IrregularModes, void: Void) -> general.Contact:
     law = general.Law(switch.LINEAR_LAW, np.array([void.stiffness]))
     if void.damping > 0.0:
         law = general.Law(switch.KELVIN, np.array([void.stiffness, void.damping]))
-    return general.Contact(level, law, port=general.Port(-modes.sleeper[place], -modes.sleeper_drive[place], void.gap))
+    port = general.Port(
+        -modes.sleeper[place], -modes.sleeper_drive[place], void.gap, float(modes.sleeper_residual[place])
+    )
+    return general.Contact(level, law, loop=1, port=port)
 
 
 def check_speed(speed: float, track: SupportedRail, ring: Ring, method: general.Method, way: float = 0.0) -> None:

@@ -123,7 +123,13 @@ def dataset(
     return xr.Dataset(labelled).set_coords(coordinates)
 
 
+def flag_attributes(meanings: tuple[str, ...]) -> dict[str, Any]:
+    """Return the attributes of a variable whose values are positions in a list of words (CF conventions)."""
+    words = " ".join(meaning.replace(" ", "_") for meaning in meanings)
+    return {"flag_values": np.arange(len(meanings), dtype=np.int8), "flag_meanings": words}
+
+
 def flag_variable(dimension: str, values: Any, names: tuple[str, ...]) -> tuple[str, Any, dict[str, Any]]:
     """Return names as files hold them: numbers, and what each stands for."""
     numbers = np.array([names.index(value) for value in values], dtype=np.int8)
-    return dimension, numbers, {"flag_values": np.arange(len(names), dtype=np.int8), "flag_meanings": " ".join(names)}
+    return dimension, numbers, flag_attributes(names)

@@ -145,8 +145,8 @@ def _task_of(parts: dict[str, Any], wheels: int) -> tuple[general.Task, TrackMod
         held = general.Law(int(law[0]), law[1:], parts[head + "table"])
         port = None
         if f"{head}port.gap" in parts:
-            deflection, drive, gap = (parts[f"{head}port.{name}"] for name in general.Port._fields)
-            port = general.Port(deflection, drive, float(gap))
+            deflection, drive, gap, residual = (parts[f"{head}port.{name}"] for name in general.Port._fields)
+            port = general.Port(deflection, drive, float(gap), float(residual))
         made.append(general.Contact(pieces, held, position, start, int(loop), int(join), port))
     bodies = general.Bodies(*(parts[f"bodies.{name}"] for name in general.Bodies._fields))
     modes: TrackModes | IrregularModes | None = None

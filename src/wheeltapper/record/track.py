@@ -64,6 +64,8 @@ class _Place(NamedTuple):
         What the rates of these add to them, s.
     void
         Number of the contact below the void there, among those of seats; None where there is none.
+    pad
+        Stiffness of the pad of a seat, N/m.
     """
 
     x: float
@@ -73,6 +75,7 @@ class _Place(NamedTuple):
     rest: Any
     lags: FloatArray
     void: int | None = None
+    pad: float = 0.0
 
 
 def track(
@@ -146,7 +149,7 @@ def _seat_place(section: Section, modes: TrackModes | IrregularModes, anomalies:
     return _Place(
         number * section.spacing, number, at_rest, (moving - at_rest) / modes.ring.rates, rest,
         np.array([0.0, section.pad_damping / section.pad, section.ballast_damping / max(section.ballast, 1e-300)]),
-        void,
+        void, own.pad,
     )  # fmt: skip
 
 
@@ -178,7 +181,11 @@ def _readings(record: Record, lowered: LoweredOnRails, places: list[_Place], tim
         out[:, i, 1] = -accelerated
         out[:, i, 2:] = read[:, 1:]
         if place.void is not None:
-            out[:, i, 3] = shown.force[:, wheels.shape[1] + place.void]
+            below = shown.force[:, wheels.shape[1] + place.void]
+            lifted = lowered.program.system.ports[place.void].residual * below
+            out[:, i, 0] += lifted
+            out[:, i, 2] += place.pad * lifted
+            out[:, i, 3] = below
         out[(np.abs(wheels - place.x) > 0.5 * ring.bays * ring.spacing).any(axis=1), i] = np.nan
     return out
 

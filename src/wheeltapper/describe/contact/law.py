@@ -21,8 +21,8 @@ ARGUMENTS = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
 
 def _law_error(found: str) -> InputError:
     allowed = (
-        "a Python function, which a file cannot hold, from arrays of indentations in m, or of indentations and rates in "
-        "m/s, to forces in N"
+        "a Python function, which a file cannot hold, from arrays of indentations in m, or of indentations and rates "
+        "in m/s, to forces in N"
     )
     return InputError("", "force", found, allowed)
 

@@ -67,7 +67,8 @@ class Weld(Irregularity):
             found = "more than " + given[0] if given else "no whole shape"
             raise InputError("", "", found, f"one of: {', '.join(pairs)}, path")
         if given == ["height and length"]:
-            idle = [name for name in ("columns", "noise", "turned") if name in self.model_fields_set]
+            own = type(self).model_fields
+            idle = [name for name in ("columns", "noise", "turned") if getattr(self, name) != own[name].default]
             if idle:
                 raise InputError("", idle[0], "something that a cosine has not", "no such field, or a measured shape")
         return self

@@ -147,7 +147,7 @@ class _View:
     @property
     def shares(self) -> FloatArray:
         """Place of the wheel at each sample, over the length, from the middle."""
-        return (np.arange(self.first, self.last) - self.middle) / self.count
+        return np.asarray((np.arange(self.first, self.last) - self.middle) / self.count, dtype=np.float64)
 
     def within(self, half: float) -> slice:
         """Return the samples about the middle."""
@@ -188,7 +188,8 @@ def _usual_shape(views: dict[tuple[int, int], _View], quick: Sequence[FloatArray
         for (axle, k), view in views.items()
         if means[axle, k] > 0.0
     ]
-    return np.array(np.median(rows, axis=0) if rows else 0.0 * SHARES, dtype=np.float64)
+    usual: FloatArray = np.median(np.array(rows), axis=0) if rows else np.zeros(len(SHARES))
+    return usual
 
 
 def _strikes(
@@ -232,11 +233,11 @@ def _own_strikes(
     for axle in np.argsort(-strongest, kind="stable"):
         speed = abs(float(passage.speeds[axle]))
         kept = [one for one in found[axle] if not any(_is_echo(one, speed, *other) for other in echoing)]
-        if kept and turn_between(kept, radius) is None and max(one.excess for one in kept) < ALONE * mean[axle]:
+        if not kept:
             continue
-        out[axle] = tuple(kept)
-        if kept:
-            echoing.append((float(strongest[axle]), turn_between(kept, None), np.array([one.time for one in kept])))
+        if turn_between(kept, radius) is not None or max(one.excess for one in kept) >= ALONE * mean[axle]:
+            out[axle] = tuple(kept)
+        echoing.append((float(strongest[axle]), turn_between(kept, None), np.array([one.time for one in kept])))
     return tuple(out)
 
 

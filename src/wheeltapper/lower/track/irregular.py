@@ -15,7 +15,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from wheeltapper.lower.track import responses, waves
-from wheeltapper.lower.track.responses import PAD, Extra
+from wheeltapper.lower.track.responses import BALLAST, PAD, Extra
 from wheeltapper.lower.track.ring import RESIDUAL_DEGREE, ring_of
 from wheeltapper.lower.track.section import Section
 from wheeltapper.march.general.structure import Ring
@@ -36,6 +36,8 @@ class IrregularModes(NamedTuple):
         As of `TrackModes`; the bay is the whole ring.
     rail, sleeper, sleeper_drive
         At each seat: of the rail and the sleeper, (bays, modes).
+    sleeper_residual
+        Compliance of a sleeper that the modes leave out, where its ballast differs, (bays,), m/N.
     vectors
         What each mode is in those of the regular ring, real parts above imaginary parts, (2·regular modes, modes).
     forces
@@ -49,6 +51,7 @@ class IrregularModes(NamedTuple):
     rail: ComplexArray
     sleeper: ComplexArray
     sleeper_drive: ComplexArray
+    sleeper_residual: FloatArray
     cutoff: float
     vectors: ComplexArray
     forces: ComplexArray
@@ -90,11 +93,13 @@ def irregular_ring(section: Section, bays: int, cutoff: float, extras: tuple[Ext
         rates, np.ones(len(rates), dtype=complex), np.where(rates.imag == 0.0, 1.0, 2.0), edges, deflection, drive,
         np.zeros((len(edges) - 1, RESIDUAL_DEGREE + 1)), bays * ring.spacing, 1, bays,
     )  # fmt: skip
-    return IrregularModes(
+    found = IrregularModes(
         long._replace(residual=_residual(long, missed.static)), _all_around(rotation),
         _times(_rows(weights * turns * rail), right), _times(_rows(weights * turns * regular.sleeper), right),
-        _times(_columns(turns.conj() * regular.sleeper_drive), left.T), cutoff, right, forces, drives.T,
+        _times(_columns(turns.conj() * regular.sleeper_drive), left.T), np.zeros(bays), cutoff, right, forces, drives.T,
     )  # fmt: skip
+    between = responses.between(section, extras, 0.0, bays * section.spacing).real
+    return found._replace(sleeper_residual=_sleeper_residual(found, extras, between))
 
 
 def _rows(reads: ComplexArray) -> FloatArray:
@@ -223,6 +228,21 @@ def _residual(ring: Ring, static: FloatArray) -> FloatArray:
     powers = points()[:, None] ** np.arange(RESIDUAL_DEGREE + 1)
     there = real_times(powers, ring.deflection) * real_times(powers, ring.drive)
     return by_powers(static - np.real(there @ (-ring.weights / ring.rates)))
+
+
+def _sleeper_residual(modes: IrregularModes, extras: tuple[Extra, ...], regular: FloatArray) -> FloatArray:
+    """Return what the modes leave of the compliance of sleepers at rest, where the ballast differs, (bays,), m/N.
+
+    `regular` is what extras feel of each other on the regular track.
+    """
+    stiffness = np.array([extra.stiffness for extra in extras])
+    exact = np.linalg.solve(np.eye(len(extras)) + regular * stiffness, regular)
+    shown = np.real(modes.sleeper * modes.sleeper_drive / -modes.ring.rates) @ modes.ring.weights
+    found = np.zeros(len(shown))
+    for number, extra in enumerate(extras):
+        if extra.kind == BALLAST:
+            found[extra.seat] = exact[number, number] - shown[extra.seat]
+    return found
 
 
 def regular_amplitudes(modes: IrregularModes, amplitudes: ComplexArray) -> ComplexArray:

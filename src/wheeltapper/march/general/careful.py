@@ -25,17 +25,7 @@ from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout, local, paths
 from wheeltapper.march.general.crossings import NO_CROSSING, first_crossing
 from wheeltapper.march.general.laws.switch import LAW_RATED, trend
-from wheeltapper.march.general.layout import (
-    AFTER_IMPACT,
-    BEFORE_LOSS,
-    EVENLY,
-    FLYING,
-    IMPACT_AT,
-    IMPACT_TO_LOSS,
-    LOSS_AT,
-    RELEASED,
-    TOUCHING,
-)
+from wheeltapper.march.general.layout import AFTER_IMPACT, BEFORE_LOSS, EVENLY, FLYING, IMPACT_AT, LOSS_AT
 from wheeltapper.march.general.records import Nodes, Room, Site
 from wheeltapper.march.kernel import kernel
 from wheeltapper.march.program import FloatArray, IntArray
@@ -48,7 +38,7 @@ FORESEEN = 1.5
 """Macro steps before a loss in which it is felt."""
 SHORTEST = 1e-6
 """Part of a macro step below which nothing is halved any more."""
-GRAZE = 1e-12
+SHALLOW = 1e-12
 """A dip of D less deep than this, in static indentations, is rounding and no loss."""
 MOST_TRIES = 60
 PULLS = 1e-6
@@ -155,7 +145,7 @@ def drift(theta: float, limit: float, q: int, places: FloatArray, matrix: FloatA
         room.F[k] = value
         room.spare[k] = trend(site.law, site.table, value, slope / site.seconds)
     start = room.spare[layout.BEGIN]
-    if start > PULLS or (start > 0.0 and room.spare[1] > start):  # behind a kink of the path
+    if start > PULLS or (start > 0.0 and room.spare[layout.BEGIN + 1] > start):  # behind a kink of the path
         return theta, True
     over = _crossing(n, matrix, room.F, -1.0, room)
     again = _crossing(n, matrix, room.spare, 1.0, room)
@@ -202,7 +192,7 @@ def release(step: int, i: int, theta: float, guess: float, limit: float, nodes: 
     if at <= theta + SNAP:
         _, slope = local.gap_at(theta, q, room.free, site)
         log_event(step, i, theta, contract.LOSS, slope / site.seconds, events, counts)
-        place[layout.FREE_NOW] = RELEASED
+        place[layout.FREE_NOW] = layout.RELEASED
         place[LOSS_AT] = np.inf
         return FOUND, theta
     for turn in range(12):
@@ -234,7 +224,7 @@ def release(step: int, i: int, theta: float, guess: float, limit: float, nodes: 
                 return FAILED, at
             log_row(step, i, theta, at, how, origin, span, s0, s1, n, room.N, rows, counts)
             log_event(step, i, at + away, contract.LOSS, rate, events, counts)
-            place[layout.FREE_NOW] = RELEASED
+            place[layout.FREE_NOW] = layout.RELEASED
             place[LOSS_AT] = np.inf
             place[layout.BEGAN] = local.end_indentation(n, nodes, place[layout.BEGAN], site.seconds, room)
             return FOUND, at
@@ -260,7 +250,17 @@ def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, se
             span = at - impact
             s0 = local.smoothstep_inverse((theta - impact) / span)
             solved = local.solve_part(
-                nodes, q, IMPACT_TO_LOSS, impact, span, s0, 1.0, turn > 0, settings[layout.NEWTON_LIMIT], site, room
+                nodes,
+                q,
+                layout.IMPACT_TO_LOSS,
+                impact,
+                span,
+                s0,
+                1.0,
+                turn > 0,
+                settings[layout.NEWTON_LIMIT],
+                site,
+                room,
             )
         else:
             span = 0.0
@@ -286,7 +286,7 @@ def find_loss(theta: float, guess: float, limit: float, nodes: Nodes, q: int, se
 @kernel
 def _falls(n: int, nodes: Nodes, how: int, origin: float, span: float, s0: float, s1: float, start: float, slope: float, end: float, room: Room) -> float:  # fmt: skip  # noqa: E501
     """Return where in σ the gap D first falls through zero, or NO_CROSSING; without the zero of an impact at 0."""
-    from_impact = s0 == 0.0 and (how == AFTER_IMPACT or how == IMPACT_TO_LOSS)
+    from_impact = s0 == 0.0 and (how == AFTER_IMPACT or how == layout.IMPACT_TO_LOSS)
     room.F[layout.BEGIN] = start
     room.F[n + 1] = end
     for k in range(n):
@@ -299,7 +299,7 @@ def _falls(n: int, nodes: Nodes, how: int, origin: float, span: float, s0: float
         total = 0.0
         for j in range(n + 2):
             total += nodes.ended[k, j] * room.F[j]
-        room.bernstein[k] = total + GRAZE
+        room.bernstein[k] = total + SHALLOW
     return first_crossing(room.bernstein, n + 1, -1.0, 0.0, room.stack)
 
 
@@ -329,7 +329,7 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
         origin, span, s0, s1 = theta, to - theta, 0.0, 1.0
         if guess == np.inf:
             if recent and loss - to < FORESEEN:
-                how = IMPACT_TO_LOSS
+                how = layout.IMPACT_TO_LOSS
                 origin, span = impact, loss - impact
                 s0 = local.smoothstep_inverse((theta - impact) / span)
                 s1 = local.smoothstep_inverse((to - impact) / span)
@@ -369,7 +369,7 @@ def press(step: int, i: int, theta: float, limit: float, nodes: Nodes, q: int, s
             if outcome == FOUND:
                 how, origin = BEFORE_LOSS, at
                 if recent:
-                    how, origin = IMPACT_TO_LOSS, impact
+                    how, origin = layout.IMPACT_TO_LOSS, impact
                 s1 = 1.0 if recent else 0.0
                 pulls = _pulls(nodes, settings[layout.TAIL_LIMIT], site, room)
                 if pulls != NO_CROSSING:
@@ -432,9 +432,9 @@ def _cross(step: int, i: int, theta: float, q: int, site: Site, room: Room, even
         place[layout.BEGAN] = max(value, 0.0)
         if value > 0.0 and place[layout.FREE_NOW] == FLYING:
             log_event(step, i, theta, contract.IMPACT, slope / site.seconds, events, counts)
-            place[layout.FREE_NOW] = TOUCHING
+            place[layout.FREE_NOW] = layout.TOUCHING
             place[IMPACT_AT] = -np.inf
-        elif value <= 0.0 and place[layout.FREE_NOW] == TOUCHING:
+        elif value <= 0.0 and place[layout.FREE_NOW] == layout.TOUCHING:
             log_event(step, i, theta, contract.LOSS, slope / site.seconds, events, counts)
             place[layout.FREE_NOW] = FLYING
         elif value <= 0.0:
@@ -470,8 +470,8 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
         if limit > 1.0 - SNAP:
             limit = 1.0
         local.free_sum(q, site.c, site.B, room.moments, room.free)
-        if place[layout.FREE_NOW] != TOUCHING:
-            released = place[layout.FREE_NOW] == RELEASED
+        if place[layout.FREE_NOW] != layout.TOUCHING:
+            released = place[layout.FREE_NOW] == layout.RELEASED
             presses = True
             if released:
                 at, presses = drift(theta, limit, q, places, matrix, site, room)
@@ -489,7 +489,7 @@ def careful(step: int, i: int, nodes: Nodes, macro: Nodes, shared: bool, places:
             if at != NO_CROSSING and presses:
                 value, slope = local.gap_at(at, q, room.free, site)
                 log_event(step, i, at, contract.IMPACT, slope / site.seconds, events, counts)
-                place[layout.FREE_NOW] = TOUCHING
+                place[layout.FREE_NOW] = layout.TOUCHING
                 place[IMPACT_AT] = -np.inf if released else at
                 place[LOSS_AT] = np.inf
                 place[layout.BEGAN] = value if released else 0.0

@@ -26,8 +26,10 @@ from wheeltapper.march.program import FloatArray, IntArray
 
 TOGETHER = 4
 """Cells that are multiplied at a time."""
-IMPACTS, ENDED = 0, 1
+MET_IMPACTS, MET_ENDED = 0, 1
 """Columns of `Lanes.met`: impacts of a contact, and 1 once it has come as far as was asked."""
+OF_LENGTH, OF_FORCE = 0, 1
+"""Columns of `Lanes.scales`."""
 
 
 class Lanes(NamedTuple):
@@ -271,14 +273,14 @@ def _count(first: int, last: int, contacts: int, impact: int, loss: int, events:
     for row in range(first, last):
         i = int(events[row, layout.EVENT_CONTACT_IS]) % contacts
         if events[row, layout.EVENT_KIND_IS] == contract.IMPACT:
-            met[i, IMPACTS] += 1
-            if met[i, IMPACTS] == impact:
-                met[i, ENDED] = 1
-        elif met[i, IMPACTS] == loss:
-            met[i, ENDED] = 1
+            met[i, MET_IMPACTS] += 1
+            if met[i, MET_IMPACTS] == impact:
+                met[i, MET_ENDED] = 1
+        elif met[i, MET_IMPACTS] == loss:
+            met[i, MET_ENDED] = 1
     ended = 0
     for i in range(contacts):
-        ended += met[i, ENDED]
+        ended += met[i, MET_ENDED]
     return ended == contacts
 
 
@@ -321,7 +323,7 @@ def cells_kernel(step: int, last: int, impact: int, loss: int, track: Tables, ki
             if lanes.status[w] != contract.RUNNING:
                 continue
             k = lanes.kind[w]
-            length, force = lanes.scales[w, 0], lanes.scales[w, 1]
+            length, force = lanes.scales[w, OF_LENGTH], lanes.scales[w, OF_FORCE]
             bodies = lanes.bodies[w]
             _tables_at(p, k, length, force, track, kinds, own)
             for i in range(contacts):

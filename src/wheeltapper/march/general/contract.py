@@ -52,11 +52,14 @@ class Port(NamedTuple):
         As Φ and Ψ of a ring of one bay, (modes,); the direction is that in which the contact's force acts.
     gap
         To be closed before there is a force, m.
+    residual
+        Local compliance that the modes leave out, m/N.
     """
 
     deflection: ComplexArray
     drive: ComplexArray
     gap: float
+    residual: float = 0.0
 
 
 class Contact(NamedTuple):

@@ -16,6 +16,7 @@ import numpy as np
 from wheeltapper.march import program as contract
 from wheeltapper.march.general import layout
 from wheeltapper.march.general import march as general
+from wheeltapper.march.general import tables as tabulation
 from wheeltapper.march.general.basis import flight_nodes, gauss_nodes
 from wheeltapper.march.general.cells import TOGETHER, Kinds, Lanes, Own, cells_kernel
 from wheeltapper.march.general.contract import Contact, System, Task
@@ -23,16 +24,6 @@ from wheeltapper.march.general.laws import switch
 from wheeltapper.march.general.march import Found, Rest
 from wheeltapper.march.general.records import Data, Logs, Room, Stage, Tables
 from wheeltapper.march.general.structure import ComplexArray
-from wheeltapper.march.general.tables import (
-    FEW_MODES,
-    BodyTables,
-    TrackTables,
-    Units,
-    are_coupled,
-    body_tables,
-    track_tables,
-    without_bodies,
-)
 from wheeltapper.march.kernel import is_compiled
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.telling import GENERAL_CHUNK
@@ -78,7 +69,7 @@ class MarchedCells(NamedTuple):
 class Shared(NamedTuple):
     """What tasks share: tables of their track, also in the kernel's form, and the track under forces at rest."""
 
-    track: TrackTables
+    track: tabulation.TrackTables
     tables: Tables
     rest: Rest
 
@@ -96,8 +87,8 @@ class SharedTrack:
         with self._lock:
             if self._made is None:
                 units = general.units_of(system.wheels, general.carried_loads(system))
-                track = track_tables(system, method, units, self._duration)
-                self._made = Shared(track, without_bodies(track, method), general.rest_of(system))
+                track = tabulation.track_tables(system, method, units, self._duration)
+                self._made = Shared(track, tabulation.without_bodies(track, method), general.rest_of(system))
             return self._made
 
     def __exit__(self, *_: object) -> None:
@@ -157,12 +148,12 @@ class _Kind(NamedTuple):
     """What cells share that differ in their paths only."""
 
     number: int
-    units: Units
+    units: tabulation.Units
     static: FloatArray
     laws: FloatArray
     sinking: FloatArray  # of the track under each contact at rest, m
     amplitudes: ComplexArray
-    tables: BodyTables
+    tables: tabulation.BodyTables
     law_tables: list[FloatArray]
 
 
@@ -214,7 +205,7 @@ class _Block:
             ]
             self.known[key] = _Kind(
                 len(self.known), units, static, np.array(laws), rest.deflections @ static, static @ rest.amplitudes,
-                body_tables(system.bodies, self.grid, self.method, units), tables,
+                tabulation.body_tables(system.bodies, self.grid, self.method, units), tables,
             )  # fmt: skip
         return self.known[key]
 
@@ -291,7 +282,7 @@ class _Block:
         scales = [kind.units.force / kind.units.length for kind in self.known.values()]
         one = track.units.force / track.units.length
         coupled = [
-            are_coupled(track.answers * (scale / one) + bodies.answers[:, :, None], self.method)
+            tabulation.are_coupled(track.answers * (scale / one) + bodies.answers[:, :, None], self.method)
             for scale, bodies in zip(scales, made, strict=True)
         ]
         g = np.stack([bodies.answers for bodies in made])
@@ -412,7 +403,7 @@ def is_ready(task: Task) -> bool:
     block = _Block([task._replace(system=small)], SharedTrack([task._replace(system=small)], 1).__enter__())
     tables: Any = block.shared.tables
     names = "reads", "writes", "fixed_reads", "fixed_writes"
-    if task.method.single and system.ring is not None and len(system.ring.rates) > FEW_MODES:
+    if task.method.single and system.ring is not None and len(system.ring.rates) > tabulation.FEW_MODES:
         tables = tables._replace(**{name: getattr(tables, name).astype(np.float32) for name in names})
     lanes, (stage, room, own) = block.lanes, block._rooms()
     data = Data(

@@ -274,7 +274,9 @@ def _sigma(rows: Rows, row: IntArray, at: FloatArray) -> FloatArray:
 
 def _along(values: FloatArray, rows: Rows, row: IntArray, sigma: FloatArray) -> list[FloatArray]:
     """Return polynomials held at the nodes of some rows, and two derivatives by σ, at one σ of each: (places, …)."""
-    values = values[row].reshape(len(row), -1, layout.MOST_NODES)
+    values = values[row].reshape(
+        len(row), values[:1].size // layout.MOST_NODES if len(values) else 0, layout.MOST_NODES
+    )
     out = [np.zeros(values.shape[:2]) for _ in range(3)]
     counts = rows.rows[row, layout.ROW_NODES].astype(int)
     for count in np.unique(counts[counts > 1]).tolist():

@@ -9,6 +9,7 @@ import numpy as np
 
 from wheeltapper.march import program as numbers
 from wheeltapper.march.general import layout
+from wheeltapper.march.general import tables as tabulation
 from wheeltapper.march.general.basis import FLIGHT_DEGREE, flight_nodes, gauss_nodes
 from wheeltapper.march.general.contract import DEFAULT, Bodies, Contact, Law, Method, System
 from wheeltapper.march.general.crossings import DEEPEST
@@ -17,17 +18,6 @@ from wheeltapper.march.general.paths import height_and_slope, heights
 from wheeltapper.march.general.records import Data, Logs, Motion, Room, Stage, Tables
 from wheeltapper.march.general.stepping import MODES_EVERY, march_kernel
 from wheeltapper.march.general.structure import ComplexArray, Ring
-from wheeltapper.march.general.tables import (
-    SAME_PHASE,
-    Grid,
-    TrackTables,
-    Units,
-    body_tables,
-    compliance_at,
-    joined,
-    shapes_at,
-    track_tables,
-)
 from wheeltapper.march.kernel import is_compiled
 from wheeltapper.march.program import FloatArray, IntArray
 from wheeltapper.march.telling import GENERAL_CHUNK, Tell, report_nothing
@@ -56,8 +46,8 @@ class Prepared(NamedTuple):
 
     system: System
     method: Method
-    units: Units
-    grid: Grid
+    units: tabulation.Units
+    grid: tabulation.Grid
     tables: Tables
     data: Data
     start: Start
@@ -104,7 +94,7 @@ class Found(NamedTuple):
 # -- laws in the march's units ----------------------------------------------------------------------------------------
 
 
-def law_row(contact: Contact, units: Units, first: int) -> FloatArray:
+def law_row(contact: Contact, units: tabulation.Units, first: int) -> FloatArray:
     """Return the numbers of a contact's law in the march's units; `first` is the first row of its table."""
     kind, given = contact.law.kind, contact.law.numbers
     row = np.zeros(switch.LAW_NUMBERS)
@@ -177,16 +167,16 @@ def static_forces(system: System) -> FloatArray:
     return found
 
 
-def units_of(contacts: tuple[Contact, ...], static: FloatArray) -> Units:
+def units_of(contacts: tuple[Contact, ...], static: FloatArray) -> tabulation.Units:
     """Return the units: powers of two near the largest static force and its indentation.
 
     Tables of one track then differ by exact factors, whatever stands on it.
     """
     force = float(static.max())
     contact = contacts[int(static.argmax())]
-    row = law_row(contact, Units(1.0, 1.0), 0)
+    row = law_row(contact, tabulation.Units(1.0, 1.0), 0)
     indentation = indentation_of(force, row, table_of(contact), 1.0)
-    return Units(*(2.0 ** round(log2(size)) for size in (indentation, force)))
+    return tabulation.Units(*(2.0 ** round(log2(size)) for size in (indentation, force)))
 
 
 def table_of(contact: Contact) -> FloatArray:
@@ -194,7 +184,7 @@ def table_of(contact: Contact) -> FloatArray:
     return contact.law.table if contact.law.table.size else np.zeros((1, 1))
 
 
-def _law_tables(system: System, units: Units) -> tuple[FloatArray, FloatArray]:
+def _law_tables(system: System, units: tabulation.Units) -> tuple[FloatArray, FloatArray]:
     """Return the laws' numbers, and their tables behind each other."""
     rows, tables, first = [], [], 0
     for contact in system.contacts:
@@ -218,13 +208,13 @@ def path_tables(system: System) -> tuple[FloatArray, FloatArray]:
 def prepare(system: System, method: Method = DEFAULT, start: Start | None = None, duration: float = np.inf) -> Prepared:
     """Make the tables of a system, enough for a duration; it starts from equilibrium unless a state is given."""
     units = units_of(system.wheels, carried_loads(system))
-    return prepared_on(track_tables(system, method, units, duration), system, method, start)
+    return prepared_on(tabulation.track_tables(system, method, units, duration), system, method, start)
 
 
-def prepared_on(track: TrackTables, system: System, method: Method, start: Start | None = None) -> Prepared:
+def prepared_on(track: tabulation.TrackTables, system: System, method: Method, start: Start | None = None) -> Prepared:
     """Make the tables of a system whose track has tables already."""
     units, grid = units_of(system.wheels, carried_loads(system)), track.grid
-    tables = joined(track, body_tables(system.bodies, grid, method, units), method, units)
+    tables = tabulation.joined(track, tabulation.body_tables(system.bodies, grid, method, units), method, units)
     laws, table = _law_tables(system, units)
     pieces, ends = path_tables(system)
     starts = np.array([contact.start for contact in system.contacts])
@@ -241,7 +231,7 @@ RATED_TAIL = 1e-9
 """Least error of forces' polynomials, in static units, where a law depends on the rate: rounding of the rate."""
 
 
-def settings_of(system: System, method: Method, units: Units, grid: Grid) -> FloatArray:
+def settings_of(system: System, method: Method, units: tabulation.Units, grid: tabulation.Grid) -> FloatArray:
     """Return the settings of a march, as its kernel takes them."""
     settings = np.zeros(layout.SETTINGS)
     settings[layout.NEWTON_LIMIT] = method.newton
@@ -268,7 +258,7 @@ def first_places(data: Data) -> FloatArray:
     return rows
 
 
-def path_at_start(data: Data, units: Units) -> tuple[FloatArray, FloatArray]:
+def path_at_start(data: Data, units: tabulation.Units) -> tuple[FloatArray, FloatArray]:
     """Return the paths' heights, in units of length, and the factors on the forces at time zero."""
     height, factor = np.empty((2, len(data.starts)))
     for i, place in enumerate(first_places(data)):
@@ -282,7 +272,7 @@ def path_at_start(data: Data, units: Units) -> tuple[FloatArray, FloatArray]:
 
 def bays_of(ring: Ring, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the bays of places along the track, and the places in them, m."""
-    bays = np.floor(x / ring.spacing + SAME_PHASE)
+    bays = np.floor(x / ring.spacing + tabulation.SAME_PHASE)
     return bays, np.maximum(x - bays * ring.spacing, 0.0)
 
 
@@ -308,12 +298,14 @@ def rest_of(system: System) -> Rest:
         return Rest(np.zeros((contacts, 0), dtype=complex), np.zeros((contacts, contacts)))
     shows, takes, inside = _shown_and_taken(system)
     amplitudes = -takes / ring.rates
-    local = np.append(compliance_at(ring, inside), np.zeros(len(system.ports)))
+    local = np.append(tabulation.compliance_at(ring, inside), [port.residual for port in system.ports])
     deflections = np.real(shows @ (ring.weights * amplitudes).T) + np.diag(local)
     return Rest(amplitudes, deflections)
 
 
-def static_indentations(data: Data, static: FloatArray, units: Units) -> tuple[FloatArray, FloatArray, FloatArray]:
+def static_indentations(
+    data: Data, static: FloatArray, units: tabulation.Units
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the indentations at rest, in units of length, the paths' heights there, and the factors on the forces."""
     height, factor = path_at_start(data, units)
     delta = np.array([
@@ -322,7 +314,7 @@ def static_indentations(data: Data, static: FloatArray, units: Units) -> tuple[F
     return delta, height, factor
 
 
-def equilibrium(system: System, data: Data, static: FloatArray, units: Units, rest: Rest) -> Start:
+def equilibrium(system: System, data: Data, static: FloatArray, units: tabulation.Units, rest: Rest) -> Start:
     """Return the joint static state of all contacts and the track, the bodies' springs unstretched."""
     wheels = len(system.wheels)
     delta, height, _ = static_indentations(data, static, units)
@@ -338,7 +330,10 @@ def _shown_and_taken(system: System) -> tuple[ComplexArray, ComplexArray, FloatA
     assert ring is not None
     bays, inside = bays_of(ring, np.array([contact.position for contact in system.wheels]))
     turn = np.exp(1j * np.multiply.outer(bays - bays[0], np.angle(ring.turns)))
-    shows, takes = shapes_at(ring, ring.deflection, inside) * turn, shapes_at(ring, ring.drive, inside) / turn
+    shows, takes = (
+        tabulation.shapes_at(ring, ring.deflection, inside) * turn,
+        tabulation.shapes_at(ring, ring.drive, inside) / turn,
+    )
     fixed = system.ports
     return (
         np.vstack([shows, *(port.deflection for port in fixed)]), np.vstack([takes, *(port.drive for port in fixed)]),
@@ -393,7 +388,7 @@ def stage_of(contacts: int, q: int, modes: int) -> Stage:
     )  # fmt: skip
 
 
-def _motion(system: System, method: Method, data: Data, units: Units, start: Start) -> Motion:
+def _motion(system: System, method: Method, data: Data, units: tabulation.Units, start: Start) -> Motion:
     """Return the state at time zero."""
     contacts, q = len(data.starts), method.nodes
     places = first_places(data)

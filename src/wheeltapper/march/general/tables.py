@@ -389,7 +389,7 @@ def _fixed_tables(ring: Ring, order: IntArray, grid: Grid, port: Port, nodes: No
     growth = np.exp(np.multiply.outer(nodes.places * grid.seconds, ring.rates[order]))
     shows = ring.weights[order] * port.deflection[order] * growth
     takes = port.drive[order] * grid.seconds / growth
-    return RingTables(shows[None], takes[None], np.zeros((1, len(nodes.places))))
+    return RingTables(shows[None], takes[None], np.full((1, len(nodes.places)), port.residual))
 
 
 def ring_kernels(
@@ -414,6 +414,7 @@ def ring_kernels(
             g[i, k] += _products(made[sets[i]].shows[at[i]], port.takes)
             g[k, i] += _products(port.shows, made[sets[i]].takes[at[i]])
     for k, port in enumerate(fixed, len(sets)):
+        residual[k] = port.residual
         for m, other in enumerate(fixed, len(sets)):
             g[k, m] += _products(port.shows, other.takes)
 
