@@ -8,6 +8,7 @@ import pytest
 
 import wheeltapper as wt
 from wheeltapper.describe.contact.base import Contact
+from wheeltapper.ground.needs import OWN_LAW
 from wheeltapper.lower.build import table_of
 from wheeltapper.lower.numbers import METHODS
 from wheeltapper.march import run
@@ -106,9 +107,11 @@ def numbers_of(law):
     return [field for field, value in law.model_dump().items() if type(value) is float and value > 0.0]
 
 
-@pytest.mark.parametrize("name", sorted(name for name, law in LAWS.items() if takes(run.GRADIENT, law)))
+@pytest.mark.parametrize(
+    "name", sorted(name for name, law in LAWS.items() if takes(run.GRADIENT, law) and OWN_LAW not in law.needs)
+)
 def test_gradients_by_the_laws_own_numbers_are_differences(name):
-    """The elastic-plastic laws have none, and say so (tests/faults/test_bad_plastic.py)."""
+    """The elastic-plastic laws and a law of one's own have none, and say so (tests/faults)."""
     law, features = LAWS[name], [wt.features.largest_force()]
     fields = [f"contact.{field}" for field in numbers_of(law) if field in law.model_fields_set]
     assert fields

@@ -62,7 +62,8 @@ class Law(Contact):
     @model_validator(mode="before")
     @classmethod
     def _a_function(cls, data: Any) -> Any:
-        if isinstance(data, dict) and not callable(data.get("force")):
+        known = isinstance(data, dict) and set(data) <= {"type", *cls.model_fields}
+        if known and not callable(data.get("force")):
             found = value_text(data["force"]) if "force" in data else "nothing"
             raise _law_error(found)
         return data
